@@ -1,0 +1,1 @@
+//! Procedural trees, shrubs, herbs, rocks, stumps and their textures.

@@ -1,0 +1,2 @@
+//! The nemoral command line.
+fn main() {}

@@ -1,0 +1,1 @@
+//! LiDAR range-error models: bias by range and incidence, Gaussian spread, detection.

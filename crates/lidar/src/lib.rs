@@ -1,0 +1,1 @@
+//! Virtual LiDAR scanners: scan patterns, beams and returns.

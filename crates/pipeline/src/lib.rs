@@ -1,0 +1,1 @@
+//! Wires the nemoral stages into typed plans that grow a forest and record it.

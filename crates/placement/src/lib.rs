@@ -1,0 +1,1 @@
+//! Quadtree-backed variable-radius Bridson sampling of an endless chunked plane.

@@ -1,0 +1,1 @@
+//! Alpha-aware ray casting over instanced forests: a two-level BVH and a brute-force oracle.

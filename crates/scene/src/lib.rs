@@ -1,0 +1,58 @@
+//! This crate is the vocabulary that all nemoral crates share: chunks, surfaces, meshes, materials,
+//! ids, classes, rays, cameras and point clouds. It holds data and its invariants, no algorithms.
+//!
+//! # Conventions, said once
+//! - **World:** right-handed, metres, **z up**, x east, y north (REP-103, ENU). The ground plane that
+//!   the paper calls X and Z is our x and y.
+//! - **Sensors:** LiDAR and body frames have x forward, y left, z up; a camera's optical frame has
+//!   x right, y down, z forward. A transform that takes points of frame `a` to frame `b` is called
+//!   `b_from_a`.
+//! - **Units** are in names (`_m`, `_rad`) or in types. World positions are f64; geometry is f32,
+//!   local to a chunk or to a frame's scene.
+//! - **A frame's scene** has its origin at the south-west corner of the robot's chunk, at height 0.
+//! - **Every surface has one fine [`Semantic`]**; what is written to disk is an [`Ontology`]'s view.
+//!
+//! # Example
+//! ```
+//! use nemoral_scene::{ChunkCoord, ObjectId, Ontology, Semantic};
+//!
+//! let chunk = ChunkCoord::containing([-12.0, 130.0].into(), 50.0);
+//! assert_eq!(chunk, ChunkCoord::new(-1, 2));
+//! let tree = ObjectId::new(chunk, 17).expect("in range");
+//! assert_eq!((tree.chunk(), tree.item()), (chunk, 17));
+//! let paper = Ontology::paper();
+//! assert_eq!(paper.class(Semantic::RootFlare).name, "Trunks");
+//! ```
+
+mod camera;
+mod chunk;
+mod image;
+mod inventory;
+mod mask;
+mod material;
+mod object;
+mod ontology;
+mod points;
+mod prototype;
+mod ray;
+mod semantic;
+mod surface;
+mod texture;
+mod transform;
+
+pub use camera::{Intrinsics, IntrinsicsError};
+pub use chunk::ChunkCoord;
+pub use glam;
+pub use image::{Image, TruthImages};
+pub use inventory::{ObjectKind, ObjectRecord, TreeRecord};
+pub use mask::{AlphaMask, MaskError};
+pub use material::{LaserBand, Material, MaterialId, MaterialLibrary, Optics};
+pub use object::ObjectId;
+pub use ontology::{Class, Ontology};
+pub use points::{LidarPoint, PointFlags};
+pub use prototype::{Bounds, Card, Instance, Mesh, Prototype, PrototypeError, Triangle};
+pub use ray::{Hit, Ray, RayCaster};
+pub use semantic::Semantic;
+pub use surface::{FlatSurface, Surface, SurfaceSample};
+pub use texture::{Texture, TextureError};
+pub use transform::RigidTransform;

@@ -1,0 +1,148 @@
+//! One-bit alpha masks: the truth about which texels of a card are there.
+
+use std::fmt;
+
+/// Where a card or triangle is opaque: one bit a texel, at most 256 × 256, cut off once when the
+/// asset is made. Every camera and every laser reads this mask, nearest texel, on every backend.
+///
+/// Row 0 is at v = 0. A texel is `min(floor(u · width), width − 1)`; u and v outside 0..1 clamp.
+#[derive(Clone, PartialEq, Eq)]
+pub struct AlphaMask {
+    width: u16,
+    height: u16,
+    /// Rows of `width.div_ceil(32)` words, least significant bit first.
+    words: Vec<u32>,
+}
+
+/// A mask's size is not 1..=256 by 1..=256.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MaskError {
+    /// The width asked for.
+    pub width: usize,
+    /// The height asked for.
+    pub height: usize,
+}
+
+impl fmt::Display for MaskError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "mask of {} x {} texels: 1..=256 by 1..=256 are allowed",
+            self.width, self.height
+        )
+    }
+}
+
+impl std::error::Error for MaskError {}
+
+impl AlphaMask {
+    /// A mask from a function of (column, row).
+    ///
+    /// # Errors
+    /// If a side is not 1..=256.
+    pub fn from_fn(
+        width: usize,
+        height: usize,
+        opaque: impl Fn(usize, usize) -> bool,
+    ) -> Result<Self, MaskError> {
+        if !(1..=256).contains(&width) || !(1..=256).contains(&height) {
+            return Err(MaskError { width, height });
+        }
+        let stride = width.div_ceil(32);
+        let mut words = vec![0; stride * height];
+        for row in 0..height {
+            for column in (0..width).filter(|&column| opaque(column, row)) {
+                words[row * stride + column / 32] |= 1 << (column % 32);
+            }
+        }
+        Ok(Self {
+            width: width as u16,
+            height: height as u16,
+            words,
+        })
+    }
+
+    /// Texels in a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        usize::from(self.width)
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        usize::from(self.height)
+    }
+
+    /// The bits: rows of `width().div_ceil(32)` words, least significant bit first.
+    #[must_use]
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// Is the texel at (column, row) opaque?
+    #[inline]
+    #[must_use]
+    pub fn texel(&self, column: usize, row: usize) -> bool {
+        let word = self.words[row * self.width().div_ceil(32) + column / 32];
+        word >> (column % 32) & 1 == 1
+    }
+
+    /// Is the nearest texel to (u, v) opaque?
+    #[inline]
+    #[must_use]
+    pub fn is_opaque(&self, u: f32, v: f32) -> bool {
+        // `as` saturates at 0, and sends NaN there.
+        let column = ((u * f32::from(self.width)) as usize).min(self.width() - 1);
+        let row = ((v * f32::from(self.height)) as usize).min(self.height() - 1);
+        self.texel(column, row)
+    }
+
+    /// The opaque share of all texels, 0..=1.
+    #[must_use]
+    pub fn opaque_fraction(&self) -> f64 {
+        let opaque: u32 = self.words.iter().map(|w| w.count_ones()).sum();
+        f64::from(opaque) / (self.width() * self.height()) as f64
+    }
+}
+
+impl fmt::Debug for AlphaMask {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "AlphaMask({} x {}, {:.1} % opaque)",
+            self.width,
+            self.height,
+            100.0 * self.opaque_fraction()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn nearest_texel_and_clamp() {
+        let m = AlphaMask::from_fn(4, 2, |c, r| (c, r) == (3, 0)).expect("size");
+        assert!(m.is_opaque(0.75, 0.0) && m.is_opaque(0.99, 0.49) && m.is_opaque(7.0, -1.0));
+        assert!(!m.is_opaque(0.74, 0.0) && !m.is_opaque(0.9, 0.5) && !m.is_opaque(f32::NAN, 0.0));
+        assert!((m.opaque_fraction() - 0.125).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sizes_are_checked() {
+        assert!(AlphaMask::from_fn(0, 4, |_, _| true).is_err());
+        assert!(AlphaMask::from_fn(4, 257, |_, _| true).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn bits_are_kept(w in 1_usize..=256, h in 1_usize..=40, salt: u64) {
+            let f = |c: usize, r: usize| (c * 31 + r * 17) as u64 ^ salt.rotate_left((c + r) as u32 % 64) & 1 == 0;
+            let m = AlphaMask::from_fn(w, h, f).expect("size");
+            for r in 0..h { for c in 0..w { prop_assert_eq!(m.texel(c, r), f(c, r)); } }
+        }
+    }
+}

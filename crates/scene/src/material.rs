@@ -1,0 +1,123 @@
+//! Materials: what a surface is, how it looks, how it answers a laser.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::{AlphaMask, Semantic, Texture};
+
+/// The index of a material in a [`MaterialLibrary`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(pub u16);
+
+/// Reflectance and transmittance at one laser wavelength, hemispherical, 0..1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaserBand {
+    /// Share of the light sent back.
+    pub reflectance: f32,
+    /// Share of the light let through.
+    pub transmittance: f32,
+}
+
+/// The laser wavelengths of materials.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optics {
+    /// 905 nm (Livox, Velodyne, Sick).
+    pub nm905: LaserBand,
+    /// 1550 nm (Riegl and other terrestrial scanners).
+    pub nm1550: LaserBand,
+}
+
+/// A surface: one semantic, one mask, one look.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// For logs and exports, such as `maritime_pine.bark`.
+    pub name: String,
+    /// What the surface is.
+    pub semantic: Semantic,
+    /// What it grows on, where it grows on something (a climber on a stem: `Stem`).
+    pub support: Option<Semantic>,
+    /// Diffuse albedo, linear when sampled.
+    pub albedo: Arc<Texture>,
+    /// Diffuse light let through, linear RGB, relative to the world's leaves being two-sided: a
+    /// leaf reflects `albedo` and transmits `transmittance`; their sum is at most 1 per channel.
+    pub transmittance: Vec3,
+    /// 0 mirror .. 1 matt.
+    pub roughness: f32,
+    /// Where the surface is there; `None` is everywhere.
+    pub mask: Option<Arc<AlphaMask>>,
+    /// True for the ground: uv are world x and y in metres (modulo 1024), `tile_m` apart, and the
+    /// renderer hides the repetition.
+    pub ground: bool,
+    /// Metres of surface that one repetition of the texture covers (1 for cards, whose uv is 0..1).
+    pub tile_m: f32,
+    /// How it answers lasers.
+    pub optics: Optics,
+}
+
+/// All materials of a world; a [`MaterialId`] is an index into it.
+#[derive(Clone, Debug, Default)]
+pub struct MaterialLibrary {
+    materials: Vec<Material>,
+}
+
+impl MaterialLibrary {
+    /// An empty library.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a material.
+    ///
+    /// # Panics
+    /// If there are 65,536 already.
+    pub fn add(&mut self, material: Material) -> MaterialId {
+        let id = u16::try_from(self.materials.len()).expect("at most 65,536 materials");
+        self.materials.push(material);
+        MaterialId(id)
+    }
+
+    /// The material of an id that this library gave out.
+    ///
+    /// # Panics
+    /// If the id is another library's and out of range here.
+    #[inline]
+    #[must_use]
+    pub fn get(&self, id: MaterialId) -> &Material {
+        &self.materials[usize::from(id.0)]
+    }
+
+    /// All materials in order of their ids.
+    #[must_use]
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+}
+
+impl Material {
+    /// A plain matt material: the shortest way to a surface.
+    #[must_use]
+    pub fn plain(name: &str, semantic: Semantic, albedo: Vec3) -> Self {
+        let grey = (albedo.x + albedo.y + albedo.z) / 3.0;
+        let band = LaserBand {
+            reflectance: grey,
+            transmittance: 0.0,
+        };
+        Self {
+            name: name.to_owned(),
+            semantic,
+            support: None,
+            albedo: Arc::new(Texture::plain(albedo)),
+            transmittance: Vec3::ZERO,
+            roughness: 1.0,
+            mask: None,
+            ground: false,
+            tile_m: 1.0,
+            optics: Optics {
+                nm905: band,
+                nm1550: band,
+            },
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! Class tables: what fine semantics are called on disk.
+
+use crate::Semantic;
+
+/// One class of an [`Ontology`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Class {
+    /// The number written to `.label` files and semantic images.
+    pub id: u8,
+    /// The name people read.
+    pub name: String,
+    /// The colour of palettes and pictures, sRGB.
+    pub colour: [u8; 3],
+}
+
+/// A named table from fine semantics to classes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ontology {
+    name: String,
+    classes: Vec<Class>,
+    /// Index into `classes` by `Semantic as u8`.
+    class_of: [u8; Semantic::ALL.len()],
+}
+
+impl Ontology {
+    /// A table. `class_of` gives the id of the class of each semantic; `None` if it names an id
+    /// that `classes` lacks, or if ids or names repeat.
+    #[must_use]
+    pub fn new(name: &str, classes: Vec<Class>, class_of: impl Fn(Semantic) -> u8) -> Option<Self> {
+        for (i, a) in classes.iter().enumerate() {
+            if classes[..i]
+                .iter()
+                .any(|b| a.id == b.id || a.name == b.name)
+            {
+                return None;
+            }
+        }
+        let mut table = [0; Semantic::ALL.len()];
+        for (&semantic, slot) in Semantic::ALL.iter().zip(&mut table) {
+            *slot = classes.iter().position(|c| c.id == class_of(semantic))? as u8;
+        }
+        Some(Self {
+            name: name.to_owned(),
+            classes,
+            class_of: table,
+        })
+    }
+
+    /// The paper's eight classes (section V-A): the default.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self::new("paper", paper_classes(), paper_class).expect("the built-in table is complete")
+    }
+
+    /// The paper's table for fire prevention: shrubs and herbaceous plants merged into "Fuel".
+    #[must_use]
+    pub fn fuel() -> Self {
+        let mut classes = paper_classes();
+        classes.retain(|c| c.id != 6);
+        classes[5].name = "Fuel".to_owned();
+        Self::new("fuel", classes, |s| match paper_class(s) {
+            6 => 5,
+            id => id,
+        })
+        .expect("the built-in table is complete")
+    }
+
+    /// The built-in tables by name: `paper`, `fuel`.
+    #[must_use]
+    pub fn by_name(name: &str) -> Option<Self> {
+        [Self::paper(), Self::fuel()]
+            .into_iter()
+            .find(|o| o.name == name)
+    }
+
+    /// The table's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// All classes, in the table's order.
+    #[must_use]
+    pub fn classes(&self) -> &[Class] {
+        &self.classes
+    }
+
+    /// The class of a semantic.
+    #[must_use]
+    pub fn class(&self, semantic: Semantic) -> &Class {
+        &self.classes[usize::from(self.class_of[semantic as usize])]
+    }
+
+    /// The class with this id.
+    #[must_use]
+    pub fn class_by_id(&self, id: u8) -> Option<&Class> {
+        self.classes.iter().find(|c| c.id == id)
+    }
+}
+
+fn paper_classes() -> Vec<Class> {
+    let class = |id, name: &str, colour| Class {
+        id,
+        name: name.to_owned(),
+        colour,
+    };
+    vec![
+        class(0, "Background", [132, 193, 238]),
+        class(1, "Terrain", [152, 118, 84]),
+        class(2, "Traversable", [236, 208, 120]),
+        class(3, "Trunks", [158, 42, 43]),
+        class(4, "Canopy", [27, 107, 58]),
+        class(5, "Shrubs", [138, 201, 38]),
+        class(6, "Herbaceous", [64, 224, 208]),
+        class(7, "Rocks", [125, 125, 140]),
+    ]
+}
+
+fn paper_class(semantic: Semantic) -> u8 {
+    use Semantic as S;
+    match semantic {
+        S::Sky => 0,
+        S::Soil | S::Litter | S::FallenTwig | S::GroundMoss | S::CutSlope => 1,
+        S::TrailSurface | S::TrailRut | S::TrailStrip => 2,
+        S::Stem | S::Limb | S::RootFlare | S::Stump | S::Log | S::Snag | S::StemGrowth => 3,
+        S::Branch | S::Twig | S::Leaf | S::Needle => 4,
+        S::Shrub | S::Bramble | S::Climber => 5,
+        S::Grass | S::Herb | S::Fern | S::Seedling => 6,
+        S::Rock | S::Stone => 7,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_stable() {
+        for (i, &s) in Semantic::ALL.iter().enumerate() {
+            assert_eq!(s as usize, i);
+            assert_eq!(Semantic::from_u8(i as u8), Some(s));
+        }
+        assert_eq!(Semantic::from_u8(Semantic::ALL.len() as u8), None);
+    }
+
+    #[test]
+    fn the_paper_has_eight_classes_and_each_is_used() {
+        let paper = Ontology::paper();
+        assert_eq!(paper.classes().len(), 8);
+        for class in paper.classes() {
+            assert!(
+                Semantic::ALL.iter().any(|&s| paper.class(s) == class),
+                "{}",
+                class.name
+            );
+        }
+    }
+
+    #[test]
+    fn fuel_merges_shrubs_and_herbs_alone() {
+        let (paper, fuel) = (Ontology::paper(), Ontology::fuel());
+        for &s in Semantic::ALL {
+            let expected = if paper.class(s).id == 6 {
+                5
+            } else {
+                paper.class(s).id
+            };
+            assert_eq!(fuel.class(s).id, expected);
+        }
+        assert_eq!(fuel.class(Semantic::Fern).name, "Fuel");
+    }
+
+    #[test]
+    fn incomplete_or_ambiguous_tables_are_refused() {
+        let one = |id| Class {
+            id,
+            name: format!("c{id}"),
+            colour: [0; 3],
+        };
+        assert_eq!(Ontology::new("x", vec![one(1)], |_| 2), None);
+        assert_eq!(Ontology::new("x", vec![one(1), one(1)], |_| 1), None);
+        assert!(Ontology::new("x", vec![one(1)], |_| 1).is_some());
+    }
+}

@@ -1,0 +1,59 @@
+//! LiDAR points.
+
+use glam::Vec3;
+
+use crate::{ObjectId, Semantic};
+
+/// Flags of a [`LidarPoint`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PointFlags(pub u8);
+
+impl PointFlags {
+    /// The return is made of more than one surface.
+    pub const MIXED: u8 = 1;
+    /// No surface is there: a false alarm.
+    pub const FALSE_ALARM: u8 = 2;
+
+    /// Is a flag set?
+    #[must_use]
+    pub const fn has(self, flag: u8) -> bool {
+        self.0 & flag != 0
+    }
+}
+
+/// One LiDAR return with all that is known of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LidarPoint {
+    /// Measured position in the LiDAR frame at the frame's time (deskewed), metres.
+    pub position_m: Vec3,
+    /// Range without error, metres.
+    pub true_range_m: f32,
+    /// Measured range, metres.
+    pub range_m: f32,
+    /// Received power relative to a perfect Lambertian plate at the same place and facing the
+    /// sensor: reflectance × cos(incidence), 0..1.
+    pub intensity: f32,
+    /// Livox convention: 0..150 is 0..100 % diffuse reflectance, range-calibrated; 151..255 is
+    /// retroreflective.
+    pub reflectivity: u8,
+    /// What was hit.
+    pub semantic: Semantic,
+    /// Whose it is.
+    pub object: ObjectId,
+    /// Laser line or ring.
+    pub ring: u8,
+    /// This return's number in its pulse, from 1.
+    pub return_number: u8,
+    /// How many returns the pulse gave.
+    pub returns: u8,
+    /// Time of firing after the start of the scan, nanoseconds.
+    pub time_offset_ns: u32,
+    /// Number of the pulse in the scan.
+    pub pulse: u32,
+    /// Cosine of the angle between beam and surface normal, 0..1.
+    pub incidence_cos: f32,
+    /// Unit surface normal in the LiDAR frame at the frame's time, towards the sensor.
+    pub normal: Vec3,
+    /// What is special about it.
+    pub flags: PointFlags,
+}

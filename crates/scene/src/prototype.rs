@@ -1,0 +1,310 @@
+//! Shapes: triangles and leaf cards, made once and placed many times.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::{Mat3, Vec2, Vec3};
+
+use crate::{MaterialId, MaterialLibrary, ObjectId};
+
+/// A corner-indexed triangle with its material. Counter-clockwise seen from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Indices into the mesh's vertices.
+    pub corners: [u32; 3],
+    /// Its material.
+    pub material: MaterialId,
+}
+
+/// Indexed triangles with per-vertex normals and texture coordinates.
+///
+/// Invariant of a [`Prototype`]: the three vertex arrays have one length and indices are in range.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Positions, metres.
+    pub positions: Vec<Vec3>,
+    /// Unit shading normals.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, in repetitions of the texture (metres for ground materials).
+    pub uvs: Vec<Vec2>,
+    /// The triangles.
+    pub triangles: Vec<Triangle>,
+}
+
+/// A flat parallelogram with a whole texture and mask on it: leaves, needles, blades.
+///
+/// The point at (u, v) is `corner + u · edge_u + v · edge_v`, u and v in 0..1. Both sides are seen;
+/// the normal is `edge_u × edge_v`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Card {
+    /// The point at u = v = 0, metres.
+    pub corner: Vec3,
+    /// The way to u = 1.
+    pub edge_u: Vec3,
+    /// The way to v = 1.
+    pub edge_v: Vec3,
+    /// Its material.
+    pub material: MaterialId,
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The smallest coordinates.
+    pub min: Vec3,
+    /// The largest coordinates.
+    pub max: Vec3,
+}
+
+impl Bounds {
+    /// The box of no points.
+    pub const EMPTY: Self = Self {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+    };
+
+    /// The box of some points.
+    #[must_use]
+    pub fn of_points(points: impl IntoIterator<Item = Vec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self {
+            min: b.min.min(p),
+            max: b.max.max(p),
+        })
+    }
+
+    /// The smallest box around both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+}
+
+/// A shape that instances share: a tree, a rock, a patch of grass, a chunk's ground.
+#[derive(Clone, Debug)]
+pub struct Prototype {
+    name: String,
+    mesh: Mesh,
+    cards: Vec<Card>,
+    bounds: Bounds,
+}
+
+/// Why a shape is not a [`Prototype`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PrototypeError {
+    /// Neither triangles nor cards.
+    Empty {
+        /// The shape's name.
+        name: String,
+    },
+    /// Positions, normals and uvs differ in number.
+    VertexArrays {
+        /// The shape's name.
+        name: String,
+        /// How many positions, normals and uvs there are.
+        lengths: [usize; 3],
+    },
+    /// A triangle's corner is out of range.
+    Index {
+        /// The shape's name.
+        name: String,
+        /// The triangle's number.
+        triangle: usize,
+        /// The offending index.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A coordinate is not finite.
+    NotFinite {
+        /// The shape's name.
+        name: String,
+    },
+    /// A material is not in the library.
+    Material {
+        /// The shape's name.
+        name: String,
+        /// The offending material.
+        material: MaterialId,
+        /// How many materials there are.
+        materials: usize,
+    },
+}
+
+impl fmt::Display for PrototypeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty { name } => write!(f, "shape `{name}` has neither triangles nor cards"),
+            Self::VertexArrays {
+                name,
+                lengths: [p, n, t],
+            } => {
+                write!(
+                    f,
+                    "shape `{name}` has {p} positions, {n} normals and {t} uvs: they must be equal"
+                )
+            }
+            Self::Index {
+                name,
+                triangle,
+                index,
+                vertices,
+            } => write!(
+                f,
+                "shape `{name}`, triangle {triangle}: vertex {index} of {vertices} does not exist"
+            ),
+            Self::NotFinite { name } => {
+                write!(f, "shape `{name}` has a coordinate that is not finite")
+            }
+            Self::Material {
+                name,
+                material,
+                materials,
+            } => {
+                write!(
+                    f,
+                    "shape `{name}`: material {} of {materials} does not exist",
+                    material.0
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for PrototypeError {}
+
+impl Prototype {
+    /// Proves a shape sound.
+    ///
+    /// # Errors
+    /// If it is empty, its vertex arrays differ in length, an index or material is out of range, or
+    /// a coordinate is not finite.
+    pub fn new(
+        name: impl Into<String>,
+        mesh: Mesh,
+        cards: Vec<Card>,
+        library: &MaterialLibrary,
+    ) -> Result<Self, PrototypeError> {
+        let name = name.into();
+        let vertices = mesh.positions.len();
+        let lengths = [vertices, mesh.normals.len(), mesh.uvs.len()];
+        if mesh.triangles.is_empty() && cards.is_empty() {
+            return Err(PrototypeError::Empty { name });
+        }
+        if lengths != [vertices; 3] {
+            return Err(PrototypeError::VertexArrays { name, lengths });
+        }
+        for (i, triangle) in mesh.triangles.iter().enumerate() {
+            if let Some(&index) = triangle.corners.iter().find(|&&c| c as usize >= vertices) {
+                return Err(PrototypeError::Index {
+                    name,
+                    triangle: i,
+                    index,
+                    vertices,
+                });
+            }
+        }
+        let used = mesh
+            .triangles
+            .iter()
+            .map(|t| t.material)
+            .chain(cards.iter().map(|c| c.material));
+        let materials = library.materials().len();
+        for material in used {
+            if usize::from(material.0) >= materials {
+                return Err(PrototypeError::Material {
+                    name,
+                    material,
+                    materials,
+                });
+            }
+        }
+        let corners = cards.iter().flat_map(Card::corners);
+        let bounds = Bounds::of_points(mesh.positions.iter().copied().chain(corners));
+        // A NaN is lost by min and max, so look at every point.
+        let finite = mesh.positions.iter().all(|p| p.is_finite())
+            && cards.iter().flat_map(Card::corners).all(Vec3::is_finite);
+        if !finite {
+            return Err(PrototypeError::NotFinite { name });
+        }
+        Ok(Self {
+            name,
+            mesh,
+            cards,
+            bounds,
+        })
+    }
+
+    /// For logs and exports.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The triangles.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The cards.
+    #[must_use]
+    pub fn cards(&self) -> &[Card] {
+        &self.cards
+    }
+
+    /// The box around everything, transparent texels included.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+}
+
+impl Card {
+    /// The four corners.
+    #[must_use]
+    pub fn corners(&self) -> [Vec3; 4] {
+        let (a, u, v) = (self.corner, self.edge_u, self.edge_v);
+        [a, a + u, a + u + v, a + v]
+    }
+
+    /// Area of the whole parallelogram, m².
+    #[must_use]
+    pub fn area_m2(&self) -> f32 {
+        self.edge_u.cross(self.edge_v).length()
+    }
+}
+
+/// A shape placed in a chunk.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// What is placed.
+    pub prototype: Arc<Prototype>,
+    /// Where its origin stands: chunk-local, metres, z above the world's zero.
+    pub position_m: Vec3,
+    /// Chunk axes from the shape's axes: rotation, scale, and shear along the ground.
+    pub linear: Mat3,
+    /// Whose it is; [`ObjectId::NONE`] for ground and undergrowth.
+    pub object: ObjectId,
+    /// 0..1, a keyed number that varies the colour of this instance.
+    pub variation: f32,
+}
+
+impl Instance {
+    /// The linear part of a plant that stands upright on a slope: a turn about the vertical and a
+    /// uniform scale, then a shear that keeps verticals vertical and lays its foot on the ground.
+    /// `gradient` is (dz/dx, dz/dy) of the ground, (0, 0) for no shear.
+    #[must_use]
+    pub fn upright(yaw_rad: f32, scale: f32, gradient: Vec2) -> Mat3 {
+        let turn = Mat3::from_rotation_z(yaw_rad) * scale;
+        let shear = Mat3::from_cols(
+            Vec3::new(1.0, 0.0, gradient.x),
+            Vec3::new(0.0, 1.0, gradient.y),
+            Vec3::Z,
+        );
+        shear * turn
+    }
+}

@@ -1,0 +1,229 @@
+//! Colour textures with mips, sampled on the CPU.
+
+use std::fmt;
+
+use glam::{Vec2, Vec3};
+
+/// An sRGB-encoded albedo texture with box-filtered mips. Row 0 is at v = 0; it repeats.
+///
+/// Colour is for eyes only: what is opaque is decided by [`AlphaMask`](crate::AlphaMask)s.
+#[derive(Clone)]
+pub struct Texture {
+    /// Level 0 first, each half the size of the one before, down to 1 × 1.
+    levels: Vec<Level>,
+}
+
+#[derive(Clone)]
+struct Level {
+    width: u32,
+    height: u32,
+    /// sRGB-encoded; the fourth byte pads to a word.
+    texels: Vec<[u8; 4]>,
+}
+
+/// A texture's sides are not powers of two, or its data has another size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TextureError {
+    /// Width asked for.
+    pub width: usize,
+    /// Height asked for.
+    pub height: usize,
+    /// Texels given.
+    pub texels: usize,
+}
+
+impl fmt::Display for TextureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "texture of {} x {} with {} texels: sides must be powers of two up to 8192, texels width x height",
+            self.width, self.height, self.texels
+        )
+    }
+}
+
+impl std::error::Error for TextureError {}
+
+impl Texture {
+    /// A texture from linear-light RGB, row by row.
+    ///
+    /// # Errors
+    /// If a side is not a power of two up to 8192 or `linear` has another length.
+    pub fn from_linear(width: usize, height: usize, linear: &[Vec3]) -> Result<Self, TextureError> {
+        let side = |n: usize| n.is_power_of_two() && n <= 8192;
+        if !side(width) || !side(height) || linear.len() != width * height {
+            return Err(TextureError {
+                width,
+                height,
+                texels: linear.len(),
+            });
+        }
+        let mut levels = Vec::new();
+        let (mut w, mut h, mut data) = (width, height, linear.to_vec());
+        loop {
+            levels.push(Level {
+                width: w as u32,
+                height: h as u32,
+                texels: data.iter().map(|&c| encode(c)).collect(),
+            });
+            if w == 1 && h == 1 {
+                return Ok(Self { levels });
+            }
+            let (nw, nh) = ((w / 2).max(1), (h / 2).max(1));
+            let (sx, sy) = (w / nw, h / nh);
+            data = (0..nw * nh)
+                .map(|i| {
+                    let (x, y) = (i % nw * sx, i / nw * sy);
+                    let sum: Vec3 = (0..sy)
+                        .flat_map(|dy| (0..sx).map(move |dx| (x + dx, y + dy)))
+                        .map(|(x, y)| data[y * w + x])
+                        .sum();
+                    sum / (sx * sy) as f32
+                })
+                .collect();
+            (w, h) = (nw, nh);
+        }
+    }
+
+    /// A 1 × 1 texture of one linear colour.
+    #[must_use]
+    pub fn plain(linear: Vec3) -> Self {
+        Self {
+            levels: vec![Level {
+                width: 1,
+                height: 1,
+                texels: vec![encode(linear)],
+            }],
+        }
+    }
+
+    /// Width of level 0.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.levels[0].width as usize
+    }
+
+    /// Height of level 0.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.levels[0].height as usize
+    }
+
+    /// sRGB bytes of level 0, row by row (the fourth byte is 255).
+    #[must_use]
+    pub fn srgb(&self) -> &[[u8; 4]] {
+        &self.levels[0].texels
+    }
+
+    /// The mean linear colour.
+    #[must_use]
+    pub fn mean(&self) -> Vec3 {
+        decode(self.levels[self.levels.len() - 1].texels[0])
+    }
+
+    /// Linear colour at (u, v) for a footprint of `footprint_uv` (the width, in uv, that one sample
+    /// covers): bilinear in the nearest mip. Repeats.
+    #[must_use]
+    pub fn sample(&self, uv: Vec2, footprint_uv: f32) -> Vec3 {
+        let texels = footprint_uv * self.levels[0].width.max(self.levels[0].height) as f32;
+        // Level of detail: texels per sample, rounded to the nearest power of two.
+        let lod = if texels > 1.0 {
+            (texels.log2() + 0.5) as usize
+        } else {
+            0
+        };
+        let level = &self.levels[lod.min(self.levels.len() - 1)];
+        let x = (uv.x - uv.x.floor()) * level.width as f32 - 0.5;
+        let y = (uv.y - uv.y.floor()) * level.height as f32 - 0.5;
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let at = |dx: i32, dy: i32| {
+            // Sides are powers of two, so wrapping is a mask.
+            let column = (x0 as i32 + dx) as u32 & (level.width - 1);
+            let row = (y0 as i32 + dy) as u32 & (level.height - 1);
+            decode(level.texels[(row * level.width + column) as usize])
+        };
+        let low = at(0, 0).lerp(at(1, 0), fx);
+        let high = at(0, 1).lerp(at(1, 1), fx);
+        low.lerp(high, fy)
+    }
+}
+
+impl fmt::Debug for Texture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "Texture({} x {}, mean {:.3})",
+            self.width(),
+            self.height(),
+            self.mean()
+        )
+    }
+}
+
+fn encode(linear: Vec3) -> [u8; 4] {
+    let channel = |c: f32| {
+        let c = c.clamp(0.0, 1.0);
+        let s = if c <= 0.003_130_8 {
+            12.92 * c
+        } else {
+            1.055 * c.powf(1.0 / 2.4) - 0.055
+        };
+        (s * 255.0 + 0.5) as u8
+    };
+    [channel(linear.x), channel(linear.y), channel(linear.z), 255]
+}
+
+fn decode(texel: [u8; 4]) -> Vec3 {
+    let table = &*DECODE;
+    Vec3::new(
+        table[usize::from(texel[0])],
+        table[usize::from(texel[1])],
+        table[usize::from(texel[2])],
+    )
+}
+
+/// IEC 61966-2-1, the sRGB transfer function, for every byte.
+static DECODE: std::sync::LazyLock<[f32; 256]> = std::sync::LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        let s = i as f32 / 255.0;
+        if s <= 0.040_45 {
+            s / 12.92
+        } else {
+            ((s + 0.055) / 1.055).powf(2.4)
+        }
+    })
+});
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plain_texture_is_its_colour_everywhere() {
+        let colour = Vec3::new(0.067, 0.12, 0.033);
+        let t = Texture::plain(colour);
+        for footprint in [0.0, 0.1, 9.0] {
+            let got = t.sample(Vec2::new(-3.3, 0.7), footprint);
+            assert!((got - colour).abs().max_element() < 0.003, "{got}");
+        }
+    }
+
+    #[test]
+    fn mips_keep_the_mean_and_texel_centres_are_exact() {
+        let data: Vec<Vec3> = (0..64)
+            .map(|i| Vec3::splat(if i % 3 == 0 { 0.8 } else { 0.1 }))
+            .collect();
+        let t = Texture::from_linear(8, 8, &data).expect("size");
+        let mean = data.iter().sum::<Vec3>() / 64.0;
+        assert!((t.mean() - mean).abs().max_element() < 0.01);
+        let centre = t.sample(Vec2::new(3.5 / 8.0, 0.5 / 8.0), 0.0);
+        assert!((centre.x - 0.8).abs() < 0.01, "{centre}");
+    }
+
+    #[test]
+    fn sizes_are_checked() {
+        assert!(Texture::from_linear(3, 4, &[Vec3::ZERO; 12]).is_err());
+        assert!(Texture::from_linear(4, 4, &[Vec3::ZERO; 12]).is_err());
+    }
+}

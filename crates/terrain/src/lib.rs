@@ -1,0 +1,1 @@
+//! Endless octave-noise terrain with analytic gradients, and watertight chunk meshes.

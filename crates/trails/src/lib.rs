@@ -1,0 +1,1 @@
+//! Forest trails across an endless chunked world: routes, sections, carving, surfaces and trail-side vegetation.
