@@ -1,0 +1,64 @@
+//! What a caller hands over to be written.
+
+use nemoral_scene::{
+    ChunkCoord, Image, LidarPoint, ObjectRecord, RigidTransform, TreeRecord, TruthImages,
+};
+
+/// One frame, in memory.
+#[derive(Clone, Debug)]
+pub struct FrameData<'a> {
+    /// The sequence's number.
+    pub sequence: u32,
+    /// The frame's number in its sequence.
+    pub index: u64,
+    /// Seconds after the start of the sequence, the middle of the exposure.
+    pub time_s: f64,
+    /// The body's pose in the world at that time.
+    pub world_from_body: RigidTransform,
+    /// One for each camera of the header, in its order.
+    pub cameras: Vec<CameraData<'a>>,
+    /// One for each LiDAR of the header, in its order.
+    pub lidars: Vec<LidarData<'a>>,
+    /// The key of all that went into the frame; resume trusts it.
+    pub frame_key: [u8; 32],
+}
+
+/// What a camera saw.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraData<'a> {
+    /// The camera's name, as in the header.
+    pub name: &'a str,
+    /// sRGB.
+    pub rgb: &'a Image<[u8; 3]>,
+    /// What is at each pixel's centre; the same size.
+    pub truth: &'a TruthImages,
+}
+
+/// What a LiDAR saw.
+#[derive(Clone, Copy, Debug)]
+pub struct LidarData<'a> {
+    /// The LiDAR's name, as in the header.
+    pub name: &'a str,
+    /// The returns, deskewed to the frame's time.
+    pub points: &'a [LidarPoint],
+    /// The chunk the sensor is in.
+    pub sensor_chunk: ChunkCoord,
+}
+
+/// The things of the world that `trees.csv` and `instances.csv` list.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WorldTables<'a> {
+    /// The trees, in any order.
+    pub trees: &'a [TreeRecord],
+    /// All things with an id, trees included, in any order.
+    pub objects: &'a [ObjectRecord],
+}
+
+/// The poses of a whole sequence, of the frames that are not made here too.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// The sequence's number.
+    pub sequence: u32,
+    /// Time and `world_from_body` of frame 0, 1, 2, ….
+    pub poses: Vec<(f64, RigidTransform)>,
+}

@@ -1,0 +1,133 @@
+//! What is the same for the whole data set, and decides its bytes.
+
+use std::collections::BTreeMap;
+
+use nemoral_scene::{Intrinsics, Ontology, RigidTransform};
+use serde::{Deserialize, Serialize};
+
+use crate::serde_scene;
+use crate::{Error, layout};
+
+/// How depth images are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum DepthFormat {
+    /// 16-bit grey PNG, metres × 256 rounded to nearest; 0 = nothing hit, 65535 = 255.996 m or
+    /// more; a surface is never 0 (KITTI's convention).
+    #[default]
+    Png16,
+    /// NumPy `.npy`, little-endian float32, metres, shape (height, width); 0 = nothing hit.
+    Npy,
+}
+
+/// A camera of the data set. The first one writes `image_2`, `semantic`, `instance`, `depth` and
+/// `normals`, further ones the same folders inside a folder of their name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraSpec {
+    /// `snake_case`, unique among all sensors.
+    pub name: String,
+    /// The pinhole; what its pixels are, is said there.
+    #[serde(with = "serde_scene::intrinsics")]
+    pub intrinsics: Intrinsics,
+    /// The mount, from the camera's optical frame.
+    #[serde(with = "serde_scene::rigid_transform")]
+    pub body_from_camera: RigidTransform,
+}
+
+/// A LiDAR of the data set. The first one writes `velodyne`, `labels` and `points`, further ones
+/// the same folders inside a folder of their name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LidarSpec {
+    /// `snake_case`, unique among all sensors.
+    pub name: String,
+    /// The mount.
+    #[serde(with = "serde_scene::rigid_transform")]
+    pub body_from_lidar: RigidTransform,
+}
+
+/// Everything that decides a data set's bytes, and how to read them. Resume and merge refuse data
+/// sets whose headers differ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DatasetHeader {
+    /// The program, `nemoral`.
+    pub generator: String,
+    /// Its version.
+    pub version: String,
+    /// The world's seed.
+    pub seed: u64,
+    /// The resolved backend: `cpu`, or the GPU path's name. Never `auto`.
+    pub backend: String,
+    /// Side of a chunk, metres.
+    pub chunk_size_m: f64,
+    /// How depth is stored.
+    pub depth_format: DepthFormat,
+    /// The licence the user gives the data, for the data card (an SPDX id, or words).
+    pub licence: String,
+    /// The class table.
+    #[serde(with = "serde_scene::ontology")]
+    pub ontology: Ontology,
+    /// All cameras, the reference camera first.
+    pub cameras: Vec<CameraSpec>,
+    /// All LiDARs, the reference LiDAR first.
+    pub lidars: Vec<LidarSpec>,
+    /// Key of each world stage: name to hexadecimal.
+    pub stage_keys: BTreeMap<String, String>,
+    /// The resolved configuration: what decides content, and nothing else (no threads, no output
+    /// folder, no frame range), because resume compares it.
+    pub config: serde_json::Value,
+    /// The same for people, written to `config.toml`. It is not compared.
+    #[serde(skip)]
+    pub config_toml: String,
+}
+
+impl DatasetHeader {
+    /// The mount of the frame `poses.txt` is about: the first camera's, or the first LiDAR's if
+    /// there is no camera.
+    #[must_use]
+    pub fn body_from_reference(&self) -> RigidTransform {
+        let camera = self.cameras.first().map(|c| c.body_from_camera);
+        let lidar = self.lidars.first().map(|l| l.body_from_lidar);
+        camera.or(lidar).unwrap_or(RigidTransform::IDENTITY)
+    }
+
+    /// Checks names, mounts and sizes.
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        if self.cameras.is_empty() && self.lidars.is_empty() {
+            return Err(Error::invalid(
+                "cameras",
+                "[]",
+                "at least one camera or LiDAR",
+            ));
+        }
+        if !(self.chunk_size_m.is_finite() && self.chunk_size_m > 0.0) {
+            return Err(Error::invalid(
+                "chunk_size_m",
+                self.chunk_size_m,
+                "positive",
+            ));
+        }
+        let cameras = self.cameras.iter().map(|c| (&c.name, &c.body_from_camera));
+        let lidars = self.lidars.iter().map(|l| (&l.name, &l.body_from_lidar));
+        let mut names = Vec::new();
+        for (name, mount) in cameras.chain(lidars) {
+            layout::check_sensor_name(name)?;
+            if names.contains(&name) {
+                return Err(Error::invalid(
+                    "sensor name",
+                    name,
+                    "unique among all sensors",
+                ));
+            }
+            names.push(name);
+            if !(mount.translation_m.is_finite() && mount.rotation.is_normalized()) {
+                return Err(Error::invalid(
+                    format!("{name}.mount"),
+                    format!("{mount:?}"),
+                    "finite, with a unit rotation",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
