@@ -1,0 +1,78 @@
+//! The oracle: every primitive of every instance, one after the other.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use nemoral_scene::{Hit, Ray, RayCaster};
+
+use crate::exact::LocalRay;
+use crate::group::Group;
+use crate::nearest::{Nearest, Rank};
+use crate::surface;
+
+/// What a [`Forest`](crate::Forest) must answer, without any acceleration: a loop over everything.
+///
+/// Both decide hits by the same f64 arithmetic, so their answers are equal to the bit.
+#[derive(Clone, Debug)]
+pub struct BruteForce {
+    groups: Vec<(Vec3, Arc<Group>)>,
+}
+
+impl BruteForce {
+    /// Takes what [`Forest::new`](crate::Forest::new) takes.
+    #[must_use]
+    pub fn new(groups: Vec<(Vec3, Arc<Group>)>) -> Self {
+        Self { groups }
+    }
+}
+
+impl RayCaster for BruteForce {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let mut nearest = Nearest::of(ray);
+        for (g, (offset, group)) in self.groups.iter().enumerate() {
+            let in_group = local_to_group(ray, *offset);
+            for (i, (instance, blas)) in group.instances().iter().enumerate() {
+                let Some(pose) = group.pose(i) else { continue };
+                let local = pose.local(&in_group);
+                for primitive in 0..blas.primitive_count() as u32 {
+                    if let Some(m) = blas.meet(primitive, &local) {
+                        let rank = Rank {
+                            object: instance.object,
+                            group: g as u32,
+                            instance: i as u32,
+                            primitive,
+                        };
+                        nearest.offer(m.t as f32, rank);
+                    }
+                }
+            }
+        }
+        describe(&self.groups, ray, &nearest)
+    }
+}
+
+/// The ray in the frame of a group.
+#[inline(always)]
+pub(crate) fn local_to_group(ray: &Ray, offset: Vec3) -> LocalRay {
+    LocalRay {
+        origin: ray.origin.as_dvec3() - offset.as_dvec3(),
+        direction: ray.direction.as_dvec3(),
+    }
+}
+
+/// The whole hit, once the nearest primitive is known.
+pub(crate) fn describe(groups: &[(Vec3, Arc<Group>)], ray: &Ray, nearest: &Nearest) -> Option<Hit> {
+    let rank = nearest.rank()?;
+    let (offset, group) = &groups[rank.group as usize];
+    let (instance, blas) = &group.instances()[rank.instance as usize];
+    let pose = group.pose(rank.instance as usize)?;
+    let m = blas.meet(rank.primitive, &pose.local(&local_to_group(ray, *offset)))?;
+    Some(surface::hit(
+        blas,
+        instance,
+        pose,
+        rank.primitive,
+        nearest.t(),
+        m,
+    ))
+}

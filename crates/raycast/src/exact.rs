@@ -1,0 +1,80 @@
+//! Where a ray meets a primitive, in f64: the one place that decides what is hit.
+
+use glam::DVec3;
+
+/// A ray in the space of one shape. The direction is not normalised, so that `t` stays in metres of
+/// the scene.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LocalRay {
+    pub(crate) origin: DVec3,
+    pub(crate) direction: DVec3,
+}
+
+/// A point of a primitive on a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Meeting {
+    /// Distance along the ray, metres of the scene.
+    pub(crate) t: f64,
+    /// Card: texture coordinate u. Triangle: weight of the second corner.
+    pub(crate) u: f64,
+    /// Card: texture coordinate v. Triangle: weight of the third corner.
+    pub(crate) v: f64,
+}
+
+/// The parallelogram `corner + u · edge_u + v · edge_v`, borders included.
+#[inline(always)]
+pub(crate) fn card(ray: &LocalRay, corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Option<Meeting> {
+    // Solve origin + t d = corner + u edge_u + v edge_v by Cramer's rule.
+    let normal = edge_u.cross(edge_v);
+    let det = normal.dot(ray.direction);
+    let to_corner = corner - ray.origin;
+    let moment = to_corner.cross(ray.direction);
+    let u = moment.dot(edge_v) / det;
+    let v = -moment.dot(edge_u) / det;
+    // A ray in the plane (det = 0) gives infinities and NaNs, which no comparison lets pass.
+    let inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
+    let t = normal.dot(to_corner) / det;
+    (inside && t.is_finite()).then_some(Meeting { t, u, v })
+}
+
+/// The triangle `a b c`, both sides, borders included.
+///
+/// Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection", in f64: corners are sheared
+/// so that the ray becomes the third axis, then the origin is located in the 2-D triangle. A corner
+/// shared by two triangles lands on the same 2-D point in both, an edge function is the negative of
+/// its twin in the neighbour, and as rounding is monotonic its sign is right or zero. Zero counts
+/// as inside, so no ray passes between neighbours.
+#[inline(always)]
+pub(crate) fn triangle(ray: &LocalRay, a: DVec3, b: DVec3, c: DVec3) -> Option<Meeting> {
+    // Make the direction's largest axis the third; the order of the others only mirrors the plane.
+    let d = ray.direction;
+    let size = d.abs();
+    let permute: fn(DVec3) -> DVec3 = if size.z >= size.x && size.z >= size.y {
+        |p| p
+    } else if size.x >= size.y {
+        |p| DVec3::new(p.y, p.z, p.x)
+    } else {
+        |p| DVec3::new(p.z, p.x, p.y)
+    };
+    let d = permute(d);
+    let (shear_x, shear_y) = (d.x / d.z, d.y / d.z);
+    let shear = |p: DVec3| {
+        let p = permute(p - ray.origin);
+        DVec3::new(p.x - shear_x * p.z, p.y - shear_y * p.z, p.z)
+    };
+    let (a, b, c) = (shear(a), shear(b), shear(c));
+    let u = c.x * b.y - c.y * b.x;
+    let v = a.x * c.y - a.y * c.x;
+    let w = b.x * a.y - b.y * a.x;
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    let det = u + v + w;
+    if !inside || det == 0.0 {
+        return None;
+    }
+    let t = (u * a.z + v * b.z + w * c.z) / det / d.z;
+    t.is_finite().then_some(Meeting {
+        t,
+        u: v / det,
+        v: w / det,
+    })
+}

@@ -1,0 +1,63 @@
+//! The nearest hit so far, and who wins a tie.
+
+use nemoral_scene::{ObjectId, Ray};
+
+/// What decides between hits at the same distance, the most significant first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Rank {
+    pub(crate) object: ObjectId,
+    pub(crate) group: u32,
+    pub(crate) instance: u32,
+    pub(crate) primitive: u32,
+}
+
+/// The nearest hit so far of one ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    t_min: f32,
+    /// The distance to beat: the ray's `t_max_m` until something is found.
+    t: f32,
+    rank: Option<Rank>,
+}
+
+impl Nearest {
+    pub(crate) fn of(ray: &Ray) -> Self {
+        Self {
+            t_min: ray.t_min_m,
+            t: ray.t_max_m,
+            rank: None,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn t_min(&self) -> f32 {
+        self.t_min
+    }
+
+    #[inline(always)]
+    pub(crate) fn t(&self) -> f32 {
+        self.t
+    }
+
+    #[inline(always)]
+    pub(crate) fn rank(&self) -> Option<Rank> {
+        self.rank
+    }
+
+    /// Would a hit at this distance count, rank permitting? Never for NaN.
+    #[inline(always)]
+    pub(crate) fn wants(&self, t: f32) -> bool {
+        t >= self.t_min && t <= self.t
+    }
+
+    /// Takes a hit if it is in range and nearer, or as near and of lower rank: the outcome does not
+    /// depend on the order of the calls.
+    #[inline(always)]
+    pub(crate) fn offer(&mut self, t: f32, rank: Rank) {
+        let wins = t < self.t || self.rank.is_none_or(|best| rank < best);
+        if self.wants(t) && wins {
+            self.t = t;
+            self.rank = Some(rank);
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! From the nearest primitive to what a sensor wants to know of it.
+
+use glam::{DVec3, Vec2, Vec3};
+use nemoral_scene::{Hit, Instance, Mesh, Triangle};
+
+use crate::blas::Blas;
+use crate::exact::Meeting;
+use crate::group::Pose;
+
+/// The interpolated texture coordinate.
+#[inline(always)]
+pub(crate) fn triangle_uv(mesh: &Mesh, triangle: &Triangle, m: Meeting) -> Vec2 {
+    let [a, b, c] = triangle.corners.map(|i| mesh.uvs[i as usize].as_dvec2());
+    (a * (1.0 - m.u - m.v) + b * m.u + c * m.v).as_vec2()
+}
+
+/// The hit at a meeting of the ray with a primitive of an instance.
+pub(crate) fn hit(
+    blas: &Blas,
+    instance: &Instance,
+    pose: &Pose,
+    primitive: u32,
+    distance_m: f32,
+    m: Meeting,
+) -> Hit {
+    let mesh = blas.prototype().mesh();
+    let linear = instance.linear.as_dmat3();
+    let index = primitive as usize;
+    let (edge_u, edge_v, vertex_normal, uv, uv_area, material) = match mesh.triangles.get(index) {
+        Some(triangle) => {
+            let [a, b, c] = triangle.corners.map(|i| i as usize);
+            let p = |i: usize| mesh.positions[i].as_dvec3();
+            let n = |i: usize| mesh.normals[i].as_dvec3();
+            let normal = n(a) * (1.0 - m.u - m.v) + n(b) * m.u + n(c) * m.v;
+            let st = |i: usize| mesh.uvs[i].as_dvec2();
+            let uv_area = (st(b) - st(a)).perp_dot(st(c) - st(a)).abs();
+            let uv = triangle_uv(mesh, triangle, m);
+            (
+                p(b) - p(a),
+                p(c) - p(a),
+                Some(normal),
+                uv,
+                uv_area,
+                triangle.material,
+            )
+        }
+        None => {
+            let card = &blas.prototype().cards()[index - mesh.triangles.len()];
+            let uv = DVec3::new(m.u, m.v, 0.0).as_vec3().truncate();
+            (
+                card.edge_u.as_dvec3(),
+                card.edge_v.as_dvec3(),
+                None,
+                uv,
+                1.0,
+                card.material,
+            )
+        }
+    };
+    // Normals go by the inverse transpose, which keeps the shape's side in mirrored instances too.
+    let normal_to_scene = |n: DVec3| (pose.inverse.transpose() * n).try_normalize();
+    let geometric = normal_to_scene(edge_u.cross(edge_v)).unwrap_or(DVec3::Z);
+    let shading = vertex_normal.and_then(normal_to_scene).unwrap_or(geometric);
+    let side = if shading.dot(geometric) < 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    let area = (linear * edge_u).cross(linear * edge_v).length();
+    Hit {
+        distance_m,
+        geometric_normal: unit(geometric),
+        shading_normal: unit(shading * side),
+        uv,
+        uv_per_m: (uv_area / area).sqrt() as f32,
+        material,
+        object: instance.object,
+        variation: instance.variation,
+    }
+}
+
+fn unit(n: DVec3) -> Vec3 {
+    n.as_vec3()
+}
