@@ -1,0 +1,217 @@
+//! What every noise model must hold to, whatever it is pointed at.
+
+use nemoral_lidar_noise::{
+    ConstantSigma, Detection, GaussianRange, IncidenceLaw, LaconteDevice, LinearSigma,
+    LinearSigmaParams, MeanError, Observation, PaperMeanError, RangeEquation, RangeNoise,
+    RangeSensor, Sigma, SnrSigma, SoftThreshold,
+};
+use proptest::prelude::*;
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+
+const DEVICES: [LaconteDevice; 2] = [LaconteDevice::SickLms1xx, LaconteDevice::VelodyneHdl32e];
+
+fn observation(range_m: f64, incidence_deg: f64, reflectance: f64) -> Observation {
+    Observation {
+        range_m,
+        incidence_rad: incidence_deg.to_radians(),
+        reflectance,
+    }
+}
+
+fn observations() -> impl Strategy<Value = Observation> {
+    (0.0_f64..300.0, 0.0_f64..90.0, 0.0_f64..=1.0)
+        .prop_map(|(range_m, deg, reflectance)| observation(range_m, deg, reflectance))
+}
+
+/// Mean and standard deviation of `n` measurements minus the true range.
+fn moments<M: MeanError, S: Sigma>(
+    sensor: &GaussianRange<M, S>,
+    o: &Observation,
+    n: u32,
+) -> (f64, f64) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+    let errors: Vec<f64> = (0..n)
+        .map(|_| sensor.measure(o, &mut rng) - o.range_m)
+        .collect();
+    let mean = errors.iter().sum::<f64>() / f64::from(n);
+    let variance = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / f64::from(n);
+    (mean, variance.sqrt())
+}
+
+/// The mean of 10⁵ draws is within 4 σ/√n of the mean function and their spread within 4 σ/√(2n) of
+/// sigma; the offsets that are looked for (millimetres) are far larger than both.
+#[test]
+fn measurements_have_the_mean_and_the_spread_of_their_model() {
+    let n = 100_000;
+    let check = |mean_m: f64, sigma_m: f64, (mean, std): (f64, f64), o: &Observation| {
+        let n = f64::from(n);
+        assert!(
+            (mean - mean_m).abs() < 4.0 * sigma_m / n.sqrt(),
+            "{o:?}: {mean} {mean_m}"
+        );
+        assert!(
+            (std - sigma_m).abs() < 4.0 * sigma_m / (2.0 * n).sqrt(),
+            "{o:?}: {std} {sigma_m}"
+        );
+    };
+    for o in [
+        observation(8.0, 0.0, 0.5),
+        observation(25.0, 75.0, 0.2),
+        observation(60.0, 40.0, 0.9),
+    ] {
+        let paper = GaussianRange {
+            mean: PaperMeanError::default(),
+            sigma: ConstantSigma::new(0.02).unwrap(),
+        };
+        check(
+            paper.mean.mean_error_m(&o),
+            0.02,
+            moments(&paper, &o, n),
+            &o,
+        );
+        let laconte = GaussianRange {
+            mean: LaconteDevice::SickLms1xx.closed_form(),
+            sigma: LinearSigma::new(LinearSigmaParams::HOKUYO_UTM30LX).unwrap(),
+        };
+        check(
+            laconte.mean.mean_error_m(&o),
+            laconte.sigma.sigma_m(&o),
+            moments(&laconte, &o, n),
+            &o,
+        );
+        let livox = GaussianRange {
+            mean: |_: &Observation| 0.003,
+            sigma: SnrSigma::default(),
+        };
+        check(0.003, livox.sigma.sigma_m(&o), moments(&livox, &o, n), &o);
+    }
+}
+
+#[test]
+fn soft_detection_happens_with_its_probability() {
+    let soft = SoftThreshold::new(RangeEquation::default(), 1e-4).unwrap();
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let n = 20_000;
+    for range_m in [70.0, 85.0, 90.0, 100.0, 130.0] {
+        let o = observation(range_m, 0.0, 0.1);
+        let p = soft.probability(&o);
+        let seen = f64::from((0..n).filter(|_| soft.detects(&o, &mut rng)).count() as u32);
+        let spread = (p * (1.0 - p) * f64::from(n)).sqrt();
+        assert!(
+            (seen - p * f64::from(n)).abs() < 4.0 * spread + 1.0,
+            "{range_m} {p} {seen}"
+        );
+    }
+}
+
+proptest! {
+    #[test]
+    fn laconte_is_too_short_even_and_monotone(
+        o in observations(),
+        farther_m in 0.0_f64..100.0,
+        steeper_deg in 0.0_f64..30.0,
+    ) {
+        for device in DEVICES {
+            let models: [&dyn MeanError; 2] = [&device.waveform(), &device.closed_form()];
+            for model in models {
+                let bias = |range_m: f64, incidence_rad: f64| {
+                    let bias_m = model.mean_error_m(&Observation { range_m, incidence_rad, ..o });
+                    assert!(bias_m.is_finite());
+                    bias_m
+                };
+                let here = bias(o.range_m, o.incidence_rad);
+                // Rounding of the waveform's coefficients leaves a few 1e-15 of a metre.
+                prop_assert!(here <= 1e-14);
+                prop_assert_eq!(here, bias(o.range_m, -o.incidence_rad));
+                prop_assert_eq!(bias(o.range_m, 0.0), 0.0);
+                prop_assert!(bias(o.range_m + farther_m, o.incidence_rad) <= here + 1e-12);
+                let steeper = o.incidence_rad + steeper_deg.to_radians();
+                prop_assert!(bias(o.range_m, steeper) <= here + 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn laconte_is_continuous(o in observations()) {
+        for device in DEVICES {
+            let model = device.waveform();
+            let step = |incidence_rad: f64| model.mean_error_m(&Observation { incidence_rad, ..o });
+            let near = (step(o.incidence_rad) - step(o.incidence_rad + 1e-9)).abs();
+            // The steepest slope, at 85° and 400 m, is below 1e4 m per radian.
+            prop_assert!(near < 1e-5, "{near}");
+        }
+    }
+
+    #[test]
+    fn the_closed_form_is_the_waveform(range_m in 0.5_f64..50.0, deg in 1.0_f64..85.0) {
+        for (device, tolerance) in DEVICES.into_iter().zip([0.15, 0.02]) {
+            let o = observation(range_m, deg, 0.5);
+            let (full, closed) =
+                (device.waveform().mean_error_m(&o), device.closed_form().mean_error_m(&o));
+            prop_assert!((closed / full - 1.0).abs() < tolerance, "{device:?} {o:?} {full} {closed}");
+        }
+    }
+
+    #[test]
+    fn spreads_grow_as_the_echo_weakens(o in observations(), farther_m in 0.0_f64..100.0) {
+        let spreads: [&dyn Sigma; 3] = [
+            &SnrSigma::default(),
+            &IncidenceLaw::default(),
+            &LinearSigma::new(LinearSigmaParams::SICK_LMS1XX).unwrap(),
+        ];
+        let farther = Observation { range_m: o.range_m + farther_m, ..o };
+        let grazing = Observation { incidence_rad: (o.incidence_rad + 0.1).min(1.57), ..o };
+        for sigma in spreads {
+            let here = sigma.sigma_m(&o);
+            prop_assert!(here.is_finite() && here >= 0.0);
+            prop_assert!(sigma.sigma_m(&farther) >= here);
+            prop_assert!(sigma.sigma_m(&grazing) >= here);
+        }
+    }
+
+    #[test]
+    fn detection_fades_with_range_and_grows_with_reflectance(
+        o in observations(),
+        farther_m in 0.0_f64..100.0,
+        false_alarm in 1e-8_f64..0.4,
+    ) {
+        let hard = RangeEquation::default();
+        let soft = SoftThreshold::new(hard, false_alarm).unwrap();
+        let farther = Observation { range_m: o.range_m + farther_m, ..o };
+        let darker = Observation { reflectance: o.reflectance / 2.0, ..o };
+        let receivers: [&dyn Fn(&Observation) -> f64; 2] =
+            [&|o| hard.probability(o), &|o| soft.probability(o)];
+        for receiver in receivers {
+            let here = receiver(&o);
+            prop_assert!((0.0..=1.0).contains(&here));
+            prop_assert!(receiver(&farther) <= here);
+            prop_assert!(receiver(&darker) <= here);
+        }
+        // The threshold's own ladder: R_max grows with the square root of reflectance.
+        let ladder = 90.0 * (o.reflectance * o.incidence_rad.cos() / 0.1).sqrt();
+        if (o.range_m - ladder).abs() > 1e-6 {
+            prop_assert_eq!(hard.probability(&o) == 1.0, o.range_m < ladder);
+        }
+    }
+
+    #[test]
+    fn measured_ranges_are_sane(o in observations(), sigma_m in 0.0_f64..10.0, seed: u64) {
+        for noise in [
+            RangeNoise::Off,
+            RangeNoise::Paper { sigma_m },
+            RangeNoise::Laconte { device: LaconteDevice::SickLms1xx, sigma_m },
+            RangeNoise::livox(),
+        ] {
+            let sensor = RangeSensor::new(noise).unwrap();
+            let measure = || sensor.measure(&o, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
+            if let Some(range_m) = measure() {
+                prop_assert!(range_m.is_finite() && range_m >= 0.0);
+            }
+            prop_assert_eq!(measure(), measure());
+        }
+        let off = RangeSensor::new(RangeNoise::Off).unwrap();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        prop_assert_eq!(off.measure(&o, &mut rng), Some(o.range_m));
+    }
+}
