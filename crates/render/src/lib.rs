@@ -1,1 +1,18 @@
 //! Virtual cameras: ray-cast RGB, semantic, instance, depth and normal images under sun and sky.
+
+mod error;
+mod lighting;
+mod raycast;
+mod sh;
+mod sky;
+mod sun;
+mod tone;
+mod view;
+
+pub use error::ParamError;
+pub use lighting::Lighting;
+pub use raycast::{RayCastCamera, RayCastParams};
+pub use sky::SkyParams;
+pub use sun::{Sun, UtcTime};
+pub use tone::{Exposure, ToneCurve};
+pub use view::{CameraImages, CameraRenderer, OpenSky, SceneView, SkyVisibility, View};
