@@ -1,0 +1,191 @@
+//! Bark, on tiles of 1 m × 2 m (`reference/vegetation.md` section 3.5).
+
+use glam::{IVec2, Vec2, Vec3};
+
+use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
+use super::tile::{Texel, Tile};
+
+const WIDTH: usize = 512;
+const HEIGHT: usize = 1024;
+
+/// Lichen: blotches with crisp edges, pale grey-green.
+fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
+    let field =
+        fbm(p, IVec2::new(9, 18), 4, 0.6, seed) + 0.25 * gradient(p, IVec2::new(70, 140), seed ^ 5);
+    let there = smoothstep(0.62 - cover, 0.70 - cover, field);
+    let tone = 0.75 + 0.5 * value(p, IVec2::new(90, 180), seed ^ 9);
+    albedo.lerp(Vec3::new(0.20, 0.22, 0.15) * tone, 0.7 * there)
+}
+
+/// Maritime pine: long plates of flaking layers between dark, deep fissures.
+pub(crate) fn pine(seed: u32) -> Tile {
+    let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
+        let q = warp(p, IVec2::new(5, 7), Vec2::new(0.035, 0.03), seed);
+        let q = warp(q, IVec2::new(24, 34), Vec2::new(0.010, 0.008), seed ^ 0x11);
+        let plates = worley(q, IVec2::new(13, 11), 0.95, seed ^ 0x22);
+        // Fissures close here and there, so that plates run together.
+        let open = 0.10 + 0.09 * gradient(p, IVec2::new(7, 9), seed ^ 0x33);
+        let plate = smoothstep(0.25 * open, open, plates.border());
+        // Secondary cracks across a plate.
+        let shards = worley(q, IVec2::new(30, 34), 0.9, seed ^ 0x44);
+        let shard = smoothstep(0.0, 0.07, shards.border());
+        let flakes = fbm(q, IVec2::new(22, 30), 4, 0.55, seed ^ 0x55) + 1.1 * plates.border();
+        let terrace = (5.0 * flakes).floor() / 5.0;
+        let step = 5.0 * flakes - (5.0 * flakes).floor();
+        let grain = gradient(p, IVec2::new(180, 190), seed ^ 0x66);
+        let height = plate * (0.72 + 0.22 * terrace + 0.05 * shard) + 0.02 * grain;
+        let tone = unit(plates.id) * 0.5 + unit(shards.id) * 0.2 + 0.3 * (0.5 + terrace);
+        let weathered = Vec3::new(0.150, 0.122, 0.102);
+        let fresh = Vec3::new(0.165, 0.088, 0.055);
+        let mut top = fresh.lerp(weathered, smoothstep(0.15, 0.75, tone));
+        // The edge of a flake is a line of fresh, reddish bark.
+        top = top.lerp(fresh * 0.9, 0.6 * (1.0 - smoothstep(0.02, 0.14, step)));
+        top *= 0.86 + 0.14 * shard + 0.12 * grain;
+        let top = with_lichen(p, top, 0.02, seed ^ 0x77);
+        let fissure = Vec3::new(0.032, 0.024, 0.019) * (1.0 + 0.3 * grain);
+        Texel {
+            albedo: fissure.lerp(top, plate),
+            height,
+        }
+    });
+    tile.darken_hollows(10, 0.6, 1.1);
+    tile.with_mean(Vec3::new(0.108, 0.080, 0.062))
+}
+
+/// Eucalypt: smooth skin in patches of several ages, shed in long strips.
+pub(crate) fn eucalypt(seed: u32) -> Tile {
+    let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
+        let q = warp(p, IVec2::new(4, 3), Vec2::new(0.05, 0.05), seed);
+        let skins = [
+            Vec3::new(0.46, 0.40, 0.31),
+            Vec3::new(0.36, 0.31, 0.25),
+            Vec3::new(0.29, 0.265, 0.235),
+            Vec3::new(0.37, 0.25, 0.155),
+            Vec3::new(0.235, 0.205, 0.175),
+        ];
+        let streak = fbm(p, IVec2::new(40, 5), 3, 0.55, seed ^ 0x12);
+        let fine = gradient(p, IVec2::new(150, 60), seed ^ 0x13);
+        let mut colour = skins[0];
+        let mut height = 0.0_f32;
+        let mut rim = 0.0_f32;
+        for (layer, &skin) in skins.iter().enumerate().skip(1) {
+            let salt = seed ^ (0x100 * layer as u32);
+            // Long patches: wide noise, stretched along the stem, with torn edges.
+            let field = fbm(q, IVec2::new(4, 2), 4, 0.5, salt)
+                + 0.16 * fbm(q, IVec2::new(36, 10), 2, 0.5, salt ^ 0x31);
+            let edge = field - 0.04 - 0.055 * layer as f32;
+            let there = smoothstep(-0.008, 0.012, edge);
+            colour = colour.lerp(skin * (1.0 + 0.10 * streak), there);
+            height += 0.25 * there;
+            rim = rim.max(1.0 - (edge.abs() / 0.018).min(1.0))
+                * if edge > -0.018 { 1.0 } else { 0.8 };
+        }
+        colour *= 1.0 + 0.10 * streak + 0.05 * fine;
+        colour *= 1.0 - 0.28 * rim;
+        // Grey-green algae and dark weeping stains.
+        let stain = smoothstep(0.25, 0.75, fbm(p, IVec2::new(14, 2), 3, 0.55, seed ^ 0x21));
+        colour = colour.lerp(colour * Vec3::new(0.66, 0.66, 0.62), 0.8 * stain);
+        let spots = worley(p, IVec2::new(40, 80), 1.0, seed ^ 0x25);
+        let spot = (1.0 - smoothstep(0.08, 0.20, spots.f1)) * f32::from(unit(spots.id) < 0.12);
+        colour *= 1.0 - 0.35 * spot;
+        Texel {
+            albedo: colour,
+            height: height + 0.04 * streak,
+        }
+    });
+    tile.darken_hollows(6, 0.5, 0.5);
+    tile.with_mean(Vec3::new(0.315, 0.272, 0.218))
+}
+
+/// Oak: grey ridges that run together and part again, with dark furrows.
+pub(crate) fn oak(seed: u32) -> Tile {
+    let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
+        let q = warp(p, IVec2::new(7, 6), Vec2::new(0.030, 0.03), seed);
+        // Furrows are the zero lines of stretched noise: they never end, they meet.
+        let wide = gradient(q, IVec2::new(13, 5), seed ^ 0x10);
+        let narrow = gradient(q, IVec2::new(25, 9), seed ^ 0x20);
+        let wandering = (wide + 0.45 * narrow).abs();
+        let cross = ridged(q, IVec2::new(11, 30), 1, 0.5, seed ^ 0x30);
+        let depth = 0.30 + 0.12 * gradient(p, IVec2::new(6, 5), seed ^ 0x40);
+        let mut ridge = smoothstep(0.02, depth, wandering);
+        ridge *= 1.0 - 0.55 * smoothstep(0.86, 0.98, cross);
+        let grain = fbm(p, IVec2::new(70, 40), 3, 0.6, seed ^ 0x50);
+        let fibre = fbm(q, IVec2::new(120, 16), 2, 0.5, seed ^ 0x60);
+        let height = ridge * (0.8 + 0.2 * grain) + 0.06 * fibre;
+        let tone = 0.5 + 0.5 * fbm(p, IVec2::new(8, 8), 3, 0.5, seed ^ 0x70);
+        let top = Vec3::new(0.150, 0.120, 0.092).lerp(Vec3::new(0.185, 0.165, 0.140), tone)
+            * (1.0 + 0.22 * grain + 0.10 * fibre);
+        let top = with_lichen(p, top, 0.10, seed ^ 0x80);
+        // Algae tints the grey a little green.
+        let green = smoothstep(0.1, 0.6, fbm(p, IVec2::new(3, 4), 3, 0.5, seed ^ 0x90));
+        let top = top.lerp(Vec3::new(0.105, 0.115, 0.060), 0.30 * green);
+        Texel {
+            albedo: Vec3::new(0.040, 0.032, 0.025).lerp(top, ridge),
+            height,
+        }
+    });
+    tile.darken_hollows(8, 0.6, 0.9);
+    tile.with_mean(Vec3::new(0.122, 0.104, 0.080))
+}
+
+/// Young bark of branches and shrubs: fine, streaked along the stem.
+pub(crate) fn twig(seed: u32, mean: Vec3) -> Tile {
+    let mut tile = Tile::bake(WIDTH / 2, HEIGHT / 2, |p| {
+        let streak = fbm(p, IVec2::new(40, 9), 3, 0.6, seed);
+        let crack = ridged(p, IVec2::new(30, 14), 2, 0.5, seed ^ 0x10);
+        let scars = worley(p, IVec2::new(24, 60), 1.0, seed ^ 0x20);
+        let scar = 1.0 - smoothstep(0.10, 0.24, scars.f1);
+        let crack = smoothstep(0.80, 0.97, crack);
+        Texel {
+            albedo: mean * (1.0 + 0.35 * streak + 0.35 * scar) * (1.0 - 0.45 * crack),
+            height: 0.3 * streak - 0.7 * crack + 0.3 * scar,
+        }
+    });
+    tile.darken_hollows(4, 0.8, 0.6);
+    tile.with_mean(mean)
+}
+
+/// Dead wood: bark lost in places, silver grey with long drying cracks.
+pub(crate) fn dead(seed: u32) -> Tile {
+    let mut tile = Tile::bake(WIDTH / 2, HEIGHT / 2, |p| {
+        let fibre = fbm(p, IVec2::new(60, 4), 3, 0.6, seed);
+        let crack = smoothstep(
+            0.82,
+            0.97,
+            ridged(p, IVec2::new(16, 2), 2, 0.5, seed ^ 0x10),
+        );
+        let bark = smoothstep(0.02, 0.10, fbm(p, IVec2::new(6, 5), 4, 0.55, seed ^ 0x20));
+        let wood = Vec3::new(0.205, 0.180, 0.152) * (1.0 + 0.3 * fibre);
+        let flake = Vec3::new(0.095, 0.076, 0.060)
+            * (1.0 + 0.5 * fbm(p, IVec2::new(40, 40), 2, 0.5, seed ^ 0x30));
+        Texel {
+            albedo: wood.lerp(flake, bark) * (1.0 - 0.5 * crack),
+            height: 0.2 * fibre + 0.6 * bark - crack,
+        }
+    });
+    tile.darken_hollows(4, 0.8, 0.8);
+    tile.with_mean(Vec3::new(0.138, 0.118, 0.098))
+}
+
+/// The same bark with moss and splashed soil around v = 0, the foot of a stem; equal to `bark` from
+/// v = 0.2 (0.4 m up) to 0.8, so that the two meet unseen.
+pub(crate) fn with_foot(bark: &Tile, seed: u32) -> Tile {
+    bark.recolour(|p, t| {
+        let from_foot = p.y.min(1.0 - p.y);
+        if from_foot >= 0.2 {
+            return t.albedo;
+        }
+        let fade = 1.0 - from_foot / 0.2;
+        let noise = fbm(p, IVec2::new(7, 14), 4, 0.55, seed);
+        let moss =
+            smoothstep(0.30, 0.62, 0.85 * fade + 0.75 * noise - 0.10) * smoothstep(0.0, 0.35, fade);
+        let soil = smoothstep(
+            0.55,
+            1.0,
+            fade + 0.35 * gradient(p, IVec2::new(30, 60), seed ^ 1),
+        );
+        let cushion = 0.7 + 0.6 * value(p, IVec2::new(110, 220), seed ^ 2);
+        let soiled = t.albedo.lerp(Vec3::new(0.060, 0.045, 0.032), 0.55 * soil);
+        soiled.lerp(Vec3::new(0.048, 0.075, 0.022) * cushion, 0.85 * moss)
+    })
+}

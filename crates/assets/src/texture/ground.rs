@@ -1,0 +1,269 @@
+//! The forest floor, on tiles of 4 m, and the faces of cuttings.
+
+use glam::{IVec2, Vec2, Vec3};
+use nemoral_seed::{Draw, Key, Rng};
+
+use super::canvas::{Canvas, Leaf, Outline, Stroke};
+use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
+use super::tile::{Texel, Tile};
+
+/// Texels along a side of the floor's tiles.
+pub(crate) const FLOOR_TEXELS: usize = 1024;
+/// Metres along a side of the floor's tiles.
+pub(crate) const FLOOR_M: f32 = 4.0;
+
+/// A unit vector in a uniform direction, by rejection: no trigonometry.
+pub(crate) fn direction(rng: &mut impl Rng) -> Vec2 {
+    loop {
+        let p = Vec2::new(rng.range_f32(-1.0, 1.0), rng.range_f32(-1.0, 1.0));
+        let l = p.length_squared();
+        if (1e-4..=1.0).contains(&l) {
+            return p / l.sqrt();
+        }
+    }
+}
+
+fn anywhere(rng: &mut impl Rng, size_m: f32) -> Vec2 {
+    Vec2::new(rng.range_f32(0.0, size_m), rng.range_f32(0.0, size_m))
+}
+
+/// How much of what lies on a tile, pieces per m².
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Debris {
+    pub(crate) leaves: f32,
+    /// Leaf length relative to a whole leaf: trodden leaves are broken.
+    pub(crate) leaf_scale: f32,
+    pub(crate) needles: f32,
+    pub(crate) twigs: f32,
+    pub(crate) grass: f32,
+}
+
+/// Fallen leaf colours, from just fallen to rotten.
+const LEAVES: [Vec3; 6] = [
+    Vec3::new(0.235, 0.150, 0.090),
+    Vec3::new(0.190, 0.105, 0.058),
+    Vec3::new(0.150, 0.089, 0.060),
+    Vec3::new(0.215, 0.165, 0.115),
+    Vec3::new(0.120, 0.072, 0.045),
+    Vec3::new(0.085, 0.058, 0.040),
+];
+
+/// Strews a tile with leaves, needles, twigs and grass.
+pub(crate) fn strew(tile: Tile, size_m: f32, debris: Debris, key: Key) -> Tile {
+    let mut rng = key.rng();
+    let count = |per_m2: f32| (per_m2 * size_m * size_m) as u32;
+    let outlines = [
+        Outline::lobed(4.5, 0.42),
+        Outline::ovate(0.9, 0.8),
+        Outline::ovate(0.6, 1.1),
+        Outline::lobed(4.0, 0.5),
+    ];
+    let mut canvas = Canvas::over(tile, Vec2::splat(size_m));
+    // Needles lie under, between and over the leaves.
+    let needles = count(debris.needles);
+    scatter_needles(&mut canvas, size_m, needles / 2, &mut rng);
+    let leaves = count(debris.leaves);
+    for i in 0..leaves {
+        let kind = rng.below(4) as usize;
+        let age = 1.0 - i as f32 / leaves as f32;
+        let pick = LEAVES[rng.below(6) as usize];
+        let colour = pick.lerp(LEAVES[5], 0.7 * age) * rng.range_f32(0.75, 1.25);
+        let (length, aspect) = match kind {
+            2 => (rng.range_f32(0.09, 0.17), 0.19),
+            1 => (rng.range_f32(0.04, 0.08), 0.58),
+            _ => (rng.range_f32(0.06, 0.12), 0.56),
+        };
+        // Curled leaves are narrower.
+        let aspect = aspect * rng.range_f32(0.55, 1.0);
+        canvas.leaf(&Leaf {
+            outline: &outlines[kind],
+            base: anywhere(&mut rng, size_m),
+            direction: direction(&mut rng),
+            length_m: length * debris.leaf_scale,
+            width_m: length * debris.leaf_scale * aspect,
+            bend: rng.range_f32(-0.35, 0.35),
+            colour,
+            veins: 0.16,
+            browning: rng.range_f32(0.0, 0.4),
+            level: 0.02 * (1.0 - age),
+        });
+    }
+    for _ in 0..count(debris.twigs) {
+        let from = anywhere(&mut rng, size_m);
+        let length = 0.05 + 0.45 * rng.unit_f32() * rng.unit_f32();
+        let along = direction(&mut rng);
+        let sag = along.perp() * length * rng.range_f32(-0.12, 0.12);
+        let width = rng.range_f32(0.003, 0.010);
+        let tone = rng.range_f32(0.6, 1.3);
+        canvas.stroke(&Stroke {
+            points: [
+                from,
+                from + 0.5 * length * along + sag,
+                from + length * along,
+            ],
+            width_m: [width, 0.5 * width],
+            colour: [Vec3::new(0.125, 0.098, 0.076) * tone; 2],
+            level: 0.02,
+        });
+    }
+    scatter_needles(&mut canvas, size_m, needles - needles / 2, &mut rng);
+    for _ in 0..count(debris.grass) {
+        let from = anywhere(&mut rng, size_m);
+        let along = direction(&mut rng);
+        let length = rng.range_f32(0.04, 0.13);
+        let to = from + length * along;
+        let side = along.perp() * length * rng.range_f32(-0.25, 0.25);
+        let dry = rng.unit_f32();
+        let green =
+            Vec3::new(0.085, 0.135, 0.034).lerp(Vec3::new(0.24, 0.19, 0.085), dry * dry * dry);
+        let tone = rng.range_f32(0.6, 1.1);
+        canvas.stroke(&Stroke {
+            points: [from, 0.5 * (from + to) + side, to],
+            width_m: [0.006, 0.002],
+            colour: [green * 0.45 * tone, green * tone],
+            level: rng.range_f32(0.005, 0.03),
+        });
+    }
+    canvas.into_tile().0
+}
+
+fn scatter_needles(canvas: &mut Canvas, size_m: f32, count: u32, rng: &mut impl Rng) {
+    for i in 0..count {
+        let from = anywhere(rng, size_m);
+        let along = direction(rng);
+        let length = rng.range_f32(0.07, 0.17);
+        let side = along.perp() * length * rng.range_f32(-0.1, 0.1);
+        let age = 1.0 - i as f32 / count as f32;
+        let fresh =
+            Vec3::new(0.225, 0.120, 0.062).lerp(Vec3::new(0.24, 0.165, 0.105), rng.unit_f32());
+        let colour =
+            fresh.lerp(Vec3::new(0.085, 0.055, 0.037), 0.75 * age) * rng.range_f32(0.7, 1.2);
+        canvas.stroke(&Stroke {
+            points: [
+                from,
+                from + 0.5 * length * along + side,
+                from + length * along,
+            ],
+            width_m: [0.0025, 0.0015],
+            colour: [colour; 2],
+            level: 0.012 * (1.0 - age),
+        });
+    }
+}
+
+/// Dark forest soil: crumbs, fragments, damp patches.
+fn humus(p: Vec2, seed: u32) -> Texel {
+    let broad = fbm(p, IVec2::splat(5), 4, 0.55, seed);
+    let crumbs = fbm(p, IVec2::splat(90), 3, 0.6, seed ^ 0x10);
+    let tone = 1.0 + 0.35 * broad + 0.45 * crumbs;
+    Texel {
+        albedo: Vec3::new(0.070, 0.052, 0.038) * tone.max(0.2),
+        height: 0.004 * crumbs + 0.004 * broad,
+    }
+}
+
+/// Leaf litter of a mixed wood.
+pub(crate) fn leaf_litter(key: Key) -> Tile {
+    let seed = key.to_u64() as u32;
+    let soil = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| humus(p, seed));
+    let debris = Debris {
+        leaves: 620.0,
+        leaf_scale: 1.0,
+        needles: 350.0,
+        twigs: 16.0,
+        grass: 4.0,
+    };
+    let mut tile = strew(soil, FLOOR_M, debris, key);
+    tile.darken_hollows(5, 0.010, 1.2);
+    tile.with_mean(Vec3::new(0.132, 0.085, 0.058))
+}
+
+/// Needle litter under pines.
+pub(crate) fn needle_litter(key: Key) -> Tile {
+    let seed = key.to_u64() as u32;
+    let soil = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| humus(p, seed));
+    let debris = Debris {
+        leaves: 14.0,
+        leaf_scale: 0.9,
+        needles: 3200.0,
+        twigs: 22.0,
+        grass: 3.0,
+    };
+    let mut tile = strew(soil, FLOOR_M, debris, key);
+    tile.darken_hollows(5, 0.007, 0.9);
+    let tile = tile.recolour(|p, t| {
+        // Drifts of older, darker needles.
+        let drift = fbm(p, IVec2::splat(4), 4, 0.5, seed ^ 0x77);
+        t.albedo * (1.0 + 0.45 * drift)
+    });
+    tile.with_mean(Vec3::new(0.160, 0.090, 0.053))
+}
+
+/// Moss cushions, bare humus and scattered litter.
+pub(crate) fn moss_and_soil(key: Key) -> Tile {
+    let seed = key.to_u64() as u32;
+    let ground = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| {
+        let soil = humus(p, seed);
+        let q = warp(p, IVec2::splat(9), Vec2::splat(0.03), seed ^ 0x21);
+        let field = fbm(q, IVec2::splat(6), 5, 0.55, seed ^ 0x22);
+        let there = smoothstep(-0.12, 0.08, field);
+        let cushions = worley(q, IVec2::splat(70), 1.0, seed ^ 0x23);
+        let fine = value(p, IVec2::splat(320), seed ^ 0x24);
+        let dome = (1.0 - cushions.f1).max(0.0);
+        let tone = (0.55 + 0.6 * dome) * (0.75 + 0.5 * fine);
+        let dark = Vec3::new(0.034, 0.062, 0.018);
+        let light = Vec3::new(0.070, 0.095, 0.030);
+        let moss = dark.lerp(light, unit(cushions.id) * 0.6 + 0.4 * (0.5 + field)) * tone;
+        Texel {
+            albedo: soil.albedo.lerp(moss, there),
+            height: soil.height + there * (0.006 + 0.012 * dome),
+        }
+    });
+    let debris = Debris {
+        leaves: 110.0,
+        leaf_scale: 0.95,
+        needles: 420.0,
+        twigs: 18.0,
+        grass: 60.0,
+    };
+    let mut tile = strew(ground, FLOOR_M, debris, key);
+    tile.darken_hollows(6, 0.010, 0.8);
+    tile.with_mean(Vec3::new(0.082, 0.076, 0.042))
+}
+
+/// A freshly cut or filled slope: mineral soil, stones, root ends, wash lines.
+pub(crate) fn bare_soil(key: Key) -> Tile {
+    let seed = key.to_u64() as u32;
+    let mut tile = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| {
+        let q = warp(p, IVec2::splat(7), Vec2::splat(0.03), seed);
+        let broad = fbm(q, IVec2::splat(4), 5, 0.55, seed ^ 0x10);
+        let clods = worley(q, IVec2::splat(46), 1.0, seed ^ 0x20);
+        let crumbs = fbm(p, IVec2::splat(100), 3, 0.6, seed ^ 0x30);
+        let wash = ridged(q, IVec2::splat(9), 3, 0.55, seed ^ 0x40);
+        let stones = worley(q, IVec2::splat(60), 0.9, seed ^ 0x50);
+        let size = 0.14 + 0.30 * unit(stones.id ^ 0xABCD);
+        let stone = smoothstep(size, size - 0.08, stones.f1) * f32::from(unit(stones.id) < 0.10);
+        let earth = Vec3::new(0.215, 0.148, 0.094)
+            .lerp(Vec3::new(0.150, 0.112, 0.080), 0.5 + 0.6 * broad)
+            * (1.0 + 0.25 * crumbs)
+            * (0.86 + 0.2 * unit(clods.id))
+            * (1.0 - 0.22 * smoothstep(0.78, 0.95, wash));
+        let grey = Vec3::splat(0.20) * (0.7 + 0.6 * unit(stones.id ^ 0x77));
+        Texel {
+            albedo: earth.lerp(grey * Vec3::new(1.05, 1.0, 0.92), stone),
+            height: 0.010 * (1.0 - clods.f1) + 0.004 * crumbs + 0.012 * stone - 0.01 * wash,
+        }
+    });
+    let debris = Debris {
+        leaves: 10.0,
+        leaf_scale: 0.8,
+        needles: 60.0,
+        twigs: 9.0,
+        grass: 5.0,
+    };
+    tile.darken_hollows(7, 0.010, 0.9);
+    let rooted = strew(tile, FLOOR_M, debris, key);
+    rooted
+        .recolour(|p, t| t.albedo * (1.0 + 0.06 * gradient(p, IVec2::splat(220), seed ^ 0x91)))
+        .with_mean(Vec3::new(0.165, 0.120, 0.083))
+}

@@ -1,0 +1,117 @@
+//! Rock, and the cut face of a stump.
+
+use glam::{IVec2, Vec2, Vec3};
+
+use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
+use super::tile::{Texel, Tile};
+
+/// Granite with lichens, on a tile of 1 m.
+pub(crate) fn rock(seed: u32) -> Tile {
+    let mut tile = Tile::bake(512, 512, |p| {
+        let grains = worley(p, IVec2::splat(150), 1.0, seed);
+        let kind = unit(grains.id);
+        // Feldspar, quartz and mica.
+        let mineral = if kind < 0.50 {
+            Vec3::new(0.30, 0.275, 0.245)
+        } else if kind < 0.84 {
+            Vec3::new(0.245, 0.24, 0.235)
+        } else {
+            Vec3::new(0.12, 0.115, 0.11)
+        };
+        let broad = fbm(p, IVec2::splat(3), 5, 0.55, seed ^ 0x10);
+        let rough = fbm(p, IVec2::splat(24), 4, 0.6, seed ^ 0x20);
+        let q = warp(p, IVec2::splat(5), Vec2::splat(0.06), seed ^ 0x30);
+        let crack = smoothstep(0.93, 0.995, ridged(q, IVec2::splat(3), 2, 0.4, seed ^ 0x40));
+        let mut colour = mineral * (1.0 + 0.28 * broad + 0.22 * rough);
+        // Weathering: brown iron stains, dark water films.
+        let stain = smoothstep(0.05, 0.55, fbm(q, IVec2::splat(4), 4, 0.55, seed ^ 0x50));
+        colour = colour.lerp(colour * Vec3::new(0.86, 0.74, 0.60), 0.7 * stain);
+        let film = smoothstep(0.15, 0.6, fbm(q, IVec2::splat(5), 4, 0.6, seed ^ 0x60));
+        colour *= 1.0 - 0.45 * film;
+        // Lichens: crusts with lobed margins in two colours, moss where it is damp.
+        for (k, tint) in [Vec3::new(0.37, 0.38, 0.29), Vec3::new(0.24, 0.26, 0.17)]
+            .into_iter()
+            .enumerate()
+        {
+            let salt = seed ^ (0x1000 + 0x100 * k as u32);
+            let lobes = warp(p, IVec2::splat(30), Vec2::splat(0.012), salt);
+            let crusts = worley(
+                lobes,
+                IVec2::splat(if k == 0 { 9 } else { 14 }),
+                1.0,
+                salt ^ 1,
+            );
+            let radius = 0.16 + 0.34 * unit(crusts.id);
+            let alive = f32::from(unit(crusts.id ^ 0x5555) < 0.42);
+            let there = alive * smoothstep(radius, radius - 0.05, crusts.f1);
+            let ring = 0.8 + 0.25 * smoothstep(0.3, 1.0, crusts.f1 / radius);
+            let dust = 0.75 + 0.5 * value(p, IVec2::splat(200), salt ^ 2);
+            colour = colour.lerp(tint * ring * dust, 0.8 * there);
+        }
+        let moss = smoothstep(0.34, 0.50, fbm(q, IVec2::splat(4), 5, 0.55, seed ^ 0x70));
+        let cushion = 0.6 + 0.8 * value(p, IVec2::splat(170), seed ^ 0x71);
+        colour = colour.lerp(Vec3::new(0.046, 0.070, 0.022) * cushion, 0.9 * moss);
+        Texel {
+            albedo: colour * (1.0 - 0.6 * crack),
+            height: 0.5 * rough + 0.3 * broad - crack + 0.25 * moss * cushion,
+        }
+    });
+    tile.darken_hollows(6, 0.5, 0.6);
+    tile.with_mean(Vec3::new(0.205, 0.197, 0.165))
+}
+
+/// Loose stone, cleaner than rock, on a tile of 0.5 m.
+pub(crate) fn stone(seed: u32) -> Tile {
+    let mut tile = Tile::bake(256, 256, |p| {
+        let broad = fbm(p, IVec2::splat(4), 4, 0.55, seed);
+        let speck = gradient(p, IVec2::splat(100), seed ^ 1);
+        let dirt = smoothstep(-0.05, 0.5, fbm(p, IVec2::splat(6), 4, 0.55, seed ^ 2));
+        let grey = Vec3::new(0.25, 0.238, 0.215) * (1.0 + 0.3 * broad + 0.2 * speck);
+        Texel {
+            albedo: grey.lerp(Vec3::new(0.125, 0.095, 0.068), 0.6 * dirt),
+            height: broad + 0.3 * speck,
+        }
+    });
+    tile.darken_hollows(5, 0.8, 0.4);
+    tile.with_mean(Vec3::new(0.205, 0.186, 0.160))
+}
+
+/// The cut face of a stump: rings around (0.5, 0.5), bark outside radius 0.46, weathered by `age`
+/// (0 fresh .. 1 grey). It does not tile.
+pub(crate) fn cut_wood(seed: u32, age: f32) -> Tile {
+    let tile = Tile::bake(256, 256, |p| {
+        let d = p - Vec2::new(0.5, 0.5);
+        // The pith is not in the middle, and rings are not round.
+        let c = d - Vec2::new(0.03, -0.02);
+        let wobble = 1.0 + 0.05 * fbm(p * 0.98, IVec2::splat(3), 2, 0.5, seed);
+        let r = c.length() * wobble;
+        // Rings get narrower outwards.
+        let years = 30.0 * r.sqrt();
+        let phase = years - years.floor();
+        let late = smoothstep(0.45, 0.95, phase);
+        let year = unit(super::noise::scramble(seed ^ years as u32));
+        let heart = smoothstep(0.30, 0.24, r);
+        let fresh = Vec3::new(0.47, 0.335, 0.20).lerp(Vec3::new(0.36, 0.215, 0.115), heart);
+        let wood = fresh * (1.0 - (0.25 + 0.2 * year) * late);
+        let grey = Vec3::new(0.185, 0.165, 0.140) * (1.0 - 0.35 * late);
+        let mut colour = wood.lerp(grey, age);
+        // Drying cracks run along radii: noise of the direction, of almost no radius.
+        let along = c / c.length().max(1e-3);
+        let spoke = gradient(along * 0.4 + Vec2::splat(0.5), IVec2::splat(16), seed ^ 7);
+        let crack = smoothstep(0.06, 0.0, spoke.abs()) * smoothstep(0.05, 0.25, r);
+        colour *= 1.0 - (0.35 + 0.35 * age) * crack;
+        // Saw marks, dirt and algae.
+        let saw = gradient(p, IVec2::new(4, 90), seed ^ 8);
+        colour *= 1.0 + 0.08 * saw;
+        let dirt = smoothstep(0.0, 0.5, fbm(p, IVec2::splat(4), 4, 0.55, seed ^ 9));
+        colour = colour.lerp(Vec3::new(0.075, 0.070, 0.042), (0.15 + 0.5 * age) * dirt);
+        let bark = smoothstep(0.455, 0.47, d.length());
+        let bark_tone = 1.0 + 0.4 * fbm(p, IVec2::splat(30), 2, 0.5, seed ^ 10);
+        Texel {
+            albedo: colour.lerp(Vec3::new(0.085, 0.065, 0.05) * bark_tone, bark),
+            height: 0.0,
+        }
+    });
+    let mean = Vec3::new(0.40, 0.28, 0.165).lerp(Vec3::new(0.150, 0.132, 0.108), age);
+    tile.with_mean(mean)
+}

@@ -1,0 +1,178 @@
+//! Baking: from a colour and a height at every texel to a texture with its hollows darkened.
+
+use glam::{Vec2, Vec3};
+use nemoral_scene::Texture;
+use rayon::prelude::*;
+
+/// A colour and a height at one texel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Texel {
+    /// Linear albedo.
+    pub(crate) albedo: Vec3,
+    /// Height above the base, in any unit that [`Tile::darken_hollows`] is told.
+    pub(crate) height: f32,
+}
+
+/// A tile while it is being made; it repeats.
+#[derive(Clone, Debug)]
+pub(crate) struct Tile {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) texels: Vec<Texel>,
+}
+
+impl Tile {
+    /// Evaluates `f` at every texel's centre, (u, v) in 0..1. Rows are independent, so the number of
+    /// threads cannot matter.
+    pub(crate) fn bake(width: usize, height: usize, f: impl Fn(Vec2) -> Texel + Sync) -> Self {
+        let scale = Vec2::new(width as f32, height as f32).recip();
+        let texels = (0..height)
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let f = &f;
+                (0..width).map(move |column| {
+                    f((Vec2::new(column as f32, row as f32) + Vec2::splat(0.5)) * scale)
+                })
+            })
+            .collect();
+        Self {
+            width,
+            height,
+            texels,
+        }
+    }
+
+    /// Multiplies colours by a factor of the height above the mean of a square of 2 `radius` + 1
+    /// texels: 1 at and above it, falling with the depth below it, to 1 / (1 + `strength`) at `depth`
+    /// below. There are no normal maps and no ambient rays in cracks: this is their shadow.
+    pub(crate) fn darken_hollows(&mut self, radius: usize, depth: f32, strength: f32) {
+        let around = self.blurred_heights(radius);
+        let k = strength / depth;
+        self.texels
+            .par_iter_mut()
+            .zip(around)
+            .for_each(|(t, around)| {
+                let below = around - t.height;
+                // Crests are a little lighter than the mean: worn, dry, in the light.
+                let factor = if below > 0.0 {
+                    1.0 / (1.0 + k * below)
+                } else {
+                    1.0 + 0.12 * (-k * below).min(1.0)
+                };
+                t.albedo *= factor;
+            });
+    }
+
+    /// The mean height of the square around each texel.
+    fn blurred_heights(&self, radius: usize) -> Vec<f32> {
+        let (w, h) = (self.width, self.height);
+        let rows: Vec<f32> = (0..h)
+            .into_par_iter()
+            .flat_map_iter(|y| {
+                let line: Vec<f32> = self.texels[y * w..(y + 1) * w]
+                    .iter()
+                    .map(|t| t.height)
+                    .collect();
+                running_mean(&line, radius)
+            })
+            .collect();
+        let columns: Vec<Vec<f32>> = (0..w)
+            .into_par_iter()
+            .map(|x| {
+                let line: Vec<f32> = (0..h).map(|y| rows[y * w + x]).collect();
+                running_mean(&line, radius)
+            })
+            .collect();
+        (0..h)
+            .into_par_iter()
+            .flat_map_iter(|y| columns.iter().map(move |c| c[y]))
+            .collect()
+    }
+
+    /// Scales colours, channel by channel, so that their mean is `albedo`.
+    pub(crate) fn with_mean(mut self, albedo: Vec3) -> Self {
+        let sum = self
+            .texels
+            .iter()
+            .fold(glam::DVec3::ZERO, |s, t| s + t.albedo.as_dvec3());
+        let mean = (sum / self.texels.len() as f64).as_vec3();
+        let factor = albedo / mean.max(Vec3::splat(1e-6));
+        self.texels
+            .par_iter_mut()
+            .for_each(|t| t.albedo = (t.albedo * factor).clamp(Vec3::ZERO, Vec3::splat(0.9)));
+        self
+    }
+
+    /// The same tile with every colour changed by its position and height.
+    pub(crate) fn recolour(&self, f: impl Fn(Vec2, Texel) -> Vec3 + Sync) -> Self {
+        let scale = Vec2::new(self.width as f32, self.height as f32).recip();
+        let texels = self
+            .texels
+            .par_iter()
+            .enumerate()
+            .map(|(i, &t)| {
+                let at = Vec2::new((i % self.width) as f32, (i / self.width) as f32);
+                Texel {
+                    albedo: f((at + Vec2::splat(0.5)) * scale, t),
+                    height: t.height,
+                }
+            })
+            .collect();
+        Self { texels, ..*self }
+    }
+
+    /// The finished texture.
+    pub(crate) fn texture(&self) -> Texture {
+        let linear: Vec<Vec3> = self.texels.iter().map(|t| t.albedo).collect();
+        Texture::from_linear(self.width, self.height, &linear)
+            .expect("tiles have power-of-two sides")
+    }
+}
+
+/// The mean of the 2 `radius` + 1 values around each, on a ring.
+fn running_mean(line: &[f32], radius: usize) -> Vec<f32> {
+    let n = line.len();
+    let at = |i: usize| f64::from(line[i % n]);
+    // Sums of f32 in f64 are exact enough that the ring closes without drift.
+    let mut sum: f64 = (0..=2 * radius).map(|i| at(i + n * radius - radius)).sum();
+    (0..n)
+        .map(|i| {
+            let mean = sum / (2 * radius + 1) as f64;
+            sum += at(i + radius + 1) - at(i + n * (radius + 1) - radius);
+            mean as f32
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_running_mean_is_the_brute_force_one() {
+        let line: Vec<f32> = (0..17).map(|i| ((i * 7) % 5) as f32).collect();
+        for radius in [0, 1, 4] {
+            let got = running_mean(&line, radius);
+            for i in 0..17_usize {
+                let want = (0..=2 * radius)
+                    .map(|k| line[(i + 17 * 4 + k - radius) % 17])
+                    .sum::<f32>()
+                    / (2 * radius + 1) as f32;
+                assert!((got[i] - want).abs() < 1e-5, "{i} of {radius}");
+            }
+        }
+    }
+
+    #[test]
+    fn hollows_are_dark_and_the_mean_is_met() {
+        let mut tile = Tile::bake(16, 16, |p| Texel {
+            albedo: Vec3::splat(0.2),
+            height: if (p.x - 0.5).abs() < 0.1 { -1.0 } else { 0.0 },
+        });
+        tile.darken_hollows(3, 1.0, 2.0);
+        assert!(tile.texels[8].albedo.x < 0.6 * tile.texels[0].albedo.x);
+        let target = Vec3::new(0.1, 0.2, 0.05);
+        let texture = tile.with_mean(target).texture();
+        assert!((texture.mean() - target).abs().max_element() < 0.004);
+    }
+}

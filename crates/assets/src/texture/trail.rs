@@ -1,0 +1,284 @@
+//! Trail surfaces, on tiles of 2 m: each has a surface, a rut and a strip between ruts.
+
+use glam::{IVec2, Vec2, Vec3};
+use nemoral_seed::Key;
+
+use super::ground::{Debris, strew};
+use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
+use super::tile::{Texel, Tile};
+
+/// Texels along a side.
+pub(crate) const TRAIL_TEXELS: usize = 512;
+/// Metres along a side.
+pub(crate) const TRAIL_M: f32 = 2.0;
+
+/// What a trail is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TrailKind {
+    Gravel,
+    DryEarth,
+    Mud,
+    Grassy,
+    LeafLitter,
+    Needles,
+    Sand,
+    Rock,
+}
+
+/// The tiles of one kind of trail.
+pub(crate) struct TrailTiles {
+    pub(crate) surface: Tile,
+    pub(crate) rut: Tile,
+    pub(crate) strip: Tile,
+}
+
+impl TrailKind {
+    pub(crate) const ALL: [Self; 8] = [
+        Self::Gravel,
+        Self::DryEarth,
+        Self::Mud,
+        Self::Grassy,
+        Self::LeafLitter,
+        Self::Needles,
+        Self::Sand,
+        Self::Rock,
+    ];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Gravel => "gravel",
+            Self::DryEarth => "dry_earth",
+            Self::Mud => "mud",
+            Self::Grassy => "grassy",
+            Self::LeafLitter => "leaf_litter",
+            Self::Needles => "needles",
+            Self::Sand => "sand",
+            Self::Rock => "rock",
+        }
+    }
+
+    /// Mean albedo of the surface (`reference/vegetation.md` section 3.4).
+    pub(crate) fn mean_albedo(self) -> Vec3 {
+        match self {
+            Self::Gravel => Vec3::new(0.222, 0.206, 0.184),
+            Self::DryEarth => Vec3::new(0.222, 0.165, 0.118),
+            Self::Mud => Vec3::new(0.068, 0.053, 0.041),
+            Self::Grassy => Vec3::new(0.082, 0.106, 0.038),
+            Self::LeafLitter => Vec3::new(0.125, 0.084, 0.058),
+            Self::Needles => Vec3::new(0.150, 0.088, 0.054),
+            Self::Sand => Vec3::new(0.330, 0.268, 0.190),
+            Self::Rock => Vec3::new(0.232, 0.220, 0.195),
+        }
+    }
+
+    /// What a wheel leaves of it.
+    fn rut_albedo(self) -> Vec3 {
+        match self {
+            Self::Gravel => Vec3::new(0.180, 0.163, 0.140),
+            Self::DryEarth => Vec3::new(0.185, 0.135, 0.095),
+            Self::Mud => Vec3::new(0.052, 0.041, 0.032),
+            Self::Grassy => Vec3::new(0.110, 0.092, 0.055),
+            Self::LeafLitter => Vec3::new(0.092, 0.065, 0.046),
+            Self::Needles => Vec3::new(0.110, 0.072, 0.048),
+            Self::Sand => Vec3::new(0.270, 0.215, 0.150),
+            Self::Rock => Vec3::new(0.190, 0.172, 0.145),
+        }
+    }
+
+    /// Pieces per m² that lie on the surface.
+    fn debris(self) -> Debris {
+        let (leaves, leaf_scale, needles, twigs, grass) = match self {
+            Self::Gravel => (4.0, 0.7, 10.0, 2.0, 2.0),
+            Self::DryEarth => (7.0, 0.7, 25.0, 3.0, 3.0),
+            Self::Mud => (7.0, 0.8, 10.0, 3.0, 0.0),
+            Self::Grassy => (12.0, 0.8, 20.0, 2.0, 2600.0),
+            Self::LeafLitter => (520.0, 0.72, 160.0, 10.0, 2.0),
+            Self::Needles => (16.0, 0.7, 2200.0, 14.0, 1.0),
+            Self::Sand => (3.0, 0.7, 25.0, 2.0, 0.0),
+            Self::Rock => (9.0, 0.7, 50.0, 2.0, 6.0),
+        };
+        Debris {
+            leaves,
+            leaf_scale,
+            needles,
+            twigs,
+            grass,
+        }
+    }
+
+    fn base(self, p: Vec2, seed: u32) -> Texel {
+        match self {
+            Self::Gravel => gravel(p, seed),
+            Self::DryEarth => earth(p, seed),
+            Self::Mud => mud(p, seed),
+            Self::Sand => sand(p, seed),
+            Self::Rock => bedrock(p, seed),
+            Self::Grassy | Self::LeafLitter | Self::Needles => {
+                let mut t = earth(p, seed);
+                t.albedo *= 0.5;
+                t
+            }
+        }
+    }
+
+    /// Bakes surface, rut and strip.
+    pub(crate) fn bake(self, key: Key) -> TrailTiles {
+        let seed = key.to_u64() as u32;
+        let base = Tile::bake(TRAIL_TEXELS, TRAIL_TEXELS, |p| self.base(p, seed));
+        let mut surface = strew(base.clone(), TRAIL_M, self.debris(), key.item(0));
+        surface.darken_hollows(4, 0.010, 0.9);
+        let surface = surface.with_mean(self.mean_albedo());
+        // In the rut, what lay on top is pressed into fine soil.
+        let mut rut = surface.recolour(|p, t| {
+            let pressed = smoothstep(-0.35, 0.25, fbm(p, IVec2::splat(9), 4, 0.55, seed ^ 0x301));
+            let soil = earth(p, seed ^ 0x302).albedo * 0.8;
+            // Tyre blocks, half worn away.
+            t.albedo.lerp(soil, 0.65 * pressed)
+                * (1.0 + 0.05 * gradient(p, IVec2::splat(30), seed ^ 0x303))
+        });
+        for t in &mut rut.texels {
+            t.height *= 0.4;
+        }
+        let rut = rut.with_mean(self.rut_albedo());
+        let litter = Debris {
+            leaves: 40.0,
+            leaf_scale: 0.85,
+            needles: 60.0,
+            twigs: 4.0,
+            grass: 900.0,
+        };
+        let litter = match self {
+            Self::Grassy => Debris {
+                leaves: 0.0,
+                needles: 0.0,
+                ..litter
+            },
+            Self::LeafLitter => Debris {
+                leaves: 260.0,
+                grass: 120.0,
+                ..litter
+            },
+            Self::Needles => Debris {
+                needles: 900.0,
+                grass: 120.0,
+                ..litter
+            },
+            _ => litter,
+        };
+        let mut strip = strew(surface.clone(), TRAIL_M, litter, key.item(1));
+        strip.darken_hollows(4, 0.02, 0.6);
+        TrailTiles {
+            surface,
+            rut,
+            strip,
+        }
+    }
+}
+
+/// Rounded stones of one size: (height of the dome, hash), 0 between them.
+fn stones(p: Vec2, per_side: i32, share: f32, seed: u32) -> (f32, u32) {
+    let w = worley(p, IVec2::splat(per_side), 0.9, seed);
+    let radius = 0.34 + 0.26 * unit(w.id ^ 0x3333);
+    let flat = 0.75 * w.f1 + 0.25 * (w.offset.x.abs() + w.offset.y.abs());
+    let inside = (1.0 - flat / radius.min(0.5 * w.f2 + 0.1)).max(0.0);
+    if unit(w.id) < share && inside > 0.0 {
+        (inside.sqrt(), w.id)
+    } else {
+        (0.0, 0)
+    }
+}
+
+fn gravel(p: Vec2, seed: u32) -> Texel {
+    let q = warp(p, IVec2::splat(12), Vec2::splat(0.008), seed);
+    let mut fines = earth(p, seed ^ 0x100);
+    fines.albedo *= 0.85;
+    let mut best = fines;
+    for (k, (per_side, share, height)) in [(170, 0.95, 0.005), (84, 0.75, 0.011), (44, 0.32, 0.020)]
+        .into_iter()
+        .enumerate()
+    {
+        let (dome, id) = stones(q, per_side, share, seed ^ (k as u32 * 77));
+        let top = height * dome;
+        if dome > 0.0 && top > best.height {
+            let tone = 0.6 + 0.75 * unit(id ^ 0x99);
+            let hue = unit(id ^ 0x4242);
+            let grey =
+                Vec3::new(0.215, 0.205, 0.190).lerp(Vec3::new(0.235, 0.195, 0.150), hue * hue);
+            best = Texel {
+                albedo: grey * tone * (0.7 + 0.3 * dome),
+                height: top,
+            };
+        }
+    }
+    best
+}
+
+/// Trodden soil with crumbs and small stones.
+fn earth(p: Vec2, seed: u32) -> Texel {
+    let broad = fbm(p, IVec2::splat(4), 4, 0.55, seed);
+    let crumbs = fbm(p, IVec2::splat(60), 3, 0.65, seed ^ 0x10);
+    let cracks = smoothstep(0.90, 0.99, ridged(p, IVec2::splat(11), 2, 0.5, seed ^ 0x20));
+    let (dome, id) = stones(p, 90, 0.09, seed ^ 0x30);
+    let soil = Vec3::new(0.225, 0.165, 0.115)
+        * (1.0 + 0.25 * broad + 0.22 * crumbs)
+        * (1.0 - 0.3 * cracks);
+    let pebble = Vec3::new(0.22, 0.20, 0.175) * (0.7 + 0.6 * unit(id ^ 1));
+    Texel {
+        albedo: soil.lerp(pebble, f32::from(dome > 0.0) * 0.8),
+        height: 0.003 * crumbs + 0.003 * broad + 0.010 * dome - 0.003 * cracks,
+    }
+}
+
+fn mud(p: Vec2, seed: u32) -> Texel {
+    let q = warp(p, IVec2::splat(5), Vec2::splat(0.05), seed);
+    let relief = fbm(q, IVec2::splat(5), 5, 0.52, seed ^ 0x10);
+    let clods = worley(q, IVec2::splat(26), 1.0, seed ^ 0x20);
+    let fine = gradient(p, IVec2::splat(120), seed ^ 0x30);
+    let water = smoothstep(-0.20, -0.30, relief);
+    let wet = Vec3::new(0.074, 0.057, 0.043)
+        * (1.0 + 0.35 * relief + 0.10 * fine + 0.25 * (0.5 - clods.f1));
+    // A film of turbid water: smooth and a little greyer.
+    let film = Vec3::new(0.062, 0.054, 0.045);
+    Texel {
+        albedo: wet.lerp(film, water),
+        height: (0.03 * relief + 0.008 * (0.6 - clods.f1)).max(-0.008)
+            + 0.001 * fine * (1.0 - water),
+    }
+}
+
+fn sand(p: Vec2, seed: u32) -> Texel {
+    let q = warp(p, IVec2::splat(3), Vec2::splat(0.06), seed);
+    let dunes = fbm(q, IVec2::splat(6), 3, 0.5, seed ^ 0x10);
+    let ripples = fbm(q, IVec2::new(10, 22), 2, 0.5, seed ^ 0x20);
+    let grains = value(p, IVec2::splat(256), seed ^ 0x30);
+    let (dome, id) = stones(p, 100, 0.02, seed ^ 0x40);
+    let tone = 1.0 + 0.12 * dunes + 0.10 * ripples + 0.16 * (grains - 0.5);
+    let stone = Vec3::new(0.24, 0.22, 0.19) * (0.6 + 0.7 * unit(id ^ 1));
+    Texel {
+        albedo: (Vec3::new(0.34, 0.275, 0.195) * tone).lerp(stone, f32::from(dome > 0.0)),
+        height: 0.010 * dunes + 0.006 * ripples + 0.008 * dome,
+    }
+}
+
+fn bedrock(p: Vec2, seed: u32) -> Texel {
+    let q = warp(p, IVec2::splat(4), Vec2::splat(0.05), seed);
+    let blocks = worley(q, IVec2::splat(5), 0.95, seed ^ 0x10);
+    let joint = smoothstep(0.07, 0.01, blocks.border());
+    let relief = fbm(q, IVec2::splat(7), 5, 0.55, seed ^ 0x20);
+    let grains = worley(p, IVec2::splat(200), 1.0, seed ^ 0x30);
+    let speck = if unit(grains.id) < 0.2 {
+        0.6
+    } else {
+        0.9 + 0.3 * unit(grains.id ^ 7)
+    };
+    let rock = Vec3::new(0.255, 0.24, 0.215)
+        * (0.85 + 0.3 * unit(blocks.id))
+        * (1.0 + 0.3 * relief)
+        * speck;
+    let soil = earth(p, seed ^ 0x40).albedo * 0.6;
+    let hollow = smoothstep(-0.12, -0.34, relief);
+    Texel {
+        albedo: rock.lerp(soil, joint.max(0.85 * hollow)),
+        height: 0.018 * relief - 0.025 * joint,
+    }
+}
