@@ -1,1 +1,5 @@
-//! Wires the nemoral stages into typed plans that grow a forest and record it.
+//! Wires the stages.
+pub mod config;
+mod error;
+pub mod plan;
+pub use error::Error;

@@ -1,0 +1,185 @@
+use super::*;
+
+fn load(preset: &str, file: &str, settings: &[&str]) -> Result<Config, Error> {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("c.toml");
+    std::fs::write(&path, file).expect("written");
+    Layers {
+        preset: (!preset.is_empty()).then(|| preset.to_owned()),
+        file: Some(path),
+        settings: settings.iter().map(|&s| s.to_owned()).collect(),
+    }
+    .load()
+}
+
+fn message(result: Result<Config, Error>) -> String {
+    result.expect_err("is refused").to_string()
+}
+
+#[test]
+fn layers_lie_over_each_other() {
+    let config = load(
+        "",
+        "preset = \"high\"\n[lidar]\npulses = 100\n[terrain]\nscale_m = 40",
+        &["lidar.pulses=200", "terrain.noise=perlin-surflet"],
+    )
+    .expect("fine");
+    assert_eq!((config.placement.trees, config.lidar.pulses), (210.0, 200));
+    assert_eq!(
+        (config.terrain.scale_m, config.terrain.noise.as_str()),
+        (40.0, "perlin-surflet")
+    );
+    // The argument wins over the file's preset.
+    assert_eq!(
+        load("low", "preset = \"high\"", &[])
+            .expect("fine")
+            .placement
+            .trees,
+        31.0
+    );
+}
+
+#[test]
+fn a_variant_replaces_the_presets() {
+    let config = load("", "[lidar.lines]\nlines = 16\nlow_deg = -10", &[]).expect("fine");
+    let LidarLinesOnly(lines) = lines(&config);
+    assert_eq!(
+        (lines.lines, lines.low_deg, lines.high_deg),
+        (16, -10.0, 15.0)
+    );
+    let text = message(load("", "[lidar.lines]\n[lidar.mid40]", &[]));
+    assert!(text.contains("both give the scan pattern"), "{text}");
+}
+
+struct LidarLinesOnly(crate::config::LidarLines);
+
+fn lines(config: &Config) -> LidarLinesOnly {
+    match &config.lidar.pattern {
+        crate::config::LidarPattern::Lines(l) => LidarLinesOnly(l.clone()),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn errors_name_key_value_range_line_and_column() {
+    let text = message(load("", "seed = 3\n[terrain]\noctaves = 99 # many", &[]));
+    assert!(
+        text.contains("c.toml:3:1: terrain.octaves = 99: must be a whole number from 1 to 16"),
+        "{text}"
+    );
+    assert!(
+        text.contains("3 | octaves = 99 # many\n  | ^^^^^^^^^^^^"),
+        "{text}"
+    );
+    let text = message(load("", "[terrain]\noctave = 9", &[]));
+    assert!(text.contains("did you mean `octaves`?"), "{text}");
+    let text = message(load("", "[terain]\n", &[]));
+    assert!(
+        text.contains(":1:2: terain: no such key; did you mean `terrain`?"),
+        "{text}"
+    );
+    let text = message(load("", "terrain = 4", &[]));
+    assert!(text.contains("must be a table"), "{text}");
+    let text = message(load("", "[terrain\n", &[]));
+    assert!(text.contains("c.toml:1:"), "{text}");
+    let text = message(load("", "", &["lidar.pulses=-5"]));
+    assert!(
+        text.contains("--set lidar.pulses=-5: lidar.pulses = -5: must"),
+        "{text}"
+    );
+    let text = message(load("", "", &["lidar.pulses"]));
+    assert!(text.contains("must be KEY=VALUE"), "{text}");
+    let text = message(load("huge", "", &[]));
+    assert!(
+        text.contains("preset = \"huge\": must be one of default, low"),
+        "{text}"
+    );
+}
+
+#[test]
+fn every_error_is_reported_at_once() {
+    let text = message(load(
+        "",
+        "[terrain]\noctaves = 0\nlacunarity = 1\n[sky]\noverast = 1",
+        &[],
+    ));
+    assert_eq!(text.matches("c.toml:").count(), 3, "{text}");
+}
+
+#[test]
+fn impossible_combinations_are_refused_where_they_stand() {
+    for (file, expected) in [
+        (
+            "[chunks]\nvisible_radius_m = 500\ndelete_radius_m = 600",
+            "tell only 16 apart",
+        ),
+        (
+            "[chunks]\ndelete_radius_m = 50",
+            "must be at least chunks.visible_radius_m",
+        ),
+        (
+            "[placement]\nrocks_min = 30",
+            "must be at most placement.rocks_max = 14",
+        ),
+        (
+            "[placement]\ntrees = 400\nshrubs = 400\nstumps = 200",
+            "number only 1023",
+        ),
+        ("[robot]\nspacing_m = 0", "one must be above 0"),
+        ("[robot.file]\nformat = \"kitti\"", "must name a file"),
+        (
+            "[assets]\nmaritime_pine = 0\neucalyptus = 0\nenglish_oak = 0",
+            "are all 0",
+        ),
+        ("[lidar]\nwavelength_nm = 1000", "must be 905 or 1550"),
+        (
+            "[robot]\nstart_x_m = 1e8\n[chunks]\nsize_m = 20\nvisible_radius_m = 100\nundergrowth_radius_m = 50",
+            "ids reach",
+        ),
+    ] {
+        let text = message(load("", file, &[]));
+        assert!(text.contains(expected), "{file}: {text}");
+    }
+}
+
+#[test]
+fn presets_are_valid_and_survive_a_round_trip() {
+    for preset in Preset::ALL {
+        let config = preset.config();
+        assert_eq!(config.problems(), [], "{}", preset.name);
+        assert_eq!(Config::from_toml(&config.to_toml()).expect("fine"), config);
+        let annotated = crate::config::annotated_toml(&config);
+        assert_eq!(
+            Config::from_toml(&annotated).expect("fine"),
+            config,
+            "{annotated}"
+        );
+    }
+}
+
+#[test]
+fn every_default_is_allowed_and_every_key_is_defined() {
+    let table = to_table(&Config::default());
+    let source = Source {
+        name: String::new(),
+        is_argument: false,
+        text: String::new(),
+        table: table.clone(),
+    };
+    let mut errors = Vec::new();
+    check_table("", &table, &source, &mut errors);
+    assert_eq!(errors, []);
+    let schema = crate::config::json_schema();
+    assert_eq!(
+        schema["properties"]["terrain"]["properties"]["octaves"]["maximum"],
+        16
+    );
+    assert_eq!(
+        schema["properties"]["lidar"]["properties"]["lines"]["type"],
+        "object"
+    );
+    let page = crate::config::reference_page();
+    for section in SECTIONS {
+        assert!(page.contains(section.path));
+    }
+}

@@ -1,0 +1,158 @@
+//! The definition of the keys, for people and for editors.
+
+use std::fmt::Write;
+
+use serde_json::{Map, Value, json};
+
+use super::{Config, Preset, SECTIONS};
+
+/// A config as commented TOML: every key with what it does, what it may be, and why it is so.
+#[must_use]
+pub fn annotated_toml(config: &Config) -> String {
+    let values: toml::Table = config.to_toml().parse().expect("our own TOML parses");
+    let mut out = String::new();
+    for section in SECTIONS {
+        let Some(table) = lookup(&values, section.path) else {
+            continue;
+        };
+        if !out.is_empty() {
+            out.push('\n');
+        }
+        let _ = writeln!(out, "#{}", section.doc);
+        if !section.path.is_empty() {
+            let _ = writeln!(out, "[{}]", section.path);
+        }
+        if let Some(choice) = section.choice {
+            let others: Vec<String> = SECTIONS
+                .iter()
+                .filter(|s| s.choice == Some(choice) && s.path != section.path)
+                .map(|s| format!("[{}]", s.path))
+                .collect();
+            let _ = writeln!(out, "# Gives {choice}. Instead: {}.", others.join(", "));
+        }
+        for key in section.keys {
+            let value = &table[key.name];
+            let _ = writeln!(
+                out,
+                "#{} {}; {}.",
+                key.doc,
+                sentence(&key.allowed.describe()),
+                key.source
+            );
+            let _ = writeln!(out, "{} = {value}", key.name);
+        }
+    }
+    out
+}
+
+fn sentence(text: &str) -> String {
+    let mut chars = text.chars();
+    chars
+        .next()
+        .map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
+}
+
+/// The JSON schema (2020-12) of a config, for editors that complete TOML.
+#[must_use]
+pub fn json_schema() -> Value {
+    let names: Vec<&str> = Preset::ALL.iter().map(|p| p.name).collect();
+    let mut root = object("");
+    root["properties"]["preset"] =
+        json!({"enum": names, "description": "The preset under this file."});
+    root["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    root["title"] = json!("nemoral config");
+    root
+}
+
+fn object(path: &str) -> Value {
+    let defaults: toml::Table = Config::default()
+        .to_toml()
+        .parse()
+        .expect("our own TOML parses");
+    let section = SECTIONS
+        .iter()
+        .find(|s| s.path == path)
+        .expect("only sections are entered");
+    let mut properties = Map::new();
+    for key in section.keys {
+        let mut schema = key.allowed.json_schema();
+        schema["description"] = json!(format!("{} Default: {}.", key.doc.trim(), key.source));
+        if let Some(value) = lookup(&defaults, path).and_then(|t| t.get(key.name)) {
+            schema["default"] = json!(value);
+        }
+        properties.insert(key.name.to_owned(), schema);
+    }
+    let prefix = if path.is_empty() {
+        String::new()
+    } else {
+        format!("{path}.")
+    };
+    for sub in SECTIONS {
+        if let Some(name) = sub.path.strip_prefix(&prefix) {
+            if !name.is_empty() && !name.contains('.') {
+                properties.insert(name.to_owned(), object(sub.path));
+            }
+        }
+    }
+    json!({
+        "type": "object",
+        "description": section.doc.trim(),
+        "properties": properties,
+        "additionalProperties": false,
+    })
+}
+
+/// The reference page, Markdown.
+#[must_use]
+pub fn reference_page() -> String {
+    let defaults: toml::Table = Config::default()
+        .to_toml()
+        .parse()
+        .expect("our own TOML parses");
+    let mut out = String::from(
+        "# Config reference\n\nMade by `nemoral config reference`. A config is TOML; what it leaves out is the preset's. \
+         `nemoral config init` writes one to start from, `nemoral config check FILE` proves one.\n\n## Presets\n\n",
+    );
+    for preset in Preset::ALL {
+        let _ = writeln!(out, "- `{}`: {}", preset.name, preset.doc);
+    }
+    for section in SECTIONS {
+        let title = if section.path.is_empty() {
+            "top level".to_owned()
+        } else {
+            format!("[{}]", section.path)
+        };
+        let _ = writeln!(out, "\n## {title}\n\n{}", section.doc.trim());
+        if let Some(choice) = section.choice {
+            let _ = writeln!(out, "\nOne way to give {choice}.");
+        }
+        if section.keys.is_empty() {
+            continue;
+        }
+        let _ = writeln!(
+            out,
+            "\n| key | default | allowed | what | source |\n|---|---|---|---|---|"
+        );
+        for key in section.keys {
+            let default = lookup(&defaults, section.path).and_then(|t| t.get(key.name));
+            let default = default.map_or_else(|| "–".to_owned(), |v| format!("`{v}`"));
+            let allowed = key.allowed.describe();
+            let _ = writeln!(
+                out,
+                "| `{}` | {default} | {allowed} | {} | {} |",
+                key.name,
+                key.doc.trim(),
+                key.source
+            );
+        }
+    }
+    out
+}
+
+fn lookup<'a>(table: &'a toml::Table, path: &str) -> Option<&'a toml::Table> {
+    if path.is_empty() {
+        return Some(table);
+    }
+    path.split('.')
+        .try_fold(table, |t, part| t.get(part)?.as_table())
+}

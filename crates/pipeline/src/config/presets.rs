@@ -1,0 +1,79 @@
+//! Named requests.
+
+use super::Config;
+
+/// A named request.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is for.
+    pub doc: &'static str,
+    change: fn(&mut Config),
+}
+
+impl Preset {
+    /// Every preset.
+    pub const ALL: &'static [Self] = &[
+        Self {
+            name: "default",
+            doc: "what people want to look at: medium density, trees to 300 m, rectangular pattern",
+            change: |_| {},
+        },
+        Self {
+            name: "low",
+            doc: "the paper's experiment: 31 trees a chunk, everything to 100 m",
+            change: |c| paper(c, 31.0),
+        },
+        Self {
+            name: "medium",
+            doc: "the paper's experiment: 96 trees a chunk, everything to 100 m",
+            change: |c| paper(c, 96.0),
+        },
+        Self {
+            name: "high",
+            doc: "the paper's experiment: 210 trees a chunk, everything to 100 m",
+            change: |c| paper(c, 210.0),
+        },
+        Self {
+            name: "demo",
+            doc: "tiny and quick, for tests",
+            change: demo,
+        },
+    ];
+
+    /// The preset of this name.
+    #[must_use]
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|p| p.name == name).copied()
+    }
+
+    /// Its config.
+    #[must_use]
+    pub fn config(&self) -> Config {
+        let mut config = Config::default();
+        (self.change)(&mut config);
+        config
+    }
+}
+
+/// Section VI: visible radius 100 m, 1280 x 720, 50,000 points. Its timings are of drafts.
+fn paper(config: &mut Config, trees: f64) {
+    config.placement.trees = trees;
+    config.chunks.visible_radius_m = 100.0;
+    config.chunks.undergrowth_radius_m = 100.0;
+    config.chunks.delete_radius_m = 200.0;
+    config.camera.samples = 1;
+}
+
+fn demo(config: &mut Config) {
+    config.frames = 2;
+    config.chunks.visible_radius_m = 40.0;
+    config.chunks.undergrowth_radius_m = 20.0;
+    config.chunks.delete_radius_m = 120.0;
+    config.assets.individuals = 1;
+    config.camera.width_px = 160;
+    config.camera.height_px = 96;
+    config.camera.samples = 1;
+    config.lidar.pulses = 3000;
+}

@@ -1,0 +1,161 @@
+//! One definition for each key: its default, what is allowed, and where the default comes from.
+//!
+//! The same definition makes the struct, the checks, the commented `config init`, the JSON schema
+//! and the reference page.
+
+use toml::Value;
+
+/// What values a key may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Allowed {
+    /// A real number, both ends included.
+    Real(f64, f64),
+    /// A real number, the lower end excluded.
+    RealAbove(f64, f64),
+    /// A whole number, both ends included.
+    Whole(i64, i64),
+    /// `true` or `false`.
+    Flag,
+    /// One of these words.
+    OneOf(&'static [&'static str]),
+    /// Any text.
+    Text,
+    /// Three real numbers, both ends included.
+    Triple(f64, f64),
+}
+
+impl Allowed {
+    /// In words, for messages and pages.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        match self {
+            Self::Real(low, high) => format!("a number from {low} to {high}"),
+            Self::RealAbove(low, high) => format!("a number above {low}, at most {high}"),
+            Self::Whole(low, high) => format!("a whole number from {low} to {high}"),
+            Self::Flag => "true or false".to_owned(),
+            Self::OneOf(words) => {
+                let quoted: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
+                format!("one of {}", quoted.join(", "))
+            }
+            Self::Text => "text in quotes".to_owned(),
+            Self::Triple(low, high) => format!("three numbers from {low} to {high}, [a, b, c]"),
+        }
+    }
+
+    /// Is this value allowed?
+    #[must_use]
+    pub fn allows(&self, value: &Value) -> bool {
+        match (self, value) {
+            (Self::Real(low, high), v) => number(v).is_some_and(|x| (*low..=*high).contains(&x)),
+            (Self::RealAbove(low, high), v) => number(v).is_some_and(|x| x > *low && x <= *high),
+            (Self::Whole(low, high), Value::Integer(i)) => (low..=high).contains(&i),
+            (Self::Flag, Value::Boolean(_)) | (Self::Text, Value::String(_)) => true,
+            (Self::OneOf(words), Value::String(s)) => words.contains(&s.as_str()),
+            (Self::Triple(low, high), Value::Array(a)) => {
+                let inside = |v| number(v).is_some_and(|x| (*low..=*high).contains(&x));
+                a.len() == 3 && a.iter().all(inside)
+            }
+            _ => false,
+        }
+    }
+
+    /// The JSON schema of such a value.
+    #[must_use]
+    pub fn json_schema(&self) -> serde_json::Value {
+        use serde_json::json;
+        match self {
+            Self::Real(low, high) => json!({"type": "number", "minimum": low, "maximum": high}),
+            Self::RealAbove(low, high) => {
+                json!({"type": "number", "exclusiveMinimum": low, "maximum": high})
+            }
+            Self::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
+            Self::Flag => json!({"type": "boolean"}),
+            Self::OneOf(words) => json!({"enum": words}),
+            Self::Text => json!({"type": "string"}),
+            Self::Triple(low, high) => json!({
+                "type": "array", "minItems": 3, "maxItems": 3,
+                "items": {"type": "number", "minimum": low, "maximum": high},
+            }),
+        }
+    }
+}
+
+/// A TOML number; whole numbers are numbers too.
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Integer(i) => Some(*i as f64),
+        Value::Float(f) => Some(*f),
+        _ => None,
+    }
+}
+
+/// A key of a section.
+#[derive(Clone, Copy, Debug)]
+pub struct KeySpec {
+    /// Its name, with its unit.
+    pub name: &'static str,
+    /// What it does.
+    pub doc: &'static str,
+    /// What it may be.
+    pub allowed: Allowed,
+    /// Where the default comes from.
+    pub source: &'static str,
+}
+
+/// A table of the config.
+#[derive(Clone, Copy, Debug)]
+pub struct SectionSpec {
+    /// Its dotted path; empty for the root.
+    pub path: &'static str,
+    /// What it is about.
+    pub doc: &'static str,
+    /// The choice it is one variant of: at most one table of a choice may be present.
+    pub choice: Option<&'static str>,
+    /// Its keys.
+    pub keys: &'static [KeySpec],
+}
+
+/// Defines a section: the struct, its defaults and its keys.
+macro_rules! section {
+    (
+        #[doc = $doc:literal]
+        $name:ident at $path:literal $(, one of $choice:literal)? {
+            $( #[doc = $field_doc:literal] $field:ident: $type:ty = $default:expr, $allowed:expr, $source:literal; )*
+        }
+        $( plus { $( #[doc = $sub_doc:literal] $(#[serde($serde:ident)])? $sub:ident: $sub_type:ty; )* } )?
+    ) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+        #[serde(default)]
+        #[non_exhaustive]
+        pub struct $name {
+            $( #[doc = $field_doc] pub $field: $type, )*
+            $($( #[doc = $sub_doc] $(#[serde($serde)])? pub $sub: $sub_type, )*)?
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $( $field: $default, )* $($( $sub: Default::default(), )*)? }
+            }
+        }
+
+        impl $name {
+            /// This section's definition.
+            pub const SPEC: $crate::config::SectionSpec = $crate::config::SectionSpec {
+                path: $path,
+                doc: $doc,
+                choice: section!(@choice $($choice)?),
+                keys: &[$( $crate::config::KeySpec {
+                    name: stringify!($field),
+                    doc: $field_doc,
+                    allowed: $allowed,
+                    source: $source,
+                }, )*],
+            };
+        }
+    };
+    (@choice $choice:literal) => { Some($choice) };
+    (@choice) => { None };
+}
+
+pub(super) use section;

@@ -1,0 +1,492 @@
+//! Every key of a config.
+
+use serde::{Deserialize, Serialize};
+
+use super::schema::Allowed::{Flag, OneOf, Real, RealAbove, Text, Triple, Whole};
+use super::schema::{SectionSpec, section};
+
+section! {
+    /// A whole request: what world, what robot, what is recorded.
+    Config at "" {
+        /// The world's seed. The same seed, config and program give the same bytes.
+        seed: u64 = 7, Whole(0, i64::MAX), "any number; TOML reaches 2^63 - 1";
+        /// How many frames the sequence has.
+        frames: u64 = 10, Whole(1, 10_000_000), "enough to see, done in a minute";
+    }
+    plus {
+        /// Chunks and how far is seen.
+        chunks: Chunks;
+        /// Terrain.
+        terrain: Terrain;
+        /// Trails.
+        trails: Trails;
+        /// Rocks, trees, stumps and shrubs.
+        placement: Placement;
+        /// Grass, herbs and ferns.
+        undergrowth: Undergrowth;
+        /// What is grown.
+        assets: Assets;
+        /// Sun.
+        sun: Sun;
+        /// Sky.
+        sky: Sky;
+        /// Camera.
+        camera: Camera;
+        /// LiDAR.
+        lidar: Lidar;
+        /// Robot.
+        robot: Robot;
+        /// Files.
+        output: Output;
+    }
+}
+
+section! {
+    /// The chunk manager: the world is made, kept and dropped in square chunks (paper, IV-A).
+    Chunks at "chunks" {
+        /// Side of a chunk.
+        size_m: f64 = 50.0, Real(20.0, 100.0), "paper, VI";
+        /// Trees, rocks and ground are visible in chunks that come this near.
+        visible_radius_m: f64 = 300.0, Real(10.0, 600.0), "far enough that haze closes the view";
+        /// Undergrowth is visible in chunks that come this near.
+        undergrowth_radius_m: f64 = 100.0, Real(0.0, 300.0), "the paper's visible radius, VI";
+        /// Chunks farther than this are deleted; between the radii they are disabled.
+        delete_radius_m: f64 = 400.0, Real(10.0, 2000.0), "two chunks beyond the visible radius";
+    }
+}
+
+section! {
+    /// The terrain: octaves of gradient noise (paper, IV-B).
+    Terrain at "terrain" {
+        /// Number of noise layers.
+        octaves: u32 = 6, Whole(1, 16), "paper, Fig. 3, has 5; one more for relief under 4 m";
+        /// Size of the largest hills.
+        scale_m: f64 = 110.0, RealAbove(0.0, 10_000.0), "paper, Fig. 3, has 40: steep; here walkable";
+        /// Frequency of each layer over the one before.
+        lacunarity: f64 = 2.1, RealAbove(1.0, 10.0), "paper, IV-B: above 1; not 2, so that lattices do not align";
+        /// Amplitude of each layer over the one before.
+        persistence: f64 = 0.38, Real(0.0, 1.0), "paper, IV-B: 0..1";
+        /// The greatest height.
+        max_height_m: f64 = 30.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50";
+        /// Which noise: ours, or the noise crate's.
+        noise: String = "nemoral".into(), OneOf(&["nemoral", "perlin-surflet"]), "ours has no period and exact gradients";
+        /// Side of a terrain cell away from trails.
+        cell_m: f64 = 1.0, Real(0.5, 5.0), "paper, Fig. 3";
+        /// Side of a terrain cell on trails and chunk borders.
+        fine_cell_m: f64 = 0.25, Real(0.1, 2.0), "resolves wheel ruts";
+    }
+}
+
+section! {
+    /// The trails (paper, IV-C), carved into the terrain.
+    Trails at "trails" {
+        /// Are there trails?
+        enabled: bool = true, Flag, "paper, IV-C: can be switched off";
+        /// Width.
+        width_m: f64 = 2.6, Real(0.8, 6.0), "a forest track, vegetation.md 4.1";
+        /// Surface texture: one for all, or varied from trail to trail.
+        surface: String = "varied".into(), OneOf(&["varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand", "rock"]), "paper, VII: one texture for all was its models' failure";
+        /// Probability that a trail is born in a chunk.
+        spawn_probability: f64 = 0.03, Real(0.0, 1.0), "about one trail in view";
+        /// Probability that a trail leaves a chunk by the opposite border, rather than left or right.
+        forward_probability: f64 = 0.75, Real(0.0, 1.0), "long trails with some bends";
+        /// A trail ends after this many chunks.
+        max_length_chunks: u32 = 40, Whole(1, 200), "2 km; bounds the search for trails";
+        /// Depth of the wheel ruts.
+        rut_depth_m: f64 = 0.05, Real(0.0, 0.4), "vegetation.md 4.1: 2-8 cm dry";
+        /// Height of the crown in the middle over the edges.
+        crown_m: f64 = 0.04, Real(-0.3, 0.3), "vegetation.md 4.1: 4 %";
+        /// Most tufts of grass along the trails in a chunk; 0 for none.
+        grass_max: u32 = 120, Whole(0, 2000), "paper, IV-C";
+        /// How far from the middle a tuft may stand.
+        grass_spread_m: f64 = 0.6, Real(0.0, 5.0), "paper, IV-C; between the ruts";
+        /// Most stones along a trail in a chunk; 0 for none.
+        rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
+    }
+}
+
+section! {
+    /// What stands in a chunk (paper, IV-D): rocks first, then trees, stumps and shrubs.
+    Placement at "placement" {
+        /// Mean number of trees in a chunk.
+        trees: f64 = 96.0, Real(0.0, 400.0), "paper, VI: medium";
+        /// Mean number of stumps in a chunk.
+        stumps: f64 = 5.0, Real(0.0, 200.0), "managed stands, vegetation.md 2.5";
+        /// Mean number of shrubs in a chunk.
+        shrubs: f64 = 60.0, Real(0.0, 400.0), "vegetation.md 2.5";
+        /// Fewest rocks in a chunk.
+        rocks_min: u32 = 2, Whole(0, 400), "paper, IV-D";
+        /// Most rocks in a chunk.
+        rocks_max: u32 = 14, Whole(0, 400), "paper, IV-D";
+        /// Multiplies the radii of occupation: larger is sparser.
+        density_factor: f64 = 1.0, RealAbove(0.0, 10.0), "paper, IV-D";
+        /// Two things keep this times the sum of their radii between them.
+        spacing_factor: f64 = 1.3, Real(1.0, 10.0), "trunks apart, crowns may overlap";
+    }
+}
+
+section! {
+    /// Low plants, on a jittered grid over the whole chunk (paper, IV-D).
+    Undergrowth at "undergrowth" {
+        /// Side of a grid cell; each may hold a patch of plants.
+        cell_m: f64 = 1.25, Real(0.5, 10.0), "patches are 1-2 m wide";
+        /// Share of cells that hold a patch in full light.
+        cover: f64 = 0.75, Real(0.0, 1.0), "vegetation.md 2.5";
+        /// Patches of fallen twigs per cell.
+        litter: f64 = 0.12, Real(0.0, 1.0), "vegetation.md 2.5";
+    }
+}
+
+section! {
+    /// What is grown.
+    Assets at "assets" {
+        /// Individuals of each tree species.
+        individuals: u32 = 8, Whole(1, 64), "vegetation.md 1.5: 8-16";
+        /// Wood thicker than this radius is trunk, thinner wood is canopy.
+        trunk_radius_m: f64 = 0.04, Real(0.005, 1.0), "design: configurable";
+        /// Mean stem diameter at breast height.
+        dbh_mean_m: f64 = 0.26, Real(0.08, 0.8), "managed stands, vegetation.md 2.1";
+        /// Share of maritime pines.
+        maritime_pine: f64 = 0.6, Real(0.0, 1000.0), "the paper's Portuguese forests";
+        /// Share of eucalypts.
+        eucalyptus: f64 = 0.2, Real(0.0, 1000.0), "the paper's Portuguese forests";
+        /// Share of English oaks.
+        english_oak: f64 = 0.2, Real(0.0, 1000.0), "the paper's Portuguese forests";
+    }
+}
+
+section! {
+    /// The sun (paper, IV-E).
+    Sun at "sun" {
+        /// Multiplies the sun's light.
+        intensity: f64 = 1.0, Real(0.0, 100.0), "physical";
+        /// Multiplies its colour, linear red, green, blue.
+        colour: [f64; 3] = [1.0; 3], Triple(0.0, 10.0), "physical";
+    }
+    plus {
+        /// Where it stands.
+        #[serde(flatten)]
+        position: SunPosition;
+    }
+}
+
+/// Where the sun stands.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum SunPosition {
+    /// By angles.
+    Angles(SunAngles),
+    /// By place, date and time.
+    Date(SunDate),
+}
+
+impl Default for SunPosition {
+    fn default() -> Self {
+        Self::Angles(SunAngles::default())
+    }
+}
+
+section! {
+    /// The sun by angles.
+    SunAngles at "sun.angles", one of "the sun's position" {
+        /// Clockwise from north.
+        azimuth_deg: f64 = 215.0, Real(-360.0, 360.0), "early afternoon";
+        /// Above the horizon.
+        elevation_deg: f64 = 48.0, Real(-5.0, 90.0), "spring or autumn at 40 degrees north";
+    }
+}
+
+section! {
+    /// The sun by place, date and time.
+    SunDate at "sun.date", one of "the sun's position" {
+        /// Latitude, north positive.
+        latitude_deg: f64 = 40.2033, Real(-90.0, 90.0), "Coimbra";
+        /// Longitude, east positive.
+        longitude_deg: f64 = -8.4103, Real(-180.0, 180.0), "Coimbra";
+        /// Date and time in UTC.
+        utc: String = "2022-06-21T14:30:00".into(), Text, "YYYY-MM-DDThh:mm:ss";
+    }
+}
+
+section! {
+    /// The sky that lights the scene.
+    Sky at "sky" {
+        /// Haze: 2 very clear, 3 clear, 6 hazy.
+        turbidity: f64 = 3.0, Real(1.8, 10.0), "Preetham 1999";
+        /// Share of cloud: 0 clear, 1 overcast.
+        overcast: f64 = 0.0, Real(0.0, 1.0), "clear";
+    }
+}
+
+section! {
+    /// The camera (paper, V-C).
+    Camera at "camera" {
+        /// Columns.
+        width_px: u32 = 1280, Whole(16, 8192), "paper, VI";
+        /// Rows.
+        height_px: u32 = 720, Whole(16, 8192), "paper, VI";
+        /// Colour samples a pixel where neighbours differ; 1 everywhere is the draft.
+        samples: u32 = 4, Whole(1, 64), "smooth edges of leaves";
+        /// Brightens (positive) or darkens the automatic exposure, stops.
+        exposure_bias_ev: f64 = 0.0, Real(-8.0, 8.0), "automatic";
+        /// Mounted this far in front of the body's origin.
+        mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "a small tracked robot";
+        /// This far to its left.
+        mount_y_m: f64 = 0.0, Real(-10.0, 10.0), "centred";
+        /// This far above the ground.
+        mount_z_m: f64 = 1.2, Real(0.0, 50.0), "a small tracked robot";
+        /// Turned to the left.
+        mount_yaw_deg: f64 = 0.0, Real(-180.0, 180.0), "forward";
+        /// Nose down.
+        mount_pitch_deg: f64 = 0.0, Real(-90.0, 90.0), "level";
+    }
+    plus {
+        /// How wide it sees.
+        #[serde(flatten)]
+        optics: CameraOptics;
+    }
+}
+
+/// How wide the camera sees.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum CameraOptics {
+    /// By its field of view.
+    Fov(CameraFov),
+    /// By sensor and lens.
+    Sensor(CameraSensor),
+}
+
+impl Default for CameraOptics {
+    fn default() -> Self {
+        Self::Fov(CameraFov::default())
+    }
+}
+
+section! {
+    /// The camera by its field of view.
+    CameraFov at "camera.fov", one of "the camera's optics" {
+        /// Horizontal field of view.
+        horizontal_deg: f64 = 80.0, Real(1.0, 179.0), "as wide as the default LiDAR";
+    }
+}
+
+section! {
+    /// The camera by sensor size and focal length.
+    CameraSensor at "camera.sensor", one of "the camera's optics" {
+        /// Sensor width.
+        width_mm: f64 = 7.2, Real(0.1, 1000.0), "1/2 inch class";
+        /// Sensor height.
+        height_mm: f64 = 4.05, Real(0.1, 1000.0), "1/2 inch class";
+        /// Focal length.
+        focal_length_mm: f64 = 4.3, Real(0.1, 1000.0), "80 degrees on 7.2 mm";
+    }
+}
+
+section! {
+    /// The LiDAR (paper, V-B).
+    Lidar at "lidar" {
+        /// Pulses fired in a scan.
+        pulses: u32 = 50_000, Whole(1, 10_000_000), "paper, VI";
+        /// Pulses that hit something nearer give no return.
+        min_range_m: f64 = 0.5, Real(0.0, 10.0), "blind zone, lidar.md 1.1";
+        /// Nothing farther gives a return.
+        max_range_m: f64 = 260.0, Real(1.0, 2000.0), "Livox at 80 % reflectance, lidar.md 1.1";
+        /// Laser wavelength.
+        wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
+        /// Mounted this far in front of the body's origin.
+        mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "above the camera";
+        /// This far to its left.
+        mount_y_m: f64 = 0.0, Real(-10.0, 10.0), "centred";
+        /// This far above the ground.
+        mount_z_m: f64 = 1.35, Real(0.0, 50.0), "above the camera";
+        /// Turned to the left.
+        mount_yaw_deg: f64 = 0.0, Real(-180.0, 180.0), "forward";
+        /// Nose down.
+        mount_pitch_deg: f64 = 0.0, Real(-90.0, 90.0), "level";
+    }
+    plus {
+        /// Where it looks.
+        #[serde(flatten)]
+        pattern: LidarPattern;
+        /// How it errs.
+        noise: Noise;
+    }
+}
+
+/// The scan pattern.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum LidarPattern {
+    /// Repeating lines.
+    Lines(LidarLines),
+    /// Non-repeating, circular.
+    Mid40(LidarMid40),
+    /// Non-repeating, rectangular.
+    Horizon(LidarHorizon),
+}
+
+impl Default for LidarPattern {
+    fn default() -> Self {
+        Self::Horizon(LidarHorizon::default())
+    }
+}
+
+section! {
+    /// Repeating lines: a spinning scanner.
+    LidarLines at "lidar.lines", one of "the scan pattern" {
+        /// Lines.
+        lines: u32 = 32, Whole(1, 128), "a common spinning scanner";
+        /// Lowest line, above the horizon.
+        low_deg: f64 = -15.0, Real(-90.0, 90.0), "VLP-16, lidar.md 1.5";
+        /// Highest line.
+        high_deg: f64 = 15.0, Real(-90.0, 90.0), "VLP-16, lidar.md 1.5";
+        /// Turns a second.
+        rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "lidar.md 1.5";
+    }
+}
+
+section! {
+    /// Non-repeating, circular field of view: the Livox Mid-40's two prisms, 100,000 pulses a second.
+    LidarMid40 at "lidar.mid40", one of "the scan pattern" {}
+}
+
+section! {
+    /// Non-repeating, rectangular field of view: Horizon-like, 240,000 pulses a second.
+    LidarHorizon at "lidar.horizon", one of "the scan pattern" {}
+}
+
+section! {
+    /// How measured ranges err (paper, V-B).
+    Noise at "lidar.noise" {
+        /// The model of the mean error and of its spread.
+        model: String = "paper".into(), OneOf(&["off", "paper", "laconte", "snr"]), "paper, V-B; lidar.md 2";
+        /// Standard deviation of the models `paper` and `laconte`.
+        sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox Mid-40 at 20 m, lidar.md 1.1";
+    }
+}
+
+section! {
+    /// The robot: where it goes, and how often it looks.
+    Robot at "robot" {
+        /// Frames lie this far apart.
+        spacing_m: f64 = 1.0, Real(0.0, 1000.0), "new views, overlapping";
+        /// Or this long apart; 0 to go by metres.
+        spacing_s: f64 = 0.0, Real(0.0, 3600.0), "by metres";
+        /// Speed, for times, and for the motion during a scan.
+        speed_m_s: f64 = 1.0, RealAbove(0.0, 30.0), "walking pace";
+        /// Where it starts, metres east.
+        start_x_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
+        /// Where it starts, metres north.
+        start_y_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
+        /// Heading of `straight` and of a wander, clockwise from north.
+        heading_deg: f64 = 45.0, Real(-360.0, 360.0), "north-east";
+        /// Distance between axles: body pitch follows the ground over it.
+        wheelbase_m: f64 = 0.8, Real(0.1, 10.0), "a small tracked robot";
+        /// Distance between tracks: body roll follows the ground over it.
+        track_m: f64 = 0.6, Real(0.1, 10.0), "a small tracked robot";
+        /// Kept from stems and rocks on a wander.
+        clearance_m: f64 = 0.8, Real(0.0, 10.0), "half the robot and a hand";
+    }
+    plus {
+        /// Where it goes.
+        #[serde(flatten)]
+        path: RobotPath;
+    }
+}
+
+/// Where the robot goes.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum RobotPath {
+    /// Along the nearest trail, there and back.
+    Trail(PathTrail),
+    /// A smooth wander through the wood.
+    Wander(PathWander),
+    /// A straight line.
+    Straight(PathStraight),
+    /// Poses from a file.
+    File(PathFile),
+}
+
+impl Default for RobotPath {
+    fn default() -> Self {
+        Self::Trail(PathTrail::default())
+    }
+}
+
+section! {
+    /// Along the nearest trail; a wander if there is none.
+    PathTrail at "robot.trail", one of "the robot's path" {
+        /// A trail is looked for this far from the start.
+        search_radius_m: f64 = 500.0, Real(0.0, 2000.0), "design";
+    }
+}
+
+section! {
+    /// A smooth wander that keeps from stems and rocks.
+    PathWander at "robot.wander", one of "the robot's path" {
+        /// How far it strays from its heading's line.
+        amplitude_m: f64 = 8.0, Real(0.0, 30.0), "a few trees wide";
+    }
+}
+
+section! {
+    /// A straight line, through whatever stands there.
+    PathStraight at "robot.straight", one of "the robot's path" {}
+}
+
+section! {
+    /// Poses from a file; frame k takes pose k.
+    PathFile at "robot.file", one of "the robot's path" {
+        /// The file.
+        path: String = String::new(), Text, "none";
+        /// Its format: TUM (`t x y z qx qy qz qw`) or KITTI (a 3 x 4 matrix a line).
+        format: String = "tum".into(), OneOf(&["tum", "kitti"]), "TUM carries times";
+        /// Take height, pitch and roll from the ground instead of the file.
+        on_ground: bool = true, Flag, "the file knows nothing of this ground";
+    }
+}
+
+section! {
+    /// What is written.
+    Output at "output" {
+        /// The class table.
+        ontology: String = "paper".into(), OneOf(&["paper", "fuel"]), "paper, V-A and VII";
+        /// Also write depth as float32 `.npy`.
+        depth_npy: bool = false, Flag, "16-bit PNG is enough to 4 mm";
+    }
+}
+
+/// Every section, in the order of the reference page.
+pub const SECTIONS: &[SectionSpec] = &[
+    Config::SPEC,
+    Chunks::SPEC,
+    Terrain::SPEC,
+    Trails::SPEC,
+    Placement::SPEC,
+    Undergrowth::SPEC,
+    Assets::SPEC,
+    Sun::SPEC,
+    SunAngles::SPEC,
+    SunDate::SPEC,
+    Sky::SPEC,
+    Camera::SPEC,
+    CameraFov::SPEC,
+    CameraSensor::SPEC,
+    Lidar::SPEC,
+    LidarLines::SPEC,
+    LidarMid40::SPEC,
+    LidarHorizon::SPEC,
+    Noise::SPEC,
+    Robot::SPEC,
+    PathTrail::SPEC,
+    PathWander::SPEC,
+    PathStraight::SPEC,
+    PathFile::SPEC,
+    Output::SPEC,
+];

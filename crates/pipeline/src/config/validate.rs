@@ -1,0 +1,156 @@
+//! Combinations that cannot be, though each key is allowed.
+
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, ObjectId};
+
+use super::{Config, LidarPattern, RobotPath};
+
+impl Config {
+    /// Every impossible combination: the key to blame and what is wrong.
+    pub(super) fn problems(&self) -> Vec<(String, String)> {
+        let mut out = Vec::new();
+        let mut wrong = |path: &str, message: String| out.push((path.to_owned(), message));
+        let c = &self.chunks;
+        if c.undergrowth_radius_m > c.visible_radius_m {
+            let (radius, limit) = (c.undergrowth_radius_m, c.visible_radius_m);
+            wrong(
+                "chunks.undergrowth_radius_m",
+                format!(
+                    "chunks.undergrowth_radius_m = {radius}: must be at most chunks.visible_radius_m = {limit}"
+                ),
+            );
+        }
+        if c.delete_radius_m < c.visible_radius_m {
+            let (radius, limit) = (c.delete_radius_m, c.visible_radius_m);
+            wrong(
+                "chunks.delete_radius_m",
+                format!(
+                    "chunks.delete_radius_m = {radius}: must be at least chunks.visible_radius_m = {limit}"
+                ),
+            );
+        }
+        // Instance images tell chunks apart modulo 16: a view may span at most 16 chunks.
+        let widest = 2.0 * (c.visible_radius_m / c.size_m).floor() + 2.0;
+        if widest > 16.0 {
+            let allowed = 7.0 * c.size_m;
+            wrong(
+                "chunks.visible_radius_m",
+                format!(
+                    "chunks.visible_radius_m = {}: views would span {widest} chunks of {} m, and instance images tell only 16 apart: must be below {}",
+                    c.visible_radius_m,
+                    c.size_m,
+                    allowed + c.size_m
+                ),
+            );
+        }
+        let p = &self.placement;
+        if p.rocks_min > p.rocks_max {
+            wrong(
+                "placement.rocks_min",
+                format!(
+                    "placement.rocks_min = {}: must be at most placement.rocks_max = {}",
+                    p.rocks_min, p.rocks_max
+                ),
+            );
+        }
+        // `.label` files number the things of a chunk 1..=1023; leave six sigma of a count's spread.
+        let mean = p.trees + p.stumps + p.shrubs;
+        let stones = if self.trails.enabled {
+            self.trails.rocks_max
+        } else {
+            0
+        };
+        let most = mean + 6.0 * mean.sqrt() + f64::from(p.rocks_max) + f64::from(stones) * 2.0;
+        if most > 1023.0 {
+            wrong(
+                "placement",
+                format!(
+                    "placement: up to {most:.0} things in a chunk, and .label files number only 1023: lower trees, stumps, shrubs, rocks_max or trails.rocks_max"
+                ),
+            );
+        }
+        if self.terrain.fine_cell_m > self.terrain.cell_m {
+            wrong(
+                "terrain.fine_cell_m",
+                format!(
+                    "terrain.fine_cell_m = {}: must be at most terrain.cell_m = {}",
+                    self.terrain.fine_cell_m, self.terrain.cell_m
+                ),
+            );
+        }
+        if self.trails.enabled && self.trails.width_m < 2.0 * self.terrain.fine_cell_m {
+            wrong(
+                "trails.width_m",
+                format!(
+                    "trails.width_m = {}: must be at least twice terrain.fine_cell_m = {}",
+                    self.trails.width_m, self.terrain.fine_cell_m
+                ),
+            );
+        }
+        let a = &self.assets;
+        if p.trees > 0.0 && a.maritime_pine + a.eucalyptus + a.english_oak <= 0.0 {
+            wrong(
+                "assets",
+                "assets: the species shares are all 0, and placement.trees asks for trees"
+                    .to_owned(),
+            );
+        }
+        if let LidarPattern::Lines(lines) = &self.lidar.pattern {
+            if lines.low_deg > lines.high_deg {
+                wrong(
+                    "lidar.lines.low_deg",
+                    format!(
+                        "lidar.lines.low_deg = {}: must be at most lidar.lines.high_deg = {}",
+                        lines.low_deg, lines.high_deg
+                    ),
+                );
+            }
+        }
+        if !matches!(self.lidar.wavelength_nm, 905 | 1550) {
+            wrong(
+                "lidar.wavelength_nm",
+                format!(
+                    "lidar.wavelength_nm = {}: must be 905 or 1550",
+                    self.lidar.wavelength_nm
+                ),
+            );
+        }
+        if self.lidar.min_range_m >= self.lidar.max_range_m {
+            wrong(
+                "lidar.min_range_m",
+                format!(
+                    "lidar.min_range_m = {}: must be below lidar.max_range_m = {}",
+                    self.lidar.min_range_m, self.lidar.max_range_m
+                ),
+            );
+        }
+        let r = &self.robot;
+        if r.spacing_m == 0.0 && r.spacing_s == 0.0 {
+            wrong(
+                "robot.spacing_m",
+                "robot.spacing_m = 0 and robot.spacing_s = 0: one must be above 0".to_owned(),
+            );
+        }
+        if let RobotPath::File(file) = &r.path {
+            if file.path.is_empty() {
+                wrong(
+                    "robot.file.path",
+                    "robot.file.path = \"\": must name a file of poses".to_owned(),
+                );
+            }
+        }
+        let start = ChunkCoord::containing(DVec2::new(r.start_x_m, r.start_y_m), c.size_m);
+        if ObjectId::new(start.offset(20_000, 20_000), 1).is_none()
+            || ObjectId::new(start.offset(-20_000, -20_000), 1).is_none()
+        {
+            wrong(
+                "robot.start_x_m",
+                format!(
+                    "robot.start_x_m = {}, robot.start_y_m = {}: ids reach chunk ±2,097,151, and that is chunk {start}",
+                    r.start_x_m, r.start_y_m
+                ),
+            );
+        }
+        out
+    }
+}

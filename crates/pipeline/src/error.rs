@@ -1,0 +1,106 @@
+//! What can go wrong between a request and a data set.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::config::ConfigErrors;
+use crate::plan::At;
+
+/// An error of the pipeline. Cheap to clone: several waiting threads may get the same one.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The request is wrong; nothing was done.
+    #[error("{0}")]
+    Config(Arc<ConfigErrors>),
+    /// The request is wrong, outside the config file.
+    #[error("{0}")]
+    Request(Arc<str>),
+    /// A stage failed.
+    #[error("stage {stage} at {at}: {source}")]
+    Stage {
+        /// The stage's id.
+        stage: &'static str,
+        /// Where.
+        at: String,
+        /// What it said.
+        source: Arc<dyn std::error::Error + Send + Sync>,
+    },
+    /// A stage panicked on another thread, which has reported it.
+    #[error("a stage that this one waited for panicked")]
+    StagePanicked,
+    /// A file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Arc<std::io::Error>,
+    },
+    /// A data set could not be written, opened or resumed.
+    #[error("{0}")]
+    Dataset(Arc<nemoral_dataset::Error>),
+    /// Somebody asked to stop.
+    #[error("interrupted: the data set is whole up to its last frame; go on with --resume")]
+    Interrupted,
+}
+
+impl Error {
+    /// Wraps what a stage's crate said.
+    pub(crate) fn of_stage(error: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self::Stage {
+            stage: "",
+            at: String::new(),
+            source: Arc::new(error),
+        }
+    }
+
+    pub(crate) fn request(message: impl Into<String>) -> Self {
+        Self::Request(message.into().into())
+    }
+
+    /// Says where a fresh stage error happened; one that came from a deeper stage stays as it is.
+    pub(crate) fn in_stage(self, stage: &'static str, at: At) -> Self {
+        match self {
+            Self::Stage {
+                stage: "", source, ..
+            } => {
+                let at = match at {
+                    At::World => "the world".to_owned(),
+                    At::Chunk(c) => format!("chunk {c}"),
+                    At::Frame(i) => format!("frame {i}"),
+                };
+                Self::Stage { stage, at, source }
+            }
+            other => other,
+        }
+    }
+
+    /// Was the request wrong (exit code 2), rather than its execution (1)?
+    #[must_use]
+    pub fn is_request(&self) -> bool {
+        match self {
+            Self::Config(_) | Self::Request(_) => true,
+            Self::Dataset(e) => {
+                use nemoral_dataset::Error as E;
+                matches!(
+                    **e,
+                    E::Foreign { .. } | E::Exists { .. } | E::Mismatch { .. } | E::Invalid { .. }
+                )
+            }
+            _ => false,
+        }
+    }
+}
+
+impl From<nemoral_dataset::Error> for Error {
+    fn from(error: nemoral_dataset::Error) -> Self {
+        Self::Dataset(Arc::new(error))
+    }
+}
+
+impl From<ConfigErrors> for Error {
+    fn from(errors: ConfigErrors) -> Self {
+        Self::Config(Arc::new(errors))
+    }
+}

@@ -1,0 +1,61 @@
+//! Plans as graphs.
+
+use std::fmt::Write;
+
+use super::{Plan, Store};
+
+/// How [`Plan::draw`] writes a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GraphFormat {
+    /// Mermaid, which GitHub renders.
+    Mermaid,
+    /// Graphviz DOT.
+    Dot,
+}
+
+impl Plan {
+    /// The plan as a graph.
+    #[must_use]
+    pub fn draw(&self, format: GraphFormat) -> String {
+        let mut out = String::from(match format {
+            GraphFormat::Mermaid => "flowchart TD\n",
+            GraphFormat::Dot => "digraph nemoral {\n",
+        });
+        for (i, entry) in self.entries.iter().enumerate() {
+            let id = entry.node.id();
+            let _ = match format {
+                GraphFormat::Mermaid => writeln!(out, "  n{i}[\"{id}\"]"),
+                GraphFormat::Dot => writeln!(out, "  n{i} [label=\"{id}\"];"),
+            };
+        }
+        for (i, entry) in self.entries.iter().enumerate() {
+            for input in entry.node.inputs() {
+                let _ = match format {
+                    GraphFormat::Mermaid => writeln!(out, "  n{input} --> n{i}"),
+                    GraphFormat::Dot => writeln!(out, "  n{input} -> n{i};"),
+                };
+            }
+        }
+        if format == GraphFormat::Dot {
+            out.push_str("}\n");
+        }
+        out
+    }
+
+    /// One line a node: its id, its key without a coordinate, and how many of its values `store` has.
+    #[must_use]
+    pub fn explain(&self, store: &Store) -> String {
+        let mut out = String::new();
+        for entry in &self.entries {
+            let kept = store.count(entry.node.id());
+            let key = entry.base.to_string();
+            let _ = writeln!(
+                out,
+                "{:<24} {}  cached: {kept}",
+                entry.node.id(),
+                &key[..16]
+            );
+        }
+        out
+    }
+}

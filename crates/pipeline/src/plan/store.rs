@@ -1,0 +1,216 @@
+//! Where computed values wait to be used again.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+
+use super::{At, Fingerprint, Value};
+use crate::Error;
+
+/// A thread-safe store of node values. A value is computed by one thread; others that want it
+/// meanwhile wait. Evicting a value never changes a result, only the work.
+#[derive(Debug)]
+pub struct Store {
+    capacity: usize,
+    inner: Mutex<Inner>,
+}
+
+#[derive(Debug, Default)]
+struct Inner {
+    slots: HashMap<Fingerprint, Slot>,
+    /// Counts insertions, to find the oldest.
+    clock: u64,
+    computed: u64,
+}
+
+#[derive(Debug)]
+enum Slot {
+    /// Somebody computes it; wait here.
+    Pending(Arc<Promise>),
+    Ready {
+        value: Value,
+        id: &'static str,
+        at: At,
+        age: u64,
+    },
+}
+
+#[derive(Debug, Default)]
+struct Promise {
+    result: Mutex<Option<Result<Value, Error>>>,
+    done: Condvar,
+}
+
+impl Promise {
+    fn wait(&self) -> Result<Value, Error> {
+        let mut result = lock(&self.result);
+        loop {
+            if let Some(result) = &*result {
+                return result.clone();
+            }
+            result = self
+                .done
+                .wait(result)
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
+        }
+    }
+
+    fn fulfil(&self, result: Result<Value, Error>) {
+        *lock(&self.result) = Some(result);
+        self.done.notify_all();
+    }
+}
+
+/// A panic elsewhere leaves these maps whole: every change is one statement.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// Keeps a promise even if the computation panics: waiters get an error, not silence.
+struct Obligation<'a> {
+    store: &'a Store,
+    key: Fingerprint,
+    promise: Arc<Promise>,
+    kept: bool,
+}
+
+impl Drop for Obligation<'_> {
+    fn drop(&mut self) {
+        if !self.kept {
+            lock(&self.store.inner).slots.remove(&self.key);
+            self.promise.fulfil(Err(Error::StagePanicked));
+        }
+    }
+}
+
+impl Store {
+    /// A store that keeps everything until [`Store::retain`] says otherwise.
+    #[must_use]
+    pub fn unlimited() -> Self {
+        Self::with_capacity(usize::MAX)
+    }
+
+    /// A store that keeps at most `capacity` values, dropping the oldest.
+    #[must_use]
+    pub fn with_capacity(capacity: usize) -> Self {
+        Self {
+            capacity,
+            inner: Mutex::default(),
+        }
+    }
+
+    /// Drops every value that `keep` (given the stage's id and the coordinate) refuses.
+    pub fn retain(&self, keep: impl Fn(&'static str, At) -> bool) {
+        // Dropped values are freed after the lock is released.
+        let mut dropped = Vec::new();
+        let mut inner = lock(&self.inner);
+        inner.slots.retain(|_, slot| match slot {
+            Slot::Ready { id, at, value, .. } if !keep(id, *at) => {
+                dropped.push(Arc::clone(value));
+                false
+            }
+            _ => true,
+        });
+        drop(inner);
+    }
+
+    /// How many values are kept now.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        lock(&self.inner)
+            .slots
+            .values()
+            .filter(|s| matches!(s, Slot::Ready { .. }))
+            .count()
+    }
+
+    /// How many values of a stage are kept now.
+    #[must_use]
+    pub fn count(&self, stage: &str) -> usize {
+        let of_stage = |s: &&Slot| matches!(s, Slot::Ready { id, .. } if *id == stage);
+        lock(&self.inner).slots.values().filter(of_stage).count()
+    }
+
+    /// Is nothing kept?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// How many values were computed so far.
+    #[must_use]
+    pub fn computed(&self) -> u64 {
+        lock(&self.inner).computed
+    }
+
+    /// Is this value kept now?
+    #[must_use]
+    pub fn contains(&self, key: Fingerprint) -> bool {
+        matches!(lock(&self.inner).slots.get(&key), Some(Slot::Ready { .. }))
+    }
+
+    pub(super) fn get_or_compute(
+        &self,
+        key: Fingerprint,
+        id: &'static str,
+        at: At,
+        compute: impl FnOnce() -> Result<Value, Error>,
+    ) -> Result<Value, Error> {
+        let promise = {
+            let mut inner = lock(&self.inner);
+            match inner.slots.get(&key) {
+                Some(Slot::Ready { value, .. }) => return Ok(Arc::clone(value)),
+                Some(Slot::Pending(promise)) => {
+                    let promise = Arc::clone(promise);
+                    drop(inner);
+                    return promise.wait();
+                }
+                None => {
+                    let promise = Arc::new(Promise::default());
+                    inner.slots.insert(key, Slot::Pending(Arc::clone(&promise)));
+                    promise
+                }
+            }
+        };
+        let mut obligation = Obligation {
+            store: self,
+            key,
+            promise,
+            kept: false,
+        };
+        let result = compute();
+        self.settle(key, id, at, &result);
+        obligation.kept = true;
+        obligation.promise.fulfil(result.clone());
+        result
+    }
+
+    fn settle(&self, key: Fingerprint, id: &'static str, at: At, result: &Result<Value, Error>) {
+        let mut inner = lock(&self.inner);
+        inner.computed += 1;
+        inner.clock += 1;
+        let age = inner.clock;
+        match result {
+            Ok(value) => {
+                let value = Arc::clone(value);
+                inner.slots.insert(key, Slot::Ready { value, id, at, age });
+            }
+            Err(_) => {
+                inner.slots.remove(&key);
+            }
+        }
+        if inner.slots.len() > self.capacity {
+            let ready = |(&key, slot): (&Fingerprint, &Slot)| match slot {
+                Slot::Ready { age, .. } => Some((*age, key)),
+                Slot::Pending(_) => None,
+            };
+            let mut oldest: Vec<_> = inner.slots.iter().filter_map(ready).collect();
+            oldest.sort_unstable();
+            let surplus = oldest.len().saturating_sub(self.capacity);
+            for (_, key) in &oldest[..surplus] {
+                inner.slots.remove(key);
+            }
+        }
+    }
+}
