@@ -1,1 +1,63 @@
-//! Virtual LiDAR scanners: scan patterns, beams and returns.
+//! This crate is virtual LiDAR scanners: scan patterns, and scans of whatever rays can be cast at.
+//!
+//! ```
+//! use nemoral_lidar::{ExactRange, HorizonLike, Scanner, ScannerParams};
+//! use nemoral_scene::glam::{Vec2, Vec3};
+//! use nemoral_scene::{
+//!     Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster, RigidTransform, Semantic,
+//! };
+//! use nemoral_seed::Key;
+//!
+//! /// A wall 10 m ahead; real scenes are cast at by `nemoral-raycast`.
+//! struct Wall(MaterialId);
+//! impl RayCaster for Wall {
+//!     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+//!         Some(Hit {
+//!             distance_m: (10.0 - ray.origin.x) / ray.direction.x,
+//!             geometric_normal: Vec3::NEG_X,
+//!             shading_normal: Vec3::NEG_X,
+//!             uv: Vec2::ZERO,
+//!             uv_per_m: 1.0,
+//!             material: self.0,
+//!             object: ObjectId::NONE,
+//!             variation: 0.0,
+//!         })
+//!     }
+//! }
+//! let mut materials = MaterialLibrary::new();
+//! let wall = Wall(materials.add(Material::plain("wall", Semantic::Rock, Vec3::splat(0.4))));
+//! let scanner = Scanner::new(ScannerParams::default(), Box::new(HorizonLike))?;
+//! let standing = |_time_s: f64| RigidTransform::IDENTITY;
+//! let scan = scanner.scan(0, &wall, &materials, &standing, &ExactRange, Key::world(7));
+//! assert_eq!(scan.len(), 50_000);
+//! assert!(scan.iter().all(|p| (p.position_m.x - 10.0).abs() < 1e-5));
+//! # Ok::<(), nemoral_lidar::ParamError>(())
+//! ```
+//!
+//! # Model
+//! A [`ScanPattern`] is an endless sequence of pulses: the paper's three are [`RepeatingLines`], the
+//! circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]. A [`Scanner`]
+//! fires a stretch of it, each pulse from where the sensor is at that moment, and writes a
+//! [`LidarPoint`](nemoral_scene::LidarPoint) with its truth (class, thing, range, incidence) for each
+//! pulse that comes back. A pulse is one infinitely thin ray to the nearest opaque texel, so leaves
+//! stop it where they are and nowhere else; a surface is Lambertian. What the receiver makes of an
+//! echo is a [`RangeModel`]'s business.
+//!
+//! Metres, seconds, radians; LiDAR frame with x forward, y left, z up. Patterns are exact after years:
+//! phases are counted in integers.
+
+mod error;
+mod horizon;
+mod lines;
+mod pattern;
+mod range_model;
+mod risley;
+mod scanner;
+
+pub use error::ParamError;
+pub use horizon::HorizonLike;
+pub use lines::{RepeatingLines, RepeatingLinesParams};
+pub use pattern::{Pulse, ScanPattern};
+pub use range_model::{EchoObservation, ExactRange, RangeModel};
+pub use risley::{Mid40, Mid70};
+pub use scanner::{Scanner, ScannerParams, Wavelength};

@@ -1,0 +1,50 @@
+//! Scan patterns: where a scanner looks, and when.
+
+use nemoral_scene::glam::DVec3;
+
+/// One shot of a laser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulse {
+    /// When it is fired, seconds after the start of the pattern.
+    pub time_s: f64,
+    /// Where it goes: unit vector in the LiDAR frame (x forward, y left, z up).
+    pub direction: DVec3,
+    /// The laser line or ring that fires it, from 0.
+    pub ring: u8,
+}
+
+/// An endless sequence of pulses.
+///
+/// A pattern is a pure function of the pulse's number, so a scan can start anywhere in it, and pulse
+/// times never decrease. Any `Fn(u64) -> Pulse` is a pattern.
+pub trait ScanPattern: Send + Sync {
+    /// The pulse with this number; number 0 is fired at time 0.
+    fn pulse(&self, number: u64) -> Pulse;
+
+    /// Pulses per second, on average: by default that of the first million.
+    fn rate_hz(&self) -> f64 {
+        let many = 1 << 20;
+        many as f64 / self.pulse(many).time_s
+    }
+}
+
+impl<F: Fn(u64) -> Pulse + Send + Sync> ScanPattern for F {
+    fn pulse(&self, number: u64) -> Pulse {
+        self(number)
+    }
+}
+
+/// The unit vector at an azimuth (from x towards y) and an elevation (from the xy plane towards z).
+pub(crate) fn direction(azimuth_rad: f64, elevation_rad: f64) -> DVec3 {
+    let (sin_az, cos_az) = libm::sincos(azimuth_rad);
+    let (sin_el, cos_el) = libm::sincos(elevation_rad);
+    DVec3::new(cos_el * cos_az, cos_el * sin_az, sin_el)
+}
+
+/// Sine and cosine after `ticks` of a rotor that makes `turns` turns in `per` ticks.
+///
+/// Whole turns are taken out in integers: the phase is as exact after a year as in the first second.
+pub(crate) fn rotor(ticks: u64, turns: u64, per: u64, phase_rad: f64) -> (f64, f64) {
+    let rest = u128::from(ticks) * u128::from(turns) % u128::from(per);
+    libm::sincos(std::f64::consts::TAU * (rest as f64 / per as f64) + phase_rad)
+}
