@@ -1,0 +1,330 @@
+//! Bridson's sampler on an endless plane, without an order.
+//!
+//! Lengths here are in chunk edges and positions are relative to a chunk's south-west corner.
+//! Positions are multiples of 2⁻³⁰, so that sums and differences of positions are exact: two chunks
+//! that look at the same pair of points from different origins decide on the same bits.
+
+use std::ops::ControlFlow;
+
+use glam::DVec2;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::{Draw, Key, PhiloxRng, Rng, Stage};
+
+use crate::params::Variety;
+use crate::quadtree::QuadTree;
+
+const SEEDS: Stage = Stage::new("placement.seeds");
+const DARTS: Stage = Stage::new("placement.darts");
+
+/// The darts around each point (Bridson 2007: k, "typically 30").
+const DARTS_PER_POINT: u32 = 30;
+/// The initial samples thrown per square of the mean hard-core distance.
+const SEED_DENSITY: f64 = 0.5;
+/// How often the active list is replaced by the points it brought.
+const GENERATIONS: u32 = 2;
+/// More than the rounding of a position, for the reckoning of what is known.
+const SLACK: f64 = 1e-8;
+
+/// What a layer's points look like to the sampler.
+#[derive(Clone, Debug)]
+pub(crate) struct Kinds {
+    /// Per variety: the running sum of the weights, normalised to end at 1.
+    cumulative: Vec<f64>,
+    /// Per variety: the hard core's least radius.
+    core: Vec<f64>,
+    /// Per variety: the range of the occupancy radius.
+    radius: Vec<(f64, f64)>,
+    /// The distance rule's factor on occupancy radii.
+    factor: f64,
+    mean_core: f64,
+    max_core: f64,
+}
+
+/// A point of the fill.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    pub(crate) p: DVec2,
+    /// Two points of a layer are at least the sum of their hard cores apart.
+    pub(crate) core: f64,
+    /// The occupancy radius.
+    pub(crate) radius: f64,
+    pub(crate) variety: u16,
+    pub(crate) key: Key,
+}
+
+/// A dart that met no point so far.
+struct Dart {
+    /// Darts of one generation are settled in this order; the key breaks ties.
+    priority: u64,
+    point: Point,
+}
+
+impl Kinds {
+    /// `core[i]` is a wish: a hard core never falls below the scaled occupancy radius.
+    pub(crate) fn new(varieties: &[Variety], core: Vec<f64>, chunk_m: f64, factor: f64) -> Self {
+        let total: f64 = varieties.iter().map(|v| v.weight).sum();
+        let mut sum = 0.0;
+        let cumulative = varieties.iter().map(|v| {
+            sum += v.weight / total;
+            sum
+        });
+        let cumulative: Vec<f64> = cumulative.collect();
+        let radius: Vec<_> = varieties
+            .iter()
+            .map(|v| (v.radius_m.0 / chunk_m, v.radius_m.1 / chunk_m))
+            .collect();
+        let mut kinds = Self {
+            cumulative,
+            core,
+            radius,
+            factor,
+            mean_core: 0.0,
+            max_core: 0.0,
+        };
+        for (i, v) in varieties.iter().enumerate().filter(|(_, v)| v.weight > 0.0) {
+            kinds.mean_core += v.weight / total * kinds.typical_core(i);
+            let largest = kinds.core[i].max(factor * kinds.radius[i].1);
+            kinds.max_core = kinds.max_core.max(largest);
+        }
+        kinds
+    }
+
+    /// The hard core of a variety's typical member.
+    pub(crate) fn typical_core(&self, variety: usize) -> f64 {
+        let (low, high) = self.radius[variety];
+        self.core[variety].max(self.factor * (low + high) / 2.0)
+    }
+
+    pub(crate) fn mean_core(&self) -> f64 {
+        self.mean_core
+    }
+
+    /// Draws the kind and radius of a dart.
+    fn draw(&self, rng: &mut PhiloxRng) -> (u16, f64, f64) {
+        let u = rng.unit_f64();
+        let last = self.cumulative.len() - 1;
+        let variety = self.cumulative.partition_point(|c| *c <= u).min(last);
+        let (low, high) = self.radius[variety];
+        let radius = rng.range_f64(low, high);
+        let core = self.core[variety].max(self.factor * radius);
+        (variety as u16, radius, core)
+    }
+}
+
+/// All points of the endless plane's fill in the square of half edge `need` around a chunk's
+/// centre, exactly.
+///
+/// Bridson's algorithm starts from one sample, keeps a list of active ones and throws k darts into
+/// the annulus r..2r of one after the other. An endless plane has no first sample and no "one after
+/// the other", so:
+/// - the initial samples are a sparse Poisson process of darts, keyed by the cell they fall in;
+/// - the active list is worked off breadth-first: all active points throw their k darts, keyed by
+///   the thrower; the points that these darts bring are the next active list;
+/// - the darts of one generation are settled in an order of keyed priorities: a dart becomes a point
+///   if it meets no point of an earlier generation and no better dart that became one.
+///
+/// That defines one point set of the whole plane whose law knows no place: neither border nor
+/// phase. A window computes it exactly with three states. Where a dart beyond the window could decide, a dart
+/// is *unknown*, and so is one that only unknown darts forbid; the known part of the window shrinks
+/// to exclude them. If it ends up smaller than needed, a larger window is taken. The size of the
+/// window therefore never shows in the result.
+pub(crate) fn fill(kinds: &Kinds, key: Key, chunk: ChunkCoord, need: f64) -> Vec<Point> {
+    let mut halo = 16.0 * kinds.mean_core + 14.0 * kinds.max_core;
+    loop {
+        if let Some(points) = fill_window(kinds, key, chunk, need, need + halo) {
+            return points;
+        }
+        halo *= 1.4;
+    }
+}
+
+fn fill_window(
+    kinds: &Kinds,
+    key: Key,
+    chunk: ChunkCoord,
+    need: f64,
+    window: f64,
+) -> Option<Vec<Point>> {
+    let low = DVec2::splat(0.5 - window);
+    let mut known = Known {
+        kinds,
+        points: Vec::new(),
+        index: QuadTree::new(low, 2.0 * window),
+        half: window,
+    };
+    known.settle(seeds(kinds, key, chunk, window));
+    let mut active = 0;
+    for _ in 0..GENERATIONS {
+        // A thrower reaches as far as twice the sum of two hard cores: nearer to the border of
+        // what is known, darts of unknown throwers would be missed.
+        known.half -= 4.0 * kinds.max_core + SLACK;
+        if known.half < need {
+            return None;
+        }
+        let newest = active..known.points.len();
+        active = known.points.len();
+        let mut darts = Vec::new();
+        for thrower in newest {
+            known.throw(&known.points[thrower], &mut darts);
+        }
+        known.settle(darts);
+    }
+    if known.half < need {
+        return None;
+    }
+    let mut points = known.points;
+    points.retain(|point| from_centre(point.p) <= need);
+    Some(points)
+}
+
+/// The point set so far, complete inside the square of half edge `half` around the chunk's centre.
+struct Known<'a> {
+    kinds: &'a Kinds,
+    points: Vec<Point>,
+    index: QuadTree,
+    half: f64,
+}
+
+impl Known<'_> {
+    /// Bridson 2007, step 2: k darts, uniform in the annulus r..2r.
+    fn throw(&self, thrower: &Point, darts: &mut Vec<Dart>) {
+        let mut rng = thrower.key.stage(DARTS).rng();
+        for i in 0..DARTS_PER_POINT {
+            let (variety, radius, core) = self.kinds.draw(&mut rng);
+            let priority = rng.next_u64();
+            // r is the distance that the two hard cores ask for.
+            let p = thrower.p + annulus(&mut rng, thrower.core + core);
+            if from_centre(p) > self.half {
+                continue;
+            }
+            let blocked = self
+                .index
+                .search(p, core, &mut |_| ControlFlow::Break(()))
+                .is_break();
+            if !blocked {
+                darts.push(Dart {
+                    priority,
+                    point: Point {
+                        p,
+                        core,
+                        radius,
+                        variety,
+                        key: thrower.key.item(u64::from(i)),
+                    },
+                });
+            }
+        }
+    }
+
+    /// Settles one generation of darts: all those in the square of half edge `half` that meet no
+    /// earlier point. Shrinks `half` to what is certain.
+    fn settle(&mut self, mut darts: Vec<Dart>) {
+        darts.sort_unstable_by_key(|d| (d.priority, d.point.key));
+        let first = self.points.len();
+        // Darts that are points, or may be: `certain` tells.
+        let mut index = QuadTree::new(DVec2::splat(0.5 - self.half), 2.0 * self.half);
+        let mut certain = Vec::new();
+        let mut half = self.half;
+        for Dart { point, .. } in darts {
+            let away = from_centre(point.p);
+            let mut sure = away + point.core + self.kinds.max_core <= self.half;
+            let verdict = index.search(point.p, point.core, &mut |i| {
+                if certain[i] {
+                    return ControlFlow::Break(());
+                }
+                sure = false;
+                ControlFlow::Continue(())
+            });
+            if verdict.is_break() {
+                continue;
+            }
+            index.insert(point.p, point.core);
+            certain.push(sure);
+            if sure {
+                self.points.push(point);
+            } else {
+                half = half.min(away);
+            }
+        }
+        self.half = half;
+        for point in &self.points[first..] {
+            self.index.insert(point.p, point.core);
+        }
+    }
+}
+
+/// The initial samples that fall into the window.
+fn seeds(kinds: &Kinds, key: Key, chunk: ChunkCoord, window: f64) -> Vec<Dart> {
+    // Cells are blocks of 2^level chunks, large enough for some samples each: a sparse layer's wide
+    // window then has no more of them than a dense layer's.
+    let spacing = 2.0 * kinds.mean_core;
+    let mut level = 0_u32;
+    while f64::from(1 << level) < 4.0 * spacing {
+        level += 1;
+    }
+    let edge = f64::from(1 << level);
+    let mean = SEED_DENSITY * (edge / spacing) * (edge / spacing);
+    let stage = key.stage(SEEDS);
+    let cells = |at: i32| {
+        let low = (f64::from(at) + 0.5 - window).floor() as i64 >> level;
+        let high = (f64::from(at) + 0.5 + window).floor() as i64 >> level;
+        low..=high
+    };
+    let mut darts = Vec::new();
+    for cy in cells(chunk.y) {
+        for cx in cells(chunk.x) {
+            let corner = DVec2::new(
+                ((cx << level) - i64::from(chunk.x)) as f64,
+                ((cy << level) - i64::from(chunk.y)) as f64,
+            );
+            let cell = stage.chunk([cx as i32, cy as i32]);
+            let mut rng = cell.rng();
+            // A Poisson number of samples: arrivals with exponential gaps until the mean is used up.
+            let mut arrival = rng.exponential();
+            let mut i = 0;
+            while arrival < mean {
+                let (variety, radius, core) = kinds.draw(&mut rng);
+                let priority = rng.next_u64();
+                let p = corner + snap(DVec2::new(rng.unit_f64(), rng.unit_f64()) * edge);
+                if from_centre(p) <= window {
+                    darts.push(Dart {
+                        priority,
+                        point: Point {
+                            p,
+                            core,
+                            radius,
+                            variety,
+                            key: cell.item(i),
+                        },
+                    });
+                }
+                arrival += rng.exponential();
+                i += 1;
+            }
+        }
+    }
+    darts
+}
+
+/// The distance from a chunk's centre in the norm whose discs are squares.
+pub(crate) fn from_centre(p: DVec2) -> f64 {
+    (p - DVec2::splat(0.5)).abs().max_element()
+}
+
+/// Uniform in the annulus between r and 2r, by rejection from its square.
+fn annulus(rng: &mut PhiloxRng, r: f64) -> DVec2 {
+    loop {
+        let x = DVec2::new(rng.range_f64(-2.0, 2.0), rng.range_f64(-2.0, 2.0));
+        let square = x.length_squared();
+        if (1.0..4.0).contains(&square) {
+            return snap(x * r);
+        }
+    }
+}
+
+/// To the nearest multiple of 2⁻³⁰, for magnitudes below 2²¹.
+pub(crate) fn snap(p: DVec2) -> DVec2 {
+    // Adding 1.5 · 2²² leaves exactly 30 binary places, whatever the sign.
+    let shift = DVec2::splat(6_291_456.0);
+    (p + shift) - shift
+}

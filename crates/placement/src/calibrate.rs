@@ -1,0 +1,286 @@
+//! From a target to hard cores, and from a fill to the share of it that is kept.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+use glam::DVec2;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::{Draw, Key, Stage};
+
+use crate::bridson::{Kinds, Point, fill, from_centre};
+use crate::params::{LayerParams, ParamError, PlacementParams};
+use crate::placement::{THINNING, is_free, mean_over_radius};
+use crate::quadtree::QuadTree;
+
+const CALIBRATION: Stage = Stage::new("placement.calibration");
+
+/// Points per square of the hard-core distance in a saturated pattern of one radius (five runs of
+/// 7·10⁷ points, spread 2·10⁻⁵).
+const SATURATED: f64 = 0.6966;
+/// The hard-core distance over the spacing of a saturated pattern of the target's density. At 1
+/// the pattern would be as regular as a plantation, at 0 as ragged as rain.
+const HARD_CORE: f64 = 0.5;
+/// The edge of the calibration's window in mean hard-core distances.
+const WINDOW: f64 = 90.0;
+/// The edge of the grid of probes that measure the room that earlier layers leave.
+const PROBES: u32 = 64;
+
+/// A layer, ready to be placed.
+#[derive(Clone, Debug)]
+pub(crate) struct Layer {
+    pub(crate) kinds: Kinds,
+    /// In chunk edges.
+    pub(crate) max_radius: f64,
+    /// Per variety: the share of the fill that is kept. Empty for an empty layer.
+    keep: Vec<f64>,
+}
+
+impl Layer {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.keep.is_empty()
+    }
+
+    /// The thinning: keyed by the point, blind to everything else.
+    pub(crate) fn keeps(&self, point: &Point) -> bool {
+        let mut rng = point.key.stage(THINNING).rng();
+        rng.chance(self.keep[usize::from(point.variety)])
+    }
+}
+
+/// Makes every layer of valid parameters, in order, by growing a window of each once.
+///
+/// The calibration's key is its own: equal parameters keep equal shares in every world.
+pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Layer>, ParamError> {
+    let factor = params.factor();
+    let mut layers = Vec::new();
+    // What stands in the window's innermost square of half edge `room`.
+    let mut standing: Vec<Point> = Vec::new();
+    let mut room = f64::INFINITY;
+    for (number, layer) in params.layers.iter().enumerate() {
+        let target = layer.per_chunk
+            / (params.allowed_fraction * params.density_factor * params.density_factor);
+        let kinds = kinds(params, layer, target);
+        if target == 0.0 {
+            layers.push(Layer {
+                kinds,
+                max_radius: 0.0,
+                keep: Vec::new(),
+            });
+            continue;
+        }
+        let half = WINDOW * kinds.mean_core();
+        let key = Key::world(0).stage(CALIBRATION).item(number as u64);
+        let mut points = fill(&kinds, key, ChunkCoord::default(), half);
+        let filled = points.len() as f64 / (4.0 * half * half);
+        let bias = Bias::of(&kinds, layer, &points);
+        let clearances = Clearances::of(
+            &standing,
+            room,
+            factor,
+            factor * max_radius(layer) / params.chunk_size_m,
+        );
+
+        let mut keep = Vec::new();
+        for (i, variety) in layer.varieties.iter().enumerate() {
+            // Of `filled` points per chunk, this share is of this variety and finds room.
+            let beside_rocks = mean_over_radius(variety, |r| rock_free(params, r));
+            let beside_layers = mean_over_radius(variety, |r| {
+                clearances.share(factor * r / params.chunk_size_m)
+            });
+            keep.push(target / (filled * bias.acceptance(&kinds, i) * beside_rocks * beside_layers));
+        }
+        let weighted = |i: usize| layer.varieties[i].weight > 0.0;
+        let most = (0..keep.len())
+            .filter(|i| weighted(*i))
+            .map(|i| keep[i])
+            .fold(0.0, f64::max);
+        // Not `most > 1`: no room at all gives infinity, or no number.
+        if !(most <= 1.0) {
+            return Err(ParamError::TooDense {
+                layer: number,
+                name: layer.name.clone(),
+                per_chunk: layer.per_chunk,
+                at_most: layer.per_chunk / most,
+            });
+        }
+        let layer = Layer {
+            max_radius: max_radius(layer) / params.chunk_size_m,
+            kinds,
+            keep,
+        };
+
+        if room > half {
+            room = half;
+            standing.retain(|p| from_centre(p.p) <= half);
+        }
+        let index = index(&standing, room, factor);
+        points.retain(|p| {
+            from_centre(p.p) <= room && layer.keeps(p) && is_free(&index, p.p, factor * p.radius)
+        });
+        standing.append(&mut points);
+        layers.push(layer);
+    }
+    Ok(layers)
+}
+
+/// The hard cores of a layer: [`HARD_CORE`] of what the target implies, more for big varieties.
+fn kinds(params: &PlacementParams, layer: &LayerParams, target: f64) -> Kinds {
+    let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
+    let mid = |i: usize| (layer.varieties[i].radius_m.0 + layer.varieties[i].radius_m.1) / 2.0;
+    // The room a tree takes grows like its crown's width, about the root of its stem's: a stem four
+    // times as thick keeps twice the distance. Beyond that, its own occupancy decides.
+    let relative: Vec<f64> = {
+        let mean = (0..layer.varieties.len())
+            .map(|i| layer.varieties[i].weight / total * mid(i))
+            .sum::<f64>();
+        (0..layer.varieties.len())
+            .map(|i| libm::sqrt(mid(i) / mean).clamp(0.5, 2.0))
+            .collect()
+    };
+    let mean_square: f64 = layer
+        .varieties
+        .iter()
+        .zip(&relative)
+        .map(|(v, r)| v.weight / total * r * r)
+        .sum();
+    let core = if target > 0.0 {
+        HARD_CORE * libm::sqrt(SATURATED / (target * mean_square)) / 2.0
+    } else {
+        0.0
+    };
+    Kinds::new(
+        &layer.varieties,
+        relative.iter().map(|r| core * r).collect(),
+        params.chunk_size_m,
+        params.factor(),
+    )
+}
+
+fn max_radius(layer: &LayerParams) -> f64 {
+    let weighted = layer.varieties.iter().filter(|v| v.weight > 0.0);
+    weighted.map(|v| v.radius_m.1).fold(0.0, f64::max)
+}
+
+/// The share of the plane where rocks leave room for a radius (m): rocks fall nearly independently.
+fn rock_free(params: &PlacementParams, radius_m: f64) -> f64 {
+    let rocks = &params.rocks;
+    if rocks.max_per_chunk == 0 {
+        return 1.0;
+    }
+    let total: f64 = rocks.varieties.iter().map(|v| v.weight).sum();
+    let area_m2 = |rock_m: f64| {
+        let reach = params.rock_factor() * (rock_m + radius_m);
+        PI * reach * reach
+    };
+    let mean_area_m2: f64 = rocks
+        .varieties
+        .iter()
+        .map(|v| v.weight / total * mean_over_radius(v, area_m2))
+        .sum();
+    let number = f64::from(rocks.min_per_chunk + rocks.max_per_chunk) / 2.0;
+    libm::exp(-number * mean_area_m2 / (params.chunk_size_m * params.chunk_size_m))
+}
+
+/// Small things find more places than big ones. In a fill the density of a hard core c, over its
+/// share among the darts, falls like exp(−slope · c): one number, fitted to the fill's mean core.
+struct Bias {
+    slope: f64,
+    norm: f64,
+}
+
+impl Bias {
+    fn of(kinds: &Kinds, layer: &LayerParams, points: &[Point]) -> Self {
+        let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
+        let thrown: Vec<(f64, f64)> = (0..layer.varieties.len())
+            .map(|i| (layer.varieties[i].weight / total, relative_core(kinds, i)))
+            .collect();
+        let found = points
+            .iter()
+            .map(|p| relative_core(kinds, usize::from(p.variety)))
+            .sum::<f64>()
+            / points.len().max(1) as f64;
+        let moments = |slope: f64| {
+            thrown.iter().fold((0.0, 0.0), |(norm, mean), (share, x)| {
+                let w = share * libm::exp(-slope * x);
+                (norm + w, mean + w * x)
+            })
+        };
+        // The mean falls with the slope: bisection.
+        let (mut low, mut high) = (-16.0, 16.0);
+        for _ in 0..50 {
+            let slope = (low + high) / 2.0;
+            let (norm, mean) = moments(slope);
+            if mean / norm > found {
+                low = slope;
+            } else {
+                high = slope;
+            }
+        }
+        let slope = if thrown.len() > 1 { (low + high) / 2.0 } else { 0.0 };
+        Self {
+            slope,
+            norm: moments(slope).0,
+        }
+    }
+
+    /// The density of a variety in the fill, over the fill's density and the variety's weight.
+    fn acceptance(&self, kinds: &Kinds, variety: usize) -> f64 {
+        libm::exp(-self.slope * relative_core(kinds, variety)) / self.norm
+    }
+}
+
+fn relative_core(kinds: &Kinds, variety: usize) -> f64 {
+    kinds.typical_core(variety) / kinds.mean_core()
+}
+
+/// How far probes are from the nearest thing that stands, ascending; up to a distance that matters.
+struct Clearances(Vec<f64>);
+
+impl Clearances {
+    /// `room` is the half edge of the square where `standing` is complete, `most` the largest
+    /// scaled radius that will be asked for.
+    fn of(standing: &[Point], room: f64, factor: f64, most: f64) -> Self {
+        if standing.is_empty() {
+            return Self(Vec::new());
+        }
+        let index = index(standing, room, factor);
+        let largest = standing.iter().map(|p| p.radius).fold(0.0, f64::max);
+        let half = room - (most + factor * largest);
+        let mut rng = Key::world(0).stage(CALIBRATION).rng();
+        let mut clearances = Vec::new();
+        for y in 0..PROBES {
+            for x in 0..PROBES {
+                let cell = DVec2::new(f64::from(x), f64::from(y));
+                let at = (cell + DVec2::new(rng.unit_f64(), rng.unit_f64())) / f64::from(PROBES);
+                let p = DVec2::splat(0.5 - half) + at * (2.0 * half);
+                let mut clearance = most;
+                let _ = index.search(p, most, &mut |i| {
+                    if let Some((q, r)) = index.get(i) {
+                        clearance = clearance.min(p.distance(q) - r);
+                    }
+                    ControlFlow::Continue(())
+                });
+                clearances.push(clearance);
+            }
+        }
+        clearances.sort_unstable_by(f64::total_cmp);
+        Self(clearances)
+    }
+
+    /// The share of the plane where a disc finds room.
+    fn share(&self, radius: f64) -> f64 {
+        if self.0.is_empty() {
+            return 1.0;
+        }
+        let blocked = self.0.partition_point(|c| *c < radius);
+        1.0 - blocked as f64 / self.0.len() as f64
+    }
+}
+
+fn index(standing: &[Point], room: f64, factor: f64) -> QuadTree {
+    let mut index = QuadTree::new(DVec2::splat(0.5 - room), 2.0 * room);
+    for point in standing {
+        index.insert(point.p, factor * point.radius);
+    }
+    index
+}

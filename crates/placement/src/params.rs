@@ -1,0 +1,260 @@
+//! What a user can ask for, and what is refused.
+
+/// Parameters that cannot be met, with the field, its value and what is allowed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ParamError {
+    /// A field is outside of its range (or not a number).
+    #[error("{field} = {value}: must be {allowed}")]
+    OutOfRange {
+        /// The field's path, such as `layers[0].per_chunk`.
+        field: String,
+        /// The value given.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// A layer's radii do not leave room for its number.
+    #[error(
+        "layers[{layer}].per_chunk = {per_chunk} ({name}): with these radii, spacing_factor and \
+         density_factor at most about {at_most:.1} per chunk find room; lower per_chunk, \
+         spacing_factor or the radii of this layer or of those before it"
+    )]
+    TooDense {
+        /// The layer's index.
+        layer: usize,
+        /// The layer's name.
+        name: String,
+        /// The number asked for.
+        per_chunk: f64,
+        /// About the largest number that fits.
+        at_most: f64,
+    },
+}
+
+impl ParamError {
+    pub(crate) fn range(
+        field: impl Into<String>,
+        value: impl std::fmt::Debug,
+        allowed: impl Into<String>,
+    ) -> Self {
+        Self::OutOfRange {
+            field: field.into(),
+            value: format!("{value:?}"),
+            allowed: allowed.into(),
+        }
+    }
+}
+
+/// One kind of thing inside a layer: a species, a prototype, a size class.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variety {
+    /// Its share among the layer's sites, relative to the other varieties' weights; at least 0.
+    pub weight: f64,
+    /// The range of its occupancy radius in metres (a trunk's or a foot's, not a crown's): drawn
+    /// uniformly, more than 0.
+    pub radius_m: (f64, f64),
+}
+
+/// Rocks: scattered at random, a number per chunk (paper, section IV-D).
+#[derive(Clone, Debug, PartialEq)]
+pub struct RockParams {
+    /// The least number in a chunk.
+    pub min_per_chunk: u32,
+    /// The largest number in a chunk. The number is uniform in `min_per_chunk..=max_per_chunk`.
+    pub max_per_chunk: u32,
+    /// The kinds of rocks. May be empty if `max_per_chunk` is 0.
+    pub varieties: Vec<Variety>,
+}
+
+/// One layer of woody things.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerParams {
+    /// A name for messages, such as `trees`.
+    pub name: String,
+    /// The target: the mean number per chunk over the whole plane, trails included, at
+    /// `density_factor` 1. 0 for none, otherwise from 10⁻⁴ to 10⁵.
+    pub per_chunk: f64,
+    /// The kinds of things. May be empty if `per_chunk` is 0.
+    pub varieties: Vec<Variety>,
+}
+
+/// Everything that decides where things stand, but for the seed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacementParams {
+    /// The edge of a chunk, metres; 1 to 10⁴. The paper's is 50.
+    pub chunk_size_m: f64,
+    /// Rocks, placed first.
+    pub rocks: RockParams,
+    /// Woody things in order: a later layer gives way to the earlier ones. Trees, stumps, shrubs.
+    pub layers: Vec<LayerParams>,
+    /// Two sites p and q are at least `spacing_factor · density_factor · (r_p + r_q)` apart; 0 to 100.
+    pub spacing_factor: f64,
+    /// The paper's factor on all woody radii, those that the target implies included; 0.05 to 20.
+    /// A layer's mean number is `per_chunk / density_factor²`: larger is sparser.
+    pub density_factor: f64,
+    /// The share of the plane where the exclusion lets things stand (1 without trails); more
+    /// than 0, at most 1. The density there is raised by its inverse, so that the mean over the
+    /// whole plane meets the target.
+    pub allowed_fraction: f64,
+}
+
+impl Default for PlacementParams {
+    /// The paper's medium density: 96 trees on 50 m chunks, with some stumps, shrubs and rocks.
+    fn default() -> Self {
+        let layer = |name: &str, per_chunk, radius_m| LayerParams {
+            name: name.into(),
+            per_chunk,
+            varieties: vec![Variety {
+                weight: 1.0,
+                radius_m,
+            }],
+        };
+        Self {
+            chunk_size_m: 50.0,
+            rocks: RockParams {
+                min_per_chunk: 4,
+                max_per_chunk: 16,
+                varieties: vec![Variety {
+                    weight: 1.0,
+                    radius_m: (0.15, 0.8),
+                }],
+            },
+            layers: vec![
+                layer("trees", 96.0, (0.1, 0.3)),
+                layer("stumps", 8.0, (0.1, 0.3)),
+                layer("shrubs", 120.0, (0.2, 0.4)),
+            ],
+            spacing_factor: 1.2,
+            density_factor: 1.0,
+            allowed_fraction: 1.0,
+        }
+    }
+}
+
+impl PlacementParams {
+    /// The factor between occupancy radii and the distance rule of woody things.
+    pub(crate) fn factor(&self) -> f64 {
+        self.spacing_factor * self.density_factor
+    }
+
+    /// Rocks are solid: no factor below 1 lets anything stand in one.
+    pub(crate) fn rock_factor(&self) -> f64 {
+        self.factor().max(1.0)
+    }
+
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        within("chunk_size_m", self.chunk_size_m, 1.0, 1e4)?;
+        within("spacing_factor", self.spacing_factor, 0.0, 100.0)?;
+        within("density_factor", self.density_factor, 0.05, 20.0)?;
+        if !(self.allowed_fraction > 0.0 && self.allowed_fraction <= 1.0) {
+            return Err(ParamError::range(
+                "allowed_fraction",
+                self.allowed_fraction,
+                "more than 0 and at most 1",
+            ));
+        }
+        let rocks = &self.rocks;
+        if rocks.min_per_chunk > rocks.max_per_chunk {
+            return Err(ParamError::range(
+                "rocks.min_per_chunk",
+                rocks.min_per_chunk,
+                format!("at most rocks.max_per_chunk = {}", rocks.max_per_chunk),
+            ));
+        }
+        if rocks.max_per_chunk > 10_000 {
+            return Err(ParamError::range(
+                "rocks.max_per_chunk",
+                rocks.max_per_chunk,
+                "at most 10000",
+            ));
+        }
+        // Only a chunk's 8 neighbours are asked: no distance rule may reach beyond them.
+        let reach = self.chunk_size_m / 2.0;
+        if rocks.max_per_chunk > 0 {
+            check_varieties(
+                "rocks.varieties",
+                &rocks.varieties,
+                reach / self.rock_factor(),
+            )?;
+        }
+        if self.layers.len() > 255 {
+            return Err(ParamError::range(
+                "layers.len()",
+                self.layers.len(),
+                "at most 255",
+            ));
+        }
+        for (i, layer) in self.layers.iter().enumerate() {
+            if layer.per_chunk != 0.0 {
+                within(
+                    &format!("layers[{i}].per_chunk"),
+                    layer.per_chunk,
+                    1e-4,
+                    1e5,
+                )?;
+                check_varieties(
+                    &format!("layers[{i}].varieties"),
+                    &layer.varieties,
+                    reach / self.rock_factor(),
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), ParamError> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(ParamError::range(
+        field,
+        value,
+        format!("from {low} to {high}"),
+    ))
+}
+
+fn check_varieties(path: &str, varieties: &[Variety], max_m: f64) -> Result<(), ParamError> {
+    check_weights(path, varieties.iter().map(|v| v.weight))?;
+    for (i, v) in varieties.iter().enumerate() {
+        let (low, high) = v.radius_m;
+        if !(low > 0.0 && low <= high && high <= max_m) {
+            return Err(ParamError::range(
+                format!("{path}[{i}].radius_m"),
+                v.radius_m,
+                format!(
+                    "a range (low, high) with 0 < low <= high <= {max_m} \
+                     (half a chunk over the factor of the distance rule)"
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn check_weights(
+    path: &str,
+    weights: impl ExactSizeIterator<Item = f64>,
+) -> Result<(), ParamError> {
+    if weights.len() > usize::from(u16::MAX) {
+        return Err(ParamError::range(
+            format!("{path}.len()"),
+            weights.len(),
+            "at most 65535",
+        ));
+    }
+    let mut total = 0.0;
+    for (i, weight) in weights.enumerate() {
+        within(&format!("{path}[{i}].weight"), weight, 0.0, 1e9)?;
+        total += weight;
+    }
+    if total > 0.0 {
+        return Ok(());
+    }
+    Err(ParamError::range(
+        path,
+        total,
+        "at least one variety with a positive weight",
+    ))
+}
