@@ -5,7 +5,7 @@ use nemoral_scene::glam::DVec3;
 /// One shot of a laser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// When it is fired, seconds after the start of the pattern.
+    /// When it is fired, seconds after the start of the pattern: good to a nanosecond for three weeks.
     pub time_s: f64,
     /// Where it goes: unit vector in the LiDAR frame (x forward, y left, z up).
     pub direction: DVec3,

@@ -1,0 +1,214 @@
+//! Draws the three patterns as in Fig. 6 of the paper (a wall 10 m ahead with a tree before it), and
+//! coverage over time against the curves that Livox publishes.
+//!
+//! `cargo run --release --example patterns -- FOLDER` writes `patterns.png` and `coverage.png` there.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::path::Path;
+
+use common::{Cell, coverage, disc, lit};
+use image::{Rgb, RgbImage};
+use nemoral_lidar::{
+    ExactRange, HorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern, Scanner,
+    ScannerParams,
+};
+use nemoral_scene::glam::{Vec2, Vec3};
+use nemoral_scene::{
+    Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster, RigidTransform, Semantic,
+};
+use nemoral_seed::Key;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = std::env::args().nth(1).unwrap_or_else(|| ".".into());
+    let folder = Path::new(&folder);
+    std::fs::create_dir_all(folder)?;
+    patterns()?.save(folder.join("patterns.png"))?;
+    coverages()?.save(folder.join("coverage.png"))?;
+    Ok(())
+}
+
+/// A wall across x = 10 m with a tree at 5 m: a round crown on a round stem.
+struct WallAndTree {
+    wall: MaterialId,
+    tree: MaterialId,
+}
+
+impl RayCaster for WallAndTree {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let d = ray.direction;
+        // Crown: a sphere of 0.6 m at (5, 0, 0.5); the sensor is at the origin.
+        let crown = Vec3::new(5.0, 0.0, 0.5);
+        let along = crown.dot(d);
+        let crown_m = (along > 0.0 && (crown - d * along).length() < 0.6).then_some(along - 0.3);
+        // Stem: a cylinder of 8 cm below it.
+        let flat = Vec2::new(d.x, d.y);
+        let stem_m = Some(5.0 * d.x / flat.length_squared())
+            .filter(|&t| t > 0.0 && t * d.z < 0.0)
+            .filter(|&t| (flat * t - Vec2::new(5.0, 0.0)).length() < 0.08);
+        let wall_m = (d.x > 0.0).then(|| 10.0 / d.x);
+        let tree_m = crown_m.or(stem_m);
+        Some(Hit {
+            distance_m: tree_m.or(wall_m)?,
+            geometric_normal: Vec3::NEG_X,
+            shading_normal: Vec3::NEG_X,
+            uv: Vec2::ZERO,
+            uv_per_m: 1.0,
+            material: if tree_m.is_some() {
+                self.tree
+            } else {
+                self.wall
+            },
+            object: ObjectId::NONE,
+            variation: 0.0,
+        })
+    }
+}
+
+/// Three panels of 100 ms: lines, rectangle, circle; the tree's points green, the wall's by time.
+fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
+    let mut materials = MaterialLibrary::new();
+    let mut add = |name, semantic| materials.add(Material::plain(name, semantic, Vec3::splat(0.4)));
+    let scene = WallAndTree {
+        wall: add("wall", Semantic::Rock),
+        tree: add("tree", Semantic::Leaf),
+    };
+    let lines = RepeatingLines::new(RepeatingLinesParams {
+        lines: 32,
+        columns: 720,
+        horizontal_fov_rad: 82_f64.to_radians(),
+        ..RepeatingLinesParams::default()
+    })?;
+    let panels: [Box<dyn ScanPattern>; 3] =
+        [Box::new(lines), Box::new(HorizonLike), Box::new(Mid40)];
+    let (width, height, pixels_per_m) = (1000_u32, 330_u32, 54.0);
+    let mut picture = RgbImage::from_pixel(width, 3 * (height + 10), Rgb([255; 3]));
+    for (row, pattern) in (0_u32..).zip(panels) {
+        let params = ScannerParams {
+            pulses_per_scan: (0.1 * pattern.rate_hz()) as u32,
+            ..ScannerParams::default()
+        };
+        let scanner = Scanner::new(params, pattern)?;
+        let standing = |_: f64| RigidTransform::IDENTITY;
+        let points = scanner.scan(0, &scene, &materials, &standing, &ExactRange, Key::world(1));
+        let top = row * (height + 10);
+        let dark = Rgb([12, 14, 20]);
+        for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
+            picture.put_pixel(x, top + y, dark);
+        }
+        for p in &points {
+            // As seen from the sensor: left is left; everything is projected onto the wall.
+            let on_wall = p.position_m * (10.0 / p.position_m.x);
+            let x = f64::from(width) / 2.0 - f64::from(on_wall.y) * pixels_per_m;
+            let y = f64::from(height) / 2.0 - f64::from(on_wall.z) * pixels_per_m;
+            if x < 0.0 || y < 0.0 || x >= width.into() || y >= height.into() {
+                continue;
+            }
+            let share = f64::from(p.time_offset_ns) * 1e-9 / scanner.duration_s();
+            let colour = match p.semantic {
+                Semantic::Leaf => Rgb([70, 220, 90]),
+                _ => Rgb([
+                    (120.0 + 135.0 * share) as u8,
+                    (190.0 - 60.0 * share) as u8,
+                    (255.0 - 200.0 * share) as u8,
+                ]),
+            };
+            picture.put_pixel(x as u32, top + y as u32, colour);
+        }
+    }
+    Ok(picture)
+}
+
+/// What Livox publishes: seconds and percent.
+const MID40: [(f64, f64); 15] = [
+    (0.05, 12.0),
+    (0.1, 19.2),
+    (0.15, 27.8),
+    (0.2, 35.1),
+    (0.25, 42.1),
+    (0.3, 48.2),
+    (0.4, 59.3),
+    (0.5, 68.4),
+    (0.6, 75.6),
+    (0.7, 81.3),
+    (0.8, 86.1),
+    (0.9, 89.6),
+    (1.0, 92.4),
+    (1.2, 96.0),
+    (1.4, 98.0),
+];
+const HORIZON: [(f64, f64); 10] = [
+    (0.02, 16.7),
+    (0.05, 37.2),
+    (0.1, 61.2),
+    (0.15, 75.5),
+    (0.2, 84.3),
+    (0.25, 89.9),
+    (0.3, 93.4),
+    (0.4, 97.1),
+    (0.5, 98.9),
+    (0.6, 99.7),
+];
+
+/// Coverage over 0 to 1.4 s: ours as lines, published as crosses; grid lines each 0.2 s and 20 %.
+fn coverages() -> Result<RgbImage, Box<dyn std::error::Error>> {
+    let (width, height) = (900_u32, 520_u32);
+    let at = |time_s: f64, percent: f64| {
+        (
+            (20.0 + time_s / 1.4 * f64::from(width - 40)) as u32,
+            (f64::from(height) - 20.0 - percent / 100.0 * f64::from(height - 40)) as u32,
+        )
+    };
+    let mut picture = RgbImage::from_pixel(width, height, Rgb([255; 3]));
+    let grey = Rgb([225; 3]);
+    for i in 0..=7 {
+        let (x, _) = at(0.2 * f64::from(i), 0.0);
+        (20..=height - 20).for_each(|y| picture.put_pixel(x, y, grey));
+    }
+    for i in 0..=5 {
+        let (_, y) = at(0.0, 20.0 * f64::from(i));
+        (20..=width - 20).for_each(|x| picture.put_pixel(x, y, grey));
+    }
+    let lines = RepeatingLines::new(RepeatingLinesParams {
+        lines: 32,
+        ..RepeatingLinesParams::default()
+    })?;
+    let mut curve = |pattern: &dyn ScanPattern,
+                     cell_deg: f64,
+                     field: &std::collections::BTreeSet<Cell>,
+                     published: &[(f64, f64)],
+                     colour: Rgb<u8>| {
+        let mut last: Option<(u32, u32)> = None;
+        for step in 0..=70 {
+            let time_s = 0.02 * f64::from(step);
+            let (x, y) = at(time_s, coverage(pattern, 0, time_s, cell_deg, field));
+            let (x0, y0) = last.unwrap_or((x, y));
+            for i in 0..=64_u32 {
+                let blend = |a: u32, b: u32| (a * (64 - i) + b * i) / 64;
+                picture.put_pixel(blend(x0, x), blend(y0, y), colour);
+                picture.put_pixel(blend(x0, x), blend(y0, y) + 1, colour);
+            }
+            last = Some((x, y));
+        }
+        for &(time_s, percent) in published {
+            let (x, y) = at(time_s, percent);
+            for i in 0..9 {
+                picture.put_pixel(x + i - 4, y + i - 4, Rgb([0; 3]));
+                picture.put_pixel(x + i - 4, y + 4 - i, Rgb([0; 3]));
+            }
+        }
+    };
+    let circle = disc(19.2, 0.265);
+    curve(&Mid40, 0.265, &circle, &MID40, Rgb([220, 60, 40]));
+    let rectangle = lit(&HorizonLike, 0..720_000, 0.32);
+    curve(
+        &HorizonLike,
+        0.32,
+        &rectangle,
+        &HORIZON,
+        Rgb([30, 110, 220]),
+    );
+    curve(&lines, 0.265, &disc(14.0, 0.265), &[], Rgb([120; 3]));
+    Ok(picture)
+}
