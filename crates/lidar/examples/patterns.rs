@@ -66,7 +66,7 @@ impl RayCaster for WallAndTree {
     }
 }
 
-/// Three panels of 100 ms: lines, rectangle, circle; the tree's points green, the wall's by time.
+/// Three panels of 200 ms: lines, rectangle, circle; the tree's points green, the wall's by time.
 fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
     let mut materials = MaterialLibrary::new();
     let mut add = |name, semantic| materials.add(Material::plain(name, semantic, Vec3::splat(0.4)));
@@ -82,11 +82,11 @@ fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
     })?;
     let panels: [Box<dyn ScanPattern>; 3] =
         [Box::new(lines), Box::new(HorizonLike), Box::new(Mid40)];
-    let (width, height, pixels_per_m) = (1000_u32, 330_u32, 54.0);
+    let (width, height, pixels_per_m) = (1000_u32, 400_u32, 54.0);
     let mut picture = RgbImage::from_pixel(width, 3 * (height + 10), Rgb([255; 3]));
     for (row, pattern) in (0_u32..).zip(panels) {
         let params = ScannerParams {
-            pulses_per_scan: (0.1 * pattern.rate_hz()) as u32,
+            pulses_per_scan: (0.2 * pattern.rate_hz()) as u32,
             ..ScannerParams::default()
         };
         let scanner = Scanner::new(params, pattern)?;

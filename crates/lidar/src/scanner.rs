@@ -214,7 +214,7 @@ impl Scan<'_> {
         let pulses: Vec<Pulse> = (start..start + count)
             .map(|i| self.scanner.pattern.pulse(self.number(i)))
             .collect();
-        let rays: Vec<Ray> = pulses.iter().map(|pulse| self.ray(pulse)).collect();
+        let rays = self.rays(&pulses);
         let mut hits = vec![None; rays.len()];
         self.caster.closest_hits(&rays, &mut hits);
         (start..)
@@ -228,16 +228,26 @@ impl Scan<'_> {
         self.first_pulse.wrapping_add(i.into())
     }
 
-    fn ray(&self, pulse: &Pulse) -> Ray {
-        let from_frame_s = pulse.time_s - self.start_s - self.scanner.duration_s() / 2.0;
-        let scene_from_lidar = (self.scene_from_lidar_at)(from_frame_s);
-        Ray {
-            origin: scene_from_lidar.translation_m.as_vec3(),
-            direction: scene_from_lidar.transform_vector(pulse.direction).as_vec3(),
-            // From 0, not from the blind zone: what is there blocks the pulse.
-            t_min_m: 0.0,
-            t_max_m: self.scanner.params.max_range_m,
-        }
+    /// The ray of each pulse, in the scene.
+    fn rays(&self, pulses: &[Pulse]) -> Vec<Ray> {
+        let middle_s = self.start_s + self.scanner.duration_s() / 2.0;
+        // Lasers that fire together share a pose, and poses may cost more than rays.
+        let mut fired_s = f64::NAN;
+        let mut scene_from_lidar = RigidTransform::IDENTITY;
+        let ray = |pulse: &Pulse| {
+            if pulse.time_s != fired_s {
+                fired_s = pulse.time_s;
+                scene_from_lidar = (self.scene_from_lidar_at)(fired_s - middle_s);
+            }
+            Ray {
+                origin: scene_from_lidar.translation_m.as_vec3(),
+                direction: scene_from_lidar.transform_vector(pulse.direction).as_vec3(),
+                // From 0, not from the blind zone: what is there blocks the pulse.
+                t_min_m: 0.0,
+                t_max_m: self.scanner.params.max_range_m,
+            }
+        };
+        pulses.iter().map(ray).collect()
     }
 
     fn point(&self, i: u32, pulse: &Pulse, ray: &Ray, hit: &Hit) -> Option<LidarPoint> {
@@ -246,6 +256,7 @@ impl Scan<'_> {
             return None;
         }
         let (origin, direction): (DVec3, DVec3) = (ray.origin.into(), ray.direction.into());
+        // The flat primitive's: it is what stops the light. Its side is the shape's, so it is turned.
         let mut normal: DVec3 = hit.geometric_normal.into();
         if normal.dot(direction) > 0.0 {
             normal = -normal;
