@@ -61,11 +61,11 @@ impl LaconteDevice {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaconteWaveform {
     /// Half of the beam's aperture angle, radians.
-    pub half_aperture_rad: f64,
+    half_aperture_rad: f64,
     /// Weight of the displacement of the waveform's peak.
-    pub k_distance: f64,
+    k_distance: f64,
     /// Weight of the change of the waveform's curvature at the peak, metres.
-    pub k_curvature_m: f64,
+    k_curvature_m: f64,
 }
 
 impl MeanError for LaconteWaveform {
@@ -121,9 +121,9 @@ impl LaconteWaveform {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaconteClosedForm {
     /// Bias per metre of range at 45°, metres per metre.
-    pub per_metre: f64,
+    per_metre: f64,
     /// Bias per unit of `sec θ − 1`, metres.
-    pub curvature_m: f64,
+    curvature_m: f64,
 }
 
 impl MeanError for LaconteClosedForm {
