@@ -2,31 +2,75 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
-use nemoral_scene::{AlphaMask, MaterialLibrary, Prototype};
+use glam::{DVec3, Vec2};
+use nemoral_scene::{AlphaMask, Bounds, MaterialId, MaterialLibrary, Prototype};
 
+use crate::block::{Block, Packed, Shape};
 use crate::exact::{self, LocalRay, Meeting};
+use crate::hull::opaque_hull;
+use crate::nearest::{Nearest, Rank};
+use crate::node::{LaneRay, Node, bounds_of, extent};
+use crate::simd::Isa;
+use crate::stack::{Stack, walk};
+use crate::surface;
+use crate::tree;
 
 /// A prototype with its acceleration structure: made once, shared by all its instances.
 ///
 /// Primitives are numbered: the triangles of the mesh in their order, then the cards in theirs.
+/// Degenerate ones (without area) are never hit.
 #[derive(Debug)]
 pub struct Blas {
     prototype: Arc<Prototype>,
-    /// By material id, up to the largest id in use.
+    /// By material id.
     masks: Vec<Option<Arc<AlphaMask>>>,
+    parts: Vec<Part>,
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    /// The largest coordinate, in absolute value.
+    extent: f32,
+}
+
+/// A part of a prototype that instances enter on its own.
+#[derive(Debug)]
+pub(crate) struct Part {
+    pub(crate) root: u32,
+    /// Boxes that together hold the part: tighter, once turned, than one box around all.
+    pub(crate) boxes: Vec<Bounds>,
 }
 
 impl Blas {
     /// Prepares a prototype that is valid against `materials` (see [`Prototype::new`]).
     #[must_use]
     pub fn build(prototype: Arc<Prototype>, materials: &MaterialLibrary) -> Self {
-        let masks = materials
+        let masks: Vec<Option<Arc<AlphaMask>>> = materials
             .materials()
             .iter()
             .map(|m| m.mask.clone())
             .collect();
-        Self { prototype, masks }
+        let mut blas = Self {
+            extent: extent(&prototype.bounds()),
+            prototype,
+            masks,
+            parts: Vec::new(),
+            nodes: Vec::new(),
+            blocks: Vec::new(),
+        };
+        let (packed, boxes) = blas.pack();
+        if !packed.is_empty() {
+            let (nodes, blocks) = (&mut blas.nodes, &mut blas.blocks);
+            let root = tree::build(&boxes, 8, nodes, |lanes| {
+                let lanes: Vec<Packed> = lanes.iter().map(|&i| packed[i as usize]).collect();
+                blocks.push(Block::new(&lanes));
+                (blocks.len() - 1) as u32
+            });
+            let all = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+            blas.parts.push(Part {
+                root,
+                boxes: vec![all],
+            });
+        }
+        blas
     }
 
     /// The prototype.
@@ -35,44 +79,138 @@ impl Blas {
         &self.prototype
     }
 
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
     pub(crate) fn primitive_count(&self) -> usize {
         self.prototype.mesh().triangles.len() + self.prototype.cards().len()
     }
 
-    /// Where the ray meets an opaque point of a primitive, whatever the distance.
-    pub(crate) fn meet(&self, primitive: u32, ray: &LocalRay) -> Option<Meeting> {
+    /// A primitive, unless it is degenerate.
+    fn shape(&self, primitive: usize) -> Option<(Shape, MaterialId)> {
         let mesh = self.prototype.mesh();
-        let index = primitive as usize;
-        let (meeting, material, uv) = match mesh.triangles.get(index) {
-            Some(triangle) => {
-                let [a, b, c] = triangle
-                    .corners
-                    .map(|i| mesh.positions[i as usize].as_dvec3());
-                let m = exact::triangle(ray, a, b, c)?;
-                (
-                    m,
-                    triangle.material,
-                    crate::surface::triangle_uv(mesh, triangle, m),
-                )
+        let (shape, edges, material) = match mesh.triangles.get(primitive) {
+            Some(t) => {
+                let [a, b, c] = t.corners.map(|i| mesh.positions[i as usize]);
+                let edge = |p: glam::Vec3| p.as_dvec3() - a.as_dvec3();
+                (Shape::Triangle([a, b, c]), [edge(b), edge(c)], t.material)
             }
             None => {
-                let card = &self.prototype.cards()[index - mesh.triangles.len()];
-                let m = exact::card(
-                    ray,
-                    card.corner.as_dvec3(),
-                    card.edge_u.as_dvec3(),
-                    card.edge_v.as_dvec3(),
-                )?;
+                let c = &self.prototype.cards()[primitive - mesh.triangles.len()];
+                let edges = [c.edge_u.as_dvec3(), c.edge_v.as_dvec3()];
                 (
-                    m,
-                    card.material,
-                    DVec3::new(m.u, m.v, 0.0).as_vec3().truncate(),
+                    Shape::Card([c.corner, c.edge_u, c.edge_v]),
+                    edges,
+                    c.material,
                 )
             }
         };
-        let opaque = self.masks[usize::from(material.0)]
-            .as_ref()
-            .is_none_or(|mask| mask.is_opaque(uv.x, uv.y));
-        opaque.then_some(meeting)
+        // The products of f32 are exact in f64: this is zero if and only if there is no area.
+        (edges[0].cross(edges[1]) != DVec3::ZERO).then_some((shape, material))
+    }
+
+    /// The primitives that can be hit, and the boxes of their opaque parts.
+    fn pack(&self) -> (Vec<Packed>, Vec<Bounds>) {
+        let mut hulls = vec![None; self.masks.len()];
+        let mut packed = Vec::new();
+        let mut boxes = Vec::new();
+        for primitive in 0..self.primitive_count() {
+            let Some((shape, material)) = self.shape(primitive) else {
+                continue;
+            };
+            let bounds = match shape {
+                Shape::Triangle(corners) => Bounds::of_points(corners),
+                Shape::Card(card) => {
+                    let [corner, u, v] = card.map(|p| p.as_dvec3());
+                    let index = usize::from(material.0);
+                    let hull = hulls[index].get_or_insert_with(|| match &self.masks[index] {
+                        Some(mask) => opaque_hull(mask),
+                        None => vec![
+                            glam::DVec2::ZERO,
+                            glam::DVec2::X,
+                            glam::DVec2::ONE,
+                            glam::DVec2::Y,
+                        ],
+                    });
+                    if hull.is_empty() {
+                        continue;
+                    }
+                    bounds_of(hull.iter().map(|h| corner + u * h.x + v * h.y))
+                }
+            };
+            packed.push(Packed {
+                primitive: primitive as u32,
+                material: material.0,
+                shape,
+            });
+            boxes.push(bounds);
+        }
+        (packed, boxes)
+    }
+
+    /// Where the ray meets an opaque point of a primitive, whatever the distance.
+    pub(crate) fn meet(&self, primitive: u32, ray: &LocalRay) -> Option<Meeting> {
+        let (shape, material) = self.shape(primitive as usize)?;
+        let meeting = match shape {
+            Shape::Triangle(corners) => exact::triangle(ray, corners.map(|p| p.as_dvec3())),
+            Shape::Card(card) => exact::card(ray, card.map(|p| p.as_dvec3())),
+        }?;
+        self.is_opaque(primitive, material.0, &meeting)
+            .then_some(meeting)
+    }
+
+    #[inline(always)]
+    fn is_opaque(&self, primitive: u32, material: u16, m: &Meeting) -> bool {
+        let Some(mask) = &self.masks[usize::from(material)] else {
+            return true;
+        };
+        let mesh = self.prototype.mesh();
+        let uv = match mesh.triangles.get(primitive as usize) {
+            Some(triangle) => surface::triangle_uv(mesh, triangle, m),
+            None => Vec2::new(m.u as f32, m.v as f32),
+        };
+        mask.is_opaque(uv.x, uv.y)
+    }
+
+    /// Offers the hits below one of the parts' roots. `rank` but for the primitive.
+    #[inline(always)]
+    pub(crate) fn cast<I: Isa, const ANY: bool>(
+        &self,
+        isa: I,
+        root: u32,
+        ray: &LocalRay,
+        rank: Rank,
+        nearest: &mut Nearest,
+        stack: &mut Stack,
+    ) {
+        let lanes = LaneRay::new(ray, self.extent);
+        walk::<I, ANY>(
+            isa,
+            &self.nodes,
+            root,
+            &lanes,
+            nearest,
+            stack,
+            |leaf, nearest, _| {
+                let block = &self.blocks[leaf as usize];
+                let mut candidates = block.candidates(isa, &lanes, nearest);
+                while candidates != 0 {
+                    let lane = candidates.trailing_zeros() as usize;
+                    candidates &= candidates - 1;
+                    let points = block.points(lane);
+                    let meeting = if block.is_triangle(lane) {
+                        exact::triangle(ray, points)
+                    } else {
+                        exact::card(ray, points)
+                    };
+                    let Some(m) = meeting else { continue };
+                    let (primitive, material) = block.primitive(lane);
+                    if nearest.wants(m.t as f32) && self.is_opaque(primitive, material, &m) {
+                        nearest.offer(m.t as f32, Rank { primitive, ..rank });
+                    }
+                }
+            },
+        );
     }
 }

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray, RayCaster};
 
-use crate::exact::LocalRay;
+use crate::forest::{describe, in_group};
 use crate::group::Group;
 use crate::nearest::{Nearest, Rank};
-use crate::surface;
 
 /// What a [`Forest`](crate::Forest) must answer, without any acceleration: a loop over everything.
 ///
@@ -30,7 +29,7 @@ impl RayCaster for BruteForce {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let mut nearest = Nearest::of(ray);
         for (g, (offset, group)) in self.groups.iter().enumerate() {
-            let in_group = local_to_group(ray, *offset);
+            let in_group = in_group(ray, *offset);
             for (i, (instance, blas)) in group.instances().iter().enumerate() {
                 let Some(pose) = group.pose(i) else { continue };
                 let local = pose.local(&in_group);
@@ -49,30 +48,4 @@ impl RayCaster for BruteForce {
         }
         describe(&self.groups, ray, &nearest)
     }
-}
-
-/// The ray in the frame of a group.
-#[inline(always)]
-pub(crate) fn local_to_group(ray: &Ray, offset: Vec3) -> LocalRay {
-    LocalRay {
-        origin: ray.origin.as_dvec3() - offset.as_dvec3(),
-        direction: ray.direction.as_dvec3(),
-    }
-}
-
-/// The whole hit, once the nearest primitive is known.
-pub(crate) fn describe(groups: &[(Vec3, Arc<Group>)], ray: &Ray, nearest: &Nearest) -> Option<Hit> {
-    let rank = nearest.rank()?;
-    let (offset, group) = &groups[rank.group as usize];
-    let (instance, blas) = &group.instances()[rank.instance as usize];
-    let pose = group.pose(rank.instance as usize)?;
-    let m = blas.meet(rank.primitive, &pose.local(&local_to_group(ray, *offset)))?;
-    Some(surface::hit(
-        blas,
-        instance,
-        pose,
-        rank.primitive,
-        nearest.t(),
-        m,
-    ))
 }

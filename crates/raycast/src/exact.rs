@@ -1,6 +1,6 @@
 //! Where a ray meets a primitive, in f64: the one place that decides what is hit.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 
 /// A ray in the space of one shape. The direction is not normalised, so that `t` stays in metres of
 /// the scene.
@@ -23,7 +23,7 @@ pub(crate) struct Meeting {
 
 /// The parallelogram `corner + u · edge_u + v · edge_v`, borders included.
 #[inline(always)]
-pub(crate) fn card(ray: &LocalRay, corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Option<Meeting> {
+pub(crate) fn card(ray: &LocalRay, [corner, edge_u, edge_v]: [DVec3; 3]) -> Option<Meeting> {
     // Solve origin + t d = corner + u edge_u + v edge_v by Cramer's rule.
     let normal = edge_u.cross(edge_v);
     let det = normal.dot(ray.direction);
@@ -37,7 +37,7 @@ pub(crate) fn card(ray: &LocalRay, corner: DVec3, edge_u: DVec3, edge_v: DVec3) 
     (inside && t.is_finite()).then_some(Meeting { t, u, v })
 }
 
-/// The triangle `a b c`, both sides, borders included.
+/// The triangle of three corners, both sides, borders included.
 ///
 /// Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection", in f64: corners are sheared
 /// so that the ray becomes the third axis, then the origin is located in the 2-D triangle. A corner
@@ -45,24 +45,26 @@ pub(crate) fn card(ray: &LocalRay, corner: DVec3, edge_u: DVec3, edge_v: DVec3) 
 /// its twin in the neighbour, and as rounding is monotonic its sign is right or zero. Zero counts
 /// as inside, so no ray passes between neighbours.
 #[inline(always)]
-pub(crate) fn triangle(ray: &LocalRay, a: DVec3, b: DVec3, c: DVec3) -> Option<Meeting> {
-    // Make the direction's largest axis the third; the order of the others only mirrors the plane.
-    let d = ray.direction;
+pub(crate) fn triangle(ray: &LocalRay, corners: [DVec3; 3]) -> Option<Meeting> {
+    // Make the direction's largest axis the third; a cyclic change of axes mirrors nothing.
+    let (o, d) = (ray.origin, ray.direction);
     let size = d.abs();
-    let permute: fn(DVec3) -> DVec3 = if size.z >= size.x && size.z >= size.y {
-        |p| p
+    if size.z >= size.x && size.z >= size.y {
+        sheared(o, d, corners)
     } else if size.x >= size.y {
-        |p| DVec3::new(p.y, p.z, p.x)
+        sheared(o.yzx(), d.yzx(), corners.map(DVec3::yzx))
     } else {
-        |p| DVec3::new(p.z, p.x, p.y)
-    };
-    let d = permute(d);
+        sheared(o.zxy(), d.zxy(), corners.map(DVec3::zxy))
+    }
+}
+
+#[inline(always)]
+fn sheared(origin: DVec3, d: DVec3, corners: [DVec3; 3]) -> Option<Meeting> {
     let (shear_x, shear_y) = (d.x / d.z, d.y / d.z);
-    let shear = |p: DVec3| {
-        let p = permute(p - ray.origin);
+    let [a, b, c] = corners.map(|corner| {
+        let p = corner - origin;
         DVec3::new(p.x - shear_x * p.z, p.y - shear_y * p.z, p.z)
-    };
-    let (a, b, c) = (shear(a), shear(b), shear(c));
+    });
     let u = c.x * b.y - c.y * b.x;
     let v = a.x * c.y - a.y * c.x;
     let w = b.x * a.y - b.y * a.x;

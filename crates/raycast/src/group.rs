@@ -3,29 +3,50 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use nemoral_scene::Instance;
+use nemoral_scene::{Bounds, Instance, ObjectId};
 
 use crate::blas::Blas;
 use crate::exact::LocalRay;
+use crate::nearest::{Nearest, Rank};
+use crate::node::{LaneRay, Node, bounds_of, extent};
+use crate::simd::Isa;
+use crate::stack::{Stack, walk};
+use crate::tree;
 
 /// The instances of one chunk with their acceleration structure, in the chunk's own frame: made
-/// once a chunk, kept while the chunk is, placed in the scene of each frame by a [`Forest`](crate::Forest).
+/// once a chunk, kept while the chunk is, placed in the scene of each frame by a
+/// [`Forest`](crate::Forest).
 #[derive(Debug)]
 pub struct Group {
     instances: Vec<(Instance, Arc<Blas>)>,
     /// `None` where the linear map cannot be inverted: such an instance is flat and never hit.
     poses: Vec<Option<Pose>>,
+    entries: Vec<Entry>,
+    nodes: Vec<Node>,
+    /// `None` if there is nothing to hit.
+    root: Option<u32>,
+    bounds: Bounds,
 }
 
 /// From the group's frame to an instance's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose {
-    pub(crate) position: DVec3,
-    pub(crate) inverse: DMat3,
+    position: DVec3,
+    inverse: DMat3,
+}
+
+/// A part of an instance: a leaf of the group's tree.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    pose: Pose,
+    object: ObjectId,
+    instance: u32,
+    /// In the instance's [`Blas`].
+    root: u32,
 }
 
 impl Pose {
-    pub(crate) fn of(instance: &Instance) -> Option<Self> {
+    fn of(instance: &Instance) -> Option<Self> {
         let linear = instance.linear.as_dmat3();
         let inverse = linear.inverse();
         let sound =
@@ -44,6 +65,12 @@ impl Pose {
             direction: self.inverse * ray.direction,
         }
     }
+
+    /// A normal of the instance in the group's frame, not of unit length: by the inverse transpose,
+    /// which keeps the shape's side in mirrored instances too.
+    pub(crate) fn normal_to_group(&self, normal: DVec3) -> DVec3 {
+        self.inverse.transpose() * normal
+    }
 }
 
 impl Group {
@@ -54,8 +81,32 @@ impl Group {
     /// An instance whose linear map is singular or not finite is never hit.
     #[must_use]
     pub fn build(instances: Vec<(Instance, Arc<Blas>)>) -> Self {
-        let poses = instances.iter().map(|(i, _)| Pose::of(i)).collect();
-        Self { instances, poses }
+        let poses: Vec<Option<Pose>> = instances.iter().map(|(i, _)| Pose::of(i)).collect();
+        let mut entries = Vec::new();
+        let mut boxes = Vec::new();
+        for (i, ((instance, blas), pose)) in instances.iter().zip(&poses).enumerate() {
+            let Some(pose) = pose else { continue };
+            for part in blas.parts() {
+                entries.push(Entry {
+                    pose: *pose,
+                    object: instance.object,
+                    instance: i as u32,
+                    root: part.root,
+                });
+                boxes.push(placed(&part.boxes, instance));
+            }
+        }
+        let mut nodes = Vec::new();
+        let root = (!boxes.is_empty()).then(|| tree::build(&boxes, 1, &mut nodes, |e| e[0]));
+        let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+        Self {
+            instances,
+            poses,
+            entries,
+            nodes,
+            root,
+            bounds,
+        }
     }
 
     /// The instances in order of their numbers.
@@ -67,4 +118,66 @@ impl Group {
     pub(crate) fn pose(&self, instance: usize) -> Option<&Pose> {
         self.poses[instance].as_ref()
     }
+
+    /// The box of all that can be hit; `None` if there is nothing.
+    pub(crate) fn bounds(&self) -> Option<Bounds> {
+        self.root.map(|_| self.bounds)
+    }
+
+    /// Offers the group's hits.
+    #[inline(always)]
+    pub(crate) fn cast<I: Isa, const ANY: bool>(
+        &self,
+        isa: I,
+        number: u32,
+        ray: &LocalRay,
+        nearest: &mut Nearest,
+        stack: &mut Stack,
+    ) {
+        let Some(root) = self.root else { return };
+        let lanes = LaneRay::new(ray, extent(&self.bounds));
+        walk::<I, ANY>(
+            isa,
+            &self.nodes,
+            root,
+            &lanes,
+            nearest,
+            stack,
+            |leaf, nearest, stack| {
+                let entry = &self.entries[leaf as usize];
+                let (_, blas) = &self.instances[entry.instance as usize];
+                let rank = Rank {
+                    object: entry.object,
+                    group: number,
+                    instance: entry.instance,
+                    primitive: 0,
+                };
+                blas.cast::<I, ANY>(
+                    isa,
+                    entry.root,
+                    &entry.pose.local(ray),
+                    rank,
+                    nearest,
+                    stack,
+                );
+            },
+        );
+    }
+}
+
+/// The box, in the group's frame, of boxes of an instance.
+fn placed(boxes: &[Bounds], instance: &Instance) -> Bounds {
+    let linear = instance.linear.as_dmat3();
+    let position = instance.position_m.as_dvec3();
+    let size = DMat3::from_cols(
+        linear.x_axis.abs(),
+        linear.y_axis.abs(),
+        linear.z_axis.abs(),
+    );
+    bounds_of(boxes.iter().flat_map(|b| {
+        let (min, max) = (b.min.as_dvec3(), b.max.as_dvec3());
+        let centre = linear * ((min + max) / 2.0) + position;
+        let half = size * ((max - min) / 2.0);
+        [centre - half, centre + half]
+    }))
 }

@@ -9,7 +9,7 @@ use crate::group::Pose;
 
 /// The interpolated texture coordinate.
 #[inline(always)]
-pub(crate) fn triangle_uv(mesh: &Mesh, triangle: &Triangle, m: Meeting) -> Vec2 {
+pub(crate) fn triangle_uv(mesh: &Mesh, triangle: &Triangle, m: &Meeting) -> Vec2 {
     let [a, b, c] = triangle.corners.map(|i| mesh.uvs[i as usize].as_dvec2());
     (a * (1.0 - m.u - m.v) + b * m.u + c * m.v).as_vec2()
 }
@@ -21,7 +21,7 @@ pub(crate) fn hit(
     pose: &Pose,
     primitive: u32,
     distance_m: f32,
-    m: Meeting,
+    m: &Meeting,
 ) -> Hit {
     let mesh = blas.prototype().mesh();
     let linear = instance.linear.as_dmat3();
@@ -57,8 +57,7 @@ pub(crate) fn hit(
             )
         }
     };
-    // Normals go by the inverse transpose, which keeps the shape's side in mirrored instances too.
-    let normal_to_scene = |n: DVec3| (pose.inverse.transpose() * n).try_normalize();
+    let normal_to_scene = |n: DVec3| pose.normal_to_group(n).try_normalize();
     let geometric = normal_to_scene(edge_u.cross(edge_v)).unwrap_or(DVec3::Z);
     let shading = vertex_normal.and_then(normal_to_scene).unwrap_or(geometric);
     let side = if shading.dot(geometric) < 0.0 {

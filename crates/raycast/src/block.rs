@@ -1,0 +1,165 @@
+//! Eight primitives at once: a filter that never loses a hit.
+//!
+//! Triangles and cards share blocks. With corner `p`, edges `e` and `f`, direction `d` and
+//! `s = p − origin`, Cramer's rule gives (Möller and Trumbore 1997)
+//! `u = (s × d)·f / D`, `v = −(s × d)·e / D`, `t = (e × f)·s / D` with `D = (e × f)·d`.
+//! The filter compares the numerators with `D`, loosened by a bound on their rounding error; what
+//! passes is decided by [`crate::exact`].
+//!
+//! The bound: with unit roundoff `r` (half of `f32::EPSILON`), `|s| ≤ R`, `|d| ≤ d₀`, edges ≤ `E`
+//! per axis and inputs rounded once, `s × d` errs by at most 10 r R d₀, each numerator by
+//! 52 r R d₀ E and `D` by 46 r E² d₀ ≤ 92 r R d₀ E, so `u + v ≤ 1` becomes false by no more than
+//! 200 r R d₀ E; 256 r = 128 ε is taken. Likewise `t D` errs by 52 r E² R and `t · D` by
+//! 46 r E² d₀ t, where d₀ t ≤ 4 R: 236 r E² R, 256 r taken.
+
+use glam::{DVec3, Vec3};
+
+use crate::nearest::Nearest;
+use crate::node::LaneRay;
+use crate::simd::{F8, Isa};
+
+/// Up to eight triangles and cards.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Block {
+    /// First corner. Lanes without a primitive are at infinity, where all comparisons fail.
+    corner: [F8; 3],
+    /// Second corner of a triangle, edge u of a card.
+    second: [F8; 3],
+    /// Third corner of a triangle, edge v of a card.
+    third: [F8; 3],
+    /// 1 for a triangle, 0 for a card.
+    triangle: F8,
+    primitives: [u32; 8],
+    /// The material of each primitive.
+    materials: [u16; 8],
+    /// The largest coordinate of any edge, in absolute value.
+    edge: f32,
+}
+
+/// A primitive as a block holds it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Packed {
+    pub(crate) primitive: u32,
+    pub(crate) material: u16,
+    pub(crate) shape: Shape,
+}
+
+/// The two kinds of primitive.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shape {
+    /// Three corners.
+    Triangle([Vec3; 3]),
+    /// Corner, edge u, edge v.
+    Card([Vec3; 3]),
+}
+
+impl Block {
+    /// A block of at most eight primitives.
+    pub(crate) fn new(primitives: &[Packed]) -> Self {
+        let mut block = Self {
+            corner: [F8::splat(f32::INFINITY); 3],
+            second: [F8::splat(0.0); 3],
+            third: [F8::splat(0.0); 3],
+            triangle: F8::splat(0.0),
+            primitives: [u32::MAX; 8],
+            materials: [0; 8],
+            edge: 0.0,
+        };
+        for (lane, packed) in primitives.iter().enumerate() {
+            let (points, edges, triangle) = match packed.shape {
+                Shape::Triangle([a, b, c]) => ([a, b, c], [b - a, c - a], 1.0),
+                Shape::Card([p, u, v]) => ([p, u, v], [u, v], 0.0),
+            };
+            let rows = [&mut block.corner, &mut block.second, &mut block.third];
+            for (row, point) in rows.into_iter().zip(points) {
+                for (lanes, coordinate) in row.iter_mut().zip(point.to_array()) {
+                    lanes.0[lane] = coordinate;
+                }
+            }
+            block.triangle.0[lane] = triangle;
+            block.primitives[lane] = packed.primitive;
+            block.materials[lane] = packed.material;
+            for edge in edges {
+                block.edge = block.edge.max(edge.abs().max_element());
+            }
+        }
+        block
+    }
+
+    /// The lanes that the ray may meet in the range that is still of interest.
+    #[inline(always)]
+    pub(crate) fn candidates<I: Isa>(&self, isa: I, ray: &LaneRay, nearest: &Nearest) -> u32 {
+        let d = ray.direction.map(F8::splat);
+        let shift = self.corner.map(|p| p * self.triangle);
+        let edge = |points: &[F8; 3]| {
+            [
+                points[0] - shift[0],
+                points[1] - shift[1],
+                points[2] - shift[2],
+            ]
+        };
+        let (e, f) = (edge(&self.second), edge(&self.third));
+        let s = [0, 1, 2].map(|k| self.corner[k] - F8::splat(ray.origin[k]));
+
+        let normal = cross(&e, &f);
+        let det = dot(&normal, &d);
+        let moment = cross(&s, &d);
+        // The numerators, with the sign that makes the denominator positive.
+        let size = det.abs();
+        let u = dot(&moment, &f).mul_sign(det);
+        let minus_v = dot(&moment, &e).mul_sign(det);
+        let t = dot(&normal, &s).mul_sign(det);
+
+        let slack = F8::splat(ray.slack * self.edge);
+        let limit = size + slack;
+        // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is asked for.
+        let inside = (F8::splat(0.0) - slack)
+            .le(u)
+            .and(minus_v.le(slack))
+            .and((u - self.triangle * minus_v).le(limit))
+            .and((F8::splat(0.0) - minus_v).le(limit));
+        // Finite, lest infinity times a denominator of 0 be NaN.
+        let far = F8::splat(nearest.t().min(1e30));
+        let near = F8::splat(nearest.t_min().max(-1e30));
+        let slack = F8::splat(128.0 * f32::EPSILON * ray.reach * self.edge * self.edge);
+        let in_range = t.le(far * size + slack).and((near * size - slack).le(t));
+        isa.signs(inside.and(in_range))
+    }
+
+    /// The number of a lane's primitive and its material.
+    #[inline(always)]
+    pub(crate) fn primitive(&self, lane: usize) -> (u32, u16) {
+        (self.primitives[lane & 7], self.materials[lane & 7])
+    }
+
+    /// Is it a triangle?
+    #[inline(always)]
+    pub(crate) fn is_triangle(&self, lane: usize) -> bool {
+        self.triangle.0[lane & 7] != 0.0
+    }
+
+    /// The three vectors of a lane, as they are in its prototype.
+    #[inline(always)]
+    pub(crate) fn points(&self, lane: usize) -> [DVec3; 3] {
+        let at = |p: &[F8; 3]| {
+            let [x, y, z] = [0, 1, 2].map(|k| f64::from(p[k].0[lane & 7]));
+            DVec3::new(x, y, z)
+        };
+        [at(&self.corner), at(&self.second), at(&self.third)]
+    }
+}
+
+#[inline(always)]
+fn cross(a: &[F8; 3], b: &[F8; 3]) -> [F8; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+#[inline(always)]
+fn dot(a: &[F8; 3], b: &[F8; 3]) -> F8 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
