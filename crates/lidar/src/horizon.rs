@@ -10,7 +10,7 @@ use crate::{Pulse, ScanPattern};
 /// Livox publishes no formula for the Horizon. This is a model of three rotors in the plane of
 /// direction cosines (two that turn against each other in lock make the horizontal sweep, a slow
 /// third moves it), fitted to the 0.1 s figure in Livox's documentation (median line distance about
-/// 0.1°) and to its curve of coverage over time (within 1.5 percentage points). It reaches ±41.1° and
+/// 0.1°) and to its curve of coverage over time (within 3 percentage points). It reaches ±41.1° and
 /// ±13.8°; the data sheet says ±40.85° and ±12.55°, the figure ±14°. Six lines fire together 40,000
 /// times a second. The figure closes after 50 s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
