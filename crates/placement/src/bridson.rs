@@ -10,6 +10,7 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Draw, Key, PhiloxRng, Rng, Stage};
 
+use crate::index::overlap;
 use crate::params::Variety;
 use crate::quadtree::QuadTree;
 
@@ -19,7 +20,7 @@ const DARTS: Stage = Stage::new("placement.darts");
 /// The darts around each point (Bridson 2007: k, "typically 30").
 const DARTS_PER_POINT: u32 = 30;
 /// The initial samples thrown per square of the mean hard-core distance.
-const SEED_DENSITY: f64 = 0.5;
+const SEED_DENSITY: f64 = 0.25;
 /// How often the active list is replaced by the points it brought.
 const GENERATIONS: u32 = 2;
 /// More than the rounding of a position, for the reckoning of what is known.
@@ -50,13 +51,6 @@ pub(crate) struct Point {
     pub(crate) radius: f64,
     pub(crate) variety: u16,
     pub(crate) key: Key,
-}
-
-/// A dart that met no point so far.
-struct Dart {
-    /// Darts of one generation are settled in this order; the key breaks ties.
-    priority: u64,
-    point: Point,
 }
 
 impl Kinds {
@@ -99,13 +93,13 @@ impl Kinds {
         self.mean_core
     }
 
-    /// Draws the kind and radius of a dart.
+    /// Draws the variety of a dart, its occupancy radius and its hard core.
     fn draw(&self, rng: &mut PhiloxRng) -> (u16, f64, f64) {
-        let u = rng.unit_f64();
+        let u = unit(rng);
         let last = self.cumulative.len() - 1;
         let variety = self.cumulative.partition_point(|c| *c <= u).min(last);
         let (low, high) = self.radius[variety];
-        let radius = rng.range_f64(low, high);
+        let radius = low + (high - low) * unit(rng);
         let core = self.core[variety].max(self.factor * radius);
         (variety as u16, radius, core)
     }
@@ -129,12 +123,12 @@ impl Kinds {
 /// to exclude them. If it ends up smaller than needed, a larger window is taken. The size of the
 /// window therefore never shows in the result.
 pub(crate) fn fill(kinds: &Kinds, key: Key, chunk: ChunkCoord, need: f64) -> Vec<Point> {
-    let mut halo = 16.0 * kinds.mean_core + 14.0 * kinds.max_core;
+    let mut halo = 22.0 * kinds.max_core;
     loop {
         if let Some(points) = fill_window(kinds, key, chunk, need, need + halo) {
             return points;
         }
-        halo *= 1.4;
+        halo *= 1.25;
     }
 }
 
@@ -187,30 +181,34 @@ struct Known<'a> {
 
 impl Known<'_> {
     /// Bridson 2007, step 2: k darts, uniform in the annulus r..2r.
-    fn throw(&self, thrower: &Point, darts: &mut Vec<Dart>) {
+    fn throw(&self, thrower: &Point, darts: &mut Vec<Point>) {
+        let largest = self.kinds.max_core;
+        let reach = 2.0 * (thrower.core + largest);
+        if from_centre(thrower.p) > self.half + reach {
+            return;
+        }
+        // One search for all the darts: what any of them could meet.
+        let mut near = Vec::new();
+        let _ = self.index.search(thrower.p, reach + largest, &mut |i| {
+            near.push((self.points[i].p, self.points[i].core));
+            ControlFlow::Continue(())
+        });
         let mut rng = thrower.key.stage(DARTS).rng();
         for i in 0..DARTS_PER_POINT {
             let (variety, radius, core) = self.kinds.draw(&mut rng);
-            let priority = rng.next_u64();
             // r is the distance that the two hard cores ask for.
             let p = thrower.p + annulus(&mut rng, thrower.core + core);
             if from_centre(p) > self.half {
                 continue;
             }
-            let blocked = self
-                .index
-                .search(p, core, &mut |_| ControlFlow::Break(()))
-                .is_break();
+            let blocked = near.iter().any(|&(q, r)| overlap(p, core, q, r));
             if !blocked {
-                darts.push(Dart {
-                    priority,
-                    point: Point {
-                        p,
-                        core,
-                        radius,
-                        variety,
-                        key: thrower.key.item(u64::from(i)),
-                    },
+                darts.push(Point {
+                    p,
+                    core,
+                    radius,
+                    variety,
+                    key: thrower.key.item(u64::from(i)),
                 });
             }
         }
@@ -218,14 +216,15 @@ impl Known<'_> {
 
     /// Settles one generation of darts: all those in the square of half edge `half` that meet no
     /// earlier point. Shrinks `half` to what is certain.
-    fn settle(&mut self, mut darts: Vec<Dart>) {
-        darts.sort_unstable_by_key(|d| (d.priority, d.point.key));
+    fn settle(&mut self, mut darts: Vec<Point>) {
+        // A key is as good as random, and no two are equal.
+        darts.sort_unstable_by_key(|dart| dart.key);
         let first = self.points.len();
         // Darts that are points, or may be: `certain` tells.
         let mut index = QuadTree::new(DVec2::splat(0.5 - self.half), 2.0 * self.half);
         let mut certain = Vec::new();
         let mut half = self.half;
-        for Dart { point, .. } in darts {
+        for point in darts {
             let away = from_centre(point.p);
             let mut sure = away + point.core + self.kinds.max_core <= self.half;
             let verdict = index.search(point.p, point.core, &mut |i| {
@@ -254,7 +253,7 @@ impl Known<'_> {
 }
 
 /// The initial samples that fall into the window.
-fn seeds(kinds: &Kinds, key: Key, chunk: ChunkCoord, window: f64) -> Vec<Dart> {
+fn seeds(kinds: &Kinds, key: Key, chunk: ChunkCoord, window: f64) -> Vec<Point> {
     // Cells are blocks of 2^level chunks, large enough for some samples each: a sparse layer's wide
     // window then has no more of them than a dense layer's.
     let spacing = 2.0 * kinds.mean_core;
@@ -284,18 +283,14 @@ fn seeds(kinds: &Kinds, key: Key, chunk: ChunkCoord, window: f64) -> Vec<Dart> {
             let mut i = 0;
             while arrival < mean {
                 let (variety, radius, core) = kinds.draw(&mut rng);
-                let priority = rng.next_u64();
                 let p = corner + snap(DVec2::new(rng.unit_f64(), rng.unit_f64()) * edge);
                 if from_centre(p) <= window {
-                    darts.push(Dart {
-                        priority,
-                        point: Point {
-                            p,
-                            core,
-                            radius,
-                            variety,
-                            key: cell.item(i),
-                        },
+                    darts.push(Point {
+                        p,
+                        core,
+                        radius,
+                        variety,
+                        key: cell.item(i),
                     });
                 }
                 arrival += rng.exponential();
@@ -314,12 +309,18 @@ pub(crate) fn from_centre(p: DVec2) -> f64 {
 /// Uniform in the annulus between r and 2r, by rejection from its square.
 fn annulus(rng: &mut PhiloxRng, r: f64) -> DVec2 {
     loop {
-        let x = DVec2::new(rng.range_f64(-2.0, 2.0), rng.range_f64(-2.0, 2.0));
+        let x = DVec2::new(unit(rng), unit(rng)) * 4.0 - 2.0;
         let square = x.length_squared();
         if (1.0..4.0).contains(&square) {
             return snap(x * r);
         }
     }
+}
+
+/// Uniform in `[0, 1)`, 32 bits: positions keep no more, and darts are many.
+#[inline]
+fn unit(rng: &mut PhiloxRng) -> f64 {
+    f64::from(rng.next_u32()) * (1.0 / 4_294_967_296.0)
 }
 
 /// To the nearest multiple of 2⁻³⁰, for magnitudes below 2²¹.

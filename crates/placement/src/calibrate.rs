@@ -20,8 +20,8 @@ const SATURATED: f64 = 0.6966;
 /// The hard-core distance over the spacing of a saturated pattern of the target's density. At 1
 /// the pattern would be as regular as a plantation, at 0 as ragged as rain.
 const HARD_CORE: f64 = 0.5;
-/// The edge of the calibration's window in mean hard-core distances.
-const WINDOW: f64 = 90.0;
+/// Half the edge of the calibration's window in mean hard-core distances.
+const WINDOW: f64 = 60.0;
 /// The edge of the grid of probes that measure the room that earlier layers leave.
 const PROBES: u32 = 64;
 
@@ -181,56 +181,63 @@ fn rock_free(params: &PlacementParams, radius_m: f64) -> f64 {
     libm::exp(-number * mean_area_m2 / (params.chunk_size_m * params.chunk_size_m))
 }
 
-/// Small things find more places than big ones. In a fill the density of a hard core c, over its
-/// share among the darts, falls like exp(−slope · c): one number, fitted to the fill's mean core.
+/// Small things find more places than big ones. In a fill, the density of a hard core c over its
+/// share among the darts falls like exp(−a c − b c²), the form of a disc's chance to find room among
+/// others; a and b are fitted to the fill's first two moments (maximum likelihood).
 struct Bias {
-    slope: f64,
+    theta: DVec2,
     norm: f64,
 }
 
 impl Bias {
     fn of(kinds: &Kinds, layer: &LayerParams, points: &[Point]) -> Self {
         let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
-        let thrown: Vec<(f64, f64)> = (0..layer.varieties.len())
-            .map(|i| (layer.varieties[i].weight / total, relative_core(kinds, i)))
+        let thrown: Vec<(f64, DVec2)> = (0..layer.varieties.len())
+            .map(|i| (layer.varieties[i].weight / total, core_powers(kinds, i)))
             .collect();
         let found = points
             .iter()
-            .map(|p| relative_core(kinds, usize::from(p.variety)))
-            .sum::<f64>()
+            .map(|p| core_powers(kinds, usize::from(p.variety)))
+            .sum::<DVec2>()
             / points.len().max(1) as f64;
-        let moments = |slope: f64| {
-            thrown.iter().fold((0.0, 0.0), |(norm, mean), (share, x)| {
-                let w = share * libm::exp(-slope * x);
-                (norm + w, mean + w * x)
-            })
-        };
-        // The mean falls with the slope: bisection.
-        let (mut low, mut high) = (-16.0, 16.0);
-        for _ in 0..50 {
-            let slope = (low + high) / 2.0;
-            let (norm, mean) = moments(slope);
-            if mean / norm > found {
-                low = slope;
-            } else {
-                high = slope;
+        // Newton's method; the ridge stands in where fewer than three hard cores leave the fit open.
+        const RIDGE: f64 = 1e-6;
+        let mut theta = DVec2::ZERO;
+        let mut norm = 1.0;
+        for _ in 0..20 {
+            let (mut sum, mut mean, mut square, mut cross) = (0.0, DVec2::ZERO, DVec2::ZERO, 0.0);
+            for &(share, x) in &thrown {
+                let w = share * libm::exp(-theta.dot(x));
+                sum += w;
+                mean += w * x;
+                square += w * x * x;
+                cross += w * x.x * x.y;
             }
+            norm = sum;
+            mean /= sum;
+            let variance = square / sum - mean * mean + RIDGE;
+            let covariance = cross / sum - mean.x * mean.y;
+            let gradient = mean - found - RIDGE * theta;
+            let determinant = variance.x * variance.y - covariance * covariance;
+            let step = DVec2::new(
+                variance.y * gradient.x - covariance * gradient.y,
+                variance.x * gradient.y - covariance * gradient.x,
+            ) / determinant;
+            theta += step.clamp_length_max(4.0);
         }
-        let slope = if thrown.len() > 1 { (low + high) / 2.0 } else { 0.0 };
-        Self {
-            slope,
-            norm: moments(slope).0,
-        }
+        Self { theta, norm }
     }
 
     /// The density of a variety in the fill, over the fill's density and the variety's weight.
     fn acceptance(&self, kinds: &Kinds, variety: usize) -> f64 {
-        libm::exp(-self.slope * relative_core(kinds, variety)) / self.norm
+        libm::exp(-self.theta.dot(core_powers(kinds, variety))) / self.norm
     }
 }
 
-fn relative_core(kinds: &Kinds, variety: usize) -> f64 {
-    kinds.typical_core(variety) / kinds.mean_core()
+/// The first two powers of a variety's hard core, from the mean and in its units.
+fn core_powers(kinds: &Kinds, variety: usize) -> DVec2 {
+    let x = kinds.typical_core(variety) / kinds.mean_core() - 1.0;
+    DVec2::new(x, x * x)
 }
 
 /// How far probes are from the nearest thing that stands, ascending; up to a distance that matters.

@@ -7,9 +7,9 @@ use glam::DVec2;
 use crate::index::{NeighbourIndex, overlap};
 
 /// A leaf is split when it holds more than this.
-const LEAF: u32 = 8;
+const LEAF: u32 = 12;
 /// Coincident points cannot be split apart: a leaf this deep grows instead.
-const MAX_DEPTH: u32 = 24;
+const MAX_DEPTH: u32 = 16;
 const NONE: u32 = u32::MAX;
 
 /// A region quadtree of discs (the paper's neighbour search, section IV-D).
@@ -168,8 +168,10 @@ impl QuadTree {
                 continue;
             }
             if node.children != NONE {
-                for child in 0..4 {
-                    stack[waiting] = node.children + child;
+                // The quadrant of p is looked at first: who looks for any overlap finds it there.
+                let nearest = node.quadrant(p);
+                for flip in [3, 2, 1, 0] {
+                    stack[waiting] = node.children + (nearest ^ flip);
                     waiting += 1;
                 }
                 continue;
