@@ -1,9 +1,14 @@
 //! Virtual cameras: ray-cast RGB, semantic, instance, depth and normal images under sun and sky.
 
+mod antialias;
+mod atmosphere;
 mod error;
+mod ground;
+mod haze;
 mod lighting;
 mod raycast;
 mod sh;
+mod shade;
 mod sky;
 mod sun;
 mod tone;
@@ -11,7 +16,7 @@ mod view;
 
 pub use error::ParamError;
 pub use lighting::Lighting;
-pub use raycast::{RayCastCamera, RayCastParams};
+pub use raycast::{PixelTruth, RayCastCamera, RayCastParams};
 pub use sky::SkyParams;
 pub use sun::{Sun, UtcTime};
 pub use tone::{Exposure, ToneCurve};

@@ -1,29 +1,102 @@
-use nemoral_seed::Key;
+//! The camera that casts rays.
 
-use crate::error::ParamError;
-use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
+use glam::{DVec2, Vec3};
+use nemoral_scene::{Hit, Image, ObjectId, Ray, Semantic, TruthImages};
+use nemoral_seed::{Draw, Key, Rng, Stage};
+use rayon::prelude::*;
+
+use crate::antialias::Drawn;
+use crate::error::{ParamError, check};
+use crate::haze::Haze;
+use crate::shade::{self, Look};
+use crate::tone::{develop, log_mean_luminance};
+use crate::{CameraImages, CameraRenderer, Lighting, SceneView, Sun, View};
 
 /// How carefully a picture is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayCastParams {
-    /// Colour samples of every pixel, 1..=256; the first is at its centre.
+    /// Colour samples of every pixel, 1..=256; the first lies at its centre.
     pub colour_samples: u32,
-    /// Further colour samples of pixels on an edge, 0..=256.
+    /// Further colour samples of pixels on silhouettes, 0..=256.
     pub edge_samples: u32,
-    /// The most further rays for edges, as a share of the number of pixels, 0..=256.
+    /// The most further samples for silhouettes, as a share of the number of pixels, 0..=256; the
+    /// strongest contrasts are served first.
     pub edge_budget: f32,
-    /// How far is seen; everything fades into the sky towards there, metres, 1..=100,000.
+    /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
     pub max_range_m: f32,
-    /// Also return the radiance image?
+    /// Return the radiance image too?
     pub keep_linear: bool,
 }
 
-/// The camera that casts rays on the CPU.
+impl RayCastParams {
+    /// One ray per pixel: for previews and speed.
+    #[must_use]
+    pub fn draft() -> Self {
+        Self {
+            edge_samples: 0,
+            ..Self::default()
+        }
+    }
+
+    /// Four samples everywhere and twelve on silhouettes: for figures.
+    #[must_use]
+    pub fn fine() -> Self {
+        Self {
+            colour_samples: 4,
+            edge_samples: 8,
+            edge_budget: 8.0,
+            ..Self::default()
+        }
+    }
+}
+
+impl Default for RayCastParams {
+    /// Four samples on the strongest silhouettes, for at most 30 % more rays.
+    fn default() -> Self {
+        Self {
+            colour_samples: 1,
+            edge_samples: 3,
+            edge_budget: 0.3,
+            max_range_m: 300.0,
+            keep_linear: false,
+        }
+    }
+}
+
+/// The camera that casts rays on the CPU, through the caster that the LiDAR uses.
+///
+/// Pictures depend on scene, view, parameters, light and key alone, not on the number of threads
+/// (it works in the current rayon pool).
 #[derive(Clone, Debug)]
 pub struct RayCastCamera {
     params: RayCastParams,
     lighting: Lighting,
+    /// Directions to points spread evenly over the sun's disc.
+    sun_points: Vec<Vec3>,
 }
+
+/// What is exactly at an image position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelTruth {
+    /// The fine semantic; [`Semantic::Sky`] where nothing was hit.
+    pub semantic: Semantic,
+    /// Whose surface it is.
+    pub object: ObjectId,
+    /// Planar depth: z in the optical frame, metres; 0 where nothing was hit.
+    pub depth_m: f32,
+    /// Unit normal of the flat primitive in the optical frame, towards the camera; zero where
+    /// nothing was hit.
+    pub normal: Vec3,
+}
+
+/// Pixels are cast in square tiles: neighbouring rays visit the same boxes.
+const TILE: usize = 8;
+const BATCH: usize = TILE * TILE;
+const SUN_POINTS: usize = 1024;
+
+const FIRST: Stage = Stage::new("render.first_sample");
+const ALL: Stage = Stage::new("render.all_pixels");
+const EDGES: Stage = Stage::new("render.edges");
 
 impl RayCastCamera {
     /// A camera under a light.
@@ -31,7 +104,255 @@ impl RayCastCamera {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(params: RayCastParams, lighting: Lighting) -> Result<Self, ParamError> {
-        Ok(Self { params, lighting })
+        let p = &params;
+        check(
+            "camera.colour_samples",
+            p.colour_samples.into(),
+            1.0,
+            256.0,
+            "1..=256",
+        )?;
+        check(
+            "camera.edge_samples",
+            p.edge_samples.into(),
+            0.0,
+            256.0,
+            "0..=256",
+        )?;
+        check(
+            "camera.edge_budget",
+            p.edge_budget.into(),
+            0.0,
+            256.0,
+            "0..=256",
+        )?;
+        check(
+            "camera.max_range_m",
+            p.max_range_m.into(),
+            1.0,
+            1e5,
+            "1..=100,000 m",
+        )?;
+        let sun = lighting.sun_direction();
+        let (x, y) = sun.any_orthonormal_pair();
+        let sun_points = (0..SUN_POINTS)
+            .map(|i| {
+                // Vogel's spiral: equal areas.
+                let r = Sun::ANGULAR_RADIUS_RAD * libm::sqrt((i as f64 + 0.5) / SUN_POINTS as f64);
+                let (sin, cos) = libm::sincos(i as f64 * 2.399_963_229_728_653);
+                let d = sun + x * (r * cos) as f32 + y * (r * sin) as f32;
+                d / d.length()
+            })
+            .collect();
+        Ok(Self {
+            params,
+            lighting,
+            sun_points,
+        })
+    }
+
+    /// The light it takes pictures in.
+    #[must_use]
+    pub fn lighting(&self) -> &Lighting {
+        &self.lighting
+    }
+
+    /// What is exactly at an image position in pixels (not only at pixel centres): the same ray and
+    /// the same answer as in [`render`](CameraRenderer::render).
+    #[must_use]
+    pub fn truth_at(&self, scene: &SceneView<'_>, view: &View, pixel: DVec2) -> PixelTruth {
+        let ray = view.ray(pixel, self.params.max_range_m);
+        let hit = scene.caster.closest_hit(&ray);
+        truth(scene, view, pixel, &ray, hit.as_ref())
+    }
+}
+
+fn truth(
+    scene: &SceneView<'_>,
+    view: &View,
+    pixel: DVec2,
+    ray: &Ray,
+    hit: Option<&Hit>,
+) -> PixelTruth {
+    let Some(hit) = hit else {
+        return PixelTruth {
+            semantic: Semantic::Sky,
+            object: ObjectId::NONE,
+            depth_m: 0.0,
+            normal: Vec3::ZERO,
+        };
+    };
+    let away = hit.geometric_normal.dot(ray.direction) > 0.0;
+    let normal = hit.geometric_normal * if away { -1.0 } else { 1.0 };
+    PixelTruth {
+        semantic: scene.materials.get(hit.material).semantic,
+        object: hit.object,
+        depth_m: (f64::from(hit.distance_m) * view.intrinsics.direction(pixel).z) as f32,
+        normal: view.to_optical(normal),
+    }
+}
+
+/// One picture in the making.
+struct Shot<'a> {
+    camera: &'a RayCastCamera,
+    scene: &'a SceneView<'a>,
+    view: &'a View,
+    haze: Haze,
+    /// Angle of a sample at the image centre.
+    sample_rad: f32,
+    /// Openness at the camera.
+    openness: f32,
+}
+
+impl Shot<'_> {
+    fn ray(&self, pixel: DVec2) -> Ray {
+        self.view.ray(pixel, self.camera.params.max_range_m)
+    }
+
+    /// The colour of a ray, with a random word for the point on the sun.
+    fn colour(&self, ray: &Ray, hit: Option<&Hit>, word: u32) -> Vec3 {
+        let lighting = &self.camera.lighting;
+        let sky = lighting.sky_radiance(ray.direction);
+        let Some(hit) = hit else {
+            // |a - b| of unit vectors is the angle, to a part in 10^6 here.
+            let off = (ray.direction - lighting.sun_direction()).length();
+            return if off < Sun::ANGULAR_RADIUS_RAD as f32 {
+                sky + lighting.sun_radiance()
+            } else {
+                sky
+            };
+        };
+        let look = Look {
+            ray,
+            hit,
+            sample_rad: self.sample_rad,
+            sun: self.camera.sun_points[word as usize % SUN_POINTS],
+        };
+        let (surface, openness) = shade::radiance(self.scene, lighting, &look);
+        let rise_m = ray.direction.z * hit.distance_m;
+        let (air, fade) = self.haze.transmittance(hit.distance_m, rise_m);
+        // Air under crowns is lit like what it hides; at the end of the world it is the sky's.
+        let lit = 0.5 * (openness + self.openness);
+        sky.lerp(surface * air + sky * (lit * (1.0 - air)), fade)
+    }
+}
+
+/// The maps of a picture, row by row.
+struct Maps {
+    semantic: Vec<Semantic>,
+    object: Vec<ObjectId>,
+    depth_m: Vec<f32>,
+    normal: Vec<Vec3>,
+    linear: Vec<Vec3>,
+}
+
+impl Shot<'_> {
+    /// The truth and the first colour sample of every pixel, both of the ray through its centre.
+    fn first_samples(&self, key: Key) -> Maps {
+        let (width, height) = (
+            self.view.intrinsics.width as usize,
+            self.view.intrinsics.height as usize,
+        );
+        let n = width * height;
+        let mut maps = Maps {
+            semantic: vec![Semantic::Sky; n],
+            object: vec![ObjectId::NONE; n],
+            depth_m: vec![0.0; n],
+            normal: vec![Vec3::ZERO; n],
+            linear: vec![Vec3::ZERO; n],
+        };
+        let band = TILE * width;
+        let bands = (
+            maps.semantic.par_chunks_mut(band),
+            maps.object.par_chunks_mut(band),
+            maps.depth_m.par_chunks_mut(band),
+            maps.normal.par_chunks_mut(band),
+            maps.linear.par_chunks_mut(band),
+        );
+        bands.into_par_iter().enumerate().for_each(
+            |(index, (semantic, object, depth_m, normal, linear))| {
+                let rows = semantic.len() / width;
+                let mut rng = key.stage(FIRST).item(index as u64).rng();
+                let (mut rays, mut hits) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
+                for left in (0..width).step_by(TILE) {
+                    let columns = TILE.min(width - left);
+                    // A tile's pixels as (index in the band, image position).
+                    let pixels = (0..rows * columns).map(|k| {
+                        let (row, column) = (k / columns, left + k % columns);
+                        let centre =
+                            DVec2::new(column as f64 + 0.5, (index * TILE + row) as f64 + 0.5);
+                        (row * width + column, centre)
+                    });
+                    rays.clear();
+                    rays.extend(pixels.clone().map(|(_, pixel)| self.ray(pixel)));
+                    hits.clear();
+                    hits.resize(rays.len(), None);
+                    self.scene.caster.closest_hits(&rays, &mut hits);
+                    for (((i, pixel), ray), hit) in pixels.zip(&rays).zip(&hits) {
+                        // One word for every pixel, hit or not, so that none shifts the others.
+                        let word = rng.next_u32();
+                        let t = truth(self.scene, self.view, pixel, ray, hit.as_ref());
+                        semantic[i] = t.semantic;
+                        object[i] = t.object;
+                        depth_m[i] = t.depth_m;
+                        normal[i] = t.normal;
+                        linear[i] = self.colour(ray, hit.as_ref(), word);
+                    }
+                }
+            },
+        );
+        maps
+    }
+
+    /// Adds `samples` jittered samples to the `before` that some pixels (ascending) already have.
+    fn add_samples(
+        &self,
+        linear: &mut [Vec3],
+        pixels: &[u32],
+        before: u32,
+        samples: u32,
+        key: Key,
+    ) {
+        if samples == 0 {
+            return;
+        }
+        let width = self.view.intrinsics.width;
+        let per_batch = (BATCH / samples as usize).max(1);
+        let sums: Vec<Vec<Vec3>> = pixels
+            .par_chunks(per_batch)
+            .map(|pixels| {
+                let mut words = Vec::new();
+                let mut rays = Vec::new();
+                for &pixel in pixels {
+                    let mut rng = key.item(pixel.into()).rng();
+                    let shift = DVec2::new(rng.unit_f64(), rng.unit_f64());
+                    let corner = DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
+                    for k in 0..samples {
+                        // Roberts' R2 sequence, shifted at random: few samples, well spread.
+                        let r2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_2);
+                        let at = shift + r2 * f64::from(k + 1);
+                        rays.push(self.ray(corner + at - at.floor()));
+                        words.push(rng.next_u32());
+                    }
+                }
+                let mut hits = vec![None; rays.len()];
+                self.scene.caster.closest_hits(&rays, &mut hits);
+                let colours: Vec<Vec3> = rays
+                    .iter()
+                    .zip(&hits)
+                    .zip(words)
+                    .map(|((ray, hit), word)| self.colour(ray, hit.as_ref(), word))
+                    .collect();
+                colours
+                    .chunks_exact(samples as usize)
+                    .map(|c| c.iter().sum())
+                    .collect()
+            })
+            .collect();
+        for (&pixel, sum) in pixels.iter().zip(sums.into_iter().flatten()) {
+            let c = &mut linear[pixel as usize];
+            *c = (*c * before as f32 + sum) / (before + samples) as f32;
+        }
     }
 }
 
@@ -40,12 +361,71 @@ impl CameraRenderer for RayCastCamera {
 
     fn render(
         &self,
-        _scene: &SceneView<'_>,
+        scene: &SceneView<'_>,
         view: &View,
-        _key: Key,
+        key: Key,
     ) -> Result<CameraImages, ParamError> {
         view.check()?;
-        let _ = (&self.params, &self.lighting);
-        unimplemented!()
+        let p = &self.params;
+        let position = view.scene_from_camera.translation_m.as_vec3();
+        let focal_px = 0.5 * (view.intrinsics.fx + view.intrinsics.fy);
+        let shot = Shot {
+            camera: self,
+            scene,
+            view,
+            haze: self.lighting.haze(p.max_range_m),
+            sample_rad: (1.0 / focal_px) as f32,
+            openness: scene.sky_visibility.openness(position),
+        };
+        let mut maps = shot.first_samples(key);
+
+        // More samples for every pixel, then for the silhouettes.
+        let n = maps.linear.len();
+        if p.colour_samples > 1 {
+            let every: Vec<u32> = (0..n as u32).collect();
+            shot.add_samples(
+                &mut maps.linear,
+                &every,
+                1,
+                p.colour_samples - 1,
+                key.stage(ALL),
+            );
+        }
+        if p.edge_samples > 0 {
+            let drawn = Drawn {
+                width: view.intrinsics.width as usize,
+                semantic: &maps.semantic,
+                object: &maps.object,
+                depth_m: &maps.depth_m,
+                linear: &maps.linear,
+            };
+            let limit = (f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples)) as usize;
+            let edges = drawn.edges(log_mean_luminance(&maps.linear), limit);
+            shot.add_samples(
+                &mut maps.linear,
+                &edges,
+                p.colour_samples,
+                p.edge_samples,
+                key.stage(EDGES),
+            );
+        }
+
+        let (width, height) = (
+            view.intrinsics.width as usize,
+            view.intrinsics.height as usize,
+        );
+        let linear = Image::new(width, height, maps.linear);
+        let ev100 = view.exposure.ev100(log_mean_luminance(linear.pixels()));
+        Ok(CameraImages {
+            rgb: develop(&linear, ev100, view.tone),
+            linear: p.keep_linear.then_some(linear),
+            truth: TruthImages {
+                semantic: Image::new(width, height, maps.semantic),
+                object: Image::new(width, height, maps.object),
+                depth_m: Image::new(width, height, maps.depth_m),
+                normal: Image::new(width, height, maps.normal),
+            },
+            ev100,
+        })
     }
 }

@@ -1,11 +1,18 @@
-use glam::Vec3;
+//! How the sky looks.
+
+use glam::{DVec3, Vec3};
+
+use crate::Sun;
+use crate::atmosphere::{Atmosphere, mie_phase, rayleigh_phase};
+use crate::error::{ParamError, check};
 
 /// The air and the clouds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyParams {
-    /// Linke's turbidity at 550 nm, 1..=10: 2 very clear, 3 clear, 5 hazy, 10 fog.
+    /// How hazy: optical thickness of the air over that of clean air, at 550 nm, 1..=10. 2 is very
+    /// clear, 3 clear, 5 hazy, 10 fog.
     pub turbidity: f64,
-    /// Cloud cover as an even veil, 0 clear ..= 1 overcast without a sun.
+    /// Cloud cover as an even veil: 0 clear ..= 1 overcast, without a sun.
     pub overcast: f64,
     /// Multiplies the strength of the sun above the atmosphere, 0..=100; 1 is ours.
     pub sun_intensity: f64,
@@ -14,11 +21,17 @@ pub struct SkyParams {
     /// Mean albedo of the ground around, linear sRGB, each 0..=1.
     pub ground_albedo: Vec3,
     /// Share of the light on a leaf that leaves it again on either side (reflectance +
-    /// transmittance), linear sRGB, each 0..=0.99.
+    /// transmittance), linear sRGB, each 0..=0.99: the green of the light under crowns.
     pub foliage_albedo: Vec3,
+    /// Meteorological visibility at the camera's height, metres, 10..=1,000,000: where 2 % of the
+    /// contrast is left. Mist is below 1000.
+    pub visibility_m: f64,
+    /// The height over which that haze thins by e, metres, 1..=10,000.
+    pub haze_height_m: f64,
 }
 
 impl Default for SkyParams {
+    /// A clear day; the leaves are beech (PROSPECT-D).
     fn default() -> Self {
         Self {
             turbidity: 3.0,
@@ -27,6 +40,258 @@ impl Default for SkyParams {
             sun_tint: Vec3::ONE,
             ground_albedo: Vec3::new(0.11, 0.10, 0.06),
             foliage_albedo: Vec3::new(0.13, 0.24, 0.034),
+            visibility_m: 15_000.0,
+            haze_height_m: 100.0,
         }
+    }
+}
+
+impl SkyParams {
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        check("sky.turbidity", self.turbidity, 1.0, 10.0, "1..=10")?;
+        check("sky.overcast", self.overcast, 0.0, 1.0, "0..=1")?;
+        check(
+            "sky.sun_intensity",
+            self.sun_intensity,
+            0.0,
+            100.0,
+            "0..=100",
+        )?;
+        for c in self.sun_tint.to_array() {
+            check("sky.sun_tint", c.into(), 0.0, 10.0, "0..=10 per channel")?;
+        }
+        for c in self.ground_albedo.to_array() {
+            check("sky.ground_albedo", c.into(), 0.0, 1.0, "0..=1 per channel")?;
+        }
+        for c in self.foliage_albedo.to_array() {
+            check(
+                "sky.foliage_albedo",
+                c.into(),
+                0.0,
+                0.99,
+                "0..=0.99 per channel",
+            )?;
+        }
+        check(
+            "sky.visibility_m",
+            self.visibility_m,
+            10.0,
+            1e6,
+            "10..=1,000,000 m",
+        )?;
+        check(
+            "sky.haze_height_m",
+            self.haze_height_m,
+            1.0,
+            1e4,
+            "1..=10,000 m",
+        )
+    }
+}
+
+/// Illuminance of the sun above the air, lux.
+const SOLAR_CONSTANT_LX: f64 = 128_000.0;
+
+/// The sun's colour above the air (5900 K) in linear sRGB, luminance 1.
+const SOLAR_COLOUR: DVec3 = DVec3::new(1.08, 0.98, 0.95);
+
+/// What an overcast sky lets through of a clear day's light (Kasten and Czeplak 1980).
+const OVERCAST_TRANSMITTANCE: f64 = 0.25;
+
+/// Radiance of the sky, tabulated: linear sRGB with luminance in cd/m².
+#[derive(Clone, Debug)]
+pub(crate) struct Sky {
+    sun: Vec3,
+    /// `sun` without its height, unit length (any, for a sun in the zenith).
+    sun_azimuth: [f32; 2],
+    /// `ROWS` of `COLUMNS`: molecules, aerosols, higher orders. Row v has elevation sine v², column
+    /// u has sin(azimuth from the sun / 2) = u.
+    table: Vec<[Vec3; 3]>,
+    /// CIE overcast sky's zenith.
+    overcast_zenith: Vec3,
+    /// The same in every direction.
+    uniform: Vec3,
+}
+
+const ROWS: usize = 32;
+const COLUMNS: usize = 24;
+
+impl Sky {
+    /// The sky, and the sun's irradiance on a plane that faces it.
+    pub(crate) fn new(sun: &Sun, params: &SkyParams) -> (Self, Vec3) {
+        let direction = sun.direction();
+        let elevation = sun.elevation_deg().to_radians();
+        let air = Atmosphere::new(params.turbidity, params.ground_albedo.as_dvec3());
+        let beam =
+            SOLAR_CONSTANT_LX * params.sun_intensity * SOLAR_COLOUR * params.sun_tint.as_dvec3();
+        let clear_sun = beam * air.sun_transmittance(elevation);
+
+        // Tabulate in a frame whose x axis is below the sun.
+        let (sin, cos) = libm::sincos(elevation);
+        let sun_xz = DVec3::new(cos, 0.0, sin);
+        let multiple = air.multiple_scattering(elevation);
+        let clear = (1.0 - params.overcast) * beam;
+        let table = (0..ROWS * COLUMNS)
+            .map(|i| {
+                let v = (i / COLUMNS) as f64 / (ROWS - 1) as f64;
+                let u = (i % COLUMNS) as f64 / (COLUMNS - 1) as f64;
+                let z = v * v;
+                let flat = libm::sqrt(1.0 - z * z);
+                let cos_azimuth = 1.0 - 2.0 * u * u;
+                let sin_azimuth = libm::sqrt((1.0 - cos_azimuth * cos_azimuth).max(0.0));
+                let d = DVec3::new(flat * cos_azimuth, flat * sin_azimuth, z);
+                let s = air.scattered(d, sun_xz, &multiple);
+                [s.rayleigh, s.mie, s.multiple].map(|c| (c * clear).as_vec3())
+            })
+            .collect();
+        let flat = direction.truncate();
+        let azimuth = flat.try_normalize().unwrap_or(glam::DVec2::X);
+        let mut sky = Self {
+            sun: direction.as_vec3(),
+            sun_azimuth: azimuth.as_vec2().to_array(),
+            table,
+            overcast_zenith: Vec3::ZERO,
+            uniform: Vec3::ZERO,
+        };
+        if params.overcast > 0.0 {
+            // The veil passes on a share of what a clear sky and its sun would give the ground.
+            let clear_sky = Self::new(
+                sun,
+                &SkyParams {
+                    overcast: 0.0,
+                    ..*params
+                },
+            )
+            .0;
+            let global = crate::sh::Irradiance::of_sky(|d| clear_sky.radiance(d)).at(Vec3::Z)
+                + clear_sun.as_vec3() * direction.z.max(0.0) as f32;
+            // Droplets scatter all colours alike: most of the blue comes back as white.
+            let white = Vec3::splat(global.dot(crate::tone::LUMINANCE));
+            let through =
+                global.lerp(white, 0.7) * (params.overcast * OVERCAST_TRANSMITTANCE) as f32;
+            sky.overcast_zenith = through * (9.0 / (7.0 * std::f32::consts::PI));
+        }
+        (sky, (clear_sun * (1.0 - params.overcast)).as_vec3())
+    }
+
+    /// The inside of a lamp globe.
+    pub(crate) fn uniform(radiance: Vec3) -> Self {
+        Self {
+            sun: Vec3::Z,
+            sun_azimuth: [1.0, 0.0],
+            table: vec![[Vec3::ZERO; 3]; ROWS * COLUMNS],
+            overcast_zenith: Vec3::ZERO,
+            uniform: radiance,
+        }
+    }
+
+    /// What comes from a unit direction, without the sun's disc; below the horizon, the horizon's
+    /// haze.
+    pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
+        let z = direction.z.max(0.0);
+        let flat = (direction.x * direction.x + direction.y * direction.y).sqrt();
+        let [sx, sy] = self.sun_azimuth;
+        let cos_azimuth = if flat > 1e-6 {
+            ((direction.x * sx + direction.y * sy) / flat).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        };
+        let u = (0.5 * (1.0 - cos_azimuth)).sqrt() * (COLUMNS - 1) as f32;
+        let v = z.min(1.0).sqrt() * (ROWS - 1) as f32;
+        let (i, j) = ((v as usize).min(ROWS - 2), (u as usize).min(COLUMNS - 2));
+        let (fv, fu) = (v - i as f32, u - j as f32);
+        let row = &self.table[i * COLUMNS + j..];
+        let (w00, w01) = ((1.0 - fv) * (1.0 - fu), (1.0 - fv) * fu);
+        let (w10, w11) = (fv * (1.0 - fu), fv * fu);
+        let blend = |k: usize| {
+            row[0][k] * w00 + row[1][k] * w01 + row[COLUMNS][k] * w10 + row[COLUMNS + 1][k] * w11
+        };
+        let cos = direction.dot(self.sun).clamp(-1.0, 1.0);
+        blend(0) * rayleigh_phase(cos)
+            + blend(1) * mie_phase(cos)
+            + blend(2)
+            + self.overcast_zenith * ((1.0 + 2.0 * z) / 3.0)
+            + self.uniform
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tone::LUMINANCE;
+
+    fn sky(elevation: f64, overcast: f64) -> (Sky, Vec3) {
+        let sun = Sun::from_angles(180.0, elevation).expect("valid");
+        Sky::new(
+            &sun,
+            &SkyParams {
+                overcast,
+                ..SkyParams::default()
+            },
+        )
+    }
+
+    fn luminance(c: Vec3) -> f32 {
+        c.dot(LUMINANCE)
+    }
+
+    fn towards(azimuth_deg: f64, elevation_deg: f64) -> Vec3 {
+        Sun::from_angles(azimuth_deg, elevation_deg)
+            .expect("valid")
+            .direction()
+            .as_vec3()
+    }
+
+    #[test]
+    fn a_clear_sky_has_daylight_levels() {
+        let (s, sun) = sky(60.0, 0.0);
+        assert!((70e3..110e3).contains(&luminance(sun)), "{sun}");
+        let diffuse = luminance(crate::sh::Irradiance::of_sky(|d| s.radiance(d)).at(Vec3::Z));
+        assert!((9e3..25e3).contains(&diffuse), "{diffuse}");
+    }
+
+    #[test]
+    fn the_zenith_is_blue_and_the_horizon_bright_and_pale() {
+        let (s, _) = sky(40.0, 0.0);
+        let (zenith, horizon) = (s.radiance(Vec3::Z), s.radiance(towards(90.0, 1.0)));
+        assert!(zenith.z > 1.5 * zenith.x, "{zenith}");
+        assert!(
+            luminance(horizon) > 1.5 * luminance(zenith),
+            "{horizon} {zenith}"
+        );
+        assert!(horizon.z / horizon.x < zenith.z / zenith.x);
+        // The aureole, and the sunward half against the other.
+        assert!(luminance(s.radiance(towards(180.0, 36.0))) > 4.0 * luminance(zenith));
+        // The haze goes on below the horizon.
+        let (above, below) = (
+            s.radiance(towards(10.0, 0.0)),
+            s.radiance(towards(10.0, -10.0)),
+        );
+        assert!(
+            (below / above - Vec3::ONE).length() < 0.1,
+            "{above} {below}"
+        );
+    }
+
+    #[test]
+    fn the_evening_glows_and_the_dusk_is_blue() {
+        let (s, _) = sky(1.0, 0.0);
+        let glow = s.radiance(towards(180.0, 2.0));
+        assert!(glow.x > 1.5 * glow.z, "{glow}");
+        let (dusk, sun) = sky(-4.0, 0.0);
+        assert_eq!(sun, Vec3::ZERO);
+        let zenith = dusk.radiance(Vec3::Z);
+        assert!(zenith.z > zenith.x && luminance(zenith) > 0.0, "{zenith}");
+        assert!(luminance(zenith) < 0.1 * luminance(s.radiance(Vec3::Z)));
+    }
+
+    #[test]
+    fn an_overcast_sky_is_three_times_brighter_overhead() {
+        let (s, sun) = sky(45.0, 1.0);
+        assert_eq!(sun, Vec3::ZERO);
+        let ratio = luminance(s.radiance(Vec3::Z)) / luminance(s.radiance(towards(77.0, 0.0)));
+        assert!((ratio - 3.0).abs() < 1e-3, "{ratio}");
+        let e = luminance(crate::sh::Irradiance::of_sky(|d| s.radiance(d)).at(Vec3::Z));
+        assert!((8e3..25e3).contains(&e), "{e}");
     }
 }

@@ -1,0 +1,188 @@
+//! What a surface sends towards the camera.
+
+use glam::Vec3;
+use nemoral_scene::{Hit, Material, Ray};
+
+use crate::SceneView;
+use crate::ground;
+use crate::lighting::{Ambient, Lighting};
+use crate::tone::LUMINANCE;
+
+/// Reflectance of a dielectric at right angles (refractive index 1.5).
+const F0: f32 = 0.04;
+
+/// A surface with everything a shader needs to know of it.
+struct Surface {
+    /// Towards the viewer's side.
+    normal: Vec3,
+    /// Reflected and transmitted share; their sum is at most 1.
+    reflectance: Vec3,
+    transmittance: Vec3,
+    roughness: f32,
+}
+
+/// Where and how a surface is looked at.
+pub(crate) struct Look<'a> {
+    pub(crate) ray: &'a Ray,
+    pub(crate) hit: &'a Hit,
+    /// The width of one sample at 1 m.
+    pub(crate) sample_rad: f32,
+    /// The point of the sun's disc that the shadow ray goes to.
+    pub(crate) sun: Vec3,
+}
+
+/// Radiance of a hit, without the air before it, and the openness there.
+pub(crate) fn radiance(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>) -> (Vec3, f32) {
+    let (ray, hit) = (look.ray, look.hit);
+    let point = ray.at(hit.distance_m);
+    let facing = if hit.geometric_normal.dot(ray.direction) > 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    let flat = hit.geometric_normal * facing;
+    let surface = surface(
+        scene.materials.get(hit.material),
+        look,
+        hit.shading_normal * facing,
+    );
+
+    let openness = scene.sky_visibility.openness(point);
+    let mut out = indirect(
+        &surface,
+        &lighting.ambient(openness),
+        lighting,
+        ray.direction,
+        openness,
+    );
+
+    // The sun, if it shines on a side that passes light on and nothing is between.
+    let irradiance = lighting.sun_irradiance();
+    let cos = surface.normal.dot(look.sun);
+    let lit_front = cos > 0.0 && flat.dot(look.sun) > 0.0;
+    let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
+    if irradiance != Vec3::ZERO && (lit_front || lit_back) {
+        let side = if flat.dot(look.sun) > 0.0 { 1.0 } else { -1.0 };
+        // Off the surface by more than the rounding of distance and coordinates.
+        let offset = 1e-4 * (1.0 + hit.distance_m) + 2e-6 * point.abs().max_element();
+        let shadow = Ray {
+            origin: point + flat * (side * offset),
+            direction: look.sun,
+            t_min_m: offset,
+            t_max_m: f32::INFINITY,
+        };
+        if !scene.caster.is_occluded(&shadow) {
+            out += irradiance * direct(&surface, cos, look.sun, ray.direction);
+        }
+    }
+    (out, openness)
+}
+
+/// Radiance for a unit of irradiance on a plane that faces the sun.
+fn direct(surface: &Surface, cos: f32, sun: Vec3, view: Vec3) -> Vec3 {
+    const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
+    if cos <= 0.0 {
+        return surface.transmittance * (-cos * PER_PI);
+    }
+    let gloss = gloss(surface.roughness);
+    let diffuse = surface.reflectance * (PER_PI * (1.0 - gloss * F0));
+    if gloss < 0.05 {
+        return diffuse * cos;
+    }
+    // GGX with Kelemen's visibility; never sharper than a 2 degree highlight.
+    let half = (sun - view).normalize_or(surface.normal);
+    let (nh, vh) = (surface.normal.dot(half), (-view).dot(half).max(0.1));
+    let alpha = (surface.roughness * surface.roughness).max(0.05);
+    let d = nh * nh * (alpha * alpha - 1.0) + 1.0;
+    let distribution = alpha * alpha * PER_PI / (d * d);
+    let specular = gloss * fresnel(F0, 1.0, vh) * distribution / (4.0 * vh * vh);
+    (diffuse + Vec3::splat(specular)) * cos
+}
+
+/// Radiance from sky, leaves and ground.
+fn indirect(
+    surface: &Surface,
+    ambient: &Ambient<'_>,
+    lighting: &Lighting,
+    view: Vec3,
+    openness: f32,
+) -> Vec3 {
+    const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
+    let n = surface.normal;
+    let mut diffuse = surface.reflectance * ambient.irradiance(n);
+    if surface.transmittance != Vec3::ZERO {
+        diffuse += surface.transmittance * ambient.irradiance(-n);
+    }
+    let gloss = gloss(surface.roughness);
+    if gloss < 0.05 {
+        return diffuse * PER_PI;
+    }
+    let cos = (-view.dot(n)).max(0.0);
+    let mirrored = view - n * (2.0 * view.dot(n));
+    let specular = gloss * fresnel(F0, (1.0 - surface.roughness).max(F0), cos);
+    // The smoother, the more of the sky itself is seen in the surface.
+    let smooth = (1.0 - surface.roughness) * (1.0 - surface.roughness);
+    let blurred = ambient.irradiance(mirrored) * PER_PI;
+    let seen = if mirrored.z > 0.0 {
+        let sharp = lighting.sky_radiance(mirrored);
+        blurred.lerp(sharp * openness + blurred * (1.0 - openness), smooth)
+    } else {
+        blurred
+    };
+    diffuse * (PER_PI * (1.0 - specular)) + seen * specular
+}
+
+/// How much of the dielectric's sheen is seen: the albedo of a matt surface already contains it.
+fn gloss(roughness: f32) -> f32 {
+    1.0 - roughness * roughness
+}
+
+/// Schlick's approximation, from `f0` at right angles to `f90` at grazing.
+fn fresnel(f0: f32, f90: f32, cos: f32) -> f32 {
+    let x = (1.0 - cos).clamp(0.0, 1.0);
+    f0 + (f90 - f0) * (x * x) * (x * x) * x
+}
+
+fn surface(material: &Material, look: &Look<'_>, normal: Vec3) -> Surface {
+    let hit = look.hit;
+    let cos = look.ray.direction.dot(hit.geometric_normal).abs().max(0.05);
+    // A sample's ellipse on the surface is 1 / cos longer than wide: take the mean.
+    let footprint_m = hit.distance_m * look.sample_rad / cos.sqrt();
+    let texture = &material.albedo;
+    let mut reflectance = if material.ground {
+        ground::albedo(texture, hit.uv, material.tile_m, footprint_m)
+    } else {
+        texture.sample(hit.uv, footprint_m * hit.uv_per_m)
+    };
+    let mut transmittance = material.transmittance;
+    let leaf = transmittance != Vec3::ZERO;
+    if leaf {
+        // Veins and twigs on the card reflect less than the blade and pass less on.
+        let blade = texture.mean().dot(LUMINANCE).max(1e-3);
+        transmittance *= (reflectance.dot(LUMINANCE) / blade).min(1.25);
+    }
+    if !material.ground {
+        let tint = variation(hit.variation, leaf);
+        reflectance *= tint;
+        transmittance *= tint;
+    }
+    let reflectance = reflectance.min(Vec3::ONE);
+    Surface {
+        normal,
+        reflectance,
+        transmittance: transmittance.min(Vec3::ONE - reflectance),
+        roughness: material.roughness.clamp(0.0, 1.0),
+    }
+}
+
+/// No two plants have one colour: brightness ±12 %, leaves also ±5 degrees of hue. 0.5 is neutral.
+fn variation(v: f32, leaf: bool) -> Vec3 {
+    let light = 1.0 + 0.24 * (v - 0.5);
+    if !leaf {
+        return Vec3::splat(light);
+    }
+    // A second number that does not follow the first; 0.5 stays 0.5.
+    let w = v * 7.0;
+    let yellow = 0.2 * (w - w.floor() - 0.5);
+    Vec3::new(1.0 + yellow, 1.0, 1.0 - yellow) * light
+}
