@@ -1,5 +1,12 @@
 //! How big a tree is: drawn from published allometry, handed to the generator as a demand.
 
+use nemoral_seed::{Draw, Key, Stage};
+
+use super::Species;
+
+const DBH: Stage = Stage::new("assets.tree.dbh");
+const SIZE: Stage = Stage::new("assets.tree.size");
+
 /// The size of one tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeSize {
@@ -7,12 +14,97 @@ pub struct TreeSize {
     pub dbh_m: f64,
     /// Height of the highest twig or leaf, metres.
     pub height_m: f64,
-    /// Height of the lowest living foliage, metres.
+    /// Height above which 98 % of the foliage is, metres.
     pub crown_base_m: f64,
-    /// Radius of the circle with the area of the crown's projection, metres.
+    /// Quadratic mean of the crown's radii in eight directions, metres.
     pub crown_radius_m: f64,
     /// One-sided leaf area, m².
     pub leaf_area_m2: f64,
-    /// Angle between the vertical and the line from the foot to the top of the stem, radians.
+    /// Angle between the vertical and the line from the foot to the top of the crown's axis, radians.
     pub lean_rad: f64,
+}
+
+impl Species {
+    /// Mean height of trees of this diameter, metres: the generalised Schnute curve
+    /// H = (1.3^b + (H0^b − 1.3^b)(1 − e^(−a d)) / (1 − e^(−a D0)))^(1/b), held a tenth inside the
+    /// limits of slenderness so that the residual is not cut on one side.
+    #[must_use]
+    pub fn mean_height_m(&self, dbh_m: f64) -> f64 {
+        let al = &self.allometry;
+        let [a, b] = al.height_curve;
+        let [d0, h0] = al.dominant;
+        let share = libm::expm1(-a * 100.0 * dbh_m) / libm::expm1(-a * d0);
+        let foot = libm::pow(1.3, b);
+        let h = libm::pow(foot + (libm::pow(h0, b) - foot) * share, 1.0 / b);
+        h.clamp(
+            al.slenderness[0] * dbh_m * 1.1,
+            al.slenderness[1] * dbh_m * 0.9,
+        )
+    }
+
+    /// Mean crown width of trees of this diameter, metres.
+    #[must_use]
+    pub fn mean_crown_width_m(&self, dbh_m: f64) -> f64 {
+        let [k, p] = self.allometry.crown_width;
+        k * libm::pow(100.0 * dbh_m, p)
+    }
+
+    /// Mean one-sided leaf area of trees of this diameter, m².
+    #[must_use]
+    pub fn mean_leaf_area_m2(&self, dbh_m: f64) -> f64 {
+        let [k, p] = self.allometry.leaf_area;
+        let width = self.mean_crown_width_m(dbh_m);
+        let ground = std::f64::consts::FRAC_PI_4 * width * width;
+        (k * libm::pow(100.0 * dbh_m, p)).min(self.allometry.leaf_area_index_max * ground)
+    }
+
+    /// A diameter at breast height, metres: Weibull with this mean and shape (`vegetation` stands:
+    /// about 3 even-aged, 1.2 uneven-aged), truncated to `limits_m` and to the species' own range by
+    /// inverting the distribution between them.
+    #[must_use]
+    pub fn draw_dbh(&self, mean_m: f64, shape: f64, limits_m: [f64; 2], key: Key) -> f64 {
+        let [least, most] = self.allometry.dbh_range_m;
+        let low = limits_m[0].max(least).min(most);
+        let high = limits_m[1].min(most).max(low);
+        let scale = mean_m / libm::tgamma(1.0 + 1.0 / shape);
+        let survival = |d: f64| libm::exp(-libm::pow(d / scale, shape));
+        let u = key
+            .stage(DBH)
+            .rng()
+            .range_f64(survival(high), survival(low));
+        let d = scale * libm::pow(-libm::log(u), 1.0 / shape);
+        // Survival underflows far beyond the mean, and a caller's shape may be no number.
+        if d.is_finite() {
+            d.clamp(low, high)
+        } else {
+            low
+        }
+    }
+
+    /// The size of a tree of this diameter (clamped to the species' range): means of the published
+    /// relations with their scatter. A tree with a wide crown also has more leaves (correlation 0.6).
+    #[must_use]
+    pub fn draw_size(&self, dbh_m: f64, key: Key) -> TreeSize {
+        let al = &self.allometry;
+        let [least, most] = al.dbh_range_m;
+        let dbh_m = dbh_m.max(least).min(most);
+        let mut rng = key.stage(SIZE).rng();
+        let mut normal = || rng.normal().clamp(-2.5, 2.5);
+        let height_m = (self.mean_height_m(dbh_m) * (1.0 + al.height_sd * normal()))
+            .clamp(al.slenderness[0] * dbh_m, al.slenderness[1] * dbh_m);
+        let wide = normal();
+        let leafy = 0.6 * wide + 0.8 * normal();
+        // exp(s z − s²/2) has mean 1.
+        let factor = |s: f64, z: f64| libm::exp(s * z - 0.5 * s * s);
+        let [ratio, ratio_sd, ratio_min, ratio_max] = al.crown_ratio;
+        let crown_ratio = (ratio + ratio_sd * normal()).clamp(ratio_min, ratio_max);
+        TreeSize {
+            dbh_m,
+            height_m,
+            crown_base_m: height_m * (1.0 - crown_ratio),
+            crown_radius_m: 0.5 * self.mean_crown_width_m(dbh_m) * factor(al.crown_width_sd, wide),
+            leaf_area_m2: self.mean_leaf_area_m2(dbh_m) * factor(al.leaf_area_sd, leafy),
+            lean_rad: (al.lean_sd_deg * normal()).abs().to_radians(),
+        }
+    }
 }

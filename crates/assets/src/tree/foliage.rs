@@ -1,0 +1,228 @@
+//! Leaves: where the cards hang, how they turn, how many there are.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nemoral_scene::Card;
+use nemoral_scene::glam::DVec3;
+use nemoral_seed::{Draw, Key, Stage};
+
+use super::grow::FoliageCard;
+use super::skeleton::{Axis, beside, param_of_arc, turn};
+use super::{FoliageForm, TreeSize};
+
+const CARDS: Stage = Stage::new("assets.tree.cards");
+
+/// A card before it has a place: everything about it but the twig.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leafing<'a> {
+    pub(super) form: &'a FoliageForm,
+    pub(super) cards: &'a [FoliageCard],
+    /// How many cards the tree has.
+    pub(super) count: usize,
+    /// Their mean linear scale, so that their silhouette is right.
+    pub(super) scale: f64,
+}
+
+impl<'a> Leafing<'a> {
+    /// n = LA s / (A c o): the number of cards whose opaque area, times the layers of leaves in it, is the
+    /// silhouette of the leaf area. Fewer and larger ones where that is more than `most`.
+    pub(super) fn new(
+        form: &'a FoliageForm,
+        cards: &'a [FoliageCard],
+        size: &TreeSize,
+        most: usize,
+    ) -> Self {
+        let silhouette = size.leaf_area_m2 * form.silhouette_factor;
+        let mean = cards.iter().map(FoliageCard::silhouette_m2).sum::<f64>() / cards.len() as f64;
+        let wanted = (silhouette / mean).ceil();
+        let count = wanted.clamp(1.0, most as f64);
+        Self {
+            form,
+            cards,
+            count: count as usize,
+            scale: (silhouette / (mean * count)).sqrt(),
+        }
+    }
+
+    /// Length of a mean card, metres.
+    pub(super) fn card_m(&self) -> f64 {
+        self.scale
+            * self
+                .cards
+                .iter()
+                .map(|c| f64::from(c.height_m))
+                .sum::<f64>()
+            / self.cards.len() as f64
+    }
+}
+
+impl FoliageCard {
+    /// What a card of nominal size adds to the silhouette of the leaf area, m².
+    pub(super) fn silhouette_m2(&self) -> f64 {
+        f64::from(self.width_m)
+            * f64::from(self.height_m)
+            * f64::from(self.opaque_fraction)
+            * f64::from(self.leaf_layers)
+    }
+}
+
+/// A card on its twig.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaf {
+    /// The twig, and where on it.
+    pub(super) axis: usize,
+    pub(super) s: f64,
+    /// The point of the twig that it springs from.
+    pub(super) at: DVec3,
+    across: DVec3,
+    pub(super) along: DVec3,
+    /// Which of the species' cards.
+    pub(super) kind: usize,
+}
+
+impl Leaf {
+    pub(super) fn card(&self, cards: &[FoliageCard]) -> Card {
+        Card {
+            corner: (self.at - 0.5 * self.across).as_vec3(),
+            edge_u: self.across.as_vec3(),
+            edge_v: self.along.as_vec3(),
+            material: cards[self.kind].material,
+        }
+    }
+}
+
+/// Clusters of cards along the leafy parts of the axes, evenly by length, with extra ones at the tips.
+/// The sum of their silhouettes is exactly what the leaf area demands.
+pub(super) fn leaves(axes: &[Axis], leafing: &Leafing<'_>, key: Key) -> Vec<Leaf> {
+    let form = leafing.form;
+    let arcs: Vec<Vec<f64>> = axes.iter().map(Axis::arcs).collect();
+    // Running sum of leafy length: (sum at its end, axis, leafy length).
+    let mut total = 0.0;
+    let mut stretches = Vec::new();
+    for (i, axis) in axes.iter().enumerate() {
+        let length = arcs[i][arcs[i].len() - 1];
+        let leafy = length * (1.0 - axis.leafy_from);
+        if !axis.dead && leafy > 0.0 {
+            total += leafy + form.tip_weight_m;
+            stretches.push((total, i, leafy));
+        }
+    }
+    if stretches.is_empty() {
+        return Vec::new();
+    }
+    let per_cluster = form.cards_per_cluster as usize;
+    let clusters = leafing.count.div_ceil(per_cluster);
+    let inclinations = Quantiles::beta(
+        form.inclination_mean_deg / 90.0,
+        form.inclination_sd_deg / 90.0,
+    );
+    let mut out = Vec::with_capacity(leafing.count);
+    for cluster in 0..clusters {
+        let mut rng = key.stage(CARDS).item(cluster as u64).rng();
+        let at = total * (cluster as f64 + rng.unit_f64()) / clusters as f64;
+        let &(end, i, leafy) = &stretches[stretches
+            .partition_point(|s| s.0 <= at)
+            .min(stretches.len() - 1)];
+        let (axis, arcs) = (&axes[i], &arcs[i]);
+        // Positions past the leafy length are at the tip.
+        let before_tip = (end - form.tip_weight_m - at).clamp(0.0, leafy);
+        let s = param_of_arc(arcs, arcs[arcs.len() - 1] - before_tip);
+        let (point, twig) = (axis.at(s), axis.direction(s));
+        let first = rng.range_f64(0.0, TAU);
+        for k in 0..per_cluster.min(leafing.count - out.len()) {
+            let azimuth = first + TAU * (k as f64 + rng.range_f64(-0.2, 0.2)) / per_cluster as f64;
+            let spread = form.spread_deg.to_radians() * rng.range_f64(0.5, 1.3);
+            let side = turn(beside(twig), twig, azimuth);
+            let (sin, cos) = libm::sincos(spread);
+            let wanted = twig * cos + side * sin + DVec3::Z * form.tropism;
+            let inclination = FRAC_PI_2 * inclinations.at(rng.unit_f64());
+            let (along, normal) = incline(wanted.normalize_or(twig), inclination, rng.chance(0.5));
+            let kind = rng.below(leafing.cards.len() as u32) as usize;
+            let scale = leafing.scale * rng.range_f64(0.8, 1.2);
+            let card = &leafing.cards[kind];
+            out.push(Leaf {
+                axis: i,
+                s,
+                at: point,
+                across: along.cross(normal) * (scale * f64::from(card.width_m)),
+                along: along * (scale * f64::from(card.height_m)),
+                kind,
+            });
+        }
+    }
+    // The draws of kind and scale leave a small error: take it out of all cards alike.
+    let wanted = leafing.scale
+        * leafing.scale
+        * leafing.count as f64
+        * leafing
+            .cards
+            .iter()
+            .map(FoliageCard::silhouette_m2)
+            .sum::<f64>()
+        / leafing.cards.len() as f64;
+    let correction = (wanted / silhouette_m2(&out, leafing.cards)).sqrt();
+    for leaf in &mut out {
+        leaf.across *= correction;
+        leaf.along *= correction;
+    }
+    out
+}
+
+/// Σ area · opaque fraction · layers, m².
+pub(super) fn silhouette_m2(leaves: &[Leaf], cards: &[FoliageCard]) -> f64 {
+    let area = |l: &Leaf| l.across.cross(l.along).length();
+    leaves
+        .iter()
+        .map(|l| {
+            area(l)
+                * f64::from(cards[l.kind].opaque_fraction)
+                * f64::from(cards[l.kind].leaf_layers)
+        })
+        .sum()
+}
+
+/// A card's axis and normal with exactly the given inclination (angle between normal and vertical). The
+/// axis keeps its heading; it is laid down only if it is steeper than a card so flat can be.
+fn incline(wanted: DVec3, inclination: f64, left: bool) -> (DVec3, DVec3) {
+    let level = wanted
+        .truncate()
+        .extend(0.0)
+        .try_normalize()
+        .unwrap_or(DVec3::X);
+    let elevation = libm::asin(wanted.z.clamp(-1.0, 1.0)).clamp(-inclination, inclination);
+    let (sin, cos) = libm::sincos(elevation);
+    let along = level * cos + DVec3::Z * sin;
+    // Normals of cards with this axis: from the steepest-up one, turned about the axis.
+    let up = DVec3::Z * cos - level * sin;
+    let turned = libm::acos((libm::cos(inclination) / cos.max(1e-9)).clamp(-1.0, 1.0));
+    (along, turn(up, along, if left { turned } else { -turned }))
+}
+
+/// Quantiles of a distribution on 0..1.
+struct Quantiles(Vec<f64>);
+
+impl Quantiles {
+    /// Of the Beta distribution with this mean and standard deviation, by summing its density.
+    fn beta(mean: f64, sd: f64) -> Self {
+        const CELLS: usize = 512;
+        // A Beta distribution's standard deviation is below sqrt(mean (1 − mean)).
+        let variance = (sd * sd).min(0.9 * mean * (1.0 - mean));
+        let k = mean * (1.0 - mean) / variance - 1.0;
+        let (a, b) = (mean * k, (1.0 - mean) * k);
+        let mut sum = 0.0;
+        let sums: Vec<f64> = (0..CELLS)
+            .map(|i| {
+                let t = (i as f64 + 0.5) / CELLS as f64;
+                sum += libm::pow(t, a - 1.0) * libm::pow(1.0 - t, b - 1.0);
+                sum
+            })
+            .collect();
+        Self(sums.into_iter().map(|s| s / sum).collect())
+    }
+
+    fn at(&self, u: f64) -> f64 {
+        let i = self.0.partition_point(|&c| c <= u).min(self.0.len() - 1);
+        let low = if i == 0 { 0.0 } else { self.0[i - 1] };
+        (i as f64 + (u - low) / (self.0[i] - low).max(1e-300)) / self.0.len() as f64
+    }
+}

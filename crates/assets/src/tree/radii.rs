@@ -1,0 +1,121 @@
+//! How thick the wood is.
+
+use super::skeleton::{Axis, BREAST_M};
+use super::{FoliageForm, Species, Taper, TreeSize};
+
+/// Twig of this length adds as much to the pipe sum as one tip: side shoots too small to be grown.
+const SHOOT_M: f64 = 0.4;
+
+impl Taper {
+    /// Stem radius over bark at height z, metres, without the root flare: exactly half the diameter at
+    /// 1.3 m there.
+    pub(super) fn radius_m(&self, size: &TreeSize, z: f64) -> f64 {
+        let slenderness = size.height_m / size.dbh_m;
+        let shape = |z: f64| {
+            let x = (z / size.height_m).clamp(0.0, 1.0);
+            let power =
+                self.power + self.slenderness_power * slenderness + self.top_power * (1.0 - x);
+            (1.0 + self.butt * libm::exp(-self.butt_decay * x)) * libm::pow(1.0 - x, power)
+        };
+        0.5 * size.dbh_m * shape(z) / shape(BREAST_M)
+    }
+}
+
+/// The radius of every axis at every point, in the order of the axes.
+///
+/// Order 0 follows the taper curve. For the others, r^g is summed from the tips down (pipe model);
+/// then each first-order branch and what it bears is brought, by one power law that leaves its tips
+/// alone, to the share of the stem's radius that the species allows.
+pub(super) fn radii(axes: &[Axis], species: &Species, size: &TreeSize) -> Vec<Vec<f64>> {
+    let leaf = &species.foliage;
+    let mut radii = pipe(axes, leaf);
+    let stem_radius = |z: f64| species.stem.taper.radius_m(size, z).max(leaf.tip_radius_m);
+    let stem: Vec<f64> = axes[0].points.iter().map(|p| stem_radius(p.z)).collect();
+    let thickest = axes
+        .iter()
+        .zip(&radii)
+        .filter(|(a, _)| a.order == 1 && !a.dead)
+        .fold(0.0_f64, |m, (_, r)| m.max(r[0]));
+    radii[0] = stem;
+    // The power of the first-order branch that each axis belongs to.
+    let mut powers = vec![1.0; axes.len()];
+    for i in 1..axes.len() {
+        let axis = &axes[i];
+        let Some((parent, at)) = axis.parent else {
+            continue;
+        };
+        let parent_radius = at_param(&radii[parent], at);
+        let level = &species.levels[axis.order - 1];
+        let [least, most] = level.radius_ratio;
+        let tip = leaf.tip_radius_m;
+        if axis.order == 1 {
+            // The thickest gets the greatest share, the others theirs by their pipe sums. A fork's
+            // limbs stand for the stem that has ended.
+            let share = (radii[i][0] / thickest).clamp(0.0, 1.0);
+            let ratio = if axis.dead {
+                0.5 * (least + most) * (0.6 + 0.4 * share)
+            } else {
+                least + (most - least) * share
+            };
+            let base = (ratio * parent_radius).max(1.3 * tip);
+            powers[i] = if radii[i][0] > 1.05 * tip {
+                libm::log(base / tip) / libm::log(radii[i][0] / tip)
+            } else {
+                1.0
+            };
+        } else {
+            powers[i] = powers[parent];
+        }
+        let power = powers[i].max(0.05);
+        for r in &mut radii[i] {
+            *r = tip * libm::pow((*r / tip).max(1.0), power);
+        }
+        if axis.dead {
+            // A dead branch has lost its twigs: a plain taper to a broken end.
+            let (base, n) = (
+                (0.5 * (least + most) * parent_radius).max(2.0 * tip),
+                radii[i].len() - 1,
+            );
+            for (k, r) in radii[i].iter_mut().enumerate() {
+                *r = base * (1.0 - 0.45 * k as f64 / n as f64);
+            }
+        }
+        let cap = (if axis.order == 1 { most } else { most.min(0.9) }) * parent_radius;
+        let scale = (cap / radii[i][0]).min(1.0);
+        for r in &mut radii[i] {
+            *r = (*r * scale).max(0.6 * tip.min(parent_radius));
+        }
+    }
+    radii
+}
+
+/// Bottom-up sums of r^g, from tips of one radius.
+fn pipe(axes: &[Axis], leaf: &FoliageForm) -> Vec<Vec<f64>> {
+    let g = leaf.pipe_exponent;
+    let tip = libm::pow(leaf.tip_radius_m, g);
+    // What children add at each point of their parent.
+    let mut added: Vec<Vec<f64>> = axes.iter().map(|a| vec![0.0; a.points.len()]).collect();
+    let mut radii: Vec<Vec<f64>> = vec![Vec::new(); axes.len()];
+    for i in (0..axes.len()).rev() {
+        let axis = &axes[i];
+        let mut sum = tip;
+        let last = axis.points.len() - 1;
+        let mut r = vec![leaf.tip_radius_m; last + 1];
+        sum += added[i][last];
+        for k in (0..last).rev() {
+            sum += added[i][k] + tip * axis.points[k].distance(axis.points[k + 1]) / SHOOT_M;
+            r[k] = libm::pow(sum, 1.0 / g);
+        }
+        radii[i] = r;
+        if let (Some((parent, at)), false) = (axis.parent, axis.dead) {
+            added[parent][at as usize] += sum;
+        }
+    }
+    radii
+}
+
+/// The radius between points.
+pub(super) fn at_param(radii: &[f64], s: f64) -> f64 {
+    let i = (s as usize).min(radii.len() - 2);
+    radii[i] + (radii[i + 1] - radii[i]) * (s - i as f64)
+}

@@ -1,0 +1,399 @@
+//! Where the wood runs: axes of every order, without thickness.
+
+use std::f64::consts::TAU;
+
+use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_seed::{Draw, Key, Stage};
+
+use super::envelope::Envelope;
+use super::{BranchLevel, Species, TreeSize};
+
+const STEM: Stage = Stage::new("assets.tree.stem");
+const BRANCH: Stage = Stage::new("assets.tree.branch");
+const DEAD: Stage = Stage::new("assets.tree.dead");
+const SHAPE: Stage = Stage::new("assets.tree.shape");
+
+/// Breast height: the stem is never bent or stretched up to here, so that its diameter stays true.
+pub(super) const BREAST_M: f64 = 1.3;
+
+/// A stem, branch or twig.
+#[derive(Clone, Debug)]
+pub(super) struct Axis {
+    /// 0 the stem, 1 its branches, and so on.
+    pub(super) order: usize,
+    pub(super) dead: bool,
+    /// From the base to the tip; a branch starts on its parent's centre line.
+    pub(super) points: Vec<DVec3>,
+    /// The parent and where on it: points counted from its base, with a fraction.
+    pub(super) parent: Option<(usize, f64)>,
+    /// From this share of its length on it bears leaves.
+    pub(super) leafy_from: f64,
+    pub(super) key: Key,
+}
+
+impl Axis {
+    /// The point at `s`, points counted from the base, with a fraction.
+    pub(super) fn at(&self, s: f64) -> DVec3 {
+        let i = (s as usize).min(self.points.len() - 2);
+        self.points[i].lerp(self.points[i + 1], s - i as f64)
+    }
+
+    /// The unit direction at `s`.
+    pub(super) fn direction(&self, s: f64) -> DVec3 {
+        let i = (s as usize).min(self.points.len() - 2);
+        (self.points[i + 1] - self.points[i]).normalize_or(DVec3::Z)
+    }
+
+    /// Arc length from the base to each point.
+    pub(super) fn arcs(&self) -> Vec<f64> {
+        let mut arc = 0.0;
+        let mut arcs = vec![0.0];
+        arcs.extend(self.points.windows(2).map(|w| {
+            arc += w[0].distance(w[1]);
+            arc
+        }));
+        arcs
+    }
+}
+
+/// `s` (points with a fraction) of an arc length.
+pub(super) fn param_of_arc(arcs: &[f64], arc: f64) -> f64 {
+    let i = arcs.partition_point(|&a| a <= arc).clamp(1, arcs.len() - 1);
+    let (a, b) = (arcs[i - 1], arcs[i]);
+    let t = if b > a { (arc - a) / (b - a) } else { 0.0 };
+    (i - 1) as f64 + t.clamp(0.0, 1.0)
+}
+
+/// `v` turned by `angle` about the unit vector `axis` (Rodrigues), with libm's sine and cosine.
+pub(super) fn turn(v: DVec3, axis: DVec3, angle: f64) -> DVec3 {
+    let (sin, cos) = libm::sincos(angle);
+    v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos))
+}
+
+/// A level unit vector beside a direction; for a vertical one, east.
+pub(super) fn beside(direction: DVec3) -> DVec3 {
+    direction
+        .cross(DVec3::Z)
+        .try_normalize()
+        .unwrap_or(DVec3::X)
+}
+
+/// The stem's centre line: a lean, a sweep at the base, a slow winding.
+struct CentreLine {
+    lean: DVec2,
+    sweep: DVec2,
+    /// Height over which the basal sweep straightens.
+    sweep_m: f64,
+    /// Where it ends.
+    top_m: f64,
+    /// Amplitude vectors and phases of two windings of 0.7 and 2.3 turns.
+    windings: [(DVec2, f64, f64); 2],
+}
+
+impl CentreLine {
+    fn new(species: &Species, top_m: f64, lean: DVec2, key: Key) -> Self {
+        let mut rng = key.stage(STEM).rng();
+        let mut heading = |length: f64| {
+            let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
+            DVec2::new(cos, sin) * length * rng.range_f64(0.2, 1.0)
+        };
+        let sweep = heading(libm::tan(species.stem.sweep_deg.to_radians()));
+        let amplitude = species.stem.sinuosity * top_m;
+        let windings = [(heading(amplitude), 0.7), (heading(0.4 * amplitude), 2.3)];
+        Self {
+            lean,
+            sweep,
+            sweep_m: 0.08 * top_m,
+            top_m,
+            windings: windings.map(|(a, turns)| (a, turns * TAU, rng.range_f64(0.0, TAU))),
+        }
+    }
+
+    /// The centre at height z; straight down below the ground.
+    fn at(&self, z: f64) -> DVec3 {
+        let x = (z / self.top_m).max(0.0);
+        // Grows like tan(sweep) z at the foot; a straight part takes it back by the top.
+        let bend = |z: f64| 1.0 - libm::exp(-z.max(0.0) / self.sweep_m);
+        let bow = self.sweep_m * (bend(z) - x * bend(self.top_m));
+        let mut xy = self.lean * z.max(0.0) + self.sweep * bow;
+        for &(amplitude, rate, phase) in &self.windings {
+            // Zero at the foot and at the top.
+            xy += amplitude * (4.0 * x * (1.0 - x).max(0.0) * libm::sin(rate * x + phase));
+        }
+        xy.extend(z)
+    }
+}
+
+/// Grows axes of one tree.
+pub(super) struct Grower<'a> {
+    species: &'a Species,
+    size: &'a TreeSize,
+    envelope: Envelope,
+    /// Nodes per metre relative to the species' spacing; below 1 to keep within a triangle budget.
+    density: f64,
+    axes: Vec<Axis>,
+}
+
+/// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of its foot.
+pub(super) fn skeleton(
+    species: &Species,
+    size: &TreeSize,
+    margin_m: f64,
+    sunk_m: f64,
+    density: f64,
+    lean: DVec2,
+    key: Key,
+) -> Vec<Axis> {
+    let envelope = Envelope::new(size, species.crown, margin_m, lean, key);
+    let mut grower = Grower {
+        species,
+        size,
+        envelope,
+        density,
+        axes: Vec::new(),
+    };
+    grower.stem(margin_m, sunk_m, lean, key);
+    grower.limbs(key);
+    grower.dead(key);
+    grower.axes
+}
+
+impl Grower<'_> {
+    fn stem(&mut self, margin_m: f64, sunk_m: f64, lean: DVec2, key: Key) {
+        let (size, stem) = (self.size, &self.species.stem);
+        let crown = size.height_m - size.crown_base_m;
+        let top = size.crown_base_m + stem.apical_dominance * crown;
+        let top = top.min(size.height_m - margin_m);
+        let line = CentreLine::new(self.species, top, lean, key);
+        let foot = [-sunk_m, -0.12, 0.0, 0.12, 0.28, 0.5, 0.85, BREAST_M];
+        let rest = ((top - BREAST_M) / (size.height_m / 18.0).max(0.4))
+            .ceil()
+            .max(1.0);
+        let heights = foot
+            .into_iter()
+            .chain((1..=rest as u32).map(|i| BREAST_M + (top - BREAST_M) * f64::from(i) / rest));
+        self.axes.push(Axis {
+            order: 0,
+            dead: false,
+            points: heights.map(|z| line.at(z)).collect(),
+            parent: None,
+            leafy_from: if stem.leafy > 0.0 {
+                1.0 - stem.leafy * crown / (top + sunk_m)
+            } else {
+                2.0
+            },
+            key,
+        });
+    }
+
+    /// First-order branches, node by node up the crown.
+    fn limbs(&mut self, key: Key) {
+        let Some(&level) = self.species.levels.first() else {
+            return;
+        };
+        let stem = &self.axes[0];
+        let (base, top) = (self.size.crown_base_m, stem.points[stem.points.len() - 1].z);
+        let [from, to] = level.zone.map(|t| base + t * (top - base));
+        for (node, z, azimuth) in nodes(&level, to - from, 1.0, key.stage(BRANCH)) {
+            let (z, t) = (from + z, z / (to - from));
+            let s = self.stem_param(z);
+            let (origin, along) = (self.axes[0].at(s), self.axes[0].direction(s));
+            let branch_key = key.stage(BRANCH).item(node);
+            let mut rng = branch_key.rng();
+            let direction = insertion(&level, along, t, azimuth, &mut rng);
+            // The branch bends: half-way through its bend is where it is heading.
+            let heading = bent_up(direction, 0.5 * level.curve_deg.to_radians());
+            let share = rng.range_f64(level.length[0], level.length[1]);
+            let length = share * self.envelope.reach(origin, heading);
+            if length >= level.length_min_m {
+                self.branch(0, (0, s), direction, length, branch_key);
+            }
+        }
+    }
+
+    /// The parameter of the stem's point at a height.
+    fn stem_param(&self, z: f64) -> f64 {
+        let heights: Vec<f64> = self.axes[0].points.iter().map(|p| p.z).collect();
+        param_of_arc(&heights, z)
+    }
+
+    /// A living branch of order `index + 1`, and all that springs from it.
+    fn branch(
+        &mut self,
+        index: usize,
+        parent: (usize, f64),
+        direction: DVec3,
+        length: f64,
+        key: Key,
+    ) {
+        let level = self.species.levels[index];
+        let start = self.axes[parent.0].at(parent.1);
+        let points = walk(&level, start, direction, length, key);
+        let me = self.axes.len();
+        self.axes.push(Axis {
+            order: index + 1,
+            dead: false,
+            points,
+            parent: Some(parent),
+            leafy_from: level.leafy_from,
+            key,
+        });
+        let Some(&child) = self.species.levels.get(index + 1) else {
+            return;
+        };
+        let arcs = self.axes[me].arcs();
+        let span = (child.zone[1] - child.zone[0]) * length;
+        for (node, arc, azimuth) in nodes(&child, span, self.density, key) {
+            let arc = child.zone[0] * length + arc;
+            let s = param_of_arc(&arcs, arc);
+            let (origin, along) = (self.axes[me].at(s), self.axes[me].direction(s));
+            let child_key = key.item(node);
+            let mut rng = child_key.rng();
+            let t = arc / length;
+            let direction = insertion(&child, along, t, azimuth, &mut rng);
+            let heading = bent_up(direction, 0.5 * child.curve_deg.to_radians());
+            // Weber and Penn: the farther out on the parent, the shorter.
+            let share = rng.range_f64(child.length[0], child.length[1]) * (1.0 - 0.6 * t);
+            let wanted = share * length;
+            let child_length = wanted.min(self.envelope.reach(origin, heading).max(0.4 * wanted));
+            if child_length >= child.length_min_m {
+                self.branch(index + 1, (me, s), direction, child_length, child_key);
+            }
+        }
+    }
+
+    /// Dead branches at the nodes that the crown has left behind.
+    fn dead(&mut self, key: Key) {
+        let dead = &self.species.dead;
+        let Some(&level) = self.species.levels.first() else {
+            return;
+        };
+        let (from, to) = (dead.from * self.size.crown_base_m, self.size.crown_base_m);
+        // Stems that fork have nodes at their fork only: dead branches then are spaced like whorls.
+        let level = BranchLevel {
+            insertion_deg: [dead.insertion_deg; 2],
+            curve_deg: -8.0,
+            leafy_from: 2.0,
+            ..level
+        };
+        for (node, z, azimuth) in nodes(&level, to - from, 1.0, key.stage(DEAD)) {
+            let branch_key = key.stage(DEAD).item(node);
+            let mut rng = branch_key.rng();
+            if !rng.chance(dead.persistence) {
+                continue;
+            }
+            let below = (to - from - z) / (to - from);
+            let z = from + z;
+            let whole = below < dead.whole_zone && rng.chance(0.7);
+            let length = if whole {
+                dead.whole
+                    * self.size.crown_radius_m
+                    * rng.range_f64(0.3, 1.0)
+                    * (1.0 - 0.6 * below / dead.whole_zone)
+            } else {
+                rng.range_f64(dead.stub_m[0], dead.stub_m[1])
+            };
+            let s = self.stem_param(z);
+            let (start, along) = (self.axes[0].at(s), self.axes[0].direction(s));
+            let direction = insertion(&level, along, 0.0, azimuth, &mut rng);
+            // A stub's length counts from the bark.
+            let length = length + 0.5 * self.size.dbh_m;
+            let joints = BranchLevel {
+                joint_m: level.joint_m.max(0.4),
+                ..level
+            };
+            let points = walk(&joints, start, direction, length, branch_key);
+            self.axes.push(Axis {
+                order: 1,
+                dead: true,
+                points,
+                parent: Some((0, s)),
+                leafy_from: 2.0,
+                key: branch_key,
+            });
+        }
+    }
+}
+
+/// The branches of a parent's zone of length `span_m`: (number, distance from the zone's start, azimuth).
+fn nodes(level: &BranchLevel, span_m: f64, density: f64, key: Key) -> Vec<(u64, f64, f64)> {
+    let mut rng = key.stage(SHAPE).rng();
+    let spacing = level.node_spacing_m / density;
+    let mut azimuth = rng.range_f64(0.0, TAU);
+    let mut at = rng.range_f64(0.1, 0.9) * spacing;
+    let mut out = Vec::new();
+    while at <= span_m {
+        let n = rng.between(level.per_node[0], level.per_node[1]);
+        for k in 0..n {
+            let whorl = TAU * f64::from(k) / f64::from(n) + rng.range_f64(-0.25, 0.25);
+            // Branches of a whorl do not spring from one height.
+            let offset = if n > 1 {
+                rng.range_f64(-0.08, 0.08) * spacing
+            } else {
+                0.0
+            };
+            out.push((
+                out.len() as u64,
+                (at + offset).clamp(0.0, span_m),
+                azimuth + whorl,
+            ));
+        }
+        azimuth += level.divergence_deg.to_radians();
+        at += spacing * rng.range_f64(0.75, 1.25);
+    }
+    out
+}
+
+/// The direction in which a branch leaves its parent at relative position `t` of the zone.
+fn insertion(
+    level: &BranchLevel,
+    along: DVec3,
+    t: f64,
+    azimuth: f64,
+    rng: &mut impl Draw,
+) -> DVec3 {
+    let [base, tip] = level.insertion_deg;
+    let scatter = level.angle_sd_deg * rng.normal().clamp(-2.0, 2.0);
+    let angle = (base + (tip - base) * t + scatter)
+        .clamp(5.0, 120.0)
+        .to_radians();
+    let side = turn(beside(along), along, azimuth);
+    turn(along, side.cross(along).normalize_or(DVec3::X), -angle)
+}
+
+/// A direction bent towards the vertical by an angle (downwards if negative), never beyond it.
+fn bent_up(direction: DVec3, angle: f64) -> DVec3 {
+    let from_up = libm::acos(direction.z.clamp(-1.0, 1.0));
+    let angle = angle.clamp(from_up - std::f64::consts::PI, from_up);
+    turn(direction, beside(direction), angle)
+}
+
+/// The points of a branch: joints of equal length, bent, gnarled and zig-zagging.
+fn walk(level: &BranchLevel, start: DVec3, direction: DVec3, length: f64, key: Key) -> Vec<DVec3> {
+    let mut rng = key.stage(SHAPE).item(1).rng();
+    let joints = (length / level.joint_m).round().clamp(2.0, 14.0);
+    let mut direction = direction;
+    let mut position = start;
+    let mut points = vec![start];
+    let mut side = rng.range_f64(0.0, TAU);
+    for joint in 0..joints as u32 {
+        if joint > 0 {
+            direction = bent_up(direction, (level.curve_deg / (joints - 1.0)).to_radians());
+            let gnarl = level.gnarl_deg.to_radians() * rng.normal().clamp(-2.0, 2.0);
+            let about = turn(beside(direction), direction, rng.range_f64(0.0, TAU));
+            direction = turn(direction, about, gnarl);
+            side += rng.range_f64(-0.5, 0.5);
+            let zigzag = level.zigzag_deg.to_radians() * if joint == 1 { 0.5 } else { 1.0 };
+            let sign = if joint % 2 == 0 { 1.0 } else { -1.0 };
+            direction = turn(
+                direction,
+                turn(beside(direction), direction, side),
+                sign * zigzag,
+            );
+            direction = direction.normalize_or(DVec3::Z);
+        }
+        position += direction * (length / joints);
+        points.push(position);
+    }
+    points
+}

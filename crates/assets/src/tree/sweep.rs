@@ -1,0 +1,413 @@
+//! From axes and radii to triangles.
+
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+use nemoral_scene::glam::{DVec3, Vec2};
+use nemoral_scene::{MaterialId, Mesh, Triangle};
+use nemoral_seed::{Draw, Key, Stage};
+
+use super::skeleton::{Axis, BREAST_M, beside};
+use super::{StemForm, TreeMaterials, TreeSize};
+
+const FLARE: Stage = Stage::new("assets.tree.flare");
+const BARK: Stage = Stage::new("assets.tree.bark");
+
+/// What one repetition of bark covers: across, along.
+const TILE_M: [f64; 2] = [1.0, 2.0];
+/// A polygon may cut this deep into its circle.
+const CHORD_M: f64 = 0.004;
+
+/// The lobes of a root flare.
+#[derive(Clone, Debug)]
+pub(super) struct Flare {
+    /// Azimuth and height (share of the radius) of each lobe.
+    lobes: Vec<[f64; 2]>,
+    /// Height over which they fade by e.
+    fade_m: f64,
+}
+
+impl Flare {
+    pub(super) fn new(stem: &StemForm, size: &TreeSize, key: Key) -> Self {
+        let mut rng = key.stage(FLARE).rng();
+        let n = rng.between(stem.flare_lobes[0], stem.flare_lobes[1]);
+        let first = rng.range_f64(0.0, TAU);
+        let lobes = (0..n).map(|k| {
+            [
+                first + TAU * (f64::from(k) + rng.range_f64(-0.2, 0.2)) / f64::from(n),
+                rng.range_f64(stem.flare[0], stem.flare[1]),
+            ]
+        });
+        Self {
+            lobes: lobes.collect(),
+            fade_m: 0.35 * (size.dbh_m / 0.3).sqrt().clamp(0.4, 1.6),
+        }
+    }
+
+    /// By how much the radius is greater at an azimuth and height. At breast height the cross-section
+    /// is not changed: what the lobes add there is taken off all round.
+    pub(super) fn factor(&self, azimuth: f64, z: f64) -> f64 {
+        self.raw(azimuth, z) / self.mean(BREAST_M)
+    }
+
+    /// Mean radius over azimuth, without the correction.
+    fn mean(&self, z: f64) -> f64 {
+        let half_width = PI / self.lobes.len() as f64;
+        1.0 + self.lobes.iter().map(|l| l[1]).sum::<f64>() * half_width / TAU * self.fade(z)
+    }
+
+    fn raw(&self, azimuth: f64, z: f64) -> f64 {
+        let half_width = PI / self.lobes.len() as f64;
+        let bumps: f64 = self
+            .lobes
+            .iter()
+            .map(|&[at, height]| {
+                let off = azimuth - at;
+                let off = off - TAU * (off / TAU).round();
+                let c = if off.abs() < half_width {
+                    libm::cos(0.5 * PI * off / half_width)
+                } else {
+                    0.0
+                };
+                height * c * c
+            })
+            .sum();
+        1.0 + bumps * self.fade(z)
+    }
+
+    /// Below the ground roots go on spreading.
+    fn fade(&self, z: f64) -> f64 {
+        if z < 0.0 {
+            1.0 - z
+        } else {
+            libm::exp(-z / self.fade_m)
+        }
+    }
+
+    /// Where the lobes have faded to a twentieth of the radius at most.
+    pub(super) fn top_m(&self) -> f64 {
+        let most = self.lobes.iter().fold(0.0_f64, |m, l| m.max(l[1]));
+        self.fade_m * libm::log((most / 0.05).max(1.1))
+    }
+
+    /// The greatest factor at the ground.
+    pub(super) fn greatest(&self) -> f64 {
+        1.0 + self.lobes.iter().fold(0.0_f64, |m, l| m.max(l[1]))
+    }
+}
+
+/// A ring of vertices to be.
+#[derive(Clone, Copy, Debug)]
+struct Ring {
+    centre: DVec3,
+    radius: f64,
+}
+
+/// Sides of the polygon round an axis of this greatest radius.
+fn sides(order: usize, radius: f64) -> usize {
+    if order == 0 {
+        return if radius < 0.06 { 12 } else { 20 };
+    }
+    let n = PI / libm::acos(1.0 - (CHORD_M / radius).min(0.9));
+    (n.ceil() as usize).clamp(3, 12)
+}
+
+/// A polygon of n sides has the circle's area if its corners are this much farther out.
+fn equal_area(n: usize) -> f64 {
+    let step = TAU / n as f64;
+    (step / libm::sin(step)).sqrt()
+}
+
+/// Sweeps every axis. The stem's triangles come first: their range is returned.
+pub(super) fn sweep(
+    axes: &[Axis],
+    radii: &[Vec<f64>],
+    flare: &Flare,
+    materials: &TreeMaterials,
+    trunk_radius_m: f64,
+) -> (Mesh, Range<usize>) {
+    let mut mesh = Mesh::default();
+    let mut stem = 0..0;
+    for (axis, r) in axes.iter().zip(radii) {
+        let rings = rings(
+            axis,
+            r,
+            axis.parent
+                .map(|(p, s)| super::radii::at_param(&radii[p], s)),
+            trunk_radius_m,
+        );
+        let tube = Tube {
+            axis,
+            flare: (axis.order == 0).then_some(flare),
+            materials,
+            trunk_radius_m,
+        };
+        tube.mesh(&rings, &mut mesh);
+        if axis.order == 0 {
+            stem = 0..mesh.triangles.len();
+        }
+    }
+    (mesh, stem)
+}
+
+/// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not need,
+/// and one exactly where the trunk threshold is crossed.
+fn rings(axis: &Axis, radii: &[f64], parent_radius: Option<f64>, trunk_radius_m: f64) -> Vec<Ring> {
+    let all: Vec<Ring> = axis
+        .points
+        .iter()
+        .zip(radii)
+        .map(|(&centre, &radius)| Ring { centre, radius })
+        .collect();
+    let mut kept = simplify(all, axis.order == 0);
+    if let Some(parent_radius) = parent_radius.filter(|_| axis.order == 1) {
+        collar(&mut kept, parent_radius);
+    }
+    let mut out: Vec<Ring> = Vec::with_capacity(kept.len() + 1);
+    for ring in kept {
+        if let Some(&last) = out.last() {
+            let (a, b) = (last.radius - trunk_radius_m, ring.radius - trunk_radius_m);
+            if a * b < 0.0 {
+                let t = a / (a - b);
+                if t > 1e-3 && t < 1.0 - 1e-3 {
+                    out.push(Ring {
+                        centre: last.centre.lerp(ring.centre, t),
+                        radius: trunk_radius_m,
+                    });
+                }
+            }
+        }
+        out.push(ring);
+    }
+    out
+}
+
+/// Widens a branch where it comes out of its parent's bark.
+fn collar(rings: &mut Vec<Ring>, parent_radius: f64) {
+    let Ring {
+        centre: base,
+        radius,
+    } = rings[0];
+    let along = rings[1].centre - base;
+    let length = along.length();
+    let (bark, end) = (parent_radius, parent_radius + 2.5 * radius);
+    if end < 0.8 * length {
+        let at = |s: f64| base + along * (s / length);
+        let r = |s: f64| radius + (rings[1].radius - radius) * (s / length);
+        let new = [
+            Ring {
+                centre: at(bark),
+                radius: 1.3 * r(bark),
+            },
+            Ring {
+                centre: at(end),
+                radius: r(end),
+            },
+        ];
+        rings[0].radius *= 1.3;
+        rings.splice(1..1, new);
+    }
+}
+
+/// Drops points that a straight, evenly tapering piece replaces within a fraction of the radius.
+fn simplify(all: Vec<Ring>, is_stem: bool) -> Vec<Ring> {
+    let last = all.len() - 1;
+    let mut kept = vec![all[0]];
+    let mut from = 0;
+    while from < last {
+        let mut to = from + 1;
+        while to < last
+            && fits(&all[from..=to + 1])
+            && !(is_stem && all[from].centre.z < 1.5 * BREAST_M)
+        {
+            to += 1;
+        }
+        kept.push(all[to]);
+        from = to;
+    }
+    kept
+}
+
+fn fits(piece: &[Ring]) -> bool {
+    let (a, b) = (piece[0], piece[piece.len() - 1]);
+    let chord = b.centre - a.centre;
+    let length_squared = chord.length_squared().max(1e-12);
+    piece[1..piece.len() - 1].iter().all(|p| {
+        let t = ((p.centre - a.centre).dot(chord) / length_squared).clamp(0.0, 1.0);
+        let off = p.centre.distance(a.centre + chord * t);
+        let radius = a.radius + (b.radius - a.radius) * t;
+        off < (0.25 * p.radius).clamp(0.004, 0.02) && (p.radius - radius).abs() < 0.12 * p.radius
+    })
+}
+
+/// One axis on its way to the mesh.
+struct Tube<'a> {
+    axis: &'a Axis,
+    flare: Option<&'a Flare>,
+    materials: &'a TreeMaterials,
+    trunk_radius_m: f64,
+}
+
+impl Tube<'_> {
+    fn mesh(&self, rings: &[Ring], mesh: &mut Mesh) {
+        let greatest = rings.iter().fold(0.0_f64, |m, r| m.max(r.radius));
+        let n = sides(self.axis.order, greatest);
+        let first = mesh.positions.len() as u32;
+        let columns = n as u32 + 1;
+        let grid = self.grid(rings, n);
+        self.vertices(rings, n, &grid, mesh);
+        for (i, pair) in rings.windows(2).enumerate() {
+            let material = self.material(pair[0], pair[1]);
+            for j in 0..n as u32 {
+                let a = first + i as u32 * columns + j;
+                let (b, d) = (a + 1, a + columns);
+                mesh.triangles.push(Triangle {
+                    corners: [a, b, d + 1],
+                    material,
+                });
+                mesh.triangles.push(Triangle {
+                    corners: [a, d + 1, d],
+                    material,
+                });
+            }
+        }
+        self.end(rings, n, first + (rings.len() as u32 - 1) * columns, mesh);
+    }
+
+    /// Positions by ring and side, n + 1 a ring: the seam is there twice. Frames are carried along
+    /// without twist (rotation-minimising: Wang et al. 2008, by projection, enough for short joints).
+    fn grid(&self, rings: &[Ring], n: usize) -> Vec<DVec3> {
+        let widen = equal_area(n);
+        let mut grid = Vec::with_capacity(rings.len() * (n + 1));
+        let mut side = beside(tangent(rings, 0));
+        for (i, ring) in rings.iter().enumerate() {
+            let along = tangent(rings, i);
+            side = (side - along * side.dot(along))
+                .try_normalize()
+                .unwrap_or_else(|| beside(along));
+            let other = along.cross(side);
+            for j in 0..=n {
+                let angle = TAU * (j % n) as f64 / n as f64;
+                let (sin, cos) = libm::sincos(angle);
+                let flare = self.flare.map_or(1.0, |f| f.factor(angle, ring.centre.z));
+                grid.push(ring.centre + (side * cos + other * sin) * (ring.radius * widen * flare));
+            }
+        }
+        grid
+    }
+
+    fn vertices(&self, rings: &[Ring], n: usize, grid: &[DVec3], mesh: &mut Mesh) {
+        let reference = if self.axis.order == 0 {
+            rings[rings.len() / 3].radius
+        } else {
+            rings[0].radius
+        };
+        let around = TAU * reference;
+        let wraps = (around / TILE_M[0]).round().max(1.0);
+        // Bark of thin wood is finer: keep the picture's proportions there, within reason.
+        let finer = (wraps * TILE_M[0] / around).clamp(1.0, 4.0);
+        let mut v = self.axis.key.stage(BARK).rng().unit_f64();
+        let columns = n + 1;
+        for (i, ring) in rings.iter().enumerate() {
+            if i > 0 {
+                v += ring.centre.distance(rings[i - 1].centre) * finer / TILE_M[1];
+            }
+            for j in 0..columns {
+                let at = |i: usize, j: usize| grid[i * columns + j % n];
+                let across = at(i, j + 1) - at(i, j + n - 1);
+                let along = at((i + 1).min(rings.len() - 1), j) - at(i.saturating_sub(1), j);
+                let radial = (at(i, j) - ring.centre).normalize_or(DVec3::Z);
+                let normal = across
+                    .cross(along)
+                    .try_normalize()
+                    .filter(|m| m.dot(radial) > 0.05)
+                    .unwrap_or(radial);
+                mesh.positions.push(grid[i * columns + j].as_vec3());
+                mesh.normals.push(normal.as_vec3());
+                mesh.uvs
+                    .push(Vec2::new((wraps * j as f64 / n as f64) as f32, v as f32));
+            }
+        }
+    }
+
+    /// Closes the far end: a living twig with a point, a broken branch with a flat cut.
+    fn end(&self, rings: &[Ring], n: usize, first: u32, mesh: &mut Mesh) {
+        let last = rings[rings.len() - 1];
+        let along = tangent(rings, rings.len() - 1);
+        let material = self.material(last, last);
+        let uv = mesh.uvs[first as usize];
+        let tip = last.centre + along * if self.axis.dead { 0.0 } else { last.radius };
+        let mut ring = first;
+        if self.axis.dead {
+            ring = mesh.positions.len() as u32;
+            for j in 0..=n {
+                mesh.positions.push(mesh.positions[first as usize + j]);
+                mesh.normals.push(along.as_vec3());
+                mesh.uvs.push(mesh.uvs[first as usize + j]);
+            }
+        }
+        let apex = mesh.positions.len() as u32;
+        mesh.positions.push(tip.as_vec3());
+        mesh.normals.push(along.as_vec3());
+        mesh.uvs.push(uv);
+        for j in 0..n as u32 {
+            mesh.triangles.push(Triangle {
+                corners: [ring + j, ring + j + 1, apex],
+                material,
+            });
+        }
+    }
+
+    /// By order and local radius; of a piece, its thicker end decides.
+    fn material(&self, a: Ring, b: Ring) -> MaterialId {
+        let m = self.materials;
+        if a.radius.max(b.radius) <= self.trunk_radius_m {
+            if self.axis.dead { m.dead } else { m.branch }
+        } else if let Some(flare) = self.flare {
+            if 0.5 * (a.centre.z + b.centre.z) < flare.top_m() {
+                m.flare
+            } else {
+                m.stem
+            }
+        } else {
+            m.limb
+        }
+    }
+}
+
+/// The direction of a ring's axis: the mean of the pieces that meet in it.
+fn tangent(rings: &[Ring], i: usize) -> DVec3 {
+    let piece = |k: usize| (rings[k + 1].centre - rings[k].centre).normalize_or(DVec3::Z);
+    match i {
+        0 => piece(0),
+        i if i == rings.len() - 1 => piece(i - 1),
+        i => (piece(i - 1) + piece(i)).normalize_or(DVec3::Z),
+    }
+}
+
+/// Diameter of the circle with the area of a level cut through closed walls, metres: the shoelace sum
+/// over the pieces in which the triangles meet the plane.
+pub(super) fn diameter_at(mesh: &Mesh, triangles: Range<usize>, z: f64) -> f64 {
+    let mut twice_area = 0.0;
+    for triangle in &mesh.triangles[triangles] {
+        let p = triangle
+            .corners
+            .map(|c| mesh.positions[c as usize].as_dvec3());
+        // Entry and exit of the plane, in the triangle's sense of turning.
+        let crossing = |rising: bool| {
+            (0..3).find_map(|k| {
+                let (a, b) = (p[k], p[(k + 1) % 3]);
+                let crosses = if rising {
+                    a.z < z && b.z >= z
+                } else {
+                    a.z >= z && b.z < z
+                };
+                crosses.then(|| a.lerp(b, (z - a.z) / (b.z - a.z)))
+            })
+        };
+        if let (Some(a), Some(b)) = (crossing(false), crossing(true)) {
+            twice_area += a.x * b.y - a.y * b.x;
+        }
+    }
+    (2.0 * twice_area.abs() / PI).sqrt()
+}
