@@ -1,24 +1,38 @@
-//! Checking.
-use crate::*;
+//! Is a data set right? Answered from its files alone.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::path::Path;
+
+use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, RigidTransform, Semantic};
+
+use crate::agreement::View;
+use crate::{
+    Agreement, Dataset, Error, Frame, FrameRecord, PlyPoint, atomic, folder, images, layout, text,
+    yaml,
+};
 
 /// Something wrong with a data set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Below the data set's folder.
+    /// The file, below the data set's folder.
     pub path: String,
     /// What is wrong.
     pub message: String,
 }
 
-/// What `check` found.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What [`check`] found.
+#[derive(Clone, Debug, PartialEq)]
 pub struct CheckReport {
-    /// Everything wrong.
+    /// Everything wrong with files, ids and poses.
     pub problems: Vec<Problem>,
-    /// Frames looked at.
+    /// Frames listed.
     pub frames: usize,
-    /// Agreement of LiDAR and camera.
+    /// Files listed.
+    pub files: usize,
+    /// Their size.
+    pub bytes: u64,
+    /// How well LiDAR and camera agree.
     pub agreement: Agreement,
 }
 
@@ -26,30 +40,492 @@ impl CheckReport {
     /// Is the data set right?
     #[must_use]
     pub fn passed(&self) -> bool {
-        todo!()
+        self.problems.is_empty() && self.agreement.failures().is_empty()
     }
 }
 
-impl std::fmt::Display for CheckReport {
-    fn fmt(&self, _f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        todo!()
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{} frames, {} files, {} bytes",
+            self.frames, self.files, self.bytes
+        )?;
+        write!(f, "{}", self.agreement)?;
+        for p in &self.problems {
+            writeln!(f, "problem: {}: {}", p.path, p.message)?;
+        }
+        for failure in self.agreement.failures() {
+            writeln!(f, "problem: agreement: {failure}")?;
+        }
+        writeln!(f, "{}", if self.passed() { "passed" } else { "FAILED" })
     }
 }
 
-/// Agreement.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Agreement {}
-/// Of a class.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ClassAgreement {}
-/// Depth residual.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Residual {}
-
-/// Checks a data set from its files alone.
+/// Checks a data set from its files alone: structure, sizes, checksums; ids against
+/// `instances.csv` and the class table; poses and calibration against `dataset.json`; and the
+/// agreement of LiDAR and camera.
 ///
 /// # Errors
-/// If the folder holds no data set or cannot be read.
-pub fn check(_dir: &Path) -> Result<CheckReport, Error> {
-    todo!()
+/// If the folder holds no finished data set. All that is wrong with a data set is in the report.
+pub fn check(dir: &Path) -> Result<CheckReport, Error> {
+    let dataset = Dataset::open(dir)?;
+    let manifest = dataset.manifest();
+    let files = || {
+        let of_frames = manifest.frames.iter().flat_map(|f| &f.files);
+        manifest.files.iter().chain(of_frames)
+    };
+    let mut checker = Checker {
+        dataset: &dataset,
+        problems: Vec::new(),
+        agreement: Agreement::new(&manifest.header.ontology),
+        true_ids: BTreeSet::new(),
+        image_ids: BTreeSet::new(),
+    };
+    for file in files() {
+        if let Err(message) = atomic::verified(dir, file) {
+            checker.problem(&file.path, message);
+        }
+    }
+    checker.structure();
+    checker.tables();
+    let sequences = checker.sequences();
+    checker.frames(&sequences);
+    Ok(CheckReport {
+        problems: checker.problems,
+        frames: manifest.frames.len(),
+        files: files().count(),
+        bytes: files().map(|f| f.bytes).sum(),
+        agreement: checker.agreement,
+    })
+}
+
+/// What a sequence's text files say.
+struct Track {
+    poses: Vec<RigidTransform>,
+    times: Vec<f64>,
+    camera_from_lidar: RigidTransform,
+}
+
+struct Checker<'a> {
+    dataset: &'a Dataset,
+    problems: Vec<Problem>,
+    agreement: Agreement,
+    true_ids: BTreeSet<ObjectId>,
+    image_ids: BTreeSet<u32>,
+}
+
+impl Checker<'_> {
+    fn problem(&mut self, path: impl Into<String>, message: impl ToString) {
+        self.problems.push(Problem {
+            path: path.into(),
+            message: message.to_string(),
+        });
+    }
+
+    /// A read that fails is a problem, unless the checksum has told already.
+    fn read<T>(&mut self, path: &str, result: Result<T, Error>) -> Option<T> {
+        result.map_err(|e| self.problem(path, e)).ok()
+    }
+
+    /// Every file that should be listed is, and nothing else lies where only ours may.
+    fn structure(&mut self) {
+        let manifest = self.dataset.manifest();
+        let listed: BTreeSet<&str> = manifest
+            .files
+            .iter()
+            .chain(manifest.frames.iter().flat_map(|f| &f.files))
+            .map(|f| &*f.path)
+            .collect();
+        let mut expected: BTreeSet<String> = [
+            layout::README,
+            layout::CONFIG,
+            layout::ONTOLOGY,
+            layout::TREES,
+            layout::INSTANCES,
+        ]
+        .map(str::to_owned)
+        .into();
+        for s in &manifest.sequences {
+            let folder = layout::sequence(s.number);
+            let texts = [layout::POSES, layout::CALIB, layout::TIMES];
+            expected.extend(texts.map(|name| format!("{folder}/{name}")));
+        }
+        for f in &manifest.frames {
+            let folders = layout::sensor_folders(&manifest.header);
+            let file = |(folder, extension): &(String, &str)| {
+                layout::frame_file(f.sequence, folder, f.index, extension)
+            };
+            expected.extend(folders.iter().map(file));
+        }
+        for path in expected.iter().filter(|p| !listed.contains(&***p)) {
+            self.problem(path, "is not listed in dataset.json");
+        }
+        for path in listed.iter().filter(|p| !expected.contains(**p)) {
+            self.problem(*path, "is listed in dataset.json but belongs to no sensor");
+        }
+        let root = self.dataset.root();
+        for path in folder::owned_files(root, &manifest.header) {
+            let relative = path.strip_prefix(root).unwrap_or(&path);
+            let relative = relative.to_string_lossy().replace('\\', "/");
+            if !listed.contains(&*relative) && !expected.contains(&relative) {
+                self.problem(relative, "belongs to no frame of dataset.json");
+            }
+        }
+        if root.join(layout::STATE).exists() {
+            self.problem(
+                layout::STATE,
+                "the data set is being written, or its writer was killed",
+            );
+        }
+        let ordered =
+            |a: &FrameRecord, b: &FrameRecord| (a.sequence, a.index) < (b.sequence, b.index);
+        if !manifest.frames.is_sorted_by(ordered) {
+            self.problem(layout::MANIFEST, "frames repeat or are out of order");
+        }
+    }
+
+    /// `trees.csv`, `instances.csv`, `ontology.yaml`.
+    fn tables(&mut self) {
+        let objects = self.dataset.objects();
+        let objects = self.read(layout::INSTANCES, objects).unwrap_or_default();
+        let trees = self.dataset.trees();
+        let trees = self.read(layout::TREES, trees).unwrap_or_default();
+        let is_tree = |o: &&nemoral_scene::ObjectRecord| o.kind == ObjectKind::Tree;
+        let of_objects: BTreeSet<_> = objects.iter().filter(is_tree).map(|o| o.object).collect();
+        let of_trees: BTreeSet<_> = trees.iter().map(|t| t.object).collect();
+        if let Some(id) = of_objects.symmetric_difference(&of_trees).next() {
+            let message = format!(
+                "{} trees here, {} in instances.csv; tree {} is in one of them only",
+                of_trees.len(),
+                of_objects.len(),
+                id.to_u64()
+            );
+            self.problem(layout::TREES, message);
+        }
+        self.true_ids = objects.iter().map(|o| o.object).collect();
+        self.image_ids = self.true_ids.iter().map(|id| id.to_image_id()).collect();
+
+        let manifest = self.dataset.manifest();
+        let mut point_classes = BTreeMap::new();
+        for (&class, count) in manifest.frames.iter().flat_map(|f| &f.point_classes) {
+            *point_classes.entry(class).or_insert(0) += count;
+        }
+        let numbers: Vec<u32> = manifest.sequences.iter().map(|s| s.number).collect();
+        let yaml = yaml::encode(&manifest.header.ontology, &point_classes, &numbers);
+        let found = self.dataset.read_text(layout::ONTOLOGY);
+        if self
+            .read(layout::ONTOLOGY, found)
+            .is_some_and(|found| found != yaml)
+        {
+            self.problem(
+                layout::ONTOLOGY,
+                "differs from the class table in dataset.json",
+            );
+        }
+    }
+
+    /// `poses.txt`, `calib.txt`, `times.txt` against `dataset.json`.
+    fn sequences(&mut self) -> BTreeMap<u32, Track> {
+        let header = &self.dataset.manifest().header;
+        let mut tracks = BTreeMap::new();
+        for s in &self.dataset.manifest().sequences {
+            let path = |name| format!("{}/{name}", layout::sequence(s.number));
+            let (poses, times, calib) = (
+                path(layout::POSES),
+                path(layout::TIMES),
+                path(layout::CALIB),
+            );
+            let read = (
+                self.read(&poses, self.dataset.poses(s.number)),
+                self.read(&times, self.dataset.times(s.number)),
+                self.read(&calib, self.dataset.calibration(s.number)),
+            );
+            let (Some(pose_list), Some(time_list), Some(calibration)) = read else {
+                continue;
+            };
+            for (path, lines) in [(&poses, pose_list.len()), (&times, time_list.len())] {
+                if lines as u64 != s.length {
+                    let message = format!("has {lines} lines, the sequence {} frames", s.length);
+                    self.problem(path, message);
+                }
+            }
+            let camera_from_lidar = text::from_rows(&calibration.camera_from_lidar);
+            if let Some(lidar) = header.lidars.first() {
+                let mount = text::relative(&header.body_from_reference(), &lidar.body_from_lidar);
+                if let Some(distance) = differs(&mount, &camera_from_lidar) {
+                    let message = format!("Tr is {distance} off the mounts in dataset.json");
+                    self.problem(&calib, message);
+                }
+            }
+            if let Some(camera) = header.cameras.first() {
+                let projection = text::projection(&camera.intrinsics);
+                if calibration.projections.iter().any(|p| *p != projection) {
+                    self.problem(
+                        &calib,
+                        "P0 to P3 differ from the intrinsics in dataset.json",
+                    );
+                }
+            }
+            let track = Track {
+                poses: pose_list,
+                times: time_list,
+                camera_from_lidar,
+            };
+            tracks.insert(s.number, track);
+        }
+        tracks
+    }
+
+    fn frames(&mut self, tracks: &BTreeMap<u32, Track>) {
+        // The frame before, for the residual across frames.
+        let mut before: Option<(u32, RigidTransform, Frame)> = None;
+        for (i, record) in self.dataset.frames().iter().enumerate() {
+            let name = format!(
+                "{} frame {:06}",
+                layout::sequence(record.sequence),
+                record.index
+            );
+            let Some(track) = tracks.get(&record.sequence) else {
+                self.problem(name, "has no readable sequence");
+                continue;
+            };
+            let pose = self.pose(record, track);
+            let frame = match self.dataset.read_frame(i) {
+                Ok(frame) => frame,
+                Err(e) => {
+                    self.problem(name, e);
+                    continue;
+                }
+            };
+            self.images(record, &frame);
+            self.points(record, &frame);
+            self.agreement(
+                track,
+                pose,
+                &frame,
+                before.as_ref().filter(|b| b.0 == record.sequence),
+            );
+            before = pose.map(|pose| (record.sequence, pose, frame));
+        }
+    }
+
+    /// The reference sensor's pose by `poses.txt`, compared with the body's in `dataset.json`.
+    fn pose(&mut self, record: &FrameRecord, track: &Track) -> Option<RigidTransform> {
+        let folder = layout::sequence(record.sequence);
+        let index = usize::try_from(record.index).ok()?;
+        let (Some(pose), Some(&time)) = (track.poses.get(index), track.times.get(index)) else {
+            let message = format!("has no line for frame {}", record.index);
+            self.problem(format!("{folder}/{}", layout::POSES), message);
+            return None;
+        };
+        if time != record.time_s {
+            let message = format!(
+                "frame {} is at {time} s, dataset.json says {} s",
+                record.index, record.time_s
+            );
+            self.problem(format!("{folder}/{}", layout::TIMES), message);
+        }
+        let sequence = self.dataset.sequence(record.sequence).ok()?;
+        let mount = self.dataset.manifest().header.body_from_reference();
+        let expected = text::relative(
+            &sequence.world_from_frame0(),
+            &(record.world_from_body() * mount),
+        );
+        if let Some(distance) = differs(&expected, pose) {
+            let message = format!(
+                "frame {} is {distance} off its pose in dataset.json",
+                record.index
+            );
+            self.problem(format!("{folder}/{}", layout::POSES), message);
+        }
+        Some(*pose)
+    }
+
+    fn images(&mut self, record: &FrameRecord, frame: &Frame) {
+        let header = &self.dataset.manifest().header;
+        let known: BTreeSet<u8> = header.ontology.classes().iter().map(|c| c.id).collect();
+        let sky = header.ontology.class(Semantic::Sky).id;
+        for (i, camera) in frame.cameras.iter().enumerate() {
+            let f = layout::camera_folders(header, i);
+            let path = |folder, extension| {
+                layout::frame_file(record.sequence, folder, record.index, extension)
+            };
+            let pixels = || {
+                let classes = camera
+                    .semantic
+                    .pixels()
+                    .iter()
+                    .zip(camera.instance.pixels());
+                classes.zip(camera.depth_m.pixels().iter().zip(camera.normal.pixels()))
+            };
+            let semantic = path(&f.semantic, "png");
+            let unknown = pixels().filter(|((class, _), _)| !known.contains(class));
+            self.count(
+                &semantic,
+                unknown.map(|((c, _), _)| *c),
+                "pixels have a class that the ontology lacks",
+            );
+            let surfaces = pixels().filter(|((class, _), (z, _))| **z == 0.0 && **class != sky);
+            self.count(
+                &semantic,
+                surfaces.map(|((c, _), _)| *c),
+                "pixels without depth have a class",
+            );
+            let instance = path(&f.instance, "png");
+            let ids = &self.image_ids;
+            let strangers: Vec<u32> = pixels()
+                .map(|((_, id), _)| *id)
+                .filter(|id| *id != 0 && !ids.contains(id))
+                .collect();
+            self.count(
+                &instance,
+                strangers.into_iter(),
+                "pixels have an id that instances.csv lacks",
+            );
+            let floating = pixels().filter(|((_, id), (z, _))| **z == 0.0 && **id != 0);
+            self.count(
+                &instance,
+                floating.map(|((_, id), _)| *id),
+                "pixels without depth have an id",
+            );
+            let normals = path(&f.normals, "png");
+            let lone = pixels().filter(|(_, (z, n))| (**z == 0.0) != (n.length_squared() == 0.0));
+            self.count(
+                &normals,
+                lone.map(|(_, (_, n))| *n),
+                "pixels have a normal without depth, or depth without a normal",
+            );
+        }
+    }
+
+    fn count<T: fmt::Display>(
+        &mut self,
+        path: &str,
+        mut found: impl Iterator<Item = T>,
+        what: &str,
+    ) {
+        if let Some(first) = found.next() {
+            let message = format!("{} {what} (the first: {first})", 1 + found.count());
+            self.problem(path, message);
+        }
+    }
+
+    fn points(&mut self, record: &FrameRecord, frame: &Frame) {
+        let header = &self.dataset.manifest().header;
+        let class_ids = images::class_ids(&header.ontology);
+        let mut point_classes = BTreeMap::new();
+        for (i, lidar) in frame.lidars.iter().enumerate() {
+            let f = layout::lidar_folders(header, i);
+            let path = |folder, extension| {
+                layout::frame_file(record.sequence, folder, record.index, extension)
+            };
+            let ply = path(&f.points, "ply");
+            let position = |p: &PlyPoint| {
+                let [x, y, z] = p.point.position_m.to_array();
+                [x, y, z, p.point.intensity].map(f32::to_bits)
+            };
+            let points = lidar.points.iter().map(|p| p.map(f32::to_bits));
+            if !points.eq(lidar.ply.iter().map(position)) {
+                self.problem(path(&f.velodyne, "bin"), format!("differs from {ply}"));
+            }
+            let label = |p: &PlyPoint| (u16::from(p.class), p.label);
+            if !lidar.labels.iter().copied().eq(lidar.ply.iter().map(label)) {
+                self.problem(path(&f.labels, "label"), format!("differs from {ply}"));
+            }
+            let wrong = lidar
+                .ply
+                .iter()
+                .filter(|p| p.class != class_ids[p.point.semantic as usize]);
+            self.count(
+                &ply,
+                wrong.map(|p| p.class),
+                "points have another class than their semantic's",
+            );
+            let true_ids = &self.true_ids;
+            let strangers: Vec<u64> = lidar
+                .ply
+                .iter()
+                .map(|p| p.point.object)
+                .filter(|id| !id.is_none() && !true_ids.contains(id))
+                .map(ObjectId::to_u64)
+                .collect();
+            self.count(
+                &ply,
+                strangers.into_iter(),
+                "points have a true id that instances.csv lacks",
+            );
+            match record.sensor_chunks.get(i) {
+                Some(&[x, y]) => {
+                    let chunk = ChunkCoord::new(x, y);
+                    let wrong = lidar
+                        .ply
+                        .iter()
+                        .filter(|p| p.label != p.point.object.to_label_id(chunk));
+                    self.count(
+                        &ply,
+                        wrong.map(|p| p.label),
+                        "points have another label than their true id's",
+                    );
+                }
+                None => self.problem(
+                    &ply,
+                    "dataset.json does not say in which chunk the sensor is",
+                ),
+            }
+            for p in &lidar.ply {
+                *point_classes.entry(p.class).or_insert(0) += 1;
+            }
+        }
+        if point_classes != record.point_classes {
+            let message = format!(
+                "frame {}: point_classes differ from the scans",
+                record.index
+            );
+            self.problem(layout::MANIFEST, message);
+        }
+    }
+
+    fn agreement(
+        &mut self,
+        track: &Track,
+        pose: Option<RigidTransform>,
+        frame: &Frame,
+        before: Option<&(u32, RigidTransform, Frame)>,
+    ) {
+        let header = &self.dataset.manifest().header;
+        for (c, (camera, image)) in header.cameras.iter().zip(&frame.cameras).enumerate() {
+            let view = View {
+                intrinsics: &camera.intrinsics,
+                image,
+                format: header.depth_format,
+            };
+            for (l, lidar) in header.lidars.iter().enumerate() {
+                // The first pair by what loaders use, the others by their mounts.
+                let camera_from_lidar = if (c, l) == (0, 0) {
+                    track.camera_from_lidar
+                } else {
+                    text::relative(&camera.body_from_camera, &lidar.body_from_lidar)
+                };
+                self.agreement
+                    .add(&view, &frame.lidars[l].ply, &camera_from_lidar);
+                if (c, l) == (0, 0)
+                    && let (Some(pose), Some((_, before, points))) = (pose, before)
+                {
+                    let step = text::relative(&pose, before);
+                    let next_camera_from_lidar = step * camera_from_lidar;
+                    self.agreement
+                        .add_next(&view, &points.lidars[l].ply, &next_camera_from_lidar);
+                }
+            }
+        }
+    }
+}
+
+/// How far two transforms are apart, in words, if more than rounding can explain.
+fn differs(a: &RigidTransform, b: &RigidTransform) -> Option<String> {
+    let distance = a.translation_m.distance(b.translation_m);
+    let angle = a.rotation.angle_between(b.rotation).to_degrees();
+    // An angle near 0 is an arc cosine near 1: half the digits are lost.
+    (distance > 1e-5 || angle > 1e-5).then(|| format!("{distance:.4} m and {angle:.4}°"))
 }

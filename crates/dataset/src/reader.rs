@@ -1,24 +1,37 @@
-//! Reading.
-use crate::*;
-use nemoral_scene::{Image, LidarPoint, ObjectRecord, RigidTransform, TreeRecord, glam::Vec3};
-use std::path::Path;
+//! Reading everything back.
 
-/// A data set on disk.
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use nemoral_scene::glam::Vec3;
+use nemoral_scene::{Image, ObjectRecord, RigidTransform, TreeRecord};
+
+use crate::{
+    Calibration, DepthFormat, Error, FrameRecord, Manifest, PlyPoint, SequenceRecord, csv, folder,
+    images, layout, npy, ply, scan, text,
+};
+
+/// A finished data set on disk.
 #[derive(Clone, Debug)]
-pub struct Dataset {}
+pub struct Dataset {
+    root: PathBuf,
+    manifest: Manifest,
+}
 
 /// A frame, read back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// By camera.
+    /// In the header's order.
     pub cameras: Vec<CameraFrame>,
-    /// By LiDAR.
+    /// In the header's order.
     pub lidars: Vec<LidarFrame>,
 }
 
 /// What a camera's files hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraFrame {
+    /// The camera's name.
+    pub name: String,
     /// sRGB.
     pub rgb: Image<[u8; 3]>,
     /// Class ids.
@@ -27,13 +40,15 @@ pub struct CameraFrame {
     pub instance: Image<u32>,
     /// Planar depth, metres; 0 for none.
     pub depth_m: Image<f32>,
-    /// Unit normals in the optical frame; zero for none.
+    /// Unit normals in the optical frame, within 0.4°; zero for none.
     pub normal: Image<Vec3>,
 }
 
 /// What a LiDAR's files hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LidarFrame {
+    /// The LiDAR's name.
+    pub name: String,
     /// `.bin`: x, y, z in metres, intensity.
     pub points: Vec<[f32; 4]>,
     /// `.label`: class id, instance id.
@@ -42,84 +57,240 @@ pub struct LidarFrame {
     pub ply: Vec<PlyPoint>,
 }
 
-/// A vertex of the `.ply` file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlyPoint {
-    /// All fields, the true id among them.
-    pub point: LidarPoint,
-    /// The ontology's class id.
-    pub class: u8,
-    /// The instance id of the `.label` file.
-    pub label: u16,
-}
-
-/// `calib.txt`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Calibration {
-    /// P0 to P3: pixels from the reference camera's frame.
-    pub projections: [[[f64; 4]; 3]; 4],
-    /// Tr: the reference camera from the first LiDAR.
-    pub camera_from_lidar: RigidTransform,
-}
-
 impl Dataset {
     /// Opens a finished data set.
     ///
     /// # Errors
-    /// See [`Error`].
-    pub fn open(_dir: &Path) -> Result<Self, Error> {
-        todo!()
+    /// [`Error::Io`] if the folder cannot be read, [`Error::Malformed`] if it holds no data set, an
+    /// unfinished one, or one of another format version.
+    pub fn open(dir: &Path) -> Result<Self, Error> {
+        let path = dir.join(layout::MANIFEST);
+        if !path.exists() {
+            let names = folder::names(dir).map_err(Error::io(dir))?;
+            let message = if names.iter().any(|n| n == layout::STATE) {
+                "holds an unfinished data set: go on with --resume"
+            } else {
+                "holds no data set: there is no dataset.json"
+            };
+            return Err(Error::malformed(dir, message));
+        }
+        let mut manifest = Manifest::read(&path)?;
+        let config = dir.join(layout::CONFIG);
+        // Only for people; `check` reports its absence.
+        manifest.header.config_toml = fs::read_to_string(config).unwrap_or_default();
+        Ok(Self {
+            root: dir.to_owned(),
+            manifest,
+        })
     }
+
+    /// The folder.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
     /// `dataset.json`.
     #[must_use]
     pub fn manifest(&self) -> &Manifest {
-        todo!()
+        &self.manifest
     }
-    /// The frames that exist.
+
+    /// The frames that exist here, by sequence and index.
     #[must_use]
     pub fn frames(&self) -> &[FrameRecord] {
-        todo!()
+        &self.manifest.frames
     }
-    /// Reads the `i`-th of [`Dataset::frames`].
+
+    /// Reads all files of the `i`-th of [`Dataset::frames`].
     ///
     /// # Errors
-    /// See [`Error`].
-    pub fn read_frame(&self, _i: usize) -> Result<Frame, Error> {
-        todo!()
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file; [`Error::Invalid`] if there is no
+    /// `i`-th frame.
+    pub fn read_frame(&self, i: usize) -> Result<Frame, Error> {
+        let count = self.frames().len();
+        let allowed = || format!("less than {count}, the number of frames here");
+        let frame = self.frames().get(i);
+        let frame = frame.ok_or_else(|| Error::invalid("frame", i, allowed()))?;
+        let header = &self.manifest.header;
+        let cameras = (0..header.cameras.len()).map(|c| self.read_camera(frame, c));
+        let lidars = (0..header.lidars.len()).map(|l| self.read_lidar(frame, l));
+        Ok(Frame {
+            cameras: cameras.collect::<Result<_, _>>()?,
+            lidars: lidars.collect::<Result<_, _>>()?,
+        })
     }
-    /// `poses.txt`: frame 0 of the reference camera from frame k.
+
+    /// The class ids of a camera, and its depth in metres, without the other images.
     ///
     /// # Errors
-    /// See [`Error`].
-    pub fn poses(&self, _sequence: u32) -> Result<Vec<RigidTransform>, Error> {
-        todo!()
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    pub(crate) fn read_semantic_and_depth(
+        &self,
+        frame: &FrameRecord,
+        camera: usize,
+    ) -> Result<(Image<u8>, Image<f32>), Error> {
+        let f = layout::camera_folders(&self.manifest.header, camera);
+        let semantic = self.load(frame, &f.semantic, "png", images::decode_semantic)?;
+        Ok((semantic, self.read_depth(frame, &f.depth)?))
     }
+
+    fn read_depth(&self, frame: &FrameRecord, folder: &str) -> Result<Image<f32>, Error> {
+        let format = self.manifest.header.depth_format;
+        let decode = match format {
+            DepthFormat::Png16 => images::decode_depth,
+            DepthFormat::Npy => npy::decode,
+        };
+        self.load(frame, folder, layout::depth_extension(format), decode)
+    }
+
+    fn read_camera(&self, frame: &FrameRecord, camera: usize) -> Result<CameraFrame, Error> {
+        let spec = &self.manifest.header.cameras[camera];
+        let f = layout::camera_folders(&self.manifest.header, camera);
+        let (semantic, depth_m) = self.read_semantic_and_depth(frame, camera)?;
+        let read = CameraFrame {
+            name: spec.name.clone(),
+            rgb: self.load(frame, &f.rgb, "png", images::decode_rgb)?,
+            semantic,
+            instance: self.load(frame, &f.instance, "png", images::decode_instance)?,
+            depth_m,
+            normal: self.load(frame, &f.normals, "png", images::decode_normals)?,
+        };
+        let sizes = [
+            (&f.rgb, read.rgb.width(), read.rgb.height()),
+            (&f.semantic, read.semantic.width(), read.semantic.height()),
+            (&f.instance, read.instance.width(), read.instance.height()),
+            (&f.depth, read.depth_m.width(), read.depth_m.height()),
+            (&f.normals, read.normal.width(), read.normal.height()),
+        ];
+        let asked = (
+            spec.intrinsics.width as usize,
+            spec.intrinsics.height as usize,
+        );
+        for (folder, width, height) in sizes {
+            if (width, height) != asked {
+                let path = self
+                    .root
+                    .join(layout::sequence(frame.sequence))
+                    .join(folder);
+                let message = format!(
+                    "image {} is {width} × {height}, the camera has {} × {}",
+                    frame.index, asked.0, asked.1
+                );
+                return Err(Error::malformed(path, message));
+            }
+        }
+        Ok(read)
+    }
+
+    fn read_lidar(&self, frame: &FrameRecord, lidar: usize) -> Result<LidarFrame, Error> {
+        let f = layout::lidar_folders(&self.manifest.header, lidar);
+        Ok(LidarFrame {
+            name: self.manifest.header.lidars[lidar].name.clone(),
+            points: self.load(frame, &f.velodyne, "bin", scan::decode_points)?,
+            labels: self.load(frame, &f.labels, "label", scan::decode_labels)?,
+            ply: self.read_ply(frame, lidar)?,
+        })
+    }
+
+    /// The points of a LiDAR, without the other files.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    pub(crate) fn read_ply(
+        &self,
+        frame: &FrameRecord,
+        lidar: usize,
+    ) -> Result<Vec<PlyPoint>, Error> {
+        let f = layout::lidar_folders(&self.manifest.header, lidar);
+        self.load(frame, &f.points, "ply", ply::decode)
+    }
+
+    fn load<T>(
+        &self,
+        frame: &FrameRecord,
+        folder: &str,
+        extension: &str,
+        decode: impl Fn(&Path, &[u8]) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let relative = layout::frame_file(frame.sequence, folder, frame.index, extension);
+        let path = self.root.join(relative);
+        decode(&path, &fs::read(&path).map_err(Error::io(&path))?)
+    }
+
+    fn load_text<T>(
+        &self,
+        relative: &str,
+        decode: impl Fn(&Path, &str) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let path = self.root.join(relative);
+        decode(&path, &fs::read_to_string(&path).map_err(Error::io(&path))?)
+    }
+
+    /// The record of a sequence.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if there is no such sequence.
+    pub fn sequence(&self, number: u32) -> Result<&SequenceRecord, Error> {
+        let mut all = self.manifest.sequences.iter();
+        all.find(|s| s.number == number)
+            .ok_or_else(|| Error::invalid("sequence", number, "one that the data set has"))
+    }
+
+    /// `poses.txt`: for each frame of the whole sequence, the transform that takes points of the
+    /// reference camera at that frame to the reference camera at frame 0.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`].
+    pub fn poses(&self, sequence: u32) -> Result<Vec<RigidTransform>, Error> {
+        let path = format!("{}/{}", layout::sequence(sequence), layout::POSES);
+        let rows = self.load_text(&path, text::decode_poses)?;
+        Ok(rows.iter().map(text::from_rows).collect())
+    }
+
     /// `calib.txt`.
     ///
     /// # Errors
-    /// See [`Error`].
-    pub fn calibration(&self, _sequence: u32) -> Result<Calibration, Error> {
-        todo!()
+    /// [`Error::Io`] and [`Error::Malformed`].
+    pub fn calibration(&self, sequence: u32) -> Result<Calibration, Error> {
+        let path = format!("{}/{}", layout::sequence(sequence), layout::CALIB);
+        self.load_text(&path, text::decode_calibration)
     }
-    /// `times.txt`, seconds.
+
+    /// `times.txt`: seconds after the start of the sequence.
     ///
     /// # Errors
-    /// See [`Error`].
-    pub fn times(&self, _sequence: u32) -> Result<Vec<f64>, Error> {
-        todo!()
+    /// [`Error::Io`] and [`Error::Malformed`].
+    pub fn times(&self, sequence: u32) -> Result<Vec<f64>, Error> {
+        let path = format!("{}/{}", layout::sequence(sequence), layout::TIMES);
+        self.load_text(&path, text::decode_times)
     }
-    /// `trees.csv`.
+
+    /// `trees.csv`, by true id.
     ///
     /// # Errors
-    /// See [`Error`].
+    /// [`Error::Io`] and [`Error::Malformed`].
     pub fn trees(&self) -> Result<Vec<TreeRecord>, Error> {
-        todo!()
+        csv::trees(&self.root.join(layout::TREES), &self.tree_rows()?)
     }
-    /// `instances.csv`.
+
+    /// `instances.csv`, by true id.
     ///
     /// # Errors
-    /// See [`Error`].
+    /// [`Error::Io`] and [`Error::Malformed`].
     pub fn objects(&self) -> Result<Vec<ObjectRecord>, Error> {
-        todo!()
+        csv::objects(&self.root.join(layout::INSTANCES), &self.object_rows()?)
+    }
+
+    pub(crate) fn tree_rows(&self) -> Result<csv::Rows, Error> {
+        self.load_text(layout::TREES, csv::read_tree_rows)
+    }
+
+    pub(crate) fn object_rows(&self) -> Result<csv::Rows, Error> {
+        self.load_text(layout::INSTANCES, csv::read_object_rows)
+    }
+
+    pub(crate) fn read_text(&self, relative: &str) -> Result<String, Error> {
+        self.load_text(relative, |_, text| Ok(text.to_owned()))
     }
 }

@@ -1,37 +1,237 @@
-//! Statistics.
-use crate::*;
+//! What is in a data set, counted.
+
+use std::fmt;
 use std::path::Path;
 
-/// Share of a class.
-#[derive(Clone, Debug, PartialEq)]
+use crate::{Dataset, Error, images};
+
+/// One class's share of pixels and points.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClassShare {
-    /// Class id.
+    /// The class id.
     pub id: u8,
     /// Its name.
     pub name: String,
-    /// Pixels of this class.
+    /// Pixels of this class, over all cameras.
     pub pixels: u64,
-    /// LiDAR points of this class.
+    /// Points of this class, over all LiDARs.
     pub points: u64,
+}
+
+/// A distribution by its quantiles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quantiles {
+    /// The smallest.
+    pub min: f64,
+    /// 5 % are below.
+    pub p05: f64,
+    /// Half are below.
+    pub median: f64,
+    /// 95 % are below.
+    pub p95: f64,
+    /// The largest.
+    pub max: f64,
 }
 
 /// What is in a data set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stats {
-    /// By class.
+    /// Sequences.
+    pub sequences: usize,
+    /// Frames.
+    pub frames: usize,
+    /// Size of all listed files.
+    pub bytes: u64,
+    /// By class, in the ontology's order.
     pub classes: Vec<ClassShare>,
+    /// Trees in `trees.csv`.
+    pub trees: usize,
+    /// Diameter at breast height, metres; `None` without trees.
+    pub dbh_m: Option<Quantiles>,
+    /// Height of trees, metres; `None` without trees.
+    pub tree_height_m: Option<Quantiles>,
+    /// Planar depth of pixels that hold a surface, to 1/256 m; `None` without such pixels.
+    pub depth_m: Option<Quantiles>,
+    /// Measured range of points, to 1/256 m; `None` without points.
+    pub range_m: Option<Quantiles>,
 }
 
-impl std::fmt::Display for Stats {
-    fn fmt(&self, _f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        todo!()
+impl Stats {
+    /// All pixels.
+    #[must_use]
+    pub fn pixels(&self) -> u64 {
+        self.classes.iter().map(|c| c.pixels).sum()
+    }
+
+    /// All points.
+    #[must_use]
+    pub fn points(&self) -> u64 {
+        self.classes.iter().map(|c| c.points).sum()
     }
 }
 
-/// Reads a whole data set and counts.
+impl fmt::Display for Stats {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{} frames in {} sequences, {:.1} MB, {} points, {} trees",
+            self.frames,
+            self.sequences,
+            self.bytes as f64 / 1e6,
+            self.points(),
+            self.trees
+        )?;
+        let percent = |part: u64, whole: u64| 100.0 * part as f64 / whole.max(1) as f64;
+        writeln!(f, "{:<16}{:>12}{:>12}", "class", "pixels", "points")?;
+        for c in &self.classes {
+            let name = format!("{} {}", c.id, c.name);
+            let (pixels, points) = (
+                percent(c.pixels, self.pixels()),
+                percent(c.points, self.points()),
+            );
+            writeln!(f, "{name:<16}{pixels:>10.2} %{points:>10.2} %")?;
+        }
+        writeln!(
+            f,
+            "{:<16}{:>9}{:>9}{:>9}{:>9}{:>9}",
+            "", "min", "5 %", "median", "95 %", "max"
+        )?;
+        for (name, q) in [
+            ("DBH, m", self.dbh_m),
+            ("tree height, m", self.tree_height_m),
+            ("depth, m", self.depth_m),
+            ("range, m", self.range_m),
+        ] {
+            if let Some(q) = q {
+                writeln!(
+                    f,
+                    "{name:<16}{:>9.2}{:>9.2}{:>9.2}{:>9.2}{:>9.2}",
+                    q.min, q.p05, q.median, q.p95, q.max
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads a data set and counts.
 ///
 /// # Errors
-/// If the folder holds no data set or cannot be read.
-pub fn stats(_dir: &Path) -> Result<Stats, Error> {
-    todo!()
+/// If the folder holds no finished data set, or a file is missing or damaged.
+pub fn stats(dir: &Path) -> Result<Stats, Error> {
+    let dataset = Dataset::open(dir)?;
+    let manifest = dataset.manifest();
+    let (mut pixels, mut points) = ([0_u64; 256], [0_u64; 256]);
+    let (mut depths, mut ranges) = (Histogram::new(), Histogram::new());
+    for frame in &manifest.frames {
+        for camera in 0..manifest.header.cameras.len() {
+            let (semantic, depth_m) = dataset.read_semantic_and_depth(frame, camera)?;
+            for &class in semantic.pixels() {
+                pixels[usize::from(class)] += 1;
+            }
+            depth_m.pixels().iter().for_each(|&z| depths.add(z));
+        }
+        for lidar in 0..manifest.header.lidars.len() {
+            for p in dataset.read_ply(frame, lidar)? {
+                points[usize::from(p.class)] += 1;
+                ranges.add(p.point.range_m);
+            }
+        }
+    }
+    let trees = dataset.trees()?;
+    let share = |c: &nemoral_scene::Class| ClassShare {
+        id: c.id,
+        name: c.name.clone(),
+        pixels: pixels[usize::from(c.id)],
+        points: points[usize::from(c.id)],
+    };
+    let of_frames = manifest.frames.iter().map(crate::FrameRecord::bytes);
+    let of_files = manifest.files.iter().map(|f| f.bytes);
+    Ok(Stats {
+        sequences: manifest.sequences.len(),
+        frames: manifest.frames.len(),
+        bytes: of_frames.chain(of_files).sum(),
+        classes: manifest
+            .header
+            .ontology
+            .classes()
+            .iter()
+            .map(share)
+            .collect(),
+        trees: trees.len(),
+        dbh_m: quantiles(trees.iter().map(|t| t.dbh_m).collect()),
+        tree_height_m: quantiles(trees.iter().map(|t| t.height_m).collect()),
+        depth_m: depths.quantiles(),
+        range_m: ranges.quantiles(),
+    })
+}
+
+/// The element at a share of the way through `count` sorted ones.
+fn rank(share: f64, count: u64) -> u64 {
+    (share * (count - 1) as f64).round() as u64
+}
+
+fn quantiles(mut values: Vec<f64>) -> Option<Quantiles> {
+    values.sort_by(f64::total_cmp);
+    let count = values.len() as u64;
+    let at = |share| values[rank(share, count) as usize];
+    (count > 0).then(|| Quantiles {
+        min: at(0.0),
+        p05: at(0.05),
+        median: at(0.5),
+        p95: at(0.95),
+        max: at(1.0),
+    })
+}
+
+/// Counts by 1/256 m, for more numbers than one wants to hold.
+struct Histogram(Vec<u64>);
+
+impl Histogram {
+    fn new() -> Self {
+        Self(vec![0; 1 << 16])
+    }
+
+    fn add(&mut self, metres: f32) {
+        match images::depth_to_u16(metres) {
+            0 => {}
+            bin => self.0[usize::from(bin)] += 1,
+        }
+    }
+
+    fn quantiles(&self) -> Option<Quantiles> {
+        let count: u64 = self.0.iter().sum();
+        let at = |share| {
+            let rank = rank(share, count);
+            let mut below = 0;
+            let bin = self.0.iter().position(|n| {
+                below += n;
+                below > rank
+            });
+            bin.unwrap_or(0) as f64 / 256.0
+        };
+        (count > 0).then(|| Quantiles {
+            min: at(0.0),
+            p05: at(0.05),
+            median: at(0.5),
+            p95: at(0.95),
+            max: at(1.0),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_histogram_gives_the_quantiles_of_its_values() {
+        let values: Vec<f64> = (1..=1001).map(|i| f64::from(i) / 8.0).collect();
+        let mut histogram = Histogram::new();
+        values.iter().for_each(|&v| histogram.add(v as f32));
+        assert_eq!(histogram.quantiles(), quantiles(values.clone()));
+        assert_eq!(quantiles(values).map(|q| q.median), Some(501.0 / 8.0));
+        assert_eq!(quantiles(Vec::new()), None);
+        assert_eq!(Histogram::new().quantiles(), None);
+    }
 }

@@ -1,6 +1,19 @@
-//! Writing.
-use crate::*;
-use std::path::Path;
+//! Writing: from several threads, killed at any moment, resumed.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use nemoral_scene::{Image, Semantic};
+
+use crate::folder::{self, Content};
+use crate::text::{self, Calibration};
+use crate::{
+    CameraData, DatasetHeader, DepthFormat, Error, FORMAT_VERSION, FileRecord, FrameData,
+    FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, atomic, card,
+    csv, images, layout, npy, ply, scan, yaml,
+};
 
 /// What to do with an output folder that holds something.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -8,48 +21,450 @@ pub enum OpenMode {
     /// The folder must be new or empty.
     #[default]
     Fresh,
-    /// Go on with the data set in it, if it was made with an equal header; like `Fresh` if the
-    /// folder is new or empty.
+    /// Go on with the data set in the folder, finished or not, if its header is equal; like
+    /// `Fresh` if the folder is new or empty.
     Resume,
-    /// Remove the data set in it first, and nothing else; like `Fresh` if the folder is new or empty.
+    /// Remove the data set in the folder first, and nothing that is not its own; like `Fresh` if
+    /// the folder is new or empty.
     Overwrite,
 }
 
-/// Writes a data set.
+/// Writes a data set into a folder.
+///
+/// While it is unfinished the folder holds `.nemoral/`: the header, a record for each whole frame,
+/// and a lock against a second writer. [`Writer::finish`] moves all of it into `dataset.json`. A
+/// writer that is dropped, or whose process is killed, leaves a folder that
+/// [`OpenMode::Resume`] goes on with.
 #[derive(Debug)]
-pub struct Writer {}
+pub struct Writer {
+    root: PathBuf,
+    header: DatasetHeader,
+    class_ids: [u8; Semantic::ALL.len()],
+    records: Mutex<BTreeMap<(u32, u64), FrameRecord>>,
+    /// Held, not used.
+    _lock: File,
+}
 
 impl Writer {
-    /// Opens an output folder.
+    /// Opens an output folder, and makes it if need be. Nothing is changed unless all is well.
     ///
     /// # Errors
-    /// See [`Error`].
-    pub fn create(_out: &Path, _mode: OpenMode, _header: DatasetHeader) -> Result<Self, Error> {
-        todo!()
+    /// [`Error::Invalid`] for a header with impossible names or mounts, [`Error::Foreign`] and
+    /// [`Error::Exists`] for a folder that may not be written to, [`Error::Mismatch`] for a resume
+    /// with another header, [`Error::Busy`], and [`Error::Io`].
+    pub fn create(out: &Path, mode: OpenMode, header: DatasetHeader) -> Result<Self, Error> {
+        header.validate()?;
+        let content = folder::look(out)?;
+        if let Content::Dataset {
+            finished,
+            header: found,
+        } = &content
+        {
+            match (mode, found) {
+                (OpenMode::Fresh, _) => {
+                    return Err(Error::Exists {
+                        path: out.to_owned(),
+                        finished: finished.is_some(),
+                    });
+                }
+                (OpenMode::Resume, Some(found)) => folder::compare(out, found, &header)?,
+                _ => {}
+            }
+        }
+        let lock = folder::lock(out)?;
+        let mut records = BTreeMap::new();
+        if let Content::Dataset {
+            finished,
+            header: found,
+        } = content
+        {
+            let found = found.map_or_else(|| header.clone(), |h| *h);
+            if mode == OpenMode::Overwrite {
+                folder::clear(out, &found)?;
+            } else {
+                folder::remove_leftovers(out, &found)?;
+                let of_manifest = finished.map(|m| m.frames).unwrap_or_default();
+                records.extend(of_manifest.into_iter().map(|f| ((f.sequence, f.index), f)));
+                for (at, record) in folder::records(out)? {
+                    match record {
+                        Some(record) => records.insert(at, record),
+                        None => records.remove(&at),
+                    };
+                }
+            }
+        }
+        folder::put_header(out, &header)?;
+        Ok(Self {
+            root: out.to_owned(),
+            class_ids: images::class_ids(&header.ontology),
+            header,
+            records: Mutex::new(records),
+            _lock: lock,
+        })
     }
-    /// Is this frame here, whole, and made from the same key? Reads and checksums its files.
+
+    /// Is this frame here, whole, and made from this key? Reads its files and compares sizes and
+    /// checksums.
     #[must_use]
-    pub fn has_frame(&self, _sequence: u32, _index: u64, _frame_key: &[u8; 32]) -> bool {
-        todo!()
+    pub fn has_frame(&self, sequence: u32, index: u64, frame_key: &[u8; 32]) -> bool {
+        let record = self.lock().get(&(sequence, index)).cloned();
+        record.is_some_and(|r| {
+            r.key == hex(frame_key)
+                && r.files
+                    .iter()
+                    .all(|f| atomic::verified(&self.root, f).is_ok())
+        })
     }
-    /// The frames that are recorded so far, by sequence and index, of earlier runs too: the world
-    /// tables given to `finish` must cover all of them.
+
+    /// The frames recorded so far by (sequence, index), those of earlier runs included: the tables
+    /// and tracks that [`Writer::finish`] takes must cover all of them.
     #[must_use]
     pub fn frames(&self) -> Vec<(u32, u64)> {
-        todo!()
+        self.lock().keys().copied().collect()
     }
-    /// Writes a frame; callable from several threads at once.
+
+    /// Writes a frame, over an earlier one if there is one; callable from several threads at once.
+    /// Each file appears under its final name only when it is whole, the frame's record last of
+    /// all: after an error or a kill the frame counts as missing.
     ///
     /// # Errors
-    /// See [`Error`].
-    pub fn write_frame(&self, _frame: &FrameData<'_>) -> Result<FrameRecord, Error> {
-        todo!()
+    /// [`Error::Invalid`] if the frame does not fit the header; [`Error::Io`] names the file that
+    /// could not be written (disk full, no permission).
+    pub fn write_frame(&self, frame: &FrameData<'_>) -> Result<FrameRecord, Error> {
+        self.validate(frame)?;
+        let at = (frame.sequence, frame.index);
+        if self.lock().remove(&at).is_some() {
+            folder::put_record(&self.root, frame.sequence, frame.index, None)?;
+        }
+        let mut files = Vec::new();
+        for (i, camera) in frame.cameras.iter().enumerate() {
+            self.put_camera(frame, i, camera, &mut files)?;
+        }
+        let mut point_classes = BTreeMap::new();
+        for (i, lidar) in frame.lidars.iter().enumerate() {
+            let points = self.points(lidar);
+            for p in &points {
+                *point_classes.entry(p.class).or_insert(0) += 1;
+            }
+            let f = layout::lidar_folders(&self.header, i);
+            let mut put = |folder: &str, extension, bytes: Vec<u8>| {
+                self.put_frame_file(frame, folder, extension, &bytes, &mut files)
+            };
+            put(&f.velodyne, "bin", scan::encode_points(&points))?;
+            put(&f.labels, "label", scan::encode_labels(&points))?;
+            put(&f.points, "ply", ply::encode(&points))?;
+        }
+        files.sort_by(|a, b| a.path.cmp(&b.path));
+        let record = FrameRecord {
+            sequence: frame.sequence,
+            index: frame.index,
+            time_s: frame.time_s,
+            key: hex(&frame.frame_key),
+            world_from_body: frame.world_from_body.to_rows(),
+            sensor_chunks: frame.lidars.iter().map(|l| l.sensor_chunk.into()).collect(),
+            point_classes,
+            files,
+        };
+        folder::put_record(&self.root, frame.sequence, frame.index, Some(&record))?;
+        self.lock().insert(at, record.clone());
+        Ok(record)
     }
-    /// Writes what belongs to no frame, last of all `dataset.json`.
+
+    /// Writes what belongs to no single frame, last of all `dataset.json`, and removes `.nemoral/`.
+    ///
+    /// `world` must hold every thing that a recorded frame shows ([`Writer::frames`]); `tracks` the
+    /// poses of each whole sequence, so that shards agree.
     ///
     /// # Errors
-    /// See [`Error`].
-    pub fn finish(self, _world: &WorldTables<'_>, _tracks: &[Track]) -> Result<Manifest, Error> {
-        todo!()
+    /// [`Error::Invalid`] for a frame without a pose, or with another one than its track's, and for
+    /// two different things with one id; [`Error::Io`].
+    pub fn finish(self, world: &WorldTables<'_>, tracks: &[Track]) -> Result<Manifest, Error> {
+        for record in self.lock().values() {
+            check_pose(record, tracks)?;
+        }
+        let mount = self.header.body_from_reference();
+        let mut drives = BTreeMap::new();
+        for track in tracks {
+            let poses: Vec<_> = track.poses.iter().map(|(_, p)| *p * mount).collect();
+            let Some(first) = poses.first() else {
+                return Err(Error::invalid("track.poses", "[]", "at least one pose"));
+            };
+            let relative = poses.iter().map(|p| text::relative(first, p).to_rows());
+            let times: Vec<_> = track.poses.iter().map(|(t, _)| *t).collect();
+            let drive = Drive {
+                length: poses.len() as u64,
+                world_from_frame0: first.to_rows(),
+                poses: text::encode_poses(&relative.collect::<Vec<_>>()),
+                times: text::encode_times(&times),
+            };
+            if drives.insert(track.sequence, drive).is_some() {
+                let value = track.sequence;
+                return Err(Error::invalid("track.sequence", value, "named once"));
+            }
+        }
+        let (trees, objects) = (
+            csv::tree_rows(world.trees)?,
+            csv::object_rows(world.objects)?,
+        );
+        self.conclude(&trees, &objects, &drives)
     }
+
+    /// The last files, from tables and tracks that are nearly text: also merge ends here.
+    pub(crate) fn conclude(
+        self,
+        trees: &csv::Rows,
+        objects: &csv::Rows,
+        drives: &BTreeMap<u32, Drive>,
+    ) -> Result<Manifest, Error> {
+        let frames: Vec<FrameRecord> = self.lock().values().cloned().collect();
+        let sequences = drives.iter().map(|(&number, drive)| SequenceRecord {
+            number,
+            length: drive.length,
+            frames: ranges(&frames, number),
+            world_from_frame0: drive.world_from_frame0,
+        });
+        let mut manifest = Manifest {
+            format_version: FORMAT_VERSION,
+            header: self.header.clone(),
+            sequences: sequences.collect(),
+            files: Vec::new(),
+            frames,
+        };
+        let mut point_classes = BTreeMap::new();
+        for (&class, count) in manifest.frames.iter().flat_map(|f| &f.point_classes) {
+            *point_classes.entry(class).or_insert(0) += count;
+        }
+        let numbers: Vec<u32> = drives.keys().copied().collect();
+        let mut texts = vec![
+            (layout::README.to_owned(), card::encode(&manifest)),
+            (layout::CONFIG.to_owned(), self.header.config_toml.clone()),
+            (
+                layout::ONTOLOGY.to_owned(),
+                yaml::encode(&self.header.ontology, &point_classes, &numbers),
+            ),
+            (layout::TREES.to_owned(), csv::encode_trees(trees)),
+            (layout::INSTANCES.to_owned(), csv::encode_objects(objects)),
+        ];
+        let calibration = text::encode_calibration(&self.calibration());
+        for (&number, drive) in drives {
+            let folder = layout::sequence(number);
+            texts.extend([
+                (format!("{folder}/{}", layout::CALIB), calibration.clone()),
+                (format!("{folder}/{}", layout::POSES), drive.poses.clone()),
+                (format!("{folder}/{}", layout::TIMES), drive.times.clone()),
+            ]);
+        }
+        texts.sort();
+        for (path, text) in texts {
+            let record = atomic::put(&self.root, &path, text.as_bytes())?;
+            manifest.files.push(record);
+        }
+        atomic::put(&self.root, layout::MANIFEST, manifest.to_json().as_bytes())?;
+        folder::remove_state(&self.root)?;
+        Ok(manifest)
+    }
+
+    /// Takes over a frame of another data set with an equal header.
+    pub(crate) fn adopt(&self, from: &Path, record: &FrameRecord) -> Result<(), Error> {
+        let at = (record.sequence, record.index);
+        if let Some(ours) = self.lock().get(&at) {
+            if ours != record {
+                return Err(Error::Mismatch {
+                    path: from.to_owned(),
+                    field: format!("frame {} of sequence {}", record.index, record.sequence),
+                    found: record.key.clone(),
+                    asked: ours.key.clone(),
+                });
+            }
+            return Ok(());
+        }
+        for file in &record.files {
+            let bytes = atomic::verified(from, file)
+                .map_err(|message| Error::malformed(from.join(&file.path), message))?;
+            atomic::put(&self.root, &file.path, &bytes)?;
+        }
+        folder::put_record(&self.root, record.sequence, record.index, Some(record))?;
+        self.lock().insert(at, record.clone());
+        Ok(())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<(u32, u64), FrameRecord>> {
+        // Every insertion and removal is one step: a panic elsewhere leaves the map whole.
+        self.records.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn validate(&self, frame: &FrameData<'_>) -> Result<(), Error> {
+        let h = &self.header;
+        let name = format!("frame {}", frame.index);
+        let asked: Vec<&str> = h.cameras.iter().map(|c| &*c.name).collect();
+        let found: Vec<&str> = frame.cameras.iter().map(|c| c.name).collect();
+        if asked != found {
+            let (found, asked) = (format!("{found:?}"), format!("the header's {asked:?}"));
+            return Err(Error::invalid(format!("{name}.cameras"), found, asked));
+        }
+        let asked: Vec<&str> = h.lidars.iter().map(|l| &*l.name).collect();
+        let found: Vec<&str> = frame.lidars.iter().map(|l| l.name).collect();
+        if asked != found {
+            let (found, asked) = (format!("{found:?}"), format!("the header's {asked:?}"));
+            return Err(Error::invalid(format!("{name}.lidars"), found, asked));
+        }
+        for (camera, spec) in frame.cameras.iter().zip(&h.cameras) {
+            let asked = (
+                spec.intrinsics.width as usize,
+                spec.intrinsics.height as usize,
+            );
+            let t = camera.truth;
+            let sizes = [
+                ("rgb", size(camera.rgb)),
+                ("semantic", size(&t.semantic)),
+                ("object", size(&t.object)),
+                ("depth", size(&t.depth_m)),
+                ("normal", size(&t.normal)),
+            ];
+            for (image, found) in sizes {
+                if found != asked {
+                    return Err(Error::invalid(
+                        format!("{name}.{}.{image}", camera.name),
+                        format!("{} × {}", found.0, found.1),
+                        format!("{} × {}", asked.0, asked.1),
+                    ));
+                }
+            }
+        }
+        if !(frame.time_s.is_finite() && frame.world_from_body.translation_m.is_finite()) {
+            let found = format!("{} s, {:?}", frame.time_s, frame.world_from_body);
+            return Err(Error::invalid(format!("{name}.pose"), found, "finite"));
+        }
+        Ok(())
+    }
+
+    fn put_frame_file(
+        &self,
+        frame: &FrameData<'_>,
+        folder: &str,
+        extension: &str,
+        bytes: &[u8],
+        files: &mut Vec<FileRecord>,
+    ) -> Result<(), Error> {
+        let path = layout::frame_file(frame.sequence, folder, frame.index, extension);
+        files.push(atomic::put(&self.root, &path, bytes)?);
+        Ok(())
+    }
+
+    fn put_camera(
+        &self,
+        frame: &FrameData<'_>,
+        i: usize,
+        camera: &CameraData<'_>,
+        files: &mut Vec<FileRecord>,
+    ) -> Result<(), Error> {
+        let f = layout::camera_folders(&self.header, i);
+        let t = camera.truth;
+        let mut put = |folder: &str, extension, bytes: Vec<u8>| {
+            self.put_frame_file(frame, folder, extension, &bytes, files)
+        };
+        put(&f.rgb, "png", images::encode_rgb(camera.rgb))?;
+        let semantic = images::encode_semantic(&t.semantic, &self.header.ontology);
+        put(&f.semantic, "png", semantic)?;
+        put(&f.instance, "png", images::encode_instance(&t.object))?;
+        let depth = match self.header.depth_format {
+            DepthFormat::Png16 => images::encode_depth(&t.depth_m),
+            DepthFormat::Npy => npy::encode(&t.depth_m),
+        };
+        put(
+            &f.depth,
+            layout::depth_extension(self.header.depth_format),
+            depth,
+        )?;
+        put(&f.normals, "png", images::encode_normals(&t.normal))
+    }
+
+    fn points(&self, lidar: &LidarData<'_>) -> Vec<PlyPoint> {
+        lidar
+            .points
+            .iter()
+            .map(|&point| PlyPoint {
+                point,
+                class: self.class_ids[point.semantic as usize],
+                label: point.object.to_label_id(lidar.sensor_chunk),
+            })
+            .collect()
+    }
+
+    fn calibration(&self) -> Calibration {
+        let h = &self.header;
+        let reference = h.body_from_reference();
+        let projection = h
+            .cameras
+            .first()
+            // A LiDAR alone: poses are its own, and P drops the fourth coordinate.
+            .map_or_else(
+                || nemoral_scene::RigidTransform::IDENTITY.to_rows(),
+                |c| text::projection(&c.intrinsics),
+            );
+        let lidar = h.lidars.first().map_or(reference, |l| l.body_from_lidar);
+        Calibration {
+            projections: [projection; 4],
+            camera_from_lidar: text::relative(&reference, &lidar).to_rows(),
+        }
+    }
+}
+
+/// What a sequence has besides its frames.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Drive {
+    pub(crate) length: u64,
+    pub(crate) world_from_frame0: text::Rows,
+    pub(crate) poses: String,
+    pub(crate) times: String,
+}
+
+fn size<T>(image: &Image<T>) -> (usize, usize) {
+    (image.width(), image.height())
+}
+
+fn hex(key: &[u8; 32]) -> String {
+    key.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// A frame's pose must be its track's, or the images and `poses.txt` would contradict each other.
+fn check_pose(record: &FrameRecord, tracks: &[Track]) -> Result<(), Error> {
+    let track = tracks.iter().find(|t| t.sequence == record.sequence);
+    let pose = usize::try_from(record.index)
+        .ok()
+        .and_then(|i| track?.poses.get(i));
+    let field = format!(
+        "pose of frame {} in sequence {}",
+        record.index, record.sequence
+    );
+    let Some((_, pose)) = pose else {
+        return Err(Error::invalid(field, "none", "in its track"));
+    };
+    let rows = pose.to_rows();
+    let pairs = || {
+        rows.as_flattened()
+            .iter()
+            .zip(record.world_from_body.as_flattened())
+    };
+    if pairs().any(|(a, b)| (a - b).abs() > 1e-6) {
+        let value = format!("{:?}", record.world_from_body);
+        return Err(Error::invalid(
+            field,
+            value,
+            format!("its track's, {rows:?}"),
+        ));
+    }
+    Ok(())
+}
+
+/// The frames of a sequence as half-open ranges.
+fn ranges(frames: &[FrameRecord], sequence: u32) -> Vec<[u64; 2]> {
+    let mut ranges: Vec<[u64; 2]> = Vec::new();
+    for f in frames.iter().filter(|f| f.sequence == sequence) {
+        match ranges.last_mut() {
+            Some(last) if last[1] == f.index => last[1] += 1,
+            _ => ranges.push([f.index, f.index + 1]),
+        }
+    }
+    ranges
 }

@@ -19,6 +19,9 @@ pub enum ObjectKind {
 }
 
 impl ObjectKind {
+    /// Every kind.
+    pub const ALL: &'static [Self] = &[Self::Tree, Self::Stump, Self::Shrub, Self::Rock];
+
     /// The name used in files.
     #[must_use]
     pub const fn name(self) -> &'static str {

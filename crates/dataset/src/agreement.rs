@@ -1,0 +1,330 @@
+//! Do LiDAR and camera tell the same story? Measured from what is on disk.
+
+use std::fmt;
+
+use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::{Image, Intrinsics, Ontology, PointFlags, RigidTransform, Semantic};
+
+use crate::reader::CameraFrame;
+use crate::{DepthFormat, PlyPoint};
+
+/// A point is comparable within this plus half the depth spread of its 3 × 3 pixels, metres …
+const NEAR_M: f64 = 0.02;
+/// … but never beyond this.
+const FAR_M: f64 = 0.15;
+/// Least agreement over all classes.
+const LEAST_OVERALL: f64 = 0.97;
+/// Least agreement of a class with at least [`ENOUGH_OF_CLASS`] comparable points.
+const LEAST_OF_CLASS: f64 = 0.95;
+const ENOUGH_OF_CLASS: u64 = 1000;
+/// A residual's median is judged from this many points, and must not exceed this.
+const ENOUGH_RESIDUALS: usize = 100;
+const MOST_RESIDUAL_M: f64 = 0.02;
+
+/// Agreement of LiDAR points with the pixels they project to, over all frames and all pairs of
+/// LiDAR and camera. Points of the sky's class are left out: they are false alarms.
+///
+/// A point's true position (along its measured direction, at its true range) is projected. It is
+/// *comparable* if its depth differs from the pixel's by at most 2 cm plus half the depth spread
+/// of the 3 × 3 pixels around, at most 15 cm: otherwise camera and LiDAR, which are not at one
+/// place, see different things.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Agreement {
+    /// By class of the point, in the ontology's order.
+    pub classes: Vec<ClassAgreement>,
+    /// Depth of points minus depth of pixels in the same frame, on smooth surfaces that face the
+    /// sensor: the mounts and ranges.
+    pub same_frame: Residual,
+    /// The same for the points of each frame in the next frame's image: the poses.
+    pub next_frame: Residual,
+}
+
+/// Agreement of one class.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ClassAgreement {
+    /// The class id.
+    pub id: u8,
+    /// Its name.
+    pub name: String,
+    /// Points of this class that project into an image.
+    pub points: u64,
+    /// Those that are comparable.
+    pub comparable: u64,
+    /// Those of the comparable whose pixel has the same class.
+    pub same_class: u64,
+    /// Those of the comparable whose pixel has the same class and the same instance.
+    pub same_instance: u64,
+}
+
+/// A depth residual.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Residual {
+    /// All residuals within half a metre, metres.
+    values_m: Vec<f32>,
+}
+
+impl Residual {
+    /// How many points it is made of.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.values_m.len()
+    }
+
+    /// The median, metres; `None` without points.
+    #[must_use]
+    pub fn median_m(&self) -> Option<f64> {
+        let mut values = self.values_m.clone();
+        if values.is_empty() {
+            return None;
+        }
+        let middle = values.len() / 2;
+        let (_, median, _) = values.select_nth_unstable_by(middle, f32::total_cmp);
+        Some(f64::from(*median))
+    }
+
+    fn failure(&self, what: &str) -> Option<String> {
+        let median = self.median_m()?;
+        (self.points() >= ENOUGH_RESIDUALS && median.abs() > MOST_RESIDUAL_M).then(|| {
+            format!(
+                "{what}: points lie {:.1} cm behind their pixels (median), at most {:.0} cm are allowed",
+                100.0 * median,
+                100.0 * MOST_RESIDUAL_M
+            )
+        })
+    }
+}
+
+impl Agreement {
+    /// Comparable points of all classes.
+    #[must_use]
+    pub fn comparable(&self) -> u64 {
+        self.classes.iter().map(|c| c.comparable).sum()
+    }
+
+    /// Comparable points as a share of those that project into an image; 0 without points.
+    #[must_use]
+    pub fn comparable_share(&self) -> f64 {
+        share(
+            self.comparable(),
+            self.classes.iter().map(|c| c.points).sum(),
+        )
+        .unwrap_or(0.0)
+    }
+
+    /// Share of the comparable points whose pixel has the same class; `None` without points.
+    #[must_use]
+    pub fn overall(&self) -> Option<f64> {
+        share(
+            self.classes.iter().map(|c| c.same_class).sum(),
+            self.comparable(),
+        )
+    }
+
+    /// What is worse than allowed: agreement under 97 % overall or under 95 % for a class with at
+    /// least 1,000 comparable points, a median depth residual over 2 cm.
+    #[must_use]
+    pub fn failures(&self) -> Vec<String> {
+        let mut failures = Vec::new();
+        let percent = |x: f64| format!("{:.2} %", 100.0 * x);
+        let mut judge = |name: &str, agreement: Option<f64>, least: f64| {
+            if let Some(a) = agreement.filter(|a| *a < least) {
+                let (a, least) = (percent(a), percent(least));
+                failures.push(format!("{name}: {a} agree, at least {least} must"));
+            }
+        };
+        judge("all classes", self.overall(), LEAST_OVERALL);
+        for c in self
+            .classes
+            .iter()
+            .filter(|c| c.comparable >= ENOUGH_OF_CLASS)
+        {
+            judge(&c.name, share(c.same_class, c.comparable), LEAST_OF_CLASS);
+        }
+        failures.extend(self.same_frame.failure("mounts and ranges"));
+        failures.extend(self.next_frame.failure("poses"));
+        failures
+    }
+}
+
+impl fmt::Display for Agreement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent =
+            |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{:.2} %", 100.0 * x));
+        writeln!(
+            f,
+            "{:<14}{:>10}{:>12}{:>12}{:>12}{:>12}",
+            "agreement", "points", "comparable", "share", "class", "instance"
+        )?;
+        for c in self.classes.iter().filter(|c| c.points > 0) {
+            writeln!(
+                f,
+                "{:<14}{:>10}{:>12}{:>12}{:>12}{:>12}",
+                c.name,
+                c.points,
+                c.comparable,
+                percent(share(c.comparable, c.points)),
+                percent(share(c.same_class, c.comparable)),
+                percent(share(c.same_instance, c.comparable)),
+            )?;
+        }
+        writeln!(
+            f,
+            "{:<14}{:>10}{:>12}{:>12}{:>12}",
+            "all",
+            self.classes.iter().map(|c| c.points).sum::<u64>(),
+            self.comparable(),
+            percent(Some(self.comparable_share())),
+            percent(self.overall()),
+        )?;
+        for (name, residual) in [
+            ("same frame", &self.same_frame),
+            ("next frame", &self.next_frame),
+        ] {
+            if let Some(median) = residual.median_m() {
+                writeln!(
+                    f,
+                    "depth residual, {name}: median {:+.2} cm over {} points that face the sensor",
+                    100.0 * median,
+                    residual.points()
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn share(part: u64, whole: u64) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}
+
+/// One camera's images, ready to be asked.
+pub(crate) struct View<'a> {
+    pub(crate) intrinsics: &'a Intrinsics,
+    pub(crate) image: &'a CameraFrame,
+    pub(crate) format: DepthFormat,
+}
+
+/// Where a point falls.
+struct Pixel {
+    index: usize,
+    depth_m: f64,
+    /// Depth range of the 3 × 3 pixels that hold a surface.
+    spread_m: f64,
+    /// Do all nine?
+    filled: bool,
+}
+
+impl View<'_> {
+    fn pixel(&self, in_camera: DVec3) -> Option<Pixel> {
+        let at: DVec2 = self.intrinsics.project(in_camera)?.floor();
+        let (w, h) = (
+            f64::from(self.intrinsics.width),
+            f64::from(self.intrinsics.height),
+        );
+        if !(at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h) {
+            return None;
+        }
+        let depth: &Image<f32> = &self.image.depth_m;
+        let (column, row) = (at.x as usize, at.y as usize);
+        let (mut low, mut high, mut count) = (f32::INFINITY, f32::NEG_INFINITY, 0);
+        for y in row.saturating_sub(1)..=(row + 1).min(depth.height() - 1) {
+            for x in column.saturating_sub(1)..=(column + 1).min(depth.width() - 1) {
+                let z = *depth.at(x, y);
+                if z > 0.0 {
+                    (low, high, count) = (low.min(z), high.max(z), count + 1);
+                }
+            }
+        }
+        let z = *depth.at(column, row);
+        let saturated = self.format == DepthFormat::Png16 && z >= 65535.0 / 256.0;
+        (z > 0.0 && !saturated).then(|| Pixel {
+            index: row * depth.width() + column,
+            depth_m: f64::from(z),
+            spread_m: f64::from(high - low),
+            filled: count == 9,
+        })
+    }
+}
+
+/// The true position of a point in the LiDAR's frame: its direction, at its true range. The
+/// difference of ranges is added, rather than the direction scaled, because a deskewed point was
+/// measured from a place a little beside the frame's origin.
+pub(crate) fn true_position(p: &PlyPoint) -> DVec3 {
+    let measured = p.point.position_m.as_dvec3();
+    let error = f64::from(p.point.range_m) - f64::from(p.point.true_range_m);
+    measured - measured.normalize_or_zero() * error
+}
+
+impl Agreement {
+    pub(crate) fn new(ontology: &Ontology) -> Self {
+        let class = |c: &nemoral_scene::Class| ClassAgreement {
+            id: c.id,
+            name: c.name.clone(),
+            points: 0,
+            comparable: 0,
+            same_class: 0,
+            same_instance: 0,
+        };
+        let sky = ontology.class(Semantic::Sky).id;
+        let classes = ontology.classes().iter().filter(|c| c.id != sky);
+        Self {
+            classes: classes.map(class).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a scan and an image of the same frame.
+    pub(crate) fn add(
+        &mut self,
+        view: &View<'_>,
+        points: &[PlyPoint],
+        camera_from_lidar: &RigidTransform,
+    ) {
+        for p in points {
+            let Some(class) = self.classes.iter_mut().find(|c| c.id == p.class) else {
+                continue;
+            };
+            let in_camera = camera_from_lidar.transform_point(true_position(p));
+            let Some(pixel) = view.pixel(in_camera) else {
+                continue;
+            };
+            class.points += 1;
+            let difference = in_camera.z - pixel.depth_m;
+            if difference.abs() <= (NEAR_M + pixel.spread_m / 2.0).min(FAR_M) {
+                class.comparable += 1;
+                if view.image.semantic.pixels()[pixel.index] == p.class {
+                    class.same_class += 1;
+                    let instance = view.image.instance.pixels()[pixel.index];
+                    class.same_instance += u64::from(instance == p.point.object.to_image_id());
+                }
+            }
+            self.same_frame.add(p, &pixel, difference);
+        }
+    }
+
+    /// Adds a scan and the next frame's image.
+    pub(crate) fn add_next(
+        &mut self,
+        view: &View<'_>,
+        points: &[PlyPoint],
+        next_camera_from_lidar: &RigidTransform,
+    ) {
+        for p in points {
+            let in_camera = next_camera_from_lidar.transform_point(true_position(p));
+            if let Some(pixel) = view.pixel(in_camera) {
+                self.next_frame.add(p, &pixel, in_camera.z - pixel.depth_m);
+            }
+        }
+    }
+}
+
+impl Residual {
+    fn add(&mut self, p: &PlyPoint, pixel: &Pixel, difference_m: f64) {
+        let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM;
+        let facing = p.point.incidence_cos >= 0.7 && !p.point.flags.has(odd);
+        let smooth = pixel.filled && pixel.spread_m <= 0.1;
+        if facing && smooth && difference_m.abs() <= 0.5 {
+            self.values_m.push(difference_m as f32);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! `README.md`: the data card.
+
+use crate::Manifest;
+
+/// The card of a data set.
+pub(crate) fn encode(manifest: &Manifest) -> String {
+    let h = &manifest.header;
+    let frames = manifest.frames.len();
+    let of: u64 = manifest.sequences.iter().map(|s| s.length).sum();
+    let list = |names: Vec<String>| {
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(", ")
+        }
+    };
+    let cameras = list(
+        h.cameras
+            .iter()
+            .map(|c| {
+                format!(
+                    "{} ({} × {})",
+                    c.name, c.intrinsics.width, c.intrinsics.height
+                )
+            })
+            .collect(),
+    );
+    let lidars = list(h.lidars.iter().map(|l| l.name.clone()).collect());
+    let classes: Vec<String> = h
+        .ontology
+        .classes()
+        .iter()
+        .map(|c| format!("{} {}", c.id, c.name))
+        .collect();
+    let depth = match h.depth_format {
+        crate::DepthFormat::Png16 => {
+            "16-bit PNG, metres × 256; 0 = nothing there, 65535 = 255.996 m or more"
+        }
+        crate::DepthFormat::Npy => "NumPy float32, metres; 0 = nothing there",
+    };
+    format!(
+        "\
+---
+license: {licence}
+tags: [synthetic, forest, lidar, semantic-segmentation, depth-estimation]
+---
+# A virtual forest, recorded
+
+{frames} of {of} frames. Made by {generator} {version}, seed {seed}, backend {backend}; `config.toml` is the whole
+request and `nemoral generate config.toml` makes it again. The data belong to whoever made them.
+
+- Cameras: {cameras}
+- LiDARs: {lidars}
+- Classes (`{ontology}`): {classes}
+
+| file | what it holds |
+|---|---|
+| `sequences/NN/image_2/*.png` | 8-bit sRGB |
+| `sequences/NN/semantic/*.png` | palette PNG: class ids when read, class colours when looked at |
+| `sequences/NN/instance/*.png` | id = R + 256 G + 65536 B, `image_id` in `instances.csv`; 0 = ground, undergrowth, sky |
+| `sequences/NN/depth/*` | planar depth (z of the camera): {depth} |
+| `sequences/NN/normals/*.png` | camera frame, channel = round(127.5 (n + 1)); (0, 0, 0) = nothing there |
+| `sequences/NN/velodyne/*.bin` | float32 x, y, z, intensity; LiDAR frame, deskewed to the frame's time |
+| `sequences/NN/labels/*.label` | uint32: class in the lower 16 bits, instance (`label_id`, within 3 chunks) in the upper 16 |
+| `sequences/NN/points/*.ply` | every field of every point: true range, true id, ring, return, time, normal, flags |
+| `sequences/NN/poses.txt` | line k: frame k of the whole drive, reference camera, relative to frame 0 (KITTI) |
+| `sequences/NN/calib.txt` | P0 to P3 (all the first camera's) and Tr, LiDAR to camera (KITTI) |
+| `sequences/NN/times.txt` | seconds |
+| `trees.csv`, `instances.csv` | the inventory: positions in the world, sizes, species |
+| `ontology.yaml` | the class table in SemanticKITTI's form |
+| `dataset.json` | versions, seed, configuration, keys, mounts, frames, sizes, BLAKE3 checksums |
+
+Metres. World: x east, y north, z up; LiDAR: x forward, y left, z up; camera: x right, y down, z forward.
+Projected with P2, a point is in column floor(u) and row floor(v): the first pixel's centre is at (0.5, 0.5).
+Further cameras and LiDARs have the same folders inside a folder of their name. Truth images hold what is
+exactly at the pixel's centre; nothing in them is blended.
+",
+        licence = serde_json::to_string(&h.licence).expect("a string is JSON"),
+        generator = h.generator,
+        version = h.version,
+        seed = h.seed,
+        backend = h.backend,
+        ontology = h.ontology.name(),
+        classes = classes.join(", "),
+    )
+}

@@ -1,0 +1,326 @@
+//! `trees.csv` and `instances.csv` (RFC 4180, with line feeds).
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nemoral_scene::glam::DVec3;
+use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, ObjectRecord, TreeRecord};
+
+use crate::Error;
+
+/// The columns every row starts with.
+const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
+const TREE_COLUMNS: &str = "species,x_m,y_m,z_m,dbh_m,height_m,crown_base_m,crown_radius_m,\
+                            leaf_area_m2,stem_volume_m3,lean_deg,alive";
+const OBJECT_COLUMNS: &str = "kind,species,x_m,y_m,z_m,radius_m,height_m";
+
+/// Rows by true id: what a table is before it is text. Parts of a table are united by id.
+pub(crate) type Rows = BTreeMap<u64, Vec<String>>;
+
+fn id_fields(id: ObjectId) -> Vec<String> {
+    let chunk = id.chunk();
+    vec![
+        id.to_u64().to_string(),
+        chunk.x.to_string(),
+        chunk.y.to_string(),
+        id.item().to_string(),
+        id.to_image_id().to_string(),
+        id.to_label_id(chunk).to_string(),
+    ]
+}
+
+fn numbers(values: &[f64]) -> impl Iterator<Item = String> {
+    values.iter().map(|v| (v + 0.0).to_string())
+}
+
+/// Adds a row; two different rows of one id are an error.
+pub(crate) fn insert(rows: &mut Rows, table: &str, row: Vec<String>) -> Result<(), Error> {
+    let id: u64 = row[0]
+        .parse()
+        .map_err(|_| Error::invalid(format!("{table}.id"), format!("'{}'", row[0]), "a true id"))?;
+    match rows.insert(id, row) {
+        Some(old) if old != rows[&id] => Err(Error::invalid(
+            format!("{table}.{id}"),
+            format!("{old:?} and {:?}", rows[&id]),
+            "one thing",
+        )),
+        _ => Ok(()),
+    }
+}
+
+pub(crate) fn tree_rows(trees: &[TreeRecord]) -> Result<Rows, Error> {
+    let mut rows = Rows::new();
+    for t in trees {
+        let mut row = id_fields(t.object);
+        row.push(t.species.clone());
+        row.extend(numbers(&t.position_m.to_array()));
+        row.extend(numbers(&[
+            t.dbh_m,
+            t.height_m,
+            t.crown_base_m,
+            t.crown_radius_m,
+            t.leaf_area_m2,
+            t.stem_volume_m3,
+            t.lean_rad.to_degrees(),
+        ]));
+        row.push(t.alive.to_string());
+        insert(&mut rows, "trees", row)?;
+    }
+    Ok(rows)
+}
+
+pub(crate) fn object_rows(objects: &[ObjectRecord]) -> Result<Rows, Error> {
+    let mut rows = Rows::new();
+    for o in objects {
+        let mut row = id_fields(o.object);
+        row.extend([o.kind.name().to_owned(), o.species.clone()]);
+        row.extend(numbers(&o.position_m.to_array()));
+        row.extend(numbers(&[o.radius_m, o.height_m]));
+        insert(&mut rows, "instances", row)?;
+    }
+    Ok(rows)
+}
+
+pub(crate) fn encode_trees(rows: &Rows) -> String {
+    encode(&format!("{ID_COLUMNS},{TREE_COLUMNS}"), rows)
+}
+
+pub(crate) fn encode_objects(rows: &Rows) -> String {
+    encode(&format!("{ID_COLUMNS},{OBJECT_COLUMNS}"), rows)
+}
+
+fn encode(columns: &str, rows: &Rows) -> String {
+    let mut out = format!("{columns}\n");
+    for row in rows.values() {
+        let fields: Vec<String> = row.iter().map(|f| quoted(f)).collect();
+        out += &fields.join(",");
+        out.push('\n');
+    }
+    out
+}
+
+fn quoted(field: &str) -> String {
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
+}
+
+pub(crate) fn read_tree_rows(path: &Path, text: &str) -> Result<Rows, Error> {
+    read(path, text, "trees", &format!("{ID_COLUMNS},{TREE_COLUMNS}"))
+}
+
+pub(crate) fn read_object_rows(path: &Path, text: &str) -> Result<Rows, Error> {
+    let columns = format!("{ID_COLUMNS},{OBJECT_COLUMNS}");
+    read(path, text, "instances", &columns)
+}
+
+fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Error> {
+    let mut lines = split(text).into_iter();
+    let found = lines.next().unwrap_or_default().join(",");
+    if found != columns {
+        return Err(Error::malformed(
+            path,
+            format!("columns are '{found}', must be '{columns}'"),
+        ));
+    }
+    let width = columns.split(',').count();
+    let mut rows = Rows::new();
+    for row in lines {
+        if row.len() != width {
+            let message = format!("a row has {} fields, must have {width}", row.len());
+            return Err(Error::malformed(path, message));
+        }
+        insert(&mut rows, table, row).map_err(|e| Error::malformed(path, e))?;
+    }
+    Ok(rows)
+}
+
+/// RFC 4180 into rows of fields.
+fn split(text: &str) -> Vec<Vec<String>> {
+    let (mut rows, mut row, mut field) = (Vec::new(), Vec::new(), String::new());
+    let mut chars = text.chars().peekable();
+    let mut in_quotes = false;
+    while let Some(c) = chars.next() {
+        match c {
+            '"' if in_quotes && chars.peek() == Some(&'"') => {
+                field.push('"');
+                chars.next();
+            }
+            '"' => in_quotes = !in_quotes,
+            ',' if !in_quotes => row.push(std::mem::take(&mut field)),
+            '\n' if !in_quotes => {
+                row.push(std::mem::take(&mut field));
+                rows.push(std::mem::take(&mut row));
+            }
+            c => field.push(c),
+        }
+    }
+    if !field.is_empty() || !row.is_empty() {
+        row.push(field);
+        rows.push(row);
+    }
+    rows
+}
+
+/// Reads the fields of a row one after the other.
+struct Fields<'a> {
+    path: &'a Path,
+    row: std::slice::Iter<'a, String>,
+}
+
+impl Fields<'_> {
+    fn text(&mut self) -> &str {
+        self.row.next().map_or("", |s| s)
+    }
+
+    fn parse<T: std::str::FromStr>(&mut self) -> Result<T, Error> {
+        let path = self.path;
+        let text = self.text();
+        let bad = || {
+            Error::malformed(
+                path,
+                format!("'{text}' is no {}", std::any::type_name::<T>()),
+            )
+        };
+        text.parse().map_err(|_| bad())
+    }
+
+    fn position(&mut self) -> Result<DVec3, Error> {
+        Ok(DVec3::new(self.parse()?, self.parse()?, self.parse()?))
+    }
+
+    /// The id's columns; all of them must say the same.
+    fn object(&mut self) -> Result<ObjectId, Error> {
+        let start = self.row.as_slice();
+        self.text();
+        let chunk = ChunkCoord::new(self.parse()?, self.parse()?);
+        let id = ObjectId::new(chunk, self.parse()?);
+        // The image's and the label's id follow from the true one.
+        self.row.nth(1);
+        let fields = id.map(id_fields).unwrap_or_default();
+        if start.get(..fields.len()) == Some(&fields) && id.is_some() {
+            Ok(id.unwrap_or_default())
+        } else {
+            Err(Error::malformed(
+                self.path,
+                format!("the id columns of row {} contradict each other", start[0]),
+            ))
+        }
+    }
+}
+
+pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> {
+    let tree = |row: &Vec<String>| {
+        let mut f = Fields {
+            path,
+            row: row.iter(),
+        };
+        Ok(TreeRecord {
+            object: f.object()?,
+            species: f.text().to_owned(),
+            position_m: f.position()?,
+            dbh_m: f.parse()?,
+            height_m: f.parse()?,
+            crown_base_m: f.parse()?,
+            crown_radius_m: f.parse()?,
+            leaf_area_m2: f.parse()?,
+            stem_volume_m3: f.parse()?,
+            lean_rad: f.parse::<f64>()?.to_radians(),
+            alive: f.parse()?,
+        })
+    };
+    rows.values().map(tree).collect()
+}
+
+pub(crate) fn objects(path: &Path, rows: &Rows) -> Result<Vec<ObjectRecord>, Error> {
+    let object = |row: &Vec<String>| {
+        let mut f = Fields {
+            path,
+            row: row.iter(),
+        };
+        Ok(ObjectRecord {
+            object: f.object()?,
+            kind: {
+                let name = f.text();
+                let kind = ObjectKind::ALL.iter().find(|k| k.name() == name);
+                *kind.ok_or_else(|| Error::malformed(path, format!("'{name}' is no kind")))?
+            },
+            species: f.text().to_owned(),
+            position_m: f.position()?,
+            radius_m: f.parse()?,
+            height_m: f.parse()?,
+        })
+    };
+    rows.values().map(object).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn object() -> impl Strategy<Value = ObjectRecord> {
+        let number = || prop::num::f64::NORMAL;
+        let place = (-2_000_000..2_000_000, -2_000_000..2_000_000, 1_u16..);
+        let name = "[a-z,\"\n é]{0,8}";
+        (
+            place,
+            name,
+            0..ObjectKind::ALL.len(),
+            [number(), number(), number(), number(), number()],
+        )
+            .prop_map(|((x, y, item), species, kind, v)| ObjectRecord {
+                object: ObjectId::new(ChunkCoord::new(x, y), item).expect("in range"),
+                kind: ObjectKind::ALL[kind],
+                species,
+                position_m: DVec3::new(v[0], v[1], v[2]),
+                radius_m: v[3],
+                height_m: v[4],
+            })
+    }
+
+    proptest! {
+        #[test]
+        fn tables_come_back_sorted(mut objects_in in prop::collection::vec(object(), 0..20)) {
+            objects_in.sort_by_key(|o| o.object);
+            objects_in.dedup_by_key(|o| o.object);
+            let trees_in: Vec<_> = objects_in.iter().map(|o| TreeRecord {
+                object: o.object, species: o.species.clone(), position_m: o.position_m, dbh_m: o.radius_m,
+                height_m: o.height_m, crown_base_m: 0.1, crown_radius_m: 2.0, leaf_area_m2: 1e-7,
+                stem_volume_m3: 1.0 / 3.0, lean_rad: 0.0, alive: o.object.item() % 2 == 0,
+            }).collect();
+            let mut shuffled = objects_in.clone();
+            shuffled.reverse();
+            let path = Path::new("x.csv");
+            let text = encode_objects(&object_rows(&shuffled).expect("no repeats"));
+            prop_assert_eq!(objects(path, &read_object_rows(path, &text).expect("valid")).expect("valid"), objects_in);
+            let text = encode_trees(&tree_rows(&trees_in).expect("no repeats"));
+            prop_assert_eq!(trees(path, &read_tree_rows(path, &text).expect("valid")).expect("valid"), trees_in);
+        }
+    }
+
+    #[test]
+    fn contradictions_are_found() {
+        let path = Path::new("x.csv");
+        let id = ObjectId::new(ChunkCoord::new(1, 2), 3).expect("in range");
+        let record = |radius_m| ObjectRecord {
+            object: id,
+            kind: ObjectKind::Rock,
+            species: "granite".to_owned(),
+            position_m: DVec3::ZERO,
+            radius_m,
+            height_m: 1.0,
+        };
+        assert!(object_rows(&[record(1.0), record(1.0)]).is_ok());
+        assert!(object_rows(&[record(1.0), record(2.0)]).is_err());
+        let text = encode_objects(&object_rows(&[record(1.0)]).expect("one"));
+        let wrong = text.replace(&format!("{},1,2,3", id.to_u64()), "99,1,2,3");
+        assert_ne!(text, wrong);
+        let rows = read_object_rows(path, &wrong).expect("well formed");
+        assert!(objects(path, &rows).is_err());
+        assert!(read_object_rows(path, &text.replace("granite,", "")).is_err());
+        assert!(read_tree_rows(path, &text).is_err());
+    }
+}

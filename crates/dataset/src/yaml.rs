@@ -1,0 +1,154 @@
+//! `ontology.yaml`: the class table as semantic-kitti-api reads it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use nemoral_scene::{Ontology, Semantic};
+
+/// The table. `point_classes` are the data set's LiDAR points by class, for `content`; `sequences`
+/// the numbers that exist, all of them in the split `train`.
+///
+/// Training ids are 0, 1, 2, …, in the table's order, after the class of the sky, which is 0 and
+/// ignored, as SemanticKITTI's evaluation expects.
+pub(crate) fn encode(
+    ontology: &Ontology,
+    point_classes: &BTreeMap<u8, u64>,
+    sequences: &[u32],
+) -> String {
+    let sky = ontology.class(Semantic::Sky).id;
+    let mut learning: Vec<u8> = ontology.classes().iter().map(|c| c.id).collect();
+    learning.sort_by_key(|&id| id != sky);
+    let total = point_classes.values().sum::<u64>().max(1) as f64;
+
+    let mut out = format!(
+        "# The class table of this data set, in SemanticKITTI's form.\nname: {}\n",
+        quoted(ontology.name())
+    );
+    let mut section = |name: &str, lines: Vec<String>| {
+        write!(out, "{name}:\n{}", lines.concat()).expect("a string takes it");
+    };
+    let classes = || ontology.classes().iter();
+    section(
+        "labels",
+        classes()
+            .map(|c| format!("  {}: {}\n", c.id, quoted(&c.name)))
+            .collect(),
+    );
+    // Blue, green, red.
+    section(
+        "color_map",
+        classes()
+            .map(|c| {
+                format!(
+                    "  {}: [{}, {}, {}]\n",
+                    c.id, c.colour[2], c.colour[1], c.colour[0]
+                )
+            })
+            .collect(),
+    );
+    let share = |id| *point_classes.get(&id).unwrap_or(&0) as f64 / total;
+    section(
+        "content",
+        classes()
+            .map(|c| format!("  {}: {}\n", c.id, share(c.id)))
+            .collect(),
+    );
+    let train = || learning.iter().enumerate();
+    section(
+        "learning_map",
+        train().map(|(i, id)| format!("  {id}: {i}\n")).collect(),
+    );
+    section(
+        "learning_map_inv",
+        train().map(|(i, id)| format!("  {i}: {id}\n")).collect(),
+    );
+    section(
+        "learning_ignore",
+        train()
+            .map(|(i, &id)| format!("  {i}: {}\n", if id == sky { "True" } else { "False" }))
+            .collect(),
+    );
+    let list = |s: &[u32]| s.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+    section(
+        "split",
+        vec![
+            format!("  train: [{}]\n", list(sequences)),
+            "  valid: []\n".to_owned(),
+            "  test: []\n".to_owned(),
+        ],
+    );
+    out
+}
+
+/// A double-quoted scalar; JSON's strings are YAML's.
+fn quoted(text: &str) -> String {
+    serde_json::to_string(text).expect("a string is JSON")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fuel_table() {
+        let points = BTreeMap::from([(1, 3), (7, 1)]);
+        let text = encode(&Ontology::fuel(), &points, &[0, 2]);
+        assert_eq!(text, FUEL);
+    }
+
+    const FUEL: &str = r#"# The class table of this data set, in SemanticKITTI's form.
+name: "fuel"
+labels:
+  0: "Background"
+  1: "Terrain"
+  2: "Traversable"
+  3: "Trunks"
+  4: "Canopy"
+  5: "Fuel"
+  7: "Rocks"
+color_map:
+  0: [238, 193, 132]
+  1: [84, 118, 152]
+  2: [120, 208, 236]
+  3: [43, 42, 158]
+  4: [58, 107, 27]
+  5: [38, 201, 138]
+  7: [140, 125, 125]
+content:
+  0: 0
+  1: 0.75
+  2: 0
+  3: 0
+  4: 0
+  5: 0
+  7: 0.25
+learning_map:
+  0: 0
+  1: 1
+  2: 2
+  3: 3
+  4: 4
+  5: 5
+  7: 6
+learning_map_inv:
+  0: 0
+  1: 1
+  2: 2
+  3: 3
+  4: 4
+  5: 5
+  6: 7
+learning_ignore:
+  0: True
+  1: False
+  2: False
+  3: False
+  4: False
+  5: False
+  6: False
+split:
+  train: [0, 2]
+  valid: []
+  test: []
+"#;
+}
