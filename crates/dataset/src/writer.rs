@@ -46,6 +46,33 @@ pub struct Writer {
 }
 
 impl Writer {
+    /// Would [`Writer::create`] accept this folder and header? Looks, and changes nothing.
+    ///
+    /// # Errors
+    /// As [`Writer::create`], but for what only writing can tell.
+    pub fn probe(out: &Path, mode: OpenMode, header: &DatasetHeader) -> Result<(), Error> {
+        header.validate()?;
+        Self::admit(out, mode, header, &folder::look(out)?)
+    }
+
+    /// May this folder be written to?
+    fn admit(
+        out: &Path,
+        mode: OpenMode,
+        header: &DatasetHeader,
+        content: &Content,
+    ) -> Result<(), Error> {
+        match (content, mode) {
+            (Content::Dataset { finished, .. }, OpenMode::Fresh) => {
+                Err(Error::Exists { path: out.to_owned(), finished: finished.is_some() })
+            }
+            (Content::Dataset { header: Some(found), .. }, OpenMode::Resume) => {
+                folder::compare(out, found, header)
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Opens an output folder, and makes it if need be. Nothing is changed unless all is well.
     ///
     /// # Errors
@@ -55,22 +82,7 @@ impl Writer {
     pub fn create(out: &Path, mode: OpenMode, header: DatasetHeader) -> Result<Self, Error> {
         header.validate()?;
         let content = folder::look(out)?;
-        if let Content::Dataset {
-            finished,
-            header: found,
-        } = &content
-        {
-            match (mode, found) {
-                (OpenMode::Fresh, _) => {
-                    return Err(Error::Exists {
-                        path: out.to_owned(),
-                        finished: finished.is_some(),
-                    });
-                }
-                (OpenMode::Resume, Some(found)) => folder::compare(out, found, &header)?,
-                _ => {}
-            }
-        }
+        Self::admit(out, mode, &header, &content)?;
         let lock = folder::lock(out)?;
         let mut records = BTreeMap::new();
         if let Content::Dataset {

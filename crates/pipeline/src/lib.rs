@@ -1,5 +1,13 @@
 //! Wires the stages.
+mod chunks;
 pub mod config;
 mod error;
+mod forest;
+mod generate;
 pub mod plan;
+pub mod robot;
+pub mod stages;
+pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
+pub use forest::ForestPlan;
+pub use generate::{CAMERA_NAME, Done, LIDAR_NAME, Observer, Request, generate};

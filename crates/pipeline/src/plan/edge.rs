@@ -13,8 +13,8 @@ pub trait Edge<C>: Copy + Send + Sync + 'static {
     /// What the stage is given.
     type Value<'a>;
 
-    /// The node it leads to.
-    fn node(self) -> usize;
+    /// The nodes it leads to.
+    fn nodes(self) -> Vec<usize>;
 
     /// Gets it.
     ///
@@ -27,8 +27,8 @@ pub trait Edge<C>: Copy + Send + Sync + 'static {
 impl<C: Coordinate, T: Send + Sync + 'static> Edge<C> for Node<C, T> {
     type Value<'a> = Arc<T>;
 
-    fn node(self) -> usize {
-        self.index
+    fn nodes(self) -> Vec<usize> {
+        vec![self.index]
     }
 
     fn fetch<'a>(self, at: C, runner: &Runner<'a>) -> Result<Arc<T>, Error> {
@@ -66,8 +66,8 @@ handle!(AnyChunk);
 impl<C: Coordinate, T: Send + Sync + 'static> Edge<C> for OfWorld<T> {
     type Value<'a> = Arc<T>;
 
-    fn node(self) -> usize {
-        self.0.index
+    fn nodes(self) -> Vec<usize> {
+        vec![self.0.index]
     }
 
     fn fetch<'a>(self, _at: C, runner: &Runner<'a>) -> Result<Arc<T>, Error> {
@@ -78,8 +78,8 @@ impl<C: Coordinate, T: Send + Sync + 'static> Edge<C> for OfWorld<T> {
 impl<C: Coordinate, T: Send + Sync + 'static> Edge<C> for AnyChunk<T> {
     type Value<'a> = Demand<'a, T>;
 
-    fn node(self) -> usize {
-        self.0.index
+    fn nodes(self) -> Vec<usize> {
+        vec![self.0.index]
     }
 
     fn fetch<'a>(self, _at: C, runner: &Runner<'a>) -> Result<Demand<'a, T>, Error> {
@@ -87,12 +87,33 @@ impl<C: Coordinate, T: Send + Sync + 'static> Edge<C> for AnyChunk<T> {
     }
 }
 
+/// Several chunk nodes of one type, at coordinates that the stage chooses while it runs.
+impl<C: Coordinate, T: Send + Sync + 'static, const N: usize> Edge<C> for [AnyChunk<T>; N] {
+    type Value<'a> = [Demand<'a, T>; N];
+
+    fn nodes(self) -> Vec<usize> {
+        self.iter().map(|edge| edge.0.index).collect()
+    }
+
+    fn fetch<'a>(self, _at: C, runner: &Runner<'a>) -> Result<[Demand<'a, T>; N], Error> {
+        Ok(self.map(|edge| Demand::new(*runner, edge.0)))
+    }
+}
+
 /// A chunk node that can be asked for at any coordinate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct Demand<'a, T> {
     runner: Runner<'a>,
     node: Node<ChunkCoord, T>,
 }
+
+impl<T> Clone for Demand<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Demand<'_, T> {}
 
 impl<'a, T> Demand<'a, T> {
     pub(super) fn new(runner: Runner<'a>, node: Node<ChunkCoord, T>) -> Self {
@@ -158,6 +179,18 @@ pub trait Inputs<C>: Copy + Send + Sync + 'static {
     fn fetch<'a>(self, at: C, runner: &Runner<'a>) -> Result<Self::Values<'a>, Error>;
 }
 
+impl<C> Inputs<C> for () {
+    type Values<'a> = ();
+
+    fn nodes(self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    fn fetch<'a>(self, _at: C, _runner: &Runner<'a>) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
 macro_rules! tuples {
     ($($edge:ident)*) => {
         impl<At: Coordinate, $($edge: Edge<At>),*> Inputs<At> for ($($edge,)*) {
@@ -166,14 +199,9 @@ macro_rules! tuples {
             fn nodes(self) -> Vec<usize> {
                 #[allow(non_snake_case, reason = "a macro's variables are named after its types")]
                 let ($($edge,)*) = self;
-                vec![$($edge.node()),*]
+                [$($edge.nodes()),*].concat()
             }
 
-            #[allow(
-                unused_variables,
-                clippy::unused_unit,
-                reason = "the empty tuple of edges uses neither"
-            )]
             fn fetch<'a>(self, at: At, runner: &Runner<'a>) -> Result<Self::Values<'a>, Error> {
                 #[allow(non_snake_case, reason = "a macro's variables are named after its types")]
                 let ($($edge,)*) = self;
@@ -183,7 +211,6 @@ macro_rules! tuples {
     };
 }
 
-tuples!();
 tuples!(A);
 tuples!(A B);
 tuples!(A B C);

@@ -283,6 +283,12 @@ impl<'a> Runner<'a> {
         self.plan
     }
 
+    /// The store.
+    #[must_use]
+    pub fn store(&self) -> &'a Store {
+        self.store
+    }
+
     /// The value of a node, from the store or computed now. If another thread is computing it, this
     /// one waits.
     ///

@@ -1,0 +1,92 @@
+//! The chunk manager (paper, IV-A): what is active, what is kept, what is deleted.
+
+use nemoral_scene::ChunkCoord;
+use nemoral_scene::glam::DVec2;
+
+use crate::config::Chunks;
+use crate::plan::{At, Store};
+
+/// What the chunk manager does with a chunk (paper, Fig. 2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChunkState {
+    /// Visible.
+    Active,
+    /// Not visible, but kept: the robot may come back.
+    Disabled,
+    /// Freed. If the robot comes back it is made again, the same.
+    Deleted,
+}
+
+/// Decides by the robot's position what is visible and what is kept. It is the eviction policy of
+/// the plan's [`Store`], nothing more: what a chunk holds never depends on it.
+#[derive(Clone, Debug)]
+pub struct ChunkManager {
+    chunks: Chunks,
+}
+
+impl ChunkManager {
+    /// The manager of a config.
+    #[must_use]
+    pub fn new(chunks: Chunks) -> Self {
+        Self { chunks }
+    }
+
+    /// The state of a chunk's trees and ground for a robot at a world position.
+    #[must_use]
+    pub fn state(&self, chunk: ChunkCoord, robot_m: DVec2) -> ChunkState {
+        let distance = chunk.distance_m(robot_m, self.chunks.size_m);
+        if distance <= self.chunks.visible_radius_m {
+            ChunkState::Active
+        } else if distance <= self.chunks.delete_radius_m {
+            ChunkState::Disabled
+        } else {
+            ChunkState::Deleted
+        }
+    }
+
+    /// Frees what is out of reach of a robot at a world position. Undergrowth, which is visible
+    /// less far, is kept a proportionally shorter way; placements are looked up beyond the visible
+    /// radius and cost little: they are kept with the chunks around.
+    pub fn evict(&self, store: &Store, robot_m: DVec2) {
+        let c = &self.chunks;
+        let spare = c.delete_radius_m - c.visible_radius_m;
+        store.retain(|stage, at| match at {
+            At::World => true,
+            At::Frame(_) => false,
+            At::Chunk(chunk) => {
+                let distance = chunk.distance_m(robot_m, c.size_m);
+                let limit = match stage {
+                    "chunk.low" | "chunk.undergrowth" => c.undergrowth_radius_m + spare,
+                    "chunk.solid" | "chunk.openness" => c.delete_radius_m,
+                    _ => c.delete_radius_m + 2.0 * c.size_m,
+                };
+                distance <= limit
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_three_states_of_figure_2() {
+        let chunks = Chunks {
+            visible_radius_m: 100.0,
+            delete_radius_m: 200.0,
+            ..Chunks::default()
+        };
+        let manager = ChunkManager::new(chunks);
+        let robot = DVec2::new(25.0, 25.0);
+        let state = |x| manager.state(ChunkCoord::new(x, 0), robot);
+        // Chunk x begins 50 x - 25 m from the robot.
+        assert_eq!([0, 2, 3, 4, 5].map(state), [
+            ChunkState::Active,
+            ChunkState::Active,
+            ChunkState::Disabled,
+            ChunkState::Disabled,
+            ChunkState::Deleted,
+        ]);
+    }
+}

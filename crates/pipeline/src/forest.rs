@@ -1,0 +1,152 @@
+//! All plans of a request, wired.
+
+use nemoral_placement::{Placement, Site};
+use nemoral_render::CameraImages;
+use nemoral_scene::{ChunkCoord, LidarPoint};
+use nemoral_seed::Key;
+
+use crate::Error;
+use crate::config::Config;
+use crate::plan::{Node, Plan};
+use crate::robot::{Guide, GuideStage};
+use crate::stages::assets::{AssetStage, WorldAssets};
+use crate::stages::chunk::{Low, LowStage, Solid, SolidStage};
+use crate::stages::frame::{
+    FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage,
+};
+use crate::stages::ground::{ChunkGround, ChunkGroundStage, GroundModel, GroundStage};
+use crate::stages::openness::{Openness, OpennessStage};
+use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
+use crate::stages::sensors::{CameraRig, CameraStage, LidarRig, LidarStage};
+use crate::stages::things::{ThingStage, Things};
+use crate::stages::undergrowth::{FloraStage, Patch, UndergrowthStage};
+
+/// The world, chunk and frame plans of a config.
+#[derive(Debug)]
+pub struct ForestPlan {
+    plan: Plan,
+    /// World: the ground's terrain and trails.
+    pub ground_model: Node<(), GroundModel>,
+    /// World: what is grown.
+    pub assets: Node<(), WorldAssets>,
+    /// World: how things are placed.
+    pub placement: Node<(), Placement>,
+    /// World: where the robot goes.
+    pub guide: Node<(), Guide>,
+    /// World: the camera.
+    pub camera: Node<(), CameraRig>,
+    /// World: the LiDAR.
+    pub lidar: Node<(), LidarRig>,
+    /// Chunk: its ground as a surface.
+    pub ground: Node<ChunkCoord, ChunkGround>,
+    /// Chunk: where its rocks are.
+    pub rocks: Node<ChunkCoord, Vec<Site>>,
+    /// Chunk: where its trees, stumps and shrubs are.
+    pub woody: Node<ChunkCoord, Vec<Site>>,
+    /// Chunk: everything with an id.
+    pub things: Node<ChunkCoord, Things>,
+    /// Chunk: light under its crowns.
+    pub openness: Node<ChunkCoord, Openness>,
+    /// Chunk: where low plants are.
+    pub undergrowth: Node<ChunkCoord, Vec<Patch>>,
+    /// Chunk: geometry of ground and things.
+    pub solid: Node<ChunkCoord, Solid>,
+    /// Chunk: geometry of low plants.
+    pub low: Node<ChunkCoord, Low>,
+    /// Frame: where the robot is.
+    pub pose: Node<u64, FramePose>,
+    /// Frame: what is visible.
+    pub scene: Node<u64, FrameScene>,
+    /// Frame: colour and truth images.
+    pub image: Node<u64, CameraImages>,
+    /// Frame: LiDAR points.
+    pub scan: Node<u64, Vec<LidarPoint>>,
+}
+
+impl ForestPlan {
+    /// Wires the plans of a config.
+    ///
+    /// # Errors
+    /// If the config asks for something impossible that only a stage's crate knows to be so.
+    pub fn new(config: &Config) -> Result<Self, Error> {
+        let chunk_size_m = config.chunks.size_m;
+        let mut plan = Plan::new(Key::world(config.seed));
+
+        let ground_model = plan.add(GroundStage::new(config), ());
+        let assets = plan.add(AssetStage::new(config), ());
+        let placement = plan
+            .add(PlacementStage::new(config), (assets.of_world(), ground_model.of_world()));
+        let flora = plan.add(FloraStage::new(config), ());
+        let guide = plan.add(GuideStage::new(config), (ground_model.of_world(),));
+        let camera = plan.add(CameraStage::new(config), ());
+        let lidar = plan.add(LidarStage::new(config), ());
+
+        let ground = plan.add(ChunkGroundStage, (ground_model.of_world(),));
+        // Rocks of a phase see those of lower phases: four nodes, so the plan stays acyclic.
+        let world = placement.of_world();
+        let phase0 = plan.add(RockPhaseStage::<0>, (world, ground, []));
+        let phase1 = plan.add(RockPhaseStage::<1>, (world, ground, [phase0.anywhere()]));
+        let lower = [phase0.anywhere(), phase1.anywhere()];
+        let phase2 = plan.add(RockPhaseStage::<2>, (world, ground, lower));
+        let lower = [phase0.anywhere(), phase1.anywhere(), phase2.anywhere()];
+        let phase3 = plan.add(RockPhaseStage::<3>, (world, ground, lower));
+        let phases = [phase0, phase1, phase2, phase3].map(Node::anywhere);
+        let rocks = plan.add(RockStage, (phases,));
+        let woody = plan.add(WoodyStage, (world, ground, rocks.anywhere()));
+        let things = plan
+            .add(ThingStage, (assets.of_world(), ground_model.of_world(), ground, rocks, woody));
+        let openness = plan.add(
+            OpennessStage { chunk_size_m },
+            (assets.of_world(), ground, things.anywhere()),
+        );
+        let undergrowth = plan.add(UndergrowthStage, (flora.of_world(), ground, openness));
+        let solid = plan.add(SolidStage::new(config)?, (assets.of_world(), ground, things));
+        let low = plan.add(
+            LowStage { chunk_size_m },
+            (assets.of_world(), ground_model.of_world(), ground, undergrowth),
+        );
+
+        let pose = plan.add(
+            PoseStage { chunk_size_m },
+            (guide.of_world(), lidar.of_world(), ground.anywhere(), things.anywhere()),
+        );
+        let scene = plan.add(
+            SceneStage {
+                chunk_size_m,
+                visible_radius_m: config.chunks.visible_radius_m,
+                undergrowth_radius_m: config.chunks.undergrowth_radius_m,
+            },
+            (pose, solid.anywhere(), low.anywhere(), openness.anywhere()),
+        );
+        let image = plan.add(ImageStage, (camera.of_world(), assets.of_world(), pose, scene));
+        let scan = plan.add(ScanStage, (lidar.of_world(), assets.of_world(), pose, scene));
+
+        Ok(Self {
+            plan,
+            ground_model,
+            assets,
+            placement,
+            guide,
+            camera,
+            lidar,
+            ground,
+            rocks,
+            woody,
+            things,
+            openness,
+            undergrowth,
+            solid,
+            low,
+            pose,
+            scene,
+            image,
+            scan,
+        })
+    }
+
+    /// The plan itself.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+}

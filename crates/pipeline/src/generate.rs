@@ -1,0 +1,303 @@
+//! From a request to a data set.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+
+use nemoral_dataset::{
+    CameraData, CameraSpec, DatasetHeader, DepthFormat, FrameData, LidarData, LidarSpec, Manifest,
+    OpenMode, Track, WorldTables, Writer,
+};
+use nemoral_render::CameraImages;
+use nemoral_scene::{ChunkCoord, LidarPoint, ObjectRecord, Ontology, TreeRecord};
+
+use crate::chunks::ChunkManager;
+use crate::config::Config;
+use crate::plan::{Hasher, Runner, Store};
+use crate::stages::frame::{FramePose, visible_chunks};
+use crate::stages::sensors;
+use crate::{Error, ForestPlan};
+
+/// The number of the one sequence of a data set.
+const SEQUENCE: u32 = 0;
+/// The first camera's name.
+pub const CAMERA_NAME: &str = "camera";
+/// The first LiDAR's name.
+pub const LIDAR_NAME: &str = "lidar";
+
+/// What to make, and where.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The world and its sensors.
+    pub config: Config,
+    /// Which frames of the sequence; in this order.
+    pub frames: Vec<u64>,
+    /// The output folder.
+    pub out: PathBuf,
+    /// What to do if it holds something.
+    pub mode: OpenMode,
+    /// How many threads compute chunks. Pixels and pulses are shared among rayon's threads.
+    pub threads: usize,
+}
+
+/// Hears how a run goes.
+pub trait Observer: Sync {
+    /// Something the user should know.
+    fn note(&self, message: &str);
+
+    /// A frame is on disk.
+    fn frame(&self, done: Done);
+}
+
+/// A frame that is on disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Done {
+    /// The frame.
+    pub frame: u64,
+    /// How many are on disk now, of this run's.
+    pub count: usize,
+    /// How many there will be.
+    pub total: usize,
+    /// Size of its files.
+    pub bytes: u64,
+    /// True if it was there already.
+    pub resumed: bool,
+}
+
+/// One frame as it goes to the writer.
+struct Finished {
+    frame: u64,
+    pose: Arc<FramePose>,
+    image: Arc<CameraImages>,
+    scan: Arc<Vec<LidarPoint>>,
+    key: [u8; 32],
+}
+
+/// Makes a data set.
+///
+/// `stop` is looked at between frames: once true, frames in hand are finished and the run ends with
+/// [`Error::Interrupted`], leaving a folder that [`OpenMode::Resume`] goes on with.
+///
+/// # Errors
+/// A wrong request before anything is written; later, the first stage or file that fails.
+pub fn generate(
+    request: &Request,
+    observer: &dyn Observer,
+    stop: &AtomicBool,
+) -> Result<Manifest, Error> {
+    let config = &request.config;
+    let forest = ForestPlan::new(config)?;
+    let store = Store::unlimited();
+    let runner = Runner::new(forest.plan(), &store, request.threads);
+
+    // What can be refused is refused before anything is written.
+    let header = header(config, &forest)?;
+    Writer::probe(&request.out, request.mode, &header)?;
+    for &frame in &request.frames {
+        if frame >= config.frames {
+            return Err(Error::request(format!(
+                "frame {frame}: the sequence has {} frames, 0..{}; --frames N or --set frames=N makes it longer",
+                config.frames, config.frames
+            )));
+        }
+    }
+    let guide = runner.get(forest.guide, ())?;
+    if let Some(note) = guide.note() {
+        observer.note(note);
+    }
+    if let Some(frames) = guide.frames().filter(|&f| f < config.frames) {
+        return Err(Error::request(format!(
+            "frames = {}: the file of poses has {frames}",
+            config.frames
+        )));
+    }
+    runner.get(forest.camera, ())?;
+    runner.get(forest.placement, ())?;
+
+    let writer = Writer::create(&request.out, request.mode, header)?;
+    record(request, &forest, &runner, &writer, observer, stop)?;
+    let tracks = tracks(config, &forest, &runner)?;
+    let frames: Vec<u64> = writer.frames().into_iter().map(|(_, frame)| frame).collect();
+    let (trees, objects) = inventory(config, &forest, &runner, &frames)?;
+    let tables = WorldTables { trees: &trees, objects: &objects };
+    Ok(writer.finish(&tables, &[tracks])?)
+}
+
+/// Makes the frames that are missing, one after the other, while others are written.
+fn record(
+    request: &Request,
+    forest: &ForestPlan,
+    runner: &Runner<'_>,
+    writer: &Writer,
+    observer: &dyn Observer,
+    stop: &AtomicBool,
+) -> Result<(), Error> {
+    let total = request.frames.len();
+    let manager = ChunkManager::new(request.config.chunks.clone());
+    let failed = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        // Two frames may wait: a slow disk holds the frames up, not the memory.
+        let (sender, receiver) = mpsc::sync_channel::<Result<Finished, u64>>(2);
+        let (writer, failed) = (&writer, &failed);
+        let writing = scope.spawn(move || {
+            let mut count = 0;
+            for item in receiver {
+                count += 1;
+                let (frame, bytes, resumed) = match item {
+                    Err(frame) => (frame, 0, true),
+                    Ok(finished) => {
+                        let bytes = write(writer, &finished).inspect_err(|_| {
+                            failed.store(true, Ordering::Relaxed);
+                        })?;
+                        (finished.frame, bytes, false)
+                    }
+                };
+                observer.frame(Done { frame, count, total, bytes, resumed });
+            }
+            Ok::<_, Error>(())
+        });
+        let made = (|| {
+            for &frame in &request.frames {
+                if stop.load(Ordering::Relaxed) {
+                    return Err(Error::Interrupted);
+                }
+                if failed.load(Ordering::Relaxed) {
+                    break;
+                }
+                let key = frame_key(forest, frame);
+                let item = if writer.has_frame(SEQUENCE, frame, &key) {
+                    Err(frame)
+                } else {
+                    Ok(make(forest, runner, &manager, frame, key)?)
+                };
+                if sender.send(item).is_err() {
+                    break;
+                }
+            }
+            Ok(())
+        })();
+        drop(sender);
+        // The writer's error is the cause if there are two.
+        writing.join().unwrap_or(Err(Error::StagePanicked))?;
+        made
+    })
+}
+
+fn make(
+    forest: &ForestPlan,
+    runner: &Runner<'_>,
+    manager: &ChunkManager,
+    frame: u64,
+    key: [u8; 32],
+) -> Result<Finished, Error> {
+    let pose = runner.get(forest.pose, frame)?;
+    let image = runner.get(forest.image, frame)?;
+    let scan = runner.get(forest.scan, frame)?;
+    manager.evict(runner.store(), pose.world_from_body().translation_m.truncate());
+    Ok(Finished { frame, pose, image, scan, key })
+}
+
+fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
+    let camera =
+        CameraData { name: CAMERA_NAME, rgb: &finished.image.rgb, truth: &finished.image.truth };
+    let lidar = LidarData {
+        name: LIDAR_NAME,
+        points: &finished.scan,
+        sensor_chunk: finished.pose.chunk,
+    };
+    let record = writer.write_frame(&FrameData {
+        sequence: SEQUENCE,
+        index: finished.frame,
+        time_s: finished.pose.time_s,
+        world_from_body: finished.pose.world_from_body(),
+        cameras: vec![camera],
+        lidars: vec![lidar],
+        frame_key: finished.key,
+    })?;
+    Ok(record.bytes())
+}
+
+/// The key of all that goes into a frame.
+fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
+    let mut hasher = Hasher::new("frame");
+    hasher.write_bytes(&forest.plan().key(forest.image, frame).0);
+    hasher.write_bytes(&forest.plan().key(forest.scan, frame).0);
+    hasher.finish().0
+}
+
+/// What decides the bytes of a data set, written to its manifest.
+fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> {
+    let ontology = Ontology::by_name(&config.output.ontology)
+        .expect("the config's words are the built-in ontologies");
+    let stage_keys =
+        forest.plan().provenance().into_iter().enumerate().map(|(i, (id, key))| {
+            // Stage ids may repeat (rock phases): number them in plan order.
+            (format!("{i:02} {id}"), key.to_string())
+        });
+    Ok(DatasetHeader {
+        generator: "nemoral".to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seed: config.seed,
+        backend: "cpu".to_owned(),
+        chunk_size_m: config.chunks.size_m,
+        depth_format: if config.output.depth_npy { DepthFormat::Npy } else { DepthFormat::Png16 },
+        licence: String::new(),
+        ontology,
+        cameras: vec![CameraSpec {
+            name: CAMERA_NAME.to_owned(),
+            intrinsics: sensors::intrinsics(&config.camera)?,
+            body_from_camera: sensors::body_from_camera(&config.camera),
+        }],
+        lidars: vec![LidarSpec {
+            name: LIDAR_NAME.to_owned(),
+            body_from_lidar: sensors::body_from_lidar(&config.lidar),
+        }],
+        stage_keys: stage_keys.collect(),
+        config: serde_json::to_value(config).expect("a config is plain data"),
+        config_toml: config.to_toml(),
+    })
+}
+
+/// The poses of the whole sequence, whichever frames are made here.
+fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<Track, Error> {
+    let manager = ChunkManager::new(config.chunks.clone());
+    let poses = (0..config.frames).map(|frame| {
+        let pose = runner.get(forest.pose, frame)?;
+        let body = pose.world_from_body();
+        if frame % 64 == 63 {
+            manager.evict(runner.store(), body.translation_m.truncate());
+        }
+        Ok((pose.time_s, body))
+    });
+    Ok(Track { sequence: SEQUENCE, poses: poses.collect::<Result<_, Error>>()? })
+}
+
+/// Every thing in a chunk that is visible from one of the frames, in order of id.
+fn inventory(
+    config: &Config,
+    forest: &ForestPlan,
+    runner: &Runner<'_>,
+    frames: &[u64],
+) -> Result<(Vec<TreeRecord>, Vec<ObjectRecord>), Error> {
+    let chunks = &config.chunks;
+    let mut visible: BTreeSet<ChunkCoord> = BTreeSet::new();
+    for &frame in frames {
+        let position = runner.get(forest.pose, frame)?.world_from_body().translation_m.truncate();
+        visible.extend(visible_chunks(position, chunks.visible_radius_m, chunks.size_m));
+    }
+    let assets = runner.get(forest.assets, ())?;
+    let manager = ChunkManager::new(chunks.clone());
+    let (mut trees, mut objects) = (Vec::new(), Vec::new());
+    for (i, &chunk) in visible.iter().enumerate() {
+        for thing in &runner.get(forest.things, chunk)?.0 {
+            objects.push(thing.object_record(&assets));
+            trees.extend(thing.tree_record(&assets));
+        }
+        if i % 64 == 63 {
+            manager.evict(runner.store(), chunk.centre_m(chunks.size_m));
+        }
+    }
+    Ok((trees, objects))
+}

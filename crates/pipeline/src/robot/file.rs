@@ -1,0 +1,95 @@
+//! Poses from a file: TUM or KITTI.
+
+use std::path::Path;
+
+use nemoral_scene::RigidTransform;
+use nemoral_scene::glam::{DMat3, DQuat, DVec3};
+
+use crate::Error;
+
+/// Reads world poses of the body with their times in seconds (a KITTI file has none: `None`).
+///
+/// # Errors
+/// If the file cannot be read, or a line is not a pose: with its number and what is expected.
+pub fn read_poses(path: &Path, format: &str) -> Result<Vec<(Option<f64>, RigidTransform)>, Error> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| Error::Read { path: path.to_owned(), source: source.into() })?;
+    let mut poses = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        if line.trim().is_empty() || line.trim_start().starts_with('#') {
+            continue;
+        }
+        let wrong = |expected: &str| {
+            let place = format!("{}:{}", path.display(), i + 1);
+            Error::request(format!("{place}: {line:?}: must be {expected}"))
+        };
+        let numbers: Option<Vec<f64>> = line
+            .split_whitespace()
+            .map(|word| word.parse::<f64>().ok().filter(|x| x.is_finite()))
+            .collect();
+        let numbers = numbers.ok_or_else(|| wrong("numbers, separated by blanks"))?;
+        poses.push(match (format, numbers.as_slice()) {
+            ("tum", &[t, x, y, z, qx, qy, qz, qw]) => {
+                let q = DQuat::from_xyzw(qx, qy, qz, qw);
+                if (q.length() - 1.0).abs() > 0.01 {
+                    return Err(wrong("a pose whose quaternion has length 1"));
+                }
+                (Some(t), RigidTransform { rotation: q.normalize(), translation_m: DVec3::new(x, y, z) })
+            }
+            ("kitti", &[a, b, c, x, d, e, f, y, g, h, i, z]) => {
+                let m = DMat3::from_cols_array(&[a, d, g, b, e, h, c, f, i]);
+                let turned = (m * m.transpose() - DMat3::IDENTITY).to_cols_array();
+                if turned.iter().any(|v| v.abs() > 0.01) || m.determinant() < 0.0 {
+                    return Err(wrong("a pose whose 3 x 3 part is a rotation"));
+                }
+                let rotation = DQuat::from_mat3(&m).normalize();
+                (None, RigidTransform { rotation, translation_m: DVec3::new(x, y, z) })
+            }
+            ("tum", _) => return Err(wrong("`t x y z qx qy qz qw`")),
+            _ => return Err(wrong("12 numbers, a 3 x 4 matrix row by row")),
+        });
+    }
+    if poses.is_empty() {
+        return Err(Error::request(format!("{}: holds no pose", path.display())));
+    }
+    Ok(poses)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(format: &str, text: &str) -> Result<Vec<(Option<f64>, RigidTransform)>, Error> {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let path = dir.path().join("poses.txt");
+        std::fs::write(&path, text).expect("written");
+        read_poses(&path, format)
+    }
+
+    #[test]
+    fn both_formats_say_the_same() {
+        let yaw = DQuat::from_rotation_z(0.5);
+        let tum = format!("# t x y z q\n\n0.5 1 2 3 {} {} {} {}\n", yaw.x, yaw.y, yaw.z, yaw.w);
+        let (s, c) = 0.5_f64.sin_cos();
+        let kitti = format!("{c} {} 0 1 {s} {c} 0 2 0 0 1 3\n", -s);
+        let (a, b) = (read("tum", &tum).expect("fine"), read("kitti", &kitti).expect("fine"));
+        assert_eq!((a[0].0, b[0].0), (Some(0.5), None));
+        let p = DVec3::new(0.3, 0.4, 0.5);
+        assert!(a[0].1.transform_point(p).distance(b[0].1.transform_point(p)) < 1e-12);
+    }
+
+    #[test]
+    fn bad_lines_are_named() {
+        for (format, text, expected) in [
+            ("tum", "0 1 2\n", ":1:"),
+            ("tum", "# c\n0 1 2 3 0 0 0 x\n", ":2:"),
+            ("tum", "0 1 2 3 0 0 0 2\n", "length 1"),
+            ("kitti", "1 0 0 0 0 1 0 0 0 0 -1 0\n", "rotation"),
+            ("kitti", "1 2 3\n", "12 numbers"),
+            ("tum", "\n", "no pose"),
+        ] {
+            let text = read(format, text).expect_err("is refused").to_string();
+            assert!(text.contains(expected), "{text}");
+        }
+    }
+}

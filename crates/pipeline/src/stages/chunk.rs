@@ -1,0 +1,228 @@
+//! A chunk's geometry, ready for rays: two subtrees that are cached as long as the chunk lives.
+
+use std::sync::Arc;
+
+use nemoral_assets::{GroundMaterials, PlantAsset};
+use nemoral_raycast::{Blas, Group};
+use nemoral_scene::glam::{DVec2, Mat3, Vec2, Vec3};
+use nemoral_scene::{
+    ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface,
+};
+use nemoral_seed::{Draw, Key, Stage as Purpose};
+use nemoral_terrain::{GroundMesher, MeshParams, Terrain, TerrainParams};
+use nemoral_trails::{DressingKind, TrailZone};
+
+use super::assets::WorldAssets;
+use super::ground::{ChunkGround, GroundModel};
+use super::things::Things;
+use super::undergrowth::{Patch, PatchKind};
+use crate::Error;
+use crate::config::Config;
+use crate::plan::{Hasher, Node, OfWorld, Stage};
+
+const FLOOR: Purpose = Purpose::new("pipeline.floor");
+const LOOK: Purpose = Purpose::new("pipeline.low.look");
+
+/// What stands in a chunk, ground included.
+#[derive(Debug)]
+pub struct Solid(pub Arc<Group>);
+
+/// A chunk's undergrowth and trail grass; `None` where nothing grows.
+#[derive(Debug)]
+pub struct Low(pub Option<Arc<Group>>);
+
+/// Meshes the ground and stands the things of a chunk on it.
+#[derive(Clone, Debug)]
+pub struct SolidStage {
+    mesher: GroundMesher,
+    params: MeshParams,
+    chunk_size_m: f64,
+}
+
+impl SolidStage {
+    /// The stage of a config.
+    ///
+    /// # Errors
+    /// If the cells do not fit the chunk.
+    pub fn new(config: &Config) -> Result<Self, Error> {
+        let params = MeshParams {
+            chunk_size_m: config.chunks.size_m,
+            cell_m: config.terrain.cell_m,
+            fine_cell_m: config.terrain.fine_cell_m,
+            ..MeshParams::default()
+        };
+        let mesher = GroundMesher::new(params).map_err(|e| Error::request(format!("terrain: {e}")))?;
+        Ok(Self { mesher, params, chunk_size_m: config.chunks.size_m })
+    }
+}
+
+impl Stage for SolidStage {
+    type At = ChunkCoord;
+    type Inputs = (OfWorld<WorldAssets>, Node<ChunkCoord, ChunkGround>, Node<ChunkCoord, Things>);
+    type Output = Solid;
+    const ID: &'static str = "chunk.solid";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_str(&format!("{:?}", self.params));
+    }
+
+    fn run(
+        &self,
+        at: ChunkCoord,
+        world: Key,
+        (assets, ground, things): (Arc<WorldAssets>, Arc<ChunkGround>, Arc<Things>),
+    ) -> Result<Solid, Error> {
+        let library = &assets.library;
+        let floor = FloorPlan::new(world)?;
+        let material = |p: DVec2, inside: bool| floor.material(&library.ground, &ground, p, inside);
+        let mesh = self.mesher.mesh(at, &*ground, &*ground, &material);
+        let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
+            .map_err(Error::of_stage)?;
+        let blas = Arc::new(Blas::build(Arc::new(prototype), &library.materials));
+        let mut instances = vec![(
+            Instance {
+                prototype: Arc::clone(blas.prototype()),
+                position_m: Vec3::ZERO,
+                linear: Mat3::IDENTITY,
+                object: ObjectId::NONE,
+                variation: 0.5,
+            },
+            blas,
+        )];
+        for thing in &things.0 {
+            let shape = thing.shape(&assets);
+            instances.push((thing.instance(shape, at, self.chunk_size_m), Arc::clone(shape)));
+        }
+        Ok(Solid(Arc::new(Group::build(instances))))
+    }
+}
+
+/// Which ground lies where: fields that choose between the floor's materials.
+struct FloorPlan {
+    patches: Terrain,
+}
+
+impl FloorPlan {
+    fn new(world: Key) -> Result<Self, Error> {
+        let params = TerrainParams {
+            octaves: 4,
+            scale_m: 14.0,
+            lacunarity: 2.1,
+            persistence: 0.6,
+            max_height_m: 1.0,
+        };
+        let patches = Terrain::new(params, world.stage(FLOOR)).map_err(Error::of_stage)?;
+        Ok(Self { patches })
+    }
+
+    fn material(
+        &self,
+        materials: &GroundMaterials,
+        ground: &ChunkGround,
+        p: DVec2,
+        on_trail: bool,
+    ) -> MaterialId {
+        let zone = ground.trail_zone(p);
+        if on_trail {
+            let kind = ground.trail_kind(p).map_or(0, |k| k as usize);
+            let trail = &materials.trails[kind];
+            return match zone {
+                TrailZone::Rut => trail.rut,
+                TrailZone::Strip => trail.strip,
+                _ => trail.surface,
+            };
+        }
+        if zone == TrailZone::CutSlope {
+            return materials.cut_slope;
+        }
+        // The field keeps to its middle; thirds of its usual range share the floor.
+        let field = ((self.patches.height_m(p) - 0.5) * 4.0 + 0.5).clamp(0.0, 0.999);
+        materials.floor[(field * materials.floor.len() as f64) as usize]
+    }
+}
+
+/// Grows the undergrowth of a chunk.
+#[derive(Clone, Copy, Debug)]
+pub struct LowStage {
+    /// Side of a chunk.
+    pub chunk_size_m: f64,
+}
+
+impl Stage for LowStage {
+    type At = ChunkCoord;
+    type Inputs = (
+        OfWorld<WorldAssets>,
+        OfWorld<GroundModel>,
+        Node<ChunkCoord, ChunkGround>,
+        Node<ChunkCoord, Vec<Patch>>,
+    );
+    type Output = Low;
+    const ID: &'static str = "chunk.low";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_f64(self.chunk_size_m);
+    }
+
+    fn run(
+        &self,
+        at: ChunkCoord,
+        world: Key,
+        (assets, model, ground, patches): (
+            Arc<WorldAssets>,
+            Arc<GroundModel>,
+            Arc<ChunkGround>,
+            Arc<Vec<Patch>>,
+        ),
+    ) -> Result<Low, Error> {
+        let origin = at.origin_m(self.chunk_size_m);
+        let mut instances = Vec::new();
+        let mut plant = |shapes: &[Arc<Blas>], plants: &[PlantAsset], place: &Place| {
+            if plants.is_empty() {
+                return;
+            }
+            let mut rng = place.key.stage(LOOK).rng();
+            let shape = &shapes[rng.below(plants.len() as u32) as usize];
+            let sample = Surface::sample(&*ground, place.position_m);
+            let gradient: Vec2 = sample.gradient.as_vec2();
+            let instance = Instance {
+                prototype: Arc::clone(shape.prototype()),
+                position_m: (place.position_m - origin).extend(sample.height_m).as_vec3(),
+                linear: Instance::upright(place.yaw_rad as f32, place.scale as f32, gradient),
+                object: ObjectId::NONE,
+                variation: rng.unit_f32(),
+            };
+            instances.push((instance, Arc::clone(shape)));
+        };
+        let library = &assets.library;
+        for patch in patches.iter() {
+            let p = &patch.point;
+            let place =
+                Place { position_m: p.position_m, yaw_rad: p.yaw_rad, scale: p.scale, key: p.key };
+            match patch.kind {
+                PatchKind::Grass => plant(&assets.grass, &library.grass, &place),
+                PatchKind::Herbs => plant(&assets.herbs, &library.herbs, &place),
+                PatchKind::Ferns => plant(&assets.ferns, &library.ferns, &place),
+                PatchKind::Litter => plant(&assets.litter, &library.litter, &place),
+            }
+        }
+        let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
+        let tufts = dressing.iter().filter(|d| d.kind == DressingKind::Grass);
+        for (i, d) in tufts.enumerate() {
+            let key = world.stage(LOOK).chunk(at).item(i as u64);
+            let place =
+                Place { position_m: d.position_m, yaw_rad: d.yaw_rad, scale: d.scale, key };
+            plant(&assets.trail_grass, &library.trail_grass, &place);
+        }
+        Ok(Low((!instances.is_empty()).then(|| Arc::new(Group::build(instances)))))
+    }
+}
+
+/// Where a low plant stands.
+struct Place {
+    position_m: DVec2,
+    yaw_rad: f64,
+    scale: f64,
+    key: Key,
+}

@@ -1,0 +1,252 @@
+//! A frame: where the robot is, what it sees there, and what its sensors make of it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nemoral_raycast::Forest;
+use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::{ChunkCoord, LidarPoint, RigidTransform};
+use nemoral_seed::{Key, Stage as Purpose};
+
+use super::assets::WorldAssets;
+use super::chunk::{Low, Solid};
+use super::ground::ChunkGround;
+use super::openness::Openness;
+use super::sensors::{CameraRig, LidarRig};
+use super::things::Things;
+use crate::Error;
+use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::robot::{Guide, Land, PoseTrack};
+
+const CAMERA: Purpose = Purpose::new("pipeline.camera");
+const LIDAR: Purpose = Purpose::new("pipeline.lidar");
+
+/// Where the robot is, and how it moves while its LiDAR scans.
+#[derive(Debug)]
+pub struct FramePose {
+    /// The frame's time, seconds: the middle of the exposure and of the scan.
+    pub time_s: f64,
+    /// World poses of the body about that time.
+    pub track: PoseTrack,
+    /// The chunk the robot is in: the scene's origin is its corner.
+    pub chunk: ChunkCoord,
+}
+
+impl FramePose {
+    /// The body's world pose at the frame's time.
+    #[must_use]
+    pub fn world_from_body(&self) -> RigidTransform {
+        self.track.middle()
+    }
+}
+
+/// Drives the robot to a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct PoseStage {
+    /// Side of a chunk.
+    pub chunk_size_m: f64,
+}
+
+impl Stage for PoseStage {
+    type At = u64;
+    type Inputs = (OfWorld<Guide>, OfWorld<LidarRig>, AnyChunk<ChunkGround>, AnyChunk<Things>);
+    type Output = FramePose;
+    const ID: &'static str = "frame.pose";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_f64(self.chunk_size_m);
+    }
+
+    fn run(
+        &self,
+        at: u64,
+        _: Key,
+        (guide, lidar, ground, things): (
+            Arc<Guide>,
+            Arc<LidarRig>,
+            Demand<'_, ChunkGround>,
+            Demand<'_, Things>,
+        ),
+    ) -> Result<FramePose, Error> {
+        if let Some(frames) = guide.frames().filter(|&frames| at >= frames) {
+            return Err(Error::request(format!("frame {at}: the path has {frames} poses")));
+        }
+        let half_s = lidar.scanner.duration_s() / 2.0;
+        let land = Land { ground, things };
+        let track = PoseTrack::sample(half_s, |offset_s| guide.pose(at, offset_s, land))?;
+        let position = track.middle().translation_m.truncate();
+        let chunk = ChunkCoord::containing(position, self.chunk_size_m);
+        Ok(FramePose { time_s: guide.time_s(at), track, chunk })
+    }
+}
+
+/// What is visible from a frame, around the corner of the robot's chunk.
+#[derive(Debug)]
+pub struct FrameScene {
+    /// What rays are cast at.
+    pub forest: Forest,
+    /// Where the scene's origin is in the world.
+    pub origin_m: DVec3,
+    chunk_size_m: f64,
+    openness: BTreeMap<ChunkCoord, Arc<Openness>>,
+}
+
+impl FrameScene {
+    /// Share of the sky seen at a point of the scene.
+    #[must_use]
+    pub fn openness(&self, scene_point: Vec3) -> f32 {
+        let world = self.origin_m + scene_point.as_dvec3();
+        let chunk = ChunkCoord::containing(world.truncate(), self.chunk_size_m);
+        self.openness.get(&chunk).map_or(1.0, |grid| grid.at(world))
+    }
+}
+
+/// The chunks that are visible from a place, in order.
+#[must_use]
+pub fn visible_chunks(position_m: DVec2, radius_m: f64, chunk_size_m: f64) -> Vec<ChunkCoord> {
+    ChunkCoord::within(position_m, radius_m, chunk_size_m)
+}
+
+/// Gathers the visible chunks.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneStage {
+    /// Side of a chunk.
+    pub chunk_size_m: f64,
+    /// How far trees and ground are visible.
+    pub visible_radius_m: f64,
+    /// How far undergrowth is visible.
+    pub undergrowth_radius_m: f64,
+}
+
+impl Stage for SceneStage {
+    type At = u64;
+    type Inputs = (Node<u64, FramePose>, AnyChunk<Solid>, AnyChunk<Low>, AnyChunk<Openness>);
+    type Output = FrameScene;
+    const ID: &'static str = "frame.scene";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_f64(self.chunk_size_m);
+        hasher.write_f64(self.visible_radius_m);
+        hasher.write_f64(self.undergrowth_radius_m);
+    }
+
+    fn run(
+        &self,
+        _: u64,
+        _: Key,
+        (pose, solid, low, openness): (
+            Arc<FramePose>,
+            Demand<'_, Solid>,
+            Demand<'_, Low>,
+            Demand<'_, Openness>,
+        ),
+    ) -> Result<FrameScene, Error> {
+        let size = self.chunk_size_m;
+        let position = pose.world_from_body().translation_m.truncate();
+        let visible = visible_chunks(position, self.visible_radius_m, size);
+        let near = visible_chunks(position, self.undergrowth_radius_m, size);
+        let offset = |c: ChunkCoord| {
+            Vec3::new((c.x - pose.chunk.x) as f32, (c.y - pose.chunk.y) as f32, 0.0) * size as f32
+        };
+        let mut groups = Vec::new();
+        for (chunk, solid) in visible.iter().zip(solid.all(&visible)?) {
+            groups.push((offset(*chunk), Arc::clone(&solid.0)));
+        }
+        for (chunk, low) in near.iter().zip(low.all(&near)?) {
+            if let Some(group) = &low.0 {
+                groups.push((offset(*chunk), Arc::clone(group)));
+            }
+        }
+        let openness = visible.iter().copied().zip(openness.all(&visible)?).collect();
+        Ok(FrameScene {
+            forest: Forest::new(groups),
+            origin_m: pose.chunk.origin_m(size).extend(0.0),
+            chunk_size_m: size,
+            openness,
+        })
+    }
+}
+
+/// Takes the picture.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageStage;
+
+impl Stage for ImageStage {
+    type At = u64;
+    type Inputs = (
+        OfWorld<CameraRig>,
+        OfWorld<WorldAssets>,
+        Node<u64, FramePose>,
+        Node<u64, FrameScene>,
+    );
+    type Output = CameraImages;
+    const ID: &'static str = "frame.image";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, _: &mut Hasher) {}
+
+    fn run(
+        &self,
+        at: u64,
+        world: Key,
+        (rig, assets, pose, scene): (
+            Arc<CameraRig>,
+            Arc<WorldAssets>,
+            Arc<FramePose>,
+            Arc<FrameScene>,
+        ),
+    ) -> Result<CameraImages, Error> {
+        let scene_from_body = pose.track.relative_to(scene.origin_m).middle();
+        let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);
+        view.exposure = rig.exposure;
+        let openness = |p: Vec3| scene.openness(p);
+        let seen = SceneView {
+            caster: &scene.forest,
+            materials: &assets.library.materials,
+            sky_visibility: &openness,
+        };
+        let key = world.stage(CAMERA).item(at);
+        rig.renderer.render(&seen, &view, key).map_err(Error::of_stage)
+    }
+}
+
+/// Takes the scan.
+#[derive(Clone, Copy, Debug)]
+pub struct ScanStage;
+
+impl Stage for ScanStage {
+    type At = u64;
+    type Inputs =
+        (OfWorld<LidarRig>, OfWorld<WorldAssets>, Node<u64, FramePose>, Node<u64, FrameScene>);
+    type Output = Vec<LidarPoint>;
+    const ID: &'static str = "frame.scan";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, _: &mut Hasher) {}
+
+    fn run(
+        &self,
+        at: u64,
+        world: Key,
+        (rig, assets, pose, scene): (
+            Arc<LidarRig>,
+            Arc<WorldAssets>,
+            Arc<FramePose>,
+            Arc<FrameScene>,
+        ),
+    ) -> Result<Vec<LidarPoint>, Error> {
+        let track = pose.track.relative_to(scene.origin_m);
+        let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
+        Ok(rig.scanner.scan(
+            rig.scanner.first_pulse_at(pose.time_s),
+            &scene.forest,
+            &assets.library.materials,
+            &scene_from_lidar,
+            &rig.noise,
+            world.stage(LIDAR).item(at),
+        ))
+    }
+}

@@ -1,0 +1,11 @@
+//! Stage adapters: each wraps one call of a stage crate for the plan.
+
+pub mod assets;
+pub mod chunk;
+pub mod frame;
+pub mod ground;
+pub mod openness;
+pub mod placement;
+pub mod sensors;
+pub mod things;
+pub mod undergrowth;

@@ -1,0 +1,194 @@
+//! Where rocks and woody plants stand.
+
+use std::sync::Arc;
+
+use nemoral_placement::{LayerParams, Placement, PlacementParams, RockParams, Site, Variety};
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::Key;
+
+use super::assets::WorldAssets;
+use super::ground::{ChunkGround, GroundModel};
+use crate::Error;
+use crate::config::{self, Config};
+use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+
+/// The woody layers, in the paper's order: [`Site::layer`] is an index into this.
+pub const LAYERS: [&str; 3] = ["trees", "stumps", "shrubs"];
+
+/// Nothing woody stands nearer to a trail's edge than its radius and this.
+const VERGE_M: f64 = 0.25;
+
+/// Makes the world's [`Placement`].
+#[derive(Clone, Debug)]
+pub struct PlacementStage {
+    placement: config::Placement,
+    shares: [f64; 3],
+    chunk_size_m: f64,
+    centre: ChunkCoord,
+}
+
+impl PlacementStage {
+    /// The stage of a config.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        let a = &config.assets;
+        let start = DVec2::new(config.robot.start_x_m, config.robot.start_y_m);
+        Self {
+            placement: config.placement.clone(),
+            shares: [a.maritime_pine, a.eucalyptus, a.english_oak],
+            chunk_size_m: config.chunks.size_m,
+            centre: ChunkCoord::containing(start, config.chunks.size_m),
+        }
+    }
+
+    fn share(&self, species: &str) -> f64 {
+        let names = ["maritime_pine", "eucalyptus", "english_oak"];
+        names.iter().position(|n| *n == species).map_or(0.0, |i| self.shares[i])
+    }
+}
+
+fn exactly(radius_m: f64) -> Variety {
+    Variety { weight: 1.0, radius_m: (radius_m, radius_m) }
+}
+
+impl Stage for PlacementStage {
+    type At = ();
+    type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
+    type Output = Placement;
+    const ID: &'static str = "world.placement";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_str(&format!("{:?}", (&self.placement, self.shares, self.centre)));
+        hasher.write_f64(self.chunk_size_m);
+    }
+
+    fn run(
+        &self,
+        (): (),
+        world: Key,
+        (assets, ground): (Arc<WorldAssets>, Arc<GroundModel>),
+    ) -> Result<Placement, Error> {
+        let p = &self.placement;
+        let library = &assets.library;
+        let trees: Vec<Variety> = library
+            .trees
+            .iter()
+            .map(|t| Variety { weight: self.share(t.species), ..exactly(t.radius_m) })
+            .collect();
+        let stumps: Vec<Variety> = library.stumps.iter().map(|s| exactly(s.radius_m)).collect();
+        let shrubs: Vec<Variety> = library.shrubs.iter().map(|s| exactly(s.radius_m)).collect();
+        let rocks = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
+        // Targets are means over the whole plane; trails take their share of it.
+        let weight: f64 = trees.iter().map(|t| t.weight).sum();
+        let mean_radius = trees.iter().map(|t| t.weight * t.radius_m.0).sum::<f64>() / weight.max(1e-9);
+        let trail_share = ground.trail_share(self.centre, mean_radius + VERGE_M);
+        let counts = [p.trees, p.stumps, p.shrubs];
+        let layers = LAYERS
+            .iter()
+            .zip(counts)
+            .zip([trees, stumps, shrubs])
+            .map(|((name, per_chunk), varieties)| LayerParams {
+                name: (*name).to_owned(),
+                per_chunk,
+                varieties,
+            })
+            .collect();
+        let params = PlacementParams {
+            chunk_size_m: self.chunk_size_m,
+            rocks: RockParams {
+                min_per_chunk: p.rocks_min,
+                max_per_chunk: p.rocks_max,
+                varieties: rocks,
+            },
+            layers,
+            spacing_factor: p.spacing_factor,
+            density_factor: p.density_factor,
+            allowed_fraction: (1.0 - trail_share).max(0.05),
+        };
+        Placement::new(params, world).map_err(Error::of_stage)
+    }
+}
+
+/// The rocks of a chunk of phase `N`: it sees those of lower phases next to it.
+#[derive(Clone, Copy, Debug)]
+pub struct RockPhaseStage<const N: usize>;
+
+impl<const N: usize> Stage for RockPhaseStage<N> {
+    type At = ChunkCoord;
+    type Inputs = (OfWorld<Placement>, Node<ChunkCoord, ChunkGround>, [AnyChunk<Vec<Site>>; N]);
+    type Output = Vec<Site>;
+    const ID: &'static str = "chunk.rocks.phase";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_u64(N as u64);
+    }
+
+    fn run(
+        &self,
+        at: ChunkCoord,
+        _: Key,
+        (placement, ground, lower): (Arc<Placement>, Arc<ChunkGround>, [Demand<'_, Vec<Site>>; N]),
+    ) -> Result<Vec<Site>, Error> {
+        let neighbours = Placement::lower_phase_neighbours(at)
+            .into_iter()
+            .map(|c| lower[usize::from(Placement::phase(c))].at(c))
+            .collect::<Result<Vec<_>, _>>()?;
+        let slices: Vec<&[Site]> = neighbours.iter().map(|n| n.as_slice()).collect();
+        let allowed = |p: DVec2, r: f64| ground.trail_edge_m(p) > r + VERGE_M;
+        Ok(placement.rocks(at, &allowed, &slices))
+    }
+}
+
+/// The rocks of any chunk.
+#[derive(Clone, Copy, Debug)]
+pub struct RockStage;
+
+impl Stage for RockStage {
+    type At = ChunkCoord;
+    type Inputs = ([AnyChunk<Vec<Site>>; 4],);
+    type Output = Vec<Site>;
+    const ID: &'static str = "chunk.rocks";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, _: &mut Hasher) {}
+
+    fn run(
+        &self,
+        at: ChunkCoord,
+        _: Key,
+        (phases,): ([Demand<'_, Vec<Site>>; 4],),
+    ) -> Result<Vec<Site>, Error> {
+        Ok(phases[usize::from(Placement::phase(at))].at(at)?.to_vec())
+    }
+}
+
+/// The trees, stumps and shrubs of a chunk.
+#[derive(Clone, Copy, Debug)]
+pub struct WoodyStage;
+
+impl Stage for WoodyStage {
+    type At = ChunkCoord;
+    type Inputs = (OfWorld<Placement>, Node<ChunkCoord, ChunkGround>, AnyChunk<Vec<Site>>);
+    type Output = Vec<Site>;
+    const ID: &'static str = "chunk.woody";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, _: &mut Hasher) {}
+
+    fn run(
+        &self,
+        at: ChunkCoord,
+        _: Key,
+        (placement, ground, rocks): (Arc<Placement>, Arc<ChunkGround>, Demand<'_, Vec<Site>>),
+    ) -> Result<Vec<Site>, Error> {
+        let mut around = Vec::new();
+        for (dx, dy) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
+            around.extend_from_slice(&rocks.at(at.offset(dx, dy))?);
+        }
+        let allowed = |p: DVec2, r: f64| ground.trail_edge_m(p) > r + VERGE_M;
+        Ok(placement.woody(at, &allowed, &around))
+    }
+}

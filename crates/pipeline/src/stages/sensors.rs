@@ -1,0 +1,263 @@
+//! The robot's sensors, made from a config.
+
+use std::f64::consts::TAU;
+
+use nemoral_lidar::{
+    EchoObservation, HorizonLike, Mid40, RangeModel, RepeatingLines, RepeatingLinesParams,
+    ScanPattern, Scanner, ScannerParams, Wavelength,
+};
+use nemoral_lidar_noise::{LaconteDevice, Observation, RangeNoise, RangeSensor};
+use nemoral_render::{Exposure, Lighting, RayCastCamera, RayCastParams, SkyParams, Sun, UtcTime};
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::{Intrinsics, RigidTransform};
+use nemoral_seed::Key;
+
+use crate::Error;
+use crate::config::{self, CameraOptics, Config, LidarPattern, SunPosition};
+use crate::plan::{Hasher, Stage};
+
+/// The camera with its place on the body.
+#[derive(Debug)]
+pub struct CameraRig {
+    /// Pinhole.
+    pub intrinsics: Intrinsics,
+    /// From the optical frame.
+    pub body_from_camera: RigidTransform,
+    /// Takes the pictures.
+    pub renderer: RayCastCamera,
+    /// How bright they come out.
+    pub exposure: Exposure,
+}
+
+/// The LiDAR with its place on the body.
+#[derive(Debug)]
+pub struct LidarRig {
+    /// From the LiDAR frame.
+    pub body_from_lidar: RigidTransform,
+    /// Fires the pulses.
+    pub scanner: Scanner,
+    /// Errs.
+    pub noise: Noise,
+}
+
+/// lidar-noise behind lidar's port.
+#[derive(Debug)]
+pub struct Noise(RangeSensor);
+
+impl RangeModel for Noise {
+    fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
+        let observation = Observation {
+            range_m: o.range_m,
+            incidence_rad: o.incidence_rad,
+            reflectance: o.reflectance,
+        };
+        self.0.measure(&observation, &mut key.rng()).map(|range| range.max(0.0))
+    }
+}
+
+/// The camera's pinhole.
+///
+/// # Errors
+/// If it is impossible; the config's ranges leave little room for that.
+pub fn intrinsics(camera: &config::Camera) -> Result<Intrinsics, Error> {
+    let (width, height) = (camera.width_px, camera.height_px);
+    match &camera.optics {
+        CameraOptics::Fov(fov) => {
+            Intrinsics::from_fov(width, height, fov.horizontal_deg.to_radians())
+        }
+        CameraOptics::Sensor(s) => {
+            let size = DVec2::new(s.width_mm, s.height_mm);
+            Intrinsics::from_sensor(width, height, size, s.focal_length_mm)
+        }
+    }
+    .map_err(|e| Error::request(format!("camera: {e}")))
+}
+
+/// Where the camera's optical frame sits on the body.
+#[must_use]
+pub fn body_from_camera(c: &config::Camera) -> RigidTransform {
+    mount([c.mount_x_m, c.mount_y_m, c.mount_z_m], c.mount_pitch_deg, c.mount_yaw_deg)
+        * RigidTransform::body_from_optical()
+}
+
+/// Where the LiDAR frame sits on the body.
+#[must_use]
+pub fn body_from_lidar(l: &config::Lidar) -> RigidTransform {
+    mount([l.mount_x_m, l.mount_y_m, l.mount_z_m], l.mount_pitch_deg, l.mount_yaw_deg)
+}
+
+fn mount(position_m: [f64; 3], pitch_deg: f64, yaw_deg: f64) -> RigidTransform {
+    let position = DVec3::from_array(position_m);
+    RigidTransform::from_xyz_rpy(position, 0.0, pitch_deg.to_radians(), yaw_deg.to_radians())
+}
+
+/// Makes the [`CameraRig`].
+#[derive(Clone, Debug)]
+pub struct CameraStage {
+    camera: config::Camera,
+    sun: config::Sun,
+    sky: config::Sky,
+    max_range_m: f64,
+}
+
+impl CameraStage {
+    /// The stage of a config.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self {
+            camera: config.camera.clone(),
+            sun: config.sun.clone(),
+            sky: config.sky.clone(),
+            max_range_m: config.chunks.visible_radius_m,
+        }
+    }
+
+    fn sun(&self) -> Result<Sun, Error> {
+        match &self.sun.position {
+            SunPosition::Angles(a) => Sun::from_angles(a.azimuth_deg, a.elevation_deg),
+            SunPosition::Date(d) => {
+                let time = parse_utc(&d.utc).ok_or_else(|| {
+                    let utc = &d.utc;
+                    Error::request(format!(
+                        "sun.date.utc = \"{utc}\": must be a date and time, YYYY-MM-DDThh:mm:ss"
+                    ))
+                })?;
+                Sun::at(d.latitude_deg, d.longitude_deg, time)
+            }
+        }
+        .map_err(|e| Error::request(format!("sun: {e}")))
+    }
+}
+
+/// `YYYY-MM-DDThh:mm:ss`, with or without a `Z`.
+fn parse_utc(text: &str) -> Option<UtcTime> {
+    let (date, time) = text.trim_end_matches('Z').split_once('T')?;
+    let date: Vec<&str> = date.split('-').collect();
+    let time: Vec<f64> = time.split(':').map(|w| w.parse().ok()).collect::<Option<_>>()?;
+    let (&[year, month, day], &[h, m, s]) = (date.as_slice(), time.as_slice()) else {
+        return None;
+    };
+    let inside = (0.0..24.0).contains(&h) && (0.0..60.0).contains(&m) && (0.0..60.0).contains(&s);
+    inside.then_some(UtcTime {
+        year: year.parse().ok()?,
+        month: month.parse().ok()?,
+        day: day.parse().ok()?,
+        hour: h + m / 60.0 + s / 3600.0,
+    })
+}
+
+impl Stage for CameraStage {
+    type At = ();
+    type Inputs = ();
+    type Output = CameraRig;
+    const ID: &'static str = "world.camera";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_str(&format!("{:?}", (&self.camera, &self.sun, &self.sky)));
+        hasher.write_f64(self.max_range_m);
+    }
+
+    fn run(&self, (): (), _: Key, (): ()) -> Result<CameraRig, Error> {
+        let sky = SkyParams {
+            turbidity: self.sky.turbidity,
+            overcast: self.sky.overcast,
+            sun_intensity: self.sun.intensity,
+            sun_tint: DVec3::from_array(self.sun.colour).as_vec3().max(Vec3::ZERO),
+            ..SkyParams::default()
+        };
+        let lighting = Lighting::new(&self.sun()?, &sky).map_err(Error::of_stage)?;
+        let params = RayCastParams {
+            edge_samples: self.camera.samples,
+            max_range_m: self.max_range_m as f32,
+            ..RayCastParams::default()
+        };
+        Ok(CameraRig {
+            intrinsics: intrinsics(&self.camera)?,
+            body_from_camera: body_from_camera(&self.camera),
+            renderer: RayCastCamera::new(params, lighting).map_err(Error::of_stage)?,
+            exposure: match Exposure::default() {
+                Exposure::Auto { key, .. } => {
+                    Exposure::Auto { key, bias_ev: self.camera.exposure_bias_ev }
+                }
+                fixed => fixed,
+            },
+        })
+    }
+}
+
+/// Makes the [`LidarRig`].
+#[derive(Clone, Debug)]
+pub struct LidarStage {
+    lidar: config::Lidar,
+    visible_radius_m: f64,
+}
+
+impl LidarStage {
+    /// The stage of a config.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self {
+            lidar: config.lidar.clone(),
+            visible_radius_m: config.chunks.visible_radius_m,
+        }
+    }
+
+    fn pattern(&self) -> Result<Box<dyn ScanPattern>, Error> {
+        Ok(match &self.lidar.pattern {
+            LidarPattern::Mid40(_) => Box::new(Mid40),
+            LidarPattern::Horizon(_) => Box::new(HorizonLike),
+            LidarPattern::Lines(l) => {
+                // A turn holds the pulses asked for.
+                let columns = self.lidar.pulses.div_ceil(l.lines).max(1);
+                let params = RepeatingLinesParams {
+                    lines: l.lines as u8,
+                    bottom_rad: l.low_deg.to_radians(),
+                    top_rad: l.high_deg.to_radians(),
+                    horizontal_fov_rad: TAU,
+                    columns,
+                    rotation_hz: l.rotation_hz,
+                };
+                Box::new(RepeatingLines::new(params).map_err(Error::of_stage)?)
+            }
+        })
+    }
+}
+
+impl Stage for LidarStage {
+    type At = ();
+    type Inputs = ();
+    type Output = LidarRig;
+    const ID: &'static str = "world.lidar";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_str(&format!("{:?}", self.lidar));
+        hasher.write_f64(self.visible_radius_m);
+    }
+
+    fn run(&self, (): (), _: Key, (): ()) -> Result<LidarRig, Error> {
+        let l = &self.lidar;
+        let noise = match l.noise.model.as_str() {
+            "off" => RangeNoise::Off,
+            "paper" => RangeNoise::Paper { sigma_m: l.noise.sigma_m },
+            "laconte" => RangeNoise::Laconte {
+                device: LaconteDevice::VelodyneHdl32e,
+                sigma_m: l.noise.sigma_m,
+            },
+            _ => RangeNoise::livox(),
+        };
+        let params = ScannerParams {
+            pulses_per_scan: l.pulses,
+            min_range_m: l.min_range_m as f32,
+            // All sensors see equally far.
+            max_range_m: l.max_range_m.min(self.visible_radius_m) as f32,
+            wavelength: if l.wavelength_nm == 1550 { Wavelength::Nm1550 } else { Wavelength::Nm905 },
+        };
+        Ok(LidarRig {
+            body_from_lidar: body_from_lidar(l),
+            scanner: Scanner::new(params, self.pattern()?).map_err(Error::of_stage)?,
+            noise: Noise(RangeSensor::new(noise).map_err(Error::of_stage)?),
+        })
+    }
+}
