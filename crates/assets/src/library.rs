@@ -3,10 +3,17 @@
 use std::sync::Arc;
 
 use nemoral_scene::{MaterialId, MaterialLibrary, Prototype};
-use nemoral_seed::Key;
+use nemoral_seed::{Draw, Key, Stage};
+use rayon::prelude::*;
 
 use crate::error::ParamError;
-use crate::tree::TreeSize;
+use crate::palette::Palette;
+use crate::plant::rock::{RockPlan, rock};
+use crate::plant::shape::Shape;
+use crate::plant::shrub::ShrubKind;
+use crate::plant::stump::stump;
+use crate::plant::{floor, undergrowth};
+use crate::tree::{GrowthParams, Species, TreeSize, grow};
 
 /// What to grow.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,13 +141,211 @@ impl Default for StandParams {
     }
 }
 
+impl AssetParams {
+    /// Proves the parameters valid.
+    ///
+    /// # Errors
+    /// If one is out of its range.
+    pub fn check(&self) -> Result<(), ParamError> {
+        let n = f64::from(self.individuals_per_species);
+        ParamError::check_range("individuals_per_species", n, 1.0, 64.0)?;
+        ParamError::check_range("trunk_radius_m", self.trunk_radius_m, 0.01, 0.2)?;
+        let stand = &self.stand;
+        for (i, &mean) in stand.dbh_mean_m.iter().enumerate() {
+            ParamError::check_range(format!("stand.dbh_mean_m[{i}]"), mean, 0.08, 1.0)?;
+        }
+        ParamError::check_range("stand.shape", stand.shape, 1.0, 6.0)?;
+        ParamError::check_range("stand.dbh_min_m", stand.dbh_min_m, 0.07, 0.5)?;
+        ParamError::check_range("stand.dbh_max_m", stand.dbh_max_m, stand.dbh_min_m, 1.5)
+    }
+}
+
 impl Library {
-    /// Grows a library. The same key and parameters give the same bytes.
+    /// Grows a library, on all threads of the pool it is called in. The same key and parameters give
+    /// the same bytes on any number of threads.
     ///
     /// # Errors
     /// If a parameter is out of its range.
     pub fn grow(params: &AssetParams, key: Key) -> Result<Self, ParamError> {
-        let _ = (params, key);
-        Err(ParamError::new("library", "", "implemented"))
+        params.check()?;
+        let palette = Palette::bake(key);
+        let trees = grow_trees(params, &palette, key.stage(TREES))?;
+        let collect = |stage: Stage, count: u32, grow: &GrowOne<'_>| -> Vec<PlantAsset> {
+            (0..count)
+                .into_par_iter()
+                .map(|i| grow(i, key.stage(stage).item(u64::from(i))))
+                .collect()
+        };
+        let finish = |name: &str, number: u32, shape: Shape, radius_m: f32| {
+            asset(name, number, shape, radius_m, &palette.library)
+        };
+        let patch = |name: &str, number: u32, shape: Shape| {
+            let radius_m = shape.reach_m();
+            finish(name, number, shape, radius_m)
+        };
+        let shrubs = collect(SHRUBS, SHRUBS_PER_KIND * 3, &|i, key| {
+            let kind = ShrubKind::ALL[(i / SHRUBS_PER_KIND) as usize];
+            let rank = (i % SHRUBS_PER_KIND) as f32 / (SHRUBS_PER_KIND - 1) as f32;
+            let shape = kind.grow(rank, &palette, &mut key.rng());
+            // Crowns of shrubs may touch; their lower halves may not.
+            let radius_m = 0.6 * shape.reach_m();
+            finish(kind.name(), i, shape, radius_m)
+        });
+        let stumps = collect(STUMPS, STUMP_COUNT, &|i, key| {
+            let mut rng = key.rng();
+            let species = (i % 3) as usize;
+            // Diameters of 0.2 to 0.6 m, in even steps so that a library has them all.
+            let radius_m = 0.10 + 0.20 * (i as f32 + rng.unit_f32()) / STUMP_COUNT as f32;
+            let height_m = rng.range_f32(0.14, 0.38);
+            let old = rng.chance(0.6);
+            let shape = stump(radius_m, height_m, old, &palette.stumps[species], key.item(0));
+            let foot = foot_radius_m(&shape);
+            finish("stump", i, shape, foot)
+        });
+        let rocks = collect(ROCKS, ROCK_COUNT, &|i, key| {
+            let mut rng = key.rng();
+            // Radii of 0.15 to 1.2 m in a geometric series, smallest first.
+            let step = f64::from(i) / f64::from(ROCK_COUNT - 1);
+            let radius_m = (0.15 * libm::pow(8.0, step)) as f32 * rng.range_f32(0.93, 1.07);
+            let plan = RockPlan {
+                radius_m,
+                subdivisions: if radius_m < 0.45 { 3 } else { 4 },
+                sunk: rng.range_f32(0.30, 0.60),
+                roughness: rng.range_f32(0.04, 0.09),
+                material: palette.rock,
+                tile_m: 1.0,
+            };
+            let shape = rock(&plan, key.item(0));
+            let foot = foot_radius_m(&shape);
+            finish("rock", i, shape, foot)
+        });
+        let trail_stones = collect(TRAIL_STONES, 16, &|i, key| {
+            let mut rng = key.rng();
+            let plan = RockPlan {
+                radius_m: rng.range_f32(0.028, 0.072),
+                subdivisions: 2,
+                sunk: rng.range_f32(0.25, 0.45),
+                roughness: rng.range_f32(0.03, 0.08),
+                material: palette.stone,
+                tile_m: 0.5,
+            };
+            let shape = rock(&plan, key.item(0));
+            let foot = foot_radius_m(&shape);
+            finish("stone", i, shape, foot)
+        });
+        let grass = collect(GRASS, PATCHES, &|i, key| {
+            patch("grass", i, undergrowth::grass(i, &palette, &mut key.rng()))
+        });
+        let herbs = collect(HERBS, PATCHES, &|i, key| {
+            patch("herbs", i, undergrowth::herbs(i, &palette, &mut key.rng()))
+        });
+        let ferns = collect(FERNS, 2 * PATCHES, &|i, key| {
+            let mut rng = key.rng();
+            if i % 2 == 0 {
+                patch("bracken", i, undergrowth::bracken(&palette, &mut rng))
+            } else {
+                patch("male_fern", i, undergrowth::male_fern(&palette, &mut rng))
+            }
+        });
+        let litter = collect(LITTER, PATCHES, &|i, key| {
+            patch("litter", i, floor::litter(i, &palette, &mut key.rng()))
+        });
+        let trail_grass = collect(TRAIL_GRASS, PATCHES, &|i, key| {
+            patch("trail_grass", i, undergrowth::trail_grass(&palette, &mut key.rng()))
+        });
+        Ok(Self {
+            trees,
+            shrubs,
+            stumps,
+            rocks,
+            grass,
+            herbs,
+            ferns,
+            litter,
+            trail_grass,
+            trail_stones,
+            ground: palette.ground,
+            materials: palette.library,
+        })
     }
+}
+
+const TREES: Stage = Stage::new("assets.trees");
+const SHRUBS: Stage = Stage::new("assets.shrubs");
+const STUMPS: Stage = Stage::new("assets.stumps");
+const ROCKS: Stage = Stage::new("assets.rocks");
+const GRASS: Stage = Stage::new("assets.grass");
+const HERBS: Stage = Stage::new("assets.herbs");
+const FERNS: Stage = Stage::new("assets.ferns");
+const LITTER: Stage = Stage::new("assets.litter");
+const TRAIL_GRASS: Stage = Stage::new("assets.trail_grass");
+const TRAIL_STONES: Stage = Stage::new("assets.trail_stones");
+
+const SHRUBS_PER_KIND: u32 = 4;
+const STUMP_COUNT: u32 = 9;
+const ROCK_COUNT: u32 = 12;
+/// Variants of each kind of patch.
+const PATCHES: u32 = 16;
+
+/// Grows the i-th of a kind from its own key.
+type GrowOne<'a> = dyn Fn(u32, Key) -> PlantAsset + Sync + 'a;
+
+fn asset(
+    name: &str,
+    number: u32,
+    shape: Shape,
+    radius_m: f32,
+    library: &MaterialLibrary,
+) -> PlantAsset {
+    let prototype = Prototype::new(format!("{name}.{number}"), shape.mesh, shape.cards, library)
+        .expect("shapes are made of finite points and of this library's materials");
+    PlantAsset {
+        height_m: f64::from(prototype.bounds().max.z),
+        prototype: Arc::new(prototype),
+        name: name.to_owned(),
+        radius_m: f64::from(radius_m),
+    }
+}
+
+/// The largest distance from the axis at or above the ground.
+fn foot_radius_m(shape: &Shape) -> f32 {
+    let above = shape.mesh.positions.iter().filter(|p| p.z > -0.02);
+    above.fold(0.0, |r, p| r.max(p.truncate().length()))
+}
+
+/// Species in turn, individuals in turn; each has its own key.
+fn grow_trees(
+    params: &AssetParams,
+    palette: &Palette,
+    key: Key,
+) -> Result<Vec<TreeAsset>, ParamError> {
+    let growth = GrowthParams {
+        trunk_radius_m: params.trunk_radius_m,
+        ..GrowthParams::default()
+    };
+    let species = Species::all();
+    let stand = &params.stand;
+    let n = params.individuals_per_species as usize;
+    (0..n * species.len())
+        .into_par_iter()
+        .map(|i| {
+            let (s, individual) = (i / n, i % n);
+            let species = &species[s];
+            let key = key.stage(Stage::new(species.name)).item(individual as u64);
+            let limits = [stand.dbh_min_m, stand.dbh_max_m];
+            let dbh_m = species.draw_dbh(stand.dbh_mean_m[s], stand.shape, limits, key.item(0));
+            let size = species.draw_size(dbh_m, key.item(1));
+            let tree = grow(species, &size, &palette.trees[s], &growth, key.item(2))?;
+            let name = format!("{}.{individual}", species.name);
+            let prototype = Prototype::new(name, tree.mesh, tree.cards, &palette.library)
+                .expect("trees are made of finite points and of this library's materials");
+            Ok(TreeAsset {
+                prototype: Arc::new(prototype),
+                species: species.name,
+                size: tree.size,
+                stem_volume_m3: tree.stem_volume_m3,
+                radius_m: tree.foot_radius_m,
+            })
+        })
+        .collect()
 }

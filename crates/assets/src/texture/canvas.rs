@@ -1,5 +1,7 @@
 //! A canvas for leaves and strokes: the ground's litter and the cards' foliage are drawn with it.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 use super::noise::{scramble, unit};
@@ -22,9 +24,9 @@ pub(crate) struct Canvas {
 pub(crate) struct Outline([f32; Self::STEPS + 1]);
 
 /// A leaf, needle pair or petal, seen flat.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Leaf<'a> {
-    pub(crate) outline: &'a Outline,
+#[derive(Clone, Debug)]
+pub(crate) struct Leaf {
+    pub(crate) outline: Arc<Outline>,
     /// Where its stalk ends, metres.
     pub(crate) base: Vec2,
     /// Which way it points there; unit length.
@@ -98,7 +100,7 @@ impl Outline {
     }
 }
 
-impl Leaf<'_> {
+impl Leaf {
     /// A box around it: (low, high).
     pub(crate) fn bounds(&self) -> (Vec2, Vec2) {
         let side = self.direction.perp();
@@ -174,18 +176,14 @@ impl Canvas {
         (tile, self.painted)
     }
 
-    /// The share of painted texels.
-    pub(crate) fn painted_fraction(&self) -> f32 {
-        self.painted.iter().filter(|p| **p).count() as f32 / self.painted.len() as f32
-    }
-
-    /// Visits the texels of a box with their centres in metres. On a canvas that repeats, those
-    /// outside come back in on the other side.
+    /// Visits the texels of a box with their centres in metres and counts those that `paint` says it
+    /// painted. On a canvas that repeats, those outside come back in on the other side.
     fn visit(
         &mut self,
         (low, high): (Vec2, Vec2),
         mut paint: impl FnMut(Vec2, &mut Texel, u32) -> bool,
-    ) {
+    ) -> usize {
+        let mut count = 0;
         let first = ((low - self.origin) / self.texel_m).floor().as_ivec2();
         let last = ((high - self.origin) / self.texel_m).ceil().as_ivec2();
         for y in first.y..last.y {
@@ -208,13 +206,32 @@ impl Canvas {
                     self.origin + (Vec2::new(x as f32, y as f32) + Vec2::splat(0.5)) * self.texel_m;
                 if paint(centre, &mut self.texels[i], i as u32) {
                     self.painted[i] = true;
+                    count += 1;
                 }
             }
         }
+        count
     }
 
-    /// Draws a leaf over what is there.
-    pub(crate) fn leaf(&mut self, leaf: &Leaf<'_>) {
+    /// Darkens what lies under and just around a leaf that comes on top.
+    pub(crate) fn shade_under(&mut self, leaf: &Leaf) {
+        let side = leaf.direction.perp();
+        let margin = 2.5 * self.texel_m.max_element();
+        let (low, high) = leaf.bounds();
+        let pad = Vec2::splat(margin);
+        self.visit((low - pad, high + pad), |p, texel, _| {
+            let d = (p - leaf.base) / leaf.length_m;
+            let t = d.dot(leaf.direction).clamp(0.0, 1.0);
+            let off = (d.dot(side) - leaf.bend * t * t).abs() * leaf.length_m;
+            if off < 0.5 * leaf.width_m * leaf.outline.at(t) + margin {
+                texel.albedo *= 0.80;
+            }
+            false
+        });
+    }
+
+    /// Draws a leaf over what is there. Returns how many texels it painted.
+    pub(crate) fn leaf(&mut self, leaf: &Leaf) -> usize {
         let side = leaf.direction.perp();
         let half_texel = 0.55 * self.texel_m.max_element() / leaf.length_m;
         let half_width = 0.5 * leaf.width_m / leaf.length_m;
@@ -254,16 +271,18 @@ impl Canvas {
                 height: level + 0.12 * (1.0 - across.abs()) * leaf.width_m,
             };
             true
-        });
+        })
     }
 
-    /// Draws a stroke over what is there; it is never thinner than a texel.
-    pub(crate) fn stroke(&mut self, stroke: &Stroke) {
+    /// Draws a stroke over what is there; it is never thinner than a texel. Returns how many texels
+    /// it painted, those at its joints twice.
+    pub(crate) fn stroke(&mut self, stroke: &Stroke) -> usize {
         let [a, b, c] = stroke.points;
         // Short pieces follow the bend, and their boxes are mostly full.
         let texels = ((b - a).length() + (c - b).length()) / self.texel_m.max_element();
         let steps = (1 + (texels / 9.0) as usize).min(32);
         let thinnest = 0.55 * self.texel_m.max_element();
+        let mut count = 0;
         for k in 0..steps {
             let (t0, t1) = (k as f32 / steps as f32, (k + 1) as f32 / steps as f32);
             let (p0, p1) = (stroke.at(t0), stroke.at(t1));
@@ -274,7 +293,7 @@ impl Canvas {
                     .max(thinnest)
             };
             let pad = Vec2::splat(half(t0).max(half(t1)));
-            self.visit((p0.min(p1) - pad, p0.max(p1) + pad), |p, texel, _| {
+            count += self.visit((p0.min(p1) - pad, p0.max(p1) + pad), |p, texel, _| {
                 let s = ((p - p0).dot(along) * inverse).clamp(0.0, 1.0);
                 let t = t0 + (t1 - t0) * s;
                 let off = (p - p0 - s * along).length() / half(t);
@@ -289,6 +308,7 @@ impl Canvas {
                 true
             });
         }
+        count
     }
 }
 
@@ -302,10 +322,10 @@ mod tests {
     #[test]
     fn a_leaf_covers_its_area() {
         // An outline of 4 t (1 - t) covers 2/3 of its box.
-        let outline = Outline::ovate(1.0, 1.0);
+        let outline = Arc::new(Outline::ovate(1.0, 1.0));
         let mut canvas = Canvas::new(256, 256, Vec2::ZERO, Vec2::ONE);
         canvas.leaf(&Leaf {
-            outline: &outline,
+            outline,
             base: Vec2::new(0.1, 0.3),
             direction: Vec2::new(0.8, 0.6),
             length_m: 0.6,
@@ -316,7 +336,8 @@ mod tests {
             browning: 0.0,
             level: 0.0,
         });
-        let area = canvas.painted_fraction();
+        let painted = canvas.into_tile().1;
+        let area = painted.iter().filter(|p| **p).count() as f32 / 65536.0;
         assert!((area - 0.12).abs() < 0.003, "{area}");
     }
 

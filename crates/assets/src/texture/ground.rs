@@ -1,5 +1,7 @@
 //! The forest floor, on tiles of 4 m, and the faces of cuttings.
 
+use std::sync::Arc;
+
 use glam::{IVec2, Vec2, Vec3};
 use nemoral_seed::{Draw, Key, Rng};
 
@@ -57,7 +59,8 @@ pub(crate) fn strew(tile: Tile, size_m: f32, debris: Debris, key: Key) -> Tile {
         Outline::ovate(0.9, 0.8),
         Outline::ovate(0.6, 1.1),
         Outline::lobed(4.0, 0.5),
-    ];
+    ]
+    .map(Arc::new);
     let mut canvas = Canvas::over(tile, Vec2::splat(size_m));
     // Needles lie under, between and over the leaves.
     let needles = count(debris.needles);
@@ -76,7 +79,7 @@ pub(crate) fn strew(tile: Tile, size_m: f32, debris: Debris, key: Key) -> Tile {
         // Curled leaves are narrower.
         let aspect = aspect * rng.range_f32(0.55, 1.0);
         canvas.leaf(&Leaf {
-            outline: &outlines[kind],
+            outline: outlines[kind].clone(),
             base: anywhere(&mut rng, size_m),
             direction: direction(&mut rng),
             length_m: length * debris.leaf_scale,

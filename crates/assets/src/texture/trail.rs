@@ -1,11 +1,13 @@
 //! Trail surfaces, on tiles of 2 m: each has a surface, a rut and a strip between ruts.
 
 use glam::{IVec2, Vec2, Vec3};
+use nemoral_scene::Optics;
 use nemoral_seed::Key;
 
 use super::ground::{Debris, strew};
 use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
 use super::tile::{Texel, Tile};
+use crate::optics;
 
 /// Texels along a side.
 pub(crate) const TRAIL_TEXELS: usize = 512;
@@ -82,6 +84,19 @@ impl TrailKind {
             Self::Needles => Vec3::new(0.110, 0.072, 0.048),
             Self::Sand => Vec3::new(0.270, 0.215, 0.150),
             Self::Rock => Vec3::new(0.190, 0.172, 0.145),
+        }
+    }
+
+    /// Roughness, and how it answers lasers.
+    pub(crate) fn surface_optics(self) -> (f32, Optics) {
+        match self {
+            Self::Gravel => (0.85, optics::ROCK),
+            Self::DryEarth => (0.95, optics::DRY_SOIL),
+            Self::Mud => (0.30, optics::WET_SOIL),
+            Self::Grassy => (0.80, optics::GRASS_GROUND),
+            Self::LeafLitter | Self::Needles => (0.92, optics::LITTER),
+            Self::Sand => (0.95, optics::SAND),
+            Self::Rock => (0.80, optics::ROCK),
         }
     }
 

@@ -1,0 +1,246 @@
+//! From marks in metres to a cropped picture: a mask, and colours that go on under the mask.
+
+use glam::{Vec2, Vec3};
+use nemoral_scene::{AlphaMask, Texture};
+
+use crate::texture::canvas::{Canvas, Leaf, Stroke};
+
+/// A mark of a drawing.
+#[derive(Clone, Debug)]
+pub(crate) enum Mark {
+    /// A leaf.
+    Leaf(Leaf),
+    /// A needle or a blade: counts as foliage.
+    Blade(Stroke),
+    /// A twig or stalk.
+    Twig(Stroke),
+}
+
+/// A drawing of a twig that enters at (0, 0) and grows towards +y, back to front.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sketch {
+    pub(crate) marks: Vec<Mark>,
+}
+
+/// A finished picture. Its twig enters at (u, v) = (0.5, 0); v grows towards the tip.
+#[derive(Clone, Debug)]
+pub(crate) struct Picture {
+    pub(crate) mask: AlphaMask,
+    pub(crate) texture: Texture,
+    pub(crate) width_m: f32,
+    pub(crate) height_m: f32,
+    /// Leaf area over opaque area, at least 1.
+    pub(crate) leaf_layers: f32,
+}
+
+/// Texels along the longer side.
+const LONG_SIDE: usize = 256;
+
+impl Sketch {
+    pub(crate) fn leaf(&mut self, leaf: Leaf) {
+        self.marks.push(Mark::Leaf(leaf));
+    }
+
+    pub(crate) fn twig(&mut self, stroke: Stroke) {
+        self.marks.push(Mark::Twig(stroke));
+    }
+
+    pub(crate) fn blade(&mut self, stroke: Stroke) {
+        self.marks.push(Mark::Blade(stroke));
+    }
+
+    /// Crops to the content, draws, fills the colours on under the mask, and scales colours so that
+    /// the opaque texels' luminance is on average that of `mean` (hues are kept).
+    pub(crate) fn finish(&self, mean: Vec3) -> Picture {
+        self.slices(1, mean).remove(0)
+    }
+
+    /// Like [`finish`](Self::finish), cut across into `count` pictures of equal height and width, foot
+    /// first, so that what is drawn can be bent where they meet.
+    pub(crate) fn slices(&self, count: usize, mean: Vec3) -> Vec<Picture> {
+        let (half_width, top) = self.extent();
+        let size_m = Vec2::new(2.0 * half_width, top / count as f32);
+        // The nearest power of two, so that texels are about square.
+        let side = |ratio: f32| match ratio {
+            r if r > 0.70 => LONG_SIDE,
+            r if r > 0.35 => LONG_SIDE / 2,
+            _ => LONG_SIDE / 4,
+        };
+        let size = [side(size_m.x / size_m.y), side(size_m.y / size_m.x)];
+        let drawn: Vec<_> = (0..count)
+            .map(|k| {
+                let low = Vec2::new(-half_width, k as f32 * size_m.y);
+                let (canvas, leaf_texels) = self.draw(size, low, size_m);
+                let (tile, painted) = canvas.into_tile();
+                let colours: Vec<Vec3> = tile.texels.iter().map(|t| t.albedo).collect();
+                (colours, painted, leaf_texels)
+            })
+            .collect();
+        let (mut sum, mut opaque) = (0.0_f64, 0_usize);
+        for (colours, painted, _) in &drawn {
+            for (c, _) in colours.iter().zip(painted).filter(|(_, p)| **p) {
+                sum += f64::from(luminance(*c));
+                opaque += 1;
+            }
+        }
+        let gain = (f64::from(luminance(mean)) * opaque as f64 / sum.max(1e-6)) as f32;
+        drawn
+            .into_iter()
+            .map(|(colours, painted, leaf_texels)| {
+                let filled = fill_under(size, &colours, &painted);
+                let linear: Vec<Vec3> = filled
+                    .iter()
+                    // With the light let through, no leaf may send on more than it gets.
+                    .map(|c| (*c * gain).min(Vec3::splat(0.7)))
+                    .collect();
+                let opaque = painted.iter().filter(|p| **p).count().max(1);
+                Picture {
+                    mask: AlphaMask::from_fn(size[0], size[1], |c, r| painted[r * size[0] + c])
+                        .expect("sides are at most 256"),
+                    texture: Texture::from_linear(size[0], size[1], &linear)
+                        .expect("sides are powers of two"),
+                    width_m: size_m.x,
+                    height_m: size_m.y,
+                    leaf_layers: (leaf_texels as f32 / opaque as f32).max(1.0),
+                }
+            })
+            .collect()
+    }
+
+    /// Half the width and the height of what is drawn above y = 0, metres.
+    fn extent(&self) -> (f32, f32) {
+        let (mut half_width, mut top) = (0.01_f32, 0.02_f32);
+        for mark in &self.marks {
+            let (low, high) = match mark {
+                Mark::Leaf(l) => l.bounds(),
+                Mark::Blade(s) | Mark::Twig(s) => s.bounds(),
+            };
+            half_width = half_width.max(-low.x).max(high.x);
+            top = top.max(high.y);
+        }
+        // Boxes of leaves are generous; a draft finds where paint really ends.
+        let low = Vec2::new(-half_width, 0.0);
+        let draft = self.draw([LONG_SIDE; 2], low, Vec2::new(2.0 * half_width, top));
+        let (_, painted) = draft.0.into_tile();
+        let (mut reach, mut rows) = (1, 1);
+        for (i, _) in painted.iter().enumerate().filter(|(_, p)| **p) {
+            let (column, row) = (i % LONG_SIDE, i / LONG_SIDE);
+            reach = reach
+                .max(column.abs_diff(LONG_SIDE / 2))
+                .max((column + 1).abs_diff(LONG_SIDE / 2));
+            rows = rows.max(row + 1);
+        }
+        (
+            half_width * reach as f32 / (LONG_SIDE / 2) as f32,
+            top * rows as f32 / LONG_SIDE as f32,
+        )
+    }
+
+    /// The canvas, and how many texels leaves painted, those painted over included.
+    fn draw(&self, size: [usize; 2], low: Vec2, size_m: Vec2) -> (Canvas, usize) {
+        let mut canvas = Canvas::new(size[0], size[1], low, size_m);
+        let mut leaf_texels = 0;
+        for mark in &self.marks {
+            match mark {
+                Mark::Leaf(leaf) => {
+                    canvas.shade_under(leaf);
+                    leaf_texels += canvas.leaf(leaf);
+                }
+                Mark::Blade(s) => leaf_texels += canvas.stroke(s),
+                Mark::Twig(s) => {
+                    canvas.stroke(s);
+                }
+            }
+        }
+        (canvas, leaf_texels)
+    }
+}
+
+/// Rec. 709.
+pub(crate) fn luminance(c: Vec3) -> f32 {
+    c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Gives transparent texels the colour of the nearest opaque ones, coarse to fine (pull and push,
+/// Gortler et al. 1996), so that neither filtering nor a mip brings a halo in.
+fn fill_under([width, height]: [usize; 2], colours: &[Vec3], painted: &[bool]) -> Vec<Vec3> {
+    // Each level: the sums of colours and of weights of the level below.
+    let mut levels: Vec<(usize, usize, Vec<(Vec3, f32)>)> = vec![(
+        width,
+        height,
+        colours
+            .iter()
+            .zip(painted)
+            .map(|(c, &p)| if p { (*c, 1.0) } else { (Vec3::ZERO, 0.0) })
+            .collect(),
+    )];
+    while let Some((w, h, fine)) = levels.last().filter(|(w, h, _)| w * h > 1) {
+        let (nw, nh) = ((w / 2).max(1), (h / 2).max(1));
+        let (sx, sy) = (w / nw, h / nh);
+        let mut coarse = vec![(Vec3::ZERO, 0.0); nw * nh];
+        for (i, (c, k)) in fine.iter().enumerate() {
+            let cell = &mut coarse[(i / w / sy) * nw + i % w / sx];
+            cell.0 += *c;
+            cell.1 += *k;
+        }
+        // Weights saturate: near paint decides, not much paint.
+        for (c, k) in &mut coarse {
+            if *k > 1.0 {
+                *c /= *k;
+                *k = 1.0;
+            }
+        }
+        levels.push((nw, nh, coarse));
+    }
+    let (mut w, mut h) = (1, 1);
+    let mut filled = vec![Vec3::ZERO];
+    for (fw, fh, fine) in levels.iter().rev() {
+        let (sx, sy) = (fw / w, fh / h);
+        filled = fine
+            .iter()
+            .enumerate()
+            .map(|(i, (c, k))| {
+                let under = filled[(i / fw / sy) * w + i % fw / sx];
+                *c + under * (1.0 - k.min(1.0))
+            })
+            .collect();
+        (w, h) = (*fw, *fh);
+    }
+    filled
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn filling_keeps_paint_and_leaves_no_hole() {
+        let painted: Vec<bool> = (0..64 * 32).map(|i| i % 64 == 10 && i / 64 > 20).collect();
+        let colours: Vec<Vec3> = painted
+            .iter()
+            .map(|&p| if p { Vec3::new(0.1, 0.2, 0.05) } else { Vec3::splat(9.0) })
+            .collect();
+        let filled = fill_under([64, 32], &colours, &painted);
+        for c in filled {
+            assert!((c - Vec3::new(0.1, 0.2, 0.05)).abs().max_element() < 1e-4, "{c}");
+        }
+    }
+
+    #[test]
+    fn a_picture_is_cropped_and_attached() {
+        let mut sketch = Sketch::default();
+        let stalk = Stroke::straight(Vec2::ZERO, Vec2::new(0.0, 0.2), [0.01; 2], Vec3::splat(0.1));
+        sketch.twig(stalk);
+        sketch.blade(Stroke::straight(
+            Vec2::new(0.0, 0.1),
+            Vec2::new(0.07, 0.1),
+            [0.02; 2],
+            Vec3::splat(0.2),
+        ));
+        let p = sketch.finish(Vec3::splat(0.12));
+        assert!((p.width_m - 0.16).abs() < 0.003, "{}", p.width_m);
+        assert!((p.height_m - 0.205).abs() < 0.003, "{}", p.height_m);
+        assert!(p.mask.is_opaque(0.5, 0.0) && p.mask.is_opaque(0.95, 0.49));
+        assert!(!p.mask.is_opaque(0.05, 0.49));
+    }
+}

@@ -1,0 +1,111 @@
+//! What lies on the ground in three dimensions: twigs, cones, leaves.
+
+use std::f32::consts::TAU;
+
+use glam::{Vec2, Vec3};
+use nemoral_seed::{Draw, Rng};
+
+use super::shape::{Shape, around};
+use super::undergrowth::{pick, scatter};
+use crate::palette::Palette;
+
+/// Radius of a litter patch, metres.
+const PATCH_M: f32 = 0.8;
+
+/// A patch of fallen twigs (3-14 mm thick), cones and curled leaves.
+pub(crate) fn litter(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+    let mut shape = Shape::default();
+    for at in scatter(7 + rng.below(9), PATCH_M - 0.25, 0.08, rng) {
+        twig(&mut shape, at, palette, rng);
+    }
+    // Cones lie where pines stand: in every other patch.
+    let cones = if variant.is_multiple_of(2) { 1 + rng.below(4) } else { 0 };
+    for at in scatter(cones, PATCH_M - 0.1, 0.12, rng) {
+        cone(&mut shape, at, palette, rng);
+    }
+    for at in scatter(30 + rng.below(40), PATCH_M - 0.12, 0.03, rng) {
+        leaf(&mut shape, at, palette, rng);
+    }
+    shape
+}
+
+/// A crooked twig with a fork or two, resting on the ground.
+fn twig(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
+    let length = 0.12 + 0.40 * rng.unit_f32() * rng.unit_f32();
+    let radius = rng.range_f32(0.0016, 0.0055) * (0.6 + 1.2 * length);
+    let mut heading = rng.range_f32(0.0, TAU);
+    let line = crooked(at.extend(radius), &mut heading, length, 5, rng);
+    let radii: Vec<f32> = (0..5).map(|i| radius * (1.0 - 0.16 * i as f32)).collect();
+    shape.tube(&line, &radii, 5, palette.fallen_twig);
+    for _ in 0..rng.below(3) {
+        let from = 1 + rng.below(3) as usize;
+        let mut turn = heading + if rng.chance(0.5) { 0.7 } else { -0.7 };
+        let side = crooked(line[from], &mut turn, 0.45 * length, 3, rng);
+        let r = radii[from] * 0.7;
+        shape.tube(&side, &[r, 0.75 * r, 0.5 * r], 4, palette.fallen_twig);
+    }
+}
+
+fn crooked(start: Vec3, heading: &mut f32, length: f32, count: usize, rng: &mut impl Rng) -> Vec<Vec3> {
+    let step = length / (count - 1) as f32;
+    let mut at = start;
+    (0..count)
+        .map(|_| {
+            let here = at;
+            *heading += rng.range_f32(-0.35, 0.35);
+            at += step * around(*heading);
+            // Bows lift off the ground, but not below it.
+            at.z = (at.z + step * rng.range_f32(-0.10, 0.13)).clamp(start.z.min(0.004), 0.06);
+            here
+        })
+        .collect()
+}
+
+/// A pine cone of 9-16 cm on its side: an egg of whorled scales.
+fn cone(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
+    let length = rng.range_f32(0.09, 0.16);
+    let thick = length * rng.range_f32(0.20, 0.27);
+    let heading = rng.range_f32(0.0, TAU);
+    let axis = (around(heading) + Vec3::Z * rng.range_f32(-0.1, 0.2)).normalize_or(Vec3::X);
+    let side = axis.cross(Vec3::Z).normalize_or(Vec3::Y);
+    let up = side.cross(axis);
+    let centre = at.extend(0.75 * thick);
+    let open = rng.range_f32(0.10, 0.28);
+    let (rings, sides) = (9_u32, 10_u32);
+    let start = shape.mesh.positions.len() as u32;
+    for ring in 0..=rings {
+        let t = ring as f32 / rings as f32;
+        // Broadest a third up; scales step in and out.
+        let egg = (6.75 * t * (1.0 - t) * (1.0 - t)).max(0.0).sqrt();
+        for k in 0..=sides {
+            let scale = if (ring + k) % 2 == 0 { 1.0 + open } else { 1.0 - open };
+            // The first and last column are one line.
+            let scale = if k == sides { if ring % 2 == 0 { 1.0 + open } else { 1.0 - open } } else { scale };
+            let c = around(TAU * k as f32 / sides as f32);
+            let out = side * c.x + up * c.y;
+            let p = centre + axis * length * (t - 0.4) + out * thick * egg * scale;
+            shape.push(p, out + 0.5 * axis * (t - 0.4), Vec2::new(k as f32 / sides as f32, t));
+        }
+    }
+    for ring in 0..rings {
+        for k in 0..sides {
+            let a = start + ring * (sides + 1) + k;
+            let (b, c, d) = (a + 1, a + sides + 1, a + sides + 2);
+            shape.triangle([a, d, b], palette.cone);
+            shape.triangle([a, c, d], palette.cone);
+        }
+    }
+}
+
+/// A leaf lying nearly flat, one end lifted.
+fn leaf(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
+    let heading = rng.range_f32(0.0, TAU);
+    let lift = rng.range_f32(-0.05, 0.45);
+    let along = around(heading) + Vec3::Z * lift;
+    let roll = rng.range_f32(-0.5, 0.5);
+    let across = around(heading + 0.25 * TAU) + Vec3::Z * roll;
+    let kind = pick(&palette.fallen_leaf, rng);
+    // High enough that the lower edge of the rolled leaf is above the ground.
+    let height = 0.004 + 0.5 * roll.abs() * kind.width_m + 0.05 * kind.height_m;
+    shape.card(kind, at.extend(height), along, across, rng.range_f32(0.75, 1.1));
+}

@@ -1,0 +1,8 @@
+//! Everything that stands or lies in a wood and is not a tree.
+
+pub(crate) mod floor;
+pub(crate) mod rock;
+pub(crate) mod shape;
+pub(crate) mod shrub;
+pub(crate) mod stump;
+pub(crate) mod undergrowth;

@@ -1,0 +1,191 @@
+//! Building blocks of plants: swept wood and cards.
+
+use std::f32::consts::TAU;
+
+use glam::{Vec2, Vec3};
+use nemoral_scene::{Bounds, Card, MaterialId, Mesh, Triangle};
+
+use crate::tree::FoliageCard;
+
+/// A shape under construction.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shape {
+    pub(crate) mesh: Mesh,
+    pub(crate) cards: Vec<Card>,
+}
+
+/// The unit vector at an angle about the vertical, radians from +x.
+pub(crate) fn around(angle: f32) -> Vec3 {
+    let a = f64::from(angle);
+    Vec3::new(libm::cos(a) as f32, libm::sin(a) as f32, 0.0)
+}
+
+/// The unit vector at an azimuth, `tilt` radians off the vertical.
+pub(crate) fn leaning(azimuth: f32, tilt: f32) -> Vec3 {
+    let t = f64::from(tilt);
+    around(azimuth) * libm::sin(t) as f32 + Vec3::Z * libm::cos(t) as f32
+}
+
+impl Shape {
+    /// Hangs a picture at `base`, growing `along`, with its flat side across `across`; both are made
+    /// unit and perpendicular.
+    pub(crate) fn card(
+        &mut self,
+        picture: &FoliageCard,
+        base: Vec3,
+        along: Vec3,
+        across: Vec3,
+        scale: f32,
+    ) {
+        let along = along.normalize_or(Vec3::Z);
+        let side = (across - along * across.dot(along)).normalize_or(along.any_orthonormal_vector());
+        let edge_u = side * picture.width_m * scale;
+        self.cards.push(Card {
+            corner: base - 0.5 * edge_u,
+            edge_u,
+            edge_v: along * picture.height_m * scale,
+            material: picture.material,
+        });
+    }
+
+    /// Sweeps a circle of `sides` corners along a line with rotation-minimising frames; both ends are
+    /// closed with a point. `radii` has one radius for each point; uv repeat every metre around and
+    /// every two metres along, at least once around.
+    pub(crate) fn tube(
+        &mut self,
+        points: &[Vec3],
+        radii: &[f32],
+        sides: u32,
+        material: MaterialId,
+    ) {
+        let (Some(&first), Some(&last)) = (points.first(), points.last()) else {
+            return;
+        };
+        if points.len() < 2 {
+            return;
+        }
+        let start = self.mesh.positions.len() as u32;
+        let tangent = |i: usize| {
+            let a = points[i.saturating_sub(1)];
+            let b = points[(i + 1).min(points.len() - 1)];
+            (b - a).normalize_or(Vec3::Z)
+        };
+        let mut normal = tangent(0).any_orthonormal_vector();
+        let mut length = 0.0;
+        let columns = sides + 1;
+        for (i, &p) in points.iter().enumerate() {
+            if i > 0 {
+                length += p.distance(points[i - 1]);
+            }
+            let t = tangent(i);
+            normal = (normal - t * normal.dot(t)).normalize_or(t.any_orthonormal_vector());
+            let binormal = t.cross(normal);
+            for k in 0..columns {
+                let u = k as f32 / sides as f32;
+                let circle = around(u * TAU);
+                let out = normal * circle.x + binormal * circle.y;
+                self.push(p + out * radii[i], out, Vec2::new(u, 0.5 * length));
+            }
+        }
+        for i in 0..points.len() as u32 - 1 {
+            for k in 0..sides {
+                let a = start + i * columns + k;
+                let (b, c, d) = (a + 1, a + columns, a + columns + 1);
+                self.triangle([a, b, d], material);
+                self.triangle([a, d, c], material);
+            }
+        }
+        let (low, high) = (tangent(0), tangent(points.len() - 1));
+        let foot = self.push(first - low * radii[0] * 0.5, -low, Vec2::new(0.5, 0.0));
+        let tip = self.push(
+            last + high * radii[points.len() - 1] * 0.5,
+            high,
+            Vec2::new(0.5, 0.5 * length),
+        );
+        let end = start + (points.len() as u32 - 1) * columns;
+        for k in 0..sides {
+            self.triangle([foot, start + k + 1, start + k], material);
+            self.triangle([tip, end + k, end + k + 1], material);
+        }
+    }
+
+    /// Adds a vertex and returns its number.
+    pub(crate) fn push(&mut self, position: Vec3, normal: Vec3, uv: Vec2) -> u32 {
+        self.mesh.positions.push(position);
+        self.mesh.normals.push(normal.normalize_or(Vec3::Z));
+        self.mesh.uvs.push(uv);
+        self.mesh.positions.len() as u32 - 1
+    }
+
+    /// Adds a triangle, counter-clockwise from outside.
+    pub(crate) fn triangle(&mut self, corners: [u32; 3], material: MaterialId) {
+        self.mesh.triangles.push(Triangle { corners, material });
+    }
+
+    /// The box around everything.
+    pub(crate) fn bounds(&self) -> Bounds {
+        Bounds::of_points(
+            self.mesh
+                .positions
+                .iter()
+                .copied()
+                .chain(self.cards.iter().flat_map(Card::corners)),
+        )
+    }
+
+    /// The largest horizontal distance from the origin, metres.
+    pub(crate) fn reach_m(&self) -> f32 {
+        self.mesh
+            .positions
+            .iter()
+            .copied()
+            .chain(self.cards.iter().flat_map(Card::corners))
+            .fold(0.0, |r, p| r.max(p.truncate().length()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tube_is_closed_and_faces_outwards() {
+        let mut shape = Shape::default();
+        let points: Vec<Vec3> = (0..9).map(|i| Vec3::new(0.01 * (i * i) as f32, 0.0, 0.1 * i as f32)).collect();
+        shape.tube(&points, &[0.05; 9], 12, MaterialId(0));
+        let m = &shape.mesh;
+        // The divergence theorem: a closed surface that faces outwards has its volume, positive.
+        let volume: f32 = m
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.corners.map(|i| m.positions[i as usize]);
+                a.dot(b.cross(c)) / 6.0
+            })
+            .sum();
+        let length: f32 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
+        let want = 0.5 * 12.0 * (TAU / 12.0).sin() * 0.05 * 0.05 * length;
+        assert!((volume / want - 1.0).abs() < 0.06, "{volume} {want}");
+        for t in &m.triangles {
+            let [a, b, c] = t.corners.map(|i| m.positions[i as usize]);
+            let n = (b - a).cross(c - a);
+            assert!(n.dot(m.normals[t.corners[0] as usize]) > -1e-9);
+        }
+    }
+
+    #[test]
+    fn a_card_is_attached_at_the_middle_of_its_foot() {
+        let picture = FoliageCard {
+            material: MaterialId(3),
+            width_m: 0.2,
+            height_m: 0.4,
+            opaque_fraction: 0.4,
+            leaf_layers: 1.0,
+        };
+        let mut shape = Shape::default();
+        shape.card(&picture, Vec3::ONE, Vec3::Y, Vec3::new(1.0, 1.0, 0.0), 2.0);
+        let c = shape.cards[0];
+        assert!((c.corner + 0.5 * c.edge_u).distance(Vec3::ONE) < 1e-6);
+        assert!((c.edge_u - 0.4 * Vec3::X).length() < 1e-6 && (c.edge_v - 0.8 * Vec3::Y).length() < 1e-6);
+    }
+}
