@@ -10,7 +10,7 @@ use nemoral_seed::{Draw, Key, Stage};
 use super::foliage::{Leaf, Leafing, leaves, silhouette_m2};
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
-use super::sweep::{Flare, diameter_at, sweep};
+use super::sweep::{Flare, count, diameter_at, sweep};
 use super::{Species, TreeSize};
 use crate::error::ParamError;
 
@@ -114,45 +114,80 @@ pub fn grow(
     // Deep enough for the lobes' ends on a slope of 20 degrees.
     let sunk_m = (0.3 + 0.25 * size.dbh_m).min(0.5);
 
+    let most = params.wood_triangles_max;
     let mut density = 1.0;
-    loop {
+    while density > 0.05 {
         let mut axes = skeleton(species, size, margin_m, sunk_m, density, lean, key);
-        let mut leaves = leaves(&axes, &leafing, key);
-        fit(&mut axes, &mut leaves, size, lean);
-        let radii = radii(&axes, species, size);
-        let (mesh, stem) = sweep(&axes, &radii, &flare, materials, params.trunk_radius_m);
-        let triangles = mesh.triangles.len();
-        if triangles <= params.wood_triangles_max {
-            let silhouette = silhouette_m2(&leaves, &materials.foliage);
-            let measured = Crown::measure(&axes, &leaves, lean);
-            let end = axes[0].points[axes[0].points.len() - 1];
-            let slope = end.truncate().length() / end.z;
-            return Ok(GrownTree {
-                size: TreeSize {
-                    dbh_m: diameter_at(&mesh, stem.clone(), BREAST_M),
-                    height_m: measured.top_m,
-                    crown_base_m: measured.base_m,
-                    crown_radius_m: measured.radius_m,
-                    leaf_area_m2: silhouette / species.foliage.silhouette_factor,
-                    lean_rad: libm::atan(slope),
-                },
-                stem_volume_m3: volume_m3(&mesh, stem, end.z),
-                foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
-                cards: leaves.iter().map(|l| l.card(&materials.foliage)).collect(),
-                mesh,
-            });
+        let mut triangles = count(&axes, &radii(&axes, species, size), params.trunk_radius_m);
+        if triangles <= most {
+            let mut leaves = leaves(&axes, &leafing, key);
+            fit(&mut axes, &mut leaves, size, lean);
+            let radii = radii(&axes, species, size);
+            let (mesh, stem) = sweep(&axes, &radii, &flare, materials, params.trunk_radius_m);
+            // The fit can bend a joint enough to need a ring more.
+            triangles = mesh.triangles.len();
+            if triangles <= most {
+                return Ok(finish(
+                    species,
+                    size,
+                    materials,
+                    &flare,
+                    Parts {
+                        axes,
+                        leaves,
+                        mesh,
+                        stem,
+                        lean,
+                    },
+                ));
+            }
         }
-        let too_many = triangles as f64 / params.wood_triangles_max as f64;
-        density *= (0.95 / too_many.sqrt()).max(0.5);
-        if density < 0.05 {
-            let allowed =
-                format!("enough for this tree's stem and limbs: {triangles} at the sparsest");
-            return Err(ParamError::new(
-                "wood_triangles_max",
-                params.wood_triangles_max,
-                allowed,
-            ));
-        }
+        density *= (0.97 * (most as f64 / triangles as f64).sqrt()).max(0.5);
+    }
+    let allowed = "enough for this tree's stem and limbs: at least several thousand for a big oak";
+    Err(ParamError::new("wood_triangles_max", most, allowed))
+}
+
+/// What a tree is made from.
+struct Parts {
+    axes: Vec<Axis>,
+    leaves: Vec<Leaf>,
+    mesh: Mesh,
+    stem: Range<usize>,
+    lean: DVec2,
+}
+
+/// Measures the tree.
+fn finish(
+    species: &Species,
+    size: &TreeSize,
+    materials: &TreeMaterials,
+    flare: &Flare,
+    parts: Parts,
+) -> GrownTree {
+    let Parts {
+        axes,
+        leaves,
+        mesh,
+        stem,
+        lean,
+    } = parts;
+    let crown = Crown::measure(&axes, &leaves, lean);
+    let silhouette = silhouette_m2(&leaves, &materials.foliage);
+    let end = axes[0].points[axes[0].points.len() - 1];
+    GrownTree {
+        size: TreeSize {
+            dbh_m: diameter_at(&mesh, stem.clone(), BREAST_M),
+            height_m: crown.top_m,
+            crown_base_m: crown.base_m,
+            crown_radius_m: crown.radius_m,
+            leaf_area_m2: silhouette / species.foliage.silhouette_factor,
+            lean_rad: libm::atan(end.truncate().length() / end.z),
+        },
+        stem_volume_m3: volume_m3(&mesh, stem, end.z),
+        foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
+        cards: leaves.iter().map(|l| l.card(&materials.foliage)).collect(),
+        mesh,
     }
 }
 
@@ -221,8 +256,12 @@ impl Crown {
         let tips = leaves.iter().map(|l| l.at + l.along);
         let top_m = ends.chain(tips.clone()).fold(0.0_f64, |m, p| m.max(p.z));
         let mut heights: Vec<f64> = leaves.iter().map(|l| l.at.z + 0.5 * l.along.z).collect();
-        heights.sort_by(f64::total_cmp);
-        let base_m = heights.get(heights.len() / 50).copied().unwrap_or(top_m);
+        let rank = heights.len() / 50;
+        let base_m = if heights.is_empty() {
+            top_m
+        } else {
+            *heights.select_nth_unstable_by(rank, f64::total_cmp).1
+        };
         let centre = lean * (0.5 * (base_m + top_m));
         let mut farthest = [0.0_f64; Self::SECTORS];
         for p in tips.chain(leaves.iter().map(|l| l.at)) {

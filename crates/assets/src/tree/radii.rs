@@ -45,45 +45,37 @@ pub(super) fn radii(axes: &[Axis], species: &Species, size: &TreeSize) -> Vec<Ve
             continue;
         };
         let parent_radius = at_param(&radii[parent], at);
-        let level = &species.levels[axis.order - 1];
-        let [least, most] = level.radius_ratio;
         let tip = leaf.tip_radius_m;
-        if axis.order == 1 {
-            // The thickest gets the greatest share, the others theirs by their pipe sums. A fork's
-            // limbs stand for the stem that has ended.
+        if axis.dead {
+            // It has lost its twigs: a plain taper to a broken end.
+            let (base, n) = (
+                (species.dead.radius_ratio * parent_radius).max(1.5 * tip),
+                axis.points.len() - 1,
+            );
+            radii[i] = (0..=n)
+                .map(|k| base * (1.0 - 0.45 * k as f64 / n as f64))
+                .collect();
+            continue;
+        }
+        let [least, most] = species.levels[axis.order - 1].radius_ratio;
+        powers[i] = if axis.order == 1 {
+            // The thickest gets the greatest share, the others theirs by their pipe sums.
             let share = (radii[i][0] / thickest).clamp(0.0, 1.0);
-            let ratio = if axis.dead {
-                0.5 * (least + most) * (0.6 + 0.4 * share)
-            } else {
-                least + (most - least) * share
-            };
-            let base = (ratio * parent_radius).max(1.3 * tip);
-            powers[i] = if radii[i][0] > 1.05 * tip {
+            let base = ((least + (most - least) * share) * parent_radius).max(1.3 * tip);
+            if radii[i][0] > 1.05 * tip {
                 libm::log(base / tip) / libm::log(radii[i][0] / tip)
             } else {
                 1.0
-            };
-        } else {
-            powers[i] = powers[parent];
-        }
-        let power = powers[i].max(0.05);
-        for r in &mut radii[i] {
-            *r = tip * libm::pow((*r / tip).max(1.0), power);
-        }
-        if axis.dead {
-            // A dead branch has lost its twigs: a plain taper to a broken end.
-            let (base, n) = (
-                (0.5 * (least + most) * parent_radius).max(2.0 * tip),
-                radii[i].len() - 1,
-            );
-            for (k, r) in radii[i].iter_mut().enumerate() {
-                *r = base * (1.0 - 0.45 * k as f64 / n as f64);
             }
-        }
-        let cap = (if axis.order == 1 { most } else { most.min(0.9) }) * parent_radius;
-        let scale = (cap / radii[i][0]).min(1.0);
+        } else {
+            powers[parent]
+        };
         for r in &mut radii[i] {
-            *r = (*r * scale).max(0.6 * tip.min(parent_radius));
+            *r = tip * libm::pow((*r / tip).max(1.0), powers[i]);
+        }
+        let scale = (most * parent_radius / radii[i][0]).min(1.0);
+        for r in &mut radii[i] {
+            *r = (*r * scale).max(0.6 * tip);
         }
     }
     radii

@@ -228,7 +228,13 @@ impl Grower<'_> {
     ) {
         let level = self.species.levels[index];
         let start = self.axes[parent.0].at(parent.1);
-        let points = walk(&level, start, direction, length, key);
+        let mut points = walk(&level, start, direction, length, key);
+        // A crooked branch may leave the crown sooner than foreseen: it ends there.
+        let inside = points
+            .iter()
+            .take_while(|&&p| self.envelope.contains(p))
+            .count();
+        points.truncate(inside.max(3));
         let me = self.axes.len();
         self.axes.push(Axis {
             order: index + 1,
@@ -242,6 +248,7 @@ impl Grower<'_> {
             return;
         };
         let arcs = self.axes[me].arcs();
+        let length = arcs[arcs.len() - 1];
         let span = (child.zone[1] - child.zone[0]) * length;
         for (node, arc, azimuth) in nodes(&child, span, self.density, key) {
             let arc = child.zone[0] * length + arc;
@@ -255,7 +262,8 @@ impl Grower<'_> {
             // Weber and Penn: the farther out on the parent, the shorter.
             let share = rng.range_f64(child.length[0], child.length[1]) * (1.0 - 0.6 * t);
             let wanted = share * length;
-            let child_length = wanted.min(self.envelope.reach(origin, heading).max(0.4 * wanted));
+            let child_length =
+                wanted.min(self.envelope.reach(origin, heading).max(child.length_min_m));
             if child_length >= child.length_min_m {
                 self.branch(index + 1, (me, s), direction, child_length, child_key);
             }

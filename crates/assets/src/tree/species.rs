@@ -155,6 +155,8 @@ pub struct DeadBranches {
     pub whole_zone: f64,
     /// Angle from the stem.
     pub insertion_deg: f64,
+    /// Radius at the base as a share of the stem's there.
+    pub radius_ratio: f64,
 }
 
 /// The leaves.

@@ -150,6 +150,22 @@ pub(super) fn sweep(
     (mesh, stem)
 }
 
+/// How many triangles [`sweep`] makes, near enough to choose a density by.
+pub(super) fn count(axes: &[Axis], radii: &[Vec<f64>], trunk_radius_m: f64) -> usize {
+    let of = |(axis, r): (&Axis, &Vec<f64>)| {
+        let parent = axis
+            .parent
+            .map(|(p, s)| super::radii::at_param(&radii[p], s));
+        let rings = rings(axis, r, parent, trunk_radius_m);
+        let n = sides(
+            axis.order,
+            rings.iter().fold(0.0_f64, |m, r| m.max(r.radius)),
+        );
+        n * (2 * rings.len() - 1)
+    };
+    axes.iter().zip(radii).map(of).sum()
+}
+
 /// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not need,
 /// and one exactly where the trunk threshold is crossed.
 fn rings(axis: &Axis, radii: &[f64], parent_radius: Option<f64>, trunk_radius_m: f64) -> Vec<Ring> {
