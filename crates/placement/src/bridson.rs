@@ -20,9 +20,7 @@ const DARTS: Stage = Stage::new("placement.darts");
 /// The darts around each point (Bridson 2007: k, "typically 30").
 const DARTS_PER_POINT: u32 = 30;
 /// The initial samples thrown per square of the mean hard-core distance.
-const SEED_DENSITY: f64 = 0.25;
-/// How often the active list is replaced by the points it brought.
-const GENERATIONS: u32 = 2;
+const SEED_DENSITY: f64 = 0.3;
 /// More than the rounding of a position, for the reckoning of what is known.
 const SLACK: f64 = 1e-8;
 
@@ -113,19 +111,27 @@ impl Kinds {
 /// the other", so:
 /// - the initial samples are a sparse Poisson process of darts, keyed by the cell they fall in;
 /// - the active list is worked off breadth-first: all active points throw their k darts, keyed by
-///   the thrower; the points that these darts bring are the next active list;
-/// - the darts of one generation are settled in an order of keyed priorities: a dart becomes a point
-///   if it meets no point of an earlier generation and no better dart that became one.
+///   the thrower; the points that these darts bring are the next active list. It stops after
+///   `rounds`, long before the list is empty, because the thinning wants no more;
+/// - the darts of one round are settled in an order of keyed priorities: a dart becomes a point
+///   if it meets no point of an earlier round and no better dart that became one.
 ///
 /// That defines one point set of the whole plane whose law knows no place: neither border nor
 /// phase. A window computes it exactly with three states. Where a dart beyond the window could decide, a dart
 /// is *unknown*, and so is one that only unknown darts forbid; the known part of the window shrinks
 /// to exclude them. If it ends up smaller than needed, a larger window is taken. The size of the
 /// window therefore never shows in the result.
-pub(crate) fn fill(kinds: &Kinds, key: Key, chunk: ChunkCoord, need: f64) -> Vec<Point> {
-    let mut halo = 22.0 * kinds.max_core;
+pub(crate) fn fill(
+    kinds: &Kinds,
+    rounds: u32,
+    key: Key,
+    chunk: ChunkCoord,
+    need: f64,
+) -> Vec<Point> {
+    // Four for each annulus, the rest is what the settling usually leaves unknown.
+    let mut halo = f64::from(6 + 7 * rounds) * kinds.max_core;
     loop {
-        if let Some(points) = fill_window(kinds, key, chunk, need, need + halo) {
+        if let Some(points) = fill_window(kinds, rounds, key, chunk, need, need + halo) {
             return points;
         }
         halo *= 1.25;
@@ -134,6 +140,7 @@ pub(crate) fn fill(kinds: &Kinds, key: Key, chunk: ChunkCoord, need: f64) -> Vec
 
 fn fill_window(
     kinds: &Kinds,
+    rounds: u32,
     key: Key,
     chunk: ChunkCoord,
     need: f64,
@@ -148,7 +155,7 @@ fn fill_window(
     };
     known.settle(seeds(kinds, key, chunk, window));
     let mut active = 0;
-    for _ in 0..GENERATIONS {
+    for _ in 0..rounds {
         // A thrower reaches as far as twice the sum of two hard cores: nearer to the border of
         // what is known, darts of unknown throwers would be missed.
         known.half -= 4.0 * kinds.max_core + SLACK;
@@ -214,11 +221,11 @@ impl Known<'_> {
         }
     }
 
-    /// Settles one generation of darts: all those in the square of half edge `half` that meet no
+    /// Settles one round of darts: all those in the square of half edge `half` that meet no
     /// earlier point. Shrinks `half` to what is certain.
     fn settle(&mut self, mut darts: Vec<Point>) {
-        // A key is as good as random, and no two are equal.
-        darts.sort_unstable_by_key(|dart| dart.key);
+        // A key's hash is as good as random; the key itself breaks ties.
+        darts.sort_unstable_by_key(|dart| (dart.key.to_u64(), dart.key));
         let first = self.points.len();
         // Darts that are points, or may be: `certain` tells.
         let mut index = QuadTree::new(DVec2::splat(0.5 - self.half), 2.0 * self.half);

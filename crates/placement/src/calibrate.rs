@@ -20,8 +20,10 @@ const SATURATED: f64 = 0.6966;
 /// The hard-core distance over the spacing of a saturated pattern of the target's density. At 1
 /// the pattern would be as regular as a plantation, at 0 as ragged as rain.
 const HARD_CORE: f64 = 0.5;
-/// Half the edge of the calibration's window in mean hard-core distances.
-const WINDOW: f64 = 60.0;
+/// The edge of the calibration's window in mean hard-core distances: some 4000 points.
+const WINDOW: f64 = 80.0;
+/// More rounds than this bring next to nothing.
+const MAX_ROUNDS: u32 = 4;
 /// The edge of the grid of probes that measure the room that earlier layers leave.
 const PROBES: u32 = 64;
 
@@ -29,17 +31,15 @@ const PROBES: u32 = 64;
 #[derive(Clone, Debug)]
 pub(crate) struct Layer {
     pub(crate) kinds: Kinds,
+    /// How often the fill works off its active list.
+    pub(crate) rounds: u32,
     /// In chunk edges.
     pub(crate) max_radius: f64,
-    /// Per variety: the share of the fill that is kept. Empty for an empty layer.
+    /// Per variety: the share of the fill that is kept.
     keep: Vec<f64>,
 }
 
 impl Layer {
-    pub(crate) fn is_empty(&self) -> bool {
-        self.keep.is_empty()
-    }
-
     /// The thinning: keyed by the point, blind to everything else.
     pub(crate) fn keeps(&self, point: &Point) -> bool {
         let mut rng = point.key.stage(THINNING).rng();
@@ -47,55 +47,66 @@ impl Layer {
     }
 }
 
-/// Makes every layer of valid parameters, in order, by growing a window of each once.
+/// Makes every layer of valid parameters, in order, by growing a window of each; `None` for a layer
+/// without things.
 ///
 /// The calibration's key is its own: equal parameters keep equal shares in every world.
-pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Layer>, ParamError> {
-    let factor = params.factor();
+pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, ParamError> {
     let mut layers = Vec::new();
-    // What stands in the window's innermost square of half edge `room`.
-    let mut standing: Vec<Point> = Vec::new();
-    let mut room = f64::INFINITY;
+    let mut standing = Standing {
+        factor: params.factor(),
+        half: f64::INFINITY,
+        points: Vec::new(),
+    };
     for (number, layer) in params.layers.iter().enumerate() {
+        if layer.per_chunk == 0.0 {
+            layers.push(None);
+            continue;
+        }
         let target = layer.per_chunk
             / (params.allowed_fraction * params.density_factor * params.density_factor);
         let kinds = kinds(params, layer, target);
-        if target == 0.0 {
-            layers.push(Layer {
-                kinds,
-                max_radius: 0.0,
-                keep: Vec::new(),
-            });
-            continue;
-        }
         let half = WINDOW * kinds.mean_core();
-        let key = Key::world(0).stage(CALIBRATION).item(number as u64);
-        let mut points = fill(&kinds, key, ChunkCoord::default(), half);
-        let filled = points.len() as f64 / (4.0 * half * half);
-        let bias = Bias::of(&kinds, layer, &points);
-        let clearances = Clearances::of(
-            &standing,
-            room,
-            factor,
-            factor * max_radius(layer) / params.chunk_size_m,
-        );
-
-        let mut keep = Vec::new();
-        for (i, variety) in layer.varieties.iter().enumerate() {
-            // Of `filled` points per chunk, this share is of this variety and finds room.
-            let beside_rocks = mean_over_radius(variety, |r| rock_free(params, r));
-            let beside_layers = mean_over_radius(variety, |r| {
-                clearances.share(factor * r / params.chunk_size_m)
-            });
-            keep.push(target / (filled * bias.acceptance(&kinds, i) * beside_rocks * beside_layers));
+        let max_radius = max_radius(layer) / params.chunk_size_m;
+        let clearances = Clearances::of(&standing, params.factor() * max_radius);
+        // Of all darts of a variety, this share is neither beside a rock nor beside earlier layers.
+        let room: Vec<f64> = layer
+            .varieties
+            .iter()
+            .map(|v| {
+                mean_over_radius(v, |r| rock_free(params, r))
+                    * mean_over_radius(v, |r| {
+                        clearances.share(params.factor() * r / params.chunk_size_m)
+                    })
+            })
+            .collect();
+        let mut most = f64::INFINITY;
+        for rounds in 1..=MAX_ROUNDS {
+            let key = Key::world(0).stage(CALIBRATION).item(number as u64);
+            let points = fill(&kinds, rounds, key, ChunkCoord::default(), half);
+            let filled = points.len() as f64 / (4.0 * half * half);
+            let bias = Bias::of(&kinds, layer, &points);
+            let keep: Vec<f64> = (0..room.len())
+                .map(|i| target / (filled * bias.acceptance(&kinds, i) * room[i]))
+                .collect();
+            let thrown = keep.iter().zip(&layer.varieties);
+            most = thrown
+                .filter(|(_, v)| v.weight > 0.0)
+                .map(|(keep, _)| *keep)
+                .fold(0.0, f64::max);
+            if most <= 1.0 {
+                let layer = Layer {
+                    kinds,
+                    rounds,
+                    max_radius,
+                    keep,
+                };
+                standing.add(points, &layer, half);
+                layers.push(Some(layer));
+                break;
+            }
         }
-        let weighted = |i: usize| layer.varieties[i].weight > 0.0;
-        let most = (0..keep.len())
-            .filter(|i| weighted(*i))
-            .map(|i| keep[i])
-            .fold(0.0, f64::max);
-        // Not `most > 1`: no room at all gives infinity, or no number.
-        if !(most <= 1.0) {
+        if layers.len() == number {
             return Err(ParamError::TooDense {
                 layer: number,
                 name: layer.name.clone(),
@@ -103,24 +114,39 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Layer>, ParamErr
                 at_most: layer.per_chunk / most,
             });
         }
-        let layer = Layer {
-            max_radius: max_radius(layer) / params.chunk_size_m,
-            kinds,
-            keep,
-        };
-
-        if room > half {
-            room = half;
-            standing.retain(|p| from_centre(p.p) <= half);
-        }
-        let index = index(&standing, room, factor);
-        points.retain(|p| {
-            from_centre(p.p) <= room && layer.keeps(p) && is_free(&index, p.p, factor * p.radius)
-        });
-        standing.append(&mut points);
-        layers.push(layer);
     }
     Ok(layers)
+}
+
+/// What the layers so far left standing in the calibration's window.
+struct Standing {
+    factor: f64,
+    /// Half the edge of the square where the points are complete.
+    half: f64,
+    points: Vec<Point>,
+}
+
+impl Standing {
+    fn add(&mut self, mut points: Vec<Point>, layer: &Layer, half: f64) {
+        let half = half.min(self.half);
+        let index = self.index();
+        points.retain(|p| {
+            from_centre(p.p) <= half
+                && layer.keeps(p)
+                && is_free(&index, p.p, self.factor * p.radius)
+        });
+        self.half = half;
+        self.points.retain(|p| from_centre(p.p) <= half);
+        self.points.append(&mut points);
+    }
+
+    fn index(&self) -> QuadTree {
+        let mut index = QuadTree::new(DVec2::splat(0.5 - self.half), 2.0 * self.half);
+        for point in &self.points {
+            index.insert(point.p, self.factor * point.radius);
+        }
+        index
+    }
 }
 
 /// The hard cores of a layer: [`HARD_CORE`] of what the target implies, more for big varieties.
@@ -143,11 +169,7 @@ fn kinds(params: &PlacementParams, layer: &LayerParams, target: f64) -> Kinds {
         .zip(&relative)
         .map(|(v, r)| v.weight / total * r * r)
         .sum();
-    let core = if target > 0.0 {
-        HARD_CORE * libm::sqrt(SATURATED / (target * mean_square)) / 2.0
-    } else {
-        0.0
-    };
+    let core = HARD_CORE * libm::sqrt(SATURATED / (target * mean_square)) / 2.0;
     Kinds::new(
         &layer.varieties,
         relative.iter().map(|r| core * r).collect(),
@@ -244,15 +266,14 @@ fn core_powers(kinds: &Kinds, variety: usize) -> DVec2 {
 struct Clearances(Vec<f64>);
 
 impl Clearances {
-    /// `room` is the half edge of the square where `standing` is complete, `most` the largest
-    /// scaled radius that will be asked for.
-    fn of(standing: &[Point], room: f64, factor: f64, most: f64) -> Self {
-        if standing.is_empty() {
+    /// `most` is the largest scaled radius that will be asked for.
+    fn of(standing: &Standing, most: f64) -> Self {
+        if standing.points.is_empty() {
             return Self(Vec::new());
         }
-        let index = index(standing, room, factor);
-        let largest = standing.iter().map(|p| p.radius).fold(0.0, f64::max);
-        let half = room - (most + factor * largest);
+        let index = standing.index();
+        let largest = standing.points.iter().map(|p| p.radius).fold(0.0, f64::max);
+        let half = standing.half - (most + standing.factor * largest);
         let mut rng = Key::world(0).stage(CALIBRATION).rng();
         let mut clearances = Vec::new();
         for y in 0..PROBES {
@@ -282,12 +303,4 @@ impl Clearances {
         let blocked = self.0.partition_point(|c| *c < radius);
         1.0 - blocked as f64 / self.0.len() as f64
     }
-}
-
-fn index(standing: &[Point], room: f64, factor: f64) -> QuadTree {
-    let mut index = QuadTree::new(DVec2::splat(0.5 - room), 2.0 * room);
-    for point in standing {
-        index.insert(point.p, factor * point.radius);
-    }
-    index
 }

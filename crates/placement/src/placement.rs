@@ -27,7 +27,7 @@ const ROCK_TRIES: u64 = 500;
 pub struct Placement {
     params: PlacementParams,
     key: Key,
-    layers: Vec<Layer>,
+    layers: Vec<Option<Layer>>,
     /// In chunk edges: how far a site of one layer keeps another layer's away, at most.
     reach: f64,
 }
@@ -40,7 +40,11 @@ impl Placement {
     pub fn new(params: PlacementParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
         let layers = calibrate(&params)?;
-        let largest = layers.iter().map(|l| l.max_radius).fold(0.0, f64::max);
+        let largest = layers
+            .iter()
+            .flatten()
+            .map(|l| l.max_radius)
+            .fold(0.0, f64::max);
         Ok(Self {
             reach: 2.0 * params.factor() * largest,
             params,
@@ -90,11 +94,16 @@ impl Placement {
         let factor = self.params.rock_factor();
         let mut index = QuadTree::new(DVec2::splat(-1.0), 3.0);
         for site in neighbours.iter().copied().flatten() {
-            index.insert(self.local(coord, site), self.in_chunks(factor * site.radius_m));
+            index.insert(
+                self.local(coord, site),
+                self.in_chunks(factor * site.radius_m),
+            );
         }
         let weights: Vec<f64> = rocks.varieties.iter().map(|v| v.weight).collect();
         let chunk = self.key.stage(ROCKS).chunk(coord);
-        let number = chunk.rng().between(rocks.min_per_chunk, rocks.max_per_chunk);
+        let number = chunk
+            .rng()
+            .between(rocks.min_per_chunk, rocks.max_per_chunk);
         let mut sites = Vec::new();
         for i in 0..u64::from(number) {
             let key = chunk.item(i);
@@ -142,12 +151,13 @@ impl Placement {
         let mut standing = QuadTree::new(DVec2::splat(-self.reach), 1.0 + 2.0 * self.reach);
         let mut sites = Vec::new();
         for (number, layer) in self.layers.iter().enumerate() {
-            if layer.is_empty() {
+            let Some(layer) = layer else {
                 continue;
-            }
+            };
             // Later layers give way to this one, and theirs to them: one reach for each.
             let need = 0.5 + self.reach * (self.layers.len() - 1 - number) as f64;
-            let mut points = fill(&layer.kinds, stage.item(number as u64), coord, need);
+            let key = stage.item(number as u64);
+            let mut points = fill(&layer.kinds, layer.rounds, key, coord, need);
             points.retain(|p| layer.keeps(p) && is_free(&standing, p.p, factor * p.radius));
             points.sort_unstable_by_key(|p| p.key);
             for p in &points {
