@@ -1,2 +1,26 @@
-//! The nemoral command line.
-fn main() {}
+//! The `nemoral` program: arguments, progress, exit codes; nothing else.
+
+mod arguments;
+mod commands;
+mod frames;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// The program's exit code for a request that is wrong.
+const WRONG_REQUEST: u8 = 2;
+
+fn main() -> ExitCode {
+    let arguments = arguments::Arguments::parse();
+    match commands::run(arguments) {
+        Ok(true) => ExitCode::SUCCESS,
+        // The command ran, and its answer is no: `check` found something.
+        Ok(false) => ExitCode::FAILURE,
+        Err(failure) => {
+            progress::complain(&failure.message);
+            ExitCode::from(if failure.is_request { WRONG_REQUEST } else { 1 })
+        }
+    }
+}

@@ -231,6 +231,17 @@ pub(crate) fn decode_normals(path: &Path, bytes: &[u8]) -> Result<Image<Vec3>, E
     Ok(decode_rgb(path, bytes)?.map(|&rgb| normal_from_rgb(rgb)))
 }
 
+/// Writes a picture as PNG; it appears under its name only when it is whole.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be written.
+pub fn write_png(path: &Path, rgb: &Image<[u8; 3]>) -> Result<(), Error> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    let name = path.file_name().and_then(|n| n.to_str());
+    let name = name.ok_or_else(|| Error::invalid("path", path.display(), "a file's name"))?;
+    crate::atomic::put(folder.unwrap_or(Path::new(".")), name, &encode_rgb(rgb)).map(|_| ())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

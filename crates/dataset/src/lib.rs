@@ -27,6 +27,7 @@ pub use agreement::{Agreement, ClassAgreement, Residual};
 pub use check::{CheckReport, Problem, check};
 pub use error::Error;
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
+pub use images::write_png;
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
 pub use manifest::{FORMAT_VERSION, FileRecord, FrameRecord, Manifest, SequenceRecord};
 pub use merge::merge;

@@ -81,12 +81,15 @@ mod tests {
         let robot = DVec2::new(25.0, 25.0);
         let state = |x| manager.state(ChunkCoord::new(x, 0), robot);
         // Chunk x begins 50 x - 25 m from the robot.
-        assert_eq!([0, 2, 3, 4, 5].map(state), [
-            ChunkState::Active,
-            ChunkState::Active,
-            ChunkState::Disabled,
-            ChunkState::Disabled,
-            ChunkState::Deleted,
-        ]);
+        assert_eq!(
+            [0, 2, 3, 4, 5].map(state),
+            [
+                ChunkState::Active,
+                ChunkState::Active,
+                ChunkState::Disabled,
+                ChunkState::Disabled,
+                ChunkState::Deleted,
+            ]
+        );
     }
 }

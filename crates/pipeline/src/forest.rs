@@ -11,9 +11,7 @@ use crate::plan::{Node, Plan};
 use crate::robot::{Guide, GuideStage};
 use crate::stages::assets::{AssetStage, WorldAssets};
 use crate::stages::chunk::{Low, LowStage, Solid, SolidStage};
-use crate::stages::frame::{
-    FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage,
-};
+use crate::stages::frame::{FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGround, ChunkGroundStage, GroundModel, GroundStage};
 use crate::stages::openness::{Openness, OpennessStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
@@ -74,8 +72,10 @@ impl ForestPlan {
 
         let ground_model = plan.add(GroundStage::new(config), ());
         let assets = plan.add(AssetStage::new(config), ());
-        let placement = plan
-            .add(PlacementStage::new(config), (assets.of_world(), ground_model.of_world()));
+        let placement = plan.add(
+            PlacementStage::new(config),
+            (assets.of_world(), ground_model.of_world()),
+        );
         let flora = plan.add(FloraStage::new(config), ());
         let guide = plan.add(GuideStage::new(config), (ground_model.of_world(),));
         let camera = plan.add(CameraStage::new(config), ());
@@ -93,22 +93,43 @@ impl ForestPlan {
         let phases = [phase0, phase1, phase2, phase3].map(Node::anywhere);
         let rocks = plan.add(RockStage, (phases,));
         let woody = plan.add(WoodyStage, (world, ground, rocks.anywhere()));
-        let things = plan
-            .add(ThingStage, (assets.of_world(), ground_model.of_world(), ground, rocks, woody));
+        let things = plan.add(
+            ThingStage,
+            (
+                assets.of_world(),
+                ground_model.of_world(),
+                ground,
+                rocks,
+                woody,
+            ),
+        );
         let openness = plan.add(
             OpennessStage { chunk_size_m },
             (assets.of_world(), ground, things.anywhere()),
         );
         let undergrowth = plan.add(UndergrowthStage, (flora.of_world(), ground, openness));
-        let solid = plan.add(SolidStage::new(config)?, (assets.of_world(), ground, things));
+        let solid = plan.add(
+            SolidStage::new(config)?,
+            (assets.of_world(), ground, things),
+        );
         let low = plan.add(
             LowStage { chunk_size_m },
-            (assets.of_world(), ground_model.of_world(), ground, undergrowth),
+            (
+                assets.of_world(),
+                ground_model.of_world(),
+                ground,
+                undergrowth,
+            ),
         );
 
         let pose = plan.add(
             PoseStage { chunk_size_m },
-            (guide.of_world(), lidar.of_world(), ground.anywhere(), things.anywhere()),
+            (
+                guide.of_world(),
+                lidar.of_world(),
+                ground.anywhere(),
+                things.anywhere(),
+            ),
         );
         let scene = plan.add(
             SceneStage {
@@ -118,8 +139,14 @@ impl ForestPlan {
             },
             (pose, solid.anywhere(), low.anywhere(), openness.anywhere()),
         );
-        let image = plan.add(ImageStage, (camera.of_world(), assets.of_world(), pose, scene));
-        let scan = plan.add(ScanStage, (lidar.of_world(), assets.of_world(), pose, scene));
+        let image = plan.add(
+            ImageStage,
+            (camera.of_world(), assets.of_world(), pose, scene),
+        );
+        let scan = plan.add(
+            ScanStage,
+            (lidar.of_world(), assets.of_world(), pose, scene),
+        );
 
         Ok(Self {
             plan,

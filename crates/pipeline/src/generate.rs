@@ -119,9 +119,16 @@ pub fn generate(
     let writer = Writer::create(&request.out, request.mode, header)?;
     record(request, &forest, &runner, &writer, observer, stop)?;
     let tracks = tracks(config, &forest, &runner)?;
-    let frames: Vec<u64> = writer.frames().into_iter().map(|(_, frame)| frame).collect();
+    let frames: Vec<u64> = writer
+        .frames()
+        .into_iter()
+        .map(|(_, frame)| frame)
+        .collect();
     let (trees, objects) = inventory(config, &forest, &runner, &frames)?;
-    let tables = WorldTables { trees: &trees, objects: &objects };
+    let tables = WorldTables {
+        trees: &trees,
+        objects: &objects,
+    };
     Ok(writer.finish(&tables, &[tracks])?)
 }
 
@@ -154,7 +161,13 @@ fn record(
                         (finished.frame, bytes, false)
                     }
                 };
-                observer.frame(Done { frame, count, total, bytes, resumed });
+                observer.frame(Done {
+                    frame,
+                    count,
+                    total,
+                    bytes,
+                    resumed,
+                });
             }
             Ok::<_, Error>(())
         });
@@ -195,13 +208,25 @@ fn make(
     let pose = runner.get(forest.pose, frame)?;
     let image = runner.get(forest.image, frame)?;
     let scan = runner.get(forest.scan, frame)?;
-    manager.evict(runner.store(), pose.world_from_body().translation_m.truncate());
-    Ok(Finished { frame, pose, image, scan, key })
+    manager.evict(
+        runner.store(),
+        pose.world_from_body().translation_m.truncate(),
+    );
+    Ok(Finished {
+        frame,
+        pose,
+        image,
+        scan,
+        key,
+    })
 }
 
 fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
-    let camera =
-        CameraData { name: CAMERA_NAME, rgb: &finished.image.rgb, truth: &finished.image.truth };
+    let camera = CameraData {
+        name: CAMERA_NAME,
+        rgb: &finished.image.rgb,
+        truth: &finished.image.truth,
+    };
     let lidar = LidarData {
         name: LIDAR_NAME,
         points: &finished.scan,
@@ -231,8 +256,12 @@ fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
 fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> {
     let ontology = Ontology::by_name(&config.output.ontology)
         .expect("the config's words are the built-in ontologies");
-    let stage_keys =
-        forest.plan().provenance().into_iter().enumerate().map(|(i, (id, key))| {
+    let stage_keys = forest
+        .plan()
+        .provenance()
+        .into_iter()
+        .enumerate()
+        .map(|(i, (id, key))| {
             // Stage ids may repeat (rock phases): number them in plan order.
             (format!("{i:02} {id}"), key.to_string())
         });
@@ -242,7 +271,11 @@ fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> 
         seed: config.seed,
         backend: "cpu".to_owned(),
         chunk_size_m: config.chunks.size_m,
-        depth_format: if config.output.depth_npy { DepthFormat::Npy } else { DepthFormat::Png16 },
+        depth_format: if config.output.depth_npy {
+            DepthFormat::Npy
+        } else {
+            DepthFormat::Png16
+        },
         licence: String::new(),
         ontology,
         cameras: vec![CameraSpec {
@@ -271,7 +304,10 @@ fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<T
         }
         Ok((pose.time_s, body))
     });
-    Ok(Track { sequence: SEQUENCE, poses: poses.collect::<Result<_, Error>>()? })
+    Ok(Track {
+        sequence: SEQUENCE,
+        poses: poses.collect::<Result<_, Error>>()?,
+    })
 }
 
 /// Every thing in a chunk that is visible from one of the frames, in order of id.
@@ -284,8 +320,16 @@ fn inventory(
     let chunks = &config.chunks;
     let mut visible: BTreeSet<ChunkCoord> = BTreeSet::new();
     for &frame in frames {
-        let position = runner.get(forest.pose, frame)?.world_from_body().translation_m.truncate();
-        visible.extend(visible_chunks(position, chunks.visible_radius_m, chunks.size_m));
+        let position = runner
+            .get(forest.pose, frame)?
+            .world_from_body()
+            .translation_m
+            .truncate();
+        visible.extend(visible_chunks(
+            position,
+            chunks.visible_radius_m,
+            chunks.size_m,
+        ));
     }
     let assets = runner.get(forest.assets, ())?;
     let manager = ChunkManager::new(chunks.clone());

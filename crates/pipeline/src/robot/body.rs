@@ -19,7 +19,10 @@ impl Body {
     pub fn stand(&self, world_m: DVec2, forward: DVec2, ground: &dyn Surface) -> RigidTransform {
         let forward = forward.normalize_or(DVec2::X);
         let left = forward.perp();
-        let (f, l) = (forward * (self.wheelbase_m / 2.0), left * (self.track_m / 2.0));
+        let (f, l) = (
+            forward * (self.wheelbase_m / 2.0),
+            left * (self.track_m / 2.0),
+        );
         let wheel = |offset: DVec2| ground.height_m(world_m + offset);
         let (front_left, front_right) = (wheel(f + l), wheel(f - l));
         let (back_left, back_right) = (wheel(l - f), wheel(-f - l));
@@ -31,7 +34,10 @@ impl Body {
         let z = x.cross(left.extend(across));
         let (x, z) = (x / x.length(), z / z.length());
         let rotation = DQuat::from_mat3(&DMat3::from_cols(x, z.cross(x), z)).normalize();
-        RigidTransform { rotation, translation_m: world_m.extend(height) }
+        RigidTransform {
+            rotation,
+            translation_m: world_m.extend(height),
+        }
     }
 }
 
@@ -87,7 +93,10 @@ impl PoseTrack {
             translation_m: p.translation_m - origin_m,
             ..*p
         });
-        Self { half_s: self.half_s, poses: poses.collect() }
+        Self {
+            half_s: self.half_s,
+            poses: poses.collect(),
+        }
     }
 }
 
@@ -97,7 +106,10 @@ mod tests {
     use nemoral_scene::FlatSurface;
     use proptest::prelude::*;
 
-    const BODY: Body = Body { wheelbase_m: 0.8, track_m: 0.6 };
+    const BODY: Body = Body {
+        wheelbase_m: 0.8,
+        track_m: 0.6,
+    };
 
     proptest! {
         #[test]
@@ -116,14 +128,28 @@ mod tests {
     #[test]
     fn a_track_passes_through_its_samples() {
         let pose = |t: f64| -> Result<RigidTransform, ()> {
-            Ok(RigidTransform::from_xyz_rpy(DVec3::new(t, t * t, 0.0), 0.0, 0.1 * t, t))
+            Ok(RigidTransform::from_xyz_rpy(
+                DVec3::new(t, t * t, 0.0),
+                0.0,
+                0.1 * t,
+                t,
+            ))
         };
         let track = PoseTrack::sample(0.1, pose).expect("no error");
         for t in [-0.1, -0.05, 0.0, 0.1] {
             let (a, b) = (track.at(t), pose(t).expect("no error"));
-            assert!(a.translation_m.distance(b.translation_m) < 1e-12 && a.rotation.angle_between(b.rotation) < 1e-7);
+            assert!(
+                a.translation_m.distance(b.translation_m) < 1e-12
+                    && a.rotation.angle_between(b.rotation) < 1e-7
+            );
         }
         assert_eq!(track.at(9.0), track.at(0.1));
-        assert!(track.at(0.013).translation_m.distance(pose(0.013).expect("no error").translation_m) < 1e-4);
+        assert!(
+            track
+                .at(0.013)
+                .translation_m
+                .distance(pose(0.013).expect("no error").translation_m)
+                < 1e-4
+        );
     }
 }

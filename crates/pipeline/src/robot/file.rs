@@ -12,8 +12,10 @@ use crate::Error;
 /// # Errors
 /// If the file cannot be read, or a line is not a pose: with its number and what is expected.
 pub fn read_poses(path: &Path, format: &str) -> Result<Vec<(Option<f64>, RigidTransform)>, Error> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| Error::Read { path: path.to_owned(), source: source.into() })?;
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
+        path: path.to_owned(),
+        source: source.into(),
+    })?;
     let mut poses = Vec::new();
     for (i, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
@@ -34,7 +36,13 @@ pub fn read_poses(path: &Path, format: &str) -> Result<Vec<(Option<f64>, RigidTr
                 if (q.length() - 1.0).abs() > 0.01 {
                     return Err(wrong("a pose whose quaternion has length 1"));
                 }
-                (Some(t), RigidTransform { rotation: q.normalize(), translation_m: DVec3::new(x, y, z) })
+                (
+                    Some(t),
+                    RigidTransform {
+                        rotation: q.normalize(),
+                        translation_m: DVec3::new(x, y, z),
+                    },
+                )
             }
             ("kitti", &[a, b, c, x, d, e, f, y, g, h, i, z]) => {
                 let m = DMat3::from_cols_array(&[a, d, g, b, e, h, c, f, i]);
@@ -43,7 +51,13 @@ pub fn read_poses(path: &Path, format: &str) -> Result<Vec<(Option<f64>, RigidTr
                     return Err(wrong("a pose whose 3 x 3 part is a rotation"));
                 }
                 let rotation = DQuat::from_mat3(&m).normalize();
-                (None, RigidTransform { rotation, translation_m: DVec3::new(x, y, z) })
+                (
+                    None,
+                    RigidTransform {
+                        rotation,
+                        translation_m: DVec3::new(x, y, z),
+                    },
+                )
             }
             ("tum", _) => return Err(wrong("`t x y z qx qy qz qw`")),
             _ => return Err(wrong("12 numbers, a 3 x 4 matrix row by row")),
@@ -69,13 +83,24 @@ mod tests {
     #[test]
     fn both_formats_say_the_same() {
         let yaw = DQuat::from_rotation_z(0.5);
-        let tum = format!("# t x y z q\n\n0.5 1 2 3 {} {} {} {}\n", yaw.x, yaw.y, yaw.z, yaw.w);
+        let tum = format!(
+            "# t x y z q\n\n0.5 1 2 3 {} {} {} {}\n",
+            yaw.x, yaw.y, yaw.z, yaw.w
+        );
         let (s, c) = 0.5_f64.sin_cos();
         let kitti = format!("{c} {} 0 1 {s} {c} 0 2 0 0 1 3\n", -s);
-        let (a, b) = (read("tum", &tum).expect("fine"), read("kitti", &kitti).expect("fine"));
+        let (a, b) = (
+            read("tum", &tum).expect("fine"),
+            read("kitti", &kitti).expect("fine"),
+        );
         assert_eq!((a[0].0, b[0].0), (Some(0.5), None));
         let p = DVec3::new(0.3, 0.4, 0.5);
-        assert!(a[0].1.transform_point(p).distance(b[0].1.transform_point(p)) < 1e-12);
+        assert!(
+            a[0].1
+                .transform_point(p)
+                .distance(b[0].1.transform_point(p))
+                < 1e-12
+        );
     }
 
     #[test]

@@ -35,10 +35,20 @@ pub struct Guide {
 
 #[derive(Debug)]
 enum Path {
-    Trail { path: Arc<TrailPath>, start_m: f64 },
+    Trail {
+        path: Arc<TrailPath>,
+        start_m: f64,
+    },
     Wander(Wander),
-    Straight { start_m: DVec2, forward: DVec2 },
-    File { times_s: Vec<f64>, poses: Vec<RigidTransform>, on_ground: bool },
+    Straight {
+        start_m: DVec2,
+        forward: DVec2,
+    },
+    File {
+        times_s: Vec<f64>,
+        poses: Vec<RigidTransform>,
+        on_ground: bool,
+    },
 }
 
 /// What a guide needs to know of the land: its ground and what stands on it.
@@ -88,7 +98,11 @@ impl Guide {
                 wander.at(s, &|p, reach| obstacles(p, reach, self.chunk_size_m, land))?
             }
             Path::Straight { start_m, forward } => (*start_m + *forward * s, *forward),
-            Path::File { times_s, poses, on_ground } => {
+            Path::File {
+                times_s,
+                poses,
+                on_ground,
+            } => {
                 let pose = interpolate(times_s, poses, times_s[frame as usize] + offset_s);
                 if !on_ground {
                     return Ok(pose);
@@ -97,8 +111,13 @@ impl Guide {
                 (pose.translation_m.truncate(), forward)
             }
         };
-        let ground = land.ground.at(ChunkCoord::containing(position, self.chunk_size_m))?;
-        let body = Body { wheelbase_m: self.robot.wheelbase_m, track_m: self.robot.track_m };
+        let ground = land
+            .ground
+            .at(ChunkCoord::containing(position, self.chunk_size_m))?;
+        let body = Body {
+            wheelbase_m: self.robot.wheelbase_m,
+            track_m: self.robot.track_m,
+        };
         Ok(body.stand(position, forward, &*ground))
     }
 }
@@ -107,10 +126,18 @@ impl Guide {
 fn there_and_back(path: &TrailPath, s_m: f64) -> Heading {
     let length = path.length_m();
     let lap = s_m.rem_euclid(2.0 * length);
-    let s = if lap > length { 2.0 * length - lap } else { lap };
+    let s = if lap > length {
+        2.0 * length - lap
+    } else {
+        lap
+    };
     // The heading turns through 180 degrees about each end.
     let to_far_end = lap - length;
-    let to_near_end = if lap > length { lap - 2.0 * length } else { lap };
+    let to_near_end = if lap > length {
+        lap - 2.0 * length
+    } else {
+        lap
+    };
     let turned = if to_far_end.abs() < TURN_M / 2.0 {
         to_far_end / TURN_M + 0.5
     } else if to_near_end.abs() < TURN_M / 2.0 {
@@ -121,7 +148,10 @@ fn there_and_back(path: &TrailPath, s_m: f64) -> Heading {
         0.0
     };
     let tangent = path.tangent(s);
-    (path.position_m(s), DVec2::from_angle(turned * std::f64::consts::PI).rotate(tangent))
+    (
+        path.position_m(s),
+        DVec2::from_angle(turned * std::f64::consts::PI).rotate(tangent),
+    )
 }
 
 /// What stands within `reach` of a point and is in a robot's way.
@@ -170,7 +200,10 @@ impl GuideStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        Self { robot: config.robot.clone(), chunk_size_m: config.chunks.size_m }
+        Self {
+            robot: config.robot.clone(),
+            chunk_size_m: config.chunks.size_m,
+        }
     }
 
     fn from_file(&self, file: &config::PathFile) -> Result<Path, Error> {
@@ -180,8 +213,11 @@ impl GuideStage {
         } else {
             self.robot.spacing_m / self.robot.speed_m_s
         };
-        let times_s: Vec<f64> =
-            read.iter().enumerate().map(|(i, (t, _))| t.unwrap_or(i as f64 * step)).collect();
+        let times_s: Vec<f64> = read
+            .iter()
+            .enumerate()
+            .map(|(i, (t, _))| t.unwrap_or(i as f64 * step))
+            .collect();
         if let Some(i) = times_s.windows(2).position(|w| w[1] <= w[0]) {
             let (path, a, b) = (&file.path, times_s[i], times_s[i + 1]);
             return Err(Error::request(format!(
@@ -190,7 +226,11 @@ impl GuideStage {
             )));
         }
         let poses = read.into_iter().map(|(_, pose)| pose).collect();
-        Ok(Path::File { times_s, poses, on_ground: file.on_ground })
+        Ok(Path::File {
+            times_s,
+            poses,
+            on_ground: file.on_ground,
+        })
     }
 }
 
@@ -216,7 +256,13 @@ impl Stage for GuideStage {
         let (sin, cos) = r.heading_deg.to_radians().sin_cos();
         let forward = DVec2::new(sin, cos);
         let wander = |amplitude_m: f64| {
-            Path::Wander(Wander::new(start_m, forward, amplitude_m, r.clearance_m, world))
+            Path::Wander(Wander::new(
+                start_m,
+                forward,
+                amplitude_m,
+                r.clearance_m,
+                world,
+            ))
         };
         let mut note = None;
         let path = match &r.path {
@@ -240,6 +286,11 @@ impl Stage for GuideStage {
             RobotPath::Straight(_) => Path::Straight { start_m, forward },
             RobotPath::File(file) => self.from_file(file)?,
         };
-        Ok(Guide { path, note, robot: r.clone(), chunk_size_m: self.chunk_size_m })
+        Ok(Guide {
+            path,
+            note,
+            robot: r.clone(),
+            chunk_size_m: self.chunk_size_m,
+        })
     }
 }

@@ -38,7 +38,13 @@ pub struct Wander {
 impl Wander {
     /// A wander from `start_m` along `forward`.
     #[must_use]
-    pub fn new(start_m: DVec2, forward: DVec2, amplitude_m: f64, clearance_m: f64, key: Key) -> Self {
+    pub fn new(
+        start_m: DVec2,
+        forward: DVec2,
+        amplitude_m: f64,
+        clearance_m: f64,
+        key: Key,
+    ) -> Self {
         let key = key.stage(WANDER);
         Self {
             start_m,
@@ -69,12 +75,18 @@ impl Wander {
             *value = self.knot(i + k as i64 - 1, obstacles)?;
         }
         let (m1, m2) = ((d[2] - d[0]) / 2.0, (d[3] - d[1]) / 2.0);
-        let (a, b) = (2.0 * (d[1] - d[2]) + m1 + m2, 3.0 * (d[2] - d[1]) - 2.0 * m1 - m2);
+        let (a, b) = (
+            2.0 * (d[1] - d[2]) + m1 + m2,
+            3.0 * (d[2] - d[1]) - 2.0 * m1 - m2,
+        );
         let offset = d[1] + t * (m1 + t * (b + t * a));
         let slope = (m1 + t * (2.0 * b + 3.0 * t * a)) / KNOT_M;
         let left = self.forward.perp();
         let position = self.start_m + self.forward * s_m + left * offset;
-        Ok((position, (self.forward + left * slope).normalize_or(self.forward)))
+        Ok((
+            position,
+            (self.forward + left * slope).normalize_or(self.forward),
+        ))
     }
 
     fn knot<E>(
@@ -83,7 +95,12 @@ impl Wander {
         obstacles: &dyn Fn(DVec2, f64) -> Result<Vec<Obstacle>, E>,
     ) -> Result<f64, E> {
         let block = index.div_euclid(BLOCK);
-        let cached = self.blocks.lock().unwrap_or_else(PoisonError::into_inner).get(&block).cloned();
+        let cached = self
+            .blocks
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .get(&block)
+            .cloned();
         let offsets = match cached {
             Some(offsets) => offsets,
             None => {
@@ -151,7 +168,11 @@ impl Wander {
                     let gap = q.distance(p + self.forward * along) - r;
                     let lack = (self.clearance_m + 0.4 - gap).max(0.0);
                     // Touching costs more than any detour.
-                    if gap < self.clearance_m { 1000.0 + 1000.0 * lack } else { 30.0 * lack }
+                    if gap < self.clearance_m {
+                        1000.0 + 1000.0 * lack
+                    } else {
+                        30.0 * lack
+                    }
                 })
                 .sum();
             blocked + (offset - wish).powi(2) * 0.05
@@ -165,18 +186,28 @@ impl Wander {
         block: i64,
         obstacles: &dyn Fn(DVec2, f64) -> Result<Vec<Obstacle>, E>,
     ) -> Result<Vec<f64>, E> {
-        let (entry, exit) = (self.entry(block, obstacles)?, self.entry(block + 1, obstacles)?);
+        let (entry, exit) = (
+            self.entry(block, obstacles)?,
+            self.entry(block + 1, obstacles)?,
+        );
         let step_cost = |a: usize, b: usize| {
             let step = (self.choice_m(a) - self.choice_m(b)) / KNOT_M;
             // Beyond 45 degrees a robot would turn rather than drive.
-            40.0 * step * step + if step.abs() > 1.0 { 1e5 * step.abs() } else { 0.0 }
+            40.0 * step * step
+                + if step.abs() > 1.0 {
+                    1e5 * step.abs()
+                } else {
+                    0.0
+                }
         };
         let mut total = vec![f64::INFINITY; CHOICES];
         total[entry] = 0.0;
         let mut from: Vec<Vec<usize>> = Vec::new();
         for k in 1..=BLOCK {
             let costs = if k == BLOCK {
-                (0..CHOICES).map(|c| if c == exit { 0.0 } else { f64::INFINITY }).collect()
+                (0..CHOICES)
+                    .map(|c| if c == exit { 0.0 } else { f64::INFINITY })
+                    .collect()
             } else {
                 self.costs(block * BLOCK + k, obstacles)?
             };
@@ -211,12 +242,17 @@ mod tests {
 
     fn wood(spacing: f64) -> impl Fn(DVec2, f64) -> Result<Vec<Obstacle>, Never> {
         move |p, reach| {
-            let cells = |c: f64| ((c - reach) / spacing).floor() as i64..=((c + reach) / spacing).ceil() as i64;
+            let cells = |c: f64| {
+                ((c - reach) / spacing).floor() as i64..=((c + reach) / spacing).ceil() as i64
+            };
             let mut out = Vec::new();
             for x in cells(p.x) {
                 for y in cells(p.y) {
                     let mut rng = Key::world(3).chunk([x as i32, y as i32]).rng();
-                    let q = DVec2::new(x as f64 + rng.range_f64(0.1, 0.9), y as f64 + rng.range_f64(0.1, 0.9)) * spacing;
+                    let q = DVec2::new(
+                        x as f64 + rng.range_f64(0.1, 0.9),
+                        y as f64 + rng.range_f64(0.1, 0.9),
+                    ) * spacing;
                     if q.distance(p) < reach {
                         out.push((q, 0.2));
                     }
@@ -227,7 +263,13 @@ mod tests {
     }
 
     fn wander() -> Wander {
-        Wander::new(DVec2::new(5.0, -3.0), DVec2::new(1.0, 1.0), 8.0, 0.8, Key::world(9))
+        Wander::new(
+            DVec2::new(5.0, -3.0),
+            DVec2::new(1.0, 1.0),
+            8.0,
+            0.8,
+            Key::world(9),
+        )
     }
 
     #[test]
@@ -246,21 +288,34 @@ mod tests {
     #[test]
     fn any_point_needs_none_before_it() {
         let (a, b, obstacles) = (wander(), wander(), wood(5.0));
-        let forwards: Vec<_> = (0..900).map(|i| a.at(f64::from(i), &obstacles).expect("never")).collect();
+        let forwards: Vec<_> = (0..900)
+            .map(|i| a.at(f64::from(i), &obstacles).expect("never"))
+            .collect();
         for i in (0..900).rev() {
-            assert_eq!(b.at(f64::from(i), &obstacles).expect("never"), forwards[i as usize]);
+            assert_eq!(
+                b.at(f64::from(i), &obstacles).expect("never"),
+                forwards[i as usize]
+            );
         }
     }
 
     #[test]
     fn it_is_smooth_and_starts_at_the_start() {
         let (w, obstacles) = (wander(), wood(5.0));
-        let (p, _) = w.at(0.0, &|_, _| Ok::<_, Never>(Vec::new())).expect("never");
+        let (p, _) = w
+            .at(0.0, &|_, _| Ok::<_, Never>(Vec::new()))
+            .expect("never");
         assert!(p.distance(DVec2::new(5.0, -3.0)) < 0.3, "{p}");
-        let w = { let _ = w; wander() };
+        let w = {
+            let _ = w;
+            wander()
+        };
         for i in 0..20_000 {
             let s = f64::from(i) * 0.02;
-            let ((p, d), (q, e)) = (w.at(s, &obstacles).expect("never"), w.at(s + 0.02, &obstacles).expect("never"));
+            let ((p, d), (q, e)) = (
+                w.at(s, &obstacles).expect("never"),
+                w.at(s + 0.02, &obstacles).expect("never"),
+            );
             assert!(p.distance(q) < 0.04 && d.angle_to(e).abs() < 0.05, "at {s}");
             assert!((q - p).dot(d) > 0.0);
         }

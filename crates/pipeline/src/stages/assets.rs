@@ -49,7 +49,9 @@ impl AssetStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        Self { assets: config.assets.clone() }
+        Self {
+            assets: config.assets.clone(),
+        }
     }
 }
 
@@ -72,7 +74,10 @@ impl Stage for AssetStage {
         let params = AssetParams {
             individuals_per_species: self.assets.individuals,
             trunk_radius_m: self.assets.trunk_radius_m,
-            stand: StandParams { dbh_mean_m: [self.assets.dbh_mean_m; 3], ..StandParams::default() },
+            stand: StandParams {
+                dbh_mean_m: [self.assets.dbh_mean_m; 3],
+                ..StandParams::default()
+            },
             ..AssetParams::default()
         };
         let library = Library::grow(&params, world).map_err(Error::of_stage)?;

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use nemoral_assets::{GroundMaterials, PlantAsset};
 use nemoral_raycast::{Blas, Group};
 use nemoral_scene::glam::{DVec2, Mat3, Vec2, Vec3};
-use nemoral_scene::{
-    ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface,
-};
+use nemoral_scene::{ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface};
 use nemoral_seed::{Draw, Key, Stage as Purpose};
 use nemoral_terrain::{GroundMesher, MeshParams, Terrain, TerrainParams};
 use nemoral_trails::{DressingKind, TrailZone};
@@ -51,14 +49,23 @@ impl SolidStage {
             fine_cell_m: config.terrain.fine_cell_m,
             ..MeshParams::default()
         };
-        let mesher = GroundMesher::new(params).map_err(|e| Error::request(format!("terrain: {e}")))?;
-        Ok(Self { mesher, params, chunk_size_m: config.chunks.size_m })
+        let mesher =
+            GroundMesher::new(params).map_err(|e| Error::request(format!("terrain: {e}")))?;
+        Ok(Self {
+            mesher,
+            params,
+            chunk_size_m: config.chunks.size_m,
+        })
     }
 }
 
 impl Stage for SolidStage {
     type At = ChunkCoord;
-    type Inputs = (OfWorld<WorldAssets>, Node<ChunkCoord, ChunkGround>, Node<ChunkCoord, Things>);
+    type Inputs = (
+        OfWorld<WorldAssets>,
+        Node<ChunkCoord, ChunkGround>,
+        Node<ChunkCoord, Things>,
+    );
     type Output = Solid;
     const ID: &'static str = "chunk.solid";
     const VERSION: u32 = 1;
@@ -92,7 +99,10 @@ impl Stage for SolidStage {
         )];
         for thing in &things.0 {
             let shape = thing.shape(&assets);
-            instances.push((thing.instance(shape, at, self.chunk_size_m), Arc::clone(shape)));
+            instances.push((
+                thing.instance(shape, at, self.chunk_size_m),
+                Arc::clone(shape),
+            ));
         }
         Ok(Solid(Arc::new(Group::build(instances))))
     }
@@ -188,7 +198,9 @@ impl Stage for LowStage {
             let gradient: Vec2 = sample.gradient.as_vec2();
             let instance = Instance {
                 prototype: Arc::clone(shape.prototype()),
-                position_m: (place.position_m - origin).extend(sample.height_m).as_vec3(),
+                position_m: (place.position_m - origin)
+                    .extend(sample.height_m)
+                    .as_vec3(),
                 linear: Instance::upright(place.yaw_rad as f32, place.scale as f32, gradient),
                 object: ObjectId::NONE,
                 variation: rng.unit_f32(),
@@ -198,8 +210,12 @@ impl Stage for LowStage {
         let library = &assets.library;
         for patch in patches.iter() {
             let p = &patch.point;
-            let place =
-                Place { position_m: p.position_m, yaw_rad: p.yaw_rad, scale: p.scale, key: p.key };
+            let place = Place {
+                position_m: p.position_m,
+                yaw_rad: p.yaw_rad,
+                scale: p.scale,
+                key: p.key,
+            };
             match patch.kind {
                 PatchKind::Grass => plant(&assets.grass, &library.grass, &place),
                 PatchKind::Herbs => plant(&assets.herbs, &library.herbs, &place),
@@ -211,11 +227,17 @@ impl Stage for LowStage {
         let tufts = dressing.iter().filter(|d| d.kind == DressingKind::Grass);
         for (i, d) in tufts.enumerate() {
             let key = world.stage(LOOK).chunk(at).item(i as u64);
-            let place =
-                Place { position_m: d.position_m, yaw_rad: d.yaw_rad, scale: d.scale, key };
+            let place = Place {
+                position_m: d.position_m,
+                yaw_rad: d.yaw_rad,
+                scale: d.scale,
+                key,
+            };
             plant(&assets.trail_grass, &library.trail_grass, &place);
         }
-        Ok(Low((!instances.is_empty()).then(|| Arc::new(Group::build(instances)))))
+        Ok(Low(
+            (!instances.is_empty()).then(|| Arc::new(Group::build(instances)))
+        ))
     }
 }
 

@@ -50,7 +50,12 @@ pub struct PoseStage {
 
 impl Stage for PoseStage {
     type At = u64;
-    type Inputs = (OfWorld<Guide>, OfWorld<LidarRig>, AnyChunk<ChunkGround>, AnyChunk<Things>);
+    type Inputs = (
+        OfWorld<Guide>,
+        OfWorld<LidarRig>,
+        AnyChunk<ChunkGround>,
+        AnyChunk<Things>,
+    );
     type Output = FramePose;
     const ID: &'static str = "frame.pose";
     const VERSION: u32 = 1;
@@ -71,14 +76,20 @@ impl Stage for PoseStage {
         ),
     ) -> Result<FramePose, Error> {
         if let Some(frames) = guide.frames().filter(|&frames| at >= frames) {
-            return Err(Error::request(format!("frame {at}: the path has {frames} poses")));
+            return Err(Error::request(format!(
+                "frame {at}: the path has {frames} poses"
+            )));
         }
         let half_s = lidar.scanner.duration_s() / 2.0;
         let land = Land { ground, things };
         let track = PoseTrack::sample(half_s, |offset_s| guide.pose(at, offset_s, land))?;
         let position = track.middle().translation_m.truncate();
         let chunk = ChunkCoord::containing(position, self.chunk_size_m);
-        Ok(FramePose { time_s: guide.time_s(at), track, chunk })
+        Ok(FramePose {
+            time_s: guide.time_s(at),
+            track,
+            chunk,
+        })
     }
 }
 
@@ -122,7 +133,12 @@ pub struct SceneStage {
 
 impl Stage for SceneStage {
     type At = u64;
-    type Inputs = (Node<u64, FramePose>, AnyChunk<Solid>, AnyChunk<Low>, AnyChunk<Openness>);
+    type Inputs = (
+        Node<u64, FramePose>,
+        AnyChunk<Solid>,
+        AnyChunk<Low>,
+        AnyChunk<Openness>,
+    );
     type Output = FrameScene;
     const ID: &'static str = "frame.scene";
     const VERSION: u32 = 1;
@@ -149,7 +165,11 @@ impl Stage for SceneStage {
         let visible = visible_chunks(position, self.visible_radius_m, size);
         let near = visible_chunks(position, self.undergrowth_radius_m, size);
         let offset = |c: ChunkCoord| {
-            Vec3::new((c.x - pose.chunk.x) as f32, (c.y - pose.chunk.y) as f32, 0.0) * size as f32
+            Vec3::new(
+                (c.x - pose.chunk.x) as f32,
+                (c.y - pose.chunk.y) as f32,
+                0.0,
+            ) * size as f32
         };
         let mut groups = Vec::new();
         for (chunk, solid) in visible.iter().zip(solid.all(&visible)?) {
@@ -160,7 +180,11 @@ impl Stage for SceneStage {
                 groups.push((offset(*chunk), Arc::clone(group)));
             }
         }
-        let openness = visible.iter().copied().zip(openness.all(&visible)?).collect();
+        let openness = visible
+            .iter()
+            .copied()
+            .zip(openness.all(&visible)?)
+            .collect();
         Ok(FrameScene {
             forest: Forest::new(groups),
             origin_m: pose.chunk.origin_m(size).extend(0.0),
@@ -209,7 +233,9 @@ impl Stage for ImageStage {
             sky_visibility: &openness,
         };
         let key = world.stage(CAMERA).item(at);
-        rig.renderer.render(&seen, &view, key).map_err(Error::of_stage)
+        rig.renderer
+            .render(&seen, &view, key)
+            .map_err(Error::of_stage)
     }
 }
 
@@ -219,8 +245,12 @@ pub struct ScanStage;
 
 impl Stage for ScanStage {
     type At = u64;
-    type Inputs =
-        (OfWorld<LidarRig>, OfWorld<WorldAssets>, Node<u64, FramePose>, Node<u64, FrameScene>);
+    type Inputs = (
+        OfWorld<LidarRig>,
+        OfWorld<WorldAssets>,
+        Node<u64, FramePose>,
+        Node<u64, FrameScene>,
+    );
     type Output = Vec<LidarPoint>;
     const ID: &'static str = "frame.scan";
     const VERSION: u32 = 1;

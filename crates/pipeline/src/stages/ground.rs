@@ -6,7 +6,9 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
 use nemoral_seed::Key;
 use nemoral_terrain::{GroundZones, PerlinTerrain, Terrain, TerrainParams, ZoneSample};
-use nemoral_trails::{Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails};
+use nemoral_trails::{
+    Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
+};
 
 use crate::Error;
 use crate::config::{self, Config};
@@ -49,17 +51,22 @@ impl GroundModel {
     /// stratified points of 256 chunks around `centre`.
     #[must_use]
     pub fn trail_share(&self, centre: ChunkCoord, clearance_m: f64) -> f64 {
-        let Some(trails) = &self.trails else { return 0.0 };
+        let Some(trails) = &self.trails else {
+            return 0.0;
+        };
         let (mut near, mut all) = (0_u32, 0_u32);
         for i in 0..256 {
             // Every fifth chunk of a square: births reach over 40, so neighbours tell little new.
             let chunk = centre.offset(5 * (i % 16 - 8), 5 * (i / 16 - 8));
             let origin = chunk.origin_m(self.chunk_size_m);
-            let ground = (!trails.in_chunk(chunk).is_empty()).then(|| trails.ground_near(chunk, 1.0));
+            let ground =
+                (!trails.in_chunk(chunk).is_empty()).then(|| trails.ground_near(chunk, 1.0));
             for j in 0..64 {
                 all += 1;
                 let cell = DVec2::new(f64::from(j % 8) + 0.5, f64::from(j / 8) + 0.5) / 8.0;
-                let edge = ground.as_ref().map(|g| g.edge_m(origin + cell * self.chunk_size_m));
+                let edge = ground
+                    .as_ref()
+                    .map(|g| g.edge_m(origin + cell * self.chunk_size_m));
                 near += u32::from(edge.is_some_and(|e| e < clearance_m));
             }
         }
@@ -83,13 +90,17 @@ impl ChunkGround {
     /// Signed distance to the nearest trail edge, metres: negative on a trail, infinite far from any.
     #[must_use]
     pub fn trail_edge_m(&self, world_m: DVec2) -> f64 {
-        self.carved.as_ref().map_or(f64::INFINITY, |g| g.edge_m(world_m))
+        self.carved
+            .as_ref()
+            .map_or(f64::INFINITY, |g| g.edge_m(world_m))
     }
 
     /// Which part of a trail a point lies on.
     #[must_use]
     pub fn trail_zone(&self, world_m: DVec2) -> TrailZone {
-        self.carved.as_ref().map_or(TrailZone::Off, |g| g.zone(world_m))
+        self.carved
+            .as_ref()
+            .map_or(TrailZone::Off, |g| g.zone(world_m))
     }
 
     /// What the trail is made of there.
@@ -138,7 +149,10 @@ impl GroundStage {
 
     fn trail_params(&self) -> TrailParams {
         let t = &self.trails;
-        let ruts = Ruts { depth_m: t.rut_depth_m, ..Ruts::default() };
+        let ruts = Ruts {
+            depth_m: t.rut_depth_m,
+            ..Ruts::default()
+        };
         TrailParams {
             width_m: t.width_m,
             spawn_probability: t.spawn_probability,
@@ -153,7 +167,9 @@ impl GroundStage {
             grass_max_per_chunk: t.grass_max,
             grass_spread_m: t.grass_spread_m,
             rocks_max_per_trail: t.rocks_max,
-            surface: TrailSurfaceKind::ALL.into_iter().find(|k| k.name() == t.surface),
+            surface: TrailSurfaceKind::ALL
+                .into_iter()
+                .find(|k| k.name() == t.surface),
         }
     }
 }
@@ -191,7 +207,11 @@ impl Stage for GroundStage {
         } else {
             None
         };
-        Ok(GroundModel { base, trails, chunk_size_m: self.chunk_size_m })
+        Ok(GroundModel {
+            base,
+            trails,
+            chunk_size_m: self.chunk_size_m,
+        })
     }
 }
 

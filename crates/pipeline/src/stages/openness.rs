@@ -43,7 +43,10 @@ impl Openness {
         let p = (world_m.truncate() - self.origin_m) / self.cell_m;
         let top = (self.side - 1) as f64;
         let (x, y) = (p.x.clamp(0.0, top), p.y.clamp(0.0, top));
-        let (column, row) = ((x as usize).min(self.side - 2), (y as usize).min(self.side - 2));
+        let (column, row) = (
+            (x as usize).min(self.side - 2),
+            (y as usize).min(self.side - 2),
+        );
         let (fx, fy) = (x - column as f64, y - row as f64);
         let corners = [
             (0, 0, (1.0 - fx) * (1.0 - fy)),
@@ -52,7 +55,10 @@ impl Openness {
             (1, 1, fx * fy),
         ];
         let node = |dx, dy| (row + dy) * self.side + column + dx;
-        let ground: f64 = corners.iter().map(|&(dx, dy, w)| w * self.ground_m[node(dx, dy)]).sum();
+        let ground: f64 = corners
+            .iter()
+            .map(|&(dx, dy, w)| w * self.ground_m[node(dx, dy)])
+            .sum();
         let height = world_m.z - ground;
         let layers = HEIGHTS_M.len();
         if height >= HEIGHTS_M[layers - 1] {
@@ -61,11 +67,17 @@ impl Openness {
             let last = self.blend(&corners, node, layers - 1);
             return last + (1.0 - last) * fade;
         }
-        let upper = HEIGHTS_M.iter().position(|&h| height < h).unwrap_or(layers - 1).max(1);
+        let upper = HEIGHTS_M
+            .iter()
+            .position(|&h| height < h)
+            .unwrap_or(layers - 1)
+            .max(1);
         let (low, high) = (HEIGHTS_M[upper - 1], HEIGHTS_M[upper]);
         let t = ((height - low) / (high - low)).clamp(0.0, 1.0) as f32;
-        let (below, above) =
-            (self.blend(&corners, node, upper - 1), self.blend(&corners, node, upper));
+        let (below, above) = (
+            self.blend(&corners, node, upper - 1),
+            self.blend(&corners, node, upper),
+        );
         below + (above - below) * t
     }
 
@@ -76,7 +88,10 @@ impl Openness {
         layer: usize,
     ) -> f32 {
         let value = |dx, dy| self.values[node(dx, dy) * HEIGHTS_M.len() + layer];
-        corners.iter().map(|&(dx, dy, w)| w as f32 * value(dx, dy)).sum()
+        corners
+            .iter()
+            .map(|&(dx, dy, w)| w as f32 * value(dx, dy))
+            .sum()
     }
 }
 
@@ -114,8 +129,12 @@ fn directions() -> Vec<(DVec3, f64)> {
     for (ring, count) in [(1.0_f64 / 6.0, 3), (0.5, 4), (5.0 / 6.0, 5)] {
         let (sin, cos) = (ring.sqrt(), (1.0 - ring).sqrt());
         for i in 0..count {
-            let (s, c) = (std::f64::consts::TAU * (f64::from(i) + ring) / f64::from(count)).sin_cos();
-            out.push((DVec3::new(sin * c, sin * s, cos), 1.0 / 3.0 / f64::from(count)));
+            let (s, c) =
+                (std::f64::consts::TAU * (f64::from(i) + ring) / f64::from(count)).sin_cos();
+            out.push((
+                DVec3::new(sin * c, sin * s, cos),
+                1.0 / 3.0 / f64::from(count),
+            ));
         }
     }
     out
@@ -130,7 +149,11 @@ pub struct OpennessStage {
 
 impl Stage for OpennessStage {
     type At = ChunkCoord;
-    type Inputs = (OfWorld<WorldAssets>, Node<ChunkCoord, ChunkGround>, AnyChunk<Things>);
+    type Inputs = (
+        OfWorld<WorldAssets>,
+        Node<ChunkCoord, ChunkGround>,
+        AnyChunk<Things>,
+    );
     type Output = Openness;
     const ID: &'static str = "chunk.openness";
     const VERSION: u32 = 1;
@@ -184,7 +207,13 @@ impl Stage for OpennessStage {
                 values.push(seen as f32);
             }
         }
-        Ok(Openness { origin_m, cell_m, side, ground_m, values })
+        Ok(Openness {
+            origin_m,
+            cell_m,
+            side,
+            ground_m,
+            values,
+        })
     }
 }
 
@@ -208,20 +237,31 @@ mod tests {
 
     #[test]
     fn the_way_through_a_crown_is_its_chord() {
-        let crown = Crown { centre: DVec3::new(0.0, 0.0, 10.0), radius_m: 2.0, half_height_m: 3.0, extinction: 0.5 };
+        let crown = Crown {
+            centre: DVec3::new(0.0, 0.0, 10.0),
+            radius_m: 2.0,
+            half_height_m: 3.0,
+            extinction: 0.5,
+        };
         let up = |x| crown.optical_depth(DVec3::new(x, 0.0, 0.0), DVec3::Z);
         assert!((up(0.0) - 3.0).abs() < 1e-12);
         assert!((up(1.0) - 0.5 * 6.0 * 0.75_f64.sqrt()).abs() < 1e-12);
         assert_eq!(up(2.1), 0.0);
         // From its middle, half of it.
         assert!((crown.optical_depth(crown.centre, DVec3::Z) - 1.5).abs() < 1e-12);
-        assert_eq!(crown.optical_depth(DVec3::new(0.0, 0.0, 20.0), DVec3::Z), 0.0);
+        assert_eq!(
+            crown.optical_depth(DVec3::new(0.0, 0.0, 20.0), DVec3::Z),
+            0.0
+        );
     }
 
     #[test]
     fn directions_share_the_hemisphere() {
         let all = directions();
         assert!((all.iter().map(|d| d.1).sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!(all.iter().all(|(d, _)| (d.length() - 1.0).abs() < 1e-12 && d.z > 0.0));
+        assert!(
+            all.iter()
+                .all(|(d, _)| (d.length() - 1.0).abs() < 1e-12 && d.z > 0.0)
+        );
     }
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use nemoral_placement::{LayerParams, Placement, PlacementParams, RockParams, Site, Variety};
-use nemoral_scene::glam::DVec2;
 use nemoral_scene::ChunkCoord;
+use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 
 use super::assets::WorldAssets;
@@ -44,12 +44,18 @@ impl PlacementStage {
 
     fn share(&self, species: &str) -> f64 {
         let names = ["maritime_pine", "eucalyptus", "english_oak"];
-        names.iter().position(|n| *n == species).map_or(0.0, |i| self.shares[i])
+        names
+            .iter()
+            .position(|n| *n == species)
+            .map_or(0.0, |i| self.shares[i])
     }
 }
 
 fn exactly(radius_m: f64) -> Variety {
-    Variety { weight: 1.0, radius_m: (radius_m, radius_m) }
+    Variety {
+        weight: 1.0,
+        radius_m: (radius_m, radius_m),
+    }
 }
 
 impl Stage for PlacementStage {
@@ -60,7 +66,10 @@ impl Stage for PlacementStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", (&self.placement, self.shares, self.centre)));
+        hasher.write_str(&format!(
+            "{:?}",
+            (&self.placement, self.shares, self.centre)
+        ));
         hasher.write_f64(self.chunk_size_m);
     }
 
@@ -75,14 +84,18 @@ impl Stage for PlacementStage {
         let trees: Vec<Variety> = library
             .trees
             .iter()
-            .map(|t| Variety { weight: self.share(t.species), ..exactly(t.radius_m) })
+            .map(|t| Variety {
+                weight: self.share(t.species),
+                ..exactly(t.radius_m)
+            })
             .collect();
         let stumps: Vec<Variety> = library.stumps.iter().map(|s| exactly(s.radius_m)).collect();
         let shrubs: Vec<Variety> = library.shrubs.iter().map(|s| exactly(s.radius_m)).collect();
         let rocks = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
         // Targets are means over the whole plane; trails take their share of it.
         let weight: f64 = trees.iter().map(|t| t.weight).sum();
-        let mean_radius = trees.iter().map(|t| t.weight * t.radius_m.0).sum::<f64>() / weight.max(1e-9);
+        let mean_radius =
+            trees.iter().map(|t| t.weight * t.radius_m.0).sum::<f64>() / weight.max(1e-9);
         let trail_share = ground.trail_share(self.centre, mean_radius + VERGE_M);
         let counts = [p.trees, p.stumps, p.shrubs];
         let layers = LAYERS
@@ -117,7 +130,11 @@ pub struct RockPhaseStage<const N: usize>;
 
 impl<const N: usize> Stage for RockPhaseStage<N> {
     type At = ChunkCoord;
-    type Inputs = (OfWorld<Placement>, Node<ChunkCoord, ChunkGround>, [AnyChunk<Vec<Site>>; N]);
+    type Inputs = (
+        OfWorld<Placement>,
+        Node<ChunkCoord, ChunkGround>,
+        [AnyChunk<Vec<Site>>; N],
+    );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.rocks.phase";
     const VERSION: u32 = 1;
@@ -171,7 +188,11 @@ pub struct WoodyStage;
 
 impl Stage for WoodyStage {
     type At = ChunkCoord;
-    type Inputs = (OfWorld<Placement>, Node<ChunkCoord, ChunkGround>, AnyChunk<Vec<Site>>);
+    type Inputs = (
+        OfWorld<Placement>,
+        Node<ChunkCoord, ChunkGround>,
+        AnyChunk<Vec<Site>>,
+    );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.woody";
     const VERSION: u32 = 1;

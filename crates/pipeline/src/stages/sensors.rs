@@ -51,7 +51,9 @@ impl RangeModel for Noise {
             incidence_rad: o.incidence_rad,
             reflectance: o.reflectance,
         };
-        self.0.measure(&observation, &mut key.rng()).map(|range| range.max(0.0))
+        self.0
+            .measure(&observation, &mut key.rng())
+            .map(|range| range.max(0.0))
     }
 }
 
@@ -76,14 +78,21 @@ pub fn intrinsics(camera: &config::Camera) -> Result<Intrinsics, Error> {
 /// Where the camera's optical frame sits on the body.
 #[must_use]
 pub fn body_from_camera(c: &config::Camera) -> RigidTransform {
-    mount([c.mount_x_m, c.mount_y_m, c.mount_z_m], c.mount_pitch_deg, c.mount_yaw_deg)
-        * RigidTransform::body_from_optical()
+    mount(
+        [c.mount_x_m, c.mount_y_m, c.mount_z_m],
+        c.mount_pitch_deg,
+        c.mount_yaw_deg,
+    ) * RigidTransform::body_from_optical()
 }
 
 /// Where the LiDAR frame sits on the body.
 #[must_use]
 pub fn body_from_lidar(l: &config::Lidar) -> RigidTransform {
-    mount([l.mount_x_m, l.mount_y_m, l.mount_z_m], l.mount_pitch_deg, l.mount_yaw_deg)
+    mount(
+        [l.mount_x_m, l.mount_y_m, l.mount_z_m],
+        l.mount_pitch_deg,
+        l.mount_yaw_deg,
+    )
 }
 
 fn mount(position_m: [f64; 3], pitch_deg: f64, yaw_deg: f64) -> RigidTransform {
@@ -133,7 +142,10 @@ impl CameraStage {
 fn parse_utc(text: &str) -> Option<UtcTime> {
     let (date, time) = text.trim_end_matches('Z').split_once('T')?;
     let date: Vec<&str> = date.split('-').collect();
-    let time: Vec<f64> = time.split(':').map(|w| w.parse().ok()).collect::<Option<_>>()?;
+    let time: Vec<f64> = time
+        .split(':')
+        .map(|w| w.parse().ok())
+        .collect::<Option<_>>()?;
     let (&[year, month, day], &[h, m, s]) = (date.as_slice(), time.as_slice()) else {
         return None;
     };
@@ -177,9 +189,10 @@ impl Stage for CameraStage {
             body_from_camera: body_from_camera(&self.camera),
             renderer: RayCastCamera::new(params, lighting).map_err(Error::of_stage)?,
             exposure: match Exposure::default() {
-                Exposure::Auto { key, .. } => {
-                    Exposure::Auto { key, bias_ev: self.camera.exposure_bias_ev }
-                }
+                Exposure::Auto { key, .. } => Exposure::Auto {
+                    key,
+                    bias_ev: self.camera.exposure_bias_ev,
+                },
                 fixed => fixed,
             },
         })
@@ -240,7 +253,9 @@ impl Stage for LidarStage {
         let l = &self.lidar;
         let noise = match l.noise.model.as_str() {
             "off" => RangeNoise::Off,
-            "paper" => RangeNoise::Paper { sigma_m: l.noise.sigma_m },
+            "paper" => RangeNoise::Paper {
+                sigma_m: l.noise.sigma_m,
+            },
             "laconte" => RangeNoise::Laconte {
                 device: LaconteDevice::VelodyneHdl32e,
                 sigma_m: l.noise.sigma_m,
@@ -252,7 +267,11 @@ impl Stage for LidarStage {
             min_range_m: l.min_range_m as f32,
             // All sensors see equally far.
             max_range_m: l.max_range_m.min(self.visible_radius_m) as f32,
-            wavelength: if l.wavelength_nm == 1550 { Wavelength::Nm1550 } else { Wavelength::Nm905 },
+            wavelength: if l.wavelength_nm == 1550 {
+                Wavelength::Nm1550
+            } else {
+                Wavelength::Nm905
+            },
         };
         Ok(LidarRig {
             body_from_lidar: body_from_lidar(l),

@@ -163,8 +163,10 @@ impl Stage for ThingStage {
         }
         let stones = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
         let kinds = assets.library.trail_stones.len() as u32;
-        for (i, stone) in
-            stones.iter().filter(|d| d.kind == DressingKind::Stone).enumerate()
+        for (i, stone) in stones
+            .iter()
+            .filter(|d| d.kind == DressingKind::Stone)
+            .enumerate()
         {
             let key = world.stage(LOOK).chunk(at).item(i as u64);
             let asset = key.rng().below(kinds) as usize;
@@ -179,7 +181,9 @@ impl Stage for ThingStage {
             });
         }
         let things = placed.iter().enumerate().map(|(i, p)| {
-            let object = u16::try_from(i + 1).ok().and_then(|item| ObjectId::new(at, item));
+            let object = u16::try_from(i + 1)
+                .ok()
+                .and_then(|item| ObjectId::new(at, item));
             let object = object.ok_or_else(|| {
                 let message = format!("{} things: a chunk holds at most 65,535", placed.len());
                 Error::of_stage(std::io::Error::other(message))

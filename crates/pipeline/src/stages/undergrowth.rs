@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
-use nemoral_scene::glam::DVec2;
 use nemoral_scene::ChunkCoord;
+use nemoral_scene::Surface;
+use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Draw, Key, Stage as Purpose};
 use nemoral_terrain::{Terrain, TerrainParams};
-use nemoral_scene::Surface;
 
 use super::ground::ChunkGround;
 use super::openness::Openness;
@@ -61,7 +61,10 @@ impl FloraStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        Self { params: config.undergrowth.clone(), chunk_size_m: config.chunks.size_m }
+        Self {
+            params: config.undergrowth.clone(),
+            chunk_size_m: config.chunks.size_m,
+        }
     }
 }
 
@@ -93,7 +96,11 @@ impl Stage for FloraStage {
             chunk_size_m: self.chunk_size_m,
             cell_m: self.params.cell_m,
             jitter: 0.6,
-            varieties: vec![CoverVariety { weight: 1.0, radius_m: 0.0, scale: (0.75, 1.25) }],
+            varieties: vec![CoverVariety {
+                weight: 1.0,
+                radius_m: 0.0,
+                scale: (0.75, 1.25),
+            }],
         };
         Ok(Flora {
             cover: GroundCover::new(cover, key).map_err(Error::of_stage)?,
@@ -110,7 +117,11 @@ pub struct UndergrowthStage;
 
 impl Stage for UndergrowthStage {
     type At = ChunkCoord;
-    type Inputs = (OfWorld<Flora>, Node<ChunkCoord, ChunkGround>, Node<ChunkCoord, Openness>);
+    type Inputs = (
+        OfWorld<Flora>,
+        Node<ChunkCoord, ChunkGround>,
+        Node<ChunkCoord, Openness>,
+    );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
     const VERSION: u32 = 1;
@@ -126,9 +137,8 @@ impl Stage for UndergrowthStage {
         let radius_m = flora.params.cell_m * 0.5;
         let off_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) > radius_m;
         // Contrast: a field of octaves keeps to its middle; patches have an edge.
-        let contrast = |field: &Terrain, p: DVec2| {
-            ((field.height_m(p) - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0)
-        };
+        let contrast =
+            |field: &Terrain, p: DVec2| ((field.height_m(p) - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0);
         let density = |p: DVec2| {
             // Light: little grows in deep shade (vegetation.md 2.5).
             let light = f64::from(openness.at(p.extend(ground.height_m(p) + 0.3)));

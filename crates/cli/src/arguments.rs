@@ -1,0 +1,152 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::frames::{Frames, Shard};
+
+/// Grows virtual forests and records them with virtual cameras and LiDAR, perfectly labelled.
+#[derive(Debug, Parser)]
+#[command(name = "nemoral", version, max_term_width = 100)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Records a data set.
+    Generate(Generate),
+    /// Makes a contact sheet of one frame: colour, classes, instances, depth, scan.
+    Preview(Preview),
+    /// Shows, starts, checks and explains configs.
+    #[command(subcommand)]
+    Config(ConfigCommand),
+    /// Prints the plans as a graph, and what a run will take.
+    Plan(Plan),
+    /// Proves a data set: structure, sizes, checksums, ids, and that its sensors agree.
+    Check(Folder),
+    /// Counts what a data set holds.
+    Stats(Folder),
+    /// Joins shards into one data set.
+    Merge(Merge),
+}
+
+/// What world, and how it differs from the preset.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct World {
+    /// A TOML file over the preset.
+    pub(crate) config: Option<PathBuf>,
+    /// What to start from: see `nemoral config presets`.
+    #[arg(long, short, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Sets one key, such as `terrain.octaves=4`; may be given often.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// The world's seed.
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// Threads to use; all cores if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) threads: Option<u32>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Generate {
+    #[command(flatten)]
+    pub(crate) world: World,
+    /// `N` frames, or which of the sequence's frames to make: `A..B` (B not included) or `A,B,C`.
+    #[arg(long, value_name = "N|A..B|LIST")]
+    pub(crate) frames: Option<Frames>,
+    /// The output folder.
+    #[arg(long, short, value_name = "DIR", default_value = "nemoral-out")]
+    pub(crate) out: PathBuf,
+    /// Which renderer; `auto` takes the best there is.
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    pub(crate) backend: Backend,
+    /// Makes the Ith of N equal parts of the frames, I from 0; `merge` joins them.
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
+    /// Goes on with a data set that was interrupted.
+    #[arg(long, conflicts_with = "overwrite")]
+    pub(crate) resume: bool,
+    /// Replaces the data set in the folder.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+    /// Says nothing but errors.
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Backend {
+    /// The best there is; now the CPU.
+    Auto,
+    /// Casts rays on the CPU: works everywhere.
+    Cpu,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Preview {
+    #[command(flatten)]
+    pub(crate) world: World,
+    /// Which frame.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) frame: u64,
+    /// The picture.
+    #[arg(long, short, value_name = "FILE", default_value = "preview.png")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ConfigCommand {
+    /// Lists the presets.
+    Presets,
+    /// Prints a commented config to start from.
+    Init(World),
+    /// Prints the config that a run would use, every key.
+    Show(World),
+    /// Proves a config.
+    Check(World),
+    /// Prints the JSON schema, for editors that complete TOML.
+    Schema,
+    /// Prints the reference page, Markdown.
+    Reference,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Plan {
+    #[command(flatten)]
+    pub(crate) world: World,
+    /// How the graph is written.
+    #[arg(long, value_enum, default_value_t = Graph::Mermaid)]
+    pub(crate) format: Graph,
+    /// Lists each stage with its key instead of the graph.
+    #[arg(long)]
+    pub(crate) explain: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Graph {
+    /// Mermaid, which GitHub renders.
+    Mermaid,
+    /// Graphviz.
+    Dot,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Folder {
+    /// The data set.
+    pub(crate) dir: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Merge {
+    /// The shards.
+    #[arg(required = true)]
+    pub(crate) shards: Vec<PathBuf>,
+    /// The output folder.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+}

@@ -1,0 +1,199 @@
+//! Each command: one call of the pipeline or of the data set.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nemoral_dataset::OpenMode;
+use nemoral_pipeline::config::{
+    Config, Layers, Preset, annotated_toml, json_schema, reference_page,
+};
+use nemoral_pipeline::plan::{GraphFormat, Store};
+use nemoral_pipeline::{Error, ForestPlan, Request, estimate, generate, preview, write_png};
+
+use crate::arguments::{
+    Arguments, Command, ConfigCommand, Folder, Generate, Graph, Merge, Plan, Preview, World,
+};
+use crate::frames::Frames;
+use crate::progress::{Reporter, say};
+
+/// Why a command did not do what it was asked.
+pub(crate) struct Failure {
+    pub(crate) message: String,
+    pub(crate) is_request: bool,
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self {
+            message: error.to_string(),
+            is_request: error.is_request(),
+        }
+    }
+}
+
+impl From<nemoral_dataset::Error> for Failure {
+    fn from(error: nemoral_dataset::Error) -> Self {
+        Error::from(error).into()
+    }
+}
+
+fn wrong(message: impl Display) -> Failure {
+    Failure {
+        message: message.to_string(),
+        is_request: true,
+    }
+}
+
+/// Runs a command: `false` if it ran and its answer is no.
+pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
+    match arguments.command {
+        Command::Generate(a) => run_generate(&a),
+        Command::Preview(a) => run_preview(&a),
+        Command::Config(a) => run_config(&a),
+        Command::Plan(a) => run_plan(&a),
+        Command::Check(Folder { dir }) => {
+            let report = nemoral_dataset::check(&dir)?;
+            say(&report.to_string());
+            Ok(report.passed())
+        }
+        Command::Stats(Folder { dir }) => {
+            say(nemoral_dataset::stats(&dir)?.to_string().trim_end());
+            Ok(true)
+        }
+        Command::Merge(Merge { shards, out }) => {
+            let shards: Vec<&Path> = shards.iter().map(PathBuf::as_path).collect();
+            let merged = nemoral_dataset::merge(&shards, &out, OpenMode::Fresh)?;
+            say(&format!(
+                "{} frames in {}",
+                merged.frames.len(),
+                out.display()
+            ));
+            Ok(true)
+        }
+    }
+}
+
+fn load(world: &World) -> Result<Config, Failure> {
+    let mut settings = world.settings.clone();
+    settings.extend(world.seed.map(|seed| format!("seed={seed}")));
+    let layers = Layers {
+        preset: world.preset.clone(),
+        file: world.config.clone(),
+        settings,
+    };
+    Ok(layers.load()?)
+}
+
+/// How many threads to use; tells rayon.
+fn threads(world: &World) -> Result<usize, Failure> {
+    let threads = match world.threads {
+        Some(n) => n as usize,
+        None => std::thread::available_parallelism().map_or(1, Into::into),
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|e| Failure {
+            message: format!("cannot start threads: {e}"),
+            is_request: false,
+        })?;
+    Ok(threads)
+}
+
+fn run_generate(a: &Generate) -> Result<bool, Failure> {
+    let mut config = load(&a.world)?;
+    if let Some(Frames::Length(n)) = a.frames {
+        config = load(&World {
+            settings: [a.world.settings.clone(), vec![format!("frames={n}")]].concat(),
+            ..a.world.clone()
+        })?;
+    }
+    let mut frames: Vec<u64> = match &a.frames {
+        Some(Frames::These(list)) => list.clone(),
+        _ => (0..config.frames).collect(),
+    };
+    if let Some(shard) = a.shard {
+        frames = shard.of(&frames);
+    }
+    let mode = match (a.resume, a.overwrite) {
+        (true, _) => OpenMode::Resume,
+        (_, true) => OpenMode::Overwrite,
+        _ => OpenMode::Fresh,
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        // A second Ctrl-C does not wait for the frame in hand.
+        if asked.swap(true, Ordering::Relaxed) {
+            std::process::exit(1);
+        }
+    })
+    .map_err(|e| Failure {
+        message: format!("cannot listen for Ctrl-C: {e}"),
+        is_request: false,
+    })?;
+    let reporter = Reporter::new(frames.len(), a.quiet);
+    let request = Request {
+        config,
+        frames,
+        out: a.out.clone(),
+        mode,
+        threads: threads(&a.world)?,
+    };
+    let manifest = generate(&request, &reporter, &stop);
+    let (megabytes, seconds) = reporter.totals();
+    let manifest = manifest.inspect_err(|_| reporter.finish(""))?;
+    reporter.finish(&format!(
+        "{} frames in {}, {megabytes:.1} MB written in {seconds:.1} s",
+        manifest.frames.len(),
+        a.out.display()
+    ));
+    Ok(true)
+}
+
+fn run_preview(a: &Preview) -> Result<bool, Failure> {
+    let config = load(&a.world)?;
+    let sheet = preview(&config, a.frame, threads(&a.world)?)?;
+    write_png(&sheet, &a.out)?;
+    say(&format!("{}", a.out.display()));
+    Ok(true)
+}
+
+fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
+    match command {
+        ConfigCommand::Presets => {
+            for preset in Preset::ALL {
+                say(&format!("{:<8} {}", preset.name, preset.doc));
+            }
+        }
+        ConfigCommand::Init(world) => say(annotated_toml(&load(world)?).trim_end()),
+        ConfigCommand::Show(world) => say(load(world)?.to_toml().trim_end()),
+        ConfigCommand::Check(world) => {
+            ForestPlan::new(&load(world)?)?;
+            say("fine");
+        }
+        ConfigCommand::Schema => {
+            say(&serde_json::to_string_pretty(&json_schema()).map_err(wrong)?);
+        }
+        ConfigCommand::Reference => say(reference_page().trim_end()),
+    }
+    Ok(true)
+}
+
+fn run_plan(a: &Plan) -> Result<bool, Failure> {
+    let config = load(&a.world)?;
+    let forest = ForestPlan::new(&config)?;
+    if a.explain {
+        say(forest.plan().explain(&Store::unlimited()).trim_end());
+        say(&estimate(&config).to_string());
+    } else {
+        let format = match a.format {
+            Graph::Mermaid => GraphFormat::Mermaid,
+            Graph::Dot => GraphFormat::Dot,
+        };
+        say(forest.plan().draw(format).trim_end());
+    }
+    Ok(true)
+}

@@ -1,0 +1,111 @@
+//! What the user sees: a bar on a terminal, plain lines otherwise.
+
+use std::io::{IsTerminal, Write};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use nemoral_pipeline::{Done, Observer};
+
+/// Writes an error to standard error.
+pub(crate) fn complain(message: &str) {
+    let _ = writeln!(std::io::stderr(), "error: {message}");
+}
+
+/// Writes a line to standard output. A closed pipe is nobody listening, not an error.
+pub(crate) fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Reports a run to a person.
+pub(crate) struct Reporter {
+    bar: Option<ProgressBar>,
+    quiet: bool,
+    started: Instant,
+    last_line: Mutex<Option<Instant>>,
+    bytes: Mutex<u64>,
+}
+
+impl Reporter {
+    pub(crate) fn new(frames: usize, quiet: bool) -> Self {
+        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+            let bar = ProgressBar::new(frames as u64);
+            let template = "{bar:32} {pos}/{len} frames  {msg}  {eta} left";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar.set_message("growing the forest");
+            bar.enable_steady_tick(Duration::from_millis(250));
+            bar
+        });
+        Self {
+            bar,
+            quiet,
+            started: Instant::now(),
+            last_line: Mutex::new(None),
+            bytes: Mutex::new(0),
+        }
+    }
+
+    fn line(&self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(text),
+            None if self.quiet => {}
+            None => {
+                let _ = writeln!(std::io::stderr(), "{text}");
+            }
+        }
+    }
+
+    /// Ends the report.
+    pub(crate) fn finish(&self, text: &str) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+        self.line(text);
+    }
+
+    /// Megabytes written and seconds taken.
+    pub(crate) fn totals(&self) -> (f64, f64) {
+        let bytes = *self
+            .bytes
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        (bytes as f64 / 1e6, self.started.elapsed().as_secs_f64())
+    }
+}
+
+impl Observer for Reporter {
+    fn note(&self, message: &str) {
+        self.line(&format!("note: {message}"));
+    }
+
+    fn frame(&self, done: Done) {
+        *self
+            .bytes
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner) += done.bytes;
+        let elapsed = self.started.elapsed().as_secs_f64();
+        let rate = elapsed / done.count as f64;
+        if let Some(bar) = &self.bar {
+            bar.set_position(done.count as u64);
+            bar.set_message(format!("{rate:.2} s a frame"));
+            return;
+        }
+        // Logs of long runs stay short: a line a second, and the last.
+        let mut last = self
+            .last_line
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let due = last.is_none_or(|t| t.elapsed() >= Duration::from_secs(1));
+        if due || done.count == done.total {
+            *last = Some(Instant::now());
+            let left = rate * (done.total - done.count) as f64;
+            let kept = if done.resumed { " (was there)" } else { "" };
+            self.line(&format!(
+                "frame {}{kept}: {} of {}, {rate:.2} s a frame, {left:.0} s left",
+                done.frame, done.count, done.total
+            ));
+        }
+    }
+}
