@@ -336,3 +336,125 @@ pub(crate) fn snap(p: DVec2) -> DVec2 {
     let shift = DVec2::splat(6_291_456.0);
     (p + shift) - shift
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::index::{LinearScan, NeighbourIndex};
+
+    fn kinds() -> Kinds {
+        let varieties = [(3.0, 0.1, 0.2), (1.0, 0.3, 0.5), (0.0, 3.0, 3.0)];
+        let varieties = varieties.map(|(weight, low, high)| Variety {
+            weight,
+            radius_m: (low, high),
+        });
+        Kinds::new(&varieties, vec![0.02, 0.03, 0.2], 50.0, 1.0)
+    }
+
+    fn key() -> Key {
+        Key::world(5).stage(Stage::new("placement.test"))
+    }
+
+    fn sorted(mut points: Vec<Point>) -> Vec<(Key, DVec2, u16)> {
+        points.sort_unstable_by_key(|p| p.key);
+        points.iter().map(|p| (p.key, p.p, p.variety)).collect()
+    }
+
+    /// The definition, without windows, states or trees: everything in a square so large that what
+    /// happens at its border cannot reach the middle.
+    fn oracle(kinds: &Kinds, rounds: u32, chunk: ChunkCoord, need: f64) -> Vec<Point> {
+        let mut index = LinearScan::default();
+        let mut points: Vec<Point> = Vec::new();
+        let mut darts = seeds(kinds, key(), chunk, need + 0.8);
+        for round in 0..=rounds {
+            darts.sort_by_key(|d| (d.key.to_u64(), d.key));
+            let first = points.len();
+            for dart in darts {
+                if index.is_free(dart.p, dart.core) {
+                    index.insert(dart.p, dart.core);
+                    points.push(dart);
+                }
+            }
+            darts = Vec::new();
+            for thrower in &points[first..] {
+                let mut rng = thrower.key.stage(DARTS).rng();
+                for i in 0..DARTS_PER_POINT {
+                    let (variety, radius, core) = kinds.draw(&mut rng);
+                    let p = thrower.p + annulus(&mut rng, thrower.core + core);
+                    let key = thrower.key.item(u64::from(i));
+                    darts.push(Point {
+                        p,
+                        core,
+                        radius,
+                        variety,
+                        key,
+                    });
+                }
+            }
+            assert!(round == rounds || !darts.is_empty());
+        }
+        points.retain(|p| from_centre(p.p) <= need);
+        points
+    }
+
+    #[test]
+    fn the_fill_is_what_its_definition_says() {
+        let chunk = ChunkCoord::new(-7, 3);
+        for rounds in 0..3 {
+            let points = fill(&kinds(), rounds, key(), chunk, 0.5);
+            assert!(points.len() > 50);
+            assert_eq!(
+                sorted(points),
+                sorted(oracle(&kinds(), rounds, chunk, 0.5)),
+                "{rounds} rounds"
+            );
+        }
+    }
+
+    #[test]
+    fn the_size_of_the_window_does_not_show() {
+        for i in 0..20 {
+            let chunk = ChunkCoord::new(i, 1 - i);
+            let small = sorted(fill(&kinds(), 2, key(), chunk, 0.5));
+            let large = fill_window(&kinds(), 2, key(), chunk, 0.5, 2.0).expect("wide enough");
+            assert_eq!(small, sorted(large));
+        }
+    }
+
+    #[test]
+    fn neighbours_agree_to_the_bit() {
+        // The chunk to the west, seen from its own corner and from the chunk's.
+        for (x, y) in [(0, 0), (123, -45), (1_000_000, -1_000_000), (i32::MAX - 9, i32::MIN + 9)] {
+            let chunk = ChunkCoord::new(x, y);
+            let own = fill(&kinds(), 1, key(), chunk, 0.5);
+            let mut seen = fill(&kinds(), 1, key(), chunk.offset(1, -1), 1.5);
+            for point in &mut seen {
+                point.p += DVec2::new(1.0, -1.0);
+            }
+            seen.retain(|p| from_centre(p.p) <= 0.5);
+            assert_eq!(sorted(own), sorted(seen), "chunk {chunk}");
+        }
+    }
+
+    #[test]
+    fn darts_stay_in_the_annulus() {
+        let mut rng = key().rng();
+        for _ in 0..10_000 {
+            let distance = annulus(&mut rng, 0.03).length();
+            assert!((0.03 - SLACK..0.06 + SLACK).contains(&distance));
+        }
+    }
+
+    #[test]
+    fn sparse_layers_take_no_more_work_than_dense_ones() {
+        for core in [0.3, 30.0, 300.0] {
+            let variety = Variety {
+                weight: 1.0,
+                radius_m: (0.1, 0.2),
+            };
+            let kinds = Kinds::new(&[variety], vec![core], 50.0, 1.0);
+            let thrown = seeds(&kinds, key(), ChunkCoord::new(-5, 9), 0.5 + 13.0 * core);
+            assert!((1..2000).contains(&thrown.len()), "{}", thrown.len());
+        }
+    }
+}

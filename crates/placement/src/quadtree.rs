@@ -199,3 +199,57 @@ impl NeighbourIndex for QuadTree {
         self.search(p, radius, &mut visit)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LinearScan;
+    use proptest::prelude::*;
+
+    fn disc() -> impl Strategy<Value = (f64, f64, f64)> {
+        // Coarse coordinates make coincident points and exact touches common; some are out of bounds.
+        let coordinate = prop_oneof![(-40..140_i32).prop_map(|i| f64::from(i) / 100.0), -0.5..1.5];
+        let radius = prop_oneof![Just(0.0), 0.0..0.02, 0.0..0.5];
+        (coordinate.clone(), coordinate, radius)
+    }
+
+    proptest! {
+        #[test]
+        fn finds_what_a_scan_finds(
+            discs in prop::collection::vec(disc(), 0..200),
+            queries in prop::collection::vec(disc(), 1..20),
+        ) {
+            let mut tree = QuadTree::new(DVec2::ZERO, 1.0);
+            let mut scan = LinearScan::default();
+            for &(x, y, r) in &discs {
+                prop_assert_eq!(tree.insert(DVec2::new(x, y), r), scan.insert(DVec2::new(x, y), r));
+            }
+            prop_assert_eq!(tree.len(), discs.len());
+            for (x, y, r) in queries {
+                let p = DVec2::new(x, y);
+                prop_assert_eq!(tree.overlaps(p, r), scan.overlaps(p, r));
+                prop_assert_eq!(tree.is_free(p, r), scan.is_free(p, r));
+            }
+        }
+    }
+
+    #[test]
+    fn many_coincident_discs_are_all_found() {
+        let mut tree = QuadTree::new(DVec2::ZERO, 1.0);
+        for _ in 0..1000 {
+            tree.insert(DVec2::splat(0.3), 0.0);
+        }
+        assert_eq!(tree.overlaps(DVec2::splat(0.3), 0.1).len(), 1000);
+        assert!(tree.is_free(DVec2::splat(0.5), 0.1));
+        assert_eq!(tree.get(999), Some((DVec2::splat(0.3), 0.0)));
+        assert_eq!(tree.get(1000), None);
+    }
+
+    #[test]
+    fn touching_is_not_overlapping() {
+        let mut tree = QuadTree::new(DVec2::ZERO, 4.0);
+        tree.insert(DVec2::new(1.0, 1.0), 0.5);
+        assert!(tree.is_free(DVec2::new(2.0, 1.0), 0.5));
+        assert!(!tree.is_free(DVec2::new(2.0, 1.0), 0.500_001));
+    }
+}

@@ -1,0 +1,366 @@
+//! What must hold of every pattern.
+
+mod common;
+
+use common::{World, allowed_fraction, beside_trails, everywhere, forest, layer, square, trees, variety};
+use glam::DVec2;
+use nemoral_placement::{ParamError, Placement, PlacementParams, Site};
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::{Draw, Key, Stage};
+use proptest::prelude::*;
+
+/// Every pair of a window, rocks included, by brute force.
+fn assert_distances(params: &PlacementParams, rocks: &[Site], woody: &[Site]) {
+    let factor = params.spacing_factor * params.density_factor;
+    let all: Vec<(&Site, bool)> = rocks
+        .iter()
+        .map(|s| (s, true))
+        .chain(woody.iter().map(|s| (s, false)))
+        .collect();
+    for (i, (p, p_is_rock)) in all.iter().enumerate() {
+        for (q, q_is_rock) in &all[..i] {
+            let solid = *p_is_rock || *q_is_rock;
+            let factor = if solid { factor.max(1.0) } else { factor };
+            let least_m = factor * (p.radius_m + q.radius_m);
+            let distance_m = p.position_m.distance(q.position_m);
+            // World positions far out keep 7 nm.
+            assert!(distance_m >= least_m - 1e-6, "{p:?} and {q:?}: {distance_m} < {least_m}");
+        }
+    }
+}
+
+fn window(params: &PlacementParams, corner: ChunkCoord, side: i32) -> (Vec<Site>, Vec<Site>) {
+    let mut world = World::new(params.clone(), 3, &everywhere);
+    let chunks = square(corner, side);
+    let rocks = chunks.iter().flat_map(|c| world.rocks(*c)).collect();
+    let woody = chunks.iter().flat_map(|c| world.woody(*c)).collect();
+    (rocks, woody)
+}
+
+#[test]
+fn all_pairs_of_a_window_keep_their_distance() {
+    let params = forest(210.0);
+    let (rocks, woody) = window(&params, ChunkCoord::new(-3, -2), 6);
+    assert!(rocks.len() > 36 * 5 && woody.len() > 36 * 450);
+    assert_distances(&params, &rocks, &woody);
+}
+
+#[test]
+fn so_they_do_at_other_factors_and_far_away() {
+    for (spacing_factor, density_factor, corner) in [
+        (0.4, 1.0, ChunkCoord::new(0, 0)),
+        (2.0, 1.3, ChunkCoord::new(-1, 4)),
+        (1.2, 1.0, ChunkCoord::new(1_000_000, -1_000_000)),
+    ] {
+        let mut params = forest(60.0);
+        params.layers[2].per_chunk = 60.0;
+        params.spacing_factor = spacing_factor;
+        params.density_factor = density_factor;
+        let (rocks, woody) = window(&params, corner, 3);
+        assert!(woody.len() > 9 * 50, "{}", woody.len());
+        assert_distances(&params, &rocks, &woody);
+    }
+}
+
+#[test]
+fn the_rule_is_not_met_by_accident() {
+    // Without the rule, so many things in so little room would break it: the check above can fail.
+    let params = forest(210.0);
+    let (rocks, mut woody) = window(&params, ChunkCoord::new(0, 0), 2);
+    for site in &mut woody {
+        site.radius_m *= 1.2;
+    }
+    let result = std::panic::catch_unwind(|| assert_distances(&params, &rocks, &woody));
+    assert!(result.is_err());
+}
+
+#[test]
+fn order_and_eviction_do_not_show() {
+    let chunks = square(ChunkCoord::new(-2, -1), 4);
+    let mut world = World::new(forest(96.0), 9, &beside_trails);
+    let expected: Vec<_> = chunks.iter().map(|c| (world.rocks(*c), world.woody(*c))).collect();
+    let mut rng = Key::world(1).stage(Stage::new("test.shuffle")).rng();
+    for _ in 0..3 {
+        let mut order: Vec<usize> = (0..chunks.len()).collect();
+        for i in (1..order.len()).rev() {
+            order.swap(i, rng.below(i as u32 + 1) as usize);
+        }
+        world.evict();
+        for i in order {
+            let woody = world.woody(chunks[i]);
+            if rng.chance(0.3) {
+                world.evict();
+            }
+            assert_eq!((world.rocks(chunks[i]), woody), expected[i], "chunk {}", chunks[i]);
+        }
+    }
+}
+
+#[test]
+fn the_order_of_what_is_handed_in_does_not_show() {
+    let coord = ChunkCoord::new(1, 1);
+    let mut world = World::new(forest(96.0), 2, &everywhere);
+    let mut neighbours: Vec<Vec<Site>> = Placement::lower_phase_neighbours(coord)
+        .into_iter()
+        .map(|c| world.rocks(c))
+        .collect();
+    neighbours.reverse();
+    let slices: Vec<&[Site]> = neighbours.iter().map(Vec::as_slice).collect();
+    assert_eq!(world.placement.rocks(coord, &everywhere, &slices), world.rocks(coord));
+    let mut around: Vec<Site> = square(coord.offset(-1, -1), 3)
+        .into_iter()
+        .flat_map(|c| world.rocks(c))
+        .collect();
+    around.reverse();
+    assert_eq!(world.placement.woody(coord, &everywhere, &around), world.woody(coord));
+}
+
+#[test]
+fn sites_are_in_their_chunk_and_told_apart_by_key() {
+    for corner in [ChunkCoord::new(-2, -2), ChunkCoord::new(1_000_000, -1_000_000)] {
+        let params = forest(96.0);
+        let mut world = World::new(params.clone(), 4, &everywhere);
+        let mut keys = std::collections::HashSet::new();
+        for coord in square(corner, 3) {
+            let woody = world.woody(coord);
+            assert!(woody.is_sorted_by_key(|s| (s.layer, s.key)));
+            for site in world.rocks(coord).into_iter().chain(woody) {
+                assert_eq!(ChunkCoord::containing(site.position_m, 50.0), coord);
+                assert!(keys.insert(site.key));
+            }
+        }
+    }
+}
+
+#[test]
+fn worlds_differ_and_so_do_chunks() {
+    let coord = ChunkCoord::new(0, 0);
+    let mut a = World::new(forest(96.0), 1, &everywhere);
+    let mut b = World::new(forest(96.0), 2, &everywhere);
+    let positions = |sites: Vec<Site>, coord: ChunkCoord| -> Vec<DVec2> {
+        sites.iter().map(|s| s.position_m - coord.origin_m(50.0)).collect()
+    };
+    let other = ChunkCoord::new(-1, 0);
+    assert_ne!(positions(a.woody(coord), coord), positions(b.woody(coord), coord));
+    assert_ne!(positions(a.woody(coord), coord), positions(a.woody(other), other));
+    assert_ne!(positions(a.rocks(coord), coord), positions(b.rocks(coord), coord));
+}
+
+#[test]
+fn the_exclusion_is_respected_and_moves_nothing() {
+    let mut free = World::new(forest(210.0), 6, &everywhere);
+    let mut trails = World::new(forest(210.0), 6, &beside_trails);
+    let coord = ChunkCoord::new(3, -5);
+    let all = free.placement.woody(coord, &everywhere, &[]);
+    let beside = trails.placement.woody(coord, &beside_trails, &[]);
+    let expected: Vec<Site> = all
+        .iter()
+        .filter(|s| beside_trails(s.position_m, s.radius_m))
+        .copied()
+        .collect();
+    assert_eq!(beside, expected);
+    assert!(beside.len() < all.len() - 20);
+    for coord in square(coord, 4) {
+        let rocks = trails.rocks(coord);
+        assert!((5..=25).contains(&rocks.len()));
+        assert!(rocks.iter().all(|s| beside_trails(s.position_m, s.radius_m)));
+        assert!(free.rocks(coord).len() >= 5);
+    }
+    let nowhere = |_: DVec2, _: f64| false;
+    assert!(free.placement.rocks(coord, &nowhere, &[]).is_empty());
+    assert!(free.placement.woody(coord, &nowhere, &[]).is_empty());
+}
+
+#[test]
+fn rocks_come_in_the_numbers_asked_for() {
+    let mut params = forest(0.0);
+    params.rocks.min_per_chunk = 2;
+    params.rocks.max_per_chunk = 6;
+    let mut world = World::new(params, 8, &everywhere);
+    let mut histogram = [0_u32; 8];
+    for coord in square(ChunkCoord::new(0, 0), 30) {
+        histogram[world.rocks(coord).len()] += 1;
+    }
+    assert_eq!(histogram[..2], [0, 0]);
+    assert_eq!(histogram[7], 0);
+    // 180 expected of each, binomial.
+    assert!(histogram[2..7].iter().all(|n| n.abs_diff(180) < 48), "{histogram:?}");
+}
+
+#[test]
+fn crowded_rocks_give_up_rather_than_overlap() {
+    let mut params = forest(0.0);
+    params.chunk_size_m = 10.0;
+    params.rocks.min_per_chunk = 200;
+    params.rocks.max_per_chunk = 200;
+    params.rocks.varieties = vec![variety(1.0, 0.8, 1.0)];
+    params.spacing_factor = 1.0;
+    let (rocks, _) = {
+        params.layers.clear();
+        window(&params, ChunkCoord::new(0, 0), 4)
+    };
+    assert!((16 * 10..16 * 40).contains(&rocks.len()), "{}", rocks.len());
+    assert_distances(&params, &rocks, &[]);
+}
+
+#[test]
+fn phases_tile_the_plane() {
+    for coord in square(ChunkCoord::new(-3, -3), 6) {
+        let lower = Placement::lower_phase_neighbours(coord);
+        let expected = [0, 2, 6, 8][usize::from(Placement::phase(coord))];
+        assert_eq!(lower.len(), expected, "{coord}");
+        for c in square(coord.offset(-1, -1), 3) {
+            if c != coord {
+                // Of two neighbours, exactly one sees the other.
+                assert_ne!(Placement::phase(c), Placement::phase(coord));
+                let seen = Placement::lower_phase_neighbours(c).contains(&coord);
+                assert_ne!(lower.contains(&c), seen);
+            }
+        }
+    }
+    assert_eq!(Placement::phase(ChunkCoord::new(-1, 4)), 1);
+    assert_eq!(Placement::phase(ChunkCoord::new(-2, -7)), 2);
+}
+
+#[test]
+fn larger_density_factors_are_sparser() {
+    let mut last = f64::INFINITY;
+    for density_factor in [0.8, 1.0, 1.25, 2.0] {
+        let mut params = trees(60.0);
+        params.density_factor = density_factor;
+        let mut world = World::new(params, 1, &everywhere);
+        let chunks = square(ChunkCoord::new(0, 0), 6);
+        let count: usize = chunks.iter().map(|c| world.woody(*c).len()).sum();
+        let mean = count as f64 / chunks.len() as f64;
+        let expected = 60.0 / (density_factor * density_factor);
+        assert!((mean / expected - 1.0).abs() < 0.1, "{density_factor}: {mean}, not {expected}");
+        assert!(mean < last);
+        last = mean;
+    }
+}
+
+#[test]
+fn nothing_asked_for_is_nothing() {
+    let mut params = trees(0.0);
+    let coord = ChunkCoord::new(2, 2);
+    let mut world = World::new(params.clone(), 1, &everywhere);
+    assert!(world.rocks(coord).is_empty() && world.woody(coord).is_empty());
+    params.layers[0].varieties.clear();
+    let mut world = World::new(params.clone(), 1, &everywhere);
+    assert!(world.woody(coord).is_empty());
+    // An empty layer changes no other layer's number.
+    params.layers.push(layer("shrubs", 20.0, vec![variety(1.0, 0.2, 0.3)]));
+    let mut world = World::new(params, 1, &everywhere);
+    let sites = world.woody(coord);
+    assert!(!sites.is_empty() && sites.iter().all(|s| s.layer == 1));
+}
+
+#[test]
+fn the_trails_share_is_made_up_for() {
+    let expected = allowed_fraction();
+    let mut params = trees(96.0);
+    params.allowed_fraction = expected;
+    let mut world = World::new(params, 2, &beside_trails);
+    let chunks = square(ChunkCoord::new(-4, -4), 10);
+    let count: usize = chunks.iter().map(|c| world.woody(*c).len()).sum();
+    assert!((count as f64 / 9600.0 - 1.0).abs() < 0.03, "{count}");
+}
+
+#[test]
+fn impossible_wishes_are_refused_with_the_reason() {
+    let refused = |change: &dyn Fn(&mut PlacementParams)| {
+        let mut params = forest(96.0);
+        change(&mut params);
+        let error = Placement::new(params, Key::world(1)).expect_err("refused");
+        (error.to_string(), error)
+    };
+    for (field, change) in [
+        ("chunk_size_m", &(|p: &mut PlacementParams| p.chunk_size_m = f64::NAN) as &dyn Fn(&mut _)),
+        ("spacing_factor", &|p| p.spacing_factor = -1.0),
+        ("density_factor", &|p| p.density_factor = 0.0),
+        ("allowed_fraction", &|p| p.allowed_fraction = 0.0),
+        ("rocks.min_per_chunk", &|p| p.rocks.min_per_chunk = 26),
+        ("rocks.varieties", &|p| p.rocks.varieties.clear()),
+        ("layers[1].per_chunk", &|p| p.layers[1].per_chunk = f64::INFINITY),
+        ("layers[1].varieties", &|p| p.layers[1].varieties[0].weight = 0.0),
+        ("layers[0].varieties[2].radius_m", &|p| p.layers[0].varieties[2].radius_m = (0.6, 0.4)),
+        ("layers[2].varieties[0].radius_m", &|p| p.layers[2].varieties[0].radius_m = (0.1, 30.0)),
+        ("layers[0].varieties[0].weight", &|p| p.layers[0].varieties[0].weight = f64::NAN),
+    ] {
+        let (message, _) = refused(change);
+        assert!(message.starts_with(&format!("{field} = ")) || message.starts_with(&format!("{field}:")), "{message}");
+        assert!(message.contains("must be"), "{message}");
+    }
+    let (message, error) = refused(&|p| p.layers[0].varieties[1].radius_m = (3.0, 5.0));
+    assert!(matches!(error, ParamError::TooDense { layer: 0, at_most, .. } if at_most < 96.0 && at_most > 5.0), "{error:?}");
+    assert!(message.contains("layers[0].per_chunk = 96 (trees)"), "{message}");
+    let (_, error) = refused(&|p| p.layers[2].per_chunk = 2000.0);
+    assert!(matches!(error, ParamError::TooDense { layer: 2, .. }), "{error:?}");
+}
+
+#[test]
+fn the_number_that_fits_fits() {
+    let mut params = trees(96.0);
+    params.layers[0].varieties = vec![variety(1.0, 2.0, 3.0)];
+    let Err(ParamError::TooDense { at_most, .. }) = Placement::new(params.clone(), Key::world(1)) else {
+        panic!("96 hard cores of 3 m do not fit");
+    };
+    params.layers[0].per_chunk = 0.97 * at_most;
+    let mut world = World::new(params, 1, &everywhere);
+    let chunks = square(ChunkCoord::new(0, 0), 8);
+    let count: usize = chunks.iter().map(|c| world.woody(*c).len()).sum();
+    assert!((count as f64 / 64.0 / (0.97 * at_most) - 1.0).abs() < 0.03, "{count}");
+}
+
+#[test]
+fn value_stability() {
+    let mut world = World::new(forest(96.0), 7, &everywhere);
+    let coord = ChunkCoord::new(-3, 5);
+    let line = |s: &Site| {
+        format!(
+            "{:.9} {:.9} {:.9} {} {} {:016x}",
+            s.position_m.x, s.position_m.y, s.radius_m, s.layer, s.variety, s.key.to_u64()
+        )
+    };
+    let rocks = world.rocks(coord);
+    let woody = world.woody(coord);
+    let got = [
+        format!("{} {}", rocks.len(), woody.len()),
+        line(&rocks[0]),
+        line(&woody[0]),
+        line(&woody[woody.len() - 1]),
+    ];
+    assert_eq!(got, VALUES);
+}
+const VALUES: [&str; 4] = ["", "", "", ""];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn any_world_keeps_the_rule(
+        seed: u64,
+        x in -1000_i32..1000,
+        y in -1000_i32..1000,
+        chunk_size_m in 20.0_f64..60.0,
+        spacing_factor in 0.0_f64..2.0,
+        density_factor in 0.9_f64..1.5,
+        trees in 0.5_f64..40.0,
+        ratio in 1.0_f64..6.0,
+    ) {
+        let mut params = forest(trees);
+        params.chunk_size_m = chunk_size_m;
+        params.spacing_factor = spacing_factor;
+        params.density_factor = density_factor;
+        params.rocks.min_per_chunk = 0;
+        params.rocks.max_per_chunk = 5;
+        params.layers[0].varieties[2] = variety(1.0, 0.15, 0.15 * ratio);
+        params.layers[1].per_chunk = 1.0;
+        params.layers[2].per_chunk = 20.0;
+        let mut world = World::new(params.clone(), seed, &everywhere);
+        let chunks = square(ChunkCoord::new(x, y), 2);
+        let rocks: Vec<Site> = chunks.iter().flat_map(|c| world.rocks(*c)).collect();
+        let woody: Vec<Site> = chunks.iter().flat_map(|c| world.woody(*c)).collect();
+        assert_distances(&params, &rocks, &woody);
+    }
+}
