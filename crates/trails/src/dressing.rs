@@ -1,6 +1,13 @@
 //! The grass and stones of the trails themselves.
 
 use glam::DVec2;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::{Draw, Key, Rng, Stage};
+
+use crate::{TrailParams, TrailPath};
+
+const STONES: Stage = Stage::new("trails.stones");
+const GRASS: Stage = Stage::new("trails.grass");
 
 /// What stands on a trail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -18,8 +25,81 @@ pub struct TrailDressing {
     pub position_m: DVec2,
     /// Turn about the vertical, 0..2π.
     pub yaw_rad: f64,
-    /// Size relative to the usual one.
+    /// Size relative to the usual one: grass 0.6..1.2, stones lognormal, 0.4..2.5.
     pub scale: f64,
     /// What it is.
     pub kind: DressingKind,
+}
+
+/// A stone of a trail.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stone(pub(crate) TrailDressing);
+
+impl Stone {
+    /// The stones of a trail: a uniform number up to the most, anywhere on the surface, but wheels
+    /// have pushed most of them out of the ruts.
+    pub(crate) fn all_of(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<Self> {
+        let key = key.stage(STONES);
+        let count = key.rng().between(0, params.rocks_max_per_trail);
+        (0..count)
+            .map(|i| {
+                let mut rng = key.item(u64::from(i)).rng();
+                let s = rng.range_f64(0.0, path.length_m());
+                let reach = 0.48 * path.width_m(s);
+                let mut offset = rng.range_f64(-reach, reach);
+                for _ in 0..2 {
+                    let in_rut = params
+                        .ruts()
+                        .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 2.0 * r.sigma_m);
+                    if in_rut {
+                        offset = rng.range_f64(-reach, reach);
+                    }
+                }
+                Self(TrailDressing {
+                    position_m: beside(path, s, offset),
+                    yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+                    scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 2.5),
+                    kind: DressingKind::Stone,
+                })
+            })
+            .collect()
+    }
+}
+
+/// The grass that a trail would have in a chunk, from each time it goes through: half of the most
+/// to the most, denser in the middle, none in the ruts.
+pub(crate) fn grass(
+    params: &TrailParams,
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(u64, TrailDressing),
+) {
+    let most = params.grass_max_per_chunk;
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = key.stage(GRASS).chunk(path.id().birth).item(index as u64);
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        for i in 0..key.rng().between(most / 2, most) {
+            let mut rng = key.item(u64::from(i)).rng();
+            let s = rng.range_f64(from, to);
+            let offset = params.grass_spread_m * (rng.unit_f64() - rng.unit_f64());
+            let worn = params
+                .ruts()
+                .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 1.5 * r.sigma_m);
+            if !worn {
+                let tuft = TrailDressing {
+                    position_m: beside(path, s, offset),
+                    yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+                    scale: rng.range_f64(0.6, 1.2),
+                    kind: DressingKind::Grass,
+                };
+                emit(rng.next_u64(), tuft);
+            }
+        }
+    }
+}
+
+fn beside(path: &TrailPath, s_m: f64, offset_m: f64) -> DVec2 {
+    path.position_m(s_m) + path.tangent(s_m).perp() * offset_m
 }

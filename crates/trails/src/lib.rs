@@ -1,10 +1,51 @@
 //! This crate runs forest trails through an endless chunked world and carves them into its ground.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use nemoral_scene::{ChunkCoord, FlatSurface, Surface};
+//! use nemoral_seed::Key;
+//! use nemoral_trails::{TrailParams, Trails};
+//!
+//! let base = Arc::new(FlatSurface { height_m: 5.0, gradient: [0.2, 0.0].into() });
+//! let params = TrailParams { spawn_probability: 0.05, ..TrailParams::default() };
+//! let trails = Trails::new(params, 50.0, Key::world(7), base)?;
+//! let (trail, s_m) = trails.nearest([0.0, 0.0].into(), 500.0).expect("about two trails a chunk");
+//! let middle = trail.position_m(s_m);
+//! let ground = trails.ground_near(ChunkCoord::containing(middle, 50.0), 10.0);
+//! assert!(ground.edge_m(middle) < -0.3);
+//! assert!(ground.sample(middle).height_m.is_finite());
+//! # Ok::<(), nemoral_trails::ParamError>(())
+//! ```
+//!
+//! # The model
+//! Nunes, Ferreira and Peixoto (section IV-C) start trails in chunks with a probability, lead them on
+//! to the opposite border with another, lay a strip of a given width and section over the ground, and
+//! grow grass along its middle and small rocks on it. They name the carving of the ground as what is
+//! missing. Here:
+//! - A trail is born in a chunk and walks on for up to 40 chunks. A chunk finds its trails by asking
+//!   every chunk within that reach whether a trail is born there and comes by; so no order of visits
+//!   matters.
+//! - Trails cross borders at keyed places and directions, and run along cubic curves between.
+//! - [`TrailGround`] carves them: formation by low-passing and grade-limiting the ground along the
+//!   trail, cut and fill slopes of given ratios, crossfall, crown, wheel ruts, a ridge between.
+//! - A trail's material varies from trail to trail and along each ([`TrailSurfaceKind`]): the paper's
+//!   segmentation failed on trails that looked other than its one texture.
+//!
+//! All lengths are metres; offsets are positive to the left of a trail's direction.
 
+mod cache;
+mod curve;
 mod dressing;
+mod dual;
 mod error;
 mod ground;
+mod index;
+mod layout;
 mod params;
 mod path;
+mod profile;
+mod route;
+mod section;
 mod trails;
 
 pub use dressing::{DressingKind, TrailDressing};

@@ -223,12 +223,7 @@ impl Section {
             0.25..=10.0,
             "0.25..=10",
         )?;
-        check(
-            "section.max_grade",
-            self.max_grade,
-            0.02..=1.0,
-            "0.02..=1",
-        )?;
+        check("section.max_grade", self.max_grade, 0.02..=1.0, "0.02..=1")?;
         check(
             "section.smoothing_m",
             self.smoothing_m,

@@ -1,8 +1,29 @@
-//! skeleton
-use glam::DVec2;
-use nemoral_scene::ChunkCoord;
+//! The run of one trail.
 
-use crate::TrailSurfaceKind;
+use glam::DVec2;
+use nemoral_scene::{ChunkCoord, Surface};
+use nemoral_seed::{Draw, Key, Stage};
+
+use crate::curve::{Cubic, stiffness};
+use crate::dressing::Stone;
+use crate::layout::Layout;
+use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
+use crate::{TrailParams, TrailSurfaceKind};
+
+const RUTS: Stage = Stage::new("trails.ruts");
+const KINDS: Stage = Stage::new("trails.kinds");
+
+/// Distance between knots, metres, about.
+const STEP_M: f64 = 1.0;
+
+/// Trails narrow and fade over this length at both ends, metres.
+const TAPER_M: f64 = 10.0;
+
+/// Width at the very ends, relative to the usual one.
+const END_WIDTH: f64 = 0.3;
+
+/// Standard deviation of the last smoothing of heights and of depths, metres.
+const ROUNDING_M: f64 = 3.0;
 
 /// The name of a trail: the chunk it was born in (at most one trail a chunk).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -11,13 +32,149 @@ pub struct TrailId {
     pub birth: ChunkCoord,
 }
 
-/// The run of one trail.
+/// The run of one trail: a smooth curve by arc length, with what varies along it.
+///
+/// Its tangent is continuous everywhere. Arc lengths are within 0.1 % of true ones.
 #[derive(Debug)]
 pub struct TrailPath {
     id: TrailId,
+    /// At least 2.
+    knots: Vec<Knot>,
+    /// Chunks in order, each with the number of its first knot.
+    transits: Vec<(ChunkCoord, usize)>,
+    /// Where a stretch of a material begins, arc length in metres, and which; from 0 on.
+    kinds: Vec<(f64, TrailSurfaceKind)>,
+    pub(crate) stones: Vec<Stone>,
+}
+
+/// A place on a trail, and what the trail is like there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Knot {
+    pub(crate) position: DVec2,
+    pub(crate) tangent: DVec2,
+    /// Arc length from the trail's start, metres.
+    pub(crate) arc: f64,
+    /// Formation: height of the middle, and its slope along the trail.
+    pub(crate) height: f64,
+    pub(crate) grade: f64,
+    pub(crate) lane: Lane,
+}
+
+/// What is interpolated linearly between knots.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lane {
+    /// Half the width, metres.
+    pub(crate) half_width: f64,
+    /// Rise per metre to the left.
+    pub(crate) tilt: f64,
+    /// Rut depth relative to the mean.
+    pub(crate) rut: f64,
+    /// Offset of the ruts' middle to the left, metres.
+    pub(crate) wander: f64,
+}
+
+impl Lane {
+    const COUNT: usize = 4;
+
+    pub(crate) fn to_array(self) -> [f64; Self::COUNT] {
+        [self.half_width, self.tilt, self.rut, self.wander]
+    }
+
+    pub(crate) fn from_array([half_width, tilt, rut, wander]: [f64; Self::COUNT]) -> Self {
+        Self {
+            half_width,
+            tilt,
+            rut,
+            wander,
+        }
+    }
+}
+
+/// The point of a trail's middle that is nearest to some point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foot {
+    /// Arc length, metres.
+    pub(crate) arc: f64,
+    /// The vector from the foot to the point.
+    pub(crate) away: DVec2,
+    pub(crate) distance: f64,
+    /// Gradient of the distance.
+    pub(crate) outward: DVec2,
+    /// Unit normal of the trail, to the left.
+    pub(crate) left: DVec2,
+    /// Gradient of the arc length; zero beyond the trail's ends.
+    pub(crate) along: DVec2,
+    pub(crate) lane: Lane,
+    /// Derivative of `lane` by arc length.
+    pub(crate) lane_rate: Lane,
 }
 
 impl TrailPath {
+    /// Lays a trail over the ground.
+    pub(crate) fn new(params: &TrailParams, key: Key, layout: &Layout, base: &dyn Surface) -> Self {
+        let id = layout.id();
+        let (points, transits) = layout.points(STEP_M);
+        let places: Vec<f64> = points.iter().map(|p| p.2).collect();
+        let length = places[places.len() - 1];
+        let kinds = draw_kinds(params, key.stage(KINDS).chunk(id.birth), length);
+
+        let ground: Vec<_> = points.iter().map(|p| base.sample(p.0)).collect();
+        let section = &params.section;
+        let low_pass = |values: Vec<f64>| smooth(&values, section.smoothing_m / STEP_M);
+        let heights = low_pass(ground.iter().map(|g| g.height_m).collect());
+        let heights = limit_grade(&heights, &places, section.max_grade);
+        let heights = smooth(&heights, ROUNDING_M / STEP_M);
+        let tilts = low_pass(
+            ground
+                .iter()
+                .zip(&points)
+                .map(|(g, p)| section.tilt(g.gradient.dot(p.1.perp())))
+                .collect(),
+        );
+
+        let key = key.stage(RUTS).chunk(id.birth);
+        let depth = Wobble::new(key.item(0), length, 9.0);
+        let wander = Wobble::new(key.item(1), length, 12.0);
+        let taper = TAPER_M.min(length / 3.0);
+        let fade = |s: f64| smoothstep(s.min(length - s) / taper);
+        let ruts = places
+            .iter()
+            .map(|&s| fade(s) * kind_at(&kinds, s).rut_factor() * (1.0 + 0.6 * depth.at(s)));
+        let ruts = smooth(&ruts.collect::<Vec<_>>(), ROUNDING_M / STEP_M);
+
+        let last = points.len() - 1;
+        let knots = (0..=last)
+            .map(|i| {
+                let (position, tangent, arc) = points[i];
+                let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
+                Knot {
+                    position,
+                    tangent,
+                    arc,
+                    height: heights[i],
+                    grade: (heights[b] - heights[a]) / (places[b] - places[a]),
+                    lane: Lane {
+                        half_width: 0.5
+                            * params.width_m
+                            * (END_WIDTH + (1.0 - END_WIDTH) * fade(arc)),
+                        tilt: tilts[i],
+                        rut: ruts[i].max(0.0),
+                        wander: 0.1 * wander.at(arc),
+                    },
+                }
+            })
+            .collect();
+        let mut path = Self {
+            id,
+            knots,
+            transits,
+            kinds,
+            stones: Vec::new(),
+        };
+        path.stones = Stone::all_of(params, key, &path);
+        path
+    }
+
     /// Which trail it is.
     #[must_use]
     pub fn id(&self) -> TrailId {
@@ -27,30 +184,161 @@ impl TrailPath {
     /// Length along the middle, metres.
     #[must_use]
     pub fn length_m(&self) -> f64 {
-        unimplemented!("skeleton")
+        self.knots[self.knots.len() - 1].arc
     }
 
     /// World position of the middle at arc length `s_m` (clamped to the trail).
     #[must_use]
-    pub fn position_m(&self, _s_m: f64) -> DVec2 {
-        unimplemented!("skeleton")
+    pub fn position_m(&self, s_m: f64) -> DVec2 {
+        let (i, t) = self.locate(s_m);
+        self.cubic(i).at(t)[0]
     }
 
-    /// Unit direction of travel at arc length `s_m`.
+    /// Unit direction of travel at arc length `s_m` (clamped to the trail).
     #[must_use]
-    pub fn tangent(&self, _s_m: f64) -> DVec2 {
-        unimplemented!("skeleton")
+    pub fn tangent(&self, s_m: f64) -> DVec2 {
+        let (i, t) = self.locate(s_m);
+        let d = self.cubic(i).at(t)[1];
+        d / d.length().max(f64::MIN_POSITIVE)
     }
 
-    /// Curvature at arc length `s_m`, 1/m, positive to the left.
+    /// Curvature at arc length `s_m` (clamped to the trail), 1/m, positive to the left.
     #[must_use]
-    pub fn curvature(&self, _s_m: f64) -> f64 {
-        unimplemented!("skeleton")
+    pub fn curvature(&self, s_m: f64) -> f64 {
+        let (i, t) = self.locate(s_m);
+        let [_, d1, d2] = self.cubic(i).at(t);
+        let speed = d1.length().max(f64::MIN_POSITIVE);
+        d1.perp_dot(d2) / (speed * speed * speed)
     }
 
-    /// The material at arc length `s_m`.
+    /// Width of the surface at arc length `s_m` (clamped to the trail), metres.
     #[must_use]
-    pub fn kind(&self, _s_m: f64) -> TrailSurfaceKind {
-        unimplemented!("skeleton")
+    pub fn width_m(&self, s_m: f64) -> f64 {
+        let (i, t) = self.locate(s_m);
+        2.0 * self.lane(i, t).0.half_width
     }
+
+    /// The material at arc length `s_m` (clamped to the trail).
+    #[must_use]
+    pub fn kind(&self, s_m: f64) -> TrailSurfaceKind {
+        kind_at(&self.kinds, s_m)
+    }
+
+    /// The chunks the trail goes through, in order; a chunk is there as often as it is entered.
+    pub fn chunks(&self) -> impl Iterator<Item = ChunkCoord> + '_ {
+        self.transits.iter().map(|t| t.0)
+    }
+
+    pub(crate) fn knots(&self) -> &[Knot] {
+        &self.knots
+    }
+
+    /// Each transit's number, chunk and range of knots; the border knot between two is the later
+    /// one's, the very last knot the last one's.
+    pub(crate) fn transits(
+        &self,
+    ) -> impl Iterator<Item = (usize, ChunkCoord, std::ops::Range<usize>)> + '_ {
+        (0..self.transits.len()).map(|i| {
+            let (chunk, first) = self.transits[i];
+            let end = self.transits.get(i + 1).map_or(self.knots.len(), |t| t.1);
+            (i, chunk, first..end)
+        })
+    }
+
+    /// The foot of a point, from the knot nearest to it in some stretch of the trail.
+    pub(crate) fn foot(&self, p: DVec2, nearest_knot: usize) -> Foot {
+        let knot = &self.knots[nearest_knot];
+        let ahead = (p - knot.position).dot(knot.tangent) > 0.0;
+        let last = self.knots.len() - 1;
+        let (i, t, end) = match (ahead, nearest_knot) {
+            (false, 0) => (0, 0.0, true),
+            (true, n) if n == last => (n - 1, 1.0, true),
+            (true, n) => (n, self.cubic(n).nearest(p), false),
+            (false, n) => (n - 1, self.cubic(n - 1).nearest(p), false),
+        };
+        let [q, d1, d2] = self.cubic(i).at(t);
+        let step = self.step(i);
+        let away = p - q;
+        let distance = away.length();
+        let left = d1.perp() / d1.length().max(f64::MIN_POSITIVE);
+        let along = if end {
+            DVec2::ZERO
+        } else {
+            d1 * (step / stiffness(away, d1, d2))
+        };
+        let outward = if end && distance > 0.0 {
+            away / distance
+        } else {
+            left * away.dot(left).signum()
+        };
+        let (lane, lane_rate) = self.lane(i, t);
+        Foot {
+            arc: self.knots[i].arc + t * step,
+            away,
+            distance,
+            outward,
+            left,
+            along,
+            lane,
+            lane_rate,
+        }
+    }
+
+    /// The interval of knots that holds an arc length, and the share of it.
+    fn locate(&self, s_m: f64) -> (usize, f64) {
+        let s = s_m.clamp(0.0, self.length_m());
+        let i = self.knots.partition_point(|k| k.arc <= s).saturating_sub(1);
+        let i = i.min(self.knots.len() - 2);
+        (i, (s - self.knots[i].arc) / self.step(i))
+    }
+
+    fn step(&self, i: usize) -> f64 {
+        self.knots[i + 1].arc - self.knots[i].arc
+    }
+
+    fn cubic(&self, i: usize) -> Cubic {
+        let (a, b) = (&self.knots[i], &self.knots[i + 1]);
+        let step = self.step(i);
+        Cubic {
+            ends: [a.position, b.position],
+            slopes: [a.tangent * step, b.tangent * step],
+        }
+    }
+
+    fn lane(&self, i: usize, t: f64) -> (Lane, Lane) {
+        let (a, b) = (
+            self.knots[i].lane.to_array(),
+            self.knots[i + 1].lane.to_array(),
+        );
+        let step = self.step(i);
+        let mix = std::array::from_fn(|k| a[k] + t * (b[k] - a[k]));
+        let rate = std::array::from_fn(|k| (b[k] - a[k]) / step);
+        (Lane::from_array(mix), Lane::from_array(rate))
+    }
+}
+
+fn kind_at(kinds: &[(f64, TrailSurfaceKind)], s_m: f64) -> TrailSurfaceKind {
+    kinds[kinds.partition_point(|k| k.0 <= s_m).max(1) - 1].1
+}
+
+/// A trail has one material, with stretches of others: two thirds of the stretches of 60-180 m are
+/// of the trail's own.
+fn draw_kinds(params: &TrailParams, key: Key, length_m: f64) -> Vec<(f64, TrailSurfaceKind)> {
+    if let Some(kind) = params.surface {
+        return vec![(0.0, kind)];
+    }
+    let mut rng = key.rng();
+    let own = TrailSurfaceKind::draw(&mut rng);
+    let mut kinds = vec![(0.0, own)];
+    let mut s = rng.range_f64(60.0, 180.0);
+    while s < length_m {
+        let kind = if rng.chance(2.0 / 3.0) {
+            own
+        } else {
+            TrailSurfaceKind::draw(&mut rng)
+        };
+        kinds.push((s, kind));
+        s += rng.range_f64(60.0, 180.0);
+    }
+    kinds
 }

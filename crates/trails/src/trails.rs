@@ -1,57 +1,193 @@
-//! skeleton
+//! All trails of a world.
+
+use std::fmt;
 use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::Key;
+use nemoral_seed::{Key, Stage};
 
-use crate::{ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
+use crate::cache::Cache;
+use crate::dressing::grass;
+use crate::ground::reach_m;
+use crate::layout::Layout;
+use crate::route::Router;
+use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
 
-/// All trails of a world.
-pub struct Trails;
+const TRAILS: Stage = Stage::new("trails");
 
-impl std::fmt::Debug for Trails {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Trails").finish_non_exhaustive()
+/// The trails of an endless world, found from any chunk.
+///
+/// A pure function of its parameters, key and ground: what was asked before, from which thread, and
+/// what its bounded memory has forgotten, cannot change an answer.
+pub struct Trails {
+    params: Arc<TrailParams>,
+    chunk_size_m: f64,
+    key: Key,
+    base: Arc<dyn Surface>,
+    router: Router,
+    births: Cache<ChunkCoord, Arc<[ChunkCoord]>>,
+    paths: Cache<ChunkCoord, Arc<TrailPath>>,
+}
+
+impl fmt::Debug for Trails {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Trails")
+            .field("params", &self.params)
+            .field("chunk_size_m", &self.chunk_size_m)
+            .finish_non_exhaustive()
     }
 }
 
 impl Trails {
-    /// The trails of the world of `key`, on a ground `base`.
+    /// The trails of the world of `key`, in square chunks, on a ground `base`.
     ///
     /// # Errors
-    /// If a parameter is out of range.
+    /// If a parameter is out of its range.
     pub fn new(
         params: TrailParams,
         chunk_size_m: f64,
-        _key: Key,
-        _base: Arc<dyn Surface>,
+        key: Key,
+        base: Arc<dyn Surface>,
+    ) -> Result<Self, ParamError> {
+        Self::with_memory(params, chunk_size_m, key, base, [16_384, 512])
+    }
+
+    /// With room for so many chunks' births and so many paths.
+    fn with_memory(
+        params: TrailParams,
+        chunk_size_m: f64,
+        key: Key,
+        base: Arc<dyn Surface>,
+        [births, paths]: [usize; 2],
     ) -> Result<Self, ParamError> {
         params.check(chunk_size_m)?;
-        Ok(Self)
+        let key = key.stage(TRAILS);
+        Ok(Self {
+            router: Router::new(&params, key),
+            params: Arc::new(params),
+            chunk_size_m,
+            key,
+            base,
+            births: Cache::new(births),
+            paths: Cache::new(paths),
+        })
+    }
+
+    /// What these trails were made with.
+    #[must_use]
+    pub fn params(&self) -> &TrailParams {
+        &self.params
     }
 
     /// Every trail that touches a chunk, sorted by id.
     #[must_use]
-    pub fn in_chunk(&self, _coord: ChunkCoord) -> Vec<Arc<TrailPath>> {
-        unimplemented!("skeleton")
+    pub fn in_chunk(&self, coord: ChunkCoord) -> Vec<Arc<TrailPath>> {
+        self.births_through(coord)
+            .iter()
+            .map(|&birth| self.path(birth))
+            .collect()
     }
 
-    /// The ground, trails carved in, for points at most `margin_m` from a chunk.
+    /// The ground, trails carved in, for points at most `margin_m` from a chunk; farther away it is
+    /// the base ground.
     #[must_use]
-    pub fn ground_near(&self, _coord: ChunkCoord, _margin_m: f64) -> TrailGround {
-        unimplemented!("skeleton")
+    pub fn ground_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailGround {
+        let margin_m = margin_m.max(0.0);
+        let size = self.chunk_size_m;
+        // A hair more: vertices on the border are computed in other ways.
+        let low = coord.origin_m(size) - DVec2::splat(margin_m + 1e-3);
+        let high = low + DVec2::splat(size + 2.0 * (margin_m + 1e-3));
+        let reach = (margin_m + reach_m(&self.params) + 1.0) / size;
+        let rings = reach.ceil() as i32;
+        let near = move |c: ChunkCoord| {
+            c.x.abs_diff(coord.x) <= rings as u32 && c.y.abs_diff(coord.y) <= rings as u32
+        };
+        let mut births: Vec<ChunkCoord> = (-rings..=rings)
+            .flat_map(|x| (-rings..=rings).map(move |y| coord.offset(x, y)))
+            .flat_map(|c| self.births_through(c).to_vec())
+            .collect();
+        births.sort_unstable();
+        births.dedup();
+        let paths = births.into_iter().map(|birth| self.path(birth)).collect();
+        TrailGround::new(
+            Arc::clone(&self.params),
+            Arc::clone(&self.base),
+            paths,
+            (low, high),
+            &near,
+        )
     }
 
-    /// The trail nearest to a point within `radius_m` of it, and the arc length of the closest point.
+    /// The trail nearest to a point within `radius_m` of it, and the arc length of the closest
+    /// point of its middle.
     #[must_use]
-    pub fn nearest(&self, _world_m: DVec2, _radius_m: f64) -> Option<(Arc<TrailPath>, f64)> {
-        unimplemented!("skeleton")
+    pub fn nearest(&self, world_m: DVec2, radius_m: f64) -> Option<(Arc<TrailPath>, f64)> {
+        let mut best = (radius_m, None);
+        for chunk in ChunkCoord::within(world_m, radius_m, self.chunk_size_m) {
+            for path in self.in_chunk(chunk) {
+                for (_, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+                    let square = |i: usize| path.knots()[i].position.distance_squared(world_m);
+                    // The knot after a transit's last is on its border.
+                    let end = (knots.end + 1).min(path.knots().len());
+                    let knot = (knots.start..end).min_by(|&a, &b| square(a).total_cmp(&square(b)));
+                    let foot = knot.map(|knot| path.foot(world_m, knot));
+                    if let Some(foot) = foot.filter(|f| f.distance <= best.0) {
+                        let tie = foot.distance == best.0 && best.1.is_some();
+                        if !tie {
+                            best = (foot.distance, Some((Arc::clone(&path), foot.arc)));
+                        }
+                    }
+                }
+            }
+        }
+        best.1
     }
 
-    /// The grass and stones of trails whose position is in a chunk.
+    /// The grass and stones of trails whose position is in a chunk: by trail and number, grass
+    /// first. At most `grass_max_per_chunk` tufts, however many trails meet there.
     #[must_use]
-    pub fn dressing(&self, _coord: ChunkCoord) -> Vec<TrailDressing> {
-        unimplemented!("skeleton")
+    pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
+        let size = self.chunk_size_m;
+        let rings = (self.params.grass_spread_m / size).ceil().max(1.0) as i32;
+        let here = |p: DVec2| ChunkCoord::containing(p, size) == coord;
+        let mut tufts = Vec::new();
+        for x in -rings..=rings {
+            for y in -rings..=rings {
+                let chunk = coord.offset(x, y);
+                for path in self.in_chunk(chunk) {
+                    grass(&self.params, self.key, &path, chunk, |priority, tuft| {
+                        if here(tuft.position_m) {
+                            tufts.push((priority, tuft));
+                        }
+                    });
+                }
+            }
+        }
+        // The keyed priority decides who stays.
+        let most = self.params.grass_max_per_chunk as usize;
+        tufts.sort_by_key(|t| t.0);
+        tufts.truncate(most);
+        let mut dressing: Vec<_> = tufts.into_iter().map(|t| t.1).collect();
+        debug_assert!(dressing.iter().all(|d| d.kind == DressingKind::Grass));
+        for path in self.in_chunk(coord) {
+            let stones = path.stones.iter().map(|s| s.0);
+            dressing.extend(stones.filter(|s| here(s.position_m)));
+        }
+        dressing
+    }
+
+    fn births_through(&self, chunk: ChunkCoord) -> Arc<[ChunkCoord]> {
+        self.births
+            .get_or_make(chunk, || self.router.births_through(chunk).into())
+    }
+
+    fn path(&self, birth: ChunkCoord) -> Arc<TrailPath> {
+        self.paths.get_or_make(birth, || {
+            let walk = self.router.walk(birth).into_iter().flatten();
+            let base = &*self.base;
+            let layout = Layout::new(self.key, walk.collect(), self.chunk_size_m, base);
+            Arc::new(TrailPath::new(&self.params, self.key, &layout, base))
+        })
     }
 }

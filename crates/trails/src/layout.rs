@@ -1,0 +1,155 @@
+//! Where exactly a trail crosses the borders of its chunks.
+
+use glam::DVec2;
+use nemoral_scene::{ChunkCoord, Surface};
+use nemoral_seed::{Draw, Key, Stage};
+
+use crate::curve::Cubic;
+use crate::path::TrailId;
+use crate::route::Step;
+
+const CROSSING: Stage = Stage::new("trails.crossing");
+const END: Stage = Stage::new("trails.end");
+
+/// Places on a border from which a trail takes the one with the least climb.
+const CANDIDATES: usize = 4;
+
+/// Most a trail leans from the border's normal where it crosses, radians.
+const LEAN_RAD: f64 = 0.5;
+
+/// The crossings of a trail: points and directions, its ends included.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    chunk_size_m: f64,
+    steps: Vec<Step>,
+    /// One more than steps; `nodes[i]` is where `steps[i]` begins.
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Node {
+    pub(crate) position: DVec2,
+    pub(crate) direction: DVec2,
+}
+
+impl Layout {
+    /// Lays out a trail that goes through at least one chunk.
+    ///
+    /// Crossings and directions are drawn from keys of the trail, the border and the number of the
+    /// step, so both sides of a border agree.
+    pub(crate) fn new(key: Key, steps: Vec<Step>, chunk_size_m: f64, base: &dyn Surface) -> Self {
+        let birth = steps[0].chunk;
+        let last = steps.len() - 1;
+        let end = |step: &Step, side: f64, index: u64| {
+            let mut rng = key.stage(END).chunk(birth).item(index).rng();
+            let jitter = DVec2::new(rng.range_f64(-0.1, 0.1), rng.range_f64(-0.1, 0.1));
+            let offset = step.exit.vector() * (0.25 * side) + jitter;
+            step.chunk.centre_m(chunk_size_m) + offset * chunk_size_m
+        };
+        // A trail ends a quarter of a chunk past the middle of the last one, going on straight.
+        let entered = Step {
+            exit: steps[last.saturating_sub(1)].exit,
+            ..steps[last]
+        };
+        let mut points = vec![end(&steps[0], -1.0, 0)];
+        for (i, step) in steps[..last].iter().enumerate() {
+            let mut rng = border_key(key.stage(CROSSING).chunk(birth), step)
+                .item(i as u64)
+                .rng();
+            let before = points[i];
+            let height = base.height_m(before);
+            let mut best = (f64::INFINITY, before);
+            for _ in 0..CANDIDATES {
+                let point = on_border(step, rng.range_f64(0.25, 0.75), chunk_size_m);
+                let climb = (base.height_m(point) - height).abs() / point.distance(before);
+                if climb < best.0 {
+                    best = (climb, point);
+                }
+            }
+            points.push(best.1);
+        }
+        points.push(end(&entered, 1.0, 1));
+
+        let mut nodes = Vec::with_capacity(points.len());
+        for (i, &position) in points.iter().enumerate() {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(points.len() - 1));
+            let chord = points[b] - points[a];
+            let inner = 0 < i && i < points.len() - 1;
+            let direction = if inner {
+                // The border's normal, turned towards the way of the neighbours, plus a little.
+                let normal = steps[i - 1].exit.vector();
+                let mut rng = border_key(key.stage(CROSSING).chunk(birth), &steps[i - 1])
+                    .item(i as u64 - 1)
+                    .item(0)
+                    .rng();
+                let lean = libm::atan2(normal.perp_dot(chord), normal.dot(chord));
+                let lean = (lean + rng.range_f64(-0.15, 0.15)).clamp(-LEAN_RAD, LEAN_RAD);
+                let turn = DVec2::new(libm::cos(lean), libm::sin(lean));
+                turn.rotate(normal)
+            } else {
+                chord / chord.length().max(f64::MIN_POSITIVE)
+            };
+            nodes.push(Node {
+                position,
+                direction,
+            });
+        }
+        Self {
+            chunk_size_m,
+            steps,
+            nodes,
+        }
+    }
+
+    pub(crate) fn id(&self) -> TrailId {
+        TrailId {
+            birth: self.steps[0].chunk,
+        }
+    }
+
+    /// Points about `step_m` apart: position, unit direction, arc length from the start; and the
+    /// number of the first point in each chunk.
+    #[expect(
+        clippy::type_complexity,
+        reason = "two lists, named where they are taken apart"
+    )]
+    pub(crate) fn points(
+        &self,
+        step_m: f64,
+    ) -> (Vec<(DVec2, DVec2, f64)>, Vec<(ChunkCoord, usize)>) {
+        let mut points = Vec::new();
+        let mut transits = Vec::new();
+        let mut start = 0.0;
+        for (step, pair) in self.steps.iter().zip(self.nodes.windows(2)) {
+            let ends = [pair[0].position, pair[1].position];
+            let directions = [pair[0].direction, pair[1].direction];
+            // Handles this short stay in the chunk, and so does the curve.
+            let cubic = Cubic::between(ends, directions, 0.48 * self.chunk_size_m);
+            transits.push((step.chunk, points.len()));
+            let (walked, length) = cubic.walk(step_m);
+            let n = walked.len() as f64;
+            for (i, (p, t)) in walked.into_iter().enumerate() {
+                points.push((p, t, start + length * i as f64 / n));
+            }
+            start += length;
+        }
+        let end = self.nodes[self.nodes.len() - 1];
+        points.push((end.position, end.direction, start));
+        (points, transits)
+    }
+}
+
+/// The key of the border by which a step leaves its chunk, whichever way it is crossed.
+fn border_key(key: Key, step: &Step) -> Key {
+    let (dx, dy) = step.exit.step();
+    let owner = step.chunk.offset(dx.max(0), dy.max(0));
+    key.chunk(owner).item(u64::from(dy != 0))
+}
+
+/// The world point at a share of the border by which a step leaves its chunk.
+fn on_border(step: &Step, share: f64, chunk_size_m: f64) -> DVec2 {
+    let (dx, dy) = step.exit.step();
+    let owner = step.chunk.offset(dx.max(0), dy.max(0));
+    let along = if dx == 0 { DVec2::X } else { DVec2::Y };
+    owner.origin_m(chunk_size_m) + along * (share * chunk_size_m)
+}

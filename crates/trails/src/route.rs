@@ -1,0 +1,247 @@
+//! Which chunks a trail goes through.
+
+use glam::DVec2;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::{Draw, Key, Stage};
+
+use crate::TrailParams;
+
+const ROUTE: Stage = Stage::new("trails.route");
+
+/// A compass direction: 0 east, 1 north, 2 west, 3 south.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Heading(u8);
+
+impl Heading {
+    pub(crate) fn step(self) -> (i32, i32) {
+        [(1, 0), (0, 1), (-1, 0), (0, -1)][usize::from(self.0)]
+    }
+
+    pub(crate) fn vector(self) -> DVec2 {
+        let (x, y) = self.step();
+        DVec2::new(f64::from(x), f64::from(y))
+    }
+
+    /// One quarter turn to the left.
+    pub(crate) fn left(self) -> Self {
+        Self((self.0 + 1) % 4)
+    }
+
+    fn right(self) -> Self {
+        Self((self.0 + 3) % 4)
+    }
+}
+
+/// A chunk on a trail's way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Step {
+    pub(crate) chunk: ChunkCoord,
+    /// The direction in which the chunk is left, or would be.
+    pub(crate) exit: Heading,
+}
+
+/// Decides where trails are born and where they turn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Router {
+    key: Key,
+    spawn_probability: f64,
+    forward_probability: f64,
+    max_length: u32,
+}
+
+impl Router {
+    pub(crate) fn new(params: &TrailParams, key: Key) -> Self {
+        Self {
+            key: key.stage(ROUTE),
+            spawn_probability: params.spawn_probability,
+            forward_probability: params.forward_probability,
+            max_length: params.max_length_chunks,
+        }
+    }
+
+    /// The way of the trail born in a chunk, if one is.
+    ///
+    /// The first chunk is left in a uniform direction, every further one by the opposite border
+    /// with the forward probability, else by the left or the right one. The number of chunks is
+    /// uniform from half the longest.
+    pub(crate) fn walk(&self, birth: ChunkCoord) -> Option<Walk> {
+        let mut rng = self.key.chunk(birth).rng();
+        if !rng.chance(self.spawn_probability) {
+            return None;
+        }
+        let exit = Heading(rng.below(4) as u8);
+        let left = rng.between(self.max_length.div_ceil(2), self.max_length);
+        Some(Walk {
+            forward_probability: self.forward_probability,
+            rng,
+            left,
+            next: Step { chunk: birth, exit },
+        })
+    }
+
+    /// The births of all trails that go through a chunk, in order.
+    pub(crate) fn births_through(&self, chunk: ChunkCoord) -> Vec<ChunkCoord> {
+        let reach = self.max_length as i32 - 1;
+        let mut births = Vec::new();
+        for dx in -reach..=reach {
+            let rest = reach - dx.abs();
+            for dy in -rest..=rest {
+                let birth = chunk.offset(dx, dy);
+                if self.walk(birth).is_some_and(|walk| walk.meets(chunk)) {
+                    births.push(birth);
+                }
+            }
+        }
+        births
+    }
+}
+
+/// The steps of a trail, one by one.
+#[derive(Clone, Debug)]
+pub(crate) struct Walk {
+    forward_probability: f64,
+    rng: nemoral_seed::PhiloxRng,
+    left: u32,
+    next: Step,
+}
+
+impl Walk {
+    fn meets(mut self, chunk: ChunkCoord) -> bool {
+        // A step covers one chunk of the way that is left at most.
+        let far = |s: &Step| s.chunk.x.abs_diff(chunk.x) + s.chunk.y.abs_diff(chunk.y);
+        while far(&self.next) < self.left {
+            match self.next() {
+                Some(step) if step.chunk == chunk => return true,
+                Some(_) => {}
+                None => return false,
+            }
+        }
+        false
+    }
+}
+
+impl Iterator for Walk {
+    type Item = Step;
+
+    fn next(&mut self) -> Option<Step> {
+        self.left = self.left.checked_sub(1)?;
+        let step = self.next;
+        let (dx, dy) = step.exit.step();
+        let exit = if self.rng.chance(self.forward_probability) {
+            step.exit
+        } else if self.rng.chance(0.5) {
+            step.exit.left()
+        } else {
+            step.exit.right()
+        };
+        let chunk = step.chunk.offset(dx, dy);
+        self.next = Step { chunk, exit };
+        Some(step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    fn router(spawn: f64, forward: f64, length: u32, seed: u64) -> Router {
+        let params = TrailParams {
+            spawn_probability: spawn,
+            forward_probability: forward,
+            max_length_chunks: length,
+            ..TrailParams::default()
+        };
+        Router::new(&params, Key::world(seed))
+    }
+
+    fn square(n: i32) -> impl Iterator<Item = ChunkCoord> {
+        (-n..n).flat_map(move |x| (-n..n).map(move |y| ChunkCoord::new(x, y)))
+    }
+
+    #[test]
+    fn births_come_with_the_spawn_probability() {
+        for p in [0.0, 0.02, 0.3, 1.0] {
+            let router = router(p, 0.7, 40, 3);
+            let n = 10_000.0;
+            let births = square(50).filter(|&c| router.walk(c).is_some()).count() as f64;
+            let sigma = f64::sqrt(n * p * (1.0 - p));
+            assert!(
+                (births - n * p).abs() <= 3.0 * sigma,
+                "{births} of {n} at {p}"
+            );
+        }
+    }
+
+    #[test]
+    fn trails_go_forward_with_the_forward_probability() {
+        for p in [0.0, 0.35, 0.9, 1.0] {
+            let router = router(1.0, p, 40, 4);
+            let (mut forward, mut left, mut all) = (0.0, 0.0, 0.0);
+            for birth in square(11) {
+                let steps: Vec<_> = router.walk(birth).expect("always").collect();
+                for pair in steps.windows(2) {
+                    all += 1.0;
+                    forward += f64::from(u8::from(pair[0].exit == pair[1].exit));
+                    left += f64::from(u8::from(pair[0].exit.left() == pair[1].exit));
+                }
+            }
+            assert!(all > 1e4);
+            let sigma = |p: f64| 3.0 * f64::sqrt(all * p * (1.0 - p));
+            assert!(
+                (forward - all * p).abs() <= sigma(p),
+                "{forward} of {all} at {p}"
+            );
+            let q = (1.0 - p) / 2.0;
+            assert!((left - all * q).abs() <= sigma(q), "{left} of {all} at {q}");
+        }
+    }
+
+    #[test]
+    fn steps_go_to_the_neighbour_and_lengths_are_in_range() {
+        let router = router(1.0, 0.5, 9, 5);
+        let mut lengths = HashSet::new();
+        for birth in square(10) {
+            let steps: Vec<_> = router.walk(birth).expect("always").collect();
+            assert_eq!(steps[0].chunk, birth);
+            for pair in steps.windows(2) {
+                let (dx, dy) = pair[0].exit.step();
+                assert_eq!(pair[1].chunk, pair[0].chunk.offset(dx, dy));
+            }
+            lengths.insert(steps.len());
+        }
+        assert_eq!(lengths, HashSet::from([5, 6, 7, 8, 9]));
+    }
+
+    #[test]
+    fn births_through_is_the_brute_force_answer() {
+        let router = router(0.6, 0.6, 7, 6);
+        for chunk in [
+            ChunkCoord::new(0, 0),
+            ChunkCoord::new(1_000_000, -1_000_000),
+        ] {
+            let mut expected: Vec<_> = square(9)
+                .map(|c| chunk.offset(c.x, c.y))
+                .filter(|&b| {
+                    router
+                        .walk(b)
+                        .is_some_and(|mut w| w.any(|s| s.chunk == chunk))
+                })
+                .collect();
+            expected.sort_unstable();
+            assert!(expected.len() > 3);
+            assert_eq!(router.births_through(chunk), expected);
+        }
+    }
+
+    #[test]
+    fn value_stability() {
+        let steps: Vec<_> = router(1.0, 0.5, 6, 7)
+            .walk(ChunkCoord::new(-3, 5))
+            .expect("always")
+            .map(|s| (s.chunk.x, s.chunk.y))
+            .collect();
+        assert_eq!(steps, VALUES);
+    }
+    const VALUES: [(i32, i32); 6] = [(-3, 5), (-2, 5), (-2, 6), (-2, 7), (-2, 8), (-1, 8)];
+}

@@ -1,0 +1,129 @@
+//! The shape of a trail across its run.
+
+use glam::DVec2;
+use nemoral_seed::Draw;
+
+use crate::dual::Dual;
+use crate::path::{Foot, Lane};
+use crate::{Ruts, Section, TrailParams, TrailSurfaceKind};
+
+/// Trails narrower than this have no wheel ruts, metres.
+const RUT_WIDTH_M: f64 = 2.0;
+
+/// The depth of the ruts is this much below, and of the ridge between them above, the rest.
+const RIDGE: f64 = 0.25;
+
+/// Half the width of a rut where it is a rut, in standard deviations.
+const RUT_EDGE: f64 = 1.25;
+
+impl TrailSurfaceKind {
+    /// How deep ruts get, relative to the mean.
+    pub(crate) fn rut_factor(self) -> f64 {
+        match self {
+            Self::Mud => 2.5,
+            Self::Sand => 1.4,
+            Self::DryEarth | Self::Grassy => 1.0,
+            Self::LeafLitter | Self::Needles => 0.8,
+            Self::Gravel => 0.5,
+            Self::Rock => 0.1,
+        }
+    }
+
+    /// One kind, the commoner ones more often.
+    pub(crate) fn draw(rng: &mut impl Draw) -> Self {
+        const WEIGHTS: [f64; 8] = [0.2, 0.2, 0.13, 0.14, 0.13, 0.1, 0.05, 0.05];
+        Self::ALL[rng.weighted(&WEIGHTS).unwrap_or(0)]
+    }
+}
+
+impl TrailParams {
+    /// The ruts, where the trail is wide enough for a vehicle.
+    pub(crate) fn ruts(&self) -> Option<Ruts> {
+        let wide = self.width_m >= RUT_WIDTH_M;
+        self.section.ruts.filter(|r| wide && r.depth_m > 0.0)
+    }
+
+    /// Height of the section above the formation at a point, by its foot; constant beyond the edges.
+    pub(crate) fn profile(&self, foot: &Foot) -> Dual {
+        let lane = |value: f64, rate: f64| Dual::new(value, rate * foot.along);
+        let Lane {
+            half_width,
+            tilt,
+            rut,
+            wander,
+        } = foot.lane;
+        let rate = foot.lane_rate;
+        let offset = foot.away.dot(foot.left);
+        let s = if offset.abs() < half_width {
+            Dual::new(offset, foot.left)
+        } else {
+            lane(half_width, rate.half_width).scale(offset.signum())
+        };
+        let mut height = lane(tilt, rate.tilt) * s;
+        // A parabola from 0 in the middle to -crown · w / 2 at the edges.
+        height = height - (s * s).scale(2.0 * self.section.crown / self.width_m);
+        if let Some(ruts) = self.ruts() {
+            let depth = lane(rut, rate.rut).scale(ruts.depth_m);
+            let s = s - lane(wander, rate.wander);
+            let bell = |centre: f64, sigma: f64| {
+                let x = (s.value - centre) / sigma;
+                let value = libm::exp(-0.5 * x * x);
+                s.chain((value, -x / sigma * value))
+            };
+            let half = 0.5 * ruts.gauge_m;
+            let shape = bell(0.0, 0.4 * half).scale(RIDGE)
+                - bell(half, ruts.sigma_m)
+                - bell(-half, ruts.sigma_m);
+            height = height + depth * shape;
+        }
+        height + s.chain(polyline(&self.section.curve, s.value))
+    }
+
+    /// Is an offset from the middle in a rut (0), or between the ruts (less)?
+    pub(crate) fn rut_side(&self, foot: &Foot) -> Option<std::cmp::Ordering> {
+        let ruts = self.ruts()?;
+        let s = (foot.away.dot(foot.left) - foot.lane.wander).abs() - 0.5 * ruts.gauge_m;
+        let edge = RUT_EDGE * ruts.sigma_m;
+        Some(match s {
+            _ if s < -edge => std::cmp::Ordering::Less,
+            _ if s > edge => std::cmp::Ordering::Greater,
+            _ => std::cmp::Ordering::Equal,
+        })
+    }
+}
+
+impl Section {
+    /// Rise per metre to the left for a ground that rises this much to the left: downhill, and in
+    /// full from 10 % on.
+    pub(crate) fn tilt(&self, side_slope: f64) -> f64 {
+        self.crossfall * (side_slope / 0.1).clamp(-1.0, 1.0)
+    }
+}
+
+/// Height and slope of a polyline, constant beyond its ends; 0 for an empty one.
+fn polyline(points: &[DVec2], x: f64) -> (f64, f64) {
+    let i = points.partition_point(|p| p.x <= x);
+    match (i.checked_sub(1).map(|i| points[i]), points.get(i)) {
+        (Some(a), Some(b)) => {
+            let slope = (b.y - a.y) / (b.x - a.x);
+            (a.y + slope * (x - a.x), slope)
+        }
+        (Some(end), None) => (end.y, 0.0),
+        (None, Some(end)) => (end.y, 0.0),
+        (None, None) => (0.0, 0.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polylines_are_linear_between_and_constant_beyond() {
+        let curve = [DVec2::new(-1.0, 0.1), DVec2::new(1.0, 0.3)];
+        assert_eq!(polyline(&curve, -2.0), (0.1, 0.0));
+        assert!((polyline(&curve, 0.0).0 - 0.2).abs() < 1e-12);
+        assert_eq!(polyline(&curve, 2.0), (0.3, 0.0));
+        assert_eq!(polyline(&[], 0.0), (0.0, 0.0));
+    }
+}
