@@ -229,7 +229,7 @@ mod tests {
                 })
                 .collect();
             expected.sort_unstable();
-            assert!(expected.len() > 3);
+            assert!(!expected.is_empty());
             assert_eq!(router.births_through(chunk), expected);
         }
     }

@@ -1,0 +1,66 @@
+//! Grounds and trails to test with.
+#![allow(dead_code, unreachable_pub, reason = "each test program uses its part")]
+
+use std::sync::Arc;
+
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, FlatSurface, Surface, SurfaceSample};
+use nemoral_seed::Key;
+use nemoral_trails::{Section, TrailParams, Trails};
+
+pub const SIZE_M: f64 = 50.0;
+
+/// Sines: smooth, with known slopes of up to about `steepness`.
+pub struct Hills {
+    pub steepness: f64,
+}
+
+impl Surface for Hills {
+    fn sample(&self, p: DVec2) -> SurfaceSample {
+        let mut sample = SurfaceSample {
+            height_m: 50.0,
+            gradient: DVec2::ZERO,
+        };
+        for (share, k, phase) in [
+            (0.5, DVec2::new(0.021, 0.013), 0.3),
+            (0.3, DVec2::new(-0.017, 0.038), 1.1),
+            (0.2, DVec2::new(0.081, 0.035), 2.0),
+        ] {
+            let angle: f64 = k.dot(p) + phase;
+            let amplitude = share * self.steepness / k.length();
+            sample.height_m += amplitude * angle.sin();
+            sample.gradient += amplitude * angle.cos() * k;
+        }
+        sample
+    }
+}
+
+pub fn flat(slope: DVec2) -> Arc<dyn Surface> {
+    Arc::new(FlatSurface {
+        height_m: 10.0,
+        gradient: slope,
+    })
+}
+
+pub fn hills(steepness: f64) -> Arc<dyn Surface> {
+    Arc::new(Hills { steepness })
+}
+
+/// A section without anything on it.
+pub fn plain() -> Section {
+    Section {
+        crossfall: 0.0,
+        crown: 0.0,
+        ruts: None,
+        ..Section::default()
+    }
+}
+
+pub fn trails(params: TrailParams, seed: u64, base: Arc<dyn Surface>) -> Trails {
+    Trails::new(params, SIZE_M, Key::world(seed), base).expect("valid")
+}
+
+/// Chunks of a square around a chunk.
+pub fn around(centre: ChunkCoord, n: i32) -> impl Iterator<Item = ChunkCoord> {
+    (-n..=n).flat_map(move |x| (-n..=n).map(move |y| centre.offset(x, y)))
+}

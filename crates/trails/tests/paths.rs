@@ -1,0 +1,401 @@
+//! Where trails run.
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use common::{SIZE_M, around, flat, hills, trails};
+use nemoral_scene::ChunkCoord;
+use nemoral_scene::glam::DVec2;
+use nemoral_seed::Key;
+use nemoral_trails::{DressingKind, TrailParams, TrailPath, TrailSurfaceKind, Trails};
+use proptest::prelude::*;
+
+fn dense(seed: u64) -> Trails {
+    let params = TrailParams {
+        spawn_probability: 0.1,
+        max_length_chunks: 12,
+        ..TrailParams::default()
+    };
+    trails(params, seed, hills(0.3))
+}
+
+/// Points along a path, with arc lengths.
+fn points(path: &TrailPath, step_m: f64) -> impl Iterator<Item = (f64, DVec2)> + '_ {
+    let n = (path.length_m() / step_m) as usize;
+    (0..=n).map(move |i| {
+        let s = i as f64 / n as f64 * path.length_m();
+        (s, path.position_m(s))
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn a_chunk_knows_exactly_the_trails_that_touch_it(
+        seed: u64, x in -1_000_000..1_000_000, y in -1_000_000..1_000_000,
+    ) {
+        let centre = ChunkCoord::new(x, y);
+        let trails = dense(seed);
+        for chunk in around(centre, 1) {
+            for path in trails.in_chunk(chunk) {
+                let mut expected: Vec<_> = path.chunks().collect();
+                expected.dedup();
+                let mut got = Vec::new();
+                for (_, p) in points(&path, 0.7) {
+                    let c = ChunkCoord::containing(p, SIZE_M);
+                    // A millimetre of doubt at borders.
+                    let sure = ChunkCoord::containing(p + 1e-3, SIZE_M) == ChunkCoord::containing(p - 1e-3, SIZE_M);
+                    if sure && got.last() != Some(&c) {
+                        got.push(c);
+                    }
+                }
+                prop_assert_eq!(&got, &expected);
+                for c in expected {
+                    prop_assert!(trails.in_chunk(c).iter().any(|p| p.id() == path.id()));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn paths_are_smooth_and_their_arc_lengths_true(seed: u64, far in any::<bool>()) {
+        let trails = dense(seed);
+        let centre = if far { ChunkCoord::new(1_000_000, -1_000_000) } else { ChunkCoord::new(0, 0) };
+        for path in trails.in_chunk(centre) {
+            let step = 0.05;
+            let all: Vec<_> = points(&path, step).collect();
+            let step = all[1].0;
+            let mut length = 0.0;
+            for pair in all.windows(2) {
+                let d = pair[1].1 - pair[0].1;
+                length += d.length();
+                prop_assert!((d.length() / step - 1.0).abs() < 0.01);
+                // The direction is that of the way, and turns no faster than on a 4 m circle.
+                let [a, b] = [path.tangent(pair[0].0), path.tangent(pair[1].0)];
+                prop_assert!((d / d.length() - a).length() < 0.02, "{} {}", d, a);
+                prop_assert!((b - a).length() < step / 4.0 + 1e-6);
+                prop_assert!(path.curvature(pair[0].0).abs() < 1.0 / 4.0);
+            }
+            prop_assert!((length / path.length_m() - 1.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn nearest_is_the_brute_force_answer(seed in 0_u64..50, x in -60.0_f64..60.0, y in -60.0_f64..60.0) {
+        let trails = dense(seed);
+        let p = DVec2::new(x, y);
+        let radius = 40.0;
+        let mut best = f64::INFINITY;
+        for chunk in around(ChunkCoord::new(0, 0), 3) {
+            for path in trails.in_chunk(chunk) {
+                best = points(&path, 0.1).map(|q| q.1.distance(p)).fold(best, f64::min);
+            }
+        }
+        match trails.nearest(p, radius) {
+            Some((path, s)) => {
+                let d = path.position_m(s).distance(p);
+                prop_assert!(d <= radius && d <= best + 1e-6 && d > best - 0.05, "{} {}", d, best);
+            }
+            None => prop_assert!(best > radius - 0.05),
+        }
+    }
+}
+
+#[test]
+fn both_sides_of_a_border_know_the_same_crossings() {
+    // The same trail asked from either chunk, in worlds with separate memories.
+    let (a, b) = (dense(9), dense(9));
+    let mut crossings = 0;
+    let pairs = around(ChunkCoord::new(0, 0), 2).flat_map(|c| {
+        let east = b.in_chunk(c.offset(1, 0));
+        a.in_chunk(c).into_iter().filter_map(move |path| {
+            let other = east.iter().find(|p| p.id() == path.id());
+            other.map(|other| (path, Arc::clone(other)))
+        })
+    });
+    for (path, other) in pairs {
+        crossings += 1;
+        assert!(!Arc::ptr_eq(&path, &other));
+        for i in 0..200 {
+            let s = f64::from(i) / 199.0 * path.length_m();
+            assert_eq!(path.position_m(s), other.position_m(s));
+            assert_eq!(path.tangent(s), other.tangent(s));
+        }
+    }
+    assert!(crossings > 5);
+}
+
+#[test]
+fn crossings_keep_off_corners_and_lean_little() {
+    let trails = dense(10);
+    let mut crossings = 0;
+    for path in around(ChunkCoord::new(0, 0), 3).flat_map(|c| trails.in_chunk(c)) {
+        let all: Vec<_> = points(&path, 0.1).collect();
+        for pair in all.windows(2) {
+            let [a, b] = [pair[0].1, pair[1].1].map(|p| (p / SIZE_M).floor());
+            if a != b {
+                crossings += 1;
+                // The point after the border is at most a step beyond it.
+                let place = pair[1].1.rem_euclid(DVec2::splat(SIZE_M)) / SIZE_M;
+                let (along, across) = if a.x == b.x {
+                    (place.x, DVec2::Y)
+                } else {
+                    (place.y, DVec2::X)
+                };
+                assert!((0.245..0.755).contains(&along), "{along}");
+                assert!(path.tangent(pair[1].0).dot(across).abs() > 0.8);
+            }
+        }
+    }
+    assert!(crossings > 5);
+}
+
+#[test]
+fn tight_turns_are_rare() {
+    let trails = dense(11);
+    let (mut tight, mut all) = (0, 0);
+    let ids: BTreeSet<_> = around(ChunkCoord::new(0, 0), 6)
+        .flat_map(|c| trails.in_chunk(c).into_iter().map(|p| p.id()))
+        .collect();
+    assert!(ids.len() > 20);
+    for path in ids.iter().map(|id| {
+        let here = trails.in_chunk(id.birth);
+        here.into_iter()
+            .find(|p| p.id() == *id)
+            .expect("it is born here")
+    }) {
+        for (s, _) in points(&path, 0.5) {
+            all += 1;
+            tight += u32::from(path.curvature(s).abs() > 1.0 / 6.0);
+        }
+    }
+    assert!(
+        f64::from(tight) < 0.005 * f64::from(all),
+        "{tight} of {all}"
+    );
+}
+
+#[test]
+fn the_order_of_questions_does_not_matter() {
+    let ask = |trails: &Trails, chunk: ChunkCoord| {
+        let paths: Vec<_> = trails
+            .in_chunk(chunk)
+            .iter()
+            .map(|p| (p.id(), p.length_m(), p.position_m(37.0), p.kind(99.0)))
+            .collect();
+        format!("{paths:?} {:?}", trails.dressing(chunk))
+    };
+    let chunks: Vec<_> = around(ChunkCoord::new(7, -3), 3).collect();
+    let trails = dense(12);
+    let expected: Vec<_> = chunks.iter().map(|&c| ask(&trails, c)).collect();
+    // Backwards, each with no memory at all, and all at once.
+    let again = dense(12);
+    for (i, &chunk) in chunks.iter().enumerate().rev() {
+        assert_eq!(ask(&again, chunk), expected[i]);
+    }
+    for (i, &chunk) in chunks.iter().enumerate().step_by(11) {
+        assert_eq!(ask(&dense(12), chunk), expected[i]);
+    }
+    let shared = dense(12);
+    std::thread::scope(|scope| {
+        for t in 0..4 {
+            let (shared, chunks, expected) = (&shared, &chunks, &expected);
+            scope.spawn(move || {
+                for i in 0..chunks.len() {
+                    let i = (i * 17 + t * 13) % chunks.len();
+                    assert_eq!(ask(shared, chunks[i]), expected[i]);
+                }
+            });
+        }
+    });
+}
+
+fn dressed(grass: u32, spread: f64, rocks: u32) -> Trails {
+    let params = TrailParams {
+        spawn_probability: 0.1,
+        max_length_chunks: 12,
+        grass_max_per_chunk: grass,
+        grass_spread_m: spread,
+        rocks_max_per_trail: rocks,
+        ..TrailParams::default()
+    };
+    trails(params, 13, flat(DVec2::ZERO))
+}
+
+#[test]
+fn grass_is_where_and_as_much_as_was_asked_for() {
+    let (most, spread) = (80, 1.2);
+    let trails = dressed(most, spread, 0);
+    let (mut tufts, mut chunks, mut inner, mut least) = (0, 0, 0, usize::MAX);
+    for chunk in around(ChunkCoord::new(0, 0), 4) {
+        let all = trails.dressing(chunk);
+        assert!(all.len() <= most as usize);
+        if all.is_empty() {
+            continue;
+        }
+        chunks += 1;
+        least = least.min(all.len());
+        for tuft in all {
+            assert_eq!(tuft.kind, DressingKind::Grass);
+            assert_eq!(ChunkCoord::containing(tuft.position_m, SIZE_M), chunk);
+            let (path, s) = trails.nearest(tuft.position_m, 5.0).expect("on a trail");
+            let offset = path.position_m(s).distance(tuft.position_m);
+            assert!(offset <= spread + 1e-6);
+            tufts += 1;
+            inner += u32::from(offset < spread / 2.0);
+        }
+    }
+    assert!(chunks > 30);
+    // Denser in the middle: a uniform spread would have half of them there.
+    assert!(f64::from(inner) > 0.65 * f64::from(tufts));
+}
+
+#[test]
+fn stones_lie_on_trails() {
+    let trails = dressed(0, 1.0, 200);
+    let mut stones = std::collections::BTreeMap::new();
+    for chunk in around(ChunkCoord::new(0, 0), 14) {
+        let ground = trails.ground_near(chunk, 1.0);
+        for stone in trails.dressing(chunk) {
+            assert_eq!(stone.kind, DressingKind::Stone);
+            assert_eq!(ChunkCoord::containing(stone.position_m, SIZE_M), chunk);
+            assert!((0.4..=2.5).contains(&stone.scale));
+            assert!(ground.edge_m(stone.position_m) < 0.01);
+            let (path, _) = trails.nearest(stone.position_m, 5.0).expect("on a trail");
+            *stones.entry(path.id()).or_insert(0) += 1;
+        }
+    }
+    // A crossing may give a stone to the wrong trail, so allow a few more.
+    assert!(stones.values().all(|&n| n <= 210), "{stones:?}");
+    assert!(stones.values().any(|&n| n > 100));
+}
+
+#[test]
+fn no_dressing_where_none_is_asked_for() {
+    let trails = dressed(0, 1.0, 0);
+    assert!(around(ChunkCoord::new(0, 0), 3).all(|c| trails.dressing(c).is_empty()));
+}
+
+#[test]
+fn materials_differ_from_trail_to_trail_and_along_them() {
+    let trails = dense(14);
+    let (mut kinds, mut changes) = (BTreeSet::new(), 0);
+    for chunk in around(ChunkCoord::new(0, 0), 5) {
+        for path in trails.in_chunk(chunk) {
+            let along: Vec<_> = points(&path, 5.0).map(|p| path.kind(p.0)).collect();
+            changes += along.windows(2).filter(|w| w[0] != w[1]).count();
+            kinds.extend(along);
+        }
+    }
+    assert_eq!(kinds.len(), TrailSurfaceKind::ALL.len(), "{kinds:?}");
+    assert!(changes > 0);
+    let mud = TrailParams {
+        surface: Some(TrailSurfaceKind::Mud),
+        spawn_probability: 0.1,
+        ..TrailParams::default()
+    };
+    for path in common::trails(mud, 1, flat(DVec2::ZERO)).in_chunk(ChunkCoord::new(0, 0)) {
+        assert!(points(&path, 5.0).all(|p| path.kind(p.0) == TrailSurfaceKind::Mud));
+    }
+}
+
+#[test]
+fn impossible_trails_are_refused() {
+    let new = |p: TrailParams, size| {
+        Trails::new(p, size, Key::world(0), flat(DVec2::ZERO))
+            .expect_err("refused")
+            .field
+    };
+    let good = TrailParams::default;
+    assert_eq!(
+        new(
+            TrailParams {
+                width_m: 0.1,
+                ..good()
+            },
+            50.0
+        ),
+        "width_m"
+    );
+    assert_eq!(new(good(), 5.0), "chunk_size_m");
+    assert_eq!(
+        new(
+            TrailParams {
+                spawn_probability: 1.5,
+                ..good()
+            },
+            50.0
+        ),
+        "spawn_probability"
+    );
+    assert_eq!(
+        new(
+            TrailParams {
+                forward_probability: f64::NAN,
+                ..good()
+            },
+            50.0
+        ),
+        "forward_probability"
+    );
+    assert_eq!(
+        new(
+            TrailParams {
+                max_length_chunks: 0,
+                ..good()
+            },
+            50.0
+        ),
+        "max_length_chunks"
+    );
+    assert_eq!(
+        new(
+            TrailParams {
+                grass_spread_m: -1.0,
+                ..good()
+            },
+            50.0
+        ),
+        "grass_spread_m"
+    );
+    let mut bad = good();
+    bad.section.cut_ratio = 0.0;
+    assert_eq!(new(bad, 50.0), "section.cut_ratio");
+    let mut bad = good();
+    bad.section.curve = vec![DVec2::new(1.0, 0.0), DVec2::new(1.0, 0.1)];
+    assert_eq!(new(bad, 50.0), "section.curve offset");
+}
+
+#[test]
+fn value_stability() {
+    // A sloping plane: sines are not the same on every platform.
+    let params = TrailParams {
+        spawn_probability: 0.1,
+        ..TrailParams::default()
+    };
+    let trails = trails(params, 7, flat(DVec2::new(0.1, -0.05)));
+    let chunk = ChunkCoord::new(2, -1);
+    let paths = trails.in_chunk(chunk);
+    let path = &paths[0];
+    let got = [
+        format!(
+            "{} {:?} {:?}",
+            paths.len(),
+            path.id().birth,
+            path.kind(500.0)
+        ),
+        format!("{:?} {:?}", path.length_m(), path.position_m(123.0)),
+        format!("{:?}", trails.dressing(chunk)[0]),
+        format!("{:?}", trails.dressing(chunk).last()),
+    ];
+    assert_eq!(got, VALUES);
+}
+const VALUES: [&str; 4] = [
+    "3 ChunkCoord { x: -9, y: 0 } LeafLitter",
+    "1815.6317408020088 DVec2(-412.52622576885483, -71.0004321911224)",
+    "TrailDressing { position_m: DVec2(120.51844378147157, -47.369021413471074), yaw_rad: 0.02763158361172375, scale: 1.0875785400079991, kind: Grass }",
+    "Some(TrailDressing { position_m: DVec2(121.29887632398481, -42.14109774188142), yaw_rad: 2.6987576028482576, scale: 1.3135937644952123, kind: Stone })",
+];
