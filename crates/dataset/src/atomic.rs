@@ -25,7 +25,9 @@ pub(crate) fn put(root: &Path, relative: &str, bytes: &[u8]) -> Result<FileRecor
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(folder).map_err(Error::io(&path))?;
-    file.write_all(bytes).map_err(Error::io(&path))?;
+    file.as_file_mut()
+        .write_all(bytes)
+        .map_err(Error::io(&path))?;
     file.persist(&path).map_err(|e| Error::io(&path)(e.error))?;
     Ok(FileRecord {
         path: relative.to_owned(),

@@ -82,6 +82,27 @@ pub struct DatasetHeader {
 }
 
 impl DatasetHeader {
+    /// A header without sensors: chunks of 50 m, backend `cpu`, 16-bit depth, no licence given,
+    /// an empty configuration.
+    #[must_use]
+    pub fn new(generator: &str, version: &str, seed: u64, ontology: Ontology) -> Self {
+        Self {
+            generator: generator.to_owned(),
+            version: version.to_owned(),
+            seed,
+            backend: "cpu".to_owned(),
+            chunk_size_m: 50.0,
+            depth_format: DepthFormat::default(),
+            licence: "unspecified".to_owned(),
+            ontology,
+            cameras: Vec::new(),
+            lidars: Vec::new(),
+            stage_keys: BTreeMap::new(),
+            config: serde_json::Value::Object(serde_json::Map::new()),
+            config_toml: String::new(),
+        }
+    }
+
     /// The mount of the frame `poses.txt` is about: the first camera's, or the first LiDAR's if
     /// there is no camera.
     #[must_use]

@@ -1,4 +1,67 @@
-//! This crate is what lands on disk.
+//! This crate is what lands on disk: it writes data sets, reads every file of them back, resumes and
+//! merges them, and checks them from their files alone.
+//!
+//! # Layout
+//! SemanticKITTI's, so that today's loaders read it unchanged, with images beside it:
+//! ```text
+//! OUT/README.md  dataset.json  config.toml  ontology.yaml  trees.csv  instances.csv
+//! OUT/sequences/NN/{image_2,semantic,instance,depth,normals}/000000.png
+//!                  velodyne/000000.bin  labels/000000.label  points/000000.ply
+//!                  poses.txt  calib.txt  times.txt
+//! ```
+//! A second camera or LiDAR has the same folders inside a folder of its name. While a data set is
+//! unfinished, `OUT/.nemoral/` holds its header and a record for each whole frame.
+//!
+//! | file | content |
+//! |---|---|
+//! | `semantic` | 8-bit palette PNG: the [ontology](nemoral_scene::Ontology)'s class ids when read, its colours when looked at |
+//! | `instance` | 8-bit RGB PNG, [`to_image_id`](nemoral_scene::ObjectId::to_image_id) = R + 256 G + 65536 B; 0 = none |
+//! | `depth` | planar z; 16-bit PNG, metres × 256 to nearest, or float32 `.npy` ([`DepthFormat`]); 0 = none |
+//! | `normals` | optical frame, round(127.5 (n + 1)); (0, 0, 0), which no unit vector gives, = none |
+//! | `.bin` | little-endian f32 x, y, z, intensity |
+//! | `.label` | little-endian u32: class in the lower, [`to_label_id`](nemoral_scene::ObjectId::to_label_id) in the upper 16 bits |
+//! | `.ply` | binary little-endian, every field of a [`LidarPoint`](nemoral_scene::LidarPoint) |
+//! | `poses.txt`, `calib.txt`, `times.txt` | KITTI odometry's; line k is frame k of the whole sequence, made here or not |
+//! | `ontology.yaml` | the class table for semantic-kitti-api (the paper's classes are section V-A's) |
+//!
+//! # Promises
+//! - A file appears under its final name only when it is whole, a frame's record after its files,
+//!   `dataset.json` after everything. Files are not synced one by one: what a power cut damages,
+//!   checksums show, and resume makes again.
+//! - Equal input gives equal bytes, whatever the order of frames, the threads, or the shards.
+//! - Nothing that a data set does not own is changed or removed.
+//!
+//! # Example
+//! ```
+//! use nemoral_dataset::*;
+//! use nemoral_scene::{ChunkCoord, Ontology, RigidTransform};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! # let out = folder.path();
+//! let mount = RigidTransform::IDENTITY;
+//! let header = DatasetHeader {
+//!     lidars: vec![LidarSpec { name: "top".into(), body_from_lidar: mount }],
+//!     ..DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper())
+//! };
+//! let writer = Writer::create(out, OpenMode::Fresh, header)?;
+//! writer.write_frame(&FrameData {
+//!     sequence: 0,
+//!     index: 0,
+//!     time_s: 0.0,
+//!     world_from_body: mount,
+//!     cameras: vec![],
+//!     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
+//!     frame_key: [0; 32],
+//! })?;
+//! let track = Track { sequence: 0, poses: vec![(0.0, mount)] };
+//! writer.finish(&WorldTables::default(), &[track])?;
+//!
+//! assert_eq!(Dataset::open(out)?.read_frame(0)?.lidars[0].points.len(), 0);
+//! assert!(check(out)?.passed());
+//! # Ok(())
+//! # }
+//! ```
 
 mod agreement;
 mod atomic;
@@ -27,8 +90,8 @@ pub use agreement::{Agreement, ClassAgreement, Residual};
 pub use check::{CheckReport, Problem, check};
 pub use error::Error;
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
-pub use images::write_png;
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
+pub use images::write_png;
 pub use manifest::{FORMAT_VERSION, FileRecord, FrameRecord, Manifest, SequenceRecord};
 pub use merge::merge;
 pub use ply::PlyPoint;

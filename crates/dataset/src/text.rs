@@ -30,9 +30,12 @@ pub(crate) fn from_rows(rows: &Rows) -> RigidTransform {
     }
 }
 
-/// `a_from_c = inverse(b_from_a) * b_from_c`; translations are subtracted first, so that nothing
-/// is lost far from b's origin.
+/// `a_from_c = inverse(b_from_a) * b_from_c`, the identity to the bit for equal ones; translations
+/// are subtracted first, so that nothing is lost far from b's origin.
 pub(crate) fn relative(b_from_a: &RigidTransform, b_from_c: &RigidTransform) -> RigidTransform {
+    if b_from_a == b_from_c {
+        return RigidTransform::IDENTITY;
+    }
     let back = b_from_a.rotation.inverse();
     RigidTransform {
         rotation: (back * b_from_c.rotation).normalize(),

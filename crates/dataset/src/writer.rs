@@ -63,12 +63,17 @@ impl Writer {
         content: &Content,
     ) -> Result<(), Error> {
         match (content, mode) {
-            (Content::Dataset { finished, .. }, OpenMode::Fresh) => {
-                Err(Error::Exists { path: out.to_owned(), finished: finished.is_some() })
-            }
-            (Content::Dataset { header: Some(found), .. }, OpenMode::Resume) => {
-                folder::compare(out, found, header)
-            }
+            (Content::Dataset { finished, .. }, OpenMode::Fresh) => Err(Error::Exists {
+                path: out.to_owned(),
+                finished: finished.is_some(),
+            }),
+            (
+                Content::Dataset {
+                    header: Some(found),
+                    ..
+                },
+                OpenMode::Resume,
+            ) => folder::compare(out, found, header),
             _ => Ok(()),
         }
     }

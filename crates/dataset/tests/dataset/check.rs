@@ -1,0 +1,270 @@
+//! Sabotage: what `check` must find.
+
+use std::fs;
+use std::path::Path;
+
+use nemoral_dataset::{CheckReport, Dataset, check};
+use nemoral_scene::glam::DVec3;
+
+use crate::common::{header, reseal, write};
+
+const LABELS: &str = "sequences/00/labels/000001.label";
+const SEMANTIC: &str = "sequences/00/semantic/000001.png";
+const INSTANCE: &str = "sequences/00/instance/000001.png";
+const PLY: &str = "sequences/00/points/000001.ply";
+
+fn sound() -> (tempfile::TempDir, Dataset) {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dataset = write(dir.path(), &header(), &[0, 1, 2, 3]);
+    (dir, dataset)
+}
+
+fn report(dir: &Path) -> CheckReport {
+    check(dir).expect("a data set")
+}
+
+/// The problems that name a file.
+fn about<'a>(report: &'a CheckReport, path: &str) -> Vec<&'a str> {
+    let of = report.problems.iter().filter(|p| p.path == path);
+    of.map(|p| &*p.message).collect()
+}
+
+#[test]
+fn a_sound_data_set_passes() {
+    let (dir, _) = sound();
+    let report = report(dir.path());
+    println!("{report}");
+    assert!(report.passed(), "{report}");
+    let agreement = &report.agreement;
+    assert!(agreement.overall().expect("points") >= 0.97);
+    assert!(agreement.comparable_share() > 0.8 && agreement.comparable() > 20_000);
+    assert!(
+        agreement
+            .classes
+            .iter()
+            .filter(|c| c.comparable >= 1000)
+            .count()
+            >= 5
+    );
+    for residual in [&agreement.same_frame, &agreement.next_frame] {
+        assert!(residual.points() > 1000 && residual.median_m().expect("points").abs() < 0.005);
+    }
+}
+
+#[test]
+fn missing_truncated_and_flipped_files_are_found() {
+    let (dir, _) = sound();
+    let at = |name: &str| dir.path().join(name);
+    fs::remove_file(at(LABELS)).expect("remove");
+    let bytes = fs::read(at(PLY)).expect("read");
+    fs::write(at(PLY), &bytes[..bytes.len() - 5]).expect("write");
+    let mut bytes = fs::read(at(INSTANCE)).expect("read");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(at(INSTANCE), bytes).expect("write");
+    fs::write(at("trees.csv"), "").expect("write");
+    fs::write(at("sequences/00/semantic/000009.png"), "").expect("write");
+    let report = report(dir.path());
+    assert!(!report.passed());
+    let first = |path| {
+        about(&report, path)
+            .first()
+            .copied()
+            .unwrap_or_default()
+            .to_owned()
+    };
+    assert!(first(LABELS).contains("No such file"), "{report}");
+    assert!(first(PLY).contains("bytes"), "{report}");
+    assert!(first(INSTANCE).contains("checksum"), "{report}");
+    assert!(first("trees.csv").contains("bytes"), "{report}");
+    assert!(
+        first("sequences/00/semantic/000009.png").contains("belongs to no frame"),
+        "{report}"
+    );
+}
+
+#[test]
+fn labels_one_pixel_off_at_least_double_the_disagreement() {
+    let (dir, dataset) = sound();
+    let before = report(dir.path());
+    for k in 0..4 {
+        let path = format!("sequences/00/semantic/{k:06}.png");
+        let image = dataset.read_frame(k).expect("frame").cameras[0]
+            .semantic
+            .clone();
+        let (w, h) = (image.width(), image.height());
+        let shifted: Vec<u8> = (0..w * h)
+            .map(|i| *image.at((i % w).saturating_sub(1), i / w))
+            .collect();
+        write_palette(&dir.path().join(&path), w, h, &shifted);
+        reseal(dir.path(), &path);
+    }
+    let after = report(dir.path());
+    let wrong = |r: &CheckReport| 1.0 - r.agreement.overall().expect("points");
+    println!("disagreement {:.4} -> {:.4}", wrong(&before), wrong(&after));
+    assert!(wrong(&after) >= 2.0 * wrong(&before) && wrong(&after) > 0.002);
+    // Nothing is wrong with the files themselves, but pixels without depth now have a class.
+    assert!(
+        about(&after, SEMANTIC)
+            .iter()
+            .all(|m| m.contains("without depth")),
+        "{after}"
+    );
+}
+
+fn write_palette(path: &Path, width: usize, height: usize, ids: &[u8]) {
+    let mut encoder = png::Encoder::new(
+        fs::File::create(path).expect("create"),
+        width as u32,
+        height as u32,
+    );
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_palette(vec![0; 24]);
+    let mut writer = encoder.write_header().expect("header");
+    writer.write_image_data(ids).expect("data");
+}
+
+/// Rewrites one line of a text file.
+fn edit(dir: &Path, relative: &str, line: &str, change: impl Fn(&mut Vec<f64>)) {
+    let path = dir.join(relative);
+    let text = fs::read_to_string(&path).expect("read");
+    let edit = |l: &str| {
+        let mut values: Vec<f64> = l[line.len()..]
+            .split_whitespace()
+            .map(|w| w.parse().expect("a number"))
+            .collect();
+        change(&mut values);
+        let words: Vec<String> = values.iter().map(f64::to_string).collect();
+        format!("{line}{}", words.join(" "))
+    };
+    let lines: Vec<String> = text
+        .lines()
+        .map(|l| {
+            if l.starts_with(line) {
+                edit(l)
+            } else {
+                l.to_owned()
+            }
+        })
+        .collect();
+    fs::write(&path, lines.join("\n") + "\n").expect("write");
+    reseal(dir, relative);
+}
+
+#[test]
+fn a_mount_five_centimetres_off_moves_the_depth_residual() {
+    let (dir, _) = sound();
+    // The LiDAR 5 cm farther forward, along the camera's axis.
+    edit(dir.path(), "sequences/00/calib.txt", "Tr: ", |v| {
+        v[11] += 0.05
+    });
+    let report = report(dir.path());
+    let median = report.agreement.same_frame.median_m().expect("points");
+    println!("median depth residual with Tr 5 cm off: {median:+.4} m\n{report}");
+    assert!(median > 0.03 && !report.passed());
+    assert!(
+        about(&report, "sequences/00/calib.txt")[0].contains("0.05"),
+        "{report}"
+    );
+    assert!(
+        report
+            .agreement
+            .failures()
+            .iter()
+            .any(|f| f.contains("mounts"))
+    );
+}
+
+#[test]
+fn poses_five_centimetres_off_move_the_residual_to_the_next_frame() {
+    let (dir, dataset) = sound();
+    // Every second pose 5 cm forward would cancel; a drift of 5 cm a frame does not.
+    let poses = dataset.poses(0).expect("poses");
+    let path = dir.path().join("sequences/00/poses.txt");
+    let mut text = String::new();
+    for (k, pose) in poses.iter().enumerate() {
+        let mut pose = *pose;
+        pose.translation_m += pose.rotation * DVec3::Z * 0.05 * k as f64;
+        let rows = pose.to_rows();
+        let words: Vec<String> = rows.as_flattened().iter().map(f64::to_string).collect();
+        text += &(words.join(" ") + "\n");
+    }
+    fs::write(path, text).expect("write");
+    reseal(dir.path(), "sequences/00/poses.txt");
+    let report = report(dir.path());
+    let median = report.agreement.next_frame.median_m().expect("points");
+    println!("median depth residual to the next frame with poses 5 cm off: {median:+.4} m");
+    assert!(median.abs() > 0.03);
+    assert!(
+        report
+            .agreement
+            .same_frame
+            .median_m()
+            .expect("points")
+            .abs()
+            < 0.005
+    );
+    assert!(
+        about(&report, "sequences/00/poses.txt")[0].contains("frame 1"),
+        "{report}"
+    );
+    assert!(
+        report
+            .agreement
+            .failures()
+            .iter()
+            .any(|f| f.contains("poses"))
+    );
+}
+
+#[test]
+fn wrong_ids_are_found() {
+    let (dir, _) = sound();
+    let at = |name: &str| dir.path().join(name);
+    // An instance that no table has.
+    let mut ids = image::open(at(INSTANCE)).expect("image").into_rgb8();
+    ids.put_pixel(160, 200, image::Rgb([9, 9, 9]));
+    ids.save(at(INSTANCE)).expect("save");
+    reseal(dir.path(), INSTANCE);
+    // A label that is not its point's.
+    let mut labels = fs::read(at(LABELS)).expect("read");
+    labels[2] ^= 1;
+    fs::write(at(LABELS), labels).expect("write");
+    reseal(dir.path(), LABELS);
+    // A tree less in one table.
+    let trees = fs::read_to_string(at("trees.csv")).expect("read");
+    let fewer: Vec<&str> = trees.lines().take(2).collect();
+    fs::write(at("trees.csv"), fewer.join("\n") + "\n").expect("write");
+    reseal(dir.path(), "trees.csv");
+    let report = report(dir.path());
+    let expected = ["1 pixels have an id that instances.csv lacks (the first: 592137)"];
+    assert_eq!(about(&report, INSTANCE), expected, "{report}");
+    assert!(
+        about(&report, LABELS)[0].contains("differs from"),
+        "{report}"
+    );
+    assert!(
+        about(&report, "trees.csv")[0].contains("1 trees here, 2 in instances.csv"),
+        "{report}"
+    );
+    assert_eq!(report.problems.len(), 3, "{report}");
+}
+
+#[test]
+fn points_of_things_that_do_not_exist_are_found() {
+    let (dir, _) = sound();
+    let path = dir.path().join("instances.csv");
+    let text = fs::read_to_string(&path).expect("read");
+    let kept: Vec<&str> = text.lines().filter(|l| !l.contains("rock")).collect();
+    fs::write(&path, kept.join("\n") + "\n").expect("write");
+    reseal(dir.path(), "instances.csv");
+    let report = report(dir.path());
+    assert!(
+        about(&report, PLY)[0].contains("true id that instances.csv lacks"),
+        "{report}"
+    );
+    assert!(
+        about(&report, INSTANCE)[0].contains("id that instances.csv lacks"),
+        "{report}"
+    );
+}

@@ -1,0 +1,401 @@
+//! A small analytic world, ray-cast by closed forms: a ground with a trail, and spheres.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use nemoral_dataset::{
+    CameraData, CameraSpec, Dataset, DatasetHeader, DepthFormat, FrameData, LidarData, LidarSpec,
+    Manifest, OpenMode, Track, WorldTables, Writer,
+};
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::{
+    ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, ObjectKind, ObjectRecord, Ontology,
+    PointFlags, RigidTransform, Semantic, TreeRecord, TruthImages,
+};
+
+pub(crate) const CHUNK_M: f64 = 50.0;
+/// Where the drive starts: in the middle of a far chunk.
+pub(crate) const START: DVec3 = DVec3::new(-125.0, 275.0, 0.0);
+
+pub(crate) struct Sphere {
+    pub(crate) centre: DVec3,
+    pub(crate) radius: f64,
+    pub(crate) semantic: Semantic,
+    pub(crate) object: ObjectId,
+    pub(crate) kind: ObjectKind,
+}
+
+pub(crate) fn spheres() -> Vec<Sphere> {
+    let mut all = Vec::new();
+    let mut add = |x: f64, y: f64, z: f64, radius: f64, semantic, kind, item| {
+        let centre = START + DVec3::new(x, y, z);
+        let chunk = ChunkCoord::containing(centre.truncate(), CHUNK_M);
+        let object = ObjectId::new(chunk, item).expect("in range");
+        all.push(Sphere {
+            centre,
+            radius,
+            semantic,
+            object,
+            kind,
+        });
+    };
+    add(7.0, 2.5, 1.5, 1.2, Semantic::Stem, ObjectKind::Tree, 1);
+    add(7.0, 2.5, 3.9, 1.6, Semantic::Leaf, ObjectKind::Tree, 1);
+    add(10.0, -3.0, 1.8, 1.5, Semantic::Stem, ObjectKind::Tree, 2);
+    add(12.0, -3.5, 4.5, 2.0, Semantic::Needle, ObjectKind::Tree, 2);
+    add(16.0, 1.0, 2.0, 3.0, Semantic::Rock, ObjectKind::Rock, 3);
+    add(6.0, -2.0, 0.5, 0.8, Semantic::Shrub, ObjectKind::Shrub, 4);
+    add(9.0, 5.5, 0.6, 0.9, Semantic::Fern, ObjectKind::Shrub, 5);
+    all
+}
+
+pub(crate) struct Hit {
+    pub(crate) t: f64,
+    pub(crate) normal: DVec3,
+    pub(crate) semantic: Semantic,
+    pub(crate) object: ObjectId,
+}
+
+/// The nearest surface on a ray of the world.
+pub(crate) fn cast(world: &[Sphere], origin: DVec3, direction: DVec3) -> Option<Hit> {
+    let mut best: Option<Hit> = None;
+    let mut offer = |hit: Hit| {
+        if hit.t > 0.0 && hit.t < 100.0 && best.as_ref().is_none_or(|b| hit.t < b.t) {
+            best = Some(hit);
+        }
+    };
+    if direction.z < 0.0 {
+        let t = -origin.z / direction.z;
+        let on_trail = (origin.y + t * direction.y - START.y).abs() < 1.0;
+        offer(Hit {
+            t,
+            normal: DVec3::Z,
+            semantic: if on_trail {
+                Semantic::TrailSurface
+            } else {
+                Semantic::Litter
+            },
+            object: ObjectId::NONE,
+        });
+    }
+    for s in world {
+        let to = origin - s.centre;
+        let (b, c) = (to.dot(direction), to.length_squared() - s.radius * s.radius);
+        let d = b * b - c;
+        if d > 0.0 {
+            let t = -b - d.sqrt();
+            offer(Hit {
+                t,
+                normal: (to + t * direction) / s.radius,
+                semantic: s.semantic,
+                object: if s.semantic == Semantic::Fern {
+                    ObjectId::NONE
+                } else {
+                    s.object
+                },
+            });
+        }
+    }
+    best
+}
+
+pub(crate) fn header() -> DatasetHeader {
+    let optical = RigidTransform::body_from_optical();
+    let mount = |x, y, z| RigidTransform::from_xyz_rpy(DVec3::new(x, y, z), 0.0, 0.05, 0.02);
+    DatasetHeader {
+        generator: "nemoral".to_owned(),
+        version: "0.1.0".to_owned(),
+        seed: u64::MAX - 6,
+        backend: "cpu".to_owned(),
+        chunk_size_m: CHUNK_M,
+        depth_format: DepthFormat::Png16,
+        licence: "CC-BY-4.0".to_owned(),
+        ontology: Ontology::paper(),
+        cameras: vec![CameraSpec {
+            name: "front".to_owned(),
+            intrinsics: Intrinsics::from_fov(320, 240, 1.3).expect("valid"),
+            body_from_camera: mount(0.25, 0.05, 1.3) * optical,
+        }],
+        lidars: vec![LidarSpec {
+            name: "top".to_owned(),
+            body_from_lidar: mount(0.2, 0.0, 1.4),
+        }],
+        stage_keys: BTreeMap::from([("terrain".to_owned(), "00ff".repeat(16))]),
+        config: serde_json::json!({ "placement": { "density": 0.1, "species": ["fagus"] }, "lidar": { "pulses": 20_000 } }),
+        config_toml: "[placement]\ndensity = 0.1\n".to_owned(),
+    }
+}
+
+pub(crate) fn track(frames: usize) -> Track {
+    let pose = |k: usize| {
+        let k = k as f64;
+        let at = START + DVec3::new(0.3 * k, 0.05 * k, 0.0);
+        (
+            0.5 * k,
+            RigidTransform::from_xyz_rpy(at, 0.01 * k, 0.0, 0.02 * k),
+        )
+    };
+    Track {
+        sequence: 0,
+        poses: (0..frames).map(pose).collect(),
+    }
+}
+
+/// What the sensors see, owned.
+pub(crate) struct Seen {
+    pub(crate) index: u64,
+    pub(crate) time_s: f64,
+    pub(crate) world_from_body: RigidTransform,
+    pub(crate) rgb: Vec<Image<[u8; 3]>>,
+    pub(crate) truth: Vec<TruthImages>,
+    pub(crate) points: Vec<Vec<LidarPoint>>,
+    pub(crate) chunk: ChunkCoord,
+    pub(crate) key: [u8; 32],
+}
+
+impl Seen {
+    pub(crate) fn data<'a>(&'a self, header: &'a DatasetHeader) -> FrameData<'a> {
+        let images = self.rgb.iter().zip(&self.truth).zip(&header.cameras);
+        let scans = self.points.iter().zip(&header.lidars);
+        FrameData {
+            sequence: 0,
+            index: self.index,
+            time_s: self.time_s,
+            world_from_body: self.world_from_body,
+            cameras: images
+                .map(|((rgb, truth), c)| CameraData {
+                    name: &c.name,
+                    rgb,
+                    truth,
+                })
+                .collect(),
+            lidars: scans
+                .map(|(points, l)| LidarData {
+                    name: &l.name,
+                    points,
+                    sensor_chunk: self.chunk,
+                })
+                .collect(),
+            frame_key: self.key,
+        }
+    }
+}
+
+/// A number of [0, 1) that depends on `i` alone.
+pub(crate) fn noise(i: u64) -> f64 {
+    let mut x = i.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
+    let world = spheres();
+    let (time_s, world_from_body) = track(frame + 1).poses[frame];
+    let ontology = Ontology::paper();
+    let (mut rgb, mut truth) = (Vec::new(), Vec::new());
+    for camera in &header.cameras {
+        let k = camera.intrinsics;
+        let world_from_camera = world_from_body * camera.body_from_camera;
+        let back = world_from_camera.inverse();
+        let (w, h) = (k.width as usize, k.height as usize);
+        let pixel = |i: usize| {
+            let at = DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
+            let d = k.direction(at);
+            let ray = world_from_camera.transform_vector(d);
+            let hit = cast(&world, world_from_camera.translation_m, ray)?;
+            Some((
+                hit.semantic,
+                hit.object,
+                (hit.t * d.z) as f32,
+                back.transform_vector(hit.normal).as_vec3(),
+            ))
+        };
+        let pixels: Vec<_> = (0..w * h)
+            .map(|i| pixel(i).unwrap_or((Semantic::Sky, ObjectId::NONE, 0.0, Vec3::ZERO)))
+            .collect();
+        let all = Image::new(w, h, pixels);
+        rgb.push(all.map(|p| {
+            ontology
+                .class(p.0)
+                .colour
+                .map(|c| (f32::from(c) * (0.5 - 0.5 * p.3.z)) as u8)
+        }));
+        truth.push(TruthImages {
+            semantic: all.map(|p| p.0),
+            object: all.map(|p| p.1),
+            depth_m: all.map(|p| p.2),
+            normal: all.map(|p| p.3),
+        });
+    }
+    let points = header
+        .lidars
+        .iter()
+        .map(|lidar| {
+            scan(
+                &world,
+                &(world_from_body * lidar.body_from_lidar),
+                frame as u64,
+            )
+        })
+        .collect();
+    let chunk = ChunkCoord::containing(world_from_body.translation_m.truncate(), CHUNK_M);
+    Seen {
+        index: frame as u64,
+        time_s,
+        world_from_body,
+        rgb,
+        truth,
+        points,
+        chunk,
+        key: [frame as u8; 32],
+    }
+}
+
+fn scan(world: &[Sphere], world_from_lidar: &RigidTransform, frame: u64) -> Vec<LidarPoint> {
+    let back = world_from_lidar.inverse();
+    let mut points = Vec::new();
+    for pulse in 0..20_000_u32 {
+        let u = |k| noise(frame << 40 | u64::from(pulse) << 8 | k);
+        let (yaw, pitch) = (1.2 * (u(0) - 0.5), 0.8 * (u(1) - 0.5));
+        let direction = DVec3::new(
+            yaw.cos() * pitch.cos(),
+            yaw.sin() * pitch.cos(),
+            pitch.sin(),
+        );
+        let ray = world_from_lidar.transform_vector(direction);
+        let Some(hit) = cast(world, world_from_lidar.translation_m, ray) else {
+            continue;
+        };
+        let incidence = -hit.normal.dot(ray);
+        let range = hit.t + 0.04 * (u(2) - 0.5);
+        points.push(LidarPoint {
+            position_m: (direction * range).as_vec3(),
+            true_range_m: hit.t as f32,
+            range_m: range as f32,
+            intensity: (0.4 * incidence) as f32,
+            reflectivity: 60,
+            semantic: hit.semantic,
+            object: hit.object,
+            ring: (pulse % 6) as u8,
+            return_number: 1,
+            returns: 1,
+            time_offset_ns: 5_000 * pulse,
+            pulse,
+            incidence_cos: incidence as f32,
+            normal: back.transform_vector(hit.normal).as_vec3(),
+            flags: PointFlags(if pulse % 100 == 0 {
+                PointFlags::MIXED
+            } else {
+                0
+            }),
+        });
+    }
+    points
+}
+
+pub(crate) fn objects() -> Vec<ObjectRecord> {
+    let mut records: Vec<ObjectRecord> = Vec::new();
+    for s in spheres() {
+        if records.iter().all(|r| r.object != s.object) {
+            records.push(ObjectRecord {
+                object: s.object,
+                kind: s.kind,
+                species: "fagus, sylvatica \"purpurea\"".to_owned(),
+                position_m: s.centre,
+                radius_m: s.radius,
+                height_m: 1.0 / 3.0,
+            });
+        }
+    }
+    records
+}
+
+pub(crate) fn trees() -> Vec<TreeRecord> {
+    let tree = |o: &ObjectRecord| TreeRecord {
+        object: o.object,
+        species: o.species.clone(),
+        position_m: o.position_m,
+        dbh_m: 0.1 + 0.1 * f64::from(o.object.item()),
+        height_m: 20.0,
+        crown_base_m: 8.1,
+        crown_radius_m: 2.5,
+        leaf_area_m2: 120.0,
+        stem_volume_m3: 0.7,
+        lean_rad: 0.0,
+        alive: o.object.item() % 2 == 0,
+    };
+    objects()
+        .iter()
+        .filter(|o| o.kind == ObjectKind::Tree)
+        .map(tree)
+        .collect()
+}
+
+pub(crate) fn finish(writer: Writer, length: usize) -> Manifest {
+    let (trees, objects) = (trees(), objects());
+    let world = WorldTables {
+        trees: &trees,
+        objects: &objects,
+    };
+    writer.finish(&world, &[track(length)]).expect("finish")
+}
+
+/// Writes frames of a drive of four.
+pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[usize]) -> Dataset {
+    let writer = Writer::create(out, OpenMode::Fresh, header.clone()).expect("create");
+    for &k in frames {
+        writer
+            .write_frame(&see(header, k).data(header))
+            .expect("frame");
+    }
+    finish(writer, 4);
+    Dataset::open(out).expect("open")
+}
+
+/// A smaller header, for tests that do not look at pictures.
+pub(crate) fn small() -> DatasetHeader {
+    let mut header = header();
+    header.cameras[0].intrinsics = Intrinsics::from_fov(32, 24, 1.3).expect("valid");
+    header
+}
+
+/// Every file below a folder with its bytes.
+pub(crate) fn tree(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![root.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let bytes = std::fs::read(&path).expect("a file");
+                files.insert(path.strip_prefix(root).expect("below").to_owned(), bytes);
+            }
+        }
+    }
+    files
+}
+
+/// Makes `dataset.json` agree with a file that a test has changed, so that only the check's own
+/// understanding can find the change.
+pub(crate) fn reseal(root: &Path, relative: &str) {
+    let path = root.join("dataset.json");
+    let mut json: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(&path).expect("read")).expect("json");
+    let bytes = std::fs::read(root.join(relative)).expect("read");
+    let fix = |files: &mut serde_json::Value| {
+        for f in files.as_array_mut().expect("a list") {
+            if f["path"] == relative {
+                f["bytes"] = bytes.len().into();
+                f["blake3"] = blake3::hash(&bytes).to_hex().to_string().into();
+            }
+        }
+    };
+    fix(&mut json["files"]);
+    for frame in json["frames"].as_array_mut().expect("a list") {
+        fix(&mut frame["files"]);
+    }
+    std::fs::write(&path, json.to_string()).expect("write");
+}

@@ -1,0 +1,10 @@
+//! One binary, because linking is most of the time. What belongs where: `common` the world and its
+//! sensors; `round_trip` formats; `resume` folders and modes; `atomic` failing disks; `check` sabotage;
+//! `properties` what holds for any input.
+
+mod atomic;
+mod check;
+mod common;
+mod properties;
+mod resume;
+mod round_trip;
