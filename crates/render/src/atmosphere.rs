@@ -2,7 +2,9 @@
 //!
 //! Single scattering by molecules and aerosols is integrated along each view ray; all higher orders
 //! are one isotropic term (Hillaire 2020, "A scalable and production ready sky and atmosphere
-//! rendering technique", section 5.5). Coefficients of molecules and ozone are his; aerosols follow
+//! rendering technique", section 5.5). Red, green and blue are 615, 535 and 445 nm, the dominant wavelengths
+//! of the sRGB primaries: with the customary 680, 550 and 440 nm, ozone takes more green than red
+//! and every dusk turns magenta. Molecules and ozone are scaled there from his values; aerosols follow
 //! the turbidity with Ångström's exponent 1.3. Columns of air towards the sun are Chapman functions
 //! in Fitzmaurice's closed form (1964, "Simplification of the Chapman function for atmospheric
 //! attenuation"), which also hold for a sun below the horizon, where Preetham's fit does not.
@@ -71,15 +73,15 @@ impl Atmosphere {
     /// Air of a turbidity (1 is clean air): the aerosols' optical thickness is turbidity − 1 times
     /// the molecules'.
     pub(crate) fn new(turbidity: f64, ground_albedo: DVec3) -> Self {
-        let rayleigh = DVec3::new(5.802e-6, 13.558e-6, 33.1e-6);
-        let green = (turbidity - 1.0) * rayleigh.y * RAYLEIGH_SCALE_M / MIE_SCALE_M;
+        let rayleigh = DVec3::new(8.60e-6, 15.2e-6, 31.6e-6);
+        let at_550 = (turbidity - 1.0) * 13.558e-6 * RAYLEIGH_SCALE_M / MIE_SCALE_M;
         let angstrom = |nm: f64| libm::pow(nm / 550.0, -1.3);
-        let mie_extinction = green * DVec3::new(angstrom(680.0), 1.0, angstrom(440.0));
+        let mie_extinction = at_550 * DVec3::new(angstrom(615.0), angstrom(535.0), angstrom(445.0));
         Self {
             rayleigh,
             mie_scattering: mie_extinction * MIE_ALBEDO,
             mie_extinction,
-            ozone: DVec3::new(0.650e-6, 1.881e-6, 0.085e-6),
+            ozone: DVec3::new(2.40e-6, 1.40e-6, 0.09e-6),
             ground_albedo,
         }
     }

@@ -5,6 +5,8 @@
 pub(crate) struct Haze {
     /// Extinction at the camera's height, 1/m.
     pub(crate) extinction: f32,
+    /// The part of it that the sky's own aerosols do not explain: mist, 1/m.
+    pub(crate) mist: f32,
     /// The height over which the haze thins by e, metres.
     pub(crate) height_m: f32,
     /// Where everything is sky, metres.
@@ -12,6 +14,15 @@ pub(crate) struct Haze {
 }
 
 impl Haze {
+    /// The share of the sky's light that the mist lets through from a direction with this upward
+    /// sine.
+    pub(crate) fn sky_transmittance(&self, rise: f32) -> f32 {
+        if self.mist == 0.0 {
+            return 1.0;
+        }
+        libm::expf(-self.mist * self.height_m / rise.max(1e-3))
+    }
+
     /// The share of a surface's light that arrives: air, then the fade at the end of the world.
     ///
     /// Air is Beer and Lambert's law through an exponential layer. The fade (1 − (d / range)⁴)²
@@ -41,6 +52,7 @@ mod tests {
     fn air_is_beer_and_lamberts_law_through_a_layer() {
         let haze = Haze {
             extinction: 0.004,
+            mist: 0.0,
             height_m: 30.0,
             range_m: 1e9,
         };
@@ -70,6 +82,7 @@ mod tests {
     fn nothing_is_left_at_the_end_of_the_world() {
         let haze = Haze {
             extinction: 0.0,
+            mist: 0.0,
             height_m: 30.0,
             range_m: 300.0,
         };

@@ -1,16 +1,17 @@
 //! Virtual cameras: ray-cast RGB, semantic, instance, depth and normal images under sun and sky.
 
-mod antialias;
 mod atmosphere;
 mod error;
 mod ground;
 mod haze;
 mod lighting;
+mod maps;
 mod raycast;
 mod sh;
 mod shade;
 mod sky;
 mod sun;
+mod sun_disc;
 mod tone;
 mod view;
 

@@ -4,11 +4,18 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use crate::atmosphere::mie_phase;
 use crate::error::{ParamError, check};
 use crate::haze::Haze;
 use crate::sh::Irradiance;
 use crate::sky::Sky;
 use crate::{SkyParams, Sun};
+
+/// 2 % of the contrast is left at the visibility: -ln 0.02 (Koschmieder 1924).
+const KOSCHMIEDER: f64 = 3.912;
+
+/// Haze that the sky's aerosols explain, 1/m: a visibility of 20 km.
+const CLEAR_EXTINCTION: f32 = (KOSCHMIEDER / 20_000.0) as f32;
 
 /// All light there is in a scene: linear sRGB, scaled so that luminance is in cd/m² and illuminance
 /// in lux.
@@ -45,7 +52,15 @@ impl Lighting {
             "-6..=90 (not night)",
         )?;
         sky.check()?;
-        let (table, sun_irradiance) = Sky::new(sun, sky);
+        let (mut table, mut sun_irradiance) = Sky::new(sun, sky);
+        // Mist spreads the beam: droplets send 70 % of it on within a few degrees, and the ground
+        // gets most of the rest from all over the sky.
+        let z = sun.direction().z.max(0.02);
+        let mist = (KOSCHMIEDER / sky.visibility_m - f64::from(CLEAR_EXTINCTION)).max(0.0);
+        let depth = 0.3 * mist * sky.haze_height_m / z;
+        let through = libm::exp(-depth) as f32;
+        table.add_veil(sun_irradiance * ((1.0 - through) * 0.8 * z as f32));
+        sun_irradiance *= through;
         Ok(Self::assemble(
             sun.direction().as_vec3(),
             sun_irradiance,
@@ -84,8 +99,7 @@ impl Lighting {
             global: diffuse + sun_irradiance * sun_direction.z.max(0.0),
             diffuse,
             through_crowns,
-            // Koschmieder: 2 % of the contrast is left at the visibility.
-            haze_extinction: (3.912 / params.visibility_m) as f32,
+            haze_extinction: (KOSCHMIEDER / params.visibility_m) as f32,
             haze_height_m: params.haze_height_m as f32,
         }
     }
@@ -115,6 +129,15 @@ impl Lighting {
         self.sky_irradiance.at(normal)
     }
 
+    /// What thick mist sends from a unit direction: the sun's light by the droplets' phase function,
+    /// the sky's and the ground's from all sides.
+    pub(crate) fn mist_radiance(&self, direction: Vec3) -> Vec3 {
+        let cos = direction.dot(self.sun_direction).clamp(-1.0, 1.0);
+        self.sun_irradiance * mie_phase(cos)
+            + self.diffuse * (0.5 / PI)
+            + self.global * self.ground_albedo * (0.5 / PI)
+    }
+
     /// The sun's disc, as radiance.
     pub(crate) fn sun_radiance(&self) -> Vec3 {
         let r = Sun::ANGULAR_RADIUS_RAD as f32;
@@ -125,6 +148,7 @@ impl Lighting {
     pub(crate) fn haze(&self, range_m: f32) -> Haze {
         Haze {
             extinction: self.haze_extinction,
+            mist: (self.haze_extinction - CLEAR_EXTINCTION).max(0.0),
             height_m: self.haze_height_m,
             range_m,
         }

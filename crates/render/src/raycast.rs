@@ -1,15 +1,16 @@
 //! The camera that casts rays.
 
 use glam::{DVec2, Vec3};
-use nemoral_scene::{Hit, Image, ObjectId, Ray, Semantic, TruthImages};
+use nemoral_scene::{Hit, ObjectId, Ray, Semantic};
 use nemoral_seed::{Draw, Key, Rng, Stage};
 use rayon::prelude::*;
 
-use crate::antialias::Drawn;
 use crate::error::{ParamError, check};
 use crate::haze::Haze;
-use crate::shade::{self, Look};
-use crate::tone::{develop, log_mean_luminance};
+use crate::maps::Maps;
+use crate::shade::{Look, shade};
+use crate::sun_disc::SunDisc;
+use crate::tone::{add_glare, develop, log_mean_luminance};
 use crate::{CameraImages, CameraRenderer, Lighting, SceneView, Sun, View};
 
 /// How carefully a picture is made.
@@ -24,6 +25,9 @@ pub struct RayCastParams {
     pub edge_budget: f32,
     /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
     pub max_range_m: f32,
+    /// The share of all light that the lens spreads evenly over the picture, 0..=0.5; a clean lens
+    /// has 0.01.
+    pub veiling_glare: f32,
     /// Return the radiance image too?
     pub keep_linear: bool,
 }
@@ -58,6 +62,7 @@ impl Default for RayCastParams {
             edge_samples: 3,
             edge_budget: 0.3,
             max_range_m: 300.0,
+            veiling_glare: 0.01,
             keep_linear: false,
         }
     }
@@ -71,8 +76,7 @@ impl Default for RayCastParams {
 pub struct RayCastCamera {
     params: RayCastParams,
     lighting: Lighting,
-    /// Directions to points spread evenly over the sun's disc.
-    sun_points: Vec<Vec3>,
+    sun_disc: SunDisc,
 }
 
 /// What is exactly at an image position.
@@ -92,7 +96,6 @@ pub struct PixelTruth {
 /// Pixels are cast in square tiles: neighbouring rays visit the same boxes.
 const TILE: usize = 8;
 const BATCH: usize = TILE * TILE;
-const SUN_POINTS: usize = 1024;
 
 const FIRST: Stage = Stage::new("render.first_sample");
 const ALL: Stage = Stage::new("render.all_pixels");
@@ -133,21 +136,18 @@ impl RayCastCamera {
             1e5,
             "1..=100,000 m",
         )?;
-        let sun = lighting.sun_direction();
-        let (x, y) = sun.any_orthonormal_pair();
-        let sun_points = (0..SUN_POINTS)
-            .map(|i| {
-                // Vogel's spiral: equal areas.
-                let r = Sun::ANGULAR_RADIUS_RAD * libm::sqrt((i as f64 + 0.5) / SUN_POINTS as f64);
-                let (sin, cos) = libm::sincos(i as f64 * 2.399_963_229_728_653);
-                let d = sun + x * (r * cos) as f32 + y * (r * sin) as f32;
-                d / d.length()
-            })
-            .collect();
+        check(
+            "camera.veiling_glare",
+            p.veiling_glare.into(),
+            0.0,
+            0.5,
+            "0..=0.5",
+        )?;
+        let sun_disc = SunDisc::new(lighting.sun_direction());
         Ok(Self {
             params,
             lighting,
-            sun_points,
+            sun_disc,
         })
     }
 
@@ -204,63 +204,81 @@ struct Shot<'a> {
     openness: f32,
 }
 
+/// A ray's colour in two parts, so that shadows can be smoothed before they are summed.
+struct Colour {
+    /// All light but the sun's.
+    rest: Vec3,
+    /// The sun's light as if nothing were between.
+    sun: Vec3,
+    lit: bool,
+}
+
+impl Colour {
+    fn total(&self) -> Vec3 {
+        if self.lit {
+            self.rest + self.sun
+        } else {
+            self.rest
+        }
+    }
+}
+
 impl Shot<'_> {
     fn ray(&self, pixel: DVec2) -> Ray {
         self.view.ray(pixel, self.camera.params.max_range_m)
     }
 
-    /// The colour of a ray, with a random word for the point on the sun.
-    fn colour(&self, ray: &Ray, hit: Option<&Hit>, word: u32) -> Vec3 {
+    /// The colour of a ray whose shadow ray goes to a point of the sun.
+    fn colour(&self, ray: &Ray, hit: Option<&Hit>, sun: Vec3) -> Colour {
         let lighting = &self.camera.lighting;
+        // The sky, or as much of it as the mist lets through.
+        let through = self.haze.sky_transmittance(ray.direction.z);
         let sky = lighting.sky_radiance(ray.direction);
+        let background = if through < 1.0 {
+            sky.lerp(lighting.mist_radiance(ray.direction), 1.0 - through)
+        } else {
+            sky
+        };
         let Some(hit) = hit else {
-            // |a - b| of unit vectors is the angle, to a part in 10^6 here.
+            // The difference of unit vectors is the angle, to a part in 10^6 here.
             let off = (ray.direction - lighting.sun_direction()).length();
-            return if off < Sun::ANGULAR_RADIUS_RAD as f32 {
-                sky + lighting.sun_radiance()
+            let disc = if off < Sun::ANGULAR_RADIUS_RAD as f32 {
+                through
             } else {
-                sky
+                0.0
+            };
+            return Colour {
+                rest: background + lighting.sun_radiance() * disc,
+                sun: Vec3::ZERO,
+                lit: false,
             };
         };
         let look = Look {
             ray,
             hit,
             sample_rad: self.sample_rad,
-            sun: self.camera.sun_points[word as usize % SUN_POINTS],
+            sun,
         };
-        let (surface, openness) = shade::radiance(self.scene, lighting, &look);
+        let surface = shade(self.scene, lighting, &look);
         let rise_m = ray.direction.z * hit.distance_m;
         let (air, fade) = self.haze.transmittance(hit.distance_m, rise_m);
-        // Air under crowns is lit like what it hides; at the end of the world it is the sky's.
-        let lit = 0.5 * (openness + self.openness);
-        sky.lerp(surface * air + sky * (lit * (1.0 - air)), fade)
+        // Air under crowns is as dark as what it hides; at the end of the world it is the sky's.
+        let openness = 0.5 * (surface.openness + self.openness);
+        let rest = surface.indirect * air + background * (openness * (1.0 - air));
+        Colour {
+            rest: background.lerp(rest, fade),
+            sun: surface.direct * (air * fade),
+            lit: surface.lit,
+        }
     }
-}
 
-/// The maps of a picture, row by row.
-struct Maps {
-    semantic: Vec<Semantic>,
-    object: Vec<ObjectId>,
-    depth_m: Vec<f32>,
-    normal: Vec<Vec3>,
-    linear: Vec<Vec3>,
-}
-
-impl Shot<'_> {
     /// The truth and the first colour sample of every pixel, both of the ray through its centre.
     fn first_samples(&self, key: Key) -> Maps {
         let (width, height) = (
             self.view.intrinsics.width as usize,
             self.view.intrinsics.height as usize,
         );
-        let n = width * height;
-        let mut maps = Maps {
-            semantic: vec![Semantic::Sky; n],
-            object: vec![ObjectId::NONE; n],
-            depth_m: vec![0.0; n],
-            normal: vec![Vec3::ZERO; n],
-            linear: vec![Vec3::ZERO; n],
-        };
+        let mut maps = Maps::new(width, height);
         let band = TILE * width;
         let bands = (
             maps.semantic.par_chunks_mut(band),
@@ -268,35 +286,39 @@ impl Shot<'_> {
             maps.depth_m.par_chunks_mut(band),
             maps.normal.par_chunks_mut(band),
             maps.linear.par_chunks_mut(band),
+            maps.sun.par_chunks_mut(band),
+            maps.lit.par_chunks_mut(band),
         );
         bands.into_par_iter().enumerate().for_each(
-            |(index, (semantic, object, depth_m, normal, linear))| {
+            |(index, (semantic, object, depth_m, normal, linear, sun, lit))| {
                 let rows = semantic.len() / width;
                 let mut rng = key.stage(FIRST).item(index as u64).rng();
                 let (mut rays, mut hits) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
                 for left in (0..width).step_by(TILE) {
                     let columns = TILE.min(width - left);
-                    // A tile's pixels as (index in the band, image position).
-                    let pixels = (0..rows * columns).map(|k| {
-                        let (row, column) = (k / columns, left + k % columns);
-                        let centre =
-                            DVec2::new(column as f64 + 0.5, (index * TILE + row) as f64 + 0.5);
-                        (row * width + column, centre)
-                    });
+                    let top = index * TILE;
+                    let pixels =
+                        (0..rows * columns).map(|k| (left + k % columns, top + k / columns));
+                    let centre =
+                        |(x, y): (usize, usize)| DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
                     rays.clear();
-                    rays.extend(pixels.clone().map(|(_, pixel)| self.ray(pixel)));
+                    rays.extend(pixels.clone().map(|p| self.ray(centre(p))));
                     hits.clear();
                     hits.resize(rays.len(), None);
                     self.scene.caster.closest_hits(&rays, &mut hits);
-                    for (((i, pixel), ray), hit) in pixels.zip(&rays).zip(&hits) {
-                        // One word for every pixel, hit or not, so that none shifts the others.
-                        let word = rng.next_u32();
-                        let t = truth(self.scene, self.view, pixel, ray, hit.as_ref());
+                    for ((pixel, ray), hit) in pixels.zip(&rays).zip(&hits) {
+                        let i = (pixel.1 - top) * width + pixel.0;
+                        let t = truth(self.scene, self.view, centre(pixel), ray, hit.as_ref());
                         semantic[i] = t.semantic;
                         object[i] = t.object;
                         depth_m[i] = t.depth_m;
                         normal[i] = t.normal;
-                        linear[i] = self.colour(ray, hit.as_ref(), word);
+                        // One word for every pixel, hit or not, so that none shifts the others.
+                        let sun_point = self.camera.sun_disc.of_pixel(pixel, rng.next_u32());
+                        let c = self.colour(ray, hit.as_ref(), sun_point);
+                        linear[i] = c.rest;
+                        sun[i] = c.sun;
+                        lit[i] = c.lit;
                     }
                 }
             },
@@ -313,35 +335,28 @@ impl Shot<'_> {
         samples: u32,
         key: Key,
     ) {
-        if samples == 0 {
-            return;
-        }
         let width = self.view.intrinsics.width;
-        let per_batch = (BATCH / samples as usize).max(1);
         let sums: Vec<Vec<Vec3>> = pixels
-            .par_chunks(per_batch)
+            .par_chunks((BATCH / samples as usize).max(1))
             .map(|pixels| {
-                let mut words = Vec::new();
-                let mut rays = Vec::new();
+                let (mut rays, mut suns) = (Vec::new(), Vec::new());
                 for &pixel in pixels {
                     let mut rng = key.item(pixel.into()).rng();
                     let shift = DVec2::new(rng.unit_f64(), rng.unit_f64());
                     let corner = DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
                     for k in 0..samples {
-                        // Roberts' R2 sequence, shifted at random: few samples, well spread.
-                        let r2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_2);
-                        let at = shift + r2 * f64::from(k + 1);
+                        // A Fibonacci lattice, shifted at random: even in rows and in columns.
+                        let k = f64::from(k);
+                        let at =
+                            shift + DVec2::new(k / f64::from(samples), k * 0.618_033_988_749_895);
                         rays.push(self.ray(corner + at - at.floor()));
-                        words.push(rng.next_u32());
+                        suns.push(self.camera.sun_disc.at_random(rng.next_u32()));
                     }
                 }
                 let mut hits = vec![None; rays.len()];
                 self.scene.caster.closest_hits(&rays, &mut hits);
-                let colours: Vec<Vec3> = rays
-                    .iter()
-                    .zip(&hits)
-                    .zip(words)
-                    .map(|((ray, hit), word)| self.colour(ray, hit.as_ref(), word))
+                let colours: Vec<Vec3> = (0..rays.len())
+                    .map(|k| self.colour(&rays[k], hits[k].as_ref(), suns[k]).total())
                     .collect();
                 colours
                     .chunks_exact(samples as usize)
@@ -378,29 +393,18 @@ impl CameraRenderer for RayCastCamera {
             openness: scene.sky_visibility.openness(position),
         };
         let mut maps = shot.first_samples(key);
+        maps.add_sun();
 
         // More samples for every pixel, then for the silhouettes.
         let n = maps.linear.len();
         if p.colour_samples > 1 {
             let every: Vec<u32> = (0..n as u32).collect();
-            shot.add_samples(
-                &mut maps.linear,
-                &every,
-                1,
-                p.colour_samples - 1,
-                key.stage(ALL),
-            );
+            let samples = p.colour_samples - 1;
+            shot.add_samples(&mut maps.linear, &every, 1, samples, key.stage(ALL));
         }
         if p.edge_samples > 0 {
-            let drawn = Drawn {
-                width: view.intrinsics.width as usize,
-                semantic: &maps.semantic,
-                object: &maps.object,
-                depth_m: &maps.depth_m,
-                linear: &maps.linear,
-            };
-            let limit = (f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples)) as usize;
-            let edges = drawn.edges(log_mean_luminance(&maps.linear), limit);
+            let limit = f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples);
+            let edges = maps.edges(log_mean_luminance(&maps.linear), limit as usize);
             shot.add_samples(
                 &mut maps.linear,
                 &edges,
@@ -409,22 +413,14 @@ impl CameraRenderer for RayCastCamera {
                 key.stage(EDGES),
             );
         }
+        add_glare(&mut maps.linear, p.veiling_glare);
 
-        let (width, height) = (
-            view.intrinsics.width as usize,
-            view.intrinsics.height as usize,
-        );
-        let linear = Image::new(width, height, maps.linear);
-        let ev100 = view.exposure.ev100(log_mean_luminance(linear.pixels()));
+        let ev100 = view.exposure.ev100(log_mean_luminance(&maps.linear));
+        let (linear, truth) = maps.into_images();
         Ok(CameraImages {
             rgb: develop(&linear, ev100, view.tone),
             linear: p.keep_linear.then_some(linear),
-            truth: TruthImages {
-                semantic: Image::new(width, height, maps.semantic),
-                object: Image::new(width, height, maps.object),
-                depth_m: Image::new(width, height, maps.depth_m),
-                normal: Image::new(width, height, maps.normal),
-            },
+            truth,
             ev100,
         })
     }

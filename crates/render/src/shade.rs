@@ -31,8 +31,20 @@ pub(crate) struct Look<'a> {
     pub(crate) sun: Vec3,
 }
 
-/// Radiance of a hit, without the air before it, and the openness there.
-pub(crate) fn radiance(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>) -> (Vec3, f32) {
+/// A surface under its light, without the air before it.
+pub(crate) struct Shaded {
+    /// From sky, leaves and ground.
+    pub(crate) indirect: Vec3,
+    /// From the sun, as if nothing were between; zero if it shines on no side that counts.
+    pub(crate) direct: Vec3,
+    /// Is nothing between?
+    pub(crate) lit: bool,
+    /// The sky's openness at the surface.
+    pub(crate) openness: f32,
+}
+
+/// The light of a hit.
+pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>) -> Shaded {
     let (ray, hit) = (look.ray, look.hit);
     let point = ray.at(hit.distance_m);
     let facing = if hit.geometric_normal.dot(ray.direction) > 0.0 {
@@ -48,7 +60,7 @@ pub(crate) fn radiance(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'
     );
 
     let openness = scene.sky_visibility.openness(point);
-    let mut out = indirect(
+    let indirect = indirect(
         &surface,
         &lighting.ambient(openness),
         lighting,
@@ -61,6 +73,12 @@ pub(crate) fn radiance(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'
     let cos = surface.normal.dot(look.sun);
     let lit_front = cos > 0.0 && flat.dot(look.sun) > 0.0;
     let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
+    let mut shaded = Shaded {
+        indirect,
+        direct: Vec3::ZERO,
+        lit: false,
+        openness,
+    };
     if irradiance != Vec3::ZERO && (lit_front || lit_back) {
         let side = if flat.dot(look.sun) > 0.0 { 1.0 } else { -1.0 };
         // Off the surface by more than the rounding of distance and coordinates.
@@ -71,11 +89,10 @@ pub(crate) fn radiance(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'
             t_min_m: offset,
             t_max_m: f32::INFINITY,
         };
-        if !scene.caster.is_occluded(&shadow) {
-            out += irradiance * direct(&surface, cos, look.sun, ray.direction);
-        }
+        shaded.direct = irradiance * direct(&surface, cos, look.sun, ray.direction);
+        shaded.lit = !scene.caster.is_occluded(&shadow);
     }
-    (out, openness)
+    shaded
 }
 
 /// Radiance for a unit of irradiance on a plane that faces the sun.
@@ -123,7 +140,7 @@ fn indirect(
     // The smoother, the more of the sky itself is seen in the surface.
     let smooth = (1.0 - surface.roughness) * (1.0 - surface.roughness);
     let blurred = ambient.irradiance(mirrored) * PER_PI;
-    let seen = if mirrored.z > 0.0 {
+    let seen = if mirrored.z > 0.0 && smooth > 0.05 {
         let sharp = lighting.sky_radiance(mirrored);
         blurred.lerp(sharp * openness + blurred * (1.0 - openness), smooth)
     } else {
@@ -156,9 +173,9 @@ fn surface(material: &Material, look: &Look<'_>, normal: Vec3) -> Surface {
     };
     let mut transmittance = material.transmittance;
     let leaf = transmittance != Vec3::ZERO;
-    if leaf {
+    let blade = texture.mean().dot(LUMINANCE);
+    if leaf && blade > 1e-3 {
         // Veins and twigs on the card reflect less than the blade and pass less on.
-        let blade = texture.mean().dot(LUMINANCE).max(1e-3);
         transmittance *= (reflectance.dot(LUMINANCE) / blade).min(1.25);
     }
     if !material.ground {

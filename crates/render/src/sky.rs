@@ -1,10 +1,11 @@
 //! How the sky looks.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::Sun;
-use crate::atmosphere::{Atmosphere, mie_phase, rayleigh_phase};
+use crate::atmosphere::{Atmosphere, Scattered, mie_phase, rayleigh_phase};
 use crate::error::{ParamError, check};
+use crate::sh::Irradiance;
 
 /// The air and the clouds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,13 +35,13 @@ impl Default for SkyParams {
     /// A clear day; the leaves are beech (PROSPECT-D).
     fn default() -> Self {
         Self {
-            turbidity: 3.0,
+            turbidity: 2.2,
             overcast: 0.0,
             sun_intensity: 1.0,
             sun_tint: Vec3::ONE,
             ground_albedo: Vec3::new(0.11, 0.10, 0.06),
             foliage_albedo: Vec3::new(0.13, 0.24, 0.034),
-            visibility_m: 15_000.0,
+            visibility_m: 20_000.0,
             haze_height_m: 100.0,
         }
     }
@@ -96,123 +97,132 @@ const SOLAR_CONSTANT_LX: f64 = 128_000.0;
 const SOLAR_COLOUR: DVec3 = DVec3::new(1.08, 0.98, 0.95);
 
 /// What an overcast sky lets through of a clear day's light (Kasten and Czeplak 1980).
-const OVERCAST_TRANSMITTANCE: f64 = 0.25;
+const OVERCAST_TRANSMITTANCE: f32 = 0.25;
 
 /// Radiance of the sky, tabulated: linear sRGB with luminance in cd/m².
 #[derive(Clone, Debug)]
 pub(crate) struct Sky {
-    sun: Vec3,
-    /// `sun` without its height, unit length (any, for a sun in the zenith).
-    sun_azimuth: [f32; 2],
-    /// `ROWS` of `COLUMNS`: molecules, aerosols, higher orders. Row v has elevation sine v², column
-    /// u has sin(azimuth from the sun / 2) = u.
-    table: Vec<[Vec3; 3]>,
-    /// CIE overcast sky's zenith.
-    overcast_zenith: Vec3,
-    /// The same in every direction.
-    uniform: Vec3,
+    /// The sun's direction without its height, unit length (any, for a sun in the zenith).
+    sun_azimuth: Vec2,
+    /// `ROWS` of `COLUMNS`. Row v has elevation sine v², column u has sin(azimuth from the sun / 2)
+    /// = u: fine near the horizon and near the sun.
+    table: Vec<Vec3>,
 }
 
-const ROWS: usize = 32;
-const COLUMNS: usize = 24;
+const ROWS: usize = 96;
+const COLUMNS: usize = 96;
+/// Scattering without phase functions is smooth: one in so many rows and columns is integrated.
+const COARSE: usize = 4;
 
 impl Sky {
     /// The sky, and the sun's irradiance on a plane that faces it.
     pub(crate) fn new(sun: &Sun, params: &SkyParams) -> (Self, Vec3) {
-        let direction = sun.direction();
-        let elevation = sun.elevation_deg().to_radians();
         let air = Atmosphere::new(params.turbidity, params.ground_albedo.as_dvec3());
         let beam =
             SOLAR_CONSTANT_LX * params.sun_intensity * SOLAR_COLOUR * params.sun_tint.as_dvec3();
-        let clear_sun = beam * air.sun_transmittance(elevation);
-
-        // Tabulate in a frame whose x axis is below the sun.
-        let (sin, cos) = libm::sincos(elevation);
-        let sun_xz = DVec3::new(cos, 0.0, sin);
-        let multiple = air.multiple_scattering(elevation);
-        let clear = (1.0 - params.overcast) * beam;
-        let table = (0..ROWS * COLUMNS)
-            .map(|i| {
-                let v = (i / COLUMNS) as f64 / (ROWS - 1) as f64;
-                let u = (i % COLUMNS) as f64 / (COLUMNS - 1) as f64;
-                let z = v * v;
-                let flat = libm::sqrt(1.0 - z * z);
-                let cos_azimuth = 1.0 - 2.0 * u * u;
-                let sin_azimuth = libm::sqrt((1.0 - cos_azimuth * cos_azimuth).max(0.0));
-                let d = DVec3::new(flat * cos_azimuth, flat * sin_azimuth, z);
-                let s = air.scattered(d, sun_xz, &multiple);
-                [s.rayleigh, s.mie, s.multiple].map(|c| (c * clear).as_vec3())
-            })
-            .collect();
-        let flat = direction.truncate();
-        let azimuth = flat.try_normalize().unwrap_or(glam::DVec2::X);
+        let elevation = sun.elevation_deg().to_radians();
+        let clear_sun = (beam * air.sun_transmittance(elevation)).as_vec3();
+        let flat = sun.direction().truncate().as_vec2();
         let mut sky = Self {
-            sun: direction.as_vec3(),
-            sun_azimuth: azimuth.as_vec2().to_array(),
-            table,
-            overcast_zenith: Vec3::ZERO,
-            uniform: Vec3::ZERO,
+            sun_azimuth: flat.try_normalize().unwrap_or(Vec2::X),
+            table: clear_table(&air, elevation, beam),
         };
         if params.overcast > 0.0 {
-            // The veil passes on a share of what a clear sky and its sun would give the ground.
-            let clear_sky = Self::new(
-                sun,
-                &SkyParams {
-                    overcast: 0.0,
-                    ..*params
-                },
-            )
-            .0;
-            let global = crate::sh::Irradiance::of_sky(|d| clear_sky.radiance(d)).at(Vec3::Z)
-                + clear_sun.as_vec3() * direction.z.max(0.0) as f32;
-            // Droplets scatter all colours alike: most of the blue comes back as white.
+            // The veil passes on a share of what a clear sky and its sun would give the ground;
+            // droplets scatter all colours alike, so most of the blue comes back as white.
+            let global = Irradiance::of_sky(|d| sky.radiance(d)).at(Vec3::Z)
+                + clear_sun * sun.direction().z.max(0.0) as f32;
             let white = Vec3::splat(global.dot(crate::tone::LUMINANCE));
-            let through =
-                global.lerp(white, 0.7) * (params.overcast * OVERCAST_TRANSMITTANCE) as f32;
-            sky.overcast_zenith = through * (9.0 / (7.0 * std::f32::consts::PI));
+            let overcast = params.overcast as f32;
+            let ground = global.lerp(white, 0.7) * (overcast * OVERCAST_TRANSMITTANCE);
+            // CIE overcast sky: three times brighter overhead than at the horizon.
+            let zenith = ground * (9.0 / (7.0 * std::f32::consts::PI));
+            for (i, l) in sky.table.iter_mut().enumerate() {
+                let v = (i / COLUMNS) as f32 / (ROWS - 1) as f32;
+                *l = *l * (1.0 - overcast) + zenith * ((1.0 + 2.0 * v * v) / 3.0);
+            }
         }
-        (sky, (clear_sun * (1.0 - params.overcast)).as_vec3())
+        (sky, clear_sun * (1.0 - params.overcast) as f32)
     }
 
     /// The inside of a lamp globe.
     pub(crate) fn uniform(radiance: Vec3) -> Self {
         Self {
-            sun: Vec3::Z,
-            sun_azimuth: [1.0, 0.0],
-            table: vec![[Vec3::ZERO; 3]; ROWS * COLUMNS],
-            overcast_zenith: Vec3::ZERO,
-            uniform: radiance,
+            sun_azimuth: Vec2::X,
+            table: vec![radiance; ROWS * COLUMNS],
+        }
+    }
+
+    /// Adds an even veil that gives level ground this much light.
+    pub(crate) fn add_veil(&mut self, irradiance: Vec3) {
+        for l in &mut self.table {
+            *l += irradiance / std::f32::consts::PI;
         }
     }
 
     /// What comes from a unit direction, without the sun's disc; below the horizon, the horizon's
     /// haze.
+    #[inline]
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
-        let z = direction.z.max(0.0);
-        let flat = (direction.x * direction.x + direction.y * direction.y).sqrt();
-        let [sx, sy] = self.sun_azimuth;
-        let cos_azimuth = if flat > 1e-6 {
-            ((direction.x * sx + direction.y * sy) / flat).clamp(-1.0, 1.0)
-        } else {
-            0.0
-        };
-        let u = (0.5 * (1.0 - cos_azimuth)).sqrt() * (COLUMNS - 1) as f32;
-        let v = z.min(1.0).sqrt() * (ROWS - 1) as f32;
+        let flat = direction.truncate();
+        // 1e-12 keeps the zenith, where all azimuths are one, from dividing by zero.
+        let cos_azimuth = flat.dot(self.sun_azimuth) / (flat.length_squared() + 1e-12).sqrt();
+        let u = (0.5 - 0.5 * cos_azimuth).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f32;
+        let v = direction.z.clamp(0.0, 1.0).sqrt() * (ROWS - 1) as f32;
         let (i, j) = ((v as usize).min(ROWS - 2), (u as usize).min(COLUMNS - 2));
         let (fv, fu) = (v - i as f32, u - j as f32);
-        let row = &self.table[i * COLUMNS + j..];
-        let (w00, w01) = ((1.0 - fv) * (1.0 - fu), (1.0 - fv) * fu);
-        let (w10, w11) = (fv * (1.0 - fu), fv * fu);
-        let blend = |k: usize| {
-            row[0][k] * w00 + row[1][k] * w01 + row[COLUMNS][k] * w10 + row[COLUMNS + 1][k] * w11
-        };
-        let cos = direction.dot(self.sun).clamp(-1.0, 1.0);
-        blend(0) * rayleigh_phase(cos)
-            + blend(1) * mie_phase(cos)
-            + blend(2)
-            + self.overcast_zenith * ((1.0 + 2.0 * z) / 3.0)
-            + self.uniform
+        let (low, high) = (
+            &self.table[i * COLUMNS + j..][..2],
+            &self.table[(i + 1) * COLUMNS + j..][..2],
+        );
+        let (low, high) = (low[0].lerp(low[1], fu), high[0].lerp(high[1], fu));
+        low.lerp(high, fv)
     }
+}
+
+/// The clear sky's table for a beam above the air.
+fn clear_table(air: &Atmosphere, sun_elevation_rad: f64, beam: DVec3) -> Vec<Vec3> {
+    // In a frame whose x axis lies below the sun.
+    let (sin, cos) = libm::sincos(sun_elevation_rad);
+    let sun = DVec3::new(cos, 0.0, sin);
+    let direction = |u: f64, v: f64| {
+        let z = v * v;
+        let flat = libm::sqrt(1.0 - z * z);
+        let (sin_half, cos_half) = (u, libm::sqrt(1.0 - u * u));
+        DVec3::new(
+            flat * (1.0 - 2.0 * u * u),
+            flat * 2.0 * sin_half * cos_half,
+            z,
+        )
+    };
+    let multiple = air.multiple_scattering(sun_elevation_rad);
+    let (rows, columns) = (ROWS / COARSE, COLUMNS / COARSE);
+    let coarse: Vec<Scattered> = (0..rows * columns)
+        .map(|i| {
+            let v = (i / columns) as f64 / (rows - 1) as f64;
+            let u = (i % columns) as f64 / (columns - 1) as f64;
+            air.scattered(direction(u, v), sun, &multiple)
+        })
+        .collect();
+    (0..ROWS * COLUMNS)
+        .map(|i| {
+            let v = (i / COLUMNS) as f64 / (ROWS - 1) as f64;
+            let u = (i % COLUMNS) as f64 / (COLUMNS - 1) as f64;
+            let (y, x) = (v * (rows - 1) as f64, u * (columns - 1) as f64);
+            let (r, c) = ((y as usize).min(rows - 2), (x as usize).min(columns - 2));
+            let (fy, fx) = (y - r as f64, x - c as f64);
+            let blend = |part: fn(&Scattered) -> DVec3| {
+                let at = |dr: usize, dc: usize| part(&coarse[(r + dr) * columns + c + dc]);
+                let (low, high) = (at(0, 0).lerp(at(0, 1), fx), at(1, 0).lerp(at(1, 1), fx));
+                low.lerp(high, fy)
+            };
+            let cos = direction(u, v).dot(sun).clamp(-1.0, 1.0) as f32;
+            let radiance = blend(|s| s.rayleigh) * f64::from(rayleigh_phase(cos))
+                + blend(|s| s.mie) * f64::from(mie_phase(cos))
+                + blend(|s| s.multiple);
+            (radiance * beam).as_vec3()
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -262,15 +272,12 @@ mod tests {
         assert!(horizon.z / horizon.x < zenith.z / zenith.x);
         // The aureole, and the sunward half against the other.
         assert!(luminance(s.radiance(towards(180.0, 36.0))) > 4.0 * luminance(zenith));
-        // The haze goes on below the horizon.
-        let (above, below) = (
+        // Nothing but haze below the horizon.
+        let (at, below) = (
             s.radiance(towards(10.0, 0.0)),
-            s.radiance(towards(10.0, -10.0)),
+            s.radiance(towards(10.0, -30.0)),
         );
-        assert!(
-            (below / above - Vec3::ONE).length() < 0.1,
-            "{above} {below}"
-        );
+        assert!((below / at - Vec3::ONE).length() < 1e-3, "{at} {below}");
     }
 
     #[test]

@@ -86,6 +86,21 @@ pub(crate) fn log_mean_luminance(linear: &[Vec3]) -> f64 {
     }
 }
 
+/// Spreads a share of all light evenly over the picture, as scattering inside a lens does.
+pub(crate) fn add_glare(linear: &mut [Vec3], share: f32) {
+    use rayon::prelude::*;
+    if share == 0.0 {
+        return;
+    }
+    let sum = linear
+        .iter()
+        .fold(glam::DVec3::ZERO, |sum, c| sum + c.as_dvec3());
+    let veil = (sum / linear.len() as f64).as_vec3() * share;
+    linear
+        .par_iter_mut()
+        .for_each(|c| *c = *c * (1.0 - share) + veil);
+}
+
 /// How exposed light becomes brightness on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
@@ -132,9 +147,15 @@ fn srgb_oetf(x: f64) -> f64 {
     }
 }
 
+/// The encoder's table goes from 2^-14, where all codes are 0, to 2^6, where all are 255.
+const FIRST_EXPONENT: u32 = 127 - 14;
+const OCTAVES: u32 = 20;
+
 /// Light to code values, exactly and fast: for each code value the smallest light that reaches it.
 struct Encoder {
     thresholds: [f32; 255],
+    /// For each 1/64 of an octave, the code at its lower end.
+    starts: Vec<u8>,
     crosstalk: f32,
 }
 
@@ -154,17 +175,33 @@ impl Encoder {
             }
             f32::from_bits(high)
         });
+        let starts = (0..OCTAVES << 6)
+            .map(|i| {
+                let low = f32::from_bits(((FIRST_EXPONENT << 6) + i) << 17);
+                thresholds.partition_point(|&t| t <= low) as u8
+            })
+            .collect();
         Self {
             thresholds,
+            starts,
             crosstalk: tone.crosstalk(),
         }
     }
 
+    #[inline]
+    fn code(&self, x: f32) -> u8 {
+        // The exponent and six bits of the mantissa say nearly all; what is left is counted.
+        let cell = (x.max(0.0).to_bits() >> 17).saturating_sub(FIRST_EXPONENT << 6);
+        let mut code = self.starts[(cell as usize).min(self.starts.len() - 1)];
+        while code < 255 && self.thresholds[usize::from(code)] <= x {
+            code += 1;
+        }
+        code
+    }
+
     fn encode(&self, exposed: Vec3) -> [u8; 3] {
         let mixed = exposed.lerp(Vec3::splat(exposed.dot(LUMINANCE)), self.crosstalk);
-        mixed
-            .to_array()
-            .map(|x| self.thresholds.partition_point(|&t| t <= x) as u8)
+        mixed.to_array().map(|x| self.code(x))
     }
 }
 

@@ -1,23 +1,99 @@
-//! Which pixels deserve more samples.
+//! The maps of a picture, and what only neighbouring pixels tell: smooth shadows and silhouettes.
 
 use glam::Vec3;
-use nemoral_scene::{ObjectId, Semantic};
+use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
 use rayon::prelude::*;
 
 use crate::tone::LUMINANCE;
 
-/// The truth and the first samples of a picture, row by row.
-pub(crate) struct Drawn<'a> {
-    pub(crate) width: usize,
-    pub(crate) semantic: &'a [Semantic],
-    pub(crate) object: &'a [ObjectId],
-    pub(crate) depth_m: &'a [f32],
-    pub(crate) linear: &'a [Vec3],
+/// A picture in the making, row by row.
+pub(crate) struct Maps {
+    width: usize,
+    pub(crate) semantic: Vec<Semantic>,
+    pub(crate) object: Vec<ObjectId>,
+    pub(crate) depth_m: Vec<f32>,
+    pub(crate) normal: Vec<Vec3>,
+    /// Radiance, at first without the sun's.
+    pub(crate) linear: Vec<Vec3>,
+    /// The sun's radiance as if nothing were between; zero where it does not count.
+    pub(crate) sun: Vec<Vec3>,
+    /// Is nothing between?
+    pub(crate) lit: Vec<bool>,
 }
 
 const BINS: usize = 256;
 
-impl Drawn<'_> {
+impl Maps {
+    pub(crate) fn new(width: usize, height: usize) -> Self {
+        let n = width * height;
+        Self {
+            width,
+            semantic: vec![Semantic::Sky; n],
+            object: vec![ObjectId::NONE; n],
+            depth_m: vec![0.0; n],
+            normal: vec![Vec3::ZERO; n],
+            linear: vec![Vec3::ZERO; n],
+            sun: vec![Vec3::ZERO; n],
+            lit: vec![false; n],
+        }
+    }
+
+    pub(crate) fn into_images(self) -> (Image<Vec3>, TruthImages) {
+        let (width, height) = (self.width, self.linear.len() / self.width);
+        let truth = TruthImages {
+            semantic: Image::new(width, height, self.semantic),
+            object: Image::new(width, height, self.object),
+            depth_m: Image::new(width, height, self.depth_m),
+            normal: Image::new(width, height, self.normal),
+        };
+        (Image::new(width, height, self.linear), truth)
+    }
+
+    /// Adds the sun, as much of its disc as the 3 × 3 pixels around see that lie on the same surface.
+    ///
+    /// Those nine shadow rays go to nine different parts of the disc (see `SunDisc`), so that one ray
+    /// per pixel gives smooth penumbrae.
+    pub(crate) fn add_sun(&mut self) {
+        let mut linear = std::mem::take(&mut self.linear);
+        let (width, height) = (self.width, linear.len() / self.width);
+        linear
+            .par_chunks_mut(width)
+            .enumerate()
+            .for_each(|(y, row)| {
+                for (x, out) in row.iter_mut().enumerate() {
+                    let i = y * width + x;
+                    if self.sun[i] == Vec3::ZERO {
+                        continue;
+                    }
+                    let rows = y.saturating_sub(1)..(y + 2).min(height);
+                    let columns = x.saturating_sub(1)..(x + 2).min(width);
+                    let around = rows.flat_map(|v| columns.clone().map(move |u| v * width + u));
+                    // Mostly all nine agree, and whose they are does not matter.
+                    if around.clone().all(|j| self.lit[j] == self.lit[i]) {
+                        if self.lit[i] {
+                            *out += self.sun[i];
+                        }
+                        continue;
+                    }
+                    let (mut seen, mut all) = (0.0, 0.0);
+                    for j in around.filter(|&j| j == i || self.same_surface(i, j)) {
+                        all += 1.0;
+                        seen += f32::from(u8::from(self.lit[j]));
+                    }
+                    *out += self.sun[i] * (seen / all);
+                }
+            });
+        self.linear = linear;
+    }
+
+    fn same_surface(&self, i: usize, j: usize) -> bool {
+        self.object[i] == self.object[j]
+            && self.semantic[i] == self.semantic[j]
+            && self.sun[j] != Vec3::ZERO
+            && (self.depth_m[i] - self.depth_m[j]).abs() < 0.03 * self.depth_m[i]
+            && self.normal[i].dot(self.normal[j]) > 0.8
+    }
+
     /// The pixels on silhouettes, at most `limit`, in index order: where a neighbour belongs to
     /// another thing, another class or another depth. If there are too many, those with the strongest
     /// contrast on the screen (`log_mean` is the picture's log-mean luminance).
@@ -101,7 +177,7 @@ mod tests {
         fn the_budget_is_kept_and_used(bits in prop::collection::vec(0_u8..4, 400), limit in 0_usize..500) {
             let semantic: Vec<_> = bits.iter().map(|b| if b & 1 == 0 { Semantic::Leaf } else { Semantic::Sky }).collect();
             let linear: Vec<_> = bits.iter().map(|b| Vec3::splat(f32::from(*b) * 10.0)).collect();
-            let drawn = Drawn { width: 20, semantic: &semantic, object: &[ObjectId::NONE; 400], depth_m: &[1.0; 400], linear: &linear };
+            let drawn = Maps { semantic: semantic.clone(), linear, depth_m: vec![1.0; 400], ..Maps::new(20, 20) };
             let all = drawn.edges(10.0, 400);
             // The oracle: some of four neighbours has another class.
             let edge = |i: usize| {
@@ -124,12 +200,11 @@ mod tests {
         // Two steps of depth, one faint, one strong.
         let depth_m = [1.0, 1.0, 2.0, 2.0, 4.0, 4.0];
         let linear = [1.0, 1.0, 1.1, 1.1, 60.0, 60.0].map(Vec3::splat);
-        let drawn = Drawn {
-            width: 6,
-            semantic: &[Semantic::Leaf; 6],
-            object: &[ObjectId::NONE; 6],
-            depth_m: &depth_m,
-            linear: &linear,
+        let drawn = Maps {
+            semantic: vec![Semantic::Leaf; 6],
+            depth_m: depth_m.to_vec(),
+            linear: linear.to_vec(),
+            ..Maps::new(6, 1)
         };
         assert_eq!(drawn.edges(1.0, 2), [3, 4]);
         assert_eq!(drawn.edges(1.0, 9), [1, 2, 3, 4]);
