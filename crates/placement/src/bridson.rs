@@ -424,7 +424,12 @@ mod tests {
     #[test]
     fn neighbours_agree_to_the_bit() {
         // The chunk to the west, seen from its own corner and from the chunk's.
-        for (x, y) in [(0, 0), (123, -45), (1_000_000, -1_000_000), (i32::MAX - 9, i32::MIN + 9)] {
+        for (x, y) in [
+            (0, 0),
+            (123, -45),
+            (1_000_000, -1_000_000),
+            (i32::MAX - 9, i32::MIN + 9),
+        ] {
             let chunk = ChunkCoord::new(x, y);
             let own = fill(&kinds(), 1, key(), chunk, 0.5);
             let mut seen = fill(&kinds(), 1, key(), chunk.offset(1, -1), 1.5);

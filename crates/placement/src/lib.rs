@@ -1,4 +1,55 @@
-//! This crate decides where things stand on an endless plane of chunks.
+//! This crate decides where rocks, trees, stumps, shrubs and undergrowth stand on an endless plane
+//! of square chunks, so that a chunk's content depends on its seed and coordinate alone.
+//!
+//! ```
+//! use nemoral_placement::{Placement, PlacementParams, Site};
+//! use nemoral_scene::{ChunkCoord, glam::DVec2};
+//! use nemoral_seed::Key;
+//!
+//! let placement = Placement::new(PlacementParams::default(), Key::world(7))?;
+//! // A trail 3 m wide along the x axis.
+//! let beside_trail = |p: DVec2, radius_m: f64| p.y.abs() > 1.5 + radius_m;
+//! // Chunk (0, 0) is of phase 0: its rocks see nobody's.
+//! let chunk = ChunkCoord::new(0, 0);
+//! assert!(Placement::lower_phase_neighbours(chunk).is_empty());
+//! let rocks: Vec<Site> = placement.rocks(chunk, &beside_trail, &[]);
+//! let woody = placement.woody(chunk, &beside_trail, &rocks); // and the 8 neighbours' rocks
+//! let trees = woody.iter().filter(|site| site.layer == 0).count();
+//! assert!((60..130).contains(&trees));
+//! # Ok::<(), nemoral_placement::ParamError>(())
+//! ```
+//!
+//! # The model (paper, section IV-D, and where this differs)
+//! - **Rocks** come first, at random, a uniform number per chunk. Chunks are worked in 2 × 2 phase
+//!   groups; a chunk's rocks avoid those of its neighbours in lower phases.
+//! - **Woody layers** follow in order: trees, stumps, shrubs. Each is a variable-radius Bridson
+//!   sampling (Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions": an active list, k = 30 darts in the
+//!   annulus r..2r) with a quadtree for the neighbour search. The paper's density factor
+//!   multiplies radii: larger is sparser.
+//! - **Undergrowth** is a jittered grid of the whole plane, everywhere but on trails.
+//!
+//! **No order.** Bridson's list is worked off one point after the other, which an endless plane cannot
+//! have. Here the initial samples are a keyed sparse Poisson process, the active list is worked
+//! off breadth-first, and the darts of one round are settled in the order of their keys. That
+//! defines one point set of the plane, and a chunk computes its part of it exactly, with a halo and
+//! three states (point, no point, unknown until the halo is wider). So there is no chunk border
+//! in it at all. The usual way, to let chunks fill up in phases around their neighbours' points,
+//! leaves a seam: 1.13 and 0.90 of the mean density in the first two strips beside a border near
+//! saturation. This has none: over 4096 chunks with 31, 96 and 210 trees each, the eight strips of
+//! 0.5 m from a border inwards hold 1.00 of the mean within 2.5 σ (σ is 0.5 % at 210), and so does each phase.
+//!
+//! **Not saturated.** A saturated pattern is as even as a plantation (Clark and Evans's R = 1.7) and
+//! has the same number in every chunk. So a layer fills up at a hard core of half the spacing that a
+//! saturated pattern of its target would have, and a keyed thinning then brings it to the target.
+//! R is 1.18 to 1.20, and the variance of a chunk's number about 0.75 of its mean. Bigger varieties
+//! have bigger hard cores; the share kept of each makes up for the places it does not find, so that
+//! weights are met. The shares come from growing a window of each layer once, in [`Placement::new`].
+//!
+//! **The rule** for every pair of sites, across borders too: `|p − q| ≥ f · (r_p + r_q)` with
+//! `f = spacing_factor · density_factor`, and at least `r_p + r_q` if one is a rock. Radii are
+//! those of trunks and feet; crowns may overlap.
+//!
+//! All lengths are metres, all positions are in the world's ground plane (x east, y north).
 
 mod bridson;
 mod calibrate;

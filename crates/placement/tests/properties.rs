@@ -1,8 +1,11 @@
 //! What must hold of every pattern.
 
+#[allow(dead_code, reason = "each test binary uses its part")]
 mod common;
 
-use common::{World, allowed_fraction, beside_trails, everywhere, forest, layer, square, trees, variety};
+use common::{
+    World, allowed_fraction, beside_trails, everywhere, forest, layer, square, trees, variety,
+};
 use glam::DVec2;
 use nemoral_placement::{ParamError, Placement, PlacementParams, Site};
 use nemoral_scene::ChunkCoord;
@@ -24,7 +27,10 @@ fn assert_distances(params: &PlacementParams, rocks: &[Site], woody: &[Site]) {
             let least_m = factor * (p.radius_m + q.radius_m);
             let distance_m = p.position_m.distance(q.position_m);
             // World positions far out keep 7 nm.
-            assert!(distance_m >= least_m - 1e-6, "{p:?} and {q:?}: {distance_m} < {least_m}");
+            assert!(
+                distance_m >= least_m - 1e-6,
+                "{p:?} and {q:?}: {distance_m} < {least_m}"
+            );
         }
     }
 }
@@ -78,7 +84,10 @@ fn the_rule_is_not_met_by_accident() {
 fn order_and_eviction_do_not_show() {
     let chunks = square(ChunkCoord::new(-2, -1), 4);
     let mut world = World::new(forest(96.0), 9, &beside_trails);
-    let expected: Vec<_> = chunks.iter().map(|c| (world.rocks(*c), world.woody(*c))).collect();
+    let expected: Vec<_> = chunks
+        .iter()
+        .map(|c| (world.rocks(*c), world.woody(*c)))
+        .collect();
     let mut rng = Key::world(1).stage(Stage::new("test.shuffle")).rng();
     for _ in 0..3 {
         let mut order: Vec<usize> = (0..chunks.len()).collect();
@@ -91,7 +100,12 @@ fn order_and_eviction_do_not_show() {
             if rng.chance(0.3) {
                 world.evict();
             }
-            assert_eq!((world.rocks(chunks[i]), woody), expected[i], "chunk {}", chunks[i]);
+            assert_eq!(
+                (world.rocks(chunks[i]), woody),
+                expected[i],
+                "chunk {}",
+                chunks[i]
+            );
         }
     }
 }
@@ -106,18 +120,27 @@ fn the_order_of_what_is_handed_in_does_not_show() {
         .collect();
     neighbours.reverse();
     let slices: Vec<&[Site]> = neighbours.iter().map(Vec::as_slice).collect();
-    assert_eq!(world.placement.rocks(coord, &everywhere, &slices), world.rocks(coord));
+    assert_eq!(
+        world.placement.rocks(coord, &everywhere, &slices),
+        world.rocks(coord)
+    );
     let mut around: Vec<Site> = square(coord.offset(-1, -1), 3)
         .into_iter()
         .flat_map(|c| world.rocks(c))
         .collect();
     around.reverse();
-    assert_eq!(world.placement.woody(coord, &everywhere, &around), world.woody(coord));
+    assert_eq!(
+        world.placement.woody(coord, &everywhere, &around),
+        world.woody(coord)
+    );
 }
 
 #[test]
 fn sites_are_in_their_chunk_and_told_apart_by_key() {
-    for corner in [ChunkCoord::new(-2, -2), ChunkCoord::new(1_000_000, -1_000_000)] {
+    for corner in [
+        ChunkCoord::new(-2, -2),
+        ChunkCoord::new(1_000_000, -1_000_000),
+    ] {
         let params = forest(96.0);
         let mut world = World::new(params.clone(), 4, &everywhere);
         let mut keys = std::collections::HashSet::new();
@@ -138,12 +161,24 @@ fn worlds_differ_and_so_do_chunks() {
     let mut a = World::new(forest(96.0), 1, &everywhere);
     let mut b = World::new(forest(96.0), 2, &everywhere);
     let positions = |sites: Vec<Site>, coord: ChunkCoord| -> Vec<DVec2> {
-        sites.iter().map(|s| s.position_m - coord.origin_m(50.0)).collect()
+        sites
+            .iter()
+            .map(|s| s.position_m - coord.origin_m(50.0))
+            .collect()
     };
     let other = ChunkCoord::new(-1, 0);
-    assert_ne!(positions(a.woody(coord), coord), positions(b.woody(coord), coord));
-    assert_ne!(positions(a.woody(coord), coord), positions(a.woody(other), other));
-    assert_ne!(positions(a.rocks(coord), coord), positions(b.rocks(coord), coord));
+    assert_ne!(
+        positions(a.woody(coord), coord),
+        positions(b.woody(coord), coord)
+    );
+    assert_ne!(
+        positions(a.woody(coord), coord),
+        positions(a.woody(other), other)
+    );
+    assert_ne!(
+        positions(a.rocks(coord), coord),
+        positions(b.rocks(coord), coord)
+    );
 }
 
 #[test]
@@ -163,7 +198,11 @@ fn the_exclusion_is_respected_and_moves_nothing() {
     for coord in square(coord, 4) {
         let rocks = trails.rocks(coord);
         assert!((5..=25).contains(&rocks.len()));
-        assert!(rocks.iter().all(|s| beside_trails(s.position_m, s.radius_m)));
+        assert!(
+            rocks
+                .iter()
+                .all(|s| beside_trails(s.position_m, s.radius_m))
+        );
         assert!(free.rocks(coord).len() >= 5);
     }
     let nowhere = |_: DVec2, _: f64| false;
@@ -184,7 +223,10 @@ fn rocks_come_in_the_numbers_asked_for() {
     assert_eq!(histogram[..2], [0, 0]);
     assert_eq!(histogram[7], 0);
     // 180 expected of each, binomial.
-    assert!(histogram[2..7].iter().all(|n| n.abs_diff(180) < 48), "{histogram:?}");
+    assert!(
+        histogram[2..7].iter().all(|n| n.abs_diff(180) < 48),
+        "{histogram:?}"
+    );
 }
 
 #[test]
@@ -233,7 +275,10 @@ fn larger_density_factors_are_sparser() {
         let count: usize = chunks.iter().map(|c| world.woody(*c).len()).sum();
         let mean = count as f64 / chunks.len() as f64;
         let expected = 60.0 / (density_factor * density_factor);
-        assert!((mean / expected - 1.0).abs() < 0.1, "{density_factor}: {mean}, not {expected}");
+        assert!(
+            (mean / expected - 1.0).abs() < 0.1,
+            "{density_factor}: {mean}, not {expected}"
+        );
         assert!(mean < last);
         last = mean;
     }
@@ -249,7 +294,9 @@ fn nothing_asked_for_is_nothing() {
     let mut world = World::new(params.clone(), 1, &everywhere);
     assert!(world.woody(coord).is_empty());
     // An empty layer changes no other layer's number.
-    params.layers.push(layer("shrubs", 20.0, vec![variety(1.0, 0.2, 0.3)]));
+    params
+        .layers
+        .push(layer("shrubs", 20.0, vec![variety(1.0, 0.2, 0.3)]));
     let mut world = World::new(params, 1, &everywhere);
     let sites = world.woody(coord);
     assert!(!sites.is_empty() && sites.iter().all(|s| s.layer == 1));
@@ -274,42 +321,67 @@ fn impossible_wishes_are_refused_with_the_reason() {
         let error = Placement::new(params, Key::world(1)).expect_err("refused");
         (error.to_string(), error)
     };
-    for (field, change) in [
-        ("chunk_size_m", &(|p: &mut PlacementParams| p.chunk_size_m = f64::NAN) as &dyn Fn(&mut _)),
-        ("spacing_factor", &|p| p.spacing_factor = -1.0),
-        ("density_factor", &|p| p.density_factor = 0.0),
-        ("allowed_fraction", &|p| p.allowed_fraction = 0.0),
-        ("rocks.min_per_chunk", &|p| p.rocks.min_per_chunk = 26),
-        ("rocks.varieties", &|p| p.rocks.varieties.clear()),
-        ("layers[1].per_chunk", &|p| p.layers[1].per_chunk = f64::INFINITY),
-        ("layers[1].varieties", &|p| p.layers[1].varieties[0].weight = 0.0),
-        ("layers[0].varieties[2].radius_m", &|p| p.layers[0].varieties[2].radius_m = (0.6, 0.4)),
-        ("layers[2].varieties[0].radius_m", &|p| p.layers[2].varieties[0].radius_m = (0.1, 30.0)),
-        ("layers[0].varieties[0].weight", &|p| p.layers[0].varieties[0].weight = f64::NAN),
-    ] {
-        let (message, _) = refused(change);
-        assert!(message.starts_with(&format!("{field} = ")) || message.starts_with(&format!("{field}:")), "{message}");
+    type Change = fn(&mut PlacementParams);
+    let changes: [(&str, Change); 11] = [
+        ("chunk_size_m", |p| p.chunk_size_m = f64::NAN),
+        ("spacing_factor", |p| p.spacing_factor = -1.0),
+        ("density_factor", |p| p.density_factor = 0.0),
+        ("allowed_fraction", |p| p.allowed_fraction = 0.0),
+        ("rocks.min_per_chunk", |p| p.rocks.min_per_chunk = 26),
+        ("rocks.varieties", |p| p.rocks.varieties.clear()),
+        ("layers[1].per_chunk", |p| {
+            p.layers[1].per_chunk = f64::INFINITY
+        }),
+        ("layers[1].varieties", |p| {
+            p.layers[1].varieties[0].weight = 0.0
+        }),
+        ("layers[0].varieties[2].radius_m", |p| {
+            p.layers[0].varieties[2].radius_m = (0.6, 0.4)
+        }),
+        ("layers[2].varieties[0].radius_m", |p| {
+            p.layers[2].varieties[0].radius_m = (0.1, 30.0)
+        }),
+        ("layers[0].varieties[0].weight", |p| {
+            p.layers[0].varieties[0].weight = f64::NAN
+        }),
+    ];
+    for (field, change) in changes {
+        let (message, _) = refused(&change);
+        assert!(message.starts_with(&format!("{field} = ")), "{message}");
         assert!(message.contains("must be"), "{message}");
     }
     let (message, error) = refused(&|p| p.layers[0].varieties[1].radius_m = (3.0, 5.0));
-    assert!(matches!(error, ParamError::TooDense { layer: 0, at_most, .. } if at_most < 96.0 && at_most > 5.0), "{error:?}");
-    assert!(message.contains("layers[0].per_chunk = 96 (trees)"), "{message}");
-    let (_, error) = refused(&|p| p.layers[2].per_chunk = 2000.0);
-    assert!(matches!(error, ParamError::TooDense { layer: 2, .. }), "{error:?}");
+    assert!(
+        matches!(error, ParamError::TooDense { layer: 0, at_most, .. } if at_most < 96.0 && at_most > 5.0),
+        "{error:?}"
+    );
+    assert!(
+        message.contains("layers[0].per_chunk = 96 (trees)"),
+        "{message}"
+    );
+    let (_, error) = refused(&|p| p.layers[2].per_chunk = 4000.0);
+    assert!(
+        matches!(error, ParamError::TooDense { layer: 2, .. }),
+        "{error:?}"
+    );
 }
 
 #[test]
 fn the_number_that_fits_fits() {
     let mut params = trees(96.0);
     params.layers[0].varieties = vec![variety(1.0, 2.0, 3.0)];
-    let Err(ParamError::TooDense { at_most, .. }) = Placement::new(params.clone(), Key::world(1)) else {
+    let Err(ParamError::TooDense { at_most, .. }) = Placement::new(params.clone(), Key::world(1))
+    else {
         panic!("96 hard cores of 3 m do not fit");
     };
     params.layers[0].per_chunk = 0.97 * at_most;
     let mut world = World::new(params, 1, &everywhere);
     let chunks = square(ChunkCoord::new(0, 0), 8);
     let count: usize = chunks.iter().map(|c| world.woody(*c).len()).sum();
-    assert!((count as f64 / 64.0 / (0.97 * at_most) - 1.0).abs() < 0.03, "{count}");
+    assert!(
+        (count as f64 / 64.0 / (0.97 * at_most) - 1.0).abs() < 0.03,
+        "{count}"
+    );
 }
 
 #[test]
@@ -319,7 +391,12 @@ fn value_stability() {
     let line = |s: &Site| {
         format!(
             "{:.9} {:.9} {:.9} {} {} {:016x}",
-            s.position_m.x, s.position_m.y, s.radius_m, s.layer, s.variety, s.key.to_u64()
+            s.position_m.x,
+            s.position_m.y,
+            s.radius_m,
+            s.layer,
+            s.variety,
+            s.key.to_u64()
         )
     };
     let rocks = world.rocks(coord);
@@ -332,10 +409,15 @@ fn value_stability() {
     ];
     assert_eq!(got, VALUES);
 }
-const VALUES: [&str; 4] = ["", "", "", ""];
+const VALUES: [&str; 4] = [
+    "23 393",
+    "-148.411590746 281.673710188 0.689600079 0 0 33d1743371ddc5c8",
+    "-103.638436925 254.659812292 0.428357204 0 2 074352e501fffa5e",
+    "-135.010190262 282.691568043 0.378482939 2 0 13f0fd72fe83f61d",
+];
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(6))]
 
     #[test]
     fn any_world_keeps_the_rule(

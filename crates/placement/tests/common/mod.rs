@@ -26,7 +26,11 @@ pub(crate) fn layer(name: &str, per_chunk: f64, varieties: Vec<Variety>) -> Laye
 
 /// Trees of three sizes, stumps, shrubs and rocks; enough of each that they meet.
 pub(crate) fn forest(trees: f64) -> PlacementParams {
-    let sizes = vec![variety(3.0, 0.1, 0.2), variety(2.0, 0.2, 0.4), variety(1.0, 0.4, 0.6)];
+    let sizes = vec![
+        variety(3.0, 0.1, 0.2),
+        variety(2.0, 0.2, 0.4),
+        variety(1.0, 0.4, 0.6),
+    ];
     PlacementParams {
         rocks: RockParams {
             min_per_chunk: 5,
