@@ -198,7 +198,13 @@ impl Library {
             let radius_m = 0.10 + 0.20 * (i as f32 + rng.unit_f32()) / STUMP_COUNT as f32;
             let height_m = rng.range_f32(0.14, 0.38);
             let old = rng.chance(0.6);
-            let shape = stump(radius_m, height_m, old, &palette.stumps[species], key.item(0));
+            let shape = stump(
+                radius_m,
+                height_m,
+                old,
+                &palette.stumps[species],
+                key.item(0),
+            );
             let foot = foot_radius_m(&shape);
             finish("stump", i, shape, foot)
         });
@@ -251,7 +257,11 @@ impl Library {
             patch("litter", i, floor::litter(i, &palette, &mut key.rng()))
         });
         let trail_grass = collect(TRAIL_GRASS, PATCHES, &|i, key| {
-            patch("trail_grass", i, undergrowth::trail_grass(&palette, &mut key.rng()))
+            patch(
+                "trail_grass",
+                i,
+                undergrowth::trail_grass(&palette, &mut key.rng()),
+            )
         });
         Ok(Self {
             trees,

@@ -42,6 +42,7 @@ pub(crate) struct Palette {
     pub(crate) bracken_dead: Vec<FoliageCard>,
     /// Fronds; each is its slices, foot first.
     pub(crate) fronds: Vec<Vec<FoliageCard>>,
+    /// The last one bears flowering stalks.
     pub(crate) grass: Vec<FoliageCard>,
     pub(crate) broad_leaf: Vec<FoliageCard>,
     pub(crate) leafy_stem: Vec<FoliageCard>,
@@ -118,20 +119,102 @@ const GRASS: LeafOptics = LeafOptics {
 };
 
 const KINDS: [CardKind; 14] = [
-    CardKind::new("maritime_pine.foliage", 4, Semantic::Needle, optics::PINE, |r, _| trees::pine(r)),
-    CardKind { roughness: 0.35, ..CardKind::new("eucalyptus.foliage", 4, Semantic::Leaf, optics::EUCALYPT, |r, _| trees::eucalypt(r)) },
-    CardKind::new("english_oak.foliage", 4, Semantic::Leaf, optics::OAK, |r, _| trees::oak(r)),
-    CardKind::new("gorse.foliage", 4, Semantic::Shrub, optics::EVERGREEN, |r, v| understory::gorse(r, v == 3)),
-    CardKind::new("heather.foliage", 4, Semantic::Shrub, optics::EVERGREEN, |r, v| understory::heather(r, v >= 2)),
-    CardKind::new("bramble.foliage", 5, Semantic::Bramble, optics::BRAMBLE, |r, _| understory::bramble(r)),
-    CardKind::new("bracken.pinna", 3, Semantic::Fern, optics::HERB, |r, _| understory::bracken_pinna(r, false)),
-    CardKind::new("bracken.dead_pinna", 3, Semantic::Fern, DEAD_FROND, |r, _| understory::bracken_pinna(r, true)),
-    CardKind { slices: 3, ..CardKind::new("male_fern.frond", 3, Semantic::Fern, optics::HERB, |r, _| understory::fern_frond(r)) },
-    CardKind::new("grass.blades", 6, Semantic::Grass, GRASS, |r, v| understory::grass(r, [0.06, 0.12, 0.2, 0.35, 0.1, 0.55][v as usize % 6], v >= 4)),
-    CardKind::new("herb.broad_leaf", 4, Semantic::Herb, optics::HERB, |r, _| understory::broad_leaf(r)),
-    CardKind::new("herb.leafy_stem", 4, Semantic::Herb, optics::HERB, |r, v| understory::leafy_stem(r, v >= 2)),
-    CardKind::new("herb.trefoil", 3, Semantic::Herb, optics::HERB, |r, _| understory::trefoil(r)),
-    CardKind::new("fallen.leaf", 6, Semantic::FallenTwig, optics::LITTER_LEAF, understory::fallen_leaf),
+    CardKind::new(
+        "maritime_pine.foliage",
+        4,
+        Semantic::Needle,
+        optics::PINE,
+        |r, _| trees::pine(r),
+    ),
+    CardKind {
+        roughness: 0.35,
+        ..CardKind::new(
+            "eucalyptus.foliage",
+            4,
+            Semantic::Leaf,
+            optics::EUCALYPT,
+            |r, _| trees::eucalypt(r),
+        )
+    },
+    CardKind::new(
+        "english_oak.foliage",
+        4,
+        Semantic::Leaf,
+        optics::OAK,
+        |r, _| trees::oak(r),
+    ),
+    CardKind::new(
+        "gorse.foliage",
+        4,
+        Semantic::Shrub,
+        optics::EVERGREEN,
+        |r, v| understory::gorse(r, v == 3),
+    ),
+    CardKind::new(
+        "heather.foliage",
+        4,
+        Semantic::Shrub,
+        optics::EVERGREEN,
+        |r, v| understory::heather(r, v >= 2),
+    ),
+    CardKind::new(
+        "bramble.foliage",
+        6,
+        Semantic::Bramble,
+        optics::BRAMBLE,
+        |r, v| understory::bramble(r, v == 5),
+    ),
+    CardKind::new("bracken.pinna", 3, Semantic::Fern, optics::HERB, |r, _| {
+        understory::bracken_pinna(r, false)
+    }),
+    CardKind::new(
+        "bracken.dead_pinna",
+        3,
+        Semantic::Fern,
+        DEAD_FROND,
+        |r, _| understory::bracken_pinna(r, true),
+    ),
+    CardKind {
+        slices: 3,
+        ..CardKind::new(
+            "male_fern.frond",
+            3,
+            Semantic::Fern,
+            optics::HERB,
+            |r, _| understory::fern_frond(r),
+        )
+    },
+    CardKind::new("grass.blades", 6, Semantic::Grass, GRASS, |r, v| {
+        understory::grass(
+            r,
+            [0.05, 0.10, 0.16, 0.30, 0.55, 0.2][v as usize % 6],
+            v == 5,
+        )
+    }),
+    CardKind::new(
+        "herb.broad_leaf",
+        4,
+        Semantic::Herb,
+        optics::HERB,
+        |r, _| understory::broad_leaf(r),
+    ),
+    CardKind::new(
+        "herb.leafy_stem",
+        4,
+        Semantic::Herb,
+        optics::HERB,
+        |r, v| understory::leafy_stem(r, v >= 2),
+    ),
+    CardKind::new("herb.trefoil", 3, Semantic::Herb, optics::HERB, |r, _| {
+        understory::trefoil(r)
+    }),
+    CardKind::new(
+        "fallen.leaf",
+        6,
+        Semantic::FallenTwig,
+        optics::LITTER_LEAF,
+        understory::fallen_leaf,
+    ),
 ];
 
 /// Textures of wood and stone, baked side by side.
@@ -158,7 +241,7 @@ impl Solids {
             .into_par_iter()
             .map(|s| {
                 let tile = recipes[s](seed(s as u64));
-                let foot = bark::with_foot(&tile, seed(10 + s as u64));
+                let foot = bark::with_foot(&tile, [0.6, 0.25, 1.0][s], seed(10 + s as u64));
                 [Arc::new(tile.texture()), Arc::new(foot.texture())]
             })
             .collect();
@@ -183,7 +266,9 @@ impl Solids {
                     6 => bark::dead(seed(26)),
                     7 => mineral::stone(seed(27)),
                     // Sawn last winter, and some winters ago.
-                    _ => mineral::cut_wood(seed(20 + i as u64), if i % 2 == 0 { 0.25 } else { 0.95 }),
+                    _ => {
+                        mineral::cut_wood(seed(20 + i as u64), if i % 2 == 0 { 0.25 } else { 0.95 })
+                    }
                 };
                 Arc::new(tile.texture())
             })
@@ -247,7 +332,10 @@ impl Palette {
             .collect();
         // Kinds with one slice are lists of cards.
         let mut flat = |i: usize| -> Vec<FoliageCard> {
-            std::mem::take(&mut foliage[i]).into_iter().flatten().collect()
+            std::mem::take(&mut foliage[i])
+                .into_iter()
+                .flatten()
+                .collect()
         };
         let leaves = [flat(0), flat(1), flat(2)];
         let gorse = flat(3);
@@ -293,18 +381,66 @@ impl Palette {
             );
             let faces = std::array::from_fn(|age| {
                 let name = format!("{}.stump_face.{age}", species[s]);
-                add(&name, Semantic::Stump, &solids.faces[2 * s + age], 0.8, optics::CUT_WOOD)
+                add(
+                    &name,
+                    Semantic::Stump,
+                    &solids.faces[2 * s + age],
+                    0.8,
+                    optics::CUT_WOOD,
+                )
             });
             StumpMaterials { bark, faces }
         });
         let rock = add("rock", Semantic::Rock, &solids.rock, 0.8, optics::ROCK);
-        let shrub_wood = add("shrub.wood", Semantic::Shrub, &solids.shrub_wood, 0.9, optics::BARK);
-        let cane = add("bramble.cane", Semantic::Bramble, &solids.cane, 0.7, optics::BARK);
-        let frond_stalk = add("fern.stalk", Semantic::Fern, &solids.cane, 0.7, optics::HERB.laser);
-        let herb_stalk = add("herb.stalk", Semantic::Herb, &solids.cane, 0.7, optics::HERB.laser);
-        let fallen_twig = add("fallen.twig", Semantic::FallenTwig, &solids.dead, 0.9, optics::BARK);
-        let cone = add("fallen.cone", Semantic::FallenTwig, &solids.cone, 0.9, optics::BARK);
-        let mut stone = solid("trail.stone", Semantic::Stone, solids.stone.clone(), 0.85, optics::ROCK);
+        let shrub_wood = add(
+            "shrub.wood",
+            Semantic::Shrub,
+            &solids.shrub_wood,
+            0.9,
+            optics::BARK,
+        );
+        let cane = add(
+            "bramble.cane",
+            Semantic::Bramble,
+            &solids.cane,
+            0.7,
+            optics::BARK,
+        );
+        let frond_stalk = add(
+            "fern.stalk",
+            Semantic::Fern,
+            &solids.cane,
+            0.7,
+            optics::HERB.laser,
+        );
+        let herb_stalk = add(
+            "herb.stalk",
+            Semantic::Herb,
+            &solids.cane,
+            0.7,
+            optics::HERB.laser,
+        );
+        let fallen_twig = add(
+            "fallen.twig",
+            Semantic::FallenTwig,
+            &solids.dead,
+            0.9,
+            optics::BARK,
+        );
+        let cone = add(
+            "fallen.cone",
+            Semantic::FallenTwig,
+            &solids.cone,
+            0.9,
+            optics::BARK,
+        );
+        let mut stone = solid(
+            "trail.stone",
+            Semantic::Stone,
+            solids.stone.clone(),
+            0.85,
+            optics::ROCK,
+        );
         stone.tile_m = 0.5;
         let stone = library.add(stone);
         Self {
@@ -406,7 +542,14 @@ fn register_ground(
         .into_iter()
         .zip(looks)
         .map(|(texture, (name, semantic, optics))| {
-            add(name.to_owned(), semantic, texture, 0.92, ground::FLOOR_M, optics)
+            add(
+                name.to_owned(),
+                semantic,
+                texture,
+                0.92,
+                ground::FLOOR_M,
+                optics,
+            )
         })
         .collect();
     let cut_slope = floor.pop().expect("there are four floors");

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::{AlphaMask, Texture};
 
 use crate::texture::canvas::{Canvas, Leaf, Stroke};
+use crate::texture::tile::luminance;
 
 /// A mark of a drawing.
 #[derive(Clone, Debug)]
@@ -50,13 +51,9 @@ impl Sketch {
     }
 
     /// Crops to the content, draws, fills the colours on under the mask, and scales colours so that
-    /// the opaque texels' luminance is on average that of `mean` (hues are kept).
-    pub(crate) fn finish(&self, mean: Vec3) -> Picture {
-        self.slices(1, mean).remove(0)
-    }
-
-    /// Like [`finish`](Self::finish), cut across into `count` pictures of equal height and width, foot
-    /// first, so that what is drawn can be bent where they meet.
+    /// the opaque texels' luminance is on average that of `mean` (hues are kept). The drawing is cut
+    /// across into `count` pictures of equal height and width, foot first, so that what is drawn can
+    /// be bent where they meet.
     pub(crate) fn slices(&self, count: usize, mean: Vec3) -> Vec<Picture> {
         let (half_width, top) = self.extent();
         let size_m = Vec2::new(2.0 * half_width, top / count as f32);
@@ -156,11 +153,6 @@ impl Sketch {
     }
 }
 
-/// Rec. 709.
-pub(crate) fn luminance(c: Vec3) -> f32 {
-    c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-}
-
 /// Gives transparent texels the colour of the nearest opaque ones, coarse to fine (pull and push,
 /// Gortler et al. 1996), so that neither filtering nor a mip brings a halo in.
 fn fill_under([width, height]: [usize; 2], colours: &[Vec3], painted: &[bool]) -> Vec<Vec3> {
@@ -218,11 +210,20 @@ mod tests {
         let painted: Vec<bool> = (0..64 * 32).map(|i| i % 64 == 10 && i / 64 > 20).collect();
         let colours: Vec<Vec3> = painted
             .iter()
-            .map(|&p| if p { Vec3::new(0.1, 0.2, 0.05) } else { Vec3::splat(9.0) })
+            .map(|&p| {
+                if p {
+                    Vec3::new(0.1, 0.2, 0.05)
+                } else {
+                    Vec3::splat(9.0)
+                }
+            })
             .collect();
         let filled = fill_under([64, 32], &colours, &painted);
         for c in filled {
-            assert!((c - Vec3::new(0.1, 0.2, 0.05)).abs().max_element() < 1e-4, "{c}");
+            assert!(
+                (c - Vec3::new(0.1, 0.2, 0.05)).abs().max_element() < 1e-4,
+                "{c}"
+            );
         }
     }
 
@@ -237,7 +238,7 @@ mod tests {
             [0.02; 2],
             Vec3::splat(0.2),
         ));
-        let p = sketch.finish(Vec3::splat(0.12));
+        let p = sketch.slices(1, Vec3::splat(0.12)).remove(0);
         assert!((p.width_m - 0.16).abs() < 0.003, "{}", p.width_m);
         assert!((p.height_m - 0.205).abs() < 0.003, "{}", p.height_m);
         assert!(p.mask.is_opaque(0.5, 0.0) && p.mask.is_opaque(0.95, 0.49));

@@ -114,7 +114,12 @@ pub(crate) fn eucalypt(rng: &mut impl Rng) -> Sketch {
         if i as u32 == count / 2 {
             sketch.twig(twig);
         }
-        sketch.twig(Stroke::straight(node, leaf.base, [0.0022; 2], Vec3::new(0.16, 0.12, 0.06)));
+        sketch.twig(Stroke::straight(
+            node,
+            leaf.base,
+            [0.0022; 2],
+            Vec3::new(0.16, 0.12, 0.06),
+        ));
         sketch.leaf(leaf);
     }
     sketch
@@ -130,7 +135,11 @@ pub(crate) fn oak(rng: &mut impl Rng) -> Sketch {
     for i in 0..count {
         let front = i as f32 / count as f32;
         // Outer leaves are drawn first and point away; the last ones stand in front.
-        let t = if i < 3 { rng.range_f32(0.35, 0.75) } else { rng.range_f32(0.85, 1.0) };
+        let t = if i < 3 {
+            rng.range_f32(0.35, 0.75)
+        } else {
+            rng.range_f32(0.85, 1.0)
+        };
         let side = if i % 2 == 0 { 1.0 } else { -1.0 };
         let angle = side * (1.75 - 1.5 * front + rng.range_f32(-0.25, 0.25)).max(0.05);
         let direction = heading(angle);
@@ -140,21 +149,18 @@ pub(crate) fn oak(rng: &mut impl Rng) -> Sketch {
         if rng.chance(0.12) {
             colour = colour.lerp(Vec3::new(0.16, 0.14, 0.035), 0.5);
         }
-        sketch.leaf(
-            Leaf {
-                outline: outlines[rng.below(2) as usize].clone(),
-                base: base + 0.006 * direction,
-                direction,
-                length_m: length,
-                width_m: length * rng.range_f32(0.50, 0.62),
-                bend: rng.range_f32(-0.16, 0.16),
-                colour,
-                veins: 0.26,
-                browning: rng.range_f32(0.0, 0.3),
-                level: 0.0,
-            },
-        );
+        sketch.leaf(Leaf {
+            outline: outlines[rng.below(2) as usize].clone(),
+            base: base + 0.006 * direction,
+            direction,
+            length_m: length,
+            width_m: length * rng.range_f32(0.50, 0.62),
+            bend: rng.range_f32(-0.16, 0.16),
+            colour,
+            veins: 0.26,
+            browning: rng.range_f32(0.0, 0.3),
+            level: 0.0,
+        });
     }
     sketch
 }
-

@@ -75,7 +75,13 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
         if flowers && k > 0 {
             for _ in 0..rng.below(4) {
                 let angle = rng.range_f32(-1.4, 1.4);
-                let mut flower = plain_leaf(&petal, rod.at(rng.range_f32(0.45, 0.95)), angle, 0.015, 0.65);
+                let mut flower = plain_leaf(
+                    &petal,
+                    rod.at(rng.range_f32(0.45, 0.95)),
+                    angle,
+                    0.015,
+                    0.65,
+                );
                 flower.colour = Vec3::new(0.56, 0.40, 0.022) * rng.range_f32(0.7, 1.0);
                 flower.browning = 0.0;
                 flower.veins = 0.0;
@@ -89,6 +95,9 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
 /// A bundle of heather: upright shoots with scale leaves, some with faded bells.
 pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
     let mut sketch = Sketch::default();
+    // All shoots rise from one woody foot.
+    let wood = Vec3::new(0.10, 0.075, 0.05);
+    sketch.twig(stalk(0.05, 0.006, wood, rng));
     for i in 0..17 {
         let angle = rng.range_f32(-0.42, 0.42);
         let base = Vec2::new(rng.range_f32(-0.006, 0.006), 0.0);
@@ -96,9 +105,13 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
         let shade = 0.55 + 0.45 * i as f32 / 17.0;
         let colour = varied(Vec3::new(0.068, 0.092, 0.040), rng) * shade;
         let shoot = Stroke {
-            points: [base, base + 0.5 * length * heading(1.2 * angle), base + length * heading(angle)],
+            points: [
+                base,
+                base + 0.5 * length * heading(1.2 * angle),
+                base + length * heading(angle),
+            ],
             width_m: [0.003, 0.002],
-            colour: [Vec3::new(0.10, 0.075, 0.05) * shade, colour],
+            colour: [wood * shade, colour],
             level: 0.0,
         };
         sketch.twig(shoot);
@@ -118,7 +131,11 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
             sketch.blade(Stroke::straight(
                 from,
                 from + length * out,
-                if bell { [0.004, 0.003] } else { [0.0025, 0.0012] },
+                if bell {
+                    [0.004, 0.003]
+                } else {
+                    [0.0025, 0.0012]
+                },
                 colour,
             ));
         }
@@ -127,27 +144,43 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
 }
 
 /// A bramble leaf: three, sometimes five, toothed leaflets on a stalk.
-pub(crate) fn bramble(rng: &mut impl Rng) -> Sketch {
+pub(crate) fn bramble(rng: &mut impl Rng, autumn: bool) -> Sketch {
     let mut sketch = Sketch::default();
     let outline = Arc::new(Outline::ovate(0.65, 0.75).toothed(13.0, 0.10));
     let petiole = stalk(0.055, 0.0032, Vec3::new(0.10, 0.085, 0.04), rng);
     sketch.twig(petiole);
     let tip = petiole.at(1.0);
     let five = rng.chance(0.4);
-    let spread: &[f32] = if five { &[1.75, -1.75, 0.95, -0.95, 0.0] } else { &[1.25, -1.25, 0.0] };
-    let autumn = rng.chance(0.25);
+    let spread: &[f32] = if five {
+        &[1.75, -1.75, 0.95, -0.95, 0.0]
+    } else {
+        &[1.25, -1.25, 0.0]
+    };
     for &angle in spread {
-        let at = if angle == 0.0 { tip + Vec2::new(0.0, 0.012) } else { tip };
-        let length = rng.range_f32(0.055, 0.075) * if angle == 0.0 { 1.15 } else { 1.0 } * if angle.abs() > 1.5 { 0.75 } else { 1.0 };
+        let at = if angle == 0.0 {
+            tip + Vec2::new(0.0, 0.012)
+        } else {
+            tip
+        };
+        let length = rng.range_f32(0.055, 0.075)
+            * if angle == 0.0 { 1.15 } else { 1.0 }
+            * if angle.abs() > 1.5 { 0.75 } else { 1.0 };
         let mut leaf = plain_leaf(&outline, at, angle + rng.range_f32(-0.1, 0.1), length, 0.66);
         leaf.colour = varied(BRAMBLE.albedo, rng);
         if autumn {
-            leaf.colour = leaf.colour.lerp(Vec3::new(0.17, 0.075, 0.03), rng.range_f32(0.1, 0.5));
+            leaf.colour = leaf
+                .colour
+                .lerp(Vec3::new(0.17, 0.075, 0.03), rng.range_f32(0.1, 0.5));
         }
         leaf.veins = 0.34;
         leaf.browning = rng.range_f32(0.0, 0.35);
         leaf.bend = rng.range_f32(-0.06, 0.06);
-        sketch.twig(Stroke::straight(tip, at, [0.003; 2], Vec3::new(0.10, 0.085, 0.04)));
+        sketch.twig(Stroke::straight(
+            tip,
+            at,
+            [0.003; 2],
+            Vec3::new(0.10, 0.085, 0.04),
+        ));
         sketch.leaf(leaf);
     }
     sketch
@@ -158,7 +191,11 @@ pub(crate) fn bracken_pinna(rng: &mut impl Rng, brown: bool) -> Sketch {
     let mut sketch = Sketch::default();
     let outline = Arc::new(Outline::ovate(0.30, 0.55).toothed(7.0, 0.28));
     let rib = stalk(0.30, 0.003, Vec3::new(0.13, 0.125, 0.05), rng);
-    let colour = if brown { Vec3::new(0.215, 0.125, 0.058) } else { HERB.albedo };
+    let colour = if brown {
+        Vec3::new(0.215, 0.125, 0.058)
+    } else {
+        HERB.albedo
+    };
     let pairs = 17;
     for i in 0..pairs {
         let t = 0.04 + 0.94 * i as f32 / pairs as f32;
@@ -211,14 +248,14 @@ pub(crate) fn fern_frond(rng: &mut impl Rng) -> Sketch {
 /// A tuft of grass blades; `cured` is the share of dead blades, `heads` adds flowering stalks.
 pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
     let mut sketch = Sketch::default();
-    let blades = rng.between(26, 32);
+    let blades = rng.between(40, 48);
     for i in 0..blades {
         let front = i as f32 / blades as f32;
-        let x = rng.range_f32(-0.045, 0.045);
+        let x = rng.range_f32(-0.05, 0.05);
         let base = Vec2::new(x, -0.004);
-        let lean = 4.0 * x + rng.range_f32(-0.30, 0.30);
+        let lean = 3.5 * x + rng.range_f32(-0.26, 0.26);
         let length = rng.range_f32(0.14, 0.34);
-        let droop = lean * rng.range_f32(1.4, 2.6);
+        let droop = lean * rng.range_f32(1.2, 2.2);
         let middle = base + 0.55 * length * heading(-lean);
         let tip = middle + 0.5 * length * heading(-droop);
         let dead = rng.chance(cured);
@@ -227,7 +264,7 @@ pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
         } else {
             varied(HERB.albedo, rng)
         } * (0.62 + 0.42 * front);
-        let width = rng.range_f32(0.0038, 0.0065);
+        let width = rng.range_f32(0.0042, 0.0072);
         sketch.blade(Stroke {
             points: [base, middle, tip],
             width_m: [width, 0.0010],
@@ -274,20 +311,42 @@ pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
     sketch
 }
 
-/// A broad basal leaf on its stalk: plantain, dock, primrose.
+/// Broad basal leaves on their stalks (plantain, dock, primrose): one in front of two.
 pub(crate) fn broad_leaf(rng: &mut impl Rng) -> Sketch {
     let mut sketch = Sketch::default();
     let outline = Arc::new(Outline::ovate(0.75, 0.62));
-    let petiole = stalk(0.035, 0.004, Vec3::new(0.11, 0.125, 0.05), rng);
-    sketch.twig(petiole);
     let length = rng.range_f32(0.10, 0.14);
-    let aspect = rng.range_f32(0.40, 0.52);
-    let mut leaf = plain_leaf(&outline, petiole.at(0.9), 0.0, length, aspect);
-    leaf.colour = varied(HERB.albedo, rng);
-    leaf.bend = rng.range_f32(-0.10, 0.10);
-    leaf.veins = 0.30;
-    leaf.browning = rng.range_f32(0.1, 0.45);
-    sketch.leaf(leaf);
+    let aspect = rng.range_f32(0.34, 0.46);
+    for (angle, size) in [(0.75, 0.8), (-0.75, 0.85), (0.0, 1.0)] {
+        let angle = angle + rng.range_f32(-0.12, 0.12);
+        let out = heading(angle);
+        let from = 0.035 * size * out;
+        sketch.twig(Stroke::straight(
+            Vec2::ZERO,
+            from,
+            [0.004, 0.003],
+            Vec3::new(0.11, 0.125, 0.05),
+        ));
+        let mut leaf = plain_leaf(
+            &outline,
+            from,
+            angle,
+            length * size * rng.range_f32(0.9, 1.1),
+            aspect,
+        );
+        leaf.colour = varied(HERB.albedo, rng);
+        leaf.bend = -0.12 * angle + rng.range_f32(-0.08, 0.08);
+        leaf.veins = 0.30;
+        leaf.browning = rng.range_f32(0.0, 0.40);
+        sketch.leaf(leaf);
+    }
+    // The stalks meet in one foot.
+    sketch.twig(Stroke::straight(
+        Vec2::ZERO,
+        Vec2::new(0.0, 0.03),
+        [0.005, 0.003],
+        Vec3::new(0.11, 0.125, 0.05),
+    ));
     sketch
 }
 
@@ -314,10 +373,15 @@ pub(crate) fn leafy_stem(rng: &mut impl Rng, flowers: bool) -> Sketch {
     if flowers {
         let white = rng.chance(0.5);
         for _ in 0..3 {
-            let at = stem.at(rng.range_f32(0.86, 1.0)) + Vec2::new(rng.range_f32(-0.025, 0.025), 0.0);
+            let at =
+                stem.at(rng.range_f32(0.86, 1.0)) + Vec2::new(rng.range_f32(-0.025, 0.025), 0.0);
             for k in 0..5 {
                 let mut leaf = plain_leaf(&petal, at, k as f32 * 0.4 * PI, 0.009, 0.7);
-                leaf.colour = if white { Vec3::new(0.50, 0.50, 0.44) } else { Vec3::new(0.52, 0.38, 0.03) };
+                leaf.colour = if white {
+                    Vec3::new(0.50, 0.50, 0.44)
+                } else {
+                    Vec3::new(0.52, 0.38, 0.03)
+                };
                 leaf.veins = 0.0;
                 leaf.browning = 0.0;
                 sketch.leaf(leaf);
@@ -335,7 +399,13 @@ pub(crate) fn trefoil(rng: &mut impl Rng) -> Sketch {
     sketch.twig(petiole);
     for k in 0..3 {
         let angle = (k as f32 - 1.0) * 2.0 * PI / 3.0 * 0.92;
-        let mut leaf = plain_leaf(&outline, petiole.at(1.0), angle, rng.range_f32(0.022, 0.028), 0.80);
+        let mut leaf = plain_leaf(
+            &outline,
+            petiole.at(1.0),
+            angle,
+            rng.range_f32(0.022, 0.028),
+            0.80,
+        );
         leaf.colour = varied(HERB.albedo, rng);
         leaf.veins = 0.25;
         sketch.leaf(leaf);
@@ -354,7 +424,11 @@ pub(crate) fn fallen_leaf(rng: &mut impl Rng, kind: u32) -> Sketch {
     let petiole = stalk(0.012, 0.002, Vec3::new(0.10, 0.07, 0.045), rng);
     sketch.twig(petiole);
     let mut leaf = plain_leaf(&Arc::new(outline), petiole.at(0.9), 0.0, length, aspect);
-    let tones = [Vec3::new(0.19, 0.115, 0.068), Vec3::new(0.149, 0.089, 0.060), Vec3::new(0.21, 0.15, 0.10)];
+    let tones = [
+        Vec3::new(0.19, 0.115, 0.068),
+        Vec3::new(0.149, 0.089, 0.060),
+        Vec3::new(0.21, 0.15, 0.10),
+    ];
     leaf.colour = varied(tones[rng.below(3) as usize], rng);
     leaf.bend = rng.range_f32(-0.25, 0.25);
     leaf.browning = 0.5;

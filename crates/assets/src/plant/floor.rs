@@ -19,7 +19,11 @@ pub(crate) fn litter(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Sha
         twig(&mut shape, at, palette, rng);
     }
     // Cones lie where pines stand: in every other patch.
-    let cones = if variant.is_multiple_of(2) { 1 + rng.below(4) } else { 0 };
+    let cones = if variant.is_multiple_of(2) {
+        1 + rng.below(4)
+    } else {
+        0
+    };
     for at in scatter(cones, PATCH_M - 0.1, 0.12, rng) {
         cone(&mut shape, at, palette, rng);
     }
@@ -46,7 +50,13 @@ fn twig(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
     }
 }
 
-fn crooked(start: Vec3, heading: &mut f32, length: f32, count: usize, rng: &mut impl Rng) -> Vec<Vec3> {
+fn crooked(
+    start: Vec3,
+    heading: &mut f32,
+    length: f32,
+    count: usize,
+    rng: &mut impl Rng,
+) -> Vec<Vec3> {
     let step = length / (count - 1) as f32;
     let mut at = start;
     (0..count)
@@ -70,29 +80,31 @@ fn cone(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
     let side = axis.cross(Vec3::Z).normalize_or(Vec3::Y);
     let up = side.cross(axis);
     let centre = at.extend(0.75 * thick);
-    let open = rng.range_f32(0.10, 0.28);
-    let (rings, sides) = (9_u32, 10_u32);
-    let start = shape.mesh.positions.len() as u32;
-    for ring in 0..=rings {
+    let open = rng.range_f32(0.12, 0.32);
+    let (rings, sides) = (10_u32, 10_u32);
+    // Broadest a third up; scales step in and out in turn.
+    let point = |ring: u32, k: u32| {
         let t = ring as f32 / rings as f32;
-        // Broadest a third up; scales step in and out.
         let egg = (6.75 * t * (1.0 - t) * (1.0 - t)).max(0.0).sqrt();
-        for k in 0..=sides {
-            let scale = if (ring + k) % 2 == 0 { 1.0 + open } else { 1.0 - open };
-            // The first and last column are one line.
-            let scale = if k == sides { if ring % 2 == 0 { 1.0 + open } else { 1.0 - open } } else { scale };
-            let c = around(TAU * k as f32 / sides as f32);
-            let out = side * c.x + up * c.y;
-            let p = centre + axis * length * (t - 0.4) + out * thick * egg * scale;
-            shape.push(p, out + 0.5 * axis * (t - 0.4), Vec2::new(k as f32 / sides as f32, t));
-        }
-    }
+        let scale = if (ring + k).is_multiple_of(2) {
+            1.0 + open
+        } else {
+            1.0 - open
+        };
+        let c = around(TAU * (k % sides) as f32 / sides as f32);
+        centre + axis * length * (t - 0.4) + (side * c.x + up * c.y) * thick * egg * scale
+    };
     for ring in 0..rings {
         for k in 0..sides {
-            let a = start + ring * (sides + 1) + k;
-            let (b, c, d) = (a + 1, a + sides + 1, a + sides + 2);
-            shape.triangle([a, d, b], palette.cone);
-            shape.triangle([a, c, d], palette.cone);
+            let corners = [(ring, k), (ring, k + 1), (ring + 1, k + 1), (ring + 1, k)];
+            let p = corners.map(|(r, k)| point(r, k));
+            let normal = (p[3] - p[1]).cross(p[2] - p[0]);
+            let v = [0, 1, 2, 3].map(|i| {
+                let (r, k) = corners[i];
+                shape.push(p[i], normal, Vec2::new(0.02 * k as f32, 0.02 * r as f32))
+            });
+            shape.triangle([v[0], v[2], v[1]], palette.cone);
+            shape.triangle([v[0], v[3], v[2]], palette.cone);
         }
     }
 }
@@ -107,5 +119,11 @@ fn leaf(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
     let kind = pick(&palette.fallen_leaf, rng);
     // High enough that the lower edge of the rolled leaf is above the ground.
     let height = 0.004 + 0.5 * roll.abs() * kind.width_m + 0.05 * kind.height_m;
-    shape.card(kind, at.extend(height), along, across, rng.range_f32(0.75, 1.1));
+    shape.card(
+        kind,
+        at.extend(height),
+        along,
+        across,
+        rng.range_f32(0.75, 1.1),
+    );
 }

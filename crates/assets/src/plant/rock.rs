@@ -37,7 +37,10 @@ pub(crate) fn rock(plan: &RockPlan, key: Key) -> Shape {
     let planes: Vec<(Vec3, f32)> = (0..6 + rng.below(7))
         .map(|_| {
             let tilt = libm::acos(rng.range_f64(-0.75, 1.0)) as f32;
-            (leaning(rng.range_f32(0.0, TAU), tilt), rng.range_f32(0.55, 0.86))
+            (
+                leaning(rng.range_f32(0.0, TAU), tilt),
+                rng.range_f32(0.55, 0.86),
+            )
         })
         .collect();
     let (mut points, faces) = icosphere(plan.subdivisions);
@@ -50,7 +53,9 @@ pub(crate) fn rock(plan: &RockPlan, key: Key) -> Shape {
                 q -= n * over * 0.94;
             }
         }
-        let relief = noise(q * 2.2, seed) + 0.5 * noise(q * 4.9, seed ^ 1) + 0.28 * noise(q * 11.0, seed ^ 2);
+        let relief = noise(q * 2.2, seed)
+            + 0.5 * noise(q * 4.9, seed ^ 1)
+            + 0.28 * noise(q * 11.0, seed ^ 2);
         q *= 1.0 + plan.roughness * relief;
         *p = q * stretch * plan.radius_m;
     }
@@ -60,12 +65,14 @@ pub(crate) fn rock(plan: &RockPlan, key: Key) -> Shape {
     for p in &mut points {
         *p += shift;
     }
-    creased(&points, &faces, plan)
+    // No two rocks show the same piece of the texture.
+    let shift = Vec2::new(rng.unit_f32(), rng.unit_f32());
+    creased(&points, &faces, shift, plan)
 }
 
 /// Triangles with normals that are smooth over worn parts and broken at edges sharper than 32°, and
 /// uv laid on from the side that a face looks to.
-fn creased(points: &[Vec3], faces: &[[u32; 3]], plan: &RockPlan) -> Shape {
+fn creased(points: &[Vec3], faces: &[[u32; 3]], shift: Vec2, plan: &RockPlan) -> Shape {
     let normal = |f: &[u32; 3]| {
         let [a, b, c] = f.map(|i| points[i as usize]);
         (b - a).cross(c - a)
@@ -96,7 +103,11 @@ fn creased(points: &[Vec3], faces: &[[u32; 3]], plan: &RockPlan) -> Shape {
                 Vec2::new(p.x, p.z)
             };
             // Half the face's own normal keeps facets readable.
-            shape.push(p, smooth.normalize_or(own) + 0.5 * own, uv / plan.tile_m)
+            shape.push(
+                p,
+                smooth.normalize_or(own) + 0.5 * own,
+                uv / plan.tile_m + shift,
+            )
         });
         shape.triangle(corners, plan.material);
     }
@@ -108,18 +119,43 @@ fn icosphere(n: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     // The golden ratio.
     const G: f32 = 1.618_034;
     let mut points: Vec<Vec3> = [
-        (-1.0, G, 0.0), (1.0, G, 0.0), (-1.0, -G, 0.0), (1.0, -G, 0.0),
-        (0.0, -1.0, G), (0.0, 1.0, G), (0.0, -1.0, -G), (0.0, 1.0, -G),
-        (G, 0.0, -1.0), (G, 0.0, 1.0), (-G, 0.0, -1.0), (-G, 0.0, 1.0),
+        (-1.0, G, 0.0),
+        (1.0, G, 0.0),
+        (-1.0, -G, 0.0),
+        (1.0, -G, 0.0),
+        (0.0, -1.0, G),
+        (0.0, 1.0, G),
+        (0.0, -1.0, -G),
+        (0.0, 1.0, -G),
+        (G, 0.0, -1.0),
+        (G, 0.0, 1.0),
+        (-G, 0.0, -1.0),
+        (-G, 0.0, 1.0),
     ]
     .iter()
     .map(|&(x, y, z)| Vec3::new(x, y, z).normalize_or(Vec3::Z))
     .collect();
     let mut faces: Vec<[u32; 3]> = vec![
-        [0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11],
-        [1, 5, 9], [5, 11, 4], [11, 10, 2], [10, 7, 6], [7, 1, 8],
-        [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9],
-        [4, 9, 5], [2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1],
+        [0, 11, 5],
+        [0, 5, 1],
+        [0, 1, 7],
+        [0, 7, 10],
+        [0, 10, 11],
+        [1, 5, 9],
+        [5, 11, 4],
+        [11, 10, 2],
+        [10, 7, 6],
+        [7, 1, 8],
+        [3, 9, 4],
+        [3, 4, 2],
+        [3, 2, 6],
+        [3, 6, 8],
+        [3, 8, 9],
+        [4, 9, 5],
+        [2, 4, 11],
+        [6, 2, 10],
+        [8, 6, 7],
+        [9, 8, 1],
     ];
     for _ in 0..n {
         let mut middles = std::collections::BTreeMap::new();

@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
-use nemoral_scene::{Bounds, Card, MaterialId, Mesh, Triangle};
+use nemoral_scene::{Card, MaterialId, Mesh, Triangle};
 
 use crate::tree::FoliageCard;
 
@@ -38,7 +38,8 @@ impl Shape {
         scale: f32,
     ) {
         let along = along.normalize_or(Vec3::Z);
-        let side = (across - along * across.dot(along)).normalize_or(along.any_orthonormal_vector());
+        let side =
+            (across - along * across.dot(along)).normalize_or(along.any_orthonormal_vector());
         let edge_u = side * picture.width_m * scale;
         self.cards.push(Card {
             corner: base - 0.5 * edge_u,
@@ -123,14 +124,10 @@ impl Shape {
     }
 
     /// The box around everything.
-    pub(crate) fn bounds(&self) -> Bounds {
-        Bounds::of_points(
-            self.mesh
-                .positions
-                .iter()
-                .copied()
-                .chain(self.cards.iter().flat_map(Card::corners)),
-        )
+    #[cfg(test)]
+    pub(crate) fn bounds(&self) -> nemoral_scene::Bounds {
+        let cards = self.cards.iter().flat_map(Card::corners);
+        nemoral_scene::Bounds::of_points(self.mesh.positions.iter().copied().chain(cards))
     }
 
     /// The largest horizontal distance from the origin, metres.
@@ -151,7 +148,9 @@ mod tests {
     #[test]
     fn a_tube_is_closed_and_faces_outwards() {
         let mut shape = Shape::default();
-        let points: Vec<Vec3> = (0..9).map(|i| Vec3::new(0.01 * (i * i) as f32, 0.0, 0.1 * i as f32)).collect();
+        let points: Vec<Vec3> = (0..9)
+            .map(|i| Vec3::new(0.01 * (i * i) as f32, 0.0, 0.1 * i as f32))
+            .collect();
         shape.tube(&points, &[0.05; 9], 12, MaterialId(0));
         let m = &shape.mesh;
         // The divergence theorem: a closed surface that faces outwards has its volume, positive.
@@ -186,6 +185,9 @@ mod tests {
         shape.card(&picture, Vec3::ONE, Vec3::Y, Vec3::new(1.0, 1.0, 0.0), 2.0);
         let c = shape.cards[0];
         assert!((c.corner + 0.5 * c.edge_u).distance(Vec3::ONE) < 1e-6);
-        assert!((c.edge_u - 0.4 * Vec3::X).length() < 1e-6 && (c.edge_v - 0.8 * Vec3::Y).length() < 1e-6);
+        assert!(
+            (c.edge_u - 0.4 * Vec3::X).length() < 1e-6
+                && (c.edge_v - 0.8 * Vec3::Y).length() < 1e-6
+        );
     }
 }

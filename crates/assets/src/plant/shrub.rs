@@ -41,7 +41,7 @@ impl ShrubKind {
 /// Stems that fork twice; the outer forks carry spiny branch ends, the inside is bare and brown.
 fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    let stems = 7 + rng.below(5);
+    let stems = 7 + (4.0 * height) as u32 + rng.below(4);
     let turn = rng.range_f32(0.0, TAU);
     for i in 0..stems {
         let azimuth = turn + TAU * (i as f32 + rng.range_f32(-0.35, 0.35)) / stems as f32;
@@ -53,7 +53,7 @@ fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
         let r = 0.011 * height.sqrt() * rng.range_f32(0.8, 1.2);
         let radii: Vec<f32> = (0..6).map(|k| r * (1.0 - 0.15 * k as f32)).collect();
         shape.tube(&line, &radii, 5, palette.shrub_wood);
-        let forks = 6 + (5.0 * height) as u32;
+        let forks = 5 + (6.0 * height) as u32;
         for k in 0..forks {
             let t = 0.25 + 0.75 * (k as f32 + rng.unit_f32()) / forks as f32;
             let (from, along) = on_line(&line, t);
@@ -62,7 +62,12 @@ fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
             let reach = height * rng.range_f32(0.12, 0.24) * (1.25 - 0.5 * t);
             let to = from + reach * way;
             let twig = 0.35 * r * (1.2 - 0.6 * t);
-            shape.tube(&[from, from.lerp(to, 0.5) + 0.04 * reach * spread, to], &[twig, 0.8 * twig, 0.5 * twig], 4, palette.shrub_wood);
+            shape.tube(
+                &[from, from.lerp(to, 0.5) + 0.04 * reach * spread, to],
+                &[twig, 0.8 * twig, 0.5 * twig],
+                4,
+                palette.shrub_wood,
+            );
             let ends = 5 + rng.below(3);
             for e in 0..ends {
                 let s = 0.30 + 0.70 * e as f32 / (ends - 1) as f32;
@@ -70,7 +75,13 @@ fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
                 let out = (way + 0.95 * leaning(rng.range_f32(0.0, TAU), rng.range_f32(0.2, 1.4)))
                     .normalize_or(way);
                 let across = around(rng.range_f32(0.0, TAU));
-                shape.card(pick(&palette.gorse, rng), at, out, across, rng.range_f32(0.75, 1.15));
+                shape.card(
+                    pick(&palette.gorse, rng),
+                    at,
+                    out,
+                    across,
+                    rng.range_f32(0.75, 1.15),
+                );
             }
         }
     }
@@ -97,7 +108,13 @@ fn heather(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
             let spread = around(rng.range_f32(0.0, TAU));
             let way = along + 0.55 * spread + 0.2 * Vec3::Z;
             let size = rng.range_f32(0.6, 0.95);
-            shape.card(pick(&palette.heather, rng), at, way, around(rng.range_f32(0.0, TAU)), size);
+            shape.card(
+                pick(&palette.heather, rng),
+                at,
+                way,
+                around(rng.range_f32(0.0, TAU)),
+                size,
+            );
         }
     }
     shape
@@ -106,17 +123,17 @@ fn heather(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
 /// A mound of arching canes; leaves turn their faces up and out.
 fn bramble(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    let canes = 13 + rng.below(6);
+    let canes = 16 + rng.below(7);
     for i in 0..canes {
         let azimuth = 2.4 * i as f32 + rng.range_f32(-0.5, 0.5);
-        let length = height * rng.range_f32(1.6, 2.7);
+        let length = height * rng.range_f32(1.5, 3.0);
         let root = around(azimuth + rng.range_f32(-1.0, 1.0)) * rng.range_f32(0.0, 0.30) * height;
         let mut line = arched(
             root - SUNK_M * Vec3::Z,
             azimuth,
             length,
-            rng.range_f32(0.05, 0.5),
-            rng.range_f32(2.0, 2.7),
+            rng.range_f32(0.0, 0.6),
+            rng.range_f32(2.1, 2.7),
             14,
         );
         // A cane that reaches the ground runs along it.
@@ -126,16 +143,23 @@ fn bramble(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
         let r = rng.range_f32(0.0030, 0.0055);
         let radii: Vec<f32> = (0..14).map(|k| r * (1.0 - 0.055 * k as f32)).collect();
         shape.tube(&line, &radii, 5, palette.cane);
-        let nodes = (length / 0.048) as u32;
+        let nodes = (length / 0.040) as u32;
         for k in 0..nodes {
             let t = 0.10 + 0.90 * (k as f32 + rng.unit_f32()) / nodes as f32;
             let (at, along) = on_line(&line, t);
             let out = leaf_direction(at, along, k, rng);
             // The face looks up and away from the middle of the mound.
-            let face = (Vec3::Z + 0.5 * Vec3::new(at.x, at.y, 0.0) + 0.45 * random_level(rng)).normalize_or(Vec3::Z);
+            let face = (Vec3::Z + 0.5 * Vec3::new(at.x, at.y, 0.0) + 0.45 * random_level(rng))
+                .normalize_or(Vec3::Z);
             let flat = (out - face * out.dot(face)).normalize_or(along);
             let across = flat.cross(face);
-            shape.card(pick(&palette.bramble, rng), at, flat, across, rng.range_f32(0.75, 1.25));
+            shape.card(
+                pick(&palette.bramble, rng),
+                at,
+                flat,
+                across,
+                rng.range_f32(0.75, 1.25),
+            );
         }
     }
     shape

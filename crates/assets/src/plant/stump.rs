@@ -41,7 +41,7 @@ pub(crate) fn stump(
             .iter()
             .map(|&(at, size)| {
                 let c = around(azimuth).dot(around(at)).max(0.0);
-                size * c.powi(6)
+                size * (c * c * c) * (c * c * c)
             })
             .sum();
         let oval = 1.0 + out_of_round * around(2.0 * azimuth).dot(around(long_axis));

@@ -56,7 +56,16 @@ pub(crate) fn tuft(
         // The flat side faces partly outwards, partly along the rim, so that no view is all edges.
         let across = around(azimuth + rng.range_f32(0.9, 2.2));
         let size = scale * rng.range_f32(0.8, 1.2);
-        shape.card(pick(&palette.grass, rng), base, along, across, size);
+        let (heads, blades) = palette
+            .grass
+            .split_last()
+            .expect("there are cards of grass");
+        let card = if rng.chance(0.05) {
+            heads
+        } else {
+            pick(blades, rng)
+        };
+        shape.card(card, base, along, across, size);
     }
 }
 
@@ -68,7 +77,14 @@ pub(crate) fn grass(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shap
     let scale = rng.range_f32(0.55, 0.8) + 0.45 * lush;
     for foot in scatter(tufts, 0.75, 0.06, rng) {
         let edge = 1.0 - 0.35 * foot.length() / 0.75;
-        tuft(&mut shape, foot, 4 + rng.below(3), scale * edge * rng.range_f32(0.7, 1.15), palette, rng);
+        tuft(
+            &mut shape,
+            foot,
+            4 + rng.below(3),
+            scale * edge * rng.range_f32(0.7, 1.15),
+            palette,
+            rng,
+        );
     }
     shape
 }
@@ -117,7 +133,13 @@ fn stems(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng) {
         // Two pictures at right angles: pairs of leaves are crossed on real stems too.
         let across = around(rng.range_f32(0.0, TAU));
         shape.card(kind, base, along, across, size);
-        shape.card(kind, base, along, across.cross(along), size * rng.range_f32(0.9, 1.0));
+        shape.card(
+            kind,
+            base,
+            along,
+            across.cross(along),
+            size * rng.range_f32(0.9, 1.0),
+        );
     }
 }
 
@@ -130,7 +152,13 @@ fn trefoils(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng
         let along = leaning(azimuth, rng.range_f32(0.95, 1.45));
         let across = along.cross(Vec3::Z) + 0.3 * rng.range_f32(-1.0, 1.0) * Vec3::Z;
         let size = rng.range_f32(0.8, 1.3);
-        shape.card(pick(&palette.trefoil, rng), at.extend(height), along, across, size);
+        shape.card(
+            pick(&palette.trefoil, rng),
+            at.extend(height),
+            along,
+            across,
+            size,
+        );
         shape.tube(
             &[at.extend(-SUNK_M), at.extend(height)],
             &[0.0012, 0.0009],
@@ -143,13 +171,13 @@ fn trefoils(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng
 /// A patch of bracken: arching stalks that carry pairs of pinnae, some of them last year's.
 pub(crate) fn bracken(palette: &Palette, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    let fronds = 5 + rng.below(6);
-    let tall = rng.range_f32(0.65, 1.25);
-    for foot in scatter(fronds, 0.45, 0.10, rng) {
+    let fronds = 8 + rng.below(7);
+    let tall = rng.range_f32(0.75, 1.40);
+    for foot in scatter(fronds, 0.65, 0.12, rng) {
         let dead = rng.chance(0.14);
         let length = tall * rng.range_f32(0.7, 1.15);
         let azimuth = rng.range_f32(0.0, TAU);
-        let arch = rng.range_f32(0.9, 1.35) + if dead { 0.45 } else { 0.0 };
+        let arch = rng.range_f32(1.35, 1.85) + if dead { 0.5 } else { 0.0 };
         bracken_frond(&mut shape, foot, azimuth, length, arch, dead, palette, rng);
     }
     shape
@@ -168,16 +196,22 @@ fn bracken_frond(
     rng: &mut impl Rng,
 ) {
     let line = arched(foot.extend(-SUNK_M), azimuth, length, 0.10, arch, 9);
-    let radii: Vec<f32> = (0..9).map(|i| 0.0045 * length * (1.15 - 0.11 * i as f32)).collect();
+    let radii: Vec<f32> = (0..9)
+        .map(|i| 0.0045 * length * (1.15 - 0.11 * i as f32))
+        .collect();
     shape.tube(&line, &radii, 4, palette.frond_stalk);
-    let cards = if dead { &palette.bracken_dead } else { &palette.bracken };
+    let cards = if dead {
+        &palette.bracken_dead
+    } else {
+        &palette.bracken
+    };
     let pairs = 9;
     for i in 0..pairs {
-        let t = 0.36 + 0.60 * i as f32 / (pairs - 1) as f32;
+        let t = 0.30 + 0.66 * i as f32 / (pairs - 1) as f32;
         let (at, along) = on_line(&line, t);
         let side = around(azimuth + 0.25 * TAU);
         let up = side.cross(along).normalize_or(Vec3::Z);
-        let size = (0.36 * length / 0.30) * (1.08 - t) / 0.72 * rng.range_f32(0.9, 1.1);
+        let size = (0.36 * length / 0.30) * (1.08 - t) / 0.78 * rng.range_f32(0.9, 1.1);
         for sign in [-1.0, 1.0] {
             let lift = rng.range_f32(0.02, 0.22) - if dead { 0.5 } else { 0.0 };
             let out = side * sign + along * rng.range_f32(0.25, 0.5) + up * lift;
@@ -194,7 +228,7 @@ pub(crate) fn male_fern(palette: &Palette, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let plants = 1 + rng.below(3);
     for foot in scatter(plants, 0.40, 0.30, rng) {
-        let fronds = 9 + rng.below(6);
+        let fronds = 10 + rng.below(5);
         let turn = rng.range_f32(0.0, TAU);
         let size = rng.range_f32(0.75, 1.25);
         for i in 0..fronds {
@@ -241,7 +275,7 @@ pub(crate) fn arched(
         .map(|i| {
             let here = at;
             let t = i as f32 / (count - 1) as f32;
-            at += step * leaning(azimuth, low + (high - low) * t * t);
+            at += step * leaning(azimuth, low + (high - low) * t);
             here
         })
         .collect()
@@ -252,5 +286,8 @@ pub(crate) fn on_line(line: &[Vec3], t: f32) -> (Vec3, Vec3) {
     let x = t.clamp(0.0, 1.0) * (line.len() - 1) as f32;
     let i = (x as usize).min(line.len() - 2);
     let along = line[i + 1] - line[i];
-    (line[i] + along * (x - i as f32), along.normalize_or(Vec3::Z))
+    (
+        line[i] + along * (x - i as f32),
+        along.normalize_or(Vec3::Z),
+    )
 }

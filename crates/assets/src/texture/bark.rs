@@ -20,36 +20,44 @@ fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
 /// Maritime pine: long plates of flaking layers between dark, deep fissures.
 pub(crate) fn pine(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
-        let q = warp(p, IVec2::new(5, 7), Vec2::new(0.035, 0.03), seed);
-        let q = warp(q, IVec2::new(24, 34), Vec2::new(0.010, 0.008), seed ^ 0x11);
-        let plates = worley(q, IVec2::new(13, 11), 0.95, seed ^ 0x22);
+        let q = warp(p, IVec2::new(5, 6), Vec2::new(0.045, 0.04), seed);
+        // Torn edges: the fine warp is as wide as a fissure.
+        let q = warp(q, IVec2::new(40, 52), Vec2::new(0.007, 0.007), seed ^ 0x11);
+        let plates = worley(q, IVec2::new(12, 9), 1.0, seed ^ 0x22);
         // Fissures close here and there, so that plates run together.
-        let open = 0.10 + 0.09 * gradient(p, IVec2::new(7, 9), seed ^ 0x33);
-        let plate = smoothstep(0.25 * open, open, plates.border());
-        // Secondary cracks across a plate.
-        let shards = worley(q, IVec2::new(30, 34), 0.9, seed ^ 0x44);
-        let shard = smoothstep(0.0, 0.07, shards.border());
-        let flakes = fbm(q, IVec2::new(22, 30), 4, 0.55, seed ^ 0x55) + 1.1 * plates.border();
-        let terrace = (5.0 * flakes).floor() / 5.0;
-        let step = 5.0 * flakes - (5.0 * flakes).floor();
-        let grain = gradient(p, IVec2::new(180, 190), seed ^ 0x66);
-        let height = plate * (0.72 + 0.22 * terrace + 0.05 * shard) + 0.02 * grain;
-        let tone = unit(plates.id) * 0.5 + unit(shards.id) * 0.2 + 0.3 * (0.5 + terrace);
-        let weathered = Vec3::new(0.150, 0.122, 0.102);
-        let fresh = Vec3::new(0.165, 0.088, 0.055);
-        let mut top = fresh.lerp(weathered, smoothstep(0.15, 0.75, tone));
-        // The edge of a flake is a line of fresh, reddish bark.
-        top = top.lerp(fresh * 0.9, 0.6 * (1.0 - smoothstep(0.02, 0.14, step)));
-        top *= 0.86 + 0.14 * shard + 0.12 * grain;
-        let top = with_lichen(p, top, 0.02, seed ^ 0x77);
-        let fissure = Vec3::new(0.032, 0.024, 0.019) * (1.0 + 0.3 * grain);
+        let open = 0.085 + 0.12 * gradient(p, IVec2::new(8, 10), seed ^ 0x33);
+        let plate = if open > 0.0 {
+            smoothstep(0.15 * open, open, plates.border())
+        } else {
+            1.0
+        };
+        // Long flakes peel off in steps; each step shows an edge.
+        let flakes =
+            0.75 * fbm(q, IVec2::new(11, 12), 3, 0.5, seed ^ 0x55) + 0.55 * plates.border();
+        let layers = 6.0 * flakes;
+        let layer = layers.floor();
+        let step = layers - layer;
+        let lift = smoothstep(0.0, 0.22, step);
+        let mottle = fbm(p, IVec2::new(9, 12), 4, 0.6, seed ^ 0x44);
+        let grain = fbm(p, IVec2::new(120, 90), 2, 0.6, seed ^ 0x66);
+        let height = plate * (0.70 + 0.05 * layer + 0.05 * lift) + 0.03 * grain;
+        // Layers differ in how long they have seen the weather.
+        let age = unit(plates.id ^ (layer as i32 as u32).wrapping_mul(0x9E37_79B1));
+        let tone =
+            (0.30 + 0.75 * (age - 0.5) + 0.25 * unit(plates.id) + 0.55 * mottle).clamp(0.0, 1.0);
+        let weathered = Vec3::new(0.146, 0.122, 0.102);
+        let fresh = Vec3::new(0.158, 0.092, 0.058);
+        let mut top = fresh.lerp(weathered, tone);
+        top *= (0.72 + 0.28 * lift) * (1.0 + 0.20 * mottle + 0.22 * grain);
+        let top = with_lichen(p, top, 0.03, seed ^ 0x77);
+        let fissure = Vec3::new(0.034, 0.025, 0.020) * (1.0 + 0.4 * grain);
         Texel {
             albedo: fissure.lerp(top, plate),
             height,
         }
     });
     tile.darken_hollows(10, 0.6, 1.1);
-    tile.with_mean(Vec3::new(0.108, 0.080, 0.062))
+    tile.with_luminance_of(Vec3::new(0.108, 0.080, 0.062))
 }
 
 /// Eucalypt: smooth skin in patches of several ages, shed in long strips.
@@ -59,7 +67,7 @@ pub(crate) fn eucalypt(seed: u32) -> Tile {
         let skins = [
             Vec3::new(0.46, 0.40, 0.31),
             Vec3::new(0.36, 0.31, 0.25),
-            Vec3::new(0.29, 0.265, 0.235),
+            Vec3::new(0.285, 0.255, 0.215),
             Vec3::new(0.37, 0.25, 0.155),
             Vec3::new(0.235, 0.205, 0.175),
         ];
@@ -86,7 +94,7 @@ pub(crate) fn eucalypt(seed: u32) -> Tile {
         let stain = smoothstep(0.25, 0.75, fbm(p, IVec2::new(14, 2), 3, 0.55, seed ^ 0x21));
         colour = colour.lerp(colour * Vec3::new(0.66, 0.66, 0.62), 0.8 * stain);
         let spots = worley(p, IVec2::new(40, 80), 1.0, seed ^ 0x25);
-        let spot = (1.0 - smoothstep(0.08, 0.20, spots.f1)) * f32::from(unit(spots.id) < 0.12);
+        let spot = (1.0 - smoothstep(0.08, 0.20, spots.f1)) * f32::from(unit(spots.id) < 0.04);
         colour *= 1.0 - 0.35 * spot;
         Texel {
             albedo: colour,
@@ -94,38 +102,44 @@ pub(crate) fn eucalypt(seed: u32) -> Tile {
         }
     });
     tile.darken_hollows(6, 0.5, 0.5);
-    tile.with_mean(Vec3::new(0.315, 0.272, 0.218))
+    tile.with_luminance_of(Vec3::new(0.315, 0.272, 0.218))
 }
 
 /// Oak: grey ridges that run together and part again, with dark furrows.
 pub(crate) fn oak(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
         let q = warp(p, IVec2::new(7, 6), Vec2::new(0.030, 0.03), seed);
+        let q = warp(q, IVec2::new(44, 40), Vec2::new(0.005, 0.005), seed ^ 0x11);
         // Furrows are the zero lines of stretched noise: they never end, they meet.
-        let wide = gradient(q, IVec2::new(13, 5), seed ^ 0x10);
-        let narrow = gradient(q, IVec2::new(25, 9), seed ^ 0x20);
-        let wandering = (wide + 0.45 * narrow).abs();
-        let cross = ridged(q, IVec2::new(11, 30), 1, 0.5, seed ^ 0x30);
-        let depth = 0.30 + 0.12 * gradient(p, IVec2::new(6, 5), seed ^ 0x40);
-        let mut ridge = smoothstep(0.02, depth, wandering);
-        ridge *= 1.0 - 0.55 * smoothstep(0.86, 0.98, cross);
-        let grain = fbm(p, IVec2::new(70, 40), 3, 0.6, seed ^ 0x50);
+        let wide = gradient(q, IVec2::new(17, 6), seed ^ 0x10);
+        let narrow = gradient(q, IVec2::new(34, 11), seed ^ 0x20);
+        let wandering = (wide + 0.55 * narrow).abs();
+        let depth = 0.34 + 0.14 * gradient(p, IVec2::new(6, 5), seed ^ 0x40);
+        let ridge = smoothstep(0.03, depth, wandering);
+        // Ridges are broken across into blocks of a few centimetres.
+        let blocks = worley(q, IVec2::new(26, 34), 1.0, seed ^ 0x30);
+        let broken = smoothstep(0.0, 0.10, blocks.border());
+        let grain = fbm(p, IVec2::new(70, 50), 3, 0.6, seed ^ 0x50);
         let fibre = fbm(q, IVec2::new(120, 16), 2, 0.5, seed ^ 0x60);
-        let height = ridge * (0.8 + 0.2 * grain) + 0.06 * fibre;
-        let tone = 0.5 + 0.5 * fbm(p, IVec2::new(8, 8), 3, 0.5, seed ^ 0x70);
-        let top = Vec3::new(0.150, 0.120, 0.092).lerp(Vec3::new(0.185, 0.165, 0.140), tone)
-            * (1.0 + 0.22 * grain + 0.10 * fibre);
+        let height = ridge * (0.74 + 0.14 * broken + 0.16 * grain) + 0.06 * fibre;
+        let tone = 0.5
+            + 0.6 * fbm(p, IVec2::new(8, 8), 4, 0.55, seed ^ 0x70)
+            + 0.25 * (unit(blocks.id) - 0.5);
+        let top = Vec3::new(0.140, 0.112, 0.086)
+            .lerp(Vec3::new(0.185, 0.162, 0.136), tone.clamp(0.0, 1.0))
+            * (1.0 + 0.30 * grain + 0.12 * fibre)
+            * (0.82 + 0.18 * broken);
         let top = with_lichen(p, top, 0.10, seed ^ 0x80);
         // Algae tints the grey a little green.
         let green = smoothstep(0.1, 0.6, fbm(p, IVec2::new(3, 4), 3, 0.5, seed ^ 0x90));
-        let top = top.lerp(Vec3::new(0.105, 0.115, 0.060), 0.30 * green);
+        let top = top.lerp(Vec3::new(0.105, 0.115, 0.060), 0.25 * green);
         Texel {
             albedo: Vec3::new(0.040, 0.032, 0.025).lerp(top, ridge),
             height,
         }
     });
     tile.darken_hollows(8, 0.6, 0.9);
-    tile.with_mean(Vec3::new(0.122, 0.104, 0.080))
+    tile.with_luminance_of(Vec3::new(0.122, 0.104, 0.080))
 }
 
 /// Young bark of branches and shrubs: fine, streaked along the stem.
@@ -142,7 +156,7 @@ pub(crate) fn twig(seed: u32, mean: Vec3) -> Tile {
         }
     });
     tile.darken_hollows(4, 0.8, 0.6);
-    tile.with_mean(mean)
+    tile.with_luminance_of(mean)
 }
 
 /// Dead wood: bark lost in places, silver grey with long drying cracks.
@@ -164,12 +178,12 @@ pub(crate) fn dead(seed: u32) -> Tile {
         }
     });
     tile.darken_hollows(4, 0.8, 0.8);
-    tile.with_mean(Vec3::new(0.138, 0.118, 0.098))
+    tile.with_luminance_of(Vec3::new(0.138, 0.118, 0.098))
 }
 
-/// The same bark with moss and splashed soil around v = 0, the foot of a stem; equal to `bark` from
+/// The same bark with moss (`mossy` times as much as on an oak) and splashed soil around v = 0, the foot of a stem; equal to `bark` from
 /// v = 0.2 (0.4 m up) to 0.8, so that the two meet unseen.
-pub(crate) fn with_foot(bark: &Tile, seed: u32) -> Tile {
+pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
     bark.recolour(|p, t| {
         let from_foot = p.y.min(1.0 - p.y);
         if from_foot >= 0.2 {
@@ -186,6 +200,9 @@ pub(crate) fn with_foot(bark: &Tile, seed: u32) -> Tile {
         );
         let cushion = 0.7 + 0.6 * value(p, IVec2::new(110, 220), seed ^ 2);
         let soiled = t.albedo.lerp(Vec3::new(0.060, 0.045, 0.032), 0.55 * soil);
-        soiled.lerp(Vec3::new(0.048, 0.075, 0.022) * cushion, 0.85 * moss)
+        soiled.lerp(
+            Vec3::new(0.050, 0.064, 0.023) * cushion,
+            0.85 * mossy * moss,
+        )
     })
 }

@@ -160,7 +160,7 @@ fn humus(p: Vec2, seed: u32) -> Texel {
     let crumbs = fbm(p, IVec2::splat(90), 3, 0.6, seed ^ 0x10);
     let tone = 1.0 + 0.35 * broad + 0.45 * crumbs;
     Texel {
-        albedo: Vec3::new(0.070, 0.052, 0.038) * tone.max(0.2),
+        albedo: Vec3::new(0.073, 0.052, 0.034) * tone.max(0.2),
         height: 0.004 * crumbs + 0.004 * broad,
     }
 }
@@ -178,7 +178,7 @@ pub(crate) fn leaf_litter(key: Key) -> Tile {
     };
     let mut tile = strew(soil, FLOOR_M, debris, key);
     tile.darken_hollows(5, 0.010, 1.2);
-    tile.with_mean(Vec3::new(0.132, 0.085, 0.058))
+    tile.with_luminance_of(Vec3::new(0.132, 0.085, 0.058))
 }
 
 /// Needle litter under pines.
@@ -199,7 +199,7 @@ pub(crate) fn needle_litter(key: Key) -> Tile {
         let drift = fbm(p, IVec2::splat(4), 4, 0.5, seed ^ 0x77);
         t.albedo * (1.0 + 0.45 * drift)
     });
-    tile.with_mean(Vec3::new(0.160, 0.090, 0.053))
+    tile.with_luminance_of(Vec3::new(0.160, 0.090, 0.053))
 }
 
 /// Moss cushions, bare humus and scattered litter.
@@ -214,8 +214,8 @@ pub(crate) fn moss_and_soil(key: Key) -> Tile {
         let fine = value(p, IVec2::splat(320), seed ^ 0x24);
         let dome = (1.0 - cushions.f1).max(0.0);
         let tone = (0.55 + 0.6 * dome) * (0.75 + 0.5 * fine);
-        let dark = Vec3::new(0.034, 0.062, 0.018);
-        let light = Vec3::new(0.070, 0.095, 0.030);
+        let dark = Vec3::new(0.042, 0.060, 0.021);
+        let light = Vec3::new(0.076, 0.092, 0.033);
         let moss = dark.lerp(light, unit(cushions.id) * 0.6 + 0.4 * (0.5 + field)) * tone;
         Texel {
             albedo: soil.albedo.lerp(moss, there),
@@ -231,7 +231,7 @@ pub(crate) fn moss_and_soil(key: Key) -> Tile {
     };
     let mut tile = strew(ground, FLOOR_M, debris, key);
     tile.darken_hollows(6, 0.010, 0.8);
-    tile.with_mean(Vec3::new(0.082, 0.076, 0.042))
+    tile.with_luminance_of(Vec3::new(0.082, 0.076, 0.042))
 }
 
 /// A freshly cut or filled slope: mineral soil, stones, root ends, wash lines.
@@ -244,16 +244,16 @@ pub(crate) fn bare_soil(key: Key) -> Tile {
         let crumbs = fbm(p, IVec2::splat(100), 3, 0.6, seed ^ 0x30);
         let wash = ridged(q, IVec2::splat(9), 3, 0.55, seed ^ 0x40);
         let stones = worley(q, IVec2::splat(60), 0.9, seed ^ 0x50);
-        let size = 0.14 + 0.30 * unit(stones.id ^ 0xABCD);
-        let stone = smoothstep(size, size - 0.08, stones.f1) * f32::from(unit(stones.id) < 0.10);
+        let size = 0.12 + 0.38 * unit(stones.id ^ 0xABCD);
+        let stone = smoothstep(size, size - 0.08, stones.f1) * f32::from(unit(stones.id) < 0.16);
         let earth = Vec3::new(0.215, 0.148, 0.094)
-            .lerp(Vec3::new(0.150, 0.112, 0.080), 0.5 + 0.6 * broad)
-            * (1.0 + 0.25 * crumbs)
+            .lerp(Vec3::new(0.150, 0.112, 0.080), 0.5 + 0.9 * broad)
+            * (1.0 + 0.38 * crumbs + 0.25 * broad)
             * (0.86 + 0.2 * unit(clods.id))
             * (1.0 - 0.22 * smoothstep(0.78, 0.95, wash));
-        let grey = Vec3::splat(0.20) * (0.7 + 0.6 * unit(stones.id ^ 0x77));
+        let grey = Vec3::splat(0.19) * (0.6 + 0.7 * unit(stones.id ^ 0x77));
         Texel {
-            albedo: earth.lerp(grey * Vec3::new(1.05, 1.0, 0.92), stone),
+            albedo: earth.lerp(grey * Vec3::new(1.10, 1.0, 0.86), stone),
             height: 0.010 * (1.0 - clods.f1) + 0.004 * crumbs + 0.012 * stone - 0.01 * wash,
         }
     });
@@ -268,5 +268,5 @@ pub(crate) fn bare_soil(key: Key) -> Tile {
     let rooted = strew(tile, FLOOR_M, debris, key);
     rooted
         .recolour(|p, t| t.albedo * (1.0 + 0.06 * gradient(p, IVec2::splat(220), seed ^ 0x91)))
-        .with_mean(Vec3::new(0.165, 0.120, 0.083))
+        .with_luminance_of(Vec3::new(0.165, 0.120, 0.083))
 }

@@ -2,13 +2,13 @@
 
 use glam::{IVec2, Vec2, Vec3};
 
-use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
+use super::noise::{fbm, gradient, smoothstep, unit, value, warp, worley};
 use super::tile::{Texel, Tile};
 
 /// Granite with lichens, on a tile of 1 m.
 pub(crate) fn rock(seed: u32) -> Tile {
     let mut tile = Tile::bake(512, 512, |p| {
-        let grains = worley(p, IVec2::splat(150), 1.0, seed);
+        let grains = worley(p, IVec2::splat(210), 1.0, seed);
         let kind = unit(grains.id);
         // Feldspar, quartz and mica.
         let mineral = if kind < 0.50 {
@@ -16,12 +16,11 @@ pub(crate) fn rock(seed: u32) -> Tile {
         } else if kind < 0.84 {
             Vec3::new(0.245, 0.24, 0.235)
         } else {
-            Vec3::new(0.12, 0.115, 0.11)
+            Vec3::new(0.165, 0.155, 0.145)
         };
         let broad = fbm(p, IVec2::splat(3), 5, 0.55, seed ^ 0x10);
         let rough = fbm(p, IVec2::splat(24), 4, 0.6, seed ^ 0x20);
         let q = warp(p, IVec2::splat(5), Vec2::splat(0.06), seed ^ 0x30);
-        let crack = smoothstep(0.93, 0.995, ridged(q, IVec2::splat(3), 2, 0.4, seed ^ 0x40));
         let mut colour = mineral * (1.0 + 0.28 * broad + 0.22 * rough);
         // Weathering: brown iron stains, dark water films.
         let stain = smoothstep(0.05, 0.55, fbm(q, IVec2::splat(4), 4, 0.55, seed ^ 0x50));
@@ -46,18 +45,18 @@ pub(crate) fn rock(seed: u32) -> Tile {
             let there = alive * smoothstep(radius, radius - 0.05, crusts.f1);
             let ring = 0.8 + 0.25 * smoothstep(0.3, 1.0, crusts.f1 / radius);
             let dust = 0.75 + 0.5 * value(p, IVec2::splat(200), salt ^ 2);
-            colour = colour.lerp(tint * ring * dust, 0.8 * there);
+            colour = colour.lerp(tint * ring * dust, 0.65 * there);
         }
-        let moss = smoothstep(0.34, 0.50, fbm(q, IVec2::splat(4), 5, 0.55, seed ^ 0x70));
+        let moss = smoothstep(0.20, 0.40, fbm(q, IVec2::splat(3), 6, 0.6, seed ^ 0x70));
         let cushion = 0.6 + 0.8 * value(p, IVec2::splat(170), seed ^ 0x71);
-        colour = colour.lerp(Vec3::new(0.046, 0.070, 0.022) * cushion, 0.9 * moss);
+        colour = colour.lerp(Vec3::new(0.052, 0.066, 0.024) * cushion, 0.85 * moss);
         Texel {
-            albedo: colour * (1.0 - 0.6 * crack),
-            height: 0.5 * rough + 0.3 * broad - crack + 0.25 * moss * cushion,
+            albedo: colour,
+            height: 0.5 * rough + 0.3 * broad + 0.25 * moss * cushion,
         }
     });
     tile.darken_hollows(6, 0.5, 0.6);
-    tile.with_mean(Vec3::new(0.205, 0.197, 0.165))
+    tile.with_luminance_of(Vec3::new(0.205, 0.197, 0.165))
 }
 
 /// Loose stone, cleaner than rock, on a tile of 0.5 m.
@@ -73,7 +72,7 @@ pub(crate) fn stone(seed: u32) -> Tile {
         }
     });
     tile.darken_hollows(5, 0.8, 0.4);
-    tile.with_mean(Vec3::new(0.205, 0.186, 0.160))
+    tile.with_luminance_of(Vec3::new(0.205, 0.186, 0.160))
 }
 
 /// The cut face of a stump: rings around (0.5, 0.5), bark outside radius 0.46, weathered by `age`
@@ -113,5 +112,5 @@ pub(crate) fn cut_wood(seed: u32, age: f32) -> Tile {
         }
     });
     let mean = Vec3::new(0.40, 0.28, 0.165).lerp(Vec3::new(0.150, 0.132, 0.108), age);
-    tile.with_mean(mean)
+    tile.with_luminance_of(mean)
 }

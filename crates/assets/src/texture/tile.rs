@@ -89,14 +89,15 @@ impl Tile {
             .collect()
     }
 
-    /// Scales colours, channel by channel, so that their mean is `albedo`.
-    pub(crate) fn with_mean(mut self, albedo: Vec3) -> Self {
-        let sum = self
+    /// Scales colours so that their mean has the luminance of `albedo`; hues are the recipe's.
+    pub(crate) fn with_luminance_of(mut self, albedo: Vec3) -> Self {
+        let sum: f64 = self
             .texels
             .iter()
-            .fold(glam::DVec3::ZERO, |s, t| s + t.albedo.as_dvec3());
-        let mean = (sum / self.texels.len() as f64).as_vec3();
-        let factor = albedo / mean.max(Vec3::splat(1e-6));
+            .map(|t| f64::from(luminance(t.albedo)))
+            .sum();
+        let mean = (sum / self.texels.len() as f64) as f32;
+        let factor = luminance(albedo) / mean.max(1e-6);
         self.texels
             .par_iter_mut()
             .for_each(|t| t.albedo = (t.albedo * factor).clamp(Vec3::ZERO, Vec3::splat(0.9)));
@@ -127,6 +128,11 @@ impl Tile {
         Texture::from_linear(self.width, self.height, &linear)
             .expect("tiles have power-of-two sides")
     }
+}
+
+/// Luminance of linear sRGB (Rec. 709).
+pub(crate) fn luminance(c: Vec3) -> f32 {
+    c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
 /// The mean of the 2 `radius` + 1 values around each, on a ring.
@@ -172,7 +178,7 @@ mod tests {
         tile.darken_hollows(3, 1.0, 2.0);
         assert!(tile.texels[8].albedo.x < 0.6 * tile.texels[0].albedo.x);
         let target = Vec3::new(0.1, 0.2, 0.05);
-        let texture = tile.with_mean(target).texture();
-        assert!((texture.mean() - target).abs().max_element() < 0.004);
+        let texture = tile.with_luminance_of(target).texture();
+        assert!((luminance(texture.mean()) - luminance(target)).abs() < 0.003);
     }
 }

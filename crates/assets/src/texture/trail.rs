@@ -103,14 +103,14 @@ impl TrailKind {
     /// Pieces per m² that lie on the surface.
     fn debris(self) -> Debris {
         let (leaves, leaf_scale, needles, twigs, grass) = match self {
-            Self::Gravel => (4.0, 0.7, 10.0, 2.0, 2.0),
-            Self::DryEarth => (7.0, 0.7, 25.0, 3.0, 3.0),
-            Self::Mud => (7.0, 0.8, 10.0, 3.0, 0.0),
+            Self::Gravel => (4.0, 0.7, 10.0, 0.5, 2.0),
+            Self::DryEarth => (7.0, 0.7, 25.0, 1.0, 3.0),
+            Self::Mud => (6.0, 0.8, 8.0, 0.5, 0.0),
             Self::Grassy => (12.0, 0.8, 20.0, 2.0, 2600.0),
             Self::LeafLitter => (520.0, 0.72, 160.0, 10.0, 2.0),
             Self::Needles => (16.0, 0.7, 2200.0, 14.0, 1.0),
-            Self::Sand => (3.0, 0.7, 25.0, 2.0, 0.0),
-            Self::Rock => (9.0, 0.7, 50.0, 2.0, 6.0),
+            Self::Sand => (3.0, 0.7, 14.0, 0.5, 0.0),
+            Self::Rock => (7.0, 0.7, 40.0, 0.5, 6.0),
         };
         Debris {
             leaves,
@@ -142,7 +142,7 @@ impl TrailKind {
         let base = Tile::bake(TRAIL_TEXELS, TRAIL_TEXELS, |p| self.base(p, seed));
         let mut surface = strew(base.clone(), TRAIL_M, self.debris(), key.item(0));
         surface.darken_hollows(4, 0.010, 0.9);
-        let surface = surface.with_mean(self.mean_albedo());
+        let surface = surface.with_luminance_of(self.mean_albedo());
         // In the rut, what lay on top is pressed into fine soil.
         let mut rut = surface.recolour(|p, t| {
             let pressed = smoothstep(-0.35, 0.25, fbm(p, IVec2::splat(9), 4, 0.55, seed ^ 0x301));
@@ -154,7 +154,7 @@ impl TrailKind {
         for t in &mut rut.texels {
             t.height *= 0.4;
         }
-        let rut = rut.with_mean(self.rut_albedo());
+        let rut = rut.with_luminance_of(self.rut_albedo());
         let litter = Debris {
             leaves: 40.0,
             leaf_scale: 0.85,
@@ -253,7 +253,7 @@ fn mud(p: Vec2, seed: u32) -> Texel {
     let wet = Vec3::new(0.074, 0.057, 0.043)
         * (1.0 + 0.35 * relief + 0.10 * fine + 0.25 * (0.5 - clods.f1));
     // A film of turbid water: smooth and a little greyer.
-    let film = Vec3::new(0.062, 0.054, 0.045);
+    let film = Vec3::new(0.060, 0.050, 0.040);
     Texel {
         albedo: wet.lerp(film, water),
         height: (0.03 * relief + 0.008 * (0.6 - clods.f1)).max(-0.008)
@@ -275,25 +275,33 @@ fn sand(p: Vec2, seed: u32) -> Texel {
     }
 }
 
+/// Worn rock: humps and steps, a few joints, soil in the hollows.
 fn bedrock(p: Vec2, seed: u32) -> Texel {
-    let q = warp(p, IVec2::splat(4), Vec2::splat(0.05), seed);
-    let blocks = worley(q, IVec2::splat(5), 0.95, seed ^ 0x10);
-    let joint = smoothstep(0.07, 0.01, blocks.border());
-    let relief = fbm(q, IVec2::splat(7), 5, 0.55, seed ^ 0x20);
-    let grains = worley(p, IVec2::splat(200), 1.0, seed ^ 0x30);
-    let speck = if unit(grains.id) < 0.2 {
-        0.6
-    } else {
-        0.9 + 0.3 * unit(grains.id ^ 7)
-    };
-    let rock = Vec3::new(0.255, 0.24, 0.215)
-        * (0.85 + 0.3 * unit(blocks.id))
-        * (1.0 + 0.3 * relief)
-        * speck;
-    let soil = earth(p, seed ^ 0x40).albedo * 0.6;
-    let hollow = smoothstep(-0.12, -0.34, relief);
+    let q = warp(p, IVec2::splat(3), Vec2::splat(0.10), seed);
+    let relief = fbm(q, IVec2::new(4, 6), 6, 0.55, seed ^ 0x20);
+    // Steps where beds have broken away.
+    let beds = 3.5 * fbm(q, IVec2::new(3, 5), 3, 0.5, seed ^ 0x21);
+    let step = beds - beds.floor();
+    let bed = unit(super::noise::scramble(beds.floor() as i32 as u32 ^ seed));
+    let edge = 1.0 - smoothstep(0.0, 0.10, step);
+    let crack = smoothstep(
+        0.955,
+        0.995,
+        ridged(q, IVec2::new(3, 2), 2, 0.35, seed ^ 0x22),
+    );
+    let grains = value(p, IVec2::splat(220), seed ^ 0x30);
+    let rock = Vec3::new(0.255, 0.235, 0.205)
+        * (0.85 + 0.3 * bed)
+        * (1.0 + 0.35 * relief + 0.25 * (grains - 0.5))
+        * (1.0 - 0.35 * edge);
+    let soil = earth(p, seed ^ 0x40).albedo * 0.65;
+    let hollow = smoothstep(
+        -0.10,
+        -0.30,
+        relief + 0.12 * gradient(p, IVec2::splat(28), seed ^ 0x41),
+    );
     Texel {
-        albedo: rock.lerp(soil, joint.max(0.85 * hollow)),
-        height: 0.018 * relief - 0.025 * joint,
+        albedo: rock.lerp(soil, (0.9 * hollow).max(0.8 * crack)),
+        height: 0.018 * relief + 0.006 * smoothstep(0.0, 0.10, step) - 0.02 * crack,
     }
 }
