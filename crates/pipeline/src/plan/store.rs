@@ -91,7 +91,8 @@ impl Store {
         Self::with_capacity(usize::MAX)
     }
 
-    /// A store that keeps at most `capacity` values, dropping the oldest.
+    /// A store that keeps at most `capacity` values of chunks and frames, dropping the oldest. World
+    /// values are few, dear, and always kept.
     #[must_use]
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
@@ -202,8 +203,8 @@ impl Store {
         }
         if inner.slots.len() > self.capacity {
             let ready = |(&key, slot): (&Fingerprint, &Slot)| match slot {
-                Slot::Ready { age, .. } => Some((*age, key)),
-                Slot::Pending(_) => None,
+                Slot::Ready { age, at, .. } if *at != At::World => Some((*age, key)),
+                _ => None,
             };
             let mut oldest: Vec<_> = inner.slots.iter().filter_map(ready).collect();
             oldest.sort_unstable();

@@ -107,7 +107,8 @@ fn eight_threads_and_a_store_of_one_give_what_one_thread_gives() {
         let runner = Runner::new(&plan, &store, 8);
         let values = runner.demand(smooth).all(&chunks).expect("runs");
         assert_eq!(values.iter().map(|v| **v).collect::<Vec<_>>(), reference);
-        assert!(store.len() <= capacity);
+        // And the one world value.
+        assert!(store.len() <= capacity.saturating_add(1));
         // And backwards.
         let mut backwards = chunks.clone();
         backwards.reverse();

@@ -16,6 +16,9 @@ use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 /// The woody layers, in the paper's order: [`Site::layer`] is an index into this.
 pub const LAYERS: [&str; 3] = ["trees", "stumps", "shrubs"];
 
+/// Shrubs grow into each other: they keep apart by this share of their spread.
+const SHRUB_CORE: f64 = 0.4;
+
 /// Nothing woody stands nearer to a trail's edge than its radius and this.
 const VERGE_M: f64 = 0.25;
 
@@ -90,7 +93,7 @@ impl Stage for PlacementStage {
             })
             .collect();
         let stumps: Vec<Variety> = library.stumps.iter().map(|s| exactly(s.radius_m)).collect();
-        let shrubs: Vec<Variety> = library.shrubs.iter().map(|s| exactly(s.radius_m)).collect();
+        let shrubs: Vec<Variety> = library.shrubs.iter().map(|s| exactly(SHRUB_CORE * s.radius_m)).collect();
         let rocks = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
         // Targets are means over the whole plane; trails take their share of it.
         let weight: f64 = trees.iter().map(|t| t.weight).sum();
