@@ -117,10 +117,10 @@ impl Kinds {
 ///   if it meets no point of an earlier round and no better dart that became one.
 ///
 /// That defines one point set of the whole plane whose law knows no place: neither border nor
-/// phase. A window computes it exactly with three states. Where a dart beyond the window could decide, a dart
-/// is *unknown*, and so is one that only unknown darts forbid; the known part of the window shrinks
-/// to exclude them. If it ends up smaller than needed, a larger window is taken. The size of the
-/// window therefore never shows in the result.
+/// phase. A window computes it exactly with three states. Where a dart beyond the window could
+/// decide, a dart is *unknown*, and so is one that only unknown darts forbid; the known part of the
+/// window shrinks to exclude them. If it ends up smaller than needed, a larger window is taken.
+/// The size of the window therefore never shows in the result.
 pub(crate) fn fill(
     kinds: &Kinds,
     rounds: u32,

@@ -20,8 +20,8 @@ const SATURATED: f64 = 0.6966;
 /// The hard-core distance over the spacing of a saturated pattern of the target's density. At 1
 /// the pattern would be as regular as a plantation, at 0 as ragged as rain.
 const HARD_CORE: f64 = 0.5;
-/// The edge of the calibration's window in mean hard-core distances: some 4000 points.
-const WINDOW: f64 = 80.0;
+/// The edge of the calibration's window in mean hard-core distances: some 3000 points.
+const WINDOW: f64 = 72.0;
 /// More rounds than this bring next to nothing.
 const MAX_ROUNDS: u32 = 4;
 /// The edge of the grid of probes that measure the room that earlier layers leave.
