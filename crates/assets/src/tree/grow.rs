@@ -10,7 +10,7 @@ use nemoral_seed::{Draw, Key, Stage};
 use super::foliage::{Leaf, Leafing, leaves, silhouette_m2};
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
-use super::sweep::{Flare, count, diameter_at, sweep};
+use super::sweep::{Fineness, Flare, count, diameter_at, sweep};
 use super::{Species, TreeSize};
 use crate::error::ParamError;
 
@@ -116,14 +116,18 @@ pub fn grow(
 
     let most = params.wood_triangles_max;
     let mut density = 1.0;
-    while density > 0.05 {
+    while density > 0.03 {
         let mut axes = skeleton(species, size, margin_m, sunk_m, density, lean, key);
-        let mut triangles = count(&axes, &radii(&axes, species, size), params.trunk_radius_m);
+        let fineness = Fineness {
+            trunk_radius_m: params.trunk_radius_m,
+            tolerance: 1.0 / f64::sqrt(density),
+        };
+        let mut triangles = count(&axes, &radii(&axes, species, size), fineness);
         if triangles <= most {
             let mut leaves = leaves(&axes, &leafing, key);
             fit(&mut axes, &mut leaves, size, lean);
             let radii = radii(&axes, species, size);
-            let (mesh, stem) = sweep(&axes, &radii, &flare, materials, params.trunk_radius_m);
+            let (mesh, stem) = sweep(&axes, &radii, &flare, materials, fineness);
             // The fit can bend a joint enough to need a ring more.
             triangles = mesh.triangles.len();
             if triangles <= most {
@@ -142,7 +146,7 @@ pub fn grow(
                 ));
             }
         }
-        density *= (0.97 * (most as f64 / triangles as f64).sqrt()).max(0.5);
+        density *= (0.97 * libm::pow(most as f64 / triangles as f64, 0.7)).max(0.4);
     }
     let allowed = "enough for this tree's stem and limbs: at least several thousand for a big oak";
     Err(ParamError::new("wood_triangles_max", most, allowed))

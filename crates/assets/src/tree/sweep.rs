@@ -18,6 +18,15 @@ const TILE_M: [f64; 2] = [1.0, 2.0];
 /// A polygon may cut this deep into its circle.
 const CHORD_M: f64 = 0.004;
 
+/// How finely to sweep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fineness {
+    /// Where stems and limbs end and branches begin.
+    pub(super) trunk_radius_m: f64,
+    /// Factor on all tolerances: above 1 for trees that would be over their budget.
+    pub(super) tolerance: f64,
+}
+
 /// The lobes of a root flare.
 #[derive(Clone, Debug)]
 pub(super) struct Flare {
@@ -104,11 +113,11 @@ struct Ring {
 }
 
 /// Sides of the polygon round an axis of this greatest radius.
-fn sides(order: usize, radius: f64) -> usize {
+fn sides(order: usize, radius: f64, tolerance: f64) -> usize {
     if order == 0 {
         return if radius < 0.06 { 12 } else { 20 };
     }
-    let n = PI / libm::acos(1.0 - (CHORD_M / radius).min(0.9));
+    let n = PI / libm::acos(1.0 - (CHORD_M * tolerance / radius).min(0.9));
     (n.ceil() as usize).clamp(3, 12)
 }
 
@@ -124,7 +133,7 @@ pub(super) fn sweep(
     radii: &[Vec<f64>],
     flare: &Flare,
     materials: &TreeMaterials,
-    trunk_radius_m: f64,
+    fineness: Fineness,
 ) -> (Mesh, Range<usize>) {
     let mut mesh = Mesh::default();
     let mut stem = 0..0;
@@ -134,13 +143,13 @@ pub(super) fn sweep(
             r,
             axis.parent
                 .map(|(p, s)| super::radii::at_param(&radii[p], s)),
-            trunk_radius_m,
+            fineness,
         );
         let tube = Tube {
             axis,
             flare: (axis.order == 0).then_some(flare),
             materials,
-            trunk_radius_m,
+            fineness,
         };
         tube.mesh(&rings, &mut mesh);
         if axis.order == 0 {
@@ -151,15 +160,16 @@ pub(super) fn sweep(
 }
 
 /// How many triangles [`sweep`] makes, near enough to choose a density by.
-pub(super) fn count(axes: &[Axis], radii: &[Vec<f64>], trunk_radius_m: f64) -> usize {
+pub(super) fn count(axes: &[Axis], radii: &[Vec<f64>], fineness: Fineness) -> usize {
     let of = |(axis, r): (&Axis, &Vec<f64>)| {
         let parent = axis
             .parent
             .map(|(p, s)| super::radii::at_param(&radii[p], s));
-        let rings = rings(axis, r, parent, trunk_radius_m);
+        let rings = rings(axis, r, parent, fineness);
         let n = sides(
             axis.order,
             rings.iter().fold(0.0_f64, |m, r| m.max(r.radius)),
+            fineness.tolerance,
         );
         n * (2 * rings.len() - 1)
     };
@@ -168,14 +178,15 @@ pub(super) fn count(axes: &[Axis], radii: &[Vec<f64>], trunk_radius_m: f64) -> u
 
 /// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not need,
 /// and one exactly where the trunk threshold is crossed.
-fn rings(axis: &Axis, radii: &[f64], parent_radius: Option<f64>, trunk_radius_m: f64) -> Vec<Ring> {
+fn rings(axis: &Axis, radii: &[f64], parent_radius: Option<f64>, fineness: Fineness) -> Vec<Ring> {
+    let trunk_radius_m = fineness.trunk_radius_m;
     let all: Vec<Ring> = axis
         .points
         .iter()
         .zip(radii)
         .map(|(&centre, &radius)| Ring { centre, radius })
         .collect();
-    let mut kept = simplify(all, axis.order == 0);
+    let mut kept = simplify(&all, axis.order == 0, fineness.tolerance);
     if let Some(parent_radius) = parent_radius.filter(|_| axis.order == 1) {
         collar(&mut kept, parent_radius);
     }
@@ -226,14 +237,14 @@ fn collar(rings: &mut Vec<Ring>, parent_radius: f64) {
 }
 
 /// Drops points that a straight, evenly tapering piece replaces within a fraction of the radius.
-fn simplify(all: Vec<Ring>, is_stem: bool) -> Vec<Ring> {
+fn simplify(all: &[Ring], is_stem: bool, tolerance: f64) -> Vec<Ring> {
     let last = all.len() - 1;
     let mut kept = vec![all[0]];
     let mut from = 0;
     while from < last {
         let mut to = from + 1;
         while to < last
-            && fits(&all[from..=to + 1])
+            && fits(&all[from..=to + 1], tolerance)
             && !(is_stem && all[from].centre.z < 1.5 * BREAST_M)
         {
             to += 1;
@@ -244,7 +255,9 @@ fn simplify(all: Vec<Ring>, is_stem: bool) -> Vec<Ring> {
     kept
 }
 
-fn fits(piece: &[Ring]) -> bool {
+fn fits(piece: &[Ring], tolerance: f64) -> bool {
+    // Never so far that a leaf hangs visibly beside its twig.
+    let most_m = (0.02 * tolerance).min(0.03);
     let (a, b) = (piece[0], piece[piece.len() - 1]);
     let chord = b.centre - a.centre;
     let length_squared = chord.length_squared().max(1e-12);
@@ -252,7 +265,8 @@ fn fits(piece: &[Ring]) -> bool {
         let t = ((p.centre - a.centre).dot(chord) / length_squared).clamp(0.0, 1.0);
         let off = p.centre.distance(a.centre + chord * t);
         let radius = a.radius + (b.radius - a.radius) * t;
-        off < (0.25 * p.radius).clamp(0.004, 0.02) && (p.radius - radius).abs() < 0.12 * p.radius
+        off < (0.25 * tolerance * p.radius).clamp(0.008, most_m)
+            && (p.radius - radius).abs() < (0.12 * tolerance * p.radius).max(0.001)
     })
 }
 
@@ -261,13 +275,13 @@ struct Tube<'a> {
     axis: &'a Axis,
     flare: Option<&'a Flare>,
     materials: &'a TreeMaterials,
-    trunk_radius_m: f64,
+    fineness: Fineness,
 }
 
 impl Tube<'_> {
     fn mesh(&self, rings: &[Ring], mesh: &mut Mesh) {
         let greatest = rings.iter().fold(0.0_f64, |m, r| m.max(r.radius));
-        let n = sides(self.axis.order, greatest);
+        let n = sides(self.axis.order, greatest, self.fineness.tolerance);
         let first = mesh.positions.len() as u32;
         let columns = n as u32 + 1;
         let grid = self.grid(rings, n);
@@ -377,7 +391,7 @@ impl Tube<'_> {
     /// By order and local radius; of a piece, its thicker end decides.
     fn material(&self, a: Ring, b: Ring) -> MaterialId {
         let m = self.materials;
-        if a.radius.max(b.radius) <= self.trunk_radius_m {
+        if a.radius.max(b.radius) <= self.fineness.trunk_radius_m {
             if self.axis.dead { m.dead } else { m.branch }
         } else if let Some(flare) = self.flare {
             if 0.5 * (a.centre.z + b.centre.z) < flare.top_m() {
