@@ -90,41 +90,37 @@ impl Block {
     /// The lanes that the ray may meet in the range that is still of interest.
     #[inline(always)]
     pub(crate) fn candidates<I: Isa>(&self, isa: I, ray: &LaneRay, nearest: &Nearest) -> u32 {
-        let d = ray.direction.map(F8::splat);
-        let shift = self.corner.map(|p| p * self.triangle);
-        let edge = |points: &[F8; 3]| {
-            [
-                points[0] - shift[0],
-                points[1] - shift[1],
-                points[2] - shift[2],
-            ]
-        };
-        let (e, f) = (edge(&self.second), edge(&self.third));
-        let s = [0, 1, 2].map(|k| self.corner[k] - F8::splat(ray.origin[k]));
-
-        let normal = cross(&e, &f);
-        let det = dot(&normal, &d);
-        let moment = cross(&s, &d);
-        // The numerators, with the sign that makes the denominator positive.
-        let size = det.abs();
-        let u = dot(&moment, &f).mul_sign(det);
-        let minus_v = dot(&moment, &e).mul_sign(det);
-        let t = dot(&normal, &s).mul_sign(det);
-
-        let slack = F8::splat(ray.slack * self.edge);
-        let limit = size + slack;
-        // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is asked for.
-        let inside = (F8::splat(0.0) - slack)
-            .le(u)
-            .and(minus_v.le(slack))
-            .and((u - self.triangle * minus_v).le(limit))
-            .and((F8::splat(0.0) - minus_v).le(limit));
+        let (o, d) = (ray.origin, ray.direction);
+        let slack = ray.slack * self.edge;
+        let slack_t = 128.0 * f32::EPSILON * ray.reach * self.edge * self.edge;
         // Finite, lest infinity times a denominator of 0 be NaN.
-        let far = F8::splat(nearest.t().min(1e30));
-        let near = F8::splat(nearest.t_min().max(-1e30));
-        let slack = F8::splat(128.0 * f32::EPSILON * ray.reach * self.edge * self.edge);
-        let in_range = t.le(far * size + slack).and((near * size - slack).le(t));
-        isa.signs(inside.and(in_range))
+        let (near, far) = (nearest.t_min().max(-1e30), nearest.t().min(1e30));
+        // One lane at a time and without branches: compilers make one instruction of eight.
+        let mut pass = [0.0; 8];
+        for (lane, pass) in pass.iter_mut().enumerate() {
+            let at = |rows: &[F8; 3]| [rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]];
+            let triangle = self.triangle.0[lane];
+            let corner = at(&self.corner);
+            let base = corner.map(|x| x * triangle);
+            let (e, f) = (sub(at(&self.second), base), sub(at(&self.third), base));
+            let s = sub(corner, o);
+            let normal = cross(e, f);
+            let moment = cross(s, d);
+            // The numerators, with the sign that makes the denominator positive.
+            let det = dot(normal, d);
+            let size = det.abs();
+            let sign = det.to_bits() & 0x8000_0000;
+            let signed = |x: f32| f32::from_bits(x.to_bits() ^ sign);
+            let u = signed(dot(moment, f));
+            let v = signed(-dot(moment, e));
+            let t = signed(dot(normal, s));
+            // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is asked for.
+            let limit = size + slack;
+            let inside = (u >= -slack) & (v >= -slack) & (u + triangle * v <= limit) & (v <= limit);
+            let in_range = (t >= near * size - slack_t) & (t <= far * size + slack_t);
+            *pass = f32::from_bits(if inside & in_range { u32::MAX } else { 0 });
+        }
+        isa.signs(F8(pass))
     }
 
     /// The number of a lane's primitive and its material.
@@ -151,7 +147,12 @@ impl Block {
 }
 
 #[inline(always)]
-fn cross(a: &[F8; 3], b: &[F8; 3]) -> [F8; 3] {
+fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -160,6 +161,6 @@ fn cross(a: &[F8; 3], b: &[F8; 3]) -> [F8; 3] {
 }
 
 #[inline(always)]
-fn dot(a: &[F8; 3], b: &[F8; 3]) -> F8 {
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

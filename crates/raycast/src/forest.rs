@@ -9,8 +9,9 @@ use crate::exact::LocalRay;
 use crate::group::Group;
 use crate::nearest::Nearest;
 use crate::node::{LaneRay, Node, bounds_of, extent};
+use crate::order::by_direction;
 use crate::simd::{Isa, Kernel, Level};
-use crate::stack::{Stack, walk};
+use crate::stack::{Leaves, Stack, walk};
 use crate::{surface, tree};
 
 /// A frame's scene: groups placed by their offsets, and a small tree over their roots, the only
@@ -62,27 +63,52 @@ impl Forest {
     }
 
     /// The nearest hit (with `ANY`: any hit) of a ray.
+    fn cast<const ANY: bool>(&self, ray: &Ray, stack: &mut Stack) -> Nearest {
+        let forest = self;
+        self.level.run(Cast::<ANY> { forest, ray, stack })
+    }
+}
+
+struct Cast<'a, const ANY: bool> {
+    forest: &'a Forest,
+    ray: &'a Ray,
+    stack: &'a mut Stack,
+}
+
+impl<const ANY: bool> Kernel for Cast<'_, ANY> {
+    type Output = Nearest;
+
     #[inline(always)]
-    fn cast<I: Isa, const ANY: bool>(&self, isa: I, ray: &Ray, stack: &mut Stack) -> Nearest {
+    fn run<I: Isa>(self, isa: I) -> Nearest {
+        let Self { forest, ray, stack } = self;
         let mut nearest = Nearest::of(ray);
-        let Some(root) = self.root else {
-            return nearest;
-        };
-        let in_scene = in_group(ray, Vec3::ZERO);
-        let lanes = LaneRay::new(&in_scene, self.extent);
-        walk::<I, ANY>(
-            isa,
-            &self.nodes,
-            root,
-            &lanes,
-            &mut nearest,
-            stack,
-            |leaf, nearest, stack| {
-                let (offset, group) = &self.groups[leaf as usize];
-                group.cast::<I, ANY>(isa, leaf, &in_group(ray, *offset), nearest, stack);
-            },
-        );
+        if let Some(root) = forest.root {
+            let lanes = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent);
+            let groups = Groups::<ANY> { forest, ray };
+            walk::<I, ANY>(
+                isa,
+                (&forest.nodes, root),
+                &lanes,
+                &groups,
+                &mut nearest,
+                stack,
+            );
+        }
         nearest
+    }
+}
+
+/// The groups of the scene.
+struct Groups<'a, const ANY: bool> {
+    forest: &'a Forest,
+    ray: &'a Ray,
+}
+
+impl<const ANY: bool> Leaves for Groups<'_, ANY> {
+    #[inline(always)]
+    fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, stack: &mut Stack) {
+        let (offset, group) = &self.forest.groups[leaf as usize];
+        group.cast::<I, ANY>(isa, leaf, &in_group(self.ray, *offset), nearest, stack);
     }
 }
 
@@ -113,26 +139,29 @@ pub(crate) fn describe(groups: &[(Vec3, Arc<Group>)], ray: &Ray, nearest: &Neare
     ))
 }
 
-/// One ray.
-struct Single<'a, const ANY: bool>(&'a Forest, &'a Ray);
-
-impl<const ANY: bool> Kernel for Single<'_, ANY> {
-    type Output = Nearest;
-
-    #[inline(always)]
-    fn run<I: Isa>(self, isa: I) -> Nearest {
-        self.0.cast::<I, ANY>(isa, self.1, &mut Stack::new())
-    }
-}
-
 impl RayCaster for Forest {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let nearest = self.level.run(Single::<false>(self, ray));
+        let nearest = self.cast::<false>(ray, &mut Stack::new());
         describe(&self.groups, ray, &nearest)
     }
 
     fn is_occluded(&self, ray: &Ray) -> bool {
-        let nearest = self.level.run(Single::<true>(self, ray));
+        let nearest = self.cast::<true>(ray, &mut Stack::new());
         nearest.rank().is_some()
+    }
+
+    /// Casts in an order of its own, so large batches gain, the more the wilder their order.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        let mut stack = Stack::new();
+        // Packets of coherent rays would take runs of this order.
+        for i in by_direction(rays) {
+            let ray = &rays[i as usize];
+            let nearest = self.cast::<false>(ray, &mut stack);
+            hits[i as usize] = describe(&self.groups, ray, &nearest);
+        }
     }
 }

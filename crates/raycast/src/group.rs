@@ -10,7 +10,7 @@ use crate::exact::LocalRay;
 use crate::nearest::{Nearest, Rank};
 use crate::node::{LaneRay, Node, bounds_of, extent};
 use crate::simd::Isa;
-use crate::stack::{Stack, walk};
+use crate::stack::{Leaves, Stack, walk};
 use crate::tree;
 
 /// The instances of one chunk with their acceleration structure, in the chunk's own frame: made
@@ -136,32 +136,35 @@ impl Group {
     ) {
         let Some(root) = self.root else { return };
         let lanes = LaneRay::new(ray, extent(&self.bounds));
-        walk::<I, ANY>(
-            isa,
-            &self.nodes,
-            root,
-            &lanes,
-            nearest,
-            stack,
-            |leaf, nearest, stack| {
-                let entry = &self.entries[leaf as usize];
-                let (_, blas) = &self.instances[entry.instance as usize];
-                let rank = Rank {
-                    object: entry.object,
-                    group: number,
-                    instance: entry.instance,
-                    primitive: 0,
-                };
-                blas.cast::<I, ANY>(
-                    isa,
-                    entry.root,
-                    &entry.pose.local(ray),
-                    rank,
-                    nearest,
-                    stack,
-                );
-            },
-        );
+        let parts = Parts::<ANY> {
+            group: self,
+            number,
+            ray,
+        };
+        walk::<I, ANY>(isa, (&self.nodes, root), &lanes, &parts, nearest, stack);
+    }
+}
+
+/// The parts of instances.
+struct Parts<'a, const ANY: bool> {
+    group: &'a Group,
+    number: u32,
+    ray: &'a LocalRay,
+}
+
+impl<const ANY: bool> Leaves for Parts<'_, ANY> {
+    #[inline(always)]
+    fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, stack: &mut Stack) {
+        let entry = &self.group.entries[leaf as usize];
+        let (_, blas) = &self.group.instances[entry.instance as usize];
+        let rank = Rank {
+            object: entry.object,
+            group: self.number,
+            instance: entry.instance,
+            primitive: 0,
+        };
+        let local = entry.pose.local(self.ray);
+        blas.cast::<I, ANY>(isa, entry.root, &local, rank, nearest, stack);
     }
 }
 

@@ -9,6 +9,7 @@ mod group;
 mod hull;
 mod nearest;
 mod node;
+mod order;
 mod simd;
 mod stack;
 mod surface;

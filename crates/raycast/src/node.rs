@@ -1,6 +1,6 @@
 //! Eight boxes at once.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use nemoral_scene::Bounds;
 
 use crate::exact::LocalRay;
@@ -101,6 +101,19 @@ impl Node {
             node.children[lane] = *child;
         }
         node
+    }
+
+    /// The boxes with a child, and the children.
+    pub(crate) fn children(&self) -> impl Iterator<Item = (Bounds, u32)> + '_ {
+        let corner = |lane: usize, side: usize| {
+            Vec3::from_array([0, 1, 2].map(|k| self.planes[2 * k + side].0[lane]))
+        };
+        (0..8)
+            .map(move |lane| {
+                let (min, max) = (corner(lane, 0), corner(lane, 1));
+                (Bounds { min, max }, self.children[lane])
+            })
+            .filter(|(bounds, _)| bounds.min.x <= bounds.max.x)
     }
 
     #[inline(always)]

@@ -25,7 +25,7 @@ impl Stack {
 
     /// Pushes the children in `mask`, the farthest first, and returns the nearest instead.
     #[inline(always)]
-    fn push(&mut self, node: &Node, distances: [f32; 8], mut mask: u32) -> Option<u32> {
+    fn push(&mut self, node: &Node, distances: &[f32; 8], mut mask: u32) -> Option<u32> {
         if mask == 0 {
             return None;
         }
@@ -34,15 +34,12 @@ impl Stack {
         if mask == 0 {
             return Some(node.child(lane));
         }
-        let key = |lane: usize| {
-            u64::from(distances[lane & 7].to_bits()) << 32 | u64::from(node.child(lane))
-        };
         let first = self.len;
-        let mut nearest = key(lane);
+        let mut nearest = key(node, distances, lane);
         while mask != 0 {
             lane = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            let candidate = key(lane);
+            let candidate = key(node, distances, lane);
             let farther = nearest.max(candidate);
             nearest = nearest.min(candidate);
             // Insertion, descending towards the top.
@@ -71,6 +68,20 @@ impl Stack {
     }
 }
 
+/// Orders by distance (which is never negative where it matters), then by child.
+#[inline(always)]
+fn key(node: &Node, distances: &[f32; 8], lane: usize) -> u64 {
+    u64::from(distances[lane & 7].to_bits()) << 32 | u64::from(node.child(lane))
+}
+
+/// What is done at the leaves of a tree.
+///
+/// A trait, not a closure: all code below a kernel must be inlined into it to be compiled for its
+/// instruction set, and closures cannot be told to.
+pub(crate) trait Leaves {
+    fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, stack: &mut Stack);
+}
+
 /// Visits the leaves that a ray may meet, nearest first as far as boxes tell. With `ANY`, stops at
 /// the first hit.
 ///
@@ -78,12 +89,11 @@ impl Stack {
 #[inline(always)]
 pub(crate) fn walk<I: Isa, const ANY: bool>(
     isa: I,
-    nodes: &[Node],
-    root: u32,
+    (nodes, root): (&[Node], u32),
     ray: &LaneRay,
+    leaves: &impl Leaves,
     nearest: &mut Nearest,
     stack: &mut Stack,
-    mut leaf: impl FnMut(u32, &mut Nearest, &mut Stack),
 ) {
     let base = stack.len;
     let mut at = root;
@@ -91,18 +101,21 @@ pub(crate) fn walk<I: Isa, const ANY: bool>(
         let next = if at & LEAF == 0 {
             let node = &nodes[at as usize];
             let (distances, mask) = node.test(isa, ray, nearest);
-            stack.push(node, distances.0, mask)
+            stack.push(node, &distances.0, mask)
         } else {
-            leaf(at & !LEAF, nearest, stack);
+            leaves.visit(isa, at & !LEAF, nearest, stack);
             if ANY && nearest.rank().is_some() {
                 stack.len = base;
                 return;
             }
             None
         };
-        match next.or_else(|| stack.pop(base, nearest)) {
+        match next {
             Some(child) => at = child,
-            None => return,
+            None => match stack.pop(base, nearest) {
+                Some(child) => at = child,
+                None => return,
+            },
         }
     }
 }

@@ -34,6 +34,21 @@ pub(crate) fn build(
     wide.emit(0, nodes, &mut leaf)
 }
 
+/// At most 64 boxes that together hold those of a tree: two levels of its nodes.
+pub(crate) fn cover(boxes: &[Bounds], nodes: &[Node], root: u32) -> Vec<Bounds> {
+    if root & LEAF != 0 {
+        return vec![boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b))];
+    }
+    let mut cover = Vec::new();
+    for (bounds, child) in nodes[root as usize].children() {
+        match nodes.get(child as usize) {
+            Some(node) => cover.extend(node.children().map(|(bounds, _)| bounds)),
+            None => cover.push(bounds),
+        }
+    }
+    cover
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Split {
     Sah,
