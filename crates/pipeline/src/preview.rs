@@ -168,10 +168,10 @@ fn scan_picture(
             continue;
         };
         let colour = ontology.class(point.semantic).colour;
-        let light = (1.25 - p.length() as f32 / 120.0).clamp(0.35, 1.0);
-        let colour = colour.map(|c| (f32::from(c) * light) as u8);
+        let light = (1.3 - p.length() as f32 / 150.0).clamp(0.55, 1.15);
+        let colour = colour.map(|c| (f32::from(c) * light).min(255.0) as u8);
         // Near points are larger.
-        let size = (24.0 / p.z).clamp(1.0, 4.0) as i64;
+        let size = (2.0 + 24.0 / p.z).clamp(2.0, 5.0) as i64;
         for (dx, dy) in (0..size).flat_map(|x| (0..size).map(move |y| (x, y))) {
             let (x, y) = (at.x as i64 + dx, at.y as i64 + dy);
             if (0..width as i64).contains(&x) && (0..height as i64).contains(&y) {
