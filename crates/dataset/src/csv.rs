@@ -289,7 +289,7 @@ mod tests {
             let trees_in: Vec<_> = objects_in.iter().map(|o| TreeRecord {
                 object: o.object, species: o.species.clone(), position_m: o.position_m, dbh_m: o.radius_m,
                 height_m: o.height_m, crown_base_m: 0.1, crown_radius_m: 2.0, leaf_area_m2: 1e-7,
-                stem_volume_m3: 1.0 / 3.0, lean_rad: 0.0, alive: o.object.item() % 2 == 0,
+                stem_volume_m3: 1.0 / 3.0, lean_rad: 0.0, alive: o.object.item().is_multiple_of(2),
             }).collect();
             let mut shuffled = objects_in.clone();
             shuffled.reverse();

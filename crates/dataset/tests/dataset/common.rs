@@ -323,7 +323,7 @@ pub(crate) fn trees() -> Vec<TreeRecord> {
         leaf_area_m2: 120.0,
         stem_volume_m3: 0.7,
         lean_rad: 0.0,
-        alive: o.object.item() % 2 == 0,
+        alive: o.object.item().is_multiple_of(2),
     };
     objects()
         .iter()

@@ -68,7 +68,9 @@ fn point() -> impl Strategy<Value = LidarPoint> {
         )
 }
 
-fn pixels() -> impl Strategy<Value = (u32, u32, Vec<(Semantic, ObjectId, f32, Vec3, [u8; 3])>)> {
+type Pixel = (Semantic, ObjectId, f32, Vec3, [u8; 3]);
+
+fn pixels() -> impl Strategy<Value = (u32, u32, Vec<Pixel>)> {
     (1_u32..20, 1_u32..20).prop_flat_map(|(w, h)| {
         let pixel = (
             semantic(),
