@@ -253,7 +253,10 @@ fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
 }
 
 /// What decides the bytes of a data set, written to its manifest.
-fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> {
+///
+/// # Errors
+/// If the camera is impossible.
+pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> {
     let ontology = Ontology::by_name(&config.output.ontology)
         .expect("the config's words are the built-in ontologies");
     let stage_keys = forest

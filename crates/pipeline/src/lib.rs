@@ -1,4 +1,31 @@
-//! Wires the stages.
+//! This crate wires the nemoral stages into typed plans that grow a forest and record it.
+//!
+//! ```no_run
+//! use nemoral_pipeline::config::Preset;
+//! use nemoral_pipeline::plan::{Runner, Store};
+//! use nemoral_pipeline::ForestPlan;
+//!
+//! let config = Preset::by_name("demo").expect("there is a demo").config();
+//! let forest = ForestPlan::new(&config)?;
+//! let store = Store::unlimited();
+//! let runner = Runner::new(forest.plan(), &store, 2);
+//! // Any node, at any coordinate, in any order: what it gives never depends on what ran before.
+//! let points = runner.get(forest.scan, 41)?;
+//! let picture = runner.get(forest.image, 41)?;
+//! println!("{} points, {} pixels", points.len(), picture.rgb.pixels().len());
+//! # Ok::<(), nemoral_pipeline::Error>(())
+//! ```
+//!
+//! - [`config`]: requests in layers (preset, file, settings), checked key by key, one definition each.
+//! - [`plan`]: the engine: stages, typed handles, keys known before anything runs, a store.
+//! - [`stages`]: thin adapters from the stage crates to the plan.
+//! - [`robot`]: where the robot goes and how it lies on the ground.
+//! - [`ForestPlan`]: all of it wired, on one page.
+//! - [`generate`], [`preview`]: from a request to files.
+//!
+//! The chunk manager of the paper (section IV-A) is [`ChunkManager`]: the eviction policy of the
+//! plan's store. A forest is endless; what is kept of it is what is near the robot.
+
 mod chunks;
 pub mod config;
 mod error;
@@ -9,9 +36,10 @@ pub mod plan;
 mod preview;
 pub mod robot;
 pub mod stages;
+
 pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
 pub use estimate::{Estimate, estimate};
 pub use forest::ForestPlan;
-pub use generate::{CAMERA_NAME, Done, LIDAR_NAME, Observer, Request, generate};
+pub use generate::{CAMERA_NAME, Done, LIDAR_NAME, Observer, Request, generate, header};
 pub use preview::{preview, write_png};

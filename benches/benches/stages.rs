@@ -1,0 +1,117 @@
+//! Each stage on its own, at `medium`.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use nemoral_benches::{Grown, config};
+use nemoral_dataset::{CameraData, DatasetHeader, FrameData, LidarData, OpenMode, Writer};
+use nemoral_lidar::{HorizonLike, Mid40, ScanPattern};
+use nemoral_lidar_noise::{Observation, RangeNoise, RangeSensor};
+use nemoral_pipeline::config::Config;
+use nemoral_pipeline::plan::{Node, Store};
+use nemoral_pipeline::{CAMERA_NAME, ForestPlan, LIDAR_NAME};
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, Surface};
+use nemoral_seed::{Key, Stage};
+use nemoral_terrain::{Terrain, TerrainParams};
+
+fn small(c: &mut Criterion) {
+    let terrain = Terrain::new(TerrainParams::default(), Key::world(7)).expect("valid");
+    c.bench_function("terrain/sample", |b| {
+        b.iter(|| black_box(terrain.sample(black_box(DVec2::new(123.4, -56.7)))));
+    });
+    let mut pulse = 0;
+    for (name, pattern) in [("mid40", &Mid40 as &dyn ScanPattern), ("horizon", &HorizonLike)] {
+        c.bench_function(&format!("lidar/pulse/{name}"), |b| {
+            b.iter(|| {
+                pulse += 1;
+                black_box(pattern.pulse(pulse))
+            });
+        });
+    }
+    let sensor = RangeSensor::new(RangeNoise::default()).expect("valid");
+    let key = Key::world(7).stage(Stage::new("bench.noise"));
+    c.bench_function("lidar-noise/measure", |b| {
+        let o = Observation { range_m: 20.0, incidence_rad: 0.7, reflectance: 0.4 };
+        b.iter(|| {
+            pulse += 1;
+            black_box(sensor.measure(&o, &mut key.item(pulse).rng()))
+        });
+    });
+}
+
+/// What a new chunk costs, node by node; what a node reads is made before.
+fn chunk(c: &mut Criterion) {
+    let config = config("medium", 50_000).expect("valid");
+    let grown = Grown::new(&config).expect("grows");
+    let at = ChunkCoord::new(0, 0);
+    let f = &grown.forest;
+    node(c, &grown, "chunk.woody", f.woody, at);
+    node(c, &grown, "chunk.things", f.things, at);
+    node(c, &grown, "chunk.openness", f.openness, at);
+    node(c, &grown, "chunk.undergrowth", f.undergrowth, at);
+    node(c, &grown, "chunk.solid", f.solid, at);
+    node(c, &grown, "chunk.low", f.low, at);
+}
+
+fn node<T: Send + Sync + 'static>(
+    c: &mut Criterion,
+    grown: &Grown,
+    id: &'static str,
+    node: Node<ChunkCoord, T>,
+    at: ChunkCoord,
+) {
+    c.bench_function(&id.replace('.', "/"), |b| {
+        b.iter(|| {
+            grown.store.retain(|stage, _| stage != id);
+            black_box(grown.runner().get(node, at).expect("grown"))
+        });
+    });
+}
+
+fn world(c: &mut Criterion) {
+    let config = config("medium", 50_000).expect("valid");
+    c.bench_function("assets/library", |b| {
+        b.iter(|| {
+            let (forest, store) = (ForestPlan::new(&config).expect("valid"), Store::unlimited());
+            let runner = nemoral_pipeline::plan::Runner::new(forest.plan(), &store, 2);
+            black_box(runner.get(forest.assets, ()).expect("grows"))
+        });
+    });
+}
+
+/// Encoding and writing a frame: five pictures and a scan.
+fn files(c: &mut Criterion) {
+    let config = config("medium", 50_000).expect("valid");
+    let grown = Grown::new(&config).expect("grows");
+    let runner = grown.runner();
+    let image = runner.get(grown.forest.image, 0).expect("grown");
+    let scan = runner.get(grown.forest.scan, 0).expect("grown");
+    let pose = runner.get(grown.forest.pose, 0).expect("grown");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let writer = Writer::create(folder.path(), OpenMode::Fresh, header(&config, &grown))
+        .expect("an empty folder");
+    let frame = FrameData {
+        sequence: 0,
+        index: 0,
+        time_s: 0.0,
+        world_from_body: pose.world_from_body(),
+        cameras: vec![CameraData { name: CAMERA_NAME, rgb: &image.rgb, truth: &image.truth }],
+        lidars: vec![LidarData { name: LIDAR_NAME, points: &scan, sensor_chunk: pose.chunk }],
+        frame_key: [0; 32],
+    };
+    c.bench_function("dataset/write_frame", |b| {
+        b.iter(|| black_box(writer.write_frame(&frame).expect("written")));
+    });
+}
+
+fn header(config: &Config, grown: &Grown) -> DatasetHeader {
+    nemoral_pipeline::header(config, &grown.forest).expect("valid")
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(10);
+    targets = small, chunk, world, files
+}
+criterion_main!(benches);
