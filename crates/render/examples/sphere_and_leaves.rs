@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ];
     for (name, scene, view) in &shots {
         let mut sheet = image::RgbImage::new(480 * 2, 270 * 4);
-        for (i, (sky_name, azimuth, elevation, sky)) in skies.iter().enumerate() {
+        for (i, (_, azimuth, elevation, sky)) in skies.iter().enumerate() {
             let lighting = Lighting::new(&Sun::from_angles(*azimuth, *elevation)?, sky)?;
             let camera = RayCastCamera::new(
                 RayCastParams {
@@ -97,13 +97,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 },
                 lighting,
             )?;
-            let start = std::time::Instant::now();
             let images = camera.render(scene, view, Key::world(7))?;
-            println!(
-                "{name} {sky_name}: EV {:.1}, {:.2?}",
-                images.ev100,
-                start.elapsed()
-            );
             let (x, y) = (i as u32 % 2 * 480, i as u32 / 2 * 270);
             for (k, p) in images.rgb.pixels().iter().enumerate() {
                 sheet.put_pixel(x + k as u32 % 480, y + k as u32 / 480, image::Rgb(*p));
@@ -131,10 +125,10 @@ fn sky_domes(folder: &std::path::Path) -> Result<(), Box<dyn std::error::Error>>
             let bright = light
                 .sky_irradiance(Vec3::Z)
                 .dot(Vec3::new(0.2126, 0.7152, 0.0722))
-                / 3.14;
+                / std::f32::consts::PI;
             for (px, py) in (0..240).flat_map(|x| (0..240).map(move |y| (x, y))) {
                 let p = Vec2::new(px as f32 - 119.5, py as f32 - 119.5) / 118.0;
-                let z = (p.length() * 1.5708).cos();
+                let z = (p.length() * std::f32::consts::FRAC_PI_2).cos();
                 let flat = p.normalize_or(Vec2::X) * (1.0 - z * z).max(0.0).sqrt();
                 if p.length() < 1.0 {
                     let c = light.sky_radiance(Vec3::new(flat.x, -flat.y, z)) / bright * 0.35;
@@ -165,7 +159,7 @@ fn litter() -> Result<Material, Box<dyn std::error::Error>> {
     for _ in 0..5000 {
         let (cx, cy) = (rng.below(n as u32) as i32, rng.below(n as u32) as i32);
         let (a, b) = (rng.range_f32(2.0, 5.0), rng.range_f32(1.0, 2.5));
-        let (sin, cos) = rng.range_f32(0.0, 6.28).sin_cos();
+        let (sin, cos) = rng.range_f32(0.0, std::f32::consts::TAU).sin_cos();
         let tone = rng.range_f32(0.35, 1.5) * Vec3::new(0.149, rng.range_f32(0.075, 0.105), 0.055);
         for (dx, dy) in (-5..=5).flat_map(|x| (-5..=5).map(move |y| (x, y))) {
             let (x, y) = (dx as f32, dy as f32);
@@ -230,7 +224,7 @@ fn crown(
 ) -> Item {
     let unit = |rng: &mut dyn FnMut() -> f64| {
         let z = 2.0 * rng() - 1.0;
-        let a = 6.283 * rng();
+        let a = std::f64::consts::TAU * rng();
         let r = (1.0 - z * z).sqrt();
         DVec3::new(r * a.cos(), r * a.sin(), z)
     };

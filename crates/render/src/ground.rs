@@ -97,19 +97,25 @@ fn macro_tint(at_m: Vec2) -> Vec3 {
 /// Periodic value noise in −1..1 with `cells` cells in a period.
 fn value_noise(at_m: Vec2, cells: u32, salt: u32) -> f32 {
     let p = at_m * (cells as f32 / PERIOD_M);
-    let (ix, iy) = (p.x.floor(), p.y.floor());
-    let f = p - Vec2::new(ix, iy);
+    let (ix, iy) = (floor(p.x), floor(p.y));
+    let f = p - Vec2::new(ix as f32, iy as f32);
     let f = f * f * (Vec2::splat(3.0) - 2.0 * f);
     let at = |dx: i32, dy: i32| {
         let (x, y) = (
-            (ix as i32 + dx) as u32 & (cells - 1),
-            (iy as i32 + dy) as u32 & (cells - 1),
+            (ix + dx) as u32 & (cells - 1),
+            (iy + dy) as u32 & (cells - 1),
         );
         (hash(x | salt << 16, y) >> 8) as f32 * (2.0 / (1_u32 << 24) as f32) - 1.0
     };
     let low = at(0, 0) + (at(1, 0) - at(0, 0)) * f.x;
     let high = at(0, 1) + (at(1, 1) - at(0, 1)) * f.x;
     low + (high - low) * f.y
+}
+
+/// `f32::floor` is a function call on processors without SSE 4.1.
+fn floor(x: f32) -> i32 {
+    let i = x as i32;
+    i - i32::from(x < i as f32)
 }
 
 /// A pair of integers, mixed (the finaliser of MurmurHash3).

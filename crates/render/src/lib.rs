@@ -1,4 +1,57 @@
-//! Virtual cameras: ray-cast RGB, semantic, instance, depth and normal images under sun and sky.
+//! This crate takes pictures of a scene with virtual cameras, by casting rays on the CPU: colour
+//! under sun and sky, and the exact class, object, depth and normal at every pixel's centre.
+//!
+//! ```
+//! use nemoral_render::{
+//!     CameraRenderer, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, SkyParams, Sun, View,
+//! };
+//! use nemoral_scene::{Hit, Intrinsics, MaterialLibrary, Ray, RayCaster, RigidTransform, Semantic};
+//! use nemoral_seed::Key;
+//!
+//! /// A world without things: a BVH in earnest.
+//! struct Nothing;
+//! impl RayCaster for Nothing {
+//!     fn closest_hit(&self, _: &Ray) -> Option<Hit> {
+//!         None
+//!     }
+//! }
+//!
+//! let sun = Sun::from_angles(135.0, 40.0)?;
+//! let lighting = Lighting::new(&sun, &SkyParams::default())?;
+//! let camera = RayCastCamera::new(RayCastParams::default(), lighting)?;
+//! let scene = SceneView { caster: &Nothing, materials: &MaterialLibrary::new(), sky_visibility: &OpenSky };
+//! let view = View::new(Intrinsics::from_fov(64, 36, 1.2)?, RigidTransform::body_from_optical());
+//! let images = camera.render(&scene, &view, Key::world(7))?;
+//! assert_eq!(*images.truth.semantic.at(32, 18), Semantic::Sky);
+//! let [red, _, blue] = *images.rgb.at(32, 2);
+//! assert!(blue > red, "a blue sky");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # One truth
+//! Class, object, depth and normal come from the ray through the pixel's centre and are never
+//! blended, filtered or taken from more samples; colour may be anti-aliased. It is the caster that the
+//! LiDAR uses, so both sensors see the same world. [`RayCastCamera::truth_at`] answers for any image
+//! position. The paper (Nunes, Ferreira, Peixoto, sections V-C and V-D) draws classes with a
+//! replacement shader and recovers metres from a fitted depth curve; here depth is what was cast.
+//!
+//! # Light
+//! - The sun by angles or by place and time ([`Sun`]); its colour is what the air leaves of it.
+//! - The sky by single scattering on molecules and aerosols through a spherical atmosphere with
+//!   ozone, higher orders after Hillaire (2020), a CIE overcast veil, mist ([`SkyParams`]). It holds
+//!   from noon to the end of civil twilight.
+//! - One shadow ray per sample to a point of the sun's disc; neighbouring pixels look at different
+//!   parts of the disc, so penumbrae are smooth.
+//! - No ambient-occlusion rays: the sky's share, the green light that leaves scatter down (Goudriaan
+//!   1977) and the ground's bounce follow from one number per place, the crowns' openness
+//!   ([`SkyVisibility`]).
+//! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is kept: a
+//!   white surface in a uniform world ([`Lighting::uniform`]) is invisible.
+//! - Exposure as a light meter sets it ([`Exposure`]), a filmic curve ([`ToneCurve`]), sRGB.
+//!
+//! # Units
+//! Light is linear sRGB, scaled so that radiance has its luminance in cd/m² and irradiance its
+//! illuminance in lux. Frames and axes are those of [`nemoral_scene`].
 
 mod atmosphere;
 mod error;

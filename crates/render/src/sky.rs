@@ -104,8 +104,8 @@ const OVERCAST_TRANSMITTANCE: f32 = 0.25;
 pub(crate) struct Sky {
     /// The sun's direction without its height, unit length (any, for a sun in the zenith).
     sun_azimuth: Vec2,
-    /// `ROWS` of `COLUMNS`. Row v has elevation sine v², column u has sin(azimuth from the sun / 2)
-    /// = u: fine near the horizon and near the sun.
+    /// `ROWS` of `COLUMNS`. Row v has elevation v² · 90°, column u has sin(azimuth from the sun / 2) =
+    /// u: fine near the horizon and near the sun.
     table: Vec<Vec3>,
 }
 
@@ -139,7 +139,8 @@ impl Sky {
             let zenith = ground * (9.0 / (7.0 * std::f32::consts::PI));
             for (i, l) in sky.table.iter_mut().enumerate() {
                 let v = (i / COLUMNS) as f32 / (ROWS - 1) as f32;
-                *l = *l * (1.0 - overcast) + zenith * ((1.0 + 2.0 * v * v) / 3.0);
+                let sine = libm::sinf(v * v * std::f32::consts::FRAC_PI_2);
+                *l = *l * (1.0 - overcast) + zenith * ((1.0 + 2.0 * sine) / 3.0);
             }
         }
         (sky, clear_sun * (1.0 - params.overcast) as f32)
@@ -168,7 +169,11 @@ impl Sky {
         // 1e-12 keeps the zenith, where all azimuths are one, from dividing by zero.
         let cos_azimuth = flat.dot(self.sun_azimuth) / (flat.length_squared() + 1e-12).sqrt();
         let u = (0.5 - 0.5 * cos_azimuth).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f32;
-        let v = direction.z.clamp(0.0, 1.0).sqrt() * (ROWS - 1) as f32;
+        // Abramowitz and Stegun 4.4.45: the zenith angle over 90°, to 5e-5.
+        let z = direction.z.clamp(0.0, 1.0);
+        let polynomial = 0.999_957 + z * (-0.135_036 + z * (0.047_276 - z * 0.011_923));
+        let elevation = 1.0 - (1.0 - z).sqrt() * polynomial;
+        let v = elevation.max(0.0).sqrt() * (ROWS - 1) as f32;
         let (i, j) = ((v as usize).min(ROWS - 2), (u as usize).min(COLUMNS - 2));
         let (fv, fu) = (v - i as f32, u - j as f32);
         let (low, high) = (
@@ -186,8 +191,7 @@ fn clear_table(air: &Atmosphere, sun_elevation_rad: f64, beam: DVec3) -> Vec<Vec
     let (sin, cos) = libm::sincos(sun_elevation_rad);
     let sun = DVec3::new(cos, 0.0, sin);
     let direction = |u: f64, v: f64| {
-        let z = v * v;
-        let flat = libm::sqrt(1.0 - z * z);
+        let (z, flat) = libm::sincos(v * v * std::f64::consts::FRAC_PI_2);
         let (sin_half, cos_half) = (u, libm::sqrt(1.0 - u * u));
         DVec3::new(
             flat * (1.0 - 2.0 * u * u),

@@ -45,7 +45,7 @@ impl SunDisc {
     /// Anywhere on the disc.
     pub(crate) fn at_random(&self, word: u32) -> Vec3 {
         // Lemire's multiplication: an index without bias to speak of.
-        let index = u64::from(word) * self.directions.len() as u64 >> 32;
+        let index = (u64::from(word) * self.directions.len() as u64) >> 32;
         self.directions[index as usize]
     }
 }
@@ -77,7 +77,7 @@ mod tests {
         // Half of the points lie within radius / sqrt 2; the mean is the centre.
         let inner = offsets
             .iter()
-            .filter(|o| o.length() < radius * 0.7071)
+            .filter(|o| o.length() < radius * std::f32::consts::FRAC_1_SQRT_2)
             .count();
         assert!(
             (inner as f32 / offsets.len() as f32 - 0.5).abs() < 0.04,

@@ -105,7 +105,8 @@ pub(crate) fn add_glare(linear: &mut [Vec3], share: f32) {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
     /// A camera's picture: a soft toe, a long shoulder (Hable 2010, "Uncharted 2", with his
-    /// constants, white at 5.6), and highlights that lose their colour before they clip.
+    /// constants, white at 5.6), channel by channel, so that highlights lose their colour before
+    /// they clip.
     #[default]
     Filmic,
     /// Light clipped at 1: brightness stays proportional to radiance.
@@ -122,18 +123,9 @@ impl ToneCurve {
                 let hable = |x: f64| {
                     (x * (0.22 * x + 0.03) + 0.002) / (x * (0.22 * x + 0.3) + 0.06) - 0.01 / 0.3
                 };
-                // Hable's curve is steeper in the middle than a camera's standard profile after a
-                // factor of 2 and flatter in the highlights; the factor is his.
+                // The factor is Hable's exposure bias.
                 (hable((2.0 * x).min(WHITE)) / hable(WHITE)).clamp(0.0, 1.0)
             }
-        }
-    }
-
-    /// How much of the luminance each channel takes on: film dyes and sensor filters overlap.
-    fn crosstalk(self) -> f32 {
-        match self {
-            Self::Filmic => 0.06,
-            Self::Linear => 0.0,
         }
     }
 }
@@ -156,7 +148,6 @@ struct Encoder {
     thresholds: [f32; 255],
     /// For each 1/64 of an octave, the code at its lower end.
     starts: Vec<u8>,
-    crosstalk: f32,
 }
 
 impl Encoder {
@@ -181,11 +172,7 @@ impl Encoder {
                 thresholds.partition_point(|&t| t <= low) as u8
             })
             .collect();
-        Self {
-            thresholds,
-            starts,
-            crosstalk: tone.crosstalk(),
-        }
+        Self { thresholds, starts }
     }
 
     #[inline]
@@ -200,8 +187,7 @@ impl Encoder {
     }
 
     fn encode(&self, exposed: Vec3) -> [u8; 3] {
-        let mixed = exposed.lerp(Vec3::splat(exposed.dot(LUMINANCE)), self.crosstalk);
-        mixed.to_array().map(|x| self.code(x))
+        exposed.to_array().map(|x| self.code(x))
     }
 }
 
@@ -228,7 +214,6 @@ mod tests {
             let tone = if filmic { ToneCurve::Filmic } else { ToneCurve::Linear };
             let got = Encoder::new(tone).encode(Vec3::splat(x))[1];
             let exact = 255.0 * srgb_oetf(tone.apply(f64::from(x)));
-            // The crosstalk of a grey is itself up to rounding.
             prop_assert!((f64::from(got) - exact).abs() <= 0.501, "{got} for {exact}");
         }
 

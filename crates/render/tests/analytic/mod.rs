@@ -137,8 +137,10 @@ impl World {
                 roots(1.0, m.dot(d), m.length_squared() - radius * radius)
                     .map(|t| {
                         let normal = (m + d * t) / *radius;
-                        let uv =
-                            Vec2::new(normal.y.atan2(normal.x) as f32 / 6.283, normal.z as f32);
+                        let uv = Vec2::new(
+                            normal.y.atan2(normal.x) as f32 / std::f32::consts::TAU,
+                            normal.z as f32,
+                        );
                         Found {
                             t,
                             normal,
@@ -163,7 +165,10 @@ impl World {
                 .filter_map(|t| {
                     let p = m + d * t;
                     let normal = flat(p).extend(0.0) / *radius;
-                    let uv = Vec2::new(normal.y.atan2(normal.x) as f32 / 6.283, p.z as f32);
+                    let uv = Vec2::new(
+                        normal.y.atan2(normal.x) as f32 / std::f32::consts::TAU,
+                        p.z as f32,
+                    );
                     (0.0..=*height).contains(&p.z).then_some(Found {
                         t,
                         normal,
