@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use nemoral_dataset::{Error, OpenMode, Writer};
+use nemoral_dataset::{Error, OpenMode, Writer, write_png};
 
 use crate::common::{header, see, small, tree};
 
@@ -33,6 +33,19 @@ fn a_file_that_cannot_appear_leaves_nothing() {
         .write_frame(&see(&header, 0).data(&header))
         .expect("frame");
     assert!(writer.has_frame(0, 0, &see(&header, 0).key));
+}
+
+#[test]
+fn a_picture_alone() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (path, rgb) = (dir.path().join("preview.png"), &see(&small(), 0).rgb[0]);
+    write_png(&path, rgb).expect("written");
+    let back = image::open(&path).expect("an image").into_rgb8();
+    assert_eq!(back.into_raw(), rgb.pixels().as_flattened());
+    assert!(
+        write_png(dir.path(), rgb).is_err(),
+        "a folder is in the way"
+    );
 }
 
 #[cfg(unix)]

@@ -33,6 +33,8 @@ fn a_folder_that_holds_something_else_is_refused_and_untouched() {
             let before = tree(&out);
             let e = create(&out, mode).expect_err("refused").to_string();
             assert!(e.contains(name), "{e}");
+            let probed = Writer::probe(&out, mode, &small()).expect_err("refused");
+            assert_eq!(probed.to_string(), e);
             assert_eq!(tree(&out), before);
         }
         assert!(Dataset::open(&out).is_err());
@@ -161,6 +163,8 @@ fn resume_refuses_what_differs_and_says_what() {
     assert!(refused(&|h| h.lidars[0].body_from_lidar.translation_m.z += 1e-12).contains("lidars"));
     assert!(refused(&|h| h.stage_keys.clear()).contains("stage_keys.terrain"));
     assert_eq!(tree(dir.path()), before);
+    Writer::probe(dir.path(), OpenMode::Resume, &small()).expect("equal headers");
+    assert_eq!(tree(dir.path()), before, "a probe changes nothing");
     create(dir.path(), OpenMode::Resume).expect("equal headers go on");
 }
 
