@@ -31,39 +31,32 @@ pub struct TrailDressing {
     pub kind: DressingKind,
 }
 
-/// A stone of a trail.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stone(pub(crate) TrailDressing);
-
-impl Stone {
-    /// The stones of a trail: a uniform number up to the most, anywhere on the surface, but wheels
-    /// have pushed most of them out of the ruts.
-    pub(crate) fn all_of(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<Self> {
-        let key = key.stage(STONES);
-        let count = key.rng().between(0, params.rocks_max_per_trail);
-        (0..count)
-            .map(|i| {
-                let mut rng = key.item(u64::from(i)).rng();
-                let s = rng.range_f64(0.0, path.length_m());
-                let reach = 0.48 * path.width_m(s);
-                let mut offset = rng.range_f64(-reach, reach);
-                for _ in 0..2 {
-                    let in_rut = params
-                        .ruts()
-                        .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 2.0 * r.sigma_m);
-                    if in_rut {
-                        offset = rng.range_f64(-reach, reach);
-                    }
-                }
-                Self(TrailDressing {
-                    position_m: beside(path, s, offset),
-                    yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
-                    scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 2.5),
-                    kind: DressingKind::Stone,
-                })
-            })
-            .collect()
-    }
+/// The stones of a trail: a uniform number up to the most, anywhere on the surface, but wheels
+/// have pushed most of them out of the ruts.
+pub(crate) fn stones(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<TrailDressing> {
+    let key = key.stage(STONES).chunk(path.id().birth);
+    let count = key.rng().between(0, params.rocks_max_per_trail);
+    let stone = |i: u32| {
+        let mut rng = key.item(u64::from(i)).rng();
+        let s = rng.range_f64(0.0, path.length_m());
+        let reach = 0.48 * path.width_m(s);
+        let mut offset = rng.range_f64(-reach, reach);
+        for _ in 0..2 {
+            let in_rut = params
+                .ruts()
+                .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 2.0 * r.sigma_m);
+            if in_rut {
+                offset = rng.range_f64(-reach, reach);
+            }
+        }
+        TrailDressing {
+            position_m: beside(path, s, offset),
+            yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+            scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 2.5),
+            kind: DressingKind::Stone,
+        }
+    };
+    (0..count).map(stone).collect()
 }
 
 /// The grass that a trail would have in a chunk, from each time it goes through: half of the most

@@ -5,10 +5,10 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Draw, Key, Stage};
 
 use crate::curve::{Cubic, stiffness};
-use crate::dressing::Stone;
+use crate::dressing::stones;
 use crate::layout::Layout;
 use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
-use crate::{TrailParams, TrailSurfaceKind};
+use crate::{TrailDressing, TrailParams, TrailSurfaceKind};
 
 const RUTS: Stage = Stage::new("trails.ruts");
 const KINDS: Stage = Stage::new("trails.kinds");
@@ -44,7 +44,7 @@ pub struct TrailPath {
     transits: Vec<(ChunkCoord, usize)>,
     /// Where a stretch of a material begins, arc length in metres, and which; from 0 on.
     kinds: Vec<(f64, TrailSurfaceKind)>,
-    pub(crate) stones: Vec<Stone>,
+    stones: Vec<TrailDressing>,
 }
 
 /// A place on a trail, and what the trail is like there.
@@ -111,12 +111,17 @@ pub(crate) struct Foot {
 
 impl TrailPath {
     /// Lays a trail over the ground.
-    pub(crate) fn new(params: &TrailParams, key: Key, layout: &Layout, base: &dyn Surface) -> Self {
+    pub(crate) fn new(
+        params: &TrailParams,
+        world: Key,
+        layout: &Layout,
+        base: &dyn Surface,
+    ) -> Self {
         let id = layout.id();
         let (points, transits) = layout.points(STEP_M);
         let places: Vec<f64> = points.iter().map(|p| p.2).collect();
         let length = places[places.len() - 1];
-        let kinds = draw_kinds(params, key.stage(KINDS).chunk(id.birth), length);
+        let kinds = draw_kinds(params, world.stage(KINDS).chunk(id.birth), length);
 
         let ground: Vec<_> = points.iter().map(|p| base.sample(p.0)).collect();
         let section = &params.section;
@@ -132,7 +137,7 @@ impl TrailPath {
                 .collect(),
         );
 
-        let key = key.stage(RUTS).chunk(id.birth);
+        let key = world.stage(RUTS).chunk(id.birth);
         let depth = Wobble::new(key.item(0), length, 9.0);
         let wander = Wobble::new(key.item(1), length, 12.0);
         let taper = TAPER_M.min(length / 3.0);
@@ -171,7 +176,7 @@ impl TrailPath {
             kinds,
             stones: Vec::new(),
         };
-        path.stones = Stone::all_of(params, key, &path);
+        path.stones = stones(params, world, &path);
         path
     }
 
@@ -227,6 +232,10 @@ impl TrailPath {
     /// The chunks the trail goes through, in order; a chunk is there as often as it is entered.
     pub fn chunks(&self) -> impl Iterator<Item = ChunkCoord> + '_ {
         self.transits.iter().map(|t| t.0)
+    }
+
+    pub(crate) fn stones(&self) -> &[TrailDressing] {
+        &self.stones
     }
 
     pub(crate) fn knots(&self) -> &[Knot] {

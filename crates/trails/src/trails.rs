@@ -12,7 +12,7 @@ use crate::dressing::grass;
 use crate::ground::reach_m;
 use crate::layout::Layout;
 use crate::route::Router;
-use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
+use crate::{ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
 
 const TRAILS: Stage = Stage::new("trails");
 
@@ -120,7 +120,7 @@ impl Trails {
     }
 
     /// The trail nearest to a point within `radius_m` of it, and the arc length of the closest
-    /// point of its middle.
+    /// point of its middle. All chunks within the radius are looked at.
     #[must_use]
     pub fn nearest(&self, world_m: DVec2, radius_m: f64) -> Option<(Arc<TrailPath>, f64)> {
         let mut best = (radius_m, None);
@@ -132,11 +132,9 @@ impl Trails {
                     let end = (knots.end + 1).min(path.knots().len());
                     let knot = (knots.start..end).min_by(|&a, &b| square(a).total_cmp(&square(b)));
                     let foot = knot.map(|knot| path.foot(world_m, knot));
-                    if let Some(foot) = foot.filter(|f| f.distance <= best.0) {
-                        let tie = foot.distance == best.0 && best.1.is_some();
-                        if !tie {
-                            best = (foot.distance, Some((Arc::clone(&path), foot.arc)));
-                        }
+                    let closer = |d: f64| d < best.0 || (d == best.0 && best.1.is_none());
+                    if let Some(foot) = foot.filter(|f| closer(f.distance)) {
+                        best = (foot.distance, Some((Arc::clone(&path), foot.arc)));
                     }
                 }
             }
@@ -144,8 +142,8 @@ impl Trails {
         best.1
     }
 
-    /// The grass and stones of trails whose position is in a chunk: by trail and number, grass
-    /// first. At most `grass_max_per_chunk` tufts, however many trails meet there.
+    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then
+    /// stones by trail. At most `grass_max_per_chunk` tufts, however many trails meet there.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;
@@ -169,10 +167,8 @@ impl Trails {
         tufts.sort_by_key(|t| t.0);
         tufts.truncate(most);
         let mut dressing: Vec<_> = tufts.into_iter().map(|t| t.1).collect();
-        debug_assert!(dressing.iter().all(|d| d.kind == DressingKind::Grass));
         for path in self.in_chunk(coord) {
-            let stones = path.stones.iter().map(|s| s.0);
-            dressing.extend(stones.filter(|s| here(s.position_m)));
+            dressing.extend(path.stones().iter().filter(|s| here(s.position_m)));
         }
         dressing
     }
@@ -189,5 +185,40 @@ impl Trails {
             let layout = Layout::new(self.key, walk.collect(), self.chunk_size_m, base);
             Arc::new(TrailPath::new(&self.params, self.key, &layout, base))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nemoral_scene::FlatSurface;
+
+    #[test]
+    fn what_is_forgotten_is_made_again() {
+        let trails = |memory| {
+            let params = TrailParams {
+                spawn_probability: 0.1,
+                max_length_chunks: 10,
+                ..TrailParams::default()
+            };
+            let base = Arc::new(FlatSurface::default());
+            Trails::with_memory(params, 50.0, Key::world(1), base, memory).expect("valid")
+        };
+        let (all, none) = (trails([1000, 1000]), trails([1, 1]));
+        for i in 0..60 {
+            let chunk = ChunkCoord::new(i * 7 % 5, i * 11 % 4);
+            assert_eq!(all.dressing(chunk), none.dressing(chunk));
+            let [a, b] = [&all, &none].map(|t| {
+                let paths = t.in_chunk(chunk).into_iter();
+                let middles: Vec<_> = paths.map(|p| (p.id(), p.position_m(55.5))).collect();
+                let ground = t.ground_near(chunk, 2.0);
+                let samples = (0..50).map(|i| {
+                    let p = chunk.centre_m(50.0) + f64::from(i - 25);
+                    (ground.sample(p), ground.edge_m(p))
+                });
+                (middles, samples.collect::<Vec<_>>())
+            });
+            assert_eq!(a, b);
+        }
     }
 }

@@ -397,5 +397,5 @@ const VALUES: [&str; 4] = [
     "3 ChunkCoord { x: -9, y: 0 } LeafLitter",
     "1815.6317408020088 DVec2(-412.52622576885483, -71.0004321911224)",
     "TrailDressing { position_m: DVec2(120.51844378147157, -47.369021413471074), yaw_rad: 0.02763158361172375, scale: 1.0875785400079991, kind: Grass }",
-    "Some(TrailDressing { position_m: DVec2(121.29887632398481, -42.14109774188142), yaw_rad: 2.6987576028482576, scale: 1.3135937644952123, kind: Stone })",
+    "Some(TrailDressing { position_m: DVec2(115.56678910244048, -5.182610678238906), yaw_rad: 0.4125438364883822, scale: 0.531581580946405, kind: Stone })",
 ];
