@@ -21,7 +21,10 @@ fn small(c: &mut Criterion) {
         b.iter(|| black_box(terrain.sample(black_box(DVec2::new(123.4, -56.7)))));
     });
     let mut pulse = 0;
-    for (name, pattern) in [("mid40", &Mid40 as &dyn ScanPattern), ("horizon", &HorizonLike)] {
+    for (name, pattern) in [
+        ("mid40", &Mid40 as &dyn ScanPattern),
+        ("horizon", &HorizonLike),
+    ] {
         c.bench_function(&format!("lidar/pulse/{name}"), |b| {
             b.iter(|| {
                 pulse += 1;
@@ -32,7 +35,11 @@ fn small(c: &mut Criterion) {
     let sensor = RangeSensor::new(RangeNoise::default()).expect("valid");
     let key = Key::world(7).stage(Stage::new("bench.noise"));
     c.bench_function("lidar-noise/measure", |b| {
-        let o = Observation { range_m: 20.0, incidence_rad: 0.7, reflectance: 0.4 };
+        let o = Observation {
+            range_m: 20.0,
+            incidence_rad: 0.7,
+            reflectance: 0.4,
+        };
         b.iter(|| {
             pulse += 1;
             black_box(sensor.measure(&o, &mut key.item(pulse).rng()))
@@ -96,8 +103,16 @@ fn files(c: &mut Criterion) {
         index: 0,
         time_s: 0.0,
         world_from_body: pose.world_from_body(),
-        cameras: vec![CameraData { name: CAMERA_NAME, rgb: &image.rgb, truth: &image.truth }],
-        lidars: vec![LidarData { name: LIDAR_NAME, points: &scan, sensor_chunk: pose.chunk }],
+        cameras: vec![CameraData {
+            name: CAMERA_NAME,
+            rgb: &image.rgb,
+            truth: &image.truth,
+        }],
+        lidars: vec![LidarData {
+            name: LIDAR_NAME,
+            points: &scan,
+            sensor_chunk: pose.chunk,
+        }],
         frame_key: [0; 32],
     };
     c.bench_function("dataset/write_frame", |b| {

@@ -19,7 +19,12 @@ pub const POINTS: [u32; 3] = [25_000, 50_000, 100_000];
 /// If there is no such preset.
 pub fn config(preset: &str, pulses: u32) -> Result<Config, Error> {
     let settings = vec![format!("lidar.pulses={pulses}")];
-    Layers { preset: Some(preset.to_owned()), file: None, settings }.load()
+    Layers {
+        preset: Some(preset.to_owned()),
+        file: None,
+        settings,
+    }
+    .load()
 }
 
 /// A forest whose chunks around frame 0 are grown already.
@@ -37,7 +42,10 @@ impl Grown {
     /// # Errors
     /// If a stage fails.
     pub fn new(config: &Config) -> Result<Self, Error> {
-        let grown = Self { forest: ForestPlan::new(config)?, store: Store::unlimited() };
+        let grown = Self {
+            forest: ForestPlan::new(config)?,
+            store: Store::unlimited(),
+        };
         grown.runner().get(grown.forest.scene, 0)?;
         Ok(grown)
     }

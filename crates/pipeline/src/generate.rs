@@ -149,9 +149,7 @@ fn record(
         let (sender, receiver) = mpsc::sync_channel::<Result<Finished, u64>>(2);
         let (writer, failed) = (&writer, &failed);
         let writing = scope.spawn(move || {
-            let mut count = 0;
-            for item in receiver {
-                count += 1;
+            for (before, item) in receiver.into_iter().enumerate() {
                 let (frame, bytes, resumed) = match item {
                     Err(frame) => (frame, 0, true),
                     Ok(finished) => {
@@ -163,7 +161,7 @@ fn record(
                 };
                 observer.frame(Done {
                     frame,
-                    count,
+                    count: before + 1,
                     total,
                     bytes,
                     resumed,

@@ -88,10 +88,11 @@ fn object(path: &str) -> Value {
         format!("{path}.")
     };
     for sub in SECTIONS {
-        if let Some(name) = sub.path.strip_prefix(&prefix) {
-            if !name.is_empty() && !name.contains('.') {
-                properties.insert(name.to_owned(), object(sub.path));
-            }
+        if let Some(name) = sub.path.strip_prefix(&prefix)
+            && !name.is_empty()
+            && !name.contains('.')
+        {
+            properties.insert(name.to_owned(), object(sub.path));
         }
     }
     json!({

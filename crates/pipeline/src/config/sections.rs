@@ -457,8 +457,8 @@ section! {
     Output at "output" {
         /// The class table.
         ontology: String = "paper".into(), OneOf(&["paper", "fuel"]), "paper, V-A and VII";
-        /// Also write depth as float32 `.npy`.
-        depth_npy: bool = false, Flag, "16-bit PNG is enough to 4 mm";
+        /// Write depth as float32 `.npy` instead of 16-bit PNG.
+        depth_npy: bool = false, Flag, "PNG is read by every loader, and good to 2 mm";
     }
 }
 

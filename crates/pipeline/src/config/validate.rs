@@ -95,16 +95,16 @@ impl Config {
                     .to_owned(),
             );
         }
-        if let LidarPattern::Lines(lines) = &self.lidar.pattern {
-            if lines.low_deg > lines.high_deg {
-                wrong(
-                    "lidar.lines.low_deg",
-                    format!(
-                        "lidar.lines.low_deg = {}: must be at most lidar.lines.high_deg = {}",
-                        lines.low_deg, lines.high_deg
-                    ),
-                );
-            }
+        if let LidarPattern::Lines(lines) = &self.lidar.pattern
+            && lines.low_deg > lines.high_deg
+        {
+            wrong(
+                "lidar.lines.low_deg",
+                format!(
+                    "lidar.lines.low_deg = {}: must be at most lidar.lines.high_deg = {}",
+                    lines.low_deg, lines.high_deg
+                ),
+            );
         }
         if !matches!(self.lidar.wavelength_nm, 905 | 1550) {
             wrong(
@@ -131,13 +131,13 @@ impl Config {
                 "robot.spacing_m = 0 and robot.spacing_s = 0: one must be above 0".to_owned(),
             );
         }
-        if let RobotPath::File(file) = &r.path {
-            if file.path.is_empty() {
-                wrong(
-                    "robot.file.path",
-                    "robot.file.path = \"\": must name a file of poses".to_owned(),
-                );
-            }
+        if let RobotPath::File(file) = &r.path
+            && file.path.is_empty()
+        {
+            wrong(
+                "robot.file.path",
+                "robot.file.path = \"\": must name a file of poses".to_owned(),
+            );
         }
         let start = ChunkCoord::containing(DVec2::new(r.start_x_m, r.start_y_m), c.size_m);
         if ObjectId::new(start.offset(20_000, 20_000), 1).is_none()

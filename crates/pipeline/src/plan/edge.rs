@@ -121,6 +121,9 @@ impl<'a, T> Demand<'a, T> {
     }
 }
 
+/// Where a worker leaves what it made.
+type Slot<T> = Mutex<Option<Result<Arc<T>, Error>>>;
+
 impl<T: Send + Sync + 'static> Demand<'_, T> {
     /// The node's value at a chunk.
     ///
@@ -141,8 +144,7 @@ impl<T: Send + Sync + 'static> Demand<'_, T> {
         }
         // Ordinary threads, not the rayon pool: a node may wait for another thread's node here.
         let next = AtomicUsize::new(0);
-        let slots: Vec<Mutex<Option<Result<Arc<T>, Error>>>> =
-            chunks.iter().map(|_| Mutex::new(None)).collect();
+        let slots: Vec<Slot<T>> = chunks.iter().map(|_| Mutex::new(None)).collect();
         std::thread::scope(|scope| {
             for _ in 0..workers {
                 scope.spawn(|| {

@@ -206,7 +206,7 @@ impl GuideStage {
         }
     }
 
-    fn from_file(&self, file: &config::PathFile) -> Result<Path, Error> {
+    fn file_path(&self, file: &config::PathFile) -> Result<Path, Error> {
         let read = read_poses(&PathBuf::from(&file.path), &file.format)?;
         let step = if self.robot.spacing_s > 0.0 {
             self.robot.spacing_s
@@ -284,7 +284,7 @@ impl Stage for GuideStage {
             }
             RobotPath::Wander(path) => wander(path.amplitude_m),
             RobotPath::Straight(_) => Path::Straight { start_m, forward },
-            RobotPath::File(file) => self.from_file(file)?,
+            RobotPath::File(file) => self.file_path(file)?,
         };
         Ok(Guide {
             path,

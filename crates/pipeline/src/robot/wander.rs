@@ -214,8 +214,8 @@ impl Wander {
             let mut next = vec![f64::INFINITY; CHOICES];
             let mut best_from = vec![0; CHOICES];
             for b in 0..CHOICES {
-                for a in 0..CHOICES {
-                    let sum = total[a] + step_cost(a, b) + costs[b];
+                for (a, so_far) in total.iter().enumerate() {
+                    let sum = so_far + step_cost(a, b) + costs[b];
                     if sum < next[b] {
                         (next[b], best_from[b]) = (sum, a);
                     }

@@ -78,7 +78,6 @@ impl Stage for AssetStage {
                 dbh_mean_m: [self.assets.dbh_mean_m; 3],
                 ..StandParams::default()
             },
-            ..AssetParams::default()
         };
         let library = Library::grow(&params, world).map_err(Error::of_stage)?;
         let build = |prototypes: Vec<&Arc<Prototype>>| -> Vec<Arc<Blas>> {

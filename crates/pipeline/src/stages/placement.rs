@@ -93,7 +93,11 @@ impl Stage for PlacementStage {
             })
             .collect();
         let stumps: Vec<Variety> = library.stumps.iter().map(|s| exactly(s.radius_m)).collect();
-        let shrubs: Vec<Variety> = library.shrubs.iter().map(|s| exactly(SHRUB_CORE * s.radius_m)).collect();
+        let shrubs: Vec<Variety> = library
+            .shrubs
+            .iter()
+            .map(|s| exactly(SHRUB_CORE * s.radius_m))
+            .collect();
         let rocks = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
         // Targets are means over the whole plane; trails take their share of it.
         let weight: f64 = trees.iter().map(|t| t.weight).sum();

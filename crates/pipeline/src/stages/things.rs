@@ -188,7 +188,7 @@ impl Stage for ThingStage {
                 let message = format!("{} things: a chunk holds at most 65,535", placed.len());
                 Error::of_stage(std::io::Error::other(message))
             })?;
-            Ok(p.stand(object, &*ground))
+            Ok(p.stand(object, &ground))
         });
         Ok(Things(things.collect::<Result<_, Error>>()?))
     }
