@@ -243,8 +243,8 @@ impl Species {
 
     /// English oak, *Quercus robur*.
     ///
-    /// Height: Schnute curve, NW Spain. Crown width: .9 of the open-grown exp(−.3973) d^.7328 (Hasenauer
-    /// 1997, Quercus); the share for forest-grown trees is our choice. Crown ratio: .5 to .7. Taper:
+    /// Height: Schnute curve, NW Spain. Crown width: open-grown, exp(−.3973) d^.7328
+    /// (Hasenauer 1997, Quercus); crowns of a dense stand overlap. Crown ratio: .5 to .7. Taper:
     /// the form of beech with its butt. Leaf area: Forrester et al. 2017, at most an index of 5.5.
     #[must_use]
     pub fn english_oak() -> Self {
@@ -257,7 +257,7 @@ impl Species {
                 dominant: [45.0, 20.0],
                 height_sd: 0.08,
                 slenderness: [23.0, 93.0],
-                crown_width: [0.605, 0.7328],
+                crown_width: [0.672, 0.7328],
                 crown_width_sd: 0.12,
                 crown_ratio: [0.66, 0.04, 0.5, 0.75],
                 leaf_area: [0.1623, 2.138],
@@ -282,9 +282,9 @@ impl Species {
             },
             crown: CrownForm {
                 widest_at: 0.45,
-                base: 0.6,
+                base: 0.75,
                 lower_power: 2.0,
-                upper_power: 2.6,
+                upper_power: 3.0,
                 asymmetry: 0.08,
             },
             levels: vec![
@@ -293,12 +293,12 @@ impl Species {
                     node_spacing_m: 0.75,
                     zone: [0.0, 1.0],
                     divergence_deg: 70.0,
-                    insertion_deg: [72.0, 30.0],
+                    insertion_deg: [64.0, 28.0],
                     angle_sd_deg: 8.0,
                     length: [0.85, 1.0],
                     length_min_m: 0.8,
                     curve_deg: 6.0,
-                    gnarl_deg: 14.0,
+                    gnarl_deg: 12.0,
                     zigzag_deg: 20.0,
                     joint_m: 0.75,
                     radius_ratio: [0.4, 0.75],

@@ -105,3 +105,37 @@ fn look_up(table: &[f64; CELLS + 1], t: f64) -> f64 {
     let i = (x as usize).min(CELLS - 1);
     table[i] + (table[i + 1] - table[i]) * (x - i as f64)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tree::Species;
+
+    #[test]
+    fn profiles_meet_at_the_widest_point_and_close_at_the_top() {
+        for species in Species::all() {
+            let f = species.crown;
+            assert!((f.radius(0.0) - f.base).abs() < 1e-9);
+            assert!((f.radius(f.widest_at) - 1.0).abs() < 1e-9);
+            assert!((f.radius(f.widest_at - 1e-9) - 1.0).abs() < 1e-6);
+            assert!(f.radius(1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn reach_ends_at_the_outline() {
+        let species = Species::english_oak();
+        let key = Key::world(7);
+        let size = species.draw_size(0.4, key);
+        let envelope = Envelope::new(&size, species.crown, 0.2, DVec2::ZERO, key);
+        let from = DVec3::new(0.0, 0.0, 0.6 * size.height_m);
+        for i in 0..16 {
+            let (sin, cos) = libm::sincos(TAU * f64::from(i) / 16.0);
+            let direction = DVec3::new(cos, sin, 0.0);
+            let reach = envelope.reach(from, direction);
+            assert!(envelope.contains(from + direction * reach));
+            assert!(!envelope.contains(from + direction * (reach + 0.06 * size.crown_radius_m)));
+        }
+        assert_eq!(envelope.reach(DVec3::new(0.0, 0.0, 99.0), DVec3::Z), 0.0);
+    }
+}

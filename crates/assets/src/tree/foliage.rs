@@ -226,3 +226,42 @@ impl Quantiles {
         (i as f64 + (u - low) / (self.0[i] - low).max(1e-300)) / self.0.len() as f64
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn quantiles_have_the_mean_and_deviation_asked_for() {
+        for (mean, sd) in [(57.3, 21.5), (70.0, 13.0), (35.7, 19.3), (42.4, 17.0)] {
+            let q = Quantiles::beta(mean / 90.0, sd / 90.0);
+            let draws: Vec<f64> = (0..10_000)
+                .map(|i| 90.0 * q.at((f64::from(i) + 0.5) / 1e4))
+                .collect();
+            let m = draws.iter().sum::<f64>() / 1e4;
+            let s = (draws.iter().map(|d| (d - m) * (d - m)).sum::<f64>() / 1e4).sqrt();
+            assert!(
+                (m - mean).abs() < 0.3 && (s - sd).abs() < 0.5,
+                "{m} +- {s} for {mean} +- {sd}"
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_card_has_the_inclination_drawn(x in -1.0..1.0, y in -1.0..1.0, z in -1.0..1.0, degrees in 0.0..90.0, left: bool) {
+            let wanted = DVec3::new(x, y, z).normalize_or(DVec3::X);
+            let inclination = f64::to_radians(degrees);
+            let (along, normal) = incline(wanted, inclination, left);
+            prop_assert!((along.length() - 1.0).abs() < 1e-9 && (normal.length() - 1.0).abs() < 1e-9);
+            prop_assert!(along.dot(normal).abs() < 1e-9);
+            prop_assert!((normal.z.abs() - inclination.cos()).abs() < 1e-7, "{} {}", normal.z, inclination.cos());
+            // It still points the way it was drawn to, over the ground.
+            let level = wanted.truncate();
+            if level.length() > 1e-3 && along.truncate().length() > 1e-3 {
+                prop_assert!(along.truncate().normalize().dot(level.normalize()) > 1.0 - 1e-6);
+            }
+        }
+    }
+}

@@ -333,6 +333,9 @@ fn fit(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
 fn volume_m3(mesh: &Mesh, stem: Range<usize>, top_m: f64) -> f64 {
     const CUTS: u32 = 100;
     let step = top_m / f64::from(CUTS);
-    let area = |i: u32| FRAC_PI_4 * diameter_at(mesh, stem.clone(), step * f64::from(i)).powi(2);
+    let area = |i: u32| {
+        let d = diameter_at(mesh, stem.clone(), step * f64::from(i));
+        FRAC_PI_4 * d * d
+    };
     step * (1..CUTS).map(area).sum::<f64>() + 0.5 * step * (area(0) + area(CUTS))
 }

@@ -6,6 +6,9 @@ use super::{FoliageForm, Species, Taper, TreeSize};
 /// Twig of this length adds as much to the pipe sum as one tip: side shoots too small to be grown.
 const SHOOT_M: f64 = 0.4;
 
+/// Radius of what goes on from an axis' end, as a share of the radius there.
+const LEADER_RATIO: f64 = 0.92;
+
 impl Taper {
     /// Stem radius over bark at height z, metres, without the root flare: exactly half the diameter at
     /// 1.3 m there.
@@ -57,7 +60,11 @@ pub(super) fn radii(axes: &[Axis], species: &Species, size: &TreeSize) -> Vec<Ve
                 .collect();
             continue;
         }
-        let [least, most] = species.levels[axis.order - 1].radius_ratio;
+        let [mut least, mut most] = species.levels[axis.order - 1].radius_ratio;
+        if at as usize + 1 >= radii[parent].len() {
+            // It springs from its parent's end, and goes on as thick.
+            (least, most) = (LEADER_RATIO, LEADER_RATIO);
+        }
         powers[i] = if axis.order == 1 {
             // The thickest gets the greatest share, the others theirs by their pipe sums.
             let share = (radii[i][0] / thickest).clamp(0.0, 1.0);
@@ -110,4 +117,68 @@ fn pipe(axes: &[Axis], leaf: &FoliageForm) -> Vec<Vec<f64>> {
 pub(super) fn at_param(radii: &[f64], s: f64) -> f64 {
     let i = (s as usize).min(radii.len() - 2);
     radii[i] + (radii[i + 1] - radii[i]) * (s - i as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Relative diameters of maritime pine on the Galician coast (segmented curve of Fang et al. 2000 with
+    /// the coefficients of Diéguez-Aranda 2009), x = z/H.
+    const PINASTER: [(f64, f64); 9] = [
+        (0.01, 1.20),
+        (0.03, 1.12),
+        (0.065, 0.99),
+        (0.1, 0.87),
+        (0.2, 0.81),
+        (0.5, 0.62),
+        (0.7, 0.47),
+        (0.8, 0.34),
+        (0.9, 0.19),
+    ];
+
+    fn size(dbh_m: f64, height_m: f64) -> TreeSize {
+        TreeSize {
+            dbh_m,
+            height_m,
+            crown_base_m: 0.6 * height_m,
+            crown_radius_m: 2.0,
+            leaf_area_m2: 80.0,
+            lean_rad: 0.0,
+        }
+    }
+
+    #[test]
+    fn pine_tapers_as_published() {
+        // At this height 1.3 m is x = 0.065, where the published curve is 0.99.
+        let size = size(0.3, 20.0);
+        let taper = Species::maritime_pine().stem.taper;
+        for (x, published) in PINASTER {
+            let ours = 2.0 * taper.radius_m(&size, x * 20.0) / 0.3 * 0.99;
+            assert!(
+                (ours - published).abs() < 0.045,
+                "x = {x}: {ours} for {published}"
+            );
+        }
+    }
+
+    #[test]
+    fn taper_passes_through_breast_height_and_thins_upwards() {
+        for species in Species::all() {
+            for (dbh, height) in [(0.1, 9.0), (0.3, 20.0), (0.5, 30.0)] {
+                let size = size(dbh, height);
+                let taper = species.stem.taper;
+                assert!((taper.radius_m(&size, BREAST_M) - 0.5 * dbh).abs() < 1e-12);
+                let radii: Vec<f64> = (0..=100)
+                    .map(|i| taper.radius_m(&size, height * f64::from(i) / 100.0))
+                    .collect();
+                assert!(
+                    radii.windows(2).all(|w| w[1] < w[0] * 1.001),
+                    "{} {radii:?}",
+                    species.name
+                );
+                assert!(radii[100] == 0.0);
+            }
+        }
+    }
 }

@@ -10,6 +10,7 @@ use super::{BranchLevel, Species, TreeSize};
 
 const STEM: Stage = Stage::new("assets.tree.stem");
 const BRANCH: Stage = Stage::new("assets.tree.branch");
+const LEADER: Stage = Stage::new("assets.tree.leader");
 const DEAD: Stage = Stage::new("assets.tree.dead");
 const SHAPE: Stage = Stage::new("assets.tree.shape");
 
@@ -209,6 +210,27 @@ impl Grower<'_> {
                 self.branch(0, (0, s), direction, length, branch_key);
             }
         }
+        if self.species.stem.apical_dominance < 1.0 {
+            self.leader(key);
+        }
+    }
+
+    /// The limb that goes on where the stem of a decurrent tree ends.
+    fn leader(&mut self, key: Key) {
+        let key = key.stage(LEADER);
+        let mut rng = key.rng();
+        let s = (self.axes[0].points.len() - 1) as f64;
+        let (origin, along) = (self.axes[0].at(s), self.axes[0].direction(s));
+        let side = turn(beside(along), along, rng.range_f64(0.0, TAU));
+        let direction = turn(along, side, rng.range_f64(0.05, 0.2));
+        let length = self.envelope.reach(origin, direction);
+        self.branch(
+            0,
+            (0, s),
+            direction,
+            length.max(self.species.levels[0].length_min_m),
+            key,
+        );
     }
 
     /// The parameter of the stem's point at a height.
@@ -262,8 +284,7 @@ impl Grower<'_> {
             // Weber and Penn: the farther out on the parent, the shorter.
             let share = rng.range_f64(child.length[0], child.length[1]) * (1.0 - 0.6 * t);
             let wanted = share * length;
-            let child_length =
-                wanted.min(self.envelope.reach(origin, heading).max(child.length_min_m));
+            let child_length = wanted.min(self.envelope.reach(origin, heading).max(0.4 * wanted));
             if child_length >= child.length_min_m {
                 self.branch(index + 1, (me, s), direction, child_length, child_key);
             }
