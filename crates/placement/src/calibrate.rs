@@ -222,11 +222,20 @@ impl Bias {
             .map(|p| core_powers(kinds, usize::from(p.variety)))
             .sum::<DVec2>()
             / points.len().max(1) as f64;
-        // Newton's method; the ridge stands in where fewer than three hard cores leave the fit open.
-        const RIDGE: f64 = 1e-6;
+        // Newton's method on a convex function, halving steps that overshoot; the ridge stands in
+        // where fewer than three hard cores leave the fit open.
+        const RIDGE: f64 = 1e-4;
+        let norm_at = |theta: DVec2| -> f64 {
+            thrown
+                .iter()
+                .map(|&(share, x)| share * libm::exp(-theta.dot(x)))
+                .sum()
+        };
+        let loss = |theta: DVec2| {
+            libm::log(norm_at(theta)) + theta.dot(found) + RIDGE / 2.0 * theta.length_squared()
+        };
         let mut theta = DVec2::ZERO;
-        let mut norm = 1.0;
-        for _ in 0..20 {
+        for _ in 0..30 {
             let (mut sum, mut mean, mut square, mut cross) = (0.0, DVec2::ZERO, DVec2::ZERO, 0.0);
             for &(share, x) in &thrown {
                 let w = share * libm::exp(-theta.dot(x));
@@ -235,18 +244,30 @@ impl Bias {
                 square += w * x * x;
                 cross += w * x.x * x.y;
             }
-            norm = sum;
             mean /= sum;
             let variance = square / sum - mean * mean + RIDGE;
             let covariance = cross / sum - mean.x * mean.y;
             let gradient = mean - found - RIDGE * theta;
             let determinant = variance.x * variance.y - covariance * covariance;
-            let step = DVec2::new(
+            let mut step = DVec2::new(
                 variance.y * gradient.x - covariance * gradient.y,
                 variance.x * gradient.y - covariance * gradient.x,
             ) / determinant;
-            theta += step.clamp_length_max(4.0);
+            let here = loss(theta);
+            // Not at all downhill any more, to the last digits: found.
+            let halved = (0..40).find(|_| {
+                let better = loss(theta + step) < here;
+                if !better {
+                    step *= 0.5;
+                }
+                better
+            });
+            if halved.is_none() {
+                break;
+            }
+            theta += step;
         }
+        let norm = norm_at(theta);
         Self { theta, norm }
     }
 

@@ -61,11 +61,11 @@ section! {
         /// Number of noise layers.
         octaves: u32 = 6, Whole(1, 16), "paper, Fig. 3, has 5; one more for relief under 4 m";
         /// Size of the largest hills.
-        scale_m: f64 = 110.0, RealAbove(0.0, 10_000.0), "paper, Fig. 3, has 40: steep; here walkable";
+        scale_m: f64 = 130.0, RealAbove(0.0, 10_000.0), "paper, Fig. 3, has 40: steep; here walkable";
         /// Frequency of each layer over the one before.
         lacunarity: f64 = 2.1, RealAbove(1.0, 10.0), "paper, IV-B: above 1; not 2, so that lattices do not align";
         /// Amplitude of each layer over the one before.
-        persistence: f64 = 0.38, Real(0.0, 1.0), "paper, IV-B: 0..1";
+        persistence: f64 = 0.33, Real(0.0, 1.0), "paper, IV-B: 0..1";
         /// The greatest height.
         max_height_m: f64 = 30.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50";
         /// Which noise: ours, or the noise crate's.
@@ -87,7 +87,7 @@ section! {
         /// Surface texture: one for all, or varied from trail to trail.
         surface: String = "varied".into(), OneOf(&["varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand", "rock"]), "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
-        spawn_probability: f64 = 0.03, Real(0.0, 1.0), "about one trail in view";
+        spawn_probability: f64 = 0.012, Real(0.0, 1.0), "a trail in every third chunk";
         /// Probability that a trail leaves a chunk by the opposite border, rather than left or right.
         forward_probability: f64 = 0.75, Real(0.0, 1.0), "long trails with some bends";
         /// A trail ends after this many chunks.
@@ -131,7 +131,7 @@ section! {
         /// Side of a grid cell; each may hold a patch of plants.
         cell_m: f64 = 1.25, Real(0.5, 10.0), "patches are 1-2 m wide";
         /// Share of cells that hold a patch in full light.
-        cover: f64 = 0.75, Real(0.0, 1.0), "vegetation.md 2.5";
+        cover: f64 = 0.9, Real(0.0, 1.0), "vegetation.md 2.5";
         /// Patches of fallen twigs per cell.
         litter: f64 = 0.12, Real(0.0, 1.0), "vegetation.md 2.5";
     }

@@ -123,7 +123,7 @@ impl GroundZones for ChunkGround {
     fn sample(&self, world_m: DVec2) -> ZoneSample {
         let edge_m = self.trail_edge_m(world_m);
         // The slopes that a trail cuts and fills are as fine as its surface.
-        let detail_m = if edge_m < 1.5 { 0.0 } else { f64::INFINITY };
+        let detail_m = if edge_m < 1.0 { 0.0 } else { f64::INFINITY };
         ZoneSample { edge_m, detail_m }
     }
 }

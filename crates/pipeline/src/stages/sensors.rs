@@ -180,7 +180,7 @@ impl Stage for CameraStage {
         };
         let lighting = Lighting::new(&self.sun()?, &sky).map_err(Error::of_stage)?;
         let params = RayCastParams {
-            edge_samples: self.camera.samples,
+            edge_samples: self.camera.samples - 1,
             max_range_m: self.max_range_m as f32,
             ..RayCastParams::default()
         };

@@ -142,8 +142,8 @@ impl Stage for UndergrowthStage {
         let density = |p: DVec2| {
             // Light: little grows in deep shade (vegetation.md 2.5).
             let light = f64::from(openness.at(p.extend(ground.height_m(p) + 0.3)));
-            let light = (light / 0.35).clamp(0.15, 1.0);
-            let plants = flora.params.cover * light * (0.25 + 0.75 * contrast(&flora.clumps, p));
+            let light = (light / 0.3).clamp(0.2, 1.0);
+            let plants = flora.params.cover * light * (0.4 + 0.6 * contrast(&flora.clumps, p));
             (plants + flora.params.litter).min(1.0)
         };
         let points = flora.cover.points(at, &off_trail, &density);
