@@ -652,7 +652,7 @@ fn value_stability() {
     );
 }
 const FINGERPRINTS: [&str; 3] = ["f7615ba6e338e997", "514103ce96d67fdf", "9e8536b17257a34b"];
-const SIZE: &str = "18.693908385 4.255713537 231.166741484";
+const SIZE: &str = "18.693908385 4.727007432 233.612933315";
 const DBH: &str = "0.309200185091";
 
 #[test]
