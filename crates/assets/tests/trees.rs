@@ -483,7 +483,7 @@ fn distance(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> f64 {
 
 #[test]
 fn leaves_are_inclined_as_measured_in_the_field() {
-    // Oak: Chianucci et al., as tabled in the reference; spherical: mean 57.3, deviation 21.6; hanging: 65 to 75.
+    // As tabled in `reference/vegetation.md`, section 2.3; spherical is 57.3 +- 21.6, hanging 65 to 75.
     for (species, mean, sd) in [
         (Species::english_oak(), 35.7, 19.3),
         (Species::maritime_pine(), 57.3, 21.6),

@@ -17,12 +17,12 @@ impl Species {
 
     /// Maritime pine, *Pinus pinaster*.
     ///
-    /// Height: Schnute curve for NW Spain (inland). Crown width: geometric mean of the forest-grown
-    /// .225 d^.851 (Lizarralde 2008, at 384 stems/ha) and the open-grown .389 d^.831 (medfate).
-    /// Crown ratio: Crecente-Campo, as coded in SIMANFOR. Taper: the segmented curve of Fang et al. 2000 with
-    /// the coefficients of the Galician coast (Diéguez-Aranda 2009), refitted to [`Taper`] (within 0.03).
-    /// Leaf area: Forrester et al. 2017. Widest point of the crown: the pinaster profile in SIMANFOR.
-    /// Silhouette factor: 4 STAR of Scots pine (Stenberg). Slenderness limits: Nunes et al. 2022.
+    /// Relations as tabled with their sources in `reference/vegetation.md`, section 2. Height: generalised
+    /// Schnute curve of NW Spain, inland. Crown width: geometric mean of the forest-grown .225 d^.851 (its
+    /// density term at 384 stems/ha) and the open-grown .389 d^.831 (medfate). Crown ratio: from the
+    /// published height of the crown's base, about .63 H. Taper: the segmented curve of Fang et al. for the Galician
+    /// coast, refitted to [`Taper`] (within 0.03 of the diameter at breast height). Leaf area: Forrester et
+    /// al. 2017. Silhouette factor: 4 STAR of pine shoots (Stenberg). Scatter and branching: our choice.
     #[must_use]
     pub fn maritime_pine() -> Self {
         Self {
@@ -123,10 +123,10 @@ impl Species {
 
     /// Blue gum, *Eucalyptus globulus*.
     ///
-    /// Height: anchored curve with a = .05 (our choice; plantations have H/d 90 to 120). Crown width:
-    /// our choice for plantations at 3 m × 3 m. Crown ratio: .3 to .45 (Soares and Tomé 2001). Taper: a
-    /// slender form between the published ones of pine and beech, our choice. Leaf area: foliage mass of
-    /// Diéguez-Aranda 2009 times specific leaf area. Slenderness limits: Nunes et al. 2022.
+    /// Relations as tabled with their sources in `reference/vegetation.md`, section 2. Leaf area: foliage
+    /// mass (Diéguez-Aranda 2009) times specific leaf area. Crown ratio: .3 to .45 (Soares and Tomé). Limits
+    /// of slenderness: published. Our choice, for want of a published one at hand: the height curve's
+    /// a = .05, the crown's width (plantations at 3 m × 3 m), the taper, scatter and branching.
     #[must_use]
     pub fn eucalyptus() -> Self {
         Self {
@@ -243,9 +243,10 @@ impl Species {
 
     /// English oak, *Quercus robur*.
     ///
-    /// Height: Schnute curve, NW Spain. Crown width: open-grown, exp(−.3973) d^.7328
-    /// (Hasenauer 1997, Quercus); crowns of a dense stand overlap. Crown ratio: .5 to .7. Taper:
-    /// the form of beech with its butt. Leaf area: Forrester et al. 2017, at most an index of 5.5.
+    /// Relations as tabled with their sources in `reference/vegetation.md`, section 2. Height: generalised
+    /// Schnute curve. Leaf area: Forrester et al. 2017, at most an index of 5.5. Crown width: open-grown,
+    /// exp(−.3973) d^.7328 (Hasenauer 1997, *Quercus*); crowns of a dense stand overlap. Taper: the published form
+    /// of beech with a butt of our choice. Crown ratio .5 to .7, scatter and branching: our choice.
     #[must_use]
     pub fn english_oak() -> Self {
         Self {

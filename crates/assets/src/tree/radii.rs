@@ -123,8 +123,8 @@ pub(super) fn at_param(radii: &[f64], s: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Relative diameters of maritime pine on the Galician coast (segmented curve of Fang et al. 2000 with
-    /// the coefficients of Diéguez-Aranda 2009), x = z/H.
+    /// Diameters of maritime pine relative to breast height over x = z/H, from the segmented curve of Fang et
+    /// al. for the Galician coast (`reference/vegetation.md`, section 2.2).
     const PINASTER: [(f64, f64); 9] = [
         (0.01, 1.20),
         (0.03, 1.12),
