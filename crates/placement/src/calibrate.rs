@@ -68,7 +68,8 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
         let kinds = kinds(params, layer, target);
         let half = WINDOW * kinds.mean_core();
         let max_radius = max_radius(layer) / params.chunk_size_m;
-        let clearances = Clearances::of(&standing, params.factor() * max_radius);
+        // A hair more than will be asked for: rounding must not put a radius beyond the last probe.
+        let clearances = Clearances::of(&standing, 1.001 * params.factor() * max_radius);
         // Of all darts of a variety, this share is neither beside a rock nor beside earlier layers.
         let room: Vec<f64> = layer
             .varieties

@@ -7,7 +7,9 @@ use common::{
     World, allowed_fraction, beside_trails, everywhere, forest, layer, square, trees, variety,
 };
 use glam::DVec2;
-use nemoral_placement::{LayerParams, ParamError, Placement, PlacementParams, Site, Variety};
+use nemoral_placement::{
+    LayerParams, ParamError, Placement, PlacementParams, RockParams, Site, Variety,
+};
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Draw, Key, Stage};
 use proptest::prelude::*;
@@ -470,4 +472,76 @@ fn any_mix_of_sizes_finds_room_if_there_is_room() {
         };
         Placement::new(params, Key::world(1)).unwrap_or_else(|e| panic!("case {case}: {e}"));
     }
+}
+
+/// Shrubs among trees: varieties six times as large as others of their layer.
+#[test]
+fn very_different_sizes_find_room_beside_other_layers() {
+    let sized = |radii: &[(f64, f64)]| -> Vec<Variety> {
+        let exactly = |&(weight, radius_m)| Variety {
+            weight,
+            radius_m: (radius_m, radius_m),
+        };
+        radii.iter().map(exactly).collect()
+    };
+    let equal = |radii: &[f64]| sized(&radii.iter().map(|&r| (1.0, r)).collect::<Vec<_>>());
+    let layer = |per_chunk, varieties| LayerParams {
+        name: "things".to_owned(),
+        per_chunk,
+        varieties,
+    };
+    let params = PlacementParams {
+        rocks: RockParams {
+            min_per_chunk: 2,
+            max_per_chunk: 14,
+            varieties: equal(&[
+                0.18, 0.19, 0.22, 0.28, 0.34, 0.4, 0.43, 0.61, 0.71, 1.03, 1.14, 1.28,
+            ]),
+        },
+        layers: vec![
+            layer(
+                96.0,
+                sized(&[
+                    (0.6, 0.170_135_462_801_139_7),
+                    (0.2, 0.2565453865198012),
+                    (0.2, 0.2630495971818622),
+                ]),
+            ),
+            layer(
+                5.0,
+                equal(&[
+                    0.13672864437103271,
+                    0.20677655935287476,
+                    0.223398819565773,
+                    0.2907021641731262,
+                    0.29264745116233826,
+                    0.3246815800666809,
+                    0.3888181447982788,
+                    0.3714057505130768,
+                    0.4013883173465729,
+                ]),
+            ),
+            layer(
+                60.0,
+                equal(&[
+                    0.14713879823684692,
+                    0.2229231595993042,
+                    0.31046073436737065,
+                    0.35193464756011966,
+                    0.09629182815551758,
+                    0.1305549144744873,
+                    0.1469892740249634,
+                    0.20175564289093018,
+                    0.2903842210769653,
+                    0.37794497013092043,
+                    0.5349044799804688,
+                    0.5772736072540283,
+                ]),
+            ),
+        ],
+        spacing_factor: 1.3,
+        allowed_fraction: 0.98297119140625,
+        ..PlacementParams::default()
+    };
+    Placement::new(params, Key::world(1)).expect("there is room");
 }
