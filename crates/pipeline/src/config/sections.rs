@@ -67,7 +67,7 @@ section! {
         /// Amplitude of each layer over the one before.
         persistence: f64 = 0.33, Real(0.0, 1.0), "paper, IV-B: 0..1";
         /// The greatest height.
-        max_height_m: f64 = 30.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50";
+        max_height_m: f64 = 22.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50: mountains; here hills";
         /// Which noise: ours, or the noise crate's.
         noise: String = "nemoral".into(), OneOf(&["nemoral", "perlin-surflet"]), "ours has no period and exact gradients";
         /// Side of a terrain cell away from trails.
