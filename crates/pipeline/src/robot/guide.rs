@@ -270,9 +270,19 @@ impl Stage for GuideStage {
                 let found = ground
                     .trails()
                     .and_then(|t| t.nearest(start_m, trail.search_radius_m))
-                    .filter(|(path, _)| path.length_m() > 2.0 * TURN_M);
+                    .filter(|(path, _)| path.length_m() > 4.0 * TURN_M);
                 match found {
-                    Some((path, start_m)) => Path::Trail { path, start_m },
+                    Some((path, nearest_m)) => {
+                        let length = path.length_m();
+                        let at = nearest_m.clamp(TURN_M, length - TURN_M);
+                        // Set out towards the farther end: the second half of the lap goes back.
+                        let start_m = if at <= length / 2.0 {
+                            at
+                        } else {
+                            2.0 * length - at
+                        };
+                        Path::Trail { path, start_m }
+                    }
                     None => {
                         note = Some(format!(
                             "no trail within {} m of ({}, {}): the robot wanders instead",
