@@ -43,7 +43,8 @@ pub(crate) fn card(ray: &LocalRay, [corner, edge_u, edge_v]: [DVec3; 3]) -> Opti
 /// so that the ray becomes the third axis, then the origin is located in the 2-D triangle. A corner
 /// shared by two triangles lands on the same 2-D point in both, an edge function is the negative of
 /// its twin in the neighbour, and as rounding is monotonic its sign is right or zero. Zero counts
-/// as inside, so no ray passes between neighbours.
+/// as inside, so no ray passes between neighbours. (A triangle some 10¹⁶ times smaller than its distance
+/// has no shape left, and its answer no meaning.)
 #[inline(always)]
 pub(crate) fn triangle(ray: &LocalRay, corners: [DVec3; 3]) -> Option<Meeting> {
     // Make the direction's largest axis the third; a cyclic change of axes mirrors nothing.

@@ -246,3 +246,60 @@ fn sah_cut(boxes: &[Bounds], order: &mut [u32]) -> Option<usize> {
     }
     Some(left)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Entries that the search below a node may leave on its stack, and the boxes found there.
+    fn walk(nodes: &[Node], at: u32, found: &mut Vec<u32>) -> usize {
+        if at & LEAF != 0 {
+            found.push(at & !LEAF);
+            return 0;
+        }
+        let children: Vec<_> = nodes[at as usize].children().collect();
+        let below = children.iter().map(|&(bounds, child)| {
+            if child & LEAF == 0 {
+                for (inner, _) in nodes[child as usize].children() {
+                    assert_eq!(bounds.union(inner), bounds, "a box holds those below");
+                }
+            }
+            walk(nodes, child, found)
+        });
+        children.len() - 1 + below.max().unwrap_or(0)
+    }
+
+    fn check(boxes: &[Bounds]) {
+        let mut nodes = Vec::new();
+        let root = build(boxes, 1, &mut nodes, |b| b[0]);
+        let mut found = Vec::new();
+        assert!(walk(&nodes, root, &mut found) <= PER_TREE);
+        found.sort_unstable();
+        assert!(found.into_iter().eq(0..boxes.len() as u32));
+    }
+
+    fn cube(at: Vec3, half: f32) -> Bounds {
+        let (min, max) = (at - half, at + half);
+        Bounds { min, max }
+    }
+
+    #[test]
+    fn every_box_is_found_within_the_stack() {
+        check(&[cube(Vec3::ONE, 0.0)]);
+        check(&[cube(Vec3::ONE, 1.0); 3000]);
+        let grid = |i: u32| cube(Vec3::new((i % 61) as f32, (i / 61) as f32, 0.0), 0.4);
+        check(&(0..3000).map(grid).collect::<Vec<_>>());
+        // Each as large as all before: areas, even sums of areas, overflow.
+        let growing = |k: i32| cube(Vec3::splat(2.0_f32.powi(k)), 2.0_f32.powi(k - 1));
+        check(&(-126..127).map(growing).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_lopsided_tree_needs_halves() {
+        let growing = |k: i32| cube(Vec3::splat(2.0_f32.powi(k)), 2.0_f32.powi(k - 1));
+        let boxes: Vec<_> = (-60..60).flat_map(|k| [growing(k); 4]).collect();
+        assert!(Wide::plan(&boxes, 1, Split::Sah).stack_need(0) > PER_TREE);
+        assert!(Wide::plan(&boxes, 1, Split::Halves).stack_need(0) <= PER_TREE);
+        check(&boxes);
+    }
+}

@@ -182,16 +182,19 @@ fn parry_and_an_f64_solver_agree() {
                 .collect();
             let by_solver = nearest(solved.iter().filter(|s| s.1).map(|s| s.0), &ray);
             let delicate = |tolerance: f64| {
-                let reach = by_solver.map_or(f64::INFINITY, |f| f.t * (1.0 + tolerance));
                 let near = |a: f64, b: f64| (a - b).abs() <= tolerance * a.abs().max(b.abs());
+                let ends = [ray.t_min_m, ray.t_max_m].map(f64::from);
+                let first = ends[0] * (1.0 - tolerance);
+                let last = by_solver.map_or(ends[1], |f| f.t) * (1.0 + tolerance);
                 solved.iter().any(|(f, there, margin)| {
-                    let close_call = *margin < tolerance && f.t <= reach;
+                    let close_call = *margin < tolerance;
                     let twin = by_solver.is_some_and(|b| {
-                        *there && near(f.t, b.t) && (f.object, f.material) != (b.object, b.material)
+                        near(f.t, b.t) && (f.object, f.material) != (b.object, b.material)
                     });
-                    let range_end =
-                        near(f.t, f64::from(ray.t_min_m)) || near(f.t, f64::from(ray.t_max_m));
-                    close_call || twin || range_end
+                    let at_end = ends
+                        .into_iter()
+                        .any(|end| end.is_finite() && near(f.t, end));
+                    (first..=last).contains(&f.t) && (close_call || *there && (twin || at_end))
                 })
             };
             if delicate(1e-6) {
