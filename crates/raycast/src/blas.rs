@@ -219,7 +219,7 @@ impl Leaves for Blocks<'_> {
             let (primitive, material) = block.primitive(lane);
             if nearest.wants(m.t as f32) && self.blas.is_opaque(primitive, material, &m) {
                 nearest.offer(
-                    m.t as f32,
+                    m,
                     Rank {
                         primitive,
                         ..self.rank

@@ -41,11 +41,11 @@ impl RayCaster for BruteForce {
                             instance: i as u32,
                             primitive,
                         };
-                        nearest.offer(m.t as f32, rank);
+                        nearest.offer(m, rank);
                     }
                 }
             }
         }
-        describe(&self.groups, ray, &nearest)
+        describe(&self.groups, &nearest)
     }
 }

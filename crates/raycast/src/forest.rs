@@ -123,12 +123,11 @@ pub(crate) fn in_group(ray: &Ray, offset: Vec3) -> LocalRay {
 }
 
 /// The whole hit, once the nearest primitive is known.
-pub(crate) fn describe(groups: &[(Vec3, Arc<Group>)], ray: &Ray, nearest: &Nearest) -> Option<Hit> {
-    let rank = nearest.rank()?;
-    let (offset, group) = &groups[rank.group as usize];
+pub(crate) fn describe(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Hit> {
+    let (rank, m) = nearest.found()?;
+    let group = &groups[rank.group as usize].1;
     let (instance, blas) = &group.instances()[rank.instance as usize];
     let pose = group.pose(rank.instance as usize)?;
-    let m = blas.meet(rank.primitive, &pose.local(&in_group(ray, *offset)))?;
     Some(surface::hit(
         blas,
         instance,
@@ -142,12 +141,12 @@ pub(crate) fn describe(groups: &[(Vec3, Arc<Group>)], ray: &Ray, nearest: &Neare
 impl RayCaster for Forest {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let nearest = self.cast::<false>(ray, &mut Stack::new());
-        describe(&self.groups, ray, &nearest)
+        describe(&self.groups, &nearest)
     }
 
     fn is_occluded(&self, ray: &Ray) -> bool {
         let nearest = self.cast::<true>(ray, &mut Stack::new());
-        nearest.rank().is_some()
+        nearest.found().is_some()
     }
 
     /// Casts in an order of its own, so large batches gain, the more the wilder their order.
@@ -161,7 +160,7 @@ impl RayCaster for Forest {
         for i in by_direction(rays) {
             let ray = &rays[i as usize];
             let nearest = self.cast::<false>(ray, &mut stack);
-            hits[i as usize] = describe(&self.groups, ray, &nearest);
+            hits[i as usize] = describe(&self.groups, &nearest);
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use nemoral_scene::{ObjectId, Ray};
 
+use crate::exact::Meeting;
+
 /// What decides between hits at the same distance, the most significant first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Rank {
@@ -17,7 +19,7 @@ pub(crate) struct Nearest {
     t_min: f32,
     /// The distance to beat: the ray's `t_max_m` until something is found.
     t: f32,
-    rank: Option<Rank>,
+    found: Option<(Rank, Meeting)>,
 }
 
 impl Nearest {
@@ -25,7 +27,7 @@ impl Nearest {
         Self {
             t_min: ray.t_min_m,
             t: ray.t_max_m,
-            rank: None,
+            found: None,
         }
     }
 
@@ -39,9 +41,10 @@ impl Nearest {
         self.t
     }
 
+    /// The primitive that is hit, and where.
     #[inline(always)]
-    pub(crate) fn rank(&self) -> Option<Rank> {
-        self.rank
+    pub(crate) fn found(&self) -> Option<(Rank, Meeting)> {
+        self.found
     }
 
     /// Would a hit at this distance count, rank permitting? Never for NaN.
@@ -53,11 +56,12 @@ impl Nearest {
     /// Takes a hit if it is in range and nearer, or as near and of lower rank: the outcome does not
     /// depend on the order of the calls.
     #[inline(always)]
-    pub(crate) fn offer(&mut self, t: f32, rank: Rank) {
-        let wins = t < self.t || self.rank.is_none_or(|best| rank < best);
+    pub(crate) fn offer(&mut self, m: Meeting, rank: Rank) {
+        let t = m.t as f32;
+        let wins = t < self.t || self.found.is_none_or(|(best, _)| rank < best);
         if self.wants(t) && wins {
             self.t = t;
-            self.rank = Some(rank);
+            self.found = Some((rank, m));
         }
     }
 }

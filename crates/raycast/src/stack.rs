@@ -104,7 +104,7 @@ pub(crate) fn walk<I: Isa, const ANY: bool>(
             stack.push(node, &distances.0, mask)
         } else {
             leaves.visit(isa, at & !LEAF, nearest, stack);
-            if ANY && nearest.rank().is_some() {
+            if ANY && nearest.found().is_some() {
                 stack.len = base;
                 return;
             }

@@ -5,7 +5,9 @@ mod common;
 use common::{Groups, scene};
 use glam::{DMat3, DVec2, DVec3};
 use nemoral_raycast::Forest;
-use nemoral_scene::{AlphaMask, Card, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray, RayCaster};
+use nemoral_scene::{
+    AlphaMask, Card, Hit, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray, RayCaster,
+};
 use parry3d::query::RayCast;
 
 /// A primitive in the scene, relative to a ray's origin.
@@ -17,6 +19,7 @@ struct Placed<'a> {
     mask: Option<&'a AlphaMask>,
     material: MaterialId,
     object: ObjectId,
+    mirrored: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +27,24 @@ struct Found {
     t: f64,
     material: MaterialId,
     object: ObjectId,
+    normal: DVec3,
+    uv_per_m: f64,
+}
+
+impl Found {
+    fn of(t: f64, p: &Placed) -> Self {
+        let [a, b, c] = p.corners;
+        let [s, t0, t1] = p.uvs;
+        let cross = (b - a).cross(c - a);
+        let uv_area = (t0 - s).perp_dot(t1 - s).abs();
+        Self {
+            t,
+            material: p.material,
+            object: p.object,
+            normal: cross.normalize() * if p.mirrored { -1.0 } else { 1.0 },
+            uv_per_m: (uv_area / cross.length()).sqrt(),
+        }
+    }
 }
 
 fn placed<'a>(groups: &Groups, library: &'a MaterialLibrary, ray: &Ray) -> Vec<Placed<'a>> {
@@ -36,6 +57,7 @@ fn placed<'a>(groups: &Groups, library: &'a MaterialLibrary, ray: &Ray) -> Vec<P
             let mut add = |corners: [DVec3; 3], uvs, card, material| {
                 let mask = library.get(material).mask.as_deref();
                 let object = instance.object;
+                let mirrored = linear.determinant() < 0.0;
                 all.push(Placed {
                     corners: corners.map(at),
                     uvs,
@@ -43,6 +65,7 @@ fn placed<'a>(groups: &Groups, library: &'a MaterialLibrary, ray: &Ray) -> Vec<P
                     mask,
                     material,
                     object,
+                    mirrored,
                 });
             };
             let mesh: &Mesh = blas.prototype().mesh();
@@ -136,13 +159,16 @@ fn nearest(found: impl Iterator<Item = Found>, ray: &Ray) -> Option<Found> {
         .min_by(|a, b| a.t.total_cmp(&b.t))
 }
 
-fn agree(a: Option<(f64, ObjectId, MaterialId)>, b: Option<Found>) -> bool {
+fn agree(a: &Option<Hit>, b: &Option<Found>) -> bool {
     match (a, b) {
         (None, None) => true,
-        (Some((t, object, material)), Some(b)) => {
-            (t - b.t).abs() <= 1e-4 * t.abs().max(b.t.abs())
-                && object == b.object
-                && material == b.material
+        (Some(a), Some(b)) => {
+            let t = f64::from(a.distance_m);
+            let same = a.object == b.object && a.material == b.material;
+            let normal = a.geometric_normal.as_dvec3();
+            same && (t - b.t).abs() <= 1e-4 * t.abs().max(b.t.abs())
+                && normal.distance(b.normal) < 1e-4
+                && (f64::from(a.uv_per_m) - b.uv_per_m).abs() <= 1e-4 * b.uv_per_m
         }
         _ => false,
     }
@@ -156,19 +182,12 @@ fn parry_and_an_f64_solver_agree() {
         let library = common::library(seed);
         let forest = Forest::new(groups.clone());
         for ray in common::rays(seed, &targets, 120) {
-            let ours = forest
-                .closest_hit(&ray)
-                .map(|h| (f64::from(h.distance_m), h.object, h.material));
+            let ours = forest.closest_hit(&ray);
             let things = placed(&groups, &library, &ray);
             let d = ray.direction.as_dvec3();
-            let found = |t, p: &Placed| Found {
-                t,
-                material: p.material,
-                object: p.object,
-            };
             rays += 1;
             hits += u32::from(ours.is_some());
-            masked += u32::from(ours.is_some_and(|(_, _, m)| library.get(m).mask.is_some()));
+            masked += u32::from(ours.is_some_and(|h| library.get(h.material).mask.is_some()));
 
             // A decision is delicate if some primitive on the way is met within a millionth of its
             // size of a border or texel edge, or two are met at all but the same distance, or at
@@ -177,7 +196,7 @@ fn parry_and_an_f64_solver_agree() {
                 .iter()
                 .filter_map(|p| {
                     p.solve(d)
-                        .map(|(t, there, margin)| (found(t, p), there, margin))
+                        .map(|(t, there, margin)| (Found::of(t, p), there, margin))
                 })
                 .collect();
             let by_solver = nearest(solved.iter().filter(|s| s.1).map(|s| s.0), &ray);
@@ -201,7 +220,7 @@ fn parry_and_an_f64_solver_agree() {
                 solver_unsure += 1;
             } else {
                 assert!(
-                    agree(ours, by_solver),
+                    agree(&ours, &by_solver),
                     "seed {seed}, {ray:?}: {ours:?}, f64 {by_solver:?}"
                 );
             }
@@ -209,9 +228,9 @@ fn parry_and_an_f64_solver_agree() {
             // parry computes in f32: where it differs, the f64 solver must call the case delicate.
             let by_parry = things
                 .iter()
-                .filter_map(|p| p.parry(&ray).map(|t| found(t, p)));
+                .filter_map(|p| p.parry(&ray).map(|t| Found::of(t, p)));
             let by_parry = nearest(by_parry, &ray);
-            if !agree(ours, by_parry) {
+            if !agree(&ours, &by_parry) {
                 parry_differs += 1;
                 assert!(
                     delicate(1e-2),
