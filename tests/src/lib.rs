@@ -1,1 +1,102 @@
-//! Workspace tests.
+//! What the tests of the whole share: small worlds, and the bytes of what is recorded in them.
+
+use nemoral_pipeline::config::{Config, Layers};
+use nemoral_pipeline::plan::{At, Runner, Store};
+use nemoral_pipeline::{Error, ForestPlan};
+use nemoral_render::CameraImages;
+use nemoral_scene::LidarPoint;
+
+/// A world with a store of its own.
+#[derive(Debug)]
+pub struct World {
+    /// What was asked for.
+    pub config: Config,
+    /// Its plans.
+    pub forest: ForestPlan,
+    /// What was computed so far.
+    pub store: Store,
+}
+
+/// The config of a preset with settings over it, each `key=value`.
+///
+/// # Panics
+/// If it is refused.
+#[must_use]
+pub fn config(preset: &str, settings: &[&str]) -> Config {
+    let layers = Layers {
+        preset: Some(preset.to_owned()),
+        file: None,
+        settings: settings.iter().map(|s| (*s).to_owned()).collect(),
+    };
+    layers.load().unwrap_or_else(|e| panic!("{e}"))
+}
+
+impl World {
+    /// The world of a preset with settings over it.
+    ///
+    /// # Panics
+    /// If the config is refused.
+    #[must_use]
+    pub fn new(preset: &str, settings: &[&str]) -> Self {
+        let config = config(preset, settings);
+        let forest = ForestPlan::new(&config).unwrap_or_else(|e| panic!("{e}"));
+        Self {
+            config,
+            forest,
+            store: Store::unlimited(),
+        }
+    }
+
+    /// A runner that computes this many nodes at once.
+    #[must_use]
+    pub fn runner(&self, threads: usize) -> Runner<'_> {
+        Runner::new(self.forest.plan(), &self.store, threads)
+    }
+
+    /// Drops what was computed of chunks and frames. What belongs to the world is dear and stays.
+    pub fn forget(&self) {
+        self.store.retain(|_, at| at == At::World);
+    }
+}
+
+/// All that the sensors of a frame record, to the bit.
+///
+/// # Errors
+/// If the frame cannot be made.
+pub fn record(forest: &ForestPlan, runner: &Runner<'_>, frame: u64) -> Result<Vec<u8>, Error> {
+    let images = runner.get(forest.image, frame)?;
+    let scan = runner.get(forest.scan, frame)?;
+    Ok([image_bytes(&images), scan_bytes(&scan)].concat())
+}
+
+fn image_bytes(images: &CameraImages) -> Vec<u8> {
+    let truth = &images.truth;
+    let mut bytes: Vec<u8> = images.rgb.pixels().as_flattened().to_vec();
+    bytes.extend(truth.semantic.pixels().iter().map(|s| *s as u8));
+    for object in truth.object.pixels() {
+        bytes.extend(object.to_u64().to_le_bytes());
+    }
+    for depth_m in truth.depth_m.pixels() {
+        bytes.extend(depth_m.to_le_bytes());
+    }
+    for normal in truth.normal.pixels() {
+        bytes.extend(normal.to_array().iter().flat_map(|c| c.to_le_bytes()));
+    }
+    bytes
+}
+
+fn scan_bytes(scan: &[LidarPoint]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for p in scan {
+        let metres = [p.true_range_m, p.range_m, p.intensity, p.incidence_cos];
+        let vectors = [p.position_m.to_array(), p.normal.to_array()].concat();
+        bytes.extend(metres.iter().chain(&vectors).flat_map(|f| f.to_le_bytes()));
+        bytes.extend(p.object.to_u64().to_le_bytes());
+        bytes.extend(p.time_offset_ns.to_le_bytes());
+        bytes.extend(p.pulse.to_le_bytes());
+        let small = [p.reflectivity, p.semantic as u8, p.ring, p.flags.0];
+        bytes.extend(small);
+        bytes.extend([p.return_number, p.returns]);
+    }
+    bytes
+}

@@ -214,12 +214,19 @@ impl Scan<'_> {
         let pulses: Vec<Pulse> = (start..start + count)
             .map(|i| self.scanner.pattern.pulse(self.number(i)))
             .collect();
-        let rays = self.rays(&pulses);
+        let poses = self.poses(&pulses);
+        let rays: Vec<Ray> = pulses
+            .iter()
+            .zip(&poses)
+            .map(|(pulse, pose)| self.ray(pulse, pose))
+            .collect();
         let mut hits = vec![None; rays.len()];
         self.caster.closest_hits(&rays, &mut hits);
         (start..)
-            .zip(pulses.iter().zip(rays.iter().zip(&hits)))
-            .filter_map(|(i, (pulse, (ray, hit)))| self.point(i, pulse, ray, hit.as_ref()?))
+            .zip(pulses.iter().zip(&poses).zip(rays.iter().zip(&hits)))
+            .filter_map(|(i, ((pulse, pose), (ray, hit)))| {
+                self.point(i, pulse, pose, ray, hit.as_ref()?)
+            })
             .collect()
     }
 
@@ -228,34 +235,46 @@ impl Scan<'_> {
         self.first_pulse.wrapping_add(i.into())
     }
 
-    /// The ray of each pulse, in the scene.
-    fn rays(&self, pulses: &[Pulse]) -> Vec<Ray> {
+    /// Where the LiDAR is in the scene when each pulse fires.
+    fn poses(&self, pulses: &[Pulse]) -> Vec<RigidTransform> {
         let middle_s = self.start_s + self.scanner.duration_s() / 2.0;
         // Lasers that fire together share a pose, and poses may cost more than rays.
         let mut fired_s = f64::NAN;
         let mut scene_from_lidar = RigidTransform::IDENTITY;
-        let ray = |pulse: &Pulse| {
+        let pose = |pulse: &Pulse| {
             if pulse.time_s != fired_s {
                 fired_s = pulse.time_s;
                 scene_from_lidar = (self.scene_from_lidar_at)(fired_s - middle_s);
             }
-            Ray {
-                origin: scene_from_lidar.translation_m.as_vec3(),
-                direction: scene_from_lidar.transform_vector(pulse.direction).as_vec3(),
-                // From 0, not from the blind zone: what is there blocks the pulse.
-                t_min_m: 0.0,
-                t_max_m: self.scanner.params.max_range_m,
-            }
+            scene_from_lidar
         };
-        pulses.iter().map(ray).collect()
+        pulses.iter().map(pose).collect()
     }
 
-    fn point(&self, i: u32, pulse: &Pulse, ray: &Ray, hit: &Hit) -> Option<LidarPoint> {
+    /// The ray of a pulse, in the scene.
+    fn ray(&self, pulse: &Pulse, scene_from_lidar: &RigidTransform) -> Ray {
+        Ray {
+            origin: scene_from_lidar.translation_m.as_vec3(),
+            direction: scene_from_lidar.transform_vector(pulse.direction).as_vec3(),
+            // From 0, not from the blind zone: what is there blocks the pulse.
+            t_min_m: 0.0,
+            t_max_m: self.scanner.params.max_range_m,
+        }
+    }
+
+    fn point(
+        &self,
+        i: u32,
+        pulse: &Pulse,
+        scene_from_lidar: &RigidTransform,
+        ray: &Ray,
+        hit: &Hit,
+    ) -> Option<LidarPoint> {
         let params = &self.scanner.params;
         if hit.distance_m < params.min_range_m {
             return None;
         }
-        let (origin, direction): (DVec3, DVec3) = (ray.origin.into(), ray.direction.into());
+        let direction: DVec3 = ray.direction.into();
         // The flat primitive's: it is what stops the light. Its side is the shape's, so it is turned.
         let mut normal: DVec3 = hit.geometric_normal.into();
         if normal.dot(direction) > 0.0 {
@@ -271,9 +290,10 @@ impl Scan<'_> {
         };
         let key = self.key.item(self.number(i));
         let range_m = self.noise.measure(&observation, key)?;
-        let measured = self
-            .lidar_from_scene
-            .transform_point(origin + direction * range_m);
+        // Along the pulse, not along its ray, whose f32 origin is micrometres beside the LiDAR: a
+        // camera at the LiDAR's place, with the same f32 origin, looks along the pulse too.
+        let in_scene = scene_from_lidar.transform_point(pulse.direction * range_m);
+        let measured = self.lidar_from_scene.transform_point(in_scene);
         let intensity = reflectance * incidence_cos;
         Some(LidarPoint {
             position_m: measured.as_vec3(),
