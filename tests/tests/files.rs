@@ -1,0 +1,203 @@
+//! What `check` says of a recorded wood, from its files alone; and that it notices when they lie.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::LazyLock;
+use std::sync::atomic::AtomicBool;
+
+use nemoral_dataset::{
+    Agreement, CameraData, Dataset, FrameData, LidarData, OpenMode, Track, WorldTables, Writer,
+    check,
+};
+use nemoral_pipeline::{Done, Observer, Request, generate};
+use nemoral_scene::{
+    ChunkCoord, Image, LidarPoint, ObjectId, Ontology, Semantic, TruthImages, glam::DVec3,
+};
+use nemoral_tests::config;
+use tempfile::TempDir;
+
+struct Silent;
+
+impl Observer for Silent {
+    fn note(&self, _: &str) {}
+
+    fn frame(&self, _: Done) {}
+}
+
+/// A small data set of a drive along a trail, as the program writes it.
+static RECORDED: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = TempDir::new().expect("a temporary folder");
+    let settings = [
+        "frames=3",
+        "camera.width_px=320",
+        "camera.height_px=180",
+        "lidar.pulses=30000",
+        "robot.spacing_m=4",
+    ];
+    let config = config("demo", &settings);
+    let request = Request {
+        frames: (0..config.frames).collect(),
+        config,
+        out: folder.path().join("recorded"),
+        mode: OpenMode::Fresh,
+        threads: 2,
+    };
+    generate(&request, &Silent, &AtomicBool::new(false)).expect("a data set");
+    folder
+});
+
+fn recorded() -> &'static Path {
+    static PATH: LazyLock<std::path::PathBuf> = LazyLock::new(|| RECORDED.path().join("recorded"));
+    &PATH
+}
+
+#[test]
+fn a_recorded_wood_agrees_with_itself() {
+    let report = check(recorded()).expect("a data set");
+    println!("{report}");
+    assert!(report.problems.is_empty(), "{:?}", report.problems);
+    let agreement = &report.agreement;
+    assert!(
+        agreement.comparable() >= 20_000,
+        "{}",
+        agreement.comparable()
+    );
+    assert!(agreement.comparable_share() >= 0.5);
+    let overall = agreement.overall().expect("comparable points");
+    assert!(overall >= 0.97, "{overall}");
+    let mut judged = 0;
+    for class in agreement.classes.iter().filter(|c| c.comparable >= 1000) {
+        let share = class.same_class as f64 / class.comparable as f64;
+        assert!(share >= 0.95, "{}: {share}", class.name);
+        judged += 1;
+    }
+    assert!(judged >= 4, "a wood has more than {judged} classes");
+    for residual in [&agreement.same_frame, &agreement.next_frame] {
+        let median_m = residual.median_m().expect("surfaces that face the sensor");
+        assert!(median_m.abs() < 0.01, "{median_m}");
+    }
+    assert!(report.passed());
+}
+
+/// How a copy of the data set lies.
+#[derive(Clone, Copy)]
+enum Lie {
+    /// Not at all.
+    None,
+    /// Classes and instances lie one pixel to the right of the rest.
+    Labels,
+    /// Poses drift forwards by 5 cm a frame.
+    Poses,
+}
+
+/// The image with every pixel from `columns` to the left.
+fn shifted<T: Clone>(image: &Image<T>, columns: usize) -> Image<T> {
+    let (width, height) = (image.width(), image.height());
+    let pixel = |i: usize| {
+        image
+            .at((i % width).saturating_sub(columns), i / width)
+            .clone()
+    };
+    Image::new(width, height, (0..width * height).map(pixel).collect())
+}
+
+/// Writes a copy that lies and asks `check`.
+fn told(lie: Lie) -> Agreement {
+    let folder = TempDir::new().expect("a temporary folder");
+    let dataset = Dataset::open(recorded()).expect("a data set");
+    let header = &dataset.manifest().header;
+    let ontology: &Ontology = &header.ontology;
+    // A surface of each class, and the thing of each image id.
+    let semantics: HashMap<u8, Semantic> = Semantic::ALL
+        .iter()
+        .map(|s| (ontology.class(*s).id, *s))
+        .collect();
+    let objects = dataset.objects().expect("a table");
+    let ids: HashMap<u32, ObjectId> = objects
+        .iter()
+        .map(|o| (o.object.to_image_id(), o.object))
+        .collect();
+
+    let writer = Writer::create(folder.path(), OpenMode::Fresh, header.clone()).expect("a folder");
+    let mut poses = Vec::new();
+    for (i, record) in dataset.frames().iter().enumerate() {
+        let frame = dataset.read_frame(i).expect("a frame");
+        let camera = &frame.cameras[0];
+        let columns = usize::from(matches!(lie, Lie::Labels));
+        let truth = TruthImages {
+            semantic: shifted(&camera.semantic, columns).map(|class| semantics[class]),
+            object: shifted(&camera.instance, columns)
+                .map(|id| ids.get(id).copied().unwrap_or(ObjectId::NONE)),
+            depth_m: camera.depth_m.clone(),
+            normal: camera.normal.clone(),
+        };
+        let points: Vec<LidarPoint> = frame.lidars[0].ply.iter().map(|p| p.point).collect();
+        let mut world_from_body = record.world_from_body();
+        if matches!(lie, Lie::Poses) {
+            let forward = world_from_body.transform_vector(DVec3::X);
+            world_from_body.translation_m += forward * (0.05 * i as f64);
+        }
+        poses.push((record.time_s, world_from_body));
+        let [x, y] = record.sensor_chunks[0];
+        let data = FrameData {
+            sequence: record.sequence,
+            index: record.index,
+            time_s: record.time_s,
+            world_from_body,
+            cameras: vec![CameraData {
+                name: &camera.name,
+                rgb: &camera.rgb,
+                truth: &truth,
+            }],
+            lidars: vec![LidarData {
+                name: &frame.lidars[0].name,
+                points: &points,
+                sensor_chunk: ChunkCoord::new(x, y),
+            }],
+            frame_key: [0; 32],
+        };
+        writer.write_frame(&data).expect("a frame");
+    }
+    let tables = WorldTables {
+        trees: &dataset.trees().expect("a table"),
+        objects: &objects,
+    };
+    writer
+        .finish(&tables, &[Track { sequence: 0, poses }])
+        .expect("a data set");
+    let report = check(folder.path()).expect("a data set");
+    // Labels that do not fit their depths are noticed even without a LiDAR.
+    let fits = !matches!(lie, Lie::Labels);
+    assert_eq!(report.problems.is_empty(), fits, "{:?}", report.problems);
+    report.agreement
+}
+
+#[test]
+fn lies_are_noticed_from_the_files_alone() {
+    let disagreement = |a: &Agreement| 1.0 - a.overall().expect("comparable points");
+    let residual = |a: &Agreement| a.next_frame.median_m().expect("surfaces");
+    let honest = told(Lie::None);
+    let labels = told(Lie::Labels);
+    let poses = told(Lie::Poses);
+    println!(
+        "disagreement {:.3} %, labels one pixel off {:.3} %",
+        100.0 * disagreement(&honest),
+        100.0 * disagreement(&labels)
+    );
+    println!(
+        "median residual in the next frame {:+.4} m, poses 5 cm off {:+.4} m, {} points",
+        residual(&honest),
+        residual(&poses),
+        poses.next_frame.points()
+    );
+    // The copy says what the original says.
+    let original = check(recorded()).expect("a data set").agreement;
+    assert_eq!(original.classes, honest.classes);
+    assert!(honest.failures().is_empty());
+
+    assert!(disagreement(&labels) >= 2.0 * disagreement(&honest));
+    assert!(!labels.failures().is_empty());
+    let moved = residual(&poses) - residual(&honest);
+    assert!(moved.abs() > 0.03, "{moved}");
+    assert!(!poses.failures().is_empty());
+}
