@@ -15,7 +15,7 @@ use nemoral_scene::{ChunkCoord, LidarPoint, ObjectRecord, Ontology, TreeRecord};
 
 use crate::chunks::ChunkManager;
 use crate::config::Config;
-use crate::plan::{Hasher, Runner, Store};
+use crate::plan::{At, Hasher, Runner, Store};
 use crate::stages::frame::{FramePose, visible_chunks};
 use crate::stages::sensors;
 use crate::{Error, ForestPlan};
@@ -118,6 +118,8 @@ pub fn generate(
 
     let writer = Writer::create(&request.out, request.mode, header)?;
     record(request, &forest, &runner, &writer, observer, stop)?;
+    // The frames are done: what is left needs the ground and the things alone.
+    store.retain(|_, at| at == At::World);
     let tracks = tracks(config, &forest, &runner)?;
     let frames: Vec<u64> = writer
         .frames()
@@ -333,16 +335,16 @@ fn inventory(
         ));
     }
     let assets = runner.get(forest.assets, ())?;
-    let manager = ChunkManager::new(chunks.clone());
     let (mut trees, mut objects) = (Vec::new(), Vec::new());
-    for (i, &chunk) in visible.iter().enumerate() {
+    for &chunk in &visible {
         for thing in &runner.get(forest.things, chunk)?.0 {
             objects.push(thing.object_record(&assets));
             trees.extend(thing.tree_record(&assets));
         }
-        if i % 64 == 63 {
-            manager.evict(runner.store(), chunk.centre_m(chunks.size_m));
-        }
+        // Chunks come column by column: those of two columns back are done with.
+        runner
+            .store()
+            .retain(|_, at| !matches!(at, At::Chunk(c) if c.x < chunk.x - 2));
     }
     Ok((trees, objects))
 }

@@ -50,7 +50,7 @@ impl Trails {
         key: Key,
         base: Arc<dyn Surface>,
     ) -> Result<Self, ParamError> {
-        Self::with_memory(params, chunk_size_m, key, base, [16_384, 512])
+        Self::with_memory(params, chunk_size_m, key, base, [16_384, 160])
     }
 
     /// With room for so many chunks' births and so many paths.
