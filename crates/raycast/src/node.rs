@@ -32,7 +32,7 @@ pub(crate) struct LaneRay {
     negative: [usize; 3],
     /// Bound on the rounding error of the primitive filter, per metre of edge.
     pub(crate) slack: f32,
-    /// The largest distance of a point of the shape from the ray's origin, roughly, per axis.
+    /// Bound, per axis, on the coordinates of the origin and of all points relative to it.
     pub(crate) reach: f32,
 }
 

@@ -12,7 +12,7 @@ const BINS: usize = 16;
 const SAH_DEPTH: usize = 64;
 
 /// Cost of a leaf relative to that of visiting one binary node.
-const LEAF_COST: f32 = 2.0;
+const LEAF_COST: f32 = 1.0;
 
 /// Builds an eight-wide tree over boxes into `nodes` and returns its root: a node or, with [`LEAF`]
 /// set, a leaf. `leaf` turns up to `max_leaf` box numbers into a leaf number.

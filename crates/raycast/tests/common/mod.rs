@@ -49,12 +49,12 @@ pub fn library(seed: u64) -> MaterialLibrary {
         };
         add_masked(
             &mut library,
-            AlphaMask::from_fn(width, height, opaque).unwrap(),
+            AlphaMask::from_fn(width, height, opaque).expect("valid by construction"),
         );
     }
     add_masked(
         &mut library,
-        AlphaMask::from_fn(9, 9, |_, _| false).unwrap(),
+        AlphaMask::from_fn(9, 9, |_, _| false).expect("valid by construction"),
     );
     library
 }
@@ -67,7 +67,7 @@ pub fn add_masked(library: &mut MaterialLibrary, mask: AlphaMask) -> MaterialId 
 }
 
 pub fn blas(mesh: Mesh, cards: Vec<Card>, library: &MaterialLibrary) -> Arc<Blas> {
-    let prototype = Prototype::new("shape", mesh, cards, library).unwrap();
+    let prototype = Prototype::new("shape", mesh, cards, library).expect("valid by construction");
     Arc::new(Blas::build(Arc::new(prototype), library))
 }
 
