@@ -136,7 +136,7 @@ fn scene() -> Forest {
         });
     }
 
-    let start = Instant::now();
+    let clock = Clock::start();
     let blas = |name: &str, mesh: Mesh, cards: Vec<Card>| {
         let shape = Prototype::new(name, mesh, cards, &library).expect("a valid shape");
         Arc::new(Blas::build(Arc::new(shape), &library))
@@ -156,7 +156,7 @@ fn scene() -> Forest {
             )
         })
         .collect();
-    let shapes = start.elapsed();
+    let shapes_s = clock.seconds();
     let tree_triangles = trees[0].prototype().mesh().triangles.len();
     let tree_cards = trees[0].prototype().cards().len();
 
@@ -165,9 +165,9 @@ fn scene() -> Forest {
     for (cx, cy) in (0..CHUNKS).flat_map(|x| (0..CHUNKS).map(move |y| (x, y))) {
         let chunk = ChunkCoord::new(cx, cy);
         let corner = Vec3::new(cx as f32, cy as f32, 0.0) * CHUNK_M;
-        let start = Instant::now();
+        let clock = Clock::start();
         let ground = blas("ground", ground(corner), Vec::new());
-        ground_s += start.elapsed().as_secs_f64();
+        ground_s += clock.seconds();
         let mut rng = key.chunk(chunk).rng();
         let mut instances = vec![(
             place(&ground, Vec3::ZERO, Mat3::IDENTITY, ObjectId::NONE),
@@ -186,26 +186,23 @@ fn scene() -> Forest {
             let object = ObjectId::new(chunk, item + 1).expect("a valid id");
             instances.push((place(blas, foot, linear, object), Arc::clone(blas)));
         }
-        let start = Instant::now();
+        let clock = Clock::start();
         groups.push((corner, Arc::new(Group::build(instances))));
-        group_s += start.elapsed().as_secs_f64();
+        group_s += clock.seconds();
     }
-    let start = Instant::now();
+    let clock = Clock::start();
     let forest = Forest::new(groups.clone());
     println!(
         "tree 0: {tree_triangles} triangles, {tree_cards} cards; built 9 shapes in {:.1} ms, 25 grounds in {:.1} ms, 25 groups in {:.2} ms, forest in {:.3} ms",
-        shapes.as_secs_f64() * 1e3,
+        shapes_s * 1e3,
         ground_s * 1e3,
         group_s * 1e3,
-        start.elapsed().as_secs_f64() * 1e3,
+        clock.seconds() * 1e3,
     );
     let many: Vec<_> = groups.iter().cycle().take(200).cloned().collect();
-    let start = Instant::now();
+    let clock = Clock::start();
     drop(Forest::new(many));
-    println!(
-        "forest of 200 groups in {:.3} ms",
-        start.elapsed().as_secs_f64() * 1e3
-    );
+    println!("forest of 200 groups in {:.3} ms", clock.seconds() * 1e3);
     let thousand: Vec<_> = groups[0]
         .1
         .instances()
@@ -214,11 +211,11 @@ fn scene() -> Forest {
         .take(1000)
         .cloned()
         .collect();
-    let start = Instant::now();
+    let clock = Clock::start();
     drop(Group::build(thousand));
     println!(
         "group of 1,000 instances in {:.3} ms",
-        start.elapsed().as_secs_f64() * 1e3
+        clock.seconds() * 1e3
     );
     forest
 }

@@ -217,7 +217,8 @@ fn ties_go_to_the_lowest_id_whatever_the_order() {
 
 #[test]
 fn a_card_lets_through_what_its_mask_says() {
-    let shapes: [(usize, usize, fn(usize, usize) -> bool); 5] = [
+    type Opaque = fn(usize, usize) -> bool;
+    let shapes: [(usize, usize, Opaque); 5] = [
         (1, 1, |_, _| true),
         (3, 2, |c, r| (c + r) % 2 == 0),
         (64, 64, |c, r| {
