@@ -57,12 +57,14 @@ impl Reporter {
         }
     }
 
-    /// Ends the report.
+    /// Ends the report, with a last line if there is something to say.
     pub(crate) fn finish(&self, text: &str) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
-        self.line(text);
+        if !text.is_empty() {
+            self.line(text);
+        }
     }
 
     /// Megabytes written and seconds taken.

@@ -60,13 +60,14 @@ impl Error {
     }
 
     /// Says where a fresh stage error happened; one that came from a deeper stage stays as it is.
+    /// What a world stage refuses is the request: it is made from nothing else.
     pub(crate) fn in_stage(self, stage: &'static str, at: At) -> Self {
         match self {
             Self::Stage {
                 stage: "", source, ..
             } => {
                 let at = match at {
-                    At::World => "the world".to_owned(),
+                    At::World => return Self::request(format!("{stage}: {source}")),
                     At::Chunk(c) => format!("chunk {c}"),
                     At::Frame(i) => format!("frame {i}"),
                 };
@@ -80,7 +81,8 @@ impl Error {
     #[must_use]
     pub fn is_request(&self) -> bool {
         match self {
-            Self::Config(_) | Self::Request(_) => true,
+            // Files are read because the request names them.
+            Self::Config(_) | Self::Request(_) | Self::Read { .. } => true,
             Self::Dataset(e) => {
                 use nemoral_dataset::Error as E;
                 matches!(

@@ -114,6 +114,7 @@ pub fn generate(
         )));
     }
     runner.get(forest.camera, ())?;
+    runner.get(forest.lidar, ())?;
     runner.get(forest.placement, ())?;
 
     let writer = Writer::create(&request.out, request.mode, header)?;

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use nemoral_placement::{LayerParams, Placement, PlacementParams, RockParams, Site, Variety};
+use nemoral_placement::{
+    LayerParams, ParamError, Placement, PlacementParams, RockParams, Site, Variety,
+};
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
@@ -127,7 +129,18 @@ impl Stage for PlacementStage {
             density_factor: p.density_factor,
             allowed_fraction: (1.0 - trail_share).max(0.05),
         };
-        Placement::new(params, world).map_err(Error::of_stage)
+        Placement::new(params, world).map_err(|e| match e {
+            // Layers have the names of their config keys.
+            ParamError::TooDense {
+                name,
+                per_chunk,
+                at_most,
+                ..
+            } => Error::request(format!(
+                "placement.{name} = {per_chunk}: at most about {at_most:.1} per chunk find room; lower it, placement.spacing_factor or placement.density_factor"
+            )),
+            other => Error::of_stage(other),
+        })
     }
 }
 

@@ -275,7 +275,8 @@ impl Stage for LidarStage {
         };
         Ok(LidarRig {
             body_from_lidar: body_from_lidar(l),
-            scanner: Scanner::new(params, self.pattern()?).map_err(Error::of_stage)?,
+            scanner: Scanner::new(params, self.pattern()?)
+                .map_err(|e| Error::request(format!("lidar: {e}")))?,
             noise: Noise(RangeSensor::new(noise).map_err(Error::of_stage)?),
         })
     }
