@@ -14,6 +14,6 @@ pub use library::{
     AssetParams, GroundMaterials, Library, PlantAsset, StandParams, TrailMaterials, TreeAsset,
 };
 pub use tree::{
-    Allometry, BranchLevel, CrownForm, DeadBranches, FoliageCard, FoliageForm, GrownTree, GrowthParams,
-    Species, StemForm, Taper, TreeMaterials, TreeSize, grow,
+    Allometry, BranchLevel, CrownForm, DeadBranches, FoliageCard, FoliageForm, GrownTree,
+    GrowthParams, Species, StemForm, Taper, TreeMaterials, TreeSize, grow,
 };

@@ -217,7 +217,7 @@ impl Library {
                 radius_m,
                 subdivisions: if radius_m < 0.45 { 3 } else { 4 },
                 sunk: rng.range_f32(0.30, 0.60),
-                roughness: rng.range_f32(0.04, 0.09),
+                roughness: rng.range_f32(0.05, 0.11),
                 material: palette.rock,
                 tile_m: 1.0,
             };

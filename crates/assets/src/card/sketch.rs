@@ -57,11 +57,12 @@ impl Sketch {
     pub(crate) fn slices(&self, count: usize, mean: Vec3) -> Vec<Picture> {
         let (half_width, top) = self.extent();
         let size_m = Vec2::new(2.0 * half_width, top / count as f32);
-        // The nearest power of two, so that texels are about square.
-        let side = |ratio: f32| match ratio {
-            r if r > 0.70 => LONG_SIDE,
-            r if r > 0.35 => LONG_SIDE / 2,
-            _ => LONG_SIDE / 4,
+        let side = |ratio: f32| {
+            if ratio > 0.5 {
+                LONG_SIDE
+            } else {
+                LONG_SIDE / 2
+            }
         };
         let size = [side(size_m.x / size_m.y), side(size_m.y / size_m.x)];
         let drawn: Vec<_> = (0..count)
@@ -156,8 +157,9 @@ impl Sketch {
 /// Gives transparent texels the colour of the nearest opaque ones, coarse to fine (pull and push,
 /// Gortler et al. 1996), so that neither filtering nor a mip brings a halo in.
 fn fill_under([width, height]: [usize; 2], colours: &[Vec3], painted: &[bool]) -> Vec<Vec3> {
-    // Each level: the sums of colours and of weights of the level below.
-    let mut levels: Vec<(usize, usize, Vec<(Vec3, f32)>)> = vec![(
+    // Width, height, and the sums of colours and of weights of the level below.
+    type Level = (usize, usize, Vec<(Vec3, f32)>);
+    let mut levels: Vec<Level> = vec![(
         width,
         height,
         colours

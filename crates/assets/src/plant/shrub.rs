@@ -123,16 +123,16 @@ fn heather(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
 /// A mound of arching canes; leaves turn their faces up and out.
 fn bramble(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    let canes = 16 + rng.below(7);
+    let canes = 20 + rng.below(8);
     for i in 0..canes {
         let azimuth = 2.4 * i as f32 + rng.range_f32(-0.5, 0.5);
-        let length = height * rng.range_f32(1.5, 3.0);
-        let root = around(azimuth + rng.range_f32(-1.0, 1.0)) * rng.range_f32(0.0, 0.30) * height;
+        let length = height * rng.range_f32(1.2, 2.4);
+        let root = around(azimuth + rng.range_f32(-1.0, 1.0)) * rng.range_f32(0.0, 0.40) * height;
         let mut line = arched(
             root - SUNK_M * Vec3::Z,
             azimuth,
             length,
-            rng.range_f32(0.0, 0.6),
+            rng.range_f32(0.0, 0.9),
             rng.range_f32(2.1, 2.7),
             14,
         );
@@ -153,13 +153,8 @@ fn bramble(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
                 .normalize_or(Vec3::Z);
             let flat = (out - face * out.dot(face)).normalize_or(along);
             let across = flat.cross(face);
-            shape.card(
-                pick(&palette.bramble, rng),
-                at,
-                flat,
-                across,
-                rng.range_f32(0.75, 1.25),
-            );
+            let size = rng.range_f32(0.85, 1.35);
+            shape.card(pick(&palette.bramble, rng), at, flat, across, size);
         }
     }
     shape

@@ -144,7 +144,7 @@ fn stems(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng) {
 }
 
 fn trefoils(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng) {
-    for _ in 0..9 + rng.below(9) {
+    for _ in 0..6 + rng.below(6) {
         let azimuth = rng.range_f32(0.0, TAU);
         let at = foot + around(azimuth).truncate() * 0.11 * rng.unit_f32().sqrt();
         let height = rng.range_f32(0.025, 0.075);

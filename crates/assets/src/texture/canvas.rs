@@ -75,7 +75,7 @@ impl Outline {
     /// An oak's: an obovate leaf with `lobes` rounded lobes a side, cut in by `depth` (0..1).
     pub(crate) fn lobed(lobes: f64, depth: f64) -> Self {
         Self::new(|t| {
-            let body = libm::pow(t, 0.75) * libm::pow(1.0 - t, 0.55) * (0.40 + 0.95 * t);
+            let body = libm::pow(t, 0.75) * libm::pow(1.0 - t, 0.65) * (0.40 + 0.95 * t);
             let wave = libm::cos(std::f64::consts::TAU * (lobes * t * (0.85 + 0.15 * t) + 0.5));
             // The cosine's troughs are made narrow: sinuses are tighter than lobes.
             let sinus = libm::pow(0.5 - 0.5 * wave, 1.6);

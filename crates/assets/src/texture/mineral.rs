@@ -47,7 +47,8 @@ pub(crate) fn rock(seed: u32) -> Tile {
             let dust = 0.75 + 0.5 * value(p, IVec2::splat(200), salt ^ 2);
             colour = colour.lerp(tint * ring * dust, 0.65 * there);
         }
-        let moss = smoothstep(0.20, 0.40, fbm(q, IVec2::splat(3), 6, 0.6, seed ^ 0x70));
+        let damp = fbm(q, IVec2::splat(6), 5, 0.62, seed ^ 0x70) + 0.35 * film - 0.2;
+        let moss = smoothstep(0.10, 0.30, damp);
         let cushion = 0.6 + 0.8 * value(p, IVec2::splat(170), seed ^ 0x71);
         colour = colour.lerp(Vec3::new(0.052, 0.066, 0.024) * cushion, 0.85 * moss);
         Texel {
@@ -56,7 +57,7 @@ pub(crate) fn rock(seed: u32) -> Tile {
         }
     });
     tile.darken_hollows(6, 0.5, 0.6);
-    tile.with_luminance_of(Vec3::new(0.205, 0.197, 0.165))
+    tile.with_luminance_of(Vec3::new(0.190, 0.182, 0.150))
 }
 
 /// Loose stone, cleaner than rock, on a tile of 0.5 m.

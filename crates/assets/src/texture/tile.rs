@@ -26,15 +26,16 @@ impl Tile {
     /// threads cannot matter.
     pub(crate) fn bake(width: usize, height: usize, f: impl Fn(Vec2) -> Texel + Sync) -> Self {
         let scale = Vec2::new(width as f32, height as f32).recip();
-        let texels = (0..height)
-            .into_par_iter()
-            .flat_map_iter(|row| {
-                let f = &f;
-                (0..width).map(move |column| {
-                    f((Vec2::new(column as f32, row as f32) + Vec2::splat(0.5)) * scale)
-                })
-            })
-            .collect();
+        let mut texels = vec![Texel::default(); width * height];
+        texels
+            .par_chunks_exact_mut(width)
+            .enumerate()
+            .for_each(|(row, line)| {
+                for (column, texel) in line.iter_mut().enumerate() {
+                    let at = Vec2::new(column as f32, row as f32) + Vec2::splat(0.5);
+                    *texel = f(at * scale);
+                }
+            });
         Self {
             width,
             height,
@@ -66,27 +67,16 @@ impl Tile {
     /// The mean height of the square around each texel.
     fn blurred_heights(&self, radius: usize) -> Vec<f32> {
         let (w, h) = (self.width, self.height);
-        let rows: Vec<f32> = (0..h)
-            .into_par_iter()
-            .flat_map_iter(|y| {
-                let line: Vec<f32> = self.texels[y * w..(y + 1) * w]
-                    .iter()
-                    .map(|t| t.height)
-                    .collect();
-                running_mean(&line, radius)
-            })
-            .collect();
-        let columns: Vec<Vec<f32>> = (0..w)
-            .into_par_iter()
-            .map(|x| {
-                let line: Vec<f32> = (0..h).map(|y| rows[y * w + x]).collect();
-                running_mean(&line, radius)
-            })
-            .collect();
-        (0..h)
-            .into_par_iter()
-            .flat_map_iter(|y| columns.iter().map(move |c| c[y]))
-            .collect()
+        let heights: Vec<f32> = self.texels.iter().map(|t| t.height).collect();
+        let mut rows = vec![0.0; w * h];
+        rows.par_chunks_exact_mut(w)
+            .zip(heights.par_chunks_exact(w))
+            .for_each(|(out, line)| running_mean(line, radius, out));
+        let columns = transposed(&rows, w);
+        rows.par_chunks_exact_mut(h)
+            .zip(columns.par_chunks_exact(h))
+            .for_each(|(out, line)| running_mean(line, radius, out));
+        transposed(&rows, h)
     }
 
     /// Scales colours so that their mean has the luminance of `albedo`; hues are the recipe's.
@@ -135,19 +125,31 @@ pub(crate) fn luminance(c: Vec3) -> f32 {
     c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
+/// Rows of `width` as columns.
+fn transposed(values: &[f32], width: usize) -> Vec<f32> {
+    let height = values.len() / width;
+    let mut out = vec![0.0; values.len()];
+    out.par_chunks_exact_mut(height)
+        .enumerate()
+        .for_each(|(x, column)| {
+            for (y, value) in column.iter_mut().enumerate() {
+                *value = values[y * width + x];
+            }
+        });
+    out
+}
+
 /// The mean of the 2 `radius` + 1 values around each, on a ring.
-fn running_mean(line: &[f32], radius: usize) -> Vec<f32> {
+fn running_mean(line: &[f32], radius: usize, out: &mut [f32]) {
     let n = line.len();
     let at = |i: usize| f64::from(line[i % n]);
     // Sums of f32 in f64 are exact enough that the ring closes without drift.
     let mut sum: f64 = (0..=2 * radius).map(|i| at(i + n * radius - radius)).sum();
-    (0..n)
-        .map(|i| {
-            let mean = sum / (2 * radius + 1) as f64;
-            sum += at(i + radius + 1) - at(i + n * (radius + 1) - radius);
-            mean as f32
-        })
-        .collect()
+    let share = 1.0 / (2 * radius + 1) as f64;
+    for (i, mean) in out.iter_mut().enumerate() {
+        *mean = (sum * share) as f32;
+        sum += at(i + radius + 1) - at(i + n * (radius + 1) - radius);
+    }
 }
 
 #[cfg(test)]
@@ -158,7 +160,8 @@ mod tests {
     fn the_running_mean_is_the_brute_force_one() {
         let line: Vec<f32> = (0..17).map(|i| ((i * 7) % 5) as f32).collect();
         for radius in [0, 1, 4] {
-            let got = running_mean(&line, radius);
+            let mut got = vec![0.0; 17];
+            running_mean(&line, radius, &mut got);
             for i in 0..17_usize {
                 let want = (0..=2 * radius)
                     .map(|k| line[(i + 17 * 4 + k - radius) % 17])

@@ -146,7 +146,7 @@ impl TrailKind {
         // In the rut, what lay on top is pressed into fine soil.
         let mut rut = surface.recolour(|p, t| {
             let pressed = smoothstep(-0.35, 0.25, fbm(p, IVec2::splat(9), 4, 0.55, seed ^ 0x301));
-            let soil = earth(p, seed ^ 0x302).albedo * 0.8;
+            let soil = EARTH * (0.80 + 0.20 * gradient(p, IVec2::splat(110), seed ^ 0x302));
             // Tyre blocks, half worn away.
             t.albedo.lerp(soil, 0.65 * pressed)
                 * (1.0 + 0.05 * gradient(p, IVec2::splat(30), seed ^ 0x303))
@@ -228,15 +228,16 @@ fn gravel(p: Vec2, seed: u32) -> Texel {
     best
 }
 
+/// Dry, trodden soil.
+const EARTH: Vec3 = Vec3::new(0.225, 0.165, 0.115);
+
 /// Trodden soil with crumbs and small stones.
 fn earth(p: Vec2, seed: u32) -> Texel {
     let broad = fbm(p, IVec2::splat(4), 4, 0.55, seed);
     let crumbs = fbm(p, IVec2::splat(60), 3, 0.65, seed ^ 0x10);
     let cracks = smoothstep(0.90, 0.99, ridged(p, IVec2::splat(11), 2, 0.5, seed ^ 0x20));
     let (dome, id) = stones(p, 90, 0.09, seed ^ 0x30);
-    let soil = Vec3::new(0.225, 0.165, 0.115)
-        * (1.0 + 0.25 * broad + 0.22 * crumbs)
-        * (1.0 - 0.3 * cracks);
+    let soil = EARTH * (1.0 + 0.25 * broad + 0.22 * crumbs) * (1.0 - 0.3 * cracks);
     let pebble = Vec3::new(0.22, 0.20, 0.175) * (0.7 + 0.6 * unit(id ^ 1));
     Texel {
         albedo: soil.lerp(pebble, f32::from(dome > 0.0) * 0.8),
