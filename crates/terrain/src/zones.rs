@@ -7,7 +7,8 @@ use glam::DVec2;
 pub struct ZoneSample {
     /// Signed distance to the nearest break-line, metres, negative inside the zone;
     /// `f64::INFINITY` where none is near. It may not change faster than the position does by more
-    /// than a tenth.
+    /// than a tenth. Zones may lie in zones: what touches must differ in sign, and what is narrower
+    /// than the diagonal of a fine cell may be missed.
     pub edge_m: f64,
     /// Cells should be this small here, metres; `f64::INFINITY` for no wish.
     pub detail_m: f64,

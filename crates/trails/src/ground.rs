@@ -10,6 +10,7 @@ use crate::dual::Dual;
 use crate::index::{Index, Stretch};
 use crate::path::Foot;
 use crate::profile::smoothstep;
+use crate::section::Part;
 use crate::{TrailParams, TrailPath, TrailSurfaceKind};
 
 /// Inner corners between the edges of two trails that meet have this radius, metres.
@@ -116,22 +117,62 @@ impl TrailGround {
     /// Which part of a trail is here; by the nearest one where trails meet.
     #[must_use]
     pub fn zone(&self, world_m: DVec2) -> TrailZone {
-        let strands = self.strands(world_m);
-        let Some(edge) = union(&strands) else {
-            return TrailZone::Off;
-        };
-        if edge.value < 0.0 {
-            return match nearest(&strands).and_then(|s| self.params.rut_side(&s.foot)) {
-                Some(std::cmp::Ordering::Less) => TrailZone::Strip,
-                Some(std::cmp::Ordering::Equal) => TrailZone::Rut,
-                _ => TrailZone::Surface,
-            };
+        self.beside(world_m, self.part(world_m).map(|p| p.zone))
+    }
+
+    /// Signed distance to the nearest border between parts of trails, slopes counting as untouched
+    /// ground, metres: negative on surface and strip, positive in ruts and off the trails,
+    /// `f64::INFINITY` farther than 12 m from all. So parts that touch differ in sign, and a mesh cut
+    /// where it is 0 follows every border.
+    #[must_use]
+    pub fn border_m(&self, world_m: DVec2) -> f64 {
+        match self.part(world_m) {
+            Some(p) if is_negative(p.zone) => -p.border_m,
+            Some(p) if p.border_m < REACH_M => p.border_m,
+            _ => f64::INFINITY,
         }
-        let touched = self.height_m(world_m) - self.base.height_m(world_m);
-        if touched.abs() > TOUCH_M {
-            TrailZone::CutSlope
-        } else {
-            TrailZone::Off
+    }
+
+    /// [`zone`](Self::zone) for a piece of a mesh cut along the borders: the nearest part on its side
+    /// of them, whatever rounding says of its middle.
+    #[must_use]
+    pub fn zone_on_side(&self, world_m: DVec2, negative: bool) -> TrailZone {
+        let zone = self.part(world_m).map(|p| {
+            if is_negative(p.zone) == negative {
+                p.zone
+            } else {
+                p.beyond
+            }
+        });
+        self.beside(world_m, zone)
+    }
+
+    fn part(&self, world_m: DVec2) -> Option<Part> {
+        let strands = self.strands(world_m);
+        let edge = union(&strands)?.value;
+        if edge < 0.0 {
+            return nearest(&strands).map(|s| self.params.part(&s.foot, edge));
+        }
+        Some(Part {
+            zone: TrailZone::Off,
+            border_m: edge,
+            beyond: TrailZone::Surface,
+        })
+    }
+
+    /// Tells slopes from untouched ground where no trail's surface is.
+    fn beside(&self, world_m: DVec2, zone: Option<TrailZone>) -> TrailZone {
+        match zone {
+            Some(TrailZone::Off) => {
+                let touched = self.height_m(world_m) - self.base.height_m(world_m);
+                if touched.abs() > TOUCH_M {
+                    TrailZone::CutSlope
+                } else {
+                    TrailZone::Off
+                }
+            }
+            Some(zone) => zone,
+            None => TrailZone::Off,
         }
     }
 
@@ -295,6 +336,11 @@ impl<'a> Strand<'a> {
         );
         Self { path, foot, edge }
     }
+}
+
+/// The side of [`TrailGround::border_m`] that a part is on.
+fn is_negative(zone: TrailZone) -> bool {
+    matches!(zone, TrailZone::Surface | TrailZone::Strip)
 }
 
 fn nearest<'a>(strands: &'a [Strand<'a>]) -> Option<&'a Strand<'a>> {

@@ -5,7 +5,7 @@ use nemoral_seed::Draw;
 
 use crate::dual::Dual;
 use crate::path::{Foot, Lane};
-use crate::{Ruts, Section, TrailParams, TrailSurfaceKind};
+use crate::{Ruts, Section, TrailParams, TrailSurfaceKind, TrailZone};
 
 /// Trails narrower than this have no wheel ruts, metres.
 const RUT_WIDTH_M: f64 = 2.0;
@@ -15,6 +15,10 @@ const RIDGE: f64 = 0.25;
 
 /// Half the width of a rut where it is a rut, in standard deviations.
 const RUT_EDGE: f64 = 1.25;
+
+/// Ruts, the strip and what is left at the edges are at least this wide where they are told apart:
+/// the diagonal of a fine cell of the ground's mesh, which could step over less.
+const BAND_M: f64 = 0.36;
 
 impl TrailSurfaceKind {
     /// How deep ruts get, relative to the mean.
@@ -79,17 +83,60 @@ impl TrailParams {
         height + s.chain(polyline(&self.section.curve, s.value))
     }
 
-    /// Is an offset from the middle in a rut (0), or between the ruts (less)?
-    pub(crate) fn rut_side(&self, foot: &Foot) -> Option<std::cmp::Ordering> {
-        let ruts = self.ruts()?;
-        let s = (foot.away.dot(foot.left) - foot.lane.wander).abs() - 0.5 * ruts.gauge_m;
-        let edge = RUT_EDGE * ruts.sigma_m;
-        Some(match s {
-            _ if s < -edge => std::cmp::Ordering::Less,
-            _ if s > edge => std::cmp::Ordering::Greater,
-            _ => std::cmp::Ordering::Equal,
-        })
+    /// Where a point on a trail is across it, by its foot and its signed distance to the edge.
+    pub(crate) fn part(&self, foot: &Foot, edge_m: f64) -> Part {
+        let edge = Part {
+            zone: TrailZone::Surface,
+            border_m: -edge_m,
+            beyond: TrailZone::Off,
+        };
+        let Some(ruts) = self.ruts() else {
+            return edge;
+        };
+        let offset = (foot.away.dot(foot.left) - foot.lane.wander).abs();
+        let half = (RUT_EDGE * ruts.sigma_m).max(0.5 * BAND_M);
+        let inner = 0.5 * ruts.gauge_m - half;
+        // Distances out of the ruts, to the edge's side and to the middle's.
+        let out = (offset - inner - 2.0 * half).max(edge_m + BAND_M);
+        let within = if inner < 0.5 * BAND_M {
+            f64::NEG_INFINITY
+        } else {
+            inner - offset
+        };
+        if out.max(within) <= 0.0 {
+            return Part {
+                zone: TrailZone::Rut,
+                border_m: -out.max(within),
+                beyond: if within > out {
+                    TrailZone::Strip
+                } else {
+                    TrailZone::Surface
+                },
+            };
+        }
+        let (zone, to_rut) = if within > 0.0 && out <= 0.0 {
+            (TrailZone::Strip, within)
+        } else {
+            (TrailZone::Surface, out.max(within))
+        };
+        if zone == TrailZone::Surface && edge.border_m < to_rut {
+            return edge;
+        }
+        Part {
+            zone,
+            border_m: to_rut,
+            beyond: TrailZone::Rut,
+        }
     }
+}
+
+/// A part of a trail's surface.
+pub(crate) struct Part {
+    pub(crate) zone: TrailZone,
+    /// Distance to the nearest border of the part, metres.
+    pub(crate) border_m: f64,
+    /// What is on the other side of it.
+    pub(crate) beyond: TrailZone,
 }
 
 impl Section {

@@ -313,6 +313,39 @@ fn the_section_is_carved() {
 }
 
 #[test]
+fn zones_meet_where_the_border_says() {
+    let trails = trails(params(Section::default()), 9, hills(0.2));
+    let mut borders = 0;
+    for p in lonely_places(&trails, 16.0).iter().take(40) {
+        let half = 0.5 * p.path.width_m(p.s) + 0.5;
+        let at = |i: i32| p.at + p.left * (f64::from(i) * 1e-3);
+        let steps = (half * 1e3) as i32;
+        for i in -steps..steps {
+            let flat = |z| {
+                if z == TrailZone::CutSlope {
+                    TrailZone::Off
+                } else {
+                    z
+                }
+            };
+            let (a, b) = (at(i), at(i + 1));
+            let (za, zb) = (flat(p.ground.zone(a)), flat(p.ground.zone(b)));
+            let (da, db) = (p.ground.border_m(a), p.ground.border_m(b));
+            // As smooth as the position, but for the ruts' wander.
+            assert!((da - db).abs() < 1.2e-3, "{da} {db}");
+            assert_eq!(za != zb, da.signum() != db.signum(), "{za:?} {zb:?}");
+            if za != zb {
+                borders += 1;
+                // Whichever side rounding puts a piece of mesh on, its part is one of the two.
+                let sides = [true, false].map(|n| flat(p.ground.zone_on_side(a, n)));
+                assert!(sides.contains(&za) && sides.contains(&zb), "{sides:?}");
+            }
+        }
+    }
+    assert!(borders > 150, "{borders}");
+}
+
+#[test]
 fn zones_follow_the_ruts() {
     let trails = trails(params(Section::default()), 9, hills(0.2));
     let mut seen = std::collections::BTreeSet::new();

@@ -131,20 +131,15 @@ impl FloorPlan {
         materials: &GroundMaterials,
         ground: &ChunkGround,
         p: DVec2,
-        on_trail: bool,
+        inside: bool,
     ) -> MaterialId {
-        let zone = ground.trail_zone(p);
-        if on_trail {
-            let kind = ground.trail_kind(p).map_or(0, |k| k as usize);
-            let trail = &materials.trails[kind];
-            return match zone {
-                TrailZone::Rut => trail.rut,
-                TrailZone::Strip => trail.strip,
-                _ => trail.surface,
-            };
-        }
-        if zone == TrailZone::CutSlope {
-            return materials.cut_slope;
+        let trail = || &materials.trails[ground.trail_kind(p).map_or(0, |k| k as usize)];
+        match ground.trail_zone(p, inside) {
+            TrailZone::Surface => return trail().surface,
+            TrailZone::Rut => return trail().rut,
+            TrailZone::Strip => return trail().strip,
+            TrailZone::CutSlope => return materials.cut_slope,
+            TrailZone::Off => {}
         }
         // The field keeps to its middle; thirds of its usual range share the floor.
         let field = ((self.patches.height_m(p) - 0.5) * 4.0 + 0.5).clamp(0.0, 0.999);

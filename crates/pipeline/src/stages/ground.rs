@@ -95,12 +95,13 @@ impl ChunkGround {
             .map_or(f64::INFINITY, |g| g.edge_m(world_m))
     }
 
-    /// Which part of a trail a point lies on.
+    /// Which part of a trail a piece of the ground's mesh lies on, by its middle and its side of the
+    /// break-lines.
     #[must_use]
-    pub fn trail_zone(&self, world_m: DVec2) -> TrailZone {
+    pub fn trail_zone(&self, world_m: DVec2, inside: bool) -> TrailZone {
         self.carved
             .as_ref()
-            .map_or(TrailZone::Off, |g| g.zone(world_m))
+            .map_or(TrailZone::Off, |g| g.zone_on_side(world_m, inside))
     }
 
     /// What the trail is made of there.
@@ -121,7 +122,10 @@ impl Surface for ChunkGround {
 
 impl GroundZones for ChunkGround {
     fn sample(&self, world_m: DVec2) -> ZoneSample {
-        let edge_m = self.trail_edge_m(world_m);
+        let edge_m = self
+            .carved
+            .as_ref()
+            .map_or(f64::INFINITY, |g| g.border_m(world_m));
         // The slopes that a trail cuts and fills are as fine as its surface.
         let detail_m = if edge_m < 1.0 { 0.0 } else { f64::INFINITY };
         ZoneSample { edge_m, detail_m }
