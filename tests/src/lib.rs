@@ -100,3 +100,8 @@ fn scan_bytes(scan: &[LidarPoint]) -> Vec<u8> {
     }
     bytes
 }
+
+/// The README's snippet.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;
