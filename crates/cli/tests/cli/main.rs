@@ -1,0 +1,6 @@
+//! The program as a user meets it: what it writes, what it refuses, what it leaves behind.
+
+mod breakdown;
+mod common;
+mod recording;
+mod refusals;

@@ -1,0 +1,153 @@
+//! Requests that are met, in every way that must not matter.
+
+use std::fs;
+
+use crate::common::{assert_same_files, base, files, folder, outcome, record, run, small};
+
+#[test]
+fn a_data_set_is_complete_checked_and_counted() {
+    let out = folder("complete").join("out");
+    let path = out.to_string_lossy();
+    let done = run(&[
+        "generate",
+        "--preset",
+        "demo",
+        "--out",
+        &path,
+        "--set",
+        "camera.width_px=320",
+        "--set",
+        "camera.height_px=180",
+        "--set",
+        "lidar.pulses=20000",
+    ]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert!(done.stderr.contains("2 frames in"), "{}", done.stderr);
+    assert!(done.stderr.contains("2 of 2"), "progress: {}", done.stderr);
+
+    // The layout of the design, and nothing else.
+    let mut expected: Vec<String> = [
+        "README.md",
+        "config.toml",
+        "dataset.json",
+        "instances.csv",
+        "ontology.yaml",
+        "trees.csv",
+        "sequences/00/calib.txt",
+        "sequences/00/poses.txt",
+        "sequences/00/times.txt",
+    ]
+    .map(str::to_owned)
+    .into();
+    for frame in ["000000", "000001"] {
+        for folder in ["image_2", "semantic", "instance", "depth", "normals"] {
+            expected.push(format!("sequences/00/{folder}/{frame}.png"));
+        }
+        for (folder, extension) in [("velodyne", "bin"), ("labels", "label"), ("points", "ply")] {
+            expected.push(format!("sequences/00/{folder}/{frame}.{extension}"));
+        }
+    }
+    expected.sort();
+    let found = files(&out);
+    assert_eq!(found.keys().cloned().collect::<Vec<_>>(), expected);
+    assert!(found.values().all(|bytes| !bytes.is_empty()));
+
+    let checked = run(&["check", &path]);
+    assert_eq!(
+        checked.code,
+        Some(0),
+        "{}{}",
+        checked.stdout,
+        checked.stderr
+    );
+    assert!(checked.stdout.contains("passed"), "{}", checked.stdout);
+
+    let counted = run(&["stats", &path]);
+    assert_eq!(counted.code, Some(0), "{}", counted.stderr);
+    for word in ["2 frames", "Trunks", "Canopy", "DBH", "trees"] {
+        assert!(counted.stdout.contains(word), "{}", counted.stdout);
+    }
+
+    // One bit is enough.
+    let depth = out.join("sequences/00/depth/000001.png");
+    let mut bytes = fs::read(&depth).expect("a depth image");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&depth, bytes).expect("a writable file");
+    let checked = run(&["check", &path]);
+    assert_eq!(checked.code, Some(1), "{}", checked.stdout);
+    assert!(
+        checked.stdout.contains("depth/000001.png"),
+        "{}",
+        checked.stdout
+    );
+    assert!(checked.stdout.contains("FAILED"), "{}", checked.stdout);
+}
+
+#[test]
+fn threads_do_not_matter() {
+    let out = folder("threads").join("out");
+    record(&out, &["--threads", "1"]);
+    assert_same_files(&out, base());
+}
+
+#[test]
+fn parts_and_shards_make_the_whole() {
+    let folder = folder("shards");
+    let parts: [&[&str]; 3] = [
+        &["--frames", "0..9"],
+        &["--frames", "9..40", "--shard", "0/2"],
+        &["--frames", "9..40", "--shard", "1/2"],
+    ];
+    let mut merge = vec!["merge".to_owned()];
+    // The last first: order does not exist.
+    for (i, arguments) in parts.iter().enumerate().rev() {
+        let part = folder.join(format!("part{i}"));
+        record(&part, arguments);
+        merge.push(part.to_string_lossy().into_owned());
+    }
+    let whole = folder.join("whole");
+    merge.extend(["--out".to_owned(), whole.to_string_lossy().into_owned()]);
+    let merged = run(&merge.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(merged.code, Some(0), "{}", merged.stderr);
+    assert!(merged.stdout.contains("40 frames"), "{}", merged.stdout);
+    assert_same_files(&whole, base());
+}
+
+#[test]
+fn another_seed_replaces_a_data_set_only_if_asked() {
+    let out = folder("seed").join("out");
+    copy(base(), &out);
+    let foreign = out.join("notes.txt");
+    fs::write(&foreign, "mine").expect("a writable folder");
+    let seed = ["--seed", "8", "--frames", "2", "--quiet"];
+    let overwrite = [&seed[..], &["--overwrite"]].concat();
+    let done = outcome(&mut small(&out, &overwrite));
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert!(done.stdout.is_empty() && done.stderr.is_empty(), "quiet");
+
+    let (old, new) = (files(base()), files(&out));
+    let frames = |f: &std::collections::BTreeMap<String, Vec<u8>>| {
+        f.keys().filter(|n| n.contains("image_2")).count()
+    };
+    assert_eq!((frames(&old), frames(&new)), (40, 2));
+    for name in [
+        "image_2/000000.png",
+        "depth/000001.png",
+        "velodyne/000000.bin",
+    ] {
+        let name = format!("sequences/00/{name}");
+        assert!(old[&name] != new[&name], "{name}");
+    }
+    assert!(old["trees.csv"] != new["trees.csv"]);
+    // What is not the data set's stays.
+    assert_eq!(fs::read(&foreign).expect("still there"), b"mine");
+}
+
+fn copy(from: &std::path::Path, to: &std::path::Path) {
+    for (name, bytes) in files(from) {
+        let path = to.join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a writable folder");
+        fs::write(path, bytes).expect("a writable folder");
+    }
+}
