@@ -46,18 +46,25 @@
 //! Metres, seconds, radians; LiDAR frame with x forward, y left, z up. Patterns are exact after years:
 //! phases are counted in integers.
 
+mod beam;
+mod echo;
 mod error;
 mod horizon;
 mod lines;
 mod pattern;
 mod range_model;
+mod receiver;
 mod risley;
+mod scan;
 mod scanner;
 
+pub use beam::Beam;
+pub use echo::Returns;
 pub use error::ParamError;
 pub use horizon::HorizonLike;
 pub use lines::{RepeatingLines, RepeatingLinesParams};
 pub use pattern::{Pulse, ScanPattern};
 pub use range_model::{EchoObservation, ExactRange, RangeModel};
+pub use receiver::PulseErrors;
 pub use risley::{Mid40, Mid70};
 pub use scanner::{Scanner, ScannerParams, Wavelength};

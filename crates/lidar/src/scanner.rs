@@ -2,16 +2,15 @@
 
 use std::fmt;
 
-use nemoral_scene::glam::DVec3;
 use nemoral_scene::{
-    Hit, LaserBand, LidarPoint, Material, MaterialLibrary, PointFlags, Ray, RayCaster,
-    RigidTransform,
+    LaserBand, LidarPoint, Material, MaterialLibrary, RayCaster, RigidTransform,
 };
 use nemoral_seed::Key;
-use rayon::prelude::*;
 
+use crate::beam::SubRay;
 use crate::error::check;
-use crate::{EchoObservation, ParamError, Pulse, RangeModel, ScanPattern};
+use crate::scan::Scan;
+use crate::{Beam, ParamError, Pulse, PulseErrors, RangeModel, Returns, ScanPattern};
 
 /// The laser's wavelength: which of a material's reflectances counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -45,10 +44,19 @@ pub struct ScannerParams {
     pub max_range_m: f32,
     /// The laser's wavelength.
     pub wavelength: Wavelength,
+    /// The laser's width.
+    pub beam: Beam,
+    /// Which echoes of a pulse become points.
+    pub returns: Returns,
+    /// Errors of pointing and detection.
+    pub errors: PulseErrors,
+    /// Are points written in the LiDAR frame of the frame's time (`true`), or of the moment each was
+    /// measured (`false`: raw, as the sensor sends them)?
+    pub deskew: bool,
 }
 
 impl Default for ScannerParams {
-    /// The paper's 50,000 pulses; the range of the Livox Mid-40 and Horizon (260 m at 80 %), with
+    /// The paper's 50,000 pulses, each a line, deskewed, without errors; the range of the Livox Mid-40 and Horizon (260 m at 80 %), with
     /// the blind zone of 0.5 m that Livox writes for its rectangular scanners.
     fn default() -> Self {
         Self {
@@ -56,6 +64,10 @@ impl Default for ScannerParams {
             min_range_m: 0.5,
             max_range_m: 260.0,
             wavelength: Wavelength::Nm905,
+            beam: Beam::default(),
+            returns: Returns::default(),
+            errors: PulseErrors::default(),
+            deskew: true,
         }
     }
 }
@@ -65,6 +77,7 @@ pub struct Scanner {
     params: ScannerParams,
     pattern: Box<dyn ScanPattern>,
     rate_hz: f64,
+    sub_rays: Vec<SubRay>,
 }
 
 impl fmt::Debug for Scanner {
@@ -75,9 +88,6 @@ impl fmt::Debug for Scanner {
             .finish_non_exhaustive()
     }
 }
-
-/// Pulses cast together. Fixed, so that the work is cut the same way for any number of threads.
-const BATCH: u32 = 2048;
 
 /// The longest scan whose times fit a point's 32-bit nanoseconds.
 const MAX_DURATION_S: f64 = u32::MAX as f64 * 1e-9;
@@ -103,6 +113,16 @@ impl Scanner {
             params.max_range_m.into(),
             "finite and greater than min_range_m",
         )?;
+        params.beam.check()?;
+        params.errors.check()?;
+        if let Returns::All(most) = params.returns {
+            check(
+                (1..=15).contains(&most),
+                "returns",
+                most.into(),
+                "1..=15 for all",
+            )?;
+        }
         let rate_hz = pattern.rate_hz();
         check(
             rate_hz.is_finite() && rate_hz > 0.0,
@@ -120,6 +140,7 @@ impl Scanner {
             params,
             pattern,
             rate_hz,
+            sub_rays: params.beam.sub_rays(),
         })
     }
 
@@ -152,17 +173,20 @@ impl Scanner {
             .map(move |i| self.pattern.pulse(first_pulse.wrapping_add(i.into())))
     }
 
-    /// One scan: a point for each pulse that comes back, in the order of firing.
+    /// One scan: the points of each pulse that comes back, in the order of firing.
     ///
     /// Each pulse is cast from where the LiDAR is when it fires: `scene_from_lidar_at` gives the pose
     /// at a time in seconds relative to the frame's, and the scan is centred on that time, from
-    /// −duration/2 to +duration/2. The points are written *deskewed*, in the LiDAR frame at the
-    /// frame's time. `first_pulse` says where in the pattern the scan starts
+    /// −duration/2 to +duration/2. `first_pulse` says where in the pattern the scan starts
     /// ([`Scanner::first_pulse_at`]).
     ///
-    /// A pulse's noise is keyed by `key` and the pulse's number in the pattern: it does not depend on
-    /// other pulses. A hit nearer than the blind zone or an echo that `noise` does not see gives no
-    /// point. Work is spread over rayon's current thread pool; the result is the same for any.
+    /// What a beam's sub-rays hit is put together to echoes; `noise` measures each, and
+    /// [`ScannerParams::returns`] says which become points. A point carries the truth of the surface that
+    /// gave most of its light, and [`PointFlags::MIXED`](nemoral_scene::PointFlags::MIXED) if others
+    /// gave some too. A hit nearer than the blind zone blocks its part of the beam and is not seen.
+    ///
+    /// A pulse's randomness is keyed by `key` and the pulse's number in the pattern: it does not depend
+    /// on other pulses. Work is spread over rayon's current thread pool; the result is the same for any.
     #[must_use]
     pub fn scan(
         &self,
@@ -173,10 +197,14 @@ impl Scanner {
         noise: &dyn RangeModel,
         key: Key,
     ) -> Vec<LidarPoint> {
+        let start_s = self.pattern.pulse(first_pulse).time_s;
         let scan = Scan {
-            scanner: self,
+            params: &self.params,
+            pattern: &*self.pattern,
+            sub_rays: &self.sub_rays,
             first_pulse,
-            start_s: self.pattern.pulse(first_pulse).time_s,
+            start_s,
+            middle_s: start_s + self.duration_s() / 2.0,
             lidar_from_scene: scene_from_lidar_at(0.0).inverse(),
             caster,
             materials,
@@ -184,133 +212,6 @@ impl Scanner {
             noise,
             key,
         };
-        let pulses = self.params.pulses_per_scan;
-        let batches: Vec<Vec<LidarPoint>> = (0..pulses.div_ceil(BATCH))
-            .into_par_iter()
-            .map(|b| scan.batch(b * BATCH, BATCH.min(pulses - b * BATCH)))
-            .collect();
-        batches.concat()
-    }
-}
-
-/// What the pulses of one scan have in common.
-struct Scan<'a> {
-    scanner: &'a Scanner,
-    first_pulse: u64,
-    /// When the first pulse fires, in the pattern's time.
-    start_s: f64,
-    /// At the frame's time.
-    lidar_from_scene: RigidTransform,
-    caster: &'a dyn RayCaster,
-    materials: &'a MaterialLibrary,
-    scene_from_lidar_at: &'a (dyn Fn(f64) -> RigidTransform + Sync),
-    noise: &'a dyn RangeModel,
-    key: Key,
-}
-
-impl Scan<'_> {
-    /// The points of `count` pulses from the `start`-th of the scan on.
-    fn batch(&self, start: u32, count: u32) -> Vec<LidarPoint> {
-        let pulses: Vec<Pulse> = (start..start + count)
-            .map(|i| self.scanner.pattern.pulse(self.number(i)))
-            .collect();
-        let poses = self.poses(&pulses);
-        let rays: Vec<Ray> = pulses
-            .iter()
-            .zip(&poses)
-            .map(|(pulse, pose)| self.ray(pulse, pose))
-            .collect();
-        let mut hits = vec![None; rays.len()];
-        self.caster.closest_hits(&rays, &mut hits);
-        (start..)
-            .zip(pulses.iter().zip(&poses).zip(rays.iter().zip(&hits)))
-            .filter_map(|(i, ((pulse, pose), (ray, hit)))| {
-                self.point(i, pulse, pose, ray, hit.as_ref()?)
-            })
-            .collect()
-    }
-
-    /// The number in the pattern of the `i`-th pulse of the scan.
-    fn number(&self, i: u32) -> u64 {
-        self.first_pulse.wrapping_add(i.into())
-    }
-
-    /// Where the LiDAR is in the scene when each pulse fires.
-    fn poses(&self, pulses: &[Pulse]) -> Vec<RigidTransform> {
-        let middle_s = self.start_s + self.scanner.duration_s() / 2.0;
-        // Lasers that fire together share a pose, and poses may cost more than rays.
-        let mut fired_s = f64::NAN;
-        let mut scene_from_lidar = RigidTransform::IDENTITY;
-        let pose = |pulse: &Pulse| {
-            if pulse.time_s != fired_s {
-                fired_s = pulse.time_s;
-                scene_from_lidar = (self.scene_from_lidar_at)(fired_s - middle_s);
-            }
-            scene_from_lidar
-        };
-        pulses.iter().map(pose).collect()
-    }
-
-    /// The ray of a pulse, in the scene.
-    fn ray(&self, pulse: &Pulse, scene_from_lidar: &RigidTransform) -> Ray {
-        Ray {
-            origin: scene_from_lidar.translation_m.as_vec3(),
-            direction: scene_from_lidar.transform_vector(pulse.direction).as_vec3(),
-            // From 0, not from the blind zone: what is there blocks the pulse.
-            t_min_m: 0.0,
-            t_max_m: self.scanner.params.max_range_m,
-        }
-    }
-
-    fn point(
-        &self,
-        i: u32,
-        pulse: &Pulse,
-        scene_from_lidar: &RigidTransform,
-        ray: &Ray,
-        hit: &Hit,
-    ) -> Option<LidarPoint> {
-        let params = &self.scanner.params;
-        if hit.distance_m < params.min_range_m {
-            return None;
-        }
-        let direction: DVec3 = ray.direction.into();
-        // The flat primitive's: it is what stops the light. Its side is the shape's, so it is turned.
-        let mut normal: DVec3 = hit.geometric_normal.into();
-        if normal.dot(direction) > 0.0 {
-            normal = -normal;
-        }
-        let incidence_cos = (-normal.dot(direction)).clamp(0.0, 1.0);
-        let material = self.materials.get(hit.material);
-        let reflectance = f64::from(params.wavelength.band(material).reflectance);
-        let observation = EchoObservation {
-            range_m: hit.distance_m.into(),
-            incidence_rad: libm::acos(incidence_cos),
-            reflectance,
-        };
-        let key = self.key.item(self.number(i));
-        let range_m = self.noise.measure(&observation, key)?;
-        // Along the pulse, not along its ray, whose f32 origin is micrometres beside the LiDAR: a
-        // camera at the LiDAR's place, with the same f32 origin, looks along the pulse too.
-        let in_scene = scene_from_lidar.transform_point(pulse.direction * range_m);
-        let measured = self.lidar_from_scene.transform_point(in_scene);
-        let intensity = reflectance * incidence_cos;
-        Some(LidarPoint {
-            position_m: measured.as_vec3(),
-            true_range_m: hit.distance_m,
-            range_m: range_m as f32,
-            intensity: intensity as f32,
-            reflectivity: (150.0 * intensity).round() as u8,
-            semantic: material.semantic,
-            object: hit.object,
-            ring: pulse.ring,
-            return_number: 1,
-            returns: 1,
-            time_offset_ns: ((pulse.time_s - self.start_s) * 1e9).round() as u32,
-            pulse: i,
-            incidence_cos: incidence_cos as f32,
-            normal: self.lidar_from_scene.transform_vector(normal).as_vec3(),
-            flags: PointFlags::default(),
-        })
+        scan.points()
     }
 }

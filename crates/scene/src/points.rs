@@ -24,19 +24,20 @@ impl PointFlags {
 /// One LiDAR return with all that is known of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LidarPoint {
-    /// Measured position in the LiDAR frame at the frame's time (deskewed), metres.
+    /// Measured position, metres: in the LiDAR frame at the frame's time (deskewed), or, of a raw
+    /// scan, at the pulse's.
     pub position_m: Vec3,
-    /// Range without error, metres.
+    /// Range without error, metres: the light's mean where the return is mixed, 0 of a false alarm.
     pub true_range_m: f32,
     /// Measured range, metres.
     pub range_m: f32,
-    /// Received power relative to a perfect Lambertian plate at the same place and facing the
-    /// sensor: reflectance × cos(incidence), 0..1.
+    /// Received power relative to a perfect Lambertian plate at the same place, facing the sensor and
+    /// filling the beam: reflectance × cos(incidence), 0..1, of the part of the beam that met it.
     pub intensity: f32,
     /// Livox convention: 0..150 is 0..100 % diffuse reflectance, range-calibrated; 151..255 is
     /// retroreflective.
     pub reflectivity: u8,
-    /// What was hit.
+    /// What was hit, of a mixed return what gave most light; [`Semantic::Sky`] of a false alarm.
     pub semantic: Semantic,
     /// Whose it is.
     pub object: ObjectId,
@@ -52,7 +53,7 @@ pub struct LidarPoint {
     pub pulse: u32,
     /// Cosine of the angle between beam and surface normal, 0..1.
     pub incidence_cos: f32,
-    /// Unit surface normal in the LiDAR frame at the frame's time, towards the sensor.
+    /// Unit surface normal in the frame of `position_m`, towards the sensor; 0 of a false alarm.
     pub normal: Vec3,
     /// What is special about it.
     pub flags: PointFlags,

@@ -1,0 +1,322 @@
+//! One scan.
+
+use nemoral_scene::glam::{DVec3, Vec3};
+use nemoral_scene::{
+    Hit, LidarPoint, MaterialLibrary, ObjectId, PointFlags, Ray, RayCaster, RigidTransform, Semantic,
+};
+use nemoral_seed::{Draw, Key, Stage};
+use rayon::prelude::*;
+
+use crate::beam::{SubRay, turned};
+use crate::echo::{Contact, Echo, group};
+use crate::{EchoObservation, Pulse, RangeModel, ScanPattern, ScannerParams};
+
+/// Rays cast together. Fixed, so that the work is cut the same way for any number of threads.
+const BATCH: u32 = 4096;
+
+const JITTER: Stage = Stage::new("lidar.jitter");
+const DROPOUT: Stage = Stage::new("lidar.dropout");
+const FALSE_ALARM: Stage = Stage::new("lidar.false_alarm");
+const LATER_ECHO: Stage = Stage::new("lidar.later_echo");
+
+/// A surface that is this far off the plane of the strongest one is another one, metres.
+const MIXED_M: f64 = 0.02;
+
+/// What the pulses of one scan have in common.
+pub(crate) struct Scan<'a> {
+    pub(crate) params: &'a ScannerParams,
+    pub(crate) pattern: &'a dyn ScanPattern,
+    pub(crate) sub_rays: &'a [SubRay],
+    pub(crate) first_pulse: u64,
+    /// When the first pulse fires, in the pattern's time.
+    pub(crate) start_s: f64,
+    /// The frame's time, in the pattern's.
+    pub(crate) middle_s: f64,
+    /// At the frame's time.
+    pub(crate) lidar_from_scene: RigidTransform,
+    pub(crate) caster: &'a dyn RayCaster,
+    pub(crate) materials: &'a MaterialLibrary,
+    pub(crate) scene_from_lidar_at: &'a (dyn Fn(f64) -> RigidTransform + Sync),
+    pub(crate) noise: &'a dyn RangeModel,
+    pub(crate) key: Key,
+}
+
+/// A pulse on its way.
+struct Shot {
+    /// Its number in the scan.
+    number: u32,
+    pulse: Pulse,
+    /// Where the LiDAR is when it fires.
+    scene_from_lidar: RigidTransform,
+    /// Where it really goes, in the LiDAR frame.
+    direction: DVec3,
+}
+
+/// Buffers that the pulses of a batch share.
+#[derive(Default)]
+struct Scratch {
+    contacts: Vec<Contact>,
+    echoes: Vec<Echo>,
+}
+
+impl Scan<'_> {
+    /// All points, in the order of firing.
+    pub(crate) fn points(&self) -> Vec<LidarPoint> {
+        let pulses = self.params.pulses_per_scan;
+        let batch = (BATCH / self.sub_rays.len() as u32).max(1);
+        let batches: Vec<Vec<LidarPoint>> = (0..pulses.div_ceil(batch))
+            .into_par_iter()
+            .map(|b| self.batch(b * batch, batch.min(pulses - b * batch)))
+            .collect();
+        batches.concat()
+    }
+
+    /// The points of `count` pulses from the `start`-th of the scan on.
+    fn batch(&self, start: u32, count: u32) -> Vec<LidarPoint> {
+        let shots = self.shots(start, count);
+        let mut rays = Vec::with_capacity(shots.len() * self.sub_rays.len());
+        for shot in &shots {
+            rays.extend(self.sub_rays.iter().map(|s| self.ray(shot, s)));
+        }
+        let mut hits = vec![None; rays.len()];
+        self.caster.closest_hits(&rays, &mut hits);
+        let mut points = Vec::with_capacity(shots.len());
+        let mut scratch = Scratch::default();
+        let of_shot = self.sub_rays.len();
+        for (shot, (rays, hits)) in shots
+            .iter()
+            .zip(rays.chunks(of_shot).zip(hits.chunks(of_shot)))
+        {
+            self.receive(shot, rays, hits, &mut scratch, &mut points);
+        }
+        points
+    }
+
+    fn shots(&self, start: u32, count: u32) -> Vec<Shot> {
+        // Lasers that fire together share a pose, and poses may cost more than rays.
+        let mut fired_s = f64::NAN;
+        let mut scene_from_lidar = RigidTransform::IDENTITY;
+        let shot = |number: u32| {
+            let pulse = self.pattern.pulse(self.in_pattern(number));
+            if pulse.time_s != fired_s {
+                fired_s = pulse.time_s;
+                scene_from_lidar = (self.scene_from_lidar_at)(fired_s - self.middle_s);
+            }
+            Shot {
+                number,
+                pulse,
+                scene_from_lidar,
+                direction: self.jittered(number, pulse.direction),
+            }
+        };
+        (start..start + count).map(shot).collect()
+    }
+
+    /// The number in the pattern of a pulse of the scan.
+    fn in_pattern(&self, number: u32) -> u64 {
+        self.first_pulse.wrapping_add(number.into())
+    }
+
+    /// A key of a pulse for one purpose.
+    fn key_of(&self, number: u32, stage: Stage) -> Key {
+        self.key.item(self.in_pattern(number)).stage(stage)
+    }
+
+    fn jittered(&self, number: u32, direction: DVec3) -> DVec3 {
+        let sigma = self.params.errors.angular_sigma_rad;
+        if sigma == 0.0 {
+            return direction;
+        }
+        let mut rng = self.key_of(number, JITTER).rng();
+        turned(direction, sigma * rng.normal(), sigma * rng.normal())
+    }
+
+    /// The ray of a part of a pulse, in the scene.
+    fn ray(&self, shot: &Shot, part: &SubRay) -> Ray {
+        let direction = part.direction(shot.direction);
+        Ray {
+            origin: shot.scene_from_lidar.translation_m.as_vec3(),
+            direction: shot.scene_from_lidar.transform_vector(direction).as_vec3(),
+            // From 0, not from the blind zone: what is there blocks the pulse.
+            t_min_m: 0.0,
+            t_max_m: self.params.max_range_m,
+        }
+    }
+
+    /// Adds the points of one pulse.
+    fn receive(
+        &self,
+        shot: &Shot,
+        rays: &[Ray],
+        hits: &[Option<Hit>],
+        scratch: &mut Scratch,
+        points: &mut Vec<LidarPoint>,
+    ) {
+        let errors = &self.params.errors;
+        let lost = errors.dropout > 0.0
+            && (self.key_of(shot.number, DROPOUT).rng()).chance(errors.dropout);
+        if lost {
+            return;
+        }
+        self.measure(shot, rays, hits, scratch);
+        let returns = scratch.echoes.len() as u8;
+        for (return_number, echo) in (1..).zip(&scratch.echoes) {
+            points.push(LidarPoint {
+                return_number,
+                returns,
+                ..self.point(shot, rays, hits, echo, &scratch.contacts)
+            });
+        }
+        if returns == 0 && errors.false_alarm > 0.0 {
+            points.extend(self.false_alarm(shot));
+        }
+    }
+
+    /// Leaves in `scratch.echoes` what a pulse reports.
+    fn measure(&self, shot: &Shot, rays: &[Ray], hits: &[Option<Hit>], scratch: &mut Scratch) {
+        let Scratch { contacts, echoes } = scratch;
+        contacts.clear();
+        for (i, hit) in hits.iter().enumerate() {
+            let Some(hit) = hit else { continue };
+            if hit.distance_m < self.params.min_range_m {
+                continue;
+            }
+            let incidence_cos = (-towards(hit, &rays[i]).dot(rays[i].direction.into())).clamp(0.0, 1.0);
+            contacts.push(Contact {
+                ray: i,
+                range_m: hit.distance_m.into(),
+                sent_back: self.sub_rays[i].weight * (self.reflectance(hit) * incidence_cos),
+                incidence_cos,
+            });
+        }
+        group(contacts, self.params.beam.resolution_m, echoes);
+        let key = self.key.item(self.in_pattern(shot.number));
+        let mut place = 0;
+        echoes.retain_mut(|echo| {
+            let key = match place {
+                0 => key,
+                later => key.stage(LATER_ECHO).item(later),
+            };
+            place += 1;
+            let cos = echo.incidence_cos;
+            let observation = EchoObservation {
+                range_m: echo.range_m,
+                incidence_rad: libm::acos(cos),
+                // Of a wide plate that would send back as much.
+                reflectance: if cos > 0.0 { echo.sent_back / cos } else { 0.0 },
+            };
+            match self.noise.measure(&observation, key) {
+                Some(range_m) => {
+                    echo.measured_m = self.params.errors.quantised_m(range_m);
+                    true
+                }
+                None => false,
+            }
+        });
+        self.params.returns.select(echoes);
+    }
+
+    fn reflectance(&self, hit: &Hit) -> f64 {
+        let material = self.materials.get(hit.material);
+        self.params.wavelength.band(material).reflectance.into()
+    }
+
+    /// The point of an echo, but for its number among its pulse's.
+    fn point(
+        &self,
+        shot: &Shot,
+        rays: &[Ray],
+        hits: &[Option<Hit>],
+        echo: &Echo,
+        contacts: &[Contact],
+    ) -> LidarPoint {
+        let part = contacts[echo.strongest].ray;
+        let hit = hits[part].as_ref().expect("a contact is a hit");
+        let normal = towards(hit, &rays[part]);
+        // How far another contact is off the strongest one's plane.
+        let at = |ray: usize| {
+            let hit = hits[ray].as_ref().expect("a contact is a hit");
+            DVec3::from(rays[ray].direction) * f64::from(hit.distance_m)
+        };
+        let mixed = contacts[echo.first..echo.end]
+            .iter()
+            .any(|c| c.ray != part && (at(c.ray) - at(part)).dot(normal).abs() > MIXED_M);
+        LidarPoint {
+            true_range_m: echo.range_m as f32,
+            range_m: echo.measured_m as f32,
+            intensity: echo.sent_back as f32,
+            reflectivity: (150.0 * echo.sent_back).round() as u8,
+            semantic: self.materials.get(hit.material).semantic,
+            object: hit.object,
+            incidence_cos: echo.incidence_cos as f32,
+            normal: self.written(shot, normal),
+            flags: PointFlags(if mixed { PointFlags::MIXED } else { 0 }),
+            ..self.blank(shot, echo.measured_m)
+        }
+    }
+
+    /// A point out of nothing.
+    fn false_alarm(&self, shot: &Shot) -> Option<LidarPoint> {
+        let mut rng = self.key_of(shot.number, FALSE_ALARM).rng();
+        let raised = rng.chance(self.params.errors.false_alarm);
+        let (near, far) = (self.params.min_range_m, self.params.max_range_m);
+        let range_m = rng.range_f64(near.into(), far.into());
+        raised.then(|| LidarPoint {
+            return_number: 1,
+            returns: 1,
+            flags: PointFlags(PointFlags::FALSE_ALARM),
+            ..self.blank(shot, self.params.errors.quantised_m(range_m))
+        })
+    }
+
+    /// A point of a pulse where nothing is, at a measured range.
+    fn blank(&self, shot: &Shot, range_m: f64) -> LidarPoint {
+        // Along the pulse, not along its ray, whose f32 origin is micrometres beside the LiDAR: a
+        // camera at the LiDAR's place, with the same f32 origin, looks along the pulse too.
+        let in_lidar = shot.pulse.direction * range_m;
+        let position = if self.params.deskew {
+            let in_scene = shot.scene_from_lidar.transform_point(in_lidar);
+            self.lidar_from_scene.transform_point(in_scene)
+        } else {
+            in_lidar
+        };
+        LidarPoint {
+            position_m: position.as_vec3(),
+            true_range_m: 0.0,
+            range_m: range_m as f32,
+            intensity: 0.0,
+            reflectivity: 0,
+            semantic: Semantic::Sky,
+            object: ObjectId::NONE,
+            ring: shot.pulse.ring,
+            return_number: 0,
+            returns: 0,
+            time_offset_ns: ((shot.pulse.time_s - self.start_s) * 1e9).round() as u32,
+            pulse: shot.number,
+            incidence_cos: 0.0,
+            normal: Vec3::ZERO,
+            flags: PointFlags::default(),
+        }
+    }
+
+    /// A vector of the scene in the frame that points are written in.
+    fn written(&self, shot: &Shot, in_scene: DVec3) -> Vec3 {
+        let lidar_from_scene = if self.params.deskew {
+            self.lidar_from_scene
+        } else {
+            shot.scene_from_lidar.inverse()
+        };
+        lidar_from_scene.transform_vector(in_scene).as_vec3()
+    }
+}
+
+/// The normal of what a ray hit, towards the sensor: the flat primitive's, for it is what stops the
+/// light. Its side is the shape's, so it is turned.
+fn towards(hit: &Hit, ray: &Ray) -> DVec3 {
+    let normal: DVec3 = hit.geometric_normal.into();
+    if normal.dot(ray.direction.into()) > 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}
