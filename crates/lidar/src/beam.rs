@@ -114,7 +114,10 @@ pub(crate) fn turned(direction: DVec3, left_rad: f64, up_rad: f64) -> DVec3 {
     if left_rad == 0.0 && up_rad == 0.0 {
         return direction;
     }
-    let left = DVec3::Z.cross(direction).try_normalize().unwrap_or(DVec3::Y);
+    let left = DVec3::Z
+        .cross(direction)
+        .try_normalize()
+        .unwrap_or(DVec3::Y);
     let up = direction.cross(left);
     (direction + libm::tan(left_rad) * left + libm::tan(up_rad) * up).normalize()
 }

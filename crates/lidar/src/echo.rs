@@ -103,7 +103,13 @@ impl Returns {
         let strongest = |echoes: &[Echo], but: Option<usize>| {
             (0..echoes.len())
                 .filter(|i| Some(*i) != but)
-                .reduce(|a, b| if echoes[b].power > echoes[a].power { b } else { a })
+                .reduce(|a, b| {
+                    if echoes[b].power > echoes[a].power {
+                        b
+                    } else {
+                        a
+                    }
+                })
         };
         let kept = match self {
             Self::Strongest => [strongest(echoes, None), None],
@@ -181,9 +187,18 @@ mod tests {
         let mut near = grouped(&[(2.0, 0.1), (9.0, 0.1), (3.0, 0.5)], 0.1);
         near.truncate(2);
         Returns::Dual.select(&mut near);
-        assert_eq!(near.len(), 2, "the last is the strongest: the other one too");
+        assert_eq!(
+            near.len(),
+            2,
+            "the last is the strongest: the other one too"
+        );
         let mut none = Vec::new();
-        for mode in [Returns::Strongest, Returns::First, Returns::Last, Returns::Dual] {
+        for mode in [
+            Returns::Strongest,
+            Returns::First,
+            Returns::Last,
+            Returns::Dual,
+        ] {
             mode.select(&mut none);
             assert!(none.is_empty());
         }

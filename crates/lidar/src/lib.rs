@@ -36,17 +36,21 @@
 //!
 //! # Model
 //! A [`ScanPattern`] is an endless sequence of pulses: the paper's three are [`RepeatingLines`], the
-//! circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]. A [`Scanner`]
-//! fires a stretch of it, each pulse from where the sensor is at that moment, and writes a
-//! [`LidarPoint`](nemoral_scene::LidarPoint) with its truth (class, thing, range, incidence) for each
-//! pulse that comes back. A pulse is one infinitely thin ray to the nearest opaque texel, so leaves
-//! stop it where they are and nowhere else; a surface is Lambertian. What the receiver makes of an
-//! echo is a [`RangeModel`]'s business.
+//! circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]; [`Mid70`],
+//! [`Avia`], [`Spinning`] heads by their beam tables and any [`TablePattern`] stand beside them, and
+//! [`Device`] has the numbers of what one can buy. A [`Scanner`] fires a stretch of a pattern, each pulse
+//! from where the sensor is at that moment, and writes [`LidarPoint`](nemoral_scene::LidarPoint)s with
+//! their truth (class, thing, range, incidence) for what comes back.
+//!
+//! A pulse is a line to the nearest opaque texel, or a [`Beam`] of sub-rays whose hits are put together
+//! to several [echoes](Returns), mixed pixels among them. A surface is Lambertian. What the receiver
+//! makes of an echo's range is a [`RangeModel`]'s business; other errors are [`PulseErrors`].
 //!
 //! Metres, seconds, radians; LiDAR frame with x forward, y left, z up. Patterns are exact after years:
 //! phases are counted in integers.
 
 mod beam;
+mod device;
 mod echo;
 mod error;
 mod horizon;
@@ -57,8 +61,11 @@ mod receiver;
 mod risley;
 mod scan;
 mod scanner;
+mod spinning;
+mod table;
 
 pub use beam::Beam;
+pub use device::{Device, DeviceSheet};
 pub use echo::Returns;
 pub use error::ParamError;
 pub use horizon::HorizonLike;
@@ -66,5 +73,7 @@ pub use lines::{RepeatingLines, RepeatingLinesParams};
 pub use pattern::{Pulse, ScanPattern};
 pub use range_model::{EchoObservation, ExactRange, RangeModel};
 pub use receiver::PulseErrors;
-pub use risley::{Mid40, Mid70};
+pub use risley::{Avia, Mid40, Mid70};
 pub use scanner::{Scanner, ScannerParams, Wavelength};
+pub use spinning::{Laser, Spinning};
+pub use table::{TableError, TablePattern};

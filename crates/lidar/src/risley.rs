@@ -1,4 +1,4 @@
-//! Livox Mid-40 and Mid-70: two rotating wedge prisms.
+//! Livox Mid-40, Mid-70 and Avia: rotating wedge prisms.
 
 use nemoral_scene::glam::DVec3;
 
@@ -19,6 +19,14 @@ pub struct Mid40;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mid70;
 
+/// Livox Avia: non-repeating, 70.4° × 77.2°; six beams through three prisms, 240,000 pulses a second.
+///
+/// The prisms of HELIOS++'s model of it, found from its published pattern: wedges of 30.8856°,
+/// 29.7735° and 3.1351° in glass of index 1.51, each entered through its tilted face, at −131.5463,
+/// 40.8032 and 213.1611 turns a second; six beams above each other fire together 40,000 times a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Avia;
+
 const RATE_HZ: u64 = 100_000;
 /// Turns per minute; the second rotor turns the other way.
 const ROTORS_RPM: [u64; 2] = [7294, 4664];
@@ -32,6 +40,49 @@ impl ScanPattern for Mid40 {
 
     fn rate_hz(&self) -> f64 {
         RATE_HZ as f64
+    }
+}
+
+/// What the Avia's beams have upwards when they reach the first prism, direction cosines.
+const AVIA_BEAMS: [f64; 6] = [
+    -0.052_160_7,
+    -0.032_376_35,
+    -0.010_796_72,
+    0.010_796_72,
+    0.032_376_35,
+    0.053_007_85,
+];
+const AVIA_SHOTS_HZ: u64 = 40_000;
+
+/// A prism of the Avia: turns per 10,000 s, and the sign and the angle of its wedge.
+const AVIA_PRISMS: [(u64, f64, f64); 3] = [
+    (1_315_463, -1.0, 30.8856),
+    (408_032, 1.0, 29.7735),
+    (2_131_611, 1.0, 3.1351),
+];
+
+impl ScanPattern for Avia {
+    fn pulse(&self, number: u64) -> Pulse {
+        let beams = AVIA_BEAMS.len() as u64;
+        let (shot, beam) = (number / beams, (number % beams) as usize);
+        let side = AVIA_BEAMS[beam];
+        let mut direction = DVec3::new((1.0 - side * side).sqrt(), 0.0, side);
+        for (turns, sense, wedge_deg) in AVIA_PRISMS {
+            let (sin, cos) = rotor(shot, turns, 10_000 * AVIA_SHOTS_HZ, 0.0);
+            let (tilt, along) = libm::sincos(wedge_deg.to_radians());
+            let normal = DVec3::new(-along, tilt * cos, tilt * sense * sin);
+            direction = refract(direction, normal, 1.51_f64.recip());
+            direction = refract(direction, FLAT, 1.51);
+        }
+        Pulse {
+            time_s: shot as f64 / AVIA_SHOTS_HZ as f64,
+            direction,
+            ring: beam as u8,
+        }
+    }
+
+    fn rate_hz(&self) -> f64 {
+        (AVIA_BEAMS.len() as u64 * AVIA_SHOTS_HZ) as f64
     }
 }
 
@@ -84,7 +135,7 @@ fn pulse(number: u64, faces: [DVec3; 4], refractive_index: f64) -> Pulse {
 }
 
 /// Snell's law for unit vectors; `normal` faces the beam, `ratio` is the refractive index before
-/// over the one behind. These prisms are far from total reflection.
+/// over the one behind. These prisms are far from total reflection, or, the Avia's, short of it.
 fn refract(direction: DVec3, normal: DVec3, ratio: f64) -> DVec3 {
     let cos = -direction.dot(normal);
     let cos_behind = (1.0 - ratio * ratio * (1.0 - cos * cos)).sqrt();

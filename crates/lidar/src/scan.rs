@@ -2,7 +2,8 @@
 
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
-    Hit, LidarPoint, MaterialLibrary, ObjectId, PointFlags, Ray, RayCaster, RigidTransform, Semantic,
+    Hit, LidarPoint, MaterialLibrary, ObjectId, PointFlags, Ray, RayCaster, RigidTransform,
+    Semantic,
 };
 use nemoral_seed::{Draw, Key, Stage};
 use rayon::prelude::*;
@@ -181,7 +182,8 @@ impl Scan<'_> {
             if hit.distance_m < self.params.min_range_m {
                 continue;
             }
-            let incidence_cos = (-towards(hit, &rays[i]).dot(rays[i].direction.into())).clamp(0.0, 1.0);
+            let incidence_cos =
+                (-towards(hit, &rays[i]).dot(rays[i].direction.into())).clamp(0.0, 1.0);
             contacts.push(Contact {
                 ray: i,
                 range_m: hit.distance_m.into(),

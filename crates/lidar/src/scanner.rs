@@ -2,9 +2,7 @@
 
 use std::fmt;
 
-use nemoral_scene::{
-    LaserBand, LidarPoint, Material, MaterialLibrary, RayCaster, RigidTransform,
-};
+use nemoral_scene::{LaserBand, LidarPoint, Material, MaterialLibrary, RayCaster, RigidTransform};
 use nemoral_seed::Key;
 
 use crate::beam::SubRay;

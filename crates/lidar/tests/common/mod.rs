@@ -1,6 +1,9 @@
 //! Coverage of the field of view, as Livox defines it: the share of its area that pulses have lit,
 //! drawn on a grid of cells.
 
+// Each test uses its part.
+#![allow(dead_code)]
+
 use std::collections::BTreeSet;
 
 use nemoral_lidar::{Pulse, ScanPattern};

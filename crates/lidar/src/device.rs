@@ -1,0 +1,234 @@
+//! Real scanners, by their data sheets.
+
+use std::f64::consts::PI;
+
+use crate::{
+    Beam, HorizonLike, Mid40, Mid70, PulseErrors, Returns, ScanPattern, ScannerParams, Spinning,
+    Wavelength,
+};
+
+/// A scanner that one can buy, or could.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Device {
+    /// Livox Mid-40.
+    Mid40,
+    /// Livox Mid-70.
+    Mid70,
+    /// Livox Avia.
+    Avia,
+    /// Like the Livox Horizon, whose optics are not published.
+    HorizonLike,
+    /// Velodyne VLP-16 at 10 Hz.
+    Vlp16,
+    /// Velodyne HDL-64E S2 at 10 Hz.
+    Hdl64e,
+    /// Ouster OS0 with 128 beams, 1024 columns, 10 Hz.
+    Os0,
+    /// Ouster OS1 with 32 beams, 1024 columns, 10 Hz.
+    Os1x32,
+    /// Ouster OS1 with 64 beams, 1024 columns, 10 Hz.
+    Os1x64,
+    /// Ouster OS1 with 128 beams, 1024 columns, 10 Hz.
+    Os1x128,
+}
+
+/// What is published of a [`Device`] and is not in its [`ScannerParams`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceSheet {
+    /// Maker and model.
+    pub title: &'static str,
+    /// Field of view, degrees, horizontally and vertically.
+    pub field_of_view_deg: [f64; 2],
+    /// A row of the ladder of ranges: so far, metres, …
+    pub reference_range_m: f64,
+    /// … at this reflectance.
+    pub reference_reflectance: f64,
+    /// Spread of strong echoes, metres.
+    pub sigma_floor_m: f64,
+    /// What weak signals add to it at the threshold of detection, metres.
+    pub sigma_at_threshold_m: f64,
+    /// Where all this, and what is in the parameters, is from, and what is not certain.
+    pub source: &'static str,
+}
+
+impl Device {
+    /// Every device.
+    pub const ALL: &'static [Self] = &[
+        Self::Mid40,
+        Self::Mid70,
+        Self::Avia,
+        Self::HorizonLike,
+        Self::Vlp16,
+        Self::Hdl64e,
+        Self::Os0,
+        Self::Os1x32,
+        Self::Os1x64,
+        Self::Os1x128,
+    ];
+
+    /// The name in configs, `snake_case`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mid40 => "mid40",
+            Self::Mid70 => "mid70",
+            Self::Avia => "avia",
+            Self::HorizonLike => "horizon",
+            Self::Vlp16 => "vlp16",
+            Self::Hdl64e => "hdl64e",
+            Self::Os0 => "os0_128",
+            Self::Os1x32 => "os1_32",
+            Self::Os1x64 => "os1_64",
+            Self::Os1x128 => "os1_128",
+        }
+    }
+
+    /// The device of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|d| d.name() == name)
+    }
+
+    /// Its pattern.
+    #[must_use]
+    pub fn pattern(self) -> Box<dyn ScanPattern> {
+        let known = "a device's own numbers are in range";
+        let ouster = |fov_deg: f64, beams| {
+            Box::new(Spinning::ouster(fov_deg.to_radians(), beams, 1024, 10.0).expect(known))
+        };
+        match self {
+            Self::Mid40 => Box::new(Mid40),
+            Self::Mid70 => Box::new(Mid70),
+            Self::Avia => Box::new(crate::Avia),
+            Self::HorizonLike => Box::new(HorizonLike),
+            Self::Vlp16 => Box::new(Spinning::vlp16(10.0).expect(known)),
+            Self::Hdl64e => Box::new(Spinning::hdl64e(10.0).expect(known)),
+            Self::Os0 => ouster(90.0, 128),
+            Self::Os1x32 => ouster(45.0, 32),
+            Self::Os1x64 => ouster(45.0, 64),
+            Self::Os1x128 => ouster(45.0, 128),
+        }
+    }
+
+    /// Its numbers, for scans of 0.1 s: ranges, wavelength, beam, quantisation. The beam is cast with 19
+    /// sub-rays.
+    #[must_use]
+    pub fn params(self) -> ScannerParams {
+        // Divergence sideways and up, degrees; nearest and farthest range; steps of range; pulse, ns.
+        let (width_deg, ranges_m, step_m, pulse_ns, angular_deg) = match self {
+            Self::Mid40 => ([0.03, 0.28], [1.0, 260.0], 0.001, 4.0, 0.1),
+            Self::Mid70 => ([0.03, 0.28], [0.05, 260.0], 0.001, 4.0, 0.1),
+            Self::Avia => ([0.03, 0.28], [1.0, 450.0], 0.001, 4.0, 0.05),
+            Self::HorizonLike => ([0.28, 0.03], [0.5, 260.0], 0.001, 4.0, 0.05),
+            Self::Vlp16 => ([0.172, 0.086], [0.4, 100.0], 0.002, 6.0, 0.0),
+            Self::Hdl64e => ([0.115, 0.115], [0.9, 120.0], 0.002, 5.0, 0.0),
+            Self::Os0 => ([0.35, 0.35], [0.3, 50.0], 0.001, 5.0, 0.0),
+            Self::Os1x32 | Self::Os1x64 | Self::Os1x128 => {
+                ([0.18, 0.18], [0.8, 120.0], 0.001, 5.0, 0.0)
+            }
+        };
+        let rate_hz = self.pattern().rate_hz();
+        ScannerParams {
+            pulses_per_scan: (0.1 * rate_hz).round() as u32,
+            min_range_m: ranges_m[0],
+            max_range_m: ranges_m[1],
+            wavelength: Wavelength::Nm905,
+            beam: Beam {
+                horizontal_fwhm_rad: width_deg[0] * PI / 180.0,
+                vertical_fwhm_rad: width_deg[1] * PI / 180.0,
+                rings: 2,
+                resolution_m: 0.5 * 0.299_792_458 * pulse_ns,
+            },
+            returns: Returns::Strongest,
+            errors: PulseErrors {
+                angular_sigma_rad: f64::to_radians(angular_deg),
+                range_step_m: step_m,
+                ..PulseErrors::default()
+            },
+            deskew: true,
+        }
+    }
+
+    /// Its data sheet.
+    #[must_use]
+    pub const fn sheet(self) -> DeviceSheet {
+        const LIVOX: DeviceSheet = DeviceSheet {
+            title: "Livox Mid-40",
+            field_of_view_deg: [38.4, 38.4],
+            reference_range_m: 90.0,
+            reference_reflectance: 0.1,
+            sigma_floor_m: 0.007,
+            sigma_at_threshold_m: 0.09,
+            source: "Livox wiki: range ladder 90/130/260 m at 10/20/80 %, 2 cm at 20 m, 0.28° x 0.03°, angles below 0.1°; pulse length: HELIOS++",
+        };
+        const OUSTER: DeviceSheet = DeviceSheet {
+            title: "Ouster OS1",
+            field_of_view_deg: [360.0, 45.0],
+            reference_range_m: 40.0,
+            reference_reflectance: 0.1,
+            sigma_floor_m: 0.015,
+            sigma_at_threshold_m: 0.10,
+            source: "OS1 data sheet: 40 m at 10 %, 0.8 to 120 m, 1.5 to 10 cm by signal, 0.13° to 0.18°; 850 nm, for which the reflectances at 905 nm stand; pulse length assumed",
+        };
+        match self {
+            Self::Mid40 => LIVOX,
+            Self::Mid70 => DeviceSheet {
+                title: "Livox Mid-70",
+                field_of_view_deg: [70.4, 70.4],
+                source: "as Mid-40; blind zone 5 cm",
+                ..LIVOX
+            },
+            Self::Avia => DeviceSheet {
+                title: "Livox Avia",
+                field_of_view_deg: [70.4, 77.2],
+                reference_range_m: 190.0,
+                source: "190 m at 10 %; optics: HELIOS++; the rest as Mid-40",
+                ..LIVOX
+            },
+            Self::HorizonLike => DeviceSheet {
+                title: "Like the Livox Horizon",
+                field_of_view_deg: [81.7, 25.1],
+                source: "Livox wiki; the pattern is fitted to its figures, the pulse length is the Mid-40's",
+                ..LIVOX
+            },
+            Self::Vlp16 => DeviceSheet {
+                title: "Velodyne VLP-16",
+                field_of_view_deg: [360.0, 30.0],
+                reference_range_m: 50.0,
+                sigma_floor_m: 0.02,
+                sigma_at_threshold_m: 0.06,
+                source: "user manual: 3 cm, 100 m, 3.0 x 1.5 mrad, 2 mm steps; 50 m at 10 % and pulse length assumed",
+                ..OUSTER
+            },
+            Self::Hdl64e => DeviceSheet {
+                title: "Velodyne HDL-64E S2",
+                field_of_view_deg: [360.0, 26.3],
+                reference_range_m: 50.0,
+                sigma_floor_m: 0.015,
+                sigma_at_threshold_m: 0.06,
+                source: "data sheet: 120 m, 50 m at 10 %, 2 cm; HELIOS++: 2 mrad, 20,833 pulses a second and laser; pulse length assumed",
+                ..OUSTER
+            },
+            Self::Os0 => DeviceSheet {
+                title: "Ouster OS0-128",
+                field_of_view_deg: [360.0, 90.0],
+                reference_range_m: 35.0,
+                source: "OS0 data sheet: 35 m at 10 %, 0.3 to 50 m, 0.35°; the rest as OS1",
+                ..OUSTER
+            },
+            Self::Os1x32 => DeviceSheet {
+                title: "Ouster OS1-32",
+                ..OUSTER
+            },
+            Self::Os1x64 => DeviceSheet {
+                title: "Ouster OS1-64",
+                ..OUSTER
+            },
+            Self::Os1x128 => DeviceSheet {
+                title: "Ouster OS1-128",
+                ..OUSTER
+            },
+        }
+    }
+}

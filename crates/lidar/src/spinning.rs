@@ -1,0 +1,181 @@
+//! Spinning scanners by their beam tables: Velodyne, Ouster, and any other.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::error::check;
+use crate::pattern::direction;
+use crate::{ParamError, Pulse, ScanPattern};
+
+/// One laser of a [`Spinning`] scanner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Laser {
+    /// Angle above the horizon, radians, −π/2..=π/2.
+    pub elevation_rad: f64,
+    /// Angle to the left of the head's, radians, −π..=π.
+    pub azimuth_rad: f64,
+    /// When it fires after the start of the firing sequence, seconds, from 0 to the sequence's length.
+    pub delay_s: f64,
+    /// Its ring: rings are counted from the lowest laser.
+    pub ring: u8,
+}
+
+/// A head of lasers that fire in turn while it spins, clockwise from above as Velodyne's and Ouster's
+/// do. It starts at the back, so that a turn's middle is straight ahead.
+///
+/// Lasers stand at the sensor's origin: the centimetre between them on the real head is left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spinning {
+    /// By the time they fire.
+    lasers: Vec<Laser>,
+    sequence_s: f64,
+    rotation_hz: f64,
+}
+
+impl Spinning {
+    /// A scanner by its lasers (1 to 255), the length of a firing sequence in seconds, and its turns per
+    /// second.
+    ///
+    /// # Errors
+    /// If there are too few or too many lasers, or one is out of its ranges, or a duration or rate is not
+    /// positive.
+    pub fn new(
+        mut lasers: Vec<Laser>,
+        sequence_s: f64,
+        rotation_hz: f64,
+    ) -> Result<Self, ParamError> {
+        let count = lasers.len() as f64;
+        check(
+            (1.0..=255.0).contains(&count),
+            "lasers",
+            count,
+            "1..=255 of them",
+        )?;
+        let positive = |field, value: f64| {
+            check(
+                value.is_finite() && value > 0.0,
+                field,
+                value,
+                "finite and greater than 0",
+            )
+        };
+        positive("sequence_s", sequence_s)?;
+        positive("rotation_hz", rotation_hz)?;
+        for laser in &lasers {
+            let (up, left, delay) = (laser.elevation_rad, laser.azimuth_rad, laser.delay_s);
+            check(
+                (-PI / 2.0..=PI / 2.0).contains(&up),
+                "elevation_rad",
+                up,
+                "−π/2..=π/2",
+            )?;
+            check((-PI..=PI).contains(&left), "azimuth_rad", left, "−π..=π")?;
+            check(
+                (0.0..sequence_s).contains(&delay),
+                "delay_s",
+                delay,
+                "from 0 to below sequence_s",
+            )?;
+        }
+        lasers.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
+        Ok(Self {
+            lasers,
+            sequence_s,
+            rotation_hz,
+        })
+    }
+
+    /// Velodyne VLP-16: ±15°, one laser each 2.304 µs in its interleaved order, 55.296 µs a sequence
+    /// (elevations: ros-drivers/velodyne; timing: the user manual), so 289,352 pulses a second.
+    ///
+    /// # Errors
+    /// If `rotation_hz` is not positive.
+    pub fn vlp16(rotation_hz: f64) -> Result<Self, ParamError> {
+        const ELEVATIONS_DEG: [i8; 16] =
+            [-15, 1, -13, 3, -11, 5, -9, 7, -7, 9, -5, 11, -3, 13, -1, 15];
+        let laser = |(i, deg): (usize, &i8)| Laser {
+            elevation_rad: f64::from(*deg).to_radians(),
+            azimuth_rad: 0.0,
+            delay_s: 2.304e-6 * i as f64,
+            ring: ((deg + 15) / 2) as u8,
+        };
+        let lasers = ELEVATIONS_DEG.iter().enumerate().map(laser).collect();
+        Self::new(lasers, 55.296e-6, rotation_hz)
+    }
+
+    /// Velodyne HDL-64E S2: 32 lasers each ⅓° from +2° down and 32 each ½° below, 1.333 million pulses a
+    /// second (rate: HELIOS++; blocks: the data sheet). They fire one after the other, upper and lower
+    /// in turn.
+    ///
+    /// # Errors
+    /// If `rotation_hz` is not positive.
+    pub fn hdl64e(rotation_hz: f64) -> Result<Self, ParamError> {
+        let sequence_s = 48e-6;
+        let laser = |i: u8| {
+            let (upper, row) = (i.is_multiple_of(2), f64::from(i / 2));
+            let elevation_deg = if upper {
+                2.0 - row / 3.0
+            } else {
+                -8.83 - row / 2.0
+            };
+            Laser {
+                elevation_rad: elevation_deg.to_radians(),
+                azimuth_rad: 0.0,
+                delay_s: sequence_s * f64::from(i) / 64.0,
+                ring: if upper { 63 - i / 2 } else { 31 - i / 2 },
+            }
+        };
+        Self::new((0..64).map(laser).collect(), sequence_s, rotation_hz)
+    }
+
+    /// An Ouster with evenly spaced beams over its vertical field of view (OS0: 90°, OS1: 45°), which all
+    /// fire together in each of so many columns a turn.
+    ///
+    /// # Errors
+    /// If there are no beams or more than 255, or a value is not positive.
+    pub fn ouster(
+        vertical_fov_rad: f64,
+        beams: u8,
+        columns: u32,
+        rotation_hz: f64,
+    ) -> Result<Self, ParamError> {
+        check(
+            vertical_fov_rad > 0.0 && vertical_fov_rad <= PI,
+            "vertical_fov_rad",
+            vertical_fov_rad,
+            "greater than 0 and at most π",
+        )?;
+        check(columns >= 1, "columns", columns.into(), "at least 1")?;
+        let step = vertical_fov_rad / f64::from(beams.max(2) - 1);
+        let laser = |ring: u8| Laser {
+            elevation_rad: if beams == 1 {
+                0.0
+            } else {
+                step * f64::from(ring) - 0.5 * vertical_fov_rad
+            },
+            azimuth_rad: 0.0,
+            delay_s: 0.0,
+            ring,
+        };
+        let sequence_s = 1.0 / (f64::from(columns) * rotation_hz);
+        Self::new((0..beams).map(laser).collect(), sequence_s, rotation_hz)
+    }
+}
+
+impl ScanPattern for Spinning {
+    fn pulse(&self, number: u64) -> Pulse {
+        let count = self.lasers.len() as u64;
+        let laser = &self.lasers[(number % count) as usize];
+        let time_s = (number / count) as f64 * self.sequence_s + laser.delay_s;
+        // A millionth of a turn after a year at 20 Hz.
+        let turned = (time_s * self.rotation_hz).fract();
+        Pulse {
+            time_s,
+            direction: direction(PI - TAU * turned + laser.azimuth_rad, laser.elevation_rad),
+            ring: laser.ring,
+        }
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.lasers.len() as f64 / self.sequence_s
+    }
+}

@@ -1,0 +1,182 @@
+//! Devices, beam tables and tables of pulses.
+
+mod common;
+
+use std::collections::BTreeSet;
+
+use common::azimuth_elevation_deg;
+use nemoral_lidar::{
+    Avia, Device, Laser, ScanPattern, Scanner, Spinning, TableError, TablePattern,
+};
+
+#[test]
+fn every_device_scans_within_its_field_of_view() {
+    for &device in Device::ALL {
+        let name = device.name();
+        assert_eq!(Device::from_name(name), Some(device));
+        let params = device.params();
+        let scanner = Scanner::new(params, device.pattern()).expect(name);
+        assert!((scanner.duration_s() - 0.1).abs() < 1e-4, "{name}");
+        let sheet = device.sheet();
+        let [mut left, mut right, mut low, mut high] = [0.0_f64; 4];
+        for pulse in scanner.pulses(0) {
+            let (az, el) = azimuth_elevation_deg(&pulse);
+            (left, right) = (left.max(az), right.min(az));
+            (low, high) = (low.min(el), high.max(el));
+        }
+        let [wide, tall] = sheet.field_of_view_deg;
+        // Horizon-like and Avia are models: up to 3 degrees (in their documentation).
+        assert!((left - right - wide).abs() < 3.2, "{name}: {left} {right}");
+        assert!((high - low - tall).abs() < 3.2, "{name}: {low} {high}");
+        assert!(!sheet.title.is_empty() && !sheet.source.is_empty());
+        assert!(sheet.reference_range_m < params.max_range_m.into());
+    }
+    assert_eq!(Device::from_name("mid41"), None);
+}
+
+/// What HELIOS++'s prisms reach: 70.6 by 77.1 degrees.
+#[test]
+fn the_avia_fills_its_field_of_view() {
+    let [mut wide, mut tall] = [0.0_f64; 2];
+    for i in 0..2_400_000 {
+        let (az, el) = azimuth_elevation_deg(&Avia.pulse(i));
+        (wide, tall) = (wide.max(az.abs()), tall.max(el.abs()));
+    }
+    assert!((wide - 35.3).abs() < 0.15, "{wide}");
+    assert!((tall - 38.55).abs() < 0.15, "{tall}");
+    // Six beams fire together, and the pattern does not repeat within the second.
+    let (a, b) = (Avia.pulse(6), Avia.pulse(11));
+    assert_eq!((a.time_s, a.ring, b.ring), (b.time_s, 0, 5));
+    let first = Avia.pulse(0).direction;
+    assert!((1..40_000).all(|s| Avia.pulse(6 * s).direction.distance(first) > 1e-6));
+}
+
+#[test]
+fn a_vlp16_fires_by_its_manual() {
+    let vlp = Spinning::vlp16(10.0).expect("valid");
+    assert!((vlp.rate_hz() - 289_351.85).abs() < 0.01);
+    let order: Vec<i32> = (0..16)
+        .map(|i| azimuth_elevation_deg(&vlp.pulse(i)).1.round() as i32)
+        .collect();
+    assert_eq!(
+        order,
+        [-15, 1, -13, 3, -11, 5, -9, 7, -7, 9, -5, 11, -3, 13, -1, 15]
+    );
+    let (one, next) = (vlp.pulse(1), vlp.pulse(16));
+    assert!((one.time_s - 2.304e-6).abs() < 1e-15 && (next.time_s - 55.296e-6).abs() < 1e-15);
+    assert_eq!(
+        (vlp.pulse(0).ring, one.ring, vlp.pulse(15).ring),
+        (0, 8, 15)
+    );
+    // Clockwise from above, half a turn after 50 ms: straight ahead.
+    let ahead = vlp.pulse((0.05 / 55.296e-6) as u64 * 16);
+    assert!(azimuth_elevation_deg(&ahead).0.abs() < 0.3);
+    let (a, b) = (vlp.pulse(1600), vlp.pulse(1616));
+    let turned = azimuth_elevation_deg(&a).0 - azimuth_elevation_deg(&b).0;
+    assert!((turned - 360.0 * 10.0 * 55.296e-6).abs() < 1e-9, "{turned}");
+}
+
+#[test]
+fn an_hdl64_and_an_ouster_have_their_beams() {
+    let hdl = Spinning::hdl64e(10.0).expect("valid");
+    let rings: BTreeSet<(u8, i64)> = (0..64)
+        .map(|i| {
+            let p = hdl.pulse(i);
+            (
+                p.ring,
+                (1000.0 * azimuth_elevation_deg(&p).1).round() as i64,
+            )
+        })
+        .collect();
+    assert_eq!(rings.len(), 64);
+    // Rings rise with elevation.
+    assert!(
+        rings
+            .iter()
+            .zip(rings.iter().skip(1))
+            .all(|(a, b)| a.0 < b.0 && a.1 < b.1)
+    );
+    assert_eq!(
+        (rings.first(), rings.last()),
+        (Some(&(0, -24_330)), Some(&(63, 2000)))
+    );
+    let os1 = Spinning::ouster(45.0_f64.to_radians(), 128, 1024, 10.0).expect("valid");
+    assert!((os1.rate_hz() - 1_310_720.0).abs() < 1e-3);
+    assert_eq!(os1.pulse(127).time_s, 0.0, "a column fires at once");
+    assert!((os1.pulse(128).time_s - 1.0 / 10_240.0).abs() < 1e-15);
+}
+
+#[test]
+fn bad_heads_are_refused_by_name() {
+    let laser = Laser {
+        elevation_rad: 0.1,
+        azimuth_rad: 0.0,
+        delay_s: 0.0,
+        ring: 0,
+    };
+    let refused = |lasers, sequence, rotation| {
+        Spinning::new(lasers, sequence, rotation)
+            .expect_err("out of range")
+            .field
+    };
+    assert_eq!(refused(vec![], 1e-5, 10.0), "lasers");
+    assert_eq!(refused(vec![laser], 0.0, 10.0), "sequence_s");
+    assert_eq!(refused(vec![laser], 1e-5, f64::NAN), "rotation_hz");
+    let late = Laser {
+        delay_s: 1e-4,
+        ..laser
+    };
+    assert_eq!(refused(vec![late], 1e-5, 10.0), "delay_s");
+    assert_eq!(
+        Spinning::ouster(0.0, 32, 512, 10.0)
+            .expect_err("flat")
+            .field,
+        "vertical_fov_rad"
+    );
+}
+
+#[test]
+fn a_table_replays_itself() {
+    let csv = "time/s,azimuth/deg,elevation/deg,ring\n# a comment\n5.0, 10, 0, 1\n5.1, -10, 20, 2\n\n5.3, 0, -20, 3\n";
+    let table = TablePattern::from_csv(csv.as_bytes()).expect("a table");
+    assert_eq!(table.len(), 3);
+    // 0.3 s between first and last of three: 0.15 s more to the next.
+    let times: Vec<f64> = (0..6).map(|i| table.pulse(i).time_s).collect();
+    for (got, want) in times.iter().zip([0.0, 0.1, 0.3, 0.45, 0.55, 0.75]) {
+        assert!((got - want).abs() < 1e-12, "{times:?}");
+    }
+    let (az, el) = azimuth_elevation_deg(&table.pulse(4));
+    assert!((az + 10.0).abs() < 1e-9 && (el - 20.0).abs() < 1e-9);
+    assert_eq!(table.pulse(5).ring, 3);
+    assert!((table.rate_hz() - 3.0 / 0.45).abs() < 1e-12);
+}
+
+#[test]
+fn bad_tables_are_refused_by_line() {
+    let error = |csv: &str| {
+        TablePattern::from_csv(csv.as_bytes())
+            .expect_err("bad")
+            .to_string()
+    };
+    assert_eq!(
+        error("0,0,0\n1,zwei,0\n"),
+        "line 2: azimuth is \"zwei\", which is no number"
+    );
+    assert_eq!(
+        error("0,0,0\n1,0,91\n"),
+        "line 2: elevation is 91, but must be -90..=90"
+    );
+    assert_eq!(
+        error("t,a,e\n1,0,0\n0.5,0,0\n"),
+        "line 3: times must not decrease"
+    );
+    assert_eq!(
+        error("0,0,0\n1,0\n"),
+        "line 2: 2 fields; must be time, azimuth, elevation and, if wanted, ring"
+    );
+    assert!(error("0,0,0\n1,0,0,256\n").contains("ring is \"256\""));
+    assert!(matches!(
+        TablePattern::from_csv("1,2,3\n".as_bytes()),
+        Err(TableError::TooFew(1))
+    ));
+}
