@@ -1,0 +1,423 @@
+//! Wide beams, several returns, and errors other than of range, on scenes with known answers.
+
+use nemoral_lidar::{
+    Beam, EchoObservation, ExactRange, PulseErrors, RepeatingLines, RepeatingLinesParams, Returns,
+    Scanner, ScannerParams,
+};
+use nemoral_scene::glam::{DVec3, Vec2, Vec3};
+use nemoral_scene::{
+    ChunkCoord, Hit, LidarPoint, Material, MaterialId, MaterialLibrary, ObjectId, PointFlags, Ray,
+    RayCaster, RigidTransform, Semantic,
+};
+use nemoral_seed::{Key, Stage};
+
+const KEY: Key = Key::world(7).stage(Stage::new("lidar.beams"));
+
+fn materials() -> MaterialLibrary {
+    let mut library = MaterialLibrary::new();
+    for (name, semantic, reflectance) in [
+        ("near", Semantic::Leaf, 0.5),
+        ("far", Semantic::Stem, 0.5),
+        ("sky", Semantic::Rock, 0.0),
+    ] {
+        let mut material = Material::plain(name, semantic, Vec3::splat(0.2));
+        material.optics.nm905.reflectance = reflectance;
+        library.add(material);
+    }
+    library
+}
+
+fn hit(ray: &Ray, distance_m: f32, material: u16) -> Option<Hit> {
+    (distance_m <= ray.t_max_m).then(|| Hit {
+        distance_m,
+        geometric_normal: Vec3::NEG_X,
+        shading_normal: Vec3::NEG_X,
+        uv: Vec2::ZERO,
+        uv_per_m: 1.0,
+        material: MaterialId(material),
+        object: ObjectId::new(ChunkCoord::new(0, 0), material + 1).expect("in range"),
+        variation: 0.0,
+    })
+}
+
+/// A wall at x = `far`; before it, where y > 0, another at x = `near`.
+struct Step {
+    near: f32,
+    far: f32,
+}
+
+impl RayCaster for Step {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let at = |x: f32| (x - ray.origin.x) / ray.direction.x;
+        if ray.direction.x <= 0.0 {
+            return None;
+        }
+        let near = at(self.near);
+        if near * ray.direction.y + ray.origin.y > 0.0 {
+            hit(ray, near, 0)
+        } else {
+            hit(ray, at(self.far), 1)
+        }
+    }
+}
+
+/// Nothing at all.
+struct Void;
+
+impl RayCaster for Void {
+    fn closest_hit(&self, _: &Ray) -> Option<Hit> {
+        None
+    }
+}
+
+/// 30° to each side: no grazing light.
+fn ahead() -> RepeatingLines {
+    RepeatingLines::new(RepeatingLinesParams {
+        horizontal_fov_rad: std::f64::consts::FRAC_PI_3,
+        ..RepeatingLinesParams::default()
+    })
+    .expect("valid")
+}
+
+fn wide() -> Beam {
+    Beam {
+        horizontal_fwhm_rad: 0.02,
+        vertical_fwhm_rad: 0.002,
+        rings: 3,
+        resolution_m: 0.6,
+    }
+}
+
+fn scan_with(params: ScannerParams, caster: &dyn RayCaster) -> Vec<LidarPoint> {
+    let scanner = Scanner::new(params, Box::new(ahead())).expect("valid");
+    let still = |_: f64| RigidTransform::IDENTITY;
+    scanner.scan(0, caster, &materials(), &still, &ExactRange, KEY)
+}
+
+fn params(beam: Beam, returns: Returns) -> ScannerParams {
+    ScannerParams {
+        pulses_per_scan: 30_000,
+        beam,
+        returns,
+        ..ScannerParams::default()
+    }
+}
+
+#[test]
+fn a_wide_beam_on_a_wall_is_a_thin_one() {
+    let wall = Step {
+        near: 8.0,
+        far: 8.0,
+    };
+    let thin = scan_with(params(Beam::default(), Returns::Strongest), &wall);
+    let beam = Beam {
+        horizontal_fwhm_rad: 0.001,
+        vertical_fwhm_rad: 0.001,
+        ..wide()
+    };
+    let wide = scan_with(params(beam, Returns::Strongest), &wall);
+    let mut compared = 0;
+    for a in thin.iter().filter(|p| p.incidence_cos > 0.3) {
+        let i = wide
+            .binary_search_by_key(&a.pulse, |p| p.pulse)
+            .expect("comes back");
+        let b = &wide[i];
+        assert!(
+            (a.range_m - b.range_m).abs() < 2e-4 * a.range_m,
+            "{a:?} {b:?}"
+        );
+        assert!((a.intensity - b.intensity).abs() < 1e-3);
+        assert!(!b.flags.has(PointFlags::MIXED));
+        compared += 1;
+    }
+    assert!(compared > 5000, "{compared}");
+}
+
+#[test]
+fn near_edges_mix_and_far_ones_give_two_returns() {
+    for (far, apart) in [(8.4, false), (12.0, true)] {
+        let points = scan_with(params(wide(), Returns::All(5)), &Step { near: 8.0, far });
+        let (mut mixed, mut double) = (0, 0);
+        for p in &points {
+            let x = p.position_m.x;
+            let between = x > 8.01 && x < far - 0.01;
+            assert_eq!(p.flags.has(PointFlags::MIXED), between, "{p:?}");
+            if between {
+                mixed += 1;
+                // Labelled by what gave most light: the nearer the range is to it.
+                let nearer = if p.semantic == Semantic::Leaf {
+                    8.0
+                } else {
+                    far
+                };
+                assert!(
+                    (x - nearer).abs() < 0.6 * (far - 8.0),
+                    "{x} {:?}",
+                    p.semantic
+                );
+            }
+            if p.returns == 2 {
+                double += 1;
+                assert_eq!(p.return_number == 1, p.semantic == Semantic::Leaf);
+            }
+            assert!((1..=p.returns).contains(&p.return_number));
+        }
+        if apart {
+            assert!(mixed == 0 && double > 200, "{double}");
+        } else {
+            assert!(mixed > 100 && double == 0, "{mixed}");
+        }
+    }
+}
+
+/// Light is neither lost nor made: both returns of a split pulse sum to the whole.
+#[test]
+fn a_split_pulse_shares_out_its_light() {
+    let points = scan_with(
+        params(wide(), Returns::All(5)),
+        &Step {
+            near: 8.0,
+            far: 12.0,
+        },
+    );
+    let mut pairs = 0;
+    for pair in points.windows(2).filter(|w| w[0].pulse == w[1].pulse) {
+        let sum = pair[0].intensity + pair[1].intensity;
+        assert!((sum - 0.5 * pair[0].incidence_cos).abs() < 0.02, "{pair:?}");
+        pairs += 1;
+    }
+    assert!(pairs > 100, "{pairs}");
+}
+
+#[test]
+fn every_mode_gives_a_part_of_all() {
+    let step = Step {
+        near: 8.0,
+        far: 12.0,
+    };
+    let all = scan_with(params(wide(), Returns::All(15)), &step);
+    for (mode, most) in [
+        (Returns::Strongest, 1),
+        (Returns::First, 1),
+        (Returns::Last, 1),
+        (Returns::Dual, 2),
+    ] {
+        let some = scan_with(params(wide(), mode), &step);
+        for p in &some {
+            assert!(p.returns <= most);
+            assert!(
+                all.iter()
+                    .any(|q| q.pulse == p.pulse && q.range_m == p.range_m)
+            );
+        }
+        let pulses = |list: &[LidarPoint]| {
+            let mut pulses: Vec<u32> = list.iter().map(|p| p.pulse).collect();
+            pulses.dedup();
+            pulses
+        };
+        assert_eq!(pulses(&some), pulses(&all));
+    }
+}
+
+/// An echo that is not seen is not counted, and the strongest of those seen is reported.
+#[test]
+fn a_weak_echo_gives_way() {
+    let deaf_to_near = |o: &EchoObservation, _: Key| (o.range_m > 10.0).then_some(o.range_m);
+    let scanner =
+        Scanner::new(params(wide(), Returns::Strongest), Box::new(ahead())).expect("valid");
+    let still = |_: f64| RigidTransform::IDENTITY;
+    let step = Step {
+        near: 8.0,
+        far: 12.0,
+    };
+    let points = scanner.scan(0, &step, &materials(), &still, &deaf_to_near, KEY);
+    assert!(points.len() > 1000);
+    assert!(points.iter().all(|p| p.semantic == Semantic::Stem && p.returns == 1
+        || p.position_m.length() > 10.0));
+}
+
+#[test]
+fn pointing_errors_have_their_sigma() {
+    let sigma = 0.002;
+    let errors = PulseErrors {
+        angular_sigma_rad: sigma,
+        ..PulseErrors::default()
+    };
+    let wall = Step {
+        near: 8.0,
+        far: 8.0,
+    };
+    let points = scan_with(
+        ScannerParams {
+            errors,
+            ..params(Beam::default(), Returns::Strongest)
+        },
+        &wall,
+    );
+    let n = points.len() as f64;
+    // Written where the scanner believes: off the wall, by tan(incidence) × sigma × range.
+    let variance = points
+        .iter()
+        .filter(|p| p.incidence_cos > 0.5)
+        .map(|p| {
+            let direction = p.position_m.as_dvec3().normalize();
+            let expected = 8.0 / direction.x;
+            let slope = (1.0 / direction.x.powi(2) - 1.0).sqrt();
+            let off = (f64::from(p.range_m) - expected) / (expected * slope.max(0.2));
+            (slope > 0.2).then_some(off * off)
+        })
+        .collect::<Vec<_>>();
+    let used: Vec<f64> = variance.into_iter().flatten().collect();
+    let measured = (used.iter().sum::<f64>() / used.len() as f64).sqrt();
+    assert!(used.len() > 2000 && n > 5000.0);
+    assert!((measured / sigma - 1.0).abs() < 0.04, "{measured}");
+}
+
+#[test]
+fn ranges_are_written_in_steps() {
+    let errors = PulseErrors {
+        range_step_m: 0.05,
+        ..PulseErrors::default()
+    };
+    let points = scan_with(
+        ScannerParams {
+            errors,
+            ..params(Beam::default(), Returns::Strongest)
+        },
+        &Step {
+            near: 8.0,
+            far: 9.0,
+        },
+    );
+    for p in &points {
+        let steps = p.range_m / 0.05;
+        assert!((steps - steps.round()).abs() < 1e-3, "{}", p.range_m);
+        assert!((p.range_m - p.true_range_m).abs() <= 0.0251);
+    }
+}
+
+#[test]
+fn pulses_are_lost_and_raised_as_often_as_asked() {
+    let count = |errors, caster: &dyn RayCaster| {
+        let p = ScannerParams {
+            errors,
+            ..params(Beam::default(), Returns::Strongest)
+        };
+        scan_with(p, caster)
+    };
+    let wall = Step {
+        near: 8.0,
+        far: 9.0,
+    };
+    let all = count(PulseErrors::default(), &wall).len() as f64;
+    let dropout = PulseErrors {
+        dropout: 0.3,
+        ..PulseErrors::default()
+    };
+    let kept = count(dropout, &wall).len() as f64;
+    let sigma = (0.3 * 0.7 * all).sqrt();
+    assert!((kept - 0.7 * all).abs() < 4.0 * sigma, "{kept} of {all}");
+
+    let raised = PulseErrors {
+        false_alarm: 0.05,
+        ..PulseErrors::default()
+    };
+    let alarms = count(raised, &Void);
+    let expected = 0.05 * 30_000.0;
+    assert!((alarms.len() as f64 - expected).abs() < 4.0 * (0.95_f64 * expected).sqrt());
+    for p in &alarms {
+        assert!(p.flags.has(PointFlags::FALSE_ALARM) && p.semantic == Semantic::Sky);
+        assert!(p.object == ObjectId::NONE && p.true_range_m == 0.0);
+        assert!((0.5..=260.0).contains(&p.range_m));
+    }
+    // Where the wall is seen, nothing is raised.
+    assert_eq!(
+        count(raised, &wall)
+            .iter()
+            .filter(|p| p.position_m.x > 7.0)
+            .count() as f64,
+        all
+    );
+}
+
+#[test]
+fn raw_points_are_where_the_moving_sensor_saw_them() {
+    let drive =
+        |t: f64| RigidTransform::from_xyz_rpy(DVec3::new(5.0 * t, 0.0, 0.0), 0.0, 0.0, 2.0 * t);
+    let scan = |deskew| {
+        let p = ScannerParams {
+            deskew,
+            ..params(Beam::default(), Returns::Strongest)
+        };
+        let scanner = Scanner::new(p, Box::new(ahead())).expect("valid");
+        let half_s = scanner.duration_s() / 2.0;
+        let points = scanner.scan(
+            0,
+            &Step {
+                near: 8.0,
+                far: 9.0,
+            },
+            &materials(),
+            &drive,
+            &ExactRange,
+            KEY,
+        );
+        (points, half_s)
+    };
+    let ((raw, half_s), (deskewed, _)) = (scan(false), scan(true));
+    assert_eq!(raw.len(), deskewed.len());
+    let mut moved = 0.0_f64;
+    for (r, d) in raw.iter().zip(&deskewed) {
+        // Put back by hand: through the pose of the moment.
+        let pose = drive(f64::from(r.time_offset_ns) * 1e-9 - half_s);
+        let back = pose.transform_point(r.position_m.into());
+        assert!(back.distance(d.position_m.into()) < 1e-4, "{r:?} {d:?}");
+        let normal = pose.transform_vector(r.normal.into());
+        assert!(normal.distance(d.normal.into()) < 1e-5);
+        moved = moved.max(f64::from(r.position_m.distance(d.position_m)));
+    }
+    assert!(moved > 0.3, "{moved}");
+}
+
+#[test]
+fn bad_beams_and_errors_are_refused_by_name() {
+    let refused = |p: ScannerParams| {
+        Scanner::new(p, Box::new(ahead()))
+            .expect_err("out of range")
+            .field
+    };
+    let base = params(Beam::default(), Returns::Strongest);
+    let beam = |f: fn(&mut Beam)| {
+        let mut beam = Beam::default();
+        f(&mut beam);
+        refused(ScannerParams { beam, ..base })
+    };
+    assert_eq!(
+        beam(|b| b.horizontal_fwhm_rad = -0.1),
+        "beam.horizontal_fwhm_rad"
+    );
+    assert_eq!(
+        beam(|b| b.vertical_fwhm_rad = f64::NAN),
+        "beam.vertical_fwhm_rad"
+    );
+    assert_eq!(beam(|b| b.rings = 9), "beam.rings");
+    assert_eq!(
+        beam(|b| b.resolution_m = f64::INFINITY),
+        "beam.resolution_m"
+    );
+    let errors = |f: fn(&mut PulseErrors)| {
+        let mut errors = PulseErrors::default();
+        f(&mut errors);
+        refused(ScannerParams { errors, ..base })
+    };
+    assert_eq!(
+        errors(|e| e.angular_sigma_rad = 1.0),
+        "errors.angular_sigma_rad"
+    );
+    assert_eq!(errors(|e| e.range_step_m = -1.0), "errors.range_step_m");
+    assert_eq!(errors(|e| e.dropout = 1.5), "errors.dropout");
+    assert_eq!(errors(|e| e.false_alarm = f64::NAN), "errors.false_alarm");
+    for returns in [Returns::All(0), Returns::All(16)] {
+        assert_eq!(refused(ScannerParams { returns, ..base }), "returns");
+    }
+}
