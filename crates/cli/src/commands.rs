@@ -39,6 +39,16 @@ impl From<nemoral_dataset::Error> for Failure {
     }
 }
 
+/// Standard output is all there is to fail by itself.
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self {
+            message: format!("cannot write to standard output: {error}"),
+            is_request: false,
+        }
+    }
+}
+
 fn wrong(message: impl Display) -> Failure {
     Failure {
         message: message.to_string(),
@@ -55,11 +65,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
         Command::Plan(a) => run_plan(&a),
         Command::Check(Folder { dir }) => {
             let report = nemoral_dataset::check(&dir)?;
-            say(&report.to_string());
+            say(&report.to_string())?;
             Ok(report.passed())
         }
         Command::Stats(Folder { dir }) => {
-            say(nemoral_dataset::stats(&dir)?.to_string().trim_end());
+            say(nemoral_dataset::stats(&dir)?.to_string().trim_end())?;
             Ok(true)
         }
         Command::Merge(Merge { shards, out }) => {
@@ -69,7 +79,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
                 "{} frames in {}",
                 merged.frames.len(),
                 out.display()
-            ));
+            ))?;
             Ok(true)
         }
     }
@@ -157,7 +167,7 @@ fn run_preview(a: &Preview) -> Result<bool, Failure> {
     let config = load(&a.world)?;
     let sheet = preview(&config, a.frame, threads(&a.world)?)?;
     write_png(&sheet, &a.out)?;
-    say(&format!("{}", a.out.display()));
+    say(&format!("{}", a.out.display()))?;
     Ok(true)
 }
 
@@ -165,19 +175,19 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
     match command {
         ConfigCommand::Presets => {
             for preset in Preset::ALL {
-                say(&format!("{:<8} {}", preset.name, preset.doc));
+                say(&format!("{:<8} {}", preset.name, preset.doc))?;
             }
         }
-        ConfigCommand::Init(world) => say(annotated_toml(&load(world)?).trim_end()),
-        ConfigCommand::Show(world) => say(load(world)?.to_toml().trim_end()),
+        ConfigCommand::Init(world) => say(annotated_toml(&load(world)?).trim_end())?,
+        ConfigCommand::Show(world) => say(load(world)?.to_toml().trim_end())?,
         ConfigCommand::Check(world) => {
             ForestPlan::new(&load(world)?)?;
-            say("fine");
+            say("fine")?;
         }
         ConfigCommand::Schema => {
-            say(&serde_json::to_string_pretty(&json_schema()).map_err(wrong)?);
+            say(&serde_json::to_string_pretty(&json_schema()).map_err(wrong)?)?;
         }
-        ConfigCommand::Reference => say(reference_page().trim_end()),
+        ConfigCommand::Reference => say(reference_page().trim_end())?,
     }
     Ok(true)
 }
@@ -186,14 +196,14 @@ fn run_plan(a: &Plan) -> Result<bool, Failure> {
     let config = load(&a.world)?;
     let forest = ForestPlan::new(&config)?;
     if a.explain {
-        say(forest.plan().explain(&Store::unlimited()).trim_end());
-        say(&estimate(&config).to_string());
+        say(forest.plan().explain(&Store::unlimited()).trim_end())?;
+        say(&estimate(&config).to_string())?;
     } else {
         let format = match a.format {
             Graph::Mermaid => GraphFormat::Mermaid,
             Graph::Dot => GraphFormat::Dot,
         };
-        say(forest.plan().draw(format).trim_end());
+        say(forest.plan().draw(format).trim_end())?;
     }
     Ok(true)
 }

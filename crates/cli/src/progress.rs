@@ -1,6 +1,6 @@
 //! What the user sees: a bar on a terminal, plain lines otherwise.
 
-use std::io::{IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -9,12 +9,16 @@ use nemoral_pipeline::{Done, Observer};
 
 /// Writes an error to standard error.
 pub(crate) fn complain(message: &str) {
-    let _ = writeln!(std::io::stderr(), "error: {message}");
+    let _ = writeln!(io::stderr(), "error: {message}");
 }
 
 /// Writes a line to standard output. A closed pipe is nobody listening, not an error.
-pub(crate) fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+pub(crate) fn say(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout();
+    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(e),
+        _ => Ok(()),
+    }
 }
 
 /// Reports a run to a person.
@@ -28,7 +32,7 @@ pub(crate) struct Reporter {
 
 impl Reporter {
     pub(crate) fn new(frames: usize, quiet: bool) -> Self {
-        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+        let bar = (!quiet && io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new(frames as u64);
             let template = "{bar:32} {pos}/{len} frames  {msg}  {eta} left";
             if let Ok(style) = ProgressStyle::with_template(template) {
@@ -52,7 +56,7 @@ impl Reporter {
             Some(bar) => bar.println(text),
             None if self.quiet => {}
             None => {
-                let _ = writeln!(std::io::stderr(), "{text}");
+                let _ = writeln!(io::stderr(), "{text}");
             }
         }
     }
