@@ -1,15 +1,18 @@
-//! Runs that break off: Ctrl-C, kill, a full disk. What they leave is whole, and goes on.
+//! Runs that break off: Ctrl-C, kill, a full disk, an unwritable one. What they leave is whole, and
+//! goes on.
 #![cfg(unix)]
 
+use std::ffi::OsStr;
 use std::fs;
-use std::io::Write;
-use std::path::Path;
+use std::io::{self, PipeReader, Read, Write};
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::thread::sleep;
+use std::thread::{JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
 use crate::common::{
-    assert_only_whole_files, assert_same_files, base, folder, nemoral, outcome, record, small,
+    Outcome, assert_only_whole_files, assert_same_files, base, files, folder, outcome, record,
+    small,
 };
 
 /// Frames that are on disk with their record.
@@ -22,136 +25,280 @@ fn recorded(out: &Path) -> usize {
     })
 }
 
-/// Starts a run, waits until it has added frames to those that are there, and signals it.
-fn signalled(command: &mut Command, out: &Path, signal: &str) -> Child {
-    let before = recorded(out);
-    let mut child = command
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
+/// A run that is held up: nobody reads its standard error, which is full.
+struct Held {
+    child: Child,
+    stderr: PipeReader,
+    filler: JoinHandle<io::Result<()>>,
+}
+
+impl Held {
+    /// Starts a run and waits for its first frame. There it stays, because it wants to say so.
+    fn after_a_frame(mut command: Command, out: &Path) -> Self {
+        let (stderr, writer) = io::pipe().expect("a pipe");
+        let mut more = writer.try_clone().expect("a pipe");
+        // More than any system's pipes hold.
+        let filler = std::thread::spawn(move || more.write_all(&[0; 1 << 20]));
+        let mut child = command.stderr(writer).spawn().expect("the program starts");
+        wait_for_a_frame(&mut child, out, 0);
+        Self {
+            child,
+            stderr,
+            filler,
+        }
+    }
+
+    /// Reads what it says, until it ends.
+    fn released(mut self) -> Outcome {
+        let mut stderr = String::new();
+        self.stderr.read_to_string(&mut stderr).expect("text");
+        self.filler.join().expect("no panic").expect("all was read");
+        Outcome {
+            code: self.child.wait().expect("it ends").code(),
+            stdout: String::new(),
+            stderr: stderr.replace('\0', ""),
+        }
+    }
+}
+
+/// Waits until a run has added to the frames that are there: `false` if it has ended instead.
+fn wait_for_a_frame(child: &mut Child, out: &Path, before: usize) -> bool {
     let started = Instant::now();
     while recorded(out) <= before {
-        let ended = child.try_wait().expect("a child");
-        assert!(ended.is_none(), "ended by itself: {ended:?}");
+        if child.try_wait().expect("a child").is_some() {
+            return false;
+        }
         assert!(started.elapsed() < Duration::from_secs(300), "no frame");
         sleep(Duration::from_millis(1));
     }
-    let kill = Command::new("kill")
-        .args([signal, &child.id().to_string()])
-        .status();
-    assert!(kill.expect("kill runs").success());
-    child
+    true
+}
+
+fn signal(child: &Child, signal: &str) {
+    let mut kill = Command::new("kill");
+    let status = kill.args([signal, &child.id().to_string()]).status();
+    assert!(status.expect("kill runs").success());
 }
 
 #[test]
-fn ctrl_c_and_kill_leave_a_data_set_that_goes_on() {
+fn ctrl_c_leaves_a_data_set_that_goes_on() {
     let out = folder("interrupted").join("out");
+    let held = Held::after_a_frame(small(&out, &["--threads", "2"]), &out);
+    signal(&held.child, "-INT");
+    // It may hear it late, but does not get far meanwhile.
+    sleep(Duration::from_millis(300));
+    let ended = held.released();
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    let last = ended.stderr.lines().last().expect("a message");
+    assert!(last.starts_with("error: interrupted"), "{}", ended.stderr);
+    assert!(last.contains("--resume"), "{}", ended.stderr);
 
-    let child = signalled(&mut small(&out, &[]), &out, "-INT");
-    let ended = child.wait_with_output().expect("it ends");
-    let stderr = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(1), "{stderr}");
-    assert!(
-        stderr.contains("interrupted") && stderr.contains("--resume"),
-        "{stderr}"
-    );
-    let after_ctrl_c = recorded(&out);
-    assert!((1..40).contains(&after_ctrl_c), "{after_ctrl_c} frames");
+    // The frames in hand are finished, no more.
+    let frames = recorded(&out);
+    assert!((1..10).contains(&frames), "{frames} frames");
+    assert_eq!(assert_only_whole_files(&out), 8 * frames);
+    let temporary = files(&out).into_keys().find(|name| name.ends_with(".tmp"));
+    assert_eq!(temporary, None);
     assert!(!out.join("dataset.json").exists(), "it is not finished");
-    let whole = assert_only_whole_files(&out);
-    assert!(whole >= 8 * after_ctrl_c, "{whole} files");
 
     // Without a word about what to do with it, it is left alone.
+    let before = files(&out);
     let again = outcome(&mut small(&out, &[]));
     assert_eq!(again.code, Some(2), "{}", again.stderr);
     assert!(again.stderr.contains("unfinished"), "{}", again.stderr);
+    assert!(files(&out) == before, "untouched");
 
-    let mut child = signalled(&mut small(&out, &["--resume"]), &out, "-KILL");
-    assert_eq!(child.wait().expect("it ends").code(), None, "killed");
-    let after_kill = recorded(&out);
-    assert!(after_kill > after_ctrl_c, "{after_kill} frames");
-    assert_only_whole_files(&out);
-
-    record(&out, &["--resume"]);
+    let done = outcome(&mut small(&out, &["--resume"]));
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert!(done.stderr.contains("(was there)"), "{}", done.stderr);
     assert_same_files(&out, base());
     // Once more: there is nothing left to do, and nothing changes.
     record(&out, &["--resume"]);
     assert_same_files(&out, base());
 }
 
-/// Records on a file system of 600 kB, enlarges it, goes on. Exit codes: 77 if the system lets us
-/// make no file system, else 0; what the program said and left is copied out.
-const FULL_DISK: &str = r#"
-disk=$1 left=$2 whole=$3; shift 3
+#[test]
+fn a_killed_run_goes_on() {
+    let folder = folder("killed");
+    // A kill that came too late proves nothing: once more then.
+    let killed = (0..8).map(|i| folder.join(i.to_string())).find(|out| {
+        let mut command = small(out, &["--quiet"]);
+        let mut child = command.spawn().expect("the program starts");
+        // Some frames later, amid whatever it does then.
+        let _ = wait_for_a_frame(&mut child, out, 4) && {
+            signal(&child, "-KILL");
+            true
+        };
+        child.wait().expect("it ends").code().is_none()
+    });
+    let out = killed.expect("one of the runs is killed in time");
+    assert!(assert_only_whole_files(&out) >= 8 * recorded(&out));
+    assert!(recorded(&out) > 4);
+    record(&out, &["--resume"]);
+    assert_same_files(&out, base());
+}
+
+/// Records where no file may have more than 40 blocks (of 512 or 1024 bytes), goes on without that.
+/// Arguments: where to record, its copies, the command. What the program says goes beside the copies.
+const SHORT_FILES: &str = r#"
+out=$1 left=$2 whole=$3; shift 3
+(trap '' XFSZ; ulimit -f 40; exec "$@") 2>"$left.stderr"
+echo $? >"$left.code"
+cp -a "$out" "$left" || exit 1
+"$@" --resume 2>"$whole.stderr"
+echo $? >"$whole.code"
+cp -a "$out" "$whole" || exit 1
+"#;
+
+/// The same on a file system of 600 kB that is enlarged then. Exit code 77: the system lets us make
+/// none.
+const SMALL_DISK: &str = r#"
+out=$1 left=$2 whole=$3 disk=$(dirname "$1"); shift 3
 mount -t tmpfs -o size=600k none "$disk" || exit 77
 "$@" 2>"$left.stderr"
 echo $? >"$left.code"
-cp -a "$disk/out" "$left" || exit 1
+cp -a "$out" "$left" || exit 1
 mount -o remount,size=64m "$disk" || exit 1
 "$@" --resume 2>"$whole.stderr"
 echo $? >"$whole.code"
-cp -a "$disk/out" "$whole" || exit 1
+cp -a "$out" "$whole" || exit 1
 "#;
 
-/// Says why a test did nothing, even where the output of tests is captured.
-fn skipped(why: &str) {
-    let mut stderr = std::io::stderr();
-    let _ = writeln!(stderr, "\nSKIPPED: the full-disk test: {why}");
+/// A read-only file system over a folder.
+const READ_ONLY: &str = r#"
+mount -t tmpfs -o ro none "$1" || exit 77
+shift
+exec "$@"
+"#;
+
+/// Runs a script where its mounts are its own, so that none stays behind. Whoever is not root is so
+/// in a user namespace. `None` where the system has or allows no such thing.
+fn with_mounts(script: &str, arguments: &[&OsStr]) -> Option<Outcome> {
+    let is_root = outcome(Command::new("id").arg("-u")).stdout.trim() == "0";
+    let namespace = if is_root { "-m" } else { "-rm" };
+    let mut unshare = Command::new("unshare");
+    unshare.args([namespace, "sh", "-c", script, "script"]);
+    unshare.args(arguments).stdin(Stdio::null());
+    let ran = unshare.output().ok()?;
+    let stderr = String::from_utf8_lossy(&ran.stderr).into_owned();
+    if ran.status.code() == Some(77) || stderr.starts_with("unshare:") {
+        let must = is_root && std::env::var("CI").is_ok_and(|v| v == "true");
+        assert!(!must, "root in CI may mount: {stderr}");
+        // Seen even where the output of tests is captured.
+        let _ = writeln!(io::stderr(), "\nleft out what needs a mount: {stderr}");
+        return None;
+    }
+    Some(Outcome {
+        code: ran.status.code(),
+        stdout: String::from_utf8_lossy(&ran.stdout).into_owned(),
+        stderr,
+    })
+}
+
+/// A folder to record in, and where the scripts copy to what they left and what they finished.
+struct Places {
+    out: PathBuf,
+    left: PathBuf,
+    whole: PathBuf,
+}
+
+impl Places {
+    fn new(name: &str) -> Self {
+        let folder = folder(name);
+        fs::create_dir(folder.join("disk")).expect("a folder");
+        Self {
+            out: folder.join("disk/out"),
+            left: folder.join("left"),
+            whole: folder.join("whole"),
+        }
+    }
+
+    /// What the scripts take.
+    fn arguments<'a>(&'a self, request: &'a Command) -> Vec<&'a OsStr> {
+        let places = [&self.out, &self.left, &self.whole].map(|p| p.as_os_str());
+        let program = std::iter::once(request.get_program());
+        places
+            .into_iter()
+            .chain(program)
+            .chain(request.get_args())
+            .collect()
+    }
+
+    /// The run ended in order for want of room, and went on when there was some.
+    #[track_caller]
+    fn assert_broke_off_and_went_on(&self, why: &str) {
+        let said = |path: &Path, what: &str| {
+            let text = fs::read_to_string(path.with_extension(what)).expect("by the script");
+            text.trim().to_owned()
+        };
+        let complaint = said(&self.left, "stderr");
+        assert_eq!(said(&self.left, "code"), "1", "{complaint}");
+        assert!(complaint.contains(why), "{complaint}");
+        let names_the_file = complaint.contains(&*self.out.to_string_lossy());
+        assert!(names_the_file, "{complaint}");
+        assert_eq!(complaint.lines().count(), 1, "{complaint}");
+
+        let whole = assert_only_whole_files(&self.left);
+        assert!(whole >= 8, "{whole} files: it never went well");
+        assert!(!self.left.join("dataset.json").exists());
+        let left = files(&self.left);
+        let temporary = left.keys().find(|name| name.ends_with(".tmp"));
+        assert_eq!(temporary, None, "a failed write cleans up");
+
+        assert_eq!(said(&self.whole, "stderr"), "");
+        assert_eq!(said(&self.whole, "code"), "0");
+        assert_same_files(&self.whole, base());
+    }
 }
 
 #[test]
 fn a_full_disk_leaves_whole_files() {
-    let folder = folder("full_disk");
-    let (disk, left, whole) = (
-        folder.join("disk"),
-        folder.join("left"),
-        folder.join("whole"),
-    );
-    fs::create_dir(&disk).expect("a folder");
-    let request = small(&disk.join("out"), &["--quiet"]);
-    // A mount namespace of its own: no mount stays behind, whatever happens. Whoever is not root
-    // is so in a user namespace, where the system allows those.
-    let is_root = outcome(Command::new("id").arg("-u")).stdout.trim() == "0";
-    let namespace = if is_root { "-m" } else { "-rm" };
-    let mut script = Command::new("unshare");
-    script
-        .args([namespace, "sh", "-c", FULL_DISK, "full-disk"])
-        .args([&disk, &left, &whole])
-        .arg(nemoral().get_program())
-        .args(request.get_args())
-        .stdin(Stdio::null());
-    let Ok(ran) = script.output() else {
-        return skipped("there is no `unshare` to make a small file system with");
-    };
-    let stderr = String::from_utf8_lossy(&ran.stderr);
-    if ran.status.code() == Some(77) || stderr.starts_with("unshare:") {
-        let in_ci = std::env::var("CI").is_ok_and(|v| v == "true");
-        assert!(!(in_ci && is_root), "no small file system in CI: {stderr}");
-        return skipped(stderr.trim());
+    // Where nobody may mount, the limit of a process does what a full disk does.
+    let places = Places::new("short_files");
+    let request = small(&places.out, &["--quiet"]);
+    let mut script = Command::new("sh");
+    script.args(["-c", SHORT_FILES, "script"]);
+    let ran = outcome(script.args(places.arguments(&request)));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    places.assert_broke_off_and_went_on("File too large");
+
+    let places = Places::new("small_disk");
+    let request = small(&places.out, &["--quiet"]);
+    if let Some(ran) = with_mounts(SMALL_DISK, &places.arguments(&request)) {
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        places.assert_broke_off_and_went_on("No space left on device");
     }
-    assert!(ran.status.success(), "{stderr}");
+}
 
-    let said = |path: &Path, what: &str| {
-        let text = fs::read_to_string(path.with_extension(what)).expect("written by the script");
-        text.trim().to_owned()
-    };
-    let complaint = said(&left, "stderr");
-    assert_eq!(said(&left, "code"), "1", "{complaint}");
-    assert!(complaint.contains("No space left on device"), "{complaint}");
-    assert!(
-        complaint.contains(&*disk.to_string_lossy()),
-        "names the file: {complaint}"
-    );
-    assert_eq!(complaint.lines().count(), 1, "{complaint}");
+#[test]
+fn a_folder_that_cannot_be_written() {
+    // Permissions do not stop root; a file where a folder should be stops everybody.
+    let folder = folder("unwritable");
+    let file = folder.join("file");
+    fs::write(&file, "a file").expect("a writable folder");
+    for out in [file.join("out"), file.clone()] {
+        let done = outcome(&mut small(&out, &[]));
+        assert_unwritable(&done, &out);
+    }
+    assert_eq!(fs::read(&file).expect("still there"), b"a file");
 
-    let whole_files = assert_only_whole_files(&left);
-    assert!(whole_files >= 8, "{whole_files}: the disk was full at once");
-    assert!(!left.join("dataset.json").exists());
-    let half = crate::common::files(&left);
-    let temporary = half.keys().find(|name| name.ends_with(".tmp"));
-    assert_eq!(temporary, None, "a failed write cleans up");
+    // A folder that is there and empty.
+    let out = folder.join("out");
+    fs::create_dir(&out).expect("a folder");
+    let request = small(&out, &[]);
+    let mut arguments = vec![out.as_os_str(), request.get_program()];
+    arguments.extend(request.get_args());
+    if let Some(done) = with_mounts(READ_ONLY, &arguments) {
+        assert_unwritable(&done, &out);
+        assert!(done.stderr.contains("Read-only"), "{}", done.stderr);
+    }
+}
 
-    // With room again it goes on.
-    assert_eq!(said(&whole, "code"), "0", "{}", said(&whole, "stderr"));
-    assert_same_files(&whole, base());
+#[track_caller]
+fn assert_unwritable(done: &Outcome, out: &Path) {
+    assert_eq!(done.code, Some(1), "{}", done.stderr);
+    assert!(done.stderr.starts_with("error: "), "{}", done.stderr);
+    let names_it = done.stderr.contains(&*out.to_string_lossy());
+    assert!(names_it, "{}", done.stderr);
+    assert_eq!(done.stderr.lines().count(), 1, "{}", done.stderr);
 }

@@ -2,5 +2,6 @@
 
 mod breakdown;
 mod common;
+mod questions;
 mod recording;
 mod refusals;

@@ -142,6 +142,14 @@ fn another_seed_replaces_a_data_set_only_if_asked() {
     assert!(old["trees.csv"] != new["trees.csv"]);
     // What is not the data set's stays.
     assert_eq!(fs::read(&foreign).expect("still there"), b"mine");
+
+    // Two worlds are not one.
+    let whole = out.with_extension("whole");
+    let merge = [&out, base(), &whole].map(|p| p.to_string_lossy().into_owned());
+    let done = run(&["merge", &merge[0], &merge[1], "--out", &merge[2]]);
+    assert_eq!(done.code, Some(2), "{}", done.stderr);
+    assert!(done.stderr.contains("seed"), "{}", done.stderr);
+    assert!(!whole.exists());
 }
 
 fn copy(from: &std::path::Path, to: &std::path::Path) {

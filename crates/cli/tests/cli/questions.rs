@@ -1,0 +1,205 @@
+//! Commands that answer: config, plan, preview, help.
+
+use std::fs;
+
+use crate::common::{Outcome, folder, nemoral, run};
+
+/// Runs a command that must answer, and says nothing else.
+#[track_caller]
+fn answer(arguments: &[&str]) -> String {
+    let done = run(arguments);
+    assert_eq!(done.code, Some(0), "{arguments:?}: {}", done.stderr);
+    assert_eq!(done.stderr, "", "{arguments:?}");
+    assert!(done.stdout.ends_with('\n'), "{arguments:?}");
+    done.stdout
+}
+
+const PRESETS: [&str; 5] = ["default", "low", "medium", "high", "demo"];
+
+#[test]
+fn help() {
+    let commands = [
+        "generate", "preview", "config", "plan", "check", "stats", "merge",
+    ];
+    let help = answer(&["--help"]);
+    for command in commands {
+        assert!(help.contains(command), "{command}: {help}");
+        let more = answer(&[command, "--help"]);
+        assert!(more.contains(&format!("nemoral {command}")), "{more}");
+    }
+    assert_eq!(
+        answer(&["--version"]),
+        format!("nemoral {}\n", env!("CARGO_PKG_VERSION"))
+    );
+    // Nothing asked, or nothing known: the request is wrong.
+    for arguments in [&[][..], &["grow"], &["config"], &["check"], &["merge"]] {
+        let Outcome {
+            code,
+            stdout,
+            stderr,
+        } = run(arguments);
+        assert_eq!(code, Some(2), "{arguments:?}");
+        assert!(stdout.is_empty(), "{arguments:?}: {stdout}");
+        assert!(stderr.contains("Usage: nemoral"), "{arguments:?}: {stderr}");
+    }
+}
+
+#[test]
+fn presets_are_fine() {
+    let list = answer(&["config", "presets"]);
+    let names: Vec<_> = list.lines().filter_map(|l| l.split(' ').next()).collect();
+    assert_eq!(names, PRESETS);
+    for name in PRESETS {
+        assert_eq!(answer(&["config", "check", "--preset", name]), "fine\n");
+    }
+}
+
+#[test]
+fn a_config_survives_writing_and_reading() {
+    let folder = folder("config");
+    let asked = [
+        "--preset",
+        "low",
+        "--seed",
+        "9",
+        "--set",
+        "terrain.octaves=3",
+    ];
+    let shown = answer(&[&["config", "show"], &asked[..]].concat());
+    for line in ["seed = 9", "octaves = 3", "trees = 31.0"] {
+        assert!(shown.lines().any(|l| l == line), "{line}: {shown}");
+    }
+    // Started from, with comments; or as it is.
+    let started = answer(&[&["config", "init"], &asked[..]].concat());
+    assert!(started.lines().filter(|l| l.starts_with('#')).count() > 50);
+    for (name, text) in [("init.toml", &started), ("show.toml", &shown)] {
+        let path = folder.join(name);
+        fs::write(&path, text).expect("a writable folder");
+        let path = path.to_string_lossy();
+        assert_eq!(answer(&["config", "check", &path]), "fine\n");
+        assert_eq!(answer(&["config", "show", &path]), shown, "{name}");
+    }
+
+    // The file is over the preset, `--set` over the file, the later over the earlier.
+    let path = folder.join("over.toml");
+    let path = path.to_string_lossy();
+    fs::write(&*path, "frames = 5\n[terrain]\noctaves = 4\n").expect("a writable folder");
+    let layers = [
+        "--preset",
+        "demo",
+        "--set",
+        "terrain.octaves=7",
+        "--set",
+        "terrain.octaves=8",
+    ];
+    let shown = answer(&[&["config", "show", &path], &layers[..]].concat());
+    for line in ["frames = 5", "octaves = 8", "visible_radius_m = 40.0"] {
+        assert!(shown.lines().any(|l| l == line), "{line}: {shown}");
+    }
+
+    fs::write(&*path, "[terrain]\noctaves = 0\n").expect("a writable folder");
+    for command in ["check", "show", "init"] {
+        let done = run(&["config", command, &path]);
+        assert_eq!(done.code, Some(2), "{command}: {}", done.stderr);
+        assert!(done.stdout.is_empty(), "{command}");
+        assert!(done.stderr.contains("over.toml:2:1"), "{}", done.stderr);
+    }
+}
+
+#[test]
+fn the_schema_and_the_reference_know_every_key() {
+    let schema = answer(&["config", "schema"]);
+    let schema: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
+    let reference = answer(&["config", "reference"]);
+    assert!(reference.starts_with("# Config reference\n"));
+    let mut section = &schema;
+    let mut keys = 0;
+    for line in answer(&["config", "show"]).lines() {
+        if let Some(path) = line.strip_prefix('[').and_then(|l| l.strip_suffix(']')) {
+            section = path.split('.').fold(&schema, |s, p| &s["properties"][p]);
+            assert!(reference.contains(&format!("\n## [{path}]\n")), "{path}");
+        } else if let Some((key, _)) = line.split_once(" = ") {
+            assert!(section["properties"][key].is_object(), "{key}");
+            assert!(reference.contains(&format!("| `{key}` |")), "{key}");
+            keys += 1;
+        }
+    }
+    assert!(keys > 60, "{keys} keys");
+}
+
+#[test]
+fn the_plan_as_a_graph_and_as_keys() {
+    let mermaid = answer(&["plan", "--preset", "demo"]);
+    assert!(mermaid.starts_with("flowchart"), "{mermaid}");
+    let dot = answer(&["plan", "--preset", "demo", "--format", "dot"]);
+    assert!(dot.starts_with("digraph nemoral {"), "{dot}");
+    assert!(dot.ends_with("}\n"), "{dot}");
+    // The same stages and the same edges.
+    let count = |text: &str, word: &str| text.matches(word).count();
+    assert_eq!(count(&mermaid, "--"), count(&dot, "->"));
+    assert!(count(&dot, "->") > 10);
+    for stage in ["world.assets", "chunk.solid", "frame.image", "frame.scan"] {
+        assert!(mermaid.contains(stage) && dot.contains(stage), "{stage}");
+    }
+
+    let explain = |set: &str| answer(&["plan", "--preset", "demo", "--explain", "--set", set]);
+    let keys = explain("frames=2");
+    assert_eq!(keys, explain("frames=2"));
+    let differ = |other: &str, stage: &str| {
+        let line = |text: &str| {
+            let line = text.lines().find(|l| l.starts_with(&format!("{stage} ")));
+            line.expect("a line of its own").to_owned()
+        };
+        line(&keys) != line(other)
+    };
+    // Another seed changes all of it, another picture nothing but pictures.
+    let seed = explain("seed=8");
+    assert!(differ(&seed, "chunk.solid") && differ(&seed, "frame.scan"));
+    let camera = explain("camera.width_px=200");
+    assert!(differ(&camera, "frame.image"));
+    assert!(!differ(&camera, "frame.scan") && !differ(&camera, "chunk.solid"));
+}
+
+#[test]
+fn a_preview_is_a_picture() {
+    let out = folder("preview").join("sheet.png");
+    let path = out.to_string_lossy();
+    let said = answer(&[
+        "preview", "--preset", "demo", "--frame", "1", "--out", &path,
+    ]);
+    assert_eq!(said.trim_end(), path);
+    let png = fs::read(&out).expect("a picture");
+    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
+    // The picture of 160 x 96 pixels, and four of half its size below.
+    let size = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes"));
+    assert!(size(16) > 160 && size(20) > 96 + 2 * 48);
+    assert!(png.len() > 20_000, "{} bytes: it shows nothing", png.len());
+
+    let done = run(&["preview", "--preset", "jungle", "--out", &path]);
+    assert_eq!(done.code, Some(2), "{}", done.stderr);
+    assert_eq!(fs::read(&out).expect("a picture"), png, "untouched");
+}
+
+/// What cannot be said was not done; what nobody wants to hear was.
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_that_is_full_or_closed() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full");
+    let full = full.expect("Linux has it");
+    let output = nemoral().args(["config", "show"]).stdout(full).output();
+    let output = output.expect("the program starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(
+        stderr.contains("standard output: No space left"),
+        "{stderr}"
+    );
+
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let output = nemoral().args(["config", "show"]).stdout(writer).output();
+    let output = output.expect("the program starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(stderr.is_empty(), "{stderr}");
+}
