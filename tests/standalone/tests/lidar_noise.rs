@@ -1,0 +1,57 @@
+//! `nemoral-lidar-noise` alone: errors for somebody else's scanner.
+
+use nemoral_lidar_noise::{GaussianRange, Observation, RangeNoise, RangeSensor};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+
+/// Mean and standard deviation.
+fn moments(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+    (mean, variance.sqrt())
+}
+
+#[test]
+fn a_livox_sees_a_leaf() {
+    let sensor = RangeSensor::new(RangeNoise::livox()).expect("a model");
+    let leaf = Observation {
+        range_m: 20.0,
+        incidence_rad: 0.5,
+        reflectance: 0.45,
+    };
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    let measure = |o: &Observation, rng: &mut _| -> Vec<f64> {
+        (0..1000).filter_map(|_| sensor.measure(o, rng)).collect()
+    };
+    let ranges = measure(&leaf, &mut rng);
+    assert!(ranges.len() > 950, "{} echoes", ranges.len());
+    let (mean, spread) = moments(&ranges);
+    assert!((mean - 20.0).abs() < 0.1, "{mean} m");
+    assert!((0.001..0.1).contains(&spread), "{spread} m");
+    // Something dark and far does not answer.
+    let coal = Observation {
+        range_m: 500.0,
+        incidence_rad: 1.2,
+        reflectance: 0.03,
+    };
+    assert!(measure(&coal, &mut rng).len() < 50);
+}
+
+#[test]
+fn a_model_of_ones_own_is_two_closures() {
+    let sensor = GaussianRange {
+        mean: |o: &Observation| 0.001 * o.range_m,
+        sigma: |o: &Observation| 0.01 / o.reflectance,
+    };
+    let grey = Observation {
+        range_m: 50.0,
+        incidence_rad: 0.0,
+        reflectance: 0.5,
+    };
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    let ranges: Vec<f64> = (0..4000).map(|_| sensor.measure(&grey, &mut rng)).collect();
+    let (mean, spread) = moments(&ranges);
+    assert!((mean - 50.05).abs() < 0.002, "{mean} m");
+    assert!((spread - 0.02).abs() < 0.001, "{spread} m");
+}
