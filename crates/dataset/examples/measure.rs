@@ -154,6 +154,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         lidars: vec![LidarSpec {
             name: "top".into(),
             body_from_lidar: RigidTransform::IDENTITY,
+            well_placed: true,
         }],
         ..DatasetHeader::new("measure", "0", 1, Ontology::paper())
     };

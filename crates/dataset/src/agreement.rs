@@ -37,6 +37,8 @@ pub struct Agreement {
     pub same_frame: Residual,
     /// The same for the points of each frame in the next frame's image: the poses.
     pub next_frame: Residual,
+    /// Can points and pixels be expected to agree ([`LidarSpec::well_placed`](crate::LidarSpec))?
+    pub judged: bool,
 }
 
 /// Agreement of one class.
@@ -124,6 +126,9 @@ impl Agreement {
     /// least 1,000 comparable points, a median depth residual over 2 cm.
     #[must_use]
     pub fn failures(&self) -> Vec<String> {
+        if !self.judged {
+            return Vec::new();
+        }
         let mut failures = Vec::new();
         let percent = |x: f64| format!("{:.2} %", 100.0 * x);
         let mut judge = |name: &str, agreement: Option<f64>, least: f64| {
@@ -189,6 +194,12 @@ impl fmt::Display for Agreement {
                 )?;
             }
         }
+        if !self.judged {
+            writeln!(
+                f,
+                "not judged: points are raw, or written with errors of pointing"
+            )?;
+        }
         Ok(())
     }
 }
@@ -246,6 +257,10 @@ impl View<'_> {
     }
 }
 
+fn on_a_surface(p: &PlyPoint) -> bool {
+    !(p.point.flags).has(PointFlags::MIXED | PointFlags::FALSE_ALARM)
+}
+
 /// The true position of a point in the LiDAR's frame: its direction, at its true range. The
 /// difference of ranges is added, rather than the direction scaled, because a deskewed point was
 /// measured from a place a little beside the frame's origin.
@@ -256,7 +271,7 @@ pub(crate) fn true_position(p: &PlyPoint) -> DVec3 {
 }
 
 impl Agreement {
-    pub(crate) fn new(ontology: &Ontology) -> Self {
+    pub(crate) fn new(ontology: &Ontology, judged: bool) -> Self {
         let class = |c: &nemoral_scene::Class| ClassAgreement {
             id: c.id,
             name: c.name.clone(),
@@ -269,6 +284,7 @@ impl Agreement {
         let classes = ontology.classes().iter().filter(|c| c.id != sky);
         Self {
             classes: classes.map(class).collect(),
+            judged,
             ..Self::default()
         }
     }
@@ -280,7 +296,8 @@ impl Agreement {
         points: &[PlyPoint],
         camera_from_lidar: &RigidTransform,
     ) {
-        for p in points {
+        // A mixed return or a false alarm is on no surface that a pixel could show.
+        for p in points.iter().filter(|p| on_a_surface(p)) {
             let Some(class) = self.classes.iter_mut().find(|c| c.id == p.class) else {
                 continue;
             };
@@ -320,8 +337,7 @@ impl Agreement {
 
 impl Residual {
     fn add(&mut self, p: &PlyPoint, pixel: &Pixel, difference_m: f64) {
-        let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM;
-        let facing = p.point.incidence_cos >= 0.7 && !p.point.flags.has(odd);
+        let facing = p.point.incidence_cos >= 0.7 && on_a_surface(p);
         let smooth = pixel.filled && pixel.spread_m <= 0.1;
         if facing && smooth && difference_m.abs() <= 0.5 {
             self.values_m.push(difference_m as f32);

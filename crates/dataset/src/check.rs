@@ -78,7 +78,10 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
     let mut checker = Checker {
         dataset: &dataset,
         problems: Vec::new(),
-        agreement: Agreement::new(&manifest.header.ontology),
+        agreement: Agreement::new(
+            &manifest.header.ontology,
+            manifest.header.lidars.iter().all(|l| l.well_placed),
+        ),
         true_ids: BTreeSet::new(),
         image_ids: BTreeSet::new(),
     };

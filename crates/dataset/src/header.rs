@@ -44,6 +44,9 @@ pub struct LidarSpec {
     /// The mount.
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_lidar: RigidTransform,
+    /// Are points where their pulses went: deskewed, and without errors of pointing? If not, images
+    /// cannot agree with them, and `check` reports the agreement without judging it.
+    pub well_placed: bool,
 }
 
 /// Everything that decides a data set's bytes, and how to read them. Resume and merge refuse data

@@ -41,5 +41,5 @@ pub use gaussian::{ConstantSigma, GaussianRange, LinearSigma, LinearSigmaParams,
 pub use laconte::{LaconteClosedForm, LaconteDevice, LaconteWaveform};
 pub use link::{RangeEquation, RangeEquationParams, SnrSigma, SnrSigmaParams, SoftThreshold};
 pub use observation::{Detection, MeanError, Observation, Sigma};
-pub use preset::{PaperMeanError, RangeNoise, RangeSensor};
+pub use preset::{LaconteForm, PaperMeanError, RangeNoise, RangeSensor};
 pub use soudarissanane::{IncidenceLaw, IncidenceLawParams};

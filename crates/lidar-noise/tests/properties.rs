@@ -1,7 +1,7 @@
 //! What every noise model must hold to, whatever it is pointed at.
 
 use nemoral_lidar_noise::{
-    ConstantSigma, Detection, GaussianRange, IncidenceLaw, LaconteDevice, LinearSigma,
+    ConstantSigma, Detection, GaussianRange, IncidenceLaw, LaconteDevice, LaconteForm, LinearSigma,
     LinearSigmaParams, MeanError, Observation, PaperMeanError, RangeEquation, RangeNoise,
     RangeSensor, Sigma, SnrSigma, SoftThreshold,
 };
@@ -200,7 +200,14 @@ proptest! {
         for noise in [
             RangeNoise::Off,
             RangeNoise::Paper { sigma_m },
-            RangeNoise::Laconte { device: LaconteDevice::SickLms1xx, sigma_m },
+            RangeNoise::Laconte {
+                device: LaconteDevice::SickLms1xx, form: LaconteForm::Waveform, sigma_m,
+            },
+            RangeNoise::Laconte {
+                device: LaconteDevice::VelodyneHdl32e, form: LaconteForm::Closed, sigma_m,
+            },
+            RangeNoise::Incidence(nemoral_lidar_noise::IncidenceLawParams::default()),
+            RangeNoise::Linear(nemoral_lidar_noise::LinearSigmaParams::SICK_LMS1XX),
             RangeNoise::livox(),
         ] {
             let sensor = RangeSensor::new(noise).unwrap();

@@ -235,14 +235,17 @@ impl Scan<'_> {
         let part = contacts[echo.strongest].ray;
         let hit = hits[part].as_ref().expect("a contact is a hit");
         let normal = towards(hit, &rays[part]);
-        // How far another contact is off the strongest one's plane.
-        let at = |ray: usize| {
-            let hit = hits[ray].as_ref().expect("a contact is a hit");
-            DVec3::from(rays[ray].direction) * f64::from(hit.distance_m)
-        };
-        let mixed = contacts[echo.first..echo.end]
-            .iter()
-            .any(|c| c.ray != part && (at(c.ray) - at(part)).dot(normal).abs() > MIXED_M);
+        // The point is on the beam's middle: there must be what it says, and nothing else.
+        let hit_of = |c: &Contact| hits[c.ray].as_ref().expect("a contact is a hit");
+        let at = |c: &Contact| DVec3::from(rays[c.ray].direction) * f64::from(hit_of(c).distance_m);
+        let strongest = &contacts[echo.strongest];
+        let group = &contacts[echo.first..echo.end];
+        let pure = group.iter().any(|c| c.ray == 0)
+            && group.iter().all(|c| {
+                hit_of(c).object == hit.object
+                    && hit_of(c).material == hit.material
+                    && (at(c) - at(strongest)).dot(normal).abs() <= MIXED_M
+            });
         LidarPoint {
             true_range_m: echo.range_m as f32,
             range_m: echo.measured_m as f32,
@@ -252,7 +255,7 @@ impl Scan<'_> {
             object: hit.object,
             incidence_cos: echo.incidence_cos as f32,
             normal: self.written(shot, normal),
-            flags: PointFlags(if mixed { PointFlags::MIXED } else { 0 }),
+            flags: PointFlags(if pure { 0 } else { PointFlags::MIXED }),
             ..self.blank(shot, echo.measured_m)
         }
     }

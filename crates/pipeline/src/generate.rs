@@ -290,6 +290,7 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
         lidars: vec![LidarSpec {
             name: LIDAR_NAME.to_owned(),
             body_from_lidar: sensors::body_from_lidar(&config.lidar),
+            well_placed: config.lidar.deskew && config.lidar.errors.angular_deg == 0.0,
         }],
         stage_keys: stage_keys.collect(),
         config: serde_json::to_value(config).expect("a config is plain data"),

@@ -9,7 +9,8 @@ use crate::{ObjectId, Semantic};
 pub struct PointFlags(pub u8);
 
 impl PointFlags {
-    /// The return is made of more than one surface.
+    /// The return is made of more than one surface, or of one beside the beam's middle, where the point
+    /// is written: no surface need be there.
     pub const MIXED: u8 = 1;
     /// No surface is there: a false alarm.
     pub const FALSE_ALARM: u8 = 2;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 use super::schema::SectionSpec;
-use super::{Config, Preset, SECTIONS};
+use super::{Config, Preset, SECTIONS, devices};
 use crate::Error;
 
 /// One thing that is wrong with a request.
@@ -113,7 +113,7 @@ impl Layers {
             sources.push(Source::setting(setting)?);
         }
         let preset = self.base(&mut sources)?;
-        let mut merged = to_table(&preset.config());
+        let mut merged = with_device(&preset, &sources);
         for source in &sources {
             check_table("", &source.table, source, &mut errors);
             merge("", &mut merged, &source.table);
@@ -186,7 +186,7 @@ impl Config {
         let preset = layers.base(std::slice::from_mut(&mut source))?;
         let mut errors = Vec::new();
         check_table("", &source.table, &source, &mut errors);
-        let mut merged = to_table(&preset.config());
+        let mut merged = with_device(&preset, std::slice::from_ref(&source));
         merge("", &mut merged, &source.table);
         if errors.is_empty() {
             let config: Self = Value::Table(merged)
@@ -205,6 +205,21 @@ impl Config {
         }
         Err(ConfigErrors(errors).into())
     }
+}
+
+/// A preset, and over it what the LiDAR that the sources name brings along.
+fn with_device(preset: &Preset, sources: &[Source]) -> Table {
+    let mut merged = to_table(&preset.config());
+    let named = |s: &Source| Some(s.table.get("lidar")?.get("device")?.as_str()?.to_owned());
+    if let Some(layer) = sources
+        .iter()
+        .rev()
+        .find_map(named)
+        .and_then(|n| devices::layer(&n))
+    {
+        merge("", &mut merged, &layer);
+    }
+    merged
 }
 
 /// TOML text with its name and its values.

@@ -1,5 +1,6 @@
 //! Requests: layered, checked, with errors that point at the line.
 
+mod devices;
 mod load;
 mod pages;
 mod presets;
@@ -7,6 +8,7 @@ mod schema;
 mod sections;
 mod validate;
 
+pub(crate) use devices::LIGHT_M_PER_NS;
 pub use load::{ConfigError, ConfigErrors, Layers, Place};
 pub use pages::{annotated_toml, json_schema, reference_page};
 pub use presets::Preset;

@@ -288,6 +288,8 @@ section! {
 section! {
     /// The LiDAR (paper, V-B).
     Lidar at "lidar" {
+        /// A scanner by its data sheet: sets the pattern, the pulses of 0.1 s, ranges, beam, errors and noise below; what is set besides stays as set.
+        device: String = "custom".into(), OneOf(super::devices::NAMES), "lidar.md 1";
         /// Pulses fired in a scan.
         pulses: u32 = 50_000, Whole(1, 10_000_000), "paper, VI";
         /// Pulses that hit something nearer give no return.
@@ -296,6 +298,12 @@ section! {
         max_range_m: f64 = 260.0, Real(1.0, 2000.0), "Livox at 80 % reflectance, lidar.md 1.1";
         /// Laser wavelength.
         wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
+        /// Which echoes of a pulse become points.
+        returns: String = "strongest".into(), OneOf(&["strongest", "first", "last", "dual", "all"]), "one each, as the paper's";
+        /// Of `all`, at most so many.
+        max_returns: u32 = 5, Whole(1, 15), "LAS numbers 15";
+        /// Write points in the LiDAR frame of the frame's time; else raw, each in the frame of its pulse.
+        deskew: bool = true, Flag, "design";
         /// Mounted this far in front of the body's origin.
         mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "above the camera";
         /// This far to its left.
@@ -311,7 +319,11 @@ section! {
         /// Where it looks.
         #[serde(flatten)]
         pattern: LidarPattern;
-        /// How it errs.
+        /// How wide its pulses are.
+        beam: LidarBeam;
+        /// How it errs besides ranging.
+        errors: LidarErrors;
+        /// How its ranges err.
         noise: Noise;
     }
 }
@@ -327,6 +339,14 @@ pub enum LidarPattern {
     Mid40(LidarMid40),
     /// Non-repeating, rectangular.
     Horizon(LidarHorizon),
+    /// Non-repeating, circular and wide.
+    Mid70(LidarMid70),
+    /// Non-repeating, six beams.
+    Avia(LidarAvia),
+    /// A spinning head by its beam table.
+    Spinning(LidarSpinning),
+    /// From a file.
+    Table(LidarTable),
 }
 
 impl Default for LidarPattern {
@@ -360,12 +380,90 @@ section! {
 }
 
 section! {
+    /// Non-repeating, circular: the Livox Mid-70's stronger prisms, 100,000 pulses a second.
+    LidarMid70 at "lidar.mid70", one of "the scan pattern" {}
+}
+
+section! {
+    /// Non-repeating, 70° by 77°: the Livox Avia's three prisms and six beams, 240,000 pulses a second.
+    LidarAvia at "lidar.avia", one of "the scan pattern" {}
+}
+
+section! {
+    /// A spinning head, with its beam table and firing times.
+    LidarSpinning at "lidar.spinning", one of "the scan pattern" {
+        /// Whose.
+        head: String = "vlp16".into(), OneOf(&["vlp16", "hdl64e", "ouster"]), "lidar.md 1.5";
+        /// Turns a second.
+        rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "lidar.md 1.5";
+        /// Beams of an `ouster`.
+        beams: u32 = 64, Whole(1, 255), "OS1-64";
+        /// Vertical field of view of an `ouster`.
+        vertical_fov_deg: f64 = 45.0, RealAbove(0.0, 180.0), "OS1; an OS0 has 90";
+        /// Columns a turn of an `ouster`.
+        columns: u32 = 1024, Whole(1, 100_000), "OS1 at 10 Hz";
+    }
+}
+
+section! {
+    /// A table of pulses, replayed: rows of `time, azimuth, elevation[, ring]` in seconds and degrees.
+    LidarTable at "lidar.table", one of "the scan pattern" {
+        /// The CSV file.
+        path: String = String::new(), Text, "none";
+    }
+}
+
+section! {
+    /// The laser beam: cast as sub-rays, whose echoes mix or part as in a real pulse.
+    LidarBeam at "lidar.beam" {
+        /// Divergence sideways, full width at half maximum.
+        horizontal_deg: f64 = 0.28, Real(0.0, 5.0), "Livox Horizon, lidar.md 1.1";
+        /// Divergence upwards, full width at half maximum.
+        vertical_deg: f64 = 0.03, Real(0.0, 5.0), "Livox Horizon, lidar.md 1.1";
+        /// Rings of sub-rays around the middle: 0, 1, 2, 3 make 1, 7, 19, 37 rays a pulse.
+        rings: u32 = 0, Whole(0, 8), "a line, as the paper's; 2 is HELIOS++'s";
+        /// Length of the pulse: surfaces half of it apart melt into one echo.
+        pulse_ns: f64 = 4.0, Real(0.0, 100.0), "Livox, lidar.md 1.1";
+    }
+}
+
+section! {
+    /// Errors of pointing and detection.
+    LidarErrors at "lidar.errors" {
+        /// Standard deviation of a pulse's direction, sideways and up.
+        angular_deg: f64 = 0.0, Real(0.0, 5.0), "off; Livox below 0.05 to 0.1";
+        /// Ranges are written in steps of this; 0 for none.
+        range_step_m: f64 = 0.0, Real(0.0, 1.0), "off; Velodyne 0.002, Livox 0.001";
+        /// Probability that a pulse is lost.
+        dropout: f64 = 0.0, Real(0.0, 1.0), "off";
+        /// Probability that a pulse that meets nothing gives a point all the same.
+        false_alarm: f64 = 0.0, Real(0.0, 1.0), "off; Livox below 0.0001";
+    }
+}
+
+section! {
     /// How measured ranges err (paper, V-B).
     Noise at "lidar.noise" {
-        /// The model of the mean error and of its spread.
-        model: String = "paper".into(), OneOf(&["off", "paper", "laconte", "snr"]), "paper, V-B; lidar.md 2";
-        /// Standard deviation of the models `paper` and `laconte`.
+        /// The model: none; the paper's; Laconte's bias; a spread by incidence, by range, or by signal to noise with a threshold of detection.
+        model: String = "paper".into(), OneOf(&["off", "paper", "laconte", "incidence", "linear", "snr"]), "paper, V-B; lidar.md 2";
+        /// Standard deviation of `paper` and `laconte`.
         sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox Mid-40 at 20 m, lidar.md 1.1";
+        /// Whose bias `laconte` has.
+        laconte_device: String = "hdl32e".into(), OneOf(&["hdl32e", "lms1xx"]), "lidar.md 2.1";
+        /// `laconte` by its closed form: within 2 % for narrow beams, and faster.
+        laconte_closed: bool = false, Flag, "as published";
+        /// `snr` sees this far …
+        reference_range_m: f64 = 90.0, RealAbove(0.0, 10_000.0), "Livox, lidar.md 1.1";
+        /// … a target of this reflectance.
+        reference_reflectance: f64 = 0.1, RealAbove(0.0, 1.0), "Livox, lidar.md 1.1";
+        /// Extinction of the air for `snr`: 3 / visibility.
+        extinction_per_m: f64 = 0.0, Real(0.0, 1.0), "clear air, lidar.md 2.6";
+        /// Spread of strong echoes for `snr`; the least one for `linear`; head-on at 20 m for `incidence`.
+        floor_m: f64 = 0.007, Real(0.0, 1.0), "lidar.md 2.3";
+        /// Spread that `snr` adds at its threshold.
+        at_threshold_m: f64 = 0.09, Real(0.0, 1.0), "LISA, lidar.md 2.3";
+        /// Spread that `linear` adds per metre of range.
+        per_metre: f64 = 0.0006, Real(0.0, 1.0), "Hokuyo UTM-30LX, lidar.md 2.3";
     }
 }
 
@@ -482,6 +580,12 @@ pub const SECTIONS: &[SectionSpec] = &[
     LidarLines::SPEC,
     LidarMid40::SPEC,
     LidarHorizon::SPEC,
+    LidarMid70::SPEC,
+    LidarAvia::SPEC,
+    LidarSpinning::SPEC,
+    LidarTable::SPEC,
+    LidarBeam::SPEC,
+    LidarErrors::SPEC,
     Noise::SPEC,
     Robot::SPEC,
     PathTrail::SPEC,

@@ -106,6 +106,14 @@ impl Config {
                 ),
             );
         }
+        if let LidarPattern::Table(table) = &self.lidar.pattern
+            && table.path.is_empty()
+        {
+            wrong(
+                "lidar.table.path",
+                "lidar.table.path = \"\": must name a CSV file of pulses".to_owned(),
+            );
+        }
         if !matches!(self.lidar.wavelength_nm, 905 | 1550) {
             wrong(
                 "lidar.wavelength_nm",

@@ -1,19 +1,25 @@
 //! The robot's sensors, made from a config.
 
 use std::f64::consts::TAU;
+use std::fs::File;
+use std::io::BufReader;
 
 use nemoral_lidar::{
-    EchoObservation, HorizonLike, Mid40, RangeModel, RepeatingLines, RepeatingLinesParams,
-    ScanPattern, Scanner, ScannerParams, Wavelength,
+    Avia, Beam, EchoObservation, HorizonLike, Mid40, Mid70, PulseErrors, RangeModel,
+    RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner, ScannerParams, Spinning,
+    TableError, TablePattern, Wavelength,
 };
-use nemoral_lidar_noise::{LaconteDevice, Observation, RangeNoise, RangeSensor};
+use nemoral_lidar_noise::{
+    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, Observation,
+    RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams,
+};
 use nemoral_render::{Exposure, Lighting, RayCastCamera, RayCastParams, SkyParams, Sun, UtcTime};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Intrinsics, RigidTransform};
 use nemoral_seed::Key;
 
 use crate::Error;
-use crate::config::{self, CameraOptics, Config, LidarPattern, SunPosition};
+use crate::config::{self, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition};
 use crate::plan::{Hasher, Stage};
 
 /// The camera with its place on the body.
@@ -217,8 +223,11 @@ impl LidarStage {
     }
 
     fn pattern(&self) -> Result<Box<dyn ScanPattern>, Error> {
+        let refused = |e| Error::request(format!("lidar: {e}"));
         Ok(match &self.lidar.pattern {
             LidarPattern::Mid40(_) => Box::new(Mid40),
+            LidarPattern::Mid70(_) => Box::new(Mid70),
+            LidarPattern::Avia(_) => Box::new(Avia),
             LidarPattern::Horizon(_) => Box::new(HorizonLike),
             LidarPattern::Lines(l) => {
                 // A turn holds the pulses asked for.
@@ -231,9 +240,109 @@ impl LidarStage {
                     columns,
                     rotation_hz: l.rotation_hz,
                 };
-                Box::new(RepeatingLines::new(params).map_err(Error::of_stage)?)
+                Box::new(RepeatingLines::new(params).map_err(refused)?)
+            }
+            LidarPattern::Spinning(s) => {
+                let head = match s.head.as_str() {
+                    "vlp16" => Spinning::vlp16(s.rotation_hz),
+                    "hdl64e" => Spinning::hdl64e(s.rotation_hz),
+                    _ => Spinning::ouster(
+                        s.vertical_fov_deg.to_radians(),
+                        s.beams as u8,
+                        s.columns,
+                        s.rotation_hz,
+                    ),
+                };
+                Box::new(head.map_err(refused)?)
+            }
+            LidarPattern::Table(table) => {
+                let read = |source| Error::Read {
+                    path: table.path.clone().into(),
+                    source,
+                };
+                let file = File::open(&table.path).map_err(|e| read(e.into()))?;
+                let pattern = TablePattern::from_csv(BufReader::new(file));
+                Box::new(pattern.map_err(|e| match e {
+                    TableError::Read(e) => read(e.into()),
+                    other => Error::request(format!("{}: {other}", table.path)),
+                })?)
             }
         })
+    }
+
+    fn scanner_params(&self) -> ScannerParams {
+        let l = &self.lidar;
+        ScannerParams {
+            pulses_per_scan: l.pulses,
+            min_range_m: l.min_range_m as f32,
+            // All sensors see equally far.
+            max_range_m: l.max_range_m.min(self.visible_radius_m) as f32,
+            wavelength: if l.wavelength_nm == 1550 {
+                Wavelength::Nm1550
+            } else {
+                Wavelength::Nm905
+            },
+            beam: Beam {
+                horizontal_fwhm_rad: l.beam.horizontal_deg.to_radians(),
+                vertical_fwhm_rad: l.beam.vertical_deg.to_radians(),
+                rings: l.beam.rings as u8,
+                resolution_m: 0.5 * LIGHT_M_PER_NS * l.beam.pulse_ns,
+            },
+            returns: match l.returns.as_str() {
+                "first" => Returns::First,
+                "last" => Returns::Last,
+                "dual" => Returns::Dual,
+                "all" => Returns::All(l.max_returns as u8),
+                _ => Returns::Strongest,
+            },
+            errors: PulseErrors {
+                angular_sigma_rad: l.errors.angular_deg.to_radians(),
+                range_step_m: l.errors.range_step_m,
+                dropout: l.errors.dropout,
+                false_alarm: l.errors.false_alarm,
+            },
+            deskew: l.deskew,
+        }
+    }
+
+    fn noise(&self) -> RangeNoise {
+        let n = &self.lidar.noise;
+        match n.model.as_str() {
+            "off" => RangeNoise::Off,
+            "paper" => RangeNoise::Paper { sigma_m: n.sigma_m },
+            "laconte" => RangeNoise::Laconte {
+                device: match n.laconte_device.as_str() {
+                    "lms1xx" => LaconteDevice::SickLms1xx,
+                    _ => LaconteDevice::VelodyneHdl32e,
+                },
+                form: if n.laconte_closed {
+                    LaconteForm::Closed
+                } else {
+                    LaconteForm::Waveform
+                },
+                sigma_m: n.sigma_m,
+            },
+            "incidence" => RangeNoise::Incidence(IncidenceLawParams {
+                error_m: n.floor_m,
+                ..IncidenceLawParams::default()
+            }),
+            "linear" => RangeNoise::Linear(LinearSigmaParams {
+                min_m: n.floor_m,
+                base_m: 0.0,
+                per_metre: n.per_metre,
+            }),
+            _ => RangeNoise::SignalToNoise {
+                range: RangeEquationParams {
+                    reference_range_m: n.reference_range_m,
+                    reference_reflectance: n.reference_reflectance,
+                    extinction_per_m: n.extinction_per_m,
+                },
+                sigma: SnrSigmaParams {
+                    floor_m: n.floor_m,
+                    at_threshold_m: n.at_threshold_m,
+                },
+            },
+        }
     }
 }
 
@@ -250,34 +359,14 @@ impl Stage for LidarStage {
     }
 
     fn run(&self, (): (), _: Key, (): ()) -> Result<LidarRig, Error> {
-        let l = &self.lidar;
-        let noise = match l.noise.model.as_str() {
-            "off" => RangeNoise::Off,
-            "paper" => RangeNoise::Paper {
-                sigma_m: l.noise.sigma_m,
-            },
-            "laconte" => RangeNoise::Laconte {
-                device: LaconteDevice::VelodyneHdl32e,
-                sigma_m: l.noise.sigma_m,
-            },
-            _ => RangeNoise::livox(),
-        };
-        let params = ScannerParams {
-            pulses_per_scan: l.pulses,
-            min_range_m: l.min_range_m as f32,
-            // All sensors see equally far.
-            max_range_m: l.max_range_m.min(self.visible_radius_m) as f32,
-            wavelength: if l.wavelength_nm == 1550 {
-                Wavelength::Nm1550
-            } else {
-                Wavelength::Nm905
-            },
-        };
         Ok(LidarRig {
-            body_from_lidar: body_from_lidar(l),
-            scanner: Scanner::new(params, self.pattern()?)
+            body_from_lidar: body_from_lidar(&self.lidar),
+            scanner: Scanner::new(self.scanner_params(), self.pattern()?)
                 .map_err(|e| Error::request(format!("lidar: {e}")))?,
-            noise: Noise(RangeSensor::new(noise).map_err(Error::of_stage)?),
+            noise: Noise(
+                RangeSensor::new(self.noise())
+                    .map_err(|e| Error::request(format!("lidar.noise: {e}")))?,
+            ),
         })
     }
 }

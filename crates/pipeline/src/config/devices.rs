@@ -1,0 +1,132 @@
+//! LiDARs by their data sheets, as a layer of a config.
+
+use nemoral_lidar::{Device, ScannerParams};
+use toml::{Table, Value};
+
+use super::{
+    Lidar, LidarAvia, LidarBeam, LidarErrors, LidarHorizon, LidarMid40, LidarMid70, LidarPattern,
+    LidarSpinning, Noise,
+};
+
+/// `custom` and the names of all devices.
+pub(super) const NAMES: &[&str] = &[
+    "custom", "mid40", "mid70", "avia", "horizon", "vlp16", "hdl64e", "os0_128", "os1_32",
+    "os1_64", "os1_128",
+];
+
+/// What a device sets: a layer that lies over the preset and under all that a user sets. `None` of
+/// `custom`, and of a name that is refused elsewhere.
+pub(super) fn layer(name: &str) -> Option<Table> {
+    let lidar = lidar(Device::from_name(name)?);
+    let Ok(Value::Table(mut table)) = Value::try_from(&lidar) else {
+        unreachable!("a config is plain data");
+    };
+    // How it is mounted, and what is made of its echoes, is not the device's.
+    table.retain(|key, _| {
+        !key.starts_with("mount_") && !["returns", "max_returns", "deskew"].contains(&key)
+    });
+    Some(Table::from_iter([(
+        "lidar".to_owned(),
+        Value::Table(table),
+    )]))
+}
+
+fn lidar(device: Device) -> Lidar {
+    let ScannerParams {
+        pulses_per_scan,
+        min_range_m,
+        max_range_m,
+        beam,
+        errors,
+        ..
+    } = device.params();
+    let sheet = device.sheet();
+    let ouster = |beams, vertical_fov_deg| {
+        LidarPattern::Spinning(LidarSpinning {
+            head: "ouster".to_owned(),
+            beams,
+            vertical_fov_deg,
+            ..LidarSpinning::default()
+        })
+    };
+    let head = |name: &str| {
+        LidarPattern::Spinning(LidarSpinning {
+            head: name.to_owned(),
+            ..LidarSpinning::default()
+        })
+    };
+    Lidar {
+        device: device.name().to_owned(),
+        pulses: pulses_per_scan,
+        min_range_m: round(min_range_m.into()),
+        max_range_m: round(max_range_m.into()),
+        pattern: match device {
+            Device::Mid40 => LidarPattern::Mid40(LidarMid40::default()),
+            Device::Mid70 => LidarPattern::Mid70(LidarMid70::default()),
+            Device::Avia => LidarPattern::Avia(LidarAvia::default()),
+            Device::Vlp16 => head("vlp16"),
+            Device::Hdl64e => head("hdl64e"),
+            Device::Os0 => ouster(128, 90.0),
+            Device::Os1x32 => ouster(32, 45.0),
+            Device::Os1x64 => ouster(64, 45.0),
+            Device::Os1x128 => ouster(128, 45.0),
+            _ => LidarPattern::Horizon(LidarHorizon::default()),
+        },
+        beam: LidarBeam {
+            horizontal_deg: round(beam.horizontal_fwhm_rad.to_degrees()),
+            vertical_deg: round(beam.vertical_fwhm_rad.to_degrees()),
+            rings: beam.rings.into(),
+            pulse_ns: round(2.0 * beam.resolution_m / LIGHT_M_PER_NS),
+        },
+        errors: LidarErrors {
+            angular_deg: round(errors.angular_sigma_rad.to_degrees()),
+            range_step_m: errors.range_step_m,
+            dropout: errors.dropout,
+            false_alarm: errors.false_alarm,
+        },
+        noise: Noise {
+            model: "snr".to_owned(),
+            reference_range_m: sheet.reference_range_m,
+            reference_reflectance: sheet.reference_reflectance,
+            floor_m: sheet.sigma_floor_m,
+            at_threshold_m: sheet.sigma_at_threshold_m,
+            ..Noise::default()
+        },
+        ..Lidar::default()
+    }
+}
+
+/// The way of light in a nanosecond, metres.
+pub(crate) const LIGHT_M_PER_NS: f64 = 0.299_792_458;
+
+/// To a millionth: numbers of data sheets, not of f32.
+fn round(x: f64) -> f64 {
+    (x * 1e6).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_device_has_a_name_and_a_layer() {
+        let devices: Vec<&str> = Device::ALL.iter().map(|d| d.name()).collect();
+        assert_eq!(NAMES[0], "custom");
+        assert_eq!(&NAMES[1..], devices);
+        for name in &NAMES[1..] {
+            assert!(layer(name).is_some());
+        }
+        assert!(layer("custom").is_none() && layer("mid41").is_none());
+    }
+
+    #[test]
+    fn a_layer_has_the_sheets_numbers() {
+        let lidar = lidar(Device::Vlp16);
+        assert_eq!((lidar.pulses, lidar.min_range_m), (28_935, 0.4));
+        assert_eq!(
+            (lidar.beam.horizontal_deg, lidar.beam.pulse_ns),
+            (0.172, 6.0)
+        );
+        assert_eq!(lidar.errors.range_step_m, 0.002);
+    }
+}
