@@ -22,7 +22,7 @@ fn frames(c: &mut Criterion) {
                 grown.store.retain(|_, at| !matches!(at, At::Frame(_)));
                 let runner = grown.runner();
                 let image = runner.get(grown.forest.image, 0).expect("grown");
-                black_box((image, runner.get(grown.forest.scan, 0).expect("grown")))
+                black_box((image, runner.get(grown.forest.scans, 0).expect("grown")))
             });
         });
     }

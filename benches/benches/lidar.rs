@@ -31,7 +31,8 @@ fn scan(preset: &str, pulses: u32) -> impl FnMut(&mut criterion::Bencher<'_>) {
         let forest = &grown.forest;
         let pose = runner.get(forest.pose, 0).expect("grown");
         let scene: std::sync::Arc<FrameScene> = runner.get(forest.scene, 0).expect("grown");
-        let rig = runner.get(forest.lidar, ()).expect("grown");
+        let rigs = runner.get(forest.lidars, ()).expect("grown");
+        let rig = &rigs[0];
         let assets = runner.get(forest.assets, ()).expect("grown");
         let track = pose.track.relative_to(scene.origin_m);
         bencher.iter(|| {

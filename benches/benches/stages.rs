@@ -9,7 +9,7 @@ use nemoral_lidar::{HorizonLike, Mid40, ScanPattern};
 use nemoral_lidar_noise::{Observation, RangeNoise, RangeSensor};
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Node, Store};
-use nemoral_pipeline::{CAMERA_NAME, ForestPlan, LIDAR_NAME};
+use nemoral_pipeline::{CAMERA_NAME, ForestPlan};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Key, Stage};
@@ -93,7 +93,7 @@ fn files(c: &mut Criterion) {
     let grown = Grown::new(&config).expect("grows");
     let runner = grown.runner();
     let image = runner.get(grown.forest.image, 0).expect("grown");
-    let scan = runner.get(grown.forest.scan, 0).expect("grown");
+    let scans = runner.get(grown.forest.scans, 0).expect("grown");
     let pose = runner.get(grown.forest.pose, 0).expect("grown");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let writer = Writer::create(folder.path(), OpenMode::Fresh, header(&config, &grown))
@@ -109,8 +109,8 @@ fn files(c: &mut Criterion) {
             truth: &image.truth,
         }],
         lidars: vec![LidarData {
-            name: LIDAR_NAME,
-            points: &scan,
+            name: "lidar",
+            points: &scans[0],
             sensor_chunk: pose.chunk,
         }],
         frame_key: [0; 32],

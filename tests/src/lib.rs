@@ -65,8 +65,12 @@ impl World {
 /// If the frame cannot be made.
 pub fn record(forest: &ForestPlan, runner: &Runner<'_>, frame: u64) -> Result<Vec<u8>, Error> {
     let images = runner.get(forest.image, frame)?;
-    let scan = runner.get(forest.scan, frame)?;
-    Ok([image_bytes(&images), scan_bytes(&scan)].concat())
+    let scans = runner.get(forest.scans, frame)?;
+    Ok([
+        image_bytes(&images),
+        scans.iter().flat_map(|s| scan_bytes(s)).collect(),
+    ]
+    .concat())
 }
 
 fn image_bytes(images: &CameraImages) -> Vec<u8> {

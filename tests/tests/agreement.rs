@@ -32,7 +32,7 @@ struct Frame {
     assets: Arc<WorldAssets>,
     camera: Arc<CameraRig>,
     scene: Arc<FrameScene>,
-    scan: Arc<Vec<LidarPoint>>,
+    scans: Arc<Vec<Vec<LidarPoint>>>,
     view: View,
 }
 
@@ -40,16 +40,16 @@ static WORLD: LazyLock<World> = LazyLock::new(|| World::new("demo", &SETTINGS));
 
 static FRAMES: LazyLock<Vec<Frame>> = LazyLock::new(|| {
     let (forest, runner) = (&WORLD.forest, WORLD.runner(2));
-    let lidar = runner.get(forest.lidar, ()).expect("a lidar");
+    let lidars = runner.get(forest.lidars, ()).expect("a lidar");
     let frame = |frame| {
         let camera: Arc<CameraRig> = runner.get(forest.camera, ()).expect("a camera");
-        assert_same_place(&camera, &lidar);
+        assert_same_place(&camera, &lidars[0]);
         let pose = runner.get(forest.pose, frame).expect("a pose");
         let scene = runner.get(forest.scene, frame).expect("a scene");
         let body = pose.track.relative_to(scene.origin_m).middle();
         Frame {
             assets: runner.get(forest.assets, ()).expect("assets"),
-            scan: runner.get(forest.scan, frame).expect("a scan"),
+            scans: runner.get(forest.scans, frame).expect("a scan"),
             view: View::new(camera.intrinsics, body * camera.body_from_camera),
             camera,
             scene,
@@ -81,13 +81,13 @@ impl Frame {
             materials: &self.assets.library.materials,
             sky_visibility: &OpenSky,
         };
-        let lidar = WORLD
+        let lidars = WORLD
             .runner(1)
-            .get(WORLD.forest.lidar, ())
+            .get(WORLD.forest.lidars, ())
             .expect("a lidar");
-        let camera_from_lidar = self.camera.body_from_camera.inverse() * lidar.body_from_lidar;
+        let camera_from_lidar = self.camera.body_from_camera.inverse() * lidars[0].body_from_lidar;
         let k: Intrinsics = view.intrinsics;
-        self.scan.iter().map(move |point| {
+        self.scans[0].iter().map(move |point| {
             let in_camera = camera_from_lidar.transform_point(point.position_m.as_dvec3());
             let pixel = k.project(in_camera).expect("in front of the camera");
             let inside = pixel.cmpge(DVec2::ZERO).all()
@@ -107,7 +107,7 @@ impl Frame {
                 || point.object != seen.truth.object
         };
         let errors = self.look(&self.view, shift).filter(denied).count();
-        (self.scan.len(), errors)
+        (self.scans[0].len(), errors)
     }
 }
 

@@ -180,7 +180,7 @@ fn another_seed_is_another_world() {
     let (a, b) = (&known.world, &world);
     let key = |w: &World| w.forest.plan().key(w.forest.things, chunk);
     assert_ne!(key(a), key(b));
-    let key = |w: &World| w.forest.plan().key(w.forest.scan, 0);
+    let key = |w: &World| w.forest.plan().key(w.forest.scans, 0);
     assert_ne!(key(a), key(b));
 }
 
@@ -209,10 +209,10 @@ fn far_from_the_origin_nothing_changes() {
         let body = pose.world_from_body();
         let away = pose.chunk.distance_m(start.centre_m(size_m), size_m);
         assert!(away < reach_m, "{} is {away} m from {start}", pose.chunk);
-        let lidar = runner.get(world.forest.lidar, ()).expect("a lidar");
+        let lidars = runner.get(world.forest.lidars, ()).expect("a lidar");
         let assets = runner.get(world.forest.assets, ()).expect("assets");
-        let world_from_lidar = body * lidar.body_from_lidar;
-        for point in &*runner.get(world.forest.scan, frame).expect("a scan") {
+        let world_from_lidar = body * lidars[0].body_from_lidar;
+        for point in &runner.get(world.forest.scans, frame).expect("a scan")[0] {
             if point.object.is_none() {
                 continue;
             }

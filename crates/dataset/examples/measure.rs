@@ -155,6 +155,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             name: "top".into(),
             body_from_lidar: RigidTransform::IDENTITY,
             well_placed: true,
+            ply: true,
         }],
         ..DatasetHeader::new("measure", "0", 1, Ontology::paper())
     };

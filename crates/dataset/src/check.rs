@@ -419,10 +419,21 @@ impl Checker<'_> {
         let class_ids = images::class_ids(&header.ontology);
         let mut point_classes = BTreeMap::new();
         for (i, lidar) in frame.lidars.iter().enumerate() {
+            for &(class, _) in &lidar.labels {
+                *point_classes.entry(class as u8).or_insert(0) += 1;
+            }
             let f = layout::lidar_folders(header, i);
             let path = |folder, extension| {
                 layout::frame_file(record.sequence, folder, record.index, extension)
             };
+            let (points, labels) = (lidar.points.len(), lidar.labels.len());
+            if points != labels {
+                let message = format!("{labels} labels for {points} points");
+                self.problem(path(&f.labels, "label"), message);
+            }
+            if !header.lidars[i].ply {
+                continue;
+            }
             let ply = path(&f.points, "ply");
             let position = |p: &PlyPoint| {
                 let [x, y, z] = p.point.position_m.to_array();
@@ -475,9 +486,6 @@ impl Checker<'_> {
                     &ply,
                     "dataset.json does not say in which chunk the sensor is",
                 ),
-            }
-            for p in &lidar.ply {
-                *point_classes.entry(p.class).or_insert(0) += 1;
             }
         }
         if point_classes != record.point_classes {

@@ -47,6 +47,8 @@ pub struct LidarSpec {
     /// Are points where their pulses went: deskewed, and without errors of pointing? If not, images
     /// cannot agree with them, and `check` reports the agreement without judging it.
     pub well_placed: bool,
+    /// Is the PLY with every field written, beside `.bin` and `.label`?
+    pub ply: bool,
 }
 
 /// Everything that decides a data set's bytes, and how to read them. Resume and merge refuse data

@@ -74,7 +74,10 @@ pub(crate) fn sensor_folders(header: &DatasetHeader) -> Vec<(String, &'static st
     }
     for i in 0..header.lidars.len() {
         let f = lidar_folders(header, i);
-        all.extend([(f.velodyne, "bin"), (f.labels, "label"), (f.points, "ply")]);
+        all.extend([(f.velodyne, "bin"), (f.labels, "label")]);
+        if header.lidars[i].ply {
+            all.push((f.points, "ply"));
+        }
     }
     all
 }

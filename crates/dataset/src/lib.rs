@@ -41,7 +41,7 @@
 //! # let out = folder.path();
 //! let mount = RigidTransform::IDENTITY;
 //! let header = DatasetHeader {
-//!     lidars: vec![LidarSpec { name: "top".into(), body_from_lidar: mount, well_placed: true }],
+//!     lidars: vec![LidarSpec { name: "top".into(), body_from_lidar: mount, well_placed: true, ply: true }],
 //!     ..DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper())
 //! };
 //! let writer = Writer::create(out, OpenMode::Fresh, header)?;

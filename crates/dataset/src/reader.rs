@@ -53,7 +53,7 @@ pub struct LidarFrame {
     pub points: Vec<[f32; 4]>,
     /// `.label`: class id, instance id.
     pub labels: Vec<(u16, u16)>,
-    /// `.ply`: everything.
+    /// `.ply`: everything; empty if it is not written.
     pub ply: Vec<PlyPoint>,
 }
 
@@ -189,8 +189,33 @@ impl Dataset {
             name: self.manifest.header.lidars[lidar].name.clone(),
             points: self.load(frame, &f.velodyne, "bin", scan::decode_points)?,
             labels: self.load(frame, &f.labels, "label", scan::decode_labels)?,
-            ply: self.read_ply(frame, lidar)?,
+            ply: if self.manifest.header.lidars[lidar].ply {
+                self.read_ply(frame, lidar)?
+            } else {
+                Vec::new()
+            },
         })
+    }
+
+    /// Class and distance from the LiDAR of each point, from `.bin` and `.label`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    pub(crate) fn read_classes_and_ranges(
+        &self,
+        frame: &FrameRecord,
+        lidar: usize,
+    ) -> Result<Vec<(u8, f32)>, Error> {
+        let f = layout::lidar_folders(&self.manifest.header, lidar);
+        let points = self.load(frame, &f.velodyne, "bin", scan::decode_points)?;
+        let labels = self.load(frame, &f.labels, "label", scan::decode_labels)?;
+        let class = |(class, _): (u16, u16)| class as u8;
+        let range_m = |[x, y, z, _]: [f32; 4]| (x * x + y * y + z * z).sqrt();
+        Ok(labels
+            .into_iter()
+            .zip(points)
+            .map(|(l, p)| (class(l), range_m(p)))
+            .collect())
     }
 
     /// The points of a LiDAR, without the other files.

@@ -132,9 +132,9 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
             depth_m.pixels().iter().for_each(|&z| depths.add(z));
         }
         for lidar in 0..manifest.header.lidars.len() {
-            for p in dataset.read_ply(frame, lidar)? {
-                points[usize::from(p.class)] += 1;
-                ranges.add(p.point.range_m);
+            for (class, range_m) in dataset.read_classes_and_ranges(frame, lidar)? {
+                points[usize::from(class)] += 1;
+                ranges.add(range_m);
             }
         }
     }

@@ -133,6 +133,12 @@ impl Writer {
         })
     }
 
+    /// What decides the bytes.
+    #[must_use]
+    pub fn header(&self) -> &DatasetHeader {
+        &self.header
+    }
+
     /// The frames recorded so far by (sequence, index), those of earlier runs included: the tables
     /// and tracks that [`Writer::finish`] takes must cover all of them.
     #[must_use]
@@ -169,7 +175,9 @@ impl Writer {
             };
             put(&f.velodyne, "bin", scan::encode_points(&points))?;
             put(&f.labels, "label", scan::encode_labels(&points))?;
-            put(&f.points, "ply", ply::encode(&points))?;
+            if self.header.lidars[i].ply {
+                put(&f.points, "ply", ply::encode(&points))?;
+            }
         }
         files.sort_by(|a, b| a.path.cmp(&b.path));
         let record = FrameRecord {

@@ -33,8 +33,8 @@ pub struct ForestPlan {
     pub guide: Node<(), Guide>,
     /// World: the camera.
     pub camera: Node<(), CameraRig>,
-    /// World: the LiDAR.
-    pub lidar: Node<(), LidarRig>,
+    /// World: the LiDARs, the first one first.
+    pub lidars: Node<(), Vec<LidarRig>>,
     /// Chunk: its ground as a surface.
     pub ground: Node<ChunkCoord, ChunkGround>,
     /// Chunk: where its rocks are.
@@ -57,8 +57,8 @@ pub struct ForestPlan {
     pub scene: Node<u64, FrameScene>,
     /// Frame: colour and truth images.
     pub image: Node<u64, CameraImages>,
-    /// Frame: LiDAR points.
-    pub scan: Node<u64, Vec<LidarPoint>>,
+    /// Frame: the points of each LiDAR.
+    pub scans: Node<u64, Vec<Vec<LidarPoint>>>,
 }
 
 impl ForestPlan {
@@ -79,7 +79,7 @@ impl ForestPlan {
         let flora = plan.add(FloraStage::new(config), ());
         let guide = plan.add(GuideStage::new(config), (ground_model.of_world(),));
         let camera = plan.add(CameraStage::new(config), ());
-        let lidar = plan.add(LidarStage::new(config), ());
+        let lidars = plan.add(LidarStage::new(config), ());
 
         let ground = plan.add(ChunkGroundStage, (ground_model.of_world(),));
         // Rocks of a phase see those of lower phases: four nodes, so the plan stays acyclic.
@@ -126,7 +126,7 @@ impl ForestPlan {
             PoseStage { chunk_size_m },
             (
                 guide.of_world(),
-                lidar.of_world(),
+                lidars.of_world(),
                 ground.anywhere(),
                 things.anywhere(),
             ),
@@ -143,9 +143,9 @@ impl ForestPlan {
             ImageStage,
             (camera.of_world(), assets.of_world(), pose, scene),
         );
-        let scan = plan.add(
+        let scans = plan.add(
             ScanStage,
-            (lidar.of_world(), assets.of_world(), pose, scene),
+            (lidars.of_world(), assets.of_world(), pose, scene),
         );
 
         Ok(Self {
@@ -155,7 +155,7 @@ impl ForestPlan {
             placement,
             guide,
             camera,
-            lidar,
+            lidars,
             ground,
             rocks,
             woody,
@@ -167,7 +167,7 @@ impl ForestPlan {
             pose,
             scene,
             image,
-            scan,
+            scans,
         })
     }
 

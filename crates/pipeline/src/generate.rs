@@ -14,7 +14,7 @@ use nemoral_render::CameraImages;
 use nemoral_scene::{ChunkCoord, LidarPoint, ObjectRecord, Ontology, TreeRecord};
 
 use crate::chunks::ChunkManager;
-use crate::config::Config;
+use crate::config::{self, Config};
 use crate::plan::{At, Hasher, Runner, Store};
 use crate::stages::frame::{FramePose, visible_chunks};
 use crate::stages::sensors;
@@ -24,8 +24,6 @@ use crate::{Error, ForestPlan};
 const SEQUENCE: u32 = 0;
 /// The first camera's name.
 pub const CAMERA_NAME: &str = "camera";
-/// The first LiDAR's name.
-pub const LIDAR_NAME: &str = "lidar";
 
 /// What to make, and where.
 #[derive(Clone, Debug)]
@@ -70,8 +68,9 @@ pub struct Done {
 struct Finished {
     frame: u64,
     pose: Arc<FramePose>,
-    image: Arc<CameraImages>,
-    scan: Arc<Vec<LidarPoint>>,
+    /// `None` without a camera.
+    image: Option<Arc<CameraImages>>,
+    scans: Arc<Vec<Vec<LidarPoint>>>,
     key: [u8; 32],
 }
 
@@ -114,7 +113,7 @@ pub fn generate(
         )));
     }
     runner.get(forest.camera, ())?;
-    runner.get(forest.lidar, ())?;
+    runner.get(forest.lidars, ())?;
     runner.get(forest.placement, ())?;
 
     let writer = Writer::create(&request.out, request.mode, header)?;
@@ -146,6 +145,7 @@ fn record(
 ) -> Result<(), Error> {
     let total = request.frames.len();
     let manager = ChunkManager::new(request.config.chunks.clone());
+    let with_camera = request.config.camera.enabled;
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         // Two frames may wait: a slow disk holds the frames up, not the memory.
@@ -184,7 +184,7 @@ fn record(
                 let item = if writer.has_frame(SEQUENCE, frame, &key) {
                     Err(frame)
                 } else {
-                    Ok(make(forest, runner, &manager, frame, key)?)
+                    Ok(make(forest, runner, &manager, with_camera, frame, key)?)
                 };
                 if sender.send(item).is_err() {
                     break;
@@ -203,12 +203,17 @@ fn make(
     forest: &ForestPlan,
     runner: &Runner<'_>,
     manager: &ChunkManager,
+    with_camera: bool,
     frame: u64,
     key: [u8; 32],
 ) -> Result<Finished, Error> {
     let pose = runner.get(forest.pose, frame)?;
-    let image = runner.get(forest.image, frame)?;
-    let scan = runner.get(forest.scan, frame)?;
+    let image = if with_camera {
+        Some(runner.get(forest.image, frame)?)
+    } else {
+        None
+    };
+    let scans = runner.get(forest.scans, frame)?;
     manager.evict(
         runner.store(),
         pose.world_from_body().translation_m.truncate(),
@@ -217,29 +222,30 @@ fn make(
         frame,
         pose,
         image,
-        scan,
+        scans,
         key,
     })
 }
 
 fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
-    let camera = CameraData {
+    let camera = finished.image.as_ref().map(|image| CameraData {
         name: CAMERA_NAME,
-        rgb: &finished.image.rgb,
-        truth: &finished.image.truth,
-    };
-    let lidar = LidarData {
-        name: LIDAR_NAME,
-        points: &finished.scan,
+        rgb: &image.rgb,
+        truth: &image.truth,
+    });
+    let lidars = writer.header().lidars.iter().zip(&*finished.scans);
+    let lidars = lidars.map(|(spec, points)| LidarData {
+        name: &spec.name,
+        points,
         sensor_chunk: finished.pose.chunk,
-    };
+    });
     let record = writer.write_frame(&FrameData {
         sequence: SEQUENCE,
         index: finished.frame,
         time_s: finished.pose.time_s,
         world_from_body: finished.pose.world_from_body(),
-        cameras: vec![camera],
-        lidars: vec![lidar],
+        cameras: camera.into_iter().collect(),
+        lidars: lidars.collect(),
         frame_key: finished.key,
     })?;
     Ok(record.bytes())
@@ -249,7 +255,7 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
 fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
     let mut hasher = Hasher::new("frame");
     hasher.write_bytes(&forest.plan().key(forest.image, frame).0);
-    hasher.write_bytes(&forest.plan().key(forest.scan, frame).0);
+    hasher.write_bytes(&forest.plan().key(forest.scans, frame).0);
     hasher.finish().0
 }
 
@@ -269,6 +275,20 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
             // Stage ids may repeat (rock phases): number them in plan order.
             (format!("{i:02} {id}"), key.to_string())
         });
+    let mut cameras = Vec::new();
+    if config.camera.enabled {
+        cameras.push(CameraSpec {
+            name: CAMERA_NAME.to_owned(),
+            intrinsics: sensors::intrinsics(&config.camera)?,
+            body_from_camera: sensors::body_from_camera(&config.camera),
+        });
+    }
+    let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {
+        name: path.trim_start_matches("lidars.").to_owned(),
+        body_from_lidar: sensors::body_from_lidar(lidar),
+        well_placed: lidar.deskew && lidar.errors.angular_deg == 0.0,
+        ply: config.output.ply,
+    };
     Ok(DatasetHeader {
         generator: "nemoral".to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -282,16 +302,8 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
         },
         licence: String::new(),
         ontology,
-        cameras: vec![CameraSpec {
-            name: CAMERA_NAME.to_owned(),
-            intrinsics: sensors::intrinsics(&config.camera)?,
-            body_from_camera: sensors::body_from_camera(&config.camera),
-        }],
-        lidars: vec![LidarSpec {
-            name: LIDAR_NAME.to_owned(),
-            body_from_lidar: sensors::body_from_lidar(&config.lidar),
-            well_placed: config.lidar.deskew && config.lidar.errors.angular_deg == 0.0,
-        }],
+        cameras,
+        lidars: config.all_lidars().map(lidar).collect(),
         stage_keys: stage_keys.collect(),
         config: serde_json::to_value(config).expect("a config is plain data"),
         config_toml: config.to_toml(),

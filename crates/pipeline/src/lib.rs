@@ -10,9 +10,9 @@
 //! let store = Store::unlimited();
 //! let runner = Runner::new(forest.plan(), &store, 2);
 //! // Any node, at any coordinate, in any order: what it gives never depends on what ran before.
-//! let points = runner.get(forest.scan, 41)?;
+//! let scans = runner.get(forest.scans, 41)?;
 //! let picture = runner.get(forest.image, 41)?;
-//! println!("{} points, {} pixels", points.len(), picture.rgb.pixels().len());
+//! println!("{} points, {} pixels", scans[0].len(), picture.rgb.pixels().len());
 //! # Ok::<(), nemoral_pipeline::Error>(())
 //! ```
 //!
@@ -41,5 +41,5 @@ pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
 pub use estimate::{Estimate, estimate};
 pub use forest::ForestPlan;
-pub use generate::{CAMERA_NAME, Done, LIDAR_NAME, Observer, Request, generate, header};
+pub use generate::{CAMERA_NAME, Done, Observer, Request, generate, header};
 pub use preview::{preview, write_png};

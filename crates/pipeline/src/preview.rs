@@ -25,14 +25,14 @@ pub fn preview(config: &Config, frame: u64, threads: usize) -> Result<Image<[u8;
     let store = Store::unlimited();
     let runner = Runner::new(forest.plan(), &store, threads);
     let image = runner.get(forest.image, frame)?;
-    let scan = runner.get(forest.scan, frame)?;
+    let scans = runner.get(forest.scans, frame)?;
     let ontology = Ontology::by_name(&config.output.ontology)
         .expect("the config's words are the built-in ontologies");
     let camera_from_lidar = sensors::body_from_camera(&config.camera).inverse()
         * sensors::body_from_lidar(&config.lidar);
     Ok(contact_sheet(
         &image,
-        &scan,
+        &scans[0],
         &ontology,
         &sensors::intrinsics(&config.camera)?,
         &camera_from_lidar,

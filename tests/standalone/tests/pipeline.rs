@@ -40,7 +40,7 @@ fn a_frame_is_recorded_in_memory() -> Result<(), Error> {
     let forest = ForestPlan::new(&config(&settings)?)?;
     let store = Store::unlimited();
     let runner = Runner::new(forest.plan(), &store, 2);
-    let points = runner.get(forest.scan, 1)?;
+    let points = &runner.get(forest.scans, 1)?[0];
     let pixels = runner.get(forest.image, 1)?.rgb.pixels().len();
     assert_eq!(pixels, 160 * 96);
     assert!(

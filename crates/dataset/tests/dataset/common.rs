@@ -120,6 +120,7 @@ pub(crate) fn header() -> DatasetHeader {
             name: "top".to_owned(),
             body_from_lidar: mount(0.2, 0.0, 1.4),
             well_placed: true,
+            ply: true,
         }],
         stage_keys: BTreeMap::from([("terrain".to_owned(), "00ff".repeat(16))]),
         config: serde_json::json!({ "placement": { "density": 0.1, "species": ["fagus"] }, "lidar": { "pulses": 20_000 } }),

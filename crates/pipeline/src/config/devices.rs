@@ -14,7 +14,7 @@ pub(super) const NAMES: &[&str] = &[
     "os1_64", "os1_128",
 ];
 
-/// What a device sets: a layer that lies over the preset and under all that a user sets. `None` of
+/// What a device sets in a LiDAR's table, over the preset and under all that a user sets. `None` of
 /// `custom`, and of a name that is refused elsewhere.
 pub(super) fn layer(name: &str) -> Option<Table> {
     let lidar = lidar(Device::from_name(name)?);
@@ -25,10 +25,7 @@ pub(super) fn layer(name: &str) -> Option<Table> {
     table.retain(|key, _| {
         !key.starts_with("mount_") && !["returns", "max_returns", "deskew"].contains(&key)
     });
-    Some(Table::from_iter([(
-        "lidar".to_owned(),
-        Value::Table(table),
-    )]))
+    Some(table)
 }
 
 fn lidar(device: Device) -> Lidar {

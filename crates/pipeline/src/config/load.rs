@@ -1,12 +1,14 @@
 //! Layering and checking: preset, then file, then `--set`.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use toml::{Table, Value};
 
 use super::schema::SectionSpec;
-use super::{Config, Preset, SECTIONS, devices};
+use super::{Config, Lidar, Preset, SECTIONS, devices};
 use crate::Error;
 
 /// One thing that is wrong with a request.
@@ -207,19 +209,43 @@ impl Config {
     }
 }
 
-/// A preset, and over it what the LiDAR that the sources name brings along.
+/// A preset, and over it what the LiDARs bring along that the sources name.
 fn with_device(preset: &Preset, sources: &[Source]) -> Table {
     let mut merged = to_table(&preset.config());
-    let named = |s: &Source| Some(s.table.get("lidar")?.get("device")?.as_str()?.to_owned());
-    if let Some(layer) = sources
+    let lidar_of = |device: Option<String>| device.and_then(|name| devices::layer(&name));
+    if let Some(layer) = lidar_of(last_text(sources, &["lidar", "device"])) {
+        merge("lidar", table_at(&mut merged, "lidar"), &layer);
+    }
+    let further = sources
         .iter()
-        .rev()
-        .find_map(named)
-        .and_then(|n| devices::layer(&n))
-    {
-        merge("", &mut merged, &layer);
+        .filter_map(|s| s.table.get("lidars")?.as_table());
+    let names: BTreeSet<String> = further.flat_map(|t| t.keys().cloned()).collect();
+    for name in names {
+        let path = format!("lidars.{name}");
+        let mut lidar = to_table(&Lidar::default());
+        if let Some(layer) = lidar_of(last_text(sources, &["lidars", &name, "device"])) {
+            merge(&path, &mut lidar, &layer);
+        }
+        table_at(&mut merged, "lidars").insert(name, Value::Table(lidar));
     }
     merged
+}
+
+fn table_at<'a>(table: &'a mut Table, key: &str) -> &'a mut Table {
+    let inner = table.get_mut(key).and_then(Value::as_table_mut);
+    inner.expect("a config has all its tables")
+}
+
+/// What the last source that says it says.
+fn last_text(sources: &[Source], path: &[&str]) -> Option<String> {
+    let (key, tables) = path.split_last()?;
+    let said = |s: &Source| {
+        let table = tables
+            .iter()
+            .try_fold(&s.table, |t, part| t.get(*part)?.as_table())?;
+        Some(table.get(*key)?.as_str()?.to_owned())
+    };
+    sources.iter().rev().find_map(said)
 }
 
 /// TOML text with its name and its values.
@@ -316,7 +342,13 @@ fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {
     }
 }
 
+/// The definition of a table. A further LiDAR has that of `lidar`.
 fn section(path: &str) -> Option<&'static SectionSpec> {
+    let of_lidar = path.strip_prefix("lidars.").map(|name_and_rest| {
+        let rest = name_and_rest.split_once('.').map(|(_, rest)| rest);
+        rest.map_or("lidar".to_owned(), |rest| format!("lidar.{rest}"))
+    });
+    let path = of_lidar.as_deref().unwrap_or(path);
     SECTIONS.iter().find(|s| s.path == path)
 }
 
@@ -378,10 +410,11 @@ fn check_table(path: &str, table: &Table, source: &Source, errors: &mut Vec<Conf
 }
 
 fn unknown(path: &str, key: &str, spec: &SectionSpec) -> String {
-    let prefix = if path.is_empty() {
+    // A further LiDAR's path is not its definition's.
+    let prefix = if spec.path.is_empty() {
         String::new()
     } else {
-        format!("{path}.")
+        format!("{}.", spec.path)
     };
     let subs = SECTIONS.iter().filter_map(|s| {
         s.path
@@ -450,7 +483,7 @@ fn to_float(value: &Value) -> Value {
     }
 }
 
-fn to_table(config: &Config) -> Table {
+fn to_table(config: &impl Serialize) -> Table {
     Table::try_from(config).expect("a config is plain data")
 }
 

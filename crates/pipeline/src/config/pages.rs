@@ -95,11 +95,17 @@ fn object(path: &str) -> Value {
             properties.insert(name.to_owned(), object(sub.path));
         }
     }
+    // Of further LiDARs the keys are names.
+    let others = if path == "lidars" {
+        object("lidar")
+    } else {
+        json!(false)
+    };
     json!({
         "type": "object",
         "description": section.doc.trim(),
         "properties": properties,
-        "additionalProperties": false,
+        "additionalProperties": others,
     })
 }
 

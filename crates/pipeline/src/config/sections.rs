@@ -1,5 +1,7 @@
 //! Every key of a config.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::schema::Allowed::{Flag, OneOf, Real, RealAbove, Text, Triple, Whole};
@@ -34,6 +36,8 @@ section! {
         camera: Camera;
         /// LiDAR.
         lidar: Lidar;
+        /// Further LiDARs.
+        lidars: BTreeMap<String, Lidar>;
         /// Robot.
         robot: Robot;
         /// Files.
@@ -222,6 +226,8 @@ section! {
 section! {
     /// The camera (paper, V-C).
     Camera at "camera" {
+        /// Is there a camera?
+        enabled: bool = true, Flag, "a scan alone is 20 times as fast";
         /// Columns.
         width_px: u32 = 1280, Whole(16, 8192), "paper, VI";
         /// Rows.
@@ -354,6 +360,14 @@ impl Default for LidarPattern {
         Self::Horizon(LidarHorizon::default())
     }
 }
+
+/// Further LiDARs.
+pub(super) const FURTHER_LIDARS: SectionSpec = SectionSpec {
+    path: "lidars",
+    doc: " Further LiDARs on the same robot: a table `[lidars.NAME]` for each, with the keys of `[lidar]`. Their files are in folders of that name.",
+    choice: None,
+    keys: &[],
+};
 
 section! {
     /// Repeating lines: a spinning scanner.
@@ -555,6 +569,8 @@ section! {
     Output at "output" {
         /// The class table.
         ontology: String = "paper".into(), OneOf(&["paper", "fuel"]), "paper, V-A and VII";
+        /// Write a PLY with every field of every point, beside `.bin` and `.label`.
+        ply: bool = true, Flag, "true range, true id, time, normal and more";
         /// Write depth as float32 `.npy` instead of 16-bit PNG.
         depth_npy: bool = false, Flag, "PNG is read by every loader, and good to 2 mm";
     }
@@ -587,6 +603,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     LidarBeam::SPEC,
     LidarErrors::SPEC,
     Noise::SPEC,
+    FURTHER_LIDARS,
     Robot::SPEC,
     PathTrail::SPEC,
     PathWander::SPEC,

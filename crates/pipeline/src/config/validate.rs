@@ -3,9 +3,21 @@
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
-use super::{Config, LidarPattern, RobotPath};
+use super::{Config, Lidar, LidarPattern, RobotPath};
+
+/// Names of other sensors and of their folders.
+const RESERVED: [&str; 10] = [
+    "camera", "lidar", "image_2", "semantic", "instance", "depth", "normals", "velodyne", "labels",
+    "points",
+];
 
 impl Config {
+    /// Every LiDAR with the path of its table, the first one first.
+    pub(crate) fn all_lidars(&self) -> impl Iterator<Item = (String, &Lidar)> {
+        let further = self.lidars.iter().map(|(n, l)| (format!("lidars.{n}"), l));
+        std::iter::once(("lidar".to_owned(), &self.lidar)).chain(further)
+    }
+
     /// Every impossible combination: the key to blame and what is wrong.
     pub(super) fn problems(&self) -> Vec<(String, String)> {
         let mut out = Vec::new();
@@ -95,42 +107,21 @@ impl Config {
                     .to_owned(),
             );
         }
-        if let LidarPattern::Lines(lines) = &self.lidar.pattern
-            && lines.low_deg > lines.high_deg
-        {
-            wrong(
-                "lidar.lines.low_deg",
-                format!(
-                    "lidar.lines.low_deg = {}: must be at most lidar.lines.high_deg = {}",
-                    lines.low_deg, lines.high_deg
-                ),
-            );
+        for (path, lidar) in self.all_lidars() {
+            lidar_problems(&path, lidar, &mut wrong);
         }
-        if let LidarPattern::Table(table) = &self.lidar.pattern
-            && table.path.is_empty()
-        {
-            wrong(
-                "lidar.table.path",
-                "lidar.table.path = \"\": must name a CSV file of pulses".to_owned(),
-            );
-        }
-        if !matches!(self.lidar.wavelength_nm, 905 | 1550) {
-            wrong(
-                "lidar.wavelength_nm",
-                format!(
-                    "lidar.wavelength_nm = {}: must be 905 or 1550",
-                    self.lidar.wavelength_nm
-                ),
-            );
-        }
-        if self.lidar.min_range_m >= self.lidar.max_range_m {
-            wrong(
-                "lidar.min_range_m",
-                format!(
-                    "lidar.min_range_m = {}: must be below lidar.max_range_m = {}",
-                    self.lidar.min_range_m, self.lidar.max_range_m
-                ),
-            );
+        for name in self.lidars.keys() {
+            let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+            let taken = RESERVED.contains(&name.as_str());
+            if name.is_empty() || name.len() > 32 || !name.chars().all(plain) || taken {
+                wrong(
+                    &format!("lidars.{name}"),
+                    format!(
+                        "lidars.{name}: a LiDAR's name must be 1 to 32 of a-z, 0-9 and _, and none of {}",
+                        RESERVED.join(", ")
+                    ),
+                );
+            }
         }
         let r = &self.robot;
         if r.spacing_m == 0.0 && r.spacing_s == 0.0 {
@@ -160,5 +151,40 @@ impl Config {
             );
         }
         out
+    }
+}
+
+fn lidar_problems(path: &str, lidar: &Lidar, wrong: &mut impl FnMut(&str, String)) {
+    let mut blame = |key: &str, message: String| {
+        wrong(&format!("{path}.{key}"), format!("{path}.{key}{message}"));
+    };
+    match &lidar.pattern {
+        LidarPattern::Lines(l) if l.low_deg > l.high_deg => blame(
+            "lines.low_deg",
+            format!(
+                " = {}: must be at most {path}.lines.high_deg = {}",
+                l.low_deg, l.high_deg
+            ),
+        ),
+        LidarPattern::Table(table) if table.path.is_empty() => blame(
+            "table.path",
+            " = \"\": must name a CSV file of pulses".to_owned(),
+        ),
+        _ => {}
+    }
+    if !matches!(lidar.wavelength_nm, 905 | 1550) {
+        blame(
+            "wavelength_nm",
+            format!(" = {}: must be 905 or 1550", lidar.wavelength_nm),
+        );
+    }
+    if lidar.min_range_m >= lidar.max_range_m {
+        blame(
+            "min_range_m",
+            format!(
+                " = {}: must be below {path}.max_range_m = {}",
+                lidar.min_range_m, lidar.max_range_m
+            ),
+        );
     }
 }

@@ -20,7 +20,6 @@ use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land, PoseTrack};
 
 const CAMERA: Purpose = Purpose::new("pipeline.camera");
-const LIDAR: Purpose = Purpose::new("pipeline.lidar");
 
 /// Where the robot is, and how it moves while its LiDAR scans.
 #[derive(Debug)]
@@ -52,7 +51,7 @@ impl Stage for PoseStage {
     type At = u64;
     type Inputs = (
         OfWorld<Guide>,
-        OfWorld<LidarRig>,
+        OfWorld<Vec<LidarRig>>,
         AnyChunk<ChunkGround>,
         AnyChunk<Things>,
     );
@@ -68,9 +67,9 @@ impl Stage for PoseStage {
         &self,
         at: u64,
         _: Key,
-        (guide, lidar, ground, things): (
+        (guide, lidars, ground, things): (
             Arc<Guide>,
-            Arc<LidarRig>,
+            Arc<Vec<LidarRig>>,
             Demand<'_, ChunkGround>,
             Demand<'_, Things>,
         ),
@@ -80,7 +79,11 @@ impl Stage for PoseStage {
                 "frame {at}: the path has {frames} poses"
             )));
         }
-        let half_s = lidar.scanner.duration_s() / 2.0;
+        let longest_s = lidars
+            .iter()
+            .map(|l| l.scanner.duration_s())
+            .fold(0.0, f64::max);
+        let half_s = longest_s / 2.0;
         let land = Land { ground, things };
         let track = PoseTrack::sample(half_s, |offset_s| guide.pose(at, offset_s, land))?;
         let position = track.middle().translation_m.truncate();
@@ -239,20 +242,20 @@ impl Stage for ImageStage {
     }
 }
 
-/// Takes the scan.
+/// Takes the scan of each LiDAR.
 #[derive(Clone, Copy, Debug)]
 pub struct ScanStage;
 
 impl Stage for ScanStage {
     type At = u64;
     type Inputs = (
-        OfWorld<LidarRig>,
+        OfWorld<Vec<LidarRig>>,
         OfWorld<WorldAssets>,
         Node<u64, FramePose>,
         Node<u64, FrameScene>,
     );
-    type Output = Vec<LidarPoint>;
-    const ID: &'static str = "frame.scan";
+    type Output = Vec<Vec<LidarPoint>>;
+    const ID: &'static str = "frame.scans";
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, _: &mut Hasher) {}
@@ -261,22 +264,25 @@ impl Stage for ScanStage {
         &self,
         at: u64,
         world: Key,
-        (rig, assets, pose, scene): (
-            Arc<LidarRig>,
+        (rigs, assets, pose, scene): (
+            Arc<Vec<LidarRig>>,
             Arc<WorldAssets>,
             Arc<FramePose>,
             Arc<FrameScene>,
         ),
-    ) -> Result<Vec<LidarPoint>, Error> {
+    ) -> Result<Vec<Vec<LidarPoint>>, Error> {
         let track = pose.track.relative_to(scene.origin_m);
-        let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
-        Ok(rig.scanner.scan(
-            rig.scanner.first_pulse_at(pose.time_s),
-            &scene.forest,
-            &assets.library.materials,
-            &scene_from_lidar,
-            &rig.noise,
-            world.stage(LIDAR).item(at),
-        ))
+        let scan = |rig: &LidarRig| {
+            let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
+            rig.scanner.scan(
+                rig.scanner.first_pulse_at(pose.time_s),
+                &scene.forest,
+                &assets.library.materials,
+                &scene_from_lidar,
+                &rig.noise,
+                world.stage(Purpose::new(&rig.name)).item(at),
+            )
+        };
+        Ok(rigs.iter().map(scan).collect())
     }
 }

@@ -38,6 +38,8 @@ pub struct CameraRig {
 /// The LiDAR with its place on the body.
 #[derive(Debug)]
 pub struct LidarRig {
+    /// Its name: the first one's is `lidar`.
+    pub name: String,
     /// From the LiDAR frame.
     pub body_from_lidar: RigidTransform,
     /// Fires the pulses.
@@ -205,10 +207,18 @@ impl Stage for CameraStage {
     }
 }
 
-/// Makes the [`LidarRig`].
+/// Makes the robot's LiDARs.
 #[derive(Clone, Debug)]
 pub struct LidarStage {
-    lidar: config::Lidar,
+    lidars: Vec<LidarMaker>,
+}
+
+/// Makes a [`LidarRig`].
+#[derive(Clone, Debug)]
+struct LidarMaker {
+    /// Its table in the config.
+    path: String,
+    params: config::Lidar,
     visible_radius_m: f64,
 }
 
@@ -216,22 +226,62 @@ impl LidarStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        Self {
-            lidar: config.lidar.clone(),
+        let maker = |(path, lidar): (String, &config::Lidar)| LidarMaker {
+            path,
+            params: lidar.clone(),
             visible_radius_m: config.chunks.visible_radius_m,
+        };
+        Self {
+            lidars: config.all_lidars().map(maker).collect(),
+        }
+    }
+}
+
+impl Stage for LidarStage {
+    type At = ();
+    type Inputs = ();
+    type Output = Vec<LidarRig>;
+    const ID: &'static str = "world.lidars";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        for lidar in &self.lidars {
+            hasher.write_str(&format!("{:?}", (&lidar.path, &lidar.params)));
+            hasher.write_f64(lidar.visible_radius_m);
         }
     }
 
+    fn run(&self, (): (), _: Key, (): ()) -> Result<Vec<LidarRig>, Error> {
+        self.lidars.iter().map(LidarMaker::make).collect()
+    }
+}
+
+impl LidarMaker {
+    fn make(&self) -> Result<LidarRig, Error> {
+        let scanner = Scanner::new(self.scanner_params(), self.pattern()?);
+        let noise = RangeSensor::new(self.noise());
+        Ok(LidarRig {
+            name: self.path.trim_start_matches("lidars.").to_owned(),
+            body_from_lidar: body_from_lidar(&self.params),
+            scanner: scanner.map_err(|e| self.refused("", e))?,
+            noise: Noise(noise.map_err(|e| self.refused(".noise", e))?),
+        })
+    }
+
+    fn refused(&self, table: &str, why: impl std::fmt::Display) -> Error {
+        Error::request(format!("{}{table}: {why}", self.path))
+    }
+
     fn pattern(&self) -> Result<Box<dyn ScanPattern>, Error> {
-        let refused = |e| Error::request(format!("lidar: {e}"));
-        Ok(match &self.lidar.pattern {
+        let refused = |e| self.refused("", e);
+        Ok(match &self.params.pattern {
             LidarPattern::Mid40(_) => Box::new(Mid40),
             LidarPattern::Mid70(_) => Box::new(Mid70),
             LidarPattern::Avia(_) => Box::new(Avia),
             LidarPattern::Horizon(_) => Box::new(HorizonLike),
             LidarPattern::Lines(l) => {
                 // A turn holds the pulses asked for.
-                let columns = self.lidar.pulses.div_ceil(l.lines).max(1);
+                let columns = self.params.pulses.div_ceil(l.lines).max(1);
                 let params = RepeatingLinesParams {
                     lines: l.lines as u8,
                     bottom_rad: l.low_deg.to_radians(),
@@ -271,7 +321,7 @@ impl LidarStage {
     }
 
     fn scanner_params(&self) -> ScannerParams {
-        let l = &self.lidar;
+        let l = &self.params;
         ScannerParams {
             pulses_per_scan: l.pulses,
             min_range_m: l.min_range_m as f32,
@@ -306,7 +356,7 @@ impl LidarStage {
     }
 
     fn noise(&self) -> RangeNoise {
-        let n = &self.lidar.noise;
+        let n = &self.params.noise;
         match n.model.as_str() {
             "off" => RangeNoise::Off,
             "paper" => RangeNoise::Paper { sigma_m: n.sigma_m },
@@ -343,30 +393,5 @@ impl LidarStage {
                 },
             },
         }
-    }
-}
-
-impl Stage for LidarStage {
-    type At = ();
-    type Inputs = ();
-    type Output = LidarRig;
-    const ID: &'static str = "world.lidar";
-    const VERSION: u32 = 1;
-
-    fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", self.lidar));
-        hasher.write_f64(self.visible_radius_m);
-    }
-
-    fn run(&self, (): (), _: Key, (): ()) -> Result<LidarRig, Error> {
-        Ok(LidarRig {
-            body_from_lidar: body_from_lidar(&self.lidar),
-            scanner: Scanner::new(self.scanner_params(), self.pattern()?)
-                .map_err(|e| Error::request(format!("lidar: {e}")))?,
-            noise: Noise(
-                RangeSensor::new(self.noise())
-                    .map_err(|e| Error::request(format!("lidar.noise: {e}")))?,
-            ),
-        })
     }
 }

@@ -183,3 +183,59 @@ fn every_default_is_allowed_and_every_key_is_defined() {
         assert!(page.contains(section.path));
     }
 }
+
+#[test]
+fn a_device_lies_under_what_is_set() {
+    let config = load(
+        "medium",
+        "[lidar]\npulses = 7\n[lidar.beam]\nrings = 1",
+        &["lidar.device=vlp16"],
+    )
+    .expect("fine");
+    let lidar = &config.lidar;
+    assert_eq!((lidar.pulses, lidar.beam.rings), (7, 1));
+    assert_eq!(
+        (lidar.max_range_m, lidar.noise.model.as_str()),
+        (100.0, "snr")
+    );
+    assert_eq!(lidar.mount_z_m, Config::default().lidar.mount_z_m);
+    let again = Config::from_toml(&config.to_toml()).expect("our own");
+    assert_eq!(again, config);
+    let text = message(load("", "", &["lidar.device=vlp17"]));
+    assert!(text.contains("one of \"custom\", \"mid40\""), "{text}");
+}
+
+#[test]
+fn further_lidars_have_the_keys_of_the_first() {
+    let file =
+        "[lidars.rear]\ndevice = \"mid40\"\nmount_yaw_deg = 180\n[lidars.top.lines]\nlines = 4";
+    let config = load("", file, &["lidars.rear.pulses=5"]).expect("fine");
+    let rear = &config.lidars["rear"];
+    assert_eq!(
+        (rear.pulses, rear.mount_yaw_deg, rear.min_range_m),
+        (5, 180.0, 1.0)
+    );
+    let paths: Vec<String> = config.all_lidars().map(|(path, _)| path).collect();
+    assert_eq!(paths, ["lidar", "lidars.rear", "lidars.top"]);
+    assert_eq!(
+        Config::from_toml(&config.to_toml()).expect("our own"),
+        config
+    );
+
+    let text = message(load("", "[lidars.rear.noise]\nsigma = 1", &[]));
+    assert!(
+        text.contains("lidars.rear.noise.sigma: no such key; did you mean `sigma_m`"),
+        "{text}"
+    );
+    let text = message(load("", "[lidars.velodyne]", &[]));
+    assert!(text.contains("and none of camera, lidar"), "{text}");
+    let text = message(load(
+        "",
+        "[lidars.x]\nmin_range_m = 5\nmax_range_m = 3",
+        &[],
+    ));
+    assert!(
+        text.contains("lidars.x.min_range_m = 5: must be below lidars.x.max_range_m = 3"),
+        "{text}"
+    );
+}
