@@ -27,6 +27,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
             name: "top".into(),
             body_from_lidar: RigidTransform::IDENTITY,
             well_placed: true,
+            ply: true,
         }],
         ..DatasetHeader::new("somebody", "1.0", 7, Ontology::paper())
     };
