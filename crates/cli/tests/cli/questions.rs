@@ -138,7 +138,7 @@ fn the_plan_as_a_graph_and_as_keys() {
     let count = |text: &str, word: &str| text.matches(word).count();
     assert_eq!(count(&mermaid, "--"), count(&dot, "->"));
     assert!(count(&dot, "->") > 10);
-    for stage in ["world.assets", "chunk.solid", "frame.image", "frame.scan"] {
+    for stage in ["world.assets", "chunk.solid", "frame.image", "frame.scans"] {
         assert!(mermaid.contains(stage) && dot.contains(stage), "{stage}");
     }
 
@@ -154,10 +154,10 @@ fn the_plan_as_a_graph_and_as_keys() {
     };
     // Another seed changes all of it, another picture nothing but pictures.
     let seed = explain("seed=8");
-    assert!(differ(&seed, "chunk.solid") && differ(&seed, "frame.scan"));
+    assert!(differ(&seed, "chunk.solid") && differ(&seed, "frame.scans"));
     let camera = explain("camera.width_px=200");
     assert!(differ(&camera, "frame.image"));
-    assert!(!differ(&camera, "frame.scan") && !differ(&camera, "chunk.solid"));
+    assert!(!differ(&camera, "frame.scans") && !differ(&camera, "chunk.solid"));
 }
 
 #[test]
