@@ -31,6 +31,8 @@ pub(crate) enum Command {
     Stats(Folder),
     /// Joins shards into one data set.
     Merge(Merge),
+    /// Puts all scans of a data set into one registered, labelled cloud.
+    Cloud(Cloud),
 }
 
 /// What world, and how it differs from the preset.
@@ -50,6 +52,21 @@ pub(crate) struct World {
     /// Threads to use; all cores if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Cloud {
+    /// The data set.
+    pub(crate) dir: PathBuf,
+    /// The cloud, a binary PLY.
+    #[arg(long, short, value_name = "FILE", default_value = "cloud.ply")]
+    pub(crate) out: PathBuf,
+    /// Keeps one point in each cube of this side, metres.
+    #[arg(long, value_name = "M")]
+    pub(crate) voxel: Option<f64>,
+    /// Leaves out mixed returns and false alarms.
+    #[arg(long)]
+    pub(crate) pure: bool,
 }
 
 #[derive(Args, Debug)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use nemoral_dataset::OpenMode;
+use nemoral_dataset::{CloudParams, OpenMode};
 use nemoral_pipeline::config::{
     Config, Layers, Preset, annotated_toml, json_schema, reference_page,
 };
@@ -70,6 +70,15 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
         }
         Command::Stats(Folder { dir }) => {
             say(nemoral_dataset::stats(&dir)?.to_string().trim_end())?;
+            Ok(true)
+        }
+        Command::Cloud(a) => {
+            let params = CloudParams {
+                voxel_m: a.voxel,
+                pure: a.pure,
+            };
+            let points = nemoral_dataset::cloud(&a.dir, &a.out, params)?;
+            say(&format!("{points} points in {}", a.out.display()))?;
             Ok(true)
         }
         Command::Merge(Merge { shards, out }) => {

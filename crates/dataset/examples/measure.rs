@@ -154,7 +154,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         lidars: vec![LidarSpec {
             name: "top".into(),
             body_from_lidar: RigidTransform::IDENTITY,
-            well_placed: true,
+            deskewed: true,
+            pointing_errors: false,
             ply: true,
         }],
         ..DatasetHeader::new("measure", "0", 1, Ontology::paper())

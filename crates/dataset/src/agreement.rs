@@ -37,7 +37,7 @@ pub struct Agreement {
     pub same_frame: Residual,
     /// The same for the points of each frame in the next frame's image: the poses.
     pub next_frame: Residual,
-    /// Can points and pixels be expected to agree ([`LidarSpec::well_placed`](crate::LidarSpec))?
+    /// Can points and pixels be expected to agree ([`LidarSpec::well_placed`](crate::LidarSpec::well_placed))?
     pub judged: bool,
 }
 

@@ -4,6 +4,8 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
+use tempfile::NamedTempFile;
+
 use crate::{Error, FileRecord};
 
 const TEMP_PREFIX: &str = ".nemoral-";
@@ -19,12 +21,7 @@ pub(crate) fn put(root: &Path, relative: &str, bytes: &[u8]) -> Result<FileRecor
     let path = root.join(relative);
     let folder = path.parent().expect("a relative path below a folder");
     fs::create_dir_all(folder).map_err(Error::io(folder))?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMP_PREFIX).suffix(TEMP_SUFFIX);
-    // A data set is for others to read too: the umask decides, as for any file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder).map_err(Error::io(&path))?;
+    let mut file = temporary(folder).map_err(Error::io(&path))?;
     file.as_file_mut()
         .write_all(bytes)
         .map_err(Error::io(&path))?;
@@ -34,6 +31,16 @@ pub(crate) fn put(root: &Path, relative: &str, bytes: &[u8]) -> Result<FileRecor
         bytes: bytes.len() as u64,
         blake3: blake3::hash(bytes).to_hex().to_string(),
     })
+}
+
+/// A file that goes by itself if it is not given its name.
+pub(crate) fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMP_PREFIX).suffix(TEMP_SUFFIX);
+    // A data set is for others to read too: the umask decides, as for any file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
 }
 
 /// Is this a temporary file of a process that was killed?

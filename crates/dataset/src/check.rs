@@ -80,7 +80,11 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
         problems: Vec::new(),
         agreement: Agreement::new(
             &manifest.header.ontology,
-            manifest.header.lidars.iter().all(|l| l.well_placed),
+            manifest
+                .header
+                .lidars
+                .iter()
+                .all(crate::LidarSpec::well_placed),
         ),
         true_ids: BTreeSet::new(),
         image_ids: BTreeSet::new(),

@@ -44,11 +44,21 @@ pub struct LidarSpec {
     /// The mount.
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_lidar: RigidTransform,
-    /// Are points where their pulses went: deskewed, and without errors of pointing? If not, images
-    /// cannot agree with them, and `check` reports the agreement without judging it.
-    pub well_placed: bool,
+    /// Are points in the LiDAR's frame at the frame's time, or, if not, each at its pulse's?
+    pub deskewed: bool,
+    /// Are pulses written where the scanner believes they went, rather than where they did?
+    pub pointing_errors: bool,
     /// Is the PLY with every field written, beside `.bin` and `.label`?
     pub ply: bool,
+}
+
+impl LidarSpec {
+    /// Are points where their pulses went? If not, images cannot agree with them, and `check` reports
+    /// the agreement without judging it.
+    #[must_use]
+    pub fn well_placed(&self) -> bool {
+        self.deskewed && !self.pointing_errors
+    }
 }
 
 /// Everything that decides a data set's bytes, and how to read them. Resume and merge refuse data

@@ -41,7 +41,7 @@
 //! # let out = folder.path();
 //! let mount = RigidTransform::IDENTITY;
 //! let header = DatasetHeader {
-//!     lidars: vec![LidarSpec { name: "top".into(), body_from_lidar: mount, well_placed: true, ply: true }],
+//!     lidars: vec![LidarSpec { name: "top".into(), body_from_lidar: mount, deskewed: true, pointing_errors: false, ply: true }],
 //!     ..DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper())
 //! };
 //! let writer = Writer::create(out, OpenMode::Fresh, header)?;
@@ -67,6 +67,7 @@ mod agreement;
 mod atomic;
 mod card;
 mod check;
+mod cloud;
 mod csv;
 mod error;
 mod folder;
@@ -88,6 +89,7 @@ mod yaml;
 
 pub use agreement::{Agreement, ClassAgreement, Residual};
 pub use check::{CheckReport, Problem, check};
+pub use cloud::{CloudParams, cloud};
 pub use error::Error;
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};

@@ -25,7 +25,7 @@ pub struct PlyPoint {
     pub label: u16,
 }
 
-use ScalarType::{Float, Int, UChar, UInt, UShort};
+use ScalarType::{Double, Float, Int, UChar, UInt, UShort};
 
 /// The vertex's properties, in the file's order.
 const FIELDS: [(&str, ScalarType); 23] = [
@@ -54,28 +54,69 @@ const FIELDS: [(&str, ScalarType); 23] = [
     ("flags", UChar),
 ];
 
-fn header(vertices: usize) -> Header {
+/// The properties of a registered cloud's vertex, in the file's order.
+const CLOUD_FIELDS: [(&str, ScalarType); 23] = [
+    ("x", Double),
+    ("y", Double),
+    ("z", Double),
+    ("intensity", Float),
+    ("range_true", Float),
+    ("range", Float),
+    ("incidence_cos", Float),
+    ("nx", Float),
+    ("ny", Float),
+    ("nz", Float),
+    ("chunk_x", Int),
+    ("chunk_y", Int),
+    ("frame", UInt),
+    ("item", UShort),
+    ("class", UChar),
+    ("semantic", UChar),
+    ("lidar", UChar),
+    ("return_no", UChar),
+    ("n_returns", UChar),
+    ("flags", UChar),
+    ("red", UChar),
+    ("green", UChar),
+    ("blue", UChar),
+];
+
+/// The header of a registered cloud; its vertices follow, binary, little-endian, packed.
+pub(crate) fn cloud_header(vertices: usize) -> Vec<u8> {
+    let comment =
+        "nemoral cloud: metres, world frame (x east, y north, z up); flags 1 mixed, 2 false alarm";
+    let header = header(&CLOUD_FIELDS, comment, vertices);
+    let mut out = Vec::new();
+    Writer::<PlyVertex>::new()
+        .write_header(&mut out, &header)
+        .expect("memory takes it");
+    out
+}
+
+fn scan_header(vertices: usize) -> Header {
+    let comment = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); flags 1 mixed, 2 false alarm";
+    header(&FIELDS, comment, vertices)
+}
+
+fn header(fields: &[(&str, ScalarType)], comment: &str, vertices: usize) -> Header {
     let mut element = ElementDef::new("vertex".to_owned());
     element.count = vertices;
-    for (name, kind) in FIELDS {
-        let kind = PropertyType::Scalar(kind);
+    for (name, kind) in fields {
+        let kind = PropertyType::Scalar(kind.clone());
         element
             .properties
-            .add(PropertyDef::new(name.to_owned(), kind));
+            .add(PropertyDef::new((*name).to_owned(), kind));
     }
     let mut header = Header::new();
     header.encoding = Encoding::BinaryLittleEndian;
-    header.comments.push(
-        "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); flags 1 mixed, 2 false alarm"
-            .to_owned(),
-    );
+    header.comments.push(comment.to_owned());
     header.elements.add(element);
     header
 }
 
 /// A binary little-endian file.
 pub(crate) fn encode(points: &[PlyPoint]) -> Vec<u8> {
-    let header = header(points.len());
+    let header = scan_header(points.len());
     let element = &header.elements["vertex"];
     let writer = Writer::<PlyVertex>::new();
     let mut out = Vec::with_capacity(1024 + 67 * points.len());
@@ -98,7 +139,7 @@ pub(crate) fn decode(path: &Path, bytes: &[u8]) -> Result<Vec<PlyPoint>, Error> 
         .read_header(&mut source)
         .map_err(|e| Error::malformed(path, e))?;
     let count = found.elements.get("vertex").map_or(0, |e| e.count);
-    let expected = header(count);
+    let expected = scan_header(count);
     if found.encoding != expected.encoding || found.elements != expected.elements {
         return Err(Error::malformed(path, "has other fields than a scan's"));
     }

@@ -37,7 +37,8 @@
 //! # Model
 //! A [`ScanPattern`] is an endless sequence of pulses: the paper's three are [`RepeatingLines`], the
 //! circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]; [`Mid70`],
-//! [`Avia`], [`Spinning`] heads by their beam tables and any [`TablePattern`] stand beside them, and
+//! [`Avia`], [`Spinning`] heads by their beam tables, a
+//! terrestrial scanner's [`Panorama`] and any [`TablePattern`] stand beside them, and
 //! [`Device`] has the numbers of what one can buy. A [`Scanner`] fires a stretch of a pattern, each pulse
 //! from where the sensor is at that moment, and writes [`LidarPoint`](nemoral_scene::LidarPoint)s with
 //! their truth (class, thing, range, incidence) for what comes back.
@@ -55,6 +56,7 @@ mod echo;
 mod error;
 mod horizon;
 mod lines;
+mod panorama;
 mod pattern;
 mod range_model;
 mod receiver;
@@ -70,6 +72,7 @@ pub use echo::Returns;
 pub use error::ParamError;
 pub use horizon::HorizonLike;
 pub use lines::{RepeatingLines, RepeatingLinesParams};
+pub use panorama::{Panorama, PanoramaParams};
 pub use pattern::{Pulse, ScanPattern};
 pub use range_model::{EchoObservation, ExactRange, RangeModel};
 pub use receiver::PulseErrors;

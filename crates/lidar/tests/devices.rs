@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 
 use common::azimuth_elevation_deg;
 use nemoral_lidar::{
-    Avia, Device, Laser, ScanPattern, Scanner, Spinning, TableError, TablePattern,
+    Avia, Device, Laser, Panorama, PanoramaParams, ScanPattern, Scanner, Spinning, TableError,
+    TablePattern,
 };
 
 #[test]
@@ -179,4 +180,35 @@ fn bad_tables_are_refused_by_line() {
         TablePattern::from_csv("1,2,3\n".as_bytes()),
         Err(TableError::TooFew(1))
     ));
+}
+
+#[test]
+fn a_panorama_covers_its_window_evenly() {
+    let params = PanoramaParams {
+        rows: 100,
+        columns: 360,
+        ..PanoramaParams::default()
+    };
+    let panorama = Panorama::new(params).expect("valid");
+    let mut cells = BTreeSet::new();
+    for i in 0..panorama.pulses_per_turn() {
+        let (az, el) = azimuth_elevation_deg(&panorama.pulse(i));
+        assert!((-60.0..90.0).contains(&el));
+        cells.insert((
+            (az + 180.0).floor() as i32,
+            ((el + 60.0) / 1.5).floor() as i32,
+        ));
+    }
+    assert_eq!(cells.len(), 36_000);
+    let (a, b) = (panorama.pulse(17), panorama.pulse(36_017));
+    assert_eq!(a.direction, b.direction);
+    let refused = |p| Panorama::new(p).expect_err("out of range").field;
+    assert_eq!(refused(PanoramaParams { rows: 0, ..params }), "rows");
+    assert_eq!(
+        refused(PanoramaParams {
+            top_rad: -2.0,
+            ..params
+        }),
+        "top_rad"
+    );
 }

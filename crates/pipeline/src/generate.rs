@@ -108,7 +108,7 @@ pub fn generate(
     }
     if let Some(frames) = guide.frames().filter(|&f| f < config.frames) {
         return Err(Error::request(format!(
-            "frames = {}: the file of poses has {frames}",
+            "frames = {}: the robot's path has {frames}",
             config.frames
         )));
     }
@@ -286,7 +286,8 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {
         name: path.trim_start_matches("lidars.").to_owned(),
         body_from_lidar: sensors::body_from_lidar(lidar),
-        well_placed: lidar.deskew && lidar.errors.angular_deg == 0.0,
+        deskewed: lidar.deskew,
+        pointing_errors: lidar.errors.angular_deg > 0.0,
         ply: config.output.ply,
     };
     Ok(DatasetHeader {

@@ -26,7 +26,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
         lidars: vec![LidarSpec {
             name: "top".into(),
             body_from_lidar: RigidTransform::IDENTITY,
-            well_placed: true,
+            deskewed: true, pointing_errors: false,
             ply: true,
         }],
         ..DatasetHeader::new("somebody", "1.0", 7, Ontology::paper())

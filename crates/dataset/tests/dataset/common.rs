@@ -119,7 +119,8 @@ pub(crate) fn header() -> DatasetHeader {
         lidars: vec![LidarSpec {
             name: "top".to_owned(),
             body_from_lidar: mount(0.2, 0.0, 1.4),
-            well_placed: true,
+            deskewed: true,
+            pointing_errors: false,
             ply: true,
         }],
         stage_keys: BTreeMap::from([("terrain".to_owned(), "00ff".repeat(16))]),

@@ -1,9 +1,10 @@
 //! One binary, because linking is most of the time. What belongs where: `common` the world and its
-//! sensors; `round_trip` formats; `resume` folders and modes; `atomic` failing disks; `check` sabotage;
+//! sensors; `round_trip` formats; `resume` folders and modes; `atomic` failing disks; `check` sabotage; `cloud` registered clouds;
 //! `properties` what holds for any input.
 
 mod atomic;
 mod check;
+mod cloud;
 mod common;
 mod properties;
 mod resume;

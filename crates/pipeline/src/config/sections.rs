@@ -351,6 +351,8 @@ pub enum LidarPattern {
     Avia(LidarAvia),
     /// A spinning head by its beam table.
     Spinning(LidarSpinning),
+    /// A terrestrial scanner's turn.
+    Panorama(LidarPanorama),
     /// From a file.
     Table(LidarTable),
 }
@@ -416,6 +418,18 @@ section! {
         vertical_fov_deg: f64 = 45.0, RealAbove(0.0, 180.0), "OS1; an OS0 has 90";
         /// Columns a turn of an `ouster`.
         columns: u32 = 1024, Whole(1, 100_000), "OS1 at 10 Hz";
+    }
+}
+
+section! {
+    /// A terrestrial scanner: one turn of sweeps from below to the zenith, at equal angles; it holds the pulses asked for.
+    LidarPanorama at "lidar.panorama", one of "the scan pattern" {
+        /// Lowest pulse, above the horizon.
+        low_deg: f64 = -60.0, Real(-90.0, 90.0), "the tripod hides what is below";
+        /// Highest pulse.
+        high_deg: f64 = 90.0, Real(-90.0, 90.0), "the zenith";
+        /// Pulses a second.
+        rate_hz: f64 = 2e6, RealAbove(0.0, 1e8), "phase-shift scanners";
     }
 }
 
@@ -521,6 +535,8 @@ pub enum RobotPath {
     Wander(PathWander),
     /// A straight line.
     Straight(PathStraight),
+    /// A grid of fixed stations.
+    Stations(PathStations),
     /// Poses from a file.
     File(PathFile),
 }
@@ -550,6 +566,18 @@ section! {
 section! {
     /// A straight line, through whatever stands there.
     PathStraight at "robot.straight", one of "the robot's path" {}
+}
+
+section! {
+    /// Fixed stations, as of terrestrial scanning: a grid about the start, each level, still, and moved to the nearest place that is clear.
+    PathStations at "robot.stations", one of "the robot's path" {
+        /// Stations from west to east.
+        columns: u32 = 3, Whole(1, 1000), "a plot of 30 m";
+        /// Stations from south to north.
+        rows: u32 = 3, Whole(1, 1000), "a plot of 30 m";
+        /// Between neighbours.
+        distance_m: f64 = 12.0, RealAbove(0.0, 1000.0), "10 to 15 m are usual";
+    }
 }
 
 section! {
@@ -599,6 +627,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     LidarMid70::SPEC,
     LidarAvia::SPEC,
     LidarSpinning::SPEC,
+    LidarPanorama::SPEC,
     LidarTable::SPEC,
     LidarBeam::SPEC,
     LidarErrors::SPEC,
@@ -608,6 +637,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     PathTrail::SPEC,
     PathWander::SPEC,
     PathStraight::SPEC,
+    PathStations::SPEC,
     PathFile::SPEC,
     Output::SPEC,
 ];

@@ -166,6 +166,13 @@ fn lidar_problems(path: &str, lidar: &Lidar, wrong: &mut impl FnMut(&str, String
                 l.low_deg, l.high_deg
             ),
         ),
+        LidarPattern::Panorama(p) if p.low_deg > p.high_deg => blame(
+            "panorama.low_deg",
+            format!(
+                " = {}: must be at most {path}.panorama.high_deg = {}",
+                p.low_deg, p.high_deg
+            ),
+        ),
         LidarPattern::Table(table) if table.path.is_empty() => blame(
             "table.path",
             " = \"\": must name a CSV file of pulses".to_owned(),

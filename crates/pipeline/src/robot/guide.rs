@@ -4,12 +4,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, RigidTransform};
+use nemoral_scene::{ChunkCoord, RigidTransform, Surface};
 use nemoral_seed::Key;
 use nemoral_trails::TrailPath;
 
 use super::body::Body;
 use super::file::read_poses;
+use super::stations::Stations;
 use super::wander::{Obstacle, Wander};
 use crate::Error;
 use crate::config::{self, Config, RobotPath};
@@ -44,6 +45,7 @@ enum Path {
         start_m: DVec2,
         forward: DVec2,
     },
+    Stations(Stations),
     File {
         times_s: Vec<f64>,
         poses: Vec<RigidTransform>,
@@ -72,6 +74,7 @@ impl Guide {
     pub fn frames(&self) -> Option<u64> {
         match &self.path {
             Path::File { poses, .. } => Some(poses.len() as u64),
+            Path::Stations(stations) => Some(stations.count()),
             _ => None,
         }
     }
@@ -98,6 +101,16 @@ impl Guide {
                 wander.at(s, &|p, reach| obstacles(p, reach, self.chunk_size_m, land))?
             }
             Path::Straight { start_m, forward } => (*start_m + *forward * s, *forward),
+            Path::Stations(stations) => {
+                let clearance = self.robot.clearance_m;
+                let position = stations.place(frame, clearance, &|p, reach| {
+                    obstacles(p, reach, self.chunk_size_m, land)
+                })?;
+                let ground = land
+                    .ground
+                    .at(ChunkCoord::containing(position, self.chunk_size_m))?;
+                return Ok(stations.stand(position, ground.height_m(position)));
+            }
             Path::File {
                 times_s,
                 poses,
@@ -294,6 +307,13 @@ impl Stage for GuideStage {
             }
             RobotPath::Wander(path) => wander(path.amplitude_m),
             RobotPath::Straight(_) => Path::Straight { start_m, forward },
+            RobotPath::Stations(grid) => Path::Stations(Stations {
+                middle_m: start_m,
+                forward,
+                columns: grid.columns,
+                rows: grid.rows,
+                distance_m: grid.distance_m,
+            }),
             RobotPath::File(file) => self.file_path(file)?,
         };
         Ok(Guide {

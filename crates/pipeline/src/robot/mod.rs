@@ -3,6 +3,7 @@
 mod body;
 mod file;
 mod guide;
+mod stations;
 mod wander;
 
 pub use body::{Body, PoseTrack};

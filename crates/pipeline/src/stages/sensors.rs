@@ -5,9 +5,9 @@ use std::fs::File;
 use std::io::BufReader;
 
 use nemoral_lidar::{
-    Avia, Beam, EchoObservation, HorizonLike, Mid40, Mid70, PulseErrors, RangeModel,
-    RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner, ScannerParams, Spinning,
-    TableError, TablePattern, Wavelength,
+    Avia, Beam, EchoObservation, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors,
+    RangeModel, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner, ScannerParams,
+    Spinning, TableError, TablePattern, Wavelength,
 };
 use nemoral_lidar_noise::{
     IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, Observation,
@@ -304,6 +304,20 @@ impl LidarMaker {
                     ),
                 };
                 Box::new(head.map_err(refused)?)
+            }
+            LidarPattern::Panorama(p) => {
+                let (bottom, top) = (p.low_deg.to_radians(), p.high_deg.to_radians());
+                // Square cells of the angles.
+                let pulses = f64::from(self.params.pulses);
+                let rows = (pulses * (top - bottom) / TAU).sqrt().round().max(1.0);
+                let params = PanoramaParams {
+                    rows: rows as u32,
+                    columns: self.params.pulses.div_ceil(rows as u32),
+                    bottom_rad: bottom,
+                    top_rad: top,
+                    rate_hz: p.rate_hz,
+                };
+                Box::new(Panorama::new(params).map_err(refused)?)
             }
             LidarPattern::Table(table) => {
                 let read = |source| Error::Read {

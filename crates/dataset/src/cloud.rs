@@ -1,0 +1,158 @@
+//! All scans of a data set as one registered, labelled cloud.
+
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::Path;
+
+use nemoral_scene::glam::DVec3;
+use nemoral_scene::{PointFlags, RigidTransform};
+
+use crate::{Dataset, Error, PlyPoint, atomic, ply};
+
+/// What goes into a cloud.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CloudParams {
+    /// Of all points in a cube of this side, metres, only the first is kept; `None` keeps all.
+    pub voxel_m: Option<f64>,
+    /// Leave out mixed returns and false alarms?
+    pub pure: bool,
+}
+
+/// Writes the points of all frames and all LiDARs in world coordinates, in the order of frames, as a
+/// binary PLY at `out`: for plots that are scanned from stations, and for maps of drives.
+///
+/// Positions are the measured ones, registered by the true poses. Every point has its class, its
+/// thing (`chunk_x`, `chunk_y`, `item` as in `trees.csv` and `instances.csv`), frame, LiDAR, return,
+/// true range, normal and its class's colour. Returns how many points were written. The file
+/// appears when it is whole.
+///
+/// # Errors
+/// If a scan is missing or damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is not
+/// positive, or if the file cannot be written.
+pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> {
+    if let Some(side) = params.voxel_m.filter(|v| !(v.is_finite() && *v > 0.0)) {
+        return Err(Error::invalid("voxel_m", side, "greater than 0"));
+    }
+    let dataset = Dataset::open(dir)?;
+    let header = &dataset.manifest().header;
+    for lidar in &header.lidars {
+        if !lidar.ply {
+            let allowed = "a data set with PLY files (output.ply = true)";
+            return Err(Error::invalid("dir", dir.display(), allowed));
+        }
+        if !lidar.deskewed {
+            let allowed = "a data set whose scans are deskewed (lidar.deskew = true)";
+            return Err(Error::invalid("dir", dir.display(), allowed));
+        }
+    }
+    let folder = out.parent().filter(|p| !p.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let io = Error::io(out);
+    // The number of points stands before them, and is known after them.
+    let mut body = BufWriter::new(tempfile::tempfile_in(folder).map_err(Error::io(out))?);
+    let mut kept = Kept {
+        params,
+        seen: HashSet::new(),
+    };
+    let mut count = 0;
+    for record in &dataset.manifest().frames {
+        for (i, lidar) in header.lidars.iter().enumerate() {
+            let world_from_lidar = record.world_from_body() * lidar.body_from_lidar;
+            for p in dataset.read_ply(record, i)? {
+                let world = world_from_lidar.transform_point(p.point.position_m.as_dvec3());
+                if kept.keeps(&p, world) {
+                    let colour = header.ontology.class(p.point.semantic).colour;
+                    let place = Placed {
+                        world,
+                        world_from_lidar: &world_from_lidar,
+                        colour,
+                        frame: record.index as u32,
+                        lidar: i as u8,
+                    };
+                    write_point(&mut body, &p, &place).map_err(Error::io(out))?;
+                    count += 1;
+                }
+            }
+        }
+    }
+    let write = || -> io::Result<()> {
+        let mut body: File = body.into_inner().map_err(io::IntoInnerError::into_error)?;
+        body.rewind()?;
+        let mut file = atomic::temporary(folder)?;
+        file.write_all(&ply::cloud_header(count as usize))?;
+        io::copy(&mut body, &mut file)?;
+        file.persist(out)?;
+        Ok(())
+    };
+    write().map_err(io)?;
+    Ok(count)
+}
+
+/// Which points are kept.
+struct Kept {
+    params: CloudParams,
+    seen: HashSet<[i64; 3]>,
+}
+
+impl Kept {
+    fn keeps(&mut self, p: &PlyPoint, world: DVec3) -> bool {
+        let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM;
+        if self.params.pure && p.point.flags.has(odd) {
+            return false;
+        }
+        // Which points are in the set is looked up, never in what order.
+        self.params.voxel_m.is_none_or(|side| {
+            let cell = (world / side).floor();
+            self.seen.insert(cell.to_array().map(|c| c as i64))
+        })
+    }
+}
+
+struct Placed<'a> {
+    world: DVec3,
+    world_from_lidar: &'a RigidTransform,
+    colour: [u8; 3],
+    frame: u32,
+    lidar: u8,
+}
+
+/// In the order of [`ply::CLOUD_FIELDS`].
+fn write_point(out: &mut impl Write, p: &PlyPoint, place: &Placed<'_>) -> io::Result<()> {
+    let point = &p.point;
+    for v in place.world.to_array() {
+        out.write_all(&v.to_le_bytes())?;
+    }
+    let normal = place
+        .world_from_lidar
+        .transform_vector(point.normal.as_dvec3());
+    let floats = [
+        point.intensity,
+        point.true_range_m,
+        point.range_m,
+        point.incidence_cos,
+        normal.x as f32,
+        normal.y as f32,
+        normal.z as f32,
+    ];
+    for v in floats {
+        out.write_all(&v.to_le_bytes())?;
+    }
+    let chunk = point.object.chunk();
+    out.write_all(&chunk.x.to_le_bytes())?;
+    out.write_all(&chunk.y.to_le_bytes())?;
+    out.write_all(&place.frame.to_le_bytes())?;
+    out.write_all(&point.object.item().to_le_bytes())?;
+    let [r, g, b] = place.colour;
+    out.write_all(&[
+        p.class,
+        point.semantic as u8,
+        place.lidar,
+        point.return_number,
+        point.returns,
+        point.flags.0,
+        r,
+        g,
+        b,
+    ])
+}

@@ -1,0 +1,156 @@
+//! Registered clouds: where their points are, which are kept, and what is refused.
+
+use std::path::Path;
+
+use nemoral_dataset::{CloudParams, Dataset, cloud};
+use nemoral_scene::glam::DVec3;
+
+use crate::common::{START, header, spheres, write};
+
+/// A vertex, as far as the tests look at it.
+#[derive(Clone, Copy, Debug)]
+struct Vertex {
+    world: DVec3,
+    frame: u32,
+    item: u16,
+    class: u8,
+}
+
+/// Reads the fields that the header names, by their sizes.
+fn read(path: &Path) -> Vec<Vertex> {
+    let bytes = std::fs::read(path).expect("a cloud");
+    let end = b"end_header\n";
+    let body = bytes
+        .windows(end.len())
+        .position(|w| w == end)
+        .expect("a header")
+        + end.len();
+    let header = std::str::from_utf8(&bytes[..body]).expect("text");
+    let (mut offset, mut at) = (0, std::collections::BTreeMap::new());
+    for line in header.lines().filter(|l| l.starts_with("property ")) {
+        let mut words = line.split(' ').skip(1);
+        let size = match words.next().expect("a type") {
+            "double" => 8,
+            "float" | "int" | "uint" => 4,
+            "ushort" => 2,
+            "uchar" => 1,
+            other => panic!("{other}"),
+        };
+        at.insert(words.next().expect("a name").to_owned(), offset);
+        offset += size;
+    }
+    let count: usize = header
+        .lines()
+        .find_map(|l| l.strip_prefix("element vertex "))
+        .and_then(|n| n.parse().ok())
+        .expect("a count");
+    assert_eq!(bytes.len() - body, count * offset);
+    let f64_at = |v: &[u8], key: &str| {
+        f64::from_le_bytes(v[at[key]..at[key] + 8].try_into().expect("8 bytes"))
+    };
+    let vertex = |v: &[u8]| Vertex {
+        world: DVec3::new(f64_at(v, "x"), f64_at(v, "y"), f64_at(v, "z")),
+        frame: u32::from_le_bytes(v[at["frame"]..][..4].try_into().expect("4 bytes")),
+        item: u16::from_le_bytes(v[at["item"]..][..2].try_into().expect("2 bytes")),
+        class: v[at["class"]],
+    };
+    bytes[body..].chunks_exact(offset).map(vertex).collect()
+}
+
+#[test]
+fn points_lie_on_the_worlds_surfaces() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, out) = (folder.path().join("data"), folder.path().join("c.ply"));
+    write(&data, &header(), &[0, 1, 2]);
+    let count = cloud(&data, &out, CloudParams::default()).expect("a cloud");
+    let points = read(&out);
+    assert_eq!(points.len() as u64, count);
+    let manifest = Dataset::open(&data).expect("a data set").manifest().clone();
+    let recorded: u64 = manifest
+        .frames
+        .iter()
+        .flat_map(|f| f.point_classes.values())
+        .sum();
+    assert_eq!(count, recorded);
+    let world = spheres();
+    for p in &points {
+        // Ranges err by centimetres; see `common::see`.
+        let off = match world.iter().find(|s| {
+            s.object.item() == p.item && p.item > 0 && {
+                (p.world.distance(s.centre) - s.radius).abs() < 0.3
+            }
+        }) {
+            Some(s) => p.world.distance(s.centre) - s.radius,
+            None if p.item == 0 => {
+                let fern = &world[world.len() - 1];
+                p.world
+                    .z
+                    .abs()
+                    .min((p.world.distance(fern.centre) - fern.radius).abs())
+            }
+            None => panic!("{p:?}"),
+        };
+        assert!(off.abs() < 0.3, "{p:?} is {off} m off");
+        assert!(p.world.distance(START) < 110.0 && p.class > 0);
+    }
+    let frames: Vec<u32> = points.iter().map(|p| p.frame).collect();
+    assert!(frames.is_sorted() && frames.last() == Some(&2));
+}
+
+#[test]
+fn a_voxel_keeps_its_first_point() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, out) = (folder.path().join("data"), folder.path().join("c.ply"));
+    write(&data, &header(), &[0, 1]);
+    let all = {
+        cloud(&data, &out, CloudParams::default()).expect("a cloud");
+        read(&out)
+    };
+    let params = CloudParams {
+        voxel_m: Some(0.5),
+        ..CloudParams::default()
+    };
+    cloud(&data, &out, params).expect("over the old one");
+    let thin = read(&out);
+    let cell = |p: &Vertex| (p.world / 0.5).floor().to_array().map(|c| c as i64);
+    let mut seen = std::collections::BTreeSet::new();
+    let firsts: Vec<DVec3> = all
+        .iter()
+        .filter(|p| seen.insert(cell(p)))
+        .map(|p| p.world)
+        .collect();
+    assert_eq!(firsts, thin.iter().map(|p| p.world).collect::<Vec<_>>());
+    assert!(thin.len() * 2 < all.len());
+}
+
+#[test]
+fn clouds_that_cannot_be_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, out) = (folder.path().join("data"), folder.path().join("c.ply"));
+    let mut raw = header();
+    raw.lidars[0].deskewed = false;
+    write(&data, &raw, &[0]);
+    let refused = |params| cloud(&data, &out, params).expect_err("refused").to_string();
+    assert!(refused(CloudParams::default()).contains("deskewed"));
+    let params = CloudParams {
+        voxel_m: Some(-1.0),
+        ..CloudParams::default()
+    };
+    assert!(refused(params).contains("voxel_m"));
+    let mut bare = header();
+    bare.lidars[0].ply = false;
+    let second = folder.path().join("bare");
+    write(&second, &bare, &[0]);
+    let text = cloud(&second, &out, CloudParams::default())
+        .expect_err("refused")
+        .to_string();
+    assert!(text.contains("output.ply"), "{text}");
+    assert!(
+        nemoral_dataset::check(&second)
+            .expect("a data set")
+            .problems
+            .is_empty()
+    );
+    assert!(nemoral_dataset::stats(&second).is_ok());
+    assert!(!out.exists());
+}
