@@ -1,5 +1,8 @@
 //! What the tests of the whole share: small worlds, and the bytes of what is recorded in them.
 
+pub mod foliage;
+pub mod leaf_area;
+
 use nemoral_pipeline::config::{Config, Layers};
 use nemoral_pipeline::plan::{At, Runner, Store};
 use nemoral_pipeline::{Error, ForestPlan};

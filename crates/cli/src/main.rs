@@ -12,7 +12,7 @@ use clap::Parser;
 /// Chunks are made by one thread and dropped by another, for hours: the C library's heap grows by that,
 /// this one does not.
 #[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+static ALLOCATOR: dlmalloc::GlobalDlmalloc = dlmalloc::GlobalDlmalloc;
 
 /// The program's exit code for a request that is wrong.
 const WRONG_REQUEST: u8 = 2;
