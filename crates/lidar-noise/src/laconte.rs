@@ -73,7 +73,7 @@ impl MeanError for LaconteWaveform {
         let (d, theta) = (o.range_m, clamp_incidence(o.incidence_rad));
         let [_, a1, a2, a3] = self.expansion(d, theta);
         let peak_s = 2.0 * a1 / (-2.0 * a2 + (4.0 * a2 * a2 - 12.0 * a1 * a3).max(0.0).sqrt());
-        let [_, _, a2_head_on, _] = self.expansion(d, 0.0);
+        let a2_head_on = self.curvature_head_on();
         let displacement_m = peak_s * LIGHT_M_PER_S / 2.0;
         let curvature = 1.0 - 2.0 * a2_head_on / (2.0 * a2 + 6.0 * peak_s * a3);
         self.k_distance * displacement_m + self.k_curvature_m * curvature
@@ -84,7 +84,17 @@ const LIGHT_M_PER_S: f64 = 299_792_458.0;
 /// Pulse length of the authors' model, seconds.
 const PULSE_S: f64 = 50e-9;
 
+/// erf(√2).
+const ERF_ROOT_2: f64 = 0.954_499_736_103_641_6;
+
 impl LaconteWaveform {
+    /// a2 of [`expansion`](Self::expansion) at incidence 0, where it is the same at any distance.
+    fn curvature_head_on(&self) -> f64 {
+        let sigma_squared = PULSE_S * PULSE_S / (2.0 * PI);
+        let big_a = 2.0 / (self.half_aperture_rad * self.half_aperture_rad);
+        -PI.sqrt() * ERF_ROOT_2 / (2.0 * big_a.sqrt() * sigma_squared)
+    }
+
     /// The coefficients a0..a3 of the waveform around the echo of the centre ray, at distance `d`
     /// and incidence `theta`, up to a factor that does not depend on `theta`.
     fn expansion(&self, d: f64, theta: f64) -> [f64; 4] {
@@ -148,6 +158,16 @@ mod tests {
             range_m,
             incidence_rad: incidence_deg.to_radians(),
             reflectance: 0.5,
+        }
+    }
+
+    #[test]
+    fn the_curvature_head_on_is_the_expansions() {
+        for waveform in [SickLms1xx.waveform(), VelodyneHdl32e.waveform()] {
+            for d in [0.5, 10.0, 80.0] {
+                let [_, _, a2, _] = waveform.expansion(d, 0.0);
+                assert!((waveform.curvature_head_on() / a2 - 1.0).abs() < 1e-12);
+            }
         }
     }
 

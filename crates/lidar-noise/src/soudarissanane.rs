@@ -73,7 +73,13 @@ impl IncidenceLaw {
     fn error_m(&self, o: &Observation) -> f64 {
         let p = &self.params;
         let cos = libm::cos(o.incidence_rad).max(self.min_cos);
-        p.error_m * libm::pow(o.range_m / p.reference_range_m, p.range_exponent) / cos
+        let ratio = o.range_m / p.reference_range_m;
+        let growth = if p.range_exponent == 1.0 {
+            ratio
+        } else {
+            libm::pow(ratio, p.range_exponent)
+        };
+        p.error_m * growth / cos
     }
 }
 
