@@ -116,6 +116,12 @@ impl ScanPattern for RepeatingLines {
         }
     }
 
+    /// By column and line.
+    fn identity(&self, number: u64) -> u64 {
+        let lines = u64::from(self.params.lines);
+        (number / lines) << 8 | (number % lines)
+    }
+
     fn rate_hz(&self) -> f64 {
         self.pulses_per_sweep() as f64 * self.params.rotation_hz
     }

@@ -21,6 +21,12 @@ pub trait ScanPattern: Send + Sync {
     /// The pulse with this number; number 0 is fired at time 0.
     fn pulse(&self, number: u64) -> Pulse;
 
+    /// What keys a pulse's randomness, different for every pulse: its number, unless the pattern has a
+    /// name for it that stays when a laser is added.
+    fn identity(&self, number: u64) -> u64 {
+        number
+    }
+
     /// Pulses per second, on average: by default that of the first million.
     fn rate_hz(&self) -> f64 {
         let many = 1 << 20;

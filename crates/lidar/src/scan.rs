@@ -120,7 +120,12 @@ impl Scan<'_> {
 
     /// A key of a pulse for one purpose.
     fn key_of(&self, number: u32, stage: Stage) -> Key {
-        self.key.item(self.in_pattern(number)).stage(stage)
+        self.pulse_key(number).stage(stage)
+    }
+
+    fn pulse_key(&self, number: u32) -> Key {
+        self.key
+            .item(self.pattern.identity(self.in_pattern(number)))
     }
 
     fn jittered(&self, number: u32, direction: DVec3) -> DVec3 {
@@ -192,7 +197,7 @@ impl Scan<'_> {
             });
         }
         group(contacts, self.params.beam.resolution_m, echoes);
-        let key = self.key.item(self.in_pattern(shot.number));
+        let key = self.pulse_key(shot.number);
         let mut place = 0;
         echoes.retain_mut(|echo| {
             let key = match place {

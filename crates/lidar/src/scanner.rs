@@ -183,7 +183,8 @@ impl Scanner {
     /// gave most of its light, and [`PointFlags::MIXED`](nemoral_scene::PointFlags::MIXED) if others
     /// gave some too. A hit nearer than the blind zone blocks its part of the beam and is not seen.
     ///
-    /// A pulse's randomness is keyed by `key` and the pulse's number in the pattern: it does not depend
+    /// A pulse's randomness is keyed by `key` and the pulse's [identity](ScanPattern::identity) in the
+    /// pattern: it does not depend
     /// on other pulses. Work is spread over rayon's current thread pool; the result is the same for any.
     #[must_use]
     pub fn scan(

@@ -1,5 +1,6 @@
 //! Spinning scanners by their beam tables: Velodyne, Ouster, and any other.
 
+use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 
 use crate::error::check;
@@ -29,6 +30,8 @@ pub struct Spinning {
     lasers: Vec<Laser>,
     sequence_s: f64,
     rotation_hz: f64,
+    /// Is each laser alone on its ring?
+    rings_differ: bool,
 }
 
 impl Spinning {
@@ -77,7 +80,9 @@ impl Spinning {
             )?;
         }
         lasers.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
+        let rings: BTreeSet<u8> = lasers.iter().map(|l| l.ring).collect();
         Ok(Self {
+            rings_differ: rings.len() == lasers.len(),
             lasers,
             sequence_s,
             rotation_hz,
@@ -173,6 +178,16 @@ impl ScanPattern for Spinning {
             direction: direction(PI - TAU * turned + laser.azimuth_rad, laser.elevation_rad),
             ring: laser.ring,
         }
+    }
+
+    /// By firing sequence and ring; by number where rings are shared.
+    fn identity(&self, number: u64) -> u64 {
+        if !self.rings_differ {
+            return number;
+        }
+        let count = self.lasers.len() as u64;
+        let laser = &self.lasers[(number % count) as usize];
+        (number / count) << 8 | u64::from(laser.ring)
     }
 
     fn rate_hz(&self) -> f64 {

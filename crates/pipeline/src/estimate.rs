@@ -5,16 +5,18 @@ use std::fmt;
 use crate::config::Config;
 
 /// Bytes of the five images, per pixel: measured on preset `medium`.
-const BYTES_PER_PIXEL: f64 = 7.0;
-/// Bytes of `.bin`, `.label` and PLY, per point.
-const BYTES_PER_POINT: f64 = 16.0 + 4.0 + 80.0;
+const BYTES_PER_PIXEL: f64 = 5.0;
+/// Bytes of `.bin` and `.label`, per point.
+const BYTES_PER_POINT: f64 = 16.0 + 4.0;
+/// Bytes of the PLY, per point.
+const BYTES_PER_PLY_POINT: f64 = 67.0;
 /// Share of pulses that return in a forest.
 const RETURNS: f64 = 0.97;
 
-/// Seconds of one core for a megapixel and for a million pulses at 96 trees a chunk: measured as
+/// Seconds of one core for a megapixel and for a million rays of pulses at 96 trees a chunk: measured as
 /// `docs/benchmarks.md` says, on the machine named there.
 const CORE_S_PER_MEGAPIXEL: f64 = 2.8;
-const CORE_S_PER_MEGAPULSE: f64 = 1.6;
+const CORE_S_PER_MEGARAY: f64 = 2.0;
 
 /// What a run will take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,11 +32,25 @@ pub struct Estimate {
 /// Estimates a run from what was measured on the presets.
 #[must_use]
 pub fn estimate(config: &Config) -> Estimate {
-    let pixels = f64::from(config.camera.width_px) * f64::from(config.camera.height_px);
-    let pulses = f64::from(config.lidar.pulses);
+    let pixels = if config.camera.enabled {
+        f64::from(config.camera.width_px) * f64::from(config.camera.height_px)
+    } else {
+        0.0
+    };
+    let (mut pulses, mut rays) = (0.0, 0.0);
+    for (_, lidar) in config.all_lidars() {
+        let rings = f64::from(lidar.beam.rings);
+        pulses += f64::from(lidar.pulses);
+        rays += f64::from(lidar.pulses) * (1.0 + 3.0 * rings * (rings + 1.0));
+    }
+    let per_point = if config.output.ply {
+        BYTES_PER_POINT + BYTES_PER_PLY_POINT
+    } else {
+        BYTES_PER_POINT
+    };
     let frames = config.frames as f64;
-    let bytes = pixels * BYTES_PER_PIXEL + pulses * RETURNS * BYTES_PER_POINT;
-    let seconds = pixels / 1e6 * CORE_S_PER_MEGAPIXEL + pulses / 1e6 * CORE_S_PER_MEGAPULSE;
+    let bytes = pixels * BYTES_PER_PIXEL + pulses * RETURNS * per_point;
+    let seconds = pixels / 1e6 * CORE_S_PER_MEGAPIXEL + rays / 1e6 * CORE_S_PER_MEGARAY;
     Estimate {
         frames: config.frames,
         gigabytes: frames * bytes / 1e9,
