@@ -1,0 +1,118 @@
+//! Leaf area of grown trees from where first returns come back, against what was grown.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use nemoral_assets::{AssetParams, Library, TreeAsset};
+use nemoral_raycast::Forest;
+use nemoral_scene::glam::{DVec3, Vec3};
+use nemoral_scene::{Bounds, MaterialLibrary, Ray, RayCaster, Semantic};
+use nemoral_seed::{Draw, Key};
+use nemoral_tests::foliage::group_of;
+use nemoral_tests::leaf_area::{Projection, Voxels};
+
+/// Small against the cards' distances, large against their texels.
+const VOXEL_M: f64 = 0.06;
+const STATIONS: u32 = 8;
+/// Of a station: to the side and up.
+const RASTER: [u32; 2] = [1000, 160];
+
+/// What a layer of a crown was found to have.
+#[derive(Debug)]
+struct Found {
+    /// Leaf area where at least thirty rays came, m².
+    truth_m2: f64,
+    /// Of all in the layer.
+    share_seen: f64,
+    contact_m2: f64,
+    /// Were every stop one of its own, whatever the leaves' inclination: G = ½.
+    spherical_m2: f64,
+}
+
+/// The metre of the crown around its leaves' mean height.
+fn layer(tree: &TreeAsset) -> Bounds {
+    let corners = || tree.prototype.cards().iter().flat_map(|c| c.corners());
+    let mean_z = corners().map(|p| p.z).sum::<f32>() / corners().count() as f32;
+    let all = Bounds::of_points(corners());
+    Bounds {
+        min: all.min.with_z(mean_z - 0.5),
+        max: all.max.with_z(mean_z + 0.5),
+    }
+}
+
+/// Rays from stations around the tree, on the ground and as high as above it in turn, over the layer.
+fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
+    let mut rng = key.rng();
+    let (low, high) = (layer.min.as_dvec3(), layer.max.as_dvec3());
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let mut rays = Vec::new();
+    for station in 0..STATIONS {
+        let (sin, cos) = (TAU * f64::from(station) / f64::from(STATIONS)).sin_cos();
+        let height_m = if station % 2 == 0 { 1.5 } else { top_m + 3.0 };
+        let origin = DVec3::new(12.0 * cos, 12.0 * sin, height_m);
+        let left = DVec3::new(-sin, cos, 0.0) * half.truncate().length();
+        for i in 0..RASTER[0] * RASTER[1] {
+            let at = |k: u32, n: u32, jitter: f64| 2.0 * (f64::from(k) + jitter) / f64::from(n) - 1.0;
+            let y = at(i % RASTER[0], RASTER[0], rng.unit_f64());
+            let z = at(i / RASTER[0], RASTER[1], rng.unit_f64());
+            // Twice the layer's height: slanted rays cross it where it is near or far.
+            let target = middle + y * left + 2.0 * z * half.z * DVec3::Z;
+            let towards = (target - origin).normalize();
+            rays.push(Ray::new(origin.as_vec3(), towards.as_vec3()));
+        }
+    }
+    rays
+}
+
+fn find(tree: &TreeAsset, materials: &MaterialLibrary, key: Key) -> Found {
+    let shape = &tree.prototype;
+    let layer = layer(tree);
+    let projection = Projection::of(shape, layer.min.z..layer.max.z, materials);
+    let rays = rays(&layer, shape.bounds().max.z.into(), key);
+    let group = group_of(Arc::clone(shape), materials);
+    let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+    let mut hits = vec![None; rays.len()];
+    forest.closest_hits(&rays, &mut hits);
+
+    let mut voxels = Voxels::fill(layer, VOXEL_M);
+    let mut spherical = voxels.clone();
+    voxels.add_truth(shape, materials);
+    for (ray, hit) in rays.iter().zip(&hits) {
+        // Wood stops rays too, and is no leaf.
+        let semantic = hit.map(|h| materials.get(h.material).semantic);
+        let leaf = matches!(semantic, Some(Semantic::Leaf | Semantic::Needle));
+        let end_m = hit.map_or(f64::INFINITY, |h| h.distance_m.into());
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let g = projection.along(direction);
+        voxels.add_ray(origin, direction, end_m, leaf, g);
+        spherical.add_ray(origin, direction, end_m, leaf, 0.5);
+    }
+    let volume = voxels.volume_m3();
+    let cells = || voxels.cells().iter().zip(spherical.cells());
+    let seen = || cells().filter(|(v, _)| v.rays >= 30);
+    let truth_m2: f64 = seen().map(|(v, _)| f64::from(v.leaf_m2)).sum();
+    let all_m2: f64 = cells().map(|(v, _)| f64::from(v.leaf_m2)).sum();
+    Found {
+        truth_m2,
+        share_seen: truth_m2 / all_m2,
+        contact_m2: seen().map(|(v, _)| v.contact_area_m2(volume)).sum(),
+        spherical_m2: seen().map(|(_, s)| s.contact_area_m2(volume)).sum(),
+    }
+}
+
+/// Within 10 % for each species, and not where all leaves are taken for a sphere's.
+#[test]
+fn leaf_area_of_grown_trees_comes_back() {
+    let params = AssetParams {
+        individuals_per_species: 1,
+        ..AssetParams::default()
+    };
+    let library = Library::grow(&params, Key::world(3)).expect("the default parameters");
+    let trees = (0..).zip(&library.trees);
+    for (i, tree) in trees {
+        let found = find(tree, &library.materials, Key::world(5).item(i));
+        let ratio = found.contact_m2 / found.truth_m2;
+        println!("{}: {found:.3?}, {ratio:.3} of it", tree.species);
+        assert!(found.truth_m2 > 1.0, "{}: {found:?}", tree.species);
+    }
+}
