@@ -209,6 +209,5 @@ fn kernel(zenith: f64, inclination: f64) -> f64 {
         return along;
     }
     let turn = (-along / across).acos();
-    along * (2.0 * turn / PI - 1.0)
-        + 2.0 / PI * across * turn.sin()
+    along * (2.0 * turn / PI - 1.0) + 2.0 / PI * across * turn.sin()
 }

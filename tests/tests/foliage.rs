@@ -130,10 +130,7 @@ fn first_hits_m(leaf: &LeafKind, density: f64, clumped: bool) -> Vec<f64> {
         let first_hit_m = |_| {
             let start = DVec3::from_array([0; 3].map(|_| SIDE_M * rng.unit_f64()));
             let hit = block.closest_hit(&ray(start, any_direction(&mut rng)));
-            f64::from(
-                hit.expect("nothing looks through ten mean paths")
-                    .distance_m,
-            )
+            hit.map_or(f64::INFINITY, |h| f64::from(h.distance_m))
         };
         (0..400).map(first_hit_m).collect::<Vec<_>>()
     };

@@ -6,16 +6,19 @@ use std::sync::Arc;
 use nemoral_assets::{AssetParams, Library, TreeAsset};
 use nemoral_raycast::Forest;
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{Bounds, MaterialLibrary, Ray, RayCaster, Semantic};
+use nemoral_scene::{Bounds, Hit, MaterialLibrary, Ray, RayCaster, Semantic};
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::foliage::group_of;
-use nemoral_tests::leaf_area::{Projection, Voxels};
+use nemoral_tests::leaf_area::{Projection, Voxel, Voxels};
 
 /// Small against the cards' distances, large against their texels.
 const VOXEL_M: f64 = 0.06;
+/// As large as a cluster of leaves.
+const COARSE_M: f64 = 0.3;
+const SEED: u64 = 4;
 const STATIONS: u32 = 8;
 /// Of a station: to the side and up.
-const RASTER: [u32; 2] = [1000, 160];
+const RASTER: [u32; 2] = [800, 140];
 
 /// What a layer of a crown was found to have.
 #[derive(Debug)]
@@ -25,8 +28,6 @@ struct Found {
     /// Of all in the layer.
     share_seen: f64,
     contact_m2: f64,
-    /// Were every stop one of its own, whatever the leaves' inclination: G = ½.
-    spherical_m2: f64,
 }
 
 /// The metre of the crown around its leaves' mean height.
@@ -52,7 +53,8 @@ fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
         let origin = DVec3::new(12.0 * cos, 12.0 * sin, height_m);
         let left = DVec3::new(-sin, cos, 0.0) * half.truncate().length();
         for i in 0..RASTER[0] * RASTER[1] {
-            let at = |k: u32, n: u32, jitter: f64| 2.0 * (f64::from(k) + jitter) / f64::from(n) - 1.0;
+            let at =
+                |k: u32, n: u32, jitter: f64| 2.0 * (f64::from(k) + jitter) / f64::from(n) - 1.0;
             let y = at(i % RASTER[0], RASTER[0], rng.unit_f64());
             let z = at(i / RASTER[0], RASTER[1], rng.unit_f64());
             // Twice the layer's height: slanted rays cross it where it is near or far.
@@ -64,55 +66,66 @@ fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
     rays
 }
 
-fn find(tree: &TreeAsset, materials: &MaterialLibrary, key: Key) -> Found {
-    let shape = &tree.prototype;
-    let layer = layer(tree);
-    let projection = Projection::of(shape, layer.min.z..layer.max.z, materials);
-    let rays = rays(&layer, shape.bounds().max.z.into(), key);
-    let group = group_of(Arc::clone(shape), materials);
+/// First returns of all rays.
+fn record(tree: &TreeAsset, materials: &MaterialLibrary, rays: &[Ray]) -> Vec<Option<Hit>> {
+    let group = group_of(Arc::clone(&tree.prototype), materials);
     let forest = Forest::new(vec![(Vec3::ZERO, group)]);
     let mut hits = vec![None; rays.len()];
-    forest.closest_hits(&rays, &mut hits);
+    forest.closest_hits(rays, &mut hits);
+    hits
+}
 
-    let mut voxels = Voxels::fill(layer, VOXEL_M);
-    let mut spherical = voxels.clone();
-    voxels.add_truth(shape, materials);
-    for (ray, hit) in rays.iter().zip(&hits) {
+fn find(
+    tree: &TreeAsset,
+    materials: &MaterialLibrary,
+    (rays, hits): (&[Ray], &[Option<Hit>]),
+    voxel_m: f64,
+) -> Found {
+    let layer = layer(tree);
+    let heights_m = layer.min.z..layer.max.z;
+    let projection = Projection::of(&tree.prototype, heights_m, materials);
+    let mut voxels = Voxels::fill(layer, voxel_m);
+    voxels.add_truth(&tree.prototype, materials);
+    for (ray, hit) in rays.iter().zip(hits) {
         // Wood stops rays too, and is no leaf.
         let semantic = hit.map(|h| materials.get(h.material).semantic);
         let leaf = matches!(semantic, Some(Semantic::Leaf | Semantic::Needle));
         let end_m = hit.map_or(f64::INFINITY, |h| h.distance_m.into());
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let g = projection.along(direction);
-        voxels.add_ray(origin, direction, end_m, leaf, g);
-        spherical.add_ray(origin, direction, end_m, leaf, 0.5);
+        voxels.add_ray(origin, direction, end_m, leaf, projection.along(direction));
     }
-    let volume = voxels.volume_m3();
-    let cells = || voxels.cells().iter().zip(spherical.cells());
-    let seen = || cells().filter(|(v, _)| v.rays >= 30);
-    let truth_m2: f64 = seen().map(|(v, _)| f64::from(v.leaf_m2)).sum();
-    let all_m2: f64 = cells().map(|(v, _)| f64::from(v.leaf_m2)).sum();
+    let leaf_m2 = |v: &Voxel| f64::from(v.leaf_m2);
+    let seen = || voxels.cells().iter().filter(|v| v.rays >= 30);
+    let truth_m2: f64 = seen().map(leaf_m2).sum();
     Found {
         truth_m2,
-        share_seen: truth_m2 / all_m2,
-        contact_m2: seen().map(|(v, _)| v.contact_area_m2(volume)).sum(),
-        spherical_m2: seen().map(|(_, s)| s.contact_area_m2(volume)).sum(),
+        share_seen: truth_m2 / voxels.cells().iter().map(leaf_m2).sum::<f64>(),
+        contact_m2: seen().map(|v| v.contact_area_m2(voxels.volume_m3())).sum(),
     }
 }
 
-/// Within 10 % for each species, and not where all leaves are taken for a sphere's.
+/// Within 10 % for each species. In voxels that hold clusters, leaves hide each other: there a good part is
+/// missing, so this can fail.
 #[test]
 fn leaf_area_of_grown_trees_comes_back() {
     let params = AssetParams {
         individuals_per_species: 1,
         ..AssetParams::default()
     };
-    let library = Library::grow(&params, Key::world(3)).expect("the default parameters");
-    let trees = (0..).zip(&library.trees);
-    for (i, tree) in trees {
-        let found = find(tree, &library.materials, Key::world(5).item(i));
-        let ratio = found.contact_m2 / found.truth_m2;
-        println!("{}: {found:.3?}, {ratio:.3} of it", tree.species);
-        assert!(found.truth_m2 > 1.0, "{}: {found:?}", tree.species);
+    let library = Library::grow(&params, Key::world(SEED)).expect("the default parameters");
+    let materials = &library.materials;
+    for (i, tree) in (0..).zip(&library.trees) {
+        let top_m = tree.prototype.bounds().max.z.into();
+        let rays = rays(&layer(tree), top_m, Key::world(5).item(i));
+        let hits = record(tree, materials, &rays);
+        let [fine, coarse] = [VOXEL_M, COARSE_M].map(|v| find(tree, materials, (&rays, &hits), v));
+        let [ratio, hidden] = [&fine, &coarse].map(|f| f.contact_m2 / f.truth_m2);
+        println!(
+            "{}: {fine:.3?}: {ratio:.3}; in large voxels {hidden:.3}",
+            tree.species
+        );
+        assert!(fine.truth_m2 > 3.0 && fine.share_seen > 0.3, "{fine:?}");
+        assert!((ratio - 1.0).abs() < 0.1, "{}: {ratio}", tree.species);
+        assert!(hidden < 0.85, "{}: {hidden}", tree.species);
     }
 }

@@ -1,6 +1,6 @@
 //! Range errors as they come out of the whole scanner: pattern, rays, echoes, receiver.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use nemoral_lidar::{
@@ -215,7 +215,8 @@ fn one_more_laser_changes_no_other_pulse() {
             .map(|i| {
                 let (sin, cos) = (f64::from(i) * FRAC_PI_2).sin_cos();
                 let ahead = DVec3::new(cos, sin, 0.0);
-                (8.0 * ahead, -ahead, 8.0, 0.5)
+                // They overlap at the corners.
+                (8.0 * ahead, -ahead, 9.0, 0.5)
             })
             .collect();
         scan(
@@ -252,5 +253,4 @@ fn one_more_laser_changes_no_other_pulse() {
     };
     assert_ne!(errors_m(3), errors_m(4));
     assert_ne!(errors_m(3)[0], errors_m(3)[1]);
-    assert!((TAU - 2.0 * PI).abs() < 1e-12);
 }

@@ -1,14 +1,14 @@
 //! Draws the three patterns as in Fig. 6 of the paper (a wall 10 m ahead with a tree before it), and
 //! coverage over time against the curves that Livox publishes.
 //!
-//! `cargo run --release --example patterns -- FOLDER` writes `patterns.png` and `coverage.png` there.
+//! `cargo run --release --example patterns -- FOLDER` writes `patterns.png` and `coverage.svg` there.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
 use std::path::Path;
 
-use common::{Cell, coverage, disc, lit};
+use common::{coverage, disc, lit};
 use image::{Rgb, RgbImage};
 use nemoral_lidar::{
     ExactRange, HorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern, Scanner,
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(&folder);
     std::fs::create_dir_all(folder)?;
     patterns()?.save(folder.join("patterns.png"))?;
-    coverages()?.save(folder.join("coverage.png"))?;
+    std::fs::write(folder.join("coverage.svg"), coverages()?)?;
     Ok(())
 }
 
@@ -151,64 +151,123 @@ const HORIZON: [(f64, f64); 10] = [
     (0.6, 99.7),
 ];
 
-/// Coverage over 0 to 1.4 s: ours as lines, published as crosses; grid lines each 0.2 s and 20 %.
-fn coverages() -> Result<RgbImage, Box<dyn std::error::Error>> {
-    let (width, height) = (900_u32, 520_u32);
+/// Coverage over 0 to 1.4 s as a drawing: ours as lines, published as crosses.
+fn coverages() -> Result<String, Box<dyn std::error::Error>> {
+    let (left, top, width, height) = (70.0, 20.0, 780.0, 440.0);
     let at = |time_s: f64, percent: f64| {
-        (
-            (20.0 + time_s / 1.4 * f64::from(width - 40)) as u32,
-            (f64::from(height) - 20.0 - percent / 100.0 * f64::from(height - 40)) as u32,
-        )
+        let (x, y) = (time_s / 1.4 * width, (1.0 - percent / 100.0) * height);
+        (left + x, top + y)
     };
-    let mut picture = RgbImage::from_pixel(width, height, Rgb([255; 3]));
-    let grey = Rgb([225; 3]);
+    let mut svg = String::from(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 900 520\" width=\"900\" height=\"520\" \
+         font-family=\"sans-serif\" font-size=\"15\">\n\
+         <rect width=\"900\" height=\"520\" fill=\"white\"/>\n",
+    );
+    let line = |svg: &mut String, points: &[(f64, f64)], colour: &str, width: f64| {
+        let points: Vec<String> = points
+            .iter()
+            .map(|(x, y)| format!("{x:.1},{y:.1}"))
+            .collect();
+        svg.push_str(&format!(
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"/>\n",
+            points.join(" ")
+        ));
+    };
+    let text = |svg: &mut String, (x, y): (f64, f64), anchor: &str, text: &str| {
+        svg.push_str(&format!(
+            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\">{text}</text>\n"
+        ));
+    };
     for i in 0..=7 {
-        let (x, _) = at(0.2 * f64::from(i), 0.0);
-        (20..=height - 20).for_each(|y| picture.put_pixel(x, y, grey));
+        let time_s = 0.2 * f64::from(i);
+        let foot = at(time_s, 0.0);
+        line(&mut svg, &[foot, at(time_s, 100.0)], "#ddd", 1.0);
+        text(
+            &mut svg,
+            (foot.0, foot.1 + 20.0),
+            "middle",
+            &format!("{time_s:.1}"),
+        );
     }
     for i in 0..=5 {
-        let (_, y) = at(0.0, 20.0 * f64::from(i));
-        (20..=width - 20).for_each(|x| picture.put_pixel(x, y, grey));
+        let percent = 20.0 * f64::from(i);
+        let start = at(0.0, percent);
+        line(&mut svg, &[start, at(1.4, percent)], "#ddd", 1.0);
+        text(
+            &mut svg,
+            (start.0 - 8.0, start.1 + 5.0),
+            "end",
+            &format!("{percent:.0} %"),
+        );
     }
+    text(
+        &mut svg,
+        (left + 0.5 * width, top + height + 42.0),
+        "middle",
+        "integration time, seconds",
+    );
     let lines = RepeatingLines::new(RepeatingLinesParams {
         lines: 32,
         ..RepeatingLinesParams::default()
     })?;
-    let mut curve = |pattern: &dyn ScanPattern,
-                     cell_deg: f64,
-                     field: &std::collections::BTreeSet<Cell>,
-                     published: &[(f64, f64)],
-                     colour: Rgb<u8>| {
-        let mut last: Option<(u32, u32)> = None;
-        for step in 0..=70 {
-            let time_s = 0.02 * f64::from(step);
-            let (x, y) = at(time_s, coverage(pattern, 0, time_s, cell_deg, field));
-            let (x0, y0) = last.unwrap_or((x, y));
-            for i in 0..=64_u32 {
-                let blend = |a: u32, b: u32| (a * (64 - i) + b * i) / 64;
-                picture.put_pixel(blend(x0, x), blend(y0, y), colour);
-                picture.put_pixel(blend(x0, x), blend(y0, y) + 1, colour);
-            }
-            last = Some((x, y));
-        }
+    let curves: [(&str, &dyn ScanPattern, f64, _, &[(f64, f64)], &str); 3] = [
+        (
+            "Horizon-like",
+            &HorizonLike,
+            0.32,
+            lit(&HorizonLike, 0..720_000, 0.32),
+            &HORIZON,
+            "#1e6edc",
+        ),
+        (
+            "Mid-40",
+            &Mid40,
+            0.265,
+            disc(19.2, 0.265),
+            &MID40,
+            "#dc3c28",
+        ),
+        (
+            "32 repeating lines",
+            &lines,
+            0.265,
+            disc(14.0, 0.265),
+            &[],
+            "#777",
+        ),
+    ];
+    let mut legend = at(0.85, 38.0);
+    for (name, pattern, cell_deg, field, published, colour) in curves {
+        let ours: Vec<(f64, f64)> = (0..=70)
+            .map(|step| 0.02 * f64::from(step))
+            .map(|t| at(t, coverage(pattern, 0, t, cell_deg, &field)))
+            .collect();
+        line(&mut svg, &ours, colour, 2.5);
         for &(time_s, percent) in published {
-            let (x, y) = at(time_s, percent);
-            for i in 0..9 {
-                picture.put_pixel(x + i - 4, y + i - 4, Rgb([0; 3]));
-                picture.put_pixel(x + i - 4, y + 4 - i, Rgb([0; 3]));
-            }
+            cross(&line, &mut svg, at(time_s, percent));
         }
-    };
-    let circle = disc(19.2, 0.265);
-    curve(&Mid40, 0.265, &circle, &MID40, Rgb([220, 60, 40]));
-    let rectangle = lit(&HorizonLike, 0..720_000, 0.32);
-    curve(
-        &HorizonLike,
-        0.32,
-        &rectangle,
-        &HORIZON,
-        Rgb([30, 110, 220]),
+        line(
+            &mut svg,
+            &[legend, (legend.0 + 40.0, legend.1)],
+            colour,
+            2.5,
+        );
+        text(&mut svg, (legend.0 + 50.0, legend.1 + 5.0), "start", name);
+        legend.1 += 24.0;
+    }
+    cross(&line, &mut svg, (legend.0 + 20.0, legend.1));
+    text(
+        &mut svg,
+        (legend.0 + 50.0, legend.1 + 5.0),
+        "start",
+        "published by Livox",
     );
-    curve(&lines, 0.265, &disc(14.0, 0.265), &[], Rgb([120; 3]));
-    Ok(picture)
+    svg.push_str("</svg>\n");
+    Ok(svg)
+}
+
+fn cross(line: &impl Fn(&mut String, &[(f64, f64)], &str, f64), svg: &mut String, at: (f64, f64)) {
+    let (x, y) = at;
+    line(svg, &[(x - 4.0, y - 4.0), (x + 4.0, y + 4.0)], "black", 1.2);
+    line(svg, &[(x - 4.0, y + 4.0), (x + 4.0, y - 4.0)], "black", 1.2);
 }
