@@ -187,7 +187,7 @@ fn only_render_names_wgpu() {
 }
 
 #[test]
-fn there_is_one_unsafe_module() {
+fn unsafe_is_where_it_is_known() {
     let mut found = BTreeSet::new();
     for package in packages() {
         for folder in ["src", "tests", "examples", "benches"] {
@@ -205,7 +205,9 @@ fn there_is_one_unsafe_module() {
             }
         }
     }
-    let allowed = BTreeSet::from(["crates/raycast/src/simd.rs".to_owned()]);
+    // The second is a foreign library, for a comparison only.
+    let allowed = ["crates/raycast/src/simd.rs", "benches/benches/casters/embree.rs"];
+    let allowed = BTreeSet::from(allowed.map(str::to_owned));
     assert!(found.is_subset(&allowed), "{found:?}");
     assert_eq!(found, allowed, "the search finds what is there");
 }

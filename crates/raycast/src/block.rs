@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 
 use crate::nearest::Nearest;
 use crate::node::LaneRay;
-use crate::simd::{F8, Isa};
+use crate::simd::{F8, Isa, V3};
 
 /// Up to eight triangles and cards.
 #[derive(Clone, Debug)]
@@ -90,37 +90,39 @@ impl Block {
     /// The lanes that the ray may meet in the range that is still of interest.
     #[inline(always)]
     pub(crate) fn candidates<I: Isa>(&self, isa: I, ray: &LaneRay, nearest: &Nearest) -> u32 {
-        let (o, d) = (ray.origin, ray.direction);
         let slack = ray.slack * self.edge;
         let slack_t = 128.0 * f32::EPSILON * ray.reach * self.edge * self.edge;
         // Finite, lest infinity times a denominator of 0 be NaN.
         let (near, far) = (nearest.t_min().max(-1e30), nearest.t().min(1e30));
-        // One lane at a time and without branches: compilers make one instruction of eight.
-        let mut pass = [0.0; 8];
-        for (lane, pass) in pass.iter_mut().enumerate() {
-            let at = |rows: &[F8; 3]| [rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]];
-            let triangle = self.triangle.0[lane];
-            let corner = at(&self.corner);
-            let base = corner.map(|x| x * triangle);
-            let (e, f) = (sub(at(&self.second), base), sub(at(&self.third), base));
-            let s = sub(corner, o);
-            let normal = cross(e, f);
-            let moment = cross(s, d);
-            // The numerators, with the sign that makes the denominator positive.
-            let det = dot(normal, d);
-            let size = det.abs();
-            let sign = det.to_bits() & 0x8000_0000;
-            let signed = |x: f32| f32::from_bits(x.to_bits() ^ sign);
-            let u = signed(dot(moment, f));
-            let v = signed(-dot(moment, e));
-            let t = signed(dot(normal, s));
-            // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is asked for.
-            let limit = size + slack;
-            let inside = (u >= -slack) & (v >= -slack) & (u + triangle * v <= limit) & (v <= limit);
-            let in_range = (t >= near * size - slack_t) & (t <= far * size + slack_t);
-            *pass = f32::from_bits(if inside & in_range { u32::MAX } else { 0 });
-        }
-        isa.signs(F8(pass))
+        let d = V3::splat(isa, ray.direction);
+        let triangle = isa.load(&self.triangle);
+        let corner = V3::load(isa, &self.corner);
+        let base = corner.scale(isa, triangle);
+        let e = V3::load(isa, &self.second).sub(isa, base);
+        let f = V3::load(isa, &self.third).sub(isa, base);
+        let s = corner.sub(isa, V3::splat(isa, ray.origin));
+        let normal = e.cross(isa, f);
+        // The numerators, with the sign that makes the denominator positive.
+        let det = normal.dot(isa, d);
+        let sign = isa.and(det, isa.splat(-0.0));
+        let size = isa.xor(det, sign);
+        let t = isa.xor(normal.dot(isa, s), sign);
+        let slack_t = isa.splat(slack_t);
+        let early = isa.mul_sub(isa.splat(near), size, slack_t);
+        let late = isa.mul_add(isa.splat(far), size, slack_t);
+        let in_range = isa.and(isa.le(early, t), isa.le(t, late));
+        let moment = s.cross(isa, d);
+        let u = isa.xor(moment.dot(isa, f), sign);
+        // Minus v.
+        let v = isa.xor(moment.dot(isa, e), sign);
+        let (low, slack) = (isa.splat(-slack), isa.splat(slack));
+        // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is asked for.
+        let zero = isa.splat(0.0);
+        let limit = isa.mul_add(size, isa.splat(1.0), slack);
+        let sum = isa.sub(u, isa.mul(triangle, v));
+        let inside = isa.and(isa.le(low, u), isa.le(v, slack));
+        let below = isa.and(isa.le(sum, limit), isa.le(isa.sub(zero, v), limit));
+        isa.signs(isa.and(isa.and(inside, below), in_range))
     }
 
     /// The number of a lane's primitive and its material.
@@ -144,23 +146,4 @@ impl Block {
         };
         [at(&self.corner), at(&self.second), at(&self.third)]
     }
-}
-
-#[inline(always)]
-fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray, RayCaster};
 
+use crate::bundle::{self, Bundle};
 use crate::exact::LocalRay;
 use crate::group::Group;
 use crate::nearest::Nearest;
@@ -12,7 +13,8 @@ use crate::node::{LaneRay, Node, bounds_of, extent};
 use crate::order::by_direction;
 use crate::simd::{Isa, Kernel, Level};
 use crate::stack::{Leaves, Stack, walk};
-use crate::{surface, tree};
+use crate::surface;
+use crate::tree::{self, Effort};
 
 /// A frame's scene: groups placed by their offsets, and a small tree over their roots, the only
 /// thing that is made anew for a frame.
@@ -20,11 +22,11 @@ use crate::{surface, tree};
 /// The answers are those of [`BruteForce`](crate::BruteForce), to the bit.
 #[derive(Clone, Debug)]
 pub struct Forest {
-    groups: Vec<(Vec3, Arc<Group>)>,
-    nodes: Vec<Node>,
+    pub(crate) groups: Vec<(Vec3, Arc<Group>)>,
+    pub(crate) nodes: Vec<Node>,
     /// `None` if there is nothing to hit.
-    root: Option<u32>,
-    extent: f32,
+    pub(crate) root: Option<u32>,
+    pub(crate) extent: f32,
     level: Level,
 }
 
@@ -44,7 +46,7 @@ impl Forest {
         }
         let mut nodes = Vec::new();
         let leaf = |b: &[u32]| numbers[b[0] as usize];
-        let root = (!boxes.is_empty()).then(|| tree::build(&boxes, 1, &mut nodes, leaf));
+        let root = (!boxes.is_empty()).then(|| tree::build(&boxes, 1, EFFORT, &mut nodes, leaf));
         Self {
             groups,
             nodes,
@@ -62,12 +64,43 @@ impl Forest {
         self
     }
 
+    /// The groups and their offsets, in order of their numbers.
+    #[must_use]
+    pub fn groups(&self) -> &[(Vec3, Arc<Group>)] {
+        &self.groups
+    }
+
     /// The nearest hit (with `ANY`: any hit) of a ray.
     fn cast<const ANY: bool>(&self, ray: &Ray, stack: &mut Stack) -> Nearest {
         let forest = self;
         self.level.run(Cast::<ANY> { forest, ray, stack })
     }
+
+    /// The same, inlined.
+    #[inline(always)]
+    fn find<I: Isa, const ANY: bool>(&self, isa: I, ray: &Ray, stack: &mut Stack) -> Nearest {
+        let mut nearest = Nearest::of(ray);
+        if let Some(root) = self.root {
+            let lanes = LaneRay::new(&in_group(ray, Vec3::ZERO), self.extent);
+            let groups = Groups::<ANY> { forest: self, ray };
+            walk::<I, _, ANY>(
+                isa,
+                (&self.nodes, root),
+                &lanes,
+                &groups,
+                &mut nearest,
+                stack,
+            );
+        }
+        nearest
+    }
 }
+
+/// A frame's own tree is small.
+const EFFORT: Effort = Effort {
+    passes: 1,
+    share: 1.0,
+};
 
 struct Cast<'a, const ANY: bool> {
     forest: &'a Forest,
@@ -80,21 +113,7 @@ impl<const ANY: bool> Kernel for Cast<'_, ANY> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Nearest {
-        let Self { forest, ray, stack } = self;
-        let mut nearest = Nearest::of(ray);
-        if let Some(root) = forest.root {
-            let lanes = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent);
-            let groups = Groups::<ANY> { forest, ray };
-            walk::<I, ANY>(
-                isa,
-                (&forest.nodes, root),
-                &lanes,
-                &groups,
-                &mut nearest,
-                stack,
-            );
-        }
-        nearest
+        self.forest.find::<I, ANY>(isa, self.ray, self.stack)
     }
 }
 
@@ -155,12 +174,57 @@ impl RayCaster for Forest {
     /// If the slices differ in length.
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        let order = by_direction(rays);
+        let forest = self;
+        self.level.run(Batch {
+            forest,
+            rays,
+            order: &order,
+            hits,
+        });
+    }
+}
+
+/// The nearest hits of rays, in an order in which neighbours look alike.
+struct Batch<'a> {
+    forest: &'a Forest,
+    rays: &'a [Ray],
+    order: &'a [u32],
+    hits: &'a mut [Option<Hit>],
+}
+
+impl Kernel for Batch<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self {
+            forest,
+            rays,
+            mut order,
+            hits,
+        } = self;
         let mut stack = Stack::new();
-        // Packets of coherent rays would take runs of this order.
-        for i in by_direction(rays) {
-            let ray = &rays[i as usize];
-            let nearest = self.cast::<false>(ray, &mut stack);
-            hits[i as usize] = describe(&self.groups, &nearest);
+        let mut bundle = Bundle::default();
+        let mut found = Vec::new();
+        while !order.is_empty() {
+            let (alike, others) = order.split_at(bundle::leading(rays, order));
+            for &i in alike {
+                isa.fetch(&hits[i as usize]);
+            }
+            if let [i] = *alike {
+                found.push(forest.find::<I, false>(isa, &rays[i as usize], &mut stack));
+            } else {
+                bundle.aim(forest, rays, alike);
+                for &i in alike {
+                    found.push(bundle.cast(isa, forest, &rays[i as usize], &mut stack));
+                }
+            }
+            // On their own, so that waiting for one shape's vertices is waiting for all.
+            for (nearest, &i) in found.drain(..).zip(alike) {
+                hits[i as usize] = describe(&forest.groups, &nearest);
+            }
+            order = others;
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::nearest::{Nearest, Rank};
 use crate::node::{LaneRay, Node, bounds_of, extent};
 use crate::simd::Isa;
 use crate::stack::{Leaves, Stack, walk};
-use crate::tree;
+use crate::tree::{self, Effort};
 
 /// The instances of one chunk with their acceleration structure, in the chunk's own frame: made
 /// once a chunk, kept while the chunk is, placed in the scene of each frame by a
@@ -22,10 +22,12 @@ pub struct Group {
     /// `None` where the linear map cannot be inverted: such an instance is flat and never hit.
     poses: Vec<Option<Pose>>,
     entries: Vec<Entry>,
-    nodes: Vec<Node>,
+    /// Of the entries.
+    pub(crate) boxes: Vec<Bounds>,
+    pub(crate) nodes: Vec<Node>,
     /// `None` if there is nothing to hit.
-    root: Option<u32>,
-    bounds: Bounds,
+    pub(crate) root: Option<u32>,
+    pub(crate) bounds: Bounds,
 }
 
 /// From the group's frame to an instance's.
@@ -97,12 +99,14 @@ impl Group {
             }
         }
         let mut nodes = Vec::new();
-        let root = (!boxes.is_empty()).then(|| tree::build(&boxes, 1, &mut nodes, |e| e[0]));
+        let root =
+            (!boxes.is_empty()).then(|| tree::build(&boxes, 1, EFFORT, &mut nodes, |e| e[0]));
         let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
         Self {
             instances,
             poses,
             entries,
+            boxes,
             nodes,
             root,
             bounds,
@@ -141,9 +145,38 @@ impl Group {
             number,
             ray,
         };
-        walk::<I, ANY>(isa, (&self.nodes, root), &lanes, &parts, nearest, stack);
+        walk::<I, _, ANY>(isa, (&self.nodes, root), &lanes, &parts, nearest, stack);
+    }
+
+    /// Offers the hits of an entry. The ray is in the group's frame.
+    #[inline(always)]
+    pub(crate) fn enter<I: Isa, const ANY: bool>(
+        &self,
+        isa: I,
+        number: u32,
+        entry: u32,
+        ray: &LocalRay,
+        nearest: &mut Nearest,
+        stack: &mut Stack,
+    ) {
+        let entry = &self.entries[entry as usize];
+        let (_, blas) = &self.instances[entry.instance as usize];
+        let rank = Rank {
+            object: entry.object,
+            group: number,
+            instance: entry.instance,
+            primitive: 0,
+        };
+        let local = entry.pose.local(ray);
+        blas.cast::<I, ANY>(isa, entry.root, &local, rank, nearest, stack);
     }
 }
+
+/// A chunk's tree is met by every ray nearby, and must be there within milliseconds.
+const EFFORT: Effort = Effort {
+    passes: 1,
+    share: 1.0,
+};
 
 /// The parts of instances.
 struct Parts<'a, const ANY: bool> {
@@ -155,16 +188,8 @@ struct Parts<'a, const ANY: bool> {
 impl<const ANY: bool> Leaves for Parts<'_, ANY> {
     #[inline(always)]
     fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, stack: &mut Stack) {
-        let entry = &self.group.entries[leaf as usize];
-        let (_, blas) = &self.group.instances[entry.instance as usize];
-        let rank = Rank {
-            object: entry.object,
-            group: self.number,
-            instance: entry.instance,
-            primitive: 0,
-        };
-        let local = entry.pose.local(self.ray);
-        blas.cast::<I, ANY>(isa, entry.root, &local, rank, nearest, stack);
+        let Self { group, number, ray } = *self;
+        group.enter::<I, ANY>(isa, number, leaf, ray, nearest, stack);
     }
 }
 

@@ -39,16 +39,25 @@
 //! Three trees, eight boxes a node: groups, instances, primitives. Eight-wide f32 arithmetic only
 //! proposes, always loosened by a bound on its own rounding error; whatever it proposes is decided
 //! in f64, without fused operations. So a result is a function of the ray and the scene alone: not
-//! of the tree, the order of the rays, the threads, or the processor's instructions.
+//! of the tree, the order of the rays, the threads, or the processor's instructions. (AVX2 and FMA
+//! are used where the processor has them; the same kernels over arrays elsewhere.)
+//!
+//! A batch ([`closest_hits`](nemoral_scene::RayCaster::closest_hits)) is sorted by direction, and
+//! neighbours walk the trees above the instances together, as a beam that bounds them: half of a
+//! ray's steps are made once for dozens. Give a sensor's rays in large batches.
 //!
 //! Trees are built by the surface area heuristic (Wald 2007, "On fast construction of SAH-based
-//! bounding volume hierarchies") and collapsed to eight children; cards are bounded by the hull of
-//! their opaque texels; a shape is cut at one height (a trunk under its crown) where that spares
-//! rays the empty room beside the trunk. Lengths are metres, coordinates f32.
+//! bounding volume hierarchies"), bettered by reinsertion (Meister and Bittner 2018, "Parallel
+//! reinsertion for bounding volume hierarchy optimization") and collapsed to eight children; cards
+//! are bounded by the hull of their opaque texels; a shape is cut at one height (a trunk under its
+//! crown) where that spares rays the empty room beside the trunk. Lengths are metres, coordinates
+//! f32. `docs/raycast.md` in the repository compares with Embree and parry.
 
+mod binary;
 mod blas;
 mod block;
 mod brute;
+mod bundle;
 mod exact;
 mod forest;
 mod group;
@@ -61,7 +70,7 @@ mod stack;
 mod surface;
 mod tree;
 
-pub use blas::Blas;
+pub use blas::{Blas, Quality};
 pub use brute::BruteForce;
 pub use forest::Forest;
 pub use group::Group;

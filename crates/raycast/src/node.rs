@@ -5,7 +5,7 @@ use nemoral_scene::Bounds;
 
 use crate::exact::LocalRay;
 use crate::nearest::Nearest;
-use crate::simd::{F8, Isa};
+use crate::simd::{F8, Isa, V3};
 
 /// Set in a child that is a leaf; the other bits are the leaf's number.
 pub(crate) const LEAF: u32 = 1 << 31;
@@ -13,7 +13,7 @@ pub(crate) const LEAF: u32 = 1 << 31;
 /// How much farther boxes reach for a ray, in units of f32's epsilon times the largest coordinate
 /// involved. Rounding of the ray to f32 (1/2), of the box (1/2), of the slab arithmetic (3/2) and
 /// of the f64 meeting point to an f32 distance (1/2, times √3) stay well below.
-const BOX_SLACK: f32 = 8.0;
+pub(crate) const BOX_SLACK: f32 = 8.0;
 
 /// The same for the eight-wide primitive filter, derived in [`crate::block`].
 const PRIMITIVE_SLACK: f32 = 128.0;
@@ -23,11 +23,12 @@ const PRIMITIVE_SLACK: f32 = 128.0;
 pub(crate) struct LaneRay {
     pub(crate) origin: [f32; 3],
     pub(crate) direction: [f32; 3],
-    /// The origin, moved so that the planes where boxes are entered come nearer.
-    enter: [f32; 3],
-    /// The origin, moved so that the planes where boxes are left go farther.
-    leave: [f32; 3],
+    /// Of the direction; finite.
     inverse: [f32; 3],
+    /// The origin times the inverse, more by what makes boxes be entered early enough.
+    enter: [f32; 3],
+    /// The same, less by what makes boxes be left late enough.
+    leave: [f32; 3],
     /// 1 where the ray runs towards smaller coordinates.
     negative: [usize; 3],
     /// Bound on the rounding error of the primitive filter, per metre of edge.
@@ -53,7 +54,8 @@ impl LaneRay {
                 1e-20_f32.copysign(d)
             }
         });
-        let signed_pad = inverse.map(|i| pad.copysign(i));
+        let scaled = [0, 1, 2].map(|k| origin[k] * inverse[k]);
+        let pad = inverse.map(|i| pad * i.abs());
         let largest = direction[0]
             .abs()
             .max(direction[1].abs())
@@ -61,12 +63,35 @@ impl LaneRay {
         Self {
             origin,
             direction,
-            enter: [0, 1, 2].map(|k| origin[k] + signed_pad[k]),
-            leave: [0, 1, 2].map(|k| origin[k] - signed_pad[k]),
             inverse,
+            enter: [0, 1, 2].map(|k| scaled[k] + pad[k]),
+            leave: [0, 1, 2].map(|k| scaled[k] - pad[k]),
             negative: inverse.map(|i| usize::from(i < 0.0)),
             slack: PRIMITIVE_SLACK * f32::EPSILON * reach * largest,
             reach,
+        }
+    }
+}
+
+/// A ray ready for eight boxes at a time.
+#[derive(Clone, Copy)]
+pub(crate) struct Slabs<I: Isa> {
+    inverse: V3<I>,
+    enter: V3<I>,
+    leave: V3<I>,
+    negative: [usize; 3],
+    t_min: I::V,
+}
+
+impl<I: Isa> Slabs<I> {
+    #[inline(always)]
+    pub(crate) fn new(isa: I, ray: &LaneRay, nearest: &Nearest) -> Self {
+        Self {
+            inverse: V3::splat(isa, ray.inverse),
+            enter: V3::splat(isa, ray.enter),
+            leave: V3::splat(isa, ray.leave),
+            negative: ray.negative,
+            t_min: isa.splat(nearest.t_min()),
         }
     }
 }
@@ -116,28 +141,39 @@ impl Node {
             .filter(|(bounds, _)| bounds.min.x <= bounds.max.x)
     }
 
+    /// The lower or upper planes of an axis.
+    #[inline(always)]
+    pub(crate) fn plane<I: Isa>(&self, isa: I, axis: usize, side: usize) -> I::V {
+        isa.load(&self.planes[2 * axis + (side & 1)])
+    }
+
     #[inline(always)]
     pub(crate) fn child(&self, lane: usize) -> u32 {
         self.children[lane & 7]
     }
 
-    /// Where the ray enters the boxes, never later than in truth, and which of them it meets in the
-    /// range that is still of interest.
+    /// Distances of the ray to one plane of each axis, `sides` saying which.
     #[inline(always)]
-    pub(crate) fn test<I: Isa>(&self, isa: I, ray: &LaneRay, nearest: &Nearest) -> (F8, u32) {
-        let plane = |k: usize, far: usize, origin: &[f32; 3]| {
-            let side = (ray.negative[k] & 1) ^ far;
-            (self.planes[2 * k + side] - F8::splat(origin[k])) * F8::splat(ray.inverse[k])
-        };
-        let enter = |k| plane(k, 0, &ray.enter);
-        let leave = |k| plane(k, 1, &ray.leave);
-        let first = enter(0)
-            .max(enter(1))
-            .max(enter(2).max(F8::splat(nearest.t_min())));
-        let last = leave(0)
-            .min(leave(1))
-            .min(leave(2).min(F8::splat(nearest.t())));
-        (first, isa.signs(first.le(last)))
+    fn planes<I: Isa>(&self, isa: I, sides: [usize; 3], inverse: &V3<I>, origin: &V3<I>) -> V3<I> {
+        let [x, y, z] = [0, 1, 2].map(|k| &self.planes[2 * k + (sides[k] & 1)]);
+        V3(
+            isa.mul_sub(isa.load(x), inverse.0, origin.0),
+            isa.mul_sub(isa.load(y), inverse.1, origin.1),
+            isa.mul_sub(isa.load(z), inverse.2, origin.2),
+        )
+    }
+
+    /// Where the ray enters the boxes, never later than in truth, and the mask of those that it meets
+    /// in the range that is still of interest.
+    #[inline(always)]
+    pub(crate) fn test<I: Isa>(&self, isa: I, ray: &Slabs<I>, nearest: &Nearest) -> (I::V, I::V) {
+        let [x, y, z] = ray.negative;
+        let enter = self.planes(isa, [x, y, z], &ray.inverse, &ray.enter);
+        let leave = self.planes(isa, [x ^ 1, y ^ 1, z ^ 1], &ray.inverse, &ray.leave);
+        let first = isa.max(isa.max(enter.0, enter.1), isa.max(enter.2, ray.t_min));
+        let t = isa.splat(nearest.t());
+        let last = isa.min(isa.min(leave.0, leave.1), isa.min(leave.2, t));
+        (first, isa.le(first, last))
     }
 }
 

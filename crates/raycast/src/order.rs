@@ -6,13 +6,31 @@ use nemoral_scene::Ray;
 /// Ray numbers, neighbours in direction near each other: what one ray has brought to the cache
 /// serves the next. A permutation of `0..rays.len()`.
 pub(crate) fn by_direction(rays: &[Ray]) -> Vec<u32> {
-    let mut keys: Vec<u64> = rays
-        .iter()
-        .zip(0_u64..)
-        .map(|(ray, i)| u64::from(morton(octahedral(ray.direction))) << 32 | i)
-        .collect();
-    keys.sort_unstable();
+    let key = |(ray, i): (&Ray, u64)| u64::from(morton(octahedral(ray.direction))) << 32 | i;
+    let mut keys: Vec<u64> = rays.iter().zip(0..).map(key).collect();
+    let mut sorted = vec![0; keys.len()];
+    for shift in [32, 42] {
+        pass(&keys, shift, &mut sorted);
+        std::mem::swap(&mut keys, &mut sorted);
+    }
     keys.into_iter().map(|key| key as u32).collect()
+}
+
+/// Sorts by ten bits of the keys; keys that are alike there keep their order.
+fn pass(keys: &[u64], shift: u32, sorted: &mut [u64]) {
+    let digit = |key: u64| (key >> shift) as usize & 1023;
+    let mut starts = [0_u32; 1025];
+    for &key in keys {
+        starts[digit(key) + 1] += 1;
+    }
+    for i in 1..1024 {
+        starts[i] += starts[i - 1];
+    }
+    for &key in keys {
+        let place = &mut starts[digit(key)];
+        sorted[*place as usize] = key;
+        *place += 1;
+    }
 }
 
 /// The sphere unfolded on the unit square (Cigolle et al. 2014, "A survey of efficient
@@ -38,4 +56,24 @@ fn morton(p: Vec2) -> u32 {
         (bits | bits << 1) & 0x5555_5555
     };
     spread(p.x) | spread(p.y) << 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_on_the_curve_follow_each_other() {
+        let turn = |i: u32| {
+            let (azimuth, height) = ((i * 7919 % 1000) as f32 * 0.0063, (i % 37) as f32 / 37.0);
+            let direction = Vec3::new(azimuth.cos(), azimuth.sin(), 2.0 * height - 1.0);
+            Ray::new(Vec3::ZERO, direction.normalize_or(Vec3::X))
+        };
+        let rays: Vec<Ray> = (0..3000).map(turn).collect();
+        let cell = |i: u32| morton(octahedral(rays[i as usize].direction));
+        let mut expected: Vec<u32> = (0..3000).collect();
+        expected.sort_by_key(|&i| cell(i));
+        assert_eq!(by_direction(&rays), expected);
+        assert!(by_direction(&[]).is_empty());
+    }
 }

@@ -1,77 +1,67 @@
 //! Depth-first search through the nodes, nearest child first.
 
 use crate::nearest::Nearest;
-use crate::node::{LEAF, LaneRay, Node};
-use crate::simd::Isa;
+use crate::node::{LEAF, LaneRay, Node, Slabs};
+use crate::simd::{F8, Isa, Keys};
 
-/// Entries that the search of one tree may need at once. Builders keep to it.
-pub(crate) const PER_TREE: usize = 84;
+/// Levels that a tree may have. Builders keep to it.
+pub(crate) const LEVELS: usize = 16;
 
-/// What is yet to be visited: distance bits above, child below. Three trees are nested: groups,
-/// instances, primitives.
+/// A node on the way, and which of its children are yet to be visited.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Visit {
+    /// Where the ray enters the children.
+    distances: F8,
+    keys: Keys,
+    node: u32,
+    /// Children left.
+    left: u32,
+}
+
+/// The nodes from the root to where the search is. Three trees are nested: groups, instances,
+/// primitives.
 #[derive(Debug)]
 pub(crate) struct Stack {
-    entries: [u64; 3 * PER_TREE],
+    visits: [Visit; 3 * LEVELS],
     len: usize,
 }
 
 impl Stack {
     pub(crate) fn new() -> Self {
+        let none = Visit {
+            distances: F8::splat(0.0),
+            keys: Keys::NONE,
+            node: 0,
+            left: 0,
+        };
         Self {
-            entries: [0; 3 * PER_TREE],
+            visits: [none; 3 * LEVELS],
             len: 0,
         }
     }
 
-    /// Pushes the children in `mask`, the farthest first, and returns the nearest instead.
+    /// The nearest child left above `base`, leaving out those beyond the nearest hit.
     #[inline(always)]
-    fn push(&mut self, node: &Node, distances: &[f32; 8], mut mask: u32) -> Option<u32> {
-        if mask == 0 {
-            return None;
-        }
-        let mut lane = mask.trailing_zeros() as usize;
-        mask &= mask - 1;
-        if mask == 0 {
-            return Some(node.child(lane));
-        }
-        let first = self.len;
-        let mut nearest = key(node, distances, lane);
-        while mask != 0 {
-            lane = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            let candidate = key(node, distances, lane);
-            let farther = nearest.max(candidate);
-            nearest = nearest.min(candidate);
-            // Insertion, descending towards the top.
-            let mut at = self.len;
-            while at > first && self.entries[at - 1] < farther {
-                self.entries[at] = self.entries[at - 1];
-                at -= 1;
-            }
-            self.entries[at] = farther;
-            self.len += 1;
-        }
-        Some(nearest as u32)
-    }
-
-    /// The next child above `base` that is not beyond the nearest hit.
-    #[inline(always)]
-    fn pop(&mut self, base: usize, nearest: &Nearest) -> Option<u32> {
+    fn take<I: Isa>(
+        &mut self,
+        isa: I,
+        nodes: &[Node],
+        base: usize,
+        nearest: &Nearest,
+    ) -> Option<u32> {
         while self.len > base {
-            self.len -= 1;
-            let entry = self.entries[self.len];
-            if f32::from_bits((entry >> 32) as u32) <= nearest.t() {
-                return Some(entry as u32);
+            let visit = &mut self.visits[self.len - 1];
+            let lane = isa.first(&visit.keys);
+            visit.keys.remove(lane);
+            visit.left -= 1;
+            self.len -= usize::from(visit.left == 0);
+            if visit.distances.0[lane & 7] <= nearest.t() {
+                return Some(nodes[visit.node as usize].child(lane));
             }
         }
         None
     }
-}
-
-/// Orders by distance (which is never negative where it matters), then by child.
-#[inline(always)]
-fn key(node: &Node, distances: &[f32; 8], lane: usize) -> u64 {
-    u64::from(distances[lane & 7].to_bits()) << 32 | u64::from(node.child(lane))
 }
 
 /// What is done at the leaves of a tree.
@@ -87,35 +77,48 @@ pub(crate) trait Leaves {
 ///
 /// Boxes at exactly the distance of the best hit are visited too: there may be one of lower rank.
 #[inline(always)]
-pub(crate) fn walk<I: Isa, const ANY: bool>(
+pub(crate) fn walk<I: Isa, L: Leaves, const ANY: bool>(
     isa: I,
     (nodes, root): (&[Node], u32),
     ray: &LaneRay,
-    leaves: &impl Leaves,
+    leaves: &L,
     nearest: &mut Nearest,
     stack: &mut Stack,
 ) {
     let base = stack.len;
+    let slabs = Slabs::new(isa, ray, nearest);
     let mut at = root;
     loop {
-        let next = if at & LEAF == 0 {
+        if at & LEAF == 0 {
             let node = &nodes[at as usize];
-            let (distances, mask) = node.test(isa, ray, nearest);
-            stack.push(node, &distances.0, mask)
+            let (distances, hit) = node.test(isa, &slabs, nearest);
+            let lanes = isa.signs(hit);
+            if lanes != 0 {
+                let mut keys = isa.keys(distances, hit);
+                let lane = isa.first(&keys);
+                keys.remove(lane);
+                let left = lanes.count_ones() - 1;
+                // Written in any case, kept if needed: that is quicker than to ask first.
+                stack.visits[stack.len] = Visit {
+                    distances: isa.store(distances),
+                    keys,
+                    node: at,
+                    left,
+                };
+                stack.len += usize::from(left > 0);
+                at = node.child(lane);
+                continue;
+            }
         } else {
             leaves.visit(isa, at & !LEAF, nearest, stack);
             if ANY && nearest.found().is_some() {
                 stack.len = base;
                 return;
             }
-            None
-        };
-        match next {
+        }
+        match stack.take(isa, nodes, base, nearest) {
             Some(child) => at = child,
-            None => match stack.pop(base, nearest) {
-                Some(child) => at = child,
-                None => return,
-            },
+            None => return,
         }
     }
 }

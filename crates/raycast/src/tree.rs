@@ -1,18 +1,20 @@
-//! Bounding volume hierarchies: binary by the surface area heuristic, then eight wide.
+//! Bounding volume hierarchies, eight wide.
 
-use glam::Vec3;
 use nemoral_scene::Bounds;
 
+use crate::binary::{self, Binary, Split};
 use crate::node::{LEAF, Node, half_area};
-use crate::stack::PER_TREE;
-
-const BINS: usize = 16;
-
-/// Beyond this depth halves are taken, whatever they cost: it bounds the recursion.
-const SAH_DEPTH: usize = 64;
+use crate::stack::LEVELS;
 
 /// Cost of a leaf relative to that of visiting one binary node.
 const LEAF_COST: f32 = 1.0;
+
+/// How much is done to better a tree: subtrees are moved, this share of them this often.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    pub(crate) passes: usize,
+    pub(crate) share: f32,
+}
 
 /// Builds an eight-wide tree over boxes into `nodes` and returns its root: a node or, with [`LEAF`]
 /// set, a leaf. `leaf` turns up to `max_leaf` box numbers into a leaf number.
@@ -22,14 +24,17 @@ const LEAF_COST: f32 = 1.0;
 pub(crate) fn build(
     boxes: &[Bounds],
     max_leaf: usize,
+    effort: Effort,
     nodes: &mut Vec<Node>,
     mut leaf: impl FnMut(&[u32]) -> u32,
 ) -> u32 {
     assert!(!boxes.is_empty(), "a tree has at least one box");
-    let mut wide = Wide::plan(boxes, max_leaf, Split::Sah);
-    if wide.stack_need(0) > PER_TREE {
-        // Halves of halves are at most 11 wide levels deep: 77 entries.
-        wide = Wide::plan(boxes, max_leaf, Split::Halves);
+    let binary = binary::grow(boxes, Split::Sah);
+    let binary = binary::reinsert(binary, effort.passes, effort.share);
+    let mut wide = Wide::plan(binary, max_leaf, Split::Sah);
+    if wide.levels(0) > LEVELS {
+        // Halves of halves are at most 11 wide levels deep.
+        wide = Wide::plan(binary::grow(boxes, Split::Halves), max_leaf, Split::Halves);
     }
     wide.emit(0, nodes, &mut leaf)
 }
@@ -49,23 +54,6 @@ pub(crate) fn cover(boxes: &[Bounds], nodes: &[Node], root: u32) -> Vec<Bounds> 
     cover
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Split {
-    Sah,
-    Halves,
-}
-
-/// A binary node: an inner one has two children, a leaf one box.
-#[derive(Clone, Copy, Debug)]
-struct Binary {
-    bounds: Bounds,
-    /// Boxes below.
-    count: u32,
-    inner: bool,
-    /// Children of an inner node; for a leaf the number of its box, twice.
-    below: [u32; 2],
-}
-
 struct Wide {
     /// Children after their parents.
     nodes: Vec<Binary>,
@@ -74,10 +62,7 @@ struct Wide {
 }
 
 impl Wide {
-    fn plan(boxes: &[Bounds], max_leaf: usize, split: Split) -> Self {
-        let mut nodes = Vec::with_capacity(2 * boxes.len());
-        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-        grow(boxes, &mut order, split, 0, &mut nodes);
+    fn plan(nodes: Vec<Binary>, max_leaf: usize, split: Split) -> Self {
         // Bottom-up: is one leaf cheaper than what is below?
         let mut cost = vec![0.0_f32; nodes.len()];
         let mut is_leaf = vec![true; nodes.len()];
@@ -122,14 +107,13 @@ impl Wide {
         children
     }
 
-    /// Entries that the search below a node may leave on its stack.
-    fn stack_need(&self, root: u32) -> usize {
+    /// Wide nodes from one to the deepest below it.
+    fn levels(&self, root: u32) -> usize {
         if self.is_leaf[root as usize] {
             return 0;
         }
-        let children = self.children(root);
-        let below = children.iter().map(|&c| self.stack_need(c)).max();
-        children.len() - 1 + below.unwrap_or(0)
+        let below = self.children(root).into_iter().map(|c| self.levels(c));
+        1 + below.max().unwrap_or(0)
     }
 
     fn boxes_below(&self, root: u32, out: &mut Vec<u32>) {
@@ -159,99 +143,13 @@ impl Wide {
     }
 }
 
-/// Grows the binary tree over the boxes in `order`, which it permutes; returns its root.
-fn grow(
-    boxes: &[Bounds],
-    order: &mut [u32],
-    split: Split,
-    depth: usize,
-    nodes: &mut Vec<Binary>,
-) -> u32 {
-    let me = nodes.len();
-    let bounds = order
-        .iter()
-        .fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
-    nodes.push(Binary {
-        bounds,
-        count: order.len() as u32,
-        inner: order.len() > 1,
-        below: [order[0]; 2],
-    });
-    if order.len() > 1 {
-        let cut = match split {
-            Split::Sah if depth < SAH_DEPTH => sah_cut(boxes, order),
-            _ => None,
-        };
-        let (left, right) = order.split_at_mut(cut.unwrap_or(order.len() / 2));
-        let left = grow(boxes, left, split, depth + 1, nodes);
-        let right = grow(boxes, right, split, depth + 1, nodes);
-        nodes[me].below = [left, right];
-    }
-    me as u32
-}
-
-/// Twice the centre.
-#[inline(always)]
-fn centre(b: &Bounds) -> Vec3 {
-    b.min + b.max
-}
-
-/// Partitions `order` where the surface area heuristic (Wald 2007, binned) is least; returns the
-/// number of boxes on the left, or `None` if all centres fall together.
-fn sah_cut(boxes: &[Bounds], order: &mut [u32]) -> Option<usize> {
-    let centres = Bounds::of_points(order.iter().map(|&i| centre(&boxes[i as usize])));
-    let size = centres.max - centres.min;
-    let scale = Vec3::splat(BINS as f32) / size;
-    let bin = |b: &Bounds, axis: usize| {
-        (((centre(b) - centres.min)[axis] * scale[axis]) as usize).min(BINS - 1)
-    };
-    let mut best: Option<(f32, usize, usize)> = None;
-    for axis in (0..3).filter(|&k| size[k] > 0.0 && scale[k].is_finite()) {
-        let mut bins = [(Bounds::EMPTY, 0_u32); BINS];
-        for &i in order.iter() {
-            let b = &boxes[i as usize];
-            let (bounds, count) = &mut bins[bin(b, axis)];
-            *bounds = bounds.union(*b);
-            *count += 1;
-        }
-        // Sweep from the right, then from the left.
-        let mut right = [0.0_f32; BINS];
-        let (mut bounds, mut count) = (Bounds::EMPTY, 0);
-        for k in (1..BINS).rev() {
-            bounds = bounds.union(bins[k].0);
-            count += bins[k].1;
-            right[k] = if count == 0 {
-                f32::INFINITY
-            } else {
-                half_area(&bounds) * count as f32
-            };
-        }
-        (bounds, count) = (Bounds::EMPTY, 0);
-        for k in 1..BINS {
-            bounds = bounds.union(bins[k - 1].0);
-            count += bins[k - 1].1;
-            let cost = half_area(&bounds) * count as f32 + right[k];
-            if count > 0 && best.is_none_or(|(least, ..)| cost < least) && cost.is_finite() {
-                best = Some((cost, axis, k));
-            }
-        }
-    }
-    let (_, axis, at) = best?;
-    let mut left = 0;
-    for i in 0..order.len() {
-        if bin(&boxes[order[i] as usize], axis) < at {
-            order.swap(left, i);
-            left += 1;
-        }
-    }
-    Some(left)
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
-    /// Entries that the search below a node may leave on its stack, and the boxes found there.
+    /// The levels of nodes below one, and the boxes found there.
     fn walk(nodes: &[Node], at: u32, found: &mut Vec<u32>) -> usize {
         if at & LEAF != 0 {
             found.push(at & !LEAF);
@@ -266,14 +164,23 @@ mod tests {
             }
             walk(nodes, child, found)
         });
-        children.len() - 1 + below.max().unwrap_or(0)
+        1 + below.max().unwrap_or(0)
     }
 
     fn check(boxes: &[Bounds]) {
         let mut nodes = Vec::new();
-        let root = build(boxes, 1, &mut nodes, |b| b[0]);
+        let root = build(
+            boxes,
+            1,
+            Effort {
+                passes: 2,
+                share: 1.0,
+            },
+            &mut nodes,
+            |b| b[0],
+        );
         let mut found = Vec::new();
-        assert!(walk(&nodes, root, &mut found) <= PER_TREE);
+        assert!(walk(&nodes, root, &mut found) <= LEVELS);
         found.sort_unstable();
         assert!(found.into_iter().eq(0..boxes.len() as u32));
     }
@@ -298,8 +205,10 @@ mod tests {
     fn a_lopsided_tree_needs_halves() {
         let growing = |k: i32| cube(Vec3::splat(2.0_f32.powi(k)), 2.0_f32.powi(k - 1));
         let boxes: Vec<_> = (-60..60).flat_map(|k| [growing(k); 4]).collect();
-        assert!(Wide::plan(&boxes, 1, Split::Sah).stack_need(0) > PER_TREE);
-        assert!(Wide::plan(&boxes, 1, Split::Halves).stack_need(0) <= PER_TREE);
+        assert!(Wide::plan(binary::grow(&boxes, Split::Sah), 1, Split::Sah).levels(0) > LEVELS);
+        assert!(
+            Wide::plan(binary::grow(&boxes, Split::Halves), 1, Split::Halves).levels(0) <= LEVELS
+        );
         check(&boxes);
     }
 }

@@ -46,6 +46,39 @@ proptest! {
     }
 
     #[test]
+    fn rays_that_look_alike_share_nothing_but_steps(seed: u64) {
+        let (groups, targets) = scene(seed);
+        let mut rng = rng(seed, "alike");
+        // Fans from a place: narrow and wide, along axes and not, some as if the sensor moved.
+        let rays: Vec<Ray> = (0..6)
+            .flat_map(|fan| {
+                let target = targets[rng.below(targets.len() as u32) as usize];
+                let away = [0.5, 4.0, 40.0][fan % 3];
+                let towards = [direction(&mut rng), Vec3::X, -Vec3::Y][fan % 3];
+                let origin = target - towards * away;
+                (0..40).map(|i| {
+                    let spread = [0.004, 0.04, 0.3][i % 3];
+                    let drift = cube(&mut rng, [0.0, 0.3][fan % 2]);
+                    let direction = (towards + cube(&mut rng, spread)).normalize_or(towards);
+                    let mut ray = Ray::new(origin + drift, direction);
+                    if i % 5 == 0 {
+                        ray.t_min_m = rng.range_f32(0.0, 1.2 * away);
+                        ray.t_max_m = ray.t_min_m + rng.range_f32(0.0, away);
+                    }
+                    ray
+                }).collect::<Vec<_>>()
+            })
+            .collect();
+        let brute = all(&BruteForce::new(groups.clone()), &rays);
+        let forest = Forest::new(groups);
+        for forest in [forest.clone(), forest.portable()] {
+            let mut batch = vec![None; rays.len()];
+            forest.closest_hits(&rays, &mut batch);
+            prop_assert_eq!(bits(&batch), bits(&brute));
+        }
+    }
+
+    #[test]
     fn ranges_are_closed_and_exact(seed: u64) {
         let (groups, targets) = scene(seed);
         let (brute, forest) = (BruteForce::new(groups.clone()), Forest::new(groups));

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use glam::{Mat3, Quat, Vec2, Vec3};
-use nemoral_raycast::{Blas, Group};
+use nemoral_raycast::{Blas, Group, Quality};
 use nemoral_scene::{
     AlphaMask, Card, ChunkCoord, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
     Prototype, Ray, Semantic, Triangle,
@@ -68,7 +68,15 @@ pub fn add_masked(library: &mut MaterialLibrary, mask: AlphaMask) -> MaterialId 
 
 pub fn blas(mesh: Mesh, cards: Vec<Card>, library: &MaterialLibrary) -> Arc<Blas> {
     let prototype = Prototype::new("shape", mesh, cards, library).expect("valid by construction");
-    Arc::new(Blas::build(Arc::new(prototype), library))
+    let prototype = Arc::new(prototype);
+    // Answers do not depend on the care: half of the shapes take one, half the other.
+    let careful = prototype.cards().len().is_multiple_of(2);
+    let quality = if careful {
+        Quality::High
+    } else {
+        Quality::Fast
+    };
+    Arc::new(Blas::with_quality(prototype, library, quality))
 }
 
 /// A mesh of separate triangles with unit normals and given uvs.

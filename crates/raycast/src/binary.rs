@@ -1,0 +1,338 @@
+//! Binary trees over boxes: grown by the surface area heuristic, then improved by reinsertion.
+
+use glam::Vec3;
+use nemoral_scene::Bounds;
+
+use crate::node::half_area;
+
+/// How to halve a set of boxes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Split {
+    /// Where the surface area heuristic is least.
+    Sah,
+    /// In two equal numbers.
+    Halves,
+}
+
+/// An inner node has two children, a leaf one box.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Binary {
+    pub(crate) bounds: Bounds,
+    /// Boxes below.
+    pub(crate) count: u32,
+    pub(crate) inner: bool,
+    /// Children of an inner node; for a leaf the number of its box, twice.
+    pub(crate) below: [u32; 2],
+}
+
+const BINS: usize = 16;
+
+/// Beyond this depth halves are taken, whatever they cost: it bounds the recursion.
+const SAH_DEPTH: usize = 64;
+
+/// A tree over the boxes, at least one; children after their parents.
+pub(crate) fn grow(boxes: &[Bounds], split: Split) -> Vec<Binary> {
+    let mut nodes = Vec::with_capacity(2 * boxes.len());
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    grow_below(boxes, &mut order, split, 0, &mut nodes);
+    nodes
+}
+
+/// Grows the tree over the boxes in `order`, which it permutes; returns its root.
+fn grow_below(
+    boxes: &[Bounds],
+    order: &mut [u32],
+    split: Split,
+    depth: usize,
+    nodes: &mut Vec<Binary>,
+) -> u32 {
+    let me = nodes.len();
+    let bounds = order
+        .iter()
+        .fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
+    nodes.push(Binary {
+        bounds,
+        count: order.len() as u32,
+        inner: order.len() > 1,
+        below: [order[0]; 2],
+    });
+    if order.len() > 1 {
+        let cut = match split {
+            Split::Sah if depth < SAH_DEPTH => sah_cut(boxes, order),
+            _ => None,
+        };
+        let (left, right) = order.split_at_mut(cut.unwrap_or(order.len() / 2));
+        let left = grow_below(boxes, left, split, depth + 1, nodes);
+        let right = grow_below(boxes, right, split, depth + 1, nodes);
+        nodes[me].below = [left, right];
+    }
+    me as u32
+}
+
+/// Twice the centre.
+#[inline(always)]
+fn centre(b: &Bounds) -> Vec3 {
+    b.min + b.max
+}
+
+/// Partitions `order` where the surface area heuristic (Wald 2007, binned) is least; returns the
+/// number of boxes on the left, or `None` if all centres fall together.
+fn sah_cut(boxes: &[Bounds], order: &mut [u32]) -> Option<usize> {
+    let centres = Bounds::of_points(order.iter().map(|&i| centre(&boxes[i as usize])));
+    let size = centres.max - centres.min;
+    let scale = Vec3::splat(BINS as f32) / size;
+    let bin = |b: &Bounds, axis: usize| {
+        (((centre(b) - centres.min)[axis] * scale[axis]) as usize).min(BINS - 1)
+    };
+    let mut best: Option<(f32, usize, usize)> = None;
+    for axis in (0..3).filter(|&k| size[k] > 0.0 && scale[k].is_finite()) {
+        let mut bins = [(Bounds::EMPTY, 0_u32); BINS];
+        for &i in order.iter() {
+            let b = &boxes[i as usize];
+            let (bounds, count) = &mut bins[bin(b, axis)];
+            *bounds = bounds.union(*b);
+            *count += 1;
+        }
+        // Sweep from the right, then from the left.
+        let mut right = [0.0_f32; BINS];
+        let (mut bounds, mut count) = (Bounds::EMPTY, 0);
+        for k in (1..BINS).rev() {
+            bounds = bounds.union(bins[k].0);
+            count += bins[k].1;
+            right[k] = if count == 0 {
+                f32::INFINITY
+            } else {
+                half_area(&bounds) * count as f32
+            };
+        }
+        (bounds, count) = (Bounds::EMPTY, 0);
+        for k in 1..BINS {
+            bounds = bounds.union(bins[k - 1].0);
+            count += bins[k - 1].1;
+            let cost = half_area(&bounds) * count as f32 + right[k];
+            if count > 0 && best.is_none_or(|(least, ..)| cost < least) && cost.is_finite() {
+                best = Some((cost, axis, k));
+            }
+        }
+    }
+    let (_, axis, at) = best?;
+    let mut left = 0;
+    for i in 0..order.len() {
+        if bin(&boxes[order[i] as usize], axis) < at {
+            order.swap(left, i);
+            left += 1;
+        }
+    }
+    Some(left)
+}
+
+/// A place for a subtree: beside a node, and by how much that lessens the tree's area.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    gain: f32,
+    beside: u32,
+}
+
+/// A tree whose subtrees are moved.
+struct Moving {
+    nodes: Vec<Binary>,
+    parents: Vec<u32>,
+}
+
+/// Moves subtrees to where they cost least, the largest first: `share` of all nodes, `passes` times
+/// (Meister and Bittner 2018, "Parallel reinsertion for bounding volume hierarchy optimization",
+/// one after the other). Children come after their parents again.
+pub(crate) fn reinsert(nodes: Vec<Binary>, passes: usize, share: f32) -> Vec<Binary> {
+    let mut parents = vec![0; nodes.len()];
+    for (i, node) in (0..).zip(&nodes).filter(|(_, node)| node.inner) {
+        node.below.iter().for_each(|&c| parents[c as usize] = i);
+    }
+    let mut tree = Moving { nodes, parents };
+    let mut stack = Vec::new();
+    for _ in 0..passes {
+        let mut order: Vec<(f32, u32)> = (0..)
+            .zip(&tree.nodes)
+            .map(|(i, node)| (half_area(&node.bounds), i))
+            .collect();
+        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        order.truncate((order.len() as f32 * share).ceil() as usize);
+        for (_, node) in order {
+            // The root has no place but its own, and its children's parent must stay the root.
+            if node != 0
+                && tree.parents[node as usize] != 0
+                && let Some(place) = tree.best_place(node, &mut stack)
+            {
+                tree.move_beside(node, place.beside);
+            }
+        }
+    }
+    tree.in_order()
+}
+
+impl Moving {
+    fn area(&self, node: u32) -> f32 {
+        half_area(&self.nodes[node as usize].bounds)
+    }
+
+    fn sibling(&self, node: u32) -> u32 {
+        let [l, r] = self.nodes[self.parents[node as usize] as usize].below;
+        if l == node { r } else { l }
+    }
+
+    /// Where a subtree would lessen the tree's area most; none if nowhere.
+    fn best_place(&self, node: u32, stack: &mut Vec<Place>) -> Option<Place> {
+        let bounds = self.nodes[node as usize].bounds;
+        let area = half_area(&bounds);
+        let parent = self.parents[node as usize];
+        let mut best = Place {
+            gain: 1e-5 * area,
+            beside: 0,
+        };
+        // What taking the node out of all below `pivot` gains, and what is left there.
+        let mut gain = self.area(parent);
+        let mut left = Bounds::EMPTY;
+        let (mut pivot, mut sibling) = (parent, self.sibling(node));
+        loop {
+            stack.push(Place {
+                gain,
+                beside: sibling,
+            });
+            while let Some(place) = stack.pop() {
+                if place.gain - area <= best.gain {
+                    continue;
+                }
+                let there = &self.nodes[place.beside as usize];
+                let gain = place.gain - half_area(&there.bounds.union(bounds));
+                if gain > best.gain {
+                    best = Place { gain, ..place };
+                }
+                let below = gain + half_area(&there.bounds);
+                if there.inner && below - area > best.gain {
+                    stack.extend(there.below.map(|beside| Place {
+                        gain: below,
+                        beside,
+                    }));
+                }
+            }
+            left = left.union(self.nodes[sibling as usize].bounds);
+            if pivot != parent {
+                gain += self.area(pivot) - half_area(&left);
+            }
+            if pivot == 0 {
+                break;
+            }
+            sibling = self.sibling(pivot);
+            pivot = self.parents[pivot as usize];
+        }
+        (best.beside != 0).then_some(best)
+    }
+
+    /// The node's parent moves with it; its sibling takes the parent's place.
+    fn move_beside(&mut self, node: u32, beside: u32) {
+        let parent = self.parents[node as usize];
+        let sibling = self.sibling(node);
+        if beside == sibling {
+            return;
+        }
+        self.replace(parent, sibling);
+        self.refit(self.parents[sibling as usize]);
+        self.replace(beside, parent);
+        self.nodes[parent as usize].below = [node, beside];
+        self.parents[beside as usize] = parent;
+        self.refit(parent);
+    }
+
+    /// Hangs `new` where `old` hangs.
+    fn replace(&mut self, old: u32, new: u32) {
+        let above = self.parents[old as usize];
+        let below = &mut self.nodes[above as usize].below;
+        below[usize::from(below[1] == old)] = new;
+        self.parents[new as usize] = above;
+    }
+
+    /// Makes a node and those above it fit what is below them.
+    fn refit(&mut self, mut node: u32) {
+        loop {
+            let [l, r] = self.nodes[node as usize].below;
+            let [l, r] = [l, r].map(|c| &self.nodes[c as usize]);
+            let (bounds, count) = (l.bounds.union(r.bounds), l.count + r.count);
+            let me = &mut self.nodes[node as usize];
+            (me.bounds, me.count) = (bounds, count);
+            if node == 0 {
+                return;
+            }
+            node = self.parents[node as usize];
+        }
+    }
+
+    fn in_order(self) -> Vec<Binary> {
+        let mut sorted = Vec::with_capacity(self.nodes.len());
+        // A node, and where its number is wanted.
+        let mut stack = vec![(0, 0, 0)];
+        while let Some((old, above, side)) = stack.pop() {
+            let me = sorted.len() as u32;
+            let node: Binary = self.nodes[old as usize];
+            sorted.push(node);
+            if me != 0 {
+                let above: &mut Binary = &mut sorted[above as usize];
+                above.below[side] = me;
+            }
+            if node.inner {
+                stack.extend([(node.below[1], me, 1), (node.below[0], me, 0)]);
+            }
+        }
+        sorted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The area of the inner nodes; the boxes found.
+    fn measure(nodes: &[Binary]) -> (f32, Vec<u32>) {
+        let mut found = Vec::new();
+        let mut area = 0.0;
+        for (i, node) in nodes.iter().enumerate() {
+            if !node.inner {
+                found.push(node.below[0]);
+                continue;
+            }
+            let below = node.below.map(|c| &nodes[c as usize]);
+            assert!(
+                node.below.iter().all(|&c| c as usize > i),
+                "children after parents"
+            );
+            assert_eq!(node.bounds, below[0].bounds.union(below[1].bounds));
+            assert_eq!(node.count, below[0].count + below[1].count);
+            area += half_area(&node.bounds);
+        }
+        found.sort_unstable();
+        (area, found)
+    }
+
+    #[test]
+    fn reinsertion_keeps_all_and_lessens_area() {
+        for n in [1, 2, 3, 4, 7, 500] {
+            let boxes: Vec<Bounds> = (0..n)
+                .map(|i| {
+                    let [x, y, z] = [7919, 104_729, 1_299_709].map(|p: u32| (i * p % 1009) as f32);
+                    let size = Vec3::new(1.0 + x % 90.0, 1.0 + y % 7.0, 1.0 + z % 30.0);
+                    let min = Vec3::new(x, y, z);
+                    Bounds {
+                        min,
+                        max: min + size,
+                    }
+                })
+                .collect();
+            let grown = grow(&boxes, Split::Halves);
+            let (before, all) = measure(&grown);
+            let (after, kept) = measure(&reinsert(grown, 2, 1.0));
+            assert_eq!(kept, all);
+            assert_eq!(kept.len(), n as usize);
+            // Halves of an unordered list are a bad tree.
+            let most = before * if n > 7 { 0.8 } else { 1.000_01 };
+            assert!(after <= most, "{n}: {after} of {before}");
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! Neighbouring rays that look for instances together.
+//!
+//! Half of a ray's steps are through the trees above the instances, and rays that start near each
+//! other in about one direction make the same ones. So a bundle of them makes these steps once, with
+//! bounds on its rays (as Wald et al. 2007, "Ray tracing deformable scenes using dynamic bounding
+//! volume hierarchies", do with frusta): it lists the parts of instances that any of them may meet,
+//! nearest first, no farther than its rays ask. Each ray then tests the list, eight boxes at a time.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::{DVec3, Vec3};
+use nemoral_scene::{Bounds, Ray};
+
+use crate::forest::{Forest, in_group};
+use crate::nearest::Nearest;
+use crate::node::{BOX_SLACK, LEAF, LaneRay, Node, Slabs, bounds_of, extent};
+use crate::simd::Isa;
+use crate::stack::Stack;
+
+/// The most rays in a bundle.
+const MOST: usize = 64;
+
+/// Fewer rays do not pay.
+const LEAST: usize = 4;
+
+/// How far directions of a bundle may differ from its first, per axis.
+const SPREAD: f32 = 0.05;
+
+/// How far origins of a bundle may differ from its first, per axis, metres.
+const DRIFT_M: f32 = 0.5;
+
+/// How many of the first rays make a bundle; 1 if they do not.
+pub(crate) fn leading(rays: &[Ray], order: &[u32]) -> usize {
+    let first = &rays[order[0] as usize];
+    let alike = |&&i: &&u32| {
+        let ray = &rays[i as usize];
+        let turn = (ray.direction - first.direction).abs().max_element();
+        let way = (ray.origin - first.origin).abs().max_element();
+        turn <= SPREAD && way <= DRIFT_M && ray.t_min_m >= 0.0
+    };
+    let n = order.iter().take(MOST).take_while(alike).count();
+    if n < LEAST { 1 } else { n }
+}
+
+/// A part of an instance that rays of a bundle may meet.
+#[derive(Clone, Copy, Debug, Default)]
+struct Candidate {
+    group: u32,
+    entry: u32,
+}
+
+/// Up to eight candidates.
+#[derive(Debug)]
+struct Page {
+    /// Their boxes in the scene.
+    node: Node,
+    /// No ray meets these or later ones nearer than this.
+    near: f32,
+    candidates: [Candidate; 8],
+}
+
+/// What is yet to be opened, nearest first: distance bits, group, node or leaf. In place of the
+/// group, [`TOP`] says that it is of the forest's own tree.
+type Waiting = Reverse<(u32, u32, u32)>;
+
+const TOP: u32 = u32::MAX;
+
+/// A bundle's search, kept from one bundle to the next for its memory.
+#[derive(Debug, Default)]
+pub(crate) struct Bundle {
+    origins: (DVec3, DVec3),
+    directions: (Vec3, Vec3),
+    t_max: f32,
+    waiting: BinaryHeap<Waiting>,
+    pages: Vec<Page>,
+}
+
+impl Bundle {
+    /// Turns to other rays.
+    pub(crate) fn aim(&mut self, forest: &Forest, rays: &[Ray], order: &[u32]) {
+        self.waiting.clear();
+        self.pages.clear();
+        let rays = || order.iter().map(|&i| &rays[i as usize]);
+        let origins = Bounds::of_points(rays().map(|r| r.origin));
+        let directions = Bounds::of_points(rays().map(|r| r.direction));
+        self.origins = (origins.min.as_dvec3(), origins.max.as_dvec3());
+        self.directions = (directions.min, directions.max);
+        self.t_max = rays().fold(0.0, |t, r| r.t_max_m.max(t));
+        if let Some(root) = forest.root {
+            self.waiting.push(Reverse((0, TOP, root)));
+        }
+    }
+
+    /// The nearest hit of one of the rays.
+    #[inline(always)]
+    pub(crate) fn cast<I: Isa>(
+        &mut self,
+        isa: I,
+        forest: &Forest,
+        ray: &Ray,
+        stack: &mut Stack,
+    ) -> Nearest {
+        let mut nearest = Nearest::of(ray);
+        let lanes = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent);
+        let slabs = Slabs::new(isa, &lanes, &nearest);
+        let mut at = 0;
+        while at < self.pages.len() || self.turn_page(isa, forest) {
+            let page = &self.pages[at];
+            if page.near > nearest.t() {
+                break;
+            }
+            let (distances, hit) = page.node.test(isa, &slabs, &nearest);
+            let mut left = isa.signs(hit);
+            let mut keys = isa.keys(distances, hit);
+            let distances = isa.store(distances);
+            while left != 0 {
+                let lane = isa.first(&keys) & 7;
+                keys.remove(lane);
+                left &= left - 1;
+                if distances.0[lane] <= nearest.t() {
+                    let Candidate { group, entry } = page.candidates[lane];
+                    let (offset, placed) = &forest.groups[group as usize];
+                    let ray = in_group(ray, *offset);
+                    placed.enter::<I, false>(isa, group, entry, &ray, &mut nearest, stack);
+                }
+            }
+            at += 1;
+        }
+        nearest
+    }
+
+    /// Lists the next candidates; false if there are none.
+    #[inline(always)]
+    fn turn_page<I: Isa>(&mut self, isa: I, forest: &Forest) -> bool {
+        let mut children = Vec::with_capacity(8);
+        let mut candidates = [Candidate::default(); 8];
+        let mut first = 0;
+        while children.len() < 8 {
+            let Some(Reverse((near, group, at))) = self.waiting.pop() else {
+                break;
+            };
+            if group == TOP {
+                if at & LEAF == 0 {
+                    self.open(
+                        isa,
+                        &forest.nodes[at as usize],
+                        TOP,
+                        Vec3::ZERO,
+                        forest.extent,
+                    );
+                } else if let Some(root) = forest.groups[(at & !LEAF) as usize].1.root {
+                    self.waiting.push(Reverse((near, at & !LEAF, root)));
+                }
+                continue;
+            }
+            let (offset, placed) = &forest.groups[group as usize];
+            if at & LEAF == 0 {
+                let node = &placed.nodes[at as usize];
+                self.open(isa, node, group, *offset, extent(&placed.bounds));
+                continue;
+            }
+            let entry = at & !LEAF;
+            if children.is_empty() {
+                first = near;
+            }
+            let b = &placed.boxes[entry as usize];
+            let in_scene = [b.min, b.max].map(|p| p.as_dvec3() + offset.as_dvec3());
+            candidates[children.len()] = Candidate { group, entry };
+            children.push((bounds_of(in_scene), 0));
+        }
+        if children.is_empty() {
+            return false;
+        }
+        self.pages.push(Page {
+            node: Node::new(&children),
+            near: f32::from_bits(first),
+            candidates,
+        });
+        true
+    }
+
+    /// Puts the children of a node that any ray may meet among those that wait.
+    #[inline(always)]
+    fn open<I: Isa>(&mut self, isa: I, node: &Node, group: u32, offset: Vec3, extent: f32) {
+        let beam = Beam::new(self.origins, self.directions, offset, extent);
+        let (distances, hit) = beam.test(isa, node, self.t_max);
+        let mut left = isa.signs(hit);
+        let distances = isa.store(distances);
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 7;
+            left &= left - 1;
+            let near = distances.0[lane].to_bits();
+            self.waiting.push(Reverse((near, group, node.child(lane))));
+        }
+    }
+}
+
+/// Bounds on the rays of a bundle, as they pass the planes of boxes.
+struct Beam {
+    axes: [Axis; 3],
+}
+
+/// The distances of one axis: `plane · scale + shift`. Where the sign of the direction is known, rays
+/// enter by one plane and leave by the other; where it is not, they may enter by both and need not
+/// leave.
+#[derive(Clone, Copy)]
+struct Axis {
+    /// 1 if rays run towards smaller coordinates.
+    near: usize,
+    enter: [f32; 2],
+    leave: [f32; 2],
+    /// By the other plane.
+    enter_far: [f32; 2],
+}
+
+/// Larger than any distance, and finite.
+const FAR: f32 = 3e38;
+
+impl Beam {
+    fn new(origins: (DVec3, DVec3), directions: (Vec3, Vec3), offset: Vec3, extent: f32) -> Self {
+        let (min, max) = (origins.0 - offset.as_dvec3(), origins.1 - offset.as_dvec3());
+        let (min, max) = (min.as_vec3(), max.as_vec3());
+        let reach = min.abs().max(max.abs()).max_element() + extent;
+        // Twice a ray's: the bounds themselves are rounded.
+        let pad = 2.0 * BOX_SLACK * f32::EPSILON * reach;
+        let axis = |k: usize| {
+            let (low, high) = (min[k] - pad, max[k] + pad);
+            let (slow, fast) = (directions.0[k], directions.1[k]);
+            let line = |origin: f32, direction: f32| {
+                let scale = 1.0 / direction;
+                [scale, -origin * scale]
+            };
+            let (none, always) = ([0.0, -FAR], [0.0, FAR]);
+            if slow > TINY {
+                Axis {
+                    near: 0,
+                    enter: line(high, fast),
+                    leave: line(low, slow),
+                    enter_far: none,
+                }
+            } else if fast < -TINY {
+                Axis {
+                    near: 1,
+                    enter: line(low, slow),
+                    leave: line(high, fast),
+                    enter_far: none,
+                }
+            } else {
+                Axis {
+                    near: 0,
+                    enter: line(high, fast.max(TINY)),
+                    leave: always,
+                    enter_far: line(low, slow.min(-TINY)),
+                }
+            }
+        };
+        Self {
+            axes: [axis(0), axis(1), axis(2)],
+        }
+    }
+
+    /// Where rays may enter the boxes of a node at the earliest, and the mask of those that they may
+    /// meet.
+    #[inline(always)]
+    fn test<I: Isa>(&self, isa: I, node: &Node, t_max: f32) -> (I::V, I::V) {
+        let mut first = isa.splat(0.0);
+        let mut last = isa.splat(t_max.min(FAR));
+        for (k, axis) in self.axes.iter().enumerate() {
+            let (near, far) = (
+                node.plane(isa, k, axis.near),
+                node.plane(isa, k, axis.near ^ 1),
+            );
+            // NaN, of an empty lane, gives way to the other operand.
+            let enter_far = line(isa, far, axis.enter_far);
+            first = isa.max(enter_far, isa.max(line(isa, near, axis.enter), first));
+            last = isa.min(line(isa, far, axis.leave), last);
+        }
+        (first, isa.le(first, last))
+    }
+}
+
+#[inline(always)]
+fn line<I: Isa>(isa: I, plane: I::V, [scale, shift]: [f32; 2]) -> I::V {
+    isa.mul_add(plane, isa.splat(scale), isa.splat(shift))
+}
+
+/// Directions below this have no certain sign.
+const TINY: f32 = 1e-6;
