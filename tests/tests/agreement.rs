@@ -121,7 +121,7 @@ fn label_errors(shift: DVec2) -> (usize, usize) {
 #[test]
 fn a_camera_at_the_lidar_sees_what_the_pulses_hit() {
     let ontology = Ontology::paper();
-    let mut points = vec![0_usize; 8];
+    let mut points = [0_usize; 8];
     let (mut all, mut labels, mut depths, mut worst_m) = (0, 0, 0, 0.0_f64);
     for frame in &*FRAMES {
         for (point, seen) in frame.look(&frame.view, DVec2::ZERO) {
