@@ -1,5 +1,5 @@
 //! Draws what each device lights in a tenth of a second: azimuth by elevation, a line each 10°, blue at
-//! the start and orange at the end.
+//! the start and orange at the end; of a whole turn the quarter straight ahead.
 //!
 //! `cargo run --release -p nemoral-lidar --example devices -- FOLDER` writes a PNG for each device.
 
@@ -11,6 +11,8 @@ use nemoral_lidar::{Device, Scanner};
 const WIDTH: u32 = 720;
 /// Around the field of view, degrees.
 const MARGIN_DEG: f64 = 4.0;
+/// To either side of straight ahead, degrees: of a whole turn only a part is shown.
+const WINDOW_DEG: f64 = 45.0;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).unwrap_or_else(|| ".".into());
@@ -25,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn draw(device: Device) -> Result<RgbImage, nemoral_lidar::ParamError> {
     let scanner = Scanner::new(device.params(), device.pattern())?;
     let [wide_deg, tall_deg] = device.sheet().field_of_view_deg;
-    let half_deg = (0.5 * wide_deg + MARGIN_DEG).min(180.0);
+    let half_deg = (0.5 * wide_deg + MARGIN_DEG).min(WINDOW_DEG);
     let pixels_per_deg = 0.5 * f64::from(WIDTH) / half_deg;
     let height = ((tall_deg + 2.0 * MARGIN_DEG) * pixels_per_deg) as u32;
     // The field of view of the HDL-64E is not centred.

@@ -236,7 +236,7 @@ fn coverages() -> Result<String, Box<dyn std::error::Error>> {
             "#777",
         ),
     ];
-    let mut legend = at(0.85, 38.0);
+    let mut legend = at(0.85, 66.0);
     for (name, pattern, cell_deg, field, published, colour) in curves {
         let ours: Vec<(f64, f64)> = (0..=70)
             .map(|step| 0.02 * f64::from(step))
