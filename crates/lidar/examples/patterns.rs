@@ -6,9 +6,10 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
-use common::{coverage, disc, lit};
+use common::{Cell, coverage, disc, lit};
 use image::{Rgb, RgbImage};
 use nemoral_lidar::{
     ExactRange, HorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern, Scanner,
@@ -151,6 +152,16 @@ const HORIZON: [(f64, f64); 10] = [
     (0.6, 99.7),
 ];
 
+/// Name, pattern, cell in degrees, cells of the field of view, published points, colour.
+type Curve<'a> = (
+    &'a str,
+    &'a dyn ScanPattern,
+    f64,
+    BTreeSet<Cell>,
+    &'a [(f64, f64)],
+    &'a str,
+);
+
 /// Coverage over 0 to 1.4 s as a drawing: ours as lines, published as crosses.
 fn coverages() -> Result<String, Box<dyn std::error::Error>> {
     let (left, top, width, height) = (70.0, 20.0, 780.0, 440.0);
@@ -210,7 +221,7 @@ fn coverages() -> Result<String, Box<dyn std::error::Error>> {
         lines: 32,
         ..RepeatingLinesParams::default()
     })?;
-    let curves: [(&str, &dyn ScanPattern, f64, _, &[(f64, f64)], &str); 3] = [
+    let curves: [Curve<'_>; 3] = [
         (
             "Horizon-like",
             &HorizonLike,

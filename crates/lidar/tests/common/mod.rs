@@ -1,8 +1,7 @@
 //! Coverage of the field of view, as Livox defines it: the share of its area that pulses have lit,
 //! drawn on a grid of cells.
 
-// Each test uses its part.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "each test uses its part")]
 
 use std::collections::BTreeSet;
 
