@@ -206,7 +206,10 @@ fn unsafe_is_where_it_is_known() {
         }
     }
     // The second is a foreign library, for a comparison only.
-    let allowed = ["crates/raycast/src/simd.rs", "benches/benches/casters/embree.rs"];
+    let allowed = [
+        "crates/raycast/src/simd.rs",
+        "benches/benches/casters/embree.rs",
+    ];
     let allowed = BTreeSet::from(allowed.map(str::to_owned));
     assert!(found.is_subset(&allowed), "{found:?}");
     assert_eq!(found, allowed, "the search finds what is there");
