@@ -227,42 +227,65 @@ impl Blas {
         };
         walk::<I, _, ANY>(isa, (&self.nodes, root), &lanes, &blocks, nearest, stack);
     }
+
+    /// Offers the hits of a block that are among the proposed lanes.
+    #[inline(always)]
+    pub(crate) fn decide(
+        &self,
+        block: &Block,
+        mut lanes: u32,
+        ray: &LocalRay,
+        rank: Rank,
+        nearest: &mut Nearest,
+    ) {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let points = block.points(lane);
+            let meeting = if block.is_triangle(lane) {
+                exact::triangle(ray, points)
+            } else {
+                exact::card(ray, points)
+            };
+            let Some(m) = meeting else { continue };
+            let (primitive, material) = block.primitive(lane);
+            if nearest.wants(m.t as f32) && self.is_opaque(primitive, material, &m) {
+                nearest.offer(m, Rank { primitive, ..rank });
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    #[inline(always)]
+    pub(crate) fn block(&self, number: u32) -> &Block {
+        &self.blocks[number as usize]
+    }
+
+    /// The largest coordinate, in absolute value.
+    #[inline(always)]
+    pub(crate) fn extent(&self) -> f32 {
+        self.extent
+    }
 }
 
 /// The blocks of primitives.
-struct Blocks<'a> {
-    blas: &'a Blas,
-    ray: &'a LocalRay,
-    lanes: &'a LaneRay,
-    rank: Rank,
+pub(crate) struct Blocks<'a> {
+    pub(crate) blas: &'a Blas,
+    pub(crate) ray: &'a LocalRay,
+    pub(crate) lanes: &'a LaneRay,
+    pub(crate) rank: Rank,
 }
 
 impl Leaves for Blocks<'_> {
     #[inline(always)]
     fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, _: &mut Stack) {
-        let block = &self.blas.blocks[leaf as usize];
-        let mut candidates = block.candidates(isa, self.lanes, nearest);
-        while candidates != 0 {
-            let lane = candidates.trailing_zeros() as usize;
-            candidates &= candidates - 1;
-            let points = block.points(lane);
-            let meeting = if block.is_triangle(lane) {
-                exact::triangle(self.ray, points)
-            } else {
-                exact::card(self.ray, points)
-            };
-            let Some(m) = meeting else { continue };
-            let (primitive, material) = block.primitive(lane);
-            if nearest.wants(m.t as f32) && self.blas.is_opaque(primitive, material, &m) {
-                nearest.offer(
-                    m,
-                    Rank {
-                        primitive,
-                        ..self.rank
-                    },
-                );
-            }
-        }
+        let block = self.blas.block(leaf);
+        let lanes = block.sides(isa).candidates(isa, self.lanes, nearest);
+        self.blas.decide(block, lanes, self.ray, self.rank, nearest);
     }
 }
 

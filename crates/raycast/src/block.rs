@@ -87,42 +87,22 @@ impl Block {
         block
     }
 
-    /// The lanes that the ray may meet in the range that is still of interest.
+    /// What is the same for all rays.
     #[inline(always)]
-    pub(crate) fn candidates<I: Isa>(&self, isa: I, ray: &LaneRay, nearest: &Nearest) -> u32 {
-        let slack = ray.slack * self.edge;
-        let slack_t = 128.0 * f32::EPSILON * ray.reach * self.edge * self.edge;
-        // Finite, lest infinity times a denominator of 0 be NaN.
-        let (near, far) = (nearest.t_min().max(-1e30), nearest.t().min(1e30));
-        let d = V3::splat(isa, ray.direction);
+    pub(crate) fn sides<I: Isa>(&self, isa: I) -> Sides<I> {
         let triangle = isa.load(&self.triangle);
         let corner = V3::load(isa, &self.corner);
         let base = corner.scale(isa, triangle);
         let e = V3::load(isa, &self.second).sub(isa, base);
         let f = V3::load(isa, &self.third).sub(isa, base);
-        let s = corner.sub(isa, V3::splat(isa, ray.origin));
-        let normal = e.cross(isa, f);
-        // The numerators, with the sign that makes the denominator positive.
-        let det = normal.dot(isa, d);
-        let sign = isa.and(det, isa.splat(-0.0));
-        let size = isa.xor(det, sign);
-        let t = isa.xor(normal.dot(isa, s), sign);
-        let slack_t = isa.splat(slack_t);
-        let early = isa.mul_sub(isa.splat(near), size, slack_t);
-        let late = isa.mul_add(isa.splat(far), size, slack_t);
-        let in_range = isa.and(isa.le(early, t), isa.le(t, late));
-        let moment = s.cross(isa, d);
-        let u = isa.xor(moment.dot(isa, f), sign);
-        // Minus v.
-        let v = isa.xor(moment.dot(isa, e), sign);
-        let (low, slack) = (isa.splat(-slack), isa.splat(slack));
-        // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is asked for.
-        let zero = isa.splat(0.0);
-        let limit = isa.mul_add(size, isa.splat(1.0), slack);
-        let sum = isa.sub(u, isa.mul(triangle, v));
-        let inside = isa.and(isa.le(low, u), isa.le(v, slack));
-        let below = isa.and(isa.le(sum, limit), isa.le(isa.sub(zero, v), limit));
-        isa.signs(isa.and(isa.and(inside, below), in_range))
+        Sides {
+            corner,
+            e,
+            f,
+            normal: e.cross(isa, f),
+            triangle,
+            edge: self.edge,
+        }
     }
 
     /// The number of a lane's primitive and its material.
@@ -145,5 +125,58 @@ impl Block {
             DVec3::new(x, y, z)
         };
         [at(&self.corner), at(&self.second), at(&self.third)]
+    }
+}
+
+/// The primitives of a block, ready for rays.
+#[derive(Clone, Copy)]
+pub(crate) struct Sides<I: Isa> {
+    corner: V3<I>,
+    e: V3<I>,
+    f: V3<I>,
+    normal: V3<I>,
+    triangle: I::V,
+    edge: f32,
+}
+
+impl<I: Isa> Sides<I> {
+    /// The lanes that the ray may meet in the range that is still of interest.
+    #[inline(always)]
+    pub(crate) fn candidates(&self, isa: I, ray: &LaneRay, nearest: &Nearest) -> u32 {
+        let Self {
+            corner,
+            e,
+            f,
+            normal,
+            triangle,
+            edge,
+        } = *self;
+        let slack = ray.slack * edge;
+        let slack_t = 128.0 * f32::EPSILON * ray.reach * edge * edge;
+        // Finite, lest infinity times a denominator of 0 be NaN.
+        let (near, far) = (nearest.t_min().max(-1e30), nearest.t().min(1e30));
+        let d = V3::splat(isa, ray.direction);
+        let s = corner.sub(isa, V3::splat(isa, ray.origin));
+        // The numerators, with the sign that makes the denominator positive.
+        let det = normal.dot(isa, d);
+        let sign = isa.and(det, isa.splat(-0.0));
+        let size = isa.xor(det, sign);
+        let t = isa.xor(normal.dot(isa, s), sign);
+        let slack_t = isa.splat(slack_t);
+        let early = isa.mul_sub(isa.splat(near), size, slack_t);
+        let late = isa.mul_add(isa.splat(far), size, slack_t);
+        let in_range = isa.and(isa.le(early, t), isa.le(t, late));
+        let moment = s.cross(isa, d);
+        let u = isa.xor(moment.dot(isa, f), sign);
+        // Minus v.
+        let v = isa.xor(moment.dot(isa, e), sign);
+        let (low, slack) = (isa.splat(-slack), isa.splat(slack));
+        // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is asked for.
+        let zero = isa.splat(0.0);
+        let limit = isa.mul_add(size, isa.splat(1.0), slack);
+        let sum = isa.sub(u, isa.mul(triangle, v));
+        let inside = isa.and(isa.le(low, u), isa.le(v, slack));
+        let below = isa.and(isa.le(sum, limit), isa.le(isa.sub(zero, v), limit));
+        isa.signs(isa.and(isa.and(inside, below), in_range))
     }
 }

@@ -14,12 +14,10 @@ use nemoral_scene::{Bounds, Ray};
 
 use crate::forest::{Forest, in_group};
 use crate::nearest::Nearest;
-use crate::node::{BOX_SLACK, LEAF, LaneRay, Node, Slabs, bounds_of, extent};
+use crate::node::{BOX_SLACK, LEAF, LaneRay, Node, bounds_of, extent};
+use crate::packet::{Findings, MOST, Packet, Set, next, test};
 use crate::simd::Isa;
 use crate::stack::Stack;
-
-/// The most rays in a bundle.
-const MOST: usize = 64;
 
 /// Fewer rays do not pay.
 const LEAST: usize = 4;
@@ -67,72 +65,111 @@ type Waiting = Reverse<(u32, u32, u32)>;
 const TOP: u32 = u32::MAX;
 
 /// A bundle's search, kept from one bundle to the next for its memory.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Bundle {
     origins: (DVec3, DVec3),
     directions: (Vec3, Vec3),
     t_max: f32,
     waiting: BinaryHeap<Waiting>,
-    pages: Vec<Page>,
+    /// The rays in the scene's frame.
+    lanes: [LaneRay; MOST],
+    findings: Findings,
+    packet: Packet,
 }
 
 impl Bundle {
+    pub(crate) fn new() -> Self {
+        Self {
+            origins: (DVec3::ZERO, DVec3::ZERO),
+            directions: (Vec3::ZERO, Vec3::ZERO),
+            t_max: 0.0,
+            waiting: BinaryHeap::new(),
+            lanes: [LaneRay::NONE; MOST],
+            findings: Findings::new(),
+            packet: Packet::new(),
+        }
+    }
+
+    /// What ray `i` of the last bundle hits.
+    pub(crate) fn nearest(&self, i: usize) -> &Nearest {
+        self.findings.of(i)
+    }
+
     /// Turns to other rays.
-    pub(crate) fn aim(&mut self, forest: &Forest, rays: &[Ray], order: &[u32]) {
+    #[inline(always)]
+    fn aim(&mut self, forest: &Forest, rays: &[Ray], order: &[u32]) {
         self.waiting.clear();
-        self.pages.clear();
-        let rays = || order.iter().map(|&i| &rays[i as usize]);
-        let origins = Bounds::of_points(rays().map(|r| r.origin));
-        let directions = Bounds::of_points(rays().map(|r| r.direction));
+        let bundled = || order.iter().map(|&i| &rays[i as usize]);
+        let origins = Bounds::of_points(bundled().map(|r| r.origin));
+        let directions = Bounds::of_points(bundled().map(|r| r.direction));
         self.origins = (origins.min.as_dvec3(), origins.max.as_dvec3());
         self.directions = (directions.min, directions.max);
-        self.t_max = rays().fold(0.0, |t, r| r.t_max_m.max(t));
+        self.t_max = bundled().fold(0.0, |t, r| r.t_max_m.max(t));
+        for (i, ray) in bundled().enumerate() {
+            self.lanes[i] = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent);
+            self.findings.start(i, ray);
+        }
         if let Some(root) = forest.root {
             self.waiting.push(Reverse((0, TOP, root)));
         }
     }
 
-    /// The nearest hit of one of the rays.
+    /// Finds what the rays hit.
     #[inline(always)]
     pub(crate) fn cast<I: Isa>(
         &mut self,
         isa: I,
         forest: &Forest,
-        ray: &Ray,
+        rays: &[Ray],
+        order: &[u32],
         stack: &mut Stack,
-    ) -> Nearest {
-        let mut nearest = Nearest::of(ray);
-        let lanes = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent);
-        let slabs = Slabs::new(isa, &lanes, &nearest);
-        let mut at = 0;
-        while at < self.pages.len() || self.turn_page(isa, forest) {
-            let page = &self.pages[at];
-            if page.near > nearest.t() {
+    ) {
+        self.aim(forest, rays, order);
+        let all = Set::MAX >> (MOST - order.len());
+        while let Some(page) = self.next_page(isa, forest) {
+            let looking = all & self.findings.beyond(isa, page.near);
+            if looking == 0 {
                 break;
             }
-            let (distances, hit) = page.node.test(isa, &slabs, &nearest);
-            let mut left = isa.signs(hit);
-            let mut keys = isa.keys(distances, hit);
-            let distances = isa.store(distances);
-            while left != 0 {
-                let lane = isa.first(&keys) & 7;
-                keys.remove(lane);
-                left &= left - 1;
-                if distances.0[lane] <= nearest.t() {
-                    let Candidate { group, entry } = page.candidates[lane];
-                    let (offset, placed) = &forest.groups[group as usize];
-                    let ray = in_group(ray, *offset);
-                    placed.enter::<I, false>(isa, group, entry, &ray, &mut nearest, stack);
+            let met = test(isa, &page.node, &self.lanes, looking, &self.findings);
+            let columns = isa.columns(&met.rows);
+            let distances = isa.store(met.near);
+            for (k, candidate) in page.candidates.iter().enumerate() {
+                let rays_in = columns[k] & self.findings.beyond(isa, distances.0[k]);
+                if rays_in != 0 {
+                    self.enter(isa, forest, candidate, rays, order, rays_in, stack);
                 }
             }
-            at += 1;
         }
-        nearest
     }
 
-    /// Lists the next candidates; false if there are none.
+    /// Lets rays into a part of an instance.
     #[inline(always)]
-    fn turn_page<I: Isa>(&mut self, isa: I, forest: &Forest) -> bool {
+    fn enter<I: Isa>(
+        &mut self,
+        isa: I,
+        forest: &Forest,
+        candidate: &Candidate,
+        rays: &[Ray],
+        order: &[u32],
+        entering: Set,
+        stack: &mut Stack,
+    ) {
+        let (offset, group) = &forest.groups[candidate.group as usize];
+        let (pose, blas, root, rank) = group.entry(candidate.group, candidate.entry);
+        let mut left = entering;
+        while left != 0 {
+            let i = next(&mut left);
+            let ray = pose.local(&in_group(&rays[order[i] as usize], *offset));
+            self.packet.place(i, ray, blas.extent());
+        }
+        let findings = &mut self.findings;
+        (self.packet).cast(isa, blas, root, rank, entering, findings, stack);
+    }
+
+    /// The next candidates; `None` if there are no more.
+    #[inline(always)]
+    fn next_page<I: Isa>(&mut self, isa: I, forest: &Forest) -> Option<Page> {
         let mut children = Vec::with_capacity(8);
         let mut candidates = [Candidate::default(); 8];
         let mut first = 0;
@@ -169,15 +206,11 @@ impl Bundle {
             candidates[children.len()] = Candidate { group, entry };
             children.push((bounds_of(in_scene), 0));
         }
-        if children.is_empty() {
-            return false;
-        }
-        self.pages.push(Page {
+        (!children.is_empty()).then(|| Page {
             node: Node::new(&children),
             near: f32::from_bits(first),
             candidates,
-        });
-        true
+        })
     }
 
     /// Puts the children of a node that any ray may meet among those that wait.

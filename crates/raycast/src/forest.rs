@@ -205,24 +205,21 @@ impl Kernel for Batch<'_> {
             hits,
         } = self;
         let mut stack = Stack::new();
-        let mut bundle = Bundle::default();
-        let mut found = Vec::new();
+        let mut bundle = Bundle::new();
         while !order.is_empty() {
             let (alike, others) = order.split_at(bundle::leading(rays, order));
             for &i in alike {
                 isa.fetch(&hits[i as usize]);
             }
             if let [i] = *alike {
-                found.push(forest.find::<I, false>(isa, &rays[i as usize], &mut stack));
-            } else {
-                bundle.aim(forest, rays, alike);
-                for &i in alike {
-                    found.push(bundle.cast(isa, forest, &rays[i as usize], &mut stack));
-                }
-            }
-            // On their own, so that waiting for one shape's vertices is waiting for all.
-            for (nearest, &i) in found.drain(..).zip(alike) {
+                let nearest = forest.find::<I, false>(isa, &rays[i as usize], &mut stack);
                 hits[i as usize] = describe(&forest.groups, &nearest);
+            } else {
+                bundle.cast(isa, forest, rays, alike, &mut stack);
+                // On their own, so that waiting for one shape's vertices is waiting for all.
+                for (place, &i) in alike.iter().enumerate() {
+                    hits[i as usize] = describe(&forest.groups, bundle.nearest(place));
+                }
             }
             order = others;
         }

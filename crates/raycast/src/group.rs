@@ -159,6 +159,14 @@ impl Group {
         nearest: &mut Nearest,
         stack: &mut Stack,
     ) {
+        let (pose, blas, root, rank) = self.entry(number, entry);
+        blas.cast::<I, ANY>(isa, root, &pose.local(ray), rank, nearest, stack);
+    }
+
+    /// How to enter a part: the frame, the shape and the root in it, and the rank of what is hit there
+    /// but for the primitive. `number` is the group's.
+    #[inline(always)]
+    pub(crate) fn entry(&self, number: u32, entry: u32) -> (&Pose, &Blas, u32, Rank) {
         let entry = &self.entries[entry as usize];
         let (_, blas) = &self.instances[entry.instance as usize];
         let rank = Rank {
@@ -167,8 +175,7 @@ impl Group {
             instance: entry.instance,
             primitive: 0,
         };
-        let local = entry.pose.local(ray);
-        blas.cast::<I, ANY>(isa, entry.root, &local, rank, nearest, stack);
+        (&entry.pose, blas, entry.root, rank)
     }
 }
 

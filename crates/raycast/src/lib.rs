@@ -65,6 +65,7 @@ mod hull;
 mod nearest;
 mod node;
 mod order;
+mod packet;
 mod simd;
 mod stack;
 mod surface;

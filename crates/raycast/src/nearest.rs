@@ -23,6 +23,16 @@ pub(crate) struct Nearest {
 }
 
 impl Nearest {
+    /// Of no ray.
+    pub(crate) const fn none() -> Self {
+        Self {
+            t_min: 0.0,
+            t: f32::NEG_INFINITY,
+            found: None,
+        }
+    }
+
+    #[inline(always)]
     pub(crate) fn of(ray: &Ray) -> Self {
         Self {
             t_min: ray.t_min_m,

@@ -38,6 +38,18 @@ pub(crate) struct LaneRay {
 }
 
 impl LaneRay {
+    /// No ray.
+    pub(crate) const NONE: Self = Self {
+        origin: [0.0; 3],
+        direction: [0.0; 3],
+        inverse: [0.0; 3],
+        enter: [0.0; 3],
+        leave: [0.0; 3],
+        negative: [0; 3],
+        slack: 0.0,
+        reach: 0.0,
+    };
+
     /// `extent` is the largest coordinate, in absolute value, of what is in this space.
     #[inline(always)]
     pub(crate) fn new(ray: &LocalRay, extent: f32) -> Self {

@@ -48,6 +48,15 @@ impl Keys {
     }
 }
 
+/// Lanes of 64 rays: bit `k` of row `i` for lane `k` of ray `i`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Rows(pub(crate) [u8; 64]);
+
+impl Rows {
+    pub(crate) const NONE: Self = Self([0; 64]);
+}
+
 /// An instruction set: arithmetic on eight lanes.
 pub(crate) trait Isa: Copy {
     /// Eight numbers in hand. Masks have all bits of a lane set, or none.
@@ -76,6 +85,12 @@ pub(crate) trait Isa: Copy {
     fn keys(self, distances: Self::V, mask: Self::V) -> Keys;
     /// A lane with the least key; any if all are done.
     fn first(self, keys: &Keys) -> usize;
+    /// NaN outside the mask.
+    fn only(self, v: Self::V, mask: Self::V) -> Self::V;
+    /// The keys of all distances.
+    fn all_keys(self, distances: Self::V) -> Keys;
+    /// Turns rows into columns: bit `i` of number `k` for lane `k` of ray `i`.
+    fn columns(self, rows: &Rows) -> [u64; 8];
     /// Asks for a value that is wanted soon.
     fn fetch<T>(self, value: &T);
 }
@@ -266,6 +281,29 @@ impl Isa for Portable {
     }
 
     #[inline(always)]
+    fn only(self, v: F8, mask: F8) -> F8 {
+        zip(v, mask, |v, mask| {
+            f32::from_bits(v.to_bits() | !mask.to_bits())
+        })
+    }
+
+    #[inline(always)]
+    fn all_keys(self, distances: F8) -> Keys {
+        self.keys(distances, F8::splat(f32::from_bits(u32::MAX)))
+    }
+
+    #[inline(always)]
+    fn columns(self, rows: &Rows) -> [u64; 8] {
+        let mut columns = [0; 8];
+        for (i, row) in rows.0.iter().enumerate() {
+            for (k, column) in columns.iter_mut().enumerate() {
+                *column |= u64::from(row >> k & 1) << i;
+            }
+        }
+        columns
+    }
+
+    #[inline(always)]
     fn fetch<T>(self, _: &T) {}
 }
 
@@ -382,6 +420,41 @@ impl Isa for Avx2 {
         };
         // The key is in the lower half, the lane above it.
         least.cast_unsigned() as usize >> 16
+    }
+
+    #[inline(always)]
+    fn only(self, v: x86::__m256, mask: x86::__m256) -> x86::__m256 {
+        // SAFETY: AVX2, by the invariant of `Self`.
+        unsafe {
+            let ones = x86::_mm256_castsi256_ps(x86::_mm256_set1_epi32(-1));
+            x86::_mm256_or_ps(v, x86::_mm256_xor_ps(mask, ones))
+        }
+    }
+
+    #[inline(always)]
+    fn all_keys(self, distances: x86::__m256) -> Keys {
+        // SAFETY: AVX2, by the invariant of `Self`.
+        let ones = unsafe { x86::_mm256_castsi256_ps(x86::_mm256_set1_epi32(-1)) };
+        self.keys(distances, ones)
+    }
+
+    #[inline(always)]
+    fn columns(self, rows: &Rows) -> [u64; 8] {
+        let mut columns = [0; 8];
+        // SAFETY: AVX2, by the invariant of `Self`; `Rows` is 64 bytes and as much aligned.
+        unsafe {
+            let half: *const x86::__m256i = rows.0.as_ptr().cast();
+            let mut low = x86::_mm256_load_si256(half);
+            let mut high = x86::_mm256_load_si256(half.add(1));
+            // Lane 7 is in the sign bits; each doubling of the bytes brings the next one there.
+            for column in columns.iter_mut().rev() {
+                let bits = |v| u64::from(x86::_mm256_movemask_epi8(v).cast_unsigned());
+                *column = bits(high) << 32 | bits(low);
+                low = x86::_mm256_add_epi8(low, low);
+                high = x86::_mm256_add_epi8(high, high);
+            }
+        }
+        columns
     }
 
     #[inline(always)]

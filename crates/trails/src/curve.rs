@@ -132,7 +132,8 @@ mod tests {
             let best = (0..=4000)
                 .map(|i| c.at(f64::from(i) / 4000.0)[0].distance(p))
                 .fold(f64::INFINITY, f64::min);
-            prop_assert!(found <= best + 1e-9 && found > best - 1e-3, "{} {}", found, best);
+            // The samples are 1 cm apart: a point on the curve may lie between two.
+            prop_assert!(found <= best + 1e-9 && found > best - 6e-3, "{} {}", found, best);
         }
     }
 }

@@ -1,0 +1,288 @@
+//! Up to 64 rays in one shape.
+//!
+//! Rays of a bundle that enter a shape walk it together (as the streams of Barringer and
+//! Akenine-Möller 2014, "Dynamic ray stream traversal"): a node or a block is fetched once for all of
+//! them, what does not depend on the ray is computed once, and where to go next is decided once. Each
+//! ray is tested on its own, eight boxes or primitives at a time, and only where it may still find
+//! something nearer.
+
+use nemoral_scene::Ray;
+
+use crate::blas::{Blas, Blocks};
+use crate::exact::LocalRay;
+use crate::nearest::{Nearest, Rank};
+use crate::node::{LEAF, LaneRay, Node, Slabs};
+use crate::simd::{F8, Isa, Keys, Rows};
+use crate::stack::{LEVELS, Stack, walk};
+
+/// The most rays in a packet.
+pub(crate) const MOST: usize = 64;
+
+/// Fewer rays are quicker on their own.
+const FEW: u32 = 2;
+
+/// Rays by number: bit `i` for ray `i`.
+pub(crate) type Set = u64;
+
+/// The numbers of a set, lowest first.
+#[inline(always)]
+pub(crate) fn next(set: &mut Set) -> usize {
+    let i = set.trailing_zeros() as usize & (MOST - 1);
+    *set &= set.wrapping_sub(1);
+    i
+}
+
+/// What rays found, and how far they still look.
+#[derive(Debug)]
+pub(crate) struct Findings {
+    nearest: [Nearest; MOST],
+    /// The distance to beat, of each.
+    t: [F8; MOST / 8],
+}
+
+impl Findings {
+    pub(crate) fn new() -> Self {
+        Self {
+            nearest: [Nearest::none(); MOST],
+            t: [F8::splat(0.0); MOST / 8],
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn start(&mut self, i: usize, ray: &Ray) {
+        self.nearest[i] = Nearest::of(ray);
+        self.note(i);
+    }
+
+    #[inline(always)]
+    pub(crate) fn of(&self, i: usize) -> &Nearest {
+        &self.nearest[i & (MOST - 1)]
+    }
+
+    #[inline(always)]
+    fn note(&mut self, i: usize) {
+        self.t[i / 8 & 7].0[i & 7] = self.nearest[i].t();
+    }
+
+    /// The rays that still look as far as `t` or farther.
+    #[inline(always)]
+    pub(crate) fn beyond<I: Isa>(&self, isa: I, t: f32) -> Set {
+        let t = isa.splat(t);
+        let mut set = 0;
+        for (k, far) in self.t.iter().enumerate() {
+            set |= u64::from(isa.signs(isa.le(t, isa.load(far)))) << (8 * k);
+        }
+        set
+    }
+}
+
+/// A node on the way, and which of its children are yet to be visited, by which rays.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Visit {
+    /// Where the first ray enters the children.
+    distances: F8,
+    rays: [Set; 8],
+    keys: Keys,
+    node: u32,
+    /// Children left.
+    left: u32,
+}
+
+/// Rays in the frame of a shape.
+#[derive(Debug)]
+pub(crate) struct Packet {
+    local: [LocalRay; MOST],
+    lanes: [LaneRay; MOST],
+    visits: [Visit; LEVELS],
+}
+
+impl Packet {
+    pub(crate) fn new() -> Self {
+        Self {
+            local: [LocalRay::NONE; MOST],
+            lanes: [LaneRay::NONE; MOST],
+            visits: [Visit {
+                distances: F8::splat(0.0),
+                rays: [0; 8],
+                keys: Keys::NONE,
+                node: 0,
+                left: 0,
+            }; LEVELS],
+        }
+    }
+
+    /// Puts a ray in the shape's frame.
+    #[inline(always)]
+    pub(crate) fn place(&mut self, i: usize, ray: LocalRay, extent: f32) {
+        self.lanes[i] = LaneRay::new(&ray, extent);
+        self.local[i] = ray;
+    }
+
+    /// Offers the hits below a root of a shape to the rays, which are in its frame. `rank` but for
+    /// the primitive.
+    #[inline(always)]
+    pub(crate) fn cast<I: Isa>(
+        &mut self,
+        isa: I,
+        blas: &Blas,
+        root: u32,
+        rank: Rank,
+        rays: Set,
+        findings: &mut Findings,
+        stack: &mut Stack,
+    ) {
+        let mut len = 0;
+        let mut next_step = Some((root, rays));
+        while let Some((at, rays)) = next_step {
+            if rays.count_ones() <= FEW {
+                self.apart(isa, blas, at, rank, rays, findings, stack);
+            } else if at & LEAF == 0 {
+                let node = &blas.nodes()[at as usize];
+                if let Some((child, rays)) = self.open(isa, node, at, rays, findings, &mut len) {
+                    next_step = Some((child, rays));
+                    continue;
+                }
+            } else {
+                self.meet(isa, blas, at & !LEAF, rank, rays, findings);
+            }
+            next_step = self.take(isa, blas.nodes(), &mut len, findings);
+        }
+    }
+
+    /// Tests a node's boxes. Returns the nearest child that any ray meets, with its rays; the others
+    /// wait.
+    #[inline(always)]
+    fn open<I: Isa>(
+        &mut self,
+        isa: I,
+        node: &Node,
+        at: u32,
+        rays: Set,
+        findings: &Findings,
+        len: &mut usize,
+    ) -> Option<(u32, Set)> {
+        let Met { near, any, rows } = test(isa, node, &self.lanes, rays, findings);
+        if any == 0 {
+            return None;
+        }
+        let visit = &mut self.visits[*len];
+        visit.rays = isa.columns(&rows);
+        visit.keys = isa.all_keys(near);
+        visit.distances = isa.store(near);
+        let lane = isa.first(&visit.keys);
+        visit.keys.remove(lane);
+        visit.node = at;
+        visit.left = any.count_ones() - 1;
+        *len += usize::from(visit.left > 0);
+        Some((node.child(lane), visit.rays[lane & 7]))
+    }
+
+    /// The nearest child left, and the rays that look so far.
+    #[inline(always)]
+    fn take<I: Isa>(
+        &mut self,
+        isa: I,
+        nodes: &[Node],
+        len: &mut usize,
+        findings: &Findings,
+    ) -> Option<(u32, Set)> {
+        while *len > 0 {
+            let visit = &mut self.visits[*len - 1];
+            let lane = isa.first(&visit.keys);
+            visit.keys.remove(lane);
+            visit.left -= 1;
+            *len -= usize::from(visit.left == 0);
+            let rays = visit.rays[lane & 7] & findings.beyond(isa, visit.distances.0[lane & 7]);
+            if rays != 0 {
+                return Some((nodes[visit.node as usize].child(lane), rays));
+            }
+        }
+        None
+    }
+
+    /// Tests the primitives of a block.
+    #[inline(always)]
+    fn meet<I: Isa>(
+        &self,
+        isa: I,
+        blas: &Blas,
+        block: u32,
+        rank: Rank,
+        mut rays: Set,
+        findings: &mut Findings,
+    ) {
+        let block = blas.block(block);
+        let sides = block.sides(isa);
+        while rays != 0 {
+            let i = next(&mut rays);
+            let nearest = &mut findings.nearest[i];
+            let lanes = sides.candidates(isa, &self.lanes[i], nearest);
+            if lanes != 0 {
+                blas.decide(block, lanes, &self.local[i], rank, nearest);
+                findings.note(i);
+            }
+        }
+    }
+
+    /// Lets rays go on alone.
+    #[inline(always)]
+    fn apart<I: Isa>(
+        &self,
+        isa: I,
+        blas: &Blas,
+        at: u32,
+        rank: Rank,
+        mut rays: Set,
+        findings: &mut Findings,
+        stack: &mut Stack,
+    ) {
+        while rays != 0 {
+            let i = next(&mut rays);
+            let lanes = &self.lanes[i];
+            let blocks = Blocks {
+                blas,
+                ray: &self.local[i],
+                lanes,
+                rank,
+            };
+            let nearest = &mut findings.nearest[i];
+            walk::<I, _, false>(isa, (blas.nodes(), at), lanes, &blocks, nearest, stack);
+            findings.note(i);
+        }
+    }
+}
+
+/// The boxes of a node that rays meet.
+pub(crate) struct Met<I: Isa> {
+    /// Where the first ray enters each; infinity where none does.
+    pub(crate) near: I::V,
+    /// The lanes that any ray meets.
+    any: u32,
+    /// The lanes that each ray meets.
+    pub(crate) rows: Rows,
+}
+
+/// Tests eight boxes against rays.
+#[inline(always)]
+pub(crate) fn test<I: Isa>(
+    isa: I,
+    node: &Node,
+    lanes: &[LaneRay; MOST],
+    mut rays: Set,
+    findings: &Findings,
+) -> Met<I> {
+    let mut rows = Rows::NONE;
+    let mut any = 0;
+    let mut near = isa.splat(f32::INFINITY);
+    while rays != 0 {
+        let i = next(&mut rays);
+        let nearest = findings.of(i);
+        let (distances, hit) = node.test(isa, &Slabs::new(isa, &lanes[i], nearest), nearest);
+        let signs = isa.signs(hit);
+        rows.0[i] = signs as u8;
+        any |= signs;
+        near = isa.min(isa.only(distances, hit), near);
+    }
+    Met { near, any, rows }
+}
