@@ -12,8 +12,11 @@ use crate::beam::{SubRay, turned};
 use crate::echo::{Contact, Echo, group};
 use crate::{EchoObservation, Pulse, RangeModel, ScanPattern, ScannerParams};
 
-/// Rays cast together. Fixed, so that the work is cut the same way for any number of threads.
-const BATCH: u32 = 4096;
+/// Rays cast together, at the most: enough that a caster finds many alike.
+const MOST_RAYS: u32 = 1 << 17;
+
+/// Pulses that one thread works on.
+const PIECE: usize = 2048;
 
 const JITTER: Stage = Stage::new("lidar.jitter");
 const DROPOUT: Stage = Stage::new("lidar.dropout");
@@ -64,33 +67,41 @@ impl Scan<'_> {
     /// All points, in the order of firing.
     pub(crate) fn points(&self) -> Vec<LidarPoint> {
         let pulses = self.params.pulses_per_scan;
-        let batch = (BATCH / self.sub_rays.len() as u32).max(1);
-        let batches: Vec<Vec<LidarPoint>> = (0..pulses.div_ceil(batch))
-            .into_par_iter()
-            .map(|b| self.batch(b * batch, batch.min(pulses - b * batch)))
-            .collect();
-        batches.concat()
-    }
-
-    /// The points of `count` pulses from the `start`-th of the scan on.
-    fn batch(&self, start: u32, count: u32) -> Vec<LidarPoint> {
-        let shots = self.shots(start, count);
-        let mut rays = Vec::with_capacity(shots.len() * self.sub_rays.len());
-        for shot in &shots {
-            rays.extend(self.sub_rays.iter().map(|s| self.ray(shot, s)));
-        }
-        let mut hits = vec![None; rays.len()];
-        self.caster.closest_hits(&rays, &mut hits);
-        let mut points = Vec::with_capacity(shots.len());
-        let mut scratch = Scratch::default();
-        let of_shot = self.sub_rays.len();
-        for (shot, (rays, hits)) in shots
-            .iter()
-            .zip(rays.chunks(of_shot).zip(hits.chunks(of_shot)))
-        {
-            self.receive(shot, rays, hits, &mut scratch, &mut points);
+        let together = (MOST_RAYS / self.sub_rays.len() as u32).max(1);
+        let mut points = Vec::with_capacity(pulses as usize);
+        for start in (0..pulses).step_by(together as usize) {
+            self.fire(start, together.min(pulses - start), &mut points);
         }
         points
+    }
+
+    /// Adds the points of `count` pulses from the `start`-th of the scan on.
+    fn fire(&self, start: u32, count: u32, points: &mut Vec<LidarPoint>) {
+        let pieces = (start..start + count).into_par_iter().step_by(PIECE);
+        let piece = |first: u32| self.shots(first, (PIECE as u32).min(start + count - first));
+        let shots: Vec<Vec<Shot>> = pieces.map(piece).collect();
+        let of_shot = self.sub_rays.len();
+        let rays: Vec<Vec<Ray>> = shots.par_iter().map(|shots| self.rays(shots)).collect();
+        let rays = rays.concat();
+        let mut hits = vec![None; rays.len()];
+        self.caster.closest_hits(&rays, &mut hits);
+        let answers = rays
+            .par_chunks(PIECE * of_shot)
+            .zip(hits.par_chunks(PIECE * of_shot));
+        let received: Vec<Vec<LidarPoint>> = shots
+            .par_iter()
+            .zip(answers)
+            .map(|(shots, (rays, hits))| {
+                let mut points = Vec::with_capacity(shots.len());
+                let mut scratch = Scratch::default();
+                let answers = rays.chunks(of_shot).zip(hits.chunks(of_shot));
+                for (shot, (rays, hits)) in shots.iter().zip(answers) {
+                    self.receive(shot, rays, hits, &mut scratch, &mut points);
+                }
+                points
+            })
+            .collect();
+        points.extend(received.into_iter().flatten());
     }
 
     fn shots(&self, start: u32, count: u32) -> Vec<Shot> {
@@ -135,6 +146,12 @@ impl Scan<'_> {
         }
         let mut rng = self.key_of(number, JITTER).rng();
         turned(direction, sigma * rng.normal(), sigma * rng.normal())
+    }
+
+    /// The rays of pulses, in the scene.
+    fn rays(&self, shots: &[Shot]) -> Vec<Ray> {
+        let parts = |shot| self.sub_rays.iter().map(move |part| self.ray(shot, part));
+        shots.iter().flat_map(parts).collect()
     }
 
     /// The ray of a part of a pulse, in the scene.

@@ -9,7 +9,7 @@ use crate::block::{Block, Packed, Shape};
 use crate::exact::{self, LocalRay, Meeting};
 use crate::hull::opaque_hull;
 use crate::nearest::{Nearest, Rank};
-use crate::node::{LaneRay, Node, bounds_of, extent};
+use crate::node::{LEAF, LaneRay, Node, bounds_of, extent};
 use crate::simd::Isa;
 use crate::stack::{Leaves, Stack, walk};
 use crate::surface;
@@ -252,6 +252,16 @@ impl Blas {
             if nearest.wants(m.t as f32) && self.is_opaque(primitive, material, &m) {
                 nearest.offer(m, Rank { primitive, ..rank });
             }
+        }
+    }
+
+    /// Asks for a node or a block.
+    #[inline(always)]
+    pub(crate) fn fetch<I: Isa>(&self, isa: I, at: u32) {
+        if at & LEAF == 0 {
+            isa.fetch(&self.nodes[at as usize]);
+        } else {
+            isa.fetch(&self.blocks[(at & !LEAF) as usize]);
         }
     }
 

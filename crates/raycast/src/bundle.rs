@@ -4,7 +4,8 @@
 //! other in about one direction make the same ones. So a bundle of them makes these steps once, with
 //! bounds on its rays (as Wald et al. 2007, "Ray tracing deformable scenes using dynamic bounding
 //! volume hierarchies", do with frusta): it lists the parts of instances that any of them may meet,
-//! nearest first, no farther than its rays ask. Each ray then tests the list, eight boxes at a time.
+//! nearest first, no farther than its rays ask. Each ray tests the list, eight boxes at a time, and
+//! those that enter a part walk it as a [`Packet`].
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -23,7 +24,7 @@ use crate::stack::Stack;
 const LEAST: usize = 4;
 
 /// How far directions of a bundle may differ from its first, per axis.
-const SPREAD: f32 = 0.05;
+const SPREAD: f32 = 0.1;
 
 /// How far origins of a bundle may differ from its first, per axis, metres.
 const DRIFT_M: f32 = 0.5;
@@ -71,7 +72,8 @@ pub(crate) struct Bundle {
     directions: (Vec3, Vec3),
     t_max: f32,
     waiting: BinaryHeap<Waiting>,
-    /// The rays in the scene's frame.
+    rays: [Ray; MOST],
+    /// The same, ready for the scene's boxes.
     lanes: [LaneRay; MOST],
     findings: Findings,
     packet: Packet,
@@ -84,6 +86,7 @@ impl Bundle {
             directions: (Vec3::ZERO, Vec3::ZERO),
             t_max: 0.0,
             waiting: BinaryHeap::new(),
+            rays: [Ray::new(Vec3::ZERO, Vec3::Z); MOST],
             lanes: [LaneRay::NONE; MOST],
             findings: Findings::new(),
             packet: Packet::new(),
@@ -106,6 +109,7 @@ impl Bundle {
         self.directions = (directions.min, directions.max);
         self.t_max = bundled().fold(0.0, |t, r| r.t_max_m.max(t));
         for (i, ray) in bundled().enumerate() {
+            self.rays[i] = *ray;
             self.lanes[i] = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent);
             self.findings.start(i, ray);
         }
@@ -135,9 +139,9 @@ impl Bundle {
             let columns = isa.columns(&met.rows);
             let distances = isa.store(met.near);
             for (k, candidate) in page.candidates.iter().enumerate() {
-                let rays_in = columns[k] & self.findings.beyond(isa, distances.0[k]);
-                if rays_in != 0 {
-                    self.enter(isa, forest, candidate, rays, order, rays_in, stack);
+                let entering = columns[k] & self.findings.beyond(isa, distances.0[k]);
+                if entering != 0 {
+                    self.enter(isa, forest, candidate, entering, stack);
                 }
             }
         }
@@ -150,21 +154,18 @@ impl Bundle {
         isa: I,
         forest: &Forest,
         candidate: &Candidate,
-        rays: &[Ray],
-        order: &[u32],
         entering: Set,
         stack: &mut Stack,
     ) {
         let (offset, group) = &forest.groups[candidate.group as usize];
-        let (pose, blas, root, rank) = group.entry(candidate.group, candidate.entry);
+        let door = group.door(candidate.group, candidate.entry);
         let mut left = entering;
         while left != 0 {
             let i = next(&mut left);
-            let ray = pose.local(&in_group(&rays[order[i] as usize], *offset));
-            self.packet.place(i, ray, blas.extent());
+            let ray = door.pose.local(&in_group(&self.rays[i], *offset));
+            self.packet.place(i, ray, door.blas.extent());
         }
-        let findings = &mut self.findings;
-        (self.packet).cast(isa, blas, root, rank, entering, findings, stack);
+        (self.packet).cast(isa, &door, entering, &mut self.findings, stack);
     }
 
     /// The next candidates; `None` if there are no more.

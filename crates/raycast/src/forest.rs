@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray, RayCaster};
+use rayon::prelude::*;
 
 use crate::bundle::{self, Bundle};
 use crate::exact::LocalRay;
@@ -168,7 +169,8 @@ impl RayCaster for Forest {
         nearest.found().is_some()
     }
 
-    /// Casts in an order of its own, so large batches gain, the more the wilder their order.
+    /// Casts in an order of its own, on all threads of the current rayon pool: give a whole scan a
+    /// call, the larger the quicker.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -176,12 +178,56 @@ impl RayCaster for Forest {
         assert_eq!(rays.len(), hits.len(), "one hit for each ray");
         let order = by_direction(rays);
         let forest = self;
-        self.level.run(Batch {
-            forest,
-            rays,
-            order: &order,
-            hits,
+        if rays.len() < 2 * PIECE || rayon::current_num_threads() == 1 {
+            let places = Places::OfRays(hits);
+            self.level.run(Batch {
+                forest,
+                rays,
+                order: &order,
+                places,
+            });
+            return;
+        }
+        let mut found = vec![None; rays.len()];
+        let pieces = order.par_chunks(PIECE).zip(found.par_chunks_mut(PIECE));
+        pieces.for_each(|(order, found)| {
+            let places = Places::OfOrder(found);
+            self.level.run(Batch {
+                forest,
+                rays,
+                order,
+                places,
+            });
         });
+        let mut place = vec![0; rays.len()];
+        for (at, &i) in order.iter().enumerate() {
+            place[i as usize] = at as u32;
+        }
+        let hits = hits.par_iter_mut().with_min_len(PIECE);
+        hits.zip(&place)
+            .for_each(|(hit, &at)| *hit = found[at as usize]);
+    }
+}
+
+/// Rays of a batch that one thread casts.
+const PIECE: usize = 4096;
+
+/// Where hits go.
+enum Places<'a> {
+    /// Where their rays are.
+    OfRays(&'a mut [Option<Hit>]),
+    /// In the order of casting.
+    OfOrder(&'a mut [Option<Hit>]),
+}
+
+impl Places<'_> {
+    /// The place of ray `i`, the `at`-th to be cast.
+    #[inline(always)]
+    fn of(&mut self, i: u32, at: usize) -> &mut Option<Hit> {
+        match self {
+            Self::OfRays(hits) => &mut hits[i as usize],
+            Self::OfOrder(hits) => &mut hits[at],
+        }
     }
 }
 
@@ -190,7 +236,7 @@ struct Batch<'a> {
     forest: &'a Forest,
     rays: &'a [Ray],
     order: &'a [u32],
-    hits: &'a mut [Option<Hit>],
+    places: Places<'a>,
 }
 
 impl Kernel for Batch<'_> {
@@ -201,27 +247,28 @@ impl Kernel for Batch<'_> {
         let Self {
             forest,
             rays,
-            mut order,
-            hits,
+            order,
+            mut places,
         } = self;
         let mut stack = Stack::new();
         let mut bundle = Bundle::new();
-        while !order.is_empty() {
-            let (alike, others) = order.split_at(bundle::leading(rays, order));
-            for &i in alike {
-                isa.fetch(&hits[i as usize]);
+        let mut done = 0;
+        while done < order.len() {
+            let alike = &order[done..done + bundle::leading(rays, &order[done..])];
+            for (&i, at) in alike.iter().zip(done..) {
+                isa.fetch(places.of(i, at));
             }
             if let [i] = *alike {
                 let nearest = forest.find::<I, false>(isa, &rays[i as usize], &mut stack);
-                hits[i as usize] = describe(&forest.groups, &nearest);
+                *places.of(i, done) = describe(&forest.groups, &nearest);
             } else {
                 bundle.cast(isa, forest, rays, alike, &mut stack);
                 // On their own, so that waiting for one shape's vertices is waiting for all.
-                for (place, &i) in alike.iter().enumerate() {
-                    hits[i as usize] = describe(&forest.groups, bundle.nearest(place));
+                for (k, &i) in alike.iter().enumerate() {
+                    *places.of(i, done + k) = describe(&forest.groups, bundle.nearest(k));
                 }
             }
-            order = others;
+            done += alike.len();
         }
     }
 }

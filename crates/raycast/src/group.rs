@@ -47,6 +47,16 @@ struct Entry {
     root: u32,
 }
 
+/// What a ray needs to enter a part of an instance.
+pub(crate) struct Door<'a> {
+    pub(crate) pose: &'a Pose,
+    pub(crate) blas: &'a Blas,
+    /// In the shape.
+    pub(crate) root: u32,
+    /// Of what is hit there, but for the primitive.
+    pub(crate) rank: Rank,
+}
+
 impl Pose {
     fn of(instance: &Instance) -> Option<Self> {
         let linear = instance.linear.as_dmat3();
@@ -159,14 +169,14 @@ impl Group {
         nearest: &mut Nearest,
         stack: &mut Stack,
     ) {
-        let (pose, blas, root, rank) = self.entry(number, entry);
-        blas.cast::<I, ANY>(isa, root, &pose.local(ray), rank, nearest, stack);
+        let door = self.door(number, entry);
+        let local = door.pose.local(ray);
+        (door.blas).cast::<I, ANY>(isa, door.root, &local, door.rank, nearest, stack);
     }
 
-    /// How to enter a part: the frame, the shape and the root in it, and the rank of what is hit there
-    /// but for the primitive. `number` is the group's.
+    /// How to enter a part. `number` is the group's.
     #[inline(always)]
-    pub(crate) fn entry(&self, number: u32, entry: u32) -> (&Pose, &Blas, u32, Rank) {
+    pub(crate) fn door(&self, number: u32, entry: u32) -> Door<'_> {
         let entry = &self.entries[entry as usize];
         let (_, blas) = &self.instances[entry.instance as usize];
         let rank = Rank {
@@ -175,7 +185,12 @@ impl Group {
             instance: entry.instance,
             primitive: 0,
         };
-        (&entry.pose, blas, entry.root, rank)
+        Door {
+            pose: &entry.pose,
+            blas,
+            root: entry.root,
+            rank,
+        }
     }
 }
 

@@ -10,7 +10,8 @@ use nemoral_scene::Ray;
 
 use crate::blas::{Blas, Blocks};
 use crate::exact::LocalRay;
-use crate::nearest::{Nearest, Rank};
+use crate::group::Door;
+use crate::nearest::Nearest;
 use crate::node::{LEAF, LaneRay, Node, Slabs};
 use crate::simd::{F8, Isa, Keys, Rows};
 use crate::stack::{LEVELS, Stack, walk};
@@ -61,7 +62,7 @@ impl Findings {
 
     #[inline(always)]
     fn note(&mut self, i: usize) {
-        self.t[i / 8 & 7].0[i & 7] = self.nearest[i].t();
+        self.t[(i / 8) & 7].0[i & 7] = self.nearest[i].t();
     }
 
     /// The rays that still look as far as `t` or farther.
@@ -119,32 +120,29 @@ impl Packet {
         self.local[i] = ray;
     }
 
-    /// Offers the hits below a root of a shape to the rays, which are in its frame. `rank` but for
-    /// the primitive.
+    /// Offers the hits behind a door to the rays, which are in its shape's frame.
     #[inline(always)]
     pub(crate) fn cast<I: Isa>(
         &mut self,
         isa: I,
-        blas: &Blas,
-        root: u32,
-        rank: Rank,
+        door: &Door<'_>,
         rays: Set,
         findings: &mut Findings,
         stack: &mut Stack,
     ) {
+        let blas = door.blas;
         let mut len = 0;
-        let mut next_step = Some((root, rays));
+        let mut next_step = Some((door.root, rays));
         while let Some((at, rays)) = next_step {
             if rays.count_ones() <= FEW {
-                self.apart(isa, blas, at, rank, rays, findings, stack);
+                self.apart(isa, door, at, rays, findings, stack);
             } else if at & LEAF == 0 {
-                let node = &blas.nodes()[at as usize];
-                if let Some((child, rays)) = self.open(isa, node, at, rays, findings, &mut len) {
+                if let Some((child, rays)) = self.open(isa, blas, at, rays, findings, &mut len) {
                     next_step = Some((child, rays));
                     continue;
                 }
             } else {
-                self.meet(isa, blas, at & !LEAF, rank, rays, findings);
+                self.meet(isa, door, at & !LEAF, rays, findings);
             }
             next_step = self.take(isa, blas.nodes(), &mut len, findings);
         }
@@ -156,15 +154,22 @@ impl Packet {
     fn open<I: Isa>(
         &mut self,
         isa: I,
-        node: &Node,
+        blas: &Blas,
         at: u32,
         rays: Set,
         findings: &Findings,
         len: &mut usize,
     ) -> Option<(u32, Set)> {
+        let node = &blas.nodes()[at as usize];
         let Met { near, any, rows } = test(isa, node, &self.lanes, rays, findings);
         if any == 0 {
             return None;
+        }
+        let mut met = any;
+        while met != 0 {
+            let child = node.child(met.trailing_zeros() as usize);
+            met &= met - 1;
+            blas.fetch(isa, child);
         }
         let visit = &mut self.visits[*len];
         visit.rays = isa.columns(&rows);
@@ -206,20 +211,19 @@ impl Packet {
     fn meet<I: Isa>(
         &self,
         isa: I,
-        blas: &Blas,
+        door: &Door<'_>,
         block: u32,
-        rank: Rank,
         mut rays: Set,
         findings: &mut Findings,
     ) {
-        let block = blas.block(block);
+        let block = door.blas.block(block);
         let sides = block.sides(isa);
         while rays != 0 {
             let i = next(&mut rays);
             let nearest = &mut findings.nearest[i];
             let lanes = sides.candidates(isa, &self.lanes[i], nearest);
             if lanes != 0 {
-                blas.decide(block, lanes, &self.local[i], rank, nearest);
+                (door.blas).decide(block, lanes, &self.local[i], door.rank, nearest);
                 findings.note(i);
             }
         }
@@ -230,9 +234,8 @@ impl Packet {
     fn apart<I: Isa>(
         &self,
         isa: I,
-        blas: &Blas,
+        door: &Door<'_>,
         at: u32,
-        rank: Rank,
         mut rays: Set,
         findings: &mut Findings,
         stack: &mut Stack,
@@ -241,13 +244,14 @@ impl Packet {
             let i = next(&mut rays);
             let lanes = &self.lanes[i];
             let blocks = Blocks {
-                blas,
+                blas: door.blas,
                 ray: &self.local[i],
                 lanes,
-                rank,
+                rank: door.rank,
             };
+            let nodes = door.blas.nodes();
             let nearest = &mut findings.nearest[i];
-            walk::<I, _, false>(isa, (blas.nodes(), at), lanes, &blocks, nearest, stack);
+            walk::<I, _, false>(isa, (nodes, at), lanes, &blocks, nearest, stack);
             findings.note(i);
         }
     }

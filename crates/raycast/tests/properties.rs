@@ -441,3 +441,17 @@ fn everything_may_be_shared_between_threads() {
     shared::<Forest>();
     shared::<BruteForce>();
 }
+
+#[test]
+fn a_scan_is_cast_alike_on_any_number_of_threads() {
+    let (groups, targets) = scene(7);
+    let forest = Forest::new(groups);
+    let rays = common::rays(7, &targets, 20_000);
+    let one_by_one = all(&forest, &rays);
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let mut batch = vec![None; rays.len()];
+        (pool.expect("threads")).install(|| forest.closest_hits(&rays, &mut batch));
+        assert!(batch == one_by_one, "{threads} threads");
+    }
+}
