@@ -84,6 +84,13 @@ const LIGHT_M_PER_S: f64 = 299_792_458.0;
 /// Pulse length of the authors' model, seconds.
 const PULSE_S: f64 = 50e-9;
 
+/// Its spread, seconds and metres: `PULSE_S / √(2 π)`.
+const SIGMA_S: f64 = PULSE_S * 0.398_942_280_401_432_7;
+const PULSE_M: f64 = SIGMA_S * LIGHT_M_PER_S;
+
+/// √π.
+const ROOT_PI: f64 = 1.772_453_850_905_516;
+
 /// erf(√2).
 const ERF_ROOT_2: f64 = 0.954_499_736_103_641_6;
 
@@ -98,27 +105,30 @@ impl LaconteWaveform {
     /// The coefficients a0..a3 of the waveform around the echo of the centre ray, at distance `d`
     /// and incidence `theta`, up to a factor that does not depend on `theta`.
     fn expansion(&self, d: f64, theta: f64) -> [f64; 4] {
-        let (c, a) = (LIGHT_M_PER_S, self.half_aperture_rad);
-        let sigma = PULSE_S / (2.0 * PI).sqrt();
+        let a = self.half_aperture_rad;
         let (sin, cos) = libm::sincos(theta);
-        let tan = sin / cos;
-        let big_a = 2.0 * (d * tan / (sigma * c)).powi(2) + 2.0 / (a * a);
+        let per_cos = 1.0 / cos;
+        let tan = sin * per_cos;
+        // The footprint's depth in pulse lengths.
+        let depth = d * tan / PULSE_M;
+        let big_a = 2.0 * depth * depth + 2.0 / (a * a);
+        let (root, per_a) = (big_a.sqrt(), 1.0 / big_a);
         let k1 = cos * cos * cos;
         let k2 = 3.0 * cos * cos * sin;
-        let spread = 1.0 / (cos * cos);
-        let l1 = spread * PI.sqrt() * libm::erf(a * big_a.sqrt()) / (2.0 * big_a * big_a.sqrt());
-        let l2 = spread * k2 / (2.0 * big_a);
+        let spread = per_cos * per_cos;
+        let l1 = spread * ROOT_PI * libm::erf(a * root) * per_a / (2.0 * root);
+        let l2 = spread * k2 * per_a / 2.0;
         let tilt = l1 * k2 - 2.0 * l2 * a * libm::exp(-big_a * a * a);
+        let (d_cos, pulse_cos) = (d * cos, PULSE_M * cos);
+        let narrowing = pulse_cos * pulse_cos * big_a + 2.0 * (d_cos * d_cos - d * d);
+        let leaning = PULSE_M * PULSE_M * big_a - 2.0 * (d * tan) * (d * tan);
+        let sigma_squared = SIGMA_S * SIGMA_S;
         [
             2.0 * big_a * k1 * l1,
-            -2.0 * tan * d * tilt / (sigma * sigma * c),
-            -l1 * 2.0
-                * big_a
-                * k1
-                * ((sigma * c * cos).powi(2) * big_a + 2.0 * (cos * d).powi(2) - 2.0 * d * d)
-                / (2.0 * (c * cos).powi(2) * sigma.powi(4) * big_a),
-            l1 * k2 * d * tan * ((sigma * c).powi(2) * big_a - 2.0 * (d * tan).powi(2))
-                / (sigma.powi(6) * c.powi(3) * big_a),
+            -2.0 * tan * d * tilt / (SIGMA_S * PULSE_M),
+            -l1 * k1 * narrowing * spread / (PULSE_M * PULSE_M * sigma_squared),
+            l1 * k2 * d * tan * leaning * per_a
+                / (PULSE_M * PULSE_M * PULSE_M * SIGMA_S * sigma_squared),
         ]
     }
 }
