@@ -39,11 +39,25 @@ impl Default for Beam {
 /// A piece of the beam's section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SubRay {
-    /// Angles off the middle, radians.
-    horizontal_rad: f64,
-    vertical_rad: f64,
-    /// Its share of the pulse's light; all shares sum to 1.
+    /// Tangents of the angles to the beam's middle.
+    left: f64,
+    up: f64,
+    /// What makes its direction one of unit length.
+    scale: f64,
+    /// Its share of the beam's light.
     pub(crate) weight: f64,
+}
+
+impl SubRay {
+    fn new(left_rad: f64, up_rad: f64, weight: f64) -> Self {
+        let (left, up) = (libm::tan(left_rad), libm::tan(up_rad));
+        Self {
+            left,
+            up,
+            scale: 1.0 / (1.0 + left * left + up * up).sqrt(),
+            weight,
+        }
+    }
 }
 
 /// Standard deviations in a full width at half maximum, 2 √(2 ln 2).
@@ -91,35 +105,52 @@ impl Beam {
                 // Rings are turned against each other, so that rays do not line up.
                 let turn = (f64::from(i) + 0.5 * f64::from(ring % 2)) / f64::from(count);
                 let (sin, cos) = libm::sincos(std::f64::consts::TAU * turn);
-                rays.push(SubRay {
-                    horizontal_rad: radius * cos * self.horizontal_fwhm_rad / FWHM,
-                    vertical_rad: radius * sin * self.vertical_fwhm_rad / FWHM,
-                    weight: share / f64::from(count),
-                });
+                rays.push(SubRay::new(
+                    radius * cos * self.horizontal_fwhm_rad / FWHM,
+                    radius * sin * self.vertical_fwhm_rad / FWHM,
+                    share / f64::from(count),
+                ));
             }
         }
         rays
     }
 }
 
-impl SubRay {
-    /// The sub-ray's direction in a beam.
-    pub(crate) fn direction(&self, beam: DVec3) -> DVec3 {
-        turned(beam, self.horizontal_rad, self.vertical_rad)
+/// A beam's direction with what is to its left and above, all of unit length.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BeamAxes {
+    forward: DVec3,
+    left: DVec3,
+    up: DVec3,
+}
+
+impl BeamAxes {
+    /// Of a beam of the LiDAR frame.
+    pub(crate) fn along(forward: DVec3) -> Self {
+        let left = DVec3::Z.cross(forward).try_normalize().unwrap_or(DVec3::Y);
+        let up = forward.cross(left);
+        Self { forward, left, up }
+    }
+
+    /// The same beam in another frame.
+    pub(crate) fn map(self, turn: impl Fn(DVec3) -> DVec3) -> Self {
+        Self {
+            forward: turn(self.forward),
+            left: turn(self.left),
+            up: turn(self.up),
+        }
+    }
+
+    /// The direction of a part of the beam; the middle's is the beam's to the bit.
+    pub(crate) fn towards(&self, part: &SubRay) -> DVec3 {
+        let aside = self.left * part.left + self.up * part.up;
+        (self.forward + aside) * part.scale
     }
 }
 
 /// A unit vector turned by small angles to its left and up; the same bits for none.
 pub(crate) fn turned(direction: DVec3, left_rad: f64, up_rad: f64) -> DVec3 {
-    if left_rad == 0.0 && up_rad == 0.0 {
-        return direction;
-    }
-    let left = DVec3::Z
-        .cross(direction)
-        .try_normalize()
-        .unwrap_or(DVec3::Y);
-    let up = direction.cross(left);
-    (direction + libm::tan(left_rad) * left + libm::tan(up_rad) * up).normalize()
+    BeamAxes::along(direction).towards(&SubRay::new(left_rad, up_rad, 1.0))
 }
 
 #[cfg(test)]
@@ -151,7 +182,7 @@ mod tests {
                 let variance: f64 = rays
                     .iter()
                     .map(|r| {
-                        let x = at[0] * r.horizontal_rad + at[1] * r.vertical_rad;
+                        let x = at[0] * r.left + at[1] * r.up;
                         r.weight * x * x
                     })
                     .sum();

@@ -8,7 +8,7 @@ use nemoral_scene::{
 use nemoral_seed::{Draw, Key, Stage};
 use rayon::prelude::*;
 
-use crate::beam::{SubRay, turned};
+use crate::beam::{BeamAxes, SubRay, turned};
 use crate::echo::{Contact, Echo, group};
 use crate::{EchoObservation, Pulse, RangeModel, ScanPattern, ScannerParams};
 
@@ -150,20 +150,25 @@ impl Scan<'_> {
 
     /// The rays of pulses, in the scene.
     fn rays(&self, shots: &[Shot]) -> Vec<Ray> {
-        let parts = |shot| self.sub_rays.iter().map(move |part| self.ray(shot, part));
-        shots.iter().flat_map(parts).collect()
-    }
-
-    /// The ray of a part of a pulse, in the scene.
-    fn ray(&self, shot: &Shot, part: &SubRay) -> Ray {
-        let direction = part.direction(shot.direction);
-        Ray {
-            origin: shot.scene_from_lidar.translation_m.as_vec3(),
-            direction: shot.scene_from_lidar.transform_vector(direction).as_vec3(),
-            // From 0, not from the blind zone: what is there blocks the pulse.
-            t_min_m: 0.0,
-            t_max_m: self.params.max_range_m,
+        let mut rays = Vec::with_capacity(shots.len() * self.sub_rays.len());
+        for shot in shots {
+            let scene_from_lidar = &shot.scene_from_lidar;
+            let in_scene = |v| scene_from_lidar.transform_vector(v);
+            let ray = |direction: DVec3| Ray {
+                origin: scene_from_lidar.translation_m.as_vec3(),
+                direction: direction.as_vec3(),
+                // From 0, not from the blind zone: what is there blocks the pulse.
+                t_min_m: 0.0,
+                t_max_m: self.params.max_range_m,
+            };
+            if self.sub_rays.len() == 1 {
+                rays.push(ray(in_scene(shot.direction)));
+            } else {
+                let axes = BeamAxes::along(shot.direction).map(in_scene);
+                rays.extend(self.sub_rays.iter().map(|part| ray(axes.towards(part))));
+            }
         }
+        rays
     }
 
     /// Adds the points of one pulse.

@@ -1,0 +1,165 @@
+//! One's own mesh scanned from a tripod, as the simulators people run do it: ground and 20 trees, some
+//! 300,000 opaque triangles, a window of 100° by 360°; one ray a pulse, and 19 sub-rays with echo
+//! detection.
+//!
+//! `cargo bench -p nemoral-benches --bench plot_scan -- [PULSES] [OUT.obj]`; the OBJ is what
+//! `benches/helios/pyhelios_scan.py` scans. `docs/benchmarks.md` says what is found.
+#![allow(clippy::print_stdout, reason = "a report for its user")]
+
+#[path = "casters/reference.rs"]
+#[allow(dead_code, reason = "places of other sensors")]
+mod reference;
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::time::Instant;
+
+use cpu_time::ProcessTime;
+use nemoral_lidar::{Beam, ExactRange, Panorama, PanoramaParams, Returns, Scanner, ScannerParams};
+use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_scene::glam::{DVec3, Mat3, Vec2, Vec3};
+use nemoral_scene::{
+    Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, RigidTransform,
+    Semantic, Triangle,
+};
+use nemoral_seed::Key;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut words = std::env::args().skip(1).filter(|w| !w.starts_with("--"));
+    let pulses: u32 = words.next().map_or(Ok(2_000_000), |w| w.parse())?;
+    let mut materials = MaterialLibrary::new();
+    materials.add(Material::plain("obj", Semantic::Leaf, Vec3::splat(0.3)));
+    let mesh = plot()?;
+    if let Some(path) = words.next() {
+        std::fs::write(path, obj(&mesh))?;
+    }
+    println!("{} triangles", mesh.triangles.len());
+    let start = Instant::now();
+    let prototype = Arc::new(Prototype::new("plot", mesh, Vec::new(), &materials)?);
+    let blas = Arc::new(Blas::build(Arc::clone(&prototype), &materials));
+    let instance = Instance {
+        prototype,
+        position_m: Vec3::ZERO,
+        linear: Mat3::IDENTITY,
+        object: ObjectId::NONE,
+        variation: 0.0,
+    };
+    let group = Arc::new(Group::build(vec![(instance, blas)]));
+    let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+    println!("start: {:.2} s", start.elapsed().as_secs_f64());
+
+    let rows = (f64::from(pulses) / 3.6).sqrt() as u32;
+    let pattern = PanoramaParams {
+        rows,
+        columns: pulses / rows,
+        bottom_rad: -40_f64.to_radians(),
+        top_rad: 60_f64.to_radians(),
+        rate_hz: 1.2e6,
+    };
+    let pose = |_: f64| RigidTransform::from_xyz_rpy(DVec3::new(0.0, 0.0, 1.7), 0.0, 0.0, 0.0);
+    for (name, rings, returns) in [
+        ("1 ray", 0, Returns::Strongest),
+        ("19 sub-rays, all echoes", 2, Returns::All(8)),
+    ] {
+        let params = ScannerParams {
+            pulses_per_scan: rows * (pulses / rows),
+            min_range_m: 0.5,
+            max_range_m: 200.0,
+            beam: Beam {
+                horizontal_fwhm_rad: 0.3e-3,
+                vertical_fwhm_rad: 0.3e-3,
+                rings,
+                resolution_m: 0.1,
+            },
+            returns,
+            ..ScannerParams::default()
+        };
+        let scanner = Scanner::new(params, Box::new(Panorama::new(pattern)?))?;
+        for _ in 0..3 {
+            let (start, used) = (Instant::now(), ProcessTime::now());
+            let points = scanner.scan(0, &forest, &materials, &pose, &ExactRange, Key::world(1));
+            let (wall, processor) = (start.elapsed().as_secs_f64(), used.elapsed().as_secs_f64());
+            println!(
+                "{name}: {:.0} k pulses/s by the wall, {:.0} k per second of processor, {} points",
+                f64::from(params.pulses_per_scan) / wall / 1e3,
+                f64::from(params.pulses_per_scan) / processor / 1e3,
+                points.len()
+            );
+        }
+    }
+    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
+        status
+            .lines()
+            .filter(|l| l.starts_with("VmHWM"))
+            .for_each(|l| println!("{l}"));
+    }
+    Ok(())
+}
+
+/// Ground of 60 m by 60 m with 20 trees on it, each in a cell of 12 m by 15 m.
+fn plot() -> Result<Mesh, Box<dyn std::error::Error>> {
+    let mut mesh = Mesh::default();
+    let height = |x: f32, y: f32| 0.4 * (0.13 * x).sin() * (0.11 * y).cos();
+    let side = 121;
+    let ground = (0..side * side).map(|k| {
+        let (x, y) = (
+            0.5 * (k % side) as f32 - 30.0,
+            0.5 * (k / side) as f32 - 30.0,
+        );
+        Vec3::new(x, y, height(x, y))
+    });
+    let cells = (0..side - 1).flat_map(|j| (0..side - 1).map(move |i| j * side + i));
+    let squares = cells.map(|k| [k, k + 1, k + side + 1, k + side]);
+    add(&mut mesh, ground, squares.flat_map(halves));
+    let (groups, _) = reference::grow()?;
+    let instances = groups.iter().flat_map(|(_, group)| group.instances());
+    let trees = instances.filter(|(i, _)| i.prototype.cards().len() > 1000);
+    for (k, (tree, _)) in trees.take(20).enumerate() {
+        let (x, y) = (12.0 * (k % 5) as f32 - 24.0, 15.0 * (k / 5) as f32 - 22.5);
+        let foot = Vec3::new(x, y, height(x, y));
+        let place = |p: Vec3| foot + tree.linear * p;
+        let wood = tree.prototype.mesh();
+        let corners = wood.triangles.iter().map(|t| t.corners);
+        add(&mut mesh, wood.positions.iter().map(|&p| place(p)), corners);
+        for card in tree.prototype.cards().iter().step_by(2) {
+            let (u, v) = (card.edge_u, card.edge_v);
+            let corners = [Vec3::ZERO, u, u + v, v].map(|edge| place(card.corner + edge));
+            add(&mut mesh, corners, halves([0, 1, 2, 3]));
+        }
+    }
+    Ok(mesh)
+}
+
+fn halves([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
+    [[a, b, c], [a, c, d]]
+}
+
+fn add(
+    mesh: &mut Mesh,
+    points: impl IntoIterator<Item = Vec3>,
+    triangles: impl IntoIterator<Item = [u32; 3]>,
+) {
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend(points);
+    // A LiDAR needs neither.
+    mesh.normals.resize(mesh.positions.len(), Vec3::Z);
+    mesh.uvs.resize(mesh.positions.len(), Vec2::ZERO);
+    let material = MaterialId(0);
+    mesh.triangles
+        .extend(triangles.into_iter().map(|corners| Triangle {
+            corners: corners.map(|i| first + i),
+            material,
+        }));
+}
+
+fn obj(mesh: &Mesh) -> String {
+    let mut text = String::new();
+    for p in &mesh.positions {
+        let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
+    }
+    for t in &mesh.triangles {
+        let [a, b, c] = t.corners.map(|i| i + 1);
+        let _ = writeln!(text, "f {a} {b} {c}");
+    }
+    text
+}
