@@ -66,6 +66,10 @@ impl Choice {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let choice = Choice::of_arguments();
+    // Ours casts a scan on all threads of the pool: here on the one that is timed.
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build_global()?;
     let embree = match std::env::var_os(EMBREE) {
         Some(path) => Some(Embree::load(&path)?),
         None => {
