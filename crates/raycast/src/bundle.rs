@@ -118,9 +118,9 @@ impl Bundle {
         }
     }
 
-    /// Finds what the rays hit.
+    /// Finds what the rays hit first; with `ANY`, whether they hit anything.
     #[inline(always)]
-    pub(crate) fn cast<I: Isa>(
+    pub(crate) fn cast<I: Isa, const ANY: bool>(
         &mut self,
         isa: I,
         forest: &Forest,
@@ -141,7 +141,7 @@ impl Bundle {
             for (k, candidate) in page.candidates.iter().enumerate() {
                 let entering = columns[k] & self.findings.beyond(isa, distances.0[k]);
                 if entering != 0 {
-                    self.enter(isa, forest, candidate, entering, stack);
+                    self.enter::<I, ANY>(isa, forest, candidate, entering, stack);
                 }
             }
         }
@@ -149,7 +149,7 @@ impl Bundle {
 
     /// Lets rays into a part of an instance.
     #[inline(always)]
-    fn enter<I: Isa>(
+    fn enter<I: Isa, const ANY: bool>(
         &mut self,
         isa: I,
         forest: &Forest,
@@ -165,7 +165,7 @@ impl Bundle {
             let ray = door.pose.local(&in_group(&self.rays[i], *offset));
             self.packet.place(i, ray, door.blas.extent());
         }
-        (self.packet).cast(isa, &door, entering, &mut self.findings, stack);
+        (self.packet).cast::<I, ANY>(isa, &door, entering, &mut self.findings, stack);
     }
 
     /// The next candidates; `None` if there are no more.

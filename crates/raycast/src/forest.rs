@@ -11,7 +11,7 @@ use crate::exact::LocalRay;
 use crate::group::Group;
 use crate::nearest::Nearest;
 use crate::node::{LaneRay, Node, bounds_of, extent};
-use crate::order::by_direction;
+use crate::order::{by_direction, by_place};
 use crate::simd::{Isa, Kernel, Level};
 use crate::stack::{Leaves, Stack, walk};
 use crate::surface;
@@ -169,6 +169,22 @@ impl RayCaster for Forest {
         nearest.found().is_some()
     }
 
+    /// Casts in an order of its own, on the calling thread.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len(), "one answer for each ray");
+        let order = by_place(rays);
+        let forest = self;
+        self.level.run(Shadows {
+            forest,
+            rays,
+            order: &order,
+            occluded,
+        });
+    }
+
     /// Casts in an order of its own, on all threads of the current rayon pool: give a whole scan a
     /// call, the larger the quicker.
     ///
@@ -262,13 +278,50 @@ impl Kernel for Batch<'_> {
                 let nearest = forest.find::<I, false>(isa, &rays[i as usize], &mut stack);
                 *places.of(i, done) = describe(&forest.groups, &nearest);
             } else {
-                bundle.cast(isa, forest, rays, alike, &mut stack);
+                bundle.cast::<I, false>(isa, forest, rays, alike, &mut stack);
                 // On their own, so that waiting for one shape's vertices is waiting for all.
                 for (k, &i) in alike.iter().enumerate() {
                     *places.of(i, done + k) = describe(&forest.groups, bundle.nearest(k));
                 }
             }
             done += alike.len();
+        }
+    }
+}
+
+/// Whether rays hit anything, in an order in which neighbours start near each other.
+struct Shadows<'a> {
+    forest: &'a Forest,
+    rays: &'a [Ray],
+    order: &'a [u32],
+    occluded: &'a mut [bool],
+}
+
+impl Kernel for Shadows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self {
+            forest,
+            rays,
+            mut order,
+            occluded,
+        } = self;
+        let mut stack = Stack::new();
+        let mut bundle = Bundle::new();
+        while !order.is_empty() {
+            let (alike, others) = order.split_at(bundle::leading(rays, order));
+            if let [i] = *alike {
+                let nearest = forest.find::<I, true>(isa, &rays[i as usize], &mut stack);
+                occluded[i as usize] = nearest.found().is_some();
+            } else {
+                bundle.cast::<I, true>(isa, forest, rays, alike, &mut stack);
+                for (k, &i) in alike.iter().enumerate() {
+                    occluded[i as usize] = bundle.nearest(k).found().is_some();
+                }
+            }
+            order = others;
         }
     }
 }

@@ -1,12 +1,25 @@
 //! The order in which the rays of a batch are cast.
 
 use glam::{Vec2, Vec3};
-use nemoral_scene::Ray;
+use nemoral_scene::{Bounds, Ray};
 
 /// Ray numbers, neighbours in direction near each other: what one ray has brought to the cache
 /// serves the next. A permutation of `0..rays.len()`.
 pub(crate) fn by_direction(rays: &[Ray]) -> Vec<u32> {
-    let key = |(ray, i): (&Ray, u64)| u64::from(morton(octahedral(ray.direction))) << 32 | i;
+    sorted(rays, |ray| morton(octahedral(ray.direction)))
+}
+
+/// Ray numbers, neighbours in origin near each other: for rays in about one direction, as shadow
+/// rays are. A permutation of `0..rays.len()`.
+pub(crate) fn by_place(rays: &[Ray]) -> Vec<u32> {
+    let bounds = Bounds::of_points(rays.iter().map(|r| r.origin));
+    let size = (bounds.max - bounds.min).max_element().max(1e-3);
+    sorted(rays, |ray| morton_3d((ray.origin - bounds.min) / size))
+}
+
+/// Ray numbers by the lower 20 bits of a key; equal keys keep their order.
+fn sorted(rays: &[Ray], key: impl Fn(&Ray) -> u32) -> Vec<u32> {
+    let key = |(ray, i): (&Ray, u64)| u64::from(key(ray)) << 32 | i;
     let mut keys: Vec<u64> = rays.iter().zip(0..).map(key).collect();
     let mut sorted = vec![0; keys.len()];
     for shift in [32, 42] {
@@ -58,6 +71,17 @@ fn morton(p: Vec2) -> u32 {
     spread(p.x) | spread(p.y) << 1
 }
 
+/// The cell of a point of the unit cube on a Z-order curve of 64 by 128 by 128 cells.
+fn morton_3d(p: Vec3) -> u32 {
+    let spread = |x: f32| {
+        let mut bits = ((x * 128.0) as u32).min(127);
+        bits = (bits | bits << 8) & 0x0000_F00F;
+        bits = (bits | bits << 4) & 0x000C_30C3;
+        (bits | bits << 2) & 0x0024_9249
+    };
+    (spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2) >> 1
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -75,5 +99,17 @@ mod tests {
         expected.sort_by_key(|&i| cell(i));
         assert_eq!(by_direction(&rays), expected);
         assert!(by_direction(&[]).is_empty());
+    }
+
+    #[test]
+    fn neighbours_in_space_follow_each_other() {
+        // The corners of a cube in cells, visited along the curve, and each ray once.
+        let corner = |k: u32| Vec3::new((k & 1) as f32, (k >> 1 & 1) as f32, (k >> 2) as f32);
+        let rays: Vec<Ray> = [6, 3, 0, 5, 1, 7, 2, 4]
+            .map(|k| Ray::new(corner(k) * 40.0 - 7.0, Vec3::Z))
+            .to_vec();
+        assert_eq!(by_place(&rays), [2, 4, 6, 1, 7, 3, 0, 5]);
+        assert!(by_place(&[]).is_empty());
+        assert_eq!(morton_3d(Vec3::ONE), 0xF_FFFF);
     }
 }

@@ -52,7 +52,7 @@ impl Findings {
     #[inline(always)]
     pub(crate) fn start(&mut self, i: usize, ray: &Ray) {
         self.nearest[i] = Nearest::of(ray);
-        self.note(i);
+        self.note::<false>(i);
     }
 
     #[inline(always)]
@@ -60,9 +60,15 @@ impl Findings {
         &self.nearest[i & (MOST - 1)]
     }
 
+    /// After a change. With `ANY`, a ray that has found something looks no farther.
     #[inline(always)]
-    fn note(&mut self, i: usize) {
-        self.t[(i / 8) & 7].0[i & 7] = self.nearest[i].t();
+    fn note<const ANY: bool>(&mut self, i: usize) {
+        let nearest = &self.nearest[i];
+        self.t[(i / 8) & 7].0[i & 7] = if ANY && nearest.found().is_some() {
+            f32::NEG_INFINITY
+        } else {
+            nearest.t()
+        };
     }
 
     /// The rays that still look as far as `t` or farther.
@@ -120,9 +126,10 @@ impl Packet {
         self.local[i] = ray;
     }
 
-    /// Offers the hits behind a door to the rays, which are in its shape's frame.
+    /// Offers the hits behind a door to the rays, which are in its shape's frame. With `ANY`, rays
+    /// stop at their first hit.
     #[inline(always)]
-    pub(crate) fn cast<I: Isa>(
+    pub(crate) fn cast<I: Isa, const ANY: bool>(
         &mut self,
         isa: I,
         door: &Door<'_>,
@@ -135,14 +142,14 @@ impl Packet {
         let mut next_step = Some((door.root, rays));
         while let Some((at, rays)) = next_step {
             if rays.count_ones() <= FEW {
-                self.apart(isa, door, at, rays, findings, stack);
+                self.apart::<I, ANY>(isa, door, at, rays, findings, stack);
             } else if at & LEAF == 0 {
                 if let Some((child, rays)) = self.open(isa, blas, at, rays, findings, &mut len) {
                     next_step = Some((child, rays));
                     continue;
                 }
             } else {
-                self.meet(isa, door, at & !LEAF, rays, findings);
+                self.meet::<I, ANY>(isa, door, at & !LEAF, rays, findings);
             }
             next_step = self.take(isa, blas.nodes(), &mut len, findings);
         }
@@ -208,7 +215,7 @@ impl Packet {
 
     /// Tests the primitives of a block.
     #[inline(always)]
-    fn meet<I: Isa>(
+    fn meet<I: Isa, const ANY: bool>(
         &self,
         isa: I,
         door: &Door<'_>,
@@ -224,14 +231,14 @@ impl Packet {
             let lanes = sides.candidates(isa, &self.lanes[i], nearest);
             if lanes != 0 {
                 (door.blas).decide(block, lanes, &self.local[i], door.rank, nearest);
-                findings.note(i);
+                findings.note::<ANY>(i);
             }
         }
     }
 
     /// Lets rays go on alone.
     #[inline(always)]
-    fn apart<I: Isa>(
+    fn apart<I: Isa, const ANY: bool>(
         &self,
         isa: I,
         door: &Door<'_>,
@@ -251,8 +258,8 @@ impl Packet {
             };
             let nodes = door.blas.nodes();
             let nearest = &mut findings.nearest[i];
-            walk::<I, _, false>(isa, (nodes, at), lanes, &blocks, nearest, stack);
-            findings.note(i);
+            walk::<I, _, ANY>(isa, (nodes, at), lanes, &blocks, nearest, stack);
+            findings.note::<ANY>(i);
         }
     }
 }

@@ -39,6 +39,10 @@ proptest! {
         let mut batch = vec![None; rays.len()];
         forest.closest_hits(&rays, &mut batch);
         prop_assert_eq!(bits(&batch), bits(&brute));
+        let mut occluded = vec![false; rays.len()];
+        forest.are_occluded(&rays, &mut occluded);
+        let expected: Vec<bool> = brute.iter().map(Option::is_some).collect();
+        prop_assert_eq!(occluded, expected);
         for (ray, hit) in rays.iter().zip(&brute) {
             prop_assert_eq!(forest.is_occluded(ray), hit.is_some());
             prop_assert_eq!(portable.is_occluded(ray), hit.is_some());

@@ -1,7 +1,7 @@
 //! The camera that casts rays.
 
 use glam::{DVec2, Vec3};
-use nemoral_scene::{Hit, ObjectId, Ray, Semantic};
+use nemoral_scene::{Hit, ObjectId, Ray, RayCaster, Semantic};
 use nemoral_seed::{Draw, Key, Rng, Stage};
 use rayon::prelude::*;
 
@@ -93,9 +93,9 @@ pub struct PixelTruth {
     pub normal: Vec3,
 }
 
-/// Pixels are cast in square tiles: neighbouring rays visit the same boxes.
-const TILE: usize = 8;
-const BATCH: usize = TILE * TILE;
+/// Rows that are cast together, and rays: enough that a caster finds many alike.
+const ROWS: usize = 8;
+const BATCH: usize = 4096;
 
 const FIRST: Stage = Stage::new("render.first_sample");
 const ALL: Stage = Stage::new("render.all_pixels");
@@ -210,16 +210,34 @@ struct Colour {
     rest: Vec3,
     /// The sun's light as if nothing were between.
     sun: Vec3,
-    lit: bool,
+    /// The way of that light, if there is any.
+    shadow: Option<Ray>,
 }
 
-impl Colour {
-    fn total(&self) -> Vec3 {
-        if self.lit {
-            self.rest + self.sun
-        } else {
-            self.rest
+/// Shadow rays of many colours, cast together.
+#[derive(Default)]
+struct Shadows {
+    rays: Vec<Ray>,
+    /// Whose they are.
+    of: Vec<usize>,
+    occluded: Vec<bool>,
+}
+
+impl Shadows {
+    fn add(&mut self, of: usize, ray: Option<Ray>) {
+        if let Some(ray) = ray {
+            self.rays.push(ray);
+            self.of.push(of);
         }
+    }
+
+    /// Those that the sun reaches.
+    fn lit(&mut self, caster: &dyn RayCaster) -> impl Iterator<Item = usize> + '_ {
+        self.occluded.clear();
+        self.occluded.resize(self.rays.len(), false);
+        caster.are_occluded(&self.rays, &mut self.occluded);
+        let answers = self.of.iter().zip(&self.occluded);
+        answers.filter_map(|(&of, &occluded)| (!occluded).then_some(of))
     }
 }
 
@@ -250,7 +268,7 @@ impl Shot<'_> {
             return Colour {
                 rest: background + lighting.sun_radiance() * disc,
                 sun: Vec3::ZERO,
-                lit: false,
+                shadow: None,
             };
         };
         let look = Look {
@@ -268,7 +286,7 @@ impl Shot<'_> {
         Colour {
             rest: background.lerp(rest, fade),
             sun: surface.direct * (air * fade),
-            lit: surface.lit,
+            shadow: surface.shadow,
         }
     }
 
@@ -279,7 +297,7 @@ impl Shot<'_> {
             self.view.intrinsics.height as usize,
         );
         let mut maps = Maps::new(width, height);
-        let band = TILE * width;
+        let band = ROWS * width;
         let bands = (
             maps.semantic.par_chunks_mut(band),
             maps.object.par_chunks_mut(band),
@@ -293,10 +311,12 @@ impl Shot<'_> {
             |(index, (semantic, object, depth_m, normal, linear, sun, lit))| {
                 let rows = semantic.len() / width;
                 let mut rng = key.stage(FIRST).item(index as u64).rng();
-                let (mut rays, mut hits) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
-                for left in (0..width).step_by(TILE) {
-                    let columns = TILE.min(width - left);
-                    let top = index * TILE;
+                let (mut rays, mut hits) = (Vec::new(), Vec::new());
+                let mut shadows = Shadows::default();
+                let strip = BATCH / ROWS;
+                for left in (0..width).step_by(strip) {
+                    let columns = strip.min(width - left);
+                    let top = index * ROWS;
                     let pixels =
                         (0..rows * columns).map(|k| (left + k % columns, top + k / columns));
                     let centre =
@@ -318,8 +338,11 @@ impl Shot<'_> {
                         let c = self.colour(ray, hit.as_ref(), sun_point);
                         linear[i] = c.rest;
                         sun[i] = c.sun;
-                        lit[i] = c.lit;
+                        shadows.add(i, c.shadow);
                     }
+                }
+                for i in shadows.lit(self.scene.caster) {
+                    lit[i] = true;
                 }
             },
         );
@@ -355,9 +378,17 @@ impl Shot<'_> {
                 }
                 let mut hits = vec![None; rays.len()];
                 self.scene.caster.closest_hits(&rays, &mut hits);
-                let colours: Vec<Vec3> = (0..rays.len())
-                    .map(|k| self.colour(&rays[k], hits[k].as_ref(), suns[k]).total())
-                    .collect();
+                let mut shadows = Shadows::default();
+                let (mut colours, suns): (Vec<Vec3>, Vec<Vec3>) = (0..rays.len())
+                    .map(|k| {
+                        let c = self.colour(&rays[k], hits[k].as_ref(), suns[k]);
+                        shadows.add(k, c.shadow);
+                        (c.rest, c.sun)
+                    })
+                    .unzip();
+                for k in shadows.lit(self.scene.caster) {
+                    colours[k] += suns[k];
+                }
                 colours
                     .chunks_exact(samples as usize)
                     .map(|c| c.iter().sum())

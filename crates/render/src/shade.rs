@@ -37,8 +37,8 @@ pub(crate) struct Shaded {
     pub(crate) indirect: Vec3,
     /// From the sun, as if nothing were between; zero if it shines on no side that counts.
     pub(crate) direct: Vec3,
-    /// Is nothing between?
-    pub(crate) lit: bool,
+    /// The ray to the sun, if it counts: light that something blocks is not there.
+    pub(crate) shadow: Option<Ray>,
     /// The sky's openness at the surface.
     pub(crate) openness: f32,
 }
@@ -76,7 +76,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
     let mut shaded = Shaded {
         indirect,
         direct: Vec3::ZERO,
-        lit: false,
+        shadow: None,
         openness,
     };
     if irradiance != Vec3::ZERO && (lit_front || lit_back) {
@@ -90,7 +90,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
             t_max_m: f32::INFINITY,
         };
         shaded.direct = irradiance * direct(&surface, cos, look.sun, ray.direction);
-        shaded.lit = !scene.caster.is_occluded(&shadow);
+        shaded.shadow = Some(shadow);
     }
     shaded
 }

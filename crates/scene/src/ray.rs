@@ -71,6 +71,18 @@ pub trait RayCaster: Sync {
         self.closest_hit(ray).is_some()
     }
 
+    /// Is there any hit, for each ray: shadows. Casters that gain by working on many rays override
+    /// this; the answer for a ray never depends on the others.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len(), "one answer for each ray");
+        for (ray, occluded) in rays.iter().zip(occluded) {
+            *occluded = self.is_occluded(ray);
+        }
+    }
+
     /// The nearest hit of each ray. Casters that gain by working on many rays override this; the
     /// answer for a ray never depends on the others.
     ///
@@ -91,6 +103,10 @@ impl<C: RayCaster + ?Sized> RayCaster for &C {
 
     fn is_occluded(&self, ray: &Ray) -> bool {
         (**self).is_occluded(ray)
+    }
+
+    fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        (**self).are_occluded(rays, occluded);
     }
 
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
