@@ -2,8 +2,9 @@
 //! 300,000 opaque triangles, a window of 100° by 360°; one ray a pulse, and 19 sub-rays with echo
 //! detection.
 //!
-//! `cargo bench -p nemoral-benches --bench plot_scan -- [PULSES] [OUT.obj]`; the OBJ is what
-//! `benches/helios/pyhelios_scan.py` scans. `docs/benchmarks.md` says what is found.
+//! `cargo bench -p nemoral-benches --bench plot_scan -- [PULSES] [PLOT.obj]` writes the plot if it is not
+//! there, and scans it if it is; `benches/helios/pyhelios_scan.py` scans the same.
+//! `docs/benchmarks.md` says what is found.
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 #[path = "casters/reference.rs"]
@@ -11,6 +12,7 @@
 mod reference;
 
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -26,15 +28,20 @@ use nemoral_seed::Key;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut words = std::env::args().skip(1).filter(|w| !w.starts_with("--"));
-    let pulses: u32 = words.next().map_or(Ok(2_000_000), |w| w.parse())?;
+    let pulses: u32 = words.next().map_or(Ok(500_000), |w| w.parse())?;
     let mut materials = MaterialLibrary::new();
     materials.add(Material::plain("obj", Semantic::Leaf, Vec3::splat(0.3)));
-    let mesh = plot()?;
-    if let Some(path) = words.next() {
-        std::fs::write(path, obj(&mesh))?;
+    let path = words.next().map_or_else(
+        || std::env::temp_dir().join("nemoral-plot.obj"),
+        PathBuf::from,
+    );
+    if !path.exists() {
+        std::fs::write(&path, obj(&plot()?))?;
+        println!("wrote {}; its growing counts below", path.display());
     }
-    println!("{} triangles", mesh.triangles.len());
     let start = Instant::now();
+    let mesh = read(&path)?;
+    println!("{} triangles", mesh.triangles.len());
     let prototype = Arc::new(Prototype::new("plot", mesh, Vec::new(), &materials)?);
     let blas = Arc::new(Blas::build(Arc::clone(&prototype), &materials));
     let instance = Instance {
@@ -94,6 +101,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .for_each(|l| println!("{l}"));
     }
     Ok(())
+}
+
+/// The mesh of an OBJ.
+fn read(path: &Path) -> Result<Mesh, Box<dyn std::error::Error>> {
+    let (models, _) = tobj::load_obj(path, &tobj::GPU_LOAD_OPTIONS)?;
+    let mut mesh = Mesh::default();
+    for model in &models {
+        let points = model.mesh.positions.chunks_exact(3).map(Vec3::from_slice);
+        let corners = model.mesh.indices.chunks_exact(3);
+        add(&mut mesh, points, corners.map(|c| [c[0], c[1], c[2]]));
+    }
+    Ok(mesh)
 }
 
 /// Ground of 60 m by 60 m with 20 trees on it, each in a cell of 12 m by 15 m.
