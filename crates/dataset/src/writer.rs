@@ -46,13 +46,18 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Would [`Writer::create`] accept this folder and header? Looks, and changes nothing.
+    /// Would [`Writer::create`] accept this folder and header? Leaves nothing behind.
     ///
     /// # Errors
-    /// As [`Writer::create`], but for what only writing can tell.
+    /// As [`Writer::create`], but for a disk that is full later.
     pub fn probe(out: &Path, mode: OpenMode, header: &DatasetHeader) -> Result<(), Error> {
         header.validate()?;
-        Self::admit(out, mode, header, &folder::look(out)?)
+        Self::admit(out, mode, header, &folder::look(out)?)?;
+        // The folder, or the one that it will be made in: permissions alone do not tell.
+        let there = out.ancestors().find(|folder| folder.exists());
+        let there = there.filter(|folder| !folder.as_os_str().is_empty());
+        let here = there.unwrap_or(Path::new("."));
+        atomic::temporary(here).map(drop).map_err(Error::io(out))
     }
 
     /// May this folder be written to?

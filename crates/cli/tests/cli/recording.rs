@@ -68,6 +68,30 @@ fn a_data_set_is_complete_checked_and_counted() {
         assert!(counted.stdout.contains(word), "{}", counted.stdout);
     }
 
+    // One cloud of all: as many points as the scans hold, fewer in voxels.
+    let cloud = folder("complete-cloud").join("cloud.ply");
+    let points_in = |arguments: &[&str]| -> usize {
+        let to = ["cloud", &path, "-o", &cloud.to_string_lossy()].map(str::to_owned);
+        let to: Vec<&str> = to.iter().map(String::as_str).collect();
+        let done = run(&[&to, arguments].concat());
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let bytes = fs::read(&cloud).expect("a cloud");
+        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(2000)]);
+        let count = head.lines().find_map(|l| l.strip_prefix("element vertex "));
+        count.expect("a PLY").parse().expect("a number")
+    };
+    let in_scans = found
+        .iter()
+        .filter(|(name, _)| name.ends_with(".label"))
+        .map(|(_, bytes)| bytes.len() / 4)
+        .sum::<usize>();
+    assert_eq!(points_in(&[]), in_scans);
+    let thinned = points_in(&["--voxel", "0.5", "--pure"]);
+    assert!(
+        thinned > 100 && thinned < in_scans / 2,
+        "{thinned} of {in_scans}"
+    );
+
     // One bit is enough.
     let depth = out.join("sequences/00/depth/000001.png");
     let mut bytes = fs::read(&depth).expect("a depth image");
