@@ -47,6 +47,7 @@
 //!   ([`SkyVisibility`]).
 //! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is kept: a
 //!   white surface in a uniform world ([`Lighting::uniform`]) is invisible.
+//! - Behind the lens ([`Lens`]): veiling glare, a halo around what is bright, darker corners.
 //! - Exposure as a light meter sets it ([`Exposure`]), a filmic curve ([`ToneCurve`]), sRGB.
 //!
 //! # Units
@@ -57,6 +58,7 @@ mod atmosphere;
 mod error;
 mod ground;
 mod haze;
+mod lens;
 mod lighting;
 mod maps;
 mod raycast;
@@ -69,6 +71,7 @@ mod tone;
 mod view;
 
 pub use error::ParamError;
+pub use lens::Lens;
 pub use lighting::Lighting;
 pub use raycast::{PixelTruth, RayCastCamera, RayCastParams};
 pub use sky::SkyParams;

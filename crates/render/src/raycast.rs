@@ -10,8 +10,8 @@ use crate::haze::Haze;
 use crate::maps::Maps;
 use crate::shade::{Look, shade};
 use crate::sun_disc::SunDisc;
-use crate::tone::{add_glare, develop, log_mean_luminance};
-use crate::{CameraImages, CameraRenderer, Lighting, SceneView, Sun, View};
+use crate::tone::{develop, log_mean_luminance};
+use crate::{CameraImages, CameraRenderer, Lens, Lighting, SceneView, Sun, View};
 
 /// How carefully a picture is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,9 +25,8 @@ pub struct RayCastParams {
     pub edge_budget: f32,
     /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
     pub max_range_m: f32,
-    /// The share of all light that the lens spreads evenly over the picture, 0..=0.5; a clean lens
-    /// has 0.01.
-    pub veiling_glare: f32,
+    /// What the lens does to the light.
+    pub lens: Lens,
     /// Return the radiance image too?
     pub keep_linear: bool,
 }
@@ -62,7 +61,7 @@ impl Default for RayCastParams {
             edge_samples: 3,
             edge_budget: 0.3,
             max_range_m: 300.0,
-            veiling_glare: 0.01,
+            lens: Lens::default(),
             keep_linear: false,
         }
     }
@@ -136,13 +135,7 @@ impl RayCastCamera {
             1e5,
             "1..=100,000 m",
         )?;
-        check(
-            "camera.veiling_glare",
-            p.veiling_glare.into(),
-            0.0,
-            0.5,
-            "0..=0.5",
-        )?;
+        p.lens.check()?;
         let sun_disc = SunDisc::new(lighting.sun_direction());
         Ok(Self {
             params,
@@ -444,7 +437,7 @@ impl CameraRenderer for RayCastCamera {
                 key.stage(EDGES),
             );
         }
-        add_glare(&mut maps.linear, p.veiling_glare);
+        p.lens.apply(&mut maps.linear, &view.intrinsics);
 
         let ev100 = view.exposure.ev100(log_mean_luminance(&maps.linear));
         let (linear, truth) = maps.into_images();

@@ -86,21 +86,6 @@ pub(crate) fn log_mean_luminance(linear: &[Vec3]) -> f64 {
     }
 }
 
-/// Spreads a share of all light evenly over the picture, as scattering inside a lens does.
-pub(crate) fn add_glare(linear: &mut [Vec3], share: f32) {
-    use rayon::prelude::*;
-    if share == 0.0 {
-        return;
-    }
-    let sum = linear
-        .iter()
-        .fold(glam::DVec3::ZERO, |sum, c| sum + c.as_dvec3());
-    let veil = (sum / linear.len() as f64).as_vec3() * share;
-    linear
-        .par_iter_mut()
-        .for_each(|c| *c = *c * (1.0 - share) + veil);
-}
-
 /// How exposed light becomes brightness on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {

@@ -5,8 +5,8 @@ mod analytic;
 use analytic::{Shape, World, camera, grey, object};
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_render::{
-    CameraRenderer, Exposure, Lighting, RayCastCamera, RayCastParams, SceneView, SkyParams, Sun,
-    ToneCurve, View,
+    CameraRenderer, Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SceneView, SkyParams,
+    Sun, ToneCurve, View,
 };
 use nemoral_scene::{
     AlphaMask, Card, Hit, Material, ObjectId, Ray, RayCaster, RigidTransform, Semantic,
@@ -19,7 +19,10 @@ const KEY: Key = Key::world(7);
 
 fn plain() -> RayCastParams {
     RayCastParams {
-        veiling_glare: 0.0,
+        lens: Lens {
+            veiling_glare: 0.0,
+            ..Lens::default()
+        },
         keep_linear: true,
         max_range_m: 1e5,
         ..RayCastParams::draft()

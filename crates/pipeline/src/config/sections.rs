@@ -234,6 +234,8 @@ section! {
         height_px: u32 = 720, Whole(16, 8192), "paper, VI";
         /// Colour samples a pixel where neighbours differ; 1 everywhere is the draft.
         samples: u32 = 4, Whole(1, 64), "smooth edges of leaves";
+        /// How light becomes a picture: `robot`, what a small camera really sees in a wood: harsh, skies that clip, edges that glare, dark corners; `cinema`, a soft curve that keeps highlights; `flat`, proportional to light, a clean lens, for those who augment themselves.
+        look: String = "robot".into(), OneOf(&["robot", "cinema", "flat"]), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
         exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0), "as cameras meter: for the bright gaps, leaving leaves dark";
         /// Mounted this far in front of the body's origin.

@@ -229,6 +229,7 @@ impl Stage for ImageStage {
         let scene_from_body = pose.track.relative_to(scene.origin_m).middle();
         let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);
         view.exposure = rig.exposure;
+        view.tone = rig.tone;
         let openness = |p: Vec3| scene.openness(p);
         let seen = SceneView {
             caster: &scene.forest,

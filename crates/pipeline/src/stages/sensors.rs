@@ -13,7 +13,9 @@ use nemoral_lidar_noise::{
     IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, Observation,
     RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams,
 };
-use nemoral_render::{Exposure, Lighting, RayCastCamera, RayCastParams, SkyParams, Sun, UtcTime};
+use nemoral_render::{
+    Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SkyParams, Sun, ToneCurve, UtcTime,
+};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Intrinsics, RigidTransform};
 use nemoral_seed::Key;
@@ -33,6 +35,8 @@ pub struct CameraRig {
     pub renderer: RayCastCamera,
     /// How bright they come out.
     pub exposure: Exposure,
+    /// And how light becomes brightness.
+    pub tone: ToneCurve,
 }
 
 /// The LiDAR with its place on the body.
@@ -187,7 +191,9 @@ impl Stage for CameraStage {
             ..SkyParams::default()
         };
         let lighting = Lighting::new(&self.sun()?, &sky).map_err(Error::of_stage)?;
+        let (tone, lens) = look(&self.camera.look);
         let params = RayCastParams {
+            lens,
             edge_samples: self.camera.samples - 1,
             max_range_m: self.max_range_m as f32,
             ..RayCastParams::default()
@@ -203,7 +209,32 @@ impl Stage for CameraStage {
                 },
                 fixed => fixed,
             },
+            tone,
         })
+    }
+}
+
+/// What the looks of the config are.
+fn look(name: &str) -> (ToneCurve, Lens) {
+    match name {
+        "cinema" => (
+            ToneCurve::Filmic,
+            Lens {
+                veiling_glare: 0.01,
+                halo: 0.02,
+                vignetting: 0.2,
+            },
+        ),
+        "flat" => (ToneCurve::Linear, Lens::default()),
+        // A small plastic lens on a small sensor.
+        _ => (
+            ToneCurve::Linear,
+            Lens {
+                veiling_glare: 0.02,
+                halo: 0.06,
+                vignetting: 0.5,
+            },
+        ),
     }
 }
 
