@@ -30,43 +30,65 @@ const BINS: usize = 16;
 /// Beyond this depth halves are taken, whatever they cost: it bounds the recursion.
 const SAH_DEPTH: usize = 64;
 
-/// A tree over the boxes, at least one; children after their parents.
+/// Trees of fewer boxes are grown by one thread.
+const PARALLEL: usize = 4096;
+
+/// A tree over the boxes, at least one; children after their parents. Large ones are grown on all
+/// threads of the current rayon pool, to the same bits.
 pub(crate) fn grow(boxes: &[Bounds], split: Split) -> Vec<Binary> {
-    let mut nodes = Vec::with_capacity(2 * boxes.len());
+    let none = Binary {
+        bounds: Bounds::EMPTY,
+        count: 0,
+        inner: false,
+        below: [0; 2],
+    };
+    let mut nodes = vec![none; 2 * boxes.len() - 1];
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    grow_below(boxes, &mut order, split, 0, &mut nodes);
+    grow_below(boxes, &mut order, split, 0, 0, &mut nodes);
     nodes
 }
 
-/// Grows the tree over the boxes in `order`, which it permutes; returns its root.
+/// Grows the tree over the boxes in `order`, which it permutes. `nodes` are as many as it needs; the
+/// first, its root, has number `root`.
 fn grow_below(
     boxes: &[Bounds],
     order: &mut [u32],
     split: Split,
     depth: usize,
-    nodes: &mut Vec<Binary>,
-) -> u32 {
-    let me = nodes.len();
+    root: u32,
+    nodes: &mut [Binary],
+) {
     let bounds = order
         .iter()
         .fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
-    nodes.push(Binary {
+    let n = order.len();
+    nodes[0] = Binary {
         bounds,
-        count: order.len() as u32,
-        inner: order.len() > 1,
+        count: n as u32,
+        inner: n > 1,
         below: [order[0]; 2],
-    });
-    if order.len() > 1 {
-        let cut = match split {
-            Split::Sah if depth < SAH_DEPTH => sah_cut(boxes, order),
-            _ => None,
-        };
-        let (left, right) = order.split_at_mut(cut.unwrap_or(order.len() / 2));
-        let left = grow_below(boxes, left, split, depth + 1, nodes);
-        let right = grow_below(boxes, right, split, depth + 1, nodes);
-        nodes[me].below = [left, right];
+    };
+    if n == 1 {
+        return;
     }
-    me as u32
+    let cut = match split {
+        Split::Sah if depth < SAH_DEPTH => sah_cut(boxes, order),
+        _ => None,
+    };
+    let cut = cut.unwrap_or(n / 2);
+    let (left, right) = order.split_at_mut(cut);
+    let roots = [root + 1, root + 2 * cut as u32];
+    nodes[0].below = roots;
+    // A tree over k boxes has 2 k - 1 nodes.
+    let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * cut - 1);
+    let mut grow_left = || grow_below(boxes, left, split, depth + 1, roots[0], left_nodes);
+    let mut grow_right = || grow_below(boxes, right, split, depth + 1, roots[1], right_nodes);
+    if n < PARALLEL {
+        grow_left();
+        grow_right();
+    } else {
+        rayon::join(grow_left, grow_right);
+    }
 }
 
 /// Twice the centre.
