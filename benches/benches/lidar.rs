@@ -4,8 +4,6 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nemoral_benches::{DENSITIES, Grown, POINTS, config};
-use nemoral_pipeline::stages::frame::FrameScene;
-use nemoral_seed::Key;
 
 fn scans(c: &mut Criterion) {
     let mut group = c.benchmark_group("table_1_density");
@@ -26,26 +24,8 @@ fn scans(c: &mut Criterion) {
 fn scan(preset: &str, pulses: u32) -> impl FnMut(&mut criterion::Bencher<'_>) {
     let config = config(preset, pulses).expect("presets are valid");
     let grown = Grown::new(&config).expect("presets grow");
-    move |bencher| {
-        let runner = grown.runner();
-        let forest = &grown.forest;
-        let pose = runner.get(forest.pose, 0).expect("grown");
-        let scene: std::sync::Arc<FrameScene> = runner.get(forest.scene, 0).expect("grown");
-        let rigs = runner.get(forest.lidars, ()).expect("grown");
-        let rig = &rigs[0];
-        let assets = runner.get(forest.assets, ()).expect("grown");
-        let track = pose.track.relative_to(scene.origin_m);
-        bencher.iter(|| {
-            black_box(rig.scanner.scan(
-                rig.scanner.first_pulse_at(pose.time_s),
-                &scene.forest,
-                &assets.library.materials,
-                &|offset_s| track.at(offset_s) * rig.body_from_lidar,
-                &rig.noise,
-                Key::world(1),
-            ))
-        });
-    }
+    let scan = grown.first_scan().expect("presets grow");
+    move |bencher| bencher.iter(|| black_box(scan()))
 }
 
 criterion_group! { name = benches; config = Criterion::default().sample_size(20); targets = scans }

@@ -6,6 +6,8 @@
 use nemoral_pipeline::config::{Config, Layers};
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{Error, ForestPlan};
+use nemoral_scene::LidarPoint;
+use nemoral_seed::Key;
 
 /// The paper's densities: the names of our presets.
 pub const DENSITIES: [&str; 3] = ["low", "medium", "high"];
@@ -48,6 +50,30 @@ impl Grown {
         };
         grown.runner().get(grown.forest.scene, 0)?;
         Ok(grown)
+    }
+
+    /// The scan of frame 0 by the first LiDAR, all fields and noise, again and again.
+    ///
+    /// # Errors
+    /// If a stage fails.
+    pub fn first_scan(&self) -> Result<impl Fn() -> Vec<LidarPoint> + Sync + use<>, Error> {
+        let runner = self.runner();
+        let pose = runner.get(self.forest.pose, 0)?;
+        let scene = runner.get(self.forest.scene, 0)?;
+        let rigs = runner.get(self.forest.lidars, ())?;
+        let assets = runner.get(self.forest.assets, ())?;
+        let track = pose.track.relative_to(scene.origin_m);
+        Ok(move || {
+            let rig = &rigs[0];
+            rig.scanner.scan(
+                rig.scanner.first_pulse_at(pose.time_s),
+                &scene.forest,
+                &assets.library.materials,
+                &|offset_s| track.at(offset_s) * rig.body_from_lidar,
+                &rig.noise,
+                Key::world(1),
+            )
+        })
     }
 
     /// Runs its plans.
