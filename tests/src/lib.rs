@@ -1,6 +1,7 @@
 //! What the tests of the whole share: small worlds, and the bytes of what is recorded in them.
 
 pub mod foliage;
+pub mod gpu;
 pub mod leaf_area;
 
 use nemoral_pipeline::config::{Config, Layers};

@@ -94,7 +94,12 @@ impl Frame {
                 && pixel.x < f64::from(k.width)
                 && pixel.y < f64::from(k.height);
             assert!(inside, "the camera sees all that the LiDAR sees");
-            let truth = self.camera.renderer.truth_at(&scene, view, pixel + shift);
+            let truth = self
+                .camera
+                .renderer
+                .ray_cast()
+                .expect("the CPU's")
+                .truth_at(&scene, view, pixel + shift);
             (point, Seen { in_camera, truth })
         })
     }
@@ -228,7 +233,12 @@ fn images_are_made_of_the_same_answers() {
     for i in 0..truth.depth_m.pixels().len() {
         let (column, row) = (i % width, i / width);
         let centre = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-        let seen = frame.camera.renderer.truth_at(&scene, &frame.view, centre);
+        let seen = frame
+            .camera
+            .renderer
+            .ray_cast()
+            .expect("the CPU's")
+            .truth_at(&scene, &frame.view, centre);
         let in_image = PixelTruth {
             semantic: *truth.semantic.at(column, row),
             object: *truth.object.at(column, row),

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use nemoral_lidar::{ExactRange, Pulse, ScanPattern, Scanner, ScannerParams};
 use nemoral_raycast::{Blas, BruteForce, Forest, Group};
 use nemoral_render::{
-    CameraRenderer, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, View,
+    CameraRenderer, GpuCamera, GpuParams, Lighting, OpenSky, RayCastCamera, RayCastParams,
+    SceneView, View,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
@@ -243,6 +244,61 @@ fn the_letter_f_is_the_same_for_everything_that_sees() {
                     let seen = seen.join("\n");
                     assert_eq!(seen, expected.join("\n"), "{kind}, {name}: {what}\n{seen}");
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_letter_f_is_the_same_on_a_gpu() {
+    let Some(gpu) = nemoral_tests::gpu::gpu("the letter F") else {
+        return;
+    };
+    let mirrored = FACE.map(|row| row.chars().rev().collect::<String>());
+    let face = FACE.map(str::to_owned);
+    let (library, ink) = library();
+    let light = Lighting::uniform(Vec3::splat(100.0));
+    let camera = GpuCamera::new(gpu, GpuParams::default(), light).unwrap_or_else(|e| panic!("{e}"));
+    for (kind, shape) in [("card", as_card(ink)), ("triangles", as_triangles(ink))] {
+        let forest = Forest::new(groups(shape, &library));
+        let scene = SceneView {
+            caster: &forest,
+            materials: &library,
+            sky_visibility: &OpenSky,
+        };
+        for (body, expected) in bodies().into_iter().zip([&face, &mirrored]) {
+            let view = View::new(intrinsics(), body * RigidTransform::body_from_optical());
+            let drawn = camera.draw(&scene, &view).unwrap_or_else(|e| panic!("{e}"));
+            let pictures = [
+                (
+                    "semantic",
+                    picture(
+                        drawn
+                            .truth
+                            .semantic
+                            .pixels()
+                            .iter()
+                            .map(|s| *s == Semantic::Leaf),
+                    ),
+                ),
+                (
+                    "instance",
+                    picture(drawn.truth.object.pixels().iter().map(|o| !o.is_none())),
+                ),
+                (
+                    "depth",
+                    picture(
+                        drawn
+                            .truth
+                            .depth_m
+                            .pixels()
+                            .iter()
+                            .map(|d| (d - DISTANCE_M as f32).abs() < 1e-4),
+                    ),
+                ),
+            ];
+            for (what, seen) in pictures {
+                assert_eq!(seen.join("\n"), expected.join("\n"), "{kind}: {what}");
             }
         }
     }

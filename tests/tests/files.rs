@@ -41,6 +41,7 @@ static RECORDED: LazyLock<TempDir> = LazyLock::new(|| {
         out: folder.path().join("recorded"),
         mode: OpenMode::Fresh,
         threads: 2,
+        backend: nemoral_pipeline::Backend::Cpu,
     };
     generate(&request, &Silent, &AtomicBool::new(false)).expect("a data set");
     folder

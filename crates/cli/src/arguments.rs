@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use nemoral_pipeline::BackendChoice;
+
 use crate::frames::{Frames, Shard};
 
 /// Grows virtual forests and records them with virtual cameras and LiDAR, perfectly labelled.
@@ -79,7 +81,7 @@ pub(crate) struct Generate {
     /// The output folder.
     #[arg(long, short, value_name = "DIR", default_value = "nemoral-out")]
     pub(crate) out: PathBuf,
-    /// Which renderer; `auto` takes the best there is.
+    /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,
     /// Makes the Ith of N equal parts of the frames, I from 0; `merge` joins them.
@@ -98,10 +100,22 @@ pub(crate) struct Generate {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Backend {
-    /// The best there is; now the CPU.
+    /// A hardware GPU if there is one that will do, else the CPU.
     Auto,
     /// Casts rays on the CPU: works everywhere.
     Cpu,
+    /// Draws on a GPU, or on software that plays one.
+    Gpu,
+}
+
+impl From<Backend> for BackendChoice {
+    fn from(backend: Backend) -> Self {
+        match backend {
+            Backend::Auto => Self::Auto,
+            Backend::Cpu => Self::Cpu,
+            Backend::Gpu => Self::Gpu,
+        }
+    }
 }
 
 #[derive(Args, Debug)]
@@ -111,6 +125,9 @@ pub(crate) struct Preview {
     /// Which frame.
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub(crate) frame: u64,
+    /// Which renderer takes the picture.
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    pub(crate) backend: Backend,
     /// The picture.
     #[arg(long, short, value_name = "FILE", default_value = "preview.png")]
     pub(crate) out: PathBuf,

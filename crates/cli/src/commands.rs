@@ -10,7 +10,9 @@ use nemoral_pipeline::config::{
     Config, Layers, Preset, annotated_toml, json_schema, reference_page,
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
-use nemoral_pipeline::{Error, ForestPlan, Request, estimate, generate, preview, write_png};
+use nemoral_pipeline::{
+    Backend, BackendChoice, Error, ForestPlan, Request, estimate, generate, preview, write_png,
+};
 
 use crate::arguments::{
     Arguments, Command, ConfigCommand, Folder, Generate, Graph, Merge, Plan, Preview, World,
@@ -154,12 +156,22 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
         is_request: false,
     })?;
     let reporter = Reporter::new(frames.len(), a.quiet);
+    let choice = match config.camera.enabled {
+        true => a.backend.into(),
+        // Without pictures there is nothing to decide.
+        false => BackendChoice::Cpu,
+    };
+    let (backend, note) = Backend::resolve(choice)?;
+    if config.camera.enabled {
+        reporter.note_with_first(note);
+    }
     let request = Request {
         config,
         frames,
         out: a.out.clone(),
         mode,
         threads: threads(&a.world)?,
+        backend,
     };
     let manifest = generate(&request, &reporter, &stop);
     let (megabytes, seconds) = reporter.totals();
@@ -174,7 +186,8 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
 
 fn run_preview(a: &Preview) -> Result<bool, Failure> {
     let config = load(&a.world)?;
-    let sheet = preview(&config, a.frame, threads(&a.world)?)?;
+    let (backend, _) = Backend::resolve(a.backend.into())?;
+    let sheet = preview(&config, backend, a.frame, threads(&a.world)?)?;
     write_png(&sheet, &a.out)?;
     say(&format!("{}", a.out.display()))?;
     Ok(true)

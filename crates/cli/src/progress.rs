@@ -28,6 +28,8 @@ pub(crate) struct Reporter {
     started: Instant,
     last_line: Mutex<Option<Instant>>,
     bytes: Mutex<u64>,
+    /// Said with the first frame: a request that is refused says why, and nothing else.
+    with_first: Mutex<Option<String>>,
 }
 
 impl Reporter {
@@ -48,7 +50,16 @@ impl Reporter {
             started: Instant::now(),
             last_line: Mutex::new(None),
             bytes: Mutex::new(0),
+            with_first: Mutex::new(None),
         }
+    }
+
+    /// Notes something with the first frame.
+    pub(crate) fn note_with_first(&self, message: String) {
+        *self
+            .with_first
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner) = Some(message);
     }
 
     fn line(&self, text: &str) {
@@ -91,6 +102,14 @@ impl Observer for Reporter {
             .bytes
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner) += done.bytes;
+        let first = self
+            .with_first
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .take();
+        if let Some(message) = first {
+            self.note(&message);
+        }
         let elapsed = self.started.elapsed().as_secs_f64();
         let rate = elapsed / done.count as f64;
         if let Some(bar) = &self.bar {

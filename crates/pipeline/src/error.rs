@@ -26,6 +26,9 @@ pub enum Error {
         /// What it said.
         source: Arc<dyn std::error::Error + Send + Sync>,
     },
+    /// The renderer could not be started.
+    #[error("{0}")]
+    Renderer(Arc<str>),
     /// A stage panicked on another thread, which has reported it.
     #[error("a stage that this one waited for panicked")]
     StagePanicked,

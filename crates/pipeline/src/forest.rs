@@ -5,7 +5,6 @@ use nemoral_render::CameraImages;
 use nemoral_scene::{ChunkCoord, LidarPoint};
 use nemoral_seed::Key;
 
-use crate::Error;
 use crate::config::Config;
 use crate::plan::{Node, Plan};
 use crate::robot::{Guide, GuideStage};
@@ -18,11 +17,13 @@ use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyS
 use crate::stages::sensors::{CameraRig, CameraStage, LidarRig, LidarStage};
 use crate::stages::things::{ThingStage, Things};
 use crate::stages::undergrowth::{FloraStage, Patch, UndergrowthStage};
+use crate::{Backend, Error};
 
 /// The world, chunk and frame plans of a config.
 #[derive(Debug)]
 pub struct ForestPlan {
     plan: Plan,
+    backend: Backend,
     /// World: the ground's terrain and trails.
     pub ground_model: Node<(), GroundModel>,
     /// World: what is grown.
@@ -62,11 +63,19 @@ pub struct ForestPlan {
 }
 
 impl ForestPlan {
-    /// Wires the plans of a config.
+    /// Wires the plans of a config; the CPU takes the pictures.
     ///
     /// # Errors
     /// If the config asks for something impossible that only a stage's crate knows to be so.
     pub fn new(config: &Config) -> Result<Self, Error> {
+        Self::on(config, Backend::Cpu)
+    }
+
+    /// Wires the plans of a config; `backend` takes the pictures.
+    ///
+    /// # Errors
+    /// If the config asks for something impossible that only a stage's crate knows to be so.
+    pub fn on(config: &Config, backend: Backend) -> Result<Self, Error> {
         let chunk_size_m = config.chunks.size_m;
         let mut plan = Plan::new(Key::world(config.seed));
 
@@ -78,7 +87,7 @@ impl ForestPlan {
         );
         let flora = plan.add(FloraStage::new(config), ());
         let guide = plan.add(GuideStage::new(config), (ground_model.of_world(),));
-        let camera = plan.add(CameraStage::new(config), ());
+        let camera = plan.add(CameraStage::new(config, backend.clone()), ());
         let lidars = plan.add(LidarStage::new(config), ());
 
         let ground = plan.add(ChunkGroundStage, (ground_model.of_world(),));
@@ -150,6 +159,7 @@ impl ForestPlan {
 
         Ok(Self {
             plan,
+            backend,
             ground_model,
             assets,
             placement,
@@ -169,6 +179,12 @@ impl ForestPlan {
             image,
             scans,
         })
+    }
+
+    /// What takes the pictures.
+    #[must_use]
+    pub fn backend(&self) -> &Backend {
+        &self.backend
     }
 
     /// The plan itself.

@@ -18,7 +18,7 @@ use crate::config::{self, Config};
 use crate::plan::{At, Hasher, Runner, Store};
 use crate::stages::frame::{FramePose, visible_chunks};
 use crate::stages::sensors;
-use crate::{Error, ForestPlan};
+use crate::{Backend, Error, ForestPlan};
 
 /// The number of the one sequence of a data set.
 const SEQUENCE: u32 = 0;
@@ -38,6 +38,8 @@ pub struct Request {
     pub mode: OpenMode,
     /// How many threads compute chunks. Pixels and pulses are shared among rayon's threads.
     pub threads: usize,
+    /// What takes the pictures.
+    pub backend: Backend,
 }
 
 /// Hears how a run goes.
@@ -87,7 +89,7 @@ pub fn generate(
     stop: &AtomicBool,
 ) -> Result<Manifest, Error> {
     let config = &request.config;
-    let forest = ForestPlan::new(config)?;
+    let forest = ForestPlan::on(config, request.backend.clone())?;
     let store = Store::unlimited();
     let runner = Runner::new(forest.plan(), &store, request.threads);
 
@@ -294,7 +296,7 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
         generator: "nemoral".to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seed: config.seed,
-        backend: "cpu".to_owned(),
+        backend: forest.backend().name(),
         chunk_size_m: config.chunks.size_m,
         depth_format: if config.output.depth_npy {
             DepthFormat::Npy

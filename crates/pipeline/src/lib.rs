@@ -26,6 +26,7 @@
 //! The chunk manager of the paper (section IV-A) is [`ChunkManager`]: the eviction policy of the
 //! plan's store. A forest is endless; what is kept of it is what is near the robot.
 
+mod backend;
 mod chunks;
 pub mod config;
 mod error;
@@ -37,6 +38,7 @@ mod preview;
 pub mod robot;
 pub mod stages;
 
+pub use backend::{Backend, BackendChoice, Renderer};
 pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
 pub use estimate::{Estimate, estimate};

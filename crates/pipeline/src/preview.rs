@@ -9,7 +9,7 @@ use nemoral_scene::{Image, Intrinsics, LidarPoint, ObjectId, Ontology, RigidTran
 use crate::config::Config;
 use crate::plan::{Runner, Store};
 use crate::stages::sensors;
-use crate::{Error, ForestPlan};
+use crate::{Backend, Error, ForestPlan};
 
 /// The sheet's paper, between the pictures.
 const PAPER: [u8; 3] = [18, 20, 22];
@@ -20,8 +20,13 @@ const GAP: usize = 12;
 ///
 /// # Errors
 /// If the frame cannot be made.
-pub fn preview(config: &Config, frame: u64, threads: usize) -> Result<Image<[u8; 3]>, Error> {
-    let forest = ForestPlan::new(config)?;
+pub fn preview(
+    config: &Config,
+    backend: Backend,
+    frame: u64,
+    threads: usize,
+) -> Result<Image<[u8; 3]>, Error> {
+    let forest = ForestPlan::on(config, backend)?;
     let store = Store::unlimited();
     let runner = Runner::new(forest.plan(), &store, threads);
     let image = runner.get(forest.image, frame)?;

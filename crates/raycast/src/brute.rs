@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use nemoral_scene::{Hit, Ray, RayCaster};
+use nemoral_scene::{Hit, PlacedGroup, Ray, RayCaster};
 
-use crate::forest::{describe, in_group};
+use crate::forest::{describe, in_group, placed};
 use crate::group::Group;
 use crate::nearest::{Nearest, Rank};
 
@@ -47,5 +47,9 @@ impl RayCaster for BruteForce {
             }
         }
         describe(&self.groups, &nearest)
+    }
+
+    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
+        Some(placed(&self.groups))
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use nemoral_scene::{Hit, Ray, RayCaster};
+use nemoral_scene::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster};
 use rayon::prelude::*;
 
 use crate::bundle::{self, Bundle};
@@ -223,6 +223,10 @@ impl RayCaster for Forest {
         hits.zip(&place)
             .for_each(|(hit, &at)| *hit = found[at as usize]);
     }
+
+    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
+        Some(placed(&self.groups))
+    }
 }
 
 /// Rays of a batch that one thread casts.
@@ -245,6 +249,14 @@ impl Places<'_> {
             Self::OfOrder(hits) => &mut hits[at],
         }
     }
+}
+
+/// Groups as renderers want them.
+pub(crate) fn placed(groups: &[(Vec3, Arc<Group>)]) -> Vec<PlacedGroup> {
+    groups
+        .iter()
+        .map(|(offset, group)| (*offset, Arc::clone(group) as Arc<dyn InstanceGroup>))
+        .collect()
 }
 
 /// The nearest hits of rays, in an order in which neighbours look alike.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use nemoral_scene::{Bounds, Instance, ObjectId};
+use nemoral_scene::{Bounds, Instance, InstanceGroup, ObjectId};
 
 use crate::blas::Blas;
 use crate::exact::LocalRay;
@@ -82,6 +82,12 @@ impl Pose {
     /// which keeps the shape's side in mirrored instances too.
     pub(crate) fn normal_to_group(&self, normal: DVec3) -> DVec3 {
         self.inverse.transpose() * normal
+    }
+}
+
+impl InstanceGroup for Group {
+    fn instances(&self) -> Box<dyn ExactSizeIterator<Item = &Instance> + '_> {
+        Box::new(self.instances.iter().map(|(instance, _)| instance))
     }
 }
 

@@ -56,6 +56,8 @@
 
 mod atmosphere;
 mod error;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod ground;
 mod haze;
 mod lens;
@@ -71,6 +73,8 @@ mod tone;
 mod view;
 
 pub use error::ParamError;
+#[cfg(feature = "gpu")]
+pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};
 pub use lens::Lens;
 pub use lighting::Lighting;
 pub use raycast::{PixelTruth, RayCastCamera, RayCastParams};

@@ -138,10 +138,25 @@ impl Lighting {
             + self.global * self.ground_albedo * (0.5 / PI)
     }
 
-    /// The sun's disc, as radiance.
-    pub(crate) fn sun_radiance(&self) -> Vec3 {
+    /// What is behind everything: the sky, or as much of it as the mist lets through.
+    pub(crate) fn background(&self, haze: &Haze, direction: Vec3) -> Vec3 {
+        let through = haze.sky_transmittance(direction.z);
+        let sky = self.sky_radiance(direction);
+        if through < 1.0 {
+            sky.lerp(self.mist_radiance(direction), 1.0 - through)
+        } else {
+            sky
+        }
+    }
+
+    /// The sun itself in a direction, as radiance; black beside its disc.
+    pub(crate) fn sun_disc(&self, haze: &Haze, direction: Vec3) -> Vec3 {
         let r = Sun::ANGULAR_RADIUS_RAD as f32;
-        self.sun_irradiance / (PI * r * r)
+        // The difference of unit vectors is the angle, to a part in 10^6 here.
+        if (direction - self.sun_direction).length() >= r {
+            return Vec3::ZERO;
+        }
+        self.sun_irradiance / (PI * r * r) * haze.sky_transmittance(direction.z)
     }
 
     /// The air of a world that ends at `range_m`.

@@ -11,7 +11,7 @@ use crate::maps::Maps;
 use crate::shade::{Look, shade};
 use crate::sun_disc::SunDisc;
 use crate::tone::{develop, log_mean_luminance};
-use crate::{CameraImages, CameraRenderer, Lens, Lighting, SceneView, Sun, View};
+use crate::{CameraImages, CameraRenderer, Lens, Lighting, SceneView, View};
 
 /// How carefully a picture is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -242,24 +242,10 @@ impl Shot<'_> {
     /// The colour of a ray whose shadow ray goes to a point of the sun.
     fn colour(&self, ray: &Ray, hit: Option<&Hit>, sun: Vec3) -> Colour {
         let lighting = &self.camera.lighting;
-        // The sky, or as much of it as the mist lets through.
-        let through = self.haze.sky_transmittance(ray.direction.z);
-        let sky = lighting.sky_radiance(ray.direction);
-        let background = if through < 1.0 {
-            sky.lerp(lighting.mist_radiance(ray.direction), 1.0 - through)
-        } else {
-            sky
-        };
+        let background = lighting.background(&self.haze, ray.direction);
         let Some(hit) = hit else {
-            // The difference of unit vectors is the angle, to a part in 10^6 here.
-            let off = (ray.direction - lighting.sun_direction()).length();
-            let disc = if off < Sun::ANGULAR_RADIUS_RAD as f32 {
-                through
-            } else {
-                0.0
-            };
             return Colour {
-                rest: background + lighting.sun_radiance() * disc,
+                rest: background + lighting.sun_disc(&self.haze, ray.direction),
                 sun: Vec3::ZERO,
                 shadow: None,
             };

@@ -49,6 +49,12 @@ impl<T> Image<T> {
         &self.pixels
     }
 
+    /// The pixels themselves, row by row.
+    #[must_use]
+    pub fn into_pixels(self) -> Vec<T> {
+        self.pixels
+    }
+
     /// The pixel at (column, row).
     ///
     /// # Panics

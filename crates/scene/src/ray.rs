@@ -1,8 +1,10 @@
 //! Rays, hits, and the seam between sensors and casters.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
-use crate::{MaterialId, ObjectId};
+use crate::{Instance, MaterialId, ObjectId};
 
 /// A ray in a frame's scene. `direction` has unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +60,15 @@ pub struct Hit {
     pub variation: f32,
 }
 
+/// Instances that are made and dropped together: a chunk's.
+pub trait InstanceGroup: Send + Sync {
+    /// They, in order of their numbers.
+    fn instances(&self) -> Box<dyn ExactSizeIterator<Item = &Instance> + '_>;
+}
+
+/// A group and where its frame lies in the scene, metres.
+pub type PlacedGroup = (Vec3, Arc<dyn InstanceGroup>);
+
 /// Whatever rays can be cast at. A texel that a mask declares transparent is not there.
 ///
 /// Hits at equal distance are decided by object id, then by instance and primitive number, never
@@ -94,6 +105,14 @@ pub trait RayCaster: Sync {
             *hit = self.closest_hit(ray);
         }
     }
+
+    /// The shapes behind the answers, for renderers that draw shapes instead of casting rays at
+    /// them: so both see one scene. `None` if the caster does not tell.
+    ///
+    /// An instance whose linear map is singular or not finite is never hit, and not to be drawn.
+    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
+        None
+    }
 }
 
 impl<C: RayCaster + ?Sized> RayCaster for &C {
@@ -111,5 +130,9 @@ impl<C: RayCaster + ?Sized> RayCaster for &C {
 
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         (**self).closest_hits(rays, hits);
+    }
+
+    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
+        (**self).placed_groups()
     }
 }

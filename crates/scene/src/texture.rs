@@ -115,6 +115,21 @@ impl Texture {
         &self.levels[0].texels
     }
 
+    /// How many mips there are, level 0 included.
+    #[must_use]
+    pub fn levels(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// sRGB bytes of a mip, row by row; each side is half of the one before, at least 1.
+    ///
+    /// # Panics
+    /// If there is no such level.
+    #[must_use]
+    pub fn level(&self, level: usize) -> &[[u8; 4]] {
+        &self.levels[level].texels
+    }
+
     /// The mean linear colour.
     #[must_use]
     pub fn mean(&self) -> Vec3 {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{Outcome, folder, nemoral, run};
+use crate::common::{Outcome, folder, nemoral, outcome, run, small};
 
 /// Runs a command that must answer, and says nothing else.
 #[track_caller]
@@ -158,6 +158,25 @@ fn the_plan_as_a_graph_and_as_keys() {
     let camera = explain("camera.width_px=200");
     assert!(differ(&camera, "frame.image"));
     assert!(!differ(&camera, "frame.scans") && !differ(&camera, "chunk.solid"));
+}
+
+#[test]
+fn a_gpu_that_is_not_there_is_refused_in_words() {
+    let out = folder("no-gpu").join("data");
+    // The same on every machine: no GPU has this name.
+    let asked = |backend: &str| {
+        outcome(small(&out, &["--backend", backend]).env("WGPU_ADAPTER_NAME", "no such GPU"))
+    };
+    let refused = asked("gpu");
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    for said in ["no GPU", "--backend cpu", "mesa-vulkan-drivers"] {
+        assert!(refused.stderr.contains(said), "{}", refused.stderr);
+    }
+    assert!(!out.exists(), "nothing was written");
+    let done = asked("auto");
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let note = "note: renderer: the CPU (no GPU: ";
+    assert_eq!(done.stderr.matches(note).count(), 1, "{}", done.stderr);
 }
 
 #[test]

@@ -237,9 +237,7 @@ impl Stage for ImageStage {
             sky_visibility: &openness,
         };
         let key = world.stage(CAMERA).item(at);
-        rig.renderer
-            .render(&seen, &view, key)
-            .map_err(Error::of_stage)
+        rig.renderer.render(&seen, &view, key)
     }
 }
 

@@ -20,9 +20,9 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Intrinsics, RigidTransform};
 use nemoral_seed::Key;
 
-use crate::Error;
 use crate::config::{self, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition};
 use crate::plan::{Hasher, Stage};
+use crate::{Backend, Error, Renderer};
 
 /// The camera with its place on the body.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ pub struct CameraRig {
     /// From the optical frame.
     pub body_from_camera: RigidTransform,
     /// Takes the pictures.
-    pub renderer: RayCastCamera,
+    pub renderer: Renderer,
     /// How bright they come out.
     pub exposure: Exposure,
     /// And how light becomes brightness.
@@ -119,13 +119,15 @@ pub struct CameraStage {
     sun: config::Sun,
     sky: config::Sky,
     max_range_m: f64,
+    backend: Backend,
 }
 
 impl CameraStage {
     /// The stage of a config.
     #[must_use]
-    pub fn new(config: &Config) -> Self {
+    pub fn new(config: &Config, backend: Backend) -> Self {
         Self {
+            backend,
             camera: config.camera.clone(),
             sun: config.sun.clone(),
             sky: config.sky.clone(),
@@ -180,6 +182,9 @@ impl Stage for CameraStage {
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_str(&format!("{:?}", (&self.camera, &self.sun, &self.sky)));
         hasher.write_f64(self.max_range_m);
+        if !matches!(self.backend, Backend::Cpu) {
+            hasher.write_str(&self.backend.name());
+        }
     }
 
     fn run(&self, (): (), _: Key, (): ()) -> Result<CameraRig, Error> {
@@ -192,16 +197,33 @@ impl Stage for CameraStage {
         };
         let lighting = Lighting::new(&self.sun()?, &sky).map_err(Error::of_stage)?;
         let (tone, lens) = look(&self.camera.look);
-        let params = RayCastParams {
-            lens,
-            edge_samples: self.camera.samples - 1,
-            max_range_m: self.max_range_m as f32,
-            ..RayCastParams::default()
+        let max_range_m = self.max_range_m as f32;
+        let renderer = match &self.backend {
+            Backend::Cpu => {
+                let params = RayCastParams {
+                    lens,
+                    edge_samples: self.camera.samples - 1,
+                    max_range_m,
+                    ..RayCastParams::default()
+                };
+                let camera = RayCastCamera::new(params, lighting).map_err(Error::of_stage)?;
+                Renderer::Cpu(Box::new(camera))
+            }
+            #[cfg(feature = "gpu")]
+            Backend::Gpu(gpu) => {
+                let params = nemoral_render::GpuParams {
+                    lens,
+                    max_range_m,
+                    ..Default::default()
+                };
+                let camera = nemoral_render::GpuCamera::new(gpu, params, lighting);
+                Renderer::Gpu(Box::new(camera.map_err(Error::of_stage)?))
+            }
         };
         Ok(CameraRig {
             intrinsics: intrinsics(&self.camera)?,
             body_from_camera: body_from_camera(&self.camera),
-            renderer: RayCastCamera::new(params, lighting).map_err(Error::of_stage)?,
+            renderer,
             exposure: match Exposure::default() {
                 Exposure::Auto { key, .. } => Exposure::Auto {
                     key,

@@ -1,0 +1,133 @@
+//! Which renderer takes a data set's pictures: decided once, before anything is made.
+
+#[cfg(feature = "gpu")]
+use nemoral_render::{Accept, Gpu, GpuCamera, GpuError};
+use nemoral_render::{CameraImages, CameraRenderer, RayCastCamera, SceneView, View};
+use nemoral_seed::Key;
+
+use crate::Error;
+
+/// What a request says about the renderer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BackendChoice {
+    /// A hardware GPU if there is one that will do, else the CPU.
+    #[default]
+    Auto,
+    /// The ray-cast camera: works everywhere.
+    Cpu,
+    /// A GPU; software that plays one will do if there is no hardware.
+    Gpu,
+}
+
+/// The renderer that was decided on.
+#[derive(Clone, Debug, Default)]
+pub enum Backend {
+    /// The ray-cast camera.
+    #[default]
+    Cpu,
+    /// This GPU.
+    #[cfg(feature = "gpu")]
+    Gpu(Gpu),
+}
+
+impl Backend {
+    /// Decides, and says in words what and why.
+    ///
+    /// # Errors
+    /// If a GPU is demanded and there is none that will do, or this build knows none (feature
+    /// `gpu`).
+    #[cfg(feature = "gpu")]
+    pub fn resolve(choice: BackendChoice) -> Result<(Self, String), Error> {
+        let on = |gpu: Gpu, why: &str| {
+            let note = format!("renderer: the GPU {}{why}", gpu.name());
+            (Self::Gpu(gpu), note)
+        };
+        match choice {
+            BackendChoice::Cpu => Ok((Self::Cpu, "renderer: the CPU, as asked".to_owned())),
+            BackendChoice::Gpu => {
+                let gpu = Gpu::open(Accept::Any).map_err(|e| match e {
+                    GpuError::NoAdapter { .. } | GpuError::TooSmall { .. } => {
+                        Error::request(format!("--backend gpu: {e}"))
+                    }
+                    e => Error::Renderer(e.to_string().into()),
+                })?;
+                let software = gpu.is_software();
+                Ok(on(
+                    gpu,
+                    if software {
+                        ", software: slow"
+                    } else {
+                        ", as asked"
+                    },
+                ))
+            }
+            BackendChoice::Auto => Ok(match Gpu::open(Accept::Hardware) {
+                Ok(gpu) => on(gpu, ""),
+                Err(GpuError::NoAdapter { reason }) => {
+                    (Self::Cpu, format!("renderer: the CPU (no GPU: {reason})"))
+                }
+                Err(e) => (Self::Cpu, format!("renderer: the CPU ({e})")),
+            }),
+        }
+    }
+
+    /// Decides, and says in words what and why.
+    ///
+    /// # Errors
+    /// If a GPU is demanded: this build knows none (feature `gpu`).
+    #[cfg(not(feature = "gpu"))]
+    pub fn resolve(choice: BackendChoice) -> Result<(Self, String), Error> {
+        match choice {
+            BackendChoice::Gpu => Err(Error::request(
+                "--backend gpu: this program was built without its GPU renderer (feature `gpu`)",
+            )),
+            BackendChoice::Auto | BackendChoice::Cpu => {
+                Ok((Self::Cpu, "renderer: the CPU".to_owned()))
+            }
+        }
+    }
+
+    /// As it is recorded: what one GPU draws, another need not continue.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self {
+            Self::Cpu => "cpu".to_owned(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => format!("gpu: {}", gpu.name()),
+        }
+    }
+}
+
+/// The camera of a backend.
+#[derive(Debug)]
+pub enum Renderer {
+    /// Casts rays.
+    Cpu(Box<RayCastCamera>),
+    /// Draws.
+    #[cfg(feature = "gpu")]
+    Gpu(Box<GpuCamera>),
+}
+
+impl Renderer {
+    /// The ray-cast camera, if it is one.
+    #[must_use]
+    pub fn ray_cast(&self) -> Option<&RayCastCamera> {
+        match self {
+            Self::Cpu(camera) => Some(camera),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => None,
+        }
+    }
+}
+
+impl CameraRenderer for Renderer {
+    type Error = Error;
+
+    fn render(&self, scene: &SceneView<'_>, view: &View, key: Key) -> Result<CameraImages, Error> {
+        match self {
+            Self::Cpu(camera) => camera.render(scene, view, key).map_err(Error::of_stage),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(camera) => camera.render(scene, view, key).map_err(Error::of_stage),
+        }
+    }
+}

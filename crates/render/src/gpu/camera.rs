@@ -1,0 +1,571 @@
+//! The camera itself.
+
+use std::fmt;
+use std::sync::{Mutex, PoisonError};
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat3, DVec2, DVec3, Mat4, Vec3, Vec4};
+use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
+use nemoral_seed::Key;
+use rayon::prelude::*;
+
+use super::cull::{Crowd, Frustum};
+use super::lit::{Cascade, Lit, LitShot};
+use super::materials::Materials;
+use super::pages::GpuMemory;
+use super::pass::TruthPass;
+use super::pipeline::{Batch, DEPTH_FORMAT, EXACT_FORMAT, ExactPass, Layouts, group, texture};
+use super::readback::Readback;
+use super::shapes::{Shapes, from_octahedral};
+use super::{Gpu, GpuError, Pass};
+use crate::error::check;
+use crate::tone::{develop, log_mean_luminance};
+use crate::{CameraImages, CameraRenderer, Lens, Lighting, SceneView, View};
+
+/// How the GPU's pictures are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GpuParams {
+    /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
+    pub max_range_m: f32,
+    /// What the lens does to the light.
+    pub lens: Lens,
+    /// Return the radiance image too?
+    pub keep_linear: bool,
+    /// Sides of each shadow map, texels, 256..=8192.
+    pub shadow_px: u32,
+    /// The most device memory that is used, MiB, 128..=1,048,576.
+    pub memory_mib: u32,
+}
+
+impl Default for GpuParams {
+    fn default() -> Self {
+        Self {
+            max_range_m: 300.0,
+            lens: Lens::default(),
+            keep_linear: false,
+            shadow_px: 2048,
+            memory_mib: 4096,
+        }
+    }
+}
+
+/// What the exact passes drew.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GpuImages {
+    /// What is exactly at each pixel's centre.
+    pub truth: TruthImages,
+    /// Of each pass that was added, in order: what its `paint` gave.
+    pub passes: Vec<Image<[u32; 4]>>,
+}
+
+/// The camera that draws on a GPU.
+///
+/// It keeps shapes and materials on the GPU between pictures, within
+/// [`memory_mib`](GpuParams::memory_mib). The truth is the ray-cast camera's but for rounding: on
+/// borders of surfaces a pixel in some thousands sees the neighbour.
+pub struct GpuCamera {
+    gpu: Gpu,
+    params: GpuParams,
+    lighting: Lighting,
+    layouts: Layouts,
+    state: Mutex<State>,
+}
+
+struct State {
+    materials: Option<Materials>,
+    shapes: Shapes,
+    /// The truth first.
+    passes: Vec<ExactPass>,
+    lit: Lit,
+    targets: Option<Targets>,
+    /// Of the last picture: batches and read-backs.
+    transient: u64,
+}
+
+/// What is drawn to.
+struct Targets {
+    size: [u32; 2],
+    exact: wgpu::Texture,
+    depth: wgpu::Texture,
+    /// Directions of the pixels' centres, and their z in the optical frame.
+    rays: wgpu::Texture,
+}
+
+/// Things nearer than this are not drawn.
+const NEAR_M: f64 = 0.01;
+
+/// A frame's origin lies on a grid of this step, so that places of chunks are exact in f32.
+const GRID_PER_M: f64 = 1024.0;
+
+/// `Frame` in `surface.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct FrameRecord {
+    /// By columns.
+    pub(crate) clip: [[f32; 4]; 4],
+    pub(crate) eye: [f32; 4],
+    pub(crate) forward: [f32; 4],
+    pub(crate) right: [f32; 4],
+    pub(crate) down: [f32; 4],
+    pub(crate) size: [f32; 4],
+}
+
+impl FrameRecord {
+    fn new(view: &View, origin_m: DVec3, max_range_m: f32) -> Self {
+        let k = &view.intrinsics;
+        let (w, h) = (f64::from(k.width), f64::from(k.height));
+        let axes = DMat3::from_quat(view.scene_from_camera.rotation);
+        let eye = view.scene_from_camera.translation_m - origin_m;
+        let (x, y, z) = (axes.x_axis, axes.y_axis, axes.z_axis);
+        // Rows of the clip matrix, in scene axes about the eye.
+        let rows = [
+            (x * (2.0 * k.fx) + z * (2.0 * k.cx - w)) / w,
+            -(y * (2.0 * k.fy) + z * (2.0 * k.cy - h)) / h,
+            DVec3::ZERO,
+            z,
+        ];
+        let constants = [0.0, 0.0, NEAR_M, 0.0];
+        let row = |i: usize| -> Vec4 {
+            let moved = constants[i] - rows[i].dot(eye);
+            rows[i].extend(moved).as_vec4()
+        };
+        Self {
+            clip: Mat4::from_cols(row(0), row(1), row(2), row(3))
+                .transpose()
+                .to_cols_array_2d(),
+            eye: eye.as_vec3().extend(0.0).to_array(),
+            forward: z.as_vec3().extend(max_range_m).to_array(),
+            right: (x / k.fx).as_vec3().extend(k.cx as f32).to_array(),
+            down: (y / k.fy).as_vec3().extend(k.cy as f32).to_array(),
+            size: [w as f32, h as f32, NEAR_M as f32, 0.0],
+        }
+    }
+}
+
+impl fmt::Debug for GpuCamera {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("GpuCamera")
+            .field("gpu", &self.gpu)
+            .field("params", &self.params)
+            .finish_non_exhaustive()
+    }
+}
+
+impl GpuCamera {
+    /// A camera on a GPU, under a light.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range, or the GPU refuses.
+    pub fn new(gpu: &Gpu, params: GpuParams, lighting: Lighting) -> Result<Self, GpuError> {
+        let p = &params;
+        let range = p.max_range_m.into();
+        check("camera.max_range_m", range, 1.0, 1e5, "1..=100,000 m")?;
+        p.lens.check()?;
+        let shadow = p.shadow_px.into();
+        check("camera.shadow_px", shadow, 256.0, 8192.0, "256..=8192")?;
+        let memory = p.memory_mib.into();
+        check(
+            "camera.memory_mib",
+            memory,
+            128.0,
+            1_048_576.0,
+            "128..=1,048,576 MiB",
+        )?;
+        let layouts = Layouts::new(gpu);
+        let truth = ExactPass::new(gpu, &layouts, Box::new(TruthPass))?;
+        let lit = Lit::new(gpu, &layouts, &lighting, p.max_range_m, p.shadow_px)?;
+        gpu.check()?;
+        let state = State {
+            materials: None,
+            shapes: Shapes::new(0),
+            passes: vec![truth],
+            lit,
+            targets: None,
+            transient: 0,
+        };
+        Ok(Self {
+            gpu: gpu.clone(),
+            params,
+            lighting,
+            layouts,
+            state: Mutex::new(state),
+        })
+    }
+
+    /// The light it takes pictures in.
+    #[must_use]
+    pub fn lighting(&self) -> &Lighting {
+        &self.lighting
+    }
+
+    /// Where it draws.
+    #[must_use]
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Draws this pass too from now on, by [`draw`](Self::draw).
+    ///
+    /// # Errors
+    /// If its shader is wrong.
+    pub fn add_pass(&self, pass: Box<dyn Pass>) -> Result<(), GpuError> {
+        let mut state = self.state();
+        state
+            .passes
+            .push(ExactPass::new(&self.gpu, &self.layouts, pass)?);
+        Ok(())
+    }
+
+    /// The device memory in use.
+    #[must_use]
+    pub fn memory(&self) -> GpuMemory {
+        let state = self.state();
+        GpuMemory {
+            bytes: state.fixed() + state.shapes.pages.bytes(),
+            limit_bytes: self.limit(),
+            shapes: state.shapes.len(),
+            evicted: state.shapes.evicted,
+        }
+    }
+
+    /// The truth and all passes that were added, without colour.
+    ///
+    /// # Errors
+    /// If the view is impossible, the scene does not fit, or the GPU failed.
+    pub fn draw(&self, scene: &SceneView<'_>, view: &View) -> Result<GpuImages, GpuError> {
+        view.check()?;
+        let mut state = self.state();
+        let shot = self.prepare(&mut state, scene, view, &[])?;
+        let (readbacks, submission) = self.draw_exact(&mut state, &shot, view, usize::MAX);
+        drop(state);
+        let mut images = readbacks
+            .iter()
+            .map(|readback| readback.read(&self.gpu, &submission, |rows| texels(rows, view)));
+        let truth = images.next().expect("the truth is the first pass")?;
+        Ok(GpuImages {
+            truth: truth_images(&truth, &shot.objects),
+            passes: images.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Brings all that a picture needs to the GPU.
+    fn prepare(
+        &self,
+        state: &mut State,
+        scene: &SceneView<'_>,
+        view: &View,
+        cascades: &[Cascade],
+    ) -> Result<Shot, GpuError> {
+        self.gpu.check()?;
+        let groups = scene.caster.placed_groups().ok_or(GpuError::NoShapes)?;
+        state.hold_materials(&self.gpu, scene)?;
+        state.hold_targets(&self.gpu, view)?;
+        let origin_m = origin_of(view);
+        let range_m = self.params.max_range_m;
+        let frustum = Frustum::new(view, origin_m, range_m.into());
+        let crowd = Crowd::gather(&groups, origin_m, |ball| {
+            frustum.sees(ball) || cascades.iter().any(|c| c.sees(ball))
+        });
+        state.shapes.limit = self.limit().saturating_sub(state.fixed());
+        state
+            .shapes
+            .ensure(&self.gpu, &self.layouts.page, crowd.prototypes())?;
+        let draws = crowd.draws(&state.shapes, |ball| frustum.sees(ball));
+        let frame = FrameRecord::new(view, origin_m, range_m);
+        let materials = state.materials.as_ref().expect("they were uploaded");
+        let frame = bytemuck::bytes_of(&frame);
+        let batch = Batch::upload(&self.gpu, &self.layouts, materials, frame, &draws)?;
+        Ok(Shot {
+            crowd,
+            batch,
+            objects: draws.objects,
+        })
+    }
+
+    /// Draws the first `count` exact passes, and sends the pictures on their way back.
+    fn draw_exact(
+        &self,
+        state: &mut State,
+        shot: &Shot,
+        view: &View,
+        count: usize,
+    ) -> (Vec<Readback>, wgpu::SubmissionIndex) {
+        let targets = state.targets.as_ref().expect("they were made");
+        targets.cast_rays(&self.gpu, view);
+        let [exact, depth, rays] = [&targets.exact, &targets.depth, &targets.rays].map(view_of);
+        let mut encoder = self
+            .gpu
+            .device()
+            .create_command_encoder(&Default::default());
+        let mut readbacks = Vec::new();
+        for own in state.passes.iter().take(count) {
+            let attachment = wgpu::RenderPassColorAttachment {
+                view: &exact,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            };
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(own.pass.name()),
+                color_attachments: &[Some(attachment)],
+                depth_stencil_attachment: Some(reversed(&depth)),
+                ..Default::default()
+            });
+            let table = own.table.as_ref().expect("tables follow materials");
+            let resources = [
+                table.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&rays),
+            ];
+            let group = group(&self.gpu, own.pass.name(), &self.layouts.exact, &resources);
+            let (pages, pipelines) = (&state.shapes.pages, &own.pipelines);
+            shot.batch
+                .draw(&self.gpu, &mut pass, pages, pipelines, &group);
+            drop(pass);
+            let readback = Readback::encode(&self.gpu, &mut encoder, &targets.exact, 16);
+            readbacks.push(readback);
+        }
+        let submission = self.gpu.queue().submit([encoder.finish()]);
+        let coming: u64 = readbacks.iter().map(Readback::bytes).sum();
+        state.transient = shot.batch.bytes + coming;
+        (readbacks, submission)
+    }
+
+    fn limit(&self) -> u64 {
+        u64::from(self.params.memory_mib) << 20
+    }
+
+    /// A picture that panicked left nothing half done that the next one would use.
+    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl CameraRenderer for GpuCamera {
+    type Error = GpuError;
+
+    /// The key is not needed: nothing in the picture is left to chance.
+    fn render(&self, scene: &SceneView<'_>, view: &View, _: Key) -> Result<CameraImages, GpuError> {
+        view.check()?;
+        let mut guard = self.state();
+        let state = &mut *guard;
+        let cascades = Cascade::all(
+            view,
+            origin_of(view),
+            self.params.max_range_m.into(),
+            self.lighting.sun_direction(),
+            self.params.shadow_px,
+        );
+        state.lit.hold_targets(&self.gpu, view)?;
+        let shot = self.prepare(state, scene, view, &cascades)?;
+        let (truth, truth_drawn) = self.draw_exact(state, &shot, view, 1);
+        let lit = LitShot {
+            view,
+            scene,
+            cascades: &cascades,
+            crowd: &shot.crowd,
+            batch: &shot.batch,
+        };
+        let materials = state.materials.as_ref().expect("they were uploaded");
+        let (colour, colour_drawn, bytes) = state.lit.draw(
+            &self.gpu,
+            &self.layouts,
+            materials,
+            &state.shapes,
+            &self.lighting,
+            &lit,
+        )?;
+        state.transient += bytes;
+        // The truth is read while the GPU is at the colours.
+        let truth = truth[0].read(&self.gpu, &truth_drawn, |rows| texels(rows, view))?;
+        let truth = truth_images(&truth, &shot.objects);
+        let linear = colour.read(&self.gpu, &colour_drawn, |rows| {
+            state.lit.compose(rows, view, &self.lighting)
+        })?;
+        drop(guard);
+        let (width, height) = (linear.width(), linear.height());
+        let mut pixels = linear.into_pixels();
+        self.params.lens.apply(&mut pixels, &view.intrinsics);
+        let ev100 = view.exposure.ev100(log_mean_luminance(&pixels));
+        let linear = Image::new(width, height, pixels);
+        Ok(CameraImages {
+            rgb: develop(&linear, ev100, view.tone),
+            linear: self.params.keep_linear.then_some(linear),
+            truth,
+            ev100,
+        })
+    }
+}
+
+/// The point of the grid next to the camera.
+fn origin_of(view: &View) -> DVec3 {
+    (view.scene_from_camera.translation_m * GRID_PER_M).round() / GRID_PER_M
+}
+
+/// A picture in the making.
+struct Shot {
+    crowd: Crowd,
+    /// What the camera sees of it.
+    batch: Batch,
+    /// Of the batch's instances.
+    objects: Vec<ObjectId>,
+}
+
+impl State {
+    /// All but the pages, bytes.
+    fn fixed(&self) -> u64 {
+        let targets = self.targets.as_ref().map_or(0, Targets::bytes);
+        let materials = self.materials.as_ref().map_or(0, Materials::bytes);
+        targets + materials + self.lit.bytes() + self.transient
+    }
+
+    fn hold_materials(&mut self, gpu: &Gpu, scene: &SceneView<'_>) -> Result<(), GpuError> {
+        let library = scene.materials;
+        if !self.materials.as_ref().is_some_and(|m| m.are(library)) {
+            self.materials = Some(Materials::upload(gpu, library)?);
+            for pass in &mut self.passes {
+                pass.table = None;
+            }
+        }
+        for pass in self.passes.iter_mut().filter(|p| p.table.is_none()) {
+            pass.tabulate(gpu, library)?;
+        }
+        Ok(())
+    }
+
+    fn hold_targets(&mut self, gpu: &Gpu, view: &View) -> Result<(), GpuError> {
+        let size = [view.intrinsics.width, view.intrinsics.height];
+        if self.targets.as_ref().is_none_or(|t| t.size != size) {
+            let limit = gpu.device().limits().max_texture_dimension_2d;
+            if size[0].max(size[1]) > limit {
+                return Err(GpuError::TooSmall {
+                    name: gpu.name(),
+                    what: format!(
+                        "it draws {limit} x {limit} pixels, {} x {} are asked for",
+                        size[0], size[1]
+                    ),
+                });
+            }
+            // The old ones first: both need not fit.
+            self.targets = None;
+            self.targets = Some(Targets::new(gpu, size));
+            gpu.check()?;
+        }
+        Ok(())
+    }
+}
+
+impl Targets {
+    fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
+        use wgpu::TextureUsages as U;
+        let [width, height] = size;
+        let target = |label, format, usage| {
+            let usage = usage | U::RENDER_ATTACHMENT;
+            texture(gpu, label, [width, height, 1], 1, format, usage)
+        };
+        Self {
+            size,
+            exact: target("exact", EXACT_FORMAT, U::COPY_SRC),
+            depth: target("depth", DEPTH_FORMAT, U::empty()),
+            rays: texture(
+                gpu,
+                "rays",
+                [width, height, 1],
+                1,
+                wgpu::TextureFormat::Rgba32Float,
+                U::TEXTURE_BINDING | U::COPY_DST,
+            ),
+        }
+    }
+
+    /// The rays of a view, as the ray-cast camera has them: to the bit, so that both renderers ask
+    /// the same question.
+    fn cast_rays(&self, gpu: &Gpu, view: &View) {
+        let width = self.size[0] as usize;
+        let mut rays = vec![[0.0_f32; 4]; width * self.size[1] as usize];
+        rays.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            for (x, ray) in row.iter_mut().enumerate() {
+                let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let z = view.intrinsics.direction(centre).z as f32;
+                *ray = view.ray(centre, f32::MAX).direction.extend(z).to_array();
+            }
+        });
+        gpu.queue().write_texture(
+            self.rays.as_image_copy(),
+            bytemuck::cast_slice(&rays),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(self.size[0] * 16),
+                rows_per_image: None,
+            },
+            self.rays.size(),
+        );
+    }
+
+    fn bytes(&self) -> u64 {
+        let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
+        pixels * (16 + 4 + 16)
+    }
+}
+
+pub(crate) fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// A depth buffer, cleared to infinity.
+pub(crate) fn reversed(view: &wgpu::TextureView) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations {
+            load: wgpu::LoadOp::Clear(0.0),
+            store: wgpu::StoreOp::Store,
+        }),
+        stencil_ops: None,
+    }
+}
+
+/// An image from its rows.
+fn texels(rows: &mut dyn Iterator<Item = &[u8]>, view: &View) -> Image<[u32; 4]> {
+    let (width, height) = (
+        view.intrinsics.width as usize,
+        view.intrinsics.height as usize,
+    );
+    let mut pixels = Vec::with_capacity(width * height);
+    for row in rows {
+        pixels.extend(
+            row.chunks_exact(16)
+                .map(bytemuck::pod_read_unaligned::<[u32; 4]>),
+        );
+    }
+    Image::new(width, height, pixels)
+}
+
+/// What the truth pass wrote, in our terms.
+fn truth_images(texels: &Image<[u32; 4]>, objects: &[ObjectId]) -> TruthImages {
+    let (width, height) = (texels.width(), texels.height());
+    let semantic = |t: &[u32; 4]| {
+        let number = u8::try_from(t[1]).ok();
+        number.and_then(Semantic::from_u8).unwrap_or(Semantic::Sky)
+    };
+    let object = |t: &[u32; 4]| match t[0] {
+        0 => ObjectId::NONE,
+        number => objects[number as usize - 1],
+    };
+    let normal = |t: &[u32; 4]| match t[0] {
+        0 => Vec3::ZERO,
+        _ => from_octahedral(t[3]),
+    };
+    let texels = texels.pixels();
+    TruthImages {
+        semantic: Image::new(width, height, texels.par_iter().map(semantic).collect()),
+        object: Image::new(width, height, texels.par_iter().map(object).collect()),
+        depth_m: Image::new(
+            width,
+            height,
+            texels.iter().map(|t| f32::from_bits(t[2])).collect(),
+        ),
+        normal: Image::new(width, height, texels.par_iter().map(normal).collect()),
+    }
+}

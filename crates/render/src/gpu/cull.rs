@@ -1,0 +1,255 @@
+//! What of a scene is drawn: instances before the camera, sorted by shape.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat3, DVec3};
+use nemoral_scene::{Instance, ObjectId, PlacedGroup, Prototype};
+
+use super::pages::Kind;
+use super::shapes::Shapes;
+
+/// `Instance` in `surface.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct InstanceRecord {
+    x: [f32; 3],
+    /// What f32 rounds off the place.
+    rest_x: f32,
+    y: [f32; 3],
+    rest_y: f32,
+    z: [f32; 3],
+    rest_z: f32,
+    place: [f32; 3],
+    variation: f32,
+}
+
+impl InstanceRecord {
+    fn new(instance: &Instance, offset: DVec3) -> Self {
+        let exact = offset + instance.position_m.as_dvec3();
+        let place = exact.as_vec3();
+        let rest = (exact - place.as_dvec3()).as_vec3();
+        let axes = instance.linear;
+        Self {
+            x: axes.x_axis.to_array(),
+            rest_x: rest.x,
+            y: axes.y_axis.to_array(),
+            rest_y: rest.y,
+            z: axes.z_axis.to_array(),
+            rest_z: rest.z,
+            place: place.to_array(),
+            variation: instance.variation,
+        }
+    }
+}
+
+/// A ball about the frame's origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ball {
+    pub(crate) centre: DVec3,
+    pub(crate) radius: f64,
+}
+
+/// One of a frame's instances.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    /// In `Crowd::prototypes`.
+    shape: usize,
+    object: ObjectId,
+    ball: Ball,
+    record: InstanceRecord,
+}
+
+/// All instances of a frame, about its origin.
+#[derive(Debug)]
+pub(crate) struct Crowd {
+    /// In the order of their first instances.
+    prototypes: Vec<Arc<Prototype>>,
+    placed: Vec<Placed>,
+}
+
+impl Crowd {
+    /// The instances of groups about `origin_m`, those that `wanted` wants.
+    pub(crate) fn gather(
+        groups: &[PlacedGroup],
+        origin_m: DVec3,
+        wanted: impl Fn(&Ball) -> bool,
+    ) -> Self {
+        let mut crowd = Self {
+            prototypes: Vec::new(),
+            placed: Vec::new(),
+        };
+        let mut shapes: BTreeMap<usize, usize> = BTreeMap::new();
+        for (offset, group) in groups {
+            let offset = offset.as_dvec3() - origin_m;
+            for instance in group.instances() {
+                let Some(ball) = ball(instance, offset) else {
+                    continue;
+                };
+                if !wanted(&ball) {
+                    continue;
+                }
+                let prototype = &instance.prototype;
+                let shape = *shapes
+                    .entry(Arc::as_ptr(prototype) as usize)
+                    .or_insert_with(|| {
+                        crowd.prototypes.push(Arc::clone(prototype));
+                        crowd.prototypes.len() - 1
+                    });
+                crowd.placed.push(Placed {
+                    shape,
+                    object: instance.object,
+                    ball,
+                    record: InstanceRecord::new(instance, offset),
+                });
+            }
+        }
+        crowd
+    }
+
+    pub(crate) fn prototypes(&self) -> &[Arc<Prototype>] {
+        &self.prototypes
+    }
+
+    /// The draws of those instances that are seen, nearest first among those of a shape.
+    pub(crate) fn draws(&self, shapes: &Shapes, seen: impl Fn(&Ball) -> bool) -> Draws {
+        let mut order: Vec<u32> = (0..self.placed.len() as u32)
+            .filter(|&i| seen(&self.placed[i as usize].ball))
+            .collect();
+        order.sort_by(|&a, &b| {
+            let [a, b] = [a, b].map(|i| &self.placed[i as usize]);
+            let far = |p: &Placed| p.ball.centre.length_squared();
+            a.shape.cmp(&b.shape).then(far(a).total_cmp(&far(b)))
+        });
+        let placed = |i: &u32| &self.placed[*i as usize];
+        let mut draws = Draws {
+            instances: order.iter().map(|i| placed(i).record).collect(),
+            objects: order.iter().map(|i| placed(i).object).collect(),
+            of_pages: Vec::new(),
+        };
+        let mut of_pages: BTreeMap<usize, Vec<Draw>> = BTreeMap::new();
+        let mut first = 0;
+        for alike in order.chunk_by(|a, b| placed(a).shape == placed(b).shape) {
+            let prototype = &self.prototypes[placed(&alike[0]).shape];
+            for kind in Kind::ALL {
+                for range in shapes.ranges(prototype, kind) {
+                    of_pages.entry(range.page).or_default().push(Draw {
+                        vertices: range.count * kind.vertices(),
+                        instances: alike.len() as u32,
+                        first_vertex: range.first * kind.vertices(),
+                        first_instance: first,
+                    });
+                }
+            }
+            first += alike.len() as u32;
+        }
+        draws.of_pages = of_pages.into_iter().collect();
+        draws
+    }
+}
+
+/// The arguments of an indirect draw.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Draw {
+    pub(crate) vertices: u32,
+    pub(crate) instances: u32,
+    pub(crate) first_vertex: u32,
+    pub(crate) first_instance: u32,
+}
+
+/// What one view draws.
+#[derive(Debug)]
+pub(crate) struct Draws {
+    pub(crate) instances: Vec<InstanceRecord>,
+    /// Of the instances.
+    pub(crate) objects: Vec<ObjectId>,
+    /// By page.
+    pub(crate) of_pages: Vec<(usize, Vec<Draw>)>,
+}
+
+/// `None` if the instance is never hit.
+fn ball(instance: &Instance, offset: DVec3) -> Option<Ball> {
+    let linear: DMat3 = instance.linear.as_dmat3();
+    let sound = linear.determinant() != 0.0
+        && linear.inverse().is_finite()
+        && instance.position_m.is_finite();
+    let bounds = instance.prototype.bounds();
+    let half = (bounds.max.as_dvec3() - bounds.min.as_dvec3()) * 0.5;
+    let middle = (bounds.max.as_dvec3() + bounds.min.as_dvec3()) * 0.5;
+    let reach = |row: DVec3| row.abs().dot(half);
+    let rows = linear.transpose();
+    let extent = DVec3::new(reach(rows.x_axis), reach(rows.y_axis), reach(rows.z_axis));
+    sound.then(|| Ball {
+        centre: offset + instance.position_m.as_dvec3() + linear * middle,
+        // A hair more, for what f32 rounds.
+        radius: extent.length() + 1e-3,
+    })
+}
+
+/// What a pinhole sees, up to a distance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frustum {
+    eye: DVec3,
+    range_m: f64,
+    /// Inwards, unit, through the eye: left, right, top, bottom, front.
+    planes: [DVec3; 5],
+}
+
+impl Frustum {
+    pub(crate) fn new(view: &crate::View, origin_m: DVec3, range_m: f64) -> Self {
+        let k = &view.intrinsics;
+        let (w, h) = (f64::from(k.width), f64::from(k.height));
+        let optical = [
+            DVec3::new(k.fx, 0.0, k.cx),
+            DVec3::new(-k.fx, 0.0, w - k.cx),
+            DVec3::new(0.0, k.fy, k.cy),
+            DVec3::new(0.0, -k.fy, h - k.cy),
+            DVec3::Z,
+        ];
+        let pose = &view.scene_from_camera;
+        Self {
+            eye: pose.translation_m - origin_m,
+            range_m,
+            planes: optical.map(|n| pose.transform_vector(n / n.length())),
+        }
+    }
+
+    pub(crate) fn sees(&self, ball: &Ball) -> bool {
+        let at = ball.centre - self.eye;
+        at.length() - ball.radius <= self.range_m
+            && self.planes.iter().all(|n| n.dot(at) >= -ball.radius)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::View;
+    use glam::DQuat;
+    use nemoral_scene::{Intrinsics, RigidTransform};
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_projects_into_the_picture_is_seen(
+            x in -50.0_f64..50.0, y in -50.0_f64..50.0, z in -20.0_f64..80.0, radius in 0.0_f64..9.0, yaw in 0.0_f64..6.3,
+        ) {
+            let k = Intrinsics::from_fov(64, 36, 1.2).expect("valid");
+            let pose = RigidTransform { rotation: DQuat::from_rotation_z(yaw), translation_m: DVec3::new(3.0, -2.0, 1.0) };
+            let origin = DVec3::new(2.0, -2.0, 0.0);
+            let frustum = Frustum::new(&View::new(k, pose), origin, 60.0);
+            let optical = DVec3::new(x, y, z);
+            let inside = k.project(optical).is_some_and(|p| (0.0..=64.0).contains(&p.x) && (0.0..=36.0).contains(&p.y));
+            let ball = Ball { centre: pose.transform_point(optical) - origin, radius };
+            if inside && optical.length() <= 60.0 {
+                prop_assert!(frustum.sees(&ball));
+            }
+            // And what is far outside is not.
+            if optical.z < -radius - 1e-6 || optical.length() > 60.0 + radius + 1e-6 {
+                prop_assert!(!frustum.sees(&ball));
+            }
+        }
+    }
+}

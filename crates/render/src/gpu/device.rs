@@ -1,0 +1,247 @@
+//! Finding and opening a GPU.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::GpuError;
+
+/// Which GPUs will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Accept {
+    /// Hardware alone.
+    Hardware,
+    /// Software that plays a GPU (Mesa's lavapipe) too, if there is no hardware: right, and slower
+    /// than the ray-cast camera.
+    Any,
+}
+
+/// An opened GPU. Clones share it.
+#[derive(Clone)]
+pub struct Gpu {
+    inner: Arc<Inner>,
+}
+
+struct Inner {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+    /// The first thing that went wrong outside of an error scope.
+    failure: Arc<Mutex<Option<GpuError>>>,
+}
+
+impl fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Gpu").field(&self.name()).finish()
+    }
+}
+
+/// What a shader stage reads in storage buffers.
+const STORAGE_BUFFERS: u32 = 7;
+
+impl Gpu {
+    /// Opens the best GPU there is: discrete before integrated, Vulkan, Metal or DirectX before GL.
+    ///
+    /// The environment may narrow the choice, as in all programs that use wgpu: `WGPU_BACKEND`
+    /// (`vulkan`, `metal`, `dx12`, `gl`) and `WGPU_ADAPTER_NAME` (a part of the name).
+    ///
+    /// # Errors
+    /// If there is none, it is too small, or its driver fails.
+    pub fn open(accept: Accept) -> Result<Self, GpuError> {
+        if accept == Accept::Hardware && !has_hardware() {
+            let reason = "this machine has no GPU device".to_owned();
+            return Err(GpuError::NoAdapter { reason });
+        }
+        let mut found = Vec::new();
+        // GL where nothing better answers: asking it wakes the window system's libraries.
+        let asked = match wgpu::Backends::from_env() {
+            Some(backends) => vec![backends],
+            None => vec![wgpu::Backends::PRIMARY, wgpu::Backends::GL],
+        };
+        let mut adapters = Vec::new();
+        for backends in asked {
+            if found.is_empty() {
+                adapters = adapters_of(backends);
+                found.extend(adapters.iter().map(|a| a.get_info().name));
+            }
+        }
+        adapters
+            .retain(|a| accept == Accept::Any || a.get_info().device_type != wgpu::DeviceType::Cpu);
+        // The sort is stable: of equals, the first that the system names.
+        adapters.sort_by_key(|a| rank(&a.get_info()));
+        let Some(adapter) = adapters.into_iter().next() else {
+            let reason = if found.is_empty() {
+                "no driver answers".to_owned()
+            } else {
+                format!("{} is software", found.join(", "))
+            };
+            return Err(GpuError::NoAdapter { reason });
+        };
+        Self::open_adapter(&adapter)
+    }
+
+    fn open_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+        let info = adapter.get_info();
+        let (limits, features) = (adapter.limits(), adapter.features());
+        let small = |what: String| GpuError::TooSmall {
+            name: info.name.clone(),
+            what,
+        };
+        let flags = adapter.get_downlevel_capabilities().flags;
+        let needed = wgpu::DownlevelFlags::VERTEX_STORAGE | wgpu::DownlevelFlags::FRAGMENT_STORAGE;
+        if !flags.contains(needed) {
+            return Err(small("its shaders cannot read storage buffers".to_owned()));
+        }
+        if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
+            return Err(small(format!(
+                "a shader reads {} storage buffers, {STORAGE_BUFFERS} are needed",
+                limits.max_storage_buffers_per_shader_stage
+            )));
+        }
+        const MIB: u64 = 1 << 20;
+        if limits.max_storage_buffer_binding_size < 64 * MIB {
+            return Err(small(format!(
+                "a shader sees {} MiB of a buffer, 64 MiB are needed",
+                limits.max_storage_buffer_binding_size / MIB
+            )));
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            required_features: features & wgpu::Features::INDIRECT_FIRST_INSTANCE,
+            required_limits: limits,
+            ..Default::default()
+        };
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
+                GpuError::NoDevice {
+                    name: info.name.clone(),
+                    reason: e.to_string(),
+                }
+            })?;
+        let failure = Arc::new(Mutex::new(None));
+        let first = |failure: &Mutex<Option<GpuError>>, error| {
+            let mut slot = failure.lock().unwrap_or_else(PoisonError::into_inner);
+            slot.get_or_insert(error);
+        };
+        let kept = Arc::clone(&failure);
+        device.on_uncaptured_error(Arc::new(move |e| {
+            let reason = e.to_string();
+            first(&kept, GpuError::Refused { reason });
+        }));
+        let kept = Arc::clone(&failure);
+        device.set_device_lost_callback(move |why, reason| {
+            // Dropping the last handle is no loss.
+            if why != wgpu::DeviceLostReason::Destroyed {
+                first(&kept, GpuError::Lost { reason });
+            }
+        });
+        let inner = Inner {
+            device,
+            queue,
+            info,
+            failure,
+        };
+        Ok(Self {
+            inner: Arc::new(inner),
+        })
+    }
+
+    /// The GPU and the interface it is driven through, such as `NVIDIA H200 (vulkan)`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let info = &self.inner.info;
+        format!("{} ({})", info.name, info.backend)
+    }
+
+    /// Is it software?
+    #[must_use]
+    pub fn is_software(&self) -> bool {
+        self.inner.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    pub(crate) fn device(&self) -> &wgpu::Device {
+        &self.inner.device
+    }
+
+    pub(crate) fn queue(&self) -> &wgpu::Queue {
+        &self.inner.queue
+    }
+
+    /// Draws may be told by the GPU's own memory, first instance and all.
+    pub(crate) fn draws_indirectly(&self) -> bool {
+        let features = self.inner.device.features();
+        features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE)
+    }
+
+    /// # Errors
+    /// What has gone wrong since the GPU was opened. A lost GPU stays lost.
+    pub(crate) fn check(&self) -> Result<(), GpuError> {
+        let mut slot = self
+            .inner
+            .failure
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        match &*slot {
+            None => Ok(()),
+            Some(lost @ GpuError::Lost { .. }) => Err(lost.clone()),
+            Some(_) => Err(slot.take().expect("it is there")),
+        }
+    }
+
+    /// Waits until a submission is done.
+    pub(crate) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), GpuError> {
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: None,
+        };
+        let polled = self.inner.device.poll(wait);
+        self.check()?;
+        polled.map(drop).map_err(|e| GpuError::Lost {
+            reason: e.to_string(),
+        })
+    }
+}
+
+/// Could there be a GPU? Asking its drivers costs a third of a second, and they talk to the standard
+/// error of machines without a display.
+fn has_hardware() -> bool {
+    if !cfg!(target_os = "linux") {
+        return true;
+    }
+    let Ok(devices) = std::fs::read_dir("/dev") else {
+        return true;
+    };
+    // Mesa's drivers, NVIDIA's, and those of Windows' Linux and of phones.
+    let prefixes = ["dri", "nvidia", "dxg", "kgsl", "mali"];
+    devices.flatten().any(|device| {
+        let name = device.file_name();
+        prefixes
+            .iter()
+            .any(|p| name.to_string_lossy().starts_with(p))
+    })
+}
+
+/// What answers, if `WGPU_ADAPTER_NAME` does not speak against it.
+fn adapters_of(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = backends;
+    // No validation layers, whatever the profile: they may be older than the shaders' language.
+    descriptor.flags = wgpu::InstanceFlags::empty().with_env();
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    if let Ok(wanted) = std::env::var("WGPU_ADAPTER_NAME") {
+        let wanted = wanted.to_lowercase();
+        adapters.retain(|a| a.get_info().name.to_lowercase().contains(&wanted));
+    }
+    adapters
+}
+
+/// The smaller, the better.
+fn rank(info: &wgpu::AdapterInfo) -> (u8, u8) {
+    let kind = match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    };
+    (kind, u8::from(info.backend == wgpu::Backend::Gl))
+}

@@ -1,0 +1,530 @@
+//! The lit colour pass: shadow maps, light in tables, four samples a pixel.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
+use nemoral_scene::Image;
+use rayon::prelude::*;
+
+use super::camera::FrameRecord;
+use super::cull::{Ball, Crowd};
+use super::materials::Materials;
+use super::pipeline::{
+    Batch, DEPTH_FORMAT, Layouts, Pipelines, Stage, buffer, entry, group, layout, storage,
+    storage_entry, texture, uniform_entry,
+};
+use super::readback::Readback;
+use super::shapes::Shapes;
+use super::{Gpu, GpuError};
+use crate::haze::Haze;
+use crate::tone::LUMINANCE;
+use crate::{Lighting, SceneView, View};
+
+/// What is drawn to. Half floats: a pixel's light may be a 10⁸th of another's.
+const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// Samples of a pixel.
+const SAMPLES: u32 = 4;
+
+// As `lit.wgsl` has them.
+const CASCADES: usize = 4;
+const SKY_SIDE: usize = 128;
+const AMBIENT_SIDE: usize = 16;
+const OPENNESS_STEPS: usize = 32;
+const GRID_SIDE: usize = 64;
+const GRID_UP: usize = 32;
+
+/// How far above what they shade things cast shadows from, metres.
+const CASTERS_M: f64 = 200.0;
+
+/// White in the sun becomes this in the target: 1/16 of a half float's largest.
+const WHITE: f32 = 4096.0;
+
+/// `Light` in `lit.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct LightRecord {
+    sun: [f32; 4],
+    irradiance: [f32; 4],
+    air: [f32; 4],
+    cascades: [[[f32; 4]; 4]; CASCADES],
+    ends: [f32; 4],
+    texels: [f32; 4],
+    near_grid: [f32; 4],
+    far_grid: [f32; 4],
+    grid_up: [f32; 4],
+}
+
+/// What a shadow map sees: a square prism along the sun's light, about the frame's origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cascade {
+    /// Across, up the map, and towards the sun; unit.
+    axes: [DVec3; 3],
+    /// In these axes.
+    centre: DVec3,
+    half_m: f64,
+    end_m: f64,
+    /// Texels of a side.
+    side: u32,
+}
+
+impl Cascade {
+    /// Those of a view, the nearest first.
+    pub(crate) fn all(
+        view: &View,
+        origin_m: DVec3,
+        range_m: f64,
+        sun: Vec3,
+        side: u32,
+    ) -> Vec<Self> {
+        let pose = &view.scene_from_camera;
+        let (w, h) = (
+            f64::from(view.intrinsics.width),
+            f64::from(view.intrinsics.height),
+        );
+        let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)]
+            .map(|(x, y)| pose.transform_vector(view.intrinsics.direction(DVec2::new(x, y))));
+        let forward = pose.transform_vector(DVec3::Z);
+        let towards_sun = sun.as_dvec3() / sun.as_dvec3().length();
+        let (across, up) = towards_sun.any_orthonormal_pair();
+        let axes = [across, up, towards_sun];
+        let ends = [0.0, 7.0, 24.0, 80.0, range_m].map(|e: f64| e.min(range_m));
+        ends.windows(2)
+            .map(|ends| {
+                let middle = 0.5 * (ends[0] + ends[1]);
+                let reach = |d: &DVec3| {
+                    let far = |end: f64| (*d * end - forward * middle).length();
+                    far(ends[0]).max(far(ends[1]))
+                };
+                let half_m = corners.iter().map(reach).fold(1.0, f64::max);
+                // In whole texels of the scene, so that a still thing's shadow is still.
+                let texel = 2.0 * half_m / f64::from(side);
+                let middle = pose.translation_m + forward * middle;
+                let snap =
+                    |axis: DVec3| (axis.dot(middle) / texel).round() * texel - axis.dot(origin_m);
+                let depth = towards_sun.dot(middle - origin_m);
+                Self {
+                    axes,
+                    centre: DVec3::new(snap(across), snap(up), depth),
+                    half_m,
+                    end_m: ends[1],
+                    side,
+                }
+            })
+            .collect()
+    }
+
+    /// May a thing cast a shadow on what is seen?
+    pub(crate) fn sees(&self, ball: &Ball) -> bool {
+        let [x, y, z] = self.axes.map(|axis| axis.dot(ball.centre));
+        let reach = self.half_m + ball.radius;
+        (x - self.centre.x).abs() <= reach
+            && (y - self.centre.y).abs() <= reach
+            && z - self.centre.z >= -reach
+            && z - self.centre.z <= reach + CASTERS_M
+    }
+
+    /// Metres of a texel.
+    fn texel_m(&self) -> f64 {
+        2.0 * self.half_m / f64::from(self.side)
+    }
+
+    /// Clip coordinates from scene axes about the origin; the nearer to the sun, the greater z.
+    fn clip(&self) -> Mat4 {
+        let depth = 2.0 * self.half_m + CASTERS_M;
+        let row = |axis: DVec3, at: f64, size: f64, plus: f64| -> Vec4 {
+            (axis / size).extend(plus - at / size).as_vec4()
+        };
+        let [x, y, z] = self.axes;
+        let c = self.centre;
+        Mat4::from_cols(
+            row(x, c.x, self.half_m, 0.0),
+            row(y, c.y, self.half_m, 0.0),
+            row(z, c.z - self.half_m, depth, 0.0),
+            Vec4::W,
+        )
+        .transpose()
+    }
+
+    fn frame(&self) -> FrameRecord {
+        let [x, y, z] = self.axes;
+        let corner = x * (self.centre.x - self.half_m)
+            + y * (self.centre.y + self.half_m)
+            + z * (self.centre.z + self.half_m);
+        let texel = self.texel_m();
+        let side = self.side as f32;
+        FrameRecord {
+            clip: self.clip().to_cols_array_2d(),
+            eye: corner.as_vec3().extend(0.0).to_array(),
+            forward: (-z).as_vec3().extend(0.0).to_array(),
+            right: (x * texel).as_vec3().extend(0.0).to_array(),
+            down: (-y * texel).as_vec3().extend(0.0).to_array(),
+            size: [side, side, 0.0, 0.0],
+        }
+    }
+}
+
+/// The colour pass of a camera.
+#[derive(Debug)]
+pub(crate) struct Lit {
+    layout: wgpu::BindGroupLayout,
+    colour: Pipelines,
+    shadow: Pipelines,
+    /// An empty group, for shadows.
+    nothing: wgpu::BindGroup,
+    tables: wgpu::Buffer,
+    comparison: wgpu::Sampler,
+    shadows: wgpu::Texture,
+    targets: Option<LitTargets>,
+    haze: Haze,
+    /// What radiance is multiplied with in the target.
+    scale: f32,
+}
+
+#[derive(Debug)]
+struct LitTargets {
+    size: [u32; 2],
+    samples: wgpu::Texture,
+    depth: wgpu::Texture,
+    colour: wgpu::Texture,
+}
+
+/// What the GPU needs of one picture's light.
+pub(crate) struct LitShot<'a> {
+    pub(crate) view: &'a View,
+    pub(crate) scene: &'a SceneView<'a>,
+    pub(crate) cascades: &'a [Cascade],
+    pub(crate) crowd: &'a Crowd,
+    /// Of what the camera sees.
+    pub(crate) batch: &'a Batch,
+}
+
+impl Lit {
+    pub(crate) fn new(
+        gpu: &Gpu,
+        layouts: &Layouts,
+        lighting: &Lighting,
+        range_m: f32,
+        shadow_px: u32,
+    ) -> Result<Self, GpuError> {
+        let shadow_map = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Depth,
+            view_dimension: wgpu::TextureViewDimension::D2Array,
+            multisampled: false,
+        };
+        let comparison = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
+        let entries = [
+            uniform_entry(0),
+            storage_entry(1),
+            storage_entry(2),
+            storage_entry(3),
+            entry(4, shadow_map),
+            entry(5, comparison),
+        ];
+        let own = layout(gpu, "lit", &entries);
+        let empty = layout(gpu, "shadow", &[]);
+        let colour = Stage {
+            label: "lit",
+            shader: include_str!("shaders/lit.wgsl"),
+            layout: &own,
+            target: Some(COLOUR_FORMAT),
+            samples: SAMPLES,
+            margin_px: 0.0,
+        };
+        let shadow = Stage {
+            label: "shadow",
+            shader: include_str!("shaders/shadow.wgsl"),
+            layout: &empty,
+            target: None,
+            samples: 1,
+            margin_px: 0.0,
+        };
+        let haze = lighting.haze(range_m);
+        let white = lighting.ambient(1.0).irradiance(Vec3::Z)
+            + lighting.sun_irradiance() * lighting.sun_direction().z.max(0.0);
+        let tables = tables(lighting, &haze);
+        use wgpu::TextureUsages as U;
+        Ok(Self {
+            colour: Pipelines::new(gpu, layouts, &colour)?,
+            shadow: Pipelines::new(gpu, layouts, &shadow)?,
+            nothing: group(gpu, "shadow", &empty, &[]),
+            layout: own,
+            tables: storage(gpu, "light", bytemuck::cast_slice(&tables))?,
+            comparison: gpu.device().create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("shadow"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                compare: Some(wgpu::CompareFunction::GreaterEqual),
+                ..Default::default()
+            }),
+            shadows: texture(
+                gpu,
+                "shadows",
+                [shadow_px, shadow_px, CASCADES as u32],
+                1,
+                DEPTH_FORMAT,
+                U::RENDER_ATTACHMENT | U::TEXTURE_BINDING,
+            ),
+            targets: None,
+            haze,
+            scale: WHITE / white.dot(LUMINANCE).max(1e-6),
+        })
+    }
+
+    /// Bytes of maps and targets.
+    pub(crate) fn bytes(&self) -> u64 {
+        let side = u64::from(self.shadows.width());
+        let pixels = |t: &LitTargets| u64::from(t.size[0]) * u64::from(t.size[1]);
+        let targets = self.targets.as_ref().map_or(0, pixels);
+        self.tables.size()
+            + side * side * 4 * CASCADES as u64
+            + targets * (u64::from(SAMPLES) * (8 + 4) + 8)
+    }
+
+    pub(crate) fn hold_targets(&mut self, gpu: &Gpu, view: &View) -> Result<(), GpuError> {
+        use wgpu::TextureUsages as U;
+        let size = [view.intrinsics.width, view.intrinsics.height];
+        if self.targets.as_ref().is_none_or(|t| t.size != size) {
+            self.targets = None;
+            let target = |label, samples, format, usage| {
+                let usage = usage | U::RENDER_ATTACHMENT;
+                texture(gpu, label, [size[0], size[1], 1], samples, format, usage)
+            };
+            self.targets = Some(LitTargets {
+                size,
+                samples: target("samples", SAMPLES, COLOUR_FORMAT, U::empty()),
+                depth: target("depth of samples", SAMPLES, DEPTH_FORMAT, U::empty()),
+                colour: target("colour", 1, COLOUR_FORMAT, U::COPY_SRC),
+            });
+            gpu.check()?;
+        }
+        Ok(())
+    }
+
+    /// Draws shadows and colour, and sends the picture on its way back. Also says how much memory
+    /// the picture took for a while.
+    pub(crate) fn draw(
+        &self,
+        gpu: &Gpu,
+        layouts: &Layouts,
+        materials: &Materials,
+        shapes: &Shapes,
+        lighting: &Lighting,
+        shot: &LitShot<'_>,
+    ) -> Result<(Readback, wgpu::SubmissionIndex, u64), GpuError> {
+        let mut bytes = 0;
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        for (layer, cascade) in (0..).zip(shot.cascades) {
+            let draws = shot.crowd.draws(shapes, |ball| cascade.sees(ball));
+            let frame = cascade.frame();
+            let frame = bytemuck::bytes_of(&frame);
+            let batch = Batch::upload(gpu, layouts, materials, frame, &draws)?;
+            bytes += batch.bytes;
+            let view = self.shadows.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: layer,
+                array_layer_count: Some(1),
+                ..Default::default()
+            });
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("shadow"),
+                depth_stencil_attachment: Some(super::camera::reversed(&view)),
+                ..Default::default()
+            });
+            batch.draw(gpu, &mut pass, &shapes.pages, &self.shadow, &self.nothing);
+        }
+
+        let (light, openness) = self.light(lighting, shot);
+        let light = buffer(
+            gpu,
+            "light",
+            bytemuck::bytes_of(&light),
+            wgpu::BufferUsages::UNIFORM,
+        )?;
+        let openness = storage(gpu, "openness", bytemuck::cast_slice(&openness))?;
+        bytes += light.size() + openness.size();
+        let shadows = self.shadows.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        let resources = [
+            light.as_entire_binding(),
+            materials.texels.as_entire_binding(),
+            self.tables.as_entire_binding(),
+            openness.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&shadows),
+            wgpu::BindingResource::Sampler(&self.comparison),
+        ];
+        let own = group(gpu, "lit", &self.layout, &resources);
+        let targets = self.targets.as_ref().expect("they were made");
+        let [samples, depth, colour] =
+            [&targets.samples, &targets.depth, &targets.colour].map(super::camera::view_of);
+        let attachment = wgpu::RenderPassColorAttachment {
+            view: &samples,
+            depth_slice: None,
+            resolve_target: Some(&colour),
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                store: wgpu::StoreOp::Discard,
+            },
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("lit"),
+            color_attachments: &[Some(attachment)],
+            depth_stencil_attachment: Some(super::camera::reversed(&depth)),
+            ..Default::default()
+        });
+        shot.batch
+            .draw(gpu, &mut pass, &shapes.pages, &self.colour, &own);
+        drop(pass);
+        let readback = Readback::encode(gpu, &mut encoder, &targets.colour, 8);
+        let submission = gpu.queue().submit([encoder.finish()]);
+        bytes += readback.bytes();
+        Ok((readback, submission, bytes))
+    }
+
+    /// Radiance from the target's rows, with the sky behind.
+    pub(crate) fn compose(
+        &self,
+        rows: &mut dyn Iterator<Item = &[u8]>,
+        view: &View,
+        lighting: &Lighting,
+    ) -> Image<Vec3> {
+        let (width, height) = (
+            view.intrinsics.width as usize,
+            view.intrinsics.height as usize,
+        );
+        let rows: Vec<&[u8]> = rows.collect();
+        let mut linear = vec![Vec3::ZERO; width * height];
+        linear
+            .par_chunks_mut(width)
+            .zip(rows)
+            .enumerate()
+            .for_each(|(y, (out, row))| {
+                for (x, (out, texel)) in out.iter_mut().zip(row.chunks_exact(8)).enumerate() {
+                    let half =
+                        |i: usize| from_half(u16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]));
+                    let covered = half(3).clamp(0.0, 1.0);
+                    *out = Vec3::new(half(0), half(1), half(2)) / self.scale;
+                    if covered < 1.0 {
+                        let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                        let d = view.ray(centre, 1.0).direction;
+                        let sky =
+                            lighting.background(&self.haze, d) + lighting.sun_disc(&self.haze, d);
+                        *out += sky * (1.0 - covered);
+                    }
+                }
+            });
+        Image::new(width, height, linear)
+    }
+
+    fn light(&self, lighting: &Lighting, shot: &LitShot<'_>) -> (LightRecord, Vec<f32>) {
+        let camera = shot.view.scene_from_camera.translation_m.as_vec3();
+        let visibility = shot.scene.sky_visibility;
+        let range_m = self.haze.range_m;
+        // Node steps across and up, and how many layers lie below the camera.
+        let far = 2.0 * range_m / (GRID_SIDE - 1) as f32;
+        let grids = [(1.5, 1.5, 10.0), (far, 4.0, 14.0)];
+        let corner = |(step, up, below): (f32, f32, f32)| {
+            let half = 0.5 * step * (GRID_SIDE - 1) as f32;
+            Vec3::new(-half, -half, -up * below)
+        };
+        let nodes = GRID_SIDE * GRID_SIDE * GRID_UP;
+        let openness = (0..2 * nodes)
+            .into_par_iter()
+            .map(|i| {
+                let grid = grids[i / nodes];
+                let (x, y, z) = (
+                    i % GRID_SIDE,
+                    i / GRID_SIDE % GRID_SIDE,
+                    i % nodes / (GRID_SIDE * GRID_SIDE),
+                );
+                let at = Vec3::new(x as f32 * grid.0, y as f32 * grid.0, z as f32 * grid.1);
+                visibility.openness(camera + corner(grid) + at)
+            })
+            .collect();
+        let of = |f: fn(&Cascade) -> f64| std::array::from_fn(|k| f(&shot.cascades[k]) as f32);
+        let focal_px = 0.5 * (shot.view.intrinsics.fx + shot.view.intrinsics.fy);
+        let [near, far] = grids.map(|g| corner(g).extend(g.0).to_array());
+        let record = LightRecord {
+            sun: lighting
+                .sun_direction()
+                .extend((1.0 / focal_px) as f32)
+                .to_array(),
+            irradiance: lighting.sun_irradiance().extend(self.scale).to_array(),
+            air: [
+                self.haze.extinction,
+                self.haze.height_m,
+                range_m,
+                visibility.openness(camera),
+            ],
+            cascades: std::array::from_fn(|k| shot.cascades[k].clip().to_cols_array_2d()),
+            ends: of(|c| c.end_m),
+            texels: of(Cascade::texel_m),
+            near_grid: near,
+            far_grid: far,
+            grid_up: [grids[0].1, grids[1].1, 0.0, 0.0],
+        };
+        (record, openness)
+    }
+}
+
+/// The light in tables over octahedral maps: background radiance, then irradiance by openness.
+fn tables(lighting: &Lighting, haze: &Haze) -> Vec<[f32; 4]> {
+    let direction = |i: usize, side: usize| -> Vec3 {
+        let at = Vec2::new((i % side) as f32, (i / side) as f32) / (side - 1) as f32;
+        unfold(at * 2.0 - Vec2::ONE)
+    };
+    let sky = (0..SKY_SIDE * SKY_SIDE).map(|i| lighting.background(haze, direction(i, SKY_SIDE)));
+    let ambient = (0..=OPENNESS_STEPS).flat_map(|step| {
+        let ambient = lighting.ambient(step as f32 / OPENNESS_STEPS as f32);
+        (0..AMBIENT_SIDE * AMBIENT_SIDE)
+            .map(move |i| ambient.irradiance(direction(i, AMBIENT_SIDE)))
+    });
+    sky.chain(ambient)
+        .map(|c| c.extend(0.0).to_array())
+        .collect()
+}
+
+/// The unit vector of a point of the octahedral square, −1..=1.
+fn unfold(p: Vec2) -> Vec3 {
+    let z = 1.0 - p.x.abs() - p.y.abs();
+    let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
+    let p = if z >= 0.0 {
+        p
+    } else {
+        Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
+    };
+    // Of length at least 1 / sqrt 3.
+    let n = p.extend(z);
+    n / n.length()
+}
+
+/// IEEE 754 binary16.
+fn from_half(bits: u16) -> f32 {
+    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
+    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023) / 1024.0);
+    let size = match exponent {
+        0 => fraction * 2.0_f32.powi(-14),
+        31 => f32::INFINITY,
+        e => (1.0 + fraction) * 2.0_f32.powi(e - 15),
+    };
+    sign * size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves() {
+        for (bits, value) in [
+            (0x0000, 0.0),
+            (0x3C00, 1.0),
+            (0xC000, -2.0),
+            (0x7BFF, 65504.0),
+            (0x0001, 5.960_464_5e-8),
+            (0x3555, 0.333_251_95),
+        ] {
+            assert_eq!(from_half(bits), value, "{bits:#x}");
+        }
+    }
+}

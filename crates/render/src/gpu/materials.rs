@@ -1,0 +1,144 @@
+//! Materials and masks as the shaders read them.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use nemoral_scene::{AlphaMask, Material, MaterialLibrary, Texture};
+
+use super::pipeline::storage;
+use super::{Gpu, GpuError};
+
+/// `Material` in `surface.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Record {
+    semantic: u32,
+    mask: u32,
+    mask_width: u32,
+    mask_height: u32,
+    flags: u32,
+    albedo: u32,
+    albedo_width: u32,
+    albedo_height: u32,
+    transmittance: [f32; 3],
+    roughness: f32,
+    mean_albedo: [f32; 3],
+    tile_m: f32,
+}
+
+/// A material library on the GPU.
+#[derive(Debug)]
+pub(crate) struct Materials {
+    /// What was uploaded; its masks and textures are kept, so that no other takes their place in
+    /// memory.
+    library: Vec<Material>,
+    pub(crate) records: wgpu::Buffer,
+    pub(crate) masks: wgpu::Buffer,
+    /// Albedo, all mips of all textures: square roots of linear light, ten bits each.
+    pub(crate) texels: wgpu::Buffer,
+}
+
+impl Materials {
+    pub(crate) fn upload(gpu: &Gpu, library: &MaterialLibrary) -> Result<Self, GpuError> {
+        let (mut masks, mut texels) = (Vec::new(), Vec::new());
+        let mut known_masks: Vec<(Arc<AlphaMask>, u32)> = Vec::new();
+        let mut known_textures: Vec<(Arc<Texture>, u32)> = Vec::new();
+        let root = roots();
+        let mut records = Vec::new();
+        for material in library.materials() {
+            let (mut mask, mut size) = (0, [0, 0]);
+            if let Some(m) = &material.mask {
+                size = [m.width() as u32, m.height() as u32];
+                mask = place(&mut known_masks, m, &mut masks, |out| {
+                    out.extend_from_slice(m.words());
+                });
+            }
+            let texture = &material.albedo;
+            let albedo = place(&mut known_textures, texture, &mut texels, |out| {
+                for level in 0..texture.levels() {
+                    out.extend(texture.level(level).iter().map(|t| pack(*t, &root)));
+                }
+            });
+            records.push(Record {
+                semantic: material.semantic as u32,
+                mask,
+                mask_width: size[0],
+                mask_height: size[1],
+                flags: u32::from(material.ground),
+                albedo,
+                albedo_width: texture.width() as u32,
+                albedo_height: texture.height() as u32,
+                transmittance: material.transmittance.to_array(),
+                roughness: material.roughness.clamp(0.0, 1.0),
+                mean_albedo: texture.mean().to_array(),
+                tile_m: material.tile_m,
+            });
+        }
+        Ok(Self {
+            library: library.materials().to_vec(),
+            records: storage(gpu, "materials", bytemuck::cast_slice(&records))?,
+            masks: storage(gpu, "masks", bytemuck::cast_slice(&masks))?,
+            texels: storage(gpu, "albedo", bytemuck::cast_slice(&texels))?,
+        })
+    }
+
+    /// Is this what was uploaded?
+    pub(crate) fn are(&self, library: &MaterialLibrary) -> bool {
+        let same_mask = |a: &Option<Arc<AlphaMask>>, b: &Option<Arc<AlphaMask>>| match (a, b) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (None, None) => true,
+            _ => false,
+        };
+        let same = |a: &Material, b: &Material| {
+            a.semantic == b.semantic
+                && same_mask(&a.mask, &b.mask)
+                && Arc::ptr_eq(&a.albedo, &b.albedo)
+                && a.transmittance == b.transmittance
+                && (a.roughness, a.ground, a.tile_m) == (b.roughness, b.ground, b.tile_m)
+        };
+        self.library.len() == library.materials().len()
+            && self
+                .library
+                .iter()
+                .zip(library.materials())
+                .all(|(a, b)| same(a, b))
+    }
+
+    pub(crate) fn bytes(&self) -> u64 {
+        self.records.size() + self.masks.size() + self.texels.size()
+    }
+}
+
+/// Where a shared thing begins in `out`; writes it there if it is new.
+fn place<T>(
+    known: &mut Vec<(Arc<T>, u32)>,
+    thing: &Arc<T>,
+    out: &mut Vec<u32>,
+    write: impl FnOnce(&mut Vec<u32>),
+) -> u32 {
+    if let Some((_, at)) = known.iter().find(|(k, _)| Arc::ptr_eq(k, thing)) {
+        return *at;
+    }
+    let at = out.len() as u32;
+    write(out);
+    known.push((Arc::clone(thing), at));
+    at
+}
+
+/// The square root of the linear light of every sRGB byte (IEC 61966-2-1), times 1023.
+fn roots() -> [u32; 256] {
+    std::array::from_fn(|i| {
+        let s = i as f32 / 255.0;
+        let linear = if s <= 0.040_45 {
+            s / 12.92
+        } else {
+            libm::powf((s + 0.055) / 1.055, 2.4)
+        };
+        (linear.sqrt() * 1023.0).round() as u32
+    })
+}
+
+fn pack([r, g, b, _]: [u8; 4], root: &[u32; 256]) -> u32 {
+    let [r, g, b] = [r, g, b].map(|c| root[usize::from(c)]);
+    r | g << 10 | b << 20
+}

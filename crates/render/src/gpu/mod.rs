@@ -1,0 +1,24 @@
+//! The camera that draws on a GPU, through wgpu: offscreen, no window, no display.
+//!
+//! Everything is drawn as what the ray-cast camera casts at: the same triangles, cards and one-bit
+//! masks. The rasteriser only proposes which pixels a primitive may cover; a fragment then meets its
+//! primitive with the ray through the pixel's centre, by the formula of the ray caster, so that
+//! neither a GPU's snapped vertices nor its interpolation touch depth, mask or normal.
+
+mod camera;
+mod cull;
+mod device;
+mod error;
+mod lit;
+mod materials;
+mod pages;
+mod pass;
+mod pipeline;
+mod readback;
+mod shapes;
+
+pub use camera::{GpuCamera, GpuImages, GpuParams};
+pub use device::{Accept, Gpu};
+pub use error::GpuError;
+pub use pages::GpuMemory;
+pub use pass::Pass;

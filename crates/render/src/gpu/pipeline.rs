@@ -1,0 +1,386 @@
+//! Layouts, pipelines and buffers: how shaders are given what they read.
+
+use nemoral_scene::MaterialLibrary;
+
+use super::cull::Draws;
+use super::materials::Materials;
+use super::pages::{Kind, Pages};
+use super::{Gpu, GpuError, Pass};
+
+/// Shaders of all passes.
+const SURFACE: &str = include_str!("shaders/surface.wgsl");
+/// Those with one sample a pixel.
+const EXACT: &str = include_str!("shaders/exact.wgsl");
+
+/// What the passes' target holds.
+pub(crate) const EXACT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+/// Reversed: 1 at the near plane, 0 far away.
+pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// More than a GPU rounds vertices by, 1/256 pixel at most: in exact passes the fragment decides.
+const MARGIN_PX: f64 = 0.01;
+
+/// The binding of a page in its group.
+pub(crate) const GROUP_PAGE: u32 = 0;
+
+/// A buffer that shaders read, with its content; never empty, as no binding may be.
+pub(crate) fn storage(gpu: &Gpu, label: &str, content: &[u8]) -> Result<wgpu::Buffer, GpuError> {
+    let limit = gpu.device().limits().max_storage_buffer_binding_size;
+    if content.len() as u64 > limit {
+        return Err(GpuError::TooSmall {
+            name: gpu.name(),
+            what: format!(
+                "the {label} take {} MiB, a shader sees {} MiB of a buffer",
+                (content.len() as u64).div_ceil(1 << 20),
+                limit >> 20
+            ),
+        });
+    }
+    buffer(gpu, label, content, wgpu::BufferUsages::STORAGE)
+}
+
+/// A buffer with its content, at least 64 bytes long.
+pub(crate) fn buffer(
+    gpu: &Gpu,
+    label: &str,
+    content: &[u8],
+    usage: wgpu::BufferUsages,
+) -> Result<wgpu::Buffer, GpuError> {
+    let size = (content.len() as u64).next_multiple_of(16).max(64);
+    let buffer = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: usage | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    gpu.check()?;
+    gpu.queue().write_buffer(&buffer, 0, content);
+    Ok(buffer)
+}
+
+/// A target or a map.
+pub(crate) fn texture(
+    gpu: &Gpu,
+    label: &str,
+    [width, height, layers]: [u32; 3],
+    samples: u32,
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: layers,
+        },
+        mip_level_count: 1,
+        sample_count: samples,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// The groups of bindings that all passes share.
+#[derive(Debug)]
+pub(crate) struct Layouts {
+    pub(crate) scene: wgpu::BindGroupLayout,
+    pub(crate) page: wgpu::BindGroupLayout,
+    /// A pass's own table, and rays.
+    pub(crate) exact: wgpu::BindGroupLayout,
+}
+
+pub(crate) fn storage_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    entry(
+        binding,
+        wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+    )
+}
+
+pub(crate) fn uniform_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    entry(
+        binding,
+        wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+    )
+}
+
+pub(crate) fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+        ty,
+        count: None,
+    }
+}
+
+pub(crate) fn layout(
+    gpu: &Gpu,
+    label: &str,
+    entries: &[wgpu::BindGroupLayoutEntry],
+) -> wgpu::BindGroupLayout {
+    gpu.device()
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries,
+        })
+}
+
+/// Bindings 0, 1, 2 … of a group.
+pub(crate) fn group(
+    gpu: &Gpu,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[wgpu::BindingResource<'_>],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = resources
+        .iter()
+        .zip(0..)
+        .map(|(resource, binding)| wgpu::BindGroupEntry {
+            binding,
+            resource: resource.clone(),
+        })
+        .collect();
+    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout,
+        entries: &entries,
+    })
+}
+
+impl Layouts {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        let scene = [
+            uniform_entry(0),
+            storage_entry(1),
+            storage_entry(2),
+            storage_entry(3),
+        ];
+        let rays = entry(
+            1,
+            wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+        );
+        Self {
+            scene: layout(gpu, "scene", &scene),
+            page: layout(gpu, "page", &[storage_entry(GROUP_PAGE)]),
+            exact: layout(gpu, "exact", &[storage_entry(0), rays]),
+        }
+    }
+}
+
+/// What a pipeline is made of beside its shader.
+pub(crate) struct Stage<'a> {
+    pub(crate) label: &'a str,
+    /// WGSL after `surface.wgsl`.
+    pub(crate) shader: &'a str,
+    /// Group 2.
+    pub(crate) layout: &'a wgpu::BindGroupLayout,
+    /// None: depth alone.
+    pub(crate) target: Option<wgpu::TextureFormat>,
+    pub(crate) samples: u32,
+    /// How far primitives are drawn over their borders.
+    pub(crate) margin_px: f64,
+}
+
+/// The pipelines of a pass, for each kind of page.
+#[derive(Debug)]
+pub(crate) struct Pipelines([wgpu::RenderPipeline; 2]);
+
+impl Pipelines {
+    /// # Errors
+    /// If the shader is wrong.
+    pub(crate) fn new(gpu: &Gpu, layouts: &Layouts, stage: &Stage<'_>) -> Result<Self, GpuError> {
+        let device = gpu.device();
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(stage.label),
+            source: wgpu::ShaderSource::Wgsl(format!("{SURFACE}\n{}", stage.shader).into()),
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(stage.label),
+            bind_group_layouts: &[
+                Some(&layouts.scene),
+                Some(&layouts.page),
+                Some(stage.layout),
+            ],
+            immediate_size: 0,
+        });
+        let pipelines = Kind::ALL.map(|kind| {
+            let constants = [
+                ("CARDS", f64::from(u8::from(kind == Kind::Cards))),
+                ("MARGIN_PX", stage.margin_px),
+            ];
+            let options = wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                ..Default::default()
+            };
+            let target = stage.target.map(Into::into);
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(stage.label),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex"),
+                    compilation_options: options.clone(),
+                    buffers: &[],
+                },
+                // Both sides are seen.
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: Some(wgpu::DepthStencilState {
+                    format: DEPTH_FORMAT,
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: wgpu::StencilState::default(),
+                    bias: wgpu::DepthBiasState::default(),
+                }),
+                multisample: wgpu::MultisampleState {
+                    count: stage.samples,
+                    ..Default::default()
+                },
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fragment"),
+                    compilation_options: options,
+                    targets: if target.is_some() {
+                        std::slice::from_ref(&target)
+                    } else {
+                        &[]
+                    },
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        });
+        match pollster::block_on(scope.pop()) {
+            None => Ok(Self(pipelines)),
+            Some(e) => Err(GpuError::Shader {
+                pass: stage.label.to_owned(),
+                reason: e.to_string(),
+            }),
+        }
+    }
+}
+
+/// A pass with one exact sample a pixel.
+#[derive(Debug)]
+pub(crate) struct ExactPass {
+    pub(crate) pass: Box<dyn Pass>,
+    pub(crate) pipelines: Pipelines,
+    /// Its table, made for the materials that are uploaded.
+    pub(crate) table: Option<wgpu::Buffer>,
+}
+
+impl ExactPass {
+    pub(crate) fn new(gpu: &Gpu, layouts: &Layouts, pass: Box<dyn Pass>) -> Result<Self, GpuError> {
+        let stage = Stage {
+            label: pass.name(),
+            shader: &format!("{EXACT}\n{}", pass.wgsl()),
+            layout: &layouts.exact,
+            target: Some(EXACT_FORMAT),
+            samples: 1,
+            margin_px: MARGIN_PX,
+        };
+        let pipelines = Pipelines::new(gpu, layouts, &stage)?;
+        Ok(Self {
+            pass,
+            pipelines,
+            table: None,
+        })
+    }
+
+    pub(crate) fn tabulate(
+        &mut self,
+        gpu: &Gpu,
+        library: &MaterialLibrary,
+    ) -> Result<(), GpuError> {
+        let table = self.pass.table(library);
+        self.table = Some(storage(gpu, "table", bytemuck::cast_slice(&table))?);
+        Ok(())
+    }
+}
+
+/// One view's draws on the GPU.
+#[derive(Debug)]
+pub(crate) struct Batch {
+    scene: wgpu::BindGroup,
+    /// For each page its draws: arguments in memory, and where on the GPU.
+    of_pages: Vec<(usize, Vec<super::cull::Draw>, u64)>,
+    arguments: wgpu::Buffer,
+    pub(crate) bytes: u64,
+}
+
+impl Batch {
+    pub(crate) fn upload(
+        gpu: &Gpu,
+        layouts: &Layouts,
+        materials: &Materials,
+        frame: &[u8],
+        draws: &Draws,
+    ) -> Result<Self, GpuError> {
+        let frame = buffer(gpu, "frame", frame, wgpu::BufferUsages::UNIFORM)?;
+        let instances = storage(gpu, "instances", bytemuck::cast_slice(&draws.instances))?;
+        let mut arguments = Vec::new();
+        let mut of_pages = Vec::new();
+        for (page, draws) in &draws.of_pages {
+            let at = (arguments.len() * size_of::<super::cull::Draw>()) as u64;
+            of_pages.push((*page, draws.clone(), at));
+            arguments.extend_from_slice(draws);
+        }
+        let usage = wgpu::BufferUsages::INDIRECT;
+        let arguments = buffer(gpu, "draws", bytemuck::cast_slice(&arguments), usage)?;
+        let bytes = frame.size() + instances.size() + arguments.size();
+        let resources = [
+            frame.as_entire_binding(),
+            instances.as_entire_binding(),
+            materials.records.as_entire_binding(),
+            materials.masks.as_entire_binding(),
+        ];
+        Ok(Self {
+            scene: group(gpu, "scene", &layouts.scene, &resources),
+            of_pages,
+            arguments,
+            bytes,
+        })
+    }
+
+    /// Draws everything with a pass's pipelines.
+    pub(crate) fn draw(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::RenderPass<'_>,
+        pages: &Pages,
+        pipelines: &Pipelines,
+        own: &wgpu::BindGroup,
+    ) {
+        pass.set_bind_group(0, &self.scene, &[]);
+        pass.set_bind_group(2, own, &[]);
+        for (number, draws, at) in &self.of_pages {
+            let page = pages.pages[*number].as_ref().expect("a page that is drawn");
+            pass.set_pipeline(&pipelines.0[page.kind as usize]);
+            pass.set_bind_group(1, &page.group, &[]);
+            if gpu.draws_indirectly() {
+                pass.multi_draw_indirect(&self.arguments, *at, draws.len() as u32);
+            } else {
+                for d in draws {
+                    pass.draw(
+                        d.first_vertex..d.first_vertex + d.vertices,
+                        d.first_instance..d.first_instance + d.instances,
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,23 @@
+// One sample at the pixel's centre, nothing blended.
+
+@group(2) @binding(0) var<storage, read> table: array<u32>;
+// The ray-cast camera's own rays, to the bit; w: z in the optical frame.
+@group(2) @binding(1) var rays: texture_2d<f32>;
+
+struct Painted {
+    @location(0) value: vec4u,
+    // Of the meeting itself: what is nearer is decided as the ray caster decides it.
+    @builtin(frag_depth) depth: f32,
+}
+
+@fragment
+fn fragment(v: Vertex) -> Painted {
+    let ray = textureLoad(rays, vec2u(v.position.xy), 0);
+    let p = primitive(v.primitive);
+    let m = meet(instances[v.instance], p, ray.xyz);
+    let seen = is_inside(m) && m.t <= frame.forward.w;
+    if !seen || !is_opaque(p.material, uv_at(v.primitive, m)) {
+        discard;
+    }
+    return Painted(paint(surface(v, ray)), min(frame.size.z / (m.t * ray.w), 1.0));
+}

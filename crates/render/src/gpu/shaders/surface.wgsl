@@ -1,0 +1,278 @@
+// What all passes share: the scene, and where the ray of a pixel meets a primitive of it.
+
+struct Frame {
+    // Clip coordinates from scene axes about the frame's origin; depth is near / z.
+    clip: mat4x4f,
+    // The camera, at most a millimetre from the origin: which lies on a grid, so that neighbouring
+    // chunks round their common vertices alike.
+    eye: vec4f,
+    // The optical axis; w: the farthest distance that is seen, metres.
+    forward: vec4f,
+    // To the next pixel, at z = 1; w: the principal point, pixels.
+    right: vec4f,
+    down: vec4f,
+    // Of the target, pixels; z: the near plane.
+    size: vec4f,
+}
+
+// Scene axes about the frame's origin from the shape's: three columns and the place.
+struct Instance {
+    // w: what f32 rounds off the place.
+    x: vec4f,
+    y: vec4f,
+    z: vec4f,
+    // w: the colour's variation.
+    place: vec4f,
+}
+
+struct Material {
+    semantic: u32,
+    // First word in `masks`, and sides; 0 wide is opaque.
+    mask: u32,
+    mask_width: u32,
+    mask_height: u32,
+    // Bit 0: ground.
+    flags: u32,
+    // First texel in `texels`, and sides of level 0.
+    albedo: u32,
+    albedo_width: u32,
+    albedo_height: u32,
+    // w: roughness.
+    transmittance: vec4f,
+    // w: metres of one repetition.
+    mean_albedo: vec4f,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read> instances: array<Instance>;
+@group(0) @binding(2) var<storage, read> materials: array<Material>;
+@group(0) @binding(3) var<storage, read> masks: array<u32>;
+@group(1) @binding(0) var<storage, read> primitives: array<vec4u>;
+
+// Is the page one of cards, or of triangles?
+override CARDS: bool = false;
+
+struct Primitive {
+    corner: vec3f,
+    edge_u: vec3f,
+    edge_v: vec3f,
+    material: u32,
+}
+
+fn primitive(index: u32) -> Primitive {
+    let at = index * select(5u, 3u, CARDS);
+    let word = primitives[at];
+    let a = bitcast<vec3f>(word.xyz);
+    let b = bitcast<vec3f>(primitives[at + 1u].xyz);
+    let c = bitcast<vec3f>(primitives[at + 2u].xyz);
+    if CARDS {
+        return Primitive(a, b, c, word.w);
+    }
+    return Primitive(a, b - a, c - a, word.w);
+}
+
+fn to_scene(i: Instance, v: vec3f) -> vec3f {
+    return i.x.xyz * v.x + i.y.xyz * v.y + i.z.xyz * v.z;
+}
+
+// Normals go by the cofactors, which is the inverse transpose but for a factor.
+fn normal_to_scene(i: Instance, n: vec3f) -> vec3f {
+    return cross(i.y.xyz, i.z.xyz) * n.x + cross(i.z.xyz, i.x.xyz) * n.y + cross(i.x.xyz, i.y.xyz) * n.z;
+}
+
+fn to_optical(v: vec3f) -> vec3f {
+    return vec3f(dot(v, normalize(frame.right.xyz)), dot(v, normalize(frame.down.xyz)), dot(v, frame.forward.xyz));
+}
+
+struct Vertex {
+    @builtin(position) position: vec4f,
+    @location(0) @interpolate(flat, either) primitive: u32,
+    @location(1) @interpolate(flat, either) instance: u32,
+}
+
+// In the shape's axes: a triangle has three corners, a card four.
+fn corner_of(index: u32, k: u32) -> vec3f {
+    if CARDS {
+        let p = primitive(index);
+        let to_u = select(vec3f(0.0), p.edge_u, k == 1u || k == 2u);
+        let to_v = select(vec3f(0.0), p.edge_v, k >= 2u);
+        return p.corner + to_u + to_v;
+    }
+    // As it is stored: neighbours share it to the bit.
+    return bitcast<vec3f>(primitives[index * 5u + k].xyz);
+}
+
+// How far primitives are drawn over their borders, pixels.
+override MARGIN_PX: f32 = 0.0;
+
+@vertex
+fn vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) number: u32) -> Vertex {
+    let i = instances[number];
+    let index = v / select(3u, 6u, CARDS);
+    // A card is the triangles 0 1 2 and 0 2 3.
+    let corners = select(3u, 4u, CARDS);
+    var k = v % 3u;
+    if CARDS && v % 6u > 3u {
+        k = v % 6u - 2u;
+    }
+    // Clip coordinates from the shape's axes.
+    let clip = frame.clip * mat4x4f(vec4f(i.x.xyz, 0.0), vec4f(i.y.xyz, 0.0), vec4f(i.z.xyz, 0.0), vec4f(i.place.xyz, 1.0));
+    var at = clip * vec4f(corner_of(index, k), 1.0);
+    if MARGIN_PX > 0.0 {
+        let before = clip * vec4f(corner_of(index, select(k - 1u, corners - 1u, k == 0u)), 1.0);
+        let after = clip * vec4f(corner_of(index, select(k + 1u, 0u, k + 1u == corners)), 1.0);
+        // What reaches behind the camera is large and stays as it is.
+        if min(at.w, min(before.w, after.w)) > at.z {
+            let half = frame.size.xy * 0.5;
+            let here = at.xy / at.w;
+            let a = (here - before.xy / before.w) * half;
+            let b = (here - after.xy / after.w) * half;
+            let ea = a * inverseSqrt(max(dot(a, a), 1e-12));
+            let eb = b * inverseSqrt(max(dot(b, b), 1e-12));
+            // Both borders move outwards by the margin, unless the corner is very sharp.
+            let sine = abs(ea.x * eb.y - ea.y * eb.x);
+            let shift = (ea + eb) * (MARGIN_PX / max(sine, 0.02));
+            at += vec4f(shift / half * at.w, 0.0, 0.0);
+        }
+    }
+    return Vertex(at, index, number);
+}
+
+struct Meeting {
+    // Along the ray, metres.
+    t: f32,
+    // Weights of the edges.
+    u: f32,
+    v: f32,
+    // Not of unit length.
+    normal: vec3f,
+}
+
+// The upper half of the digits.
+fn upper(x: f32) -> f32 {
+    return bitcast<f32>(bitcast<u32>(x) & 0xFFFFF000u);
+}
+
+// a * b - c with one rounding of the difference: all partial products are exact.
+fn product_minus(a: vec3f, b: f32, c: vec3f) -> vec3f {
+    let ah = vec3f(upper(a.x), upper(a.y), upper(a.z));
+    let al = a - ah;
+    let bh = upper(b);
+    let bl = b - bh;
+    return (ah * bh - c) + (ah * bl + al * bh) + al * bl;
+}
+
+// The ray from the camera along a unit vector with the plane of a primitive, by Cramer's rule as the
+// ray caster has it. Places on the primitive are told from a point of the ray close to it: a
+// hundred metres away, f32 would miss a leaf's texels by a hundredth of their size.
+fn meet(i: Instance, p: Primitive, d: vec3f) -> Meeting {
+    let corner = to_scene(i, p.corner);
+    let eu = to_scene(i, p.edge_u);
+    let ev = to_scene(i, p.edge_v);
+    let normal = cross(eu, ev);
+    let det = dot(normal, d);
+    let t = dot(normal, corner + (i.place.xyz - frame.eye.xyz)) / det;
+    let rest = vec3f(i.x.w, i.y.w, i.z.w) - frame.eye.xyz;
+    let q = product_minus(d, t, i.place.xyz) - rest - corner;
+    let moment = cross(d, q);
+    // What is left of the distance to the plane, and the edges' weights.
+    return Meeting(t - dot(normal, q) / det, dot(moment, ev) / det, -dot(moment, eu) / det, normal);
+}
+
+// Does the ray meet the primitive itself? A hair more than it: of neighbours one is always met.
+fn is_inside(m: Meeting) -> bool {
+    const HAIR = 2e-5;
+    let third = select(1.0 - m.u - m.v, min(1.0 - m.u, 1.0 - m.v), CARDS);
+    return m.t > 0.0 && min(min(m.u, m.v), third) >= -HAIR;
+}
+
+fn uv_at(index: u32, m: Meeting) -> vec2f {
+    if CARDS {
+        return clamp(vec2f(m.u, m.v), vec2f(0.0), vec2f(1.0));
+    }
+    let b = bitcast<vec4f>(primitives[index * 5u + 3u]);
+    let c = bitcast<vec4f>(primitives[index * 5u + 4u]);
+    return b.xy * (1.0 - m.u - m.v) + b.zw * m.u + c.xy * m.v;
+}
+
+// Is the nearest texel opaque?
+fn is_opaque(material: u32, uv: vec2f) -> bool {
+    let width = materials[material].mask_width;
+    if width == 0u {
+        return true;
+    }
+    let height = materials[material].mask_height;
+    let column = min(u32(max(uv.x * f32(width), 0.0)), width - 1u);
+    let row = min(u32(max(uv.y * f32(height), 0.0)), height - 1u);
+    let word = masks[materials[material].mask + row * ((width + 31u) / 32u) + column / 32u];
+    return (word >> (column % 32u) & 1u) == 1u;
+}
+
+// From the camera through an image position: unit, and its z in the optical frame.
+fn ray_of(pixel: vec2f) -> vec4f {
+    let ray = frame.forward.xyz
+        + frame.right.xyz * (pixel.x - frame.right.w)
+        + frame.down.xyz * (pixel.y - frame.down.w);
+    let z = inverseSqrt(dot(ray, ray));
+    return vec4f(ray * z, z);
+}
+
+struct Surface {
+    material: u32,
+    semantic: u32,
+    instance: u32,
+    variation: f32,
+    depth_m: f32,
+    distance_m: f32,
+    ray: vec3f,
+    point: vec3f,
+    normal: vec3f,
+    shading_normal: vec3f,
+    uv: vec2f,
+    uv_per_m: f32,
+}
+
+fn surface(vertex: Vertex, ray: vec4f) -> Surface {
+    let i = instances[vertex.instance];
+    let p = primitive(vertex.primitive);
+    let m = meet(i, p, ray.xyz);
+    var s: Surface;
+    s.material = p.material;
+    s.semantic = materials[p.material].semantic;
+    s.instance = vertex.instance;
+    s.variation = i.place.w;
+    s.depth_m = m.t * ray.w;
+    s.distance_m = m.t;
+    s.ray = ray.xyz;
+    s.point = ray.xyz * m.t;
+    let towards = select(1.0, -1.0, dot(m.normal, ray.xyz) > 0.0);
+    let area = length(m.normal);
+    s.normal = m.normal * (towards / area);
+    s.shading_normal = s.normal;
+    s.uv = uv_at(vertex.primitive, m);
+    s.uv_per_m = inverseSqrt(area);
+    if !CARDS {
+        let b = primitives[vertex.primitive * 5u + 3u];
+        let c = primitives[vertex.primitive * 5u + 4u];
+        let na = unfold(primitives[vertex.primitive * 5u + 1u].w);
+        let nb = unfold(primitives[vertex.primitive * 5u + 2u].w);
+        let nc = unfold(c.z);
+        let n = normal_to_scene(i, na * (1.0 - m.u - m.v) + nb * m.u + nc * m.v);
+        if dot(n, n) > 0.0 {
+            s.shading_normal = normalize(n * select(-1.0, 1.0, dot(n, s.normal) >= 0.0));
+        }
+        let st = bitcast<vec4f>(b);
+        let eu = st.zw - st.xy;
+        let ev = bitcast<vec2f>(c.xy) - st.xy;
+        s.uv_per_m = sqrt(abs(eu.x * ev.y - eu.y * ev.x) / area);
+    }
+    return s;
+}
+
+// The inverse of the octahedral map; vertex normals are packed with it.
+fn unfold(packed: u32) -> vec3f {
+    let p = unpack2x16snorm(packed);
+    let z = 1.0 - abs(p.x) - abs(p.y);
+    let folded = (1.0 - abs(p.yx)) * select(vec2f(-1.0), vec2f(1.0), p >= vec2f(0.0));
+    return normalize(vec3f(select(folded, p, z >= 0.0), z));
+}

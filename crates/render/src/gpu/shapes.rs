@@ -1,0 +1,286 @@
+//! Prototypes on the GPU: uploaded when first drawn, dropped when nobody has them any more, or when
+//! others need the room.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Weak};
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+use nemoral_scene::Prototype;
+
+use super::pages::{Kind, Pages, Range};
+use super::{Gpu, GpuError};
+
+/// Five vectors of `primitives` in `surface.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct TriangleRecord {
+    a: [f32; 3],
+    material: u32,
+    b: [f32; 3],
+    normal_a: u32,
+    c: [f32; 3],
+    normal_b: u32,
+    uv_a: [f32; 2],
+    uv_b: [f32; 2],
+    uv_c: [f32; 2],
+    normal_c: u32,
+    unused: u32,
+}
+
+/// Three of them.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct CardRecord {
+    corner: [f32; 3],
+    material: u32,
+    edge_u: [f32; 3],
+    unused_u: u32,
+    edge_v: [f32; 3],
+    unused_v: u32,
+}
+
+#[derive(Debug)]
+struct Shape {
+    /// As long as it is here, no other prototype can take its address.
+    prototype: Weak<Prototype>,
+    /// Of `Kind::ALL`.
+    ranges: [Vec<Range>; 2],
+    /// The frame that last drew it.
+    used: u64,
+}
+
+#[derive(Debug)]
+pub(crate) struct Shapes {
+    pub(crate) pages: Pages,
+    /// By address.
+    shapes: BTreeMap<usize, Shape>,
+    frame: u64,
+    pub(crate) evicted: u64,
+    /// For pages, bytes.
+    pub(crate) limit: u64,
+}
+
+impl Shapes {
+    pub(crate) fn new(limit: u64) -> Self {
+        Self {
+            pages: Pages::default(),
+            shapes: BTreeMap::new(),
+            frame: 0,
+            evicted: 0,
+            limit,
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.shapes.len()
+    }
+
+    /// Makes prototypes resident; afterwards all of them are, whatever else had to go.
+    pub(crate) fn ensure(
+        &mut self,
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        prototypes: &[Arc<Prototype>],
+    ) -> Result<(), GpuError> {
+        self.frame += 1;
+        self.drop_dead();
+        for prototype in prototypes {
+            if let Some(shape) = self.shapes.get_mut(&address(prototype)) {
+                shape.used = self.frame;
+            }
+        }
+        for prototype in prototypes {
+            if self.shapes.contains_key(&address(prototype)) {
+                continue;
+            }
+            let triangles = triangles(prototype);
+            let cards = cards(prototype);
+            let mut ranges = [Vec::new(), Vec::new()];
+            let parts = [
+                (
+                    Kind::Triangles,
+                    triangles.len(),
+                    bytemuck::cast_slice(&triangles),
+                ),
+                (Kind::Cards, cards.len(), bytemuck::cast_slice(&cards)),
+            ];
+            for (ranges, (kind, count, bytes)) in ranges.iter_mut().zip(parts) {
+                *ranges = self.room(gpu, layout, kind, count as u32, prototypes)?;
+                self.pages.write(gpu, kind, ranges, bytes)?;
+            }
+            let shape = Shape {
+                prototype: Arc::downgrade(prototype),
+                ranges,
+                used: self.frame,
+            };
+            self.shapes.insert(address(prototype), shape);
+        }
+        Ok(())
+    }
+
+    /// Where a resident prototype's primitives of a kind are.
+    pub(crate) fn ranges(&self, prototype: &Arc<Prototype>, kind: Kind) -> &[Range] {
+        &self.shapes[&address(prototype)].ranges[kind as usize]
+    }
+
+    fn room(
+        &mut self,
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        kind: Kind,
+        count: u32,
+        wanted: &[Arc<Prototype>],
+    ) -> Result<Vec<Range>, GpuError> {
+        loop {
+            if let Some(ranges) = self.pages.take(kind, count) {
+                return Ok(ranges);
+            }
+            if self.pages.bytes() + Pages::COST <= self.limit {
+                self.pages.grow(gpu, kind, layout);
+                gpu.check()?;
+            } else if !self.evict_oldest() {
+                let size = |p: &Arc<Prototype>| {
+                    p.mesh().triangles.len() as u64 * Kind::Triangles.stride()
+                        + p.cards().len() as u64 * Kind::Cards.stride()
+                };
+                let needed: u64 = wanted.iter().map(size).sum();
+                return Err(GpuError::OutOfMemory {
+                    // Half a page of each kind is lost, in the mean.
+                    needed_mib: (needed + Pages::COST).div_ceil(1 << 20),
+                    allowed_mib: self.limit >> 20,
+                });
+            }
+        }
+    }
+
+    /// Drops what was drawn longest ago; false if all that is left is drawn now.
+    fn evict_oldest(&mut self) -> bool {
+        let oldest = self.shapes.iter().min_by_key(|(_, shape)| shape.used);
+        match oldest {
+            Some((&at, shape)) if shape.used < self.frame => {
+                self.evicted += 1;
+                self.forget(at);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn drop_dead(&mut self) {
+        let dead = |shape: &Shape| shape.prototype.strong_count() == 0;
+        let gone: Vec<usize> = self
+            .shapes
+            .iter()
+            .filter(|(_, s)| dead(s))
+            .map(|(&at, _)| at)
+            .collect();
+        for at in gone {
+            self.forget(at);
+        }
+    }
+
+    fn forget(&mut self, at: usize) {
+        if let Some(shape) = self.shapes.remove(&at) {
+            for range in shape.ranges.into_iter().flatten() {
+                self.pages.give_back(range);
+            }
+        }
+    }
+}
+
+fn address(prototype: &Arc<Prototype>) -> usize {
+    Arc::as_ptr(prototype) as usize
+}
+
+fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
+    let mesh = prototype.mesh();
+    let record = |t: &nemoral_scene::Triangle| {
+        let [a, b, c] = t.corners.map(|i| i as usize);
+        let (p, n) = (&mesh.positions, &mesh.normals);
+        let uv = |i: usize| -> [f32; 2] { Vec2::to_array(&mesh.uvs[i]) };
+        TriangleRecord {
+            a: p[a].to_array(),
+            material: u32::from(t.material.0),
+            b: p[b].to_array(),
+            normal_a: octahedral(n[a]),
+            c: p[c].to_array(),
+            normal_b: octahedral(n[b]),
+            uv_a: uv(a),
+            uv_b: uv(b),
+            uv_c: uv(c),
+            normal_c: octahedral(n[c]),
+            unused: 0,
+        }
+    };
+    mesh.triangles.iter().map(record).collect()
+}
+
+fn cards(prototype: &Prototype) -> Vec<CardRecord> {
+    let record = |c: &nemoral_scene::Card| CardRecord {
+        corner: c.corner.to_array(),
+        material: u32::from(c.material.0),
+        edge_u: c.edge_u.to_array(),
+        unused_u: 0,
+        edge_v: c.edge_v.to_array(),
+        unused_v: 0,
+    };
+    prototype.cards().iter().map(record).collect()
+}
+
+/// A unit vector in 32 bits (Cigolle et al. 2014, "A survey of efficient representations for
+/// independent unit vectors"): two signed normalised 16-bit numbers.
+pub(crate) fn octahedral(n: Vec3) -> u32 {
+    let sum = n.x.abs() + n.y.abs() + n.z.abs();
+    if sum.is_nan() || sum <= 0.0 {
+        return 0;
+    }
+    let p = n.truncate() / sum;
+    let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
+    let p = if n.z >= 0.0 {
+        p
+    } else {
+        Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
+    };
+    let pack = |x: f32| u32::from((x.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    pack(p.x) | pack(p.y) << 16
+}
+
+/// The way back.
+pub(crate) fn from_octahedral(packed: u32) -> Vec3 {
+    let unpack = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
+    let p = Vec2::new(unpack(packed), unpack(packed >> 16));
+    let z = 1.0 - p.x.abs() - p.y.abs();
+    let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
+    let p = if z >= 0.0 {
+        p
+    } else {
+        Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
+    };
+    // Of length at least 1 / sqrt 3.
+    let n = p.extend(z);
+    n / n.length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn directions_survive_packing(x in -1.0_f32..1.0, y in -1.0_f32..1.0, z in -1.0_f32..1.0) {
+            let n = Vec3::new(x, y, z).normalize_or(Vec3::Z);
+            prop_assert!(n.distance(from_octahedral(octahedral(n))) < 1e-4);
+        }
+    }
+
+    #[test]
+    fn poles_and_nothing() {
+        for n in [Vec3::Z, -Vec3::Z, Vec3::X, -Vec3::Y] {
+            assert!(n.distance(from_octahedral(octahedral(n))) < 1e-4, "{n}");
+        }
+        assert_eq!(octahedral(Vec3::ZERO), 0);
+        assert_eq!(octahedral(Vec3::NAN), 0);
+    }
+}

@@ -1,0 +1,678 @@
+//! The GPU's truth is the ray-cast camera's: two renderers, each the other's proof.
+
+use std::sync::Arc;
+
+use nemoral_pipeline::stages::assets::WorldAssets;
+use nemoral_pipeline::stages::frame::FrameScene;
+use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_render::{
+    CameraRenderer, Gpu, GpuCamera, GpuError, GpuParams, Lighting, OpenSky, Pass, RayCastCamera,
+    RayCastParams, SceneView, SkyParams, Sun, View,
+};
+use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
+use nemoral_scene::{
+    AlphaMask, Card, ChunkCoord, Hit, Image, Instance, InstanceGroup, Intrinsics, Material,
+    MaterialId, MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster,
+    RigidTransform, Semantic, Triangle, TruthImages,
+};
+use nemoral_seed::{Draw, Key, PhiloxRng, Rng, Stage};
+use nemoral_tests::World;
+use nemoral_tests::gpu::{Agreement, gpu};
+
+/// A class must have so many pixels for its own share to be asked.
+const LEAST: usize = 300;
+
+fn camera(gpu: &Gpu, params: GpuParams) -> GpuCamera {
+    GpuCamera::new(gpu, params, Lighting::uniform(Vec3::ONE)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn cast(scene: &SceneView<'_>, view: &View) -> TruthImages {
+    let camera = RayCastCamera::new(RayCastParams::draft(), Lighting::uniform(Vec3::ONE));
+    let images = camera.expect("allowed").render(scene, view, Key::world(1));
+    images.expect("a picture").truth
+}
+
+/// A wood at random: leaning planes of ground, masked cards and triangles, turned, sheared and
+/// mirrored, in two chunks.
+struct Wood {
+    materials: MaterialLibrary,
+    forest: Forest,
+}
+
+/// Any mask: blobs of some texels, so that borders are everywhere.
+fn mask(rng: &mut PhiloxRng, width: usize, height: usize) -> AlphaMask {
+    let salt = rng.next_u32();
+    let blob = |c: usize, r: usize| {
+        let h = (c as u32 / 3).wrapping_mul(0x9E37_79B1) ^ (r as u32 / 4).wrapping_mul(salt | 1);
+        (h ^ h >> 15).wrapping_mul(0x85EB_CA6B) >> 31 == 0
+    };
+    AlphaMask::from_fn(width, height, blob).expect("allowed")
+}
+
+impl Wood {
+    fn new(seed: u64, change: impl Fn(AlphaMask) -> AlphaMask) -> Self {
+        let mut rng = Key::world(seed).stage(Stage::new("test.wood")).rng();
+        let rng = &mut rng;
+        let mut materials = MaterialLibrary::new();
+        let soil = materials.add(Material::plain("soil", Semantic::Soil, Vec3::splat(0.2)));
+        let bark = materials.add(Material::plain("bark", Semantic::Stem, Vec3::splat(0.1)));
+        let leaf = |rng: &mut PhiloxRng, semantic, width, height| Material {
+            mask: Some(Arc::new(change(mask(rng, width, height)))),
+            ..Material::plain("leaf", semantic, Vec3::splat(0.3))
+        };
+        let leaves = [
+            materials.add(leaf(rng, Semantic::Leaf, 37, 64)),
+            materials.add(leaf(rng, Semantic::Grass, 64, 31)),
+        ];
+        let shapes: Vec<Arc<Blas>> = (0..6)
+            .map(|_| plant(rng, bark, leaves, &materials))
+            .collect();
+        let ground = ground(rng, soil, &materials);
+        let group = |chunk: i32, rng: &mut PhiloxRng| {
+            let mut instances = vec![placed(&ground, Vec3::ZERO, Mat3::IDENTITY, ObjectId::NONE)];
+            for item in 1..=30_u16 {
+                let at = Vec3::new(50.0 * unit(rng), 50.0 * unit(rng), 2.0 * unit(rng));
+                let turn = Mat3::from_rotation_z(6.3 * unit(rng));
+                let shear = Mat3::from_cols(Vec3::X, Vec3::Y, Vec3::new(0.2, -0.1, 1.1));
+                let mirror = Mat3::from_diagonal(Vec3::new(-0.9, 1.2, 1.0));
+                let linear = if item % 3 == 0 {
+                    turn * mirror
+                } else {
+                    shear * turn
+                };
+                let shape = &shapes[rng.next_u32() as usize % shapes.len()];
+                let object = ObjectId::new(ChunkCoord::new(chunk, 3), item);
+                instances.push(placed(shape, at, linear, object.expect("in range")));
+            }
+            Arc::new(Group::build(instances))
+        };
+        let groups = vec![
+            (Vec3::new(-50.0, -25.0, 0.0), group(-1, rng)),
+            (Vec3::new(0.0, -25.0, 0.0), group(0, rng)),
+        ];
+        Self {
+            materials,
+            forest: Forest::new(groups),
+        }
+    }
+
+    fn scene(&self) -> SceneView<'_> {
+        SceneView {
+            caster: &self.forest,
+            materials: &self.materials,
+            sky_visibility: &OpenSky,
+        }
+    }
+}
+
+fn unit(rng: &mut PhiloxRng) -> f32 {
+    rng.unit_f64() as f32
+}
+
+fn placed(
+    shape: &Arc<Blas>,
+    position_m: Vec3,
+    linear: Mat3,
+    object: ObjectId,
+) -> (Instance, Arc<Blas>) {
+    let instance = Instance {
+        prototype: Arc::clone(shape.prototype()),
+        position_m,
+        linear,
+        object,
+        variation: 0.5,
+    };
+    (instance, Arc::clone(shape))
+}
+
+fn shape(mesh: Mesh, cards: Vec<Card>, materials: &MaterialLibrary) -> Arc<Blas> {
+    let shape = Prototype::new("shape", mesh, cards, materials).expect("a sound shape");
+    Arc::new(Blas::build(Arc::new(shape), materials))
+}
+
+/// A six-sided trunk of triangles, cards about its top, and masked triangles at its foot.
+fn plant(
+    rng: &mut PhiloxRng,
+    bark: MaterialId,
+    leaves: [MaterialId; 2],
+    materials: &MaterialLibrary,
+) -> Arc<Blas> {
+    let mut mesh = Mesh::default();
+    let mut add = |p: Vec3, uv: Vec2| {
+        mesh.positions.push(p);
+        mesh.normals.push(p.with_z(0.1).normalize_or(Vec3::Z));
+        mesh.uvs.push(uv);
+        mesh.positions.len() as u32 - 1
+    };
+    let (height, radius) = (2.0 + 4.0 * unit(rng), 0.1 + 0.3 * unit(rng));
+    let mut triangles = Vec::new();
+    for k in 0..6 {
+        let at = |k: i32, z: f32| {
+            let angle = k as f32 * std::f32::consts::FRAC_PI_3;
+            Vec3::new(radius * angle.cos(), radius * angle.sin(), z)
+        };
+        let q = [at(k, 0.0), at(k + 1, 0.0), at(k + 1, height), at(k, height)]
+            .map(|p| add(p, Vec2::new(p.x, p.z)));
+        for corners in [[q[0], q[1], q[2]], [q[0], q[2], q[3]]] {
+            let material = bark;
+            triangles.push(Triangle { corners, material });
+        }
+    }
+    for _ in 0..12 {
+        let mut corner = || Vec3::new(unit(rng) * 2.0 - 1.0, unit(rng) * 2.0 - 1.0, unit(rng));
+        let corners = [
+            add(corner(), Vec2::ZERO),
+            add(corner(), Vec2::X),
+            add(corner(), Vec2::ONE),
+        ];
+        let material = leaves[1];
+        triangles.push(Triangle { corners, material });
+    }
+    mesh.triangles = triangles;
+    let cards = (0..60)
+        .map(|_| {
+            let mut any = |size: f32| {
+                Vec3::from_array(std::array::from_fn(|_| size * (2.0 * unit(rng) - 1.0)))
+            };
+            Card {
+                corner: any(1.5) + Vec3::Z * height,
+                edge_u: any(0.6),
+                edge_v: any(0.6),
+                material: leaves[0],
+            }
+        })
+        .collect();
+    shape(mesh, cards, materials)
+}
+
+/// A chunk of bumpy ground.
+fn ground(rng: &mut PhiloxRng, soil: MaterialId, materials: &MaterialLibrary) -> Arc<Blas> {
+    const SIDE: u32 = 25;
+    let mut mesh = Mesh::default();
+    for i in 0..=SIDE {
+        for j in 0..=SIDE {
+            // Borders are level, so that chunks meet.
+            let inner = (1..SIDE).contains(&i) && (1..SIDE).contains(&j);
+            let z = if inner { unit(rng) } else { 0.5 };
+            mesh.positions
+                .push(Vec3::new(2.0 * i as f32, 2.0 * j as f32, z));
+            mesh.normals.push(Vec3::Z);
+            mesh.uvs.push(Vec2::new(2.0 * i as f32, 2.0 * j as f32));
+        }
+    }
+    for i in 0..SIDE {
+        for j in 0..SIDE {
+            let k = i * (SIDE + 1) + j;
+            for corners in [[k, k + SIDE + 1, k + SIDE + 2], [k, k + SIDE + 2, k + 1]] {
+                mesh.triangles.push(Triangle {
+                    corners,
+                    material: soil,
+                });
+            }
+        }
+    }
+    shape(mesh, Vec::new(), materials)
+}
+
+/// From the edge of the wood, towards it.
+fn view(width: u32, height: u32) -> View {
+    let k = Intrinsics::from_fov(width, height, 1.3).expect("valid");
+    let body = RigidTransform::from_xyz_rpy(DVec3::new(-45.3, 1.7, 2.9), 0.02, 0.03, 0.05);
+    View::new(k, body * RigidTransform::body_from_optical())
+}
+
+#[test]
+fn random_woods_are_the_same_for_both_renderers() {
+    let Some(gpu) = gpu("random woods") else {
+        return;
+    };
+    let camera = camera(gpu, GpuParams::default());
+    for seed in 0..4 {
+        let wood = Wood::new(seed, |m| m);
+        // A width that does not fill rows of 256 bytes.
+        let view = view(403, 301);
+        let drawn = camera
+            .draw(&wood.scene(), &view)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let agreement = Agreement::of(&cast(&wood.scene(), &view), &drawn.truth);
+        println!("wood {seed}: {agreement}");
+        assert!(agreement.is_right(LEAST), "{seed}: {agreement}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_found() {
+    let Some(gpu) = gpu("sabotage") else { return };
+    let camera = camera(gpu, GpuParams::default());
+    let wood = Wood::new(7, |m| m);
+    let view = view(400, 300);
+    let right = cast(&wood.scene(), &view);
+    let found = |what: &str, truth: &TruthImages| {
+        let agreement = Agreement::of(&right, truth);
+        println!("{what}: {agreement}");
+        assert!(!agreement.is_right(LEAST), "{what}: {agreement}");
+    };
+    let draw = |scene: &SceneView<'_>, view: &View| {
+        camera
+            .draw(scene, view)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .truth
+    };
+    let drawn = draw(&wood.scene(), &view);
+    assert!(Agreement::of(&right, &drawn).is_right(LEAST));
+
+    // A cut-off that leaves a texel's rim too much.
+    let wide = Wood::new(7, |m| {
+        let grown = |c: usize, r: usize| m.texel(c, r) || (c > 0 && m.texel(c - 1, r));
+        AlphaMask::from_fn(m.width(), m.height(), grown).expect("as large")
+    });
+    found("a wrong cut-off", &draw(&wide.scene(), &view));
+
+    let mut shifted = view;
+    shifted.intrinsics.cx += 0.5;
+    found("half a pixel", &draw(&wood.scene(), &shifted));
+
+    let mut filtered = drawn.clone();
+    filtered.semantic = majority(&drawn.semantic);
+    found("a filtered label", &filtered);
+}
+
+/// The most frequent of 3 × 3 pixels.
+fn majority(image: &Image<Semantic>) -> Image<Semantic> {
+    let (w, h) = (image.width(), image.height());
+    let pixel = |i: usize| {
+        let (x, y) = (i % w, i / w);
+        let mut counts = [0_u8; 256];
+        for v in y.saturating_sub(1)..(y + 2).min(h) {
+            for u in x.saturating_sub(1)..(x + 2).min(w) {
+                counts[usize::from(*image.at(u, v) as u8)] += 1;
+            }
+        }
+        let most = (0..=255_u8).max_by_key(|&s| counts[usize::from(s)]);
+        most.and_then(Semantic::from_u8).expect("one of the image")
+    };
+    Image::new(w, h, (0..w * h).map(pixel).collect())
+}
+
+/// A square of 512 m about a point, spanned by two axes, in cells of 4 m.
+fn plane(foot: Vec3, u: Vec3, v: Vec3) -> Wood {
+    const SIDE: u32 = 128;
+    let mut materials = MaterialLibrary::new();
+    let material = materials.add(Material::plain("wall", Semantic::Rock, Vec3::ONE));
+    let at = |k: u32| (k as f32 - 0.5 * SIDE as f32) * 4.0;
+    let mut mesh = Mesh::default();
+    for k in 0..(SIDE + 1) * (SIDE + 1) {
+        mesh.positions
+            .push(at(k % (SIDE + 1)) * u + at(k / (SIDE + 1)) * v);
+        mesh.normals.push(Vec3::Z);
+        mesh.uvs.push(Vec2::ZERO);
+    }
+    for k in (0..SIDE).flat_map(|row| (0..SIDE).map(move |c| row * (SIDE + 1) + c)) {
+        let up = k + SIDE + 1;
+        for corners in [[k, k + 1, up + 1], [k, up + 1, up]] {
+            mesh.triangles.push(Triangle { corners, material });
+        }
+    }
+    let shape = shape(mesh, Vec::new(), &materials);
+    let instance = placed(&shape, foot, Mat3::IDENTITY, ObjectId::NONE);
+    Wood {
+        materials,
+        forest: Forest::new(vec![(Vec3::ZERO, Arc::new(Group::build(vec![instance])))]),
+    }
+}
+
+#[test]
+fn depth_is_right_to_a_millimetre_up_to_100_m() {
+    let Some(gpu) = gpu("closed forms of depth") else {
+        return;
+    };
+    let camera = camera(gpu, GpuParams::default());
+    let k = Intrinsics::from_fov(320, 240, 1.2).expect("valid");
+    let pose = RigidTransform::from_xyz_rpy(DVec3::new(0.4, -0.3, 0.2), 0.1, -0.05, 0.7)
+        * RigidTransform::body_from_optical();
+    let view = View::new(k, pose);
+    // In numbers that f32 holds, so that the planes are where they are said to be.
+    let planes = [
+        (
+            "ground 1.5 m below",
+            Vec3::new(0.0, 0.0, -1.25),
+            Vec3::X,
+            Vec3::Y,
+        ),
+        (
+            "ground that falls",
+            Vec3::new(0.0, 0.0, -1.5),
+            Vec3::new(1.0, 0.0, -0.0625),
+            Vec3::Y,
+        ),
+        (
+            "a wall at 20 m",
+            Vec3::new(20.0, 20.0, 0.0),
+            Vec3::new(1.0, -1.0, 0.0),
+            Vec3::Z,
+        ),
+        (
+            "a wall at 90 m",
+            Vec3::new(64.0, 64.0, 0.0),
+            Vec3::new(1.0, -1.0, 0.0),
+            Vec3::Z,
+        ),
+        (
+            "a wall along the way",
+            Vec3::new(0.0, 2.0, 0.0),
+            Vec3::new(1.0, 0.75, 0.0),
+            Vec3::Z,
+        ),
+    ];
+    for (what, foot, u, v) in planes {
+        let wood = plane(foot, u, v);
+        let drawn = camera
+            .draw(&wood.scene(), &view)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let normal = u.as_dvec3().cross(v.as_dvec3());
+        let (mut worst, mut seen) = (0.0_f64, 0);
+        for (i, depth_m) in drawn.truth.depth_m.pixels().iter().enumerate() {
+            let pixel = DVec2::new((i % 320) as f64 + 0.5, (i / 320) as f64 + 0.5);
+            let optical = k.direction(pixel);
+            let ray = pose.transform_vector(optical) / optical.z;
+            let exact = normal.dot(foot.as_dvec3() - pose.translation_m) / normal.dot(ray);
+            if *depth_m > 0.0 && exact <= 100.0 {
+                worst = worst.max((f64::from(*depth_m) - exact).abs());
+                seen += 1;
+            }
+        }
+        println!("{what}: worst of {seen} pixels {:.3} mm", 1e3 * worst);
+        assert!(worst < 1e-3 && seen > 10_000, "{what}: {worst} m of {seen}");
+    }
+}
+
+/// A frame of the pipeline, as both renderers are given it.
+struct Frame {
+    assets: Arc<WorldAssets>,
+    scene: Arc<FrameScene>,
+    view: View,
+}
+
+impl Frame {
+    fn new(world: &World, frame: u64) -> Self {
+        let (forest, runner) = (&world.forest, world.runner(2));
+        let rig = runner.get(forest.camera, ()).expect("a camera");
+        let pose = runner.get(forest.pose, frame).expect("a pose");
+        let scene = runner.get(forest.scene, frame).expect("a scene");
+        let body = pose.track.relative_to(scene.origin_m).middle();
+        Self {
+            assets: runner.get(forest.assets, ()).expect("assets"),
+            view: View::new(rig.intrinsics, body * rig.body_from_camera),
+            scene,
+        }
+    }
+
+    fn scene(&self) -> SceneView<'_> {
+        SceneView {
+            caster: &self.scene.forest,
+            materials: &self.assets.library.materials,
+            sky_visibility: &OpenSky,
+        }
+    }
+}
+
+#[test]
+fn the_three_presets_are_the_same_for_both_renderers() {
+    let Some(gpu) = gpu("low, medium and high") else {
+        return;
+    };
+    let camera = camera(gpu, GpuParams::default());
+    for preset in ["low", "medium", "high"] {
+        // Software draws every vertex of what is visible: less far than the presets.
+        let small = [
+            "camera.width_px=320",
+            "camera.height_px=180",
+            "chunks.visible_radius_m=60",
+            "chunks.undergrowth_radius_m=30",
+        ];
+        let frame = Frame::new(&World::new(preset, &small), 0);
+        let drawn = camera
+            .draw(&frame.scene(), &frame.view)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let agreement = Agreement::of(&cast(&frame.scene(), &frame.view), &drawn.truth);
+        println!("{preset}: {agreement}");
+        assert!(agreement.is_right(LEAST), "{preset}: {agreement}");
+    }
+}
+
+#[test]
+fn pictures_look_alike() {
+    let Some(gpu) = gpu("lit pictures") else {
+        return;
+    };
+    let sun = Sun::from_angles(130.0, 40.0).expect("valid");
+    let lighting = Lighting::new(&sun, &SkyParams::default()).expect("valid");
+    let fine = RayCastParams {
+        keep_linear: true,
+        ..RayCastParams::fine()
+    };
+    let cast = RayCastCamera::new(fine, lighting.clone()).expect("allowed");
+    let params = GpuParams {
+        keep_linear: true,
+        ..GpuParams::default()
+    };
+    let draw = GpuCamera::new(gpu, params, lighting).unwrap_or_else(|e| panic!("{e}"));
+    let wood = Wood::new(5, |m| m);
+    let view = view(320, 240);
+    let a = cast.render(&wood.scene(), &view, Key::world(1));
+    let a = a.expect("a picture");
+    let b = draw.render(&wood.scene(), &view, Key::world(1));
+    let b = b.unwrap_or_else(|e| panic!("{e}"));
+    assert!(Agreement::of(&a.truth, &b.truth).is_right(LEAST));
+    assert!((a.ev100 - b.ev100).abs() < 0.1, "{} {}", a.ev100, b.ev100);
+    // Blocks of 16 pixels: penumbrae and silhouettes are sampled otherwise, light is not.
+    let blocks = |image: &Image<Vec3>| -> Vec<Vec3> {
+        let mean = |i: usize| {
+            let (left, top) = (i % 20 * 16, i / 20 * 16);
+            let pixels = (0..256).map(|k| *image.at(left + k % 16, top + k / 16));
+            pixels.sum::<Vec3>() / 256.0
+        };
+        (0..300).map(mean).collect()
+    };
+    let [a, b] = [a, b].map(|i| blocks(&i.linear.expect("asked for")));
+    let mut differences: Vec<f32> = a
+        .iter()
+        .zip(&b)
+        .map(|(a, b)| (*a - *b).abs().max_element() / a.max_element())
+        .collect();
+    differences.sort_by(f32::total_cmp);
+    let (median, most) = (differences[150], differences[285]);
+    println!("light differs by {median} in the median, 95 %: {most}");
+    assert!(median < 0.02 && most < 0.15, "{median} {most}");
+}
+
+/// What a material is called, and where: a user's pass.
+#[derive(Debug)]
+struct MaterialMap;
+
+impl Pass for MaterialMap {
+    fn name(&self) -> &str {
+        "material map"
+    }
+
+    fn wgsl(&self) -> &str {
+        "fn paint(s: Surface) -> vec4u { return vec4u(table[s.material], s.material, s.semantic, 1u); }"
+    }
+
+    fn table(&self, materials: &MaterialLibrary) -> Vec<u32> {
+        (0..materials.materials().len() as u32)
+            .map(|i| 1000 + i)
+            .collect()
+    }
+}
+
+#[test]
+fn a_pass_from_outside_sees_what_the_truth_sees() {
+    let Some(gpu) = gpu("a user's pass") else {
+        return;
+    };
+    let camera = camera(gpu, GpuParams::default());
+    camera
+        .add_pass(Box::new(MaterialMap))
+        .unwrap_or_else(|e| panic!("{e}"));
+    let wood = Wood::new(3, |m| m);
+    let drawn = camera
+        .draw(&wood.scene(), &view(160, 96))
+        .unwrap_or_else(|e| panic!("{e}"));
+    let truth = drawn.truth.semantic.pixels();
+    for (semantic, &[name, material, number, one]) in truth.iter().zip(drawn.passes[0].pixels()) {
+        assert_eq!(u32::from(*semantic as u8), number);
+        match one {
+            0 => assert_eq!(*semantic, Semantic::Sky),
+            _ => assert_eq!(name, 1000 + material),
+        }
+    }
+
+    #[derive(Debug)]
+    struct Broken;
+    impl Pass for Broken {
+        fn name(&self) -> &str {
+            "broken"
+        }
+        fn wgsl(&self) -> &str {
+            "fn paint(s: Surface) -> vec4f { return nothing; }"
+        }
+        fn table(&self, _: &MaterialLibrary) -> Vec<u32> {
+            Vec::new()
+        }
+    }
+    let error = camera.add_pass(Box::new(Broken)).expect_err("no shader");
+    assert!(
+        matches!(&error, GpuError::Shader { pass, .. } if pass == "broken"),
+        "{error}"
+    );
+    assert!(error.to_string().contains("nothing"), "{error}");
+}
+
+/// Shapes that are only drawn, never cast at.
+struct Bag(Vec<Instance>);
+
+impl InstanceGroup for Bag {
+    fn instances(&self) -> Box<dyn ExactSizeIterator<Item = &Instance> + '_> {
+        Box::new(self.0.iter())
+    }
+}
+
+struct Bags(Vec<Arc<Bag>>);
+
+impl RayCaster for Bags {
+    fn closest_hit(&self, _: &Ray) -> Option<Hit> {
+        None
+    }
+
+    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
+        let place = |bag: &Arc<Bag>| (Vec3::ZERO, Arc::clone(bag) as Arc<dyn InstanceGroup>);
+        Some(self.0.iter().map(place).collect())
+    }
+}
+
+#[test]
+fn memory_is_bounded_and_reported() {
+    let Some(gpu) = gpu("bounded memory") else {
+        return;
+    };
+    let params = GpuParams {
+        memory_mib: 128,
+        ..GpuParams::default()
+    };
+    let camera = camera(gpu, params);
+    let mut materials = MaterialLibrary::new();
+    let material = materials.add(Material::plain("stone", Semantic::Rock, Vec3::ONE));
+    // Four shapes of 150,000 triangles: 48 MB.
+    let heap = |seed: u64| {
+        let mut rng = Key::world(seed).stage(Stage::new("test.heap")).rng();
+        let rng = &mut rng;
+        let instances = (0..4).map(|_| {
+            let place = |i: u32| Vec3::new(3.0 + (i % 99) as f32, unit(rng) - 0.5, unit(rng) - 0.5);
+            let positions: Vec<Vec3> = (0..150_002).map(place).collect();
+            let corners = |i: u32| Triangle {
+                corners: [i, i + 1, i + 2],
+                material,
+            };
+            let mesh = Mesh {
+                normals: vec![Vec3::Z; positions.len()],
+                uvs: vec![Vec2::ZERO; positions.len()],
+                triangles: (0..150_000).map(corners).collect(),
+                positions,
+            };
+            let shape = Prototype::new("heap", mesh, Vec::new(), &materials);
+            Instance {
+                prototype: Arc::new(shape.expect("a sound shape")),
+                position_m: Vec3::ZERO,
+                linear: Mat3::IDENTITY,
+                object: ObjectId::NONE,
+                variation: 0.5,
+            }
+        });
+        Arc::new(Bag(instances.collect()))
+    };
+    let k = Intrinsics::from_fov(64, 48, 1.2).expect("valid");
+    let view = View::new(k, RigidTransform::body_from_optical());
+    let draw = |bags: &Bags| {
+        let scene = SceneView {
+            caster: bags,
+            materials: &materials,
+            sky_visibility: &OpenSky,
+        };
+        camera.draw(&scene, &view)
+    };
+    let heaps = [1, 2, 3].map(|seed| Bags(vec![heap(seed)]));
+    for bags in [&heaps[0], &heaps[1], &heaps[2], &heaps[0]] {
+        let drawn = draw(bags).unwrap_or_else(|e| panic!("{e}"));
+        let memory = camera.memory();
+        assert!(
+            memory.bytes > 0 && memory.bytes <= memory.limit_bytes,
+            "{memory:?}"
+        );
+        assert!(drawn.truth.semantic.pixels().contains(&Semantic::Rock));
+    }
+    assert!(camera.memory().evicted >= 4, "{:?}", camera.memory());
+
+    // What can never fit is refused in words, and what fits is drawn afterwards.
+    let all = Bags(heaps.iter().flat_map(|h| h.0.clone()).collect());
+    let error = draw(&all).expect_err("too much");
+    assert!(
+        matches!(error, GpuError::OutOfMemory { allowed_mib, .. } if allowed_mib <= 128),
+        "{error}"
+    );
+    draw(&heaps[1]).unwrap_or_else(|e| panic!("{e}"));
+
+    // What nobody has any more goes by itself.
+    drop((heaps, all));
+    draw(&Bags(Vec::new())).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(camera.memory().shapes, 0);
+}
+
+#[test]
+fn a_caster_that_hides_its_shapes_is_refused() {
+    struct Secret;
+    impl RayCaster for Secret {
+        fn closest_hit(&self, _: &Ray) -> Option<Hit> {
+            None
+        }
+    }
+    let Some(gpu) = gpu("hidden shapes") else {
+        return;
+    };
+    let camera = camera(gpu, GpuParams::default());
+    let scene = SceneView {
+        caster: &Secret,
+        materials: &MaterialLibrary::new(),
+        sky_visibility: &OpenSky,
+    };
+    assert_eq!(camera.draw(&scene, &view(64, 48)), Err(GpuError::NoShapes));
+    let params = GpuParams {
+        memory_mib: 5,
+        ..GpuParams::default()
+    };
+    let error = GpuCamera::new(gpu, params, Lighting::uniform(Vec3::ONE)).expect_err("too little");
+    assert!(
+        error.to_string().contains("camera.memory_mib = 5"),
+        "{error}"
+    );
+}
