@@ -84,6 +84,18 @@ impl Envelope {
 }
 
 impl CrownForm {
+    /// Between two forms: 0 `young`, 1 `self`.
+    pub(super) fn grown_from(self, young: Self, maturity: f64) -> Self {
+        let mix = |a: f64, b: f64| a + (b - a) * maturity;
+        Self {
+            widest_at: mix(young.widest_at, self.widest_at),
+            base: mix(young.base, self.base),
+            lower_power: mix(young.lower_power, self.lower_power),
+            upper_power: mix(young.upper_power, self.upper_power),
+            asymmetry: mix(young.asymmetry, self.asymmetry),
+        }
+    }
+
     /// Radius at relative height `t` of the crown, as a share of the greatest, 0..=1.
     fn radius(&self, t: f64) -> f64 {
         let arc = |s: f64, p: f64| libm::pow(1.0 - libm::pow(s.clamp(0.0, 1.0), p), 1.0 / p);

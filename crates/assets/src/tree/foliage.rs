@@ -81,6 +81,28 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
+    /// Lays the card down, keeping its size and heading, until its tip is below `top_m`.
+    pub(super) fn keep_below(&mut self, top_m: f64) {
+        let room = (top_m - self.at.z).max(0.0);
+        if self.along.z <= room {
+            return;
+        }
+        let length = self.along.length();
+        let level = self
+            .along
+            .truncate()
+            .extend(0.0)
+            .try_normalize()
+            .unwrap_or(DVec3::X);
+        let width = self.across.length();
+        let rise = (room / length).min(1.0);
+        self.along = (level * (1.0 - rise * rise).max(0.0).sqrt() + DVec3::Z * rise) * length;
+        self.across = (self.across - self.along * self.across.dot(self.along) / (length * length))
+            .try_normalize()
+            .unwrap_or_else(|| beside(self.along / length))
+            * width;
+    }
+
     pub(super) fn card(&self, cards: &[FoliageCard]) -> Card {
         Card {
             corner: (self.at - 0.5 * self.across).as_vec3(),
