@@ -25,7 +25,7 @@ pub struct AssetParams {
     /// Different living trees of each species, 1..=64. Their diameters are one of each of as many equal
     /// parts of the stand's distribution, so that few trees already show its spread.
     pub individuals_per_species: u32,
-    /// Different saplings of each species, 0..=64, 1.7 to 4.5 m high.
+    /// Different saplings of each species, 0..=64, 2 to 4.5 m high.
     pub saplings_per_species: u32,
     /// Different standing dead trees of each species, 0..=64, as thick as the stand's.
     pub snags_per_species: u32,
@@ -438,7 +438,7 @@ impl TreeGrower<'_> {
         let stand = &self.params.stand;
         let limits = [stand.dbh_min_m, stand.dbh_max_m];
         let (size, part) = if let TreeKind::Sapling = kind {
-            let height_m = 1.7 + 2.8 * rank;
+            let height_m = 2.0 + 2.5 * rank;
             (species.draw_sapling(height_m, key.item(1)), "sapling.")
         } else {
             let dbh_m = species.dbh_of_rank(*dbh_mean_m, stand.shape, limits, rank);

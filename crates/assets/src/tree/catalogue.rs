@@ -106,7 +106,7 @@ impl Species {
     /// let text = Species::built_in_toml("beech").expect("there is a beech");
     /// let copper = text.replace("\"beech\"", "\"copper_beech\"").replace("[0.06, 0.11, 0.034]", "[0.25, 0.132, 0.04]");
     /// assert_eq!(Species::from_toml(&copper, "copper.toml")?.name, "copper_beech");
-    /// let wrong = text.replace("apical_dominance = 0.55", "apical_dominance = 7");
+    /// let wrong = text.replace("apical_dominance = 0.7", "apical_dominance = 7");
     /// let message = Species::from_toml(&wrong, "wrong.toml").unwrap_err().to_string();
     /// assert_eq!(message, "wrong.toml: beech.stem.apical_dominance = 7: must be 0.02..=1");
     /// # Ok::<(), nemoral_assets::SpeciesError>(())
@@ -172,7 +172,7 @@ mod tests {
         has(message("sweep_deg = 4.0", ""), &["missing field", "sweep_deg"]);
         has(
             message("sweep_deg = 4.0", "sweep_deg = \"much\""),
-            &["much", "floating point"],
+            &["much", "expected f64"],
         );
         has(
             message("kind = \"smooth\"", "kind = \"velvet\""),

@@ -9,6 +9,9 @@ use super::{CrownForm, TreeSize};
 
 const ASYMMETRY: Stage = Stage::new("assets.tree.asymmetry");
 
+/// Branches keep so far above the ground.
+const CLEARANCE_M: f64 = 0.15;
+
 /// Entries of the tables of the outline.
 const CELLS: usize = 64;
 
@@ -59,8 +62,12 @@ impl Envelope {
         }
     }
 
-    /// Is the point in the crown's space? The space goes on below the crown's base as wide as there.
+    /// Is the point in the crown's space? The space goes on below the crown's base as wide as there, down
+    /// to just above the ground.
     pub(super) fn contains(&self, p: DVec3) -> bool {
+        if p.z < CLEARANCE_M {
+            return false;
+        }
         let t = ((p.z - self.base_m) / (self.top_m - self.base_m)).max(0.0);
         let from_axis = p.truncate() - self.lean * p.z;
         // Most points are settled without the azimuth.

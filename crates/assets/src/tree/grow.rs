@@ -414,7 +414,7 @@ impl Crown {
 
 /// Where the stem may be stretched from: breast height, lower in saplings.
 fn fixed_m(size: &TreeSize) -> f64 {
-    BREAST_M.min(0.3 * size.height_m)
+    BREAST_M.min(0.2 * size.height_m)
 }
 
 /// Stretches what is above [`fixed_m`] once more, by the one factor that puts the highest of all twigs
@@ -455,7 +455,7 @@ fn fit(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
     for _ in 0..6 {
         let crown = Crown::measure(axes, leaves, lean);
         // A crown that begins at breast height has no stem below it to stretch.
-        let (base, wanted_base) = if size.crown_base_m.min(crown.base_m) > fixed + 0.3 * fixed {
+        let (base, wanted_base) = if size.crown_base_m.min(crown.base_m) > 1.15 * fixed {
             let most = (1.3 * (crown.base_m - fixed)).min(0.9 * (size.height_m - fixed));
             (
                 crown.base_m,

@@ -84,12 +84,12 @@ impl Species {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// The size of a sapling of this height (clamped to 1.6..=5 m). It is thinner than the relations of
+    /// The size of a sapling of this height (clamped to 2..=5 m). It is thinner than the relations of
     /// grown trees reach: its diameter follows from a slenderness of 100 above breast height (our choice),
     /// crown width and leaf area from the relations carried on to it, held in proportion to its height.
     #[must_use]
     pub fn draw_sapling(&self, height_m: f64, key: Key) -> TreeSize {
-        let height_m = height_m.max(1.6).min(5.0);
+        let height_m = height_m.max(2.0).min(5.0);
         let mut rng = key.stage(SAPLING).rng();
         let dbh_m = (0.010 * (height_m - 1.3) * rng.range_f64(0.85, 1.25)).max(0.008);
         let width_m = self.mean_crown_width_m(dbh_m) * rng.range_f64(0.85, 1.15);

@@ -221,7 +221,7 @@ impl Grower<'_> {
         let stem = &self.axes[0];
         let (base, top) = (self.size.crown_base_m, stem.points[stem.points.len() - 1].z);
         let [from, to] = level.zone.map(|t| base + t * (top - base));
-        for (node, z, azimuth) in nodes(&level, to - from, 1.0, key.stage(BRANCH)) {
+        for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.stage(BRANCH)) {
             let (z, t) = (from + z, z / (to - from));
             let s = self.stem_param(z);
             let (origin, along) = (self.axes[0].at(s), self.axes[0].direction(s));
@@ -239,6 +239,11 @@ impl Grower<'_> {
         if self.species.stem.apical_dominance < 1.0 {
             self.leader(key);
         }
+    }
+
+    /// Twigs are thinned out first; limbs only once few twigs are left.
+    fn limb_density(&self) -> f64 {
+        (self.density / 0.35).min(1.0)
     }
 
     /// The limb that goes on where the stem of a decurrent tree ends.
@@ -332,7 +337,7 @@ impl Grower<'_> {
             leafy_from: 2.0,
             ..level
         };
-        for (node, z, azimuth) in nodes(&level, to - from, 1.0, key.stage(DEAD)) {
+        for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.stage(DEAD)) {
             let branch_key = key.stage(DEAD).item(node);
             let mut rng = branch_key.rng();
             if !rng.chance(dead.persistence) {

@@ -15,6 +15,8 @@ const BARK: Stage = Stage::new("assets.tree.bark");
 
 /// What one repetition of bark covers: across, along.
 const TILE_M: [f64; 2] = [1.0, 2.0];
+/// Least and most of the spiral grain: u per v.
+const SPIRAL: [f64; 2] = [0.17, 0.24];
 /// A polygon may cut this deep into its circle.
 const CHORD_M: f64 = 0.004;
 
@@ -369,7 +371,7 @@ impl Tube<'_> {
                     .unwrap_or(radial);
                 mesh.positions.push(grid[i * columns + j].as_vec3());
                 mesh.normals.push(normal.as_vec3());
-                let u = bark.u0 + bark.wraps * j as f64 / n as f64;
+                let u = bark.u0 + bark.wraps * j as f64 / n as f64 + bark.spiral * (v - bark.v0);
                 mesh.uvs.push(Vec2::new(u as f32, v as f32));
             }
         }
@@ -442,6 +444,9 @@ struct BarkMap {
     wraps: f64,
     u0: f64,
     v0: f64,
+    /// u per v: a spiral grain of 5 to 7 degrees. Without it one picture would repeat straight above
+    /// itself.
+    spiral: f64,
     /// v per metre.
     per_m: f64,
     /// v where the change of bark begins; a whole number.
@@ -460,7 +465,10 @@ impl BarkMap {
         let per_m = finer / TILE_M[1];
         let mut rng = tube.axis.key.stage(BARK).rng();
         let (mut u0, mut v0) = (0.0, rng.unit_f64());
+        let mut spiral = 0.0;
         if is_stem {
+            let side = if rng.chance(0.5) { 1.0 } else { -1.0 };
+            spiral = side * rng.range_f64(SPIRAL[0], SPIRAL[1]);
             u0 = v0;
             v0 = rings[0].centre.z * per_m;
         }
@@ -468,6 +476,7 @@ impl BarkMap {
             wraps,
             u0,
             v0,
+            spiral,
             per_m,
             change: (tube.upper_from_m * per_m).round(),
             is_stem,
