@@ -6,7 +6,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use nemoral_assets::{AssetParams, Library, SizeClass, Species, StandParams, StandSpecies, TreeAsset};
+use nemoral_assets::{
+    AssetParams, Library, SizeClass, Species, StandParams, StandSpecies, TreeAsset,
+};
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{MaterialId, MaterialLibrary};
 use nemoral_seed::Key;
@@ -39,7 +41,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         let mut row = vec![(0, of(&libraries[0].saplings, 2).remove(1))];
         for (i, library) in libraries.iter().enumerate() {
-            row.extend(of(&library.trees, 2).into_iter().skip(usize::from(i < 2)).map(|t| (i, t)));
+            row.extend(
+                of(&library.trees, 2)
+                    .into_iter()
+                    .skip(usize::from(i < 2))
+                    .map(|t| (i, t)),
+            );
         }
         row.push((2, of(&libraries[2].snags, 2).remove(1)));
         report(&row);
@@ -55,7 +62,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-#[allow(clippy::print_stdout, reason = "the figures are what the user runs this for")]
+#[allow(
+    clippy::print_stdout,
+    reason = "the figures are what the user runs this for"
+)]
 fn grow(species: &[Species], class: SizeClass) -> Result<Library, Box<dyn std::error::Error>> {
     let start = Instant::now();
     let stand = |s: &Species| StandSpecies {
@@ -76,11 +86,18 @@ fn grow(species: &[Species], class: SizeClass) -> Result<Library, Box<dyn std::e
     };
     let library = Library::grow(&params, Key::world(7))?;
     let seconds = start.elapsed().as_secs_f64();
-    println!("{} species, {}: {seconds:.2} s", species.len(), class.name());
+    println!(
+        "{} species, {}: {seconds:.2} s",
+        species.len(),
+        class.name()
+    );
     Ok(library)
 }
 
-#[allow(clippy::print_stdout, reason = "the table is what the user runs this for")]
+#[allow(
+    clippy::print_stdout,
+    reason = "the table is what the user runs this for"
+)]
 fn report(row: &[(usize, TreeAsset)]) {
     for (_, tree) in row {
         let (t, p) = (&tree.size, &tree.prototype);
@@ -117,7 +134,9 @@ struct Canvas {
 const FINER: usize = 2;
 
 fn whole(trees: &[(&TreeAsset, &MaterialLibrary)]) -> image::RgbImage {
-    let tallest = trees.iter().fold(2.0_f32, |m, (t, _)| m.max(t.prototype.bounds().max.z));
+    let tallest = trees
+        .iter()
+        .fold(2.0_f32, |m, (t, _)| m.max(t.prototype.bounds().max.z));
     let mut at = 0.5;
     let mut places = Vec::new();
     for (tree, _) in trees {
@@ -126,7 +145,11 @@ fn whole(trees: &[(&TreeAsset, &MaterialLibrary)]) -> image::RgbImage {
         at += bounds.max.x - bounds.min.x + 0.8;
     }
     let pixel_m = ((tallest + 1.5) / 900.0).max(at / 1900.0);
-    let mut canvas = Canvas::new([at + 1.2, tallest + 1.5], Vec2::new(0.0, tallest + 0.7), pixel_m);
+    let mut canvas = Canvas::new(
+        [at + 1.2, tallest + 1.5],
+        Vec2::new(0.0, tallest + 0.7),
+        pixel_m,
+    );
     canvas.person(at);
     for ((tree, library), x) in trees.iter().zip(places) {
         canvas.tree(tree, library, Vec3::new(x, 0.0, 0.0));
@@ -139,11 +162,23 @@ fn close((tree, library): (&TreeAsset, &MaterialLibrary)) -> image::RgbImage {
     let size = [3.2, 2.6];
     let mut left = Canvas::new(size, Vec2::new(-1.6, 2.5), 0.0035);
     left.tree(tree, library, Vec3::ZERO);
-    let mut up = Canvas::new(size, Vec2::new(-1.6, 0.55 * tree.size.height_m as f32 + 1.3), 0.0035);
+    let mut up = Canvas::new(
+        size,
+        Vec2::new(-1.6, 0.55 * tree.size.height_m as f32 + 1.3),
+        0.0035,
+    );
     up.tree(tree, library, Vec3::ZERO);
-    let nearest = tree.prototype.cards().iter().min_by(|a, b| a.corner.y.total_cmp(&b.corner.y));
+    let nearest = tree
+        .prototype
+        .cards()
+        .iter()
+        .min_by(|a, b| a.corner.y.total_cmp(&b.corner.y));
     let middle = nearest.map_or(Vec3::Z, |c| c.corner);
-    let mut right = Canvas::new([2.2, 2.6], Vec2::new(middle.x - 1.1, middle.z + 1.3), 0.0035);
+    let mut right = Canvas::new(
+        [2.2, 2.6],
+        Vec2::new(middle.x - 1.1, middle.z + 1.3),
+        0.0035,
+    );
     right.tree(tree, library, Vec3::ZERO);
     let pictures = [left, up, right].map(Canvas::into_image);
     let width = pictures.iter().map(|p| p.width() + 8).sum();
@@ -214,7 +249,10 @@ impl Canvas {
                 let [a, b, d] = corners.map(|k| uv[k]);
                 self.triangle(corners.map(|k| c[k]), |w| {
                     let at = a * w.x + b * w.y + d * w.z;
-                    let opaque = material.mask.as_ref().is_none_or(|m| m.is_opaque(at.x, at.y));
+                    let opaque = material
+                        .mask
+                        .as_ref()
+                        .is_none_or(|m| m.is_opaque(at.x, at.y));
                     let albedo = texel(card.material, at);
                     opaque.then(|| light(normal, albedo, material.transmittance))
                 });
@@ -275,7 +313,10 @@ impl Canvas {
                 .map(|k| colour(x + k % FINER, y + k / FINER))
                 .sum();
             let mean = 0.62 * sum / (FINER * FINER) as f32;
-            image::Rgb(mean.to_array().map(|v| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8))
+            image::Rgb(
+                mean.to_array()
+                    .map(|v| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8),
+            )
         })
     }
 }

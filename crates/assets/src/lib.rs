@@ -11,7 +11,8 @@ mod tree;
 
 pub use error::ParamError;
 pub use library::{
-    AssetParams, GroundMaterials, Library, PlantAsset, StandParams, StandSpecies, TrailMaterials, TreeAsset,
+    AssetParams, GroundMaterials, Library, PlantAsset, StandParams, StandSpecies, TrailMaterials,
+    TreeAsset,
 };
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,

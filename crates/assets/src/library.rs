@@ -190,7 +190,11 @@ impl AssetParams {
             let name = &of.species.name;
             if self.species[..i].iter().any(|o| o.species.name == *name) {
                 let field = format!("species[{i}].name");
-                return Err(ParamError::new(field, name, "another name than the others'"));
+                return Err(ParamError::new(
+                    field,
+                    name,
+                    "another name than the others'",
+                ));
             }
             let field = format!("species[{i}].dbh_mean_m");
             ParamError::check_range(field, of.dbh_mean_m, 0.08, 1.0)?;
@@ -466,4 +470,5 @@ impl TreeGrower<'_> {
 }
 
 /// [`grow`] or [`grow_snag`].
-type Grow = fn(&Species, &TreeSize, &TreeMaterials, &GrowthParams, Key) -> Result<GrownTree, ParamError>;
+type Grow =
+    fn(&Species, &TreeSize, &TreeMaterials, &GrowthParams, Key) -> Result<GrownTree, ParamError>;

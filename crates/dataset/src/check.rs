@@ -548,7 +548,8 @@ fn differs(a: &RigidTransform, b: &RigidTransform) -> Option<String> {
     let angle = a.rotation.angle_between(b.rotation).to_degrees();
     // An angle near 0 is an arc cosine near 1: half the digits are lost.
     (distance > 1e-5 || angle > 1e-5).then(|| format!("{distance:.4} m and {angle:.4}°"))
-}/// What no tree can be: sizes that are not above 0, a crown above its top, leaves on dead wood.
+}
+/// What no tree can be: sizes that are not above 0, a crown above its top, leaves on dead wood.
 fn impossible(tree: &TreeRecord) -> Option<String> {
     let positive = |name: &str, value: f64| {
         let fine = value > 0.0 && value.is_finite();
@@ -564,7 +565,9 @@ fn impossible(tree: &TreeRecord) -> Option<String> {
         let fine = tree.leaf_area_m2 >= 0.0 && leafless != tree.alive;
         (!fine).then(|| {
             let (area, alive) = (tree.leaf_area_m2, tree.alive);
-            format!("leaf_area_m2 = {area}, alive = {alive}: a living tree has leaves, a dead one none")
+            format!(
+                "leaf_area_m2 = {area}, alive = {alive}: a living tree has leaves, a dead one none"
+            )
         })
     };
     let found = positive("dbh_m", tree.dbh_m)
@@ -574,5 +577,3 @@ fn impossible(tree: &TreeRecord) -> Option<String> {
         .or_else(leaves)?;
     Some(format!("tree {}: {found}", tree.object.to_u64()))
 }
-
-

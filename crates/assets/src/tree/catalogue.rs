@@ -169,7 +169,10 @@ mod tests {
             message("sweep_deg = 4.0", "swep_deg = 4.0"),
             &["swep_deg", "unknown field", "sweep_deg"],
         );
-        has(message("sweep_deg = 4.0", ""), &["missing field", "sweep_deg"]);
+        has(
+            message("sweep_deg = 4.0", ""),
+            &["missing field", "sweep_deg"],
+        );
         has(
             message("sweep_deg = 4.0", "sweep_deg = \"much\""),
             &["much", "expected f64"],

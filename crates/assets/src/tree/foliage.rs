@@ -37,7 +37,9 @@ impl<'a> Leafing<'a> {
     ) -> Self {
         let silhouette = size.leaf_area_m2 * form.silhouette_factor;
         let mean = cards.iter().map(FoliageCard::silhouette_m2).sum::<f64>() / cards.len() as f64;
-        let tall = cards.iter().fold(0.0_f64, |m, c| m.max(f64::from(c.height_m)));
+        let tall = cards
+            .iter()
+            .fold(0.0_f64, |m, c| m.max(f64::from(c.height_m)));
         // Saplings' shoots are shorter than what is drawn, though not by much.
         let smaller = (tall / (SHOOT_SHARE * size.height_m)).clamp(1.0, 1.7);
         let wanted = (smaller * smaller * silhouette / mean).ceil();

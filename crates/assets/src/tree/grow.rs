@@ -459,8 +459,7 @@ fn fit(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
             let most = (1.3 * (crown.base_m - fixed)).min(0.9 * (size.height_m - fixed));
             (
                 crown.base_m,
-                (size.crown_base_m - fixed).clamp(0.7 * (crown.base_m - fixed), most)
-                    + fixed,
+                (size.crown_base_m - fixed).clamp(0.7 * (crown.base_m - fixed), most) + fixed,
             )
         } else {
             (fixed, fixed)

@@ -89,7 +89,7 @@ impl Species {
     /// crown width and leaf area from the relations carried on to it, held in proportion to its height.
     #[must_use]
     pub fn draw_sapling(&self, height_m: f64, key: Key) -> TreeSize {
-        let height_m = height_m.max(2.0).min(5.0);
+        let height_m = height_m.clamp(2.0, 5.0);
         let mut rng = key.stage(SAPLING).rng();
         let dbh_m = (0.010 * (height_m - 1.3) * rng.range_f64(0.85, 1.25)).max(0.008);
         let width_m = self.mean_crown_width_m(dbh_m) * rng.range_f64(0.85, 1.15);

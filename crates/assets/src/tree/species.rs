@@ -261,7 +261,9 @@ impl Ranges<'_> {
 
     /// Both alike, in any order.
     fn each(&self, name: &str, values: &[f64], low: f64, high: f64) -> Result<(), ParamError> {
-        values.iter().try_for_each(|&v| self.one(name, v, low, high))
+        values
+            .iter()
+            .try_for_each(|&v| self.one(name, v, low, high))
     }
 }
 

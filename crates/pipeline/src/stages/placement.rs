@@ -60,10 +60,7 @@ impl Stage for PlacementStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!(
-            "{:?}",
-            (&self.placement, self.centre)
-        ));
+        hasher.write_str(&format!("{:?}", (&self.placement, self.centre)));
         hasher.write_f64(self.chunk_size_m);
     }
 

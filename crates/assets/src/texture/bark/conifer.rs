@@ -16,7 +16,12 @@ pub(super) fn flakes(seed: u32) -> Tile {
         let mut tone = 0.5_f32;
         // Sheets over sheets: each covers a random part, and curls at its edge.
         for layer in 1..4_u32 {
-            let cells = worley(q, IVec2::new(9, 13) * layer as i32, 1.0, seed ^ (0x100 * layer));
+            let cells = worley(
+                q,
+                IVec2::new(9, 13) * layer as i32,
+                1.0,
+                seed ^ (0x100 * layer),
+            );
             let there = f32::from(unit(cells.id) < 0.5) * smoothstep(0.02, 0.06, cells.border());
             let curl = there * (1.0 - smoothstep(0.05, 0.14, cells.border()));
             height += 0.35 * there + 0.25 * curl;
@@ -29,7 +34,9 @@ pub(super) fn flakes(seed: u32) -> Tile {
         let orange = Vec3::new(0.34, 0.165, 0.07);
         let pale = Vec3::new(0.36, 0.24, 0.14);
         let grey = Vec3::new(0.22, 0.16, 0.11);
-        let skin = grey.lerp(orange, smoothstep(0.1, 0.5, tone)).lerp(pale, 0.6 * edge);
+        let skin = grey
+            .lerp(orange, smoothstep(0.1, 0.5, tone))
+            .lerp(pale, 0.6 * edge);
         Texel {
             albedo: skin * (1.0 + 0.22 * grain),
             height: height + 0.05 * grain,
@@ -103,7 +110,11 @@ pub(super) fn fibrous(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
         let q = warp(p, IVec2::new(6, 4), Vec2::new(0.03, 0.02), seed);
         let fibre = fbm(q, IVec2::new(56, 5), 4, 0.6, seed ^ 0x10);
-        let crack = smoothstep(0.74, 0.96, ridged(q, IVec2::new(16, 4), 2, 0.5, seed ^ 0x20));
+        let crack = smoothstep(
+            0.74,
+            0.96,
+            ridged(q, IVec2::new(16, 4), 2, 0.5, seed ^ 0x20),
+        );
         let cloud = fbm(p, IVec2::new(4, 5), 3, 0.5, seed ^ 0x30);
         let tone = 0.75 + 0.5 * value(p, IVec2::new(80, 30), seed ^ 0x40);
         let grey = Vec3::new(0.20, 0.17, 0.14);

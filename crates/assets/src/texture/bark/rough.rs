@@ -3,7 +3,7 @@
 use glam::{IVec2, Vec2, Vec3};
 
 use super::{HEIGHT, WIDTH, with_lichen};
-use crate::texture::noise::{fbm, gradient, ridged, smoothstep, unit, worley, warp};
+use crate::texture::noise::{fbm, gradient, ridged, smoothstep, unit, warp, worley};
 use crate::texture::tile::{Texel, Tile};
 
 /// Maritime pine: long plates of flaking layers between dark, deep fissures.

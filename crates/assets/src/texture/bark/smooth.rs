@@ -3,9 +3,7 @@
 use glam::{IVec2, Vec2, Vec3};
 
 use super::{HEIGHT, WIDTH};
-use crate::texture::noise::{
-    Worley, fbm, gradient, ridged, smoothstep, unit, value, warp, worley,
-};
+use crate::texture::noise::{Worley, fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
 use crate::texture::tile::{Texel, Tile};
 
 /// Beech: smooth and silver grey, with level wrinkles, scars where branches were, and lichens.
@@ -72,9 +70,12 @@ pub(super) fn birch(seed: u32) -> Tile {
         let black = f32::from(unit(marks.id) < 0.55) * (1.0 - smoothstep(0.8 * big, big, diamond));
         let white = Vec3::new(0.62, 0.60, 0.55) * (1.0 + 0.10 * bands + 0.12 * cloud);
         let paper = white.lerp(Vec3::new(0.45, 0.33, 0.24), 0.45 * curl);
-        let dark = Vec3::new(0.045, 0.040, 0.036) * (1.0 + 1.5 * value(p, IVec2::new(90, 120), seed ^ 0x70));
+        let dark = Vec3::new(0.045, 0.040, 0.036)
+            * (1.0 + 1.5 * value(p, IVec2::new(90, 120), seed ^ 0x70));
         Texel {
-            albedo: paper.lerp(Vec3::new(0.13, 0.11, 0.095), 0.85 * pore).lerp(dark, black),
+            albedo: paper
+                .lerp(Vec3::new(0.13, 0.11, 0.095), 0.85 * pore)
+                .lerp(dark, black),
             height: 0.2 * bands - 0.3 * pore - 0.4 * black + 0.25 * curl,
         }
     });
@@ -95,7 +96,9 @@ pub(super) fn birch_foot(seed: u32) -> Tile {
         let top = Vec3::new(0.105, 0.095, 0.085) * (1.0 + 0.5 * grain);
         let paper = Vec3::new(0.50, 0.48, 0.43) * (1.0 + 0.15 * grain);
         Texel {
-            albedo: Vec3::new(0.022, 0.019, 0.017).lerp(top, block).lerp(paper, 0.85 * white),
+            albedo: Vec3::new(0.022, 0.019, 0.017)
+                .lerp(top, block)
+                .lerp(paper, 0.85 * white),
             height: 0.9 * block * (1.0 - 0.5 * white) + 0.08 * grain,
         }
     });
@@ -111,7 +114,11 @@ pub(super) fn cork(seed: u32) -> Tile {
         let deep = ridged(q, IVec2::new(8, 5), 2, 0.55, seed ^ 0x20);
         let furrow = smoothstep(0.62, 0.93, deep);
         let knots = fbm(q, IVec2::new(20, 30), 3, 0.6, seed ^ 0x30);
-        let cracks = smoothstep(0.80, 0.97, ridged(q, IVec2::new(22, 26), 2, 0.5, seed ^ 0x40));
+        let cracks = smoothstep(
+            0.80,
+            0.97,
+            ridged(q, IVec2::new(22, 26), 2, 0.5, seed ^ 0x40),
+        );
         let cloud = fbm(p, IVec2::new(4, 5), 4, 0.55, seed ^ 0x50);
         let grey = Vec3::new(0.235, 0.215, 0.185);
         let buff = Vec3::new(0.215, 0.165, 0.115);
@@ -131,7 +138,11 @@ pub(super) fn cork(seed: u32) -> Tile {
 pub(super) fn stripped_cork(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
         let q = warp(p, IVec2::new(5, 4), Vec2::new(0.03, 0.03), seed);
-        let crack = smoothstep(0.88, 0.985, ridged(q, IVec2::new(14, 4), 2, 0.5, seed ^ 0x10));
+        let crack = smoothstep(
+            0.88,
+            0.985,
+            ridged(q, IVec2::new(14, 4), 2, 0.5, seed ^ 0x10),
+        );
         let streak = fbm(q, IVec2::new(26, 4), 3, 0.55, seed ^ 0x20);
         let cloud = fbm(p, IVec2::new(3, 4), 4, 0.55, seed ^ 0x30);
         let grain = fbm(p, IVec2::new(100, 100), 2, 0.6, seed ^ 0x40);
