@@ -126,6 +126,6 @@ fn leaf_area_of_grown_trees_comes_back() {
         );
         assert!(fine.truth_m2 > 3.0 && fine.share_seen > 0.3, "{fine:?}");
         assert!((ratio - 1.0).abs() < 0.1, "{}: {ratio}", tree.species);
-        assert!(hidden < 0.85, "{}: {hidden}", tree.species);
+        assert!(hidden < 0.9, "{}: {hidden}", tree.species);
     }
 }

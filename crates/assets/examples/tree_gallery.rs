@@ -1,297 +1,274 @@
-//! Draws trees of every species beside a person of 1.8 m: `tree_gallery FOLDER [DBH_CM]`.
+//! Draws every species from sapling to snag beside a person of 1.8 m, with its bark and leaves close by:
+//! `tree_gallery FOLDER [SPECIES | FILE.toml]...`.
 //!
-//! Orthographic, from the south, a pixel is 2 cm; sun from the upper left, behind the viewer.
+//! Orthographic, from the south; sun from the upper left, behind the viewer, and a grey sky.
 
 use std::path::Path;
+use std::time::Instant;
 
 use nemoral_assets::{
-    FoliageCard, GrownTree, GrowthParams, ParamError, Species, TreeMaterials, TreeSize, grow,
+    AssetParams, Library, SizeClass, Species, StandParams, StandSpecies, TreeAsset,
 };
 use nemoral_scene::glam::{Vec2, Vec3};
-use nemoral_scene::{AlphaMask, Material, MaterialId, MaterialLibrary, Semantic};
-use nemoral_seed::{Key, Stage};
-
-const PIXEL_M: f32 = 0.02;
-const INDIVIDUALS: u64 = 3;
+use nemoral_scene::{MaterialId, MaterialLibrary};
+use nemoral_seed::Key;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let folder = arguments
         .next()
-        .ok_or("usage: tree_gallery FOLDER [DBH_CM]")?;
-    let dbh_m = arguments
-        .next()
-        .map(|d| d.parse::<f64>())
-        .transpose()?
-        .map(|cm| cm / 100.0);
-    for species in Species::all() {
-        let (library, materials) = materials(&species)?;
-        let mut trees = Vec::new();
-        for i in 0..INDIVIDUALS {
-            let key = Key::world(7).stage(Stage::new("gallery")).item(i);
-            let dbh_m = dbh_m.unwrap_or([0.2, 0.32, 0.45][i as usize]);
-            trees.push(tree(
-                &species,
-                &species.draw_size(dbh_m, key),
-                &materials,
-                key,
-            )?);
+        .ok_or("usage: tree_gallery FOLDER [SPECIES | FILE.toml]...")?;
+    std::fs::create_dir_all(&folder)?;
+    let mut species = Vec::new();
+    for name in arguments {
+        species.push(match Species::built_in(&name) {
+            Some(species) => species,
+            None => Species::read(Path::new(&name))?,
+        });
+    }
+    if species.is_empty() {
+        species = Species::all();
+    }
+    let classes = [SizeClass::Young, SizeClass::Middle, SizeClass::Mature];
+    let libraries = classes
+        .iter()
+        .map(|&class| grow(&species, class))
+        .collect::<Result<Vec<_>, _>>()?;
+    for s in &species {
+        let of = |trees: &[TreeAsset], n: usize| -> Vec<TreeAsset> {
+            let of = trees.iter().filter(|t| t.species == s.name);
+            of.take(n).cloned().collect()
+        };
+        let mut row = vec![(0, of(&libraries[0].saplings, 2).remove(1))];
+        for (i, library) in libraries.iter().enumerate() {
+            row.extend(
+                of(&library.trees, 2)
+                    .into_iter()
+                    .skip(usize::from(i < 2))
+                    .map(|t| (i, t)),
+            );
         }
-        let path = Path::new(&folder).join(format!("{}.png", species.name));
-        picture(&trees, &library).save(path)?;
+        row.push((2, of(&libraries[2].snags, 2).remove(1)));
+        report(&row);
+        let trees: Vec<_> = row
+            .iter()
+            .map(|(i, tree)| (tree, &libraries[*i].materials))
+            .collect();
+        let path = Path::new(&folder).join(format!("{}.png", s.name));
+        whole(&trees).save(path)?;
+        let path = Path::new(&folder).join(format!("{}.close.png", s.name));
+        close(trees[trees.len() - 2]).save(path)?;
     }
     Ok(())
 }
 
 #[allow(
     clippy::print_stdout,
+    reason = "the figures are what the user runs this for"
+)]
+fn grow(species: &[Species], class: SizeClass) -> Result<Library, Box<dyn std::error::Error>> {
+    let start = Instant::now();
+    let stand = |s: &Species| StandSpecies {
+        species: s.clone(),
+        dbh_mean_m: s.class_dbh_m(class),
+    };
+    let params = AssetParams {
+        species: species.iter().map(stand).collect(),
+        individuals_per_species: 2,
+        saplings_per_species: 2,
+        snags_per_species: 2,
+        stand: StandParams {
+            shape: 6.0,
+            dbh_min_m: 0.07,
+            dbh_max_m: 1.2,
+        },
+        ..AssetParams::default()
+    };
+    let library = Library::grow(&params, Key::world(7))?;
+    let seconds = start.elapsed().as_secs_f64();
+    println!(
+        "{} species, {}: {seconds:.2} s",
+        species.len(),
+        class.name()
+    );
+    Ok(library)
+}
+
+#[allow(
+    clippy::print_stdout,
     reason = "the table is what the user runs this for"
 )]
-fn tree(
-    species: &Species,
-    size: &TreeSize,
-    materials: &TreeMaterials,
-    key: Key,
-) -> Result<GrownTree, ParamError> {
-    let start = std::time::Instant::now();
-    let tree = grow(species, size, materials, &GrowthParams::default(), key)?;
-    println!(
-        "{:13} d {:.3}/{:.3} H {:.2}/{:.2} base {:.2}/{:.2} r {:.2}/{:.2} LA {:.0}/{:.0} lean {:.1}: {} triangles, {} cards, {:.2} m3, {:.1} ms",
-        species.name,
-        size.dbh_m,
-        tree.size.dbh_m,
-        size.height_m,
-        tree.size.height_m,
-        size.crown_base_m,
-        tree.size.crown_base_m,
-        size.crown_radius_m,
-        tree.size.crown_radius_m,
-        size.leaf_area_m2,
-        tree.size.leaf_area_m2,
-        tree.size.lean_rad.to_degrees(),
-        tree.mesh.triangles.len(),
-        tree.cards.len(),
-        tree.stem_volume_m3,
-        start.elapsed().as_secs_f64() * 1e3,
-    );
-    Ok(tree)
-}
-
-/// Plain colours, and masks of strokes: enough to judge form.
-fn materials(
-    species: &Species,
-) -> Result<(MaterialLibrary, TreeMaterials), Box<dyn std::error::Error>> {
-    let mut library = MaterialLibrary::new();
-    let mut plain = |name: &str, semantic, r, g, b| {
-        library.add(Material::plain(name, semantic, Vec3::new(r, g, b)))
-    };
-    let (stem, twig) = match species.name {
-        "maritime_pine" => (Vec3::new(0.16, 0.10, 0.07), Vec3::new(0.14, 0.10, 0.07)),
-        "eucalyptus" => (Vec3::new(0.38, 0.33, 0.27), Vec3::new(0.25, 0.2, 0.15)),
-        _ => (Vec3::new(0.17, 0.15, 0.12), Vec3::new(0.13, 0.11, 0.09)),
-    };
-    let ids = [
-        plain("stem", Semantic::Stem, stem.x, stem.y, stem.z),
-        plain(
-            "flare",
-            Semantic::RootFlare,
-            0.8 * stem.x,
-            0.85 * stem.y,
-            0.8 * stem.z,
-        ),
-        plain("limb", Semantic::Limb, stem.x, stem.y, stem.z),
-        plain("branch", Semantic::Branch, twig.x, twig.y, twig.z),
-        plain("dead", Semantic::Twig, 0.2, 0.18, 0.16),
-    ];
-    let (colour, width_m, height_m, leaf_layers) = match species.name {
-        "maritime_pine" => (Vec3::new(0.055, 0.10, 0.03), 0.35, 0.35, 1.0),
-        "eucalyptus" => (Vec3::new(0.09, 0.14, 0.075), 0.35, 0.5, 1.3),
-        _ => (Vec3::new(0.06, 0.12, 0.03), 0.42, 0.42, 1.3),
-    };
-    let mut foliage = Vec::new();
-    for variant in 0..3 {
-        let mask = leaf_mask(species.name, variant)?;
-        let opaque_fraction = mask.opaque_fraction() as f32;
-        let shade = colour * (0.9 + 0.12 * variant as f32);
-        let material = Material {
-            mask: Some(mask.into()),
-            ..Material::plain("leaves", Semantic::Leaf, shade)
-        };
-        foliage.push(FoliageCard {
-            material: library.add(material),
-            width_m,
-            height_m,
-            opaque_fraction,
-            leaf_layers,
-        });
+fn report(row: &[(usize, TreeAsset)]) {
+    for (_, tree) in row {
+        let (t, p) = (&tree.size, &tree.prototype);
+        println!(
+            "{:14} {:7} {:5} d {:.3} H {:5.2} base {:5.2} r {:.2} LA {:5.1} lean {:.1}: {} triangles, {} cards, {:.3} m3",
+            tree.species,
+            tree.class.name(),
+            if tree.alive { "alive" } else { "dead" },
+            t.dbh_m,
+            t.height_m,
+            t.crown_base_m,
+            t.crown_radius_m,
+            t.leaf_area_m2,
+            t.lean_rad.to_degrees(),
+            p.mesh().triangles.len(),
+            p.cards().len(),
+            tree.stem_volume_m3,
+        );
     }
-    let [stem, flare, limb, branch, dead] = ids;
-    Ok((
-        library,
-        TreeMaterials {
-            stem,
-            flare,
-            limb,
-            branch,
-            dead,
-            foliage,
-        },
-    ))
-}
-
-/// Leaves as tapered strokes from the twig: needles fanned, sickles hanging, rosettes.
-fn leaf_mask(species: &str, variant: u32) -> Result<AlphaMask, Box<dyn std::error::Error>> {
-    let mut strokes: Vec<(Vec2, Vec2, f32)> = Vec::new();
-    let v = variant as f32;
-    match species {
-        "maritime_pine" => {
-            for k in 0..60 {
-                let t = k as f32 / 59.0;
-                let angle = (t - 0.5) * 3.9 + 0.1 * (k as f32 * 1.7 + v).sin();
-                let from = Vec2::new(0.5, 0.12 + 0.35 * ((k * 7 % 10) as f32 / 10.0));
-                strokes.push((
-                    from,
-                    from + Vec2::new(angle.sin(), angle.cos()) * 0.48,
-                    0.006,
-                ));
-            }
-        }
-        "eucalyptus" => {
-            strokes.push((Vec2::new(0.5, 0.0), Vec2::new(0.5, 0.6), 0.008));
-            for k in 0..11 {
-                let side = if k % 2 == 0 { 1.0 } else { -1.0 };
-                let from = Vec2::new(0.5, 0.06 * k as f32);
-                let angle = side * (0.35 + 0.5 * ((k as f32 * 2.3 + v).sin().abs()));
-                strokes.push((
-                    from,
-                    from + Vec2::new(angle.sin(), angle.cos()) * 0.42,
-                    0.032,
-                ));
-            }
-        }
-        _ => {
-            strokes.push((Vec2::new(0.5, 0.0), Vec2::new(0.5, 0.5), 0.01));
-            for k in 0..10 {
-                let side = if k % 2 == 0 { 1.0 } else { -1.0 };
-                let from = Vec2::new(0.5, 0.15 + 0.04 * k as f32);
-                let angle = side * (1.7 - 0.15 * k as f32 + 0.2 * (k as f32 + v).sin());
-                strokes.push((
-                    from,
-                    from + Vec2::new(angle.sin(), angle.cos()) * 0.36,
-                    0.085,
-                ));
-            }
-        }
-    }
-    Ok(AlphaMask::from_fn(128, 128, |c, r| {
-        let p = Vec2::new(c as f32 + 0.5, r as f32 + 0.5) / 128.0;
-        strokes.iter().any(|&(a, b, width)| {
-            let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            let taper = (4.0 * t * (1.0 - t)).sqrt().max(0.25);
-            p.distance(a + (b - a) * t) < width * taper
-        })
-    })?)
 }
 
 /// A z-buffered picture.
 struct Canvas {
     width: usize,
     height: usize,
+    pixel_m: f32,
     depth: Vec<f32>,
     colour: Vec<Vec3>,
     /// World x of the left edge, world z of the upper edge.
     corner: Vec2,
 }
 
-fn picture(trees: &[GrownTree], library: &MaterialLibrary) -> image::RgbImage {
-    let widest = trees
+/// Pixels are drawn so many times finer each way, and averaged.
+const FINER: usize = 2;
+
+fn whole(trees: &[(&TreeAsset, &MaterialLibrary)]) -> image::RgbImage {
+    let tallest = trees
         .iter()
-        .map(|t| t.size.crown_radius_m)
-        .fold(0.0, f64::max) as f32
-        * 2.5
-        + 1.0;
-    let tallest = trees.iter().map(|t| t.size.height_m).fold(0.0, f64::max) as f32 + 1.5;
-    let columns = trees.len() as f32 * widest + 1.5;
-    let (width, height) = ((columns / PIXEL_M) as usize, (tallest / PIXEL_M) as usize);
-    let mut canvas = Canvas {
-        width,
-        height,
-        depth: vec![f32::INFINITY; width * height],
-        colour: vec![Vec3::new(0.55, 0.68, 0.85); width * height],
-        corner: Vec2::new(-1.5, tallest - 0.8),
-    };
-    let person = [
-        Vec3::new(-1.0, -2.0, 0.0),
-        Vec3::new(-0.6, -2.0, 0.0),
-        Vec3::new(-0.6, -2.0, 1.8),
-        Vec3::new(-1.0, -2.0, 1.8),
-    ];
-    for corners in [[0, 1, 2], [0, 2, 3]] {
-        canvas.triangle(corners.map(|c| person[c]), |_| {
-            Some(Vec3::new(0.7, 0.05, 0.05))
-        });
+        .fold(2.0_f32, |m, (t, _)| m.max(t.prototype.bounds().max.z));
+    let mut at = 0.5;
+    let mut places = Vec::new();
+    for (tree, _) in trees {
+        let bounds = tree.prototype.bounds();
+        places.push(at - bounds.min.x);
+        at += bounds.max.x - bounds.min.x + 0.8;
     }
-    for (i, tree) in trees.iter().enumerate() {
-        let at = Vec3::new((i as f32 + 0.5) * widest, 0.0, 0.0);
-        for t in &tree.mesh.triangles {
-            let p = t.corners.map(|c| tree.mesh.positions[c as usize] + at);
-            let n = t.corners.map(|c| tree.mesh.normals[c as usize]);
-            let albedo = albedo(library, t.material);
-            canvas.triangle(p, |w| {
-                Some(albedo * light(n[0] * w.x + n[1] * w.y + n[2] * w.z, false))
-            });
-        }
-        for card in &tree.cards {
-            let material = library.get(card.material);
-            let c = card.corners().map(|c| c + at);
-            let uv = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
-            let shade =
-                albedo(library, card.material) * light(card.edge_u.cross(card.edge_v), true);
-            for corners in [[0, 1, 2], [0, 2, 3]] {
-                let [a, b, d] = corners.map(|k| uv[k]);
-                canvas.triangle(corners.map(|k| c[k]), |w| {
-                    let at = a * w.x + b * w.y + d * w.z;
-                    material
-                        .mask
-                        .as_ref()
-                        .is_none_or(|m| m.is_opaque(at.x, at.y))
-                        .then_some(shade)
-                });
-            }
-        }
+    let pixel_m = ((tallest + 1.5) / 900.0).max(at / 1900.0);
+    let mut canvas = Canvas::new(
+        [at + 1.2, tallest + 1.5],
+        Vec2::new(0.0, tallest + 0.7),
+        pixel_m,
+    );
+    canvas.person(at);
+    for ((tree, library), x) in trees.iter().zip(places) {
+        canvas.tree(tree, library, Vec3::new(x, 0.0, 0.0));
     }
     canvas.into_image()
 }
 
-fn albedo(library: &MaterialLibrary, id: MaterialId) -> Vec3 {
-    library.get(id).albedo.mean()
+/// The foot of a stem, and leaves at the side of the crown.
+fn close((tree, library): (&TreeAsset, &MaterialLibrary)) -> image::RgbImage {
+    let size = [3.2, 2.6];
+    let mut left = Canvas::new(size, Vec2::new(-1.6, 2.5), 0.0035);
+    left.tree(tree, library, Vec3::ZERO);
+    let mut up = Canvas::new(
+        size,
+        Vec2::new(-1.6, 0.55 * tree.size.height_m as f32 + 1.3),
+        0.0035,
+    );
+    up.tree(tree, library, Vec3::ZERO);
+    let nearest = tree
+        .prototype
+        .cards()
+        .iter()
+        .min_by(|a, b| a.corner.y.total_cmp(&b.corner.y));
+    let middle = nearest.map_or(Vec3::Z, |c| c.corner);
+    let mut right = Canvas::new(
+        [2.2, 2.6],
+        Vec2::new(middle.x - 1.1, middle.z + 1.3),
+        0.0035,
+    );
+    right.tree(tree, library, Vec3::ZERO);
+    let pictures = [left, up, right].map(Canvas::into_image);
+    let width = pictures.iter().map(|p| p.width() + 8).sum();
+    let mut out = image::RgbImage::new(width, pictures[0].height());
+    let mut x = 0;
+    for picture in pictures {
+        for (column, row, pixel) in picture.enumerate_pixels() {
+            if row < out.height() {
+                out.put_pixel(x + column, row, *pixel);
+            }
+        }
+        x += picture.width() + 8;
+    }
+    out
 }
 
-/// Sun and sky on a surface; a leaf lets a part through.
-fn light(normal: Vec3, leaf: bool) -> f32 {
+/// Sun and sky on a surface; a leaf lets a part of the sun through.
+fn light(normal: Vec3, albedo: Vec3, transmittance: Vec3) -> Vec3 {
     let n = normal.normalize_or(Vec3::Z);
-    let sun = n.dot(Vec3::new(-0.45, -0.5, 0.74));
-    let lit = if leaf {
-        sun.max(-0.55 * sun)
-    } else {
-        sun.max(0.0)
-    };
-    let sky = if leaf { 0.75 } else { 0.6 + 0.4 * n.z };
-    3.2 * lit + 0.9 * sky
+    // The side that is seen.
+    let n = if n.y > 0.0 { -n } else { n };
+    let sun = n.dot(Vec3::new(-0.45, -0.55, 0.70));
+    let direct = 3.0 * (albedo * sun.max(0.0) + transmittance * (-sun).max(0.0));
+    direct + 0.9 * albedo * (0.6 + 0.4 * n.z)
 }
 
 impl Canvas {
+    fn new(size_m: [f32; 2], corner: Vec2, pixel_m: f32) -> Self {
+        let pixel_m = pixel_m / FINER as f32;
+        let [width, height] = size_m.map(|s| (s / pixel_m) as usize / FINER * FINER);
+        Self {
+            width,
+            height,
+            pixel_m,
+            depth: vec![f32::INFINITY; width * height],
+            colour: vec![Vec3::new(0.9, 1.0, 1.1); width * height],
+            corner,
+        }
+    }
+
+    fn person(&mut self, x: f32) {
+        let person = [(0.0, 0.0), (0.4, 0.0), (0.4, 1.8), (0.0, 1.8)];
+        let p = person.map(|(dx, z)| Vec3::new(x + dx, -2.0, z));
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            self.triangle(corners.map(|c| p[c]), |_| Some(Vec3::new(0.6, 0.05, 0.05)));
+        }
+    }
+
+    fn tree(&mut self, tree: &TreeAsset, library: &MaterialLibrary, at: Vec3) {
+        let mesh = tree.prototype.mesh();
+        let texel = |id: MaterialId, uv: Vec2| library.get(id).albedo.sample(uv, 0.0);
+        for t in &mesh.triangles {
+            let p = t.corners.map(|c| mesh.positions[c as usize] + at);
+            let n = t.corners.map(|c| mesh.normals[c as usize]);
+            let uv = t.corners.map(|c| mesh.uvs[c as usize]);
+            self.triangle(p, |w| {
+                let n = n[0] * w.x + n[1] * w.y + n[2] * w.z;
+                let uv = uv[0] * w.x + uv[1] * w.y + uv[2] * w.z;
+                Some(light(n, texel(t.material, uv), Vec3::ZERO))
+            });
+        }
+        for card in tree.prototype.cards() {
+            let material = library.get(card.material);
+            let c = card.corners().map(|c| c + at);
+            let uv = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+            let normal = card.edge_u.cross(card.edge_v);
+            for corners in [[0, 1, 2], [0, 2, 3]] {
+                let [a, b, d] = corners.map(|k| uv[k]);
+                self.triangle(corners.map(|k| c[k]), |w| {
+                    let at = a * w.x + b * w.y + d * w.z;
+                    let opaque = material
+                        .mask
+                        .as_ref()
+                        .is_none_or(|m| m.is_opaque(at.x, at.y));
+                    let albedo = texel(card.material, at);
+                    opaque.then(|| light(normal, albedo, material.transmittance))
+                });
+            }
+        }
+    }
+
     /// Draws where `shade`, given barycentric weights, is something.
     fn triangle(&mut self, p: [Vec3; 3], shade: impl Fn(Vec3) -> Option<Vec3>) {
-        let s = p.map(|p| Vec2::new(p.x - self.corner.x, self.corner.y - p.z) / PIXEL_M);
+        let s = p.map(|p| Vec2::new(p.x - self.corner.x, self.corner.y - p.z) / self.pixel_m);
         let area = (s[1] - s[0]).perp_dot(s[2] - s[0]);
         if area.abs() < 1e-9 {
             return;
         }
-        let (low, high) = (
-            s[0].min(s[1]).min(s[2]).max(Vec2::ZERO),
-            s[0].max(s[1]).max(s[2]),
-        );
+        let low = s[0].min(s[1]).min(s[2]).max(Vec2::ZERO);
+        let high = s[0].max(s[1]).max(s[2]).max(Vec2::ZERO);
         let (right, bottom) = (
             (high.x as usize + 1).min(self.width),
             (high.y as usize + 1).min(self.height),
@@ -320,15 +297,24 @@ impl Canvas {
     }
 
     fn into_image(self) -> image::RgbImage {
-        let ground = (self.corner.y / PIXEL_M) as u32;
-        image::RgbImage::from_fn(self.width as u32, self.height as u32, |x, y| {
-            let i = y as usize * self.width + x as usize;
-            let mut c = self.colour[i];
-            if y >= ground && self.depth[i].is_infinite() {
-                c = Vec3::new(0.2, 0.17, 0.12);
+        let ground = (self.corner.y / self.pixel_m) as usize;
+        let colour = |x: usize, y: usize| {
+            let i = y * self.width + x;
+            if y >= ground && self.depth[i] > -1.0 {
+                Vec3::new(0.12, 0.10, 0.075)
+            } else {
+                self.colour[i]
             }
+        };
+        let (width, height) = (self.width / FINER, self.height / FINER);
+        image::RgbImage::from_fn(width as u32, height as u32, |x, y| {
+            let (x, y) = (x as usize * FINER, y as usize * FINER);
+            let sum: Vec3 = (0..FINER * FINER)
+                .map(|k| colour(x + k % FINER, y + k / FINER))
+                .sum();
+            let mean = 0.62 * sum / (FINER * FINER) as f32;
             image::Rgb(
-                c.to_array()
+                mean.to_array()
                     .map(|v| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8),
             )
         })

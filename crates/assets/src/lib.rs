@@ -11,9 +11,11 @@ mod tree;
 
 pub use error::ParamError;
 pub use library::{
-    AssetParams, GroundMaterials, Library, PlantAsset, StandParams, TrailMaterials, TreeAsset,
+    AssetParams, GroundMaterials, Library, PlantAsset, StandParams, StandSpecies, TrailMaterials,
+    TreeAsset,
 };
 pub use tree::{
-    Allometry, BranchLevel, CrownForm, DeadBranches, FoliageCard, FoliageForm, GrownTree,
-    GrowthParams, Species, StemForm, Taper, TreeMaterials, TreeSize, grow,
+    Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,
+    FoliageForm, GrownTree, GrowthParams, LeafKind, LeafLook, SizeClass, Species, SpeciesError,
+    StemForm, Taper, TreeMaterials, TreeSize, grow, grow_snag,
 };

@@ -13,26 +13,41 @@ use crate::plant::shape::Shape;
 use crate::plant::shrub::ShrubKind;
 use crate::plant::stump::stump;
 use crate::plant::{floor, undergrowth};
-use crate::tree::{GrowthParams, Species, TreeSize, grow};
+use crate::tree::{
+    GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
+};
 
 /// What to grow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AssetParams {
-    /// Different trees of each species, 1..=64.
+    /// The trees' species, 1 to 32, each with a name of its own.
+    pub species: Vec<StandSpecies>,
+    /// Different living trees of each species, 1..=64. Their diameters are one of each of as many equal
+    /// parts of the stand's distribution, so that few trees already show its spread.
     pub individuals_per_species: u32,
+    /// Different saplings of each species, 0..=64, 2 to 4.5 m high.
+    pub saplings_per_species: u32,
+    /// Different standing dead trees of each species, 0..=64, as thick as the stand's.
+    pub snags_per_species: u32,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
     pub stand: StandParams,
 }
 
+/// A species in a stand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StandSpecies {
+    /// The species.
+    pub species: Species,
+    /// Mean diameter at breast height before truncation, metres, 0.08..=1.0.
+    pub dbh_mean_m: f64,
+}
+
 /// The distribution of diameters at breast height: a truncated Weibull
-/// (`reference/vegetation.md` section 2.4).
+/// (`reference/vegetation.md` section 2.4), its mean with the species.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandParams {
-    /// Mean diameter at breast height of each species before truncation, metres, 0.08..=1.0: maritime
-    /// pine, eucalypt, oak.
-    pub dbh_mean_m: [f64; 3],
     /// Weibull shape, 1..=6: about 1.2 in uneven-aged, 3 in even-aged stands.
     pub shape: f64,
     /// Thinnest tree, metres, 0.07..=0.5.
@@ -47,9 +62,13 @@ pub struct TreeAsset {
     /// Its shape.
     pub prototype: Arc<Prototype>,
     /// Its species, `snake_case`.
-    pub species: &'static str,
+    pub species: String,
     /// Its size as grown.
     pub size: TreeSize,
+    /// How grown up it is, or was.
+    pub class: SizeClass,
+    /// Is it alive?
+    pub alive: bool,
     /// Stem volume over bark, m³.
     pub stem_volume_m3: f64,
     /// Radius it occupies at the ground, flare included, metres.
@@ -96,8 +115,12 @@ pub struct TrailMaterials {
 pub struct Library {
     /// The materials that all prototypes refer to.
     pub materials: MaterialLibrary,
-    /// Trees, species by species.
+    /// Living trees, species by species, thin ones first.
     pub trees: Vec<TreeAsset>,
+    /// Saplings, species by species, small ones first.
+    pub saplings: Vec<TreeAsset>,
+    /// Standing dead trees, species by species, thin ones first.
+    pub snags: Vec<TreeAsset>,
     /// Gorse, heather and bramble.
     pub shrubs: Vec<PlantAsset>,
     /// Stumps.
@@ -121,9 +144,21 @@ pub struct Library {
 }
 
 impl Default for AssetParams {
+    /// The paper's Portuguese forest: maritime pine, eucalypt, English oak.
     fn default() -> Self {
+        let of = |species, dbh_mean_m| StandSpecies {
+            species,
+            dbh_mean_m,
+        };
         Self {
+            species: vec![
+                of(Species::maritime_pine(), 0.28),
+                of(Species::eucalyptus(), 0.22),
+                of(Species::english_oak(), 0.30),
+            ],
             individuals_per_species: 8,
+            saplings_per_species: 0,
+            snags_per_species: 0,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
         }
@@ -133,7 +168,6 @@ impl Default for AssetParams {
 impl Default for StandParams {
     fn default() -> Self {
         Self {
-            dbh_mean_m: [0.28, 0.22, 0.30],
             shape: 2.5,
             dbh_min_m: 0.10,
             dbh_max_m: 0.60,
@@ -147,13 +181,32 @@ impl AssetParams {
     /// # Errors
     /// If one is out of its range.
     pub fn check(&self) -> Result<(), ParamError> {
+        if !(1..=32).contains(&self.species.len()) {
+            let n = self.species.len();
+            return Err(ParamError::new("species", n, "1 to 32 species"));
+        }
+        for (i, of) in self.species.iter().enumerate() {
+            of.species.check()?;
+            let name = &of.species.name;
+            if self.species[..i].iter().any(|o| o.species.name == *name) {
+                let field = format!("species[{i}].name");
+                return Err(ParamError::new(
+                    field,
+                    name,
+                    "another name than the others'",
+                ));
+            }
+            let field = format!("species[{i}].dbh_mean_m");
+            ParamError::check_range(field, of.dbh_mean_m, 0.08, 1.0)?;
+        }
         let n = f64::from(self.individuals_per_species);
         ParamError::check_range("individuals_per_species", n, 1.0, 64.0)?;
+        let n = f64::from(self.saplings_per_species);
+        ParamError::check_range("saplings_per_species", n, 0.0, 64.0)?;
+        let n = f64::from(self.snags_per_species);
+        ParamError::check_range("snags_per_species", n, 0.0, 64.0)?;
         ParamError::check_range("trunk_radius_m", self.trunk_radius_m, 0.01, 0.2)?;
         let stand = &self.stand;
-        for (i, &mean) in stand.dbh_mean_m.iter().enumerate() {
-            ParamError::check_range(format!("stand.dbh_mean_m[{i}]"), mean, 0.08, 1.0)?;
-        }
         ParamError::check_range("stand.shape", stand.shape, 1.0, 6.0)?;
         ParamError::check_range("stand.dbh_min_m", stand.dbh_min_m, 0.07, 0.5)?;
         ParamError::check_range("stand.dbh_max_m", stand.dbh_max_m, stand.dbh_min_m, 1.5)
@@ -168,8 +221,19 @@ impl Library {
     /// If a parameter is out of its range.
     pub fn grow(params: &AssetParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
-        let palette = Palette::bake(key);
-        let trees = grow_trees(params, &palette, key.stage(TREES))?;
+        let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
+        let palette = Palette::bake(&species, key);
+        let grower = TreeGrower {
+            params,
+            palette: &palette,
+            growth: GrowthParams {
+                trunk_radius_m: params.trunk_radius_m,
+                ..GrowthParams::default()
+            },
+        };
+        let trees = grower.all(TreeKind::Living, params.individuals_per_species, key)?;
+        let saplings = grower.all(TreeKind::Sapling, params.saplings_per_species, key)?;
+        let snags = grower.all(TreeKind::Snag, params.snags_per_species, key)?;
         let collect = |stage: Stage, count: u32, grow: &GrowOne<'_>| -> Vec<PlantAsset> {
             (0..count)
                 .into_par_iter()
@@ -193,7 +257,7 @@ impl Library {
         });
         let stumps = collect(STUMPS, STUMP_COUNT, &|i, key| {
             let mut rng = key.rng();
-            let species = (i % 3) as usize;
+            let species = i as usize % palette.stumps.len();
             // Diameters of 0.2 to 0.6 m, in even steps so that a library has them all.
             let radius_m = 0.10 + 0.20 * (i as f32 + rng.unit_f32()) / STUMP_COUNT as f32;
             let height_m = rng.range_f32(0.14, 0.38);
@@ -265,6 +329,8 @@ impl Library {
         });
         Ok(Self {
             trees,
+            saplings,
+            snags,
             shrubs,
             stumps,
             rocks,
@@ -281,6 +347,8 @@ impl Library {
 }
 
 const TREES: Stage = Stage::new("assets.trees");
+const SAPLINGS: Stage = Stage::new("assets.saplings");
+const SNAGS: Stage = Stage::new("assets.snags");
 const SHRUBS: Stage = Stage::new("assets.shrubs");
 const STUMPS: Stage = Stage::new("assets.stumps");
 const ROCKS: Stage = Stage::new("assets.rocks");
@@ -323,39 +391,84 @@ fn foot_radius_m(shape: &Shape) -> f32 {
     above.fold(0.0, |r, p| r.max(p.truncate().length()))
 }
 
-/// Species in turn, individuals in turn; each has its own key.
-fn grow_trees(
-    params: &AssetParams,
-    palette: &Palette,
-    key: Key,
-) -> Result<Vec<TreeAsset>, ParamError> {
-    let growth = GrowthParams {
-        trunk_radius_m: params.trunk_radius_m,
-        ..GrowthParams::default()
-    };
-    let species = Species::all();
-    let stand = &params.stand;
-    let n = params.individuals_per_species as usize;
-    (0..n * species.len())
-        .into_par_iter()
-        .map(|i| {
-            let (s, individual) = (i / n, i % n);
-            let species = &species[s];
-            let key = key.stage(Stage::new(species.name)).item(individual as u64);
-            let limits = [stand.dbh_min_m, stand.dbh_max_m];
-            let dbh_m = species.draw_dbh(stand.dbh_mean_m[s], stand.shape, limits, key.item(0));
-            let size = species.draw_size(dbh_m, key.item(1));
-            let tree = grow(species, &size, &palette.trees[s], &growth, key.item(2))?;
-            let name = format!("{}.{individual}", species.name);
-            let prototype = Prototype::new(name, tree.mesh, tree.cards, &palette.library)
-                .expect("trees are made of finite points and of this library's materials");
-            Ok(TreeAsset {
-                prototype: Arc::new(prototype),
-                species: species.name,
-                size: tree.size,
-                stem_volume_m3: tree.stem_volume_m3,
-                radius_m: tree.foot_radius_m,
-            })
-        })
-        .collect()
+#[derive(Clone, Copy)]
+enum TreeKind {
+    Living,
+    Sapling,
+    Snag,
 }
+
+const RANK: Stage = Stage::new("assets.tree.rank");
+
+struct TreeGrower<'a> {
+    params: &'a AssetParams,
+    palette: &'a Palette,
+    growth: GrowthParams,
+}
+
+impl TreeGrower<'_> {
+    /// So many of each species: species in turn, individuals in turn; each has its own key.
+    fn all(&self, kind: TreeKind, of: u32, key: Key) -> Result<Vec<TreeAsset>, ParamError> {
+        let key = key.stage(match kind {
+            TreeKind::Living => TREES,
+            TreeKind::Sapling => SAPLINGS,
+            TreeKind::Snag => SNAGS,
+        });
+        let count = of as usize * self.params.species.len();
+        let trees = (0..count).into_par_iter().map(|i| {
+            let (species, number) = (i / of as usize, (i % of as usize) as u32);
+            let name = &self.params.species[species].species.name;
+            let key = key.stage(Stage::new(name)).item(u64::from(number));
+            // Somewhere in its part of the whole.
+            let within = key.stage(RANK).rng().unit_f64();
+            let rank = (f64::from(number) + within) / f64::from(of);
+            self.one(kind, species, number, rank, key)
+        });
+        trees.collect()
+    }
+
+    fn one(
+        &self,
+        kind: TreeKind,
+        index: usize,
+        number: u32,
+        rank: f64,
+        key: Key,
+    ) -> Result<TreeAsset, ParamError> {
+        let StandSpecies {
+            species,
+            dbh_mean_m,
+        } = &self.params.species[index];
+        let stand = &self.params.stand;
+        let limits = [stand.dbh_min_m, stand.dbh_max_m];
+        let (size, part) = if let TreeKind::Sapling = kind {
+            let height_m = 2.0 + 2.5 * rank;
+            (species.draw_sapling(height_m, key.item(1)), "sapling.")
+        } else {
+            let dbh_m = species.dbh_of_rank(*dbh_mean_m, stand.shape, limits, rank);
+            (species.draw_size(dbh_m, key.item(1)), "")
+        };
+        let (grow, part): (Grow, _) = match kind {
+            TreeKind::Snag => (grow_snag, "snag."),
+            _ => (grow, part),
+        };
+        let materials = &self.palette.trees[index];
+        let tree = grow(species, &size, materials, &self.growth, key.item(2))?;
+        let name = format!("{}.{part}{number}", species.name);
+        let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.palette.library)
+            .expect("trees are made of finite points and of this library's materials");
+        Ok(TreeAsset {
+            prototype: Arc::new(prototype),
+            species: species.name.clone(),
+            class: species.size_class(tree.size.dbh_m),
+            size: tree.size,
+            alive: tree.alive,
+            stem_volume_m3: tree.stem_volume_m3,
+            radius_m: tree.foot_radius_m,
+        })
+    }
+}
+
+/// [`grow`] or [`grow_snag`].
+type Grow =
+    fn(&Species, &TreeSize, &TreeMaterials, &GrowthParams, Key) -> Result<GrownTree, ParamError>;

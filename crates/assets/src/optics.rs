@@ -39,24 +39,6 @@ const fn leaf(albedo: [f32; 3], transmittance: [f32; 3], laser: Optics) -> LeafO
     }
 }
 
-/// Pine needles.
-pub(crate) const PINE: LeafOptics = leaf(
-    [0.100, 0.170, 0.031],
-    [0.018, 0.044, 0.0],
-    laser(0.50, 0.30, 0.23, 0.12),
-);
-/// Eucalypt leaves.
-pub(crate) const EUCALYPT: LeafOptics = leaf(
-    [0.064, 0.120, 0.033],
-    [0.021, 0.055, 0.0],
-    laser(0.48, 0.37, 0.23, 0.19),
-);
-/// Oak leaves.
-pub(crate) const OAK: LeafOptics = leaf(
-    [0.060, 0.112, 0.034],
-    [0.049, 0.106, 0.0],
-    laser(0.45, 0.48, 0.27, 0.35),
-);
 /// Thick evergreen leaves and spines of shrubs (the cork oak's numbers).
 pub(crate) const EVERGREEN: LeafOptics = leaf(
     [0.068, 0.127, 0.033],
@@ -90,8 +72,6 @@ pub(crate) const LITTER_LEAF: LeafOptics = leaf(
 
 /// Bark.
 pub(crate) const BARK: Optics = laser(0.36, 0.0, 0.46, 0.0);
-/// Eucalypt's pale, smooth bark.
-pub(crate) const PALE_BARK: Optics = laser(0.44, 0.0, 0.52, 0.0);
 /// Sawn wood, weathered.
 pub(crate) const CUT_WOOD: Optics = laser(0.55, 0.0, 0.48, 0.0);
 /// Litter on the ground.

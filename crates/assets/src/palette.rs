@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use nemoral_scene::{Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture};
+use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture};
 use nemoral_seed::{Key, PhiloxRng, Stage};
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use crate::library::{GroundMaterials, TrailMaterials};
 use crate::optics::{self, LeafOptics};
 use crate::texture::trail::{TRAIL_M, TrailKind};
 use crate::texture::{bark, ground, mineral, tile::Tile};
-use crate::tree::{FoliageCard, TreeMaterials};
+use crate::tree::{BarkKind, FoliageCard, LeafKind, LeafLook, Species, TreeMaterials};
 
 const TEXTURES: Stage = Stage::new("assets.textures");
 const CARDS: Stage = Stage::new("assets.cards");
@@ -22,10 +22,10 @@ const CARDS: Stage = Stage::new("assets.cards");
 #[derive(Clone, Debug)]
 pub(crate) struct Palette {
     pub(crate) library: MaterialLibrary,
-    /// Maritime pine, eucalypt, oak.
-    pub(crate) trees: [TreeMaterials; 3],
-    /// Bark and face of stumps, for the three species.
-    pub(crate) stumps: [StumpMaterials; 3],
+    /// Of each species.
+    pub(crate) trees: Vec<TreeMaterials>,
+    /// Bark and face of stumps, of each species.
+    pub(crate) stumps: Vec<StumpMaterials>,
     pub(crate) ground: GroundMaterials,
     pub(crate) rock: MaterialId,
     pub(crate) stone: MaterialId,
@@ -90,8 +90,7 @@ impl CardKind {
 
     /// The variants' pictures, each in its slices.
     fn pictures(&self, key: Key) -> Vec<Vec<Picture>> {
-        // Leaves in a picture shade each other, which the mean of single leaves does not know.
-        let mean = self.optics.albedo * 0.92;
+        let mean = self.optics.albedo * LEAVES_IN_SHADE;
         (0..self.variants)
             .into_par_iter()
             .map(|variant| {
@@ -104,6 +103,9 @@ impl CardKind {
             .collect()
     }
 }
+
+/// Leaves in a picture shade each other, which the mean of single leaves does not know.
+const LEAVES_IN_SHADE: f32 = 0.92;
 
 /// Dead fronds of bracken.
 const DEAD_FROND: LeafOptics = LeafOptics {
@@ -118,31 +120,7 @@ const GRASS: LeafOptics = LeafOptics {
     laser: optics::HERB.laser,
 };
 
-const KINDS: [CardKind; 14] = [
-    CardKind::new(
-        "maritime_pine.foliage",
-        4,
-        Semantic::Needle,
-        optics::PINE,
-        |r, _| trees::pine(r),
-    ),
-    CardKind {
-        roughness: 0.35,
-        ..CardKind::new(
-            "eucalyptus.foliage",
-            4,
-            Semantic::Leaf,
-            optics::EUCALYPT,
-            |r, _| trees::eucalypt(r),
-        )
-    },
-    CardKind::new(
-        "english_oak.foliage",
-        4,
-        Semantic::Leaf,
-        optics::OAK,
-        |r, _| trees::oak(r),
-    ),
+const KINDS: [CardKind; 11] = [
     CardKind::new(
         "gorse.foliage",
         4,
@@ -219,109 +197,141 @@ const KINDS: [CardKind; 14] = [
 
 /// Textures of wood and stone, baked side by side.
 struct Solids {
-    barks: [Arc<Texture>; 3],
-    /// The same barks with moss at their foot.
-    feet: [Arc<Texture>; 3],
-    branches: [Arc<Texture>; 3],
+    /// Of each species.
+    barks: Vec<Barks>,
     dead: Arc<Texture>,
+    snag: Arc<Texture>,
     shrub_wood: Arc<Texture>,
     cane: Arc<Texture>,
     cone: Arc<Texture>,
-    /// Faces of stumps: for each species a fresh and a grey one.
-    faces: [Arc<Texture>; 6],
     rock: Arc<Texture>,
     stone: Arc<Texture>,
 }
 
-impl Solids {
-    fn bake(key: Key) -> Self {
+/// Textures of one species' wood.
+struct Barks {
+    lower: Arc<Texture>,
+    /// The lower bark with moss at its foot.
+    foot: Arc<Texture>,
+    /// From the lower to the upper bark.
+    change: Arc<Texture>,
+    upper: Arc<Texture>,
+    branch: Arc<Texture>,
+    /// Faces of stumps: sawn last winter, and some winters ago.
+    faces: [Arc<Texture>; 2],
+}
+
+impl Barks {
+    fn bake(species: &Species, key: Key) -> Self {
         let seed = |item: u64| key.item(item).to_u64() as u32;
-        let recipes: [fn(u32) -> Tile; 3] = [bark::pine, bark::eucalypt, bark::oak];
-        let whole: Vec<[Arc<Texture>; 2]> = (0..3_usize)
-            .into_par_iter()
-            .map(|s| {
-                let tile = recipes[s](seed(s as u64));
-                let foot = bark::with_foot(&tile, [0.6, 0.25, 1.0][s], seed(10 + s as u64));
-                [Arc::new(tile.texture()), Arc::new(foot.texture())]
-            })
+        let look = &species.bark;
+        let lower = bark::bake(&look.lower, seed(0));
+        let foot = bark::with_foot(&lower, look.moss as f32, seed(1));
+        let texture = |tile: &Tile| Arc::new(tile.texture());
+        let stem = texture(&lower);
+        let (change, upper) = look.upper.map_or_else(
+            || (stem.clone(), stem.clone()),
+            |layer| {
+                let upper = bark::bake(&layer, seed(2));
+                // Paper thins out slowly; rough bark and cork end at an edge.
+                let soft = if layer.kind == BarkKind::Flakes {
+                    0.26
+                } else {
+                    0.06
+                };
+                let change = bark::between(&lower, &upper, soft, seed(3));
+                (texture(&change), texture(&upper))
+            },
+        );
+        let branch = bark::twig(seed(4), Vec3::from_array(look.branch.map(|c| c as f32)));
+        Self {
+            lower: stem,
+            foot: texture(&foot),
+            change,
+            upper,
+            branch: texture(&branch),
+            faces: [(5, 0.25), (6, 0.95)]
+                .map(|(item, age)| texture(&mineral::cut_wood(seed(item), age))),
+        }
+    }
+}
+
+impl Solids {
+    fn bake(species: &[Species], key: Key) -> Self {
+        let seed = |item: u64| key.item(item).to_u64() as u32;
+        let barks = species
+            .par_iter()
+            .map(|s| Barks::bake(s, key.stage(Stage::new(&s.name))))
             .collect();
-        let branches = [
-            Vec3::new(0.125, 0.088, 0.062),
-            Vec3::new(0.235, 0.170, 0.125),
-            Vec3::new(0.118, 0.100, 0.078),
-        ];
         let twigs = [
-            branches[0],
-            branches[1],
-            branches[2],
             Vec3::new(0.098, 0.078, 0.058),
             Vec3::new(0.092, 0.082, 0.040),
             Vec3::new(0.105, 0.072, 0.048),
         ];
-        let small: Vec<Arc<Texture>> = (0..14_usize)
+        let small: Vec<Arc<Texture>> = (0..7_u64)
             .into_par_iter()
             .map(|i| {
                 let tile = match i {
-                    0..6 => bark::twig(seed(20 + i as u64), twigs[i]),
-                    6 => bark::dead(seed(26)),
-                    7 => mineral::stone(seed(27)),
-                    // Sawn last winter, and some winters ago.
-                    _ => {
-                        mineral::cut_wood(seed(20 + i as u64), if i % 2 == 0 { 0.25 } else { 0.95 })
-                    }
+                    0..3 => bark::twig(seed(23 + i), twigs[i as usize]),
+                    3 => bark::dead(seed(26)),
+                    4 => mineral::stone(seed(27)),
+                    5 => mineral::rock(seed(40)),
+                    // A dead stem: the same wood, greyer, most of its bark lost.
+                    _ => bark::dead(seed(41)).with_mean(Vec3::new(0.140, 0.126, 0.110)),
                 };
                 Arc::new(tile.texture())
             })
             .collect();
-        let rock = Arc::new(mineral::rock(seed(40)).texture());
         let at = |i: usize| small[i].clone();
         Self {
-            barks: std::array::from_fn(|s| whole[s][0].clone()),
-            feet: std::array::from_fn(|s| whole[s][1].clone()),
-            branches: std::array::from_fn(at),
-            shrub_wood: at(3),
-            cane: at(4),
-            cone: at(5),
-            dead: at(6),
-            stone: at(7),
-            faces: std::array::from_fn(|i| at(8 + i)),
-            rock,
+            barks,
+            shrub_wood: at(0),
+            cane: at(1),
+            cone: at(2),
+            dead: at(3),
+            stone: at(4),
+            rock: at(5),
+            snag: at(6),
         }
     }
 }
 
 impl Palette {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
-    pub(crate) fn bake(key: Key) -> Self {
+    pub(crate) fn bake(species: &[Species], key: Key) -> Self {
         let textures = key.stage(TEXTURES);
         let cards = key.stage(CARDS);
-        let (trails, (floors, (solids, pictures))) = rayon::join(
+        let (trails, (floors, (solids, (pictures, leaves)))) = rayon::join(
             || bake_trails(textures.item(100)),
             || {
                 rayon::join(
                     || bake_floors(textures.item(200)),
                     || {
                         rayon::join(
-                            || Solids::bake(textures.item(300)),
+                            || Solids::bake(species, textures.item(300)),
                             || {
-                                KINDS
-                                    .par_iter()
-                                    .map(|kind| kind.pictures(cards))
-                                    .collect::<Vec<_>>()
+                                let kinds = KINDS.par_iter().map(|kind| kind.pictures(cards));
+                                let trees = species.par_iter().map(|s| {
+                                    let key = cards.stage(Stage::new(&s.name));
+                                    leaf_pictures(&s.leaves, key)
+                                });
+                                (kinds.collect::<Vec<_>>(), trees.collect::<Vec<_>>())
                             },
                         )
                     },
                 )
             },
         );
-        Self::register(trails, floors, solids, pictures)
+        Self::register(species, trails, floors, solids, pictures, leaves)
     }
 
     fn register(
+        species: &[Species],
         trails: Vec<[Texture; 3]>,
         floors: Vec<Texture>,
         solids: Solids,
         pictures: Vec<Vec<Vec<Picture>>>,
+        leaves: Vec<Vec<Picture>>,
     ) -> Self {
         let mut library = MaterialLibrary::new();
         let ground = register_ground(&mut library, floors, trails);
@@ -337,60 +347,33 @@ impl Palette {
                 .flatten()
                 .collect()
         };
-        let leaves = [flat(0), flat(1), flat(2)];
-        let gorse = flat(3);
-        let heather = flat(4);
-        let bramble = flat(5);
-        let bracken = flat(6);
-        let bracken_dead = flat(7);
-        let grass = flat(9);
-        let broad_leaf = flat(10);
-        let leafy_stem = flat(11);
-        let trefoil = flat(12);
-        let fallen_leaf = flat(13);
-        let fronds = std::mem::take(&mut foliage[8]);
+        let gorse = flat(0);
+        let heather = flat(1);
+        let bramble = flat(2);
+        let bracken = flat(3);
+        let bracken_dead = flat(4);
+        let grass = flat(6);
+        let broad_leaf = flat(7);
+        let leafy_stem = flat(8);
+        let trefoil = flat(9);
+        let fallen_leaf = flat(10);
+        let fronds = std::mem::take(&mut foliage[5]);
 
+        let mut trees = Vec::new();
+        let mut stumps = Vec::new();
+        for ((species, barks), pictures) in species.iter().zip(&solids.barks).zip(leaves) {
+            trees.push(register_tree(
+                &mut library,
+                species,
+                barks,
+                &solids,
+                pictures,
+            ));
+            stumps.push(register_stump(&mut library, species, barks));
+        }
         let mut add = |name: &str, semantic, albedo: &Arc<Texture>, roughness, optics| {
             library.add(solid(name, semantic, albedo.clone(), roughness, optics))
         };
-        let species = ["maritime_pine", "eucalyptus", "english_oak"];
-        let bark_optics = [optics::BARK, optics::PALE_BARK, optics::BARK];
-        let roughness = [0.9, 0.55, 0.95];
-        let mut leaves = leaves.into_iter();
-        let trees = std::array::from_fn(|s| {
-            let mut part = |part: &str, semantic, albedo| {
-                let name = format!("{}.{part}", species[s]);
-                add(&name, semantic, albedo, roughness[s], bark_optics[s])
-            };
-            TreeMaterials {
-                stem: part("stem", Semantic::Stem, &solids.barks[s]),
-                flare: part("flare", Semantic::RootFlare, &solids.feet[s]),
-                limb: part("limb", Semantic::Limb, &solids.barks[s]),
-                branch: part("branch", Semantic::Branch, &solids.branches[s]),
-                dead: part("dead", Semantic::Twig, &solids.dead),
-                foliage: leaves.next().unwrap_or_default(),
-            }
-        });
-        let stumps = std::array::from_fn(|s| {
-            let bark = add(
-                &format!("{}.stump_bark", species[s]),
-                Semantic::Stump,
-                &solids.feet[s],
-                roughness[s],
-                bark_optics[s],
-            );
-            let faces = std::array::from_fn(|age| {
-                let name = format!("{}.stump_face.{age}", species[s]);
-                add(
-                    &name,
-                    Semantic::Stump,
-                    &solids.faces[2 * s + age],
-                    0.8,
-                    optics::CUT_WOOD,
-                )
-            });
-            StumpMaterials { bark, faces }
-        });
         let rock = add("rock", Semantic::Rock, &solids.rock, 0.8, optics::ROCK);
         let shrub_wood = add(
             "shrub.wood",
@@ -469,6 +452,129 @@ impl Palette {
             fallen_leaf,
         }
     }
+}
+
+/// Variants of each species' leafy twig.
+const LEAF_VARIANTS: u64 = 5;
+
+/// The pictures of a species' leafy twigs.
+fn leaf_pictures(look: &LeafLook, key: Key) -> Vec<Picture> {
+    let mean = trees::albedo(look) * LEAVES_IN_SHADE;
+    let picture = |variant| {
+        let mut rng = key.item(variant).rng();
+        let mut picture = trees::draw(look, &mut rng).slices(1, mean).swap_remove(0);
+        if matches!(look.kind, LeafKind::NeedleTuft | LeafKind::NeedleSpray) {
+            // The silhouette factor knows how needles overlap: the picture is the silhouette.
+            picture.leaf_layers = 1.0;
+        }
+        picture
+    };
+    (0..LEAF_VARIANTS).into_par_iter().map(picture).collect()
+}
+
+fn laser(nm905: [f64; 2], nm1550: [f64; 2]) -> Optics {
+    let band = |[reflectance, transmittance]: [f64; 2]| LaserBand {
+        reflectance: reflectance as f32,
+        transmittance: transmittance as f32,
+    };
+    Optics {
+        nm905: band(nm905),
+        nm1550: band(nm1550),
+    }
+}
+
+fn register_tree(
+    library: &mut MaterialLibrary,
+    species: &Species,
+    barks: &Barks,
+    solids: &Solids,
+    pictures: Vec<Picture>,
+) -> TreeMaterials {
+    let look = &species.bark;
+    let optics = laser([look.nm905, 0.0], [look.nm1550, 0.0]);
+    let mut part = |part: &str, semantic, albedo: &Arc<Texture>| {
+        let name = format!("{}.{part}", species.name);
+        let roughness = look.roughness as f32;
+        library.add(solid(&name, semantic, albedo.clone(), roughness, optics))
+    };
+    let (stem, change, upper) = (
+        part("stem", Semantic::Stem, &barks.lower),
+        part("stem.change", Semantic::Stem, &barks.change),
+        part("stem.upper", Semantic::Stem, &barks.upper),
+    );
+    let (flare, limb, branch) = (
+        part("flare", Semantic::RootFlare, &barks.foot),
+        part("limb", Semantic::Limb, &barks.upper),
+        part("branch", Semantic::Branch, &barks.branch),
+    );
+    let (dead, snag) = (
+        part("dead", Semantic::Twig, &solids.dead),
+        part("snag", Semantic::Snag, &solids.snag),
+    );
+    let leaves = &species.leaves;
+    let foliage = pictures.into_iter().enumerate().map(|(number, picture)| {
+        let opaque_fraction = picture.mask.opaque_fraction() as f32;
+        let semantic = match leaves.kind {
+            LeafKind::NeedleTuft | LeafKind::NeedleSpray => Semantic::Needle,
+            _ => Semantic::Leaf,
+        };
+        let material = library.add(Material {
+            transmittance: Vec3::from_array(leaves.transmittance.map(|c| c as f32)),
+            mask: Some(Arc::new(picture.mask)),
+            ..solid(
+                &format!("{}.foliage.{number}", species.name),
+                semantic,
+                Arc::new(picture.texture),
+                leaves.roughness as f32,
+                laser(leaves.nm905, leaves.nm1550),
+            )
+        });
+        FoliageCard {
+            material,
+            width_m: picture.width_m,
+            height_m: picture.height_m,
+            opaque_fraction,
+            leaf_layers: picture.leaf_layers,
+        }
+    });
+    TreeMaterials {
+        foliage: foliage.collect(),
+        stem,
+        change,
+        upper,
+        flare,
+        limb,
+        branch,
+        dead,
+        snag,
+    }
+}
+
+fn register_stump(
+    library: &mut MaterialLibrary,
+    species: &Species,
+    barks: &Barks,
+) -> StumpMaterials {
+    let look = &species.bark;
+    let optics = laser([look.nm905, 0.0], [look.nm1550, 0.0]);
+    let name = |part: &str| format!("{}.{part}", species.name);
+    let bark = library.add(solid(
+        &name("stump_bark"),
+        Semantic::Stump,
+        barks.foot.clone(),
+        look.roughness as f32,
+        optics,
+    ));
+    let faces = std::array::from_fn(|age| {
+        library.add(solid(
+            &name(&format!("stump_face.{age}")),
+            Semantic::Stump,
+            barks.faces[age].clone(),
+            0.8,
+            optics::CUT_WOOD,
+        ))
+    });
+    StumpMaterials { bark, faces }
 }
 
 /// A surface without a mask.

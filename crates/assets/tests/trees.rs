@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nemoral_assets::{
-    FoliageCard, GrownTree, GrowthParams, Species, TreeMaterials, TreeSize, grow,
+    FoliageCard, GrownTree, GrowthParams, Species, TreeMaterials, TreeSize, grow, grow_snag,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -17,6 +17,9 @@ const FLARE: MaterialId = MaterialId(1);
 const LIMB: MaterialId = MaterialId(2);
 const BRANCH: MaterialId = MaterialId(3);
 const DEAD: MaterialId = MaterialId(4);
+const CHANGE: MaterialId = MaterialId(7);
+const UPPER: MaterialId = MaterialId(8);
+const SNAG: MaterialId = MaterialId(9);
 
 fn library() -> MaterialLibrary {
     let mut library = MaterialLibrary::new();
@@ -28,6 +31,9 @@ fn library() -> MaterialLibrary {
         Semantic::Twig,
         Semantic::Leaf,
         Semantic::Leaf,
+        Semantic::Stem,
+        Semantic::Stem,
+        Semantic::Snag,
     ] {
         library.add(Material::plain(semantic.name(), semantic, Vec3::splat(0.2)));
     }
@@ -48,6 +54,9 @@ fn materials() -> TreeMaterials {
         limb: LIMB,
         branch: BRANCH,
         dead: DEAD,
+        change: CHANGE,
+        upper: UPPER,
+        snag: SNAG,
         foliage: vec![card(5, 0.4, 0.5), card(6, 0.3, 0.4)],
     }
 }
@@ -104,7 +113,7 @@ fn cut_dbh_m(mesh: &Mesh) -> f64 {
     for t in mesh
         .triangles
         .iter()
-        .filter(|t| [STEM, FLARE].contains(&t.material))
+        .filter(|t| [STEM, FLARE, CHANGE, UPPER, SNAG].contains(&t.material))
     {
         let p = corners(mesh, t);
         for k in 0..3 {
@@ -488,6 +497,11 @@ fn leaves_are_inclined_as_measured_in_the_field() {
         (Species::english_oak(), 35.7, 19.3),
         (Species::maritime_pine(), 57.3, 21.6),
         (Species::eucalyptus(), 70.0, 13.0),
+        (Species::cork_oak(), 31.4, 22.0),
+        (Species::beech(), 33.1, 17.4),
+        (Species::silver_birch(), 56.6, 19.4),
+        (Species::norway_spruce(), 42.4, 20.0),
+        (Species::douglas_fir(), 51.9, 20.0),
     ] {
         let (_, tree) = tree(&species, 0.35, 3);
         let (mut weight, mut sum, mut squares) = (0.0, 0.0, 0.0);
@@ -532,6 +546,36 @@ fn published(name: &str, d: f64) -> [f64; 3] {
             0.672 * d.powf(0.7328),
             0.1623 * d.powf(2.138),
         ],
+        "scots_pine" => [
+            schnute(0.10, 1.0, 35.0, 20.0).clamp(0.33 * d, 0.747 * d),
+            (1.14 * (2.0 + 1.25 * d) + 10.7) / 10.0,
+            0.1280 * d.powf(1.746),
+        ],
+        "norway_spruce" => [
+            schnute(0.03, 1.0, 40.0, 26.0).clamp(0.495 * d, 0.81 * d),
+            (1.06 * (2.0 + 1.25 * d) + 15.5) / 10.0,
+            0.2639 * d.powf(1.857),
+        ],
+        "douglas_fir" => [
+            schnute(0.018, 1.0, 50.0, 34.0).clamp(0.55 * d, 0.918 * d),
+            1.24 + 0.126 * d,
+            0.1941 * d.powf(1.903),
+        ],
+        "cork_oak" => [
+            schnute(0.035, 1.0, 45.0, 10.0).clamp(0.176 * d, 0.468 * d),
+            0.447 * d.powf(0.792),
+            0.460 * d.powf(1.218),
+        ],
+        "beech" => [
+            schnute(0.012, 1.0, 45.0, 32.0).clamp(0.319 * d, 0.972 * d),
+            0.7 * 0.839 * d.powf(0.735),
+            0.2656 * d.powf(1.891),
+        ],
+        "silver_birch" => [
+            schnute(0.045, 1.0, 28.0, 22.0).clamp(0.44 * d, 0.936 * d),
+            (1.51 * (2.0 + 1.25 * d) + 12.8) / 10.0,
+            0.2442 * d.powf(1.886),
+        ],
         other => panic!("no published relations for {other}"),
     }
 }
@@ -545,7 +589,7 @@ fn allometry_is_recovered_from_draws() {
         for i in 0..500 {
             let dbh = low + (high - low) * (f64::from(i) + 0.5) / 500.0;
             let size = species.draw_size(dbh, key(u64::from(i as u32)));
-            let [h, width, leaf] = published(species.name, 100.0 * dbh);
+            let [h, width, leaf] = published(&species.name, 100.0 * dbh);
             let leaf = leaf.min(cap * std::f64::consts::FRAC_PI_4 * width * width);
             let got = [
                 size.height_m / h,
@@ -563,7 +607,7 @@ fn allometry_is_recovered_from_draws() {
                 species.name
             );
             assert!(
-                size.crown_base_m > 0.2 * size.height_m && size.crown_base_m < 0.8 * size.height_m
+                size.crown_base_m > 0.04 * size.height_m && size.crown_base_m < 0.8 * size.height_m
             );
         }
         for ratio in halves.iter().flatten() {
@@ -651,9 +695,123 @@ fn value_stability() {
         DBH
     );
 }
-const FINGERPRINTS: [&str; 3] = ["f7615ba6e338e997", "514103ce96d67fdf", "9e8536b17257a34b"];
+const FINGERPRINTS: [&str; 9] = [
+    "7b9606b03584de78",
+    "2ceb6daec2c23f75",
+    "05b2328c376397a4",
+    "62572cc628408726",
+    "cb1d2a7fc60962d8",
+    "b570376fd1c292ee",
+    "3cf9d591ed7cee9d",
+    "a8b27414b74f2819",
+    "2e0107a83e8e7c21",
+];
 const SIZE: &str = "18.693908385 4.727007432 233.612933315";
-const DBH: &str = "0.309200185091";
+const DBH: &str = "0.128658733404";
+
+/// Saplings meet their demand, stem included, however thin it is at breast height.
+#[test]
+fn saplings_are_as_demanded() {
+    for species in Species::all() {
+        for (i, height) in [2.0, 3.0, 4.5].into_iter().enumerate() {
+            let size = species.draw_sapling(height, key(i as u64));
+            let params = GrowthParams::default();
+            let tree = grow(&species, &size, &materials(), &params, key(i as u64));
+            let tree = tree.expect("a drawn sapling grows");
+            let name = format!("{} of {height} m", species.name);
+            let top = tree.mesh.positions.iter().copied();
+            let top = top
+                .chain(tree.cards.iter().map(tip))
+                .fold(0.0, |m: f32, p| m.max(p.z));
+            assert!(
+                (f64::from(top) / height - 1.0).abs() < 0.01,
+                "{name}: {top}"
+            );
+            let silhouette =
+                silhouette_m2(&tree.cards) / species.foliage.silhouette_factor / size.leaf_area_m2;
+            assert!((silhouette - 1.0).abs() < 0.05, "{name}: {silhouette}");
+            assert!(
+                (tree.size.dbh_m / size.dbh_m - 1.0).abs() < 0.02,
+                "{name}: {}",
+                tree.size.dbh_m
+            );
+        }
+    }
+}
+
+#[test]
+fn snags_are_dead_wood_of_the_demanded_diameter() {
+    let library = library();
+    for species in Species::all() {
+        for i in 0..4 {
+            let size = species.draw_size(0.3, key(i));
+            let params = GrowthParams::default();
+            let snag = grow_snag(&species, &size, &materials(), &params, key(i)).expect("it grows");
+            let name = format!("{} {i}", species.name);
+            assert!(!snag.alive && snag.cards.is_empty(), "{name}");
+            assert_eq!(snag.size.leaf_area_m2, 0.0);
+            let dbh = cut_dbh_m(&snag.mesh);
+            assert!((dbh / size.dbh_m - 1.0).abs() < 0.02, "{name}: {dbh}");
+            assert!((snag.size.dbh_m / dbh - 1.0).abs() < 0.002, "{name}");
+            let top = snag.mesh.positions.iter().fold(0.0_f32, |m, p| m.max(p.z));
+            assert!(
+                (f64::from(top) / snag.size.height_m - 1.0).abs() < 0.001,
+                "{name}"
+            );
+            assert!(
+                top > 1.9 && f64::from(top) < 1.3 * size.height_m,
+                "{name}: {top}"
+            );
+            // No living wood, and nothing that hangs in the air.
+            for t in &snag.mesh.triangles {
+                let semantic = library.get(t.material).semantic;
+                assert!(
+                    [Semantic::Snag, Semantic::Twig].contains(&semantic),
+                    "{name}"
+                );
+            }
+            let stem_top = snag.mesh.triangles.iter().filter(|t| t.material == SNAG);
+            assert!(stem_top.count() > 100, "{name}");
+        }
+    }
+}
+
+/// From 500 trees as grown: what stands in the inventory follows the published relations. Few cards and
+/// little wood: sizes do not depend on them.
+#[test]
+fn allometry_is_recovered_from_grown_trees() {
+    let params = GrowthParams {
+        wood_triangles_max: 6_000,
+        cards_max: 200,
+        ..GrowthParams::default()
+    };
+    let species = Species::all();
+    let n = 500 / species.len() + 1;
+    let mut sums = [0.0; 3];
+    for species in &species {
+        let [low, high] = species.allometry.dbh_range_m;
+        let cap = species.allometry.leaf_area_index_max;
+        for i in 0..n {
+            let dbh = low + (high.min(0.6) - low) * (i as f64 + 0.5) / n as f64;
+            let size = species.draw_size(dbh, key(i as u64));
+            let tree = grow(species, &size, &materials(), &params, key(i as u64));
+            let tree = tree.unwrap_or_else(|e| panic!("{} of {dbh} m: {e}", species.name));
+            let [h, width, leaf] = published(&species.name, 100.0 * tree.size.dbh_m);
+            let leaf = leaf.min(cap * std::f64::consts::FRAC_PI_4 * width * width);
+            let got = [
+                tree.size.height_m / h,
+                2.0 * tree.size.crown_radius_m / width,
+                tree.size.leaf_area_m2 / leaf,
+            ];
+            for (sum, ratio) in sums.iter_mut().zip(got) {
+                *sum += ratio / (n * 9) as f64;
+            }
+        }
+    }
+    for (name, mean) in ["height", "crown width", "leaf area"].iter().zip(sums) {
+        assert!((mean - 1.0).abs() < 0.03, "{name}: {mean}");
+    }
+}
 
 #[test]
 fn individuals_differ_and_repeat() {
@@ -735,13 +893,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
     #[test]
-    fn any_drawn_tree_is_sound(which in 0_usize..3, share in 0.0..1.0_f64, seed: u64, odd in 0.85..1.3_f64) {
+    fn any_drawn_tree_is_sound(which in 0_usize..9, share in 0.0..1.0_f64, seed: u64, odd in 0.6..1.6_f64) {
         let species = &Species::all()[which];
         let [low, high] = species.allometry.dbh_range_m;
         let key = Key::world(seed);
         let mut size = species.draw_size(low + share * (high - low), key);
         // Demands off the allometry must be met as well, if not by far: squat saplings are all card.
-        size.height_m = (size.height_m * odd).max(2.6);
+        size.height_m = (size.height_m * odd).clamp(2.0, 70.0);
         size.crown_radius_m = (size.crown_radius_m / odd).clamp(0.3, 15.0);
         size.crown_base_m = size.crown_base_m.min(0.85 * size.height_m);
         let params = GrowthParams::default();
@@ -761,7 +919,7 @@ proptest! {
     }
 
     #[test]
-    fn draws_stay_in_range(which in 0_usize..3, dbh in -1.0..5.0_f64, seed: u64) {
+    fn draws_stay_in_range(which in 0_usize..9, dbh in -1.0..5.0_f64, seed: u64) {
         let species = &Species::all()[which];
         let size = species.draw_size(dbh, Key::world(seed));
         let [low, high] = species.allometry.dbh_range_m;

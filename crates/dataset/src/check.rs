@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
-use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, RigidTransform, Semantic};
+use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, RigidTransform, Semantic, TreeRecord};
 
 use crate::agreement::View;
 use crate::{
@@ -209,6 +209,11 @@ impl Checker<'_> {
                 id.to_u64()
             );
             self.problem(layout::TREES, message);
+        }
+        for tree in &trees {
+            if let Some(message) = impossible(tree) {
+                self.problem(layout::TREES, message);
+            }
         }
         self.true_ids = objects.iter().map(|o| o.object).collect();
         self.image_ids = self.true_ids.iter().map(|id| id.to_image_id()).collect();
@@ -543,4 +548,32 @@ fn differs(a: &RigidTransform, b: &RigidTransform) -> Option<String> {
     let angle = a.rotation.angle_between(b.rotation).to_degrees();
     // An angle near 0 is an arc cosine near 1: half the digits are lost.
     (distance > 1e-5 || angle > 1e-5).then(|| format!("{distance:.4} m and {angle:.4}°"))
+}
+/// What no tree can be: sizes that are not above 0, a crown above its top, leaves on dead wood.
+fn impossible(tree: &TreeRecord) -> Option<String> {
+    let positive = |name: &str, value: f64| {
+        let fine = value > 0.0 && value.is_finite();
+        (!fine).then(|| format!("{name} = {value}: must be above 0"))
+    };
+    let crown = || {
+        let (base, top) = (tree.crown_base_m, tree.height_m);
+        let fine = (0.0..=top).contains(&base);
+        (!fine).then(|| format!("crown_base_m = {base}: must be from 0 to height_m = {top}"))
+    };
+    let leaves = || {
+        let leafless = tree.leaf_area_m2 == 0.0;
+        let fine = tree.leaf_area_m2 >= 0.0 && leafless != tree.alive;
+        (!fine).then(|| {
+            let (area, alive) = (tree.leaf_area_m2, tree.alive);
+            format!(
+                "leaf_area_m2 = {area}, alive = {alive}: a living tree has leaves, a dead one none"
+            )
+        })
+    };
+    let found = positive("dbh_m", tree.dbh_m)
+        .or_else(|| positive("height_m", tree.height_m))
+        .or_else(|| positive("stem_volume_m3", tree.stem_volume_m3))
+        .or_else(crown)
+        .or_else(leaves)?;
+    Some(format!("tree {}: {found}", tree.object.to_u64()))
 }

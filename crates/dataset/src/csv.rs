@@ -11,7 +11,7 @@ use crate::Error;
 /// The columns every row starts with.
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
 const TREE_COLUMNS: &str = "species,x_m,y_m,z_m,dbh_m,height_m,crown_base_m,crown_radius_m,\
-                            leaf_area_m2,stem_volume_m3,lean_deg,alive";
+                            leaf_area_m2,stem_volume_m3,lean_deg,age_class,alive";
 const OBJECT_COLUMNS: &str = "kind,species,x_m,y_m,z_m,radius_m,height_m";
 
 /// Rows by true id: what a table is before it is text. Parts of a table are united by id.
@@ -63,6 +63,7 @@ pub(crate) fn tree_rows(trees: &[TreeRecord]) -> Result<Rows, Error> {
             t.stem_volume_m3,
             t.lean_rad.to_degrees(),
         ]));
+        row.push(t.age_class.clone());
         row.push(t.alive.to_string());
         insert(&mut rows, "trees", row)?;
     }
@@ -228,6 +229,7 @@ pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> 
             leaf_area_m2: f.parse()?,
             stem_volume_m3: f.parse()?,
             lean_rad: f.parse::<f64>()?.to_radians(),
+            age_class: f.text().to_owned(),
             alive: f.parse()?,
         })
     };
@@ -289,7 +291,8 @@ mod tests {
             let trees_in: Vec<_> = objects_in.iter().map(|o| TreeRecord {
                 object: o.object, species: o.species.clone(), position_m: o.position_m, dbh_m: o.radius_m,
                 height_m: o.height_m, crown_base_m: 0.1, crown_radius_m: 2.0, leaf_area_m2: 1e-7,
-                stem_volume_m3: 1.0 / 3.0, lean_rad: 0.0, alive: o.object.item().is_multiple_of(2),
+                stem_volume_m3: 1.0 / 3.0, lean_rad: 0.0, age_class: "young".to_owned(),
+                alive: o.object.item().is_multiple_of(2),
             }).collect();
             let mut shuffled = objects_in.clone();
             shuffled.reverse();

@@ -64,7 +64,7 @@ pub struct TreeRecord {
     pub dbh_m: f64,
     /// Height, metres.
     pub height_m: f64,
-    /// Height of the lowest living branch, metres.
+    /// Height of the crown's base, metres: 98 % of the foliage is above. Of a dead tree its height.
     pub crown_base_m: f64,
     /// Mean crown radius, metres.
     pub crown_radius_m: f64,
@@ -74,6 +74,8 @@ pub struct TreeRecord {
     pub stem_volume_m3: f64,
     /// Lean of the stem from the vertical, radians.
     pub lean_rad: f64,
+    /// How grown up it is: `sapling`, `young`, `middle` or `mature`.
+    pub age_class: String,
     /// Is it alive?
     pub alive: bool,
 }

@@ -6,8 +6,8 @@ use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
 use super::sketch::Sketch;
-use crate::optics::{EUCALYPT, OAK, PINE};
 use crate::texture::canvas::{Leaf, Outline, Stroke};
+use crate::tree::{LeafKind, LeafLook};
 
 /// The unit vector `angle` radians to the left of +y.
 pub(crate) fn heading(angle: f32) -> Vec2 {
@@ -34,133 +34,322 @@ pub(crate) fn stalk(length_m: f32, width_m: f32, colour: Vec3, rng: &mut impl Rn
     }
 }
 
-/// A tuft of maritime pine: pairs of stiff needles of 13-21 cm around the end of a shoot.
-pub(crate) fn pine(rng: &mut impl Rng) -> Sketch {
-    let mut sketch = Sketch::default();
-    let shoot = stalk(0.13, 0.009, Vec3::new(0.155, 0.105, 0.068), rng);
-    let pairs = rng.between(74, 92);
-    for i in 0..pairs {
-        // The shoot is drawn once half of the needles are behind it.
-        if i == pairs / 2 {
-            sketch.twig(shoot);
-        }
-        let front = i as f32 / pairs as f32;
-        let t = rng.unit_f32();
-        let base = shoot.at(0.12 + 0.88 * t);
-        let spread = 1.42 - 0.95 * t;
-        let angle = rng.range_f32(-1.0, 1.0) * spread;
-        let length = rng.range_f32(0.12, 0.20) * (1.0 - 0.25 * angle.abs() / 1.4);
-        let shade = 0.50 + 0.5 * front;
-        let old = rng.chance(0.035);
-        let green = if old {
-            Vec3::new(0.20, 0.125, 0.06)
+/// The picture of a leafy twig of a species, of leaves as long as they grow.
+pub(crate) fn draw(look: &LeafLook, rng: &mut impl Rng) -> Sketch {
+    let painter = Painter::new(look);
+    match look.kind {
+        LeafKind::NeedleTuft => painter.tuft(rng),
+        LeafKind::NeedleSpray => painter.needle_spray(rng),
+        LeafKind::LeafSpray => painter.leaf_spray(rng),
+        LeafKind::LeafRosettes => painter.rosettes(rng),
+        LeafKind::HangingLeaves => painter.hanging(rng),
+    }
+}
+
+fn colour(c: [f64; 3]) -> Vec3 {
+    Vec3::from_array(c.map(|v| v as f32))
+}
+
+/// A leaf's reflectance, wax included.
+pub(crate) fn albedo(look: &LeafLook) -> Vec3 {
+    colour(look.albedo).lerp(WAX, look.glaucous as f32)
+}
+
+/// The bluish wax of glaucous leaves.
+const WAX: Vec3 = Vec3::new(0.30, 0.34, 0.33);
+
+struct Painter<'a> {
+    look: &'a LeafLook,
+    green: Vec3,
+    wood: Vec3,
+    outline: Arc<Outline>,
+}
+
+impl<'a> Painter<'a> {
+    fn new(look: &'a LeafLook) -> Self {
+        let [a, b] = look.outline;
+        let mut outline = if look.lobes > 0.0 {
+            Outline::lobed(look.lobes, look.lobe_depth)
         } else {
-            varied(PINE.albedo, rng)
+            Outline::ovate(a, b)
         };
-        for side in [-1.0, 1.0] {
-            let a = angle + side * rng.range_f32(0.01, 0.06);
-            let tip = base + length * heading(a * 0.86);
-            let middle = base + 0.5 * length * heading(a * 1.1);
+        if look.teeth > 0.0 {
+            outline = outline.toothed(look.teeth, look.tooth_depth);
+        }
+        Self {
+            look,
+            green: albedo(look),
+            wood: colour(look.twig_albedo),
+            outline: Arc::new(outline),
+        }
+    }
+
+    fn length_m(&self, rng: &mut impl Rng) -> f32 {
+        rng.range_f32(self.look.length_m[0] as f32, self.look.length_m[1] as f32)
+    }
+
+    fn ratio(&self, rng: &mut impl Rng) -> f32 {
+        let [a, b] = self.look.width_ratio.map(|r| r as f32);
+        rng.range_f32(a, b.max(a + 1e-6))
+    }
+
+    fn count(&self, rng: &mut impl Rng) -> u32 {
+        rng.between(self.look.count[0], self.look.count[1])
+    }
+
+    fn twig_m(&self) -> f32 {
+        self.look.twig_m as f32
+    }
+
+    /// A leaf on its stalk; `front` 0 (behind, in shade) .. 1.
+    fn leaf(&self, base: Vec2, direction: Vec2, front: f32, rng: &mut impl Rng) -> (Stroke, Leaf) {
+        let length_m = self.length_m(rng);
+        let foot = base + self.look.stalk as f32 * length_m * direction;
+        let mut colour = varied(self.green, rng) * (0.70 + 0.34 * front);
+        if rng.chance(0.05) {
+            // A leaf that has begun to turn.
+            colour = colour.lerp(Vec3::new(0.16, 0.14, 0.035), 0.5);
+        }
+        let stalk = Stroke::straight(base, foot, [0.0016, 0.0012], 0.6 * self.wood + 0.4 * colour);
+        let leaf = Leaf {
+            outline: self.outline.clone(),
+            base: foot,
+            direction,
+            length_m,
+            width_m: length_m * self.ratio(rng),
+            bend: rng.range_f32(-0.14, 0.14),
+            colour,
+            veins: 0.22,
+            browning: rng.range_f32(0.0, 0.22),
+            level: 0.0,
+        };
+        (stalk, leaf)
+    }
+
+    /// Needles on all sides around the end of a shoot.
+    fn tuft(&self, rng: &mut impl Rng) -> Sketch {
+        let mut sketch = Sketch::default();
+        let shoot = stalk(self.twig_m(), 0.008, self.wood, rng);
+        let needles = self.count(rng);
+        let longest = self.look.length_m[1] as f32;
+        // Short needles stand off the whole shoot, long ones lean to its tip.
+        let stand_off = (1.42_f32).min(0.75 + 0.1 / longest);
+        for i in 0..needles {
+            // The shoot is drawn once half of the needles are behind it.
+            if i == needles / 2 {
+                sketch.twig(shoot);
+            }
+            let front = i as f32 / needles as f32;
+            let t = rng.unit_f32();
+            let base = shoot.at(0.10 + 0.90 * t);
+            let spread = stand_off - (0.75 * stand_off - 0.1) * t;
+            let angle = rng.range_f32(-1.0, 1.0) * spread;
+            let length = self.length_m(rng) * (1.0 - 0.18 * angle.abs());
+            let shade = 0.50 + 0.5 * front;
+            let green = if rng.chance(0.03) {
+                Vec3::new(0.20, 0.125, 0.06)
+            } else {
+                varied(self.green, rng)
+            };
+            let width = self.ratio(rng) * length;
             sketch.blade(Stroke {
-                points: [base, middle, tip],
-                width_m: [0.0022, 0.0012],
+                points: [
+                    base,
+                    base + 0.5 * length * heading(angle * 1.1),
+                    base + length * heading(angle * 0.86),
+                ],
+                width_m: [width, 0.6 * width],
                 colour: [green * 0.72 * shade, green * shade],
                 level: 0.0,
             });
         }
+        sketch
     }
-    sketch
-}
 
-/// A hanging twig of eucalypt: sickle leaves of 11-20 cm that all turn to the tip.
-pub(crate) fn eucalypt(rng: &mut impl Rng) -> Sketch {
-    let mut sketch = Sketch::default();
-    let outlines = [Outline::ovate(0.6, 1.1), Outline::ovate(0.7, 0.9)].map(Arc::new);
-    let twig = stalk(0.30, 0.006, Vec3::new(0.19, 0.125, 0.080), rng);
-    let count = rng.between(13, 17);
-    let mut leaves: Vec<(f32, Vec2, Leaf)> = (0..count)
-        .map(|i| {
-            let t = (i as f32 + rng.range_f32(0.2, 0.8)) / count as f32;
+    /// A flat spray: a twig with side shoots, all of them feathered with needles.
+    fn needle_spray(&self, rng: &mut impl Rng) -> Sketch {
+        let mut sketch = Sketch::default();
+        let twig = stalk(self.twig_m(), 0.006, self.wood, rng);
+        let side_shoots = self.count(rng);
+        let mut shoots = Vec::new();
+        for i in 0..side_shoots {
+            let t = (i as f32 + rng.range_f32(0.2, 0.8)) / side_shoots as f32;
             let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-            let angle = side * rng.range_f32(0.18, 0.85) * (1.05 - 0.45 * t);
-            let node = twig.at(0.10 + 0.9 * t);
-            let direction = heading(angle);
-            let length = rng.range_f32(0.11, 0.20) * (1.0 - 0.25 * t);
-            // Young leaves at the tip are reddish, old ones glaucous.
-            let mut colour = varied(EUCALYPT.albedo, rng);
-            colour = colour.lerp(Vec3::new(0.30, 0.34, 0.33) * 0.5, rng.range_f32(0.05, 0.28));
-            if t > 0.88 {
-                colour = colour.lerp(Vec3::new(0.15, 0.10, 0.045), 0.35);
-            }
-            let depth = rng.unit_f32();
-            let leaf = Leaf {
-                outline: outlines[i as usize % 2].clone(),
-                base: node + 0.018 * direction,
-                direction,
-                length_m: length,
-                width_m: length * rng.range_f32(0.16, 0.22),
-                // The sickle turns in towards the twig's tip.
-                bend: -side * rng.range_f32(0.10, 0.38),
-                colour: colour * (0.62 + 0.42 * depth),
-                veins: 0.22,
-                browning: rng.range_f32(0.0, 0.25),
+            let base = twig.at(0.06 + 0.9 * t);
+            let angle = side * rng.range_f32(0.75, 1.0) * (1.0 - 0.25 * t);
+            // Side shoots are a fir's triangle: longest low on the twig. Hanging ones bend back.
+            let length = self.twig_m() * (0.56 - 0.40 * t) * rng.range_f32(0.8, 1.15);
+            let sag = 1.0 + 0.5 * self.look.hang as f32;
+            let middle = base + 0.5 * length * heading(angle);
+            let tip = middle + 0.5 * length * heading(angle * sag);
+            shoots.push(Stroke {
+                points: [base, middle, tip],
+                width_m: [0.0030, 0.0018],
+                colour: [self.wood; 2],
                 level: 0.0,
-            };
-            (depth, node, leaf)
-        })
-        .collect();
-    leaves.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (i, (_, node, leaf)) in leaves.into_iter().enumerate() {
-        if i as u32 == count / 2 {
-            sketch.twig(twig);
+            });
         }
-        sketch.twig(Stroke::straight(
-            node,
-            leaf.base,
-            [0.0022; 2],
-            Vec3::new(0.16, 0.12, 0.06),
-        ));
-        sketch.leaf(leaf);
+        shoots.push(twig);
+        for shoot in shoots {
+            sketch.twig(shoot);
+            let [a, b, c] = shoot.points;
+            let length = (b - a).length() + (c - b).length();
+            let pitch = 0.0042;
+            let needles = (length / pitch) as u32;
+            for i in 0..2 * needles {
+                let t = (i as f32 + rng.unit_f32()) / (2 * needles) as f32;
+                let at = shoot.at(t);
+                let along = (shoot.at((t + 0.05).min(1.0)) - shoot.at((t - 0.05).max(0.0)))
+                    .normalize_or(Vec2::Y);
+                let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+                let lean = rng.range_f32(0.45, 0.95) * (1.0 - 0.5 * t * t);
+                let direction = (along + side * lean * along.perp()).normalize_or(along);
+                let needle = self.length_m(rng);
+                let width = self.ratio(rng) * needle;
+                // This year's needles, at the tips, are lighter.
+                let shade = rng.range_f32(0.62, 1.0) + if t > 0.8 { 0.22 } else { 0.0 };
+                let green = varied(self.green, rng) * shade;
+                sketch.blade(Stroke::straight(
+                    at,
+                    at + needle * direction,
+                    [width, 0.7 * width],
+                    green,
+                ));
+            }
+        }
+        sketch
     }
-    sketch
-}
 
-/// A rosette of English oak: lobed leaves of 7-12 cm around the end of a twig.
-pub(crate) fn oak(rng: &mut impl Rng) -> Sketch {
-    let mut sketch = Sketch::default();
-    let outlines = [Outline::lobed(4.5, 0.45), Outline::lobed(5.2, 0.40)].map(Arc::new);
-    let twig = stalk(0.11, 0.006, Vec3::new(0.125, 0.098, 0.072), rng);
-    sketch.twig(twig);
-    let count = rng.between(9, 11);
-    for i in 0..count {
-        let front = i as f32 / count as f32;
-        // Outer leaves are drawn first and point away; the last ones stand in front.
-        let t = if i < 3 {
-            rng.range_f32(0.35, 0.75)
-        } else {
-            rng.range_f32(0.85, 1.0)
-        };
-        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let angle = side * (1.75 - 1.5 * front + rng.range_f32(-0.25, 0.25)).max(0.05);
-        let direction = heading(angle);
-        let base = twig.at(t);
-        let length = rng.range_f32(0.075, 0.12) * (1.0 - 0.2 * front);
-        let mut colour = varied(OAK.albedo, rng) * (0.68 + 0.36 * front);
-        if rng.chance(0.12) {
-            colour = colour.lerp(Vec3::new(0.16, 0.14, 0.035), 0.5);
+    /// Leaves along a twig and two to four side twigs.
+    fn leaf_spray(&self, rng: &mut impl Rng) -> Sketch {
+        let mut sketch = Sketch::default();
+        let twig = stalk(self.twig_m(), 0.0045, self.wood, rng);
+        let mut twigs = vec![twig];
+        let sides = rng.between(3, 4);
+        for i in 0..sides {
+            let t = 0.12 + 0.55 * (i as f32 + rng.range_f32(0.2, 0.8)) / sides as f32;
+            let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let angle = side * rng.range_f32(0.55, 0.85);
+            let length = self.twig_m() * (0.62 - 0.4 * t) * rng.range_f32(0.85, 1.15);
+            let base = twig.at(t);
+            twigs.push(Stroke {
+                points: [
+                    base,
+                    base + 0.5 * length * heading(angle),
+                    base + length * heading(0.85 * angle),
+                ],
+                width_m: [0.0030, 0.0020],
+                colour: [self.wood; 2],
+                level: 0.0,
+            });
         }
-        sketch.leaf(Leaf {
-            outline: outlines[rng.below(2) as usize].clone(),
-            base: base + 0.006 * direction,
-            direction,
-            length_m: length,
-            width_m: length * rng.range_f32(0.50, 0.62),
-            bend: rng.range_f32(-0.16, 0.16),
-            colour,
-            veins: 0.26,
-            browning: rng.range_f32(0.0, 0.3),
-            level: 0.0,
-        });
+        for twig in &twigs {
+            sketch.twig(*twig);
+        }
+        let lengths: Vec<f32> = twigs
+            .iter()
+            .map(|t| (t.points[2] - t.points[0]).length())
+            .collect();
+        let total: f32 = lengths.iter().sum();
+        let count = self.count(rng);
+        let mut leaves = Vec::new();
+        for i in 0..count {
+            // Evenly over all twigs, one after the other along each.
+            let mut at = total * (i as f32 + rng.range_f32(0.15, 0.85)) / count as f32;
+            let mut k = 0;
+            while k + 1 < twigs.len() && at > lengths[k] {
+                at -= lengths[k];
+                k += 1;
+            }
+            let t = (at / lengths[k]).clamp(0.0, 1.0);
+            let t = if self.look.distichous { t } else { t.sqrt() };
+            let along = (twigs[k].at((t + 0.05).min(1.0)) - twigs[k].at((t - 0.05).max(0.0)))
+                .normalize_or(Vec2::Y);
+            let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let open = if self.look.distichous {
+                rng.range_f32(0.75, 1.05)
+            } else {
+                rng.range_f32(0.25, 1.45)
+            };
+            let turn = heading(side * open * (1.0 - 0.7 * t * t));
+            let direction = along * turn.y - along.perp() * turn.x;
+            let front = rng.unit_f32();
+            let (stalk, leaf) = self.leaf(twigs[k].at(t), direction, front, rng);
+            leaves.push((front, stalk, leaf));
+        }
+        leaves.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, stalk, leaf) in leaves {
+            sketch.twig(stalk);
+            sketch.leaf(leaf);
+        }
+        sketch
     }
-    sketch
+
+    /// Leaves crowded at the ends of a twig and of its side twigs.
+    fn rosettes(&self, rng: &mut impl Rng) -> Sketch {
+        let mut sketch = Sketch::default();
+        let twig = stalk(self.twig_m(), 0.006, self.wood, rng);
+        sketch.twig(twig);
+        let mut ends = vec![(twig.at(0.97), 0.0_f32, 1.0_f32)];
+        for i in 0..4_u32 {
+            let t = 0.15 + 0.17 * i as f32 + rng.range_f32(-0.04, 0.04);
+            let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let angle = side * rng.range_f32(0.65, 1.0);
+            let length = self.twig_m() * (0.62 - 0.45 * t) * rng.range_f32(0.85, 1.15);
+            let base = twig.at(t);
+            let tip = base + length * heading(angle);
+            sketch.twig(Stroke::straight(base, tip, [0.0042, 0.0030], self.wood));
+            ends.push((tip, angle, 0.85));
+        }
+        let count = self.count(rng);
+        let each = (count as usize / ends.len()).max(1) as u32;
+        let last = ends.len() as u32 * each;
+        for k in 0..last {
+            // Rosette by rosette; outer leaves first, the last ones stand in front.
+            let (end, angle, size) = ends[(k / each) as usize];
+            let front = (k % each) as f32 / each as f32;
+            let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let open = (1.75 - 1.5 * front + rng.range_f32(-0.25, 0.25)).max(0.05);
+            let direction = heading(angle + side * open);
+            let back = heading(angle) * -rng.range_f32(0.0, 0.035) * (1.0 - front);
+            let (stalk, mut leaf) = self.leaf(end + back, direction, front, rng);
+            leaf.length_m *= size;
+            leaf.width_m *= size;
+            sketch.twig(stalk);
+            sketch.leaf(leaf);
+        }
+        sketch
+    }
+
+    /// Sickle leaves that all turn to the tip of a hanging twig.
+    fn hanging(&self, rng: &mut impl Rng) -> Sketch {
+        let mut sketch = Sketch::default();
+        let twig = stalk(self.twig_m(), 0.006, self.wood, rng);
+        let count = self.count(rng);
+        let mut leaves: Vec<(f32, Stroke, Leaf)> = (0..count)
+            .map(|i| {
+                let t = (i as f32 + rng.range_f32(0.2, 0.8)) / count as f32;
+                let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+                let angle = side * rng.range_f32(0.18, 0.85) * (1.05 - 0.45 * t);
+                let depth = rng.unit_f32();
+                let (stalk, mut leaf) =
+                    self.leaf(twig.at(0.10 + 0.9 * t), heading(angle), depth, rng);
+                leaf.bend = -side * rng.range_f32(0.10, 0.38);
+                // Young leaves at the tip are reddish.
+                if t > 0.88 {
+                    leaf.colour = leaf.colour.lerp(Vec3::new(0.15, 0.10, 0.045), 0.35);
+                }
+                (depth, stalk, leaf)
+            })
+            .collect();
+        leaves.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (i, (_, stalk, leaf)) in leaves.into_iter().enumerate() {
+            if i as u32 == count / 2 {
+                sketch.twig(twig);
+            }
+            sketch.twig(stalk);
+            sketch.leaf(leaf);
+        }
+        sketch
+    }
 }

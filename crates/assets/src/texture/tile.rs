@@ -94,6 +94,43 @@ impl Tile {
         self
     }
 
+    /// Scales each channel so that the mean colour is `albedo`.
+    pub(crate) fn with_mean(mut self, albedo: Vec3) -> Self {
+        let mean = |texels: &[Texel]| {
+            let sum = texels.iter().fold([0.0_f64; 3], |s, t| {
+                let c = t.albedo.to_array();
+                [0, 1, 2].map(|k| s[k] + f64::from(c[k]))
+            });
+            Vec3::from_array(sum.map(|s| (s / texels.len() as f64) as f32))
+        };
+        // Twice, for what the first round clamps.
+        for _ in 0..2 {
+            let factor = albedo / mean(&self.texels).max(Vec3::splat(1e-6));
+            self.texels
+                .par_iter_mut()
+                .for_each(|t| t.albedo = (t.albedo * factor).clamp(Vec3::ZERO, Vec3::splat(0.9)));
+        }
+        self
+    }
+
+    /// This tile where `share` is 0, `other` where it is 1. Both have one size.
+    pub(crate) fn blend(&self, other: &Self, share: impl Fn(Vec2) -> f32 + Sync) -> Self {
+        let scale = Vec2::new(self.width as f32, self.height as f32).recip();
+        let mixed = self.texels.par_iter().zip(&other.texels).enumerate();
+        let texels = mixed.map(|(i, (a, b))| {
+            let at = Vec2::new((i % self.width) as f32, (i / self.width) as f32);
+            let t = share((at + Vec2::splat(0.5)) * scale);
+            Texel {
+                albedo: a.albedo.lerp(b.albedo, t),
+                height: a.height + (b.height - a.height) * t,
+            }
+        });
+        Self {
+            texels: texels.collect(),
+            ..*self
+        }
+    }
+
     /// The same tile with every colour changed by its position and height.
     pub(crate) fn recolour(&self, f: impl Fn(Vec2, Texel) -> Vec3 + Sync) -> Self {
         let scale = Vec2::new(self.width as f32, self.height as f32).recip();

@@ -9,6 +9,9 @@ use super::{CrownForm, TreeSize};
 
 const ASYMMETRY: Stage = Stage::new("assets.tree.asymmetry");
 
+/// Branches keep so far above the ground.
+const CLEARANCE_M: f64 = 0.15;
+
 /// Entries of the tables of the outline.
 const CELLS: usize = 64;
 
@@ -59,8 +62,12 @@ impl Envelope {
         }
     }
 
-    /// Is the point in the crown's space? The space goes on below the crown's base as wide as there.
+    /// Is the point in the crown's space? The space goes on below the crown's base as wide as there, down
+    /// to just above the ground.
     pub(super) fn contains(&self, p: DVec3) -> bool {
+        if p.z < CLEARANCE_M {
+            return false;
+        }
         let t = ((p.z - self.base_m) / (self.top_m - self.base_m)).max(0.0);
         let from_axis = p.truncate() - self.lean * p.z;
         // Most points are settled without the azimuth.
@@ -84,6 +91,18 @@ impl Envelope {
 }
 
 impl CrownForm {
+    /// Between two forms: 0 `young`, 1 `self`.
+    pub(super) fn grown_from(self, young: Self, maturity: f64) -> Self {
+        let mix = |a: f64, b: f64| a + (b - a) * maturity;
+        Self {
+            widest_at: mix(young.widest_at, self.widest_at),
+            base: mix(young.base, self.base),
+            lower_power: mix(young.lower_power, self.lower_power),
+            upper_power: mix(young.upper_power, self.upper_power),
+            asymmetry: mix(young.asymmetry, self.asymmetry),
+        }
+    }
+
     /// Radius at relative height `t` of the crown, as a share of the greatest, 0..=1.
     fn radius(&self, t: f64) -> f64 {
         let arc = |s: f64, p: f64| libm::pow(1.0 - libm::pow(s.clamp(0.0, 1.0), p), 1.0 / p);

@@ -12,6 +12,9 @@ use super::{FoliageForm, TreeSize};
 
 const CARDS: Stage = Stage::new("assets.tree.cards");
 
+/// Length of the longest leafy shoots over the height of the tree.
+const SHOOT_SHARE: f64 = 0.12;
+
 /// A card before it has a place: everything about it but the twig.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leafing<'a> {
@@ -34,7 +37,12 @@ impl<'a> Leafing<'a> {
     ) -> Self {
         let silhouette = size.leaf_area_m2 * form.silhouette_factor;
         let mean = cards.iter().map(FoliageCard::silhouette_m2).sum::<f64>() / cards.len() as f64;
-        let wanted = (silhouette / mean).ceil();
+        let tall = cards
+            .iter()
+            .fold(0.0_f64, |m, c| m.max(f64::from(c.height_m)));
+        // Saplings' shoots are shorter than what is drawn, though not by much.
+        let smaller = (tall / (SHOOT_SHARE * size.height_m)).clamp(1.0, 1.7);
+        let wanted = (smaller * smaller * silhouette / mean).ceil();
         let count = wanted.clamp(1.0, most as f64);
         Self {
             form,
@@ -81,6 +89,21 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
+    /// Turns the card, keeping its size and heading, until its tip is between the ground and `top_m`.
+    pub(super) fn keep_below(&mut self, top_m: f64) {
+        let room = (-self.at.z).min(0.0)..(top_m - self.at.z).max(0.0);
+        if room.contains(&self.along.z) {
+            return;
+        }
+        let (length, width) = (self.along.length(), self.across.length());
+        let level = self.along.truncate().extend(0.0);
+        let level = level.try_normalize().unwrap_or(DVec3::X);
+        let rise = (self.along.z.clamp(room.start, room.end) / length).clamp(-1.0, 1.0);
+        self.along = (level * (1.0 - rise * rise).max(0.0).sqrt() + DVec3::Z * rise) * length;
+        let across = self.across.reject_from(self.along).try_normalize();
+        self.across = across.unwrap_or_else(|| beside(self.along / length)) * width;
+    }
+
     pub(super) fn card(&self, cards: &[FoliageCard]) -> Card {
         Card {
             corner: (self.at - 0.5 * self.across).as_vec3(),

@@ -11,16 +11,21 @@ use super::foliage::{Leaf, Leafing, leaves, silhouette_m2};
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
 use super::sweep::{Fineness, Flare, count, diameter_at, sweep};
-use super::{Species, TreeSize};
+use super::{BarkLook, Species, TreeSize};
 use crate::error::ParamError;
 
 const LEAN: Stage = Stage::new("assets.tree.lean");
+const SNAG: Stage = Stage::new("assets.tree.snag");
 
 /// The materials of one species' trees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeMaterials {
     /// Stem at least as thick as the trunk threshold.
     pub stem: MaterialId,
+    /// The stem where its lower bark turns into the upper one; v = 0 below, 1 above.
+    pub change: MaterialId,
+    /// The stem above that.
+    pub upper: MaterialId,
     /// The foot of the stem.
     pub flare: MaterialId,
     /// Limbs at least as thick as the trunk threshold.
@@ -29,6 +34,8 @@ pub struct TreeMaterials {
     pub branch: MaterialId,
     /// Dead branches thinner than the trunk threshold.
     pub dead: MaterialId,
+    /// Dead stems and limbs at least as thick as the trunk threshold.
+    pub snag: MaterialId,
     /// The pictures of leaves to choose from, with equal chances.
     pub foliage: Vec<FoliageCard>,
 }
@@ -82,6 +89,8 @@ pub struct GrownTree {
     pub stem_volume_m3: f64,
     /// Radius of the root flare where it meets the ground, metres.
     pub foot_radius_m: f64,
+    /// Is it alive? A dead tree has no leaves, no crown, and the crown's base at its broken top.
+    pub alive: bool,
 }
 
 /// Grows a tree of a demanded size.
@@ -114,6 +123,7 @@ pub fn grow(
     // Deep enough for the lobes' ends on a slope of 20 degrees.
     let sunk_m = (0.3 + 0.25 * size.dbh_m).min(0.5);
 
+    let upper_from_m = species.bark.upper_from_m(size);
     let most = params.wood_triangles_max;
     let mut density = 1.0;
     while density > 0.03 {
@@ -126,8 +136,9 @@ pub fn grow(
         if triangles <= most {
             let mut leaves = leaves(&axes, &leafing, key);
             fit(&mut axes, &mut leaves, size, lean);
+            set_height(&mut axes, &mut leaves, size, lean);
             let radii = radii(&axes, species, size);
-            let (mesh, stem) = sweep(&axes, &radii, &flare, materials, fineness);
+            let (mesh, stem) = sweep(&axes, &radii, &flare, materials, upper_from_m, fineness);
             // The fit can bend a joint enough to need a ring more.
             triangles = mesh.triangles.len();
             if triangles <= most {
@@ -150,6 +161,112 @@ pub fn grow(
     }
     let allowed = "enough for this tree's stem and limbs: at least several thousand for a big oak";
     Err(ParamError::new("wood_triangles_max", most, allowed))
+}
+
+/// Grows a standing dead tree: the wood of a tree that had the demanded size, its top broken off, its
+/// twigs gone, some of its limbs left as stubs. All wood at least as thick as the trunk threshold is
+/// [`TreeMaterials::snag`].
+///
+/// # Errors
+/// As [`grow`].
+pub fn grow_snag(
+    species: &Species,
+    size: &TreeSize,
+    materials: &TreeMaterials,
+    params: &GrowthParams,
+    key: Key,
+) -> Result<GrownTree, ParamError> {
+    species.check()?;
+    size.check()?;
+    materials.check()?;
+    params.check()?;
+    let mut rng = key.stage(SNAG).rng();
+    let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
+    let lean = DVec2::new(cos, sin) * libm::tan(size.lean_rad);
+    let flare = Flare::new(&species.stem, size, key);
+    let sunk_m = (0.3 + 0.25 * size.dbh_m).min(0.5);
+    let axes = skeleton(species, size, 0.0, sunk_m, 0.5, lean, key);
+    let radii = radii(&axes, species, size);
+    let stem_top = axes[0].points[axes[0].points.len() - 1].z;
+    let broken_m = (size.height_m * rng.range_f64(0.4, 0.9))
+        .max(BREAST_M + 0.7)
+        .min(0.97 * stem_top);
+    let (axes, radii) = weathered(axes, radii, broken_m, &mut rng);
+    let fineness = Fineness {
+        trunk_radius_m: params.trunk_radius_m,
+        tolerance: 1.0,
+    };
+    let (mesh, stem) = sweep(&axes, &radii, &flare, materials, f64::INFINITY, fineness);
+    let most = params.wood_triangles_max;
+    if mesh.triangles.len() > most {
+        let allowed = "enough for this tree's stem and limbs";
+        return Err(ParamError::new("wood_triangles_max", most, allowed));
+    }
+    let end = axes[0].points[axes[0].points.len() - 1];
+    let height_m = mesh.positions.iter().fold(0.0_f32, |m, p| m.max(p.z));
+    Ok(GrownTree {
+        size: TreeSize {
+            dbh_m: diameter_at(&mesh, stem.clone(), BREAST_M),
+            height_m: f64::from(height_m),
+            crown_base_m: f64::from(height_m),
+            crown_radius_m: 0.0,
+            leaf_area_m2: 0.0,
+            lean_rad: libm::atan(end.truncate().length() / end.z),
+        },
+        stem_volume_m3: volume_m3(&mesh, stem, end.z),
+        foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
+        cards: Vec::new(),
+        mesh,
+        alive: false,
+    })
+}
+
+/// What years leave of axes: the stem up to `broken_m`, most limbs as stubs, a few branches on them.
+fn weathered(
+    axes: Vec<Axis>,
+    radii: Vec<Vec<f64>>,
+    broken_m: f64,
+    rng: &mut impl Draw,
+) -> (Vec<Axis>, Vec<Vec<f64>>) {
+    // Where each axis went, if it is still there.
+    let mut places: Vec<Option<usize>> = Vec::with_capacity(axes.len());
+    let mut kept: (Vec<Axis>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+    for (mut axis, mut r) in axes.into_iter().zip(radii) {
+        let chance = [1.0, 0.55, 0.25, 0.0, 0.0][axis.order.min(4)];
+        let length = rng.range_f64(0.12, 0.75);
+        let stays = rng.chance(chance);
+        let parent = axis.parent.map(|(p, s)| places[p].map(|p| (p, s)));
+        let hold = match parent {
+            None => true,
+            Some(None) => false,
+            // A parent that was shortened bears nothing beyond its end.
+            Some(Some((p, s))) => stays && s <= (kept.0[p].points.len() - 2) as f64,
+        };
+        if !hold {
+            places.push(None);
+            continue;
+        }
+        if axis.order == 0 {
+            let whole = axis.points.iter().take_while(|p| p.z < broken_m).count();
+            let (a, b) = (axis.points[whole - 1], axis.points[whole]);
+            let t = (broken_m - a.z) / (b.z - a.z);
+            let (ra, rb) = (r[whole - 1], r[whole]);
+            axis.points.truncate(whole);
+            r.truncate(whole);
+            axis.points.push(a.lerp(b, t));
+            r.push(ra + (rb - ra) * t);
+        } else {
+            let n = ((axis.points.len() as f64 * length) as usize).max(2);
+            axis.points.truncate(n);
+            r.truncate(n);
+        }
+        axis.dead = true;
+        axis.parent = parent.flatten();
+        places.push(Some(kept.0.len()));
+        kept.0.push(axis);
+        kept.1.push(r);
+    }
+    kept
 }
 
 /// What a tree is made from.
@@ -192,23 +309,35 @@ fn finish(
         foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
         cards: leaves.iter().map(|l| l.card(&materials.foliage)).collect(),
         mesh,
+        alive: true,
     }
 }
 
 impl TreeSize {
     fn check(&self) -> Result<(), ParamError> {
         let range = ParamError::check_range;
-        range("size.dbh_m", self.dbh_m, 0.03, 2.0)?;
-        range("size.height_m", self.height_m, 2.5, 70.0)?;
+        range("size.dbh_m", self.dbh_m, 0.005, 2.0)?;
+        range("size.height_m", self.height_m, 1.6, 70.0)?;
         range(
             "size.crown_base_m",
             self.crown_base_m,
             0.1,
             0.9 * self.height_m,
         )?;
-        range("size.crown_radius_m", self.crown_radius_m, 0.3, 15.0)?;
+        range("size.crown_radius_m", self.crown_radius_m, 0.2, 15.0)?;
         range("size.leaf_area_m2", self.leaf_area_m2, 0.1, 5_000.0)?;
         range("size.lean_rad", self.lean_rad, 0.0, 0.35)
+    }
+}
+
+impl BarkLook {
+    /// Height where the upper bark begins, metres; never, without one.
+    fn upper_from_m(&self, size: &TreeSize) -> f64 {
+        if self.upper.is_some() {
+            self.upper_from * size.height_m
+        } else {
+            f64::INFINITY
+        }
     }
 }
 
@@ -283,39 +412,75 @@ impl Crown {
     }
 }
 
+/// Where the stem may be stretched from: breast height, lower in saplings.
+fn fixed_m(size: &TreeSize) -> f64 {
+    BREAST_M.min(0.2 * size.height_m)
+}
+
+/// Stretches what is above [`fixed_m`] once more, by the one factor that puts the highest of all twigs
+/// and leaves exactly at the demanded height.
+fn set_height(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
+    let fixed = fixed_m(size);
+    let room = size.height_m - fixed;
+    // A leaf longer than the tree above its twig is laid down as far as need be.
+    for leaf in leaves.iter_mut() {
+        leaf.keep_below(size.height_m);
+    }
+    let ends = axes.iter().flat_map(|a| &a.points).map(|p| (p.z, 0.0));
+    let tips = leaves.iter().map(|l| (l.at.z, l.along.z.max(0.0)));
+    let stretch = ends
+        .chain(tips)
+        .filter(|(z, _)| *z > fixed + 0.05 * room)
+        .map(|(z, above)| (room - above) / (z - fixed))
+        .fold(f64::INFINITY, f64::min);
+    if !stretch.is_finite() {
+        return;
+    }
+    let stretch = stretch.clamp(0.5, 2.0);
+    for p in axes.iter_mut().flat_map(|a| &mut a.points) {
+        if p.z > fixed {
+            let rise = (p.z - fixed) * (stretch - 1.0);
+            *p += (lean * rise).extend(rise);
+        }
+    }
+    for leaf in leaves.iter_mut() {
+        leaf.at = axes[leaf.axis].at(leaf.s);
+    }
+}
+
 /// Stretches axes and leaves so that the crown has the demanded base, top and radius. One map of
 /// space moves everything, so what was attached stays attached; below breast height it is the identity.
 fn fit(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
+    let fixed = fixed_m(size);
     for _ in 0..6 {
         let crown = Crown::measure(axes, leaves, lean);
         // A crown that begins at breast height has no stem below it to stretch.
-        let (base, wanted_base) = if size.crown_base_m.min(crown.base_m) > BREAST_M + 0.5 {
-            let most = (1.3 * (crown.base_m - BREAST_M)).min(0.9 * (size.height_m - BREAST_M));
+        let (base, wanted_base) = if size.crown_base_m.min(crown.base_m) > 1.15 * fixed {
+            let most = (1.3 * (crown.base_m - fixed)).min(0.9 * (size.height_m - fixed));
             (
                 crown.base_m,
-                (size.crown_base_m - BREAST_M).clamp(0.7 * (crown.base_m - BREAST_M), most)
-                    + BREAST_M,
+                (size.crown_base_m - fixed).clamp(0.7 * (crown.base_m - fixed), most) + fixed,
             )
         } else {
-            (BREAST_M, BREAST_M)
+            (fixed, fixed)
         };
-        let stretch_low = if base > BREAST_M {
-            (wanted_base - BREAST_M) / (base - BREAST_M)
+        let stretch_low = if base > fixed {
+            (wanted_base - fixed) / (base - fixed)
         } else {
             1.0
         };
         let stretch_high =
-            ((size.height_m - wanted_base) / (crown.top_m - base).max(0.1)).clamp(0.5, 2.0);
+            ((size.height_m - wanted_base) / (crown.top_m - base).max(0.1)).clamp(0.4, 2.5);
         let spread = (size.crown_radius_m / crown.radius_m.max(0.05)).clamp(0.5, 2.0);
         for axis in axes.iter_mut() {
-            for p in axis.points.iter_mut().filter(|p| p.z > BREAST_M) {
+            for p in axis.points.iter_mut().filter(|p| p.z > fixed) {
                 let z = if p.z < base {
-                    BREAST_M + (p.z - BREAST_M) * stretch_low
+                    fixed + (p.z - fixed) * stretch_low
                 } else {
                     wanted_base + (p.z - base) * stretch_high
                 };
-                let share = if base > BREAST_M {
-                    ((p.z - BREAST_M) / (0.5 * (base - BREAST_M))).min(1.0)
+                let share = if base > fixed {
+                    ((p.z - fixed) / (0.5 * (base - fixed))).min(1.0)
                 } else {
                     1.0
                 };

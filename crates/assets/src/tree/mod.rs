@@ -1,6 +1,6 @@
 //! Trees: one generator for all species, driven by allometry.
 //!
-//! A [`Species`] is data. [`Species::draw_size`] draws what a forester would measure from published
+//! A [`Species`] is data: a file in `species/`, or the user's own. [`Species::draw_size`] draws what a forester would measure from published
 //! relations; [`grow`] makes a tree of exactly that size, so diameter, height, crown and leaf area
 //! are never outcomes of luck. The branching follows Weber and Penn 1995, "Creation and rendering of
 //! realistic trees" (levels, whorls or alternate nodes, insertion angles that change with height,
@@ -18,7 +18,7 @@
 //!
 //! let id = MaterialId(0);
 //! let leaf = FoliageCard { material: id, width_m: 0.45, height_m: 0.45, opaque_fraction: 0.5, leaf_layers: 1.3 };
-//! let materials = TreeMaterials { stem: id, flare: id, limb: id, branch: id, dead: id, foliage: vec![leaf] };
+//! let materials = TreeMaterials { stem: id, flare: id, limb: id, branch: id, dead: id, snag: id, change: id, upper: id, foliage: vec![leaf] };
 //! let oak = Species::english_oak();
 //! let key = Key::world(7).stage(Stage::new("example.oak"));
 //! let size = oak.draw_size(0.35, key);
@@ -31,14 +31,17 @@ mod catalogue;
 mod envelope;
 mod foliage;
 mod grow;
+mod look;
 mod radii;
 mod size;
 mod skeleton;
 mod species;
 mod sweep;
 
-pub use grow::{FoliageCard, GrownTree, GrowthParams, TreeMaterials, grow};
-pub use size::TreeSize;
+pub use catalogue::SpeciesError;
+pub use grow::{FoliageCard, GrownTree, GrowthParams, TreeMaterials, grow, grow_snag};
+pub use look::{BarkKind, BarkLayer, BarkLook, LeafKind, LeafLook};
+pub use size::{SizeClass, TreeSize};
 pub use species::{
     Allometry, BranchLevel, CrownForm, DeadBranches, FoliageForm, Species, StemForm, Taper,
 };

@@ -5,6 +5,7 @@ use nemoral_seed::{Draw, Key, Stage};
 use super::Species;
 
 const DBH: Stage = Stage::new("assets.tree.dbh");
+const SAPLING: Stage = Stage::new("assets.tree.sapling");
 const SIZE: Stage = Stage::new("assets.tree.size");
 
 /// The size of one tree.
@@ -24,7 +25,89 @@ pub struct TreeSize {
     pub lean_rad: f64,
 }
 
+/// How grown up a tree is, by its diameter ([`Allometry::class_dbh_m`](super::Allometry)).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SizeClass {
+    /// Thinner than the species' relations reach.
+    Sapling,
+    /// From there on.
+    Young,
+    /// From the first diameter of the classes on.
+    Middle,
+    /// From the second on.
+    Mature,
+}
+
+impl SizeClass {
+    /// All, from small to large.
+    pub const ALL: [Self; 4] = [Self::Sapling, Self::Young, Self::Middle, Self::Mature];
+
+    /// `snake_case`, for files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sapling => "sapling",
+            Self::Young => "young",
+            Self::Middle => "middle",
+            Self::Mature => "mature",
+        }
+    }
+}
+
 impl Species {
+    /// The class of a diameter.
+    #[must_use]
+    pub fn size_class(&self, dbh_m: f64) -> SizeClass {
+        let al = &self.allometry;
+        let limits = [al.dbh_range_m[0], al.class_dbh_m[0], al.class_dbh_m[1]];
+        SizeClass::ALL[limits.iter().filter(|&&l| dbh_m >= l).count()]
+    }
+
+    /// A typical diameter of a class, metres: its middle, of the mature a third above where they begin.
+    #[must_use]
+    pub fn class_dbh_m(&self, class: SizeClass) -> f64 {
+        let [least, most] = self.allometry.dbh_range_m;
+        let [middle, mature] = self.allometry.class_dbh_m;
+        match class {
+            SizeClass::Sapling => 0.4 * least,
+            SizeClass::Young => 0.5 * (least + middle),
+            SizeClass::Middle => 0.5 * (middle + mature),
+            SizeClass::Mature => (1.33 * mature).min(most),
+        }
+    }
+
+    /// 0 in the young class .. 1 in the mature one, for what changes as trees grow up.
+    pub(super) fn maturity(&self, dbh_m: f64) -> f64 {
+        let [middle, mature] = self.allometry.class_dbh_m;
+        let young = 0.5 * (self.allometry.dbh_range_m[0] + middle);
+        let t = ((dbh_m - young) / (mature - young).max(1e-6)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    }
+
+    /// The size of a sapling of this height (clamped to 2..=5 m). It is thinner than the relations of
+    /// grown trees reach: its diameter follows from a slenderness of 100 above breast height (our choice),
+    /// crown width and leaf area from the relations carried on to it, held in proportion to its height.
+    #[must_use]
+    pub fn draw_sapling(&self, height_m: f64, key: Key) -> TreeSize {
+        let height_m = height_m.clamp(2.0, 5.0);
+        let mut rng = key.stage(SAPLING).rng();
+        let dbh_m = (0.010 * (height_m - 1.3) * rng.range_f64(0.85, 1.25)).max(0.008);
+        let width_m = self.mean_crown_width_m(dbh_m) * rng.range_f64(0.85, 1.15);
+        let crown_radius_m = 0.5 * width_m.clamp(0.35 * height_m, 0.7 * height_m);
+        let index = (0.6 * self.allometry.leaf_area_index_max).min(2.5) * rng.range_f64(0.7, 1.1);
+        let area_m2 = std::f64::consts::PI * crown_radius_m * crown_radius_m;
+        TreeSize {
+            dbh_m,
+            height_m,
+            crown_base_m: height_m * rng.range_f64(0.12, 0.25),
+            crown_radius_m,
+            leaf_area_m2: index * area_m2,
+            lean_rad: (1.5 * self.allometry.lean_sd_deg * rng.normal().clamp(-2.0, 2.0))
+                .abs()
+                .to_radians(),
+        }
+    }
+
     /// Mean height of trees of this diameter, metres: the generalised Schnute curve
     /// H = (1.3^b + (H0^b − 1.3^b)(1 − e^(−a d)) / (1 − e^(−a D0)))^(1/b), held a tenth inside the
     /// limits of slenderness so that the residual is not cut on one side.
@@ -45,8 +128,8 @@ impl Species {
     /// Mean crown width of trees of this diameter, metres.
     #[must_use]
     pub fn mean_crown_width_m(&self, dbh_m: f64) -> f64 {
-        let [k, p] = self.allometry.crown_width;
-        k * libm::pow(100.0 * dbh_m, p)
+        let [c, k, p] = self.allometry.crown_width;
+        c + k * libm::pow(100.0 * dbh_m, p)
     }
 
     /// Mean one-sided leaf area of trees of this diameter, m².
@@ -63,15 +146,19 @@ impl Species {
     /// inverting the distribution between them.
     #[must_use]
     pub fn draw_dbh(&self, mean_m: f64, shape: f64, limits_m: [f64; 2], key: Key) -> f64 {
+        let rank = key.stage(DBH).rng().unit_f64();
+        self.dbh_of_rank(mean_m, shape, limits_m, rank)
+    }
+
+    /// The diameter that a share `rank` (0..=1) of such a stand's trees is thinner than, metres.
+    #[must_use]
+    pub fn dbh_of_rank(&self, mean_m: f64, shape: f64, limits_m: [f64; 2], rank: f64) -> f64 {
         let [least, most] = self.allometry.dbh_range_m;
         let low = limits_m[0].max(least).min(most);
         let high = limits_m[1].min(most).max(low);
         let scale = mean_m / libm::tgamma(1.0 + 1.0 / shape);
         let survival = |d: f64| libm::exp(-libm::pow(d / scale, shape));
-        let u = key
-            .stage(DBH)
-            .rng()
-            .range_f64(survival(high), survival(low));
+        let u = survival(low) + (survival(high) - survival(low)) * rank;
         let d = scale * libm::pow(-libm::log(u), 1.0 / shape);
         // Survival underflows far beyond the mean, and a caller's shape may be no number.
         if d.is_finite() {
@@ -96,7 +183,11 @@ impl Species {
         let leafy = 0.6 * wide + 0.8 * normal();
         // exp(s z − s²/2) has mean 1.
         let factor = |s: f64, z: f64| libm::exp(s * z - 0.5 * s * s);
-        let [ratio, ratio_sd, ratio_min, ratio_max] = al.crown_ratio;
+        let [mean_ratio, ratio_sd, ratio_min, ratio_max] = al.crown_ratio;
+        let ratio = al.crown_length.map_or(mean_ratio, |[c, k, p]| {
+            ((c + k * libm::pow(100.0 * dbh_m, p)) / self.mean_height_m(dbh_m))
+                .clamp(ratio_min, ratio_max)
+        });
         let crown_ratio = (ratio + ratio_sd * normal()).clamp(ratio_min, ratio_max);
         TreeSize {
             dbh_m,

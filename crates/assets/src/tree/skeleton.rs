@@ -135,6 +135,26 @@ pub(super) struct Grower<'a> {
     axes: Vec<Axis>,
 }
 
+/// The species' form at this size: young trees keep their leading shoot, and saplings' shoots are short.
+fn grown_so_far(species: &Species, size: &TreeSize) -> Species {
+    let mut form = species.clone();
+    let young = 1.0 - species.maturity(size.dbh_m);
+    form.stem.apical_dominance += 0.6 * young * (0.9 - form.stem.apical_dominance).max(0.0);
+    let short = (size.height_m / FULL_SHOOTS_M).clamp(0.25, 1.0);
+    if short < 1.0 {
+        form.stem.apical_dominance = form.stem.apical_dominance.max(0.9);
+        for level in &mut form.levels {
+            level.node_spacing_m = (level.node_spacing_m * short).max(0.08);
+            level.length_min_m = (level.length_min_m * short).max(0.05);
+            level.joint_m = (level.joint_m * short).max(0.08);
+        }
+    }
+    form
+}
+
+/// From this height on trees have shoots as long as their species'.
+const FULL_SHOOTS_M: f64 = 6.0;
+
 /// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of its foot.
 pub(super) fn skeleton(
     species: &Species,
@@ -145,7 +165,13 @@ pub(super) fn skeleton(
     lean: DVec2,
     key: Key,
 ) -> Vec<Axis> {
-    let envelope = Envelope::new(size, species.crown, margin_m, lean, key);
+    let crown = species.young_crown.map_or(species.crown, |young| {
+        species
+            .crown
+            .grown_from(young, species.maturity(size.dbh_m))
+    });
+    let envelope = Envelope::new(size, crown, margin_m, lean, key);
+    let species = &grown_so_far(species, size);
     let mut grower = Grower {
         species,
         size,
@@ -195,7 +221,7 @@ impl Grower<'_> {
         let stem = &self.axes[0];
         let (base, top) = (self.size.crown_base_m, stem.points[stem.points.len() - 1].z);
         let [from, to] = level.zone.map(|t| base + t * (top - base));
-        for (node, z, azimuth) in nodes(&level, to - from, 1.0, key.stage(BRANCH)) {
+        for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.stage(BRANCH)) {
             let (z, t) = (from + z, z / (to - from));
             let s = self.stem_param(z);
             let (origin, along) = (self.axes[0].at(s), self.axes[0].direction(s));
@@ -203,7 +229,7 @@ impl Grower<'_> {
             let mut rng = branch_key.rng();
             let direction = insertion(&level, along, t, azimuth, &mut rng);
             // The branch bends: half-way through its bend is where it is heading.
-            let heading = bent_up(direction, 0.5 * level.curve_deg.to_radians());
+            let heading = bent_up(direction, level.curve_deg[0].to_radians());
             let share = rng.range_f64(level.length[0], level.length[1]);
             let length = share * self.envelope.reach(origin, heading);
             if length >= level.length_min_m {
@@ -213,6 +239,11 @@ impl Grower<'_> {
         if self.species.stem.apical_dominance < 1.0 {
             self.leader(key);
         }
+    }
+
+    /// Twigs are thinned out first; limbs only once few twigs are left.
+    fn limb_density(&self) -> f64 {
+        (self.density / 0.35).min(1.0)
     }
 
     /// The limb that goes on where the stem of a decurrent tree ends.
@@ -280,7 +311,7 @@ impl Grower<'_> {
             let mut rng = child_key.rng();
             let t = arc / length;
             let direction = insertion(&child, along, t, azimuth, &mut rng);
-            let heading = bent_up(direction, 0.5 * child.curve_deg.to_radians());
+            let heading = bent_up(direction, child.curve_deg[0].to_radians());
             // Weber and Penn: the farther out on the parent, the shorter.
             let share = rng.range_f64(child.length[0], child.length[1]) * (1.0 - 0.6 * t);
             let wanted = share * length;
@@ -301,11 +332,12 @@ impl Grower<'_> {
         // Stems that fork have nodes at their fork only: dead branches then are spaced like whorls.
         let level = BranchLevel {
             insertion_deg: [dead.insertion_deg; 2],
-            curve_deg: -8.0,
+            curve_deg: [-4.0; 2],
+            planar: false,
             leafy_from: 2.0,
             ..level
         };
-        for (node, z, azimuth) in nodes(&level, to - from, 1.0, key.stage(DEAD)) {
+        for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.stage(DEAD)) {
             let branch_key = key.stage(DEAD).item(node);
             let mut rng = branch_key.rng();
             if !rng.chance(dead.persistence) {
@@ -349,12 +381,16 @@ fn nodes(level: &BranchLevel, span_m: f64, density: f64, key: Key) -> Vec<(u64, 
     let mut rng = key.stage(SHAPE).rng();
     let spacing = level.node_spacing_m / density;
     let mut azimuth = rng.range_f64(0.0, TAU);
+    if level.planar {
+        azimuth = if azimuth < 0.5 * TAU { 0.0 } else { 0.5 * TAU };
+    }
+    let jitter = if level.planar { 0.12 } else { 0.25 };
     let mut at = rng.range_f64(0.1, 0.9) * spacing;
     let mut out = Vec::new();
     while at <= span_m {
         let n = rng.between(level.per_node[0], level.per_node[1]);
         for k in 0..n {
-            let whorl = TAU * f64::from(k) / f64::from(n) + rng.range_f64(-0.25, 0.25);
+            let whorl = TAU * f64::from(k) / f64::from(n) + rng.range_f64(-jitter, jitter);
             // Branches of a whorl do not spring from one height.
             let offset = if n > 1 {
                 rng.range_f64(-0.08, 0.08) * spacing
@@ -407,7 +443,9 @@ fn walk(level: &BranchLevel, start: DVec3, direction: DVec3, length: f64, key: K
     let mut side = rng.range_f64(0.0, TAU);
     for joint in 0..joints as u32 {
         if joint > 0 {
-            direction = bent_up(direction, (level.curve_deg / (joints - 1.0)).to_radians());
+            let half = usize::from(2.0 * f64::from(joint) > joints);
+            let curve_deg = 2.0 * level.curve_deg[half] / (joints - 1.0);
+            direction = bent_up(direction, curve_deg.to_radians());
             let gnarl = level.gnarl_deg.to_radians() * rng.normal().clamp(-2.0, 2.0);
             let about = turn(beside(direction), direction, rng.range_f64(0.0, TAU));
             direction = turn(direction, about, gnarl);

@@ -1,34 +1,49 @@
-//! What makes a species: numbers, no code of its own.
+//! What makes a species: numbers, no code of its own. A species file is this struct as TOML.
 
+use serde::Deserialize;
+
+use super::look::{BarkLook, LeafLook};
 use crate::error::ParamError;
 
 /// A species. All lengths in metres and angles in degrees unless said otherwise; diameters inside
 /// published relations are in centimetres, as their authors have them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Species {
     /// `snake_case`, for files and names of prototypes.
-    pub name: &'static str,
+    pub name: String,
     /// The botanical name.
-    pub scientific_name: &'static str,
+    pub scientific_name: String,
+    /// Where the numbers come from, and which are a choice; at least one entry.
+    pub sources: Vec<String>,
     /// How big it grows.
     pub allometry: Allometry,
     /// The stem.
     pub stem: StemForm,
-    /// The outline of the crown.
+    /// The outline of the crown; of grown trees, if the young have their own.
     pub crown: CrownForm,
+    /// The outline of young trees' crowns; up to the mature class it turns into [`Species::crown`].
+    pub young_crown: Option<CrownForm>,
     /// Living branches, first order first; 1 to 4 orders.
     pub levels: Vec<BranchLevel>,
     /// Dead branches below the crown.
     pub dead: DeadBranches,
-    /// The leaves.
+    /// How the leaves are held.
     pub foliage: FoliageForm,
+    /// What a leafy twig looks like.
+    pub leaves: LeafLook,
+    /// What the bark looks like.
+    pub bark: BarkLook,
 }
 
 /// Published relations between a tree's diameter d (cm) and its other measures.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Allometry {
     /// Diameters at breast height that the relations were fitted to, or stay sensible for.
     pub dbh_range_m: [f64; 2],
+    /// Diameters at which trees count as middle-aged, and as mature.
+    pub class_dbh_m: [f64; 2],
     /// Rate a (1/cm) and shape b of the generalised Schnute height curve.
     pub height_curve: [f64; 2],
     /// The point the height curve is anchored at: dominant diameter (cm), dominant height (m).
@@ -37,11 +52,14 @@ pub struct Allometry {
     pub height_sd: f64,
     /// Least and greatest height / diameter (m/m).
     pub slenderness: [f64; 2],
-    /// Crown width = `[0]` · d^`[1]`, metres.
-    pub crown_width: [f64; 2],
+    /// Crown width = `[0]` + `[1]` · d^`[2]`, metres.
+    pub crown_width: [f64; 3],
     /// Standard deviation of ln(crown width) about that.
     pub crown_width_sd: f64,
-    /// Crown length / height: mean, standard deviation, least, greatest.
+    /// Crown length = `[0]` + `[1]` · d^`[2]`, metres. Without it the mean of the crown ratio counts.
+    pub crown_length: Option<[f64; 3]>,
+    /// Crown length / height: mean (unless [`Allometry::crown_length`] gives it), standard deviation,
+    /// least, greatest.
     pub crown_ratio: [f64; 4],
     /// One-sided leaf area = `[0]` · d^`[1]`, m².
     pub leaf_area: [f64; 2],
@@ -56,7 +74,8 @@ pub struct Allometry {
 /// Relative stem diameter over relative height x = z/H:
 /// (1 + `butt` e^(−`butt_decay` x)) (1 − x)^(`power` + `slenderness_power` · H/d + `top_power` (1 − x)),
 /// then scaled through the diameter at 1.3 m. H/d is in m/m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Taper {
     /// How much the butt swells.
     pub butt: f64,
@@ -71,7 +90,8 @@ pub struct Taper {
 }
 
 /// The form of the stem.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct StemForm {
     /// Its taper.
     pub taper: Taper,
@@ -91,7 +111,8 @@ pub struct StemForm {
 }
 
 /// The outline of the crown: radius over relative height t in the crown, two superelliptic arcs.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CrownForm {
     /// t of the greatest radius, 0 (base) .. 1 (top).
     pub widest_at: f64,
@@ -106,7 +127,8 @@ pub struct CrownForm {
 }
 
 /// Branches of one order.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct BranchLevel {
     /// Branches at a node, least and most: several are a whorl.
     pub per_node: [u32; 2],
@@ -126,8 +148,11 @@ pub struct BranchLevel {
     pub length: [f64; 2],
     /// Shorter ones are left out.
     pub length_min_m: f64,
-    /// Bend over the whole length: positive turns the tip up, negative down.
-    pub curve_deg: f64,
+    /// Bend over the inner and over the outer half: positive turns the tip up, negative down.
+    pub curve_deg: [f64; 2],
+    /// Do its nodes lie in one plane with the level direction beside the parent (sprays, tiers)?
+    #[serde(default)]
+    pub planar: bool,
     /// Standard deviation of the turn at each joint.
     pub gnarl_deg: f64,
     /// Turn to alternate sides at each joint: the zig-zag of sympodial growth.
@@ -141,7 +166,8 @@ pub struct BranchLevel {
 }
 
 /// Dead branches on the stem below the living crown.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct DeadBranches {
     /// Lowest, as a share of the height of the crown's base.
     pub from: f64,
@@ -160,7 +186,8 @@ pub struct DeadBranches {
 }
 
 /// The leaves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FoliageForm {
     /// Silhouette of a shoot over its one-sided leaf area, 4 · STAR (Stenberg): 1 for flat leaves.
     pub silhouette_factor: f64,
@@ -184,76 +211,174 @@ pub struct FoliageForm {
 
 impl Species {
     /// Refuses numbers that the generator cannot work with.
-    pub(super) fn check(&self) -> Result<(), ParamError> {
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if self.name.is_empty() || !self.name.chars().all(plain) {
+            let allowed = "snake_case: a to z, 0 to 9 and _";
+            return Err(ParamError::new("name", &self.name, allowed));
+        }
         let field = |name: &str| format!("{}.{name}", self.name);
-        let range =
-            |name: &str, value, low, high| ParamError::check_range(field(name), value, low, high);
+        if self.sources.is_empty() {
+            return Err(ParamError::new(
+                field("sources"),
+                "[]",
+                "at least one entry: where the numbers come from",
+            ));
+        }
         let levels = self.levels.len();
         if !(1..=4).contains(&levels) {
             return Err(ParamError::new(field("levels"), levels, "1..=4 orders"));
         }
-        range(
-            "stem.apical_dominance",
-            self.stem.apical_dominance,
-            0.02,
-            1.0,
-        )?;
-        range(
-            "stem.flare_lobes",
-            f64::from(self.stem.flare_lobes[0]),
-            2.0,
-            8.0,
-        )?;
-        range(
-            "stem.flare_lobes",
-            f64::from(self.stem.flare_lobes[1]),
-            f64::from(self.stem.flare_lobes[0]),
-            8.0,
-        )?;
-        range("crown.widest_at", self.crown.widest_at, 0.01, 0.99)?;
-        range("crown.base", self.crown.base, 0.0, 1.0)?;
-        range("crown.lower_power", self.crown.lower_power, 0.3, 10.0)?;
-        range("crown.upper_power", self.crown.upper_power, 0.3, 10.0)?;
-        for (i, level) in self.levels.iter().enumerate() {
-            let name = |f: &str| format!("levels[{i}].{f}");
-            range(&name("node_spacing_m"), level.node_spacing_m, 0.02, 20.0)?;
-            range(&name("joint_m"), level.joint_m, 0.02, 20.0)?;
-            range(&name("length_min_m"), level.length_min_m, 0.02, 20.0)?;
-            range(
-                &name("per_node"),
-                f64::from(level.per_node[0]),
-                1.0,
-                f64::from(level.per_node[1]),
-            )?;
-            range(&name("per_node"), f64::from(level.per_node[1]), 1.0, 12.0)?;
-            range(&name("zone"), level.zone[1] - level.zone[0], 0.0, 1.0)?;
+        self.allometry.check(&self.name)?;
+        self.stem.check(&self.name)?;
+        self.crown.check(&field("crown"))?;
+        if let Some(crown) = &self.young_crown {
+            crown.check(&field("young_crown"))?;
         }
-        let leaf = &self.foliage;
-        range(
-            "foliage.silhouette_factor",
-            leaf.silhouette_factor,
-            0.05,
-            2.0,
-        )?;
-        range(
-            "foliage.inclination_mean_deg",
-            leaf.inclination_mean_deg,
-            5.0,
-            85.0,
-        )?;
-        range(
-            "foliage.inclination_sd_deg",
-            leaf.inclination_sd_deg,
-            1.0,
-            40.0,
-        )?;
-        range(
-            "foliage.cards_per_cluster",
-            f64::from(leaf.cards_per_cluster),
-            1.0,
-            16.0,
-        )?;
-        range("foliage.tip_radius_m", leaf.tip_radius_m, 0.0005, 0.02)?;
-        range("foliage.pipe_exponent", leaf.pipe_exponent, 1.5, 4.0)
+        for (i, level) in self.levels.iter().enumerate() {
+            level.check(&field(&format!("levels[{i}]")))?;
+        }
+        self.dead.check(&self.name)?;
+        self.foliage.check(&self.name)?;
+        self.leaves.check(&self.name)?;
+        self.bark.check(&self.name)
+    }
+}
+
+/// Ranges of the fields of one table.
+struct Ranges<'a>(&'a str);
+
+impl Ranges<'_> {
+    fn one(&self, name: &str, value: f64, low: f64, high: f64) -> Result<(), ParamError> {
+        ParamError::check_range(format!("{}.{name}", self.0), value, low, high)
+    }
+
+    /// Least and most.
+    fn pair(&self, name: &str, [a, b]: [f64; 2], low: f64, high: f64) -> Result<(), ParamError> {
+        self.one(name, b, low, high)?;
+        self.one(name, a, low, b)
+    }
+
+    /// Both alike, in any order.
+    fn each(&self, name: &str, values: &[f64], low: f64, high: f64) -> Result<(), ParamError> {
+        values
+            .iter()
+            .try_for_each(|&v| self.one(name, v, low, high))
+    }
+}
+
+impl Allometry {
+    fn check(&self, species: &str) -> Result<(), ParamError> {
+        let name = format!("{species}.allometry");
+        let r = Ranges(&name);
+        r.pair("dbh_range_m", self.dbh_range_m, 0.03, 2.0)?;
+        let [least, most] = self.dbh_range_m;
+        r.pair("class_dbh_m", self.class_dbh_m, least, most)?;
+        r.one("height_curve[0]", self.height_curve[0], 1e-6, 1.0)?;
+        r.one("height_curve[1]", self.height_curve[1], 0.2, 5.0)?;
+        r.one("dominant[0]", self.dominant[0], 5.0, 200.0)?;
+        r.one("dominant[1]", self.dominant[1], 3.0, 65.0)?;
+        r.one("height_sd", self.height_sd, 0.0, 0.3)?;
+        r.pair("slenderness", self.slenderness, 10.0, 200.0)?;
+        let [_, slope, power] = self.crown_width;
+        r.one("crown_width[0]", self.crown_width[0], 0.0, 5.0)?;
+        r.one("crown_width[1]", slope, 0.01, 5.0)?;
+        r.one("crown_width[2]", power, 0.1, 2.0)?;
+        r.one("crown_width_sd", self.crown_width_sd, 0.0, 0.5)?;
+        if let Some([c0, c1, power]) = self.crown_length {
+            r.one("crown_length[0]", c0, 0.0, 20.0)?;
+            r.one("crown_length[1]", c1, 0.0, 5.0)?;
+            r.one("crown_length[2]", power, 0.1, 2.0)?;
+        }
+        let [mean, sd, low, high] = self.crown_ratio;
+        r.pair("crown_ratio", [low, high], 0.12, 0.95)?;
+        r.one("crown_ratio[0]", mean, low, high)?;
+        r.one("crown_ratio[1]", sd, 0.0, 0.2)?;
+        r.one("leaf_area[0]", self.leaf_area[0], 1e-4, 10.0)?;
+        r.one("leaf_area[1]", self.leaf_area[1], 0.2, 4.0)?;
+        r.one("leaf_area_sd", self.leaf_area_sd, 0.0, 0.5)?;
+        r.one("leaf_area_index_max", self.leaf_area_index_max, 0.1, 15.0)?;
+        r.one("lean_sd_deg", self.lean_sd_deg, 0.0, 7.0)
+    }
+}
+
+impl StemForm {
+    fn check(&self, species: &str) -> Result<(), ParamError> {
+        let name = format!("{species}.stem");
+        let r = Ranges(&name);
+        let t = &self.taper;
+        r.one("taper.butt", t.butt, 0.0, 2.0)?;
+        r.one("taper.butt_decay", t.butt_decay, 2.0, 60.0)?;
+        r.one("taper.power", t.power, 0.2, 3.0)?;
+        r.one("taper.slenderness_power", t.slenderness_power, 0.0, 0.02)?;
+        r.one("taper.top_power", t.top_power, -0.9, 1.0)?;
+        r.one("apical_dominance", self.apical_dominance, 0.02, 1.0)?;
+        r.one("sweep_deg", self.sweep_deg, 0.0, 25.0)?;
+        r.one("sinuosity", self.sinuosity, 0.0, 0.08)?;
+        r.pair("flare_lobes", self.flare_lobes.map(f64::from), 2.0, 8.0)?;
+        r.pair("flare", self.flare, 0.0, 0.8)?;
+        r.one("leafy", self.leafy, 0.0, 1.0)
+    }
+}
+
+impl CrownForm {
+    fn check(&self, name: &str) -> Result<(), ParamError> {
+        let r = Ranges(name);
+        r.one("widest_at", self.widest_at, 0.01, 0.99)?;
+        r.one("base", self.base, 0.0, 1.0)?;
+        r.one("lower_power", self.lower_power, 0.3, 10.0)?;
+        r.one("upper_power", self.upper_power, 0.3, 10.0)?;
+        r.one("asymmetry", self.asymmetry, 0.0, 0.4)
+    }
+}
+
+impl BranchLevel {
+    fn check(&self, name: &str) -> Result<(), ParamError> {
+        let r = Ranges(name);
+        r.pair("per_node", self.per_node.map(f64::from), 1.0, 12.0)?;
+        r.one("node_spacing_m", self.node_spacing_m, 0.02, 20.0)?;
+        r.pair("zone", self.zone, 0.0, 1.0)?;
+        r.one("divergence_deg", self.divergence_deg, -360.0, 360.0)?;
+        r.each("insertion_deg", &self.insertion_deg, 0.0, 150.0)?;
+        r.one("angle_sd_deg", self.angle_sd_deg, 0.0, 40.0)?;
+        r.pair("length", self.length, 0.01, 3.0)?;
+        r.one("length_min_m", self.length_min_m, 0.02, 20.0)?;
+        r.each("curve_deg", &self.curve_deg, -180.0, 180.0)?;
+        r.one("gnarl_deg", self.gnarl_deg, 0.0, 60.0)?;
+        r.one("zigzag_deg", self.zigzag_deg, 0.0, 60.0)?;
+        r.one("joint_m", self.joint_m, 0.02, 20.0)?;
+        r.pair("radius_ratio", self.radius_ratio, 0.01, 1.0)?;
+        r.one("leafy_from", self.leafy_from, 0.0, 10.0)
+    }
+}
+
+impl DeadBranches {
+    fn check(&self, species: &str) -> Result<(), ParamError> {
+        let name = format!("{species}.dead");
+        let r = Ranges(&name);
+        r.one("from", self.from, 0.0, 1.0)?;
+        r.one("persistence", self.persistence, 0.0, 1.0)?;
+        r.pair("stub_m", self.stub_m, 0.01, 3.0)?;
+        r.one("whole", self.whole, 0.0, 2.0)?;
+        r.one("whole_zone", self.whole_zone, 0.01, 1.0)?;
+        r.one("insertion_deg", self.insertion_deg, 5.0, 150.0)?;
+        r.one("radius_ratio", self.radius_ratio, 0.01, 0.9)
+    }
+}
+
+impl FoliageForm {
+    fn check(&self, species: &str) -> Result<(), ParamError> {
+        let name = format!("{species}.foliage");
+        let r = Ranges(&name);
+        r.one("silhouette_factor", self.silhouette_factor, 0.05, 2.0)?;
+        r.one("inclination_mean_deg", self.inclination_mean_deg, 5.0, 85.0)?;
+        r.one("inclination_sd_deg", self.inclination_sd_deg, 1.0, 40.0)?;
+        let cards = f64::from(self.cards_per_cluster);
+        r.one("cards_per_cluster", cards, 1.0, 16.0)?;
+        r.one("spread_deg", self.spread_deg, 0.0, 120.0)?;
+        r.one("tropism", self.tropism, -5.0, 5.0)?;
+        r.one("tip_weight_m", self.tip_weight_m, 0.0, 10.0)?;
+        r.one("tip_radius_m", self.tip_radius_m, 0.0005, 0.02)?;
+        r.one("pipe_exponent", self.pipe_exponent, 1.5, 4.0)
     }
 }

@@ -15,6 +15,8 @@ const BARK: Stage = Stage::new("assets.tree.bark");
 
 /// What one repetition of bark covers: across, along.
 const TILE_M: [f64; 2] = [1.0, 2.0];
+/// Least and most of the spiral grain: u per v.
+const SPIRAL: [f64; 2] = [0.17, 0.24];
 /// A polygon may cut this deep into its circle.
 const CHORD_M: f64 = 0.004;
 
@@ -133,6 +135,7 @@ pub(super) fn sweep(
     radii: &[Vec<f64>],
     flare: &Flare,
     materials: &TreeMaterials,
+    upper_from_m: f64,
     fineness: Fineness,
 ) -> (Mesh, Range<usize>) {
     let mut mesh = Mesh::default();
@@ -148,6 +151,8 @@ pub(super) fn sweep(
         let tube = Tube {
             axis,
             flare: (axis.order == 0).then_some(flare),
+            snag: axes[0].dead,
+            upper_from_m,
             materials,
             fineness,
         };
@@ -171,7 +176,9 @@ pub(super) fn count(axes: &[Axis], radii: &[Vec<f64>], fineness: Fineness) -> us
             rings.iter().fold(0.0_f64, |m, r| m.max(r.radius)),
             fineness.tolerance,
         );
-        n * (2 * rings.len() - 1)
+        // A stem's change of bark takes two rings more.
+        let rings = rings.len() + if axis.order == 0 { 2 } else { 0 };
+        n * (2 * rings - 1)
     };
     axes.iter().zip(radii).map(of).sum()
 }
@@ -274,20 +281,27 @@ fn fits(piece: &[Ring], tolerance: f64) -> bool {
 struct Tube<'a> {
     axis: &'a Axis,
     flare: Option<&'a Flare>,
+    /// Is the whole tree dead?
+    snag: bool,
+    /// Height at which the upper bark begins.
+    upper_from_m: f64,
     materials: &'a TreeMaterials,
     fineness: Fineness,
 }
 
 impl Tube<'_> {
     fn mesh(&self, rings: &[Ring], mesh: &mut Mesh) {
+        let bark = BarkMap::new(self, rings);
+        let rings = &bark.with_borders(rings);
         let greatest = rings.iter().fold(0.0_f64, |m, r| m.max(r.radius));
         let n = sides(self.axis.order, greatest, self.fineness.tolerance);
         let first = mesh.positions.len() as u32;
         let columns = n as u32 + 1;
         let grid = self.grid(rings, n);
-        self.vertices(rings, n, &grid, mesh);
+        let along = self.vertices(rings, n, &grid, &bark, mesh);
         for (i, pair) in rings.windows(2).enumerate() {
-            let material = self.material(pair[0], pair[1]);
+            let v = 0.5 * (along[i] + along[i + 1]);
+            let material = self.material(pair[0], pair[1], bark.zone(v));
             for j in 0..n as u32 {
                 let a = first + i as u32 * columns + j;
                 let (b, d) = (a + 1, a + columns);
@@ -301,7 +315,9 @@ impl Tube<'_> {
                 });
             }
         }
-        self.end(rings, n, first + (rings.len() as u32 - 1) * columns, mesh);
+        let zone = bark.zone(along[rings.len() - 1]);
+        let start = first + (rings.len() as u32 - 1) * columns;
+        self.end(rings, n, start, zone, mesh);
     }
 
     /// Positions by ring and side, n + 1 a ring: the seam is there twice. Frames are carried along
@@ -326,22 +342,23 @@ impl Tube<'_> {
         grid
     }
 
-    fn vertices(&self, rings: &[Ring], n: usize, grid: &[DVec3], mesh: &mut Mesh) {
-        let reference = if self.axis.order == 0 {
-            rings[rings.len() / 3].radius
-        } else {
-            rings[0].radius
-        };
-        let around = TAU * reference;
-        let wraps = (around / TILE_M[0]).round().max(1.0);
-        // Bark of thin wood is finer: keep the picture's proportions there, within reason.
-        let finer = (wraps * TILE_M[0] / around).clamp(1.0, 4.0);
-        let mut v = self.axis.key.stage(BARK).rng().unit_f64();
+    /// Pushes the vertices; returns v of each ring.
+    fn vertices(
+        &self,
+        rings: &[Ring],
+        n: usize,
+        grid: &[DVec3],
+        bark: &BarkMap,
+        mesh: &mut Mesh,
+    ) -> Vec<f64> {
+        let mut v = bark.v0;
+        let mut vs = Vec::with_capacity(rings.len());
         let columns = n + 1;
         for (i, ring) in rings.iter().enumerate() {
             if i > 0 {
-                v += ring.centre.distance(rings[i - 1].centre) * finer / TILE_M[1];
+                v += ring.centre.distance(rings[i - 1].centre) * bark.per_m;
             }
+            vs.push(v);
             for j in 0..columns {
                 let at = |i: usize, j: usize| grid[i * columns + j % n];
                 let across = at(i, j + 1) - at(i, j + n - 1);
@@ -354,17 +371,18 @@ impl Tube<'_> {
                     .unwrap_or(radial);
                 mesh.positions.push(grid[i * columns + j].as_vec3());
                 mesh.normals.push(normal.as_vec3());
-                mesh.uvs
-                    .push(Vec2::new((wraps * j as f64 / n as f64) as f32, v as f32));
+                let u = bark.u0 + bark.wraps * j as f64 / n as f64 + bark.spiral * (v - bark.v0);
+                mesh.uvs.push(Vec2::new(u as f32, v as f32));
             }
         }
+        vs
     }
 
     /// Closes the far end: a living twig with a point, a broken branch with a flat cut.
-    fn end(&self, rings: &[Ring], n: usize, first: u32, mesh: &mut Mesh) {
+    fn end(&self, rings: &[Ring], n: usize, first: u32, zone: Zone, mesh: &mut Mesh) {
         let last = rings[rings.len() - 1];
         let along = tangent(rings, rings.len() - 1);
-        let material = self.material(last, last);
+        let material = self.material(last, last, zone);
         let uv = mesh.uvs[first as usize];
         let tip = last.centre + along * if self.axis.dead { 0.0 } else { last.radius };
         let mut ring = first;
@@ -389,19 +407,111 @@ impl Tube<'_> {
     }
 
     /// By order and local radius; of a piece, its thicker end decides.
-    fn material(&self, a: Ring, b: Ring) -> MaterialId {
+    fn material(&self, a: Ring, b: Ring, zone: Zone) -> MaterialId {
         let m = self.materials;
         if a.radius.max(b.radius) <= self.fineness.trunk_radius_m {
             if self.axis.dead { m.dead } else { m.branch }
+        } else if self.snag {
+            m.snag
         } else if let Some(flare) = self.flare {
-            if 0.5 * (a.centre.z + b.centre.z) < flare.top_m() {
+            if 0.5 * (a.centre.z + b.centre.z) < flare.top_m() && zone != Zone::Upper {
                 m.flare
             } else {
-                m.stem
+                match zone {
+                    Zone::Lower => m.stem,
+                    Zone::Change => m.change,
+                    Zone::Upper => m.upper,
+                }
             }
         } else {
             m.limb
         }
+    }
+}
+
+/// Which of its barks a piece of a stem has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Zone {
+    Lower,
+    Change,
+    Upper,
+}
+
+/// How bark lies on an axis: a whole number of repetitions around, the picture's proportions along. On
+/// a stem v is 0 at the ground, so that moss is at the foot, and one repetition of the picture is where
+/// the lower bark turns into the upper.
+struct BarkMap {
+    wraps: f64,
+    u0: f64,
+    v0: f64,
+    /// u per v: a spiral grain of 5 to 7 degrees. Without it one picture would repeat straight above
+    /// itself.
+    spiral: f64,
+    /// v per metre.
+    per_m: f64,
+    /// v where the change of bark begins; a whole number.
+    change: f64,
+    is_stem: bool,
+}
+
+impl BarkMap {
+    fn new(tube: &Tube<'_>, rings: &[Ring]) -> Self {
+        let is_stem = tube.axis.order == 0;
+        let reference = rings[if is_stem { rings.len() / 3 } else { 0 }].radius;
+        let around = TAU * reference;
+        let wraps = (around / TILE_M[0]).round().max(1.0);
+        // Bark of thin wood is finer: keep the picture's proportions there, within reason.
+        let finer = (wraps * TILE_M[0] / around).clamp(1.0, 4.0);
+        let per_m = finer / TILE_M[1];
+        let mut rng = tube.axis.key.stage(BARK).rng();
+        let (mut u0, mut v0) = (0.0, rng.unit_f64());
+        let mut spiral = 0.0;
+        if is_stem {
+            let side = if rng.chance(0.5) { 1.0 } else { -1.0 };
+            spiral = side * rng.range_f64(SPIRAL[0], SPIRAL[1]);
+            u0 = v0;
+            v0 = rings[0].centre.z * per_m;
+        }
+        Self {
+            wraps,
+            u0,
+            v0,
+            spiral,
+            per_m,
+            change: (tube.upper_from_m * per_m).round(),
+            is_stem,
+        }
+    }
+
+    fn zone(&self, v: f64) -> Zone {
+        if !self.is_stem || v >= self.change + 1.0 {
+            Zone::Upper
+        } else if v >= self.change {
+            Zone::Change
+        } else {
+            Zone::Lower
+        }
+    }
+
+    /// The rings, and on a stem two more where the zones meet.
+    fn with_borders(&self, rings: &[Ring]) -> Vec<Ring> {
+        let mut out = vec![rings[0]];
+        let mut v = self.v0;
+        for pair in rings.windows(2) {
+            let next = v + pair[1].centre.distance(pair[0].centre) * self.per_m;
+            for border in [self.change, self.change + 1.0] {
+                let t = (border - v) / (next - v).max(1e-12);
+                if self.is_stem && t > 1e-3 && t < 1.0 - 1e-3 {
+                    out.push(Ring {
+                        centre: pair[0].centre.lerp(pair[1].centre, t),
+                        radius: pair[0].radius + (pair[1].radius - pair[0].radius) * t,
+                    });
+                }
+            }
+            out.push(pair[1]);
+            v = next;
+        }
+        out
     }
 }
 

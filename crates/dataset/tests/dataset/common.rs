@@ -323,9 +323,14 @@ pub(crate) fn trees() -> Vec<TreeRecord> {
         height_m: 20.0,
         crown_base_m: 8.1,
         crown_radius_m: 2.5,
-        leaf_area_m2: 120.0,
+        leaf_area_m2: if o.object.item().is_multiple_of(2) {
+            120.0
+        } else {
+            0.0
+        },
         stem_volume_m3: 0.7,
         lean_rad: 0.0,
+        age_class: "middle".to_owned(),
         alive: o.object.item().is_multiple_of(2),
     };
     objects()

@@ -156,6 +156,24 @@ section! {
         eucalyptus: f64 = 0.2, Real(0.0, 1000.0), "the paper's Portuguese forests";
         /// Share of English oaks.
         english_oak: f64 = 0.2, Real(0.0, 1000.0), "the paper's Portuguese forests";
+        /// Share of Scots pines.
+        scots_pine: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
+        /// Share of Norway spruces.
+        norway_spruce: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
+        /// Share of Douglas firs.
+        douglas_fir: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
+        /// Share of cork oaks.
+        cork_oak: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
+        /// Share of European beeches.
+        beech: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
+        /// Share of silver birches.
+        silver_birch: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
+        /// A species file of one's own (TOML, as those in crates/assets/species); empty for none.
+        own_species: String = String::new(), Text, "none";
+        /// Its share.
+        own_share: f64 = 0.0, Real(0.0, 1000.0), "none";
+        /// Share of the trees that are dead and still stand.
+        snags: f64 = 0.03, Real(0.0, 0.9), "managed European stands: a few in a hundred";
     }
 }
 

@@ -1,15 +1,38 @@
 //! Combinations that cannot be, though each key is allowed.
 
+use std::path::Path;
+
+use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
-use super::{Config, Lidar, LidarPattern, RobotPath};
+use super::{Assets, Config, Lidar, LidarPattern, RobotPath};
 
 /// Names of other sensors and of their folders.
 const RESERVED: [&str; 10] = [
     "camera", "lidar", "image_2", "semantic", "instance", "depth", "normals", "velodyne", "labels",
     "points",
 ];
+
+impl Assets {
+    /// The built-in species with their shares; one's own is not among them, but for its share
+    /// (`None`).
+    #[must_use]
+    pub fn shares(&self) -> [(Option<&'static str>, f64); 10] {
+        [
+            (Some("maritime_pine"), self.maritime_pine),
+            (Some("eucalyptus"), self.eucalyptus),
+            (Some("english_oak"), self.english_oak),
+            (Some("scots_pine"), self.scots_pine),
+            (Some("norway_spruce"), self.norway_spruce),
+            (Some("douglas_fir"), self.douglas_fir),
+            (Some("cork_oak"), self.cork_oak),
+            (Some("beech"), self.beech),
+            (Some("silver_birch"), self.silver_birch),
+            (None, self.own_share),
+        ]
+    }
+}
 
 impl Config {
     /// Every LiDAR with the path of its table, the first one first.
@@ -100,12 +123,20 @@ impl Config {
             );
         }
         let a = &self.assets;
-        if p.trees > 0.0 && a.maritime_pine + a.eucalyptus + a.english_oak <= 0.0 {
+        if p.trees > 0.0 && a.shares().iter().all(|(_, share)| *share <= 0.0) {
             wrong(
                 "assets",
                 "assets: the species shares are all 0, and placement.trees asks for trees"
                     .to_owned(),
             );
+        }
+        if a.own_share > 0.0 {
+            if a.own_species.is_empty() {
+                let message = "assets.own_species = \"\": must name a species file, as assets.own_share is above 0";
+                wrong("assets.own_species", message.to_owned());
+            } else if let Err(e) = Species::read(Path::new(&a.own_species)) {
+                wrong("assets.own_species", format!("assets.own_species: {e}"));
+            }
         }
         for (path, lidar) in self.all_lidars() {
             lidar_problems(&path, lidar, &mut wrong);

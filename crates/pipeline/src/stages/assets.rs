@@ -1,8 +1,11 @@
 //! What is grown once for a world, with a ray-casting tree for each shape.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use nemoral_assets::{AssetParams, Library, PlantAsset, StandParams};
+use nemoral_assets::{
+    AssetParams, Library, PlantAsset, Species, SpeciesError, StandSpecies, TreeAsset,
+};
 use nemoral_raycast::Blas;
 use nemoral_scene::Prototype;
 use nemoral_seed::Key;
@@ -17,8 +20,8 @@ use crate::plan::{Hasher, Stage};
 pub struct WorldAssets {
     /// Everything that was grown.
     pub library: Library,
-    /// Of `library.trees`.
-    pub trees: Vec<Arc<Blas>>,
+    /// What stands as a tree: living ones, then dead ones.
+    pub standing: Vec<Standing>,
     /// Of `library.stumps`.
     pub stumps: Vec<Arc<Blas>>,
     /// Of `library.shrubs`.
@@ -39,11 +42,27 @@ pub struct WorldAssets {
     pub trail_stones: Vec<Arc<Blas>>,
 }
 
+/// A tree that can be placed.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// The tree.
+    pub tree: TreeAsset,
+    /// Its ray-casting tree.
+    pub blas: Arc<Blas>,
+    /// How often it is chosen, relative to the others.
+    pub weight: f64,
+}
+
 /// Grows the [`WorldAssets`].
 #[derive(Clone, Debug)]
 pub struct AssetStage {
     assets: config::Assets,
+    /// The text of one's own species, if it can be read: what counts is what is in it.
+    own: Option<String>,
 }
+
+/// One dead tree is grown for so many living ones.
+const LIVING_PER_SNAG: u32 = 4;
 
 impl AssetStage {
     /// The stage of a config.
@@ -51,7 +70,27 @@ impl AssetStage {
     pub fn new(config: &Config) -> Self {
         Self {
             assets: config.assets.clone(),
+            own: std::fs::read_to_string(&config.assets.own_species).ok(),
         }
+    }
+}
+
+impl AssetStage {
+    /// The species with a share, and their shares.
+    fn species(&self) -> Result<Vec<(Species, f64)>, SpeciesError> {
+        let path = &self.assets.own_species;
+        let wanted = self.assets.shares().into_iter().filter(|(_, s)| *s > 0.0);
+        let species = wanted.map(|(name, share)| {
+            let species = match name.and_then(Species::built_in) {
+                Some(species) => species,
+                None => match &self.own {
+                    Some(text) => Species::from_toml(text, path)?,
+                    None => Species::read(Path::new(path))?,
+                },
+            };
+            Ok((species, share))
+        });
+        species.collect()
     }
 }
 
@@ -60,26 +99,52 @@ impl Stage for AssetStage {
     type Inputs = ();
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        // Species shares decide what is placed, not what is grown.
         let a = &self.assets;
+        hasher.write_str(&format!("{:?}", (a.shares(), a.snags, &self.own)));
         hasher.write_u64(u64::from(a.individuals));
         hasher.write_f64(a.trunk_radius_m);
         hasher.write_f64(a.dbh_mean_m);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<WorldAssets, Error> {
-        let params = AssetParams {
-            individuals_per_species: self.assets.individuals,
-            trunk_radius_m: self.assets.trunk_radius_m,
-            stand: StandParams {
-                dbh_mean_m: [self.assets.dbh_mean_m; 3],
-                ..StandParams::default()
+        let species = self.species().map_err(Error::of_stage)?;
+        let a = &self.assets;
+        let mut params = AssetParams {
+            individuals_per_species: a.individuals,
+            snags_per_species: if a.snags > 0.0 {
+                a.individuals.div_ceil(LIVING_PER_SNAG)
+            } else {
+                0
             },
+            trunk_radius_m: a.trunk_radius_m,
+            ..AssetParams::default()
         };
+        if !species.is_empty() {
+            let of = |(species, _): &(Species, f64)| StandSpecies {
+                species: species.clone(),
+                dbh_mean_m: a.dbh_mean_m,
+            };
+            params.species = species.iter().map(of).collect();
+        }
         let library = Library::grow(&params, world).map_err(Error::of_stage)?;
+        let standing = |tree: &TreeAsset| {
+            let of = species.iter().find(|(s, _)| s.name == tree.species);
+            let (all, of_them) = if tree.alive {
+                (1.0 - a.snags, params.individuals_per_species)
+            } else {
+                (a.snags, params.snags_per_species)
+            };
+            Standing {
+                tree: tree.clone(),
+                blas: Arc::new(Blas::build(Arc::clone(&tree.prototype), &library.materials)),
+                weight: of.map_or(0.0, |(_, share)| share * all / f64::from(of_them)),
+            }
+        };
+        let trees = library.trees.par_iter().chain(&library.snags);
+        let standing = trees.map(standing).collect();
         let build = |prototypes: Vec<&Arc<Prototype>>| -> Vec<Arc<Blas>> {
             prototypes
                 .into_par_iter()
@@ -88,7 +153,7 @@ impl Stage for AssetStage {
         };
         let plants = |assets: &[PlantAsset]| build(assets.iter().map(|a| &a.prototype).collect());
         Ok(WorldAssets {
-            trees: build(library.trees.iter().map(|t| &t.prototype).collect()),
+            standing,
             stumps: plants(&library.stumps),
             shrubs: plants(&library.shrubs),
             rocks: plants(&library.rocks),

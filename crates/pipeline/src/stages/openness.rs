@@ -218,7 +218,7 @@ impl Stage for OpennessStage {
 }
 
 fn crown(thing: &super::things::Thing, assets: &WorldAssets) -> Crown {
-    let (size, s) = (&assets.library.trees[thing.asset].size, thing.scale);
+    let (size, s) = (&assets.standing[thing.asset].tree.size, thing.scale);
     let half_height_m = ((size.height_m - size.crown_base_m) * s / 2.0).max(0.1);
     let radius_m = (size.crown_radius_m * s).max(0.1);
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radius_m * radius_m * half_height_m;

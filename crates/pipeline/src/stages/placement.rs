@@ -28,7 +28,6 @@ const VERGE_M: f64 = 0.25;
 #[derive(Clone, Debug)]
 pub struct PlacementStage {
     placement: config::Placement,
-    shares: [f64; 3],
     chunk_size_m: f64,
     centre: ChunkCoord,
 }
@@ -37,22 +36,12 @@ impl PlacementStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        let a = &config.assets;
         let start = DVec2::new(config.robot.start_x_m, config.robot.start_y_m);
         Self {
             placement: config.placement.clone(),
-            shares: [a.maritime_pine, a.eucalyptus, a.english_oak],
             chunk_size_m: config.chunks.size_m,
             centre: ChunkCoord::containing(start, config.chunks.size_m),
         }
-    }
-
-    fn share(&self, species: &str) -> f64 {
-        let names = ["maritime_pine", "eucalyptus", "english_oak"];
-        names
-            .iter()
-            .position(|n| *n == species)
-            .map_or(0.0, |i| self.shares[i])
     }
 }
 
@@ -71,10 +60,7 @@ impl Stage for PlacementStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!(
-            "{:?}",
-            (&self.placement, self.shares, self.centre)
-        ));
+        hasher.write_str(&format!("{:?}", (&self.placement, self.centre)));
         hasher.write_f64(self.chunk_size_m);
     }
 
@@ -86,12 +72,12 @@ impl Stage for PlacementStage {
     ) -> Result<Placement, Error> {
         let p = &self.placement;
         let library = &assets.library;
-        let trees: Vec<Variety> = library
-            .trees
+        let trees: Vec<Variety> = assets
+            .standing
             .iter()
             .map(|t| Variety {
-                weight: self.share(t.species),
-                ..exactly(t.radius_m)
+                weight: t.weight,
+                ..exactly(t.tree.radius_m)
             })
             .collect();
         let stumps: Vec<Variety> = library.stumps.iter().map(|s| exactly(s.radius_m)).collect();

@@ -50,7 +50,7 @@ impl Thing {
     #[must_use]
     pub fn shape<'a>(&self, assets: &'a WorldAssets) -> &'a Arc<Blas> {
         match self.kind {
-            ObjectKind::Tree => &assets.trees[self.asset],
+            ObjectKind::Tree => &assets.standing[self.asset].blas,
             ObjectKind::Stump => &assets.stumps[self.asset],
             ObjectKind::Shrub => &assets.shrubs[self.asset],
             _ if self.on_trail => &assets.trail_stones[self.asset],
@@ -80,8 +80,8 @@ impl Thing {
         };
         let (species, height_m) = match self.kind {
             ObjectKind::Tree => {
-                let tree = &library.trees[self.asset];
-                (tree.species.to_owned(), tree.size.height_m)
+                let tree = &assets.standing[self.asset].tree;
+                (tree.species.clone(), tree.size.height_m)
             }
             ObjectKind::Stump => plant(&library.stumps),
             ObjectKind::Shrub => plant(&library.shrubs),
@@ -104,11 +104,11 @@ impl Thing {
         if self.kind != ObjectKind::Tree {
             return None;
         }
-        let tree = &assets.library.trees[self.asset];
+        let tree = &assets.standing[self.asset].tree;
         let (size, s) = (&tree.size, self.scale);
         Some(TreeRecord {
             object: self.object,
-            species: tree.species.to_owned(),
+            species: tree.species.clone(),
             position_m: self.position_m,
             dbh_m: size.dbh_m * s,
             height_m: size.height_m * s,
@@ -117,7 +117,8 @@ impl Thing {
             leaf_area_m2: size.leaf_area_m2 * s * s,
             stem_volume_m3: tree.stem_volume_m3 * s * s * s,
             lean_rad: size.lean_rad,
-            alive: true,
+            age_class: tree.class.name().to_owned(),
+            alive: tree.alive,
         })
     }
 }

@@ -1,24 +1,13 @@
-//! Bark, on tiles of 1 m × 2 m (`reference/vegetation.md` section 3.5).
+//! Bark of maritime pine, eucalypt and oak, of thin and dead wood.
 
 use glam::{IVec2, Vec2, Vec3};
 
-use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
-use super::tile::{Texel, Tile};
-
-const WIDTH: usize = 512;
-const HEIGHT: usize = 1024;
-
-/// Lichen: blotches with crisp edges, pale grey-green.
-fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
-    let field =
-        fbm(p, IVec2::new(9, 18), 4, 0.6, seed) + 0.25 * gradient(p, IVec2::new(70, 140), seed ^ 5);
-    let there = smoothstep(0.62 - cover, 0.70 - cover, field);
-    let tone = 0.75 + 0.5 * value(p, IVec2::new(90, 180), seed ^ 9);
-    albedo.lerp(Vec3::new(0.20, 0.22, 0.15) * tone, 0.7 * there)
-}
+use super::{HEIGHT, WIDTH, with_lichen};
+use crate::texture::noise::{fbm, gradient, ridged, smoothstep, unit, warp, worley};
+use crate::texture::tile::{Texel, Tile};
 
 /// Maritime pine: long plates of flaking layers between dark, deep fissures.
-pub(crate) fn pine(seed: u32) -> Tile {
+pub(super) fn plates(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
         let q = warp(p, IVec2::new(5, 6), Vec2::new(0.045, 0.04), seed);
         // Torn edges: the fine warp is as wide as a fissure.
@@ -57,11 +46,11 @@ pub(crate) fn pine(seed: u32) -> Tile {
         }
     });
     tile.darken_hollows(10, 0.6, 1.1);
-    tile.with_luminance_of(Vec3::new(0.108, 0.080, 0.062))
+    tile
 }
 
 /// Eucalypt: smooth skin in patches of several ages, shed in long strips.
-pub(crate) fn eucalypt(seed: u32) -> Tile {
+pub(super) fn patches(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
         let q = warp(p, IVec2::new(4, 3), Vec2::new(0.05, 0.05), seed);
         let skins = [
@@ -102,11 +91,11 @@ pub(crate) fn eucalypt(seed: u32) -> Tile {
         }
     });
     tile.darken_hollows(6, 0.5, 0.5);
-    tile.with_luminance_of(Vec3::new(0.315, 0.272, 0.218))
+    tile
 }
 
 /// Oak: grey ridges that run together and part again, with dark furrows.
-pub(crate) fn oak(seed: u32) -> Tile {
+pub(super) fn ridges(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
         let q = warp(p, IVec2::new(7, 6), Vec2::new(0.030, 0.03), seed);
         let q = warp(q, IVec2::new(44, 40), Vec2::new(0.005, 0.005), seed ^ 0x11);
@@ -139,7 +128,7 @@ pub(crate) fn oak(seed: u32) -> Tile {
         }
     });
     tile.darken_hollows(8, 0.6, 0.9);
-    tile.with_luminance_of(Vec3::new(0.122, 0.104, 0.080))
+    tile
 }
 
 /// Young bark of branches and shrubs: fine, streaked along the stem.
@@ -179,30 +168,4 @@ pub(crate) fn dead(seed: u32) -> Tile {
     });
     tile.darken_hollows(4, 0.8, 0.8);
     tile.with_luminance_of(Vec3::new(0.138, 0.118, 0.098))
-}
-
-/// The same bark with moss (`mossy` times as much as on an oak) and splashed soil around v = 0, the foot of a stem; equal to `bark` from
-/// v = 0.2 (0.4 m up) to 0.8, so that the two meet unseen.
-pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
-    bark.recolour(|p, t| {
-        let from_foot = p.y.min(1.0 - p.y);
-        if from_foot >= 0.2 {
-            return t.albedo;
-        }
-        let fade = 1.0 - from_foot / 0.2;
-        let noise = fbm(p, IVec2::new(7, 14), 4, 0.55, seed);
-        let moss =
-            smoothstep(0.30, 0.62, 0.85 * fade + 0.75 * noise - 0.10) * smoothstep(0.0, 0.35, fade);
-        let soil = smoothstep(
-            0.55,
-            1.0,
-            fade + 0.35 * gradient(p, IVec2::new(30, 60), seed ^ 1),
-        );
-        let cushion = 0.7 + 0.6 * value(p, IVec2::new(110, 220), seed ^ 2);
-        let soiled = t.albedo.lerp(Vec3::new(0.060, 0.045, 0.032), 0.55 * soil);
-        soiled.lerp(
-            Vec3::new(0.050, 0.064, 0.023) * cushion,
-            0.85 * mossy * moss,
-        )
-    })
 }

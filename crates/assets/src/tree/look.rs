@@ -1,0 +1,215 @@
+//! What a species looks like: numbers for the painters of leaves and bark.
+
+use serde::Deserialize;
+
+use crate::error::ParamError;
+
+/// How the leaves of a picture are arranged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LeafKind {
+    /// Needles around the end of a shoot (pines).
+    NeedleTuft,
+    /// A flat spray of side shoots with needles on both sides (spruce, firs); `count` side shoots.
+    NeedleSpray,
+    /// Leaves along a twig and its side twigs (beech, birch, cork oak).
+    LeafSpray,
+    /// Lobed leaves crowded at the ends of a twig and its side twigs (oaks).
+    LeafRosettes,
+    /// Sickle leaves hanging from a twig (eucalypts).
+    HangingLeaves,
+}
+
+/// The picture of a leafy twig.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeafLook {
+    /// Their arrangement.
+    pub kind: LeafKind,
+    /// Length of a leaf or needle, least and most, metres, 0.005..=0.6.
+    pub length_m: [f64; 2],
+    /// Its width over its length, least and most, 0.004..=1.5.
+    pub width_ratio: [f64; 2],
+    /// Exponents of the outline t^a (1 − t)^b, each 0.2..=3; not used by needles.
+    #[serde(default = "ovate")]
+    pub outline: [f64; 2],
+    /// Lobes a side, 0..=12; only of rosettes.
+    #[serde(default)]
+    pub lobes: f64,
+    /// How deep the lobes are cut, 0..=0.9.
+    #[serde(default)]
+    pub lobe_depth: f64,
+    /// Teeth a side, 0..=40.
+    #[serde(default)]
+    pub teeth: f64,
+    /// How deep the teeth are cut, 0..=0.5.
+    #[serde(default)]
+    pub tooth_depth: f64,
+    /// Leaves, needles or side shoots in a picture, least and most, 1..=600.
+    pub count: [u32; 2],
+    /// Length of the twig, metres, 0.03..=1.
+    pub twig_m: f64,
+    /// Leaf stalk over leaf length, 0..=1.
+    #[serde(default = "short_stalk")]
+    pub stalk: f64,
+    /// How much side shoots and leaves hang, 0..=1.
+    #[serde(default)]
+    pub hang: f64,
+    /// Are the leaves in two rows?
+    #[serde(default)]
+    pub distichous: bool,
+    /// Linear RGB albedo of the twig, 0..=0.7.
+    pub twig_albedo: [f64; 3],
+    /// Linear RGB reflectance of a leaf, 0..=0.7.
+    pub albedo: [f64; 3],
+    /// Share of a bluish wax (.30, .34, .33) over it, 0..=0.6.
+    #[serde(default)]
+    pub glaucous: f64,
+    /// Linear RGB transmittance of a leaf, 0..=0.7.
+    pub transmittance: [f64; 3],
+    /// Reflectance and transmittance at 905 nm, together at most 1.
+    pub nm905: [f64; 2],
+    /// Reflectance and transmittance at 1550 nm, together at most 1.
+    pub nm1550: [f64; 2],
+    /// 0 a mirror .. 1 matt.
+    pub roughness: f64,
+}
+
+const fn ovate() -> [f64; 2] {
+    [0.8, 0.9]
+}
+
+const fn short_stalk() -> f64 {
+    0.12
+}
+
+/// The relief of a bark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BarkKind {
+    /// Long plates of flaking layers between dark fissures (maritime pine, Scots pine's foot).
+    Plates,
+    /// Thin papery flakes (Scots pine's upper stem).
+    Flakes,
+    /// Small rounded scales (spruce).
+    Scales,
+    /// Long, deep, corky furrows, rusty inside (Douglas fir).
+    Furrows,
+    /// Grey ridges that run together and part again (oak).
+    Ridges,
+    /// Smooth, with faint level wrinkles, branch scars and lichens (beech).
+    Smooth,
+    /// White paper with level pores and black scars (birch).
+    Birch,
+    /// Black, broken into blocks with white between (the foot of an old birch).
+    Fissured,
+    /// Patches of several ages, shed in strips (eucalypt).
+    Patches,
+    /// Rough long fibres (a eucalypt's foot).
+    Fibrous,
+    /// Thick cork with deep, knotty furrows.
+    Cork,
+    /// Where cork was stripped some years ago: smooth, with fine cracks.
+    StrippedCork,
+}
+
+/// One bark.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BarkLayer {
+    /// Its relief.
+    pub kind: BarkKind,
+    /// Its mean linear RGB albedo, 0.005..=0.8.
+    pub albedo: [f64; 3],
+}
+
+/// The bark of a species.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BarkLook {
+    /// At the foot.
+    pub lower: BarkLayer,
+    /// Higher up and on limbs, if it is another.
+    pub upper: Option<BarkLayer>,
+    /// Share of the tree's height from which on the upper bark begins to show, 0..=1. One repetition
+    /// of the picture (2 m on a thick stem) lies between the two.
+    #[serde(default)]
+    pub upper_from: f64,
+    /// Linear RGB albedo of wood too thin for a bark, 0.005..=0.7.
+    pub branch: [f64; 3],
+    /// Moss at the foot: 1 as on an oak, 0 none, up to 2.
+    pub moss: f64,
+    /// 0 a mirror .. 1 matt.
+    pub roughness: f64,
+    /// Reflectance at 905 nm, 0..=1.
+    pub nm905: f64,
+    /// Reflectance at 1550 nm, 0..=1.
+    pub nm1550: f64,
+}
+
+impl LeafLook {
+    pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
+        let range = |name: &str, value, low, high| {
+            ParamError::check_range(format!("{species}.leaves.{name}"), value, low, high)
+        };
+        range("length_m", self.length_m[0], 0.005, self.length_m[1])?;
+        range("length_m", self.length_m[1], 0.005, 0.6)?;
+        range(
+            "width_ratio",
+            self.width_ratio[0],
+            0.004,
+            self.width_ratio[1],
+        )?;
+        range("width_ratio", self.width_ratio[1], 0.004, 1.5)?;
+        for value in self.outline {
+            range("outline", value, 0.2, 3.0)?;
+        }
+        range("lobes", self.lobes, 0.0, 12.0)?;
+        range("lobe_depth", self.lobe_depth, 0.0, 0.9)?;
+        range("teeth", self.teeth, 0.0, 40.0)?;
+        range("tooth_depth", self.tooth_depth, 0.0, 0.5)?;
+        let most = f64::from(self.count[1]);
+        range("count", f64::from(self.count[0]), 1.0, most)?;
+        range("count", most, 1.0, 600.0)?;
+        range("twig_m", self.twig_m, 0.03, 1.0)?;
+        range("stalk", self.stalk, 0.0, 1.0)?;
+        range("hang", self.hang, 0.0, 1.0)?;
+        range("glaucous", self.glaucous, 0.0, 0.6)?;
+        for (name, colour) in [
+            ("twig_albedo", self.twig_albedo),
+            ("albedo", self.albedo),
+            ("transmittance", self.transmittance),
+        ] {
+            for value in colour {
+                range(name, value, 0.0, 0.7)?;
+            }
+        }
+        for (name, [r, t]) in [("nm905", self.nm905), ("nm1550", self.nm1550)] {
+            range(name, r, 0.0, 1.0)?;
+            range(name, t, 0.0, 1.0 - r)?;
+        }
+        range("roughness", self.roughness, 0.0, 1.0)
+    }
+}
+
+impl BarkLook {
+    pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
+        let range = |name: &str, value, low, high| {
+            ParamError::check_range(format!("{species}.bark.{name}"), value, low, high)
+        };
+        for value in self.lower.albedo {
+            range("lower.albedo", value, 0.005, 0.8)?;
+        }
+        for value in self.upper.iter().flat_map(|u| u.albedo) {
+            range("upper.albedo", value, 0.005, 0.8)?;
+        }
+        for value in self.branch {
+            range("branch", value, 0.005, 0.7)?;
+        }
+        range("upper_from", self.upper_from, 0.0, 1.0)?;
+        range("moss", self.moss, 0.0, 2.0)?;
+        range("roughness", self.roughness, 0.0, 1.0)?;
+        range("nm905", self.nm905, 0.0, 1.0)?;
+        range("nm1550", self.nm1550, 0.0, 1.0)
+    }
+}
