@@ -1,21 +1,31 @@
-//! The grass and stones of the trails themselves.
+//! The grass and stones of the trails themselves, and the grass of their verges.
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Draw, Key, Rng, Stage};
 
+use crate::profile::Wobble;
 use crate::{TrailParams, TrailPath};
 
 const STONES: Stage = Stage::new("trails.stones");
 const GRASS: Stage = Stage::new("trails.grass");
+const VERGE: Stage = Stage::new("trails.verge");
 
-/// What stands on a trail.
+/// How far from an edge the grass of the verge stands, metres.
+const VERGE_M: f64 = 0.5;
+
+/// The verge is overgrown here and bare there, metres from one to the other.
+const VERGE_WAVE_M: f64 = 4.0;
+
+/// What stands on a trail or at its edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum DressingKind {
     /// A tuft of grass.
     Grass,
     /// A stone.
     Stone,
+    /// A tuft of grass just beside the surface, where light and water are, whose blades hang over the edge.
+    Verge,
 }
 
 /// A thing that belongs to a trail.
@@ -25,7 +35,7 @@ pub struct TrailDressing {
     pub position_m: DVec2,
     /// Turn about the vertical, 0..2π.
     pub yaw_rad: f64,
-    /// Size relative to the usual one: grass 0.6..1.2, stones lognormal, 0.4..2.5.
+    /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, stones lognormal, 0.4..2.5.
     pub scale: f64,
     /// What it is.
     pub kind: DressingKind,
@@ -88,6 +98,42 @@ pub(crate) fn grass(
                     kind: DressingKind::Grass,
                 };
                 emit(rng.next_u64(), tuft);
+            }
+        }
+    }
+}
+
+/// The grass of a trail's verges along its way through a chunk, thick at the edge and in places.
+pub(crate) fn verges(
+    params: &TrailParams,
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = key.stage(VERGE).chunk(path.id().birth);
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        for (side, sign) in [(0, 1.0), (1, -1.0)] {
+            let key = key.item(side);
+            let growth = Wobble::new(key, path.length_m(), VERGE_WAVE_M);
+            let key = key.item(index as u64);
+            let count = (params.verge_tufts_per_m * (to - from)).round() as u32;
+            for i in 0..count {
+                let mut rng = key.item(u64::from(i)).rng();
+                let s = rng.range_f64(from, to);
+                let near = rng.unit_f64();
+                let offset = 0.5 * path.width_m(s) + VERGE_M * near * near;
+                let tuft = TrailDressing {
+                    position_m: beside(path, s, sign * offset),
+                    yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+                    scale: rng.range_f64(0.6, 1.6),
+                    kind: DressingKind::Verge,
+                };
+                if rng.chance(0.6 + 0.7 * growth.at(s)) {
+                    emit(tuft);
+                }
             }
         }
     }

@@ -20,7 +20,7 @@
 //! # The model
 //! Nunes, Ferreira and Peixoto (section IV-C) start trails in chunks with a probability, lead them on
 //! to the opposite border with another, lay a strip of a given width and section over the ground, and
-//! grow grass along its middle and small rocks on it. They name the carving of the ground as what is
+//! grow grass along its middle and small rocks on it. (Grass on the verges is ours.) They name the carving of the ground as what is
 //! missing. Here:
 //! - A trail is born in a chunk and walks on for up to 40 chunks. A chunk finds its trails by asking
 //!   every chunk within that reach whether a trail is born there and comes by; so no order of visits

@@ -23,6 +23,9 @@ pub struct TrailParams {
     pub grass_max_per_chunk: u32,
     /// How far from a trail's middle its grass grows, metres, 0..=10.
     pub grass_spread_m: f64,
+    /// Tufts of grass that a metre of each edge has room for, 0..=20; 0 for bare verges. About half of them
+    /// grow, in places.
+    pub verge_tufts_per_m: f64,
     /// The most stones on one trail, over its whole length; 0 for none.
     pub rocks_max_per_trail: u32,
     /// The material of all trails; `None` draws one for each trail.
@@ -127,6 +130,7 @@ impl Default for TrailParams {
             section: Section::default(),
             grass_max_per_chunk: 120,
             grass_spread_m: 0.5,
+            verge_tufts_per_m: 6.0,
             rocks_max_per_trail: 300,
             surface: None,
         }
@@ -198,6 +202,12 @@ impl TrailParams {
             self.grass_spread_m,
             0.0..=10.0,
             "0..=10 m",
+        )?;
+        check(
+            "verge_tufts_per_m",
+            self.verge_tufts_per_m,
+            0.0..=20.0,
+            "0..=20 per metre",
         )?;
         check(
             "rocks_max_per_trail",

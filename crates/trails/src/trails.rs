@@ -8,11 +8,11 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Key, Stage};
 
 use crate::cache::Cache;
-use crate::dressing::grass;
+use crate::dressing::{grass, verges};
 use crate::ground::reach_m;
 use crate::layout::Layout;
 use crate::route::Router;
-use crate::{ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
+use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
 
 const TRAILS: Stage = Stage::new("trails");
 
@@ -142,8 +142,9 @@ impl Trails {
         best.1
     }
 
-    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then
-    /// stones by trail. At most `grass_max_per_chunk` tufts, however many trails meet there.
+    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then stones and
+    /// verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however many meet there;
+    /// where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;
@@ -170,7 +171,33 @@ impl Trails {
         for path in self.in_chunk(coord) {
             dressing.extend(path.stones().iter().filter(|s| here(s.position_m)));
         }
+        if self.params.verge_tufts_per_m > 0.0 {
+            self.add_verges(coord, &mut dressing);
+        }
         dressing
+    }
+
+    fn add_verges(&self, coord: ChunkCoord, dressing: &mut Vec<TrailDressing>) {
+        let size = self.chunk_size_m;
+        let others = dressing.len();
+        // A trail just beyond the border has a verge here.
+        for x in -1..=1 {
+            for y in -1..=1 {
+                let chunk = coord.offset(x, y);
+                for path in self.in_chunk(chunk) {
+                    verges(&self.params, self.key, &path, chunk, |tuft| {
+                        if ChunkCoord::containing(tuft.position_m, size) == coord {
+                            dressing.push(tuft);
+                        }
+                    });
+                }
+            }
+        }
+        if dressing.len() > others {
+            let ground = self.ground_near(coord, 0.0);
+            dressing
+                .retain(|d| d.kind != DressingKind::Verge || ground.edge_m(d.position_m) >= 0.0);
+        }
     }
 
     fn births_through(&self, chunk: ChunkCoord) -> Arc<[ChunkCoord]> {

@@ -220,6 +220,7 @@ fn dressed(grass: u32, spread: f64, rocks: u32) -> Trails {
         grass_max_per_chunk: grass,
         grass_spread_m: spread,
         rocks_max_per_trail: rocks,
+        verge_tufts_per_m: 0.0,
         ..TrailParams::default()
     };
     trails(params, 13, flat(DVec2::ZERO))
@@ -271,6 +272,51 @@ fn stones_lie_on_trails() {
     // A crossing may give a stone to the wrong trail, so allow a few more.
     assert!(stones.values().all(|&n| n <= 210), "{stones:?}");
     assert!(stones.values().any(|&n| n > 100));
+}
+
+#[test]
+fn verges_grow_at_edges_and_on_no_trail() {
+    let verged = |tufts_per_m| {
+        let params = TrailParams {
+            spawn_probability: 0.1,
+            max_length_chunks: 12,
+            grass_max_per_chunk: 0,
+            rocks_max_per_trail: 0,
+            verge_tufts_per_m: tufts_per_m,
+            ..TrailParams::default()
+        };
+        trails(params, 13, flat(DVec2::ZERO))
+    };
+    let trails = verged(4.0);
+    let (mut tufts, mut room_m, mut near) = (0, 0.0, 0);
+    for chunk in around(ChunkCoord::new(0, 0), 4) {
+        let ground = trails.ground_near(chunk, 1.0);
+        for path in trails.in_chunk(chunk) {
+            let here = |p: &(f64, DVec2)| ChunkCoord::containing(p.1, SIZE_M) == chunk;
+            room_m += 2.0 * 0.5 * points(&path, 0.5).filter(here).count() as f64;
+        }
+        for tuft in trails.dressing(chunk) {
+            assert_eq!(tuft.kind, DressingKind::Verge);
+            assert_eq!(ChunkCoord::containing(tuft.position_m, SIZE_M), chunk);
+            let edge_m = ground.edge_m(tuft.position_m);
+            assert!((0.0..0.55).contains(&edge_m), "{edge_m}");
+            tufts += 1;
+            near += u32::from(edge_m < 0.125);
+        }
+    }
+    // Some of the room is on other trails, and what grows varies along the way.
+    let grown = f64::from(tufts) / (4.0 * room_m);
+    assert!((0.4..0.65).contains(&grown), "{grown}");
+    // Half of them stand in the nearest quarter.
+    let near = f64::from(near) / f64::from(tufts);
+    assert!((0.44..0.56).contains(&near), "{near}");
+    let twice = verged(8.0);
+    let count = |t: &Trails| {
+        around(ChunkCoord::new(0, 0), 4)
+            .map(|c| t.dressing(c).len())
+            .sum::<usize>() as f64
+    };
+    assert!((count(&twice) / count(&trails) - 2.0).abs() < 0.1);
 }
 
 #[test]
@@ -389,13 +435,21 @@ fn value_stability() {
         ),
         format!("{:?} {:?}", path.length_m(), path.position_m(123.0)),
         format!("{:?}", trails.dressing(chunk)[0]),
+        format!(
+            "{:?}",
+            trails
+                .dressing(chunk)
+                .iter()
+                .rfind(|d| d.kind == DressingKind::Stone)
+        ),
         format!("{:?}", trails.dressing(chunk).last()),
     ];
     assert_eq!(got, VALUES);
 }
-const VALUES: [&str; 4] = [
+const VALUES: [&str; 5] = [
     "3 ChunkCoord { x: -9, y: 0 } LeafLitter",
     "1815.6317408020088 DVec2(-412.52622576885483, -71.0004321911224)",
     "TrailDressing { position_m: DVec2(120.51844378147157, -47.369021413471074), yaw_rad: 0.02763158361172375, scale: 1.0875785400079991, kind: Grass }",
     "Some(TrailDressing { position_m: DVec2(115.56678910244048, -5.182610678238906), yaw_rad: 0.4125438364883822, scale: 0.531581580946405, kind: Stone })",
+    "Some(TrailDressing { position_m: DVec2(149.8107142412161, -12.778436750346291), yaw_rad: 0.5573484738590785, scale: 1.3742250095982231, kind: Verge })",
 ];

@@ -104,6 +104,8 @@ section! {
         grass_max: u32 = 120, Whole(0, 2000), "paper, IV-C";
         /// How far from the middle a tuft may stand.
         grass_spread_m: f64 = 0.6, Real(0.0, 5.0), "paper, IV-C; between the ruts";
+        /// Room for tufts of grass on a metre of each edge, of which about half grow; 0 for bare verges.
+        verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, where light and water are";
         /// Most stones along a trail in a chunk; 0 for none.
         rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
     }

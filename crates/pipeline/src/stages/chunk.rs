@@ -164,7 +164,7 @@ impl Stage for LowStage {
     );
     type Output = Low;
     const ID: &'static str = "chunk.low";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_f64(self.chunk_size_m);
@@ -219,7 +219,7 @@ impl Stage for LowStage {
             }
         }
         let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
-        let tufts = dressing.iter().filter(|d| d.kind == DressingKind::Grass);
+        let tufts = dressing.iter().filter(|d| d.kind != DressingKind::Stone);
         for (i, d) in tufts.enumerate() {
             let key = world.stage(LOOK).chunk(at).item(i as u64);
             let place = Place {

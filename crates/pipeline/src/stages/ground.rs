@@ -170,6 +170,7 @@ impl GroundStage {
             },
             grass_max_per_chunk: t.grass_max,
             grass_spread_m: t.grass_spread_m,
+            verge_tufts_per_m: t.verge_per_m,
             rocks_max_per_trail: t.rocks_max,
             surface: TrailSurfaceKind::ALL
                 .into_iter()
