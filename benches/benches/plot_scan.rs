@@ -105,7 +105,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// The mesh of an OBJ.
 fn read(path: &Path) -> Result<Mesh, Box<dyn std::error::Error>> {
-    let (models, _) = tobj::load_obj(path, &tobj::GPU_LOAD_OPTIONS)?;
+    // Points alone: no search for equal corners.
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ..Default::default()
+    };
+    let (models, _) = tobj::load_obj(path, &options)?;
     let mut mesh = Mesh::default();
     for model in &models {
         let points = model.mesh.positions.chunks_exact(3).map(Vec3::from_slice);

@@ -25,13 +25,25 @@ pub(crate) struct Binary {
     pub(crate) below: [u32; 2],
 }
 
+/// Bins of the surface area heuristic, for many boxes and for few.
 const BINS: usize = 16;
+const FEW_BINS: usize = 8;
+
+/// So many boxes are few: sweeping more bins than boxes takes longer than it gains.
+const FEW: usize = 32;
 
 /// Beyond this depth halves are taken, whatever they cost: it bounds the recursion.
 const SAH_DEPTH: usize = 64;
 
 /// Trees of fewer boxes are grown by one thread.
 const PARALLEL: usize = 4096;
+
+/// A box on its way into a tree, with its number.
+#[derive(Clone, Copy)]
+struct Item {
+    bounds: Bounds,
+    number: u32,
+}
 
 /// A tree over the boxes, at least one; children after their parents. Large ones are grown on all
 /// threads of the current rayon pool, to the same bits.
@@ -43,46 +55,46 @@ pub(crate) fn grow(boxes: &[Bounds], split: Split) -> Vec<Binary> {
         below: [0; 2],
     };
     let mut nodes = vec![none; 2 * boxes.len() - 1];
-    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    grow_below(boxes, &mut order, split, 0, 0, &mut nodes);
+    // The boxes themselves are sorted, not their numbers: they are read many times, in order.
+    let mut items: Vec<Item> = (0..)
+        .zip(boxes)
+        .map(|(number, &bounds)| Item { bounds, number })
+        .collect();
+    grow_below(&mut items, split, 0, 0, &mut nodes);
     nodes
 }
 
-/// Grows the tree over the boxes in `order`, which it permutes. `nodes` are as many as it needs; the
-/// first, its root, has number `root`.
-fn grow_below(
-    boxes: &[Bounds],
-    order: &mut [u32],
-    split: Split,
-    depth: usize,
-    root: u32,
-    nodes: &mut [Binary],
-) {
-    let bounds = order
-        .iter()
-        .fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
-    let n = order.len();
+/// Grows the tree over the items, which it permutes. `nodes` are as many as it needs; the first, its
+/// root, has number `root`.
+fn grow_below(items: &mut [Item], split: Split, depth: usize, root: u32, nodes: &mut [Binary]) {
+    let (mut bounds, mut centres) = (Bounds::EMPTY, Bounds::EMPTY);
+    for item in &*items {
+        bounds = bounds.union(item.bounds);
+        let c = centre(&item.bounds);
+        centres = centres.union(Bounds { min: c, max: c });
+    }
+    let n = items.len();
     nodes[0] = Binary {
         bounds,
         count: n as u32,
         inner: n > 1,
-        below: [order[0]; 2],
+        below: [items[0].number; 2],
     };
     if n == 1 {
         return;
     }
     let cut = match split {
-        Split::Sah if depth < SAH_DEPTH => sah_cut(boxes, order),
+        Split::Sah if depth < SAH_DEPTH => sah_cut(items, &centres),
         _ => None,
     };
     let cut = cut.unwrap_or(n / 2);
-    let (left, right) = order.split_at_mut(cut);
+    let (left, right) = items.split_at_mut(cut);
     let roots = [root + 1, root + 2 * cut as u32];
     nodes[0].below = roots;
     // A tree over k boxes has 2 k - 1 nodes.
     let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * cut - 1);
-    let mut grow_left = || grow_below(boxes, left, split, depth + 1, roots[0], left_nodes);
-    let mut grow_right = || grow_below(boxes, right, split, depth + 1, roots[1], right_nodes);
+    let mut grow_left = || grow_below(left, split, depth + 1, roots[0], left_nodes);
+    let mut grow_right = || grow_below(right, split, depth + 1, roots[1], right_nodes);
     if n < PARALLEL {
         grow_left();
         grow_right();
@@ -97,28 +109,33 @@ fn centre(b: &Bounds) -> Vec3 {
     b.min + b.max
 }
 
-/// Partitions `order` where the surface area heuristic (Wald 2007, binned) is least; returns the
-/// number of boxes on the left, or `None` if all centres fall together.
-fn sah_cut(boxes: &[Bounds], order: &mut [u32]) -> Option<usize> {
-    let centres = Bounds::of_points(order.iter().map(|&i| centre(&boxes[i as usize])));
+/// Partitions the items where the surface area heuristic (Wald 2007, binned) is least; returns the
+/// number of those on the left, or `None` if all centres, which `centres` bounds, fall together.
+fn sah_cut(items: &mut [Item], centres: &Bounds) -> Option<usize> {
+    let count_of_bins = if items.len() <= FEW { FEW_BINS } else { BINS };
     let size = centres.max - centres.min;
-    let scale = Vec3::splat(BINS as f32) / size;
-    let bin = |b: &Bounds, axis: usize| {
-        (((centre(b) - centres.min)[axis] * scale[axis]) as usize).min(BINS - 1)
+    let scale = Vec3::splat(count_of_bins as f32) / size;
+    // An axis without extent scales by infinity or not at all: whatever bins it has, it is not cut.
+    let bins_of = |b: &Bounds| {
+        ((centre(b) - centres.min) * scale)
+            .to_array()
+            .map(|x| (x as usize).min(count_of_bins - 1))
     };
-    let mut best: Option<(f32, usize, usize)> = None;
-    for axis in (0..3).filter(|&k| size[k] > 0.0 && scale[k].is_finite()) {
-        let mut bins = [(Bounds::EMPTY, 0_u32); BINS];
-        for &i in order.iter() {
-            let b = &boxes[i as usize];
-            let (bounds, count) = &mut bins[bin(b, axis)];
-            *bounds = bounds.union(*b);
+    let mut bins = [[(Bounds::EMPTY, 0_u32); BINS]; 3];
+    for item in &*items {
+        for (bins, at) in bins.iter_mut().zip(bins_of(&item.bounds)) {
+            let (bounds, count) = &mut bins[at];
+            *bounds = bounds.union(item.bounds);
             *count += 1;
         }
+    }
+    let mut best: Option<(f32, usize, usize)> = None;
+    for axis in (0..3).filter(|&k| size[k] > 0.0 && scale[k].is_finite()) {
+        let bins = &bins[axis];
         // Sweep from the right, then from the left.
         let mut right = [0.0_f32; BINS];
         let (mut bounds, mut count) = (Bounds::EMPTY, 0);
-        for k in (1..BINS).rev() {
+        for k in (1..count_of_bins).rev() {
             bounds = bounds.union(bins[k].0);
             count += bins[k].1;
             right[k] = if count == 0 {
@@ -128,7 +145,7 @@ fn sah_cut(boxes: &[Bounds], order: &mut [u32]) -> Option<usize> {
             };
         }
         (bounds, count) = (Bounds::EMPTY, 0);
-        for k in 1..BINS {
+        for k in 1..count_of_bins {
             bounds = bounds.union(bins[k - 1].0);
             count += bins[k - 1].1;
             let cost = half_area(&bounds) * count as f32 + right[k];
@@ -139,9 +156,9 @@ fn sah_cut(boxes: &[Bounds], order: &mut [u32]) -> Option<usize> {
     }
     let (_, axis, at) = best?;
     let mut left = 0;
-    for i in 0..order.len() {
-        if bin(&boxes[order[i] as usize], axis) < at {
-            order.swap(left, i);
+    for i in 0..items.len() {
+        if bins_of(&items[i].bounds)[axis] < at {
+            items.swap(left, i);
             left += 1;
         }
     }

@@ -29,8 +29,10 @@ pub(crate) fn build(
     mut leaf: impl FnMut(&[u32]) -> u32,
 ) -> u32 {
     assert!(!boxes.is_empty(), "a tree has at least one box");
-    let binary = binary::grow(boxes, Split::Sah);
-    let binary = binary::reinsert(binary, effort.passes, effort.share);
+    let mut binary = binary::grow(boxes, Split::Sah);
+    if effort.passes > 0 {
+        binary = binary::reinsert(binary, effort.passes, effort.share);
+    }
     let mut wide = Wide::plan(binary, max_leaf, Split::Sah);
     if wide.levels(0) > LEVELS {
         // Halves of halves are at most 11 wide levels deep.
