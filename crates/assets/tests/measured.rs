@@ -3,24 +3,57 @@
 //! Measured here on whole library trees with their own pictures, by other means than the generator's:
 //! height over wood and the opaque texels of cards, diameter by calipers and tape around a slice.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use nemoral_assets::{AssetParams, Library, TreeAsset};
+use nemoral_assets::{
+    AssetParams, LeafKind, Library, SizeClass, Species, StandParams, StandSpecies, TreeAsset,
+};
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{MaterialLibrary, Semantic};
+use nemoral_scene::{Card, MaterialLibrary, Semantic};
 use nemoral_seed::Key;
 
 /// Height above the ground where foresters measure diameters.
 const BREAST_M: f64 = 1.3;
 
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
+    // Wide enough for every species' size classes.
+    let stand = StandParams {
+        shape: 1.2,
+        dbh_min_m: 0.07,
+        dbh_max_m: 1.2,
+    };
+    let species = Species::all().into_iter();
     let params = AssetParams {
-        individuals_per_species: 4,
+        species: species
+            .map(|s| StandSpecies {
+                dbh_mean_m: s.class_dbh_m(SizeClass::Middle),
+                species: s,
+            })
+            .collect(),
+        individuals_per_species: 6,
+        stand,
+        // The thinnest stems are of trunk too, for the calipers to find.
+        trunk_radius_m: 0.02,
         ..AssetParams::default()
     };
     Library::grow(&params, Key::world(11)).expect("the default grows")
 });
+
+#[test]
+fn all_species_and_size_classes_are_measured() {
+    for name in Species::names() {
+        for class in [SizeClass::Young, SizeClass::Middle, SizeClass::Mature] {
+            let there = |t: &&TreeAsset| t.species == name && t.class == class;
+            assert!(
+                LIBRARY.trees.iter().any(|t| there(&t)),
+                "no {} {name}",
+                class.name()
+            );
+        }
+    }
+}
 
 /// The highest point of wood, or of a texel of a card that can be hit.
 fn height_m(tree: &TreeAsset, materials: &MaterialLibrary) -> f64 {
@@ -123,4 +156,48 @@ fn heights_are_within_one_per_cent_of_what_is_written() {
 fn diameters_are_within_two_per_cent_of_what_is_written() {
     let (off, line) = worst(|t| t.size.dbh_m, |t| tape_m(slice(t, &LIBRARY.materials)));
     assert!(off < 0.02, "{line}");
+}
+
+/// The area of all texels of leaves that can be hit, by counting them, m².
+fn opaque_leaf_m2(tree: &TreeAsset, materials: &MaterialLibrary) -> f64 {
+    let opaque = |card: &Card| {
+        let material = materials.get(card.material);
+        let mask = material.mask.as_deref().expect("leaves are cut out");
+        let (columns, rows) = (mask.width(), mask.height());
+        let all = (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c)));
+        let hit = all.filter(|&(r, c)| {
+            let u = (c as f32 + 0.5) / columns as f32;
+            mask.is_opaque(u, (r as f32 + 0.5) / rows as f32)
+        });
+        hit.count() as f64 / (columns * rows) as f64
+    };
+    let mut shares = BTreeMap::new();
+    let cards = tree.prototype.cards().iter();
+    cards
+        .map(|card| {
+            let share = *shares.entry(card.material).or_insert_with(|| opaque(card));
+            share * f64::from(card.edge_u.cross(card.edge_v).length())
+        })
+        .sum()
+}
+
+/// Needles' pictures are their shoots' silhouettes: nothing in them is counted twice. In pictures of
+/// broad leaves, some leaves lie before others: less is seen than there is.
+#[test]
+fn what_can_be_hit_is_the_silhouette_of_the_leaf_area() {
+    for tree in &LIBRARY.trees {
+        let species = Species::built_in(&tree.species).expect("a built-in species");
+        let demanded = species.foliage.silhouette_factor * tree.size.leaf_area_m2;
+        let share = opaque_leaf_m2(tree, &LIBRARY.materials) / demanded;
+        let needles = matches!(
+            species.leaves.kind,
+            LeafKind::NeedleTuft | LeafKind::NeedleSpray
+        );
+        let allowed = if needles { 0.95..1.05 } else { 0.6..1.02 };
+        let name = tree.prototype.name();
+        assert!(
+            allowed.contains(&share),
+            "{name}: {share:.3} of {demanded:.1} m²"
+        );
+    }
 }

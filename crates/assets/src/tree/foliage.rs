@@ -104,6 +104,13 @@ impl Leaf {
         self.across = across.unwrap_or_else(|| beside(self.along / length)) * width;
     }
 
+    /// How far the picture reaches above the point it springs from, metres: as far as an ellipse that
+    /// fills the card, for pictures are empty in the corners.
+    pub(super) fn above_m(&self) -> f64 {
+        let (along, across) = (self.along.z, self.across.z);
+        (0.5 * along + 0.5 * (along * along + across * across).sqrt()).max(0.0)
+    }
+
     pub(super) fn card(&self, cards: &[FoliageCard]) -> Card {
         Card {
             corner: (self.at - 0.5 * self.across).as_vec3(),

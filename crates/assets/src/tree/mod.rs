@@ -27,21 +27,25 @@
 //! # Ok::<(), nemoral_assets::ParamError>(())
 //! ```
 
+mod budget;
 mod catalogue;
 mod envelope;
+mod fit;
 mod foliage;
 mod grow;
 mod look;
 mod radii;
 mod size;
 mod skeleton;
+mod snag;
 mod species;
 mod sweep;
 
 pub use catalogue::SpeciesError;
-pub use grow::{FoliageCard, GrownTree, GrowthParams, TreeMaterials, grow, grow_snag};
+pub use grow::{FoliageCard, GrownTree, GrowthParams, TreeMaterials, grow};
 pub use look::{BarkKind, BarkLayer, BarkLook, LeafKind, LeafLook};
 pub use size::{SizeClass, TreeSize};
+pub use snag::grow_snag;
 pub use species::{
     Allometry, BranchLevel, CrownForm, DeadBranches, FoliageForm, Species, StemForm, Taper,
 };

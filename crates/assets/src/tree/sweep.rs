@@ -7,6 +7,7 @@ use nemoral_scene::glam::{DVec3, Vec2};
 use nemoral_scene::{MaterialId, Mesh, Triangle};
 use nemoral_seed::{Draw, Key, Stage};
 
+use super::budget::Wood;
 use super::skeleton::{Axis, BREAST_M, beside};
 use super::{StemForm, TreeMaterials, TreeSize};
 
@@ -19,6 +20,9 @@ const TILE_M: [f64; 2] = [1.0, 2.0];
 const SPIRAL: [f64; 2] = [0.17, 0.24];
 /// A polygon may cut this deep into its circle.
 const CHORD_M: f64 = 0.004;
+
+/// Thinner branches have no collar: nobody would see it.
+const COLLAR_RADIUS_M: f64 = 0.008;
 
 /// How finely to sweep.
 #[derive(Clone, Copy, Debug)]
@@ -129,27 +133,26 @@ fn equal_area(n: usize) -> f64 {
     (step / libm::sin(step)).sqrt()
 }
 
-/// Sweeps every axis. The stem's triangles come first: their range is returned.
+/// Sweeps every axis that is drawn. The stem's triangles come first: their range is returned.
 pub(super) fn sweep(
     axes: &[Axis],
     radii: &[Vec<f64>],
     flare: &Flare,
     materials: &TreeMaterials,
     upper_from_m: f64,
-    fineness: Fineness,
+    wood: &Wood,
 ) -> (Mesh, Range<usize>) {
     let mut mesh = Mesh::default();
     let mut stem = 0..0;
-    for (axis, r) in axes.iter().zip(radii) {
-        let rings = rings(
-            axis,
-            r,
-            axis.parent
-                .map(|(p, s)| super::radii::at_param(&radii[p], s)),
-            fineness,
-        );
+    let fineness = wood.fineness;
+    for (i, (axis, r)) in axes.iter().zip(radii).enumerate() {
+        if !wood.drawn[i] {
+            continue;
+        }
+        let rings = rings(axis, r, parent_radius(axis, radii), fineness);
         let tube = Tube {
             axis,
+            pointed: wood.pointed[i],
             flare: (axis.order == 0).then_some(flare),
             snag: axes[0].dead,
             upper_from_m,
@@ -164,23 +167,27 @@ pub(super) fn sweep(
     (mesh, stem)
 }
 
-/// How many triangles [`sweep`] makes, near enough to choose a density by.
-pub(super) fn count(axes: &[Axis], radii: &[Vec<f64>], fineness: Fineness) -> usize {
-    let of = |(axis, r): (&Axis, &Vec<f64>)| {
-        let parent = axis
-            .parent
-            .map(|(p, s)| super::radii::at_param(&radii[p], s));
-        let rings = rings(axis, r, parent, fineness);
-        let n = sides(
-            axis.order,
-            rings.iter().fold(0.0_f64, |m, r| m.max(r.radius)),
-            fineness.tolerance,
-        );
-        // A stem's change of bark takes two rings more.
-        let rings = rings.len() + if axis.order == 0 { 2 } else { 0 };
-        n * (2 * rings - 1)
-    };
-    axes.iter().zip(radii).map(of).sum()
+/// At most how many triangles [`sweep`] makes of the `i`-th axis.
+pub(super) fn cost(
+    axes: &[Axis],
+    radii: &[Vec<f64>],
+    i: usize,
+    pointed: bool,
+    fineness: Fineness,
+) -> usize {
+    let axis = &axes[i];
+    let rings = rings(axis, &radii[i], parent_radius(axis, radii), fineness);
+    let greatest = rings.iter().fold(0.0_f64, |m, r| m.max(r.radius));
+    let n = sides(axis.order, greatest, fineness.tolerance);
+    // A stem's change of bark takes two rings more.
+    let rings = rings.len() + if axis.order == 0 { 2 } else { 0 };
+    n * (2 * rings - if pointed { 3 } else { 1 })
+}
+
+/// Radius of the parent where an axis leaves it.
+fn parent_radius(axis: &Axis, radii: &[Vec<f64>]) -> Option<f64> {
+    axis.parent
+        .map(|(p, s)| super::radii::at_param(&radii[p], s))
 }
 
 /// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not need,
@@ -194,7 +201,8 @@ fn rings(axis: &Axis, radii: &[f64], parent_radius: Option<f64>, fineness: Finen
         .map(|(&centre, &radius)| Ring { centre, radius })
         .collect();
     let mut kept = simplify(&all, axis.order == 0, fineness.tolerance);
-    if let Some(parent_radius) = parent_radius.filter(|_| axis.order == 1) {
+    let thick = kept[0].radius > COLLAR_RADIUS_M * fineness.tolerance;
+    if let Some(parent_radius) = parent_radius.filter(|_| axis.order == 1 && thick) {
         collar(&mut kept, parent_radius);
     }
     let mut out: Vec<Ring> = Vec::with_capacity(kept.len() + 1);
@@ -280,6 +288,8 @@ fn fits(piece: &[Ring], tolerance: f64) -> bool {
 /// One axis on its way to the mesh.
 struct Tube<'a> {
     axis: &'a Axis,
+    /// Does it end in a point?
+    pointed: bool,
     flare: Option<&'a Flare>,
     /// Is the whole tree dead?
     snag: bool,
@@ -299,7 +309,9 @@ impl Tube<'_> {
         let columns = n as u32 + 1;
         let grid = self.grid(rings, n);
         let along = self.vertices(rings, n, &grid, &bark, mesh);
-        for (i, pair) in rings.windows(2).enumerate() {
+        // A pointed twig has no last ring.
+        let drawn = along.len();
+        for (i, pair) in rings[..drawn].windows(2).enumerate() {
             let v = 0.5 * (along[i] + along[i + 1]);
             let material = self.material(pair[0], pair[1], bark.zone(v));
             for j in 0..n as u32 {
@@ -315,8 +327,8 @@ impl Tube<'_> {
                 });
             }
         }
-        let zone = bark.zone(along[rings.len() - 1]);
-        let start = first + (rings.len() as u32 - 1) * columns;
+        let zone = bark.zone(along[drawn - 1]);
+        let start = first + (drawn as u32 - 1) * columns;
         self.end(rings, n, start, zone, mesh);
     }
 
@@ -342,7 +354,7 @@ impl Tube<'_> {
         grid
     }
 
-    /// Pushes the vertices; returns v of each ring.
+    /// Pushes the vertices of the rings that are drawn; returns v of each.
     fn vertices(
         &self,
         rings: &[Ring],
@@ -354,7 +366,8 @@ impl Tube<'_> {
         let mut v = bark.v0;
         let mut vs = Vec::with_capacity(rings.len());
         let columns = n + 1;
-        for (i, ring) in rings.iter().enumerate() {
+        let drawn = rings.len() - usize::from(self.pointed);
+        for (i, ring) in rings.iter().enumerate().take(drawn) {
             if i > 0 {
                 v += ring.centre.distance(rings[i - 1].centre) * bark.per_m;
             }
@@ -384,7 +397,27 @@ impl Tube<'_> {
         let along = tangent(rings, rings.len() - 1);
         let material = self.material(last, last, zone);
         let uv = mesh.uvs[first as usize];
-        let tip = last.centre + along * if self.axis.dead { 0.0 } else { last.radius };
+        let beyond = if self.axis.dead || self.pointed {
+            0.0
+        } else {
+            last.radius
+        };
+        let tip = last.centre + along * beyond;
+        if self.pointed {
+            // A point has no normal of its own: every side has its own.
+            for j in 0..n as u32 {
+                let [a, b] = [first + j, first + j + 1].map(|k| mesh.normals[k as usize]);
+                let apex = mesh.positions.len() as u32;
+                mesh.positions.push(tip.as_vec3());
+                mesh.normals.push((a + b).normalize_or(a));
+                mesh.uvs.push(uv);
+                mesh.triangles.push(Triangle {
+                    corners: [first + j, first + j + 1, apex],
+                    material,
+                });
+            }
+            return;
+        }
         let mut ring = first;
         if self.axis.dead {
             ring = mesh.positions.len() as u32;

@@ -99,7 +99,7 @@ impl Stage for AssetStage {
     type Inputs = ();
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let a = &self.assets;

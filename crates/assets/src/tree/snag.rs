@@ -1,0 +1,113 @@
+//! Standing dead trees.
+
+use nemoral_scene::glam::DVec2;
+use nemoral_seed::{Draw, Key, Stage};
+use std::f64::consts::TAU;
+
+use super::budget::Wood;
+use super::grow::{check, sunk_m, volume_m3};
+use super::radii::radii;
+use super::skeleton::{Axis, BREAST_M, skeleton};
+use super::sweep::{Fineness, Flare, diameter_at, sweep};
+use super::{GrownTree, GrowthParams, Species, TreeMaterials, TreeSize};
+use crate::error::ParamError;
+
+const SNAG: Stage = Stage::new("assets.tree.snag");
+
+/// Grows a standing dead tree: the wood of a tree that had the demanded size, its top broken off, its
+/// twigs gone, some of its limbs left as stubs. All wood at least as thick as the trunk threshold is
+/// [`TreeMaterials::snag`].
+///
+/// # Errors
+/// As [`grow`].
+pub fn grow_snag(
+    species: &Species,
+    size: &TreeSize,
+    materials: &TreeMaterials,
+    params: &GrowthParams,
+    key: Key,
+) -> Result<GrownTree, ParamError> {
+    check(species, size, materials, params)?;
+    let mut rng = key.stage(SNAG).rng();
+    let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
+    let lean = DVec2::new(cos, sin) * libm::tan(size.lean_rad);
+    let flare = Flare::new(&species.stem, size, key);
+    let axes = skeleton(species, size, 0.0, sunk_m(size), 0.5, lean, key);
+    let radii = radii(&axes, species, size);
+    let stem_top = axes[0].points[axes[0].points.len() - 1].z;
+    let broken_m = (size.height_m * rng.range_f64(0.4, 0.9))
+        .max(BREAST_M + 0.7)
+        .min(0.97 * stem_top);
+    let (axes, radii) = weathered(axes, radii, broken_m, &mut rng);
+    let fineness = Fineness {
+        trunk_radius_m: params.trunk_radius_m,
+        tolerance: 1.0,
+    };
+    let wood = Wood::within(params.wood_triangles_max, &axes, &radii, &[], fineness);
+    let (mesh, stem) = sweep(&axes, &radii, &flare, materials, f64::INFINITY, &wood);
+    let end = axes[0].points[axes[0].points.len() - 1];
+    let height_m = mesh.positions.iter().fold(0.0_f32, |m, p| m.max(p.z));
+    Ok(GrownTree {
+        size: TreeSize {
+            dbh_m: diameter_at(&mesh, stem.clone(), BREAST_M),
+            height_m: f64::from(height_m),
+            crown_base_m: f64::from(height_m),
+            crown_radius_m: 0.0,
+            leaf_area_m2: 0.0,
+            lean_rad: libm::atan(end.truncate().length() / end.z),
+        },
+        stem_volume_m3: volume_m3(&mesh, stem, end.z),
+        foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
+        cards: Vec::new(),
+        mesh,
+        alive: false,
+    })
+}
+
+/// What years leave of axes: the stem up to `broken_m`, most limbs as stubs, a few branches on them.
+fn weathered(
+    axes: Vec<Axis>,
+    radii: Vec<Vec<f64>>,
+    broken_m: f64,
+    rng: &mut impl Draw,
+) -> (Vec<Axis>, Vec<Vec<f64>>) {
+    // Where each axis went, if it is still there.
+    let mut places: Vec<Option<usize>> = Vec::with_capacity(axes.len());
+    let mut kept: (Vec<Axis>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+    for (mut axis, mut r) in axes.into_iter().zip(radii) {
+        let chance = [1.0, 0.55, 0.25, 0.0, 0.0][axis.order.min(4)];
+        let length = rng.range_f64(0.12, 0.75);
+        let stays = rng.chance(chance);
+        let parent = axis.parent.map(|(p, s)| places[p].map(|p| (p, s)));
+        let hold = match parent {
+            None => true,
+            Some(None) => false,
+            // A parent that was shortened bears nothing beyond its end.
+            Some(Some((p, s))) => stays && s <= (kept.0[p].points.len() - 2) as f64,
+        };
+        if !hold {
+            places.push(None);
+            continue;
+        }
+        if axis.order == 0 {
+            let whole = axis.points.iter().take_while(|p| p.z < broken_m).count();
+            let (a, b) = (axis.points[whole - 1], axis.points[whole]);
+            let t = (broken_m - a.z) / (b.z - a.z);
+            let (ra, rb) = (r[whole - 1], r[whole]);
+            axis.points.truncate(whole);
+            r.truncate(whole);
+            axis.points.push(a.lerp(b, t));
+            r.push(ra + (rb - ra) * t);
+        } else {
+            let n = ((axis.points.len() as f64 * length) as usize).max(2);
+            axis.points.truncate(n);
+            r.truncate(n);
+        }
+        axis.dead = true;
+        axis.parent = parent.flatten();
+        places.push(Some(kept.0.len()));
+        kept.0.push(axis);
+        kept.1.push(r);
+    }
+    kept
+}
