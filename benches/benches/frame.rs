@@ -13,16 +13,16 @@ fn frames(c: &mut Criterion) {
         group.throughput(Throughput::Elements(1280 * 720));
         group.bench_function(BenchmarkId::new("image", preset), |b| {
             b.iter(|| {
-                grown.store.retain(|id, _| id != "frame.image");
-                black_box(grown.runner().get(grown.forest.image, 0).expect("grown"))
+                grown.store.retain(|id, _| id != "frame.images");
+                black_box(grown.runner().get(grown.forest.images, 0).expect("grown"))
             });
         });
         group.bench_function(BenchmarkId::new("image_and_scan", preset), |b| {
             b.iter(|| {
                 grown.store.retain(|_, at| !matches!(at, At::Frame(_)));
                 let runner = grown.runner();
-                let image = runner.get(grown.forest.image, 0).expect("grown");
-                black_box((image, runner.get(grown.forest.scans, 0).expect("grown")))
+                let images = runner.get(grown.forest.images, 0).expect("grown");
+                black_box((images, runner.get(grown.forest.scans, 0).expect("grown")))
             });
         });
     }

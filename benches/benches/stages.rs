@@ -7,9 +7,9 @@ use nemoral_benches::{Grown, config};
 use nemoral_dataset::{CameraData, DatasetHeader, FrameData, LidarData, OpenMode, Writer};
 use nemoral_lidar::{HorizonLike, Mid40, ScanPattern};
 use nemoral_lidar_noise::{Observation, RangeNoise, RangeSensor};
+use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Node, Store};
-use nemoral_pipeline::{CAMERA_NAME, ForestPlan};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Key, Stage};
@@ -92,7 +92,7 @@ fn files(c: &mut Criterion) {
     let config = config("medium", 50_000).expect("valid");
     let grown = Grown::new(&config).expect("grows");
     let runner = grown.runner();
-    let image = runner.get(grown.forest.image, 0).expect("grown");
+    let images = runner.get(grown.forest.images, 0).expect("grown");
     let scans = runner.get(grown.forest.scans, 0).expect("grown");
     let pose = runner.get(grown.forest.pose, 0).expect("grown");
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -104,9 +104,9 @@ fn files(c: &mut Criterion) {
         time_s: 0.0,
         world_from_body: pose.world_from_body(),
         cameras: vec![CameraData {
-            name: CAMERA_NAME,
-            rgb: &image.rgb,
-            truth: &image.truth,
+            name: "camera",
+            rgb: &images[0].rgb,
+            truth: &images[0].truth,
         }],
         lidars: vec![LidarData {
             name: "lidar",

@@ -68,10 +68,10 @@ impl World {
 /// # Errors
 /// If the frame cannot be made.
 pub fn record(forest: &ForestPlan, runner: &Runner<'_>, frame: u64) -> Result<Vec<u8>, Error> {
-    let images = runner.get(forest.image, frame)?;
+    let images = runner.get(forest.images, frame)?;
     let scans = runner.get(forest.scans, frame)?;
     Ok([
-        image_bytes(&images),
+        images.iter().flat_map(image_bytes).collect::<Vec<_>>(),
         scans.iter().flat_map(|s| scan_bytes(s)).collect(),
     ]
     .concat())

@@ -30,7 +30,7 @@ const SETTINGS: [&str; 11] = [
 /// A frame, ready to be asked.
 struct Frame {
     assets: Arc<WorldAssets>,
-    camera: Arc<CameraRig>,
+    cameras: Arc<Vec<CameraRig>>,
     scene: Arc<FrameScene>,
     scans: Arc<Vec<Vec<LidarPoint>>>,
     view: View,
@@ -42,8 +42,9 @@ static FRAMES: LazyLock<Vec<Frame>> = LazyLock::new(|| {
     let (forest, runner) = (&WORLD.forest, WORLD.runner(2));
     let lidars = runner.get(forest.lidars, ()).expect("a lidar");
     let frame = |frame| {
-        let camera: Arc<CameraRig> = runner.get(forest.camera, ()).expect("a camera");
-        assert_same_place(&camera, &lidars[0]);
+        let cameras = runner.get(forest.cameras, ()).expect("cameras");
+        let camera = &cameras[0];
+        assert_same_place(camera, &lidars[0]);
         let pose = runner.get(forest.pose, frame).expect("a pose");
         let scene = runner.get(forest.scene, frame).expect("a scene");
         let body = pose.track.relative_to(scene.origin_m).middle();
@@ -51,7 +52,7 @@ static FRAMES: LazyLock<Vec<Frame>> = LazyLock::new(|| {
             assets: runner.get(forest.assets, ()).expect("assets"),
             scans: runner.get(forest.scans, frame).expect("a scan"),
             view: View::new(camera.intrinsics, body * camera.body_from_camera),
-            camera,
+            cameras,
             scene,
         }
     };
@@ -85,7 +86,8 @@ impl Frame {
             .runner(1)
             .get(WORLD.forest.lidars, ())
             .expect("a lidar");
-        let camera_from_lidar = self.camera.body_from_camera.inverse() * lidars[0].body_from_lidar;
+        let camera_from_lidar =
+            self.cameras[0].body_from_camera.inverse() * lidars[0].body_from_lidar;
         let k: Intrinsics = view.intrinsics;
         self.scans[0].iter().map(move |point| {
             let in_camera = camera_from_lidar.transform_point(point.position_m.as_dvec3());
@@ -94,8 +96,7 @@ impl Frame {
                 && pixel.x < f64::from(k.width)
                 && pixel.y < f64::from(k.height);
             assert!(inside, "the camera sees all that the LiDAR sees");
-            let truth = self
-                .camera
+            let truth = self.cameras[0]
                 .renderer
                 .ray_cast()
                 .expect("the CPU's")
@@ -222,7 +223,7 @@ fn a_pose_five_centimetres_off_is_noticed() {
 fn images_are_made_of_the_same_answers() {
     let frame = &FRAMES[1];
     let runner = WORLD.runner(2);
-    let images = runner.get(WORLD.forest.image, 1).expect("images");
+    let images = &runner.get(WORLD.forest.images, 1).expect("images")[0];
     let scene = SceneView {
         caster: &frame.scene.forest,
         materials: &frame.assets.library.materials,
@@ -233,8 +234,7 @@ fn images_are_made_of_the_same_answers() {
     for i in 0..truth.depth_m.pixels().len() {
         let (column, row) = (i % width, i / width);
         let centre = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-        let seen = frame
-            .camera
+        let seen = frame.cameras[0]
             .renderer
             .ray_cast()
             .expect("the CPU's")

@@ -396,7 +396,7 @@ struct Frame {
 impl Frame {
     fn new(world: &World, frame: u64) -> Self {
         let (forest, runner) = (&world.forest, world.runner(2));
-        let rig = runner.get(forest.camera, ()).expect("a camera");
+        let rig = &runner.get(forest.cameras, ()).expect("cameras")[0];
         let pose = runner.get(forest.pose, frame).expect("a pose");
         let scene = runner.get(forest.scene, frame).expect("a scene");
         let body = pose.track.relative_to(scene.origin_m).middle();

@@ -64,7 +64,7 @@ request and `nemoral generate config.toml` makes it again. The data belong to wh
 | `sequences/NN/labels/*.label` | uint32: class in the lower 16 bits, instance (`label_id`, within 3 chunks) in the upper 16 |
 | `sequences/NN/points/*.ply` | every field of every point: true range, true id, ring, return, time, normal, flags |
 | `sequences/NN/poses.txt` | line k: frame k of the whole drive, reference camera, relative to frame 0 (KITTI) |
-| `sequences/NN/calib.txt` | P0 to P3 (all the first camera's) and Tr, LiDAR to camera (KITTI) |
+| `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and Tr, LiDAR to first camera (KITTI); P_NAME and Tr_NAME of further cameras: pixels from the first camera's frame, LiDAR to camera |
 | `sequences/NN/times.txt` | seconds |
 | `trees.csv`, `instances.csv` | the inventory: positions in the world, sizes, species |
 | `ontology.yaml` | the class table in SemanticKITTI's form |
@@ -72,7 +72,8 @@ request and `nemoral generate config.toml` makes it again. The data belong to wh
 
 Metres. World: x east, y north, z up; LiDAR: x forward, y left, z up; camera: x right, y down, z forward.
 Projected with P2, a point is in column floor(u) and row floor(v): the first pixel's centre is at (0.5, 0.5).
-Further cameras and LiDARs have the same folders inside a folder of their name. Truth images hold what is
+Further cameras and LiDARs have the same folders inside a folder of their name, but the pictures of a further camera
+called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
 ",
         licence = serde_json::to_string(&h.licence).expect("a string is JSON"),

@@ -8,8 +8,8 @@ use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, RigidTransform, Semantic, 
 
 use crate::agreement::View;
 use crate::{
-    Agreement, Dataset, Error, Frame, FrameRecord, PlyPoint, atomic, folder, images, layout, text,
-    yaml,
+    Agreement, Calibration, CameraCalibration, Dataset, Error, Frame, FrameRecord, PlyPoint,
+    atomic, folder, images, layout, text, yaml,
 };
 
 /// Something wrong with a data set.
@@ -239,7 +239,6 @@ impl Checker<'_> {
 
     /// `poses.txt`, `calib.txt`, `times.txt` against `dataset.json`.
     fn sequences(&mut self) -> BTreeMap<u32, Track> {
-        let header = &self.dataset.manifest().header;
         let mut tracks = BTreeMap::new();
         for s in &self.dataset.manifest().sequences {
             let path = |name| format!("{}/{name}", layout::sequence(s.number));
@@ -263,22 +262,7 @@ impl Checker<'_> {
                 }
             }
             let camera_from_lidar = text::from_rows(&calibration.camera_from_lidar);
-            if let Some(lidar) = header.lidars.first() {
-                let mount = text::relative(&header.body_from_reference(), &lidar.body_from_lidar);
-                if let Some(distance) = differs(&mount, &camera_from_lidar) {
-                    let message = format!("Tr is {distance} off the mounts in dataset.json");
-                    self.problem(&calib, message);
-                }
-            }
-            if let Some(camera) = header.cameras.first() {
-                let projection = text::projection(&camera.intrinsics);
-                if calibration.projections.iter().any(|p| *p != projection) {
-                    self.problem(
-                        &calib,
-                        "P0 to P3 differ from the intrinsics in dataset.json",
-                    );
-                }
-            }
+            self.calibration(&calib, &calibration);
             let track = Track {
                 poses: pose_list,
                 times: time_list,
@@ -287,6 +271,33 @@ impl Checker<'_> {
             tracks.insert(s.number, track);
         }
         tracks
+    }
+
+    /// `calib.txt` against the intrinsics and mounts of `dataset.json`.
+    fn calibration(&mut self, path: &str, found: &Calibration) {
+        let asked = Calibration::of(&self.dataset.manifest().header);
+        let mut mount = |name: &str, asked: &text::Rows, found: &text::Rows| {
+            if let Some(distance) = differs(&text::from_rows(asked), &text::from_rows(found)) {
+                let message = format!("{name} is {distance} off the mounts in dataset.json");
+                self.problem(path, message);
+            }
+        };
+        mount("Tr", &asked.camera_from_lidar, &found.camera_from_lidar);
+        for (asked, found) in asked.further.iter().zip(&found.further) {
+            let name = format!("Tr_{}", asked.name);
+            mount(&name, &asked.camera_from_lidar, &found.camera_from_lidar);
+        }
+        if asked.projections != found.projections {
+            self.problem(path, "P0 to P3 differ from the cameras in dataset.json");
+        }
+        let lines = |c: &Calibration| -> Vec<(String, text::Rows)> {
+            let line = |c: &CameraCalibration| (c.name.clone(), c.projection);
+            c.further.iter().map(line).collect()
+        };
+        if lines(&asked) != lines(found) {
+            let message = "the lines P_NAME differ from the further cameras in dataset.json";
+            self.problem(path, message);
+        }
     }
 
     fn frames(&mut self, tracks: &BTreeMap<u32, Track>) {

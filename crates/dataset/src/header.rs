@@ -22,7 +22,8 @@ pub enum DepthFormat {
 }
 
 /// A camera of the data set. The first one writes `image_2`, `semantic`, `instance`, `depth` and
-/// `normals`, further ones the same folders inside a folder of their name.
+/// `normals`, further ones the same folders inside a folder of their name; but the pictures of a
+/// further one called `right` are `image_3`, as of KITTI's right eye.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraSpec {
     /// `snake_case`, unique among all sensors.

@@ -33,11 +33,19 @@ pub(crate) struct LidarFolders {
     pub(crate) points: String,
 }
 
+/// The further camera that is KITTI's right eye: its pictures are `image_3`, its projection is `P3`.
+pub(crate) const RIGHT: &str = "right";
+
 /// The `i`-th camera's folders: the first one's are SemanticKITTI's.
 pub(crate) fn camera_folders(header: &DatasetHeader, i: usize) -> CameraFolders {
-    let prefix = prefix(i, &header.cameras[i].name);
+    let name = &header.cameras[i].name;
+    let prefix = prefix(i, name);
     CameraFolders {
-        rgb: format!("{prefix}image_2"),
+        rgb: if i > 0 && name == RIGHT {
+            "image_3".to_owned()
+        } else {
+            format!("{prefix}image_2")
+        },
         semantic: format!("{prefix}semantic"),
         instance: format!("{prefix}instance"),
         depth: format!("{prefix}depth"),
@@ -106,8 +114,9 @@ pub(crate) fn frame_record(sequence_number: u32, index: u64) -> String {
 
 /// Names that could be mistaken for a folder of the layout, or that file systems dislike, are refused.
 pub(crate) fn check_sensor_name(name: &str) -> Result<(), Error> {
-    const RESERVED: [&str; 8] = [
-        "image_2", "semantic", "instance", "depth", "normals", "velodyne", "labels", "points",
+    const RESERVED: [&str; 9] = [
+        "image_2", "image_3", "semantic", "instance", "depth", "normals", "velodyne", "labels",
+        "points",
     ];
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
     if name.is_empty() || name.len() > 64 || !name.chars().all(plain) || RESERVED.contains(&name) {

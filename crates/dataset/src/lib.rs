@@ -9,7 +9,8 @@
 //!                  velodyne/000000.bin  labels/000000.label  points/000000.ply
 //!                  poses.txt  calib.txt  times.txt
 //! ```
-//! A second camera or LiDAR has the same folders inside a folder of its name. While a data set is
+//! A further camera or LiDAR has the same folders inside a folder of its name, but the pictures of a
+//! further camera called `right` are `image_3`. While a data set is
 //! unfinished, `OUT/.nemoral/` holds its header and a record for each whole frame.
 //!
 //! | file | content |
@@ -99,5 +100,5 @@ pub use merge::merge;
 pub use ply::PlyPoint;
 pub use reader::{CameraFrame, Dataset, Frame, LidarFrame};
 pub use stats::{ClassShare, Quantiles, Stats, stats};
-pub use text::Calibration;
+pub use text::{Calibration, CameraCalibration};
 pub use writer::{OpenMode, Writer};

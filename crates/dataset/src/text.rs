@@ -6,7 +6,7 @@ use std::path::Path;
 use nemoral_scene::glam::{DMat3, DQuat, DVec3};
 use nemoral_scene::{Intrinsics, RigidTransform};
 
-use crate::Error;
+use crate::{DatasetHeader, Error, layout};
 
 /// A 3 × 4 matrix, row-major.
 pub(crate) type Rows = [[f64; 4]; 3];
@@ -15,10 +15,53 @@ pub(crate) type Rows = [[f64; 4]; 3];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// P0 to P3: homogeneous pixels from the reference camera's frame. All four are the first
-    /// camera's; the centre of the first pixel is at (0.5, 0.5).
+    /// camera's, but P3 is the one's called `right` if there is one; the centre of the first pixel is
+    /// at (0.5, 0.5).
     pub projections: [[[f64; 4]; 3]; 4],
     /// Tr: the reference camera's frame from the first LiDAR's.
     pub camera_from_lidar: [[f64; 4]; 3],
+    /// The further cameras, in the header's order.
+    pub further: Vec<CameraCalibration>,
+}
+
+/// A further camera's lines of `calib.txt`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraCalibration {
+    /// Its name, the NAME of the lines.
+    pub name: String,
+    /// P_NAME: its homogeneous pixels from the reference camera's frame.
+    pub projection: [[f64; 4]; 3],
+    /// Tr_NAME: its frame from the first LiDAR's.
+    pub camera_from_lidar: [[f64; 4]; 3],
+}
+
+impl Calibration {
+    /// That of a data set.
+    pub(crate) fn of(header: &DatasetHeader) -> Self {
+        let reference = header.body_from_reference();
+        let lidar = header.lidars.first();
+        let lidar = lidar.map_or(reference, |l| l.body_from_lidar);
+        let first = header
+            .cameras
+            .first()
+            // A LiDAR alone: poses are its own, and P drops the fourth coordinate.
+            .map_or_else(
+                || RigidTransform::IDENTITY.to_rows(),
+                |c| projection(&c.intrinsics, &RigidTransform::IDENTITY),
+            );
+        let further = header.cameras.iter().skip(1).map(|c| CameraCalibration {
+            name: c.name.clone(),
+            projection: projection(&c.intrinsics, &relative(&c.body_from_camera, &reference)),
+            camera_from_lidar: relative(&c.body_from_camera, &lidar).to_rows(),
+        });
+        let further: Vec<_> = further.collect();
+        let right = further.iter().find(|c| c.name == layout::RIGHT);
+        Self {
+            projections: [first, first, first, right.map_or(first, |c| c.projection)],
+            camera_from_lidar: relative(&reference, &lidar).to_rows(),
+            further,
+        }
+    }
 }
 
 /// A transform from its 3 × 4 matrix.
@@ -43,12 +86,13 @@ pub(crate) fn relative(b_from_a: &RigidTransform, b_from_c: &RigidTransform) -> 
     }
 }
 
-/// The pinhole's 3 × 4 projection.
-pub(crate) fn projection(k: &Intrinsics) -> Rows {
+/// The pinhole's 3 × 4 projection, of points in the reference camera's frame.
+fn projection(k: &Intrinsics, camera_from_reference: &RigidTransform) -> Rows {
+    let [x, y, z] = camera_from_reference.to_rows();
     [
-        [k.fx, 0.0, k.cx, 0.0],
-        [0.0, k.fy, k.cy, 0.0],
-        [0.0, 0.0, 1.0, 0.0],
+        std::array::from_fn(|i| k.fx * x[i] + k.cx * z[i]),
+        std::array::from_fn(|i| k.fy * y[i] + k.cy * z[i]),
+        z,
     ]
 }
 
@@ -75,15 +119,22 @@ pub(crate) fn encode_times(times_s: &[f64]) -> String {
     times_s.iter().map(|t| format!("{:e}\n", t + 0.0)).collect()
 }
 
-/// `calib.txt`: `P0:` to `P3:` and `Tr:`.
+/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras. Every line
+/// has twelve numbers: today's loaders take each for a matrix.
 pub(crate) fn encode_calibration(calibration: &Calibration) -> String {
     let mut out = String::new();
-    for (i, rows) in calibration.projections.iter().enumerate() {
-        write!(out, "P{i}: ").expect("a string takes it");
+    let mut line = |name: &str, rows: &Rows| {
+        write!(out, "{name}: ").expect("a string takes it");
         push_rows(&mut out, rows);
+    };
+    for (i, rows) in calibration.projections.iter().enumerate() {
+        line(&format!("P{i}"), rows);
     }
-    out.push_str("Tr: ");
-    push_rows(&mut out, &calibration.camera_from_lidar);
+    line("Tr", &calibration.camera_from_lidar);
+    for camera in &calibration.further {
+        line(&format!("P_{}", camera.name), &camera.projection);
+        line(&format!("Tr_{}", camera.name), &camera.camera_from_lidar);
+    }
     out
 }
 
@@ -126,9 +177,21 @@ pub(crate) fn decode_calibration(path: &Path, text: &str) -> Result<Calibration,
             )),
         }
     };
+    let cameras = text.lines().filter_map(|l| {
+        let (name, _) = l.strip_prefix("P_")?.split_once(": ")?;
+        Some(name)
+    });
+    let further = cameras.map(|name| {
+        Ok(CameraCalibration {
+            name: name.to_owned(),
+            projection: named(&format!("P_{name}"))?,
+            camera_from_lidar: named(&format!("Tr_{name}"))?,
+        })
+    });
     Ok(Calibration {
         projections: [named("P0")?, named("P1")?, named("P2")?, named("P3")?],
         camera_from_lidar: named("Tr")?,
+        further: further.collect::<Result<_, Error>>()?,
     })
 }
 
@@ -147,9 +210,10 @@ mod tests {
             let p = Path::new("x");
             prop_assert_eq!(decode_poses(p, &encode_poses(&[a, b])).expect("valid"), vec![a, b]);
             prop_assert_eq!(decode_times(p, &encode_times(&times)).expect("valid"), times);
-            let calibration = Calibration { projections: [a; 4], camera_from_lidar: b };
+            let further = vec![CameraCalibration { name: "rear".to_owned(), projection: b, camera_from_lidar: a }];
+            let calibration = Calibration { projections: [a; 4], camera_from_lidar: b, further };
             let text = encode_calibration(&calibration);
-            prop_assert_eq!(text.matches(':').count(), 5);
+            prop_assert_eq!(text.matches(':').count(), 7);
             prop_assert_eq!(decode_calibration(p, &text).expect("valid"), calibration);
         }
 

@@ -275,7 +275,7 @@ impl Writer {
             (layout::TREES.to_owned(), csv::encode_trees(trees)),
             (layout::INSTANCES.to_owned(), csv::encode_objects(objects)),
         ];
-        let calibration = text::encode_calibration(&self.calibration());
+        let calibration = text::encode_calibration(&Calibration::of(&self.header));
         for (&number, drive) in drives {
             let folder = layout::sequence(number);
             texts.extend([
@@ -419,24 +419,6 @@ impl Writer {
                 label: point.object.to_label_id(lidar.sensor_chunk),
             })
             .collect()
-    }
-
-    fn calibration(&self) -> Calibration {
-        let h = &self.header;
-        let reference = h.body_from_reference();
-        let projection = h
-            .cameras
-            .first()
-            // A LiDAR alone: poses are its own, and P drops the fourth coordinate.
-            .map_or_else(
-                || nemoral_scene::RigidTransform::IDENTITY.to_rows(),
-                |c| text::projection(&c.intrinsics),
-            );
-        let lidar = h.lidars.first().map_or(reference, |l| l.body_from_lidar);
-        Calibration {
-            projections: [projection; 4],
-            camera_from_lidar: text::relative(&reference, &lidar).to_rows(),
-        }
     }
 }
 

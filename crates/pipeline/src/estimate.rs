@@ -32,11 +32,10 @@ pub struct Estimate {
 /// Estimates a run from what was measured on the presets.
 #[must_use]
 pub fn estimate(config: &Config) -> Estimate {
-    let pixels = if config.camera.enabled {
-        f64::from(config.camera.width_px) * f64::from(config.camera.height_px)
-    } else {
-        0.0
-    };
+    let pixels: f64 = config
+        .all_cameras()
+        .map(|(_, c)| f64::from(c.width_px) * f64::from(c.height_px))
+        .sum();
     let (mut pulses, mut rays) = (0.0, 0.0);
     for (_, lidar) in config.all_lidars() {
         let rings = f64::from(lidar.beam.rings);

@@ -32,8 +32,8 @@ pub struct ForestPlan {
     pub placement: Node<(), Placement>,
     /// World: where the robot goes.
     pub guide: Node<(), Guide>,
-    /// World: the camera.
-    pub camera: Node<(), CameraRig>,
+    /// World: the cameras, the first one first.
+    pub cameras: Node<(), Vec<CameraRig>>,
     /// World: the LiDARs, the first one first.
     pub lidars: Node<(), Vec<LidarRig>>,
     /// Chunk: its ground as a surface.
@@ -56,8 +56,8 @@ pub struct ForestPlan {
     pub pose: Node<u64, FramePose>,
     /// Frame: what is visible.
     pub scene: Node<u64, FrameScene>,
-    /// Frame: colour and truth images.
-    pub image: Node<u64, CameraImages>,
+    /// Frame: colour and truth images of each camera.
+    pub images: Node<u64, Vec<CameraImages>>,
     /// Frame: the points of each LiDAR.
     pub scans: Node<u64, Vec<Vec<LidarPoint>>>,
 }
@@ -87,7 +87,7 @@ impl ForestPlan {
         );
         let flora = plan.add(FloraStage::new(config), ());
         let guide = plan.add(GuideStage::new(config), (ground_model.of_world(),));
-        let camera = plan.add(CameraStage::new(config, backend.clone()), ());
+        let cameras = plan.add(CameraStage::new(config, backend.clone()), ());
         let lidars = plan.add(LidarStage::new(config), ());
 
         let ground = plan.add(ChunkGroundStage, (ground_model.of_world(),));
@@ -148,9 +148,9 @@ impl ForestPlan {
             },
             (pose, solid.anywhere(), low.anywhere(), openness.anywhere()),
         );
-        let image = plan.add(
+        let images = plan.add(
             ImageStage,
-            (camera.of_world(), assets.of_world(), pose, scene),
+            (cameras.of_world(), assets.of_world(), pose, scene),
         );
         let scans = plan.add(
             ScanStage,
@@ -164,7 +164,7 @@ impl ForestPlan {
             assets,
             placement,
             guide,
-            camera,
+            cameras,
             lidars,
             ground,
             rocks,
@@ -176,7 +176,7 @@ impl ForestPlan {
             low,
             pose,
             scene,
-            image,
+            images,
             scans,
         })
     }

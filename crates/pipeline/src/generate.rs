@@ -22,9 +22,6 @@ use crate::{Backend, Error, ForestPlan};
 
 /// The number of the one sequence of a data set.
 const SEQUENCE: u32 = 0;
-/// The first camera's name.
-pub const CAMERA_NAME: &str = "camera";
-
 /// What to make, and where.
 #[derive(Clone, Debug)]
 pub struct Request {
@@ -70,8 +67,7 @@ pub struct Done {
 struct Finished {
     frame: u64,
     pose: Arc<FramePose>,
-    /// `None` without a camera.
-    image: Option<Arc<CameraImages>>,
+    images: Arc<Vec<CameraImages>>,
     scans: Arc<Vec<Vec<LidarPoint>>>,
     key: [u8; 32],
 }
@@ -114,7 +110,7 @@ pub fn generate(
             config.frames
         )));
     }
-    runner.get(forest.camera, ())?;
+    runner.get(forest.cameras, ())?;
     runner.get(forest.lidars, ())?;
     runner.get(forest.placement, ())?;
 
@@ -147,7 +143,6 @@ fn record(
 ) -> Result<(), Error> {
     let total = request.frames.len();
     let manager = ChunkManager::new(request.config.chunks.clone());
-    let with_camera = request.config.camera.enabled;
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         // Two frames may wait: a slow disk holds the frames up, not the memory.
@@ -186,7 +181,7 @@ fn record(
                 let item = if writer.has_frame(SEQUENCE, frame, &key) {
                     Err(frame)
                 } else {
-                    Ok(make(forest, runner, &manager, with_camera, frame, key)?)
+                    Ok(make(forest, runner, &manager, frame, key)?)
                 };
                 if sender.send(item).is_err() {
                     break;
@@ -205,16 +200,11 @@ fn make(
     forest: &ForestPlan,
     runner: &Runner<'_>,
     manager: &ChunkManager,
-    with_camera: bool,
     frame: u64,
     key: [u8; 32],
 ) -> Result<Finished, Error> {
     let pose = runner.get(forest.pose, frame)?;
-    let image = if with_camera {
-        Some(runner.get(forest.image, frame)?)
-    } else {
-        None
-    };
+    let images = runner.get(forest.images, frame)?;
     let scans = runner.get(forest.scans, frame)?;
     manager.evict(
         runner.store(),
@@ -223,15 +213,16 @@ fn make(
     Ok(Finished {
         frame,
         pose,
-        image,
+        images,
         scans,
         key,
     })
 }
 
 fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
-    let camera = finished.image.as_ref().map(|image| CameraData {
-        name: CAMERA_NAME,
+    let cameras = writer.header().cameras.iter().zip(&*finished.images);
+    let cameras = cameras.map(|(spec, image)| CameraData {
+        name: &spec.name,
         rgb: &image.rgb,
         truth: &image.truth,
     });
@@ -246,7 +237,7 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
         index: finished.frame,
         time_s: finished.pose.time_s,
         world_from_body: finished.pose.world_from_body(),
-        cameras: camera.into_iter().collect(),
+        cameras: cameras.collect(),
         lidars: lidars.collect(),
         frame_key: finished.key,
     })?;
@@ -256,7 +247,7 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
 /// The key of all that goes into a frame.
 fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
     let mut hasher = Hasher::new("frame");
-    hasher.write_bytes(&forest.plan().key(forest.image, frame).0);
+    hasher.write_bytes(&forest.plan().key(forest.images, frame).0);
     hasher.write_bytes(&forest.plan().key(forest.scans, frame).0);
     hasher.finish().0
 }
@@ -264,7 +255,7 @@ fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
 /// What decides the bytes of a data set, written to its manifest.
 ///
 /// # Errors
-/// If the camera is impossible.
+/// If a camera is impossible.
 pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> {
     let ontology = Ontology::by_name(&config.output.ontology)
         .expect("the config's words are the built-in ontologies");
@@ -277,16 +268,15 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
             // Stage ids may repeat (rock phases): number them in plan order.
             (format!("{i:02} {id}"), key.to_string())
         });
-    let mut cameras = Vec::new();
-    if config.camera.enabled {
-        cameras.push(CameraSpec {
-            name: CAMERA_NAME.to_owned(),
-            intrinsics: sensors::intrinsics(&config.camera)?,
-            body_from_camera: sensors::body_from_camera(&config.camera),
-        });
-    }
+    let camera = |(path, camera): (String, &config::Camera)| {
+        Ok::<_, Error>(CameraSpec {
+            name: config::sensor_name(&path).to_owned(),
+            intrinsics: sensors::intrinsics(&path, camera)?,
+            body_from_camera: sensors::body_from_camera(camera),
+        })
+    };
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {
-        name: path.trim_start_matches("lidars.").to_owned(),
+        name: config::sensor_name(&path).to_owned(),
         body_from_lidar: sensors::body_from_lidar(lidar),
         deskewed: lidar.deskew,
         pointing_errors: lidar.errors.angular_deg > 0.0,
@@ -305,7 +295,7 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
         },
         licence: String::new(),
         ontology,
-        cameras,
+        cameras: config.all_cameras().map(camera).collect::<Result<_, _>>()?,
         lidars: config.all_lidars().map(lidar).collect(),
         stage_keys: stage_keys.collect(),
         config: serde_json::to_value(config).expect("a config is plain data"),

@@ -11,8 +11,8 @@
 //! let runner = Runner::new(forest.plan(), &store, 2);
 //! // Any node, at any coordinate, in any order: what it gives never depends on what ran before.
 //! let scans = runner.get(forest.scans, 41)?;
-//! let picture = runner.get(forest.image, 41)?;
-//! println!("{} points, {} pixels", scans[0].len(), picture.rgb.pixels().len());
+//! let pictures = runner.get(forest.images, 41)?;
+//! println!("{} points, {} pixels", scans[0].len(), pictures[0].rgb.pixels().len());
 //! # Ok::<(), nemoral_pipeline::Error>(())
 //! ```
 //!
@@ -43,5 +43,5 @@ pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
 pub use estimate::{Estimate, estimate};
 pub use forest::ForestPlan;
-pub use generate::{CAMERA_NAME, Done, Observer, Request, generate, header};
+pub use generate::{Done, Observer, Request, generate, header};
 pub use preview::{preview, write_png};

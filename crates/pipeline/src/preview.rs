@@ -16,7 +16,7 @@ const PAPER: [u8; 3] = [18, 20, 22];
 /// Width of the strip between the pictures, pixels.
 const GAP: usize = 12;
 
-/// Makes the contact sheet of a frame: the picture; below it classes and instances, depth and scan.
+/// Makes the contact sheet of a frame: the first camera's picture; below it classes and instances, depth and scan.
 ///
 /// # Errors
 /// If the frame cannot be made.
@@ -29,17 +29,22 @@ pub fn preview(
     let forest = ForestPlan::on(config, backend)?;
     let store = Store::unlimited();
     let runner = Runner::new(forest.plan(), &store, threads);
-    let image = runner.get(forest.image, frame)?;
+    let images = runner.get(forest.images, frame)?;
+    let image = images.first().ok_or_else(|| {
+        Error::request(
+            "camera.enabled = false: must be true for a preview, which shows the first camera",
+        )
+    })?;
     let scans = runner.get(forest.scans, frame)?;
     let ontology = Ontology::by_name(&config.output.ontology)
         .expect("the config's words are the built-in ontologies");
     let camera_from_lidar = sensors::body_from_camera(&config.camera).inverse()
         * sensors::body_from_lidar(&config.lidar);
     Ok(contact_sheet(
-        &image,
+        image,
         &scans[0],
         &ontology,
-        &sensors::intrinsics(&config.camera)?,
+        &sensors::intrinsics("camera", &config.camera)?,
         &camera_from_lidar,
     ))
 }

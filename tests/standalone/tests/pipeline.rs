@@ -41,7 +41,7 @@ fn a_frame_is_recorded_in_memory() -> Result<(), Error> {
     let store = Store::unlimited();
     let runner = Runner::new(forest.plan(), &store, 2);
     let points = &runner.get(forest.scans, 1)?[0];
-    let pixels = runner.get(forest.image, 1)?.rgb.pixels().len();
+    let pixels = runner.get(forest.images, 1)?[0].rgb.pixels().len();
     assert_eq!(pixels, 160 * 96);
     assert!(
         (100..=3000).contains(&points.len()),

@@ -138,7 +138,7 @@ fn the_plan_as_a_graph_and_as_keys() {
     let count = |text: &str, word: &str| text.matches(word).count();
     assert_eq!(count(&mermaid, "--"), count(&dot, "->"));
     assert!(count(&dot, "->") > 10);
-    for stage in ["world.assets", "chunk.solid", "frame.image", "frame.scans"] {
+    for stage in ["world.assets", "chunk.solid", "frame.images", "frame.scans"] {
         assert!(mermaid.contains(stage) && dot.contains(stage), "{stage}");
     }
 
@@ -156,7 +156,7 @@ fn the_plan_as_a_graph_and_as_keys() {
     let seed = explain("seed=8");
     assert!(differ(&seed, "chunk.solid") && differ(&seed, "frame.scans"));
     let camera = explain("camera.width_px=200");
-    assert!(differ(&camera, "frame.image"));
+    assert!(differ(&camera, "frame.images"));
     assert!(!differ(&camera, "frame.scans") && !differ(&camera, "chunk.solid"));
 }
 

@@ -1,12 +1,13 @@
 //! Everything that is written comes back, also through a second reader written from the formats'
 //! specifications.
 
+use std::fs;
 use std::path::Path;
 
 use crate::common::{header, see, small, write};
 use nemoral_dataset::{Dataset, DepthFormat, OpenMode, Writer, stats};
 use nemoral_scene::glam::DVec3;
-use nemoral_scene::{Intrinsics, Ontology};
+use nemoral_scene::{Intrinsics, Ontology, RigidTransform};
 
 #[test]
 fn a_data_set_comes_back() {
@@ -298,6 +299,8 @@ fn further_sensors_and_no_camera() {
     let frame = dataset.read_frame(0).expect("frame");
     assert_eq!(frame.cameras[1].semantic.width(), 16);
 
+    assert_eq!(dataset.calibration(0).expect("calib").further.len(), 1);
+
     let lidar_only = nemoral_dataset::DatasetHeader {
         cameras: Vec::new(),
         ..small()
@@ -312,6 +315,69 @@ fn further_sensors_and_no_camera() {
     let found =
         dataset.manifest().sequences[0].world_from_frame0() * dataset.poses(0).expect("poses")[1];
     assert!(found.translation_m.distance(world.translation_m) < 1e-9);
+}
+
+#[test]
+fn a_right_eye_is_kittis() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let mut pair = small();
+    let mut right = pair.cameras[0].clone();
+    right.name = "right".to_owned();
+    // Half a metre to the right in the optical frame.
+    let aside = RigidTransform {
+        translation_m: DVec3::new(0.5, 0.0, 0.0),
+        ..RigidTransform::IDENTITY
+    };
+    right.body_from_camera = right.body_from_camera * aside;
+    pair.cameras.push(right);
+    let dataset = write(dir.path(), &pair, &[0]);
+    let at = dir.path().join("sequences/00");
+    for (file, there) in [
+        ("image_2/000000.png", true),
+        ("image_3/000000.png", true),
+        ("right/depth/000000.png", true),
+        ("right/image_2", false),
+    ] {
+        assert_eq!(at.join(file).exists(), there, "{file}");
+    }
+    let calibration = dataset.calibration(0).expect("calib");
+    let [p2, p3] = [calibration.projections[2], calibration.projections[3]];
+    let k = pair.cameras[0].intrinsics;
+    // KITTI: the fourth column is -focal length × baseline.
+    assert!((p3[0][3] + 0.5 * k.fx).abs() < 1e-9, "{p3:?}");
+    assert!((p3[0][0] - p2[0][0]).abs() < 1e-9 && p2[0][3] == 0.0);
+    assert_eq!(calibration.further[0].projection, p3);
+    // A point of the LiDAR, by Tr and P3 and by Tr_right and the pinhole.
+    let apply = |m: &[[f64; 4]; 3], p: DVec3| {
+        DVec3::from_array(m.map(|r| r[0] * p.x + r[1] * p.y + r[2] * p.z + r[3]))
+    };
+    let point = DVec3::new(9.0, 1.0, -0.5);
+    let pixel = apply(&p3, apply(&calibration.camera_from_lidar, point));
+    let in_right = apply(&calibration.further[0].camera_from_lidar, point);
+    let other = k.project(in_right).expect("in front");
+    assert!((pixel.truncate() / pixel.z).distance(other) < 1e-9);
+    assert!((pixel.z - in_right.z).abs() < 1e-9);
+
+    assert!(nemoral_dataset::check(dir.path()).expect("check").passed());
+    let calib = at.join("calib.txt");
+    let text = fs::read_to_string(&calib).expect("read");
+    let tr = text.lines().find(|l| l.starts_with("Tr: ")).expect("Tr");
+    let of_first = format!("{}\nX: ", tr.replace("Tr", "Tr_right"));
+    for (line, with, what) in [
+        ("Tr_right: ", &*of_first, "Tr_right is 0.5"),
+        ("P3: ", "P3: 1", "P0 to P3 differ"),
+        ("P_right: ", "P_right: 1", "P_NAME differ"),
+        ("P_right: ", "P_left: ", "Tr_left"),
+        ("Tr_right: ", "Tr_left: ", "has 0 lines 'Tr_right:'"),
+        ("\nTr: ", "\nTrue: ", "has 0 lines 'Tr:'"),
+    ] {
+        fs::write(&calib, text.replace(line, with)).expect("write");
+        crate::common::reseal(dir.path(), "sequences/00/calib.txt");
+        let report = nemoral_dataset::check(dir.path())
+            .expect("check")
+            .to_string();
+        assert!(report.contains(what), "{what}: {report}");
+    }
 }
 
 #[test]

@@ -115,7 +115,7 @@ impl Layers {
             sources.push(Source::setting(setting)?);
         }
         let preset = self.base(&mut sources)?;
-        let mut merged = with_device(&preset, &sources);
+        let mut merged = with_sensors(&preset, &sources);
         for source in &sources {
             check_table("", &source.table, source, &mut errors);
             merge("", &mut merged, &source.table);
@@ -188,7 +188,7 @@ impl Config {
         let preset = layers.base(std::slice::from_mut(&mut source))?;
         let mut errors = Vec::new();
         check_table("", &source.table, &source, &mut errors);
-        let mut merged = with_device(&preset, std::slice::from_ref(&source));
+        let mut merged = with_sensors(&preset, std::slice::from_ref(&source));
         merge("", &mut merged, &source.table);
         if errors.is_empty() {
             let config: Self = Value::Table(merged)
@@ -209,18 +209,24 @@ impl Config {
     }
 }
 
-/// A preset, and over it what the LiDARs bring along that the sources name.
-fn with_device(preset: &Preset, sources: &[Source]) -> Table {
+/// A preset, and over it what the sensors bring along that the sources name: LiDARs what is in their
+/// data sheets, further cameras what the first one is.
+fn with_sensors(preset: &Preset, sources: &[Source]) -> Table {
     let mut merged = to_table(&preset.config());
     let lidar_of = |device: Option<String>| device.and_then(|name| devices::layer(&name));
     if let Some(layer) = lidar_of(last_text(sources, &["lidar", "device"])) {
         merge("lidar", table_at(&mut merged, "lidar"), &layer);
     }
-    let further = sources
-        .iter()
-        .filter_map(|s| s.table.get("lidars")?.as_table());
-    let names: BTreeSet<String> = further.flat_map(|t| t.keys().cloned()).collect();
-    for name in names {
+    let mut first = table_at(&mut merged, "camera").clone();
+    for said in sources.iter().filter_map(|s| s.table.get("camera")) {
+        if let Value::Table(said) = said {
+            merge("camera", &mut first, said);
+        }
+    }
+    for name in names(sources, "cameras") {
+        table_at(&mut merged, "cameras").insert(name, Value::Table(first.clone()));
+    }
+    for name in names(sources, "lidars") {
         let path = format!("lidars.{name}");
         let mut lidar = to_table(&Lidar::default());
         if let Some(layer) = lidar_of(last_text(sources, &["lidars", &name, "device"])) {
@@ -229,6 +235,14 @@ fn with_device(preset: &Preset, sources: &[Source]) -> Table {
         table_at(&mut merged, "lidars").insert(name, Value::Table(lidar));
     }
     merged
+}
+
+/// The keys of a table in all sources.
+fn names(sources: &[Source], table: &str) -> BTreeSet<String> {
+    let tables = sources
+        .iter()
+        .filter_map(|s| s.table.get(table)?.as_table());
+    tables.flat_map(|t| t.keys().cloned()).collect()
 }
 
 fn table_at<'a>(table: &'a mut Table, key: &str) -> &'a mut Table {
@@ -342,13 +356,14 @@ fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {
     }
 }
 
-/// The definition of a table. A further LiDAR has that of `lidar`.
+/// The definition of a table. A further sensor has that of the first.
 fn section(path: &str) -> Option<&'static SectionSpec> {
-    let of_lidar = path.strip_prefix("lidars.").map(|name_and_rest| {
-        let rest = name_and_rest.split_once('.').map(|(_, rest)| rest);
-        rest.map_or("lidar".to_owned(), |rest| format!("lidar.{rest}"))
+    let further = [("cameras.", "camera"), ("lidars.", "lidar")];
+    let of_first = further.iter().find_map(|(prefix, first)| {
+        let rest = path.strip_prefix(prefix)?.split_once('.');
+        Some(rest.map_or((*first).to_owned(), |(_, rest)| format!("{first}.{rest}")))
     });
-    let path = of_lidar.as_deref().unwrap_or(path);
+    let path = of_first.as_deref().unwrap_or(path);
     SECTIONS.iter().find(|s| s.path == path)
 }
 
@@ -410,7 +425,7 @@ fn check_table(path: &str, table: &Table, source: &Source, errors: &mut Vec<Conf
 }
 
 fn unknown(path: &str, key: &str, spec: &SectionSpec) -> String {
-    // A further LiDAR's path is not its definition's.
+    // A further sensor's path is not its definition's.
     let prefix = if spec.path.is_empty() {
         String::new()
     } else {

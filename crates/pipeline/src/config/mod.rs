@@ -14,3 +14,4 @@ pub use pages::{annotated_toml, json_schema, reference_page};
 pub use presets::Preset;
 pub use schema::{Allowed, KeySpec, SectionSpec};
 pub use sections::*;
+pub(crate) use validate::sensor_name;

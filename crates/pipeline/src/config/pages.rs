@@ -95,11 +95,11 @@ fn object(path: &str) -> Value {
             properties.insert(name.to_owned(), object(sub.path));
         }
     }
-    // Of further LiDARs the keys are names.
-    let others = if path == "lidars" {
-        object("lidar")
-    } else {
-        json!(false)
+    // Of further sensors the keys are names.
+    let others = match path {
+        "cameras" => object("camera"),
+        "lidars" => object("lidar"),
+        _ => json!(false),
     };
     json!({
         "type": "object",

@@ -34,6 +34,8 @@ section! {
         sky: Sky;
         /// Camera.
         camera: Camera;
+        /// Further cameras.
+        cameras: BTreeMap<String, Camera>;
         /// LiDAR.
         lidar: Lidar;
         /// Further LiDARs.
@@ -246,7 +248,7 @@ section! {
 section! {
     /// The camera (paper, V-C).
     Camera at "camera" {
-        /// Is there a camera?
+        /// Is there a camera? Without the first there are no further ones.
         enabled: bool = true, Flag, "a scan alone is 20 times as fast";
         /// Columns.
         width_px: u32 = 1280, Whole(16, 8192), "paper, VI";
@@ -275,6 +277,14 @@ section! {
         optics: CameraOptics;
     }
 }
+
+/// Further cameras.
+pub(super) const FURTHER_CAMERAS: SectionSpec = SectionSpec {
+    path: "cameras",
+    doc: " Further cameras on the same robot: a table `[cameras.NAME]` for each, with the keys of `[camera]`; what it leaves out is as in `[camera]`. Their files are in folders of that name. One called `right` writes its pictures to `image_3` and is `P3` in `calib.txt`, as KITTI's right eye.",
+    choice: None,
+    keys: &[],
+};
 
 /// How wide the camera sees.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -642,6 +652,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     Camera::SPEC,
     CameraFov::SPEC,
     CameraSensor::SPEC,
+    FURTHER_CAMERAS,
     Lidar::SPEC,
     LidarLines::SPEC,
     LidarMid40::SPEC,

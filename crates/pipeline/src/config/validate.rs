@@ -6,12 +6,12 @@ use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
-use super::{Assets, Config, Lidar, LidarPattern, RobotPath};
+use super::{Assets, Camera, Config, Lidar, LidarPattern, RobotPath};
 
 /// Names of other sensors and of their folders.
-const RESERVED: [&str; 10] = [
-    "camera", "lidar", "image_2", "semantic", "instance", "depth", "normals", "velodyne", "labels",
-    "points",
+const RESERVED: [&str; 11] = [
+    "camera", "lidar", "image_2", "image_3", "semantic", "instance", "depth", "normals",
+    "velodyne", "labels", "points",
 ];
 
 impl Assets {
@@ -34,7 +34,22 @@ impl Assets {
     }
 }
 
+/// The name of the sensor whose table is at `path`: its last part.
+pub(crate) fn sensor_name(path: &str) -> &str {
+    path.rsplit_once('.').map_or(path, |(_, name)| name)
+}
+
 impl Config {
+    /// Every camera that is there with the path of its table, the first one first.
+    pub(crate) fn all_cameras(&self) -> impl Iterator<Item = (String, &Camera)> {
+        let further = self
+            .cameras
+            .iter()
+            .map(|(n, c)| (format!("cameras.{n}"), c));
+        let all = std::iter::once(("camera".to_owned(), &self.camera)).chain(further);
+        all.filter(|(_, camera)| camera.enabled)
+    }
+
     /// Every LiDAR with the path of its table, the first one first.
     pub(crate) fn all_lidars(&self) -> impl Iterator<Item = (String, &Lidar)> {
         let further = self.lidars.iter().map(|(n, l)| (format!("lidars.{n}"), l));
@@ -141,16 +156,34 @@ impl Config {
         for (path, lidar) in self.all_lidars() {
             lidar_problems(&path, lidar, &mut wrong);
         }
-        for name in self.lidars.keys() {
+        for (path, camera) in &self.cameras {
+            if camera.enabled && !self.camera.enabled {
+                wrong(
+                    &format!("cameras.{path}.enabled"),
+                    format!(
+                        "cameras.{path}.enabled = true: must be false, as camera.enabled is: the first camera is what poses are about"
+                    ),
+                );
+            }
+        }
+        let of_cameras = self.cameras.keys().map(|name| ("cameras", "camera", name));
+        let of_lidars = self.lidars.keys().map(|name| ("lidars", "LiDAR", name));
+        for (table, what, name) in of_cameras.chain(of_lidars) {
             let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             let taken = RESERVED.contains(&name.as_str());
             if name.is_empty() || name.len() > 32 || !name.chars().all(plain) || taken {
                 wrong(
-                    &format!("lidars.{name}"),
+                    &format!("{table}.{name}"),
                     format!(
-                        "lidars.{name}: a LiDAR's name must be 1 to 32 of a-z, 0-9 and _, and none of {}",
+                        "{table}.{name}: a {what}'s name must be 1 to 32 of a-z, 0-9 and _, and none of {}",
                         RESERVED.join(", ")
                     ),
+                );
+            }
+            if table == "lidars" && self.cameras.contains_key(name) {
+                wrong(
+                    &format!("lidars.{name}"),
+                    format!("lidars.{name}: there is a camera of that name, cameras.{name}"),
                 );
             }
         }

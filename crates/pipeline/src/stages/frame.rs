@@ -197,20 +197,20 @@ impl Stage for SceneStage {
     }
 }
 
-/// Takes the picture.
+/// Takes the picture of each camera.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageStage;
 
 impl Stage for ImageStage {
     type At = u64;
     type Inputs = (
-        OfWorld<CameraRig>,
+        OfWorld<Vec<CameraRig>>,
         OfWorld<WorldAssets>,
         Node<u64, FramePose>,
         Node<u64, FrameScene>,
     );
-    type Output = CameraImages;
-    const ID: &'static str = "frame.image";
+    type Output = Vec<CameraImages>;
+    const ID: &'static str = "frame.images";
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, _: &mut Hasher) {}
@@ -219,25 +219,31 @@ impl Stage for ImageStage {
         &self,
         at: u64,
         world: Key,
-        (rig, assets, pose, scene): (
-            Arc<CameraRig>,
+        (rigs, assets, pose, scene): (
+            Arc<Vec<CameraRig>>,
             Arc<WorldAssets>,
             Arc<FramePose>,
             Arc<FrameScene>,
         ),
-    ) -> Result<CameraImages, Error> {
+    ) -> Result<Vec<CameraImages>, Error> {
         let scene_from_body = pose.track.relative_to(scene.origin_m).middle();
-        let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);
-        view.exposure = rig.exposure;
-        view.tone = rig.tone;
         let openness = |p: Vec3| scene.openness(p);
         let seen = SceneView {
             caster: &scene.forest,
             materials: &assets.library.materials,
             sky_visibility: &openness,
         };
-        let key = world.stage(CAMERA).item(at);
-        rig.renderer.render(&seen, &view, key)
+        let picture = |(i, rig): (usize, &CameraRig)| {
+            let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);
+            view.exposure = rig.exposure;
+            view.tone = rig.tone;
+            let mut key = world.stage(CAMERA);
+            if i > 0 {
+                key = key.stage(Purpose::new(&rig.name));
+            }
+            rig.renderer.render(&seen, &view, key.item(at))
+        };
+        rigs.iter().enumerate().map(picture).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::fs::File;
 use std::io::BufReader;
+use std::sync::Arc;
 
 use nemoral_lidar::{
     Avia, Beam, EchoObservation, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors,
@@ -24,15 +25,17 @@ use crate::config::{self, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, Su
 use crate::plan::{Hasher, Stage};
 use crate::{Backend, Error, Renderer};
 
-/// The camera with its place on the body.
+/// A camera with its place on the body.
 #[derive(Debug)]
 pub struct CameraRig {
+    /// Its name: the first one's is `camera`.
+    pub name: String,
     /// Pinhole.
     pub intrinsics: Intrinsics,
     /// From the optical frame.
     pub body_from_camera: RigidTransform,
-    /// Takes the pictures.
-    pub renderer: Renderer,
+    /// Takes the pictures; cameras of one look share it.
+    pub renderer: Arc<Renderer>,
     /// How bright they come out.
     pub exposure: Exposure,
     /// And how light becomes brightness.
@@ -69,11 +72,11 @@ impl RangeModel for Noise {
     }
 }
 
-/// The camera's pinhole.
+/// The pinhole of the camera whose table is at `path`.
 ///
 /// # Errors
 /// If it is impossible; the config's ranges leave little room for that.
-pub fn intrinsics(camera: &config::Camera) -> Result<Intrinsics, Error> {
+pub fn intrinsics(path: &str, camera: &config::Camera) -> Result<Intrinsics, Error> {
     let (width, height) = (camera.width_px, camera.height_px);
     match &camera.optics {
         CameraOptics::Fov(fov) => {
@@ -84,7 +87,7 @@ pub fn intrinsics(camera: &config::Camera) -> Result<Intrinsics, Error> {
             Intrinsics::from_sensor(width, height, size, s.focal_length_mm)
         }
     }
-    .map_err(|e| Error::request(format!("camera: {e}")))
+    .map_err(|e| Error::request(format!("{path}: {e}")))
 }
 
 /// Where the camera's optical frame sits on the body.
@@ -112,10 +115,11 @@ fn mount(position_m: [f64; 3], pitch_deg: f64, yaw_deg: f64) -> RigidTransform {
     RigidTransform::from_xyz_rpy(position, 0.0, pitch_deg.to_radians(), yaw_deg.to_radians())
 }
 
-/// Makes the [`CameraRig`].
+/// Makes the robot's cameras.
 #[derive(Clone, Debug)]
 pub struct CameraStage {
-    camera: config::Camera,
+    /// Their tables in the config, and what these say.
+    cameras: Vec<(String, config::Camera)>,
     sun: config::Sun,
     sky: config::Sky,
     max_range_m: f64,
@@ -128,7 +132,7 @@ impl CameraStage {
     pub fn new(config: &Config, backend: Backend) -> Self {
         Self {
             backend,
-            camera: config.camera.clone(),
+            cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
             sun: config.sun.clone(),
             sky: config.sky.clone(),
             max_range_m: config.chunks.visible_radius_m,
@@ -175,19 +179,19 @@ fn parse_utc(text: &str) -> Option<UtcTime> {
 impl Stage for CameraStage {
     type At = ();
     type Inputs = ();
-    type Output = CameraRig;
-    const ID: &'static str = "world.camera";
+    type Output = Vec<CameraRig>;
+    const ID: &'static str = "world.cameras";
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", (&self.camera, &self.sun, &self.sky)));
+        hasher.write_str(&format!("{:?}", (&self.cameras, &self.sun, &self.sky)));
         hasher.write_f64(self.max_range_m);
         if !matches!(self.backend, Backend::Cpu) {
             hasher.write_str(&self.backend.name());
         }
     }
 
-    fn run(&self, (): (), _: Key, (): ()) -> Result<CameraRig, Error> {
+    fn run(&self, (): (), _: Key, (): ()) -> Result<Vec<CameraRig>, Error> {
         let sky = SkyParams {
             turbidity: self.sky.turbidity,
             overcast: self.sky.overcast,
@@ -196,13 +200,44 @@ impl Stage for CameraStage {
             ..SkyParams::default()
         };
         let lighting = Lighting::new(&self.sun()?, &sky).map_err(Error::of_stage)?;
-        let (tone, lens) = look(&self.camera.look);
+        let mut rigs: Vec<CameraRig> = Vec::new();
+        for (i, (path, camera)) in self.cameras.iter().enumerate() {
+            // A GPU holds the scene once for each renderer: few are better.
+            let alike = |(_, other): &(String, config::Camera)| {
+                (&other.look, other.samples) == (&camera.look, camera.samples)
+            };
+            let renderer = match self.cameras[..i].iter().position(alike) {
+                Some(before) => Arc::clone(&rigs[before].renderer),
+                None => Arc::new(self.renderer(camera, lighting.clone())?),
+            };
+            rigs.push(CameraRig {
+                name: config::sensor_name(path).to_owned(),
+                intrinsics: intrinsics(path, camera)?,
+                body_from_camera: body_from_camera(camera),
+                renderer,
+                exposure: match Exposure::default() {
+                    Exposure::Auto { key, .. } => Exposure::Auto {
+                        key,
+                        bias_ev: camera.exposure_bias_ev,
+                    },
+                    fixed => fixed,
+                },
+                tone: look(&camera.look).0,
+            });
+        }
+        Ok(rigs)
+    }
+}
+
+impl CameraStage {
+    fn renderer(&self, camera: &config::Camera, lighting: Lighting) -> Result<Renderer, Error> {
+        let (_, lens) = look(&camera.look);
         let max_range_m = self.max_range_m as f32;
-        let renderer = match &self.backend {
+        Ok(match &self.backend {
             Backend::Cpu => {
                 let params = RayCastParams {
                     lens,
-                    edge_samples: self.camera.samples - 1,
+                    edge_samples: camera.samples - 1,
                     max_range_m,
                     ..RayCastParams::default()
                 };
@@ -219,19 +254,6 @@ impl Stage for CameraStage {
                 let camera = nemoral_render::GpuCamera::new(gpu, params, lighting);
                 Renderer::Gpu(Box::new(camera.map_err(Error::of_stage)?))
             }
-        };
-        Ok(CameraRig {
-            intrinsics: intrinsics(&self.camera)?,
-            body_from_camera: body_from_camera(&self.camera),
-            renderer,
-            exposure: match Exposure::default() {
-                Exposure::Auto { key, .. } => Exposure::Auto {
-                    key,
-                    bias_ev: self.camera.exposure_bias_ev,
-                },
-                fixed => fixed,
-            },
-            tone,
         })
     }
 }
@@ -314,7 +336,7 @@ impl LidarMaker {
         let scanner = Scanner::new(self.scanner_params(), self.pattern()?);
         let noise = RangeSensor::new(self.noise());
         Ok(LidarRig {
-            name: self.path.trim_start_matches("lidars.").to_owned(),
+            name: config::sensor_name(&self.path).to_owned(),
             body_from_lidar: body_from_lidar(&self.params),
             scanner: scanner.map_err(|e| self.refused("", e))?,
             noise: Noise(noise.map_err(|e| self.refused(".noise", e))?),

@@ -206,6 +206,51 @@ fn a_device_lies_under_what_is_set() {
 }
 
 #[test]
+fn further_cameras_are_as_the_first_but_for_what_they_say() {
+    let file = "[cameras.right]\nmount_y_m = -0.12\n[camera.sensor]\nwidth_mm = 5\n[cameras.rear.fov]\nhorizontal_deg = 120\n[cameras.off]\nenabled = false";
+    let config = load("demo", file, &["camera.samples=3"]).expect("fine");
+    let expected = crate::config::Camera {
+        mount_y_m: -0.12,
+        ..config.camera.clone()
+    };
+    assert_eq!(config.cameras["right"], expected);
+    assert_eq!((expected.width_px, expected.samples), (160, 3));
+    let fov = |c: &crate::config::Camera| match &c.optics {
+        crate::config::CameraOptics::Fov(fov) => Some(fov.horizontal_deg),
+        crate::config::CameraOptics::Sensor(_) => None,
+    };
+    assert_eq!(fov(&config.cameras["right"]), None);
+    assert_eq!(fov(&config.cameras["rear"]), Some(120.0));
+    let paths: Vec<String> = config.all_cameras().map(|(path, _)| path).collect();
+    assert_eq!(paths, ["camera", "cameras.rear", "cameras.right"]);
+    assert_eq!(
+        Config::from_toml(&config.to_toml()).expect("our own"),
+        config
+    );
+
+    for (file, expected) in [
+        (
+            "[cameras.x]\nwidthpx = 3",
+            "cameras.x.widthpx: no such key; did you mean `width_px`",
+        ),
+        ("[cameras.image_3]", "a camera's name must be"),
+        (
+            "[cameras.top]\n[lidars.top]",
+            "there is a camera of that name, cameras.top",
+        ),
+        (
+            "camera.enabled = false\n[cameras.x]\nenabled = true",
+            "cameras.x.enabled = true: must be false",
+        ),
+        ("cameras = 3", "must be a table"),
+        ("[cameras]\nx = 3", "must be a table"),
+    ] {
+        let text = message(load("", file, &[]));
+        assert!(text.contains(expected), "{file}: {text}");
+    }
+}
+
+#[test]
 fn further_lidars_have_the_keys_of_the_first() {
     let file =
         "[lidars.rear]\ndevice = \"mid40\"\nmount_yaw_deg = 180\n[lidars.top.lines]\nlines = 4";
