@@ -177,16 +177,4 @@ fn what_one_eye_sees_the_other_sees_a_baseline_beside() {
 
     // Two cameras, two draws.
     assert_ne!(left.images.rgb, right.images.rgb);
-    // In company a camera records what it records alone.
-    let settings = [
-        "camera.width_px=320",
-        "camera.height_px=180",
-        "lidar.pulses=10",
-    ];
-    let alone = World::new("demo", &settings);
-    let single = alone
-        .runner(2)
-        .get(alone.forest.images, 1)
-        .expect("an image");
-    assert_eq!(single[0], *left.images);
 }
