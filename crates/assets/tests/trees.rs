@@ -7,7 +7,9 @@ use std::collections::BTreeMap;
 use common::{
     BRANCH, DEAD, LIMB, SNAG, corners, cut_dbh_m, key, library, materials, silhouette_m2, top_m,
 };
-use nemoral_assets::{GrownTree, GrowthParams, Species, TreeMaterials, TreeSize, grow, grow_snag};
+use nemoral_assets::{
+    GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
+};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Card, Mesh, Prototype, Semantic, Triangle};
 use nemoral_seed::{Draw, Key};
@@ -107,7 +109,8 @@ fn sizes_are_as_demanded() {
     }
 }
 
-/// Crown radius measured another way: the circle with the area of the foliage's convex hull from above.
+/// Crown radius measured another way: the circle with the area of the foliage's convex hull from above. The
+/// hull of a few branches' ends lies inside (an octagon's is 5 % smaller).
 #[test]
 fn the_crown_keeps_to_its_envelope() {
     for (species, size, tree) in sample() {
@@ -141,7 +144,7 @@ fn the_crown_keeps_to_its_envelope() {
                 .sum::<f64>();
         let radius = (area / std::f64::consts::PI).sqrt();
         assert!(
-            (radius / size.crown_radius_m - 1.0).abs() < 0.1,
+            (0.85..1.1).contains(&(radius / size.crown_radius_m)),
             "{} {}: hull radius {radius} for {}",
             species.name,
             size.dbh_m,
@@ -391,6 +394,7 @@ fn distance(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> f64 {
 #[test]
 fn leaves_are_inclined_as_measured_in_the_field() {
     // As tabled in `reference/vegetation.md`, section 2.3; spherical is 57.3 +- 21.6, hanging 65 to 75.
+    // Where only a mean is tabled, the deviation is our choice.
     for (species, mean, sd) in [
         (Species::english_oak(), 35.7, 19.3),
         (Species::maritime_pine(), 57.3, 21.6),
@@ -399,11 +403,13 @@ fn leaves_are_inclined_as_measured_in_the_field() {
         (Species::beech(), 33.1, 17.4),
         (Species::silver_birch(), 56.6, 19.4),
         (Species::norway_spruce(), 42.4, 20.0),
+        (Species::scots_pine(), 25.7, 32.0),
         (Species::douglas_fir(), 51.9, 20.0),
     ] {
-        let (_, tree) = tree(&species, 0.35, 3);
         let (mut weight, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        for card in &tree.cards {
+        let classes = [SizeClass::Young, SizeClass::Middle, SizeClass::Mature];
+        let trees = classes.map(|class| tree(&species, species.class_dbh_m(class), 3).1);
+        for card in trees.iter().flat_map(|t| &t.cards) {
             let normal = card.edge_u.cross(card.edge_v).as_dvec3();
             let area = normal.length();
             let degrees = (normal.z.abs() / area).min(1.0).acos().to_degrees();
@@ -597,11 +603,11 @@ const FINGERPRINTS: [&str; 9] = [
     "232568575928cdf2",
     "c691825d8f304043",
     "16eb41cfc45c42c6",
-    "5dfcefdf22e524dc",
+    "5dd3383e65382b17",
     "06f2a25688b83831",
     "e69b25daf882c69a",
     "acb14d841df11604",
-    "7454ecab4405c273",
+    "512dc10b83e7c414",
     "84255709e72aa30d",
 ];
 const SIZE: &str = "18.693908385 4.727007432 233.612933315";
@@ -672,40 +678,43 @@ fn snags_are_dead_wood_of_the_demanded_diameter() {
     }
 }
 
-/// From 500 trees as grown: what stands in the inventory follows the published relations. Few cards and
-/// little wood: sizes do not depend on them.
+/// From 120 trees of each species as grown: what stands in the inventory follows the published relations,
+/// leaf areas without any limit. Few cards and little wood: sizes do not depend on them.
 #[test]
 fn allometry_is_recovered_from_grown_trees() {
     let params = GrowthParams {
-        wood_triangles_max: 6_000,
+        wood_triangles_max: 3_000,
         cards_max: 200,
         ..GrowthParams::default()
     };
-    let species = Species::all();
-    let n = 500 / species.len() + 1;
-    let mut sums = [0.0; 3];
-    for species in &species {
+    const TREES: u32 = 120;
+    for species in Species::all() {
         let [low, high] = species.allometry.dbh_range_m;
-        let cap = species.allometry.leaf_area_index_max;
-        for i in 0..n {
-            let dbh = low + (high.min(0.6) - low) * (i as f64 + 0.5) / n as f64;
-            let size = species.draw_size(dbh, key(i as u64));
-            let tree = grow(species, &size, &materials(), &params, key(i as u64));
+        // As far as the relations were fitted.
+        let high = match species.name.as_str() {
+            "eucalyptus" => 0.35,
+            _ => high.min(0.6),
+        };
+        let mut sums = [0.0; 3];
+        for i in 0..TREES {
+            let dbh = low + (high - low) * (f64::from(i) + 0.5) / f64::from(TREES);
+            let key = key(u64::from(i));
+            let size = species.draw_size(dbh, key);
+            let tree = grow(&species, &size, &materials(), &params, key);
             let tree = tree.unwrap_or_else(|e| panic!("{} of {dbh} m: {e}", species.name));
             let [h, width, leaf] = published(&species.name, 100.0 * tree.size.dbh_m);
-            let leaf = leaf.min(cap * std::f64::consts::FRAC_PI_4 * width * width);
             let got = [
                 tree.size.height_m / h,
                 2.0 * tree.size.crown_radius_m / width,
                 tree.size.leaf_area_m2 / leaf,
             ];
             for (sum, ratio) in sums.iter_mut().zip(got) {
-                *sum += ratio / (n * 9) as f64;
+                *sum += ratio / f64::from(TREES);
             }
         }
-    }
-    for (name, mean) in ["height", "crown width", "leaf area"].iter().zip(sums) {
-        assert!((mean - 1.0).abs() < 0.03, "{name}: {mean}");
+        for (name, mean) in ["height", "crown width", "leaf area"].iter().zip(sums) {
+            assert!((mean - 1.0).abs() < 0.03, "{} {name}: {mean}", species.name);
+        }
     }
 }
 
