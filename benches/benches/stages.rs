@@ -11,7 +11,7 @@ use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Node, Store};
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, Surface};
+use nemoral_scene::{ChunkCoord, ExtraTruth, Surface};
 use nemoral_seed::{Key, Stage};
 use nemoral_terrain::{Terrain, TerrainParams};
 
@@ -98,6 +98,7 @@ fn files(c: &mut Criterion) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let writer = Writer::create(folder.path(), OpenMode::Fresh, header(&config, &grown))
         .expect("an empty folder");
+    let extra = ExtraTruth::default();
     let frame = FrameData {
         sequence: 0,
         index: 0,
@@ -107,6 +108,7 @@ fn files(c: &mut Criterion) {
             name: "camera",
             rgb: &images[0].rgb,
             truth: &images[0].truth,
+            extra: &extra,
         }],
         lidars: vec![LidarData {
             name: "lidar",

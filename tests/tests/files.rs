@@ -11,7 +11,8 @@ use nemoral_dataset::{
 };
 use nemoral_pipeline::{Done, Observer, Request, generate};
 use nemoral_scene::{
-    ChunkCoord, Image, LidarPoint, ObjectId, Ontology, Semantic, TruthImages, glam::DVec3,
+    ChunkCoord, ExtraTruth, Image, LidarPoint, ObjectId, Ontology, Semantic, TruthImages,
+    glam::DVec3,
 };
 use nemoral_tests::config;
 use tempfile::TempDir;
@@ -125,6 +126,7 @@ fn told(lie: Lie) -> Agreement {
         let frame = dataset.read_frame(i).expect("a frame");
         let camera = &frame.cameras[0];
         let columns = usize::from(matches!(lie, Lie::Labels));
+        let extra = ExtraTruth::default();
         let truth = TruthImages {
             semantic: shifted(&camera.semantic, columns).map(|class| semantics[class]),
             object: shifted(&camera.instance, columns)
@@ -149,6 +151,7 @@ fn told(lie: Lie) -> Agreement {
                 name: &camera.name,
                 rgb: &camera.rgb,
                 truth: &truth,
+                extra: &extra,
             }],
             lidars: vec![LidarData {
                 name: &frame.lidars[0].name,

@@ -12,8 +12,8 @@ use nemoral_dataset::{
 };
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
-    ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, Ontology, PointFlags, RigidTransform,
-    Semantic, TruthImages,
+    ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, Ontology,
+    PointFlags, RigidTransform, Semantic, TruthImages,
 };
 use nemoral_seed::{Draw, Key, Stage};
 
@@ -150,6 +150,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             name: "front".into(),
             intrinsics: Intrinsics::from_fov(W as u32, H as u32, 1.4)?,
             body_from_camera: RigidTransform::body_from_optical(),
+            extra: ExtraKinds::default(),
         }],
         lidars: vec![LidarSpec {
             name: "top".into(),
@@ -161,6 +162,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..DatasetHeader::new("measure", "0", 1, Ontology::paper())
     };
     let writer = Writer::create(Path::new(&out), OpenMode::Overwrite, header)?;
+    let extra = ExtraTruth::default();
     let frame = |index| FrameData {
         sequence: 0,
         index,
@@ -170,6 +172,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             name: "front",
             rgb: &rgb,
             truth: &truth,
+            extra: &extra,
         }],
         lidars: vec![LidarData {
             name: "top",

@@ -1,5 +1,7 @@
 //! `README.md`: the data card.
 
+use nemoral_scene::ExtraKinds;
+
 use crate::Manifest;
 
 /// The card of a data set.
@@ -38,6 +40,29 @@ pub(crate) fn encode(manifest: &Manifest) -> String {
         }
         crate::DepthFormat::Npy => "NumPy float32, metres; 0 = nothing there",
     };
+    let all = |asked: fn(&ExtraKinds) -> bool| h.cameras.iter().any(|c| asked(&c.extra));
+    let further: String = [
+        (
+            all(|e| e.sky),
+            "| `sequences/NN/sky/*.png` | 255 where nothing was hit, else 0 |\n",
+        ),
+        (
+            all(|e| e.flow),
+            "| `sequences/NN/flow/*.png` | optical flow to the next frame, KITTI's: 16-bit RGB, u and v × 64 + 32768; blue 0 = none, 1 = seen in the next frame, 2 = hidden or outside there; exact, the world stands still |\n",
+        ),
+        (
+            all(|e| e.trunks),
+            "| `sequences/NN/trunks/*.png` | as `instance`: the nearest trunk if all but trunks and the ground is taken away |\n",
+        ),
+        (
+            all(|e| e.boxes),
+            "| `sequences/NN/boxes/*.csv` | things with an id: half-open boxes around their visible pixels and around those of the thing alone on the ground, the counts of both and their ratio; an upright box in space: its middle in the camera's frame, length, width, height, rotation (x, y, z, w) of the camera's axes from the box's |\n",
+        ),
+    ]
+    .iter()
+    .filter(|(asked, _)| *asked)
+    .map(|(_, row)| *row)
+    .collect();
     format!(
         "\
 ---
@@ -60,7 +85,7 @@ request and `nemoral generate config.toml` makes it again. The data belong to wh
 | `sequences/NN/instance/*.png` | id = R + 256 G + 65536 B, `image_id` in `instances.csv`; 0 = ground, undergrowth, sky |
 | `sequences/NN/depth/*` | planar depth (z of the camera): {depth} |
 | `sequences/NN/normals/*.png` | camera frame, channel = round(127.5 (n + 1)); (0, 0, 0) = nothing there |
-| `sequences/NN/velodyne/*.bin` | float32 x, y, z, intensity; LiDAR frame, deskewed to the frame's time |
+{further}| `sequences/NN/velodyne/*.bin` | float32 x, y, z, intensity; LiDAR frame, deskewed to the frame's time |
 | `sequences/NN/labels/*.label` | uint32: class in the lower 16 bits, instance (`label_id`, within 3 chunks) in the upper 16 |
 | `sequences/NN/points/*.ply` | every field of every point: true range, true id, ring, return, time, normal, flags |
 | `sequences/NN/poses.txt` | line k: frame k of the whole drive, reference camera, relative to frame 0 (KITTI) |

@@ -7,6 +7,7 @@ use std::path::Path;
 use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, RigidTransform, Semantic, TreeRecord};
 
 use crate::agreement::View;
+use crate::check_extra::ExtraView;
 use crate::{
     Agreement, Calibration, CameraCalibration, Dataset, Error, Frame, FrameRecord, PlyPoint,
     atomic, folder, images, layout, text, yaml,
@@ -322,6 +323,7 @@ impl Checker<'_> {
                 }
             };
             self.images(record, &frame);
+            self.extra(record, track, &frame);
             self.points(record, &frame);
             self.agreement(
                 track,
@@ -330,6 +332,29 @@ impl Checker<'_> {
                 before.as_ref().filter(|b| b.0 == record.sequence),
             );
             before = pose.map(|pose| (record.sequence, pose, frame));
+        }
+    }
+
+    /// The further truth of cameras, against the images and the poses.
+    fn extra(&mut self, record: &FrameRecord, track: &Track, frame: &Frame) {
+        let header = &self.dataset.manifest().header;
+        let index = usize::try_from(record.index).unwrap_or(usize::MAX);
+        let next = index.checked_add(1).and_then(|next| track.poses.get(next));
+        let step = track.poses.get(index).zip(next);
+        let next_from_here = step.map(|(here, next)| text::relative(next, here));
+        for (i, camera) in frame.cameras.iter().enumerate() {
+            let f = layout::camera_folders(header, i);
+            let view = ExtraView {
+                header,
+                spec: &header.cameras[i],
+                camera,
+                next_from_here: next_from_here.as_ref(),
+                ids: &self.image_ids,
+            };
+            for (folder, extension, message) in view.problems(&f) {
+                let path = layout::frame_file(record.sequence, &folder, record.index, extension);
+                self.problems.push(Problem { path, message });
+            }
         }
     }
 

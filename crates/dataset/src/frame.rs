@@ -1,7 +1,8 @@
 //! What a caller hands over to be written.
 
 use nemoral_scene::{
-    ChunkCoord, Image, LidarPoint, ObjectRecord, RigidTransform, TreeRecord, TruthImages,
+    ChunkCoord, ExtraTruth, Image, LidarPoint, ObjectRecord, RigidTransform, TreeRecord,
+    TruthImages,
 };
 
 /// One frame, in memory.
@@ -32,6 +33,8 @@ pub struct CameraData<'a> {
     pub rgb: &'a Image<[u8; 3]>,
     /// What is at each pixel's centre; the same size.
     pub truth: &'a TruthImages,
+    /// The further truth that the header asks for.
+    pub extra: &'a ExtraTruth,
 }
 
 /// What a LiDAR saw.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_scene::{Intrinsics, Ontology, RigidTransform};
+use nemoral_scene::{ExtraKinds, Intrinsics, Ontology, RigidTransform};
 use serde::{Deserialize, Serialize};
 
 use crate::serde_scene;
@@ -34,6 +34,9 @@ pub struct CameraSpec {
     /// The mount, from the camera's optical frame.
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_camera: RigidTransform,
+    /// The further truth it writes: `sky`, `flow`, `trunks`, `boxes`.
+    #[serde(with = "serde_scene::extra_kinds")]
+    pub extra: ExtraKinds,
 }
 
 /// A LiDAR of the data set. The first one writes `velodyne`, `labels` and `points`, further ones

@@ -10,10 +10,10 @@ use std::io::Cursor;
 use std::path::Path;
 
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{Image, ObjectId, Ontology, Semantic};
+use nemoral_scene::{Flow, Image, ObjectId, Ontology, Semantic};
 use png::{BitDepth, ColorType, DeflateCompression, Filter};
 
-use crate::Error;
+use crate::{Error, extra};
 
 #[derive(Clone, Copy)]
 enum Content {
@@ -178,6 +178,38 @@ pub(crate) fn encode_normals(normal: &Image<Vec3>) -> Vec<u8> {
     )
 }
 
+/// 8-bit grey.
+pub(crate) fn encode_mask(mask: &Image<u8>) -> Vec<u8> {
+    let format = Format {
+        colour: ColorType::Grayscale,
+        depth: BitDepth::Eight,
+        content: Content::Patches,
+        palette: None,
+        srgb: false,
+    };
+    encode(mask.width(), mask.height(), format, mask.pixels())
+}
+
+/// 16-bit RGB, KITTI's flow.
+pub(crate) fn encode_flow(flow: &Image<Option<Flow>>) -> Vec<u8> {
+    let mut data = Vec::with_capacity(6 * flow.pixels().len());
+    for sample in flow
+        .pixels()
+        .iter()
+        .flat_map(|f| extra::flow_to_samples(*f))
+    {
+        data.extend_from_slice(&sample.to_be_bytes());
+    }
+    let format = Format {
+        colour: ColorType::Rgb,
+        depth: BitDepth::Sixteen,
+        content: Content::Smooth,
+        palette: None,
+        srgb: false,
+    };
+    encode(flow.width(), flow.height(), format, &data)
+}
+
 /// The raw samples of a PNG of one kind, row by row.
 fn decode(
     path: &Path,
@@ -230,6 +262,23 @@ pub(crate) fn decode_depth(path: &Path, bytes: &[u8]) -> Result<Image<f32>, Erro
         .iter()
         .map(|&b| f32::from(u16::from_be_bytes(b)) / 256.0);
     Ok(Image::new(w, h, metres.collect()))
+}
+
+/// 0 or 255.
+pub(crate) fn decode_mask(path: &Path, bytes: &[u8]) -> Result<Image<u8>, Error> {
+    let (w, h, data) = decode(path, bytes, ColorType::Grayscale, BitDepth::Eight)?;
+    Ok(Image::new(w, h, data))
+}
+
+/// Flow to the next frame.
+pub(crate) fn decode_flow(path: &Path, bytes: &[u8]) -> Result<Image<Option<Flow>>, Error> {
+    let (w, h, data) = decode(path, bytes, ColorType::Rgb, BitDepth::Sixteen)?;
+    let (words, _) = data.as_chunks::<2>();
+    let (samples, _) = words.as_chunks::<3>();
+    let flow = samples
+        .iter()
+        .map(|s| extra::flow_from_samples(s.map(u16::from_be_bytes)));
+    Ok(Image::new(w, h, flow.collect()))
 }
 
 /// Unit normals.

@@ -23,6 +23,10 @@ pub(crate) struct CameraFolders {
     pub(crate) instance: String,
     pub(crate) depth: String,
     pub(crate) normals: String,
+    pub(crate) sky: String,
+    pub(crate) flow: String,
+    pub(crate) trunks: String,
+    pub(crate) boxes: String,
 }
 
 /// The folders of one LiDAR, below the sequence's.
@@ -50,6 +54,10 @@ pub(crate) fn camera_folders(header: &DatasetHeader, i: usize) -> CameraFolders 
         instance: format!("{prefix}instance"),
         depth: format!("{prefix}depth"),
         normals: format!("{prefix}normals"),
+        sky: format!("{prefix}sky"),
+        flow: format!("{prefix}flow"),
+        trunks: format!("{prefix}trunks"),
+        boxes: format!("{prefix}boxes"),
     }
 }
 
@@ -79,6 +87,14 @@ pub(crate) fn sensor_folders(header: &DatasetHeader) -> Vec<(String, &'static st
         let depth = depth_extension(header.depth_format);
         all.extend([f.rgb, f.semantic, f.instance, f.normals].map(|f| (f, "png")));
         all.push((f.depth, depth));
+        let extra = header.cameras[i].extra;
+        let asked = [
+            (extra.sky, f.sky, "png"),
+            (extra.flow, f.flow, "png"),
+            (extra.trunks, f.trunks, "png"),
+            (extra.boxes, f.boxes, "csv"),
+        ];
+        all.extend(asked.into_iter().filter(|a| a.0).map(|(_, f, e)| (f, e)));
     }
     for i in 0..header.lidars.len() {
         let f = lidar_folders(header, i);
@@ -114,9 +130,9 @@ pub(crate) fn frame_record(sequence_number: u32, index: u64) -> String {
 
 /// Names that could be mistaken for a folder of the layout, or that file systems dislike, are refused.
 pub(crate) fn check_sensor_name(name: &str) -> Result<(), Error> {
-    const RESERVED: [&str; 9] = [
-        "image_2", "image_3", "semantic", "instance", "depth", "normals", "velodyne", "labels",
-        "points",
+    const RESERVED: [&str; 13] = [
+        "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky", "flow", "trunks",
+        "boxes", "velodyne", "labels", "points",
     ];
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
     if name.is_empty() || name.len() > 64 || !name.chars().all(plain) || RESERVED.contains(&name) {

@@ -19,6 +19,10 @@
 //! | `instance` | 8-bit RGB PNG, [`to_image_id`](nemoral_scene::ObjectId::to_image_id) = R + 256 G + 65536 B; 0 = none |
 //! | `depth` | planar z; 16-bit PNG, metres × 256 to nearest, or float32 `.npy` ([`DepthFormat`]); 0 = none |
 //! | `normals` | optical frame, round(127.5 (n + 1)); (0, 0, 0), which no unit vector gives, = none |
+//! | `sky`, if asked for | 8-bit grey PNG, 255 where nothing was hit, else 0 |
+//! | `flow`, if asked for | to the next frame, KITTI's: 16-bit RGB PNG, u and v × 64 + 32768; blue 0 = none, 1 = seen there, 2 = hidden or outside there |
+//! | `trunks`, if asked for | as `instance`: the nearest trunk's if all but trunks and the ground is taken away |
+//! | `boxes`, if asked for | CSV: things in the picture, with visible and whole pixels, boxes in the image and in the camera's space |
 //! | `.bin` | little-endian f32 x, y, z, intensity |
 //! | `.label` | little-endian u32: class in the lower, [`to_label_id`](nemoral_scene::ObjectId::to_label_id) in the upper 16 bits |
 //! | `.ply` | binary little-endian, every field of a [`LidarPoint`](nemoral_scene::LidarPoint) |
@@ -68,9 +72,11 @@ mod agreement;
 mod atomic;
 mod card;
 mod check;
+mod check_extra;
 mod cloud;
 mod csv;
 mod error;
+mod extra;
 mod folder;
 mod frame;
 mod header;

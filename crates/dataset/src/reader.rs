@@ -4,11 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{Image, ObjectRecord, RigidTransform, TreeRecord};
+use nemoral_scene::{Flow, Image, ObjectBox, ObjectRecord, RigidTransform, TreeRecord};
 
 use crate::{
-    Calibration, DepthFormat, Error, FrameRecord, Manifest, PlyPoint, SequenceRecord, csv, folder,
-    images, layout, npy, ply, scan, text,
+    Calibration, DepthFormat, Error, FrameRecord, Manifest, PlyPoint, SequenceRecord, csv, extra,
+    folder, images, layout, npy, ply, scan, text,
 };
 
 /// A finished data set on disk.
@@ -42,6 +42,14 @@ pub struct CameraFrame {
     pub depth_m: Image<f32>,
     /// Unit normals in the optical frame, within 0.4°; zero for none.
     pub normal: Image<Vec3>,
+    /// 255 where nothing was hit, else 0; if it is written.
+    pub sky: Option<Image<u8>>,
+    /// Flow to the next frame, within 1/128 pixel; if it is written.
+    pub flow: Option<Image<Option<Flow>>>,
+    /// 24-bit ids of the nearest trunk behind whatever hides it; 0 for none; if it is written.
+    pub trunks: Option<Image<u32>>,
+    /// Boxes around things; if they are written.
+    pub boxes: Option<Vec<ObjectBox>>,
 }
 
 /// What a LiDAR's files hold.
@@ -155,7 +163,26 @@ impl Dataset {
             instance: self.load(frame, &f.instance, "png", images::decode_instance)?,
             depth_m,
             normal: self.load(frame, &f.normals, "png", images::decode_normals)?,
+            sky: (spec.extra.sky)
+                .then(|| self.load(frame, &f.sky, "png", images::decode_mask))
+                .transpose()?,
+            flow: (spec.extra.flow)
+                .then(|| self.load(frame, &f.flow, "png", images::decode_flow))
+                .transpose()?,
+            trunks: (spec.extra.trunks)
+                .then(|| self.load(frame, &f.trunks, "png", images::decode_instance))
+                .transpose()?,
+            boxes: (spec.extra.boxes)
+                .then(|| self.load(frame, &f.boxes, "csv", extra::decode_boxes))
+                .transpose()?,
         };
+        let further = [
+            read.sky.as_ref().map(|i| (&f.sky, i.width(), i.height())),
+            read.flow.as_ref().map(|i| (&f.flow, i.width(), i.height())),
+            read.trunks
+                .as_ref()
+                .map(|i| (&f.trunks, i.width(), i.height())),
+        ];
         let sizes = [
             (&f.rgb, read.rgb.width(), read.rgb.height()),
             (&f.semantic, read.semantic.width(), read.semantic.height()),
@@ -167,7 +194,7 @@ impl Dataset {
             spec.intrinsics.width as usize,
             spec.intrinsics.height as usize,
         );
-        for (folder, width, height) in sizes {
+        for (folder, width, height) in sizes.into_iter().chain(further.into_iter().flatten()) {
             if (width, height) != asked {
                 let path = self
                     .root

@@ -29,6 +29,40 @@ pub(crate) mod rigid_transform {
     }
 }
 
+/// `{ "sky", "flow", "trunks", "boxes" }`, each true or false.
+pub(crate) mod extra_kinds {
+    use nemoral_scene::ExtraKinds;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct Form {
+        sky: bool,
+        flow: bool,
+        trunks: bool,
+        boxes: bool,
+    }
+
+    pub(crate) fn serialize<S: Serializer>(k: &ExtraKinds, s: S) -> Result<S::Ok, S::Error> {
+        Form {
+            sky: k.sky,
+            flow: k.flow,
+            trunks: k.trunks,
+            boxes: k.boxes,
+        }
+        .serialize(s)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<ExtraKinds, D::Error> {
+        let form = Form::deserialize(d)?;
+        Ok(ExtraKinds {
+            sky: form.sky,
+            flow: form.flow,
+            trunks: form.trunks,
+            boxes: form.boxes,
+        })
+    }
+}
+
 /// `{ "width", "height", "fx", "fy", "cx", "cy" }`, pixels.
 pub(crate) mod intrinsics {
     use nemoral_scene::Intrinsics;

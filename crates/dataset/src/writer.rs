@@ -12,7 +12,7 @@ use crate::text::{self, Calibration};
 use crate::{
     CameraData, DatasetHeader, DepthFormat, Error, FORMAT_VERSION, FileRecord, FrameData,
     FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, atomic, card,
-    csv, images, layout, npy, ply, scan, yaml,
+    csv, extra, images, layout, npy, ply, scan, yaml,
 };
 
 /// What to do with an output folder that holds something.
@@ -351,7 +351,26 @@ impl Writer {
                 ("depth", size(&t.depth_m)),
                 ("normal", size(&t.normal)),
             ];
-            for (image, found) in sizes {
+            let e = camera.extra;
+            for (what, asked, given) in [
+                ("flow", spec.extra.flow, e.flow.is_some()),
+                ("trunks", spec.extra.trunks, e.trunks.is_some()),
+                ("boxes", spec.extra.boxes, e.boxes.is_some()),
+            ] {
+                if asked && !given {
+                    let field = format!("{name}.{}.{what}", camera.name);
+                    return Err(Error::invalid(
+                        field,
+                        "none",
+                        "there: the header asks for it",
+                    ));
+                }
+            }
+            let more = [
+                e.flow.as_ref().map(|i| ("flow", size(i))),
+                e.trunks.as_ref().map(|i| ("trunks", size(i))),
+            ];
+            for (image, found) in sizes.into_iter().chain(more.into_iter().flatten()) {
                 if found != asked {
                     return Err(Error::invalid(
                         format!("{name}.{}.{image}", camera.name),
@@ -406,7 +425,25 @@ impl Writer {
             layout::depth_extension(self.header.depth_format),
             depth,
         )?;
-        put(&f.normals, "png", images::encode_normals(&t.normal))
+        put(&f.normals, "png", images::encode_normals(&t.normal))?;
+        let (asked, e) = (self.header.cameras[i].extra, camera.extra);
+        if asked.sky {
+            put(
+                &f.sky,
+                "png",
+                images::encode_mask(&extra::sky_mask(&t.depth_m)),
+            )?;
+        }
+        if let Some(flow) = e.flow.as_ref().filter(|_| asked.flow) {
+            put(&f.flow, "png", images::encode_flow(flow))?;
+        }
+        if let Some(trunks) = e.trunks.as_ref().filter(|_| asked.trunks) {
+            put(&f.trunks, "png", images::encode_instance(trunks))?;
+        }
+        if let Some(boxes) = e.boxes.as_ref().filter(|_| asked.boxes) {
+            put(&f.boxes, "csv", extra::encode_boxes(boxes).into_bytes())?;
+        }
+        Ok(())
     }
 
     fn points(&self, lidar: &LidarData<'_>) -> Vec<PlyPoint> {

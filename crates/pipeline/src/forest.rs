@@ -2,7 +2,7 @@
 
 use nemoral_placement::{Placement, Site};
 use nemoral_render::CameraImages;
-use nemoral_scene::{ChunkCoord, LidarPoint};
+use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint};
 use nemoral_seed::Key;
 
 use crate::config::Config;
@@ -16,6 +16,7 @@ use crate::stages::openness::{Openness, OpennessStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::sensors::{CameraRig, CameraStage, LidarRig, LidarStage};
 use crate::stages::things::{ThingStage, Things};
+use crate::stages::truth::{Bare, BareStage, ExtraStage, TrunkStage};
 use crate::stages::undergrowth::{FloraStage, Patch, UndergrowthStage};
 use crate::{Backend, Error};
 
@@ -58,6 +59,10 @@ pub struct ForestPlan {
     pub scene: Node<u64, FrameScene>,
     /// Frame: colour and truth images of each camera.
     pub images: Node<u64, Vec<CameraImages>>,
+    /// Chunk: ground and trunks alone.
+    pub bare: Node<ChunkCoord, Bare>,
+    /// Frame: the further truth that each camera was asked for.
+    pub extra: Node<u64, Vec<ExtraTruth>>,
     /// Frame: the points of each LiDAR.
     pub scans: Node<u64, Vec<Vec<LidarPoint>>>,
 }
@@ -152,6 +157,24 @@ impl ForestPlan {
             ImageStage,
             (cameras.of_world(), assets.of_world(), pose, scene),
         );
+        let trunks = plan.add(TrunkStage::new(config), (assets.of_world(),));
+        let bare = plan.add(
+            BareStage { chunk_size_m },
+            (trunks.of_world(), assets.of_world(), solid, things),
+        );
+        let extra = plan.add(
+            ExtraStage::new(config),
+            (
+                cameras.of_world(),
+                guide.of_world(),
+                pose,
+                scene,
+                images,
+                ground.anywhere(),
+                things.anywhere(),
+                bare.anywhere(),
+            ),
+        );
         let scans = plan.add(
             ScanStage,
             (lidars.of_world(), assets.of_world(), pose, scene),
@@ -177,6 +200,8 @@ impl ForestPlan {
             pose,
             scene,
             images,
+            bare,
+            extra,
             scans,
         })
     }

@@ -11,7 +11,7 @@ use nemoral_dataset::{
     OpenMode, Track, WorldTables, Writer,
 };
 use nemoral_render::CameraImages;
-use nemoral_scene::{ChunkCoord, LidarPoint, ObjectRecord, Ontology, TreeRecord};
+use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint, ObjectRecord, Ontology, TreeRecord};
 
 use crate::chunks::ChunkManager;
 use crate::config::{self, Config};
@@ -68,6 +68,7 @@ struct Finished {
     frame: u64,
     pose: Arc<FramePose>,
     images: Arc<Vec<CameraImages>>,
+    extra: Arc<Vec<ExtraTruth>>,
     scans: Arc<Vec<Vec<LidarPoint>>>,
     key: [u8; 32],
 }
@@ -205,6 +206,7 @@ fn make(
 ) -> Result<Finished, Error> {
     let pose = runner.get(forest.pose, frame)?;
     let images = runner.get(forest.images, frame)?;
+    let extra = runner.get(forest.extra, frame)?;
     let scans = runner.get(forest.scans, frame)?;
     manager.evict(
         runner.store(),
@@ -214,17 +216,20 @@ fn make(
         frame,
         pose,
         images,
+        extra,
         scans,
         key,
     })
 }
 
 fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
-    let cameras = writer.header().cameras.iter().zip(&*finished.images);
-    let cameras = cameras.map(|(spec, image)| CameraData {
+    let pictures = finished.images.iter().zip(&*finished.extra);
+    let cameras = writer.header().cameras.iter().zip(pictures);
+    let cameras = cameras.map(|(spec, (image, extra))| CameraData {
         name: &spec.name,
         rgb: &image.rgb,
         truth: &image.truth,
+        extra,
     });
     let lidars = writer.header().lidars.iter().zip(&*finished.scans);
     let lidars = lidars.map(|(spec, points)| LidarData {
@@ -247,7 +252,7 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
 /// The key of all that goes into a frame.
 fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
     let mut hasher = Hasher::new("frame");
-    hasher.write_bytes(&forest.plan().key(forest.images, frame).0);
+    hasher.write_bytes(&forest.plan().key(forest.extra, frame).0);
     hasher.write_bytes(&forest.plan().key(forest.scans, frame).0);
     hasher.finish().0
 }
@@ -273,6 +278,7 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
             name: config::sensor_name(&path).to_owned(),
             intrinsics: sensors::intrinsics(&path, camera)?,
             body_from_camera: sensors::body_from_camera(camera),
+            extra: sensors::extra_kinds(camera),
         })
     };
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {

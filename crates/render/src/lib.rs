@@ -56,6 +56,7 @@
 
 mod atmosphere;
 mod error;
+mod extra;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod ground;
@@ -73,6 +74,7 @@ mod tone;
 mod view;
 
 pub use error::ParamError;
+pub use extra::{Candidate, nearest_objects, object_boxes, optical_flow};
 #[cfg(feature = "gpu")]
 pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};
 pub use lens::Lens;

@@ -26,6 +26,7 @@
 
 mod camera;
 mod chunk;
+mod extra;
 mod image;
 mod inventory;
 mod mask;
@@ -42,6 +43,7 @@ mod transform;
 
 pub use camera::{Intrinsics, IntrinsicsError};
 pub use chunk::ChunkCoord;
+pub use extra::{ExtraKinds, ExtraTruth, Flow, ObjectBox, PixelBox};
 pub use glam;
 pub use image::{Image, TruthImages};
 pub use inventory::{ObjectKind, ObjectRecord, TreeRecord};

@@ -58,6 +58,16 @@ impl ObjectId {
         self.0
     }
 
+    /// The id with these bits; `None` if there is no such id.
+    #[must_use]
+    pub const fn from_u64(bits: u64) -> Option<Self> {
+        let id = Self(bits);
+        match Self::new(id.chunk(), id.item()) {
+            Some(same) if same.0 == bits => Some(id),
+            _ => None,
+        }
+    }
+
     /// The 24-bit id of instance images: chunk x mod 16, chunk y mod 16, item. 0 for none.
     #[must_use]
     pub const fn to_image_id(self) -> u32 {

@@ -10,7 +10,7 @@ use nemoral_dataset::{
 };
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
-    ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, Ontology, PointFlags, RigidTransform,
+    ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, Ontology, PointFlags, RigidTransform,
     Semantic, TruthImages,
 };
 
@@ -22,6 +22,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
             name: "eye".into(),
             intrinsics,
             body_from_camera: RigidTransform::body_from_optical(),
+            extra: ExtraKinds::default(),
         }],
         lidars: vec![LidarSpec {
             name: "top".into(),
@@ -42,6 +43,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
     let rgb = whole(0.0).map(|_| [90, 80, 70]);
     let points: Vec<LidarPoint> = (0..100_u16).map(point).collect();
     let writer = Writer::create(out, OpenMode::Fresh, header)?;
+    let extra = ExtraTruth::default();
     for index in frames {
         writer.write_frame(&FrameData {
             sequence: 0,
@@ -52,6 +54,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
                 name: "eye",
                 rgb: &rgb,
                 truth: &truth,
+                extra: &extra,
             }],
             lidars: vec![LidarData {
                 name: "top",

@@ -9,8 +9,9 @@ use nemoral_dataset::{
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
-    ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, ObjectKind, ObjectRecord, Ontology,
-    PointFlags, RigidTransform, Semantic, TreeRecord, TruthImages,
+    ChunkCoord, ExtraKinds, ExtraTruth, Flow, Image, Intrinsics, LidarPoint, ObjectBox, ObjectId,
+    ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic, TreeRecord,
+    TruthImages,
 };
 
 pub(crate) const CHUNK_M: f64 = 50.0;
@@ -115,6 +116,7 @@ pub(crate) fn header() -> DatasetHeader {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(320, 240, 1.3).expect("valid"),
             body_from_camera: mount(0.25, 0.05, 1.3) * optical,
+            extra: ExtraKinds::default(),
         }],
         lidars: vec![LidarSpec {
             name: "top".to_owned(),
@@ -151,6 +153,7 @@ pub(crate) struct Seen {
     pub(crate) world_from_body: RigidTransform,
     pub(crate) rgb: Vec<Image<[u8; 3]>>,
     pub(crate) truth: Vec<TruthImages>,
+    pub(crate) extra: Vec<ExtraTruth>,
     pub(crate) points: Vec<Vec<LidarPoint>>,
     pub(crate) chunk: ChunkCoord,
     pub(crate) key: [u8; 32],
@@ -158,7 +161,12 @@ pub(crate) struct Seen {
 
 impl Seen {
     pub(crate) fn data<'a>(&'a self, header: &'a DatasetHeader) -> FrameData<'a> {
-        let images = self.rgb.iter().zip(&self.truth).zip(&header.cameras);
+        let images = self
+            .rgb
+            .iter()
+            .zip(&self.truth)
+            .zip(&self.extra)
+            .zip(&header.cameras);
         let scans = self.points.iter().zip(&header.lidars);
         FrameData {
             sequence: 0,
@@ -166,10 +174,11 @@ impl Seen {
             time_s: self.time_s,
             world_from_body: self.world_from_body,
             cameras: images
-                .map(|((rgb, truth), c)| CameraData {
+                .map(|(((rgb, truth), extra), c)| CameraData {
                     name: &c.name,
                     rgb,
                     truth,
+                    extra,
                 })
                 .collect(),
             lidars: scans
@@ -196,7 +205,7 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
     let world = spheres();
     let (time_s, world_from_body) = track(frame + 1).poses[frame];
     let ontology = Ontology::paper();
-    let (mut rgb, mut truth) = (Vec::new(), Vec::new());
+    let (mut rgb, mut truth, mut extra) = (Vec::new(), Vec::new(), Vec::new());
     for camera in &header.cameras {
         let k = camera.intrinsics;
         let world_from_camera = world_from_body * camera.body_from_camera;
@@ -218,6 +227,7 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
             .map(|i| pixel(i).unwrap_or((Semantic::Sky, ObjectId::NONE, 0.0, Vec3::ZERO)))
             .collect();
         let all = Image::new(w, h, pixels);
+        extra.push(extra_of(camera, frame));
         rgb.push(all.map(|p| {
             ontology
                 .class(p.0)
@@ -249,9 +259,76 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
         world_from_body,
         rgb,
         truth,
+        extra,
         points,
         chunk,
         key: [frame as u8; 32],
+    }
+}
+
+/// The further truth that a camera is asked for, by closed forms.
+fn extra_of(camera: &CameraSpec, frame: usize) -> ExtraTruth {
+    let k = camera.intrinsics;
+    let (w, h) = (k.width as usize, k.height as usize);
+    let poses = track(frame + 2).poses;
+    let [here, next] = [poses[frame].1, poses[frame + 1].1].map(|b| b * camera.body_from_camera);
+    let ray = |i: usize| {
+        let at = DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
+        (at, here.transform_vector(k.direction(at)))
+    };
+    let world = spheres();
+    let seen = |i: usize, of: &[Sphere]| cast(of, here.translation_m, ray(i).1);
+    let flow = |i: usize| {
+        let (at, direction) = ray(i);
+        let place = here.translation_m + direction * seen(i, &world)?.t;
+        let there = k.project(next.inverse().transform_point(place))?;
+        let way = place - next.translation_m;
+        let far = cast(&world, next.translation_m, way.normalize()).map_or(0.0, |h| h.t);
+        let inside = there.min_element() >= 0.0 && there.x < w as f64 && there.y < h as f64;
+        Some(Flow {
+            offset_px: (there - at).as_vec2(),
+            seen: inside && far > way.length() - 1e-6,
+        })
+    };
+    let only = |keep: &dyn Fn(&Sphere) -> bool| -> Vec<Sphere> {
+        spheres().into_iter().filter(keep).collect()
+    };
+    let stems = only(&|s| s.semantic == Semantic::Stem);
+    let owner = |i: usize, of: &[Sphere]| seen(i, of).map_or(ObjectId::NONE, |h| h.object);
+    let boxed = |o: ObjectRecord| {
+        let alone = only(&|s| s.object == o.object && s.semantic != Semantic::Fern);
+        let count = |of: &[Sphere]| {
+            let mine = (0..w * h).filter(|&i| owner(i, of) == o.object);
+            mine.fold((0, PixelBox::EMPTY), |(n, b), i| {
+                (n + 1, b.with((i % w) as u32, (i / w) as u32))
+            })
+        };
+        let (whole, visible) = (count(&alone), count(&world));
+        (whole.0 > 0).then_some(ObjectBox {
+            object: o.object,
+            kind: o.kind,
+            visible: (visible.0 > 0).then_some(visible.1),
+            whole: whole.1,
+            visible_px: visible.0,
+            whole_px: whole.0,
+            centre_m: here.inverse().transform_point(o.position_m),
+            size_m: DVec3::ONE,
+            camera_from_box: here.inverse().rotation,
+        })
+    };
+    let asked = camera.extra;
+    let mut boxes: Vec<_> = if asked.boxes {
+        objects().into_iter().filter_map(boxed).collect()
+    } else {
+        Vec::new()
+    };
+    boxes.sort_by_key(|b| b.object);
+    let image = |asked: bool| asked.then_some(0..w * h);
+    ExtraTruth {
+        flow: image(asked.flow).map(|i| Image::new(w, h, i.map(flow).collect())),
+        trunks: image(asked.trunks)
+            .map(|i| Image::new(w, h, i.map(|i| owner(i, &stems)).collect())),
+        boxes: asked.boxes.then_some(boxes),
     }
 }
 

@@ -3,8 +3,8 @@
 use nemoral_dataset::{CameraSpec, Dataset, FrameData, OpenMode, Writer};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
-    ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, PointFlags, RigidTransform, Semantic,
-    TruthImages,
+    ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, PointFlags,
+    RigidTransform, Semantic, TruthImages,
 };
 use proptest::prelude::*;
 
@@ -96,6 +96,7 @@ proptest! {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(w, h, 1.0).expect("valid"),
             body_from_camera: RigidTransform::body_from_optical(),
+            extra: ExtraKinds::default(),
         }];
         let all = Image::new(w as usize, h as usize, pixels);
         let truth = TruthImages {
@@ -106,12 +107,13 @@ proptest! {
         };
         let rgb = all.map(|p| p.4);
         let chunk = ChunkCoord::new(cx, cy);
+        let extra = ExtraTruth::default();
         let frame = FrameData {
             sequence: 3,
             index,
             time_s: 0.1,
             world_from_body: RigidTransform::IDENTITY,
-            cameras: vec![nemoral_dataset::CameraData { name: "front", rgb: &rgb, truth: &truth }],
+            cameras: vec![nemoral_dataset::CameraData { name: "front", rgb: &rgb, truth: &truth, extra: &extra }],
             lidars: vec![nemoral_dataset::LidarData { name: "top", points: &points, sensor_chunk: chunk }],
             frame_key: [7; 32],
         };

@@ -260,6 +260,16 @@ section! {
         look: String = "robot".into(), OneOf(&["robot", "cinema", "flat"]), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
         exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0), "as cameras meter: for the bright gaps, leaving leaves dark";
+        /// Write `sky`, a mask of where nothing was hit.
+        sky: bool = false, Flag, "depth 0 says the same";
+        /// Write `flow`, the optical flow to the next frame: exact, and whether the next frame shows it.
+        flow: bool = false, Flag, "one more ray a pixel";
+        /// Write `trunks`, the nearest trunk behind leaves, shrubs and whatever hides it.
+        trunks: bool = false, Flag, "the paper's hard case, VII; one more ray a pixel";
+        /// Write `boxes`, 2-D and 3-D boxes of trees, stumps, shrubs and rocks with their visible fraction.
+        boxes: bool = false, Flag, "each thing is cast on its own";
+        /// Boxes of things up to so far.
+        boxes_range_m: f64 = 60.0, Real(1.0, 600.0), "a tree there is still 10 pixels wide";
         /// Mounted this far in front of the body's origin.
         mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "a small tracked robot";
         /// This far to its left.

@@ -9,9 +9,9 @@ use nemoral_scene::{ChunkCoord, ObjectId};
 use super::{Assets, Camera, Config, Lidar, LidarPattern, RobotPath};
 
 /// Names of other sensors and of their folders.
-const RESERVED: [&str; 11] = [
-    "camera", "lidar", "image_2", "image_3", "semantic", "instance", "depth", "normals",
-    "velodyne", "labels", "points",
+const RESERVED: [&str; 15] = [
+    "camera", "lidar", "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky",
+    "flow", "trunks", "boxes", "velodyne", "labels", "points",
 ];
 
 impl Assets {

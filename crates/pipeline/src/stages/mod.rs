@@ -8,4 +8,5 @@ pub mod openness;
 pub mod placement;
 pub mod sensors;
 pub mod things;
+pub mod truth;
 pub mod undergrowth;

@@ -18,7 +18,7 @@ use nemoral_render::{
     Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SkyParams, Sun, ToneCurve, UtcTime,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{Intrinsics, RigidTransform};
+use nemoral_scene::{ExtraKinds, Intrinsics, RigidTransform};
 use nemoral_seed::Key;
 
 use crate::config::{self, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition};
@@ -40,6 +40,10 @@ pub struct CameraRig {
     pub exposure: Exposure,
     /// And how light becomes brightness.
     pub tone: ToneCurve,
+    /// What else is to be known of a picture.
+    pub extra: ExtraKinds,
+    /// Boxes of things up to so far, metres.
+    pub boxes_range_m: f64,
 }
 
 /// The LiDAR with its place on the body.
@@ -88,6 +92,17 @@ pub fn intrinsics(path: &str, camera: &config::Camera) -> Result<Intrinsics, Err
         }
     }
     .map_err(|e| Error::request(format!("{path}: {e}")))
+}
+
+/// What a camera writes besides its pictures and their truth.
+#[must_use]
+pub fn extra_kinds(c: &config::Camera) -> ExtraKinds {
+    ExtraKinds {
+        sky: c.sky,
+        flow: c.flow,
+        trunks: c.trunks,
+        boxes: c.boxes,
+    }
 }
 
 /// Where the camera's optical frame sits on the body.
@@ -223,6 +238,8 @@ impl Stage for CameraStage {
                     fixed => fixed,
                 },
                 tone: look(&camera.look).0,
+                extra: extra_kinds(camera),
+                boxes_range_m: camera.boxes_range_m,
             });
         }
         Ok(rigs)

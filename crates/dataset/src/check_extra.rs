@@ -1,0 +1,159 @@
+//! Checks of further truth: sky masks, flow, hidden trunks and boxes against images and poses.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{Flow, PixelBox, RigidTransform, Semantic};
+
+use crate::layout::CameraFolders;
+use crate::reader::CameraFrame;
+use crate::{CameraSpec, DatasetHeader, DepthFormat};
+
+/// One camera's frame, to be checked.
+pub(crate) struct ExtraView<'a> {
+    pub(crate) header: &'a DatasetHeader,
+    pub(crate) spec: &'a CameraSpec,
+    pub(crate) camera: &'a CameraFrame,
+    /// The reference camera's next frame from this one's; `None` after the last.
+    pub(crate) next_from_here: Option<&'a RigidTransform>,
+    /// Image ids of `instances.csv`.
+    pub(crate) ids: &'a BTreeSet<u32>,
+}
+
+/// A folder, the extension of its files, what is wrong.
+type Found = (String, &'static str, String);
+
+impl ExtraView<'_> {
+    pub(crate) fn problems(&self, folders: &CameraFolders) -> Vec<Found> {
+        let problem = |folder: &str, extension, message: Option<String>| {
+            message.map(|m| (folder.to_owned(), extension, m))
+        };
+        [
+            problem(&folders.sky, "png", self.sky()),
+            problem(&folders.flow, "png", self.flow()),
+            problem(&folders.trunks, "png", self.trunks()),
+            problem(&folders.boxes, "csv", self.boxes()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    fn sky(&self) -> Option<String> {
+        let mask = self.camera.sky.as_ref()?;
+        let pairs = mask.pixels().iter().zip(self.camera.depth_m.pixels());
+        let wrong = pairs.filter(|(m, z)| **m != if **z == 0.0 { 255 } else { 0 });
+        counted(wrong.count(), "pixels contradict the depth image")
+    }
+
+    /// Flow against depth and poses: as far apart as the rounding of both can bring them.
+    fn flow(&self) -> Option<String> {
+        let flow = self.camera.flow.as_ref()?;
+        let depth = &self.camera.depth_m;
+        let lone = |(f, z): &(&Option<Flow>, &f32)| f.is_some() && **z == 0.0;
+        let lone = flow.pixels().iter().zip(depth.pixels()).filter(lone);
+        if let Some(message) = counted(lone.count(), "pixels have flow without depth") {
+            return Some(message);
+        }
+        let step = self.next_from_here?;
+        // The reference camera's step, as this camera makes it.
+        let reference_from_camera =
+            self.header.body_from_reference().inverse() * self.spec.body_from_camera;
+        let next_from_here = reference_from_camera.inverse() * *step * reference_from_camera;
+        let k = &self.spec.intrinsics;
+        let half_step_m = match self.header.depth_format {
+            DepthFormat::Png16 => 0.5 / 256.0,
+            DepthFormat::Npy => 0.0,
+        };
+        let mut wrong = 0;
+        for (i, (f, &z)) in flow.pixels().iter().zip(depth.pixels()).enumerate() {
+            let (Some(f), true) = (f, z < 255.0) else {
+                continue;
+            };
+            let (column, row) = (i % depth.width(), i / depth.width());
+            let pixel = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+            let direction = k.direction(pixel);
+            let expected = |z: f64| {
+                let there = next_from_here.transform_point(direction * (z / direction.z));
+                Some(k.project(there)? - pixel)
+            };
+            let z = f64::from(z);
+            let (Some(far), Some(near), Some(middle)) = (
+                expected(z + half_step_m),
+                expected((z - half_step_m).max(1e-3)),
+                expected(z),
+            ) else {
+                continue;
+            };
+            let spread = (far - middle).length().max((near - middle).length());
+            let off = (f.offset_px.as_dvec2() - middle).length();
+            wrong += usize::from(off > 0.05 + 1.1 * spread);
+        }
+        counted(wrong, "pixels flow elsewhere than depth and poses.txt say")
+    }
+
+    /// A trunk that is seen is the nearest one.
+    fn trunks(&self) -> Option<String> {
+        let trunks = self.camera.trunks.as_ref()?;
+        let strangers = trunks.pixels().iter();
+        let strangers = strangers.filter(|id| **id != 0 && !self.ids.contains(id));
+        let strangers = counted(
+            strangers.count(),
+            "pixels have an id that instances.csv lacks",
+        );
+        strangers.or_else(|| {
+            let class = self.header.ontology.class(Semantic::Stem).id;
+            let c = self.camera;
+            let seen = c.semantic.pixels().iter().zip(c.instance.pixels());
+            let wrong = seen
+                .zip(trunks.pixels())
+                .filter(|((seen, id), trunk)| **seen == class && **id != 0 && id != trunk);
+            counted(
+                wrong.count(),
+                "pixels show a trunk and have another one here",
+            )
+        })
+    }
+
+    /// Counts and boxes against the instance image.
+    fn boxes(&self) -> Option<String> {
+        let boxes = self.camera.boxes.as_ref()?;
+        let image = &self.camera.instance;
+        let mut seen: BTreeMap<u32, (u32, PixelBox)> = BTreeMap::new();
+        for (i, &id) in image
+            .pixels()
+            .iter()
+            .enumerate()
+            .filter(|(_, id)| **id != 0)
+        {
+            let (count, bounds) = seen.entry(id).or_insert((0, PixelBox::EMPTY));
+            *count += 1;
+            *bounds = bounds.with((i % image.width()) as u32, (i / image.width()) as u32);
+        }
+        if !boxes.is_sorted_by(|a, b| a.object < b.object) {
+            return Some("things repeat or are out of order".to_owned());
+        }
+        let wrong = boxes.iter().find(|b| {
+            let id = b.object.to_image_id();
+            let found = seen.get(&id);
+            let w = b.whole;
+            let whole_area = u64::from(w.right.saturating_sub(w.left))
+                * u64::from(w.bottom.saturating_sub(w.top));
+            !self.ids.contains(&id)
+                || found.map_or(0, |f| f.0) != b.visible_px
+                || found.map(|f| f.1) != b.visible
+                || b.visible_px > b.whole_px
+                || whole_area < u64::from(b.whole_px)
+                || b.visible.is_some_and(|v| {
+                    v.left < w.left || v.top < w.top || v.right > w.right || v.bottom > w.bottom
+                })
+                || b.size_m.min_element() <= 0.0
+        });
+        let wrong = wrong.map(|b| b.object.to_u64());
+        wrong.map(|id| format!("the box of {id} contradicts the instance image or instances.csv"))
+    }
+}
+
+fn counted(count: usize, what: &str) -> Option<String> {
+    (count > 0).then(|| format!("{count} {what}"))
+}

@@ -1,0 +1,233 @@
+//! Truth beyond a picture's pixels: optical flow, what is behind, and boxes. By casting rays, whatever
+//! renderer took the picture.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+use nemoral_scene::{
+    Flow, Image, ObjectBox, ObjectId, ObjectKind, PixelBox, Ray, RayCaster, RigidTransform,
+    TruthImages,
+};
+use rayon::prelude::*;
+
+use crate::View;
+
+/// Where each surface of a picture is in the next one. The world stands still, so it follows from
+/// depth and the two views; whether the next picture shows it is cast.
+///
+/// `truth` is what `view` sees; both views are in the frame of `caster`'s scene.
+#[must_use]
+pub fn optical_flow(
+    caster: &dyn RayCaster,
+    truth: &TruthImages,
+    view: &View,
+    next: &View,
+) -> Image<Option<Flow>> {
+    let depth = &truth.depth_m;
+    let (width, height) = (depth.width(), depth.height());
+    let next_from_scene = next.scene_from_camera.inverse();
+    let eye = next.scene_from_camera.translation_m;
+    let size = DVec2::new(next.intrinsics.width.into(), next.intrinsics.height.into());
+    let row = |y: usize| {
+        let mut row = vec![None; width];
+        let (mut rays, mut of) = (Vec::new(), Vec::new());
+        for (x, out) in row.iter_mut().enumerate() {
+            let z = f64::from(*depth.at(x, y));
+            if z == 0.0 {
+                continue;
+            }
+            let pixel = centre(x, y);
+            let direction = view.intrinsics.direction(pixel);
+            let place = (view.scene_from_camera).transform_point(direction * (z / direction.z));
+            let there = next_from_scene.transform_point(place);
+            let Some(at) = next.intrinsics.project(there) else {
+                continue;
+            };
+            let inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
+            *out = Some(Flow {
+                offset_px: (at - pixel).as_vec2(),
+                seen: inside,
+            });
+            if inside {
+                let way = place - eye;
+                let far_m = way.length();
+                // Short of the surface itself, as far as f32 and a grazing look can tell.
+                let spare_m = 1e-3 + 2e-4 * far_m;
+                rays.push(Ray {
+                    origin: eye.as_vec3(),
+                    direction: (way / far_m).as_vec3(),
+                    t_min_m: 0.0,
+                    t_max_m: (far_m - spare_m) as f32,
+                });
+                of.push(x);
+            }
+        }
+        let mut hidden = vec![false; rays.len()];
+        caster.are_occluded(&rays, &mut hidden);
+        for (&x, hidden) in of.iter().zip(hidden) {
+            if let Some(flow) = &mut row[x] {
+                flow.seen = !hidden;
+            }
+        }
+        row
+    };
+    let pixels = (0..height).into_par_iter().flat_map_iter(row).collect();
+    Image::new(width, height, pixels)
+}
+
+/// Distance and owner of the nearest surface on the ray of each pixel's centre, of a scene from
+/// which things were taken away; infinite and [`ObjectId::NONE`] where there is none.
+#[must_use]
+pub fn nearest_objects(
+    caster: &dyn RayCaster,
+    view: &View,
+    max_range_m: f32,
+) -> Image<(f32, ObjectId)> {
+    let (width, height) = (
+        view.intrinsics.width as usize,
+        view.intrinsics.height as usize,
+    );
+    let row = |y: usize| {
+        let rays: Vec<Ray> = (0..width)
+            .map(|x| view.ray(centre(x, y), max_range_m))
+            .collect();
+        let mut hits = vec![None; width];
+        caster.closest_hits(&rays, &mut hits);
+        hits.into_iter().map(|hit| {
+            hit.map_or((f32::INFINITY, ObjectId::NONE), |h| {
+                (h.distance_m, h.object)
+            })
+        })
+    };
+    let pixels = (0..height).into_par_iter().flat_map_iter(row).collect();
+    Image::new(width, height, pixels)
+}
+
+/// A thing that may get a box.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidate {
+    /// Whose.
+    pub object: ObjectId,
+    /// What it is.
+    pub kind: ObjectKind,
+    /// The scene's frame from that of an upright box around it, whose middle is its origin.
+    pub scene_from_box: RigidTransform,
+    /// Length, width and height of that box, metres.
+    pub size_m: DVec3,
+}
+
+/// The boxes of those things of which the picture would show a pixel if they stood alone on the
+/// ground.
+///
+/// `ground_m` is how far the ground is on each pixel's ray ([`nearest_objects`] of it); `alone` gives
+/// a thing's own caster, by its number. `max_range_m` is the picture's.
+#[must_use]
+pub fn object_boxes<C: RayCaster>(
+    candidates: &[Candidate],
+    alone: impl Fn(usize) -> C + Sync,
+    ground_m: &Image<(f32, ObjectId)>,
+    truth: &TruthImages,
+    view: &View,
+    max_range_m: f32,
+) -> Vec<ObjectBox> {
+    let mut seen: BTreeMap<ObjectId, (u32, PixelBox)> = BTreeMap::new();
+    let width = truth.object.width();
+    for (i, object) in truth.object.pixels().iter().enumerate() {
+        if !object.is_none() {
+            let (count, bounds) = seen.entry(*object).or_insert((0, PixelBox::EMPTY));
+            *count += 1;
+            *bounds = bounds.with((i % width) as u32, (i / width) as u32);
+        }
+    }
+    let camera_from_scene = view.scene_from_camera.inverse();
+    let boxed = |(i, c): (usize, &Candidate)| {
+        let range = bounds_in_image(c, view)?;
+        let (mut rays, mut at) = (Vec::new(), Vec::new());
+        for y in range.top..range.bottom {
+            for x in range.left..range.right {
+                let (column, row) = (x as usize, y as usize);
+                let far_m = ground_m.at(column, row).0.min(max_range_m);
+                rays.push(view.ray(centre(column, row), far_m));
+                at.push((x, y));
+            }
+        }
+        let mut met = vec![false; rays.len()];
+        alone(i).are_occluded(&rays, &mut met);
+        let (mut count, mut whole) = (0, PixelBox::EMPTY);
+        for (&(x, y), _) in at.iter().zip(&met).filter(|(_, met)| **met) {
+            count += 1;
+            whole = whole.with(x, y);
+        }
+        let (visible_px, visible) = seen.get(&c.object).map_or((0, None), |s| (s.0, Some(s.1)));
+        let camera_from_box = camera_from_scene * c.scene_from_box;
+        (count > 0).then_some(ObjectBox {
+            object: c.object,
+            kind: c.kind,
+            visible,
+            whole,
+            visible_px,
+            whole_px: count,
+            centre_m: camera_from_box.translation_m,
+            size_m: c.size_m,
+            camera_from_box: camera_from_box.rotation,
+        })
+    };
+    let mut boxes: Vec<ObjectBox> = candidates
+        .par_iter()
+        .enumerate()
+        .filter_map(boxed)
+        .collect();
+    boxes.sort_by_key(|b| b.object);
+    boxes
+}
+
+/// Pixels that hold all of a thing's: those around its box, or all if that reaches behind the lens.
+fn bounds_in_image(c: &Candidate, view: &View) -> Option<PixelBox> {
+    /// Points on an edge of the box: lenses bend edges.
+    const STEPS: u32 = 6;
+    let k = &view.intrinsics;
+    let size = DVec2::new(k.width.into(), k.height.into());
+    let camera_from_box = view.scene_from_camera.inverse() * c.scene_from_box;
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (mut behind, mut before) = (false, false);
+    let part = |i: u32| f64::from(i) / f64::from(STEPS) - 0.5;
+    for i in 0..=STEPS {
+        for j in 0..=STEPS {
+            for l in 0..=STEPS {
+                let inner = |n: u32| n != 0 && n != STEPS;
+                if inner(i) && inner(j) && inner(l) {
+                    continue;
+                }
+                let corner = DVec3::new(part(i), part(j), part(l)) * c.size_m;
+                let p = camera_from_box.transform_point(corner);
+                match k.project(p).filter(|_| p.z > 0.05) {
+                    Some(at) => {
+                        before = true;
+                        (low, high) = (low.min(at), high.max(at));
+                    }
+                    None => behind = true,
+                }
+            }
+        }
+    }
+    if !before {
+        return None;
+    }
+    let (low, high) = if behind {
+        (DVec2::ZERO, size)
+    } else {
+        // Between the points an edge may bulge.
+        let spare = (high - low) * 0.05 + 1.0;
+        ((low - spare).max(DVec2::ZERO), (high + spare).min(size))
+    };
+    (low.cmplt(high).all()).then(|| PixelBox {
+        left: low.x as u32,
+        top: low.y as u32,
+        right: high.x.ceil() as u32,
+        bottom: high.y.ceil() as u32,
+    })
+}
+
+fn centre(column: usize, row: usize) -> DVec2 {
+    DVec2::new(column as f64 + 0.5, row as f64 + 0.5)
+}
