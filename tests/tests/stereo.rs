@@ -162,7 +162,7 @@ fn what_one_eye_sees_the_other_sees_a_baseline_beside() {
             for column in 0..truth.depth_m.width() {
                 let z = f64::from(*truth.depth_m.at(column, row));
                 let at = column as f64 + 0.5 - fx * baseline_m / z;
-                if z > 0.0 && at >= 0.0 && at < 320.0 {
+                if z > 0.0 && (0.0..320.0).contains(&at) {
                     let there = f64::from(*right.images.truth.depth_m.at(at as usize, row));
                     differences.push((there - z).abs() / z);
                 }
