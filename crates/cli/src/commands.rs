@@ -197,7 +197,7 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
     match command {
         ConfigCommand::Presets => {
             for preset in Preset::ALL {
-                say(&format!("{:<8} {}", preset.name, preset.doc))?;
+                say(&format!("{:<21} {}", preset.name, preset.doc))?;
             }
         }
         ConfigCommand::Init(world) => say(annotated_toml(&load(world)?).trim_end())?,

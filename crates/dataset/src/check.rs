@@ -606,7 +606,16 @@ fn impossible(tree: &TreeRecord) -> Option<String> {
             )
         })
     };
-    let found = positive("dbh_m", tree.dbh_m)
+    // Who is not as high as a breast has no diameter there.
+    let diameter = || {
+        let low = tree.height_m <= 1.3 && tree.dbh_m == 0.0;
+        if low {
+            None
+        } else {
+            positive("dbh_m", tree.dbh_m)
+        }
+    };
+    let found = diameter()
         .or_else(|| positive("height_m", tree.height_m))
         .or_else(|| positive("stem_volume_m3", tree.stem_volume_m3))
         .or_else(crown)

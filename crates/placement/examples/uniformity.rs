@@ -138,11 +138,7 @@ fn params(trees: f64) -> PlacementParams {
         weight,
         radius_m: (low, high),
     };
-    let layer = |name: &str, per_chunk, varieties| LayerParams {
-        name: name.into(),
-        per_chunk,
-        varieties,
-    };
+    let layer = LayerParams::new;
     PlacementParams {
         layers: vec![
             layer(

@@ -92,7 +92,7 @@ impl Kinds {
     }
 
     /// Draws the variety of a dart, its occupancy radius and its hard core.
-    fn draw(&self, rng: &mut PhiloxRng) -> (u16, f64, f64) {
+    pub(crate) fn draw(&self, rng: &mut PhiloxRng) -> (u16, f64, f64) {
         let u = unit(rng);
         let last = self.cumulative.len() - 1;
         let variety = self.cumulative.partition_point(|c| *c <= u).min(last);

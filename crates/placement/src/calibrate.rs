@@ -1,4 +1,4 @@
-//! From a target to hard cores, and from a fill to the share of it that is kept.
+//! From a target to hard cores, and from a fill (or planted rows) to the share of it that is kept.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -9,17 +9,16 @@ use nemoral_seed::{Draw, Key, Stage};
 
 use crate::bridson::{Kinds, Point, fill, from_centre};
 use crate::params::{LayerParams, ParamError, PlacementParams};
+use crate::patches::{PatchMap, Patches};
 use crate::placement::{THINNING, is_free, mean_over_radius};
 use crate::quadtree::QuadTree;
+use crate::rows::Rows;
 
 const CALIBRATION: Stage = Stage::new("placement.calibration");
 
 /// Points per square of the hard-core distance in a saturated pattern of one radius (five runs of
 /// 7·10⁷ points, spread 2·10⁻⁵).
 const SATURATED: f64 = 0.6966;
-/// The hard-core distance over the spacing of a saturated pattern of the target's density. At 1
-/// the pattern would be as regular as a plantation, at 0 as ragged as rain.
-const HARD_CORE: f64 = 0.5;
 /// The edge of the calibration's window in mean hard-core distances: some 3000 points.
 const WINDOW: f64 = 72.0;
 /// More rounds than this bring next to nothing.
@@ -30,20 +29,83 @@ const PROBES: u32 = 64;
 /// A layer, ready to be placed.
 #[derive(Clone, Debug)]
 pub(crate) struct Layer {
-    pub(crate) kinds: Kinds,
-    /// How often the fill works off its active list.
-    pub(crate) rounds: u32,
+    kinds: Kinds,
+    pattern: Pattern,
+    chunk_size_m: f64,
     /// In chunk edges.
     pub(crate) max_radius: f64,
-    /// Per variety: the share of the fill that is kept.
+    /// Per variety: the share of the pattern that is kept outside of gaps and inside of clusters.
     keep: Vec<f64>,
+    in_gaps: f64,
+    clusters: Option<Patches>,
+}
+
+/// Where a layer's things could stand.
+#[derive(Clone, Copy, Debug)]
+enum Pattern {
+    /// Bridson's fill; how often it works off its active list.
+    Fill(u32),
+    Rows(Rows),
 }
 
 impl Layer {
-    /// The thinning: keyed by the point, blind to everything else.
-    pub(crate) fn keeps(&self, point: &Point) -> bool {
+    /// The pattern in the square of half edge `need` around a chunk's centre, before thinning.
+    pub(crate) fn fill(&self, key: Key, chunk: ChunkCoord, need: f64) -> Vec<Point> {
+        let (kinds, size_m) = (&self.kinds, self.chunk_size_m);
+        match self.pattern {
+            Pattern::Fill(rounds) => fill(kinds, rounds, key, chunk, need),
+            Pattern::Rows(rows) => rows.plant(kinds, key, chunk, size_m, need),
+        }
+    }
+
+    /// Where it clusters, if it does.
+    pub(crate) fn clusters(&self, key: Key, chunk: ChunkCoord, need: f64) -> Option<PatchMap> {
+        let clusters = self.clusters.as_ref()?;
+        Some(clusters.around(key, chunk, self.chunk_size_m, need))
+    }
+
+    /// Do gaps matter to it?
+    pub(crate) fn minds_gaps(&self) -> bool {
+        self.in_gaps != 1.0
+    }
+
+    /// The thinning: keyed by the point, blind to everything but the patches it stands in.
+    pub(crate) fn keeps(
+        &self,
+        point: &Point,
+        gaps: Option<&PatchMap>,
+        clusters: Option<&PatchMap>,
+    ) -> bool {
+        if clusters.is_some_and(|c| !c.contain(point.p)) {
+            return false;
+        }
+        let in_gap = self.minds_gaps() && gaps.is_some_and(|g| g.contain(point.p));
+        let factor = if in_gap { self.in_gaps } else { 1.0 };
+        self.keeps_share(point, factor)
+    }
+
+    fn keeps_share(&self, point: &Point, factor: f64) -> bool {
         let mut rng = point.key.stage(THINNING).rng();
-        rng.chance(self.keep[usize::from(point.variety)])
+        rng.chance(factor * self.keep[usize::from(point.variety)])
+    }
+}
+
+/// How unevenly a layer is asked for: the mean of its density over the plane and the most of it anywhere,
+/// relative to outside of gaps and inside of clusters.
+struct Unevenness {
+    mean: f64,
+    most: f64,
+}
+
+impl Unevenness {
+    fn of(params: &PlacementParams, layer: &LayerParams) -> Self {
+        let gap_share = params.gaps.map_or(0.0, |g| g.share);
+        let cluster_share = layer.clusters.map_or(1.0, |c| c.share);
+        let in_gaps = params.gaps.map_or(1.0, |_| layer.in_gaps);
+        Self {
+            mean: (1.0 - gap_share + gap_share * in_gaps) * cluster_share,
+            most: in_gaps.max(1.0),
+        }
     }
 }
 
@@ -65,9 +127,11 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
         }
         let target = layer.per_chunk
             / (params.allowed_fraction * params.density_factor * params.density_factor);
-        let kinds = kinds(params, layer, target);
+        let uneven = Unevenness::of(params, layer);
+        // What is asked for where most is asked for: there, too, hard cores must leave room.
+        let kinds = kinds(params, layer, target * uneven.most / uneven.mean);
         let half = WINDOW * kinds.mean_core();
-        let max_radius = max_radius(layer) / params.chunk_size_m;
+        let max_radius = layer.max_radius_m() / params.chunk_size_m;
         // A hair more than will be asked for: rounding must not put a radius beyond the last probe.
         let clearances = Clearances::of(&standing, 1.001 * params.factor() * max_radius);
         // Of all darts of a variety, this share is neither beside a rock nor beside earlier layers.
@@ -81,29 +145,42 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
                     })
             })
             .collect();
+        let key = Key::world(0).stage(CALIBRATION).item(number as u64);
         let mut most = f64::INFINITY;
-        for rounds in 1..=MAX_ROUNDS {
-            let key = Key::world(0).stage(CALIBRATION).item(number as u64);
-            let points = fill(&kinds, rounds, key, ChunkCoord::default(), half);
-            let filled = points.len() as f64 / (4.0 * half * half);
-            let bias = Bias::of(&kinds, layer, &points);
-            let keep: Vec<f64> = (0..room.len())
-                .map(|i| target / (filled * bias.acceptance(&kinds, i) * room[i]))
+        let mut patterns: Vec<Pattern> = (1..=MAX_ROUNDS).map(Pattern::Fill).collect();
+        if let Some(rows) = layer.rows {
+            patterns = vec![Pattern::Rows(rows)];
+        }
+        for pattern in patterns {
+            let mut made = Layer {
+                kinds: kinds.clone(),
+                pattern,
+                chunk_size_m: params.chunk_size_m,
+                max_radius,
+                keep: Vec::new(),
+                in_gaps: layer.in_gaps,
+                clusters: layer.clusters,
+            };
+            let points = made.fill(key, ChunkCoord::default(), half);
+            let (filled, bias) = match pattern {
+                Pattern::Fill(_) => (
+                    points.len() as f64 / (4.0 * half * half),
+                    Bias::of(&kinds, layer, &points),
+                ),
+                // Planted places are known, and take whatever is planted.
+                Pattern::Rows(rows) => (rows.per_chunk(params.chunk_size_m), Bias::NONE),
+            };
+            made.keep = (0..room.len())
+                .map(|i| target / (uneven.mean * filled * bias.acceptance(&kinds, i) * room[i]))
                 .collect();
-            let thrown = keep.iter().zip(&layer.varieties);
-            most = thrown
+            let kept = made.keep.iter().zip(&layer.varieties);
+            most = kept
                 .filter(|(_, v)| v.weight > 0.0)
-                .map(|(keep, _)| *keep)
+                .map(|(keep, _)| *keep * uneven.most)
                 .fold(0.0, f64::max);
             if most <= 1.0 {
-                let layer = Layer {
-                    kinds,
-                    rounds,
-                    max_radius,
-                    keep,
-                };
-                standing.add(points, &layer, half);
-                layers.push(Some(layer));
+                standing.add(points, &made, uneven.mean, half);
+                layers.push(Some(made));
                 break;
             }
         }
@@ -128,12 +205,14 @@ struct Standing {
 }
 
 impl Standing {
-    fn add(&mut self, mut points: Vec<Point>, layer: &Layer, half: f64) {
+    /// `share` of the layer's density is everywhere: for the room that others find on the whole, that is
+    /// as good as all of it somewhere.
+    fn add(&mut self, mut points: Vec<Point>, layer: &Layer, share: f64, half: f64) {
         let half = half.min(self.half);
         let index = self.index();
         points.retain(|p| {
             from_centre(p.p) <= half
-                && layer.keeps(p)
+                && layer.keeps_share(p, share)
                 && is_free(&index, p.p, self.factor * p.radius)
         });
         self.half = half;
@@ -150,7 +229,7 @@ impl Standing {
     }
 }
 
-/// The hard cores of a layer: [`HARD_CORE`] of what the target implies, more for big varieties.
+/// The hard cores of a layer: `hard_core` of what the target implies, more for big varieties.
 fn kinds(params: &PlacementParams, layer: &LayerParams, target: f64) -> Kinds {
     let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
     let mid = |i: usize| (layer.varieties[i].radius_m.0 + layer.varieties[i].radius_m.1) / 2.0;
@@ -170,18 +249,13 @@ fn kinds(params: &PlacementParams, layer: &LayerParams, target: f64) -> Kinds {
         .zip(&relative)
         .map(|(v, r)| v.weight / total * r * r)
         .sum();
-    let core = HARD_CORE * libm::sqrt(SATURATED / (target * mean_square)) / 2.0;
+    let core = params.hard_core * libm::sqrt(SATURATED / (target * mean_square)) / 2.0;
     Kinds::new(
         &layer.varieties,
         relative.iter().map(|r| core * r).collect(),
         params.chunk_size_m,
         params.factor(),
     )
-}
-
-fn max_radius(layer: &LayerParams) -> f64 {
-    let weighted = layer.varieties.iter().filter(|v| v.weight > 0.0);
-    weighted.map(|v| v.radius_m.1).fold(0.0, f64::max)
 }
 
 /// The share of the plane where rocks leave room for a radius (m): rocks fall nearly independently.
@@ -213,6 +287,12 @@ struct Bias {
 }
 
 impl Bias {
+    /// Everything finds a place.
+    const NONE: Self = Self {
+        theta: DVec2::ZERO,
+        norm: 1.0,
+    };
+
     fn of(kinds: &Kinds, layer: &LayerParams, points: &[Point]) -> Self {
         let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
         let thrown: Vec<(f64, DVec2)> = (0..layer.varieties.len())

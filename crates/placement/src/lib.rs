@@ -26,6 +26,10 @@
 //!   sampling (Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions": an active list,
 //!   k = 30 darts in the annulus r..2r) with a quadtree for the neighbour search. The paper's
 //!   density factor multiplies radii: larger is sparser.
+//! - A layer may be planted instead, in [`Rows`] over the whole plane, may avoid or seek the gaps of
+//!   the canopy, and may stand in clusters only: both are [`Patches`] of the plane, and decide
+//!   nothing but how many points of the pattern are kept where, so the distance rule and the
+//!   independence of any order hold as before.
 //! - **Undergrowth** is a jittered grid of the whole plane, everywhere but on trails.
 //!
 //! **No order.** Bridson's list is worked off one point after the other, which an endless plane cannot
@@ -58,13 +62,17 @@ mod calibrate;
 mod cover;
 mod index;
 mod params;
+mod patches;
 mod placement;
 mod quadtree;
+mod rows;
 mod site;
 
 pub use cover::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
 pub use index::{LinearScan, NeighbourIndex};
 pub use params::{LayerParams, ParamError, PlacementParams, RockParams, Variety};
+pub use patches::Patches;
 pub use placement::Placement;
 pub use quadtree::QuadTree;
+pub use rows::Rows;
 pub use site::{Exclusion, Site};

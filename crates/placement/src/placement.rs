@@ -6,7 +6,7 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Draw, Key, Stage};
 
-use crate::bridson::{fill, snap};
+use crate::bridson::snap;
 use crate::calibrate::{Layer, calibrate};
 use crate::params::{ParamError, PlacementParams, Variety};
 use crate::quadtree::QuadTree;
@@ -14,6 +14,7 @@ use crate::site::{Exclusion, Site};
 
 const ROCKS: Stage = Stage::new("placement.rocks");
 const LAYERS: Stage = Stage::new("placement.layers");
+const GAPS: Stage = Stage::new("placement.gaps");
 pub(crate) const THINNING: Stage = Stage::new("placement.thinning");
 
 /// How many places are tried for a rock before the chunk has to do with fewer.
@@ -149,6 +150,16 @@ impl Placement {
         let factor = self.params.factor();
         let stage = self.key.stage(LAYERS);
         let mut standing = QuadTree::new(DVec2::splat(-self.reach), 1.0 + 2.0 * self.reach);
+        let minds = self.layers.iter().flatten().any(Layer::minds_gaps);
+        let gaps = self.params.gaps.filter(|_| minds).map(|gaps| {
+            let window = 0.5 + self.reach * self.layers.len() as f64;
+            gaps.around(
+                self.key.stage(GAPS),
+                coord,
+                self.params.chunk_size_m,
+                window,
+            )
+        });
         let mut sites = Vec::new();
         for (number, layer) in self.layers.iter().enumerate() {
             let Some(layer) = layer else {
@@ -157,8 +168,12 @@ impl Placement {
             // Later layers give way to this one, and theirs to them: one reach for each.
             let need = 0.5 + self.reach * (self.layers.len() - 1 - number) as f64;
             let key = stage.item(number as u64);
-            let mut points = fill(&layer.kinds, layer.rounds, key, coord, need);
-            points.retain(|p| layer.keeps(p) && is_free(&standing, p.p, factor * p.radius));
+            let clusters = layer.clusters(key, coord, need);
+            let mut points = layer.fill(key, coord, need);
+            points.retain(|p| {
+                layer.keeps(p, gaps.as_ref(), clusters.as_ref())
+                    && is_free(&standing, p.p, factor * p.radius)
+            });
             points.sort_unstable_by_key(|p| p.key);
             for p in &points {
                 standing.insert(p.p, factor * p.radius);

@@ -461,11 +461,8 @@ fn any_mix_of_sizes_finds_room_if_there_is_room() {
                 radius_m: (radius, radius),
             }
         });
-        let layer = LayerParams {
-            name: "things".to_owned(),
-            per_chunk: [5.0, 60.0][case as usize % 2],
-            varieties: varieties.collect(),
-        };
+        let per_chunk = [5.0, 60.0][case as usize % 2];
+        let layer = LayerParams::new("things", per_chunk, varieties.collect());
         let params = PlacementParams {
             layers: vec![layer],
             ..PlacementParams::default()
@@ -485,11 +482,7 @@ fn very_different_sizes_find_room_beside_other_layers() {
         radii.iter().map(exactly).collect()
     };
     let equal = |radii: &[f64]| sized(&radii.iter().map(|&r| (1.0, r)).collect::<Vec<_>>());
-    let layer = |per_chunk, varieties| LayerParams {
-        name: "things".to_owned(),
-        per_chunk,
-        varieties,
-    };
+    let layer = |per_chunk, varieties| LayerParams::new("things", per_chunk, varieties);
     let params = PlacementParams {
         rocks: RockParams {
             min_per_chunk: 2,

@@ -14,7 +14,20 @@ fn answer(arguments: &[&str]) -> String {
     done.stdout
 }
 
-const PRESETS: [&str; 5] = ["default", "low", "medium", "high", "demo"];
+const PRESETS: [&str; 12] = [
+    "default",
+    "low",
+    "medium",
+    "high",
+    "maritime-pine",
+    "eucalyptus-plantation",
+    "oak-mixed",
+    "beech",
+    "spruce",
+    "boreal-birch-pine",
+    "montado",
+    "demo",
+];
 
 #[test]
 fn help() {

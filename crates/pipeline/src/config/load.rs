@@ -8,7 +8,7 @@ use serde::Serialize;
 use toml::{Table, Value};
 
 use super::schema::SectionSpec;
-use super::{Config, Lidar, Preset, SECTIONS, devices};
+use super::{Config, Lidar, Preset, SECTIONS, devices, ranges};
 use crate::Error;
 
 /// One thing that is wrong with a request.
@@ -104,9 +104,8 @@ impl Layers {
     ///
     /// # Errors
     /// Everything that is wrong: unreadable or malformed files, unknown keys, values that are not
-    /// allowed, combinations that cannot be.
+    /// allowed, combinations that cannot be, with the numbers that `[ranges]` drew.
     pub fn load(&self) -> Result<Config, Error> {
-        let mut errors = Vec::new();
         let mut sources = Vec::new();
         if let Some(path) = &self.file {
             sources.push(Source::file(path)?);
@@ -115,32 +114,7 @@ impl Layers {
             sources.push(Source::setting(setting)?);
         }
         let preset = self.base(&mut sources)?;
-        let mut merged = with_sensors(&preset, &sources);
-        for source in &sources {
-            check_table("", &source.table, source, &mut errors);
-            merge("", &mut merged, &source.table);
-        }
-        if !errors.is_empty() {
-            return Err(ConfigErrors(errors).into());
-        }
-        let config: Config = Value::Table(merged)
-            .try_into()
-            .expect("a table that passed the checks is a config");
-        let place = |path: &str| sources.iter().rev().find_map(|s| s.place_of(path));
-        let errors: Vec<_> = config
-            .problems()
-            .into_iter()
-            .map(|(path, message)| ConfigError {
-                place: place(&path),
-                path,
-                message,
-            })
-            .collect();
-        if errors.is_empty() {
-            Ok(config)
-        } else {
-            Err(ConfigErrors(errors).into())
-        }
+        resolve(&preset, &mut sources)
     }
 
     /// The preset, asked for by argument or by the file.
@@ -186,25 +160,43 @@ impl Config {
         let mut source = Source::parse("config.toml", false, text.to_owned())?;
         let layers = Layers::default();
         let preset = layers.base(std::slice::from_mut(&mut source))?;
-        let mut errors = Vec::new();
-        check_table("", &source.table, &source, &mut errors);
-        let mut merged = with_sensors(&preset, std::slice::from_ref(&source));
+        resolve(&preset, std::slice::from_mut(&mut source))
+    }
+}
+
+/// A preset with the sources over it, their ranges drawn, proved possible.
+fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<Config, Error> {
+    let mut errors = Vec::new();
+    let ranges = ranges::take(sources, &mut errors);
+    let sources: &[Source] = sources;
+    let mut merged = with_sensors(preset, sources);
+    for source in sources {
+        check_table("", &source.table, source, &mut errors);
         merge("", &mut merged, &source.table);
-        if errors.is_empty() {
-            let config: Self = Value::Table(merged)
-                .try_into()
-                .expect("a table that passed the checks is a config");
-            let problems = config.problems();
-            let place = |path: &str| source.place_of(path);
-            errors.extend(problems.into_iter().map(|(path, message)| ConfigError {
-                place: place(&path),
-                path,
-                message,
-            }));
-            if errors.is_empty() {
-                return Ok(config);
-            }
-        }
+    }
+    ranges::draw(&ranges, sources, &mut merged, &mut errors);
+    if !errors.is_empty() {
+        return Err(ConfigErrors(errors).into());
+    }
+    let config: Config = Value::Table(merged)
+        .try_into()
+        .expect("a table that passed the checks is a config");
+    let place = |path: &str| {
+        let said = sources.iter().rev().find_map(|s| s.place_of(path));
+        ranges::place_of(&ranges, sources, path).or(said)
+    };
+    let errors: Vec<_> = config
+        .problems()
+        .into_iter()
+        .map(|(path, message)| ConfigError {
+            place: place(&path),
+            path,
+            message,
+        })
+        .collect();
+    if errors.is_empty() {
+        Ok(config)
+    } else {
         Err(ConfigErrors(errors).into())
     }
 }
@@ -263,11 +255,11 @@ fn last_text(sources: &[Source], path: &[&str]) -> Option<String> {
 }
 
 /// TOML text with its name and its values.
-struct Source {
+pub(super) struct Source {
     name: String,
     is_argument: bool,
     text: String,
-    table: Table,
+    pub(super) table: Table,
 }
 
 impl Source {
@@ -318,13 +310,28 @@ impl Source {
         }
     }
 
+    /// What is wrong with a dotted key of this source.
+    pub(super) fn error(&self, path: &str, message: String) -> ConfigError {
+        ConfigError {
+            path: path.to_owned(),
+            message,
+            place: self.place_of(path),
+        }
+    }
+
     /// Where a dotted key stands in this source.
-    fn place_of(&self, path: &str) -> Option<Place> {
+    pub(super) fn place_of(&self, path: &str) -> Option<Place> {
+        let parts: Vec<&str> = path.split('.').collect();
+        self.place_of_parts(&parts)
+    }
+
+    /// Where a key stands whose parts may have dots themselves.
+    pub(super) fn place_of_parts(&self, parts: &[&str]) -> Option<Place> {
         let parsed = toml::de::DeTable::parse(&self.text).ok()?;
         let mut table = parsed.get_ref();
-        let mut parts = path.split('.').peekable();
+        let mut parts = parts.iter().peekable();
         while let Some(part) = parts.next() {
-            let (key, value) = table.iter().find(|(k, _)| k.get_ref().as_ref() == part)?;
+            let (key, value) = table.iter().find(|(k, _)| k.get_ref().as_ref() == *part)?;
             if parts.peek().is_none() {
                 if self.is_argument {
                     return Some(Place::Argument(self.name.clone()));
@@ -357,7 +364,7 @@ fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {
 }
 
 /// The definition of a table. A further sensor has that of the first.
-fn section(path: &str) -> Option<&'static SectionSpec> {
+pub(super) fn section(path: &str) -> Option<&'static SectionSpec> {
     let further = [("cameras.", "camera"), ("lidars.", "lidar")];
     let of_first = further.iter().find_map(|(prefix, first)| {
         let rest = path.strip_prefix(prefix)?.split_once('.');
@@ -367,7 +374,7 @@ fn section(path: &str) -> Option<&'static SectionSpec> {
     SECTIONS.iter().find(|s| s.path == path)
 }
 
-fn join(path: &str, key: &str) -> String {
+pub(super) fn join(path: &str, key: &str) -> String {
     if path.is_empty() {
         key.to_owned()
     } else {
@@ -378,13 +385,7 @@ fn join(path: &str, key: &str) -> String {
 /// Collects everything that is wrong with one layer.
 fn check_table(path: &str, table: &Table, source: &Source, errors: &mut Vec<ConfigError>) {
     let spec = section(path).expect("only sections are entered");
-    let mut wrong = |path: &str, message: String| {
-        errors.push(ConfigError {
-            path: path.to_owned(),
-            message,
-            place: source.place_of(path),
-        });
-    };
+    let mut wrong = |path: &str, message: String| errors.push(source.error(path, message));
     let mut inner = Vec::new();
     let mut chosen: Vec<(&str, String)> = Vec::new();
     for (key, value) in table {

@@ -4,8 +4,10 @@ mod devices;
 mod load;
 mod pages;
 mod presets;
+mod ranges;
 mod schema;
 mod sections;
+mod stands;
 mod validate;
 
 pub(crate) use devices::LIGHT_M_PER_NS;

@@ -95,10 +95,13 @@ fn object(path: &str) -> Value {
             properties.insert(name.to_owned(), object(sub.path));
         }
     }
-    // Of further sensors the keys are names.
+    // Of further sensors the keys are names, of ranges paths.
     let others = match path {
         "cameras" => object("camera"),
         "lidars" => object("lidar"),
+        "ranges" => {
+            json!({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})
+        }
         _ => json!(false),
     };
     json!({

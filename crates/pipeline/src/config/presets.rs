@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::Config;
+use super::{Config, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,41 @@ impl Preset {
             name: "high",
             doc: "the paper's experiment: 210 trees a chunk, everything to 100 m",
             change: |c| paper(c, 210.0),
+        },
+        Self {
+            name: "maritime-pine",
+            doc: "Pinus pinaster on coastal sand, 400 trees/ha, 45 years: gorse and heather, bracken, needles, sandy tracks",
+            change: stands::maritime_pine,
+        },
+        Self {
+            name: "eucalyptus-plantation",
+            doc: "Eucalyptus globulus in rows of 3 x 3 m, 940 trees/ha left of 1111: bark and leaves on the ground, little else",
+            change: stands::eucalyptus_plantation,
+        },
+        Self {
+            name: "oak-mixed",
+            doc: "Quercus robur with beech, birch and pine, 380 trees/ha of all ages: gaps, regeneration, bramble and fern",
+            change: stands::oak_mixed,
+        },
+        Self {
+            name: "beech",
+            doc: "Fagus sylvatica high forest, 340 trees/ha: a hall of grey stems over dead leaves, young beeches in gaps",
+            change: stands::beech,
+        },
+        Self {
+            name: "spruce",
+            doc: "Picea abies, managed, 640 trees/ha: dark, needles and moss, stumps of thinnings",
+            change: stands::spruce,
+        },
+        Self {
+            name: "boreal-birch-pine",
+            doc: "Pinus sylvestris and Betula pendula with spruce, 900 thin trees/ha: dwarf shrubs, moss, boulders",
+            change: stands::boreal_birch_pine,
+        },
+        Self {
+            name: "montado",
+            doc: "Quercus suber over pasture, 60 trees/ha: wide crowns, grass, hardly a shrub",
+            change: stands::montado,
         },
         Self {
             name: "demo",

@@ -130,6 +130,60 @@ section! {
         density_factor: f64 = 1.0, RealAbove(0.0, 10.0), "paper, IV-D";
         /// Two things keep this times the sum of their radii between them.
         spacing_factor: f64 = 1.3, Real(1.0, 10.0), "trunks apart, crowns may overlap";
+        /// How evenly scattered things stand: the least distance over the spacing of a pattern with no room left; 0.3 as natural stands, 0.5 as thinned ones.
+        hard_core: f64 = 0.5, Real(0.1, 0.7), "vegetation.md 2.4: 0.4-0.6";
+    }
+    plus {
+        /// Planted rows.
+        rows: PlacementRows;
+        /// Gaps in the canopy.
+        gaps: PlacementGaps;
+        /// Young trees.
+        regeneration: Regeneration;
+    }
+}
+
+section! {
+    /// Trees in rows, as in plantations: a grid over the whole world. Of its places, `placement.trees` hold a tree; the rest failed or was thinned.
+    PlacementRows at "placement.rows" {
+        /// From row to row; 0: no rows, trees are scattered.
+        spacing_m: f64 = 0.0, Real(0.0, 20.0), "scattered; eucalypts are planted 3 x 3 m";
+        /// From tree to tree in a row.
+        in_row_m: f64 = 3.0, Real(0.8, 20.0), "vegetation.md 2.4";
+        /// Standard deviation of a tree about its place, each way.
+        jitter_m: f64 = 0.2, Real(0.0, 1.0), "vegetation.md 2.4: 0.15-0.3";
+        /// Where rows head, clockwise from north.
+        heading_deg: f64 = 25.0, Real(-180.0, 180.0), "any";
+    }
+}
+
+section! {
+    /// Gaps in the canopy, with wavy outlines, anywhere. Trees stand beside them, as densely as `placement.trees` needs.
+    PlacementGaps at "placement.gaps" {
+        /// Share of the forest that is gap; 0 for none.
+        share: f64 = 0.0, Real(0.0, 0.6), "none, as the paper's forests";
+        /// Smallest mean radius.
+        radius_min_m: f64 = 5.0, Real(1.0, 10.0), "vegetation.md 5: 5-15";
+        /// Largest mean radius.
+        radius_max_m: f64 = 9.0, Real(1.0, 10.0), "at most half a chunk of 20 m";
+        /// Density of shrubs in a gap, relative to outside.
+        shrubs: f64 = 2.0, Real(0.0, 10.0), "light-driven, vegetation.md 2.5";
+        /// Density of saplings in a gap, relative to outside.
+        saplings: f64 = 4.0, Real(0.0, 10.0), "gaps regenerate";
+    }
+}
+
+section! {
+    /// Regeneration: saplings of the stand's species, 0.7 to 4.5 m high, in clusters.
+    Regeneration at "placement.regeneration" {
+        /// Mean number of saplings in a chunk.
+        saplings: f64 = 0.0, Real(0.0, 400.0), "none, as the paper's forests; vegetation.md 2.5: 25-500";
+        /// Share of the ground that clusters cover.
+        share: f64 = 0.2, Real(0.02, 0.9), "vegetation.md 5";
+        /// Smallest mean radius of a cluster.
+        radius_min_m: f64 = 2.0, Real(0.5, 10.0), "vegetation.md 5: sigma 1-4";
+        /// Largest mean radius of a cluster.
+        radius_max_m: f64 = 5.0, Real(0.5, 10.0), "vegetation.md 5: sigma 1-4";
     }
 }
 
@@ -142,6 +196,28 @@ section! {
         cover: f64 = 0.9, Real(0.0, 1.0), "vegetation.md 2.5";
         /// Patches of fallen twigs per cell.
         litter: f64 = 0.12, Real(0.0, 1.0), "vegetation.md 2.5";
+        /// Weight of grass among the patches.
+        grass: f64 = 0.45, Real(0.0, 100.0), "open forests of the south";
+        /// Weight of herbs.
+        herbs: f64 = 0.3, Real(0.0, 100.0), "open forests of the south";
+        /// Weight of ferns and bracken, which grow in groups.
+        ferns: f64 = 0.6, Real(0.0, 100.0), "open forests of the south";
+    }
+    plus {
+        /// What the ground is covered with.
+        floor: Floor;
+    }
+}
+
+section! {
+    /// The forest floor: shares of what covers it, in patches of some metres.
+    Floor at "undergrowth.floor" {
+        /// Share of fallen leaves.
+        leaf_litter: f64 = 1.0, Real(0.0, 1000.0), "a mixed forest";
+        /// Share of fallen needles.
+        needle_litter: f64 = 1.0, Real(0.0, 1000.0), "a mixed forest";
+        /// Share of moss and soil.
+        moss: f64 = 1.0, Real(0.0, 1000.0), "a mixed forest";
     }
 }
 
@@ -154,6 +230,12 @@ section! {
         trunk_radius_m: f64 = 0.04, Real(0.005, 1.0), "design: configurable";
         /// Mean stem diameter at breast height.
         dbh_mean_m: f64 = 0.26, Real(0.08, 0.8), "managed stands, vegetation.md 2.1";
+        /// Shape of the Weibull distribution of diameters: 1.2 of all ages, 3 of one age.
+        dbh_shape: f64 = 2.5, Real(1.0, 6.0), "vegetation.md 2.4";
+        /// Thinnest tree.
+        dbh_min_m: f64 = 0.10, Real(0.07, 0.5), "callipered from here";
+        /// Thickest tree.
+        dbh_max_m: f64 = 0.60, Real(0.1, 1.5), "managed stands, vegetation.md 2.1";
         /// Share of maritime pines.
         maritime_pine: f64 = 0.6, Real(0.0, 1000.0), "the paper's Portuguese forests";
         /// Share of eucalypts.
@@ -178,6 +260,12 @@ section! {
         own_share: f64 = 0.0, Real(0.0, 1000.0), "none";
         /// Share of the trees that are dead and still stand.
         snags: f64 = 0.03, Real(0.0, 0.9), "managed European stands: a few in a hundred";
+        /// Share of gorse among the shrubs.
+        gorse: f64 = 1.0, Real(0.0, 1000.0), "vegetation.md 2.5";
+        /// Share of heather.
+        heather: f64 = 1.0, Real(0.0, 1000.0), "vegetation.md 2.5";
+        /// Share of bramble.
+        bramble: f64 = 1.0, Real(0.0, 1000.0), "vegetation.md 2.5";
     }
 }
 
@@ -653,7 +741,11 @@ pub const SECTIONS: &[SectionSpec] = &[
     Terrain::SPEC,
     Trails::SPEC,
     Placement::SPEC,
+    PlacementRows::SPEC,
+    PlacementGaps::SPEC,
+    Regeneration::SPEC,
     Undergrowth::SPEC,
+    Floor::SPEC,
     Assets::SPEC,
     Sun::SPEC,
     SunAngles::SPEC,
@@ -683,4 +775,5 @@ pub const SECTIONS: &[SectionSpec] = &[
     PathStations::SPEC,
     PathFile::SPEC,
     Output::SPEC,
+    super::ranges::SECTION,
 ];

@@ -103,19 +103,42 @@ impl Config {
                 ),
             );
         }
+        let (gaps, young) = (&p.gaps, &p.regeneration);
+        for (path, least, most) in [
+            ("placement.gaps", gaps.radius_min_m, gaps.radius_max_m),
+            (
+                "placement.regeneration",
+                young.radius_min_m,
+                young.radius_max_m,
+            ),
+        ] {
+            if least > most {
+                let key = format!("{path}.radius_min_m");
+                let message =
+                    format!("{key} = {least}: must be at most {path}.radius_max_m = {most}");
+                wrong(&key, message);
+            }
+        }
+        // Saplings come in clusters, and so do their numbers: as many are in a cluster on average, so much
+        // wider than scattered points' is the spread.
+        let radius_m = f64::midpoint(young.radius_min_m, young.radius_max_m);
+        let cluster_m2 = std::f64::consts::PI * radius_m * radius_m;
+        let clusters = young.share * c.size_m * c.size_m / cluster_m2;
+        let clumping = young.saplings / clusters.max(1.0);
         // `.label` files number the things of a chunk 1..=1023; leave six sigma of a count's spread.
-        let mean = p.trees + p.stumps + p.shrubs;
+        let mean = p.trees + p.stumps + p.shrubs + young.saplings;
+        let variance = mean + young.saplings * clumping;
         let stones = if self.trails.enabled {
             self.trails.rocks_max
         } else {
             0
         };
-        let most = mean + 6.0 * mean.sqrt() + f64::from(p.rocks_max) + f64::from(stones) * 2.0;
+        let most = mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + f64::from(stones) * 2.0;
         if most > 1023.0 {
             wrong(
                 "placement",
                 format!(
-                    "placement: up to {most:.0} things in a chunk, and .label files number only 1023: lower trees, stumps, shrubs, rocks_max or trails.rocks_max"
+                    "placement: up to {most:.0} things in a chunk, and .label files number only 1023: lower trees, stumps, shrubs, regeneration.saplings, rocks_max or trails.rocks_max"
                 ),
             );
         }
@@ -144,6 +167,28 @@ impl Config {
                 "assets: the species shares are all 0, and placement.trees asks for trees"
                     .to_owned(),
             );
+        }
+        if a.dbh_min_m >= a.dbh_max_m {
+            let (least, most) = (a.dbh_min_m, a.dbh_max_m);
+            wrong(
+                "assets.dbh_min_m",
+                format!("assets.dbh_min_m = {least}: must be below assets.dbh_max_m = {most}"),
+            );
+        }
+        if p.shrubs > 0.0 && a.gorse + a.heather + a.bramble <= 0.0 {
+            let message = "assets: the shares of gorse, heather and bramble are all 0, and placement.shrubs asks for shrubs";
+            wrong("assets", message.to_owned());
+        }
+        let f = &self.undergrowth.floor;
+        if f.leaf_litter + f.needle_litter + f.moss <= 0.0 {
+            let message =
+                "undergrowth.floor: the shares are all 0: something must cover the ground";
+            wrong("undergrowth.floor", message.to_owned());
+        }
+        let u = &self.undergrowth;
+        if u.cover > 0.0 && u.grass + u.herbs + u.ferns <= 0.0 {
+            let message = "undergrowth: the weights of grass, herbs and ferns are all 0, and undergrowth.cover asks for plants";
+            wrong("undergrowth", message.to_owned());
         }
         if a.own_share > 0.0 {
             if a.own_species.is_empty() {

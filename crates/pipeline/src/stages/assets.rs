@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nemoral_assets::{
-    AssetParams, Library, PlantAsset, Species, SpeciesError, StandSpecies, TreeAsset,
+    AssetParams, Library, PlantAsset, SizeClass, Species, SpeciesError, StandParams, StandSpecies,
+    TreeAsset,
 };
 use nemoral_raycast::Blas;
 use nemoral_scene::Prototype;
@@ -20,8 +21,10 @@ use crate::plan::{Hasher, Stage};
 pub struct WorldAssets {
     /// Everything that was grown.
     pub library: Library,
-    /// What stands as a tree: living ones, then dead ones.
+    /// What stands as a tree: living ones, then dead ones, then saplings.
     pub standing: Vec<Standing>,
+    /// From here on, `standing` has saplings: a layer of their own, whose weights are among themselves.
+    pub first_sapling: usize,
     /// Of `library.stumps`.
     pub stumps: Vec<Arc<Blas>>,
     /// Of `library.shrubs`.
@@ -57,6 +60,7 @@ pub struct Standing {
 #[derive(Clone, Debug)]
 pub struct AssetStage {
     assets: config::Assets,
+    saplings: bool,
     /// The text of one's own species, if it can be read: what counts is what is in it.
     own: Option<String>,
 }
@@ -64,12 +68,16 @@ pub struct AssetStage {
 /// One dead tree is grown for so many living ones.
 const LIVING_PER_SNAG: u32 = 4;
 
+/// One sapling is grown for so many living trees.
+const LIVING_PER_SAPLING: u32 = 2;
+
 impl AssetStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
             assets: config.assets.clone(),
+            saplings: config.placement.regeneration.saplings > 0.0,
             own: std::fs::read_to_string(&config.assets.own_species).ok(),
         }
     }
@@ -106,7 +114,10 @@ impl Stage for AssetStage {
         hasher.write_str(&format!("{:?}", (a.shares(), a.snags, &self.own)));
         hasher.write_u64(u64::from(a.individuals));
         hasher.write_f64(a.trunk_radius_m);
-        hasher.write_f64(a.dbh_mean_m);
+        for diameter in [a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m] {
+            hasher.write_f64(diameter);
+        }
+        hasher.write_u64(u64::from(self.saplings));
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<WorldAssets, Error> {
@@ -119,7 +130,17 @@ impl Stage for AssetStage {
             } else {
                 0
             },
+            saplings_per_species: if self.saplings {
+                a.individuals.div_ceil(LIVING_PER_SAPLING)
+            } else {
+                0
+            },
             trunk_radius_m: a.trunk_radius_m,
+            stand: StandParams {
+                shape: a.dbh_shape,
+                dbh_min_m: a.dbh_min_m,
+                dbh_max_m: a.dbh_max_m,
+            },
             ..AssetParams::default()
         };
         if !species.is_empty() {
@@ -132,7 +153,9 @@ impl Stage for AssetStage {
         let library = Library::grow(&params, world).map_err(Error::of_stage)?;
         let standing = |tree: &TreeAsset| {
             let of = species.iter().find(|(s, _)| s.name == tree.species);
-            let (all, of_them) = if tree.alive {
+            let (all, of_them) = if tree.class == SizeClass::Sapling {
+                (1.0, params.saplings_per_species)
+            } else if tree.alive {
                 (1.0 - a.snags, params.individuals_per_species)
             } else {
                 (a.snags, params.snags_per_species)
@@ -144,7 +167,8 @@ impl Stage for AssetStage {
             }
         };
         let trees = library.trees.par_iter().chain(&library.snags);
-        let standing = trees.map(standing).collect();
+        let standing = trees.chain(&library.saplings).map(standing).collect();
+        let first_sapling = library.trees.len() + library.snags.len();
         let build = |prototypes: Vec<&Arc<Prototype>>| -> Vec<Arc<Blas>> {
             prototypes
                 .into_par_iter()
@@ -154,6 +178,7 @@ impl Stage for AssetStage {
         let plants = |assets: &[PlantAsset]| build(assets.iter().map(|a| &a.prototype).collect());
         Ok(WorldAssets {
             standing,
+            first_sapling,
             stumps: plants(&library.stumps),
             shrubs: plants(&library.shrubs),
             rocks: plants(&library.rocks),

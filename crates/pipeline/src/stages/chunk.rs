@@ -34,6 +34,8 @@ pub struct Low(pub Option<Arc<Group>>);
 pub struct SolidStage {
     mesher: GroundMesher,
     params: MeshParams,
+    /// Of what covers the ground, in the order of the library's floors.
+    floor: [f64; 3],
     chunk_size_m: f64,
 }
 
@@ -54,6 +56,10 @@ impl SolidStage {
         Ok(Self {
             mesher,
             params,
+            floor: {
+                let floor = &config.undergrowth.floor;
+                [floor.leaf_litter, floor.needle_litter, floor.moss]
+            },
             chunk_size_m: config.chunks.size_m,
         })
     }
@@ -68,10 +74,10 @@ impl Stage for SolidStage {
     );
     type Output = Solid;
     const ID: &'static str = "chunk.solid";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", self.params));
+        hasher.write_str(&format!("{:?}", (self.params, self.floor)));
     }
 
     fn run(
@@ -81,7 +87,7 @@ impl Stage for SolidStage {
         (assets, ground, things): (Arc<WorldAssets>, Arc<ChunkGround>, Arc<Things>),
     ) -> Result<Solid, Error> {
         let library = &assets.library;
-        let floor = FloorPlan::new(world)?;
+        let floor = FloorPlan::new(self.floor, world)?;
         let material = |p: DVec2, inside: bool| floor.material(&library.ground, &ground, p, inside);
         let mesh = self.mesher.mesh(at, &*ground, &*ground, &material);
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
@@ -111,10 +117,16 @@ impl Stage for SolidStage {
 /// Which ground lies where: fields that choose between the floor's materials.
 struct FloorPlan {
     patches: Terrain,
+    /// Below the i-th of these the field has the i-th material, above the last the last.
+    limits: [f64; 2],
 }
 
+/// Places along a side of the grid, in steps of some patches, that a floor's field is sampled at.
+const FLOOR_SAMPLES: u32 = 48;
+
 impl FloorPlan {
-    fn new(world: Key) -> Result<Self, Error> {
+    /// `shares`, positive in sum, are met by the field's own quantiles.
+    fn new(shares: [f64; 3], world: Key) -> Result<Self, Error> {
         let params = TerrainParams {
             octaves: 4,
             scale_m: 14.0,
@@ -123,7 +135,17 @@ impl FloorPlan {
             max_height_m: 1.0,
         };
         let patches = Terrain::new(params, world.stage(FLOOR)).map_err(Error::of_stage)?;
-        Ok(Self { patches })
+        let places = (0..FLOOR_SAMPLES * FLOOR_SAMPLES)
+            .map(|i| DVec2::new(f64::from(i % FLOOR_SAMPLES), f64::from(i / FLOOR_SAMPLES)) * 37.0);
+        let mut field: Vec<f64> = places.map(|p| patches.height_m(p)).collect();
+        field.sort_unstable_by(f64::total_cmp);
+        let total: f64 = shares.iter().sum();
+        let limit = |share: f64| {
+            let rank = share / total * field.len() as f64;
+            field.get(rank as usize).copied().unwrap_or(f64::INFINITY)
+        };
+        let limits = [limit(shares[0]), limit(shares[0] + shares[1])];
+        Ok(Self { patches, limits })
     }
 
     fn material(
@@ -141,9 +163,9 @@ impl FloorPlan {
             TrailZone::CutSlope => return materials.cut_slope,
             TrailZone::Off => {}
         }
-        // The field keeps to its middle; thirds of its usual range share the floor.
-        let field = ((self.patches.height_m(p) - 0.5) * 4.0 + 0.5).clamp(0.0, 0.999);
-        materials.floor[(field * materials.floor.len() as f64) as usize]
+        let field = self.patches.height_m(p);
+        let below = self.limits.iter().filter(|&&limit| field >= limit).count();
+        materials.floor[below.min(materials.floor.len() - 1)]
     }
 }
 

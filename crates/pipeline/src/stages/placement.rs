@@ -3,20 +3,20 @@
 use std::sync::Arc;
 
 use nemoral_placement::{
-    LayerParams, ParamError, Placement, PlacementParams, RockParams, Site, Variety,
+    LayerParams, ParamError, Patches, Placement, PlacementParams, RockParams, Rows, Site, Variety,
 };
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 
-use super::assets::WorldAssets;
+use super::assets::{Standing, WorldAssets};
 use super::ground::{ChunkGround, GroundModel};
 use crate::Error;
 use crate::config::{self, Config};
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 
-/// The woody layers, in the paper's order: [`Site::layer`] is an index into this.
-pub const LAYERS: [&str; 3] = ["trees", "stumps", "shrubs"];
+/// The woody layers, in the paper's order, and after them saplings: [`Site::layer`] is an index into this.
+pub const LAYERS: [&str; 4] = ["trees", "stumps", "shrubs", "regeneration.saplings"];
 
 /// Shrubs grow into each other: they keep apart by this share of their spread.
 const SHRUB_CORE: f64 = 0.4;
@@ -28,6 +28,8 @@ const VERGE_M: f64 = 0.25;
 #[derive(Clone, Debug)]
 pub struct PlacementStage {
     placement: config::Placement,
+    /// Of gorse, heather and bramble.
+    shrubs: [f64; 3],
     chunk_size_m: f64,
     centre: ChunkCoord,
 }
@@ -39,6 +41,10 @@ impl PlacementStage {
         let start = DVec2::new(config.robot.start_x_m, config.robot.start_y_m);
         Self {
             placement: config.placement.clone(),
+            shrubs: {
+                let a = &config.assets;
+                [a.gorse, a.heather, a.bramble]
+            },
             chunk_size_m: config.chunks.size_m,
             centre: ChunkCoord::containing(start, config.chunks.size_m),
         }
@@ -60,7 +66,10 @@ impl Stage for PlacementStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", (&self.placement, self.centre)));
+        hasher.write_str(&format!(
+            "{:?}",
+            (&self.placement, self.shrubs, self.centre)
+        ));
         hasher.write_f64(self.chunk_size_m);
     }
 
@@ -72,19 +81,25 @@ impl Stage for PlacementStage {
     ) -> Result<Placement, Error> {
         let p = &self.placement;
         let library = &assets.library;
-        let trees: Vec<Variety> = assets
-            .standing
-            .iter()
-            .map(|t| Variety {
-                weight: t.weight,
-                ..exactly(t.tree.radius_m)
-            })
-            .collect();
+        let tree = |t: &Standing| Variety {
+            weight: t.weight,
+            ..exactly(t.tree.radius_m)
+        };
+        let (grown, young) = assets.standing.split_at(assets.first_sapling);
+        let trees: Vec<Variety> = grown.iter().map(tree).collect();
+        let saplings: Vec<Variety> = young.iter().map(tree).collect();
         let stumps: Vec<Variety> = library.stumps.iter().map(|s| exactly(s.radius_m)).collect();
         let shrubs: Vec<Variety> = library
             .shrubs
             .iter()
-            .map(|s| exactly(SHRUB_CORE * s.radius_m))
+            .map(|s| Variety {
+                weight: match s.name.as_str() {
+                    "gorse" => self.shrubs[0],
+                    "heather" => self.shrubs[1],
+                    _ => self.shrubs[2],
+                },
+                ..exactly(SHRUB_CORE * s.radius_m)
+            })
             .collect();
         let rocks = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
         // Targets are means over the whole plane; trails take their share of it.
@@ -92,17 +107,26 @@ impl Stage for PlacementStage {
         let mean_radius =
             trees.iter().map(|t| t.weight * t.radius_m.0).sum::<f64>() / weight.max(1e-9);
         let trail_share = ground.trail_share(self.centre, mean_radius + VERGE_M);
-        let counts = [p.trees, p.stumps, p.shrubs];
-        let layers = LAYERS
-            .iter()
-            .zip(counts)
-            .zip([trees, stumps, shrubs])
-            .map(|((name, per_chunk), varieties)| LayerParams {
-                name: (*name).to_owned(),
-                per_chunk,
-                varieties,
-            })
+        let counts = [p.trees, p.stumps, p.shrubs, p.regeneration.saplings];
+        let varieties = [trees, stumps, shrubs, saplings];
+        let layers = LAYERS.into_iter().zip(counts).zip(varieties);
+        let mut layers: Vec<LayerParams> = layers
+            .map(|((name, per_chunk), varieties)| LayerParams::new(name, per_chunk, varieties))
             .collect();
+        let in_gaps = [0.0, 1.0, p.gaps.shrubs, p.gaps.saplings];
+        for (layer, in_gaps) in layers.iter_mut().zip(in_gaps) {
+            layer.in_gaps = in_gaps;
+        }
+        layers[0].rows = (p.rows.spacing_m > 0.0).then_some(Rows {
+            row_m: p.rows.spacing_m,
+            in_row_m: p.rows.in_row_m,
+            jitter_m: p.rows.jitter_m,
+            heading_deg: p.rows.heading_deg,
+        });
+        layers[3].clusters = Some(Patches {
+            share: p.regeneration.share,
+            radius_m: (p.regeneration.radius_min_m, p.regeneration.radius_max_m),
+        });
         let params = PlacementParams {
             chunk_size_m: self.chunk_size_m,
             rocks: RockParams {
@@ -111,6 +135,11 @@ impl Stage for PlacementStage {
                 varieties: rocks,
             },
             layers,
+            gaps: (p.gaps.share > 0.0).then_some(Patches {
+                share: p.gaps.share.max(0.001),
+                radius_m: (p.gaps.radius_min_m, p.gaps.radius_max_m),
+            }),
+            hard_core: p.hard_core,
             spacing_factor: p.spacing_factor,
             density_factor: p.density_factor,
             allowed_fraction: (1.0 - trail_share).max(0.05),
@@ -122,8 +151,24 @@ impl Stage for PlacementStage {
                 per_chunk,
                 at_most,
                 ..
-            } => Error::request(format!(
-                "placement.{name} = {per_chunk}: at most about {at_most:.1} per chunk find room; lower it, placement.spacing_factor or placement.density_factor"
+            } => {
+                let rows = name == LAYERS[0] && p.rows.spacing_m > 0.0;
+                let lower = if rows {
+                    "its rows have no more places; lower it, placement.rows.spacing_m or placement.rows.in_row_m"
+                } else {
+                    "lower it, placement.spacing_factor, placement.hard_core or placement.density_factor"
+                };
+                Error::request(format!(
+                    "placement.{name} = {per_chunk}: at most about {at_most:.1} per chunk find room; {lower}"
+                ))
+            }
+            ParamError::OutOfRange {
+                field,
+                value,
+                allowed,
+            } if field.starts_with("layers[0].rows.") => Error::request(format!(
+                "{} = {value}: must be {allowed}",
+                field.replace("layers[0].rows.", "placement.rows.")
             )),
             other => Error::of_stage(other),
         })

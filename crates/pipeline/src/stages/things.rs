@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nemoral_assets::TreeSize;
 use nemoral_placement::Site;
 use nemoral_raycast::Blas;
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2};
@@ -17,6 +18,7 @@ use crate::Error;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
 
 const LOOK: Purpose = Purpose::new("pipeline.look");
+const SAPLING: Purpose = Purpose::new("pipeline.sapling");
 
 /// One rock, tree, stump, shrub or stone.
 #[derive(Clone, Debug)]
@@ -110,7 +112,7 @@ impl Thing {
             object: self.object,
             species: tree.species.clone(),
             position_m: self.position_m,
-            dbh_m: size.dbh_m * s,
+            dbh_m: dbh_m(size, s),
             height_m: size.height_m * s,
             crown_base_m: size.crown_base_m * s,
             crown_radius_m: size.crown_radius_m * s,
@@ -121,6 +123,18 @@ impl Thing {
             alive: tree.alive,
         })
     }
+}
+
+/// The diameter at breast height of a tree scaled by `s`. A grown tree's changes little within the few
+/// decimetres between its own breast height and that of its copy; a sapling's stem is taken as a cone.
+/// One under 1.3 m has none: 0.
+fn dbh_m(size: &TreeSize, s: f64) -> f64 {
+    const BREAST_M: f64 = 1.3;
+    if s > 0.89 {
+        return size.dbh_m * s;
+    }
+    let above_m = (s * size.height_m - BREAST_M).max(0.0);
+    size.dbh_m * above_m / (size.height_m - BREAST_M)
 }
 
 /// Numbers the sites of a chunk and stands them on its ground.
@@ -159,8 +173,12 @@ impl Stage for ThingStage {
             placed.push(Placed::new(ObjectKind::Rock, site));
         }
         for site in woody.iter() {
-            let kind = [ObjectKind::Tree, ObjectKind::Stump, ObjectKind::Shrub];
-            placed.push(Placed::new(kind[usize::from(site.layer)], site));
+            placed.push(match site.layer {
+                0 => Placed::new(ObjectKind::Tree, site),
+                1 => Placed::new(ObjectKind::Stump, site),
+                2 => Placed::new(ObjectKind::Shrub, site),
+                _ => Placed::sapling(site, assets.first_sapling),
+            });
         }
         let stones = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
         let kinds = assets.library.trail_stones.len() as u32;
@@ -217,6 +235,16 @@ impl Placed {
             scale: None,
             key: site.key,
             on_trail: false,
+        }
+    }
+
+    /// Small ones are many: regeneration thins itself out as it grows (our choice).
+    fn sapling(site: &Site, first: usize) -> Self {
+        let smaller = site.key.stage(SAPLING).rng().unit_f64();
+        Self {
+            asset: first + usize::from(site.variety),
+            scale: Some(1.0 - 0.65 * smaller * smaller.sqrt()),
+            ..Self::new(ObjectKind::Tree, site)
         }
     }
 

@@ -151,14 +151,17 @@ impl Stage for UndergrowthStage {
             let mut rng = point.key.stage(KIND).rng();
             let fern = contrast(&flora.ferns, point.position_m);
             let all = density(point.position_m);
-            let weights = [0.45, 0.3, 0.6 * fern, 0.0];
+            let params = &flora.params;
+            let weights = [params.grass, params.herbs, params.ferns * fern];
             let kind = if rng.chance(flora.params.litter / all.max(1e-9)) {
                 PatchKind::Litter
             } else {
                 match rng.weighted(&weights) {
                     Some(0) => PatchKind::Grass,
                     Some(1) => PatchKind::Herbs,
-                    _ => PatchKind::Ferns,
+                    Some(_) => PatchKind::Ferns,
+                    // Ferns alone, where ferns do not like to grow.
+                    None => PatchKind::Litter,
                 }
             };
             Patch { kind, point }

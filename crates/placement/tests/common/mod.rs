@@ -17,11 +17,7 @@ pub(crate) fn variety(weight: f64, low_m: f64, high_m: f64) -> Variety {
 }
 
 pub(crate) fn layer(name: &str, per_chunk: f64, varieties: Vec<Variety>) -> LayerParams {
-    LayerParams {
-        name: name.into(),
-        per_chunk,
-        varieties,
-    }
+    LayerParams::new(name, per_chunk, varieties)
 }
 
 /// Trees of three sizes, stumps, shrubs and rocks; enough of each that they meet.

@@ -284,3 +284,98 @@ fn further_lidars_have_the_keys_of_the_first() {
         "{text}"
     );
 }
+
+#[test]
+fn ranges_are_drawn_from_the_seed_and_recorded() {
+    let file = "[ranges]\n\"placement.trees\" = [60, 140]\nterrain.octaves = [3, 5]\nassets.dbh_mean_m = [0.2, 0.3]";
+    let at = |seed: u64| load("", file, &[&format!("seed={seed}")]).expect("fine");
+    let drawn: Vec<Config> = (0..200).map(at).collect();
+    let trees: Vec<f64> = drawn.iter().map(|c| c.placement.trees).collect();
+    assert!(trees.iter().all(|t| (60.0..=140.0).contains(t)));
+    let mean = trees.iter().sum::<f64>() / 200.0;
+    assert!(
+        (mean - 100.0).abs() < 4.0 * 80.0 / 12.0_f64.sqrt() / 200.0_f64.sqrt(),
+        "{mean}"
+    );
+    for octaves in 3..=5 {
+        let count = drawn
+            .iter()
+            .filter(|c| c.terrain.octaves == octaves)
+            .count();
+        assert!((40..95).contains(&count), "{octaves}: {count}");
+    }
+    // Keys are drawn apart: diameters know nothing of numbers.
+    let covariance: f64 = drawn
+        .iter()
+        .map(|c| (c.placement.trees - 100.0) / 23.1 * (c.assets.dbh_mean_m - 0.25) / 0.0289)
+        .sum::<f64>()
+        / 200.0;
+    assert!(covariance.abs() < 0.3, "{covariance}");
+    // The same seed draws the same, and what was drawn is a config like any other.
+    assert_eq!(drawn[7], at(7));
+    assert_eq!(
+        Config::from_toml(&drawn[7].to_toml()).expect("fine"),
+        drawn[7]
+    );
+    assert_eq!(drawn[7].placement.trees.to_string(), "111.13632536294774");
+}
+
+#[test]
+fn what_is_set_later_wins_over_a_range() {
+    let file = "[ranges]\n\"placement.trees\" = [60, 140]";
+    let config = load("", file, &["placement.trees=33"]).expect("fine");
+    assert_eq!(config.placement.trees, 33.0);
+    let config = load(
+        "",
+        "[placement]\ntrees = 33",
+        &["ranges.placement.trees=[50, 50]"],
+    );
+    assert_eq!(config.expect("fine").placement.trees, 50.0);
+}
+
+#[test]
+fn wrong_ranges_are_named() {
+    let refused = |ranges: &str| message(load("", &format!("[ranges]\n{ranges}"), &[]));
+    let has = |text: String, parts: &[&str]| {
+        for part in parts {
+            assert!(text.contains(part), "{text}");
+        }
+    };
+    has(
+        refused("\"placement.trees\" = [60, 1400]"),
+        &[
+            "c.toml:2:1: ranges.\"placement.trees\" = [60, 1400]",
+            "[least, most], each a number from 0 to 400",
+        ],
+    );
+    has(
+        refused("\"placement.trees\" = [140, 60]"),
+        &["[least, most]"],
+    );
+    has(refused("\"placement.trees\" = 60"), &["[least, most]"]);
+    has(
+        refused("\"terrain.octaves\" = [1.5, 3]"),
+        &["a whole number from 1 to 16"],
+    );
+    has(
+        refused("\"placement.tree\" = [1, 2]"),
+        &["there is no key placement.tree"],
+    );
+    has(refused("\"trails.surface\" = [1, 2]"), &["only numbers"]);
+    has(refused("\"seed\" = [1, 2]"), &["drawn from it"]);
+    has(
+        refused("\"sun.date.latitude_deg\" = [1, 2]"),
+        &["there is no [sun.date]"],
+    );
+    let both = "placement.trees = 3\nranges.placement.trees = [1, 2]";
+    has(
+        message(load("", both, &[])),
+        &["is set beside it", "c.toml:2"],
+    );
+    // What was drawn must be possible, and the range is to blame.
+    has(
+        refused("\"chunks.visible_radius_m\" = [500, 600]"),
+        &["c.toml:2", "views would span"],
+    );
+    has(message(load("", "ranges = 3", &[])), &["must be a table"]);
+}

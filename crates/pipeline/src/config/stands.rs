@@ -1,0 +1,221 @@
+//! Recipes of stands: what a forester would write on the map.
+//!
+//! Numbers per hectare, spacing and diameters are those of `reference/vegetation.md` sections 2.4 and 2.5
+//! where they give one, and our choice inside their ranges where they give a range. A chunk of 50 m is a
+//! quarter of a hectare.
+
+use super::{Assets, Config, Floor};
+
+/// No species: each recipe names its own.
+fn bare(config: &mut Config) -> &mut Assets {
+    let a = &mut config.assets;
+    a.maritime_pine = 0.0;
+    a.eucalyptus = 0.0;
+    a.english_oak = 0.0;
+    a
+}
+
+fn per_hectare(config: &Config, number: f64) -> f64 {
+    number * config.chunks.size_m * config.chunks.size_m / 10_000.0
+}
+
+fn floor(leaf_litter: f64, needle_litter: f64, moss: f64) -> Floor {
+    Floor {
+        leaf_litter,
+        needle_litter,
+        moss,
+    }
+}
+
+/// Pinaster 250-700/ha at 40-60 years (2.4), dunes; gorse and heather 5-40 % each (2.5).
+pub(super) fn maritime_pine(c: &mut Config) {
+    let a = bare(c);
+    a.maritime_pine = 1.0;
+    (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.27, 3.2, 0.12, 0.50);
+    (a.gorse, a.heather, a.bramble) = (0.7, 1.0, 0.15);
+    a.snags = 0.02;
+    c.placement.trees = per_hectare(c, 400.0);
+    c.placement.stumps = per_hectare(c, 60.0);
+    c.placement.shrubs = per_hectare(c, 560.0);
+    (c.placement.rocks_min, c.placement.rocks_max) = (0, 2);
+    c.placement.gaps.share = 0.06;
+    c.placement.regeneration.saplings = per_hectare(c, 100.0);
+    c.terrain.max_height_m = 12.0;
+    c.terrain.scale_m = 110.0;
+    c.undergrowth.cover = 0.75;
+    (
+        c.undergrowth.grass,
+        c.undergrowth.herbs,
+        c.undergrowth.ferns,
+    ) = (0.5, 0.1, 0.7);
+    c.undergrowth.floor = floor(0.05, 0.85, 0.1);
+    c.trails.surface = "sand".to_owned();
+    c.trails.rocks_max = 2;
+}
+
+/// Globulus in rows of 3 x 3 m, 1111/ha planted (2.4); gaps 5-15 %. Slender: H/D 90-120.
+pub(super) fn eucalyptus_plantation(c: &mut Config) {
+    let a = bare(c);
+    a.eucalyptus = 1.0;
+    (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.16, 4.0, 0.08, 0.30);
+    (a.gorse, a.heather, a.bramble) = (0.6, 0.6, 0.5);
+    a.snags = 0.015;
+    c.placement.trees = per_hectare(c, 940.0);
+    c.placement.rows.spacing_m = 3.0;
+    c.placement.rows.in_row_m = 3.0;
+    c.placement.stumps = per_hectare(c, 30.0);
+    c.placement.shrubs = per_hectare(c, 160.0);
+    (c.placement.rocks_min, c.placement.rocks_max) = (0, 6);
+    c.terrain.max_height_m = 40.0;
+    c.terrain.scale_m = 170.0;
+    c.undergrowth.cover = 0.45;
+    c.undergrowth.litter = 0.4;
+    (
+        c.undergrowth.grass,
+        c.undergrowth.herbs,
+        c.undergrowth.ferns,
+    ) = (0.6, 0.3, 0.4);
+    c.undergrowth.floor = floor(0.95, 0.0, 0.05);
+    c.trails.surface = "dry_earth".to_owned();
+    c.trails.width_m = 3.2;
+}
+
+/// Anchor species 60-80 % (2.4), all ages: a Weibull shape near 1.5; saplings 100-2000/ha (2.5).
+pub(super) fn oak_mixed(c: &mut Config) {
+    let a = bare(c);
+    a.english_oak = 0.65;
+    a.beech = 0.15;
+    a.silver_birch = 0.14;
+    a.scots_pine = 0.06;
+    (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.28, 1.7, 0.08, 0.75);
+    (a.gorse, a.heather, a.bramble) = (0.0, 0.05, 1.0);
+    a.snags = 0.04;
+    c.placement.trees = per_hectare(c, 380.0);
+    c.placement.stumps = per_hectare(c, 40.0);
+    c.placement.shrubs = per_hectare(c, 240.0);
+    c.placement.hard_core = 0.4;
+    c.placement.gaps.share = 0.08;
+    c.placement.regeneration.saplings = per_hectare(c, 320.0);
+    (c.placement.rocks_min, c.placement.rocks_max) = (0, 8);
+    c.undergrowth.cover = 0.8;
+    c.undergrowth.litter = 0.2;
+    (
+        c.undergrowth.grass,
+        c.undergrowth.herbs,
+        c.undergrowth.ferns,
+    ) = (0.35, 0.5, 0.6);
+    c.undergrowth.floor = floor(0.75, 0.0, 0.25);
+    c.trails.surface = "leaf_litter".to_owned();
+}
+
+/// Beech 200-600/ha (2.4), LAI 5-7: cover ~ exp(-LAI/2) (2.5), so next to none but dead leaves.
+pub(super) fn beech(c: &mut Config) {
+    let a = bare(c);
+    a.beech = 0.96;
+    a.english_oak = 0.04;
+    (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.34, 2.4, 0.10, 0.65);
+    (a.gorse, a.heather, a.bramble) = (0.0, 0.0, 1.0);
+    a.snags = 0.02;
+    c.placement.trees = per_hectare(c, 340.0);
+    c.placement.stumps = per_hectare(c, 35.0);
+    c.placement.shrubs = per_hectare(c, 12.0);
+    c.placement.hard_core = 0.45;
+    c.placement.gaps.share = 0.05;
+    c.placement.gaps.saplings = 10.0;
+    c.placement.regeneration.saplings = per_hectare(c, 240.0);
+    c.placement.regeneration.share = 0.12;
+    (c.placement.rocks_min, c.placement.rocks_max) = (0, 8);
+    c.terrain.max_height_m = 30.0;
+    c.terrain.scale_m = 190.0;
+    c.undergrowth.cover = 0.22;
+    c.undergrowth.litter = 0.35;
+    (
+        c.undergrowth.grass,
+        c.undergrowth.herbs,
+        c.undergrowth.ferns,
+    ) = (0.3, 0.7, 0.2);
+    c.undergrowth.floor = floor(0.96, 0.0, 0.04);
+    c.trails.surface = "leaf_litter".to_owned();
+}
+
+/// Spruce 400-1200/ha (2.4), LAI 4-8; stumps 10-60 % of the number in managed stands (2.5).
+pub(super) fn spruce(c: &mut Config) {
+    let a = bare(c);
+    a.norway_spruce = 0.97;
+    a.silver_birch = 0.03;
+    (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.26, 3.0, 0.10, 0.55);
+    (a.gorse, a.heather, a.bramble) = (0.0, 0.3, 1.0);
+    a.snags = 0.04;
+    c.placement.trees = per_hectare(c, 640.0);
+    c.placement.stumps = per_hectare(c, 140.0);
+    c.placement.shrubs = per_hectare(c, 20.0);
+    c.placement.gaps.share = 0.05;
+    c.placement.regeneration.saplings = per_hectare(c, 100.0);
+    (c.placement.rocks_min, c.placement.rocks_max) = (2, 16);
+    c.terrain.max_height_m = 20.0;
+    c.terrain.scale_m = 170.0;
+    c.undergrowth.cover = 0.25;
+    c.undergrowth.litter = 0.35;
+    (
+        c.undergrowth.grass,
+        c.undergrowth.herbs,
+        c.undergrowth.ferns,
+    ) = (0.25, 0.25, 0.8);
+    c.undergrowth.floor = floor(0.0, 0.62, 0.38);
+    c.trails.surface = "needles".to_owned();
+}
+
+/// Birch 500-1500/ha (2.4), mixed with pine; heather for the dwarf shrubs; boulders to 300/ha (2.5).
+pub(super) fn boreal_birch_pine(c: &mut Config) {
+    let a = bare(c);
+    a.scots_pine = 0.47;
+    a.silver_birch = 0.43;
+    a.norway_spruce = 0.10;
+    (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.16, 2.2, 0.08, 0.38);
+    (a.gorse, a.heather, a.bramble) = (0.0, 1.0, 0.0);
+    a.snags = 0.04;
+    c.placement.trees = per_hectare(c, 900.0);
+    c.placement.stumps = per_hectare(c, 60.0);
+    c.placement.shrubs = per_hectare(c, 560.0);
+    c.placement.hard_core = 0.45;
+    c.placement.gaps.share = 0.08;
+    c.placement.regeneration.saplings = per_hectare(c, 200.0);
+    (c.placement.rocks_min, c.placement.rocks_max) = (8, 50);
+    c.terrain.max_height_m = 9.0;
+    c.terrain.scale_m = 90.0;
+    c.undergrowth.cover = 0.8;
+    (
+        c.undergrowth.grass,
+        c.undergrowth.herbs,
+        c.undergrowth.ferns,
+    ) = (0.5, 0.6, 0.15);
+    c.undergrowth.floor = floor(0.12, 0.28, 0.6);
+    c.trails.surface = "dry_earth".to_owned();
+    c.trails.width_m = 2.2;
+}
+
+/// Montado 40-120/ha (2.4), pasture below, LAI 0.5-2; the land rolls gently.
+pub(super) fn montado(c: &mut Config) {
+    let a = bare(c);
+    a.cork_oak = 1.0;
+    (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.42, 2.6, 0.18, 0.90);
+    (a.gorse, a.heather, a.bramble) = (0.6, 0.6, 0.2);
+    a.snags = 0.01;
+    c.placement.trees = per_hectare(c, 60.0);
+    c.placement.stumps = per_hectare(c, 4.0);
+    c.placement.shrubs = per_hectare(c, 40.0);
+    c.placement.regeneration.saplings = per_hectare(c, 8.0);
+    (c.placement.rocks_min, c.placement.rocks_max) = (0, 8);
+    c.terrain.max_height_m = 18.0;
+    c.terrain.scale_m = 200.0;
+    c.undergrowth.cell_m = 0.95;
+    c.undergrowth.cover = 1.0;
+    c.undergrowth.litter = 0.03;
+    (
+        c.undergrowth.grass,
+        c.undergrowth.herbs,
+        c.undergrowth.ferns,
+    ) = (1.0, 0.25, 0.0);
+    c.undergrowth.floor = floor(0.15, 0.0, 0.85);
+    c.trails.surface = "sand".to_owned();
+}
