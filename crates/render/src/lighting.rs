@@ -6,13 +6,10 @@ use glam::Vec3;
 
 use crate::atmosphere::mie_phase;
 use crate::error::{ParamError, check};
-use crate::haze::Haze;
+use crate::haze::{Haze, KOSCHMIEDER, Layer};
 use crate::sh::Irradiance;
 use crate::sky::Sky;
 use crate::{SkyParams, Sun};
-
-/// 2 % of the contrast is left at the visibility: -ln 0.02 (Koschmieder 1924).
-const KOSCHMIEDER: f64 = 3.912;
 
 /// Haze that the sky's aerosols explain, 1/m: a visibility of 20 km.
 const CLEAR_EXTINCTION: f32 = (KOSCHMIEDER / 20_000.0) as f32;
@@ -33,8 +30,10 @@ pub struct Lighting {
     diffuse: Vec3,
     /// What comes through crowns of openness i / 256, as a share of what falls on them.
     through_crowns: Vec<Vec3>,
-    haze_extinction: f32,
-    haze_height_m: f32,
+    haze: Layer,
+    /// At `fog_base_m`.
+    fog: Layer,
+    fog_base_m: f32,
 }
 
 impl Lighting {
@@ -53,11 +52,11 @@ impl Lighting {
         )?;
         sky.check()?;
         let (mut table, mut sun_irradiance) = Sky::new(sun, sky);
-        // Mist spreads the beam: droplets send 70 % of it on within a few degrees, and the ground
+        // Mist and fog spread the beam: droplets send 70 % of it on within a few degrees, and the ground
         // gets most of the rest from all over the sky.
         let z = sun.direction().z.max(0.02);
         let mist = (KOSCHMIEDER / sky.visibility_m - f64::from(CLEAR_EXTINCTION)).max(0.0);
-        let depth = 0.3 * mist * sky.haze_height_m / z;
+        let depth = 0.3 * (mist * sky.haze_height_m + sky.fog_per_m * sky.fog_height_m) / z;
         let through = libm::exp(-depth) as f32;
         table.add_veil(sun_irradiance * ((1.0 - through) * 0.8 * z as f32));
         sun_irradiance *= through;
@@ -99,8 +98,15 @@ impl Lighting {
             global: diffuse + sun_irradiance * sun_direction.z.max(0.0),
             diffuse,
             through_crowns,
-            haze_extinction: (KOSCHMIEDER / params.visibility_m) as f32,
-            haze_height_m: params.haze_height_m as f32,
+            haze: Layer {
+                extinction: (KOSCHMIEDER / params.visibility_m) as f32,
+                height_m: params.haze_height_m as f32,
+            },
+            fog: Layer {
+                extinction: params.fog_per_m as f32,
+                height_m: params.fog_height_m as f32,
+            },
+            fog_base_m: params.fog_base_m as f32,
         }
     }
 
@@ -159,12 +165,18 @@ impl Lighting {
         self.sun_irradiance / (PI * r * r) * haze.sky_transmittance(direction.z)
     }
 
-    /// The air of a world that ends at `range_m`.
-    pub(crate) fn haze(&self, range_m: f32) -> Haze {
+    /// The air around a camera at a height, in a world that ends at `range_m`.
+    pub(crate) fn haze(&self, camera_z_m: f32, range_m: f32) -> Haze {
+        let air = self.haze;
+        // Far below its base the fog would overflow; e^20 times as thick is a wall already.
+        let above = (camera_z_m - self.fog_base_m) / self.fog.height_m;
         Haze {
-            extinction: self.haze_extinction,
-            mist: (self.haze_extinction - CLEAR_EXTINCTION).max(0.0),
-            height_m: self.haze_height_m,
+            air,
+            mist: (1.0 - CLEAR_EXTINCTION / air.extinction).max(0.0),
+            fog: Layer {
+                extinction: self.fog.extinction * libm::expf(-above.max(-20.0)),
+                ..self.fog
+            },
             range_m,
         }
     }

@@ -398,7 +398,7 @@ impl CameraRenderer for RayCastCamera {
             camera: self,
             scene,
             view,
-            haze: self.lighting.haze(p.max_range_m),
+            haze: self.lighting.haze(position.z, p.max_range_m),
             sample_rad: (1.0 / focal_px) as f32,
             openness: scene.sky_visibility.openness(position),
         };

@@ -29,6 +29,14 @@ pub struct SkyParams {
     pub visibility_m: f64,
     /// The height over which that haze thins by e, metres, 1..=10,000.
     pub haze_height_m: f64,
+    /// Fog on the ground: its extinction at its base, 1/m, 0..=1; 3.912 / visibility in it
+    /// (Koschmieder 1924). 0 for none.
+    pub fog_per_m: f64,
+    /// The height in the scene at which the fog has that extinction, metres, −10,000..=10,000. Below
+    /// it is thicker, above thinner.
+    pub fog_base_m: f64,
+    /// The height over which it thins by e, metres, 0.5..=1000.
+    pub fog_height_m: f64,
 }
 
 impl Default for SkyParams {
@@ -43,6 +51,9 @@ impl Default for SkyParams {
             foliage_albedo: Vec3::new(0.13, 0.24, 0.034),
             visibility_m: 20_000.0,
             haze_height_m: 100.0,
+            fog_per_m: 0.0,
+            fog_base_m: 0.0,
+            fog_height_m: 8.0,
         }
     }
 }
@@ -86,6 +97,21 @@ impl SkyParams {
             1.0,
             1e4,
             "1..=10,000 m",
+        )?;
+        check("sky.fog_per_m", self.fog_per_m, 0.0, 1.0, "0..=1 per metre")?;
+        check(
+            "sky.fog_base_m",
+            self.fog_base_m,
+            -1e4,
+            1e4,
+            "-10,000..=10,000 m",
+        )?;
+        check(
+            "sky.fog_height_m",
+            self.fog_height_m,
+            0.5,
+            1e3,
+            "0.5..=1000 m",
         )
     }
 }

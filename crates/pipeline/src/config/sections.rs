@@ -32,6 +32,8 @@ section! {
         sun: Sun;
         /// Sky.
         sky: Sky;
+        /// Weather.
+        weather: Weather;
         /// Camera.
         camera: Camera;
         /// Further cameras.
@@ -334,6 +336,22 @@ section! {
 }
 
 section! {
+    /// The air near the ground: how far one sees in it, and fog.
+    Weather at "weather" {
+        /// Meteorological visibility at the camera's height: where 2 % of the contrast is left. Haze below 10,000, mist below 2000.
+        visibility_m: f64 = 20_000.0, Real(10.0, 1_000_000.0), "a clear day; Koschmieder 1924";
+        /// The height over which that haze thins by e.
+        haze_height_m: f64 = 100.0, Real(1.0, 10_000.0), "a shallow layer: crowns against the sky stay clear";
+        /// Fog: its extinction at its base, 3.912 over the visibility there; 0 for none.
+        fog_per_m: f64 = 0.0, Real(0.0, 1.0), "none";
+        /// The height in the world where it has that extinction; below it is thicker.
+        fog_base_m: f64 = 0.0, Real(-1000.0, 10_000.0), "where the terrain is lowest";
+        /// The height over which it thins by e.
+        fog_height_m: f64 = 8.0, Real(0.5, 1000.0), "fog on a valley floor";
+    }
+}
+
+section! {
     /// The camera (paper, V-C).
     Camera at "camera" {
         /// Is there a camera? Without the first there are no further ones.
@@ -344,6 +362,10 @@ section! {
         height_px: u32 = 720, Whole(16, 8192), "paper, VI";
         /// Colour samples a pixel where neighbours differ; 1 everywhere is the draft.
         samples: u32 = 4, Whole(1, 64), "smooth edges of leaves";
+        /// How bright pictures come out: by a light meter, or always as `exposure_ev` says.
+        exposure: String = "auto".into(), OneOf(&["auto", "fixed"]), "as cameras do";
+        /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. Sunny 15, overcast or shade 12, under crowns 8 to 11.
+        exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a wood on a clear day";
         /// How light becomes a picture: `robot`, what a small camera really sees in a wood: harsh, skies that clip, edges that glare, dark corners; `cinema`, a soft curve that keeps highlights; `flat`, proportional to light, a clean lens, for those who augment themselves.
         look: String = "robot".into(), OneOf(&["robot", "cinema", "flat"]), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
@@ -751,6 +773,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     SunAngles::SPEC,
     SunDate::SPEC,
     Sky::SPEC,
+    Weather::SPEC,
     Camera::SPEC,
     CameraFov::SPEC,
     CameraSensor::SPEC,

@@ -137,6 +137,7 @@ pub struct CameraStage {
     cameras: Vec<(String, config::Camera)>,
     sun: config::Sun,
     sky: config::Sky,
+    weather: config::Weather,
     max_range_m: f64,
     backend: Backend,
 }
@@ -150,6 +151,7 @@ impl CameraStage {
             cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
             sun: config.sun.clone(),
             sky: config.sky.clone(),
+            weather: config.weather.clone(),
             max_range_m: config.chunks.visible_radius_m,
         }
     }
@@ -199,7 +201,10 @@ impl Stage for CameraStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", (&self.cameras, &self.sun, &self.sky)));
+        hasher.write_str(&format!(
+            "{:?}",
+            (&self.cameras, &self.sun, &self.sky, &self.weather)
+        ));
         hasher.write_f64(self.max_range_m);
         if !matches!(self.backend, Backend::Cpu) {
             hasher.write_str(&self.backend.name());
@@ -212,6 +217,11 @@ impl Stage for CameraStage {
             overcast: self.sky.overcast,
             sun_intensity: self.sun.intensity,
             sun_tint: DVec3::from_array(self.sun.colour).as_vec3().max(Vec3::ZERO),
+            visibility_m: self.weather.visibility_m,
+            haze_height_m: self.weather.haze_height_m,
+            fog_per_m: self.weather.fog_per_m,
+            fog_base_m: self.weather.fog_base_m,
+            fog_height_m: self.weather.fog_height_m,
             ..SkyParams::default()
         };
         let lighting = Lighting::new(&self.sun()?, &sky).map_err(Error::of_stage)?;
@@ -230,13 +240,7 @@ impl Stage for CameraStage {
                 intrinsics: intrinsics(path, camera)?,
                 body_from_camera: body_from_camera(camera),
                 renderer,
-                exposure: match Exposure::default() {
-                    Exposure::Auto { key, .. } => Exposure::Auto {
-                        key,
-                        bias_ev: camera.exposure_bias_ev,
-                    },
-                    fixed => fixed,
-                },
+                exposure: exposure(camera),
                 tone: look(&camera.look).0,
                 extra: extra_kinds(camera),
                 boxes_range_m: camera.boxes_range_m,
@@ -272,6 +276,18 @@ impl CameraStage {
                 Renderer::Gpu(Box::new(camera.map_err(Error::of_stage)?))
             }
         })
+    }
+}
+
+fn exposure(camera: &config::Camera) -> Exposure {
+    match Exposure::default() {
+        Exposure::Auto { key, .. } if camera.exposure == "auto" => Exposure::Auto {
+            key,
+            bias_ev: camera.exposure_bias_ev,
+        },
+        _ => Exposure::Fixed {
+            ev100: camera.exposure_ev,
+        },
     }
 }
 

@@ -50,7 +50,7 @@ struct LightRecord {
     texels: [f32; 4],
     near_grid: [f32; 4],
     far_grid: [f32; 4],
-    grid_up: [f32; 4],
+    up_and_fog: [f32; 4],
 }
 
 /// What a shadow map sees: a square prism along the sun's light, about the frame's origin.
@@ -170,11 +170,10 @@ pub(crate) struct Lit {
     shadow: Pipelines,
     /// An empty group, for shadows.
     nothing: wgpu::BindGroup,
-    tables: wgpu::Buffer,
     comparison: wgpu::Sampler,
     shadows: wgpu::Texture,
     targets: Option<LitTargets>,
-    haze: Haze,
+    range_m: f32,
     /// What radiance is multiplied with in the target.
     scale: f32,
 }
@@ -237,17 +236,14 @@ impl Lit {
             samples: 1,
             margin_px: 0.0,
         };
-        let haze = lighting.haze(range_m);
         let white = lighting.ambient(1.0).irradiance(Vec3::Z)
             + lighting.sun_irradiance() * lighting.sun_direction().z.max(0.0);
-        let tables = tables(lighting, &haze);
         use wgpu::TextureUsages as U;
         Ok(Self {
             colour: Pipelines::new(gpu, layouts, &colour)?,
             shadow: Pipelines::new(gpu, layouts, &shadow)?,
             nothing: group(gpu, "shadow", &empty, &[]),
             layout: own,
-            tables: storage(gpu, "light", bytemuck::cast_slice(&tables))?,
             comparison: gpu.device().create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("shadow"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -264,7 +260,7 @@ impl Lit {
                 U::RENDER_ATTACHMENT | U::TEXTURE_BINDING,
             ),
             targets: None,
-            haze,
+            range_m,
             scale: WHITE / white.dot(LUMINANCE).max(1e-6),
         })
     }
@@ -274,9 +270,7 @@ impl Lit {
         let side = u64::from(self.shadows.width());
         let pixels = |t: &LitTargets| u64::from(t.size[0]) * u64::from(t.size[1]);
         let targets = self.targets.as_ref().map_or(0, pixels);
-        self.tables.size()
-            + side * side * 4 * CASCADES as u64
-            + targets * (u64::from(SAMPLES) * (8 + 4) + 8)
+        side * side * 4 * CASCADES as u64 + targets * (u64::from(SAMPLES) * (8 + 4) + 8)
     }
 
     pub(crate) fn hold_targets(&mut self, gpu: &Gpu, view: &View) -> Result<(), GpuError> {
@@ -332,7 +326,8 @@ impl Lit {
             batch.draw(gpu, &mut pass, &shapes.pages, &self.shadow, &self.nothing);
         }
 
-        let (light, openness) = self.light(lighting, shot);
+        let haze = self.haze(lighting, shot.view);
+        let (light, openness) = self.light(lighting, &haze, shot);
         let light = buffer(
             gpu,
             "light",
@@ -340,7 +335,8 @@ impl Lit {
             wgpu::BufferUsages::UNIFORM,
         )?;
         let openness = storage(gpu, "openness", bytemuck::cast_slice(&openness))?;
-        bytes += light.size() + openness.size();
+        let tables = storage(gpu, "light", bytemuck::cast_slice(&tables(lighting, &haze)))?;
+        bytes += light.size() + openness.size() + tables.size();
         let shadows = self.shadows.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
@@ -348,7 +344,7 @@ impl Lit {
         let resources = [
             light.as_entire_binding(),
             materials.texels.as_entire_binding(),
-            self.tables.as_entire_binding(),
+            tables.as_entire_binding(),
             openness.as_entire_binding(),
             wgpu::BindingResource::TextureView(&shadows),
             wgpu::BindingResource::Sampler(&self.comparison),
@@ -392,6 +388,7 @@ impl Lit {
             view.intrinsics.width as usize,
             view.intrinsics.height as usize,
         );
+        let haze = self.haze(lighting, view);
         let rows: Vec<&[u8]> = rows.collect();
         let mut linear = vec![Vec3::ZERO; width * height];
         linear
@@ -407,8 +404,7 @@ impl Lit {
                     if covered < 1.0 {
                         let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
                         let d = view.ray(centre, 1.0).direction;
-                        let sky =
-                            lighting.background(&self.haze, d) + lighting.sun_disc(&self.haze, d);
+                        let sky = lighting.background(&haze, d) + lighting.sun_disc(&haze, d);
                         *out += sky * (1.0 - covered);
                     }
                 }
@@ -416,10 +412,21 @@ impl Lit {
         Image::new(width, height, linear)
     }
 
-    fn light(&self, lighting: &Lighting, shot: &LitShot<'_>) -> (LightRecord, Vec<f32>) {
+    /// The air around the camera.
+    fn haze(&self, lighting: &Lighting, view: &View) -> Haze {
+        let height = view.scene_from_camera.translation_m.z as f32;
+        lighting.haze(height, self.range_m)
+    }
+
+    fn light(
+        &self,
+        lighting: &Lighting,
+        haze: &Haze,
+        shot: &LitShot<'_>,
+    ) -> (LightRecord, Vec<f32>) {
         let camera = shot.view.scene_from_camera.translation_m.as_vec3();
         let visibility = shot.scene.sky_visibility;
-        let range_m = self.haze.range_m;
+        let range_m = haze.range_m;
         // Node steps across and up, and how many layers lie below the camera.
         let far = 2.0 * range_m / (GRID_SIDE - 1) as f32;
         let grids = [(1.5, 1.5, 10.0), (far, 4.0, 14.0)];
@@ -451,8 +458,8 @@ impl Lit {
                 .to_array(),
             irradiance: lighting.sun_irradiance().extend(self.scale).to_array(),
             air: [
-                self.haze.extinction,
-                self.haze.height_m,
+                haze.air.extinction,
+                haze.air.height_m,
                 range_m,
                 visibility.openness(camera),
             ],
@@ -461,7 +468,12 @@ impl Lit {
             texels: of(Cascade::texel_m),
             near_grid: near,
             far_grid: far,
-            grid_up: [grids[0].1, grids[1].1, 0.0, 0.0],
+            up_and_fog: [
+                grids[0].1,
+                grids[1].1,
+                haze.fog.extinction,
+                haze.fog.height_m,
+            ],
         };
         (record, openness)
     }

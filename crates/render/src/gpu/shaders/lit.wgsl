@@ -24,10 +24,11 @@ struct Light {
     ends: vec4f,
     // Sides of their texels, metres.
     texels: vec4f,
-    // Corner, step across; the step up is in `grid_up`.
+    // Corner, step across.
     near_grid: vec4f,
     far_grid: vec4f,
-    grid_up: vec4f,
+    // Steps up of both; fog: extinction 1/m, height over which it thins by e.
+    up_and_fog: vec4f,
 }
 
 @group(2) @binding(0) var<uniform> light: Light;
@@ -87,13 +88,13 @@ fn open_in(first: u32, corner: vec3f, step: vec2f, point: vec3f) -> f32 {
 
 fn openness_at(point: vec3f) -> f32 {
     let near = light.near_grid;
-    let inside = abs(point - near.xyz - 0.5 * vec3f(vec2f(f32(GRID_SIDE - 1u) * near.w), f32(GRID_UP - 1u) * light.grid_up.x));
-    let half = 0.5 * vec3f(vec2f(f32(GRID_SIDE - 1u) * near.w), f32(GRID_UP - 1u) * light.grid_up.x);
+    let inside = abs(point - near.xyz - 0.5 * vec3f(vec2f(f32(GRID_SIDE - 1u) * near.w), f32(GRID_UP - 1u) * light.up_and_fog.x));
+    let half = 0.5 * vec3f(vec2f(f32(GRID_SIDE - 1u) * near.w), f32(GRID_UP - 1u) * light.up_and_fog.x);
     if all(inside < half) {
-        return open_in(0u, near.xyz, vec2f(near.w, light.grid_up.x), point);
+        return open_in(0u, near.xyz, vec2f(near.w, light.up_and_fog.x), point);
     }
     let far = light.far_grid;
-    return open_in(GRID_SIDE * GRID_SIDE * GRID_UP, far.xyz, vec2f(far.w, light.grid_up.y), point);
+    return open_in(GRID_SIDE * GRID_SIDE * GRID_UP, far.xyz, vec2f(far.w, light.up_and_fog.y), point);
 }
 
 // The share of the sun's light that arrives.
@@ -234,6 +235,14 @@ fn fresnel(f90: f32, cosine: f32) -> f32 {
     return F0 + (f90 - F0) * x * x * x * x * x;
 }
 
+// haze.rs: optical depth of the air before a surface; the layer's extinction at the camera, its height.
+fn depth(layer: vec2f, s: Surface) -> f32 {
+    let x = s.ray.z * s.distance_m / layer.y;
+    let y = max(x, -20.0);
+    let series = 1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0))));
+    return layer.x * s.distance_m * select((1.0 - exp(-y)) / y, series, abs(x) < 0.1);
+}
+
 // What arrives at the camera, air included.
 fn shade(s: Surface) -> vec3f {
     let m = materials[s.material];
@@ -311,10 +320,7 @@ fn shade(s: Surface) -> vec3f {
     }
 
     // The air between: haze.rs.
-    let x = s.ray.z * s.distance_m / light.air.y;
-    let y = max(x, -20.0);
-    let density = select((1.0 - exp(-y)) / y, 1.0 - 0.5 * x, abs(x) < 1e-2);
-    let air = exp(-light.air.x * s.distance_m * density);
+    let air = exp(-depth(light.air.xy, s) - depth(light.up_and_fog.zw, s));
     let far = s.distance_m / light.air.z;
     let fade = max(1.0 - far * far * far * far, 0.0);
     let behind = background(s.ray);
