@@ -38,8 +38,10 @@
 //! # Light
 //! - The sun by angles or by place and time ([`Sun`]); its colour is what the air leaves of it.
 //! - The sky by single scattering on molecules and aerosols through a spherical atmosphere with
-//!   ozone, higher orders after Hillaire (2020), a CIE overcast veil, mist ([`SkyParams`]). It holds
-//!   from noon to the end of civil twilight.
+//!   ozone, higher orders after Hillaire (2020), a CIE overcast veil ([`SkyParams`]). It holds from
+//!   noon to the end of civil twilight. Or a photographed sky ([`SkyImage`]).
+//! - Haze by visibility (Koschmieder 1924) and fog on the ground, both thinning exponentially with
+//!   height, integrated in closed form along every ray.
 //! - One shadow ray per sample to a point of the sun's disc; neighbouring pixels look at different
 //!   parts of the disc, so penumbrae are smooth.
 //! - No ambient-occlusion rays: the sky's share, the green light that leaves scatter down (Goudriaan
@@ -68,6 +70,7 @@ mod raycast;
 mod sh;
 mod shade;
 mod sky;
+mod sky_image;
 mod sun;
 mod sun_disc;
 mod tone;
@@ -81,6 +84,7 @@ pub use lens::Lens;
 pub use lighting::Lighting;
 pub use raycast::{PixelTruth, RayCastCamera, RayCastParams};
 pub use sky::SkyParams;
+pub use sky_image::SkyImage;
 pub use sun::{Sun, UtcTime};
 pub use tone::{Exposure, ToneCurve};
 pub use view::{CameraImages, CameraRenderer, OpenSky, SceneView, SkyVisibility, View};

@@ -9,7 +9,7 @@ use crate::error::{ParamError, check};
 use crate::haze::{Haze, KOSCHMIEDER, Layer};
 use crate::sh::Irradiance;
 use crate::sky::Sky;
-use crate::{SkyParams, Sun};
+use crate::{SkyImage, SkyParams, Sun};
 
 /// Haze that the sky's aerosols explain, 1/m: a visibility of 20 km.
 const CLEAR_EXTINCTION: f32 = (KOSCHMIEDER / 20_000.0) as f32;
@@ -43,6 +43,30 @@ impl Lighting {
     /// If a parameter is out of its range, or the sun is more than 6° below the horizon, where a
     /// camera sees nothing.
     pub fn new(sun: &Sun, sky: &SkyParams) -> Result<Self, ParamError> {
+        Self::under(sun, sky, None)
+    }
+
+    /// The same with the sky of an image: seen in the gaps, and lighting the scene. The sun is still
+    /// that of the angles (`overcast` dims it, as ever). The image's own unit does not matter: its sky
+    /// gives level ground the light that the modelled one would, times `gain` (0.001..=1000).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and if `gain` is out of its range.
+    pub fn photographed(
+        sun: &Sun,
+        sky: &SkyParams,
+        image: &SkyImage,
+        gain: f64,
+    ) -> Result<Self, ParamError> {
+        check("sky_image.gain", gain, 1e-3, 1e3, "0.001..=1000")?;
+        Self::under(sun, sky, Some((image, gain)))
+    }
+
+    fn under(
+        sun: &Sun,
+        sky: &SkyParams,
+        image: Option<(&SkyImage, f64)>,
+    ) -> Result<Self, ParamError> {
         check(
             "sun.elevation_deg",
             sun.elevation_deg(),
@@ -52,6 +76,9 @@ impl Lighting {
         )?;
         sky.check()?;
         let (mut table, mut sun_irradiance) = Sky::new(sun, sky);
+        if let Some((image, gain)) = image {
+            table = table.replaced_by(image, gain as f32);
+        }
         // Mist and fog spread the beam: droplets send 70 % of it on within a few degrees, and the ground
         // gets most of the rest from all over the sky.
         let z = sun.direction().z.max(0.02);

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
+use crate::SkyImage;
 use crate::Sun;
 use crate::atmosphere::{Atmosphere, Scattered, mie_phase, rayleigh_phase};
 use crate::error::{ParamError, check};
@@ -125,9 +126,18 @@ const SOLAR_COLOUR: DVec3 = DVec3::new(1.08, 0.98, 0.95);
 /// What an overcast sky lets through of a clear day's light (Kasten and Czeplak 1980).
 const OVERCAST_TRANSMITTANCE: f32 = 0.25;
 
-/// Radiance of the sky, tabulated: linear sRGB with luminance in cd/m².
+/// Radiance of the sky: linear sRGB with luminance in cd/m².
 #[derive(Clone, Debug)]
-pub(crate) struct Sky {
+pub(crate) enum Sky {
+    /// By the air that makes it.
+    Modelled(Table),
+    /// From an image.
+    Photographed(SkyImage),
+}
+
+/// A modelled sky.
+#[derive(Clone, Debug)]
+pub(crate) struct Table {
     /// The sun's direction without its height, unit length (any, for a sun in the zenith).
     sun_azimuth: Vec2,
     /// `ROWS` of `COLUMNS`. Row v has elevation v² · 90°, column u has sin(azimuth from the sun / 2) =
@@ -149,7 +159,7 @@ impl Sky {
         let elevation = sun.elevation_deg().to_radians();
         let clear_sun = (beam * air.sun_transmittance(elevation)).as_vec3();
         let flat = sun.direction().truncate().as_vec2();
-        let mut sky = Self {
+        let mut sky = Table {
             sun_azimuth: flat.try_normalize().unwrap_or(Vec2::X),
             table: clear_table(&air, elevation, beam),
         };
@@ -169,21 +179,36 @@ impl Sky {
                 *l = *l * (1.0 - overcast) + zenith * ((1.0 + 2.0 * sine) / 3.0);
             }
         }
-        (sky, clear_sun * (1.0 - params.overcast) as f32)
+        (
+            Self::Modelled(sky),
+            clear_sun * (1.0 - params.overcast) as f32,
+        )
+    }
+
+    /// The sky of an image, `gain` times as bright as this one: by illuminance on level ground.
+    pub(crate) fn replaced_by(&self, image: &SkyImage, gain: f32) -> Self {
+        let level = |sky: &Self| {
+            let e = Irradiance::of_sky(|d| sky.radiance(d)).at(Vec3::Z);
+            e.dot(crate::tone::LUMINANCE)
+        };
+        let (wanted, given) = (level(self), level(&Self::Photographed(image.clone())));
+        Self::Photographed(image.scaled(gain * wanted / given.max(f32::MIN_POSITIVE)))
     }
 
     /// The inside of a lamp globe.
     pub(crate) fn uniform(radiance: Vec3) -> Self {
-        Self {
+        Self::Modelled(Table {
             sun_azimuth: Vec2::X,
             table: vec![radiance; ROWS * COLUMNS],
-        }
+        })
     }
 
     /// Adds an even veil that gives level ground this much light.
     pub(crate) fn add_veil(&mut self, irradiance: Vec3) {
-        for l in &mut self.table {
-            *l += irradiance / std::f32::consts::PI;
+        let veil = irradiance / std::f32::consts::PI;
+        match self {
+            Self::Modelled(sky) => sky.table.iter_mut().for_each(|l| *l += veil),
+            Self::Photographed(image) => *image = image.veiled(veil),
         }
     }
 
@@ -191,6 +216,16 @@ impl Sky {
     /// haze.
     #[inline]
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::Modelled(sky) => sky.radiance(direction),
+            Self::Photographed(image) => image.radiance(direction),
+        }
+    }
+}
+
+impl Table {
+    #[inline]
+    fn radiance(&self, direction: Vec3) -> Vec3 {
         let flat = direction.truncate();
         // 1e-12 keeps the zenith, where all azimuths are one, from dividing by zero.
         let cos_azimuth = flat.dot(self.sun_azimuth) / (flat.length_squared() + 1e-12).sqrt();

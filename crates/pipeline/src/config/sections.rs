@@ -332,6 +332,12 @@ section! {
         turbidity: f64 = 3.0, Real(1.8, 10.0), "Preetham 1999";
         /// Share of cloud: 0 clear, 1 overcast.
         overcast: f64 = 0.0, Real(0.0, 1.0), "clear";
+        /// A photographed sky instead: an equirectangular Radiance (.hdr) or OpenEXR file, zenith on top. It is seen in the gaps and lights the scene, as brightly as the modelled sky would; the sun stays that of `[sun]`, and the one in the image is cut.
+        image: String = String::new(), Text, "none";
+        /// Where the middle column of that image looks, clockwise from north.
+        image_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north";
+        /// Multiplies that image's light.
+        image_gain: f64 = 1.0, Real(0.001, 1000.0), "as bright as the modelled sky";
     }
 }
 

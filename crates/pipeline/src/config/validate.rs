@@ -198,6 +198,9 @@ impl Config {
                 wrong("assets.own_species", format!("assets.own_species: {e}"));
             }
         }
+        if let Err(e) = crate::stages::sky_image::read(&self.sky) {
+            wrong("sky.image", e.to_string());
+        }
         for (path, lidar) in self.all_lidars() {
             lidar_problems(&path, lidar, &mut wrong);
         }

@@ -7,6 +7,7 @@ pub mod ground;
 pub mod openness;
 pub mod placement;
 pub mod sensors;
+pub(crate) mod sky_image;
 pub mod things;
 pub mod truth;
 pub mod undergrowth;

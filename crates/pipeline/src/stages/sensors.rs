@@ -138,6 +138,8 @@ pub struct CameraStage {
     sun: config::Sun,
     sky: config::Sky,
     weather: config::Weather,
+    /// Of the sky image, if there is one and it can be read: what counts is what is in it.
+    sky_image: Option<blake3::Hash>,
     max_range_m: f64,
     backend: Backend,
 }
@@ -152,6 +154,9 @@ impl CameraStage {
             sun: config.sun.clone(),
             sky: config.sky.clone(),
             weather: config.weather.clone(),
+            sky_image: std::fs::read(&config.sky.image)
+                .ok()
+                .map(|b| blake3::hash(&b)),
             max_range_m: config.chunks.visible_radius_m,
         }
     }
@@ -206,6 +211,7 @@ impl Stage for CameraStage {
             (&self.cameras, &self.sun, &self.sky, &self.weather)
         ));
         hasher.write_f64(self.max_range_m);
+        hasher.write_str(&format!("{:?}", self.sky_image));
         if !matches!(self.backend, Backend::Cpu) {
             hasher.write_str(&self.backend.name());
         }
@@ -224,7 +230,12 @@ impl Stage for CameraStage {
             fog_height_m: self.weather.fog_height_m,
             ..SkyParams::default()
         };
-        let lighting = Lighting::new(&self.sun()?, &sky).map_err(Error::of_stage)?;
+        let sun = self.sun()?;
+        let lighting = match super::sky_image::read(&self.sky)? {
+            None => Lighting::new(&sun, &sky),
+            Some(image) => Lighting::photographed(&sun, &sky, &image, self.sky.image_gain),
+        }
+        .map_err(Error::of_stage)?;
         let mut rigs: Vec<CameraRig> = Vec::new();
         for (i, (path, camera)) in self.cameras.iter().enumerate() {
             // A GPU holds the scene once for each renderer: few are better.

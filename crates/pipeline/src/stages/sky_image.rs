@@ -1,0 +1,128 @@
+//! A photographed sky from its file.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use image::{ImageFormat, ImageReader};
+use nemoral_render::SkyImage;
+use nemoral_scene::Image;
+use nemoral_scene::glam::Vec3;
+
+use crate::Error;
+use crate::config::Sky;
+
+/// The sky image that a config names, if it names one.
+///
+/// # Errors
+/// [`Error::Read`] if the file cannot be read, [`Error::Request`] if it is no Radiance or OpenEXR
+/// image of a sky; both name it.
+pub(crate) fn read(sky: &Sky) -> Result<Option<SkyImage>, Error> {
+    if sky.image.is_empty() {
+        return Ok(None);
+    }
+    let path = Path::new(&sky.image);
+    let unreadable = |source: std::io::Error| Error::Read {
+        path: path.to_owned(),
+        source: Arc::new(source),
+    };
+    let refused = |why: &dyn std::fmt::Display| {
+        Error::request(format!("sky.image = \"{}\": {why}", sky.image))
+    };
+    let reader = ImageReader::open(path).map_err(unreadable)?;
+    let reader = reader.with_guessed_format().map_err(unreadable)?;
+    // Pictures for screens have no light beyond their white.
+    if !matches!(
+        reader.format(),
+        Some(ImageFormat::Hdr | ImageFormat::OpenExr)
+    ) {
+        return Err(refused(&"must be a Radiance (.hdr) or OpenEXR (.exr) file"));
+    }
+    let pixels = reader.decode().map_err(|e| refused(&e))?.into_rgb32f();
+    let (width, height) = (pixels.width() as usize, pixels.height() as usize);
+    let light = pixels.pixels().map(|p| Vec3::from_array(p.0)).collect();
+    SkyImage::new(&Image::new(width, height, light), sky.image_azimuth_deg)
+        .map(Some)
+        .map_err(|e| refused(&e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+
+    fn sky(path: &Path) -> Sky {
+        let mut sky = Config::default().sky;
+        sky.image = path.display().to_string();
+        sky
+    }
+
+    #[test]
+    fn both_formats_are_read_and_light_comes_from_where_it_is() {
+        let folder = tempfile::tempdir().expect("a folder");
+        // The east is bright: three quarters of the way from the left edge (north in the middle).
+        let pixel = |x: u32, _: u32| {
+            let east = (40..56).contains(&x);
+            image::Rgb(if east {
+                [8.0, 6.0, 4.0]
+            } else {
+                [1.0, 1.0, 2.0]
+            })
+        };
+        let pixels = image::Rgb32FImage::from_fn(64, 32, pixel);
+        for name in ["sky.hdr", "sky.exr"] {
+            let path = folder.path().join(name);
+            pixels.save(&path).expect("written");
+            let image = read(&sky(&path)).unwrap_or_else(|e| panic!("{e}"));
+            let image = image.expect("it names one");
+            let sun = nemoral_render::Sun::from_angles(180.0, 40.0).expect("valid");
+            let params = nemoral_render::SkyParams::default();
+            let light = |gain| {
+                nemoral_render::Lighting::photographed(&sun, &params, &image, gain).expect("valid")
+            };
+            let (one, two) = (light(1.0), light(2.0));
+            let [east, west] = [Vec3::X, -Vec3::X].map(|n| one.sky_irradiance(n));
+            assert!(east.y > 2.0 * west.y, "{name}: {east} {west}");
+            let seen = one.sky_radiance(Vec3::new(0.8, 0.0, 0.6));
+            assert!((seen.x / seen.z - 2.0).abs() < 0.05, "{name}: {seen}");
+            // As bright as the modelled sky, times the gain; the sun is the sun.
+            let modelled = nemoral_render::Lighting::new(&sun, &params).expect("valid");
+            let level = |l: &nemoral_render::Lighting| {
+                l.sky_irradiance(Vec3::Z)
+                    .dot(Vec3::new(0.2126, 0.7152, 0.0722))
+            };
+            assert!((level(&one) / level(&modelled) - 1.0).abs() < 1e-3);
+            assert!((level(&two) / level(&modelled) - 2.0).abs() < 1e-3);
+            assert_eq!(one.sun_irradiance(), modelled.sun_irradiance());
+        }
+    }
+
+    #[test]
+    fn errors_name_the_file_and_the_reason() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let message = |name: &str, content: Option<&[u8]>| {
+            let path = folder.path().join(name);
+            if let Some(content) = content {
+                std::fs::write(&path, content).expect("written");
+            }
+            let e = read(&sky(&path)).expect_err("no sky");
+            assert!(e.is_request());
+            let text = e.to_string();
+            assert!(text.contains(name), "{text}");
+            text
+        };
+        message("missing.hdr", None);
+        let text = message("text.hdr", Some(b"not an image"));
+        assert!(text.contains("Radiance"), "{text}");
+        message(
+            "cut.hdr",
+            Some(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\nabc"),
+        );
+        let black = image::Rgb32FImage::new(16, 8);
+        black
+            .save(folder.path().join("black.hdr"))
+            .expect("written");
+        let text = message("black.hdr", None);
+        assert!(text.contains("above the horizon"), "{text}");
+        assert!(read(&Config::default().sky).expect("none named").is_none());
+    }
+}
