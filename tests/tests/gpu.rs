@@ -7,7 +7,7 @@ use nemoral_pipeline::stages::frame::FrameScene;
 use nemoral_raycast::{Blas, Forest, Group};
 use nemoral_render::{
     CameraRenderer, Gpu, GpuCamera, GpuError, GpuParams, Lighting, OpenSky, Pass, RayCastCamera,
-    RayCastParams, SceneView, SkyParams, Sun, View,
+    RayCastParams, SceneView, SkyImage, SkyParams, Sun, View,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
@@ -446,7 +446,25 @@ fn pictures_look_alike() {
         return;
     };
     let sun = Sun::from_angles(130.0, 40.0).expect("valid");
-    let lighting = Lighting::new(&sun, &SkyParams::default()).expect("valid");
+    let clear = Lighting::new(&sun, &SkyParams::default()).expect("valid");
+    // Low fog and haze, under a photographed sky that is bright in the east.
+    let fog = SkyParams {
+        visibility_m: 300.0,
+        fog_per_m: 0.05,
+        fog_base_m: -1.0,
+        fog_height_m: 3.0,
+        ..SkyParams::default()
+    };
+    let pixel = |i: usize| Vec3::new(1.0, 1.2, 1.5) * if i % 64 < 32 { 1.0 } else { 4.0 };
+    let photograph = Image::new(64, 32, (0..64 * 32).map(pixel).collect());
+    let photograph = SkyImage::new(&photograph, 0.0).expect("a sky");
+    let fog = Lighting::photographed(&sun, &fog, &photograph, 0.8).expect("valid");
+    for lighting in [clear, fog] {
+        look_alike(gpu, lighting);
+    }
+}
+
+fn look_alike(gpu: &Gpu, lighting: Lighting) {
     let fine = RayCastParams {
         keep_linear: true,
         ..RayCastParams::fine()

@@ -528,3 +528,75 @@ impl LidarMaker {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nemoral_render::{CameraRenderer, OpenSky, SceneView, View};
+    use nemoral_scene::{Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster};
+    use nemoral_scene::{Semantic, glam::Vec2};
+
+    use super::*;
+
+    /// A grey card before the lens, wherever it looks.
+    struct GreyCard;
+
+    impl RayCaster for GreyCard {
+        fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+            Some(Hit {
+                distance_m: 1.0,
+                geometric_normal: -ray.direction,
+                shading_normal: -ray.direction,
+                uv: Vec2::ZERO,
+                uv_per_m: 1.0,
+                material: MaterialId(0),
+                object: ObjectId::NONE,
+                variation: 0.5,
+            })
+        }
+    }
+
+    /// 18 % of what a light meter reads: sRGB's 118, and 125 by the filmic curve.
+    #[test]
+    fn a_grey_card_has_its_code_value_in_every_look() {
+        let mut camera = config::Camera {
+            exposure: "fixed".to_owned(),
+            exposure_ev: 12.0,
+            ..config::Camera::default()
+        };
+        let mut materials = MaterialLibrary::new();
+        materials.add(Material::plain("card", Semantic::Rock, Vec3::splat(0.18)));
+        let scene = SceneView {
+            caster: &GreyCard,
+            materials: &materials,
+            sky_visibility: &OpenSky,
+        };
+        // In an integrating sphere, as bright as EV 12 is meant for.
+        let white = 0.125 * 4096.0 / 0.18;
+        for (name, code) in [("robot", 118), ("cinema", 125), ("flat", 118)] {
+            let (tone, lens) = look(name);
+            let params = RayCastParams {
+                lens,
+                ..RayCastParams::draft()
+            };
+            let renderer = RayCastCamera::new(params, Lighting::uniform(Vec3::splat(white)));
+            let mut shoot = |ev: f64| {
+                camera.exposure_ev = ev;
+                let view = View {
+                    exposure: exposure(&camera),
+                    tone,
+                    ..View::new(
+                        Intrinsics::from_fov(33, 21, 0.5).expect("a pinhole"),
+                        RigidTransform::body_from_optical(),
+                    )
+                };
+                let renderer = renderer.as_ref().expect("valid");
+                let images = renderer.render(&scene, &view, Key::world(1));
+                images.expect("renders").rgb.at(16, 10)[1]
+            };
+            let got = shoot(12.0);
+            assert!(got.abs_diff(code) <= 1, "{name}: {got} for {code}");
+            // A stop more is half the light.
+            assert!(shoot(13.0) < got - 25, "{name}");
+        }
+    }
+}
