@@ -3,6 +3,7 @@
 pub mod foliage;
 pub mod gpu;
 pub mod leaf_area;
+pub mod realism;
 
 use nemoral_pipeline::config::{Config, Layers};
 use nemoral_pipeline::plan::{At, Runner, Store};

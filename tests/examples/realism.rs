@@ -1,0 +1,48 @@
+//! Measures every stand preset and writes `docs/realism.md` with its plots.
+//!
+//! ```text
+//! cargo run --release -p nemoral-tests --example realism
+//! ```
+//!
+//! Stands can be named, to look at a few: then the page is printed, and nothing is written.
+
+#[path = "realism/measure.rs"]
+mod measure;
+#[path = "realism/page.rs"]
+mod page;
+
+use std::path::Path;
+
+const STANDS: [&str; 7] = [
+    "maritime-pine",
+    "eucalyptus-plantation",
+    "oak-mixed",
+    "beech",
+    "spruce",
+    "boreal-birch-pine",
+    "montado",
+];
+
+fn main() -> std::io::Result<()> {
+    let named: Vec<String> = std::env::args().skip(1).collect();
+    let wanted = STANDS
+        .iter()
+        .filter(|s| named.is_empty() || named.iter().any(|n| n == *s));
+    let stands: Vec<measure::Stand> = wanted
+        .map(|name| {
+            eprintln!("{name} …");
+            measure::Stand::measure(name)
+        })
+        .collect();
+    let (text, plots) = page::write(&stands);
+    if !named.is_empty() {
+        println!("{text}");
+        return Ok(());
+    }
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    std::fs::create_dir_all(docs.join("realism"))?;
+    for (name, svg) in plots {
+        std::fs::write(docs.join("realism").join(name), svg)?;
+    }
+    std::fs::write(docs.join("realism.md"), text)
+}

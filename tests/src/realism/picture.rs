@@ -1,0 +1,205 @@
+//! How light and colour are spread over a picture.
+
+use std::f64::consts::PI;
+
+use nemoral_scene::{Image, Semantic};
+
+/// A picture's linear luminance, row by row.
+#[must_use]
+pub fn luminance(rgb: &Image<[u8; 3]>) -> Image<f64> {
+    rgb.map(|&[r, g, b]| 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b))
+}
+
+fn linear(byte: u8) -> f64 {
+    let v = f64::from(byte) / 255.0;
+    if v <= 0.040_45 {
+        v / 12.92
+    } else {
+        ((v + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// The amplitude spectrum of the middle square of a picture whose edge is a power of two, under a Hann
+/// window: mean amplitude by whole cycles per square, from 0 to half its edge.
+#[must_use]
+pub fn spectrum(image: &Image<f64>) -> Vec<f64> {
+    let shorter = image.width().min(image.height());
+    let n = if shorter.is_power_of_two() {
+        shorter
+    } else {
+        shorter.next_power_of_two() / 2
+    };
+    let (left, top) = ((image.width() - n) / 2, (image.height() - n) / 2);
+    let texel = |x: usize, y: usize| image.pixels()[(top + y) * image.width() + left + x];
+    let mean = (0..n * n).map(|i| texel(i % n, i / n)).sum::<f64>() / (n * n) as f64;
+    let hann = |i: usize| 0.5 - 0.5 * (2.0 * PI * (i as f64 + 0.5) / n as f64).cos();
+    let mut rows: Vec<Vec<(f64, f64)>> = (0..n)
+        .map(|y| {
+            (0..n)
+                .map(|x| ((texel(x, y) - mean) * hann(x) * hann(y), 0.0))
+                .collect()
+        })
+        .collect();
+    for row in &mut rows {
+        fourier(row);
+    }
+    let mut sums = vec![(0.0, 0_u32); n / 2 + 1];
+    for x in 0..n {
+        let mut column: Vec<(f64, f64)> = rows.iter().map(|row| row[x]).collect();
+        fourier(&mut column);
+        for (y, (re, im)) in column.into_iter().enumerate() {
+            let wave = |i: usize| i.min(n - i) as f64;
+            let ring = wave(x).hypot(wave(y)).round() as usize;
+            if let Some((sum, count)) = sums.get_mut(ring) {
+                *sum += re.hypot(im);
+                *count += 1;
+            }
+        }
+    }
+    sums.iter()
+        .map(|(sum, count)| sum / f64::from(*count))
+        .collect()
+}
+
+/// Cooley and Tukey (1965), radix 2, in place.
+fn fourier(values: &mut [(f64, f64)]) {
+    let n = values.len();
+    let bits = n.trailing_zeros();
+    for i in 0..n {
+        let j = i.reverse_bits() >> (usize::BITS - bits);
+        if i < j {
+            values.swap(i, j);
+        }
+    }
+    let mut length = 2;
+    while length <= n {
+        for start in (0..n).step_by(length) {
+            for k in 0..length / 2 {
+                let (sin, cos) = (-2.0 * PI * k as f64 / length as f64).sin_cos();
+                let (a, b) = (values[start + k], values[start + k + length / 2]);
+                let turned = (b.0 * cos - b.1 * sin, b.0 * sin + b.1 * cos);
+                values[start + k] = (a.0 + turned.0, a.1 + turned.1);
+                values[start + k + length / 2] = (a.0 - turned.0, a.1 - turned.1);
+            }
+        }
+        length *= 2;
+    }
+}
+
+/// The slope of a spectrum on logarithmic axes, from 4 cycles a picture to half of what it resolves, octaves
+/// weighted alike. Photographs of nature have -0.8 to -1.5 (Tolhurst et al. 1992).
+#[must_use]
+pub fn amplitude_slope(spectrum: &[f64]) -> f64 {
+    let points: Vec<(f64, f64, f64)> = (4..=spectrum.len() / 2)
+        .map(|k| ((k as f64).ln(), spectrum[k].ln(), 1.0 / k as f64))
+        .collect();
+    let weight: f64 = points.iter().map(|p| p.2).sum();
+    let mean = |f: &dyn Fn(&(f64, f64, f64)) -> f64| {
+        points.iter().map(|p| p.2 * f(p)).sum::<f64>() / weight
+    };
+    let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
+    mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x).powi(2))
+}
+
+/// What colours a picture's leaves and needles have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Colour {
+    /// Mean green chromatic coordinate, G / (R + G + B), of foliage.
+    pub gcc: f64,
+    /// The share of foliage that is glaring green: saturation over 0.7 and value over 0.6.
+    pub glaring: f64,
+}
+
+/// The colour of tree foliage; `None` if there is hardly any.
+#[must_use]
+pub fn colour(rgb: &Image<[u8; 3]>, semantic: &Image<Semantic>) -> Option<Colour> {
+    let pixels = rgb.pixels().iter().zip(semantic.pixels());
+    let foliage: Vec<[f64; 3]> = pixels
+        .filter(|(_, s)| matches!(s, Semantic::Leaf | Semantic::Needle))
+        .map(|(p, _)| p.map(f64::from))
+        .filter(|p| p.iter().sum::<f64>() > 30.0)
+        .collect();
+    if foliage.len() < 200 {
+        return None;
+    }
+    let n = foliage.len() as f64;
+    let gcc = foliage.iter().map(|[r, g, b]| g / (r + g + b)).sum::<f64>() / n;
+    let glares = |&&[r, g, b]: &&[f64; 3]| {
+        let (most, least) = (r.max(g).max(b), r.min(g).min(b));
+        g >= most && (most - least) / most > 0.7 && most / 255.0 > 0.6
+    };
+    Some(Colour {
+        gcc,
+        glaring: foliage.iter().filter(glares).count() as f64 / n,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nemoral_seed::{Draw, Key};
+
+    fn image<T>(edge: usize, mut of: impl FnMut(usize, usize) -> T) -> Image<T> {
+        let pixels = (0..edge * edge).map(|i| of(i % edge, i / edge)).collect();
+        Image::new(edge, edge, pixels)
+    }
+
+    fn noise() -> Image<f64> {
+        let mut rng = Key::world(1).rng();
+        image(128, |_, _| rng.unit_f64())
+    }
+
+    /// White noise is flat and what is blurred is steep: neither looks like nature.
+    #[test]
+    fn the_slope_tells_noise_and_blur() {
+        let flat = amplitude_slope(&spectrum(&noise()));
+        assert!(flat.abs() < 0.1, "{flat}");
+        // Discs of all sizes that hide each other, as things in a wood do: about -1.
+        let mut rng = Key::world(2).rng();
+        let mut pixels = vec![0.0; 128 * 128];
+        for _ in 0..4000 {
+            let radius = 1.5 / (0.02 + rng.unit_f64()).sqrt();
+            let (cx, cy) = (rng.range_f64(0.0, 128.0), rng.range_f64(0.0, 128.0));
+            let value = rng.unit_f64();
+            for (i, pixel) in pixels.iter_mut().enumerate() {
+                let (x, y) = ((i % 128) as f64 - cx, (i / 128) as f64 - cy);
+                if x * x + y * y < radius * radius {
+                    *pixel = value;
+                }
+            }
+        }
+        let leaves = amplitude_slope(&spectrum(&image(128, |x, y| pixels[y * 128 + x])));
+        assert!((-1.5..-0.8).contains(&leaves), "{leaves}");
+        let blurred = image(128, |x, y| {
+            let at = |dx: usize, dy: usize| pixels[((y + dy) % 128) * 128 + (x + dx) % 128];
+            (0..49).map(|i| at(i % 7, i / 7)).sum::<f64>() / 49.0
+        });
+        let steep = amplitude_slope(&spectrum(&blurred));
+        assert!(steep < -1.6, "{steep}");
+    }
+
+    #[test]
+    fn fouriers_of_a_wave_is_one_line() {
+        let mut wave: Vec<(f64, f64)> = (0..64)
+            .map(|i| ((2.0 * PI * 5.0 * f64::from(i) / 64.0).cos(), 0.0))
+            .collect();
+        fourier(&mut wave);
+        for (k, (re, im)) in wave.into_iter().enumerate() {
+            let expected = if k == 5 || k == 59 { 32.0 } else { 0.0 };
+            assert!(
+                (re - expected).abs() < 1e-9 && im.abs() < 1e-9,
+                "{k} {re} {im}"
+            );
+        }
+    }
+
+    #[test]
+    fn game_green_glares() {
+        let semantic = image(20, |_, _| Semantic::Leaf);
+        let paint = |p: [u8; 3]| colour(&image(20, |_, _| p), &semantic);
+        let dark = paint([60, 75, 40]).expect("foliage");
+        assert!((dark.gcc - 75.0 / 175.0).abs() < 1e-12 && dark.glaring == 0.0);
+        let game = paint([30, 200, 20]).expect("foliage");
+        assert!(game.gcc > 0.6 && game.glaring == 1.0);
+    }
+}

@@ -1,0 +1,150 @@
+//! The recipes of stands, looked at as a forester would: numbers, diameters, how stems stand, what grows up,
+//! and that each gives a frame.
+
+use nemoral_assets::Species;
+use nemoral_pipeline::config::{Assets, Config};
+use nemoral_pipeline::plan::Runner;
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, Semantic, TreeRecord};
+use nemoral_tests::World;
+use nemoral_tests::realism::{clark_evans, row_power};
+
+const STANDS: [&str; 7] = [
+    "maritime-pine",
+    "eucalyptus-plantation",
+    "oak-mixed",
+    "beech",
+    "spruce",
+    "boreal-birch-pine",
+    "montado",
+];
+
+/// Chunks along a side of the square that is looked at.
+const SIDE: i32 = 10;
+
+/// A near view in a small picture: numbers and places do not know how far is seen.
+const SMALL: [&str; 9] = [
+    "assets.individuals=2",
+    "chunks.visible_radius_m=30",
+    "chunks.undergrowth_radius_m=15",
+    "chunks.delete_radius_m=60",
+    "camera.width_px=96",
+    "camera.height_px=64",
+    "camera.samples=1",
+    "lidar.pulses=1000",
+    "terrain.cell_m=2",
+];
+
+fn trees(world: &World, runner: &Runner<'_>) -> Vec<TreeRecord> {
+    let square: Vec<ChunkCoord> = (0..SIDE * SIDE)
+        .map(|i| ChunkCoord::new(i % SIDE - 5, i / SIDE - 5))
+        .collect();
+    let assets = runner.get(world.forest.assets, ()).expect("assets");
+    let things = runner.demand(world.forest.things).all(&square);
+    let things = things.expect("things");
+    let all = things.iter().flat_map(|t| t.0.iter());
+    all.filter_map(|t| t.tree_record(&assets)).collect()
+}
+
+/// The mean diameter that a config asks for: of its truncated distribution, over its species.
+fn asked_dbh_m(assets: &Assets) -> f64 {
+    let limits = [assets.dbh_min_m, assets.dbh_max_m];
+    let (mut sum, mut shares) = (0.0, 0.0);
+    for (name, share) in assets.shares().into_iter().filter(|(_, s)| *s > 0.0) {
+        let species = name
+            .and_then(Species::built_in)
+            .expect("a built-in species");
+        let of_rank = |i: u32| {
+            let rank = (f64::from(i) + 0.5) / 100.0;
+            species.dbh_of_rank(assets.dbh_mean_m, assets.dbh_shape, limits, rank)
+        };
+        sum += share * (0..100).map(of_rank).sum::<f64>() / 100.0;
+        shares += share;
+    }
+    sum / shares
+}
+
+#[test]
+fn every_recipe_gives_the_stand_it_describes() {
+    for name in STANDS {
+        let world = World::new(name, &SMALL);
+        let runner = world.runner(2);
+        let all = trees(&world, &runner);
+        let (young, grown): (Vec<_>, Vec<_>) =
+            all.into_iter().partition(|t| t.age_class == "sapling");
+        check_stand(name, &world.config, &grown);
+        check_regeneration(name, &world.config, &young);
+        // And it can be recorded.
+        let images = &runner.get(world.forest.images, 0).expect("a frame")[0];
+        let scans = runner.get(world.forest.scans, 0).expect("a scan");
+        assert!(scans[0].len() > 100, "{name}");
+        let seen = |of: &[Semantic]| {
+            let pixels = images.truth.semantic.pixels();
+            pixels.iter().filter(|s| of.contains(s)).count()
+        };
+        assert!(seen(&[Semantic::Leaf, Semantic::Needle]) > 50, "{name}");
+        assert!(seen(&[Semantic::Sky]) < 96 * 64 / 2, "{name}");
+    }
+}
+
+fn check_stand(name: &str, config: &Config, grown: &[TreeRecord]) {
+    let (size_m, target) = (config.chunks.size_m, config.placement.trees);
+    let mean = grown.len() as f64 / f64::from(SIDE * SIDE);
+    let places: Vec<DVec2> = grown.iter().map(|t| t.position_m.truncate()).collect();
+    let edge_m = size_m * f64::from(SIDE);
+    let r = clark_evans(&places, DVec2::splat(-5.0 * size_m), edge_m, 25.0);
+    let dbh_m = grown.iter().map(|t| t.dbh_m).sum::<f64>() / grown.len() as f64;
+    let asked_m = asked_dbh_m(&config.assets);
+    let rows = &config.placement.rows;
+    let heading = |deg: f64| row_power(&places, rows.heading_deg + deg, 3.0);
+    println!(
+        "{name}: {mean:.1} of {target} trees a chunk, R = {r:.2}, DBH {dbh_m:.3} of {asked_m:.3} m, rows {:.0}",
+        heading(0.0)
+    );
+    // A few in a hundred chunks, and 3 sigma of scattered points.
+    let tolerance = 0.05_f64.max(3.0 / (target * 100.0).sqrt());
+    assert!((mean / target - 1.0).abs() < tolerance, "{name}: {mean}");
+    // Two individuals of each species stand for the distribution.
+    assert!(
+        (dbh_m / asked_m - 1.0).abs() < 0.15,
+        "{name}: {dbh_m} {asked_m}"
+    );
+    if rows.spacing_m > 0.0 {
+        assert!(r > 1.5, "{name}: rows are even: {r}");
+        assert!(
+            heading(0.0) > 0.5 * grown.len() as f64,
+            "{name}: rows are seen"
+        );
+        assert!(
+            heading(20.0) < 0.02 * grown.len() as f64,
+            "{name}: there only"
+        );
+    } else {
+        assert!((0.9..1.4).contains(&r), "{name}: {r}");
+        assert!(heading(0.0) < 0.02 * grown.len() as f64, "{name}: no rows");
+    }
+    let snags = grown.iter().filter(|t| !t.alive).count() as f64 / grown.len() as f64;
+    let wanted = config.assets.snags;
+    assert!(
+        (snags - wanted).abs() < 0.2 * wanted + 0.004,
+        "{name}: {snags}"
+    );
+}
+
+fn check_regeneration(name: &str, config: &Config, young: &[TreeRecord]) {
+    let target = config.placement.regeneration.saplings;
+    let mean = young.len() as f64 / f64::from(SIDE * SIDE);
+    println!("{name}: {mean:.1} of {target} saplings a chunk");
+    // Clusters scatter more than points.
+    assert!((mean - target).abs() < 0.2 * target + 0.5, "{name}: {mean}");
+    for t in young {
+        assert!((0.6..5.0).contains(&t.height_m), "{name}: {t:?}");
+        assert!(t.dbh_m < 0.07 && t.alive, "{name}: {t:?}");
+        assert!(t.height_m > 1.3 || t.dbh_m == 0.0, "{name}: {t:?}");
+    }
+    let knee_high = young.iter().filter(|t| t.height_m < 1.3).count();
+    assert!(
+        young.is_empty() || knee_high * 20 > young.len(),
+        "{name}: some are small"
+    );
+}
