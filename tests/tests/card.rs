@@ -12,8 +12,8 @@ use nemoral_render::{
 };
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Instance, Intrinsics, Material, MaterialId, MaterialLibrary, Mesh,
-    ObjectId, Prototype, RayCaster, RigidTransform, Semantic, Triangle,
+    AlphaMask, Card, ChunkCoord, Distortion, Instance, Intrinsics, Material, MaterialId,
+    MaterialLibrary, Mesh, ObjectId, Prototype, RayCaster, RigidTransform, Semantic, Triangle,
 };
 use nemoral_seed::Key;
 
@@ -108,6 +108,7 @@ fn intrinsics() -> Intrinsics {
         fy: focal,
         cx: 4.5,
         cy: 4.5,
+        distortion: Distortion::None,
     }
 }
 

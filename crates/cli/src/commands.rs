@@ -11,7 +11,7 @@ use nemoral_pipeline::config::{
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, BackendChoice, Error, ForestPlan, Request, estimate, generate, preview, write_png,
+    Backend, Error, ForestPlan, Request, estimate, generate, preview, write_png,
 };
 
 use crate::arguments::{
@@ -156,12 +156,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
         is_request: false,
     })?;
     let reporter = Reporter::new(frames.len(), a.quiet);
-    let choice = match config.camera.enabled {
-        true => a.backend.into(),
-        // Without pictures there is nothing to decide.
-        false => BackendChoice::Cpu,
-    };
-    let (backend, note) = Backend::resolve(choice)?;
+    let (backend, note) = Backend::for_config(a.backend.into(), &config)?;
     if config.camera.enabled {
         reporter.note_with_first(note);
     }
@@ -186,7 +181,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
 
 fn run_preview(a: &Preview) -> Result<bool, Failure> {
     let config = load(&a.world)?;
-    let (backend, _) = Backend::resolve(a.backend.into())?;
+    let (backend, _) = Backend::for_config(a.backend.into(), &config)?;
     let sheet = preview(&config, backend, a.frame, threads(&a.world)?)?;
     write_png(&sheet, &a.out)?;
     say(&format!("{}", a.out.display()))?;

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
-use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, RigidTransform, Semantic, TreeRecord};
+use nemoral_scene::{
+    ChunkCoord, Distortion, ObjectId, ObjectKind, RigidTransform, Semantic, TreeRecord,
+};
 
 use crate::agreement::View;
 use crate::check_extra::ExtraView;
@@ -287,6 +289,16 @@ impl Checker<'_> {
         for (asked, found) in asked.further.iter().zip(&found.further) {
             let name = format!("Tr_{}", asked.name);
             mount(&name, &asked.camera_from_lidar, &found.camera_from_lidar);
+        }
+        let lenses = |c: &Calibration| -> Vec<Distortion> {
+            let of_further = c.further.iter().map(|c| c.distortion);
+            std::iter::once(c.distortion).chain(of_further).collect()
+        };
+        if lenses(&asked) != lenses(found) {
+            self.problem(
+                path,
+                "the lines D or F differ from the lenses in dataset.json",
+            );
         }
         if asked.projections != found.projections {
             self.problem(path, "P0 to P3 differ from the cameras in dataset.json");

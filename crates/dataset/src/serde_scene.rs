@@ -63,9 +63,11 @@ pub(crate) mod extra_kinds {
     }
 }
 
-/// `{ "width", "height", "fx", "fy", "cx", "cy" }`, pixels.
+/// `{ "width", "height", "fx", "fy", "cx", "cy" }`, pixels; behind a lens also `"distortion":
+/// { "model", "k1", … }`.
 pub(crate) mod intrinsics {
-    use nemoral_scene::Intrinsics;
+    use nemoral_scene::{Distortion, Intrinsics};
+    use serde::ser::Error as _;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     #[derive(Serialize, Deserialize)]
@@ -76,6 +78,35 @@ pub(crate) mod intrinsics {
         fy: f64,
         cx: f64,
         cy: f64,
+        #[serde(default, skip_serializing_if = "Lens::is_none")]
+        distortion: Lens,
+    }
+
+    /// OpenCV's coefficients by name.
+    #[derive(Default, Serialize, Deserialize)]
+    #[serde(tag = "model", rename_all = "snake_case")]
+    enum Lens {
+        #[default]
+        None,
+        BrownConrady {
+            k1: f64,
+            k2: f64,
+            k3: f64,
+            p1: f64,
+            p2: f64,
+        },
+        Fisheye {
+            k1: f64,
+            k2: f64,
+            k3: f64,
+            k4: f64,
+        },
+    }
+
+    impl Lens {
+        fn is_none(&self) -> bool {
+            matches!(self, Self::None)
+        }
     }
 
     pub(crate) fn serialize<S: Serializer>(k: &Intrinsics, s: S) -> Result<S::Ok, S::Error> {
@@ -86,6 +117,14 @@ pub(crate) mod intrinsics {
             fy: k.fy,
             cx: k.cx,
             cy: k.cy,
+            distortion: match k.distortion {
+                Distortion::None => Lens::None,
+                Distortion::BrownConrady { k1, k2, k3, p1, p2 } => {
+                    Lens::BrownConrady { k1, k2, k3, p1, p2 }
+                }
+                Distortion::Fisheye { k1, k2, k3, k4 } => Lens::Fisheye { k1, k2, k3, k4 },
+                other => return Err(S::Error::custom(format!("{other:?} has no name"))),
+            },
         }
         .serialize(s)
     }
@@ -99,6 +138,13 @@ pub(crate) mod intrinsics {
             fy: form.fy,
             cx: form.cx,
             cy: form.cy,
+            distortion: match form.distortion {
+                Lens::None => Distortion::None,
+                Lens::BrownConrady { k1, k2, k3, p1, p2 } => {
+                    Distortion::BrownConrady { k1, k2, k3, p1, p2 }
+                }
+                Lens::Fisheye { k1, k2, k3, k4 } => Distortion::Fisheye { k1, k2, k3, k4 },
+            },
         })
     }
 }

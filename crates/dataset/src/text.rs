@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use nemoral_scene::glam::{DMat3, DQuat, DVec3};
-use nemoral_scene::{Intrinsics, RigidTransform};
+use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 
 use crate::{DatasetHeader, Error, layout};
 
@@ -20,6 +20,8 @@ pub struct Calibration {
     pub projections: [[[f64; 4]; 3]; 4],
     /// Tr: the reference camera's frame from the first LiDAR's.
     pub camera_from_lidar: [[f64; 4]; 3],
+    /// D2 or F2: what the first camera's lens does, if anything.
+    pub distortion: Distortion,
     /// The further cameras, in the header's order.
     pub further: Vec<CameraCalibration>,
 }
@@ -33,6 +35,8 @@ pub struct CameraCalibration {
     pub projection: [[f64; 4]; 3],
     /// Tr_NAME: its frame from the first LiDAR's.
     pub camera_from_lidar: [[f64; 4]; 3],
+    /// D_NAME or F_NAME: what its lens does, if anything.
+    pub distortion: Distortion,
 }
 
 impl Calibration {
@@ -53,12 +57,17 @@ impl Calibration {
             name: c.name.clone(),
             projection: projection(&c.intrinsics, &relative(&c.body_from_camera, &reference)),
             camera_from_lidar: relative(&c.body_from_camera, &lidar).to_rows(),
+            distortion: c.intrinsics.distortion,
         });
         let further: Vec<_> = further.collect();
         let right = further.iter().find(|c| c.name == layout::RIGHT);
         Self {
             projections: [first, first, first, right.map_or(first, |c| c.projection)],
             camera_from_lidar: relative(&reference, &lidar).to_rows(),
+            distortion: header
+                .cameras
+                .first()
+                .map_or(Distortion::None, |c| c.intrinsics.distortion),
             further,
         }
     }
@@ -119,8 +128,22 @@ pub(crate) fn encode_times(times_s: &[f64]) -> String {
     times_s.iter().map(|t| format!("{:e}\n", t + 0.0)).collect()
 }
 
-/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras. Every line
-/// has twelve numbers: today's loaders take each for a matrix.
+/// The letter of a lens's line and its twelve numbers: `D`, Brown and Conrady in OpenCV's order, k1 k2
+/// p1 p2 k3; `F`, the fisheye's k1 to k4; then zeros.
+fn lens_line(distortion: &Distortion) -> Option<(&'static str, Rows)> {
+    let (letter, coefficients) = match *distortion {
+        Distortion::BrownConrady { k1, k2, k3, p1, p2 } => ("D", vec![k1, k2, p1, p2, k3]),
+        Distortion::Fisheye { k1, k2, k3, k4 } => ("F", vec![k1, k2, k3, k4]),
+        _ => return None,
+    };
+    let mut rows = [[0.0; 4]; 3];
+    rows.as_flattened_mut()[..coefficients.len()].copy_from_slice(&coefficients);
+    Some((letter, rows))
+}
+
+/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras; of lenses
+/// `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line has twelve numbers: today's loaders take each for
+/// a matrix.
 pub(crate) fn encode_calibration(calibration: &Calibration) -> String {
     let mut out = String::new();
     let mut line = |name: &str, rows: &Rows| {
@@ -131,9 +154,15 @@ pub(crate) fn encode_calibration(calibration: &Calibration) -> String {
         line(&format!("P{i}"), rows);
     }
     line("Tr", &calibration.camera_from_lidar);
+    if let Some((letter, rows)) = lens_line(&calibration.distortion) {
+        line(&format!("{letter}2"), &rows);
+    }
     for camera in &calibration.further {
         line(&format!("P_{}", camera.name), &camera.projection);
         line(&format!("Tr_{}", camera.name), &camera.camera_from_lidar);
+        if let Some((letter, rows)) = lens_line(&camera.distortion) {
+            line(&format!("{letter}_{}", camera.name), &rows);
+        }
     }
     out
 }
@@ -177,6 +206,24 @@ pub(crate) fn decode_calibration(path: &Path, text: &str) -> Result<Calibration,
             )),
         }
     };
+    let lens = |suffix: &str| {
+        let has = |letter: &str| {
+            text.lines()
+                .any(|l| l.starts_with(&format!("{letter}{suffix}: ")))
+        };
+        Ok(if has("D") {
+            let rows = named(&format!("D{suffix}"))?;
+            let [k1, k2, p1, p2, k3] = rows.as_flattened()[..5] else {
+                return Ok(Distortion::None);
+            };
+            Distortion::BrownConrady { k1, k2, k3, p1, p2 }
+        } else if has("F") {
+            let [k1, k2, k3, k4] = named(&format!("F{suffix}"))?[0];
+            Distortion::Fisheye { k1, k2, k3, k4 }
+        } else {
+            Distortion::None
+        })
+    };
     let cameras = text.lines().filter_map(|l| {
         let (name, _) = l.strip_prefix("P_")?.split_once(": ")?;
         Some(name)
@@ -186,11 +233,13 @@ pub(crate) fn decode_calibration(path: &Path, text: &str) -> Result<Calibration,
             name: name.to_owned(),
             projection: named(&format!("P_{name}"))?,
             camera_from_lidar: named(&format!("Tr_{name}"))?,
+            distortion: lens(&format!("_{name}"))?,
         })
     });
     Ok(Calibration {
         projections: [named("P0")?, named("P1")?, named("P2")?, named("P3")?],
         camera_from_lidar: named("Tr")?,
+        distortion: lens("2")?,
         further: further.collect::<Result<_, Error>>()?,
     })
 }
@@ -210,10 +259,13 @@ mod tests {
             let p = Path::new("x");
             prop_assert_eq!(decode_poses(p, &encode_poses(&[a, b])).expect("valid"), vec![a, b]);
             prop_assert_eq!(decode_times(p, &encode_times(&times)).expect("valid"), times);
-            let further = vec![CameraCalibration { name: "rear".to_owned(), projection: b, camera_from_lidar: a }];
-            let calibration = Calibration { projections: [a; 4], camera_from_lidar: b, further };
+            let [k1, k2, k3, k4] = a[0];
+            let fish = Distortion::Fisheye { k1, k2, k3, k4 };
+            let bent = Distortion::BrownConrady { k1, k2, k3, p1: b[0][0], p2: b[0][1] };
+            let further = vec![CameraCalibration { name: "rear".to_owned(), projection: b, camera_from_lidar: a, distortion: fish }];
+            let calibration = Calibration { projections: [a; 4], camera_from_lidar: b, distortion: bent, further };
             let text = encode_calibration(&calibration);
-            prop_assert_eq!(text.matches(':').count(), 7);
+            prop_assert_eq!(text.matches(':').count(), 9);
             prop_assert_eq!(decode_calibration(p, &text).expect("valid"), calibration);
         }
 

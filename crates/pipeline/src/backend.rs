@@ -6,6 +6,7 @@ use nemoral_render::{CameraImages, CameraRenderer, RayCastCamera, SceneView, Vie
 use nemoral_seed::Key;
 
 use crate::Error;
+use crate::config::{Camera, CameraLens, Config};
 
 /// What a request says about the renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +32,33 @@ pub enum Backend {
 }
 
 impl Backend {
+    /// Decides for the cameras of a config, and says in words what and why: without cameras, and for
+    /// lenses that distort, which rasterisers cannot draw, it is the CPU.
+    ///
+    /// # Errors
+    /// As [`Backend::resolve`], and if a GPU is demanded for a lens that distorts.
+    pub fn for_config(choice: BackendChoice, config: &Config) -> Result<(Self, String), Error> {
+        if !config.camera.enabled {
+            return Ok((
+                Self::Cpu,
+                "renderer: none, as there is no camera".to_owned(),
+            ));
+        }
+        let bent = |camera: &Camera| !matches!(camera.lens, CameraLens::Pinhole(_));
+        match (choice, config.all_cameras().find(|(_, c)| bent(c))) {
+            (BackendChoice::Gpu, Some((path, _))) => Err(Error::request(format!(
+                "--backend gpu: the lens of [{path}] distorts, and the GPU draws what a pinhole sees: take --backend cpu"
+            ))),
+            (BackendChoice::Auto, Some((path, _))) => Ok((
+                Self::Cpu,
+                format!(
+                    "renderer: the CPU (the lens of [{path}] distorts, and a GPU draws what a pinhole sees)"
+                ),
+            )),
+            _ => Self::resolve(choice),
+        }
+    }
+
     /// Decides, and says in words what and why.
     ///
     /// # Errors

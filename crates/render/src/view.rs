@@ -12,7 +12,7 @@ use crate::{Exposure, ToneCurve};
 /// One picture to take: a pinhole, a pose, and how the film is exposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// The pinhole.
+    /// The pinhole and its lens.
     pub intrinsics: Intrinsics,
     /// The pose of the optical frame (x right, y down, z forward) in the frame's scene.
     pub scene_from_camera: RigidTransform,
@@ -63,6 +63,11 @@ impl View {
         for (field, centre) in [("view.cx", k.cx), ("view.cy", k.cy)] {
             check(field, centre, -1e9, 1e9, "-1e9..=1e9 pixels")?;
         }
+        k.check_distortion().map_err(|e| ParamError {
+            field: e.field,
+            value: e.value,
+            allowed: e.allowed,
+        })?;
         let pose = &self.scene_from_camera;
         for c in pose.translation_m.to_array() {
             check(

@@ -1,10 +1,12 @@
-//! Pinhole intrinsics.
+//! What is inside a camera: a pinhole, and the lens before it.
 
 use std::fmt;
 
 use glam::{DVec2, DVec3};
 
-/// A pinhole camera in its optical frame (x right, y down, z forward). Pixel (column c, row r) covers
+use crate::Distortion;
+
+/// A camera with a pinhole or a lens in its optical frame (x right, y down, z forward). Pixel (column c, row r) covers
 /// c..c+1 by r..r+1; its centre is (c + 0.5, r + 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
@@ -20,6 +22,8 @@ pub struct Intrinsics {
     pub cx: f64,
     /// Principal point, pixels.
     pub cy: f64,
+    /// What the lens does.
+    pub distortion: Distortion,
 }
 
 /// Impossible intrinsics.
@@ -55,6 +59,20 @@ impl Intrinsics {
         height: u32,
         horizontal_fov_rad: f64,
     ) -> Result<Self, IntrinsicsError> {
+        Self::through_lens(width, height, horizontal_fov_rad, Distortion::None)
+    }
+
+    /// The same through a lens: the field of view is what the middle row sees, but for tangential
+    /// distortion.
+    ///
+    /// # Errors
+    /// As [`Intrinsics::from_fov`] and [`Intrinsics::with_distortion`].
+    pub fn through_lens(
+        width: u32,
+        height: u32,
+        horizontal_fov_rad: f64,
+        distortion: Distortion,
+    ) -> Result<Self, IntrinsicsError> {
         check(
             "horizontal_fov_deg",
             horizontal_fov_rad.to_degrees(),
@@ -62,12 +80,82 @@ impl Intrinsics {
             179.0,
             "1..=179",
         )?;
-        Self::centred(
-            width,
-            height,
-            f64::from(width) / 2.0 / (horizontal_fov_rad / 2.0).tan(),
-            None,
-        )
+        let radius = distortion.radius(horizontal_fov_rad / 2.0);
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(folded(&distortion));
+        }
+        let f = f64::from(width) / 2.0 / radius;
+        Self::centred(width, height, f, None)?.with_distortion(distortion)
+    }
+
+    /// By the numbers of a calibration, in pixels; the first pixel's centre is at (0.5, 0.5).
+    ///
+    /// # Errors
+    /// If a side is not 1..=16384, a focal length not 1..=1e6, or the principal point more than a
+    /// picture's size outside the picture.
+    pub fn from_calibration(
+        width: u32,
+        height: u32,
+        focal_px: DVec2,
+        centre_px: DVec2,
+    ) -> Result<Self, IntrinsicsError> {
+        check("fx_px", focal_px.x, 1.0, 1e6, "1..=1e6")?;
+        check("fy_px", focal_px.y, 1.0, 1e6, "1..=1e6")?;
+        let (w, h) = (f64::from(width), f64::from(height));
+        let near = "at most a picture's size outside the picture";
+        check("cx_px", centre_px.x, -w, 2.0 * w, near)?;
+        check("cy_px", centre_px.y, -h, 2.0 * h, near)?;
+        let centred = Self::centred(width, height, focal_px.x, Some(focal_px.y))?;
+        Ok(Self {
+            cx: centre_px.x,
+            cy: centre_px.y,
+            ..centred
+        })
+    }
+
+    /// The same behind a lens.
+    ///
+    /// # Errors
+    /// If a coefficient is beyond ±100, or the lens folds inside the picture: if two rays were drawn
+    /// at one place of it, or one of its places showed no ray within 89° of the axis.
+    pub fn with_distortion(self, distortion: Distortion) -> Result<Self, IntrinsicsError> {
+        let lens = Self { distortion, ..self };
+        lens.check_distortion()?;
+        Ok(lens)
+    }
+
+    /// Is the lens sound all over the picture? As [`Intrinsics::with_distortion`] asks.
+    ///
+    /// # Errors
+    /// The coefficient to blame.
+    pub fn check_distortion(&self) -> Result<(), IntrinsicsError> {
+        /// Places along a side: a fold is a curve, and comes in from the corners or the border.
+        const PLACES: u32 = 32;
+        for (field, value) in self.distortion.coefficients() {
+            check(field, value, -100.0, 100.0, "-100..=100")?;
+        }
+        if self.distortion == Distortion::None {
+            return Ok(());
+        }
+        let (w, h) = (f64::from(self.width), f64::from(self.height));
+        let least_z = 89.0_f64.to_radians().cos();
+        for i in 0..=PLACES {
+            for j in 0..=PLACES {
+                let part = DVec2::new(f64::from(i), f64::from(j)) / f64::from(PLACES);
+                let ray = self
+                    .distortion
+                    .ray(self.at_unit_focal(part * DVec2::new(w, h)));
+                let sound = ray.filter(|r| r.z > least_z && self.distortion.unfolds(*r));
+                sound.ok_or_else(|| folded(&self.distortion))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A pixel's place in the image of a camera of focal length 1.
+    #[inline]
+    fn at_unit_focal(&self, pixel: DVec2) -> DVec2 {
+        (pixel - DVec2::new(self.cx, self.cy)) / DVec2::new(self.fx, self.fy)
     }
 
     /// By sensor size and focal length, both in millimetres (the paper, section V-C). Pixels need
@@ -105,13 +193,20 @@ impl Intrinsics {
             fy: fy.unwrap_or(fx),
             cx,
             cy,
+            distortion: Distortion::None,
         })
     }
 
-    /// The unit direction, in the optical frame, of an image position in pixels.
+    /// The unit direction, in the optical frame, of an image position in pixels. Through a lens by
+    /// Newton's method, to 1e-9 pixels all over the picture; outside it, where a lens may have no
+    /// ray, the axis.
     #[inline]
     #[must_use]
     pub fn direction(&self, pixel: DVec2) -> DVec3 {
+        if self.distortion != Distortion::None {
+            let ray = self.distortion.ray(self.at_unit_focal(pixel));
+            return ray.unwrap_or(DVec3::Z);
+        }
         let d = DVec3::new(
             (pixel.x - self.cx) / self.fx,
             (pixel.y - self.cy) / self.fy,
@@ -120,10 +215,15 @@ impl Intrinsics {
         d / d.length()
     }
 
-    /// The image position of a point of the optical frame; `None` behind the camera.
+    /// The image position of a point of the optical frame; `None` behind the camera, and beyond the
+    /// angle where the lens folds.
     #[inline]
     #[must_use]
     pub fn project(&self, point: DVec3) -> Option<DVec2> {
+        if self.distortion != Distortion::None {
+            let drawn = (point.z > 0.0).then(|| self.distortion.draw(point))??;
+            return Some(drawn * DVec2::new(self.fx, self.fy) + DVec2::new(self.cx, self.cy));
+        }
         (point.z > 0.0).then(|| {
             DVec2::new(
                 self.fx * point.x / point.z + self.cx,
@@ -132,10 +232,28 @@ impl Intrinsics {
         })
     }
 
-    /// The horizontal field of view, radians.
+    /// The horizontal field of view of the middle row, radians.
     #[must_use]
     pub fn horizontal_fov_rad(&self) -> f64 {
+        if self.distortion != Distortion::None {
+            let at = |x: f64| self.direction(DVec2::new(x, self.cy));
+            return at(0.0).angle_between(at(f64::from(self.width)));
+        }
         2.0 * (f64::from(self.width) / 2.0 / self.fx).atan()
+    }
+}
+
+/// The lens folds: its strongest coefficient is to blame.
+fn folded(distortion: &Distortion) -> IntrinsicsError {
+    let strongest = distortion
+        .coefficients()
+        .into_iter()
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let (field, value) = strongest.unwrap_or(("distortion", 0.0));
+    IntrinsicsError {
+        field,
+        value,
+        allowed: "such that, with the others, each place of the picture shows one ray, within 89° of the axis: the lens folds inside the picture",
     }
 }
 
@@ -169,6 +287,110 @@ mod tests {
             let back = k.project(k.direction(DVec2::new(x, y)) * t).expect("in front");
             prop_assert!(back.distance(DVec2::new(x, y)) < 1e-8);
         }
+    }
+
+    fn brown(k: [f64; 3], p: [f64; 2]) -> Distortion {
+        Distortion::BrownConrady {
+            k1: k[0],
+            k2: k[1],
+            k3: k[2],
+            p1: p[0],
+            p2: p[1],
+        }
+    }
+
+    fn fisheye(k: [f64; 4]) -> Distortion {
+        Distortion::Fisheye {
+            k1: k[0],
+            k2: k[1],
+            k3: k[2],
+            k4: k[3],
+        }
+    }
+
+    /// Barrel, pincushion, tangential, moustache, and fisheyes.
+    fn lenses() -> Vec<Intrinsics> {
+        let all = [
+            (1.4, brown([-0.28, 0.09, -0.01], [0.0, 0.0])),
+            (1.2, brown([0.2, 0.05, 0.0], [0.0, 0.0])),
+            (1.3, brown([-0.1, 0.02, 0.0], [0.004, -0.003])),
+            (1.3, brown([-0.2, 0.15, -0.02], [-0.002, 0.001])),
+            (2.2, fisheye([0.0; 4])),
+            (2.4, fisheye([-0.02, 0.004, -0.001, 0.0001])),
+        ];
+        all.into_iter()
+            .map(|(fov, d)| Intrinsics::through_lens(1280, 720, fov, d).expect("sound"))
+            .collect()
+    }
+
+    #[test]
+    fn every_pixel_of_a_lens_projects_back() {
+        for k in lenses() {
+            for (x, y) in (0..=64).flat_map(|x| (0..=36).map(move |y| (x, y))) {
+                let pixel = DVec2::new(f64::from(x), f64::from(y)) * 20.0;
+                let ray = k.direction(pixel);
+                assert!((ray.length() - 1.0).abs() < 1e-12);
+                let back = k.project(ray * 7.0).expect("in front");
+                assert!(
+                    back.distance(pixel) < 1e-8,
+                    "{pixel} {back} {:?}",
+                    k.distortion
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_field_of_view_is_what_the_middle_row_sees() {
+        let k = Intrinsics::through_lens(640, 480, 2.0, fisheye([0.01, 0.0, 0.0, 0.0]));
+        assert!((k.expect("sound").horizontal_fov_rad() - 2.0).abs() < 1e-9);
+        let k = Intrinsics::through_lens(640, 480, 1.3, brown([-0.2, 0.0, 0.0], [0.0, 0.0]));
+        assert!((k.expect("sound").horizontal_fov_rad() - 1.3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_lens_without_coefficients_is_a_pinhole_and_lines_bend_as_barrels_do() {
+        let plain = Intrinsics::from_fov(640, 360, 1.2).expect("valid");
+        let zero = plain
+            .with_distortion(brown([0.0; 3], [0.0; 2]))
+            .expect("sound");
+        let barrel = plain
+            .with_distortion(brown([-0.15, 0.0, 0.0], [0.0; 2]))
+            .expect("sound");
+        let line = |k: &Intrinsics, t: f64| {
+            let p = k.project(DVec3::new(t, 0.3, 1.0));
+            p.expect("in front")
+        };
+        // How far the middle of a line lies from its chord.
+        let sag = |k: &Intrinsics| {
+            let (a, m, b) = (line(k, -0.6), line(k, 0.0), line(k, 0.6));
+            (b - a).normalize().perp_dot(m - a)
+        };
+        assert!(sag(&plain).abs() < 1e-9 && sag(&zero).abs() < 1e-9);
+        // The ends are drawn in, towards the axis: the middle bulges away from it.
+        assert!(sag(&barrel) > 3.0, "{}", sag(&barrel));
+        let d = zero.direction(DVec2::new(3.0, 5.0)) - plain.direction(DVec2::new(3.0, 5.0));
+        assert!(d.length() < 1e-14);
+    }
+
+    #[test]
+    fn a_lens_that_folds_inside_the_picture_is_refused_by_name() {
+        let plain = Intrinsics::from_fov(1280, 720, 1.4).expect("valid");
+        let e = plain
+            .with_distortion(brown([-0.5, 0.0, 0.0], [0.0; 2]))
+            .expect_err("folds");
+        assert_eq!(e.field, "brown_conrady.k1");
+        assert!(e.to_string().contains("folds inside the picture"), "{e}");
+        let e = Intrinsics::through_lens(640, 480, 2.6, fisheye([-0.3, 0.0, 0.0, 0.0]));
+        assert_eq!(e.expect_err("folds").field, "fisheye.k1");
+        // Corners that see more than a hemisphere's 89°.
+        let e = Intrinsics::through_lens(640, 480, 3.0, fisheye([0.0; 4]));
+        assert!(e.is_err());
+        assert!(
+            plain
+                .with_distortion(brown([f64::NAN, 0.0, 0.0], [0.0; 2]))
+                .is_err()
+        );
     }
 
     #[test]

@@ -26,6 +26,7 @@
 
 mod camera;
 mod chunk;
+mod distortion;
 mod extra;
 mod image;
 mod inventory;
@@ -43,6 +44,7 @@ mod transform;
 
 pub use camera::{Intrinsics, IntrinsicsError};
 pub use chunk::ChunkCoord;
+pub use distortion::Distortion;
 pub use extra::{ExtraKinds, ExtraTruth, Flow, ObjectBox, PixelBox};
 pub use glam;
 pub use image::{Image, TruthImages};

@@ -5,9 +5,9 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{header, see, small, write};
-use nemoral_dataset::{Dataset, DepthFormat, OpenMode, Writer, stats};
+use nemoral_dataset::{Agreement, Dataset, DepthFormat, OpenMode, Writer, stats};
 use nemoral_scene::glam::DVec3;
-use nemoral_scene::{ExtraKinds, Intrinsics, Ontology, RigidTransform};
+use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, Ontology, RigidTransform};
 
 #[test]
 fn a_data_set_comes_back() {
@@ -414,6 +414,70 @@ fn further_truth_comes_back_and_lies_are_found() {
     seen.extra[0].flow = None;
     let e = writer.expect("create").write_frame(&seen.data(&header));
     assert!(e.expect_err("refused").to_string().contains("front.flow"));
+}
+
+#[test]
+fn lenses_come_back_and_agree_with_the_scans() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let mut bent = header();
+    let lens = Distortion::BrownConrady {
+        k1: -0.2,
+        k2: 0.03,
+        k3: 0.0,
+        p1: 0.001,
+        p2: -0.002,
+    };
+    let fish = Distortion::Fisheye {
+        k1: -0.01,
+        k2: 0.002,
+        k3: 0.0,
+        k4: 0.0,
+    };
+    bent.cameras[0].intrinsics = Intrinsics::through_lens(320, 240, 1.3, lens).expect("sound");
+    let mut wide = bent.cameras[0].clone();
+    wide.name = "wide".to_owned();
+    wide.intrinsics = Intrinsics::through_lens(320, 240, 2.2, fish).expect("sound");
+    bent.cameras.push(wide);
+    let dataset = write(&dir.path().join("bent"), &bent, &[0, 1]);
+    assert_eq!(dataset.manifest().header, bent);
+    let calibration = dataset.calibration(0).expect("calib");
+    assert_eq!(calibration.distortion, lens);
+    assert_eq!(calibration.further[0].distortion, fish);
+    let text = fs::read_to_string(dataset.root().join("sequences/00/calib.txt")).expect("read");
+    assert!(
+        text.contains("\nD2: -2e-1 3e-2 1e-3 -2e-3 0e0 0e0"),
+        "{text}"
+    );
+    assert!(
+        text.lines().all(|l| l.split_whitespace().count() == 13),
+        "{text}"
+    );
+    let sound = nemoral_dataset::check(dataset.root()).expect("check");
+    assert!(
+        sound.passed() && sound.agreement.comparable() > 10_000,
+        "{sound}"
+    );
+
+    // Sabotage: pictures bent, and called straight.
+    let mut straight = bent.clone();
+    for camera in &mut straight.cameras {
+        camera.intrinsics.distortion = Distortion::None;
+    }
+    let out = dir.path().join("straight");
+    let writer = Writer::create(&out, OpenMode::Fresh, straight.clone()).expect("create");
+    for k in 0..2 {
+        writer
+            .write_frame(&see(&bent, k).data(&straight))
+            .expect("frame");
+    }
+    crate::common::finish(writer, 4);
+    let lied = nemoral_dataset::check(&out).expect("check");
+    let (sound, lied) = (&sound.agreement, &lied.agreement);
+    println!("{sound}{lied}");
+    let shares = [sound, lied].map(Agreement::comparable_share);
+    assert!(shares[1] < 0.7 * shares[0], "{shares:?}");
+    let wrong = [sound, lied].map(|a| 1.0 - a.overall().expect("points"));
+    assert!(wrong[1] > 2.0 * wrong[0], "{wrong:?}");
 }
 
 #[test]

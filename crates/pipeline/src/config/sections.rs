@@ -401,6 +401,9 @@ section! {
         /// How wide it sees.
         #[serde(flatten)]
         optics: CameraOptics;
+        /// What its lens does.
+        #[serde(flatten)]
+        lens: CameraLens;
     }
 }
 
@@ -421,6 +424,8 @@ pub enum CameraOptics {
     Fov(CameraFov),
     /// By sensor and lens.
     Sensor(CameraSensor),
+    /// By a calibration.
+    Calibration(CameraCalibration),
 }
 
 impl Default for CameraOptics {
@@ -446,6 +451,74 @@ section! {
         height_mm: f64 = 4.05, Real(0.1, 1000.0), "1/2 inch class";
         /// Focal length.
         focal_length_mm: f64 = 4.3, Real(0.1, 1000.0), "80 degrees on 7.2 mm";
+    }
+}
+
+section! {
+    /// The camera by the numbers of its calibration, in pixels; the first pixel's centre is at (0.5, 0.5).
+    CameraCalibration at "camera.calibration", one of "the camera's optics" {
+        /// Focal length along rows.
+        fx_px: f64 = 760.0, Real(1.0, 1e6), "80 degrees on 1280 pixels";
+        /// Focal length along columns.
+        fy_px: f64 = 760.0, Real(1.0, 1e6), "square pixels";
+        /// Where the axis meets the picture, from the left; OpenCV's plus 0.5.
+        cx_px: f64 = 640.0, Real(-8192.0, 16384.0), "the middle of 1280 pixels";
+        /// From above; OpenCV's plus 0.5.
+        cy_px: f64 = 360.0, Real(-8192.0, 16384.0), "the middle of 720 pixels";
+    }
+}
+
+/// What the camera's lens does to rays.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum CameraLens {
+    /// Nothing.
+    Pinhole(CameraPinhole),
+    /// Bends lines a little.
+    BrownConrady(CameraBrownConrady),
+    /// Draws angles.
+    Fisheye(CameraFisheye),
+}
+
+impl Default for CameraLens {
+    fn default() -> Self {
+        Self::Pinhole(CameraPinhole::default())
+    }
+}
+
+section! {
+    /// No distortion.
+    CameraPinhole at "camera.pinhole", one of "the camera's lens" {}
+}
+
+section! {
+    /// Brown and Conrady's distortion with OpenCV's coefficients, on picture and truth alike. The field of view is the middle row's. The CPU takes such pictures.
+    CameraBrownConrady at "camera.brown_conrady", one of "the camera's lens" {
+        /// Radial: negative for barrels.
+        k1: f64 = -0.1, Real(-100.0, 100.0), "a wide lens of machine vision";
+        /// Radial, fourth power.
+        k2: f64 = 0.01, Real(-100.0, 100.0), "a wide lens of machine vision";
+        /// Radial, sixth power.
+        k3: f64 = 0.0, Real(-100.0, 100.0), "none";
+        /// Tangential.
+        p1: f64 = 0.0, Real(-1.0, 1.0), "none";
+        /// Tangential.
+        p2: f64 = 0.0, Real(-1.0, 1.0), "none";
+    }
+}
+
+section! {
+    /// An equidistant fisheye after Kannala and Brandt with OpenCV's coefficients, on picture and truth alike; every pixel must see within 89 degrees of the axis. The CPU takes such pictures.
+    CameraFisheye at "camera.fisheye", one of "the camera's lens" {
+        /// Third power of the angle.
+        k1: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
+        /// Fifth power.
+        k2: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
+        /// Seventh power.
+        k3: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
+        /// Ninth power.
+        k4: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
     }
 }
 
@@ -783,6 +856,10 @@ pub const SECTIONS: &[SectionSpec] = &[
     Camera::SPEC,
     CameraFov::SPEC,
     CameraSensor::SPEC,
+    CameraCalibration::SPEC,
+    CameraPinhole::SPEC,
+    CameraBrownConrady::SPEC,
+    CameraFisheye::SPEC,
     FURTHER_CAMERAS,
     Lidar::SPEC,
     LidarLines::SPEC,

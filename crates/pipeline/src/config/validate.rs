@@ -6,6 +6,8 @@ use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
+use crate::stages::sensors;
+
 use super::{Assets, Camera, Config, Lidar, LidarPattern, RobotPath};
 
 /// Names of other sensors and of their folders.
@@ -200,6 +202,11 @@ impl Config {
         }
         if let Err(e) = crate::stages::sky_image::read(&self.sky) {
             wrong("sky.image", e.to_string());
+        }
+        for (path, camera) in self.all_cameras() {
+            if let Err(e) = sensors::lens(camera) {
+                wrong(&format!("{path}.{}", e.field), format!("{path}.{e}"));
+            }
         }
         for (path, lidar) in self.all_lidars() {
             lidar_problems(&path, lidar, &mut wrong);

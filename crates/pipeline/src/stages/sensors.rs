@@ -18,10 +18,12 @@ use nemoral_render::{
     Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SkyParams, Sun, ToneCurve, UtcTime,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{ExtraKinds, Intrinsics, RigidTransform};
+use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, IntrinsicsError, RigidTransform};
 use nemoral_seed::Key;
 
-use crate::config::{self, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition};
+use crate::config::{
+    self, CameraLens, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition,
+};
 use crate::plan::{Hasher, Stage};
 use crate::{Backend, Error, Renderer};
 
@@ -81,17 +83,43 @@ impl RangeModel for Noise {
 /// # Errors
 /// If it is impossible; the config's ranges leave little room for that.
 pub fn intrinsics(path: &str, camera: &config::Camera) -> Result<Intrinsics, Error> {
+    lens(camera).map_err(|e| Error::request(format!("{path}.{e}")))
+}
+
+/// The camera's pinhole and lens; the error names the key below the camera's table.
+pub(crate) fn lens(camera: &config::Camera) -> Result<Intrinsics, IntrinsicsError> {
     let (width, height) = (camera.width_px, camera.height_px);
+    let distortion = match &camera.lens {
+        CameraLens::Pinhole(_) => Distortion::None,
+        CameraLens::BrownConrady(b) => Distortion::BrownConrady {
+            k1: b.k1,
+            k2: b.k2,
+            k3: b.k3,
+            p1: b.p1,
+            p2: b.p2,
+        },
+        CameraLens::Fisheye(f) => Distortion::Fisheye {
+            k1: f.k1,
+            k2: f.k2,
+            k3: f.k3,
+            k4: f.k4,
+        },
+    };
     match &camera.optics {
         CameraOptics::Fov(fov) => {
-            Intrinsics::from_fov(width, height, fov.horizontal_deg.to_radians())
+            let fov_rad = fov.horizontal_deg.to_radians();
+            Intrinsics::through_lens(width, height, fov_rad, distortion)
         }
         CameraOptics::Sensor(s) => {
             let size = DVec2::new(s.width_mm, s.height_mm);
-            Intrinsics::from_sensor(width, height, size, s.focal_length_mm)
+            Intrinsics::from_sensor(width, height, size, s.focal_length_mm)?
+                .with_distortion(distortion)
+        }
+        CameraOptics::Calibration(c) => {
+            let (focal, centre) = (DVec2::new(c.fx_px, c.fy_px), DVec2::new(c.cx_px, c.cy_px));
+            Intrinsics::from_calibration(width, height, focal, centre)?.with_distortion(distortion)
         }
     }
-    .map_err(|e| Error::request(format!("{path}: {e}")))
 }
 
 /// What a camera writes besides its pictures and their truth.

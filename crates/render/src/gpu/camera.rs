@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec2, DVec3, Mat4, Vec3, Vec4};
-use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
+use nemoral_scene::{Distortion, Image, ObjectId, Semantic, TruthImages};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
@@ -108,6 +108,16 @@ pub(crate) struct FrameRecord {
     pub(crate) right: [f32; 4],
     pub(crate) down: [f32; 4],
     pub(crate) size: [f32; 4],
+}
+
+/// Can it be drawn? Rasterisers keep straight lines straight.
+fn pinhole(view: &View) -> Result<(), GpuError> {
+    view.check()?;
+    if view.intrinsics.distortion == Distortion::None {
+        Ok(())
+    } else {
+        Err(GpuError::Distorted)
+    }
 }
 
 impl FrameRecord {
@@ -233,7 +243,7 @@ impl GpuCamera {
     /// # Errors
     /// If the view is impossible, the scene does not fit, or the GPU failed.
     pub fn draw(&self, scene: &SceneView<'_>, view: &View) -> Result<GpuImages, GpuError> {
-        view.check()?;
+        pinhole(view)?;
         let mut state = self.state();
         let shot = self.prepare(&mut state, scene, view, &[])?;
         let (readbacks, submission) = self.draw_exact(&mut state, &shot, view, usize::MAX);
@@ -348,7 +358,7 @@ impl CameraRenderer for GpuCamera {
 
     /// The key is not needed: nothing in the picture is left to chance.
     fn render(&self, scene: &SceneView<'_>, view: &View, _: Key) -> Result<CameraImages, GpuError> {
-        view.check()?;
+        pinhole(view)?;
         let mut guard = self.state();
         let state = &mut *guard;
         let cascades = Cascade::all(

@@ -65,6 +65,11 @@ pub enum GpuError {
     /// The caster keeps its shapes to itself.
     #[error("the ray caster does not tell its shapes (RayCaster::placed_groups)")]
     NoShapes,
+    /// The camera has a lens.
+    #[error(
+        "the GPU draws what a pinhole sees, and this camera's lens distorts: use the CPU (--backend cpu)"
+    )]
+    Distorted,
     /// The view or a parameter is impossible.
     #[error(transparent)]
     Param(#[from] ParamError),

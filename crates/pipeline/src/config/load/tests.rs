@@ -217,10 +217,17 @@ fn further_cameras_are_as_the_first_but_for_what_they_say() {
     assert_eq!((expected.width_px, expected.samples), (160, 3));
     let fov = |c: &crate::config::Camera| match &c.optics {
         crate::config::CameraOptics::Fov(fov) => Some(fov.horizontal_deg),
-        crate::config::CameraOptics::Sensor(_) => None,
+        _ => None,
     };
     assert_eq!(fov(&config.cameras["right"]), None);
     assert_eq!(fov(&config.cameras["rear"]), Some(120.0));
+    let wide = load(
+        "",
+        "[cameras.w.fov]\nhorizontal_deg = 140\n[cameras.w.fisheye]\nk1 = 0.01",
+        &[],
+    );
+    let wide = &wide.expect("fine").cameras["w"];
+    assert!(matches!(wide.lens, crate::config::CameraLens::Fisheye(_)));
     let paths: Vec<String> = config.all_cameras().map(|(path, _)| path).collect();
     assert_eq!(paths, ["camera", "cameras.rear", "cameras.right"]);
     assert_eq!(
@@ -241,6 +248,14 @@ fn further_cameras_are_as_the_first_but_for_what_they_say() {
         (
             "camera.enabled = false\n[cameras.x]\nenabled = true",
             "cameras.x.enabled = true: must be false",
+        ),
+        (
+            "[cameras.x.brown_conrady]\nk1 = -0.9",
+            "c.toml:2:1: cameras.x.brown_conrady.k1 = -0.9: must be such that",
+        ),
+        (
+            "[camera.fisheye]\n[camera.pinhole]",
+            "both give the camera's lens",
         ),
         ("cameras = 3", "must be a table"),
         ("[cameras]\nx = 3", "must be a table"),

@@ -1,0 +1,259 @@
+//! Lenses that bend straight lines: Brown–Conrady and the equidistant fisheye.
+
+use glam::{DMat2, DVec2, DVec3};
+
+/// How a lens bends rays, OpenCV's models and coefficients. A ray is told by where a pinhole of focal
+/// length 1 would draw it (x/z, y/z of the optical frame), or by its angle to the axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Distortion {
+    /// Not at all: a pinhole.
+    #[default]
+    None,
+    /// Brown (1966) and Conrady (1919): with r² = x² + y², the point is drawn at
+    /// (x, y) (1 + k1 r² + k2 r⁴ + k3 r⁶) + (2 p1 x y + p2 (r² + 2 x²), p1 (r² + 2 y²) + 2 p2 x y).
+    BrownConrady {
+        /// Radial, second power.
+        k1: f64,
+        /// Radial, fourth power.
+        k2: f64,
+        /// Radial, sixth power.
+        k3: f64,
+        /// Tangential, upwards.
+        p1: f64,
+        /// Tangential, sideways.
+        p2: f64,
+    },
+    /// Kannala and Brandt (2006): a ray at the angle θ to the axis is drawn at the distance
+    /// θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) from the middle; all zero is the equidistant fisheye.
+    Fisheye {
+        /// Third power.
+        k1: f64,
+        /// Fifth power.
+        k2: f64,
+        /// Seventh power.
+        k3: f64,
+        /// Ninth power.
+        k4: f64,
+    },
+}
+
+/// Newton's method is given up after so many steps; a handful are usual.
+const STEPS: usize = 50;
+
+impl Distortion {
+    /// Where a ray at this angle to the axis is drawn: its distance from the middle at focal length 1,
+    /// without the tangential part.
+    #[must_use]
+    pub fn radius(&self, angle_rad: f64) -> f64 {
+        match *self {
+            Self::None => angle_rad.tan(),
+            Self::BrownConrady { k1, k2, k3, .. } => odd(angle_rad.tan(), [k1, k2, k3, 0.0]).0,
+            Self::Fisheye { k1, k2, k3, k4 } => odd(angle_rad, [k1, k2, k3, k4]).0,
+        }
+    }
+
+    /// Its five or four coefficients with their names.
+    #[must_use]
+    pub fn coefficients(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            Self::None => Vec::new(),
+            Self::BrownConrady { k1, k2, k3, p1, p2 } => vec![
+                ("brown_conrady.k1", k1),
+                ("brown_conrady.k2", k2),
+                ("brown_conrady.k3", k3),
+                ("brown_conrady.p1", p1),
+                ("brown_conrady.p2", p2),
+            ],
+            Self::Fisheye { k1, k2, k3, k4 } => vec![
+                ("fisheye.k1", k1),
+                ("fisheye.k2", k2),
+                ("fisheye.k3", k3),
+                ("fisheye.k4", k4),
+            ],
+        }
+    }
+
+    /// Where a point before the camera (z > 0) is drawn at focal length 1; `None` beyond the angle where
+    /// the lens folds: such a ray is not in the picture, though the formula has a place for it.
+    pub(crate) fn draw(&self, point: DVec3) -> Option<DVec2> {
+        let flat = point.truncate() / point.z;
+        let drawn = match *self {
+            Self::None => return Some(flat),
+            Self::BrownConrady { k1, k2, k3, p1, p2 } => brown(flat, [k1, k2, k3], [p1, p2]).0,
+            Self::Fisheye { k1, k2, k3, k4 } => {
+                let r = flat.length();
+                if r < 1e-12 {
+                    return Some(flat);
+                }
+                flat * (odd(r.atan(), [k1, k2, k3, k4]).0 / r)
+            }
+        };
+        let back = self.ray(drawn)?;
+        let same = (back - point / point.length()).length() < 1e-7;
+        same.then_some(drawn)
+    }
+
+    /// The unit direction that is drawn there, on the near side of any fold: within 1e-12 where the
+    /// lens is sound. `None` if there is none before the camera.
+    pub(crate) fn ray(&self, drawn: DVec2) -> Option<DVec3> {
+        match *self {
+            Self::None => Some(drawn.extend(1.0).normalize()),
+            Self::BrownConrady { k1, k2, k3, p1, p2 } => {
+                // From the drawn point Newton's method goes straight to the near side: radii grow
+                // under barrels, whose curve is concave, and shrink under pincushions, whose is convex.
+                let mut flat = drawn;
+                for _ in 0..STEPS {
+                    let (there, slope) = brown(flat, [k1, k2, k3], [p1, p2]);
+                    let step = slope.inverse() * (there - drawn);
+                    flat -= step;
+                    if !flat.is_finite() {
+                        return None;
+                    }
+                    if step.length_squared() < 1e-30 * (1.0 + flat.length_squared()) {
+                        break;
+                    }
+                }
+                let off = brown(flat, [k1, k2, k3], [p1, p2]).0 - drawn;
+                (off.length() < 1e-10).then(|| flat.extend(1.0).normalize())
+            }
+            Self::Fisheye { k1, k2, k3, k4 } => {
+                let radius = drawn.length();
+                if radius < 1e-12 {
+                    return Some(drawn.extend(1.0).normalize());
+                }
+                let mut angle = radius;
+                for _ in 0..STEPS {
+                    let (there, slope) = odd(angle, [k1, k2, k3, k4]);
+                    let step = (there - radius) / slope;
+                    angle -= step;
+                    if !angle.is_finite() {
+                        return None;
+                    }
+                    if step.abs() < 1e-15 * (1.0 + angle) {
+                        break;
+                    }
+                }
+                let off = odd(angle, [k1, k2, k3, k4]).0 - radius;
+                let sound = off.abs() < 1e-10 && angle > 0.0 && angle < std::f64::consts::FRAC_PI_2;
+                let (sin, cos) = angle.sin_cos();
+                sound.then(|| (drawn * (sin / radius)).extend(cos))
+            }
+        }
+    }
+
+    /// Does the lens draw every ray up to this one farther out than those before it?
+    pub(crate) fn unfolds(&self, direction: DVec3) -> bool {
+        /// On the way from the axis; a polynomial of ninth degree cannot turn twice between many.
+        const PLACES: u32 = 200;
+        let flat = direction.truncate() / direction.z;
+        (0..=PLACES).all(|i| {
+            let part = f64::from(i) / f64::from(PLACES);
+            match *self {
+                Self::None => true,
+                Self::BrownConrady { k1, k2, k3, p1, p2 } => {
+                    let slope = brown(flat * part, [k1, k2, k3], [p1, p2]).1;
+                    odd(flat.length() * part, [k1, k2, k3, 0.0]).1 > 0.0
+                        && slope.determinant() > 0.0
+                }
+                Self::Fisheye { k1, k2, k3, k4 } => {
+                    odd(flat.length().atan() * part, [k1, k2, k3, k4]).1 > 0.0
+                }
+            }
+        })
+    }
+}
+
+/// x (1 + a x² + b x⁴ + c x⁶ + d x⁸) and its derivative.
+fn odd(x: f64, [a, b, c, d]: [f64; 4]) -> (f64, f64) {
+    let s = x * x;
+    let value = x * (1.0 + s * (a + s * (b + s * (c + s * d))));
+    let slope = 1.0 + s * (3.0 * a + s * (5.0 * b + s * (7.0 * c + s * 9.0 * d)));
+    (value, slope)
+}
+
+/// Brown and Conrady's drawing and its Jacobian.
+fn brown(p: DVec2, [k1, k2, k3]: [f64; 3], [p1, p2]: [f64; 2]) -> (DVec2, DMat2) {
+    let (x, y) = (p.x, p.y);
+    let s = p.length_squared();
+    let radial = 1.0 + s * (k1 + s * (k2 + s * k3));
+    // By s.
+    let slope = k1 + s * (2.0 * k2 + s * 3.0 * k3);
+    let aside = DVec2::new(
+        2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
+        p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y,
+    );
+    let mixed = 2.0 * x * y * slope + 2.0 * (p1 * x + p2 * y);
+    let jacobian = DMat2::from_cols(
+        DVec2::new(
+            radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x,
+            mixed,
+        ),
+        DVec2::new(
+            mixed,
+            radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x,
+        ),
+    );
+    (p * radial + aside, jacobian)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_jacobian_is_the_slope(x in -1.0_f64..1.0, y in -1.0_f64..1.0, k in prop::array::uniform3(-0.3_f64..0.3),
+                                     t in prop::array::uniform2(-0.02_f64..0.02)) {
+            let at = |x, y| brown(DVec2::new(x, y), k, t).0;
+            let h = 1e-6;
+            let slope = brown(DVec2::new(x, y), k, t).1;
+            let by_x = (at(x + h, y) - at(x - h, y)) / (2.0 * h);
+            let by_y = (at(x, y + h) - at(x, y - h)) / (2.0 * h);
+            prop_assert!((slope.x_axis - by_x).length() < 1e-7 && (slope.y_axis - by_y).length() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn published_points() {
+        // OpenCV's own formulas by hand: x = 0.3, y = -0.2, r² = 0.13.
+        let lens = Distortion::BrownConrady {
+            k1: -0.28,
+            k2: 0.07,
+            k3: 0.01,
+            p1: 0.001,
+            p2: -0.002,
+        };
+        let at = lens.draw(DVec3::new(0.3, -0.2, 1.0)).expect("there");
+        let radial = 1.0 - 0.28 * 0.13 + 0.07 * 0.0169 + 0.01 * 0.002_197;
+        let x = 0.3 * radial + 2.0 * 0.001 * -0.06 - 0.002 * (0.13 + 0.18);
+        let y = -0.2 * radial + 0.001 * (0.13 + 0.08) + 2.0 * -0.002 * -0.06;
+        assert!((at - DVec2::new(x, y)).length() < 1e-15, "{at}");
+        // The equidistant fisheye: distance is the angle.
+        let fish = Distortion::Fisheye {
+            k1: 0.0,
+            k2: 0.0,
+            k3: 0.0,
+            k4: 0.0,
+        };
+        let at = fish.draw(DVec3::new(1.0, 0.0, 1.0)).expect("there");
+        assert!((at.x - std::f64::consts::FRAC_PI_4).abs() < 1e-15 && at.y == 0.0);
+    }
+
+    #[test]
+    fn behind_a_fold_nothing_is_drawn() {
+        // r (1 - 0.3 r²) turns at r = 1.054.
+        let lens = Distortion::BrownConrady {
+            k1: -0.3,
+            k2: 0.0,
+            k3: 0.0,
+            p1: 0.0,
+            p2: 0.0,
+        };
+        assert!(lens.draw(DVec3::new(1.0, 0.0, 1.0)).is_some());
+        assert!(lens.draw(DVec3::new(1.5, 0.0, 1.0)).is_none());
+        assert!(lens.unfolds(DVec3::new(1.0, 0.0, 1.0)));
+        assert!(!lens.unfolds(DVec3::new(1.1, 0.0, 1.0)));
+    }
+}
