@@ -5,6 +5,11 @@
 //! ```
 //!
 //! Stands can be named, to look at a few: then the page is printed, and nothing is written.
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a report for its user"
+)]
 
 #[path = "realism/measure.rs"]
 mod measure;

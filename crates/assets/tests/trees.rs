@@ -468,6 +468,7 @@ fn published(name: &str, d: f64) -> [f64; 3] {
         "cork_oak" => [
             schnute(0.035, 1.0, 45.0, 10.0).clamp(0.176 * d, 0.468 * d),
             0.447 * d.powf(0.792),
+            // Not published: ours, for the reason that the species file gives.
             0.62 * d.powf(1.4),
         ],
         "beech" => [
