@@ -81,7 +81,9 @@ impl Intrinsics {
             "1..=179",
         )?;
         let radius = distortion.radius(horizontal_fov_rad / 2.0);
-        if !(radius > 0.0 && radius.is_finite()) {
+        let (sin, cos) = (horizontal_fov_rad / 2.0).sin_cos();
+        let sound = distortion.unfolds(DVec3::new(sin, 0.0, cos));
+        if !(sound && radius > 0.0 && radius.is_finite()) {
             return Err(folded(&distortion));
         }
         let f = f64::from(width) / 2.0 / radius;
