@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn the_slope_tells_noise_and_blur() {
         let flat = amplitude_slope(&spectrum(&noise()));
-        assert!(flat.abs() < 0.1, "{flat}");
+        assert!(flat.abs() < 0.25, "{flat}");
         // Discs of all sizes that hide each other, as things in a wood do: about -1.
         let mut rng = Key::world(2).rng();
         let mut pixels = vec![0.0; 128 * 128];
