@@ -52,7 +52,7 @@ impl Preset {
         },
         Self {
             name: "beech",
-            doc: "Fagus sylvatica high forest, 340 trees/ha: a hall of grey stems over dead leaves, young beeches in gaps",
+            doc: "Fagus sylvatica high forest, 240 trees/ha: a hall of grey stems over dead leaves, young beeches in gaps",
             change: stands::beech,
         },
         Self {

@@ -116,7 +116,7 @@ pub(super) fn beech(c: &mut Config) {
     (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.34, 2.4, 0.10, 0.65);
     (a.gorse, a.heather, a.bramble) = (0.0, 0.0, 1.0);
     a.snags = 0.02;
-    c.placement.trees = per_hectare(c, 340.0);
+    c.placement.trees = per_hectare(c, 240.0);
     c.placement.stumps = per_hectare(c, 35.0);
     c.placement.shrubs = per_hectare(c, 12.0);
     c.placement.hard_core = 0.45;
