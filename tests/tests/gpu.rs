@@ -500,7 +500,6 @@ fn look_alike(gpu: &Gpu, lighting: Lighting) {
         .collect();
     differences.sort_by(f32::total_cmp);
     let (median, most) = (differences[150], differences[285]);
-    println!("light differs by {median} in the median, 95 %: {most}");
     assert!(median < 0.02 && most < 0.15, "{median} {most}");
 }
 
