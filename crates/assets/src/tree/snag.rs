@@ -19,7 +19,7 @@ const SNAG: Stage = Stage::new("assets.tree.snag");
 /// [`TreeMaterials::snag`].
 ///
 /// # Errors
-/// As [`grow`].
+/// As [`super::grow::grow`].
 pub fn grow_snag(
     species: &Species,
     size: &TreeSize,
