@@ -37,6 +37,7 @@ static RECORDED: LazyLock<TempDir> = LazyLock::new(|| {
     ];
     let config = config("demo", &settings);
     let request = Request {
+        cache: None,
         frames: (0..config.frames).collect(),
         config,
         out: folder.path().join("recorded"),

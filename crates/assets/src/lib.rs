@@ -2,6 +2,7 @@
 
 mod card;
 mod error;
+mod kept;
 mod library;
 mod optics;
 mod palette;
@@ -10,6 +11,7 @@ mod texture;
 mod tree;
 
 pub use error::ParamError;
+pub use kept::KeptError;
 pub use library::{
     AssetParams, GroundMaterials, Library, PlantAsset, StandParams, StandSpecies, TrailMaterials,
     TreeAsset,

@@ -89,7 +89,7 @@ pub struct PlantAsset {
 }
 
 /// The materials of the ground and of trails; all of them `ground`, uv in metres.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct GroundMaterials {
     /// The forest floor: leaf litter, needle litter, moss and soil.
     pub floor: Vec<MaterialId>,
@@ -100,7 +100,7 @@ pub struct GroundMaterials {
 }
 
 /// The three bands of a trail's section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct TrailMaterials {
     /// Most of it.
     pub surface: MaterialId,

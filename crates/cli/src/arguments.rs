@@ -56,6 +56,17 @@ pub(crate) struct World {
     pub(crate) threads: Option<u32>,
 }
 
+/// Where what is grown is kept, so that the next run need not grow it.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Keeping {
+    /// The folder that keeps grown trees from run to run; one of the user's caches if not given.
+    #[arg(long, value_name = "DIR", env = "NEMORAL_CACHE")]
+    pub(crate) cache: Option<PathBuf>,
+    /// Keeps nothing, and reads nothing that was kept.
+    #[arg(long)]
+    pub(crate) no_cache: bool,
+}
+
 #[derive(Args, Debug)]
 pub(crate) struct Cloud {
     /// The data set.
@@ -93,6 +104,8 @@ pub(crate) struct Generate {
     /// Replaces the data set in the folder.
     #[arg(long)]
     pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) keeping: Keeping,
     /// Says nothing but errors.
     #[arg(long, short)]
     pub(crate) quiet: bool,
@@ -122,6 +135,8 @@ impl From<Backend> for BackendChoice {
 pub(crate) struct Preview {
     #[command(flatten)]
     pub(crate) world: World,
+    #[command(flatten)]
+    pub(crate) keeping: Keeping,
     /// Which frame.
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub(crate) frame: u64,
@@ -153,6 +168,8 @@ pub(crate) enum ConfigCommand {
 pub(crate) struct Plan {
     #[command(flatten)]
     pub(crate) world: World,
+    #[command(flatten)]
+    pub(crate) keeping: Keeping,
     /// How the graph is written.
     #[arg(long, value_enum, default_value_t = Graph::Mermaid)]
     pub(crate) format: Graph,

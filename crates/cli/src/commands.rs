@@ -5,17 +5,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use etcetera::BaseStrategy;
 use nemoral_dataset::{CloudParams, OpenMode};
 use nemoral_pipeline::config::{
     Config, Layers, Preset, annotated_toml, json_schema, reference_page,
 };
-use nemoral_pipeline::plan::{GraphFormat, Store};
+use nemoral_pipeline::plan::{Cache, GraphFormat, Store};
 use nemoral_pipeline::{
     Backend, Error, ForestPlan, Request, estimate, generate, preview, write_png,
 };
 
 use crate::arguments::{
-    Arguments, Command, ConfigCommand, Folder, Generate, Graph, Merge, Plan, Preview, World,
+    Arguments, Command, ConfigCommand, Folder, Generate, Graph, Keeping, Merge, Plan, Preview,
+    World,
 };
 use crate::frames::Frames;
 use crate::progress::{Reporter, say};
@@ -123,6 +125,30 @@ fn threads(world: &World) -> Result<usize, Failure> {
     Ok(threads)
 }
 
+/// The folder that keeps what is grown, and what to say if there is none though one was wanted.
+fn cache(keeping: &Keeping) -> (Option<Arc<Cache>>, Option<String>) {
+    if keeping.no_cache {
+        return (None, None);
+    }
+    let of_user = || etcetera::choose_base_strategy().map(|base| base.cache_dir().join("nemoral"));
+    let folder = match &keeping.cache {
+        Some(folder) => folder.clone(),
+        None => match of_user() {
+            Ok(folder) => folder,
+            // Nobody's machine: nothing to keep for anybody.
+            Err(_) => return (None, None),
+        },
+    };
+    match Cache::open(&folder) {
+        Ok(cache) => (Some(Arc::new(cache)), None),
+        Err(e) => {
+            let folder = folder.display();
+            let note = format!("cannot keep grown trees in {folder}: {e}; --cache DIR elsewhere");
+            (None, Some(note))
+        }
+    }
+}
+
 fn run_generate(a: &Generate) -> Result<bool, Failure> {
     let mut config = load(&a.world)?;
     if let Some(Frames::Length(n)) = a.frames {
@@ -160,7 +186,12 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     if config.camera.enabled {
         reporter.note_with_first(note);
     }
+    let (cache, no_cache) = cache(&a.keeping);
+    if let Some(note) = no_cache {
+        reporter.note_with_first(note);
+    }
     let request = Request {
+        cache,
         config,
         frames,
         out: a.out.clone(),
@@ -182,7 +213,8 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
 fn run_preview(a: &Preview) -> Result<bool, Failure> {
     let config = load(&a.world)?;
     let (backend, _) = Backend::for_config(a.backend.into(), &config)?;
-    let sheet = preview(&config, backend, a.frame, threads(&a.world)?)?;
+    let (cache, _) = cache(&a.keeping);
+    let sheet = preview(&config, backend, a.frame, threads(&a.world)?, cache)?;
     write_png(&sheet, &a.out)?;
     say(&format!("{}", a.out.display()))?;
     Ok(true)
@@ -213,7 +245,8 @@ fn run_plan(a: &Plan) -> Result<bool, Failure> {
     let config = load(&a.world)?;
     let forest = ForestPlan::new(&config)?;
     if a.explain {
-        say(forest.plan().explain(&Store::unlimited()).trim_end())?;
+        let store = Store::unlimited().with_cache(cache(&a.keeping).0);
+        say(forest.plan().explain(&store).trim_end())?;
         say(&estimate(&config).to_string())?;
     } else {
         let format = match a.format {

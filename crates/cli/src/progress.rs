@@ -29,7 +29,7 @@ pub(crate) struct Reporter {
     last_line: Mutex<Option<Instant>>,
     bytes: Mutex<u64>,
     /// Said with the first frame: a request that is refused says why, and nothing else.
-    with_first: Mutex<Option<String>>,
+    with_first: Mutex<Vec<String>>,
 }
 
 impl Reporter {
@@ -50,16 +50,16 @@ impl Reporter {
             started: Instant::now(),
             last_line: Mutex::new(None),
             bytes: Mutex::new(0),
-            with_first: Mutex::new(None),
+            with_first: Mutex::default(),
         }
     }
 
     /// Notes something with the first frame.
     pub(crate) fn note_with_first(&self, message: String) {
-        *self
-            .with_first
+        self.with_first
             .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner) = Some(message);
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .push(message);
     }
 
     fn line(&self, text: &str) {
@@ -102,12 +102,13 @@ impl Observer for Reporter {
             .bytes
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner) += done.bytes;
-        let first = self
-            .with_first
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-            .take();
-        if let Some(message) = first {
+        let first = std::mem::take(
+            &mut *self
+                .with_first
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner),
+        );
+        for message in first {
             self.note(&message);
         }
         let elapsed = self.started.elapsed().as_secs_f64();

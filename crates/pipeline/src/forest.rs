@@ -1,5 +1,6 @@
 //! All plans of a request, wired.
 
+use nemoral_assets::Library;
 use nemoral_placement::{Placement, Site};
 use nemoral_render::CameraImages;
 use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint};
@@ -8,7 +9,7 @@ use nemoral_seed::Key;
 use crate::config::Config;
 use crate::plan::{Node, Plan};
 use crate::robot::{Guide, GuideStage};
-use crate::stages::assets::{AssetStage, WorldAssets};
+use crate::stages::assets::{AssetStage, LibraryStage, WorldAssets};
 use crate::stages::chunk::{Low, LowStage, Solid, SolidStage};
 use crate::stages::frame::{FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGround, ChunkGroundStage, GroundModel, GroundStage};
@@ -28,6 +29,8 @@ pub struct ForestPlan {
     /// World: the ground's terrain and trails.
     pub ground_model: Node<(), GroundModel>,
     /// World: what is grown.
+    pub library: Node<(), Library>,
+    /// World: what is grown, ready to be cast rays at.
     pub assets: Node<(), WorldAssets>,
     /// World: how things are placed.
     pub placement: Node<(), Placement>,
@@ -85,7 +88,8 @@ impl ForestPlan {
         let mut plan = Plan::new(Key::world(config.seed));
 
         let ground_model = plan.add(GroundStage::new(config), ());
-        let assets = plan.add(AssetStage::new(config), ());
+        let library = plan.add(LibraryStage::new(config), ());
+        let assets = plan.add(AssetStage::new(config), (library.of_world(),));
         let placement = plan.add(
             PlacementStage::new(config),
             (assets.of_world(), ground_model.of_world()),
@@ -184,6 +188,7 @@ impl ForestPlan {
             plan,
             backend,
             ground_model,
+            library,
             assets,
             placement,
             guide,

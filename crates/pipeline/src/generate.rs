@@ -15,7 +15,7 @@ use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint, ObjectRecord, Ontology, 
 
 use crate::chunks::ChunkManager;
 use crate::config::{self, Config};
-use crate::plan::{At, Hasher, Runner, Store};
+use crate::plan::{At, Cache, Hasher, Runner, Store};
 use crate::stages::frame::{FramePose, visible_chunks};
 use crate::stages::sensors;
 use crate::{Backend, Error, ForestPlan};
@@ -37,6 +37,8 @@ pub struct Request {
     pub threads: usize,
     /// What takes the pictures.
     pub backend: Backend,
+    /// Where grown libraries are kept from run to run; makes no difference to what is made.
+    pub cache: Option<Arc<Cache>>,
 }
 
 /// Hears how a run goes.
@@ -87,7 +89,7 @@ pub fn generate(
 ) -> Result<Manifest, Error> {
     let config = &request.config;
     let forest = ForestPlan::on(config, request.backend.clone())?;
-    let store = Store::unlimited();
+    let store = Store::unlimited().with_cache(request.cache.clone());
     let runner = Runner::new(forest.plan(), &store, request.threads);
 
     // What can be refused is refused before anything is written.

@@ -1,13 +1,14 @@
 //! A contact sheet of one frame: what a data set will look like.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use nemoral_render::CameraImages;
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{Image, Intrinsics, LidarPoint, ObjectId, Ontology, RigidTransform, Semantic};
 
 use crate::config::Config;
-use crate::plan::{Runner, Store};
+use crate::plan::{Cache, Runner, Store};
 use crate::stages::sensors;
 use crate::{Backend, Error, ForestPlan};
 
@@ -17,6 +18,7 @@ const PAPER: [u8; 3] = [18, 20, 22];
 const GAP: usize = 12;
 
 /// Makes the contact sheet of a frame: the first camera's picture; below it classes and instances, depth and scan.
+/// `cache` may keep what is grown from run to run.
 ///
 /// # Errors
 /// If the frame cannot be made.
@@ -25,9 +27,10 @@ pub fn preview(
     backend: Backend,
     frame: u64,
     threads: usize,
+    cache: Option<Arc<Cache>>,
 ) -> Result<Image<[u8; 3]>, Error> {
     let forest = ForestPlan::on(config, backend)?;
-    let store = Store::unlimited();
+    let store = Store::unlimited().with_cache(cache);
     let runner = Runner::new(forest.plan(), &store, threads);
     let images = runner.get(forest.images, frame)?;
     let image = images.first().ok_or_else(|| {

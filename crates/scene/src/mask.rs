@@ -7,6 +7,8 @@ use std::fmt;
 ///
 /// Row 0 is at v = 0. A texel is `min(floor(u · width), width − 1)`; u and v outside 0..1 clamp.
 #[derive(Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "kept::KeptMask"))]
 pub struct AlphaMask {
     width: u16,
     height: u16,
@@ -115,6 +117,37 @@ impl fmt::Debug for AlphaMask {
             self.height,
             100.0 * self.opaque_fraction()
         )
+    }
+}
+
+#[cfg(feature = "serde")]
+mod kept {
+    use super::{AlphaMask, MaskError};
+
+    /// A mask from a file, not yet proved one.
+    #[derive(serde::Deserialize)]
+    pub(super) struct KeptMask {
+        width: u16,
+        height: u16,
+        words: Vec<u32>,
+    }
+
+    impl TryFrom<KeptMask> for AlphaMask {
+        type Error = MaskError;
+
+        fn try_from(kept: KeptMask) -> Result<Self, MaskError> {
+            let (width, height) = (usize::from(kept.width), usize::from(kept.height));
+            let sides = 1..=256;
+            let fits = sides.contains(&width)
+                && sides.contains(&height)
+                && kept.words.len() == width.div_ceil(32) * height;
+            fits.then_some(Self {
+                width: kept.width,
+                height: kept.height,
+                words: kept.words,
+            })
+            .ok_or(MaskError { width, height })
+        }
     }
 }
 

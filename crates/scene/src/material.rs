@@ -8,10 +8,12 @@ use crate::{AlphaMask, Semantic, Texture};
 
 /// The index of a material in a [`MaterialLibrary`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MaterialId(pub u16);
 
 /// Reflectance and transmittance at one laser wavelength, hemispherical, 0..1.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LaserBand {
     /// Share of the light sent back.
     pub reflectance: f32,
@@ -21,6 +23,7 @@ pub struct LaserBand {
 
 /// The laser wavelengths of materials.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Optics {
     /// 905 nm (Livox, Velodyne, Sick).
     pub nm905: LaserBand,

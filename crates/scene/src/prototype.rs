@@ -9,6 +9,7 @@ use crate::{MaterialId, MaterialLibrary, ObjectId};
 
 /// A corner-indexed triangle with its material. Counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Triangle {
     /// Indices into the mesh's vertices.
     pub corners: [u32; 3],
@@ -20,6 +21,7 @@ pub struct Triangle {
 ///
 /// Invariant of a [`Prototype`]: the three vertex arrays have one length and indices are in range.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mesh {
     /// Positions, metres.
     pub positions: Vec<Vec3>,
@@ -36,6 +38,7 @@ pub struct Mesh {
 /// The point at (u, v) is `corner + u · edge_u + v · edge_v`, u and v in 0..1. Both sides are seen;
 /// the normal is `edge_u × edge_v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Card {
     /// The point at u = v = 0, metres.
     pub corner: Vec3,

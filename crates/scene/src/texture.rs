@@ -8,6 +8,11 @@ use glam::{Vec2, Vec3};
 ///
 /// Colour is for eyes only: what is opaque is decided by [`AlphaMask`](crate::AlphaMask)s.
 #[derive(Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(into = "kept::KeptTexture", try_from = "kept::KeptTexture")
+)]
 pub struct Texture {
     /// Level 0 first, each half the size of the one before, down to 1 × 1.
     levels: Vec<Level>,
@@ -173,6 +178,63 @@ impl fmt::Debug for Texture {
             self.height(),
             self.mean()
         )
+    }
+}
+
+#[cfg(feature = "serde")]
+mod kept {
+    use super::{Level, Texture, TextureError};
+
+    /// A texture for a file: its levels' texels, the largest level first.
+    #[derive(serde::Serialize, serde::Deserialize)]
+    pub(super) struct KeptTexture {
+        width: u32,
+        height: u32,
+        levels: Vec<serde_bytes::ByteBuf>,
+    }
+
+    impl From<Texture> for KeptTexture {
+        fn from(texture: Texture) -> Self {
+            let bytes = |level: &Level| level.texels.as_flattened().to_vec().into();
+            Self {
+                width: texture.levels[0].width,
+                height: texture.levels[0].height,
+                levels: texture.levels.iter().map(bytes).collect(),
+            }
+        }
+    }
+
+    impl TryFrom<KeptTexture> for Texture {
+        type Error = TextureError;
+
+        fn try_from(kept: KeptTexture) -> Result<Self, TextureError> {
+            let (mut width, mut height) = (kept.width, kept.height);
+            let mut levels = Vec::new();
+            for bytes in &kept.levels {
+                let (texels, rest) = bytes.as_chunks::<4>();
+                let side = |n: u32| n.is_power_of_two() && n <= 8192;
+                let fits = side(width) && side(height) && rest.is_empty();
+                if !fits || texels.len() != (width * height) as usize {
+                    break;
+                }
+                let texels = texels.to_vec();
+                levels.push(Level {
+                    width,
+                    height,
+                    texels,
+                });
+                (width, height) = ((width / 2).max(1), (height / 2).max(1));
+            }
+            let ends = levels.last().is_some_and(|l| l.width == 1 && l.height == 1);
+            if ends && levels.len() == kept.levels.len() {
+                return Ok(Self { levels });
+            }
+            Err(TextureError {
+                width: kept.width as usize,
+                height: kept.height as usize,
+                texels: kept.levels.first().map_or(0, |bytes| bytes.len() / 4),
+            })
+        }
     }
 }
 

@@ -9,7 +9,7 @@ const SAPLING: Stage = Stage::new("assets.tree.sapling");
 const SIZE: Stage = Stage::new("assets.tree.size");
 
 /// The size of one tree.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TreeSize {
     /// Diameter at breast height (1.3 m), over bark, metres.
     pub dbh_m: f64,
@@ -26,7 +26,9 @@ pub struct TreeSize {
 }
 
 /// How grown up a tree is, by its diameter ([`Allometry::class_dbh_m`](super::Allometry)).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub enum SizeClass {
     /// Thinner than the species' relations reach.
     Sapling,

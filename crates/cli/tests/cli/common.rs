@@ -28,6 +28,11 @@ pub(crate) struct Outcome {
 pub(crate) fn nemoral() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_nemoral"));
     command.stdin(Stdio::null());
+    // Of the tests alone, and shared by them all.
+    command.env(
+        "NEMORAL_CACHE",
+        concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"),
+    );
     command
 }
 

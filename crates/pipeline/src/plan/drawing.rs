@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Plan, Store};
+use super::{At, Plan, Store};
 
 /// How [`Plan::draw`] writes a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,16 +42,20 @@ impl Plan {
         out
     }
 
-    /// One line a node: its id, its key without a coordinate, and how many of its values `store` has.
+    /// One line a node: its id, its key without a coordinate, how many of its values `store` has, and whether
+    /// its cache has the world's.
     #[must_use]
     pub fn explain(&self, store: &Store) -> String {
         let mut out = String::new();
-        for entry in &self.entries {
+        for (i, entry) in self.entries.iter().enumerate() {
+            let key = self.key_of(i, At::World);
+            let is_on_disk = store.cache().is_some_and(|cache| cache.has(key));
+            let on_disk = if is_on_disk { ", on disk" } else { "" };
             let kept = store.count(entry.node.id());
             let key = entry.base.to_string();
             let _ = writeln!(
                 out,
-                "{:<24} {}  cached: {kept}",
+                "{:<24} {}  cached: {kept}{on_disk}",
                 entry.node.id(),
                 &key[..16]
             );

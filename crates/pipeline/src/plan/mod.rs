@@ -10,6 +10,7 @@
 //! the world's seed, the keys of the nodes it reads, and its coordinate. Stages are pure, so equal
 //! keys mean equal values: the key serves the [`Store`], resuming and provenance alike.
 
+mod cache;
 mod drawing;
 mod edge;
 mod fingerprint;
@@ -19,6 +20,7 @@ use std::any::Any;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+pub use cache::{Cache, Kept};
 pub use drawing::GraphFormat;
 pub use edge::{AnyChunk, Demand, Edge, Inputs, OfWorld};
 pub use fingerprint::{Fingerprint, Hasher};
@@ -105,6 +107,11 @@ pub trait Stage: Send + Sync + 'static {
         world: nemoral_seed::Key,
         inputs: <Self::Inputs as Inputs<Self::At>>::Values<'_>,
     ) -> Result<Self::Output, Error>;
+
+    /// How a [`Cache`] keeps the output from run to run; not at all, but for what is dear to make.
+    fn kept() -> Option<Kept<Self::Output>> {
+        None
+    }
 }
 
 /// A handle to a node that makes a `T` at a `C`.
@@ -150,6 +157,11 @@ trait Erased: Send + Sync {
     fn id(&self) -> &'static str;
     fn inputs(&self) -> &[usize];
     fn run(&self, at: At, runner: &Runner<'_>) -> Result<Value, Error>;
+    /// Does a [`Cache`] keep its values?
+    fn is_kept(&self) -> bool;
+    /// Of a value, if it is kept.
+    fn bytes_of(&self, value: &Value) -> Option<Vec<u8>>;
+    fn value_of(&self, bytes: &[u8]) -> Option<Value>;
 }
 
 struct Wired<S: Stage> {
@@ -172,6 +184,21 @@ impl<S: Stage> Erased for Wired<S> {
         let values = self.edges.fetch(at, runner)?;
         let output = self.stage.run(at, runner.plan.world, values)?;
         Ok(Arc::new(output))
+    }
+
+    fn is_kept(&self) -> bool {
+        S::kept().is_some()
+    }
+
+    fn bytes_of(&self, value: &Value) -> Option<Vec<u8>> {
+        let output = value.downcast_ref::<S::Output>();
+        let output = output.expect("a node's value is of its stage's type");
+        Some((S::kept()?.to_bytes)(output))
+    }
+
+    fn value_of(&self, bytes: &[u8]) -> Option<Value> {
+        let output = (S::kept()?.from_bytes)(bytes)?;
+        Some(Arc::new(output))
     }
 }
 
@@ -315,14 +342,20 @@ impl<'a> Runner<'a> {
     }
 
     fn value(&self, index: usize, at: At) -> Result<Value, Error> {
-        let entry = &self.plan.entries[index];
-        self.store
-            .get_or_compute(self.plan.key_of(index, at), entry.node.id(), at, || {
-                entry
-                    .node
-                    .run(at, self)
-                    .map_err(|e| e.in_stage(entry.node.id(), at))
-            })
+        let node = &self.plan.entries[index].node;
+        let key = self.plan.key_of(index, at);
+        let cache = self.store.cache().filter(|_| node.is_kept());
+        self.store.get_or_compute(key, node.id(), at, || {
+            let kept = cache.and_then(|cache| cache.get(key));
+            if let Some(value) = kept.and_then(|bytes| node.value_of(&bytes)) {
+                return Ok(value);
+            }
+            let value = node.run(at, self).map_err(|e| e.in_stage(node.id(), at))?;
+            if let Some((cache, bytes)) = cache.zip(node.bytes_of(&value)) {
+                cache.put(key, &bytes);
+            }
+            Ok(value)
+        })
     }
 }
 

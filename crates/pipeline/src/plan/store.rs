@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
-use super::{At, Fingerprint, Value};
+use super::{At, Cache, Fingerprint, Value};
 use crate::Error;
 
 /// A thread-safe store of node values. A value is computed by one thread; others that want it
@@ -11,6 +11,7 @@ use crate::Error;
 #[derive(Debug)]
 pub struct Store {
     capacity: usize,
+    cache: Option<Arc<Cache>>,
     inner: Mutex<Inner>,
 }
 
@@ -97,8 +98,22 @@ impl Store {
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
             capacity,
+            cache: None,
             inner: Mutex::default(),
         }
+    }
+
+    /// The same store over a folder that keeps values from run to run.
+    #[must_use]
+    pub fn with_cache(mut self, cache: Option<Arc<Cache>>) -> Self {
+        self.cache = cache;
+        self
+    }
+
+    /// The folder that keeps values from run to run.
+    #[must_use]
+    pub fn cache(&self) -> Option<&Cache> {
+        self.cache.as_deref()
     }
 
     /// Drops every value that `keep` (given the stage's id and the coordinate) refuses.
@@ -139,7 +154,7 @@ impl Store {
         self.len() == 0
     }
 
-    /// How many values were computed so far.
+    /// How many values were computed so far, or read from the cache.
     #[must_use]
     pub fn computed(&self) -> u64 {
         lock(&self.inner).computed

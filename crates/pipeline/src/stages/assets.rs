@@ -14,13 +14,13 @@ use rayon::prelude::*;
 
 use crate::Error;
 use crate::config::{self, Config};
-use crate::plan::{Hasher, Stage};
+use crate::plan::{Hasher, Kept, OfWorld, Stage};
 
 /// The library and, in the same order, each shape's ray-casting tree.
 #[derive(Debug)]
 pub struct WorldAssets {
     /// Everything that was grown.
-    pub library: Library,
+    pub library: Arc<Library>,
     /// What stands as a tree: living ones, then dead ones, then saplings.
     pub standing: Vec<Standing>,
     /// From here on, `standing` has saplings: a layer of their own, whose weights are among themselves.
@@ -56,9 +56,17 @@ pub struct Standing {
     pub weight: f64,
 }
 
-/// Grows the [`WorldAssets`].
+/// Grows the library.
 #[derive(Clone, Debug)]
-pub struct AssetStage {
+pub struct LibraryStage(Recipe);
+
+/// Makes the [`WorldAssets`] of a library.
+#[derive(Clone, Debug)]
+pub struct AssetStage(Recipe);
+
+/// What is to be grown.
+#[derive(Clone, Debug)]
+struct Recipe {
     assets: config::Assets,
     saplings: bool,
     /// The text of one's own species, if it can be read: what counts is what is in it.
@@ -71,19 +79,26 @@ const LIVING_PER_SNAG: u32 = 4;
 /// One sapling is grown for so many living trees.
 const LIVING_PER_SAPLING: u32 = 2;
 
-impl AssetStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
+impl Recipe {
+    fn new(config: &Config) -> Self {
         Self {
             assets: config.assets.clone(),
             saplings: config.placement.regeneration.saplings > 0.0,
             own: std::fs::read_to_string(&config.assets.own_species).ok(),
         }
     }
-}
 
-impl AssetStage {
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        let a = &self.assets;
+        hasher.write_str(&format!("{:?}", (a.shares(), a.snags, &self.own)));
+        hasher.write_u64(u64::from(a.individuals));
+        hasher.write_f64(a.trunk_radius_m);
+        for diameter in [a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m] {
+            hasher.write_f64(diameter);
+        }
+        hasher.write_u64(u64::from(self.saplings));
+    }
+
     /// The species with a share, and their shares.
     fn species(&self) -> Result<Vec<(Species, f64)>, SpeciesError> {
         let path = &self.assets.own_species;
@@ -100,28 +115,8 @@ impl AssetStage {
         });
         species.collect()
     }
-}
 
-impl Stage for AssetStage {
-    type At = ();
-    type Inputs = ();
-    type Output = WorldAssets;
-    const ID: &'static str = "world.assets";
-    const VERSION: u32 = 3;
-
-    fn fingerprint(&self, hasher: &mut Hasher) {
-        let a = &self.assets;
-        hasher.write_str(&format!("{:?}", (a.shares(), a.snags, &self.own)));
-        hasher.write_u64(u64::from(a.individuals));
-        hasher.write_f64(a.trunk_radius_m);
-        for diameter in [a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m] {
-            hasher.write_f64(diameter);
-        }
-        hasher.write_u64(u64::from(self.saplings));
-    }
-
-    fn run(&self, (): (), world: Key, (): ()) -> Result<WorldAssets, Error> {
-        let species = self.species().map_err(Error::of_stage)?;
+    fn params(&self, species: &[(Species, f64)]) -> AssetParams {
         let a = &self.assets;
         let mut params = AssetParams {
             individuals_per_species: a.individuals,
@@ -150,15 +145,73 @@ impl Stage for AssetStage {
             };
             params.species = species.iter().map(of).collect();
         }
-        let library = Library::grow(&params, world).map_err(Error::of_stage)?;
+        params
+    }
+}
+
+impl LibraryStage {
+    /// The stage of a config.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self(Recipe::new(config))
+    }
+}
+
+impl Stage for LibraryStage {
+    type At = ();
+    type Inputs = ();
+    type Output = Library;
+    const ID: &'static str = "world.library";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        self.0.fingerprint(hasher);
+    }
+
+    fn run(&self, (): (), world: Key, (): ()) -> Result<Library, Error> {
+        let species = self.0.species().map_err(Error::of_stage)?;
+        Library::grow(&self.0.params(&species), world).map_err(Error::of_stage)
+    }
+
+    fn kept() -> Option<Kept<Library>> {
+        Some(Kept {
+            to_bytes: Library::to_bytes,
+            from_bytes: |bytes| Library::from_bytes(bytes).ok(),
+        })
+    }
+}
+
+impl AssetStage {
+    /// The stage of a config.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self(Recipe::new(config))
+    }
+}
+
+impl Stage for AssetStage {
+    type At = ();
+    type Inputs = (OfWorld<Library>,);
+    type Output = WorldAssets;
+    const ID: &'static str = "world.assets";
+    const VERSION: u32 = 3;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        self.0.fingerprint(hasher);
+    }
+
+    fn run(&self, (): (), _: Key, (library,): (Arc<Library>,)) -> Result<WorldAssets, Error> {
+        let species = self.0.species().map_err(Error::of_stage)?;
+        let params = self.0.params(&species);
+        let snags = self.0.assets.snags;
         let standing = |tree: &TreeAsset| {
             let of = species.iter().find(|(s, _)| s.name == tree.species);
             let (all, of_them) = if tree.class == SizeClass::Sapling {
                 (1.0, params.saplings_per_species)
             } else if tree.alive {
-                (1.0 - a.snags, params.individuals_per_species)
+                (1.0 - snags, params.individuals_per_species)
             } else {
-                (a.snags, params.snags_per_species)
+                (snags, params.snags_per_species)
             };
             Standing {
                 tree: tree.clone(),

@@ -1,0 +1,342 @@
+//! A library as bytes, to be kept between runs.
+
+use std::sync::Arc;
+
+use nemoral_scene::{
+    AlphaMask, Card, Material, MaterialLibrary, Mesh, Optics, Prototype, PrototypeError, Semantic,
+    Texture,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::{GroundMaterials, Library, PlantAsset, SizeClass, TreeAsset, TreeSize};
+
+/// Bytes that are not a [`Library`]'s.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum KeptError {
+    /// Not the bytes of this version's libraries.
+    #[error("not a library: {0}")]
+    Format(#[from] postcard::Error),
+    /// A material of an unknown kind, or whose texture is not there.
+    #[error("not a library: material {name:?} is not whole")]
+    Material {
+        /// The material's name.
+        name: String,
+    },
+    /// The ground is made of a material that is not there.
+    #[error("not a library: a material of the ground is missing")]
+    Ground,
+    /// A shape that is none.
+    #[error("not a library: {0}")]
+    Shape(#[from] PrototypeError),
+}
+
+/// What [`Library::to_bytes`] writes.
+#[derive(Serialize, Deserialize)]
+struct KeptLibrary {
+    /// Each once: several materials may share one.
+    textures: Vec<Texture>,
+    materials: Vec<KeptMaterial>,
+    /// Trees, saplings, snags.
+    trees: [Vec<KeptTree>; 3],
+    /// In the order of [`Library`]'s fields.
+    plants: [Vec<KeptPlant>; 9],
+    ground: GroundMaterials,
+}
+
+#[derive(Serialize, Deserialize)]
+struct KeptMaterial {
+    name: String,
+    semantic: u8,
+    support: Option<u8>,
+    /// Of `textures`.
+    albedo: usize,
+    transmittance: [f32; 3],
+    roughness: f32,
+    mask: Option<AlphaMask>,
+    ground: bool,
+    tile_m: f32,
+    optics: Optics,
+}
+
+#[derive(Serialize, Deserialize)]
+struct KeptShape {
+    name: String,
+    mesh: Mesh,
+    cards: Vec<Card>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct KeptTree {
+    shape: KeptShape,
+    species: String,
+    size: TreeSize,
+    class: SizeClass,
+    alive: bool,
+    stem_volume_m3: f64,
+    radius_m: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct KeptPlant {
+    shape: KeptShape,
+    name: String,
+    radius_m: f64,
+    height_m: f64,
+}
+
+impl Library {
+    /// The library as bytes for [`Library::from_bytes`] of the same version of this crate.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut textures: Vec<&Arc<Texture>> = Vec::new();
+        let mut materials = Vec::new();
+        for material in self.materials.materials() {
+            let known = textures
+                .iter()
+                .position(|t| Arc::ptr_eq(t, &material.albedo));
+            let albedo = known.unwrap_or_else(|| {
+                textures.push(&material.albedo);
+                textures.len() - 1
+            });
+            materials.push(KeptMaterial {
+                name: material.name.clone(),
+                semantic: material.semantic as u8,
+                support: material.support.map(|s| s as u8),
+                albedo,
+                transmittance: material.transmittance.to_array(),
+                roughness: material.roughness,
+                mask: material.mask.as_deref().cloned(),
+                ground: material.ground,
+                tile_m: material.tile_m,
+                optics: material.optics,
+            });
+        }
+        let trees = |trees: &[TreeAsset]| trees.iter().map(KeptTree::of).collect();
+        let plants = |plants: &[PlantAsset]| plants.iter().map(KeptPlant::of).collect();
+        let kept = KeptLibrary {
+            textures: textures.into_iter().map(|t| Texture::clone(t)).collect(),
+            materials,
+            trees: [&self.trees, &self.saplings, &self.snags].map(|t| trees(t)),
+            plants: [
+                &self.shrubs,
+                &self.stumps,
+                &self.rocks,
+                &self.grass,
+                &self.herbs,
+                &self.ferns,
+                &self.litter,
+                &self.trail_grass,
+                &self.trail_stones,
+            ]
+            .map(|p| plants(p)),
+            ground: self.ground.clone(),
+        };
+        postcard::to_stdvec(&kept).expect("plain data can be written")
+    }
+
+    /// The library of [`Library::to_bytes`], to the bit.
+    ///
+    /// # Errors
+    /// If the bytes are not a library's, or another version's.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, KeptError> {
+        let kept: KeptLibrary = postcard::from_bytes(bytes)?;
+        let mut materials = MaterialLibrary::new();
+        let textures: Vec<_> = kept.textures.into_iter().map(Arc::new).collect();
+        for material in kept.materials {
+            materials.add(material.bring_back(&textures)?);
+        }
+        let ground = &kept.ground;
+        let trails = ground
+            .trails
+            .iter()
+            .flat_map(|t| [t.surface, t.rut, t.strip]);
+        let mut of_ground = ground
+            .floor
+            .iter()
+            .copied()
+            .chain([ground.cut_slope])
+            .chain(trails);
+        if of_ground.any(|m| usize::from(m.0) >= materials.materials().len()) {
+            return Err(KeptError::Ground);
+        }
+        let [trees, saplings, snags] = kept.trees.map(|trees| {
+            let trees = trees.into_iter().map(|tree| tree.bring_back(&materials));
+            trees.collect::<Result<Vec<_>, _>>()
+        });
+        let plants = kept.plants.map(|plants| {
+            let plants = plants.into_iter().map(|plant| plant.bring_back(&materials));
+            plants.collect::<Result<Vec<_>, _>>()
+        });
+        let [
+            shrubs,
+            stumps,
+            rocks,
+            grass,
+            herbs,
+            ferns,
+            litter,
+            trail_grass,
+            trail_stones,
+        ] = plants;
+        Ok(Self {
+            trees: trees?,
+            saplings: saplings?,
+            snags: snags?,
+            shrubs: shrubs?,
+            stumps: stumps?,
+            rocks: rocks?,
+            grass: grass?,
+            herbs: herbs?,
+            ferns: ferns?,
+            litter: litter?,
+            trail_grass: trail_grass?,
+            trail_stones: trail_stones?,
+            ground: kept.ground,
+            materials,
+        })
+    }
+}
+
+impl KeptMaterial {
+    fn bring_back(self, textures: &[Arc<Texture>]) -> Result<Material, KeptError> {
+        let semantic = Semantic::from_u8(self.semantic);
+        let support = self.support.map(Semantic::from_u8);
+        let (Some(semantic), Some(albedo)) = (semantic, textures.get(self.albedo)) else {
+            return Err(KeptError::Material { name: self.name });
+        };
+        if support == Some(None) {
+            return Err(KeptError::Material { name: self.name });
+        }
+        Ok(Material {
+            name: self.name,
+            semantic,
+            support: support.flatten(),
+            albedo: Arc::clone(albedo),
+            transmittance: self.transmittance.into(),
+            roughness: self.roughness,
+            mask: self.mask.map(Arc::new),
+            ground: self.ground,
+            tile_m: self.tile_m,
+            optics: self.optics,
+        })
+    }
+}
+
+impl KeptShape {
+    fn of(prototype: &Prototype) -> Self {
+        Self {
+            name: prototype.name().to_owned(),
+            mesh: prototype.mesh().clone(),
+            cards: prototype.cards().to_vec(),
+        }
+    }
+
+    fn bring_back(self, materials: &MaterialLibrary) -> Result<Arc<Prototype>, KeptError> {
+        Ok(Arc::new(Prototype::new(
+            self.name, self.mesh, self.cards, materials,
+        )?))
+    }
+}
+
+impl KeptTree {
+    fn of(tree: &TreeAsset) -> Self {
+        Self {
+            shape: KeptShape::of(&tree.prototype),
+            species: tree.species.clone(),
+            size: tree.size,
+            class: tree.class,
+            alive: tree.alive,
+            stem_volume_m3: tree.stem_volume_m3,
+            radius_m: tree.radius_m,
+        }
+    }
+
+    fn bring_back(self, materials: &MaterialLibrary) -> Result<TreeAsset, KeptError> {
+        Ok(TreeAsset {
+            prototype: self.shape.bring_back(materials)?,
+            species: self.species,
+            size: self.size,
+            class: self.class,
+            alive: self.alive,
+            stem_volume_m3: self.stem_volume_m3,
+            radius_m: self.radius_m,
+        })
+    }
+}
+
+impl KeptPlant {
+    fn of(plant: &PlantAsset) -> Self {
+        Self {
+            shape: KeptShape::of(&plant.prototype),
+            name: plant.name.clone(),
+            radius_m: plant.radius_m,
+            height_m: plant.height_m,
+        }
+    }
+
+    fn bring_back(self, materials: &MaterialLibrary) -> Result<PlantAsset, KeptError> {
+        Ok(PlantAsset {
+            prototype: self.shape.bring_back(materials)?,
+            name: self.name,
+            radius_m: self.radius_m,
+            height_m: self.height_m,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::AssetParams;
+    use nemoral_seed::Key;
+
+    #[test]
+    fn a_library_comes_back_to_the_bit() {
+        let params = AssetParams {
+            individuals_per_species: 1,
+            saplings_per_species: 1,
+            snags_per_species: 1,
+            ..AssetParams::default()
+        };
+        let library = Library::grow(&params, Key::world(3)).expect("valid");
+        let bytes = library.to_bytes();
+        let back = Library::from_bytes(&bytes).expect("its own bytes");
+        assert!(bytes == back.to_bytes());
+        let texts = |library: &Library| {
+            let trees = [&library.trees, &library.saplings, &library.snags].into_iter();
+            let trees = trees.flatten().map(|t| {
+                let name = t.prototype.name();
+                format!(
+                    "{:?}",
+                    (
+                        name,
+                        &t.species,
+                        t.size,
+                        t.class,
+                        t.alive,
+                        t.stem_volume_m3,
+                        t.radius_m
+                    )
+                )
+            });
+            let plants = [&library.shrubs, &library.ferns, &library.rocks].into_iter();
+            let plants = plants.flatten().map(|p| {
+                format!(
+                    "{:?}",
+                    (p.prototype.name(), &p.name, p.radius_m, p.height_m)
+                )
+            });
+            let mut texts: Vec<String> = trees.chain(plants).collect();
+            texts.push(format!("{:?}", (&library.ground, &library.materials)));
+            texts
+        };
+        assert_eq!(texts(&library), texts(&back));
+        let shapes = |library: &Library| library.trees[1].prototype.clone();
+        let (grown, back) = (shapes(&library), shapes(&back));
+        assert!(grown.mesh() == back.mesh() && grown.cards() == back.cards());
+        for damaged in [&bytes[..bytes.len() / 2], &[], &bytes[1..]] {
+            assert!(Library::from_bytes(damaged).is_err());
+        }
+    }
+}
