@@ -11,7 +11,7 @@ use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Node, Store};
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, ExtraTruth, Surface};
+use nemoral_scene::{ChunkCoord, ExtraTruth, Surface, Twist};
 use nemoral_seed::{Key, Stage};
 use nemoral_terrain::{Terrain, TerrainParams};
 
@@ -104,9 +104,11 @@ fn files(c: &mut Criterion) {
         index: 0,
         time_s: 0.0,
         world_from_body: pose.world_from_body(),
+        body_motion: Twist::STILL,
         cameras: vec![CameraData {
             name: "camera",
             rgb: &images[0].rgb,
+            radiance: None,
             truth: &images[0].truth,
             extra: &extra,
         }],

@@ -20,6 +20,8 @@ pub struct Voxels {
 pub struct Voxel {
     /// Rays that entered it.
     pub rays: u32,
+    /// A bit for each station that such a ray came from.
+    pub stations: u8,
     /// Rays that a leaf in it stopped.
     pub hits: u32,
     /// Sum of the rays' chords through it, as if nothing stopped them, metres times the projection of
@@ -102,10 +104,11 @@ impl Voxels {
         }
     }
 
-    /// Adds a ray that ran from outside to `end_m` and was stopped there, by a leaf or by wood, or ran
-    /// on. `projection` is G along it.
+    /// Adds a ray of a station, 0 to 7, that ran from outside to `end_m` and was stopped there, by a leaf or
+    /// by wood, or ran on. `projection` is G along it.
     pub fn add_ray(
         &mut self,
+        station: u32,
         origin: DVec3,
         direction: DVec3,
         end_m: f64,
@@ -131,6 +134,7 @@ impl Voxels {
             let Some(voxel) = self.at(cell) else { return };
             let stops = end_m < wall;
             voxel.rays += 1;
+            voxel.stations |= 1 << station;
             voxel.chords_m += ((wall - here).max(0.0) * projection) as f32;
             if stops && leaf {
                 voxel.hits += 1;

@@ -11,7 +11,7 @@ use nemoral_dataset::{
 };
 use nemoral_pipeline::{Done, Observer, Request, generate};
 use nemoral_scene::{
-    ChunkCoord, ExtraTruth, Image, LidarPoint, ObjectId, Ontology, Semantic, TruthImages,
+    ChunkCoord, ExtraTruth, Image, LidarPoint, ObjectId, Ontology, Semantic, TruthImages, Twist,
     glam::DVec3,
 };
 use nemoral_tests::config;
@@ -148,9 +148,11 @@ fn told(lie: Lie) -> Agreement {
             index: record.index,
             time_s: record.time_s,
             world_from_body,
+            body_motion: Twist::STILL,
             cameras: vec![CameraData {
                 name: &camera.name,
                 rgb: &camera.rgb,
+                radiance: None,
                 truth: &truth,
                 extra: &extra,
             }],

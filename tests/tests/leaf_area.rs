@@ -17,6 +17,8 @@ const VOXEL_M: f64 = 0.06;
 const COARSE_M: f64 = 0.3;
 const SEED: u64 = 4;
 const STATIONS: u32 = 8;
+/// What one side sees is not all sides: leaves at a crown's edge face outwards.
+const STATIONS_AT_LEAST: u32 = 4;
 /// Of a station: to the side and up.
 const RASTER: [u32; 2] = [800, 140];
 
@@ -86,16 +88,17 @@ fn find(
     let projection = Projection::of(&tree.prototype, heights_m, materials);
     let mut voxels = Voxels::fill(layer, voxel_m);
     voxels.add_truth(&tree.prototype, materials);
-    for (ray, hit) in rays.iter().zip(hits) {
+    for (i, (ray, hit)) in (0_u32..).zip(rays.iter().zip(hits)) {
         // Wood stops rays too, and is no leaf.
         let semantic = hit.map(|h| materials.get(h.material).semantic);
         let leaf = matches!(semantic, Some(Semantic::Leaf | Semantic::Needle));
         let end_m = hit.map_or(f64::INFINITY, |h| h.distance_m.into());
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        voxels.add_ray(origin, direction, end_m, leaf, projection.along(direction));
+        let station = i / (RASTER[0] * RASTER[1]);
+        voxels.add_ray(station, origin, direction, end_m, leaf, projection.along(direction));
     }
     let leaf_m2 = |v: &Voxel| f64::from(v.leaf_m2);
-    let seen = || voxels.cells().iter().filter(|v| v.rays >= 30);
+    let seen = || voxels.cells().iter().filter(|v| v.rays >= 30 && v.stations.count_ones() >= STATIONS_AT_LEAST);
     let truth_m2: f64 = seen().map(leaf_m2).sum();
     Found {
         truth_m2,

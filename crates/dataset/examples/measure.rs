@@ -13,7 +13,7 @@ use nemoral_dataset::{
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
     ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, Ontology,
-    PointFlags, RigidTransform, Semantic, TruthImages,
+    PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist,
 };
 use nemoral_seed::{Draw, Key, Stage};
 
@@ -151,6 +151,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             intrinsics: Intrinsics::from_fov(W as u32, H as u32, 1.4)?,
             body_from_camera: RigidTransform::body_from_optical(),
             extra: ExtraKinds::default(),
+            shutter: Shutter::INSTANT,
+            noisy: false,
         }],
         lidars: vec![LidarSpec {
             name: "top".into(),
@@ -168,9 +170,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         index,
         time_s: 0.0,
         world_from_body: RigidTransform::IDENTITY,
+        body_motion: Twist::STILL,
         cameras: vec![CameraData {
             name: "front",
             rgb: &rgb,
+            radiance: None,
             truth: &truth,
             extra: &extra,
         }],

@@ -3,10 +3,10 @@
 use std::fmt;
 
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{Image, Intrinsics, Ontology, PointFlags, RigidTransform, Semantic};
+use nemoral_scene::{Image, Ontology, PointFlags, RigidTransform, Semantic, Twist};
 
 use crate::reader::CameraFrame;
-use crate::{DepthFormat, PlyPoint};
+use crate::{CameraSpec, DepthFormat, PlyPoint};
 
 /// A point is comparable within this plus half the depth spread of its 3 × 3 pixels, metres …
 const NEAR_M: f64 = 0.02;
@@ -210,7 +210,9 @@ fn share(part: u64, whole: u64) -> Option<f64> {
 
 /// One camera's images, ready to be asked.
 pub(crate) struct View<'a> {
-    pub(crate) intrinsics: &'a Intrinsics,
+    pub(crate) camera: &'a CameraSpec,
+    /// How the camera moved.
+    pub(crate) motion: Twist,
     pub(crate) image: &'a CameraFrame,
     pub(crate) format: DepthFormat,
 }
@@ -218,7 +220,8 @@ pub(crate) struct View<'a> {
 /// Where a point falls.
 struct Pixel {
     index: usize,
-    depth_m: f64,
+    /// The point's depth less the pixel's, both as the camera has them when it reads the row.
+    difference_m: f64,
     /// Depth range of the 3 × 3 pixels that hold a surface.
     spread_m: f64,
     /// Do all nine?
@@ -227,11 +230,9 @@ struct Pixel {
 
 impl View<'_> {
     fn pixel(&self, in_camera: DVec3) -> Option<Pixel> {
-        let at: DVec2 = self.intrinsics.project(in_camera)?.floor();
-        let (w, h) = (
-            f64::from(self.intrinsics.width),
-            f64::from(self.intrinsics.height),
-        );
+        let (k, shutter) = (&self.camera.intrinsics, &self.camera.shutter);
+        let at: DVec2 = k.project_moving(in_camera, shutter, &self.motion)?.floor();
+        let (w, h) = (f64::from(k.width), f64::from(k.height));
         if !(at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h) {
             return None;
         }
@@ -247,10 +248,12 @@ impl View<'_> {
             }
         }
         let z = *depth.at(column, row);
+        let then = self.motion.after(shutter.row_time_s(at.y + 0.5, k.height));
+        let point_z = then.inverse().transform_point(in_camera).z;
         let saturated = self.format == DepthFormat::Png16 && z >= 65535.0 / 256.0;
         (z > 0.0 && !saturated).then(|| Pixel {
             index: row * depth.width() + column,
-            depth_m: f64::from(z),
+            difference_m: point_z - f64::from(z),
             spread_m: f64::from(high - low),
             filled: count == 9,
         })
@@ -306,8 +309,7 @@ impl Agreement {
                 continue;
             };
             class.points += 1;
-            let difference = in_camera.z - pixel.depth_m;
-            if difference.abs() <= (NEAR_M + pixel.spread_m / 2.0).min(FAR_M) {
+            if pixel.difference_m.abs() <= (NEAR_M + pixel.spread_m / 2.0).min(FAR_M) {
                 class.comparable += 1;
                 if view.image.semantic.pixels()[pixel.index] == p.class {
                     class.same_class += 1;
@@ -315,7 +317,7 @@ impl Agreement {
                     class.same_instance += u64::from(instance == p.point.object.to_image_id());
                 }
             }
-            self.same_frame.add(p, &pixel, difference);
+            self.same_frame.add(p, &pixel);
         }
     }
 
@@ -329,14 +331,15 @@ impl Agreement {
         for p in points {
             let in_camera = next_camera_from_lidar.transform_point(true_position(p));
             if let Some(pixel) = view.pixel(in_camera) {
-                self.next_frame.add(p, &pixel, in_camera.z - pixel.depth_m);
+                self.next_frame.add(p, &pixel);
             }
         }
     }
 }
 
 impl Residual {
-    fn add(&mut self, p: &PlyPoint, pixel: &Pixel, difference_m: f64) {
+    fn add(&mut self, p: &PlyPoint, pixel: &Pixel) {
+        let difference_m = pixel.difference_m;
         let facing = p.point.incidence_cos >= 0.7 && on_a_surface(p);
         let smooth = pixel.filled && pixel.spread_m <= 0.1;
         if facing && smooth && difference_m.abs() <= 0.5 {

@@ -58,11 +58,24 @@ pub(crate) fn encode(manifest: &Manifest) -> String {
             all(|e| e.boxes),
             "| `sequences/NN/boxes/*.csv` | things with an id: half-open boxes around their visible pixels and around those of the thing alone on the ground, the counts of both and their ratio; an upright box in space: its middle in the camera's frame, length, width, height, rotation (x, y, z, w) of the camera's axes from the box's |\n",
         ),
+        (
+            all(|e| e.radiance),
+            "| `sequences/NN/radiance/*.exr` | OpenEXR, 32-bit floats: the light behind the lens, before exposure and sensor; linear sRGB, scaled so that luminance is in cd/m² |\n",
+        ),
     ]
     .iter()
     .filter(|(asked, _)| *asked)
     .map(|(_, row)| *row)
     .collect();
+    let rolling = if h.cameras.iter().any(|c| c.shutter.readout_s > 0.0) {
+        "
+A camera with a `shutter` in `dataset.json` reads its rows one after the other: row r of H is exposed
+readout_s · ((r + 0.5) / H - 0.5) after the frame's time, and its truth is that of this moment, depth and
+normals in the camera's frame as it is then. The body moves by the frame's `body_motion`.
+"
+    } else {
+        ""
+    };
     format!(
         "\
 ---
@@ -100,7 +113,8 @@ Projected with P2, a point is in column floor(u) and row floor(v): the first pix
 Further cameras and LiDARs have the same folders inside a folder of their name, but the pictures of a further camera
 called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
-",
+{rolling}",
+        rolling = rolling,
         licence = serde_json::to_string(&h.licence).expect("a string is JSON"),
         generator = h.generator,
         version = h.version,

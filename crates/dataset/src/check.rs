@@ -338,6 +338,7 @@ impl Checker<'_> {
             self.extra(record, track, &frame);
             self.points(record, &frame);
             self.agreement(
+                record,
                 track,
                 pose,
                 &frame,
@@ -361,6 +362,12 @@ impl Checker<'_> {
                 spec: &header.cameras[i],
                 camera,
                 next_from_here: next_from_here.as_ref(),
+                motion: record.body_motion,
+                next_motion: self.dataset.frames().iter().find_map(|f| {
+                    let next = (f.sequence, Some(f.index))
+                        == (record.sequence, record.index.checked_add(1));
+                    next.then_some(f.body_motion)
+                }),
                 ids: &self.image_ids,
             };
             for (folder, extension, message) in view.problems(&f) {
@@ -556,6 +563,7 @@ impl Checker<'_> {
 
     fn agreement(
         &mut self,
+        record: &FrameRecord,
         track: &Track,
         pose: Option<RigidTransform>,
         frame: &Frame,
@@ -564,7 +572,8 @@ impl Checker<'_> {
         let header = &self.dataset.manifest().header;
         for (c, (camera, image)) in header.cameras.iter().zip(&frame.cameras).enumerate() {
             let view = View {
-                intrinsics: &camera.intrinsics,
+                camera,
+                motion: record.body_motion.of_mounted(&camera.body_from_camera),
                 image,
                 format: header.depth_format,
             };

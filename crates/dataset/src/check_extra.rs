@@ -1,9 +1,10 @@
-//! Checks of further truth: sky masks, flow, hidden trunks and boxes against images and poses.
+//! Checks of what cameras write besides: sky masks, flow, hidden trunks and boxes against images and
+//! poses, radiance against the picture.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nemoral_scene::glam::DVec2;
-use nemoral_scene::{Flow, PixelBox, RigidTransform, Semantic};
+use nemoral_scene::glam::{DVec2, Vec3};
+use nemoral_scene::{Flow, PixelBox, RigidTransform, Semantic, Twist};
 
 use crate::layout::CameraFolders;
 use crate::reader::CameraFrame;
@@ -16,6 +17,10 @@ pub(crate) struct ExtraView<'a> {
     pub(crate) camera: &'a CameraFrame,
     /// The reference camera's next frame from this one's; `None` after the last.
     pub(crate) next_from_here: Option<&'a RigidTransform>,
+    /// How the body moved.
+    pub(crate) motion: Twist,
+    /// How it moved in the next frame, if that is here.
+    pub(crate) next_motion: Option<Twist>,
     /// Image ids of `instances.csv`.
     pub(crate) ids: &'a BTreeSet<u32>,
 }
@@ -33,6 +38,7 @@ impl ExtraView<'_> {
             problem(&folders.flow, "png", self.flow()),
             problem(&folders.trunks, "png", self.trunks()),
             problem(&folders.boxes, "csv", self.boxes()),
+            problem(&folders.radiance, "exr", self.radiance()),
         ]
         .into_iter()
         .flatten()
@@ -60,7 +66,15 @@ impl ExtraView<'_> {
         let reference_from_camera =
             self.header.body_from_reference().inverse() * self.spec.body_from_camera;
         let next_from_here = reference_from_camera.inverse() * *step * reference_from_camera;
-        let k = &self.spec.intrinsics;
+        let (k, shutter) = (&self.spec.intrinsics, &self.spec.shutter);
+        let mount = &self.spec.body_from_camera;
+        let motion = self.motion.of_mounted(mount);
+        // With a rolling shutter where something is depends on how the next camera moves, too.
+        let next_motion = match self.next_motion {
+            Some(next) => next.of_mounted(mount),
+            None if shutter.readout_s > 0.0 => return None,
+            None => Twist::STILL,
+        };
         let half_step_m = match self.header.depth_format {
             DepthFormat::Png16 => 0.5 / 256.0,
             DepthFormat::Npy => 0.0,
@@ -73,9 +87,10 @@ impl ExtraView<'_> {
             let (column, row) = (i % depth.width(), i / depth.width());
             let pixel = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
             let direction = k.direction(pixel);
+            let then = next_from_here * motion.after(shutter.row_time_s(pixel.y, k.height));
             let expected = |z: f64| {
-                let there = next_from_here.transform_point(direction * (z / direction.z));
-                Some(k.project(there)? - pixel)
+                let there = then.transform_point(direction * (z / direction.z));
+                Some(k.project_moving(there, shutter, &next_motion)? - pixel)
             };
             let z = f64::from(z);
             let (Some(far), Some(near), Some(middle)) = (
@@ -151,6 +166,38 @@ impl ExtraView<'_> {
         });
         let wrong = wrong.map(|b| b.object.to_u64());
         wrong.map(|id| format!("the box of {id} contradicts the instance image or instances.csv"))
+    }
+}
+
+impl ExtraView<'_> {
+    /// Radiance is light, and without a sensor's noise the picture follows it: whatever the curve, more
+    /// light is never a lower code.
+    fn radiance(&self) -> Option<String> {
+        let radiance = self.camera.radiance.as_ref()?;
+        let dark = |c: &&Vec3| !(c.is_finite() && c.min_element() >= 0.0);
+        let wrong = radiance.pixels().iter().filter(dark).count();
+        let wrong = counted(wrong, "pixels are not finite, or below 0");
+        if wrong.is_some() || self.spec.noisy {
+            return wrong;
+        }
+        // Of each code the least light and the most, all channels alike.
+        let mut ends = [(f32::INFINITY, 0.0_f32); 256];
+        for (light, codes) in radiance.pixels().iter().zip(self.camera.rgb.pixels()) {
+            for (light, code) in light.to_array().into_iter().zip(codes) {
+                let (least, most) = &mut ends[usize::from(*code)];
+                (*least, *most) = (least.min(light), most.max(light));
+            }
+        }
+        let mut below = 0.0_f32;
+        for (code, (least, most)) in ends.into_iter().enumerate() {
+            if least < below {
+                return Some(format!(
+                    "{least} cd/m² is code {code} in the picture, and {below} cd/m² a lower one"
+                ));
+            }
+            below = below.max(most);
+        }
+        None
     }
 }
 

@@ -1,8 +1,9 @@
 //! What a caller hands over to be written.
 
+use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
     ChunkCoord, ExtraTruth, Image, LidarPoint, ObjectRecord, RigidTransform, TreeRecord,
-    TruthImages,
+    TruthImages, Twist,
 };
 
 /// One frame, in memory.
@@ -16,6 +17,9 @@ pub struct FrameData<'a> {
     pub time_s: f64,
     /// The body's pose in the world at that time.
     pub world_from_body: RigidTransform,
+    /// How the body moves at that time: what pictures with a rolling shutter are read by; else it need
+    /// not be known.
+    pub body_motion: Twist,
     /// One for each camera of the header, in its order.
     pub cameras: Vec<CameraData<'a>>,
     /// One for each LiDAR of the header, in its order.
@@ -31,6 +35,9 @@ pub struct CameraData<'a> {
     pub name: &'a str,
     /// sRGB.
     pub rgb: &'a Image<[u8; 3]>,
+    /// The light behind the lens, before exposure and sensor: linear sRGB, cd/m², the same size. There
+    /// if the header asks for it.
+    pub radiance: Option<&'a Image<Vec3>>,
     /// What is at each pixel's centre; the same size.
     pub truth: &'a TruthImages,
     /// The further truth that the header asks for.

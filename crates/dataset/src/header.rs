@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_scene::{ExtraKinds, Intrinsics, Ontology, RigidTransform};
+use nemoral_scene::{ExtraKinds, Intrinsics, Ontology, RigidTransform, Shutter};
 use serde::{Deserialize, Serialize};
 
 use crate::serde_scene;
@@ -34,9 +34,19 @@ pub struct CameraSpec {
     /// The mount, from the camera's optical frame.
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_camera: RigidTransform,
-    /// The further truth it writes: `sky`, `flow`, `trunks`, `boxes`.
+    /// What else it writes: `sky`, `flow`, `trunks`, `boxes`, `radiance`.
     #[serde(with = "serde_scene::extra_kinds")]
     pub extra: ExtraKinds,
+    /// When its rows see light; absent from `dataset.json` if all do at once.
+    #[serde(
+        default,
+        with = "serde_scene::shutter",
+        skip_serializing_if = "serde_scene::shutter::is_instant"
+    )]
+    pub shutter: Shutter,
+    /// Do its pictures have a sensor's noise? Absent if not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub noisy: bool,
 }
 
 /// A LiDAR of the data set. The first one writes `velodyne`, `labels` and `points`, further ones

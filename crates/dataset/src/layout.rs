@@ -27,6 +27,7 @@ pub(crate) struct CameraFolders {
     pub(crate) flow: String,
     pub(crate) trunks: String,
     pub(crate) boxes: String,
+    pub(crate) radiance: String,
 }
 
 /// The folders of one LiDAR, below the sequence's.
@@ -58,6 +59,7 @@ pub(crate) fn camera_folders(header: &DatasetHeader, i: usize) -> CameraFolders 
         flow: format!("{prefix}flow"),
         trunks: format!("{prefix}trunks"),
         boxes: format!("{prefix}boxes"),
+        radiance: format!("{prefix}radiance"),
     }
 }
 
@@ -93,6 +95,7 @@ pub(crate) fn sensor_folders(header: &DatasetHeader) -> Vec<(String, &'static st
             (extra.flow, f.flow, "png"),
             (extra.trunks, f.trunks, "png"),
             (extra.boxes, f.boxes, "csv"),
+            (extra.radiance, f.radiance, "exr"),
         ];
         all.extend(asked.into_iter().filter(|a| a.0).map(|(_, f, e)| (f, e)));
     }
@@ -130,9 +133,9 @@ pub(crate) fn frame_record(sequence_number: u32, index: u64) -> String {
 
 /// Names that could be mistaken for a folder of the layout, or that file systems dislike, are refused.
 pub(crate) fn check_sensor_name(name: &str) -> Result<(), Error> {
-    const RESERVED: [&str; 13] = [
+    const RESERVED: [&str; 14] = [
         "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky", "flow", "trunks",
-        "boxes", "velodyne", "labels", "points",
+        "boxes", "radiance", "velodyne", "labels", "points",
     ];
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
     if name.is_empty() || name.len() > 64 || !name.chars().all(plain) || RESERVED.contains(&name) {

@@ -39,7 +39,7 @@
 //! # Example
 //! ```
 //! use nemoral_dataset::*;
-//! use nemoral_scene::{ChunkCoord, Ontology, RigidTransform};
+//! use nemoral_scene::{ChunkCoord, Ontology, RigidTransform, Twist};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
@@ -55,6 +55,7 @@
 //!     index: 0,
 //!     time_s: 0.0,
 //!     world_from_body: mount,
+//!     body_motion: Twist::STILL,
 //!     cameras: vec![],
 //!     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
 //!     frame_key: [0; 32],
@@ -76,6 +77,7 @@ mod check_extra;
 mod cloud;
 mod csv;
 mod error;
+mod exr;
 mod extra;
 mod folder;
 mod frame;

@@ -7,8 +7,8 @@ use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Flow, Image, ObjectBox, ObjectRecord, RigidTransform, TreeRecord};
 
 use crate::{
-    Calibration, DepthFormat, Error, FrameRecord, Manifest, PlyPoint, SequenceRecord, csv, extra,
-    folder, images, layout, npy, ply, scan, text,
+    Calibration, DepthFormat, Error, FrameRecord, Manifest, PlyPoint, SequenceRecord, csv, exr,
+    extra, folder, images, layout, npy, ply, scan, text,
 };
 
 /// A finished data set on disk.
@@ -50,6 +50,8 @@ pub struct CameraFrame {
     pub trunks: Option<Image<u32>>,
     /// Boxes around things; if they are written.
     pub boxes: Option<Vec<ObjectBox>>,
+    /// The light behind the lens, before exposure and sensor: linear sRGB, cd/m²; if it is written.
+    pub radiance: Option<Image<Vec3>>,
 }
 
 /// What a LiDAR's files hold.
@@ -175,6 +177,9 @@ impl Dataset {
             boxes: (spec.extra.boxes)
                 .then(|| self.load(frame, &f.boxes, "csv", extra::decode_boxes))
                 .transpose()?,
+            radiance: (spec.extra.radiance)
+                .then(|| self.load(frame, &f.radiance, "exr", exr::decode))
+                .transpose()?,
         };
         let further = [
             read.sky.as_ref().map(|i| (&f.sky, i.width(), i.height())),
@@ -182,6 +187,9 @@ impl Dataset {
             read.trunks
                 .as_ref()
                 .map(|i| (&f.trunks, i.width(), i.height())),
+            read.radiance
+                .as_ref()
+                .map(|i| (&f.radiance, i.width(), i.height())),
         ];
         let sizes = [
             (&f.rgb, read.rgb.width(), read.rgb.height()),

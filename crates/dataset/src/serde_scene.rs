@@ -29,7 +29,7 @@ pub(crate) mod rigid_transform {
     }
 }
 
-/// `{ "sky", "flow", "trunks", "boxes" }`, each true or false.
+/// `{ "sky", "flow", "trunks", "boxes" }`, each true or false; `"radiance"` if it is true.
 pub(crate) mod extra_kinds {
     use nemoral_scene::ExtraKinds;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -40,6 +40,8 @@ pub(crate) mod extra_kinds {
         flow: bool,
         trunks: bool,
         boxes: bool,
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        radiance: bool,
     }
 
     pub(crate) fn serialize<S: Serializer>(k: &ExtraKinds, s: S) -> Result<S::Ok, S::Error> {
@@ -48,6 +50,7 @@ pub(crate) mod extra_kinds {
             flow: k.flow,
             trunks: k.trunks,
             boxes: k.boxes,
+            radiance: k.radiance,
         }
         .serialize(s)
     }
@@ -59,6 +62,72 @@ pub(crate) mod extra_kinds {
             flow: form.flow,
             trunks: form.trunks,
             boxes: form.boxes,
+            radiance: form.radiance,
+        })
+    }
+}
+
+/// `{ "exposure_s", "readout_s" }`.
+pub(crate) mod shutter {
+    use nemoral_scene::Shutter;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct Form {
+        exposure_s: f64,
+        readout_s: f64,
+    }
+
+    pub(crate) fn is_instant(shutter: &Shutter) -> bool {
+        *shutter == Shutter::INSTANT
+    }
+
+    pub(crate) fn serialize<S: Serializer>(shutter: &Shutter, s: S) -> Result<S::Ok, S::Error> {
+        Form {
+            exposure_s: shutter.exposure_s,
+            readout_s: shutter.readout_s,
+        }
+        .serialize(s)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Shutter, D::Error> {
+        let form = Form::deserialize(d)?;
+        Ok(Shutter {
+            exposure_s: form.exposure_s,
+            readout_s: form.readout_s,
+        })
+    }
+}
+
+/// `{ "linear_m_s": [x, y, z], "angular_rad_s": [x, y, z] }`.
+pub(crate) mod twist {
+    use nemoral_scene::Twist;
+    use nemoral_scene::glam::DVec3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct Form {
+        linear_m_s: [f64; 3],
+        angular_rad_s: [f64; 3],
+    }
+
+    pub(crate) fn is_still(twist: &Twist) -> bool {
+        *twist == Twist::STILL
+    }
+
+    pub(crate) fn serialize<S: Serializer>(twist: &Twist, s: S) -> Result<S::Ok, S::Error> {
+        Form {
+            linear_m_s: twist.linear_m_s.to_array(),
+            angular_rad_s: twist.angular_rad_s.to_array(),
+        }
+        .serialize(s)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Twist, D::Error> {
+        let form = Form::deserialize(d)?;
+        Ok(Twist {
+            linear_m_s: DVec3::from_array(form.linear_m_s),
+            angular_rad_s: DVec3::from_array(form.angular_rad_s),
         })
     }
 }

@@ -12,7 +12,7 @@ use crate::text::{self, Calibration};
 use crate::{
     CameraData, DatasetHeader, DepthFormat, Error, FORMAT_VERSION, FileRecord, FrameData,
     FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, atomic, card,
-    csv, extra, images, layout, npy, ply, scan, yaml,
+    csv, exr, extra, images, layout, npy, ply, scan, yaml,
 };
 
 /// What to do with an output folder that holds something.
@@ -191,6 +191,7 @@ impl Writer {
             time_s: frame.time_s,
             key: hex(&frame.frame_key),
             world_from_body: frame.world_from_body.to_rows(),
+            body_motion: frame.body_motion,
             sensor_chunks: frame.lidars.iter().map(|l| l.sensor_chunk.into()).collect(),
             point_classes,
             files,
@@ -356,6 +357,7 @@ impl Writer {
                 ("flow", spec.extra.flow, e.flow.is_some()),
                 ("trunks", spec.extra.trunks, e.trunks.is_some()),
                 ("boxes", spec.extra.boxes, e.boxes.is_some()),
+                ("radiance", spec.extra.radiance, camera.radiance.is_some()),
             ] {
                 if asked && !given {
                     let field = format!("{name}.{}.{what}", camera.name);
@@ -369,6 +371,7 @@ impl Writer {
             let more = [
                 e.flow.as_ref().map(|i| ("flow", size(i))),
                 e.trunks.as_ref().map(|i| ("trunks", size(i))),
+                camera.radiance.map(|i| ("radiance", size(i))),
             ];
             for (image, found) in sizes.into_iter().chain(more.into_iter().flatten()) {
                 if found != asked {
@@ -442,6 +445,9 @@ impl Writer {
         }
         if let Some(boxes) = e.boxes.as_ref().filter(|_| asked.boxes) {
             put(&f.boxes, "csv", extra::encode_boxes(boxes).into_bytes())?;
+        }
+        if let Some(radiance) = camera.radiance.filter(|_| asked.radiance) {
+            put(&f.radiance, "exr", exr::encode(radiance))?;
         }
         Ok(())
     }

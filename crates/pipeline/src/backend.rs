@@ -3,10 +3,12 @@
 #[cfg(feature = "gpu")]
 use nemoral_render::{Accept, Gpu, GpuCamera, GpuError};
 use nemoral_render::{CameraImages, CameraRenderer, RayCastCamera, SceneView, View};
+use nemoral_scene::Shutter;
 use nemoral_seed::Key;
 
 use crate::Error;
 use crate::config::{Camera, CameraLens, Config};
+use crate::stages::sensors::shutter;
 
 /// What a request says about the renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,10 +35,10 @@ pub enum Backend {
 
 impl Backend {
     /// Decides for the cameras of a config, and says in words what and why: without cameras, and for
-    /// lenses that distort, which rasterisers cannot draw, it is the CPU.
+    /// lenses that distort and shutters that take time, which rasterisers cannot draw, it is the CPU.
     ///
     /// # Errors
-    /// As [`Backend::resolve`], and if a GPU is demanded for a lens that distorts.
+    /// As [`Backend::resolve`], and if a GPU is demanded for such a camera.
     pub fn for_config(choice: BackendChoice, config: &Config) -> Result<(Self, String), Error> {
         if !config.camera.enabled {
             return Ok((
@@ -44,17 +46,21 @@ impl Backend {
                 "renderer: none, as there is no camera".to_owned(),
             ));
         }
-        let bent = |camera: &Camera| !matches!(camera.lens, CameraLens::Pinhole(_));
-        match (choice, config.all_cameras().find(|(_, c)| bent(c))) {
-            (BackendChoice::Gpu, Some((path, _))) => Err(Error::request(format!(
-                "--backend gpu: the lens of [{path}] distorts, and the GPU draws what a pinhole sees: take --backend cpu"
+        let beyond_gpus = |(path, camera): (String, &Camera)| {
+            if !matches!(camera.lens, CameraLens::Pinhole(_)) {
+                let why = "distorts, and a GPU draws what a pinhole sees";
+                return Some(format!("the lens of [{path}] {why}"));
+            }
+            let why = "takes time, and a GPU draws an instant";
+            (shutter(camera) != Shutter::INSTANT).then(|| format!("[{path}.shutter] {why}"))
+        };
+        match (choice, config.all_cameras().find_map(beyond_gpus)) {
+            (BackendChoice::Gpu, Some(why)) => Err(Error::request(format!(
+                "--backend gpu: {why}: take --backend cpu"
             ))),
-            (BackendChoice::Auto, Some((path, _))) => Ok((
-                Self::Cpu,
-                format!(
-                    "renderer: the CPU (the lens of [{path}] distorts, and a GPU draws what a pinhole sees)"
-                ),
-            )),
+            (BackendChoice::Auto, Some(why)) => {
+                Ok((Self::Cpu, format!("renderer: the CPU ({why})")))
+            }
             _ => Self::resolve(choice),
         }
     }

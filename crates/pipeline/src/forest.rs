@@ -11,7 +11,9 @@ use crate::plan::{Node, Plan};
 use crate::robot::{Guide, GuideStage};
 use crate::stages::assets::{AssetStage, LibraryStage, WorldAssets};
 use crate::stages::chunk::{Low, LowStage, Solid, SolidStage};
-use crate::stages::frame::{FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage};
+use crate::stages::frame::{
+    FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage, pictures_s,
+};
 use crate::stages::ground::{ChunkGround, ChunkGroundStage, GroundModel, GroundStage};
 use crate::stages::openness::{Openness, OpennessStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
@@ -141,7 +143,10 @@ impl ForestPlan {
         );
 
         let pose = plan.add(
-            PoseStage { chunk_size_m },
+            PoseStage {
+                chunk_size_m,
+                pictures_s: pictures_s(config),
+            },
             (
                 guide.of_world(),
                 lidars.of_world(),

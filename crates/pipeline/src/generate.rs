@@ -230,6 +230,7 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
     let cameras = cameras.map(|(spec, (image, extra))| CameraData {
         name: &spec.name,
         rgb: &image.rgb,
+        radiance: image.linear.as_ref(),
         truth: &image.truth,
         extra,
     });
@@ -244,6 +245,7 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
         index: finished.frame,
         time_s: finished.pose.time_s,
         world_from_body: finished.pose.world_from_body(),
+        body_motion: finished.pose.motion,
         cameras: cameras.collect(),
         lidars: lidars.collect(),
         frame_key: finished.key,
@@ -281,6 +283,8 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
             intrinsics: sensors::intrinsics(&path, camera)?,
             body_from_camera: sensors::body_from_camera(camera),
             extra: sensors::extra_kinds(camera),
+            shutter: sensors::shutter(camera),
+            noisy: camera.noise.enabled,
         })
     };
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {

@@ -25,8 +25,6 @@ pub fn optical_flow(
 ) -> Image<Option<Flow>> {
     let depth = &truth.depth_m;
     let (width, height) = (depth.width(), depth.height());
-    let next_from_scene = next.scene_from_camera.inverse();
-    let eye = next.scene_from_camera.translation_m;
     let size = DVec2::new(next.intrinsics.width.into(), next.intrinsics.height.into());
     let row = |y: usize| {
         let mut row = vec![None; width];
@@ -38,9 +36,9 @@ pub fn optical_flow(
             }
             let pixel = centre(x, y);
             let direction = view.intrinsics.direction(pixel);
-            let place = (view.scene_from_camera).transform_point(direction * (z / direction.z));
-            let there = next_from_scene.transform_point(place);
-            let Some(at) = next.intrinsics.project(there) else {
+            let here = view.scene_from_row(pixel.y);
+            let place = here.transform_point(direction * (z / direction.z));
+            let Some(at) = next.project(place) else {
                 continue;
             };
             let inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
@@ -49,6 +47,7 @@ pub fn optical_flow(
                 seen: inside,
             });
             if inside {
+                let eye = next.scene_from_row(at.y).translation_m;
                 let way = place - eye;
                 let far_m = way.length();
                 // Short of the surface itself, as far as f32 and a grazing look can tell.
@@ -200,7 +199,10 @@ fn bounds_in_image(c: &Candidate, view: &View) -> Option<PixelBox> {
                 }
                 let corner = DVec3::new(part(i), part(j), part(l)) * c.size_m;
                 let p = camera_from_box.transform_point(corner);
-                match k.project(p).filter(|_| p.z > 0.05) {
+                match k
+                    .project_moving(p, &view.shutter, &view.motion)
+                    .filter(|_| p.z > 0.05)
+                {
                     Some(at) => {
                         before = true;
                         (low, high) = (low.min(at), high.max(at));

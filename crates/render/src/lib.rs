@@ -52,6 +52,12 @@
 //! - Behind the lens ([`Lens`]): veiling glare, a halo around what is bright, darker corners.
 //! - Exposure as a light meter sets it ([`Exposure`]), a filmic curve ([`ToneCurve`]), sRGB.
 //!
+//! # A camera's faults
+//! None unless a [`View`] asks for them. [`SensorNoise`] is EMVA 1288's. A shutter
+//! ([`nemoral_scene::Shutter`]) of a camera that moves ([`nemoral_scene::Twist`]) reads row after row,
+//! each from where the camera is by then, and blurs what passes while a row is exposed. Truth is that
+//! of the middle of each row's exposure, so labels fit the picture.
+//!
 //! # Units
 //! Light is linear sRGB, scaled so that radiance has its luminance in cd/m² and irradiance its
 //! illuminance in lux. Frames and axes are those of [`nemoral_scene`].
@@ -66,6 +72,7 @@ mod haze;
 mod lens;
 mod lighting;
 mod maps;
+mod noise;
 mod raycast;
 mod sh;
 mod shade;
@@ -82,6 +89,7 @@ pub use extra::{Candidate, nearest_objects, object_boxes, optical_flow};
 pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};
 pub use lens::Lens;
 pub use lighting::Lighting;
+pub use noise::SensorNoise;
 pub use raycast::{PixelTruth, RayCastCamera, RayCastParams};
 pub use sky::SkyParams;
 pub use sky_image::SkyImage;

@@ -23,6 +23,9 @@ pub struct RayCastParams {
     /// The most further samples for silhouettes, as a share of the number of pixels, 0..=256; the
     /// strongest contrasts are served first.
     pub edge_budget: f32,
+    /// The least colour samples of every pixel of a picture that blurs because the camera moves,
+    /// 2..=256: one each for as many equal parts of the exposure.
+    pub blur_samples: u32,
     /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
     pub max_range_m: f32,
     /// What the lens does to the light.
@@ -60,6 +63,7 @@ impl Default for RayCastParams {
             colour_samples: 1,
             edge_samples: 3,
             edge_budget: 0.3,
+            blur_samples: 9,
             max_range_m: 300.0,
             lens: Lens::default(),
             keep_linear: false,
@@ -129,6 +133,13 @@ impl RayCastCamera {
             "0..=256",
         )?;
         check(
+            "camera.blur_samples",
+            p.blur_samples.into(),
+            2.0,
+            256.0,
+            "2..=256",
+        )?;
+        check(
             "camera.max_range_m",
             p.max_range_m.into(),
             1.0,
@@ -181,7 +192,7 @@ fn truth(
         semantic: scene.materials.get(hit.material).semantic,
         object: hit.object,
         depth_m: (f64::from(hit.distance_m) * view.intrinsics.direction(pixel).z) as f32,
-        normal: view.to_optical(normal),
+        normal: view.to_optical(normal, pixel.y),
     }
 }
 
@@ -231,6 +242,57 @@ impl Shadows {
         caster.are_occluded(&self.rays, &mut self.occluded);
         let answers = self.of.iter().zip(&self.occluded);
         answers.filter_map(|(&of, &occluded)| (!occluded).then_some(of))
+    }
+}
+
+/// Which further samples, of how many.
+#[derive(Clone, Copy)]
+struct Further {
+    /// Samples that a pixel has already.
+    before: u32,
+    samples: u32,
+    /// Into how many parts the exposure is cut, and the part that has its sample, if there is one.
+    parts: u32,
+    done: Option<u32>,
+}
+
+impl Further {
+    /// To those before: the exposure's middle is done.
+    fn after_the_first(samples: u32) -> Self {
+        let parts = samples + 1;
+        Self {
+            before: 1,
+            samples,
+            parts,
+            done: Some(parts / 2),
+        }
+    }
+
+    /// On top of pixels that are as good as the others.
+    fn besides(before: u32, samples: u32) -> Self {
+        Self {
+            before,
+            samples,
+            parts: samples,
+            done: None,
+        }
+    }
+
+    /// When the samples of a pixel are taken, as shares of the exposure, -0.5..0.5: one in each part
+    /// that is not done, in an order that has nothing to do with where in the pixel they lie.
+    fn times(&self, rng: &mut impl Rng, out: &mut Vec<f64>) {
+        out.clear();
+        out.extend(
+            (0..self.parts)
+                .filter(|&p| Some(p) != self.done)
+                .map(f64::from),
+        );
+        for last in (1..out.len()).rev() {
+            out.swap(last, rng.below(last as u32 + 1) as usize);
+        }
+        for part in out {
+            *part = (*part + rng.unit_f64()) / f64::from(self.parts) - 0.5;
+        }
     }
 }
 
@@ -328,30 +390,34 @@ impl Shot<'_> {
         maps
     }
 
-    /// Adds `samples` jittered samples to the `before` that some pixels (ascending) already have.
-    fn add_samples(
-        &self,
-        linear: &mut [Vec3],
-        pixels: &[u32],
-        before: u32,
-        samples: u32,
-        key: Key,
-    ) {
+    /// Adds jittered samples to those that some pixels (ascending) already have.
+    fn add_samples(&self, linear: &mut [Vec3], pixels: &[u32], further: Further, key: Key) {
         let width = self.view.intrinsics.width;
+        let Further {
+            before, samples, ..
+        } = further;
+        let blurs = self.view.blurs();
+        let exposure_s = self.view.shutter.exposure_s;
+        let range_m = self.camera.params.max_range_m;
         let sums: Vec<Vec<Vec3>> = pixels
             .par_chunks((BATCH / samples as usize).max(1))
             .map(|pixels| {
                 let (mut rays, mut suns) = (Vec::new(), Vec::new());
+                let mut times = vec![0.0; samples as usize];
                 for &pixel in pixels {
                     let mut rng = key.item(pixel.into()).rng();
                     let shift = DVec2::new(rng.unit_f64(), rng.unit_f64());
                     let corner = DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
-                    for k in 0..samples {
+                    if blurs {
+                        further.times(&mut rng, &mut times);
+                    }
+                    for (k, &time) in times.iter().enumerate() {
                         // A Fibonacci lattice, shifted at random: even in rows and in columns.
-                        let k = f64::from(k);
+                        let k = k as f64;
                         let at =
                             shift + DVec2::new(k / f64::from(samples), k * 0.618_033_988_749_895);
-                        rays.push(self.ray(corner + at - at.floor()));
+                        let at = corner + at - at.floor();
+                        rays.push(self.view.ray_at(at, time * exposure_s, range_m));
                         suns.push(self.camera.sun_disc.at_random(rng.next_u32()));
                     }
                 }
@@ -407,10 +473,15 @@ impl CameraRenderer for RayCastCamera {
 
         // More samples for every pixel, then for the silhouettes.
         let n = maps.linear.len();
-        if p.colour_samples > 1 {
+        let samples = if view.blurs() {
+            p.colour_samples.max(p.blur_samples)
+        } else {
+            p.colour_samples
+        };
+        if samples > 1 {
             let every: Vec<u32> = (0..n as u32).collect();
-            let samples = p.colour_samples - 1;
-            shot.add_samples(&mut maps.linear, &every, 1, samples, key.stage(ALL));
+            let further = Further::after_the_first(samples - 1);
+            shot.add_samples(&mut maps.linear, &every, further, key.stage(ALL));
         }
         if p.edge_samples > 0 {
             let limit = f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples);
@@ -418,8 +489,7 @@ impl CameraRenderer for RayCastCamera {
             shot.add_samples(
                 &mut maps.linear,
                 &edges,
-                p.colour_samples,
-                p.edge_samples,
+                Further::besides(samples, p.edge_samples),
                 key.stage(EDGES),
             );
         }
@@ -428,7 +498,7 @@ impl CameraRenderer for RayCastCamera {
         let ev100 = view.exposure.ev100(log_mean_luminance(&maps.linear));
         let (linear, truth) = maps.into_images();
         Ok(CameraImages {
-            rgb: develop(&linear, ev100, view.tone),
+            rgb: develop(&linear, ev100, view, key),
             linear: p.keep_linear.then_some(linear),
             truth,
             ev100,

@@ -2,8 +2,12 @@
 
 use glam::Vec3;
 use nemoral_scene::Image;
+use nemoral_seed::Key;
+use rayon::prelude::*;
 
+use crate::View;
 use crate::error::{ParamError, check};
+use crate::noise::Sensor;
 
 /// Rec. 709 luminance of linear sRGB.
 pub(crate) const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
@@ -99,6 +103,14 @@ pub enum ToneCurve {
 }
 
 impl ToneCurve {
+    /// The exposed light that just clips.
+    pub(crate) fn white(self) -> f64 {
+        match self {
+            Self::Linear => 1.0,
+            Self::Filmic => 5.6,
+        }
+    }
+
     /// Exposed linear light to displayed linear light, one channel; monotone, 0 stays 0.
     fn apply(self, x: f64) -> f64 {
         match self {
@@ -176,14 +188,29 @@ impl Encoder {
     }
 }
 
-/// The picture of a radiance image at an exposure.
-pub(crate) fn develop(linear: &Image<Vec3>, ev100: f64, tone: ToneCurve) -> Image<[u8; 3]> {
-    use rayon::prelude::*;
+/// The picture of a radiance image at an exposure, as the view's sensor reads it; `key` is for its
+/// noise.
+pub(crate) fn develop(linear: &Image<Vec3>, ev100: f64, view: &View, key: Key) -> Image<[u8; 3]> {
+    let sensor = (view.noise).map(|noise| Sensor::new(noise, ev100, view.tone.white(), key));
+    match sensor {
+        None => encode(linear, ev100, view.tone, |_, light| light),
+        Some(sensor) => encode(linear, ev100, view.tone, |i, light| sensor.read(i, light)),
+    }
+}
+
+/// Code values of what is `read` of the exposed light of each pixel.
+fn encode(
+    linear: &Image<Vec3>,
+    ev100: f64,
+    tone: ToneCurve,
+    read: impl Fn(usize, Vec3) -> Vec3 + Sync,
+) -> Image<[u8; 3]> {
     let (encoder, scale) = (Encoder::new(tone), scale_of(ev100));
     let pixels = linear
         .pixels()
         .par_iter()
-        .map(|&c| encoder.encode(c * scale))
+        .enumerate()
+        .map(|(i, &c)| encoder.encode(read(i, c * scale)))
         .collect();
     Image::new(linear.width(), linear.height(), pixels)
 }
@@ -192,6 +219,19 @@ pub(crate) fn develop(linear: &Image<Vec3>, ev100: f64, tone: ToneCurve) -> Imag
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// By a perfect sensor.
+    fn shown(linear: &Image<Vec3>, ev100: f64, tone: ToneCurve) -> Image<[u8; 3]> {
+        encode(linear, ev100, tone, |_, light| light)
+    }
+
+    #[test]
+    fn white_is_where_the_curve_ends() {
+        for tone in [ToneCurve::Linear, ToneCurve::Filmic] {
+            let (at, below) = (tone.apply(tone.white()), tone.apply(0.99 * tone.white()));
+            assert!(at > 1.0 - 1e-9 && below < 1.0, "{tone:?}");
+        }
+    }
 
     proptest! {
         #[test]
@@ -214,7 +254,7 @@ mod tests {
             let dim: Vec<Vec3> = pixels.iter().map(|&p| p * scale).collect();
             let shot = |p: Vec<Vec3>| {
                 let ev = Exposure::default().ev100(log_mean_luminance(&p));
-                develop(&Image::new(p.len(), 1, p), ev, ToneCurve::Filmic)
+                shown(&Image::new(p.len(), 1, p), ev, ToneCurve::Filmic)
             };
             for (a, b) in shot(pixels).pixels().iter().zip(shot(dim).pixels()) {
                 for i in 0..3 { prop_assert!(a[i].abs_diff(b[i]) <= 1); }
@@ -244,7 +284,7 @@ mod tests {
     fn middle_grey_has_its_place() {
         let ev = 12.0;
         let grey = Vec3::splat(0.125 * 4096.0);
-        let shot = |tone| *develop(&Image::new(1, 1, vec![grey]), ev, tone).at(0, 0);
+        let shot = |tone| *shown(&Image::new(1, 1, vec![grey]), ev, tone).at(0, 0);
         assert_eq!(shot(ToneCurve::Linear), [118; 3]);
         assert_eq!(shot(ToneCurve::Filmic), [125; 3]);
         let auto = Exposure::default().ev100(log_mean_luminance(&[grey; 9]));

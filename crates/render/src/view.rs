@@ -2,52 +2,106 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
-    Image, Intrinsics, MaterialLibrary, Ray, RayCaster, RigidTransform, TruthImages,
+    Image, Intrinsics, MaterialLibrary, Ray, RayCaster, RigidTransform, Shutter, TruthImages, Twist,
 };
 use nemoral_seed::Key;
 
 use crate::error::{ParamError, check};
-use crate::{Exposure, ToneCurve};
+use crate::{Exposure, SensorNoise, ToneCurve};
 
 /// One picture to take: a pinhole, a pose, and how the film is exposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The pinhole and its lens.
     pub intrinsics: Intrinsics,
-    /// The pose of the optical frame (x right, y down, z forward) in the frame's scene.
+    /// The pose of the optical frame (x right, y down, z forward) in the frame's scene, at the
+    /// picture's time.
     pub scene_from_camera: RigidTransform,
+    /// How that pose moves about the picture's time.
+    pub motion: Twist,
+    /// When the rows see light. Truth is that of a row's middle of the exposure, in the optical frame
+    /// as it is then; colour is what the row sees through its exposure.
+    pub shutter: Shutter,
     /// How much light becomes which brightness.
     pub exposure: Exposure,
     /// How brightness becomes code values.
     pub tone: ToneCurve,
+    /// What the sensor adds; `None` for a perfect one.
+    pub noise: Option<SensorNoise>,
 }
 
 impl View {
-    /// A view with automatic exposure and the filmic curve.
+    /// A still view at one instant, with automatic exposure, the filmic curve and a perfect sensor.
     #[must_use]
     pub fn new(intrinsics: Intrinsics, scene_from_camera: RigidTransform) -> Self {
         Self {
             intrinsics,
             scene_from_camera,
+            motion: Twist::STILL,
+            shutter: Shutter::INSTANT,
             exposure: Exposure::default(),
             tone: ToneCurve::default(),
+            noise: None,
         }
     }
 
-    /// The ray of an image position in pixels, from the pinhole to `max_range_m`; pixel (c, r) has
-    /// its centre at (c + 0.5, r + 0.5).
+    /// The ray of an image position in pixels, from the pinhole to `max_range_m`, in the middle of its
+    /// row's exposure; pixel (c, r) has its centre at (c + 0.5, r + 0.5).
     #[inline]
     #[must_use]
     pub fn ray(&self, pixel: DVec2, max_range_m: f32) -> Ray {
-        let direction = self
-            .scene_from_camera
-            .transform_vector(self.intrinsics.direction(pixel));
+        self.ray_at(pixel, 0.0, max_range_m)
+    }
+
+    /// The same `offset_s` after the middle of the exposure.
+    #[inline]
+    pub(crate) fn ray_at(&self, pixel: DVec2, offset_s: f64, max_range_m: f32) -> Ray {
+        let pose = self.pose_at(pixel.y, offset_s);
+        let direction = pose.transform_vector(self.intrinsics.direction(pixel));
         Ray {
-            origin: self.scene_from_camera.translation_m.as_vec3(),
+            origin: pose.translation_m.as_vec3(),
             direction: direction.as_vec3(),
             t_min_m: 0.0,
             t_max_m: max_range_m,
         }
+    }
+
+    /// The pose of the optical frame when the row at `y_px` from the top is in the middle of its
+    /// exposure: the frame that depth and normals of that row are in.
+    #[inline]
+    #[must_use]
+    pub fn scene_from_row(&self, y_px: f64) -> RigidTransform {
+        self.pose_at(y_px, 0.0)
+    }
+
+    #[inline]
+    fn pose_at(&self, y_px: f64, offset_s: f64) -> RigidTransform {
+        let time_s = self.shutter.row_time_s(y_px, self.intrinsics.height) + offset_s;
+        if time_s == 0.0 || self.motion == Twist::STILL {
+            return self.scene_from_camera;
+        }
+        self.scene_from_camera * self.motion.after(time_s)
+    }
+
+    /// The image position of a point of the scene; `None` where [`Intrinsics::project_moving`] has none.
+    #[must_use]
+    pub fn project(&self, scene_point: DVec3) -> Option<DVec2> {
+        let in_camera = self
+            .scene_from_camera
+            .inverse()
+            .transform_point(scene_point);
+        (self.intrinsics).project_moving(in_camera, &self.shutter, &self.motion)
+    }
+
+    /// Does what it sees blur?
+    pub(crate) fn blurs(&self) -> bool {
+        self.shutter.exposure_s > 0.0 && self.motion != Twist::STILL
+    }
+
+    /// Do rows, or samples of a pixel, see from different places?
+    #[cfg(feature = "gpu")]
+    pub(crate) fn moves(&self) -> bool {
+        self.shutter != Shutter::INSTANT && self.motion != Twist::STILL
     }
 
     /// # Errors
@@ -85,12 +139,27 @@ impl View {
             1.0 + 1e-6,
             "a unit quaternion",
         )?;
+        for (field, time) in [
+            ("view.exposure_s", self.shutter.exposure_s),
+            ("view.readout_s", self.shutter.readout_s),
+        ] {
+            check(field, time, 0.0, 10.0, "0..=10 s")?;
+        }
+        for (field, speed) in [
+            ("view.linear_m_s", self.motion.linear_m_s.length()),
+            ("view.angular_rad_s", self.motion.angular_rad_s.length()),
+        ] {
+            check(field, speed, 0.0, 1e3, "0..=1000")?;
+        }
+        if let Some(noise) = &self.noise {
+            noise.check()?;
+        }
         self.exposure.check()
     }
 
-    /// The optical frame's copy of a scene direction.
-    pub(crate) fn to_optical(self, direction: Vec3) -> Vec3 {
-        let v: DVec3 = self.scene_from_camera.rotation.inverse() * direction.as_dvec3();
+    /// The copy of a scene direction in the optical frame of the row at `y_px`.
+    pub(crate) fn to_optical(self, direction: Vec3, y_px: f64) -> Vec3 {
+        let v: DVec3 = self.scene_from_row(y_px).rotation.inverse() * direction.as_dvec3();
         v.as_vec3()
     }
 }

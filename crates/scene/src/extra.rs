@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3, Vec2};
 
 use crate::{Image, ObjectId, ObjectKind};
 
-/// Which truth a camera writes besides that of [`TruthImages`](crate::TruthImages).
+/// What a camera writes besides its pictures and their [`TruthImages`](crate::TruthImages).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExtraKinds {
     /// Where nothing was hit.
@@ -15,6 +15,8 @@ pub struct ExtraKinds {
     pub trunks: bool,
     /// Boxes around things, in the image and in space.
     pub boxes: bool,
+    /// The light itself, before exposure.
+    pub radiance: bool,
 }
 
 /// What was asked for of a picture's further truth. The sky is where depth is 0.

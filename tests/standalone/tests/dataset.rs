@@ -9,10 +9,7 @@ use nemoral_dataset::{
     Track, WorldTables, Writer, check, merge, stats,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{
-    ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, Ontology, PointFlags, RigidTransform,
-    Semantic, TruthImages,
-};
+use nemoral_scene::{ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, Ontology, PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist};
 
 /// A wall 8 m ahead, seen by a camera and by a LiDAR at the same place.
 fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>> {
@@ -23,6 +20,8 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
             intrinsics,
             body_from_camera: RigidTransform::body_from_optical(),
             extra: ExtraKinds::default(),
+            shutter: Shutter::INSTANT,
+            noisy: false,
         }],
         lidars: vec![LidarSpec {
             name: "top".into(),
@@ -50,9 +49,11 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
             index,
             time_s: index as f64,
             world_from_body: pose(index),
+            body_motion: Twist::STILL,
             cameras: vec![CameraData {
                 name: "eye",
                 rgb: &rgb,
+                radiance: None,
                 truth: &truth,
                 extra: &extra,
             }],

@@ -10,8 +10,8 @@ use nemoral_dataset::{
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
     ChunkCoord, ExtraKinds, ExtraTruth, Flow, Image, Intrinsics, LidarPoint, ObjectBox, ObjectId,
-    ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic, TreeRecord,
-    TruthImages,
+    ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic, Shutter,
+    TreeRecord, TruthImages, Twist,
 };
 
 pub(crate) const CHUNK_M: f64 = 50.0;
@@ -117,6 +117,8 @@ pub(crate) fn header() -> DatasetHeader {
             intrinsics: Intrinsics::from_fov(320, 240, 1.3).expect("valid"),
             body_from_camera: mount(0.25, 0.05, 1.3) * optical,
             extra: ExtraKinds::default(),
+            shutter: Shutter::INSTANT,
+            noisy: false,
         }],
         lidars: vec![LidarSpec {
             name: "top".to_owned(),
@@ -146,12 +148,34 @@ pub(crate) fn track(frames: usize) -> Track {
     }
 }
 
+/// How the body moves while a rolling shutter is at work: fast enough to be seen.
+pub(crate) const MOTION: Twist = Twist {
+    linear_m_s: DVec3::new(5.0, 0.5, 0.1),
+    angular_rad_s: DVec3::new(0.1, -0.3, 0.6),
+};
+
+/// The body's, in any frame.
+pub(crate) fn motion(header: &DatasetHeader) -> Twist {
+    let rolls = header.cameras.iter().any(|c| c.shutter.readout_s > 0.0);
+    if rolls { MOTION } else { Twist::STILL }
+}
+
+/// Where a camera is when it reads a row.
+fn world_from_row(camera: &CameraSpec, world_from_body: RigidTransform, y: f64) -> RigidTransform {
+    let time = camera.shutter.row_time_s(y, camera.intrinsics.height);
+    let moved = MOTION.of_mounted(&camera.body_from_camera).after(time);
+    world_from_body * camera.body_from_camera * moved
+}
+
 /// What the sensors see, owned.
 pub(crate) struct Seen {
     pub(crate) index: u64,
     pub(crate) time_s: f64,
     pub(crate) world_from_body: RigidTransform,
+    pub(crate) body_motion: Twist,
     pub(crate) rgb: Vec<Image<[u8; 3]>>,
+    /// As bright as the pictures.
+    pub(crate) radiance: Vec<Image<Vec3>>,
     pub(crate) truth: Vec<TruthImages>,
     pub(crate) extra: Vec<ExtraTruth>,
     pub(crate) points: Vec<Vec<LidarPoint>>,
@@ -164,6 +188,7 @@ impl Seen {
         let images = self
             .rgb
             .iter()
+            .zip(&self.radiance)
             .zip(&self.truth)
             .zip(&self.extra)
             .zip(&header.cameras);
@@ -173,10 +198,12 @@ impl Seen {
             index: self.index,
             time_s: self.time_s,
             world_from_body: self.world_from_body,
+            body_motion: self.body_motion,
             cameras: images
-                .map(|(((rgb, truth), extra), c)| CameraData {
+                .map(|((((rgb, radiance), truth), extra), c)| CameraData {
                     name: &c.name,
                     rgb,
+                    radiance: c.extra.radiance.then_some(radiance),
                     truth,
                     extra,
                 })
@@ -208,12 +235,12 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
     let (mut rgb, mut truth, mut extra) = (Vec::new(), Vec::new(), Vec::new());
     for camera in &header.cameras {
         let k = camera.intrinsics;
-        let world_from_camera = world_from_body * camera.body_from_camera;
-        let back = world_from_camera.inverse();
         let (w, h) = (k.width as usize, k.height as usize);
         let pixel = |i: usize| {
             let at = DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
             let d = k.direction(at);
+            let world_from_camera = world_from_row(camera, world_from_body, at.y);
+            let back = world_from_camera.inverse();
             let ray = world_from_camera.transform_vector(d);
             let hit = cast(&world, world_from_camera.translation_m, ray)?;
             Some((
@@ -257,6 +284,8 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
         index: frame as u64,
         time_s,
         world_from_body,
+        body_motion: motion(header),
+        radiance: rgb.iter().map(light).collect(),
         rgb,
         truth,
         extra,
@@ -266,24 +295,36 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
     }
 }
 
+/// The light of a picture, if its curve were a root.
+fn light(rgb: &Image<[u8; 3]>) -> Image<Vec3> {
+    rgb.map(|c| Vec3::from_array(c.map(|c| 0.01 * f32::from(c) * f32::from(c))))
+}
+
 /// The further truth that a camera is asked for, by closed forms.
 fn extra_of(camera: &CameraSpec, frame: usize) -> ExtraTruth {
     let k = camera.intrinsics;
     let (w, h) = (k.width as usize, k.height as usize);
     let poses = track(frame + 2).poses;
-    let [here, next] = [poses[frame].1, poses[frame + 1].1].map(|b| b * camera.body_from_camera);
+    let [here, next] = [poses[frame].1, poses[frame + 1].1];
+    let moved = MOTION.of_mounted(&camera.body_from_camera);
+    // From where, and where to.
     let ray = |i: usize| {
         let at = DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
-        (at, here.transform_vector(k.direction(at)))
+        let pose = world_from_row(camera, here, at.y);
+        let direction = pose.transform_vector(k.direction(at));
+        (at, pose.translation_m, direction)
     };
     let world = spheres();
-    let seen = |i: usize, of: &[Sphere]| cast(of, here.translation_m, ray(i).1);
+    let seen = |i: usize, of: &[Sphere]| cast(of, ray(i).1, ray(i).2);
     let flow = |i: usize| {
-        let (at, direction) = ray(i);
-        let place = here.translation_m + direction * seen(i, &world)?.t;
-        let there = k.project(next.inverse().transform_point(place))?;
-        let way = place - next.translation_m;
-        let far = cast(&world, next.translation_m, way.normalize()).map_or(0.0, |h| h.t);
+        let (at, eye, direction) = ray(i);
+        let place = eye + direction * seen(i, &world)?.t;
+        let in_next = (next * camera.body_from_camera).inverse();
+        let there = in_next.transform_point(place);
+        let there = k.project_moving(there, &camera.shutter, &moved)?;
+        let eye = world_from_row(camera, next, there.y).translation_m;
+        let way = place - eye;
+        let far = cast(&world, eye, way.normalize()).map_or(0.0, |h| h.t);
         let inside = there.min_element() >= 0.0 && there.x < w as f64 && there.y < h as f64;
         Some(Flow {
             offset_px: (there - at).as_vec2(),
@@ -295,6 +336,7 @@ fn extra_of(camera: &CameraSpec, frame: usize) -> ExtraTruth {
     };
     let stems = only(&|s| s.semantic == Semantic::Stem);
     let owner = |i: usize, of: &[Sphere]| seen(i, of).map_or(ObjectId::NONE, |h| h.object);
+    let middle = here * camera.body_from_camera;
     let boxed = |o: ObjectRecord| {
         let alone = only(&|s| s.object == o.object && s.semantic != Semantic::Fern);
         let count = |of: &[Sphere]| {
@@ -311,9 +353,9 @@ fn extra_of(camera: &CameraSpec, frame: usize) -> ExtraTruth {
             whole: whole.1,
             visible_px: visible.0,
             whole_px: whole.0,
-            centre_m: here.inverse().transform_point(o.position_m),
+            centre_m: middle.inverse().transform_point(o.position_m),
             size_m: DVec3::ONE,
-            camera_from_box: here.inverse().rotation,
+            camera_from_box: middle.inverse().rotation,
         })
     };
     let asked = camera.extra;

@@ -4,7 +4,7 @@ use nemoral_dataset::{CameraSpec, Dataset, FrameData, OpenMode, Writer};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
     ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, PointFlags,
-    RigidTransform, Semantic, TruthImages,
+    RigidTransform, Semantic, Shutter, TruthImages, Twist,
 };
 use proptest::prelude::*;
 
@@ -97,6 +97,8 @@ proptest! {
             intrinsics: Intrinsics::from_fov(w, h, 1.0).expect("valid"),
             body_from_camera: RigidTransform::body_from_optical(),
             extra: ExtraKinds::default(),
+        shutter: Shutter::INSTANT,
+        noisy: false,
         }];
         let all = Image::new(w as usize, h as usize, pixels);
         let truth = TruthImages {
@@ -113,7 +115,8 @@ proptest! {
             index,
             time_s: 0.1,
             world_from_body: RigidTransform::IDENTITY,
-            cameras: vec![nemoral_dataset::CameraData { name: "front", rgb: &rgb, truth: &truth, extra: &extra }],
+            body_motion: Twist::STILL,
+            cameras: vec![nemoral_dataset::CameraData { name: "front", rgb: &rgb, radiance: None, truth: &truth, extra: &extra }],
             lidars: vec![nemoral_dataset::LidarData { name: "top", points: &points, sensor_chunk: chunk }],
             frame_key: [7; 32],
         };

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::common::{header, see, small, write};
 use nemoral_dataset::{Agreement, Dataset, DepthFormat, OpenMode, Writer, stats};
 use nemoral_scene::glam::DVec3;
-use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, Ontology, RigidTransform};
+use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, Ontology, RigidTransform, Shutter};
 
 #[test]
 fn a_data_set_comes_back() {
@@ -327,6 +327,7 @@ fn further_truth_comes_back_and_lies_are_found() {
         flow: true,
         trunks: true,
         boxes: true,
+        radiance: true,
     };
     let dataset = write(&dir.path().join("sound"), &header, &[0, 1]);
     let (seen, frame) = (see(&header, 0), dataset.read_frame(0).expect("frame"));
@@ -363,6 +364,7 @@ fn further_truth_comes_back_and_lies_are_found() {
         assert!(a.centre_m.distance(b.centre_m) < 1e-3);
     }
     assert!(found.iter().any(|b| b.visible_fraction() < 0.9));
+    assert_eq!(camera.radiance.as_ref(), Some(&seen.radiance[0]));
     let report = nemoral_dataset::check(dataset.root()).expect("check");
     assert!(report.passed(), "{report}");
 
@@ -408,12 +410,68 @@ fn further_truth_comes_back_and_lies_are_found() {
         .to_string();
     assert!(report.contains("contradict the depth image"), "{report}");
 
+    // A picture that does not follow its light, and light that is none.
+    for (name, change) in [("a lower one", 0.5_f32), ("below 0", -1.0)] {
+        let out = dir.path().join(name);
+        let writer = Writer::create(&out, OpenMode::Fresh, header.clone()).expect("create");
+        let mut seen = see(&header, 0);
+        let mut light = seen.radiance[0].clone().into_pixels();
+        let lit = light.iter().position(|c| c.y > 100.0).expect("some");
+        light[lit].y *= change;
+        seen.radiance[0] = nemoral_scene::Image::new(96, 72, light);
+        writer.write_frame(&seen.data(&header)).expect("frame");
+        crate::common::finish(writer, 4);
+        let report = nemoral_dataset::check(&out).expect("check").to_string();
+        let file = "problem: sequences/00/radiance/000000.exr";
+        assert!(report.contains(file) && report.contains(name), "{report}");
+    }
+
     // What is asked for must be given.
     let writer = Writer::create(&dir.path().join("less"), OpenMode::Fresh, header.clone());
     let mut seen = see(&header, 0);
     seen.extra[0].flow = None;
     let e = writer.expect("create").write_frame(&seen.data(&header));
     assert!(e.expect_err("refused").to_string().contains("front.flow"));
+}
+
+/// Rows that are read one after the other while the robot moves: everything still agrees, because
+/// each row's time and the body's motion are known; without them nothing would.
+#[test]
+fn rolling_shutters_agree_with_scans_and_flow() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let mut header = crate::common::header();
+    header.cameras[0].shutter = Shutter {
+        exposure_s: 0.01,
+        readout_s: 0.03,
+    };
+    header.cameras[0].extra.flow = true;
+    let dataset = write(dir.path(), &header, &[0, 1, 2, 3]);
+    assert_eq!(dataset.manifest().header, header);
+    assert_eq!(dataset.frames()[2].body_motion, crate::common::MOTION);
+    let check = || nemoral_dataset::check(dir.path()).expect("check");
+    let report = check();
+    assert!(report.passed(), "{report}");
+    let residual = report.agreement.same_frame.median_m().expect("points");
+    assert!(residual.abs() < 0.005, "{residual}");
+    let card = fs::read_to_string(dir.path().join("README.md")).expect("a card");
+    assert!(card.contains("body_motion"), "{card}");
+
+    // Without the motion.
+    let path = dir.path().join("dataset.json");
+    let text = fs::read_to_string(&path).expect("read");
+    fs::write(&path, text.replace("\"body_motion\"", "\"forgotten\"")).expect("write");
+    let still = check();
+    let wrong = |r: &nemoral_dataset::CheckReport| 1.0 - r.agreement.overall().expect("points");
+    println!(
+        "disagreement {} with, {} without",
+        wrong(&report),
+        wrong(&still)
+    );
+    assert!(wrong(&still) > 2.0 * wrong(&report), "{still}");
+    assert!(
+        still.to_string().contains("pixels flow elsewhere"),
+        "{still}"
+    );
 }
 
 #[test]

@@ -19,6 +19,10 @@ pub fn annotated_toml(config: &Config) -> String {
             out.push('\n');
         }
         let _ = writeln!(out, "#{}", section.doc);
+        if let Some(further) = further(section.path) {
+            out.push_str(&further.tables(&values, table));
+            continue;
+        }
         if !section.path.is_empty() {
             let _ = writeln!(out, "[{}]", section.path);
         }
@@ -41,6 +45,78 @@ pub fn annotated_toml(config: &Config) -> String {
             );
             let _ = writeln!(out, "{} = {value}", key.name);
         }
+    }
+    out
+}
+
+/// Tables for further sensors.
+struct Further {
+    /// The table whose tables they are.
+    path: &'static str,
+    /// The table that they say all that differs from, if they follow one.
+    first: Option<&'static str>,
+    /// What a config without them shows.
+    example: &'static str,
+}
+
+fn further(path: &str) -> Option<Further> {
+    match path {
+        "cameras" => Some(Further {
+            path: "cameras",
+            first: Some("camera"),
+            example: "\
+# [cameras.right]          # the right eye of a stereo pair
+# mount_y_m = -0.12
+# [cameras.rear]           # one that looks back, wider
+# mount_yaw_deg = 180.0
+# [cameras.rear.fov]
+# horizontal_deg = 100.0
+",
+        }),
+        "lidars" => Some(Further {
+            path: "lidars",
+            first: None,
+            example: "\
+# [lidars.top]             # one by its data sheet, above the first
+# device = \"vlp16\"
+# mount_z_m = 1.8
+",
+        }),
+        _ => None,
+    }
+}
+
+impl Further {
+    /// What is to be said of them, or an example to take the comment from.
+    fn tables(&self, values: &toml::Table, further: &toml::Table) -> String {
+        if further.is_empty() {
+            return self.example.to_owned();
+        }
+        let first = self.first.and_then(|first| lookup(values, first));
+        let first = first.cloned().unwrap_or_default();
+        let named = further.iter().map(|(name, table)| {
+            let said = differing(&first, table.as_table().unwrap_or(&first));
+            (name.clone(), toml::Value::Table(said))
+        });
+        let named = toml::Value::Table(named.collect());
+        let all: toml::Table = [(self.path.to_owned(), named)].into_iter().collect();
+        toml::to_string(&all).expect("a config is plain data")
+    }
+}
+
+/// What a table says otherwise than another.
+fn differing(first: &toml::Table, table: &toml::Table) -> toml::Table {
+    let mut out = toml::Table::new();
+    for (key, value) in table {
+        let said = match (first.get(key), value) {
+            (Some(toml::Value::Table(first)), toml::Value::Table(table)) => {
+                let inner = differing(first, table);
+                (!inner.is_empty()).then_some(toml::Value::Table(inner))
+            }
+            (Some(first), value) if first == value => None,
+            _ => Some(value.clone()),
+        };
+        out.extend(said.map(|said| (key.clone(), said)));
     }
     out
 }

@@ -376,6 +376,8 @@ section! {
         look: String = "robot".into(), OneOf(&["robot", "cinema", "flat"]), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
         exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0), "as cameras meter: for the bright gaps, leaving leaves dark";
+        /// Write `radiance`, the light itself behind the lens, before exposure and sensor: OpenEXR, linear sRGB in cd/m², 32-bit floats.
+        radiance: bool = false, Flag, "at most 11 MB a picture of 1280 x 720";
         /// Write `sky`, a mask of where nothing was hit.
         sky: bool = false, Flag, "depth 0 says the same";
         /// Write `flow`, the optical flow to the next frame: exact, and whether the next frame shows it.
@@ -404,6 +406,44 @@ section! {
         /// What its lens does.
         #[serde(flatten)]
         lens: CameraLens;
+        /// When it sees light.
+        shutter: CameraShutter;
+        /// What its sensor adds.
+        noise: CameraNoise;
+    }
+}
+
+section! {
+    /// When the camera's rows see light. Only a robot that moves can tell: what passes is blurred, and lines lean. Truth is that of each row in the middle of its exposure. The CPU takes such pictures.
+    CameraShutter at "camera.shutter" {
+        /// How long each row is exposed; 0 for an instant, without motion blur.
+        exposure_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 5 to 20 under crowns, 1 in the sun";
+        /// From the first row's time to the last one's, a rolling shutter; 0 for a global one.
+        readout_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 10 to 33 of rolling CMOS sensors";
+        /// Least colour samples a pixel of a picture that blurs: one in each of so many parts of the exposure.
+        samples: u32 = 9, Whole(2, 256), "steps of a blur of 9 pixels cannot be seen";
+    }
+}
+
+section! {
+    /// The noise of the camera's sensor, in electrons (EMVA 1288, linear model), before the tone curve.
+    CameraNoise at "camera.noise" {
+        /// Is there any?
+        enabled: bool = false, Flag, "off: those who augment add their own";
+        /// Electrons that a pixel holds before it clips.
+        full_well_e: f64 = 10_500.0, Real(10.0, 1e7), "Sony IMX273, 3.45 um: about 10,500";
+        /// Noise of reading, electrons.
+        read_noise_e: f64 = 2.4, Real(0.0, 10_000.0), "Sony IMX273: about 2.4";
+        /// Amplification before the converter: with 2 a pixel clips at half its full well.
+        gain: f64 = 1.0, Real(1.0, 1000.0), "none in good light";
+        /// In less light than this (EV at ISO 100) each stop doubles the gain.
+        gain_below_ev: f64 = 8.0, Real(-20.0, 30.0), "f/2 and 1/60 s, wide open";
+        /// Spread of the pixels' sensitivity (PRNU).
+        prnu: f64 = 0.008, Real(0.0, 0.5), "0.5 to 1 % of CMOS sensors";
+        /// Spread of the pixels' dark level (DSNU), electrons.
+        dsnu_e: f64 = 1.0, Real(0.0, 10_000.0), "about 1 of good CMOS sensors";
+        /// Bits of the converter.
+        bits: u32 = 12, Whole(1, 16), "machine vision's";
     }
 }
 
@@ -860,6 +900,8 @@ pub const SECTIONS: &[SectionSpec] = &[
     CameraPinhole::SPEC,
     CameraBrownConrady::SPEC,
     CameraFisheye::SPEC,
+    CameraShutter::SPEC,
+    CameraNoise::SPEC,
     FURTHER_CAMERAS,
     Lidar::SPEC,
     LidarLines::SPEC,

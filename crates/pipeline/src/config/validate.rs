@@ -11,9 +11,9 @@ use crate::stages::sensors;
 use super::{Assets, Camera, Config, Lidar, LidarPattern, RobotPath};
 
 /// Names of other sensors and of their folders.
-const RESERVED: [&str; 15] = [
+const RESERVED: [&str; 16] = [
     "camera", "lidar", "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky",
-    "flow", "trunks", "boxes", "velodyne", "labels", "points",
+    "flow", "trunks", "boxes", "radiance", "velodyne", "labels", "points",
 ];
 
 impl Assets {

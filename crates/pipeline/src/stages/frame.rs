@@ -6,16 +6,17 @@ use std::sync::Arc;
 use nemoral_raycast::Forest;
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, LidarPoint, RigidTransform};
+use nemoral_scene::{ChunkCoord, LidarPoint, RigidTransform, Twist};
 use nemoral_seed::{Key, Stage as Purpose};
 
 use super::assets::WorldAssets;
 use super::chunk::{Low, Solid};
 use super::ground::ChunkGround;
 use super::openness::Openness;
-use super::sensors::{CameraRig, LidarRig};
+use super::sensors::{CameraRig, LidarRig, shutter};
 use super::things::Things;
 use crate::Error;
+use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land, PoseTrack};
 
@@ -28,6 +29,8 @@ pub struct FramePose {
     pub time_s: f64,
     /// World poses of the body about that time.
     pub track: PoseTrack,
+    /// How the body moves while cameras with a shutter take their pictures; still for others.
+    pub motion: Twist,
     /// The chunk the robot is in: the scene's origin is its corner.
     pub chunk: ChunkCoord,
 }
@@ -45,6 +48,33 @@ impl FramePose {
 pub struct PoseStage {
     /// Side of a chunk.
     pub chunk_size_m: f64,
+    /// How long the pictures take, seconds.
+    pub pictures_s: f64,
+}
+
+/// How the body moves about a frame, over the time that pictures take; still if they take none.
+///
+/// # Errors
+/// If the land cannot be made.
+pub(super) fn motion(
+    guide: &Guide,
+    frame: u64,
+    pictures_s: f64,
+    land: Land<'_>,
+) -> Result<Twist, Error> {
+    if pictures_s == 0.0 {
+        return Ok(Twist::STILL);
+    }
+    let at = |side: f64| guide.pose(frame, side * pictures_s / 2.0, land);
+    Ok(Twist::between(&at(-1.0)?, &at(1.0)?, pictures_s))
+}
+
+/// How long the longest picture of a robot's cameras takes, seconds.
+#[must_use]
+pub fn pictures_s(config: &Config) -> f64 {
+    let cameras = config.all_cameras();
+    let durations = cameras.map(|(_, camera)| shutter(camera).duration_s());
+    durations.fold(0.0, f64::max)
 }
 
 impl Stage for PoseStage {
@@ -61,6 +91,9 @@ impl Stage for PoseStage {
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_f64(self.chunk_size_m);
+        if self.pictures_s > 0.0 {
+            hasher.write_f64(self.pictures_s);
+        }
     }
 
     fn run(
@@ -91,6 +124,7 @@ impl Stage for PoseStage {
         Ok(FramePose {
             time_s: guide.time_s(at),
             track,
+            motion: motion(&guide, at, self.pictures_s, land)?,
             chunk,
         })
     }
@@ -237,6 +271,9 @@ impl Stage for ImageStage {
             let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);
             view.exposure = rig.exposure;
             view.tone = rig.tone;
+            view.noise = rig.noise;
+            view.shutter = rig.shutter;
+            view.motion = pose.motion.of_mounted(&rig.body_from_camera);
             let mut key = world.stage(CAMERA);
             if i > 0 {
                 key = key.stage(Purpose::new(&rig.name));

@@ -15,17 +15,21 @@ use nemoral_lidar_noise::{
     RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams,
 };
 use nemoral_render::{
-    Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SkyParams, Sun, ToneCurve, UtcTime,
+    Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SensorNoise, SkyParams, Sun, ToneCurve,
+    UtcTime,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, IntrinsicsError, RigidTransform};
-use nemoral_seed::Key;
+use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, IntrinsicsError, RigidTransform, Shutter};
+use nemoral_seed::{Key, Stage as Purpose};
 
 use crate::config::{
     self, CameraLens, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition,
 };
 use crate::plan::{Hasher, Stage};
 use crate::{Backend, Error, Renderer};
+
+/// Of the fixed patterns of sensors.
+const SPECIMEN: Purpose = Purpose::new("pipeline.camera.specimen");
 
 /// A camera with its place on the body.
 #[derive(Debug)]
@@ -42,6 +46,10 @@ pub struct CameraRig {
     pub exposure: Exposure,
     /// And how light becomes brightness.
     pub tone: ToneCurve,
+    /// When its rows see light.
+    pub shutter: Shutter,
+    /// What its sensor adds.
+    pub noise: Option<SensorNoise>,
     /// What else is to be known of a picture.
     pub extra: ExtraKinds,
     /// Boxes of things up to so far, metres.
@@ -130,7 +138,32 @@ pub fn extra_kinds(c: &config::Camera) -> ExtraKinds {
         flow: c.flow,
         trunks: c.trunks,
         boxes: c.boxes,
+        radiance: c.radiance,
     }
+}
+
+/// When the camera's rows see light.
+#[must_use]
+pub fn shutter(c: &config::Camera) -> Shutter {
+    Shutter {
+        exposure_s: c.shutter.exposure_ms / 1000.0,
+        readout_s: c.shutter.readout_ms / 1000.0,
+    }
+}
+
+/// What the camera's sensor adds.
+fn noise(c: &config::Camera, serial: Key) -> Option<SensorNoise> {
+    let n = &c.noise;
+    n.enabled.then_some(SensorNoise {
+        full_well_e: n.full_well_e,
+        read_noise_e: n.read_noise_e,
+        gain: n.gain,
+        gain_below_ev: n.gain_below_ev,
+        prnu: n.prnu,
+        dsnu_e: n.dsnu_e,
+        bits: n.bits,
+        serial,
+    })
 }
 
 /// Where the camera's optical frame sits on the body.
@@ -245,7 +278,7 @@ impl Stage for CameraStage {
         }
     }
 
-    fn run(&self, (): (), _: Key, (): ()) -> Result<Vec<CameraRig>, Error> {
+    fn run(&self, (): (), world: Key, (): ()) -> Result<Vec<CameraRig>, Error> {
         let sky = SkyParams {
             turbidity: self.sky.turbidity,
             overcast: self.sky.overcast,
@@ -268,19 +301,25 @@ impl Stage for CameraStage {
         for (i, (path, camera)) in self.cameras.iter().enumerate() {
             // A GPU holds the scene once for each renderer: few are better.
             let alike = |(_, other): &(String, config::Camera)| {
-                (&other.look, other.samples) == (&camera.look, camera.samples)
+                let params =
+                    |c: &config::Camera| (c.look.clone(), c.samples, c.shutter.samples, c.radiance);
+                params(other) == params(camera)
             };
             let renderer = match self.cameras[..i].iter().position(alike) {
                 Some(before) => Arc::clone(&rigs[before].renderer),
                 None => Arc::new(self.renderer(camera, lighting.clone())?),
             };
+            let name = config::sensor_name(path);
+            let serial = world.stage(SPECIMEN).stage(Purpose::new(name));
             rigs.push(CameraRig {
-                name: config::sensor_name(path).to_owned(),
+                name: name.to_owned(),
                 intrinsics: intrinsics(path, camera)?,
                 body_from_camera: body_from_camera(camera),
                 renderer,
                 exposure: exposure(camera),
                 tone: look(&camera.look).0,
+                shutter: shutter(camera),
+                noise: noise(camera, serial),
                 extra: extra_kinds(camera),
                 boxes_range_m: camera.boxes_range_m,
             });
@@ -298,7 +337,9 @@ impl CameraStage {
                 let params = RayCastParams {
                     lens,
                     edge_samples: camera.samples - 1,
+                    blur_samples: camera.shutter.samples,
                     max_range_m,
+                    keep_linear: camera.radiance,
                     ..RayCastParams::default()
                 };
                 let camera = RayCastCamera::new(params, lighting).map_err(Error::of_stage)?;
@@ -309,6 +350,7 @@ impl CameraStage {
                 let params = nemoral_render::GpuParams {
                     lens,
                     max_range_m,
+                    keep_linear: camera.radiance,
                     ..Default::default()
                 };
                 let camera = nemoral_render::GpuCamera::new(gpu, params, lighting);

@@ -7,13 +7,13 @@ use nemoral_render::{CameraImages, Candidate, View, nearest_objects, object_boxe
 use nemoral_scene::glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 use nemoral_scene::{
     ChunkCoord, ExtraTruth, Instance, MaterialId, Mesh, ObjectKind, Ontology, Prototype,
-    RigidTransform, Semantic,
+    RigidTransform, Semantic, Twist,
 };
 use nemoral_seed::Key;
 
 use super::assets::WorldAssets;
 use super::chunk::Solid;
-use super::frame::{FramePose, FrameScene, visible_chunks};
+use super::frame::{FramePose, FrameScene, motion, pictures_s, visible_chunks};
 use super::ground::ChunkGround;
 use super::sensors::CameraRig;
 use super::things::{Thing, Things};
@@ -164,6 +164,7 @@ impl Stage for BareStage {
 pub struct ExtraStage {
     chunk_size_m: f64,
     visible_radius_m: f64,
+    pictures_s: f64,
 }
 
 impl ExtraStage {
@@ -173,6 +174,7 @@ impl ExtraStage {
         Self {
             chunk_size_m: config.chunks.size_m,
             visible_radius_m: config.chunks.visible_radius_m,
+            pictures_s: pictures_s(config),
         }
     }
 }
@@ -213,10 +215,13 @@ impl Stage for ExtraStage {
             Demand<'_, Bare>,
         ),
     ) -> Result<Vec<ExtraTruth>, Error> {
-        let view = |rig: &CameraRig, body: RigidTransform| {
-            View::new(rig.intrinsics, body * rig.body_from_camera)
+        let view = |rig: &CameraRig, (body, motion): (RigidTransform, Twist)| View {
+            shutter: rig.shutter,
+            motion: motion.of_mounted(&rig.body_from_camera),
+            ..View::new(rig.intrinsics, body * rig.body_from_camera)
         };
         let body = pose.track.relative_to(scene.origin_m).middle();
+        let body = (body, pose.motion);
         let next = if rigs.iter().any(|r| r.extra.flow) {
             let land = Land { ground, things };
             self.next_body(at, &guide, land, scene.origin_m)?
@@ -327,20 +332,21 @@ fn upright_box(foot_m: DVec3, linear: &Mat3, shape: &Prototype) -> (RigidTransfo
 }
 
 impl ExtraStage {
-    /// The body's pose at the next frame, in this frame's scene; `None` where the path ends.
+    /// The body's pose at the next frame, in this frame's scene, and how it moves then; `None` where the
+    /// path ends.
     fn next_body(
         &self,
         at: u64,
         guide: &Guide,
         land: Land<'_>,
         origin_m: DVec3,
-    ) -> Result<Option<RigidTransform>, Error> {
+    ) -> Result<Option<(RigidTransform, Twist)>, Error> {
         if guide.frames().is_some_and(|frames| at + 1 >= frames) {
             return Ok(None);
         }
         let mut body = guide.pose(at + 1, 0.0, land)?;
         body.translation_m -= origin_m;
-        Ok(Some(body))
+        Ok(Some((body, motion(guide, at + 1, self.pictures_s, land)?)))
     }
 
     fn strip(&self, pose: &FramePose, bare: Demand<'_, Bare>) -> Result<StrippedScene, Error> {

@@ -110,13 +110,15 @@ pub(crate) struct FrameRecord {
     pub(crate) size: [f32; 4],
 }
 
-/// Can it be drawn? Rasterisers keep straight lines straight.
+/// Can it be drawn? Rasterisers keep straight lines straight, and draw an instant.
 fn pinhole(view: &View) -> Result<(), GpuError> {
     view.check()?;
-    if view.intrinsics.distortion == Distortion::None {
-        Ok(())
-    } else {
+    if view.intrinsics.distortion != Distortion::None {
         Err(GpuError::Distorted)
+    } else if view.moves() {
+        Err(GpuError::Moving)
+    } else {
+        Ok(())
     }
 }
 
@@ -356,8 +358,13 @@ impl GpuCamera {
 impl CameraRenderer for GpuCamera {
     type Error = GpuError;
 
-    /// The key is not needed: nothing in the picture is left to chance.
-    fn render(&self, scene: &SceneView<'_>, view: &View, _: Key) -> Result<CameraImages, GpuError> {
+    /// The key is for the sensor's noise: nothing else in the picture is left to chance.
+    fn render(
+        &self,
+        scene: &SceneView<'_>,
+        view: &View,
+        key: Key,
+    ) -> Result<CameraImages, GpuError> {
         pinhole(view)?;
         let mut guard = self.state();
         let state = &mut *guard;
@@ -401,7 +408,7 @@ impl CameraRenderer for GpuCamera {
         let ev100 = view.exposure.ev100(log_mean_luminance(&pixels));
         let linear = Image::new(width, height, pixels);
         Ok(CameraImages {
-            rgb: develop(&linear, ev100, view.tone),
+            rgb: develop(&linear, ev100, view, key),
             linear: self.params.keep_linear.then_some(linear),
             truth,
             ev100,

@@ -70,6 +70,11 @@ pub enum GpuError {
         "the GPU draws what a pinhole sees, and this camera's lens distorts: use the CPU (--backend cpu)"
     )]
     Distorted,
+    /// The camera moves while it takes the picture.
+    #[error(
+        "the GPU draws an instant, and this camera has a shutter and moves: use the CPU (--backend cpu)"
+    )]
+    Moving,
     /// The view or a parameter is impossible.
     #[error(transparent)]
     Param(#[from] ParamError),

@@ -158,6 +158,33 @@ fn presets_are_valid_and_survive_a_round_trip() {
 }
 
 #[test]
+fn a_commented_config_has_its_further_sensors() {
+    let file = "[cameras.right]\nmount_y_m = -0.12\n[cameras.wide.fisheye]\nk1 = -0.01\n[cameras.wide.noise]\nenabled = true\n\
+                [lidars.top]\ndevice = \"vlp16\"\npulses = 50000\n";
+    let config = load("", file, &[]).expect("fine");
+    let annotated = crate::config::annotated_toml(&config);
+    assert_eq!(
+        Config::from_toml(&annotated).expect("fine"),
+        config,
+        "{annotated}"
+    );
+    // What a further camera takes from the first is not said again.
+    let right = annotated.split("[cameras.right]").nth(1).expect("there");
+    assert!(right.starts_with("\nmount_y_m = -0.12\n\n"), "{right}");
+
+    // Without any there is an example, which is one once the comment is taken away.
+    let plain = crate::config::annotated_toml(&Config::default());
+    let uncommented: Vec<&str> = plain
+        .lines()
+        .skip_while(|l| *l != "# [cameras.right]          # the right eye of a stereo pair")
+        .take_while(|l| l.starts_with("# "))
+        .map(|l| &l[2..])
+        .collect();
+    let config = load("", &uncommented.join("\n"), &[]).expect("fine");
+    assert_eq!(config.cameras.len(), 2);
+}
+
+#[test]
 fn every_default_is_allowed_and_every_key_is_defined() {
     let table = to_table(&Config::default());
     let source = Source {

@@ -1,0 +1,212 @@
+//! What moves while a picture is taken.
+
+use glam::{DQuat, DVec2, DVec3};
+
+use crate::{Intrinsics, RigidTransform};
+
+/// How a frame moves about a time: its origin along a straight line, its axes about a fixed one, both
+/// at a constant rate. Over the hundredth of a second of a picture a robot does little else.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Twist {
+    /// Velocity of the origin, in the frame's own axes at that time, m/s.
+    pub linear_m_s: DVec3,
+    /// Angular velocity, in the same axes, right-handed, rad/s.
+    pub angular_rad_s: DVec3,
+}
+
+impl Twist {
+    /// Nothing moves.
+    pub const STILL: Self = Self {
+        linear_m_s: DVec3::ZERO,
+        angular_rad_s: DVec3::ZERO,
+    };
+
+    /// The motion from one pose to another in `duration_s`, about the time halfway between. Less than
+    /// half a turn lies between them.
+    #[must_use]
+    pub fn between(first: &RigidTransform, last: &RigidTransform, duration_s: f64) -> Self {
+        if first == last {
+            return Self::STILL;
+        }
+        let turn = (first.rotation.inverse() * last.rotation).to_scaled_axis();
+        let halfway = first.rotation * DQuat::from_scaled_axis(turn / 2.0);
+        let way = last.translation_m - first.translation_m;
+        Self {
+            linear_m_s: halfway.inverse() * way / duration_s,
+            angular_rad_s: turn / duration_s,
+        }
+    }
+
+    /// The frame at that time, from the same frame `time_s` later (or earlier).
+    #[inline]
+    #[must_use]
+    pub fn after(&self, time_s: f64) -> RigidTransform {
+        RigidTransform {
+            rotation: DQuat::from_scaled_axis(self.angular_rad_s * time_s),
+            translation_m: self.linear_m_s * time_s,
+        }
+    }
+
+    /// How something moves that is mounted on this frame.
+    #[must_use]
+    pub fn of_mounted(&self, here_from_mounted: &RigidTransform) -> Self {
+        let back = here_from_mounted.rotation.inverse();
+        let swing = self.angular_rad_s.cross(here_from_mounted.translation_m);
+        Self {
+            linear_m_s: back * (self.linear_m_s + swing),
+            angular_rad_s: back * self.angular_rad_s,
+        }
+    }
+}
+
+/// When the rows of a picture see light: row by row from the first to the last, each for the
+/// exposure's time. The picture's time is the middle row's, in the middle of its exposure.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shutter {
+    /// How long a row is exposed, seconds; 0 for an instant.
+    pub exposure_s: f64,
+    /// From the first row's edge of the picture to the last one's, seconds; 0 if all rows are exposed
+    /// together (a global shutter).
+    pub readout_s: f64,
+}
+
+impl Shutter {
+    /// All rows see one instant.
+    pub const INSTANT: Self = Self {
+        exposure_s: 0.0,
+        readout_s: 0.0,
+    };
+
+    /// The middle of the exposure at an image position `y_px` from the top, after the picture's time.
+    #[inline]
+    #[must_use]
+    pub fn row_time_s(&self, y_px: f64, height_px: u32) -> f64 {
+        self.readout_s * (y_px / f64::from(height_px) - 0.5)
+    }
+
+    /// From the first light on the first row to the last on the last one, seconds.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.exposure_s + self.readout_s
+    }
+}
+
+impl Intrinsics {
+    /// The image position of a point of the optical frame at the picture's time, if the camera moves
+    /// while its rows are read: where the row that sees the point is exposed as the point passes. As
+    /// [`Intrinsics::project`] if the shutter is global.
+    ///
+    /// `None` behind the camera. What crosses the picture faster than its rows are read, so that no row
+    /// or several see it, is not found.
+    #[must_use]
+    pub fn project_moving(&self, point: DVec3, shutter: &Shutter, motion: &Twist) -> Option<DVec2> {
+        /// Each step leaves of the error the share of the picture that the point crosses meanwhile.
+        const STEPS: u32 = 64;
+        let mut at = self.project(point)?;
+        if shutter.readout_s == 0.0 || *motion == Twist::STILL {
+            return Some(at);
+        }
+        let height = f64::from(self.height);
+        for _ in 0..STEPS {
+            // Outside the picture the shutter goes on for a while: it need not be right there.
+            let y = at.y.clamp(-height, 2.0 * height);
+            let then = motion.after(shutter.row_time_s(y, self.height)).inverse();
+            let next = self.project(then.transform_point(point))?;
+            if next.distance(at) < 1e-7 {
+                return Some(next);
+            }
+            at = next;
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector(most: f64) -> impl Strategy<Value = DVec3> {
+        prop::array::uniform3(-most..most).prop_map(DVec3::from_array)
+    }
+
+    fn close(a: &RigidTransform, b: &RigidTransform) -> bool {
+        a.translation_m.distance(b.translation_m) < 1e-9
+            && a.rotation.dot(b.rotation).abs() > 1.0 - 1e-12
+    }
+
+    proptest! {
+        #[test]
+        fn a_twist_goes_from_the_first_pose_to_the_last(
+            at in vector(100.0), rpy in vector(1.5), way in vector(2.0), turn in vector(1.0), duration in 0.001_f64..0.5,
+        ) {
+            let first = RigidTransform::from_xyz_rpy(at, rpy.x, rpy.y, rpy.z);
+            let last = RigidTransform {
+                rotation: first.rotation * DQuat::from_scaled_axis(turn),
+                translation_m: at + way,
+            };
+            let twist = Twist::between(&first, &last, duration);
+            // From the middle, half the time each way.
+            let middle = RigidTransform {
+                rotation: first.rotation * DQuat::from_scaled_axis(turn / 2.0),
+                translation_m: at + way / 2.0,
+            };
+            prop_assert!(close(&(middle * twist.after(duration / 2.0)), &last));
+            prop_assert!(close(&(middle * twist.after(-duration / 2.0)), &first));
+        }
+
+        /// What is mounted on a moving body goes where the body takes it, to the second order in time.
+        #[test]
+        fn what_is_mounted_moves_with_its_carrier(
+            linear in vector(5.0), angular in vector(1.0), at in vector(1.0), rpy in vector(1.5),
+        ) {
+            let twist = Twist { linear_m_s: linear, angular_rad_s: angular };
+            let mount = RigidTransform::from_xyz_rpy(at, rpy.x, rpy.y, rpy.z);
+            let mounted = twist.of_mounted(&mount);
+            for time in [-0.01, 0.004] {
+                let carried = mount.inverse() * twist.after(time) * mount;
+                let (a, b) = (carried, mounted.after(time));
+                prop_assert!(a.translation_m.distance(b.translation_m) < 6.0 * time * time);
+                prop_assert!(a.rotation.dot(b.rotation).abs() > 1.0 - 1e-12);
+            }
+        }
+
+        /// A point on the ray of an image position, as that row saw it, projects there.
+        #[test]
+        fn moving_pictures_project_back(
+            linear in vector(3.0), angular in vector(1.0), x in 0.0_f64..640.0, y in 0.0_f64..360.0,
+            far in 1.0_f64..100.0, readout in 0.0_f64..0.05,
+        ) {
+            let k = Intrinsics::from_fov(640, 360, 1.4).expect("valid");
+            let shutter = Shutter { exposure_s: 0.0, readout_s: readout };
+            let motion = Twist { linear_m_s: linear, angular_rad_s: angular };
+            let pixel = DVec2::new(x, y);
+            let then = motion.after(shutter.row_time_s(y, k.height));
+            let point = then.transform_point(k.direction(pixel) * far);
+            let back = k.project_moving(point, &shutter, &motion).expect("in front");
+            prop_assert!(back.distance(pixel) < 1e-5, "{back} for {pixel}");
+        }
+    }
+
+    /// Past a wall at z, sideways at v: a row's shift is f v t / z.
+    #[test]
+    fn the_skew_of_a_rolling_shutter() {
+        let k = Intrinsics::from_fov(640, 480, 1.2).expect("valid");
+        let shutter = Shutter {
+            exposure_s: 0.01,
+            readout_s: 0.03,
+        };
+        let motion = Twist {
+            linear_m_s: DVec3::X * 2.0,
+            angular_rad_s: DVec3::ZERO,
+        };
+        for row in [0.0, 100.0, 240.0, 480.0] {
+            let y = (row - k.cy) / k.fy * 4.0;
+            let at = k.project_moving(DVec3::new(0.0, y, 4.0), &shutter, &motion);
+            let skew = -k.fx * 2.0 / 4.0 * 0.03 * (row / 480.0 - 0.5);
+            let at = at.expect("in front");
+            assert!((at - DVec2::new(k.cx + skew, row)).length() < 1e-6, "{at}");
+        }
+        assert_eq!(shutter.duration_s(), 0.04);
+    }
+}

@@ -1,0 +1,131 @@
+//! A real camera's faults in a real wood: shutters and noise on pictures, truth that fits them, light
+//! itself on disk.
+
+use std::sync::atomic::AtomicBool;
+
+use nemoral_dataset::{Dataset, OpenMode, check};
+use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_pipeline::{Backend, BackendChoice, Done, ForestPlan, Observer, Request, generate};
+use nemoral_scene::Shutter;
+use nemoral_tests::config;
+
+struct Silent;
+
+impl Observer for Silent {
+    fn note(&self, _: &str) {}
+
+    fn frame(&self, _: Done) {}
+}
+
+/// A hurried robot with a cheap camera. Its labels fit its pictures and its scans all the same.
+#[test]
+fn a_rolling_shutter_in_a_wood_passes_the_check() {
+    let settings = [
+        "frames=2",
+        "camera.width_px=320",
+        "camera.height_px=180",
+        "camera.samples=1",
+        "camera.flow=true",
+        "camera.radiance=true",
+        "camera.shutter.readout_ms=33",
+        "camera.shutter.exposure_ms=10",
+        "camera.shutter.samples=3",
+        "robot.speed_m_s=6",
+        "lidar.pulses=20000",
+        // A camera beside it that takes an instant.
+        "cameras.good.shutter.readout_ms=0",
+        "cameras.good.shutter.exposure_ms=0",
+        "cameras.good.flow=false",
+        "cameras.good.radiance=false",
+    ];
+    let config = config("demo", &settings);
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("recorded");
+    let request = Request {
+        frames: vec![0, 1],
+        config,
+        out: out.clone(),
+        mode: OpenMode::Fresh,
+        threads: 2,
+        backend: Backend::Cpu,
+        cache: None,
+    };
+    generate(&request, &Silent, &AtomicBool::new(false)).expect("a data set");
+    let report = check(&out).expect("a data set");
+    println!("{report}");
+    assert!(report.passed(), "{report}");
+
+    let dataset = Dataset::open(&out).expect("a data set");
+    let cameras = &dataset.manifest().header.cameras;
+    let shutter = Shutter {
+        exposure_s: 0.01,
+        readout_s: 0.033,
+    };
+    assert_eq!(
+        (cameras[0].shutter, cameras[1].shutter),
+        (shutter, Shutter::INSTANT)
+    );
+    let motion = dataset.frames()[0].body_motion;
+    let speed = motion.linear_m_s.length();
+    assert!(
+        (speed - 6.0).abs() < 0.2 && motion.linear_m_s.x > 5.5,
+        "{motion:?}"
+    );
+
+    // Told that it stood still, the check finds the mounts wrong: points lie before or behind.
+    let path = out.join("dataset.json");
+    let text = std::fs::read_to_string(&path).expect("read");
+    std::fs::write(&path, text.replace("\"body_motion\"", "\"forgotten\"")).expect("write");
+    let still = check(&out).expect("a data set").to_string();
+    assert!(still.contains("pixels flow elsewhere"), "{still}");
+}
+
+/// Noise is on the picture alone, another in each frame and camera, and strong where light is scarce.
+#[test]
+fn noise_is_on_the_picture_alone() {
+    // The wood is the same for every camera: it is grown once, and pictures are taken anew.
+    let store = Store::unlimited();
+    let take = |more: &[&str]| {
+        let mut settings = vec![
+            "camera.width_px=160",
+            "camera.height_px=96",
+            "camera.samples=1",
+            "camera.radiance=true",
+            "lidar.pulses=10",
+        ];
+        settings.extend(more);
+        let forest = ForestPlan::new(&config("demo", &settings)).expect("a plan");
+        store.retain(|stage, _| stage != "frame.images");
+        let images = Runner::new(forest.plan(), &store, 2).get(forest.images, 0);
+        images.expect("pictures")[0].clone()
+    };
+    let (clean, noisy) = (take(&[]), take(&["camera.noise.enabled=true"]));
+    assert_eq!(clean.truth, noisy.truth);
+    assert_eq!(clean.linear, noisy.linear);
+    let off = |a: &nemoral_render::CameraImages, b: &nemoral_render::CameraImages| -> f64 {
+        let pairs = a.rgb.pixels().iter().zip(b.rgb.pixels());
+        let sum: f64 = pairs
+            .map(|(a, b)| (f64::from(a[1]) - f64::from(b[1])).powi(2))
+            .sum();
+        (sum / a.rgb.pixels().len() as f64).sqrt()
+    };
+    // A code value or two of 255: a good sensor in daylight.
+    assert!(
+        (0.3..3.0).contains(&off(&clean, &noisy)),
+        "{}",
+        off(&clean, &noisy)
+    );
+    let grainy = take(&["camera.noise.enabled=true", "camera.noise.gain=16"]);
+    assert!(off(&clean, &grainy) > 3.0 * off(&clean, &noisy));
+    assert_eq!(take(&["camera.noise.enabled=true"]), noisy);
+}
+
+#[test]
+fn shutters_are_for_the_cpu() {
+    let config = config("demo", &["camera.shutter.readout_ms=20"]);
+    let (backend, why) = Backend::for_config(BackendChoice::Auto, &config).expect("the CPU");
+    assert_eq!(backend.name(), "cpu");
+    assert!(why.contains("[camera.shutter] takes time"), "{why}");
+    let e = Backend::for_config(BackendChoice::Gpu, &config).expect_err("refused");
+    assert!(e.to_string().contains("--backend cpu"), "{e}");
+}
