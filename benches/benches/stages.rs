@@ -35,11 +35,7 @@ fn small(c: &mut Criterion) {
     let sensor = RangeSensor::new(RangeNoise::default()).expect("valid");
     let key = Key::world(7).stage(Stage::new("bench.noise"));
     c.bench_function("lidar-noise/measure", |b| {
-        let o = Observation {
-            range_m: 20.0,
-            incidence_rad: 0.7,
-            reflectance: 0.4,
-        };
+        let o = Observation::at_angle(20.0, 0.7, 0.4);
         b.iter(|| {
             pulse += 1;
             black_box(sensor.measure(&o, &mut key.item(pulse).rng()))

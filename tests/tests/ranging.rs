@@ -54,7 +54,7 @@ fn receiver(noise: RangeNoise) -> impl RangeModel {
     move |o: &EchoObservation, key: Key| {
         let o = Observation {
             range_m: o.range_m,
-            incidence_rad: o.incidence_rad,
+            incidence_cos: o.incidence_cos,
             reflectance: o.reflectance,
         };
         sensor.measure(&o, &mut key.rng())
@@ -149,7 +149,7 @@ fn the_mean_error_over_a_field_of_view_is_the_models() {
         let direction = Mid40.pulse(p.pulse.into()).direction;
         let truth = Observation {
             range_m: middle.dot(normal) / direction.dot(normal),
-            incidence_rad: direction.dot(-normal).acos(),
+            incidence_cos: direction.dot(-normal),
             reflectance: 0.5,
         };
         sum_m += f64::from(p.range_m) - truth.range_m;

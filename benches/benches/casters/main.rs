@@ -19,7 +19,7 @@ mod world;
 use std::time::Instant;
 
 use nemoral_raycast::Forest;
-use nemoral_scene::{Hit, Ray, RayCaster};
+use nemoral_scene::{Ray, RayCaster};
 
 use crate::clock::seconds;
 use crate::embree::{Embree, Scene};
@@ -147,19 +147,16 @@ fn rows<'a>(
     ] {
         for order in [Fired, Sorted] {
             let batch = move |rays: &[Ray], out: &mut [f32]| batch(caster, rays, out);
-            rows.push(Row::new(
-                &format!("{name} closest_hits"),
-                order,
-                Box::new(batch),
-            ));
+            rows.push(Row::new(&format!("{name}"), order, Box::new(batch)));
         }
         let single = move |rays: &[Ray], out: &mut [f32]| {
             for (ray, out) in rays.iter().zip(out) {
-                *out = distance(caster.closest_hit(ray));
+                let hit = caster.closest_hit(ray);
+                *out = hit.map_or(f32::INFINITY, |hit| hit.distance_m);
             }
         };
         rows.push(Row::new(
-            &format!("{name} closest_hit"),
+            &format!("{name} one by one"),
             Fired,
             Box::new(single),
         ));
@@ -189,14 +186,10 @@ fn rows<'a>(
 
 fn batch(caster: &dyn RayCaster, rays: &[Ray], out: &mut [f32]) {
     let mut hits = vec![None; rays.len()];
-    caster.closest_hits(rays, &mut hits);
+    caster.closest_surfaces(rays, &mut hits);
     for (hit, out) in hits.into_iter().zip(out) {
-        *out = distance(hit);
+        *out = hit.map_or(f32::INFINITY, |hit| hit.distance_m);
     }
-}
-
-fn distance(hit: Option<Hit>) -> f32 {
-    hit.map_or(f32::INFINITY, |hit| hit.distance_m)
 }
 
 /// What a second thread brings: by the wall's clock, and by the processor's, which other processes
@@ -235,12 +228,7 @@ fn agreement(placed: &Placed, work: &Work, rows: &[Row<'_>]) {
     let own = ours.distances_fired(work);
     let hits = own.iter().filter(|t| t.is_finite()).count();
     println!("    {:.1} % hit", 100.0 * hits as f64 / own.len() as f64);
-    for name in [
-        "portable closest_hits",
-        "embree x1",
-        "embree x8 cut",
-        "parry3d",
-    ] {
+    for name in ["portable", "embree x1", "embree x8 cut", "parry3d"] {
         let Some(other) = rows.iter().find(|r| r.name == name) else {
             continue;
         };

@@ -97,4 +97,4 @@ pub(crate) fn print(rows: &[Row<'_>], work: &Work) {
 }
 
 /// The row that others are compared with.
-const OURS: &str = "nemoral closest_hits";
+const OURS: &str = "nemoral";

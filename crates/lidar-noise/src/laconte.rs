@@ -1,12 +1,10 @@
 //! The incidence bias of Laconte et al. 2019 (\[20\] in the paper).
 
-use std::f64::consts::PI;
-
 use crate::{MeanError, Observation};
 
-/// Beyond this incidence the bias is held. The authors' filter drops points from 88° on; in the last
+/// Beyond this incidence, 85°, the bias is held. The authors' filter drops points from 88° on; in the last
 /// degrees before, the expansion runs away to metres, far beyond the 20 cm they measured.
-const MAX_INCIDENCE_RAD: f64 = 85.0 * PI / 180.0;
+const MIN_INCIDENCE_COS: f64 = 0.087_155_742_747_658_18;
 
 /// The sensors that Laconte et al. measured and published coefficients for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -69,68 +67,71 @@ pub struct LaconteWaveform {
 }
 
 impl MeanError for LaconteWaveform {
+    /// The published coefficients a₁, a₂ and a₃, divided by what they share: with incidence θ, half
+    /// aperture a, the pulse's length P and the depth of the footprint D = d tan θ / P in pulse lengths,
+    /// `x = (a D)²`, `q = 1 + x` and `h = 3 a² D sin θ`, they are as `−h (1 − g(x))` to `−cos θ` to
+    /// `h / (2 q)`, where g is the share of the beam's edge.
     fn mean_error_m(&self, o: &Observation) -> f64 {
-        let (d, theta) = (o.range_m, clamp_incidence(o.incidence_rad));
-        let [_, a1, a2, a3] = self.expansion(d, theta);
-        let peak_s = 2.0 * a1 / (-2.0 * a2 + (4.0 * a2 * a2 - 12.0 * a1 * a3).max(0.0).sqrt());
-        let a2_head_on = self.curvature_head_on();
-        let displacement_m = peak_s * LIGHT_M_PER_S / 2.0;
-        let curvature = 1.0 - 2.0 * a2_head_on / (2.0 * a2 + 6.0 * peak_s * a3);
-        self.k_distance * displacement_m + self.k_curvature_m * curvature
+        let cos = held(o.incidence_cos);
+        let sin = (1.0 - cos * cos).sqrt();
+        let depth = o.range_m * sin / (cos * PULSE_M);
+        let a = self.half_aperture_rad;
+        let x = (a * depth) * (a * depth);
+        let (edge, flatness) = edge_and_flatness(x);
+        let per_q = 1.0 / (1.0 + x);
+        let lean = 3.0 * a * a * depth * sin;
+        let push = lean * (1.0 - edge);
+        // The waveform's peak, in pulse lengths behind the echo of the centre ray.
+        let peak = -push / (cos + (cos * cos + 1.5 * push * lean * per_q).sqrt());
+        let curvature = 1.0 - flatness / (cos - 1.5 * peak * lean * per_q);
+        self.k_distance * (0.5 * PULSE_M * peak) + self.k_curvature_m * curvature
     }
 }
 
-const LIGHT_M_PER_S: f64 = 299_792_458.0;
-/// Pulse length of the authors' model, seconds.
-const PULSE_S: f64 = 50e-9;
+/// √(2 / π).
+const ROOT_2_BY_PI: f64 = 0.797_884_560_802_865_4;
 
-/// Its spread, seconds and metres: `PULSE_S / √(2 π)`.
-const SIGMA_S: f64 = PULSE_S * 0.398_942_280_401_432_7;
-const PULSE_M: f64 = SIGMA_S * LIGHT_M_PER_S;
-
-/// √π.
-const ROOT_PI: f64 = 1.772_453_850_905_516;
+/// The authors' pulse of 50 ns: its spread, `50 ns / √(2 π)`, in metres of light.
+const PULSE_M: f64 = 50e-9 * 0.398_942_280_401_432_7 * 299_792_458.0;
 
 /// erf(√2).
 const ERF_ROOT_2: f64 = 0.954_499_736_103_641_6;
 
-impl LaconteWaveform {
-    /// a2 of [`expansion`](Self::expansion) at incidence 0, where it is the same at any distance.
-    fn curvature_head_on(&self) -> f64 {
-        let sigma_squared = PULSE_S * PULSE_S / (2.0 * PI);
-        let big_a = 2.0 / (self.half_aperture_rad * self.half_aperture_rad);
-        -PI.sqrt() * ERF_ROOT_2 / (2.0 * big_a.sqrt() * sigma_squared)
+/// What the width of the beam does, for the square `x` of the footprint's depth in pulse lengths and
+/// beam widths: g, the share of the beam's edge, and by what the waveform's curvature is less than
+/// head-on. With `q = 1 + x` and `E = erf √(2 q)`: `g = √(2/π) · 2 √q e^(−2 q) / E` and
+/// `q √q · erf √2 / E`.
+fn edge_and_flatness(x: f64) -> (f64, f64) {
+    // All returns but a few: narrow beams and footprints that are not deep. The next terms are below 1e-9.
+    if x < 1.0 / 64.0 {
+        let edge = series(EDGE, x);
+        return (edge, series(FLATNESS, x));
     }
+    let q = 1.0 + x;
+    let root = q.sqrt();
+    let e = libm::erf(std::f64::consts::SQRT_2 * root);
+    let edge = ROOT_2_BY_PI * 2.0 * root * libm::exp(-2.0 * q) / e;
+    (edge, q * root * ERF_ROOT_2 / e)
+}
 
-    /// The coefficients a0..a3 of the waveform around the echo of the centre ray, at distance `d`
-    /// and incidence `theta`, up to a factor that does not depend on `theta`.
-    fn expansion(&self, d: f64, theta: f64) -> [f64; 4] {
-        let a = self.half_aperture_rad;
-        let (sin, cos) = libm::sincos(theta);
-        let per_cos = 1.0 / cos;
-        let tan = sin * per_cos;
-        // The footprint's depth in pulse lengths.
-        let depth = d * tan / PULSE_M;
-        let big_a = 2.0 * depth * depth + 2.0 / (a * a);
-        let (root, per_a) = (big_a.sqrt(), 1.0 / big_a);
-        let k1 = cos * cos * cos;
-        let k2 = 3.0 * cos * cos * sin;
-        let spread = per_cos * per_cos;
-        let l1 = spread * ROOT_PI * libm::erf(a * root) * per_a / (2.0 * root);
-        let l2 = spread * k2 * per_a / 2.0;
-        let tilt = l1 * k2 - 2.0 * l2 * a * libm::exp(-big_a * a * a);
-        let (d_cos, pulse_cos) = (d * cos, PULSE_M * cos);
-        let narrowing = pulse_cos * pulse_cos * big_a + 2.0 * (d_cos * d_cos - d * d);
-        let leaning = PULSE_M * PULSE_M * big_a - 2.0 * (d * tan) * (d * tan);
-        let sigma_squared = SIGMA_S * SIGMA_S;
-        [
-            2.0 * big_a * k1 * l1,
-            -2.0 * tan * d * tilt / (SIGMA_S * PULSE_M),
-            -l1 * k1 * narrowing * spread / (PULSE_M * PULSE_M * sigma_squared),
-            l1 * k2 * d * tan * leaning * per_a
-                / (PULSE_M * PULSE_M * PULSE_M * SIGMA_S * sigma_squared),
-        ]
-    }
+/// Powers of x, around 0.
+const EDGE: [f64; 5] = [
+    0.226_258_696_450_076_75,
+    -0.364_984_543_534_759_2,
+    0.271_262_446_490_672_6,
+    -0.115_810_607_232_104_1,
+    0.025_958_149_200_267_8,
+];
+const FLATNESS: [f64; 5] = [
+    1.0,
+    1.386_870_651_774_961_6,
+    0.359_515_912_373_562_4,
+    -0.034_322_601_461_849_84,
+    -0.002_305_497_014_031_92,
+];
+
+fn series([c0, c1, c2, c3, c4]: [f64; 5], x: f64) -> f64 {
+    c0 + x * (c1 + x * (c2 + x * (c3 + x * c4)))
 }
 
 /// `−(per_metre · d · tan²θ + curvature_m · (sec θ − 1))`: what [`LaconteWaveform`] reduces to.
@@ -148,14 +149,14 @@ pub struct LaconteClosedForm {
 
 impl MeanError for LaconteClosedForm {
     fn mean_error_m(&self, o: &Observation) -> f64 {
-        let (sin, cos) = libm::sincos(clamp_incidence(o.incidence_rad));
-        let tan = sin / cos;
-        -(self.per_metre * o.range_m * tan * tan + self.curvature_m * (1.0 / cos - 1.0))
+        let sec = 1.0 / held(o.incidence_cos);
+        let tan_squared = sec * sec - 1.0;
+        -(self.per_metre * o.range_m * tan_squared + self.curvature_m * (sec - 1.0))
     }
 }
 
-fn clamp_incidence(incidence_rad: f64) -> f64 {
-    incidence_rad.abs().min(MAX_INCIDENCE_RAD)
+fn held(incidence_cos: f64) -> f64 {
+    incidence_cos.clamp(MIN_INCIDENCE_COS, 1.0)
 }
 
 #[cfg(test)]
@@ -164,21 +165,61 @@ mod tests {
     use LaconteDevice::{SickLms1xx, VelodyneHdl32e};
 
     fn at(range_m: f64, incidence_deg: f64) -> Observation {
-        Observation {
-            range_m,
-            incidence_rad: incidence_deg.to_radians(),
-            reflectance: 0.5,
+        Observation::at_angle(range_m, incidence_deg.to_radians(), 0.5)
+    }
+
+    /// The published filter as it is published, but for its constant factors.
+    fn published(w: &LaconteWaveform, d: f64, theta: f64) -> f64 {
+        let a = w.half_aperture_rad;
+        let light = 299_792_458.0;
+        let sigma = 50e-9 / std::f64::consts::TAU.sqrt();
+        let expansion = |theta: f64| {
+            let (sin, cos) = theta.sin_cos();
+            let depth = d * theta.tan() / (sigma * light);
+            let big_a = 2.0 * depth * depth + 2.0 / (a * a);
+            let (k1, k2) = (cos.powi(3), 3.0 * cos * cos * sin);
+            let spread = 1.0 / (cos * cos);
+            let root_pi = std::f64::consts::PI.sqrt();
+            let l1 = spread * root_pi * libm::erf(a * big_a.sqrt()) / (2.0 * big_a.powf(1.5));
+            let l2 = spread * k2 / (2.0 * big_a);
+            let tilt = l1 * k2 - 2.0 * l2 * a * (-big_a * a * a).exp();
+            let pulse = sigma * light;
+            let narrowing = (pulse * cos).powi(2) * big_a + 2.0 * d * d * (cos * cos - 1.0);
+            let leaning = pulse * pulse * big_a - 2.0 * (d * theta.tan()).powi(2);
+            [
+                -2.0 * theta.tan() * d * tilt / (sigma * pulse),
+                -l1 * k1 * narrowing * spread / (pulse * sigma).powi(2),
+                l1 * k2 * d * theta.tan() * leaning / (big_a * (pulse * sigma).powi(3)),
+            ]
+        };
+        let [a1, a2, a3] = expansion(theta);
+        let peak = 2.0 * a1 / (-2.0 * a2 + (4.0 * a2 * a2 - 12.0 * a1 * a3).sqrt());
+        let curvature = 1.0 - 2.0 * expansion(0.0)[1] / (2.0 * a2 + 6.0 * peak * a3);
+        w.k_distance * peak * light / 2.0 + w.k_curvature_m * curvature
+    }
+
+    #[test]
+    fn what_is_divided_out_changes_nothing() {
+        for waveform in [SickLms1xx.waveform(), VelodyneHdl32e.waveform()] {
+            // Far and steep leaves the series for the functions.
+            for d in [0.5, 2.0, 10.0, 30.0, 80.0, 200.0] {
+                for deg in [0.0, 1.0, 20.0, 45.0, 60.0, 75.0, 84.9] {
+                    let got = waveform.mean_error_m(&at(d, deg));
+                    let expected = published(&waveform, d, deg.to_radians());
+                    assert!((got - expected).abs() < 1e-9, "{d} {deg}: {got} {expected}");
+                }
+            }
         }
     }
 
     #[test]
-    fn the_curvature_head_on_is_the_expansions() {
-        for waveform in [SickLms1xx.waveform(), VelodyneHdl32e.waveform()] {
-            for d in [0.5, 10.0, 80.0] {
-                let [_, _, a2, _] = waveform.expansion(d, 0.0);
-                assert!((waveform.curvature_head_on() / a2 - 1.0).abs() < 1e-12);
-            }
-        }
+    fn the_series_meet_the_functions() {
+        let (below, above) = (1.0_f64 / 64.0 - 1e-12, 1.0 / 64.0);
+        let (a, b) = (edge_and_flatness(below), edge_and_flatness(above));
+        assert!(
+            (a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9,
+            "{a:?} {b:?}"
+        );
     }
 
     /// Values of the authors' implementation, run outside of this project.

@@ -9,7 +9,7 @@
 //!     mean: LaconteDevice::SickLms1xx.waveform(),
 //!     sigma: ConstantSigma::new(0.01)?,
 //! };
-//! let grazing = Observation { range_m: 10.0, incidence_rad: 1.4, reflectance: 0.5 };
+//! let grazing = Observation::at_angle(10.0, 1.4, 0.5);
 //! let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
 //! let n = 1000;
 //! let mean_m = (0..n).map(|_| sensor.measure(&grazing, &mut rng)).sum::<f64>() / f64::from(n);
@@ -25,8 +25,8 @@
 //! what data sheets say: spread and greatest range by reflectance. [`RangeNoise`] names whole models
 //! for configurations, [`RangeSensor`] measures with them.
 //!
-//! Metres, radians, reflectance 0..1. Transcendental functions go through libm and the normal
-//! deviate is Box and Muller's, so equal generators give equal ranges on every platform.
+//! Metres, cosines of incidence, reflectance 0..1. Transcendental functions go through libm and the
+//! normal deviate is a quantile (Wichura's), so equal generators give equal ranges on every platform.
 
 mod error;
 mod gaussian;

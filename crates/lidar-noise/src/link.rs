@@ -54,7 +54,7 @@ impl RangeEquation {
         at_least_zero("extinction_per_m", params.extinction_per_m)?;
         let reference = Observation {
             range_m: params.reference_range_m,
-            incidence_rad: 0.0,
+            incidence_cos: 1.0,
             reflectance: params.reference_reflectance,
         };
         Ok(Self {
@@ -78,7 +78,7 @@ impl Default for RangeEquation {
 }
 
 fn power(extinction_per_m: f64, o: &Observation) -> f64 {
-    let sent_back = o.reflectance * libm::cos(o.incidence_rad).max(0.0);
+    let sent_back = o.reflectance * o.incidence_cos.max(0.0);
     if sent_back <= 0.0 {
         return 0.0; // also at range 0
     }
@@ -203,7 +203,7 @@ mod tests {
     fn at(range_m: f64, reflectance: f64) -> Observation {
         Observation {
             range_m,
-            incidence_rad: 0.0,
+            incidence_cos: 1.0,
             reflectance,
         }
     }

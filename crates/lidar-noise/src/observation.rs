@@ -9,10 +9,23 @@ use crate::gaussian::unit;
 pub struct Observation {
     /// True distance from the sensor to the surface, metres, at least 0.
     pub range_m: f64,
-    /// Angle between the beam and the surface normal, radians, 0 (head-on) to π/2 (grazing).
-    pub incidence_rad: f64,
+    /// Cosine of the angle between the beam and the surface normal, 1 (head-on) to 0 (grazing): what
+    /// a ray caster has, and what the models need.
+    pub incidence_cos: f64,
     /// Diffuse reflectance of the surface at the laser's wavelength, 0..1.
     pub reflectance: f64,
+}
+
+impl Observation {
+    /// The same by the angle, radians, 0 (head-on) to π/2 (grazing).
+    #[must_use]
+    pub fn at_angle(range_m: f64, incidence_rad: f64, reflectance: f64) -> Self {
+        Self {
+            range_m,
+            incidence_cos: libm::cos(incidence_rad).max(0.0),
+            reflectance,
+        }
+    }
 }
 
 /// The systematic part of a range error. Any `Fn(&Observation) -> f64` is one.

@@ -72,7 +72,7 @@ impl IncidenceLaw {
 
     fn error_m(&self, o: &Observation) -> f64 {
         let p = &self.params;
-        let cos = libm::cos(o.incidence_rad).max(self.min_cos);
+        let cos = o.incidence_cos.max(self.min_cos);
         let ratio = o.range_m / p.reference_range_m;
         let growth = if p.range_exponent == 1.0 {
             ratio
@@ -109,11 +109,7 @@ mod tests {
     fn doubles_at_sixty_degrees_and_with_the_range() {
         let law = IncidenceLaw::default();
         let at = |range_m: f64, deg: f64| {
-            law.sigma_m(&Observation {
-                range_m,
-                incidence_rad: deg.to_radians(),
-                reflectance: 0.5,
-            })
+            law.sigma_m(&Observation::at_angle(range_m, deg.to_radians(), 0.5))
         };
         assert!((at(20.0, 0.0) - 0.002).abs() < 1e-15);
         assert!((at(20.0, 60.0) / at(20.0, 0.0) - 2.0).abs() < 1e-12);

@@ -2,7 +2,7 @@
 
 use nemoral_scene::glam::{DVec2, DVec3};
 
-use crate::pattern::rotor;
+use crate::pattern::{rotor, together};
 use crate::{Pulse, ScanPattern};
 
 /// The paper's "non-repeating, rectangular field of view": 82° × 28° like the Livox Horizon's.
@@ -51,17 +51,30 @@ impl Rotor {
     }
 }
 
+/// The middle of the six lines.
+fn middle(shot: u64) -> DVec2 {
+    let back = BACKWARD.at(shot);
+    FORWARD.at(shot) + DVec2::new(back.x, -back.y) + SLOW.at(shot)
+}
+
+fn pulse(middle: &DVec2, shot: u64, line: u64) -> Pulse {
+    let mut hv = *middle;
+    hv.y += LINE_STEP * (line as f64 - 2.5);
+    Pulse {
+        time_s: shot as f64 / SHOTS_HZ as f64,
+        direction: DVec3::new((1.0 - hv.length_squared()).sqrt(), hv.x, hv.y),
+        ring: line as u8,
+    }
+}
+
 impl ScanPattern for HorizonLike {
     fn pulse(&self, number: u64) -> Pulse {
-        let (shot, line) = (number / LINES, number % LINES);
-        let back = BACKWARD.at(shot);
-        let mut hv = FORWARD.at(shot) + DVec2::new(back.x, -back.y) + SLOW.at(shot);
-        hv.y += LINE_STEP * (line as f64 - 2.5);
-        Pulse {
-            time_s: shot as f64 / SHOTS_HZ as f64,
-            direction: DVec3::new((1.0 - hv.length_squared()).sqrt(), hv.x, hv.y),
-            ring: line as u8,
-        }
+        let shot = number / LINES;
+        pulse(&middle(shot), shot, number % LINES)
+    }
+
+    fn pulses(&self, first: u64, count: u32) -> Vec<Pulse> {
+        together((first, count), LINES, middle, pulse)
     }
 
     fn rate_hz(&self) -> f64 {

@@ -21,6 +21,13 @@ pub trait ScanPattern: Send + Sync {
     /// The pulse with this number; number 0 is fired at time 0.
     fn pulse(&self, number: u64) -> Pulse;
 
+    /// The pulses from `first` on, so many. Patterns whose pulses share work override this; each is what
+    /// [`pulse`](Self::pulse) says, to the bit.
+    fn pulses(&self, first: u64, count: u32) -> Vec<Pulse> {
+        let number = |i: u32| first.wrapping_add(i.into());
+        (0..count).map(|i| self.pulse(number(i))).collect()
+    }
+
     /// What keys a pulse's randomness, different for every pulse: its number, unless the pattern has a
     /// name for it that stays when a laser is added.
     fn identity(&self, number: u64) -> u64 {
@@ -42,8 +49,12 @@ impl<F: Fn(u64) -> Pulse + Send + Sync> ScanPattern for F {
 
 /// The unit vector at an azimuth (from x towards y) and an elevation (from the xy plane towards z).
 pub(crate) fn direction(azimuth_rad: f64, elevation_rad: f64) -> DVec3 {
+    sloped(azimuth_rad, libm::sincos(elevation_rad))
+}
+
+/// The same by the elevation's sine and cosine.
+pub(crate) fn sloped(azimuth_rad: f64, (sin_el, cos_el): (f64, f64)) -> DVec3 {
     let (sin_az, cos_az) = libm::sincos(azimuth_rad);
-    let (sin_el, cos_el) = libm::sincos(elevation_rad);
     DVec3::new(cos_el * cos_az, cos_el * sin_az, sin_el)
 }
 
@@ -51,6 +62,32 @@ pub(crate) fn direction(azimuth_rad: f64, elevation_rad: f64) -> DVec3 {
 ///
 /// Whole turns are taken out in integers: the phase is as exact after a year as in the first second.
 pub(crate) fn rotor(ticks: u64, turns: u64, per: u64, phase_rad: f64) -> (f64, f64) {
-    let rest = u128::from(ticks) * u128::from(turns) % u128::from(per);
+    let rest = match ticks.checked_mul(turns) {
+        Some(all) => all % per,
+        None => (u128::from(ticks) * u128::from(turns) % u128::from(per)) as u64,
+    };
     libm::sincos(std::f64::consts::TAU * (rest as f64 / per as f64) + phase_rad)
+}
+
+/// The pulses from `first` on of lasers that fire together, so many at each shot: `shot` does what they
+/// share, `pulse` the rest.
+pub(crate) fn together<S>(
+    (first, count): (u64, u32),
+    lasers: u64,
+    shot: impl Fn(u64) -> S,
+    pulse: impl Fn(&S, u64, u64) -> Pulse,
+) -> Vec<Pulse> {
+    let mut last = None;
+    let each = |i: u32| {
+        let number = first.wrapping_add(i.into());
+        let (at, laser) = (number / lasers, number % lasers);
+        let shared = match last.take() {
+            Some((fired, shared)) if fired == at => shared,
+            _ => shot(at),
+        };
+        let pulse = pulse(&shared, at, laser);
+        last = Some((at, shared));
+        pulse
+    };
+    (0..count).map(each).collect()
 }

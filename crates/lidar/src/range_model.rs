@@ -7,8 +7,8 @@ use nemoral_seed::Key;
 pub struct EchoObservation {
     /// True distance to the surface, metres.
     pub range_m: f64,
-    /// Angle between beam and surface normal, radians, 0 (head-on) to π/2.
-    pub incidence_rad: f64,
+    /// Cosine of the angle between beam and surface normal, 1 (head-on) to 0.
+    pub incidence_cos: f64,
     /// Diffuse reflectance at the laser's wavelength, 0..1.
     pub reflectance: f64,
 }

@@ -2,7 +2,7 @@
 
 use nemoral_scene::glam::DVec3;
 
-use crate::pattern::rotor;
+use crate::pattern::{rotor, together};
 use crate::{Pulse, ScanPattern};
 
 /// Livox Mid-40: the paper's "non-repeating, circular field of view", 38.3° wide.
@@ -61,28 +61,43 @@ const AVIA_PRISMS: [(u64, f64, f64); 3] = [
     (2_131_611, 1.0, 3.1351),
 ];
 
+/// The normals of its prisms' tilted faces.
+fn avia_faces(shot: u64) -> [DVec3; 3] {
+    AVIA_PRISMS.map(|(turns, sense, wedge_deg)| {
+        let (sin, cos) = rotor(shot, turns, 10_000 * AVIA_SHOTS_HZ, 0.0);
+        let (tilt, along) = libm::sincos(wedge_deg.to_radians());
+        DVec3::new(-along, tilt * cos, tilt * sense * sin)
+    })
+}
+
+fn avia_pulse(faces: &[DVec3; 3], shot: u64, beam: u64) -> Pulse {
+    let side = AVIA_BEAMS[beam as usize];
+    let mut direction = DVec3::new((1.0 - side * side).sqrt(), 0.0, side);
+    for &normal in faces {
+        direction = refract(direction, normal, 1.51_f64.recip());
+        direction = refract(direction, FLAT, 1.51);
+    }
+    Pulse {
+        time_s: shot as f64 / AVIA_SHOTS_HZ as f64,
+        direction,
+        ring: beam as u8,
+    }
+}
+
+const AVIA_LASERS: u64 = AVIA_BEAMS.len() as u64;
+
 impl ScanPattern for Avia {
     fn pulse(&self, number: u64) -> Pulse {
-        let beams = AVIA_BEAMS.len() as u64;
-        let (shot, beam) = (number / beams, (number % beams) as usize);
-        let side = AVIA_BEAMS[beam];
-        let mut direction = DVec3::new((1.0 - side * side).sqrt(), 0.0, side);
-        for (turns, sense, wedge_deg) in AVIA_PRISMS {
-            let (sin, cos) = rotor(shot, turns, 10_000 * AVIA_SHOTS_HZ, 0.0);
-            let (tilt, along) = libm::sincos(wedge_deg.to_radians());
-            let normal = DVec3::new(-along, tilt * cos, tilt * sense * sin);
-            direction = refract(direction, normal, 1.51_f64.recip());
-            direction = refract(direction, FLAT, 1.51);
-        }
-        Pulse {
-            time_s: shot as f64 / AVIA_SHOTS_HZ as f64,
-            direction,
-            ring: beam as u8,
-        }
+        let shot = number / AVIA_LASERS;
+        avia_pulse(&avia_faces(shot), shot, number % AVIA_LASERS)
+    }
+
+    fn pulses(&self, first: u64, count: u32) -> Vec<Pulse> {
+        together((first, count), AVIA_LASERS, avia_faces, avia_pulse)
     }
 
     fn rate_hz(&self) -> f64 {
-        (AVIA_BEAMS.len() as u64 * AVIA_SHOTS_HZ) as f64
+        (AVIA_LASERS * AVIA_SHOTS_HZ) as f64
     }
 }
 

@@ -2,8 +2,8 @@
 
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
-    Hit, LidarPoint, MaterialLibrary, ObjectId, PointFlags, Ray, RayCaster, RigidTransform,
-    Semantic,
+    LidarPoint, MaterialLibrary, ObjectId, PointFlags, Ray, RayCaster, RigidTransform, Semantic,
+    SurfaceHit,
 };
 use nemoral_seed::{Draw, Key, Stage};
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use crate::{EchoObservation, Pulse, RangeModel, ScanPattern, ScannerParams};
 const MOST_RAYS: u32 = 1 << 17;
 
 /// Pulses that one thread works on.
-const PIECE: usize = 2048;
+const PIECE: usize = 1024;
 
 const JITTER: Stage = Stage::new("lidar.jitter");
 const DROPOUT: Stage = Stage::new("lidar.dropout");
@@ -50,10 +50,17 @@ struct Shot {
     /// Its number in the scan.
     number: u32,
     pulse: Pulse,
-    /// Where the LiDAR is when it fires.
-    scene_from_lidar: RigidTransform,
+    /// Which of its piece's poses the LiDAR has when it fires.
+    pose: u32,
     /// Where it really goes, in the LiDAR frame.
     direction: DVec3,
+}
+
+/// Pulses that one thread works on.
+struct Piece {
+    shots: Vec<Shot>,
+    /// Scene from LiDAR, of each moment of firing.
+    poses: Vec<RigidTransform>,
 }
 
 /// Buffers that the pulses of a batch share.
@@ -61,6 +68,15 @@ struct Shot {
 struct Scratch {
     contacts: Vec<Contact>,
     echoes: Vec<Echo>,
+}
+
+/// A pulse and what its rays met.
+struct Echoing<'a> {
+    shot: &'a Shot,
+    /// Scene from LiDAR.
+    pose: &'a RigidTransform,
+    rays: &'a [Ray],
+    hits: &'a [Option<SurfaceHit>],
 }
 
 impl Scan<'_> {
@@ -77,51 +93,64 @@ impl Scan<'_> {
 
     /// Adds the points of `count` pulses from the `start`-th of the scan on.
     fn fire(&self, start: u32, count: u32, points: &mut Vec<LidarPoint>) {
-        let pieces = (start..start + count).into_par_iter().step_by(PIECE);
-        let piece = |first: u32| self.shots(first, (PIECE as u32).min(start + count - first));
-        let shots: Vec<Vec<Shot>> = pieces.map(piece).collect();
         let of_shot = self.sub_rays.len();
-        let rays: Vec<Vec<Ray>> = shots.par_iter().map(|shots| self.rays(shots)).collect();
-        let rays = rays.concat();
+        let nothing = Ray::new(Vec3::ZERO, Vec3::X);
+        let mut rays = vec![nothing; count as usize * of_shot];
+        let of_piece = PIECE * of_shot;
+        let aim = |(i, rays): (usize, &mut [Ray])| {
+            let piece = self.piece(start + (i * PIECE) as u32, (rays.len() / of_shot) as u32);
+            self.aim(&piece, rays);
+            piece
+        };
+        let pieces = rays.par_chunks_mut(of_piece).enumerate().map(aim);
+        let pieces: Vec<Piece> = pieces.collect();
         let mut hits = vec![None; rays.len()];
-        self.caster.closest_hits(&rays, &mut hits);
-        let answers = rays
-            .par_chunks(PIECE * of_shot)
-            .zip(hits.par_chunks(PIECE * of_shot));
-        let received: Vec<Vec<LidarPoint>> = shots
-            .par_iter()
-            .zip(answers)
-            .map(|(shots, (rays, hits))| {
-                let mut points = Vec::with_capacity(shots.len());
-                let mut scratch = Scratch::default();
-                let answers = rays.chunks(of_shot).zip(hits.chunks(of_shot));
-                for (shot, (rays, hits)) in shots.iter().zip(answers) {
-                    self.receive(shot, rays, hits, &mut scratch, &mut points);
-                }
-                points
-            })
-            .collect();
-        points.extend(received.into_iter().flatten());
+        self.caster.closest_surfaces(&rays, &mut hits);
+        let answers = rays.par_chunks(of_piece).zip(hits.par_chunks(of_piece));
+        let receive = |(piece, (rays, hits)): (&Piece, (&[Ray], &[Option<SurfaceHit>]))| {
+            let mut points = Vec::with_capacity(piece.shots.len());
+            let mut scratch = Scratch::default();
+            let answers = rays.chunks(of_shot).zip(hits.chunks(of_shot));
+            for (shot, (rays, hits)) in piece.shots.iter().zip(answers) {
+                let pose = &piece.poses[shot.pose as usize];
+                self.receive(
+                    &Echoing {
+                        shot,
+                        pose,
+                        rays,
+                        hits,
+                    },
+                    &mut scratch,
+                    &mut points,
+                );
+            }
+            points
+        };
+        let received: Vec<Vec<LidarPoint>> = pieces.par_iter().zip(answers).map(receive).collect();
+        for piece in received {
+            points.extend_from_slice(&piece);
+        }
     }
 
-    fn shots(&self, start: u32, count: u32) -> Vec<Shot> {
+    fn piece(&self, start: u32, count: u32) -> Piece {
         // Lasers that fire together share a pose, and poses may cost more than rays.
         let mut fired_s = f64::NAN;
-        let mut scene_from_lidar = RigidTransform::IDENTITY;
-        let shot = |number: u32| {
-            let pulse = self.pattern.pulse(self.in_pattern(number));
+        let mut poses = Vec::new();
+        let pulses = self.pattern.pulses(self.in_pattern(start), count);
+        let shot = |(number, pulse): (u32, Pulse)| {
             if pulse.time_s != fired_s {
                 fired_s = pulse.time_s;
-                scene_from_lidar = (self.scene_from_lidar_at)(fired_s - self.middle_s);
+                poses.push((self.scene_from_lidar_at)(fired_s - self.middle_s));
             }
             Shot {
                 number,
                 pulse,
-                scene_from_lidar,
+                pose: poses.len() as u32 - 1,
                 direction: self.jittered(number, pulse.direction),
             }
         };
-        (start..start + count).map(shot).collect()
+        let shots = (start..).zip(pulses).map(shot).collect();
+        Piece { shots, poses }
     }
 
     /// The number in the pattern of a pulse of the scan.
@@ -148,11 +177,11 @@ impl Scan<'_> {
         turned(direction, sigma * rng.normal(), sigma * rng.normal())
     }
 
-    /// The rays of pulses, in the scene.
-    fn rays(&self, shots: &[Shot]) -> Vec<Ray> {
-        let mut rays = Vec::with_capacity(shots.len() * self.sub_rays.len());
-        for shot in shots {
-            let scene_from_lidar = &shot.scene_from_lidar;
+    /// Makes the rays of pulses, in the scene.
+    fn aim(&self, piece: &Piece, rays: &mut [Ray]) {
+        let of_shots = rays.chunks_mut(self.sub_rays.len());
+        for (shot, rays) in piece.shots.iter().zip(of_shots) {
+            let scene_from_lidar = &piece.poses[shot.pose as usize];
             let in_scene = |v| scene_from_lidar.transform_vector(v);
             let ray = |direction: DVec3| Ray {
                 origin: scene_from_lidar.translation_m.as_vec3(),
@@ -161,48 +190,45 @@ impl Scan<'_> {
                 t_min_m: 0.0,
                 t_max_m: self.params.max_range_m,
             };
-            if self.sub_rays.len() == 1 {
-                rays.push(ray(in_scene(shot.direction)));
-            } else {
-                let axes = BeamAxes::along(shot.direction).map(in_scene);
-                rays.extend(self.sub_rays.iter().map(|part| ray(axes.towards(part))));
+            if let [only] = rays {
+                *only = ray(in_scene(shot.direction));
+                continue;
+            }
+            let axes = BeamAxes::along(shot.direction).map(in_scene);
+            for (ray_of_part, part) in rays.iter_mut().zip(self.sub_rays) {
+                *ray_of_part = ray(axes.towards(part));
             }
         }
-        rays
     }
 
     /// Adds the points of one pulse.
-    fn receive(
-        &self,
-        shot: &Shot,
-        rays: &[Ray],
-        hits: &[Option<Hit>],
-        scratch: &mut Scratch,
-        points: &mut Vec<LidarPoint>,
-    ) {
+    fn receive(&self, from: &Echoing<'_>, scratch: &mut Scratch, points: &mut Vec<LidarPoint>) {
         let errors = &self.params.errors;
         let lost = errors.dropout > 0.0
-            && (self.key_of(shot.number, DROPOUT).rng()).chance(errors.dropout);
+            && (self.key_of(from.shot.number, DROPOUT).rng()).chance(errors.dropout);
         if lost {
             return;
         }
-        self.measure(shot, rays, hits, scratch);
+        self.measure(from, scratch);
         let returns = scratch.echoes.len() as u8;
         for (return_number, echo) in (1..).zip(&scratch.echoes) {
             points.push(LidarPoint {
                 return_number,
                 returns,
-                ..self.point(shot, rays, hits, echo, &scratch.contacts)
+                ..self.point(from, echo, &scratch.contacts)
             });
         }
         if returns == 0 && errors.false_alarm > 0.0 {
-            points.extend(self.false_alarm(shot));
+            points.extend(self.false_alarm(from));
         }
     }
 
     /// Leaves in `scratch.echoes` what a pulse reports.
-    fn measure(&self, shot: &Shot, rays: &[Ray], hits: &[Option<Hit>], scratch: &mut Scratch) {
+    fn measure(&self, from: &Echoing<'_>, scratch: &mut Scratch) {
         let Scratch { contacts, echoes } = scratch;
+        let Echoing {
+            shot, rays, hits, ..
+        } = from;
         contacts.clear();
         for (i, hit) in hits.iter().enumerate() {
             let Some(hit) = hit else { continue };
@@ -230,7 +256,7 @@ impl Scan<'_> {
             let cos = echo.incidence_cos;
             let observation = EchoObservation {
                 range_m: echo.range_m,
-                incidence_rad: libm::acos(cos),
+                incidence_cos: cos,
                 // Of a wide plate that would send back as much.
                 reflectance: if cos > 0.0 { echo.sent_back / cos } else { 0.0 },
             };
@@ -245,20 +271,14 @@ impl Scan<'_> {
         self.params.returns.select(echoes);
     }
 
-    fn reflectance(&self, hit: &Hit) -> f64 {
+    fn reflectance(&self, hit: &SurfaceHit) -> f64 {
         let material = self.materials.get(hit.material);
         self.params.wavelength.band(material).reflectance.into()
     }
 
     /// The point of an echo, but for its number among its pulse's.
-    fn point(
-        &self,
-        shot: &Shot,
-        rays: &[Ray],
-        hits: &[Option<Hit>],
-        echo: &Echo,
-        contacts: &[Contact],
-    ) -> LidarPoint {
+    fn point(&self, from: &Echoing<'_>, echo: &Echo, contacts: &[Contact]) -> LidarPoint {
+        let Echoing { rays, hits, .. } = from;
         let part = contacts[echo.strongest].ray;
         let hit = hits[part].as_ref().expect("a contact is a hit");
         let normal = towards(hit, &rays[part]);
@@ -281,15 +301,15 @@ impl Scan<'_> {
             semantic: self.materials.get(hit.material).semantic,
             object: hit.object,
             incidence_cos: echo.incidence_cos as f32,
-            normal: self.written(shot, normal),
+            normal: self.written(from, normal),
             flags: PointFlags(if pure { 0 } else { PointFlags::MIXED }),
-            ..self.blank(shot, echo.measured_m)
+            ..self.blank(from, echo.measured_m)
         }
     }
 
     /// A point out of nothing.
-    fn false_alarm(&self, shot: &Shot) -> Option<LidarPoint> {
-        let mut rng = self.key_of(shot.number, FALSE_ALARM).rng();
+    fn false_alarm(&self, from: &Echoing<'_>) -> Option<LidarPoint> {
+        let mut rng = self.key_of(from.shot.number, FALSE_ALARM).rng();
         let raised = rng.chance(self.params.errors.false_alarm);
         let (near, far) = (self.params.min_range_m, self.params.max_range_m);
         let range_m = rng.range_f64(near.into(), far.into());
@@ -297,17 +317,18 @@ impl Scan<'_> {
             return_number: 1,
             returns: 1,
             flags: PointFlags(PointFlags::FALSE_ALARM),
-            ..self.blank(shot, self.params.errors.quantised_m(range_m))
+            ..self.blank(from, self.params.errors.quantised_m(range_m))
         })
     }
 
     /// A point of a pulse where nothing is, at a measured range.
-    fn blank(&self, shot: &Shot, range_m: f64) -> LidarPoint {
+    fn blank(&self, from: &Echoing<'_>, range_m: f64) -> LidarPoint {
+        let Echoing { shot, pose, .. } = from;
         // Along the pulse, not along its ray, whose f32 origin is micrometres beside the LiDAR: a
         // camera at the LiDAR's place, with the same f32 origin, looks along the pulse too.
         let in_lidar = shot.pulse.direction * range_m;
         let position = if self.params.deskew {
-            let in_scene = shot.scene_from_lidar.transform_point(in_lidar);
+            let in_scene = pose.transform_point(in_lidar);
             self.lidar_from_scene.transform_point(in_scene)
         } else {
             in_lidar
@@ -332,11 +353,11 @@ impl Scan<'_> {
     }
 
     /// A vector of the scene in the frame that points are written in.
-    fn written(&self, shot: &Shot, in_scene: DVec3) -> Vec3 {
+    fn written(&self, from: &Echoing<'_>, in_scene: DVec3) -> Vec3 {
         let lidar_from_scene = if self.params.deskew {
             self.lidar_from_scene
         } else {
-            shot.scene_from_lidar.inverse()
+            from.pose.inverse()
         };
         lidar_from_scene.transform_vector(in_scene).as_vec3()
     }
@@ -344,7 +365,7 @@ impl Scan<'_> {
 
 /// The normal of what a ray hit, towards the sensor: the flat primitive's, for it is what stops the
 /// light. Its side is the shape's, so it is turned.
-fn towards(hit: &Hit, ray: &Ray) -> DVec3 {
+fn towards(hit: &SurfaceHit, ray: &Ray) -> DVec3 {
     let normal: DVec3 = hit.geometric_normal.into();
     if normal.dot(ray.direction.into()) > 0.0 {
         -normal

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 
 use crate::error::check;
-use crate::pattern::direction;
+use crate::pattern::sloped;
 use crate::{ParamError, Pulse, ScanPattern};
 
 /// One laser of a [`Spinning`] scanner.
@@ -28,6 +28,8 @@ pub struct Laser {
 pub struct Spinning {
     /// By the time they fire.
     lasers: Vec<Laser>,
+    /// Sine and cosine of their elevations.
+    slopes: Vec<(f64, f64)>,
     sequence_s: f64,
     rotation_hz: f64,
     /// Is each laser alone on its ring?
@@ -83,6 +85,10 @@ impl Spinning {
         let rings: BTreeSet<u8> = lasers.iter().map(|l| l.ring).collect();
         Ok(Self {
             rings_differ: rings.len() == lasers.len(),
+            slopes: lasers
+                .iter()
+                .map(|l| libm::sincos(l.elevation_rad))
+                .collect(),
             lasers,
             sequence_s,
             rotation_hz,
@@ -169,13 +175,14 @@ impl Spinning {
 impl ScanPattern for Spinning {
     fn pulse(&self, number: u64) -> Pulse {
         let count = self.lasers.len() as u64;
-        let laser = &self.lasers[(number % count) as usize];
+        let index = (number % count) as usize;
+        let (laser, slope) = (&self.lasers[index], self.slopes[index]);
         let time_s = (number / count) as f64 * self.sequence_s + laser.delay_s;
         // A millionth of a turn after a year at 20 Hz.
         let turned = (time_s * self.rotation_hz).fract();
         Pulse {
             time_s,
-            direction: direction(PI - TAU * turned + laser.azimuth_rad, laser.elevation_rad),
+            direction: sloped(PI - TAU * turned + laser.azimuth_rad, slope),
             ring: laser.ring,
         }
     }

@@ -4,7 +4,8 @@ mod common;
 
 use common::{azimuth_elevation_deg, coverage, disc, lit};
 use nemoral_lidar::{
-    HorizonLike, Mid40, Mid70, Pulse, RepeatingLines, RepeatingLinesParams, ScanPattern,
+    Avia, HorizonLike, Mid40, Mid70, Pulse, RepeatingLines, RepeatingLinesParams, ScanPattern,
+    Spinning,
 };
 use proptest::prelude::*;
 
@@ -168,6 +169,16 @@ proptest! {
         prop_assert_eq!(next.direction, pulse.direction);
         let sweep_s = next.time_s - pulse.time_s;
         prop_assert!((sweep_s * params.rotation_hz - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn pulses_together_are_those_alone(first in prop_oneof![0_u64..1 << 40, any::<u64>()], count in 0_u32..30) {
+        let (lines, spinning) = (RepeatingLines::default(), Spinning::hdl64e(10.0).expect("a rate"));
+        let patterns: [&dyn ScanPattern; 5] = [&Mid40, &Avia, &HorizonLike, &lines, &spinning];
+        for pattern in patterns {
+            let alone = (0..count).map(|i| pattern.pulse(first.wrapping_add(i.into())));
+            prop_assert_eq!(pattern.pulses(first, count), alone.collect::<Vec<_>>());
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Binary trees over boxes: grown by the surface area heuristic, then improved by reinsertion.
 
-use glam::Vec3;
+use glam::Vec3A;
 use nemoral_scene::Bounds;
 
 use crate::node::half_area;
@@ -14,15 +14,23 @@ pub(crate) enum Split {
     Halves,
 }
 
-/// An inner node has two children, a leaf one box.
+/// An inner node has two children, a leaf some boxes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Binary {
     pub(crate) bounds: Bounds,
     /// Boxes below.
     pub(crate) count: u32,
     pub(crate) inner: bool,
-    /// Children of an inner node; for a leaf the number of its box, twice.
+    /// Children of an inner node; for a leaf where its boxes start in the order of the tree, twice.
     pub(crate) below: [u32; 2],
+}
+
+/// A tree over boxes.
+pub(crate) struct Grown {
+    /// Children after their parents.
+    pub(crate) nodes: Vec<Binary>,
+    /// The numbers of the boxes, those of a leaf beside each other.
+    pub(crate) order: Vec<u32>,
 }
 
 /// Bins of the surface area heuristic, for many boxes and for few.
@@ -45,87 +53,184 @@ struct Item {
     number: u32,
 }
 
-/// A tree over the boxes, at least one; children after their parents. Large ones are grown on all
-/// threads of the current rayon pool, to the same bits.
-pub(crate) fn grow(boxes: &[Bounds], split: Split) -> Vec<Binary> {
-    let none = Binary {
-        bounds: Bounds::EMPTY,
-        count: 0,
-        inner: false,
-        below: [0; 2],
+/// What a node is over.
+#[derive(Clone, Copy)]
+struct Extent {
+    boxes: BoundsA,
+    /// Twice the centres of the boxes.
+    centres: BoundsA,
+}
+
+impl Extent {
+    const NONE: Self = Self {
+        boxes: BoundsA::NONE,
+        centres: BoundsA::NONE,
     };
-    let mut nodes = vec![none; 2 * boxes.len() - 1];
+
+    #[inline(always)]
+    fn join(&mut self, b: &Bounds) {
+        let b = BoundsA::of(b);
+        self.boxes = self.boxes.union(b);
+        let centre = b.min + b.max;
+        self.centres = self.centres.union(BoundsA {
+            min: centre,
+            max: centre,
+        });
+    }
+
+    fn of(items: &[Item]) -> Self {
+        let mut all = Self::NONE;
+        items.iter().for_each(|item| all.join(&item.bounds));
+        all
+    }
+}
+
+/// A box in registers.
+#[derive(Clone, Copy)]
+struct BoundsA {
+    min: Vec3A,
+    max: Vec3A,
+}
+
+impl BoundsA {
+    const NONE: Self = Self {
+        min: Vec3A::INFINITY,
+        max: Vec3A::NEG_INFINITY,
+    };
+
+    #[inline(always)]
+    fn of(b: &Bounds) -> Self {
+        Self {
+            min: b.min.into(),
+            max: b.max.into(),
+        }
+    }
+
+    #[inline(always)]
+    fn union(self, b: Self) -> Self {
+        Self {
+            min: self.min.min(b.min),
+            max: self.max.max(b.max),
+        }
+    }
+
+    fn half_area(self) -> f32 {
+        half_area(&self.into())
+    }
+}
+
+impl From<BoundsA> for Bounds {
+    fn from(b: BoundsA) -> Self {
+        Self {
+            min: b.min.into(),
+            max: b.max.into(),
+        }
+    }
+}
+
+/// How a tree is grown.
+#[derive(Clone, Copy)]
+pub(crate) struct Growth {
+    pub(crate) split: Split,
+    /// So many boxes or fewer make a leaf.
+    pub(crate) leaf: usize,
+}
+
+/// A tree over the boxes, at least one. Large ones are grown on all threads of the current rayon pool,
+/// to the same bits.
+pub(crate) fn grow(boxes: &[Bounds], growth: Growth) -> Grown {
     // The boxes themselves are sorted, not their numbers: they are read many times, in order.
     let mut items: Vec<Item> = (0..)
         .zip(boxes)
         .map(|(number, &bounds)| Item { bounds, number })
         .collect();
-    grow_below(&mut items, split, 0, 0, &mut nodes);
-    nodes
+    let mut nodes = Vec::new();
+    let all = Extent::of(&items);
+    growth.grow(&mut items, all, Spot { start: 0, depth: 0 }, &mut nodes);
+    let order = items.into_iter().map(|item| item.number).collect();
+    Grown { nodes, order }
 }
 
-/// Grows the tree over the items, which it permutes. `nodes` are as many as it needs; the first, its
-/// root, has number `root`.
-fn grow_below(items: &mut [Item], split: Split, depth: usize, root: u32, nodes: &mut [Binary]) {
-    let (mut bounds, mut centres) = (Bounds::EMPTY, Bounds::EMPTY);
-    for item in &*items {
-        bounds = bounds.union(item.bounds);
-        let c = centre(&item.bounds);
-        centres = centres.union(Bounds { min: c, max: c });
-    }
-    let n = items.len();
-    nodes[0] = Binary {
-        bounds,
-        count: n as u32,
-        inner: n > 1,
-        below: [items[0].number; 2],
-    };
-    if n == 1 {
-        return;
-    }
-    let cut = match split {
-        Split::Sah if depth < SAH_DEPTH => sah_cut(items, &centres),
-        _ => None,
-    };
-    let cut = cut.unwrap_or(n / 2);
-    let (left, right) = items.split_at_mut(cut);
-    let roots = [root + 1, root + 2 * cut as u32];
-    nodes[0].below = roots;
-    // A tree over k boxes has 2 k - 1 nodes.
-    let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * cut - 1);
-    let mut grow_left = || grow_below(left, split, depth + 1, roots[0], left_nodes);
-    let mut grow_right = || grow_below(right, split, depth + 1, roots[1], right_nodes);
-    if n < PARALLEL {
-        grow_left();
-        grow_right();
-    } else {
-        rayon::join(grow_left, grow_right);
-    }
+/// Where a subtree is.
+#[derive(Clone, Copy)]
+struct Spot {
+    /// Its first item among all.
+    start: u32,
+    depth: usize,
 }
 
-/// Twice the centre.
-#[inline(always)]
-fn centre(b: &Bounds) -> Vec3 {
-    b.min + b.max
+impl Growth {
+    /// Adds the tree over the items, which it permutes; children are numbered from the start of `nodes`.
+    fn grow(self, items: &mut [Item], all: Extent, spot: Spot, nodes: &mut Vec<Binary>) {
+        let (n, at) = (items.len(), nodes.len());
+        nodes.push(Binary {
+            bounds: all.boxes.into(),
+            count: n as u32,
+            inner: n > self.leaf,
+            below: [spot.start; 2],
+        });
+        if n <= self.leaf {
+            return;
+        }
+        let cut = match self.split {
+            Split::Sah if spot.depth < SAH_DEPTH => sah_cut(items, &all.centres.into()),
+            _ => None,
+        };
+        let (cut, extents) = cut.unwrap_or_else(|| {
+            let (left, right) = items.split_at(n / 2);
+            (n / 2, [left, right].map(Extent::of))
+        });
+        let depth = spot.depth + 1;
+        let start = spot.start + cut as u32;
+        let spots = [Spot { depth, ..spot }, Spot { start, depth }];
+        let (left, right) = items.split_at_mut(cut);
+        if n < PARALLEL {
+            nodes[at].below[0] = nodes.len() as u32;
+            self.grow(left, extents[0], spots[0], nodes);
+            nodes[at].below[1] = nodes.len() as u32;
+            self.grow(right, extents[1], spots[1], nodes);
+            return;
+        }
+        let (mut of_left, mut of_right) = (Vec::new(), Vec::new());
+        rayon::join(
+            || self.grow(left, extents[0], spots[0], &mut of_left),
+            || self.grow(right, extents[1], spots[1], &mut of_right),
+        );
+        for (side, subtree) in [of_left, of_right].into_iter().enumerate() {
+            let first = nodes.len() as u32;
+            nodes[at].below[side] = first;
+            nodes.extend(subtree.into_iter().map(|mut node| {
+                if node.inner {
+                    node.below = node.below.map(|c| c + first);
+                }
+                node
+            }));
+        }
+    }
 }
 
 /// Partitions the items where the surface area heuristic (Wald 2007, binned) is least; returns the
-/// number of those on the left, or `None` if all centres, which `centres` bounds, fall together.
-fn sah_cut(items: &mut [Item], centres: &Bounds) -> Option<usize> {
+/// number of those on the left and the extents of both sides, or `None` if all centres, which `centres`
+/// bounds, fall together.
+fn sah_cut(items: &mut [Item], centres: &Bounds) -> Option<(usize, [Extent; 2])> {
     let count_of_bins = if items.len() <= FEW { FEW_BINS } else { BINS };
     let size = centres.max - centres.min;
-    let scale = Vec3::splat(count_of_bins as f32) / size;
+    let (scale, low) = (
+        Vec3A::splat(count_of_bins as f32) / Vec3A::from(size),
+        Vec3A::from(centres.min),
+    );
     // An axis without extent scales by infinity or not at all: whatever bins it has, it is not cut.
-    let bins_of = |b: &Bounds| {
-        ((centre(b) - centres.min) * scale)
+    let bins_of = |b: BoundsA| {
+        ((b.min + b.max - low) * scale)
             .to_array()
             .map(|x| (x as usize).min(count_of_bins - 1))
     };
-    let mut bins = [[(Bounds::EMPTY, 0_u32); BINS]; 3];
+    let mut bins = [[(BoundsA::NONE, 0_u32); BINS]; 3];
     for item in &*items {
-        for (bins, at) in bins.iter_mut().zip(bins_of(&item.bounds)) {
+        let b = BoundsA::of(&item.bounds);
+        for (bins, at) in bins.iter_mut().zip(bins_of(b)) {
             let (bounds, count) = &mut bins[at];
-            *bounds = bounds.union(item.bounds);
+            *bounds = bounds.union(b);
             *count += 1;
         }
     }
@@ -134,21 +239,21 @@ fn sah_cut(items: &mut [Item], centres: &Bounds) -> Option<usize> {
         let bins = &bins[axis];
         // Sweep from the right, then from the left.
         let mut right = [0.0_f32; BINS];
-        let (mut bounds, mut count) = (Bounds::EMPTY, 0);
+        let (mut bounds, mut count) = (BoundsA::NONE, 0);
         for k in (1..count_of_bins).rev() {
             bounds = bounds.union(bins[k].0);
             count += bins[k].1;
             right[k] = if count == 0 {
                 f32::INFINITY
             } else {
-                half_area(&bounds) * count as f32
+                bounds.half_area() * count as f32
             };
         }
-        (bounds, count) = (Bounds::EMPTY, 0);
+        (bounds, count) = (BoundsA::NONE, 0);
         for k in 1..count_of_bins {
             bounds = bounds.union(bins[k - 1].0);
             count += bins[k - 1].1;
-            let cost = half_area(&bounds) * count as f32 + right[k];
+            let cost = bounds.half_area() * count as f32 + right[k];
             if count > 0 && best.is_none_or(|(least, ..)| cost < least) && cost.is_finite() {
                 best = Some((cost, axis, k));
             }
@@ -156,13 +261,17 @@ fn sah_cut(items: &mut [Item], centres: &Bounds) -> Option<usize> {
     }
     let (_, axis, at) = best?;
     let mut left = 0;
+    let mut extents = [Extent::NONE; 2];
     for i in 0..items.len() {
-        if bins_of(&items[i].bounds)[axis] < at {
+        let bounds = items[i].bounds;
+        let is_left = bins_of(BoundsA::of(&bounds))[axis] < at;
+        extents[usize::from(!is_left)].join(&bounds);
+        if is_left {
             items.swap(left, i);
             left += 1;
         }
     }
-    Some(left)
+    Some((left, extents))
 }
 
 /// A place for a subtree: beside a node, and by how much that lessens the tree's area.
@@ -181,7 +290,8 @@ struct Moving {
 /// Moves subtrees to where they cost least, the largest first: `share` of all nodes, `passes` times
 /// (Meister and Bittner 2018, "Parallel reinsertion for bounding volume hierarchy optimization",
 /// one after the other). Children come after their parents again.
-pub(crate) fn reinsert(nodes: Vec<Binary>, passes: usize, share: f32) -> Vec<Binary> {
+pub(crate) fn reinsert(grown: Grown, passes: usize, share: f32) -> Grown {
+    let Grown { nodes, order } = grown;
     let mut parents = vec![0; nodes.len()];
     for (i, node) in (0..).zip(&nodes).filter(|(_, node)| node.inner) {
         node.below.iter().for_each(|&c| parents[c as usize] = i);
@@ -189,13 +299,13 @@ pub(crate) fn reinsert(nodes: Vec<Binary>, passes: usize, share: f32) -> Vec<Bin
     let mut tree = Moving { nodes, parents };
     let mut stack = Vec::new();
     for _ in 0..passes {
-        let mut order: Vec<(f32, u32)> = (0..)
+        let mut largest: Vec<(f32, u32)> = (0..)
             .zip(&tree.nodes)
             .map(|(i, node)| (half_area(&node.bounds), i))
             .collect();
-        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        order.truncate((order.len() as f32 * share).ceil() as usize);
-        for (_, node) in order {
+        largest.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        largest.truncate((largest.len() as f32 * share).ceil() as usize);
+        for (_, node) in largest {
             // The root has no place but its own, and its children's parent must stay the root.
             if node != 0
                 && tree.parents[node as usize] != 0
@@ -205,7 +315,8 @@ pub(crate) fn reinsert(nodes: Vec<Binary>, passes: usize, share: f32) -> Vec<Bin
             }
         }
     }
-    tree.in_order()
+    let nodes = tree.in_order();
+    Grown { nodes, order }
 }
 
 impl Moving {
@@ -326,15 +437,18 @@ impl Moving {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     /// The area of the inner nodes; the boxes found.
-    fn measure(nodes: &[Binary]) -> (f32, Vec<u32>) {
+    fn measure(Grown { nodes, order }: &Grown) -> (f32, Vec<u32>) {
         let mut found = Vec::new();
         let mut area = 0.0;
         for (i, node) in nodes.iter().enumerate() {
             if !node.inner {
-                found.push(node.below[0]);
+                let start = node.below[0] as usize;
+                found.extend(&order[start..start + node.count as usize]);
                 continue;
             }
             let below = node.below.map(|c| &nodes[c as usize]);
@@ -364,8 +478,11 @@ mod tests {
                     }
                 })
                 .collect();
-            let grown = grow(&boxes, Split::Halves);
+            let split = Split::Halves;
+            let grown = grow(&boxes, Growth { split, leaf: 1 });
             let (before, all) = measure(&grown);
+            let (_, in_fives) = measure(&grow(&boxes, Growth { split, leaf: 5 }));
+            assert_eq!(in_fives, all);
             let (after, kept) = measure(&reinsert(grown, 2, 1.0));
             assert_eq!(kept, all);
             assert_eq!(kept.len(), n as usize);

@@ -4,16 +4,18 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2};
 use nemoral_scene::{AlphaMask, Bounds, MaterialId, MaterialLibrary, Prototype};
+use rayon::prelude::*;
 
 use crate::block::{Block, Packed, Shape};
 use crate::exact::{self, LocalRay, Meeting};
+use crate::grid::{Grid, GridNode};
 use crate::hull::opaque_hull;
-use crate::nearest::{Nearest, Rank};
+use crate::nearest::{Found, Nearest, Place, Rank};
 use crate::node::{LEAF, LaneRay, Node, bounds_of, extent};
 use crate::simd::Isa;
 use crate::stack::{Leaves, Stack, walk};
 use crate::surface;
-use crate::tree::{self, Effort};
+use crate::tree::{self, Effort, Tree};
 
 /// A prototype with its acceleration structure: made once, shared by all its instances.
 ///
@@ -25,7 +27,8 @@ pub struct Blas {
     /// By material id.
     masks: Vec<Option<Arc<AlphaMask>>>,
     parts: Vec<Part>,
-    nodes: Vec<Node>,
+    grid: Grid,
+    nodes: Vec<GridNode>,
     blocks: Vec<Block>,
     /// The largest coordinate, in absolute value.
     extent: f32,
@@ -89,21 +92,29 @@ impl Blas {
             prototype,
             masks,
             parts: Vec::new(),
+            grid: Grid::NONE,
             nodes: Vec::new(),
             blocks: Vec::new(),
         };
-        let (packed, boxes) = blas.pack();
+        let (primitives, boxes) = blas.pack();
+        let (mut nodes, mut blocks): (Vec<Node>, Vec<Block>) = (Vec::new(), Vec::new());
         for part in parts(&boxes) {
             let boxes: Vec<Bounds> = part.iter().map(|&i| boxes[i as usize]).collect();
-            let (nodes, blocks) = (&mut blas.nodes, &mut blas.blocks);
-            let root = tree::build(&boxes, 8, quality.effort(), nodes, |lanes| {
-                let lanes = lanes.iter().map(|&i| packed[part[i as usize] as usize]);
-                blocks.push(Block::new(&lanes.collect::<Vec<Packed>>()));
+            let tree = Tree::over(&boxes, 8, quality.effort());
+            blocks.reserve_exact(tree.leaves());
+            let root = tree.write(&mut nodes, |lanes| {
+                let lanes = lanes.iter().map(|&i| primitives[part[i as usize] as usize]);
+                let lanes: Vec<Packed> = lanes.filter_map(|p| blas.packed(p)).collect();
+                blocks.push(Block::new(&lanes));
                 (blocks.len() - 1) as u32
             });
-            let boxes = tree::cover(&boxes, nodes, root);
+            let boxes = tree::cover(&boxes, &nodes, root);
             blas.parts.push(Part { root, boxes });
         }
+        let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+        blas.grid = Grid::over(&bounds);
+        blas.nodes = nodes.iter().map(|n| GridNode::new(n, &blas.grid)).collect();
+        blas.blocks = blocks;
         blas
     }
 
@@ -144,10 +155,20 @@ impl Blas {
         (edges[0].cross(edges[1]) != DVec3::ZERO).then_some((shape, material))
     }
 
+    /// The same, as a block holds it.
+    fn packed(&self, primitive: u32) -> Option<Packed> {
+        let (shape, material) = self.shape(primitive as usize)?;
+        Some(Packed {
+            primitive,
+            material: material.0,
+            shape,
+        })
+    }
+
     /// The primitives that can be hit, and the boxes of their opaque parts.
-    fn pack(&self) -> (Vec<Packed>, Vec<Bounds>) {
+    fn pack(&self) -> (Vec<u32>, Vec<Bounds>) {
         let mut hulls = vec![None; self.masks.len()];
-        let mut packed = Vec::new();
+        let mut primitives = Vec::new();
         let mut boxes = Vec::new();
         for primitive in 0..self.primitive_count() {
             let Some((shape, material)) = self.shape(primitive) else {
@@ -173,14 +194,10 @@ impl Blas {
                     bounds_of(hull.iter().map(|h| corner + u * h.x + v * h.y))
                 }
             };
-            packed.push(Packed {
-                primitive: primitive as u32,
-                material: material.0,
-                shape,
-            });
+            primitives.push(primitive as u32);
             boxes.push(bounds);
         }
-        (packed, boxes)
+        (primitives, boxes)
     }
 
     /// Where the ray meets an opaque point of a primitive, whatever the distance.
@@ -207,37 +224,40 @@ impl Blas {
         mask.is_opaque(uv.x, uv.y)
     }
 
-    /// Offers the hits below one of the parts' roots. `rank` but for the primitive.
+    /// Offers the hits below one of the parts' roots.
     #[inline(always)]
     pub(crate) fn cast<I: Isa, const ANY: bool>(
         &self,
         isa: I,
         root: u32,
         ray: &LocalRay,
-        rank: Rank,
+        source: Source,
         nearest: &mut Nearest,
         stack: &mut Stack,
     ) {
-        let lanes = LaneRay::new(ray, self.extent);
+        let lanes = LaneRay::new(ray, self.extent, &self.grid);
         let blocks = Blocks {
             blas: self,
             ray,
             lanes: &lanes,
-            rank,
+            source,
         };
-        walk::<I, _, ANY>(isa, (&self.nodes, root), &lanes, &blocks, nearest, stack);
+        walk::<I, _, _, ANY>(isa, (&self.nodes, root), &lanes, &blocks, nearest, stack);
     }
 
     /// Offers the hits of a block that are among the proposed lanes.
     #[inline(always)]
     pub(crate) fn decide(
         &self,
-        block: &Block,
+        number: u32,
         mut lanes: u32,
         ray: &LocalRay,
-        rank: Rank,
+        source: Source,
         nearest: &mut Nearest,
     ) {
+        let Some(block) = self.block(number) else {
+            return;
+        };
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
@@ -250,7 +270,18 @@ impl Blas {
             let Some(m) = meeting else { continue };
             let (primitive, material) = block.primitive(lane);
             if nearest.wants(m.t as f32) && self.is_opaque(primitive, material, &m) {
-                nearest.offer(m, Rank { primitive, ..rank });
+                nearest.offer(Found {
+                    rank: Rank {
+                        primitive,
+                        ..source.rank
+                    },
+                    meeting: m,
+                    place: Place {
+                        entry: source.entry,
+                        block: number,
+                        lane: lane as u32,
+                    },
+                });
             }
         }
     }
@@ -260,19 +291,25 @@ impl Blas {
     pub(crate) fn fetch<I: Isa>(&self, isa: I, at: u32) {
         if at & LEAF == 0 {
             isa.fetch(&self.nodes[at as usize]);
-        } else {
-            isa.fetch(&self.blocks[(at & !LEAF) as usize]);
+        } else if let Some(block) = self.block(at & !LEAF) {
+            isa.fetch(block);
         }
     }
 
     #[inline(always)]
-    pub(crate) fn nodes(&self) -> &[Node] {
+    pub(crate) fn nodes(&self) -> &[GridNode] {
         &self.nodes
     }
 
+    /// A block; none of a node's lane without a child.
     #[inline(always)]
-    pub(crate) fn block(&self, number: u32) -> &Block {
-        &self.blocks[number as usize]
+    pub(crate) fn block(&self, number: u32) -> Option<&Block> {
+        self.blocks.get(number as usize)
+    }
+
+    #[inline(always)]
+    pub(crate) fn grid(&self) -> &Grid {
+        &self.grid
     }
 
     /// The largest coordinate, in absolute value.
@@ -282,20 +319,31 @@ impl Blas {
     }
 }
 
+/// What primitives are part of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source {
+    /// Of what is hit there, but for the primitive.
+    pub(crate) rank: Rank,
+    /// The part of an instance, in its group.
+    pub(crate) entry: u32,
+}
+
 /// The blocks of primitives.
 pub(crate) struct Blocks<'a> {
     pub(crate) blas: &'a Blas,
     pub(crate) ray: &'a LocalRay,
     pub(crate) lanes: &'a LaneRay,
-    pub(crate) rank: Rank,
+    pub(crate) source: Source,
 }
 
 impl Leaves for Blocks<'_> {
     #[inline(always)]
     fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, _: &mut Stack) {
-        let block = self.blas.block(leaf);
+        let Some(block) = self.blas.block(leaf) else {
+            return;
+        };
         let lanes = block.sides(isa).candidates(isa, self.lanes, nearest);
-        self.blas.decide(block, lanes, self.ray, self.rank, nearest);
+        (self.blas).decide(leaf, lanes, self.ray, self.source, nearest);
     }
 }
 
@@ -307,7 +355,7 @@ fn parts(boxes: &[Bounds]) -> Vec<Vec<u32>> {
         return Vec::new();
     }
     let middle = |i: &u32| boxes[*i as usize].min.z + boxes[*i as usize].max.z;
-    order.sort_by(|a, b| middle(a).total_cmp(&middle(b)));
+    order.par_sort_unstable_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.cmp(b)));
     let side = |b: &Bounds| {
         let d = b.max - b.min;
         (d.x + d.y) * d.z

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use glam::Vec3;
 use nemoral_scene::{Hit, PlacedGroup, Ray, RayCaster};
 
-use crate::forest::{describe, in_group, placed};
+use crate::answer::Answer;
+use crate::forest::{in_group, placed};
 use crate::group::Group;
-use crate::nearest::{Nearest, Rank};
+use crate::nearest::{Found, Nearest, Place, Rank};
 
 /// What a [`Forest`](crate::Forest) must answer, without any acceleration: a loop over everything.
 ///
@@ -41,12 +42,16 @@ impl RayCaster for BruteForce {
                             instance: i as u32,
                             primitive,
                         };
-                        nearest.offer(m, rank);
+                        nearest.offer(Found {
+                            rank,
+                            meeting: m,
+                            place: Place::NONE,
+                        });
                     }
                 }
             }
         }
-        describe(&self.groups, &nearest)
+        Hit::of(&self.groups, &nearest)
     }
 
     fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {

@@ -14,8 +14,9 @@ use glam::{DVec3, Vec3};
 use nemoral_scene::{Bounds, Ray};
 
 use crate::forest::{Forest, in_group};
+use crate::grid::Grid;
 use crate::nearest::Nearest;
-use crate::node::{BOX_SLACK, LEAF, LaneRay, Node, bounds_of, extent};
+use crate::node::{BOX_SLACK, Boxes, LEAF, LaneRay, Node, bounds_of, extent};
 use crate::packet::{Findings, MOST, Packet, Set, next, test};
 use crate::simd::Isa;
 use crate::stack::Stack;
@@ -110,7 +111,7 @@ impl Bundle {
         self.t_max = bundled().fold(0.0, |t, r| r.t_max_m.max(t));
         for (i, ray) in bundled().enumerate() {
             self.rays[i] = *ray;
-            self.lanes[i] = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent);
+            self.lanes[i] = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent, &Grid::NONE);
             self.findings.start(i, ray);
         }
         if let Some(root) = forest.root {
@@ -163,7 +164,7 @@ impl Bundle {
         while left != 0 {
             let i = next(&mut left);
             let ray = door.pose.local(&in_group(&self.rays[i], *offset));
-            self.packet.place(i, ray, door.blas.extent());
+            (self.packet).place(i, ray, door.blas.extent(), door.blas.grid());
         }
         (self.packet).cast::<I, ANY>(isa, &door, entering, &mut self.findings, stack);
     }

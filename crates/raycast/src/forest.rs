@@ -3,18 +3,19 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use nemoral_scene::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster};
+use nemoral_scene::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster, SurfaceHit};
 use rayon::prelude::*;
 
+use crate::answer::Answer;
 use crate::bundle::{self, Bundle};
 use crate::exact::LocalRay;
+use crate::grid::Grid;
 use crate::group::Group;
 use crate::nearest::Nearest;
 use crate::node::{LaneRay, Node, bounds_of, extent};
 use crate::order::{by_direction, by_place};
 use crate::simd::{Isa, Kernel, Level};
 use crate::stack::{Leaves, Stack, walk};
-use crate::surface;
 use crate::tree::{self, Effort};
 
 /// A frame's scene: groups placed by their offsets, and a small tree over their roots, the only
@@ -71,6 +72,43 @@ impl Forest {
         &self.groups
     }
 
+    /// What is to be known of the nearest hits of rays.
+    fn answer<A: Answer>(&self, rays: &[Ray], hits: &mut [Option<A>]) {
+        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        let order = by_direction(rays);
+        if rays.len() < 2 * PIECE || rayon::current_num_threads() == 1 {
+            self.cast_all(rays, &order, &mut |_, ray, nearest| {
+                hits[ray as usize] = A::of(&self.groups, nearest);
+            });
+            return;
+        }
+        let mut found = vec![None; rays.len()];
+        let pieces = order.par_chunks(PIECE).zip(found.par_chunks_mut(PIECE));
+        pieces.for_each(|(order, found)| {
+            self.cast_all(rays, order, &mut |at, _, nearest| {
+                found[at] = A::of(&self.groups, nearest);
+            });
+        });
+        let mut place = vec![0; rays.len()];
+        for (at, &i) in order.iter().enumerate() {
+            place[i as usize] = at as u32;
+        }
+        let hits = hits.par_iter_mut().with_min_len(PIECE);
+        hits.zip(&place)
+            .for_each(|(hit, &at)| *hit = found[at as usize]);
+    }
+
+    /// Casts rays in an order in which neighbours look alike.
+    fn cast_all(&self, rays: &[Ray], order: &[u32], take: Take<'_>) {
+        let forest = self;
+        self.level.run(Batch {
+            forest,
+            rays,
+            order,
+            take,
+        });
+    }
+
     /// The nearest hit (with `ANY`: any hit) of a ray.
     fn cast<const ANY: bool>(&self, ray: &Ray, stack: &mut Stack) -> Nearest {
         let forest = self;
@@ -82,9 +120,9 @@ impl Forest {
     fn find<I: Isa, const ANY: bool>(&self, isa: I, ray: &Ray, stack: &mut Stack) -> Nearest {
         let mut nearest = Nearest::of(ray);
         if let Some(root) = self.root {
-            let lanes = LaneRay::new(&in_group(ray, Vec3::ZERO), self.extent);
+            let lanes = LaneRay::new(&in_group(ray, Vec3::ZERO), self.extent, &Grid::NONE);
             let groups = Groups::<ANY> { forest: self, ray };
-            walk::<I, _, ANY>(
+            walk::<I, _, _, ANY>(
                 isa,
                 (&self.nodes, root),
                 &lanes,
@@ -142,26 +180,10 @@ pub(crate) fn in_group(ray: &Ray, offset: Vec3) -> LocalRay {
     }
 }
 
-/// The whole hit, once the nearest primitive is known.
-pub(crate) fn describe(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Hit> {
-    let (rank, m) = nearest.found()?;
-    let group = &groups[rank.group as usize].1;
-    let (instance, blas) = &group.instances()[rank.instance as usize];
-    let pose = group.pose(rank.instance as usize)?;
-    Some(surface::hit(
-        blas,
-        instance,
-        pose,
-        rank.primitive,
-        nearest.t(),
-        &m,
-    ))
-}
-
 impl RayCaster for Forest {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let nearest = self.cast::<false>(ray, &mut Stack::new());
-        describe(&self.groups, &nearest)
+        Hit::of(&self.groups, &nearest)
     }
 
     fn is_occluded(&self, ray: &Ray) -> bool {
@@ -191,37 +213,12 @@ impl RayCaster for Forest {
     /// # Panics
     /// If the slices differ in length.
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
-        let order = by_direction(rays);
-        let forest = self;
-        if rays.len() < 2 * PIECE || rayon::current_num_threads() == 1 {
-            let places = Places::OfRays(hits);
-            self.level.run(Batch {
-                forest,
-                rays,
-                order: &order,
-                places,
-            });
-            return;
-        }
-        let mut found = vec![None; rays.len()];
-        let pieces = order.par_chunks(PIECE).zip(found.par_chunks_mut(PIECE));
-        pieces.for_each(|(order, found)| {
-            let places = Places::OfOrder(found);
-            self.level.run(Batch {
-                forest,
-                rays,
-                order,
-                places,
-            });
-        });
-        let mut place = vec![0; rays.len()];
-        for (at, &i) in order.iter().enumerate() {
-            place[i as usize] = at as u32;
-        }
-        let hits = hits.par_iter_mut().with_min_len(PIECE);
-        hits.zip(&place)
-            .for_each(|(hit, &at)| *hit = found[at as usize]);
+        self.answer(rays, hits);
+    }
+
+    /// As [`closest_hits`](Self::closest_hits).
+    fn closest_surfaces(&self, rays: &[Ray], surfaces: &mut [Option<SurfaceHit>]) {
+        self.answer(rays, surfaces);
     }
 
     fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
@@ -230,26 +227,10 @@ impl RayCaster for Forest {
 }
 
 /// Rays of a batch that one thread casts.
-const PIECE: usize = 4096;
+const PIECE: usize = 1024;
 
-/// Where hits go.
-enum Places<'a> {
-    /// Where their rays are.
-    OfRays(&'a mut [Option<Hit>]),
-    /// In the order of casting.
-    OfOrder(&'a mut [Option<Hit>]),
-}
-
-impl Places<'_> {
-    /// The place of ray `i`, the `at`-th to be cast.
-    #[inline(always)]
-    fn of(&mut self, i: u32, at: usize) -> &mut Option<Hit> {
-        match self {
-            Self::OfRays(hits) => &mut hits[i as usize],
-            Self::OfOrder(hits) => &mut hits[at],
-        }
-    }
-}
+/// What is done with the nearest hit of a ray, given its place in the order of casting and its number.
+type Take<'a> = &'a mut dyn FnMut(usize, u32, &Nearest);
 
 /// Groups as renderers want them.
 pub(crate) fn placed(groups: &[(Vec3, Arc<Group>)]) -> Vec<PlacedGroup> {
@@ -264,7 +245,7 @@ struct Batch<'a> {
     forest: &'a Forest,
     rays: &'a [Ray],
     order: &'a [u32],
-    places: Places<'a>,
+    take: Take<'a>,
 }
 
 impl Kernel for Batch<'_> {
@@ -276,24 +257,21 @@ impl Kernel for Batch<'_> {
             forest,
             rays,
             order,
-            mut places,
+            take,
         } = self;
         let mut stack = Stack::new();
         let mut bundle = Bundle::new();
         let mut done = 0;
         while done < order.len() {
             let alike = &order[done..done + bundle::leading(rays, &order[done..])];
-            for (&i, at) in alike.iter().zip(done..) {
-                isa.fetch(places.of(i, at));
-            }
             if let [i] = *alike {
                 let nearest = forest.find::<I, false>(isa, &rays[i as usize], &mut stack);
-                *places.of(i, done) = describe(&forest.groups, &nearest);
+                take(done, i, &nearest);
             } else {
                 bundle.cast::<I, false>(isa, forest, rays, alike, &mut stack);
-                // On their own, so that waiting for one shape's vertices is waiting for all.
+                // On their own, so that waiting for one shape is waiting for all.
                 for (k, &i) in alike.iter().enumerate() {
-                    *places.of(i, done + k) = describe(&forest.groups, bundle.nearest(k));
+                    take(done + k, i, bundle.nearest(k));
                 }
             }
             done += alike.len();

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use nemoral_scene::{Bounds, Instance, InstanceGroup, ObjectId};
 
-use crate::blas::Blas;
+use crate::blas::{Blas, Source};
 use crate::exact::LocalRay;
+use crate::grid::Grid;
 use crate::nearest::{Nearest, Rank};
 use crate::node::{LaneRay, Node, bounds_of, extent};
 use crate::simd::Isa;
@@ -53,8 +54,7 @@ pub(crate) struct Door<'a> {
     pub(crate) blas: &'a Blas,
     /// In the shape.
     pub(crate) root: u32,
-    /// Of what is hit there, but for the primitive.
-    pub(crate) rank: Rank,
+    pub(crate) source: Source,
 }
 
 impl Pose {
@@ -155,13 +155,13 @@ impl Group {
         stack: &mut Stack,
     ) {
         let Some(root) = self.root else { return };
-        let lanes = LaneRay::new(ray, extent(&self.bounds));
+        let lanes = LaneRay::new(ray, extent(&self.bounds), &Grid::NONE);
         let parts = Parts::<ANY> {
             group: self,
             number,
             ray,
         };
-        walk::<I, _, ANY>(isa, (&self.nodes, root), &lanes, &parts, nearest, stack);
+        walk::<I, _, _, ANY>(isa, (&self.nodes, root), &lanes, &parts, nearest, stack);
     }
 
     /// Offers the hits of an entry. The ray is in the group's frame.
@@ -177,13 +177,13 @@ impl Group {
     ) {
         let door = self.door(number, entry);
         let local = door.pose.local(ray);
-        (door.blas).cast::<I, ANY>(isa, door.root, &local, door.rank, nearest, stack);
+        (door.blas).cast::<I, ANY>(isa, door.root, &local, door.source, nearest, stack);
     }
 
     /// How to enter a part. `number` is the group's.
     #[inline(always)]
-    pub(crate) fn door(&self, number: u32, entry: u32) -> Door<'_> {
-        let entry = &self.entries[entry as usize];
+    pub(crate) fn door(&self, number: u32, entry_number: u32) -> Door<'_> {
+        let entry = &self.entries[entry_number as usize];
         let (_, blas) = &self.instances[entry.instance as usize];
         let rank = Rank {
             object: entry.object,
@@ -195,7 +195,10 @@ impl Group {
             pose: &entry.pose,
             blas,
             root: entry.root,
-            rank,
+            source: Source {
+                rank,
+                entry: entry_number,
+            },
         }
     }
 }

@@ -53,6 +53,7 @@
 //! crown) where that spares rays the empty room beside the trunk. Lengths are metres, coordinates
 //! f32. `docs/raycast.md` in the repository compares with Embree and parry.
 
+mod answer;
 mod binary;
 mod blas;
 mod block;
@@ -60,6 +61,7 @@ mod brute;
 mod bundle;
 mod exact;
 mod forest;
+mod grid;
 mod group;
 mod hull;
 mod nearest;

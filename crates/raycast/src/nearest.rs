@@ -13,13 +13,40 @@ pub(crate) struct Rank {
     pub(crate) primitive: u32,
 }
 
+/// Where a primitive was met: enough to describe the hit without its shape's vertices.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// The part of an instance, in its group.
+    pub(crate) entry: u32,
+    /// The block and the lane in the instance's [`Blas`](crate::Blas).
+    pub(crate) block: u32,
+    pub(crate) lane: u32,
+}
+
+impl Place {
+    /// Of primitives met without a tree.
+    pub(crate) const NONE: Self = Self {
+        entry: u32::MAX,
+        block: u32::MAX,
+        lane: 0,
+    };
+}
+
+/// A hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Found {
+    pub(crate) rank: Rank,
+    pub(crate) meeting: Meeting,
+    pub(crate) place: Place,
+}
+
 /// The nearest hit so far of one ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
     t_min: f32,
     /// The distance to beat: the ray's `t_max_m` until something is found.
     t: f32,
-    found: Option<(Rank, Meeting)>,
+    found: Option<Found>,
 }
 
 impl Nearest {
@@ -51,10 +78,10 @@ impl Nearest {
         self.t
     }
 
-    /// The primitive that is hit, and where.
+    /// What is hit.
     #[inline(always)]
-    pub(crate) fn found(&self) -> Option<(Rank, Meeting)> {
-        self.found
+    pub(crate) fn found(&self) -> Option<&Found> {
+        self.found.as_ref()
     }
 
     /// Would a hit at this distance count, rank permitting? Never for NaN.
@@ -66,12 +93,12 @@ impl Nearest {
     /// Takes a hit if it is in range and nearer, or as near and of lower rank: the outcome does not
     /// depend on the order of the calls.
     #[inline(always)]
-    pub(crate) fn offer(&mut self, m: Meeting, rank: Rank) {
-        let t = m.t as f32;
-        let wins = t < self.t || self.found.is_none_or(|(best, _)| rank < best);
+    pub(crate) fn offer(&mut self, found: Found) {
+        let t = found.meeting.t as f32;
+        let wins = t < self.t || self.found.is_none_or(|best| found.rank < best.rank);
         if self.wants(t) && wins {
             self.t = t;
-            self.found = Some((rank, m));
+            self.found = Some(found);
         }
     }
 }

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use nemoral_scene::Bounds;
 
 use crate::exact::LocalRay;
+use crate::grid::Grid;
 use crate::nearest::Nearest;
 use crate::simd::{F8, Isa, V3};
 
@@ -11,8 +12,9 @@ use crate::simd::{F8, Isa, V3};
 pub(crate) const LEAF: u32 = 1 << 31;
 
 /// How much farther boxes reach for a ray, in units of f32's epsilon times the largest coordinate
-/// involved. Rounding of the ray to f32 (1/2), of the box (1/2), of the slab arithmetic (3/2) and
-/// of the f64 meeting point to an f32 distance (1/2, times √3) stay well below.
+/// involved. Rounding of the ray to f32 (1/2), of the box (1/2, or none on a grid), of the slab
+/// arithmetic (3, with the grid's step times the inverse) and of the f64 meeting point to an f32
+/// distance (1/2, times √3) stay well below.
 pub(crate) const BOX_SLACK: f32 = 8.0;
 
 /// The same for the eight-wide primitive filter, derived in [`crate::block`].
@@ -23,9 +25,9 @@ const PRIMITIVE_SLACK: f32 = 128.0;
 pub(crate) struct LaneRay {
     pub(crate) origin: [f32; 3],
     pub(crate) direction: [f32; 3],
-    /// Of the direction; finite.
-    inverse: [f32; 3],
-    /// The origin times the inverse, more by what makes boxes be entered early enough.
+    /// Of the direction, finite, times the grid's step: the distance from plane to plane.
+    scale: [f32; 3],
+    /// The origin times the direction's inverse, more by what makes boxes be entered early enough.
     enter: [f32; 3],
     /// The same, less by what makes boxes be left late enough.
     leave: [f32; 3],
@@ -42,7 +44,7 @@ impl LaneRay {
     pub(crate) const NONE: Self = Self {
         origin: [0.0; 3],
         direction: [0.0; 3],
-        inverse: [0.0; 3],
+        scale: [0.0; 3],
         enter: [0.0; 3],
         leave: [0.0; 3],
         negative: [0; 3],
@@ -50,9 +52,10 @@ impl LaneRay {
         reach: 0.0,
     };
 
-    /// `extent` is the largest coordinate, in absolute value, of what is in this space.
+    /// `extent` is the largest coordinate, in absolute value, of what is in this space; boxes are on the
+    /// grid.
     #[inline(always)]
-    pub(crate) fn new(ray: &LocalRay, extent: f32) -> Self {
+    pub(crate) fn new(ray: &LocalRay, extent: f32, grid: &Grid) -> Self {
         let origin = ray.origin.as_vec3();
         let direction = ray.direction.as_vec3();
         let reach = origin.abs().max_element() + extent;
@@ -66,7 +69,8 @@ impl LaneRay {
                 1e-20_f32.copysign(d)
             }
         });
-        let scaled = [0, 1, 2].map(|k| origin[k] * inverse[k]);
+        let from_grid = (ray.origin - grid.origin).as_vec3().to_array();
+        let scaled = [0, 1, 2].map(|k| from_grid[k] * inverse[k]);
         let pad = inverse.map(|i| pad * i.abs());
         let largest = direction[0]
             .abs()
@@ -75,7 +79,7 @@ impl LaneRay {
         Self {
             origin,
             direction,
-            inverse,
+            scale: [0, 1, 2].map(|k| inverse[k] * grid.step[k]),
             enter: [0, 1, 2].map(|k| scaled[k] + pad[k]),
             leave: [0, 1, 2].map(|k| scaled[k] - pad[k]),
             negative: inverse.map(|i| usize::from(i < 0.0)),
@@ -88,7 +92,7 @@ impl LaneRay {
 /// A ray ready for eight boxes at a time.
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs<I: Isa> {
-    inverse: V3<I>,
+    scale: V3<I>,
     enter: V3<I>,
     leave: V3<I>,
     negative: [usize; 3],
@@ -99,7 +103,7 @@ impl<I: Isa> Slabs<I> {
     #[inline(always)]
     pub(crate) fn new(isa: I, ray: &LaneRay, nearest: &Nearest) -> Self {
         Self {
-            inverse: V3::splat(isa, ray.inverse),
+            scale: V3::splat(isa, ray.scale),
             enter: V3::splat(isa, ray.enter),
             leave: V3::splat(isa, ray.leave),
             negative: ray.negative,
@@ -153,35 +157,50 @@ impl Node {
             .filter(|(bounds, _)| bounds.min.x <= bounds.max.x)
     }
 
-    /// The lower or upper planes of an axis.
+    /// A node of these planes and children.
     #[inline(always)]
-    pub(crate) fn plane<I: Isa>(&self, isa: I, axis: usize, side: usize) -> I::V {
+    pub(crate) fn of(planes: [F8; 6], children: [u32; 8]) -> Self {
+        Self { planes, children }
+    }
+}
+
+impl Boxes for Node {
+    #[inline(always)]
+    fn plane<I: Isa>(&self, isa: I, axis: usize, side: usize) -> I::V {
         isa.load(&self.planes[2 * axis + (side & 1)])
     }
 
     #[inline(always)]
-    pub(crate) fn child(&self, lane: usize) -> u32 {
+    fn child(&self, lane: usize) -> u32 {
         self.children[lane & 7]
     }
+}
+
+/// Eight boxes and what is in them, however they are written.
+pub(crate) trait Boxes {
+    /// The lower or upper planes of an axis.
+    fn plane<I: Isa>(&self, isa: I, axis: usize, side: usize) -> I::V;
+
+    /// What is in a box.
+    fn child(&self, lane: usize) -> u32;
 
     /// Distances of the ray to one plane of each axis, `sides` saying which.
     #[inline(always)]
-    fn planes<I: Isa>(&self, isa: I, sides: [usize; 3], inverse: &V3<I>, origin: &V3<I>) -> V3<I> {
-        let [x, y, z] = [0, 1, 2].map(|k| &self.planes[2 * k + (sides[k] & 1)]);
+    fn planes<I: Isa>(&self, isa: I, sides: [usize; 3], scale: &V3<I>, origin: &V3<I>) -> V3<I> {
         V3(
-            isa.mul_sub(isa.load(x), inverse.0, origin.0),
-            isa.mul_sub(isa.load(y), inverse.1, origin.1),
-            isa.mul_sub(isa.load(z), inverse.2, origin.2),
+            isa.mul_sub(self.plane(isa, 0, sides[0]), scale.0, origin.0),
+            isa.mul_sub(self.plane(isa, 1, sides[1]), scale.1, origin.1),
+            isa.mul_sub(self.plane(isa, 2, sides[2]), scale.2, origin.2),
         )
     }
 
     /// Where the ray enters the boxes, never later than in truth, and the mask of those that it meets
     /// in the range that is still of interest.
     #[inline(always)]
-    pub(crate) fn test<I: Isa>(&self, isa: I, ray: &Slabs<I>, nearest: &Nearest) -> (I::V, I::V) {
+    fn test<I: Isa>(&self, isa: I, ray: &Slabs<I>, nearest: &Nearest) -> (I::V, I::V) {
         let [x, y, z] = ray.negative;
-        let enter = self.planes(isa, [x, y, z], &ray.inverse, &ray.enter);
-        let leave = self.planes(isa, [x ^ 1, y ^ 1, z ^ 1], &ray.inverse, &ray.leave);
+        let enter = self.planes(isa, [x, y, z], &ray.scale, &ray.enter);
+        let leave = self.planes(isa, [x ^ 1, y ^ 1, z ^ 1], &ray.scale, &ray.leave);
         let first = isa.max(isa.max(enter.0, enter.1), isa.max(enter.2, ray.t_min));
         let t = isa.splat(nearest.t());
         let last = isa.min(isa.min(leave.0, leave.1), isa.min(leave.2, t));

@@ -2,6 +2,10 @@
 
 use glam::{Vec2, Vec3};
 use nemoral_scene::{Bounds, Ray};
+use rayon::prelude::*;
+
+/// Fewer rays are keyed by one thread.
+const LEAST: usize = 4096;
 
 /// Ray numbers, neighbours in direction near each other: what one ray has brought to the cache
 /// serves the next. A permutation of `0..rays.len()`.
@@ -18,9 +22,11 @@ pub(crate) fn by_place(rays: &[Ray]) -> Vec<u32> {
 }
 
 /// Ray numbers by the lower 20 bits of a key; equal keys keep their order.
-fn sorted(rays: &[Ray], key: impl Fn(&Ray) -> u32) -> Vec<u32> {
-    let key = |(ray, i): (&Ray, u64)| u64::from(key(ray)) << 32 | i;
-    let mut keys: Vec<u64> = rays.iter().zip(0..).map(key).collect();
+fn sorted(rays: &[Ray], key: impl Fn(&Ray) -> u32 + Sync) -> Vec<u32> {
+    let key = |(i, ray): (usize, &Ray)| u64::from(key(ray)) << 32 | i as u64;
+    let mut keys = Vec::new();
+    let keyed = rays.par_iter().enumerate().with_min_len(LEAST);
+    keyed.map(key).collect_into_vec(&mut keys);
     let mut sorted = vec![0; keys.len()];
     for shift in [32, 42] {
         pass(&keys, shift, &mut sorted);

@@ -10,9 +10,10 @@ use nemoral_scene::Ray;
 
 use crate::blas::{Blas, Blocks};
 use crate::exact::LocalRay;
+use crate::grid::{Grid, GridNode};
 use crate::group::Door;
 use crate::nearest::Nearest;
-use crate::node::{LEAF, LaneRay, Node, Slabs};
+use crate::node::{Boxes, LEAF, LaneRay, Node, Slabs};
 use crate::simd::{F8, Isa, Keys, Rows};
 use crate::stack::{LEVELS, Stack, walk};
 
@@ -121,8 +122,8 @@ impl Packet {
 
     /// Puts a ray in the shape's frame.
     #[inline(always)]
-    pub(crate) fn place(&mut self, i: usize, ray: LocalRay, extent: f32) {
-        self.lanes[i] = LaneRay::new(&ray, extent);
+    pub(crate) fn place(&mut self, i: usize, ray: LocalRay, extent: f32, grid: &Grid) {
+        self.lanes[i] = LaneRay::new(&ray, extent, grid);
         self.local[i] = ray;
     }
 
@@ -168,7 +169,7 @@ impl Packet {
         len: &mut usize,
     ) -> Option<(u32, Set)> {
         let node = &blas.nodes()[at as usize];
-        let Met { near, any, rows } = test(isa, node, &self.lanes, rays, findings);
+        let Met { near, any, rows } = test(isa, &node.wide(isa), &self.lanes, rays, findings);
         if any == 0 {
             return None;
         }
@@ -195,7 +196,7 @@ impl Packet {
     fn take<I: Isa>(
         &mut self,
         isa: I,
-        nodes: &[Node],
+        nodes: &[GridNode],
         len: &mut usize,
         findings: &Findings,
     ) -> Option<(u32, Set)> {
@@ -219,18 +220,20 @@ impl Packet {
         &self,
         isa: I,
         door: &Door<'_>,
-        block: u32,
+        number: u32,
         mut rays: Set,
         findings: &mut Findings,
     ) {
-        let block = door.blas.block(block);
+        let Some(block) = door.blas.block(number) else {
+            return;
+        };
         let sides = block.sides(isa);
         while rays != 0 {
             let i = next(&mut rays);
             let nearest = &mut findings.nearest[i];
             let lanes = sides.candidates(isa, &self.lanes[i], nearest);
             if lanes != 0 {
-                (door.blas).decide(block, lanes, &self.local[i], door.rank, nearest);
+                (door.blas).decide(number, lanes, &self.local[i], door.source, nearest);
                 findings.note::<ANY>(i);
             }
         }
@@ -254,11 +257,11 @@ impl Packet {
                 blas: door.blas,
                 ray: &self.local[i],
                 lanes,
-                rank: door.rank,
+                source: door.source,
             };
             let nodes = door.blas.nodes();
             let nearest = &mut findings.nearest[i];
-            walk::<I, _, ANY>(isa, (nodes, at), lanes, &blocks, nearest, stack);
+            walk::<I, _, _, ANY>(isa, (nodes, at), lanes, &blocks, nearest, stack);
             findings.note::<ANY>(i);
         }
     }

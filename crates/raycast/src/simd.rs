@@ -19,6 +19,11 @@ impl F8 {
     }
 }
 
+/// Eight small numbers in memory.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub(crate) struct U8(pub(crate) [u16; 8]);
+
 /// Sort keys of eight lanes: the upper halves of distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(16))]
@@ -65,6 +70,8 @@ pub(crate) trait Isa: Copy {
     fn load(self, memory: &F8) -> Self::V;
     fn store(self, v: Self::V) -> F8;
     fn splat(self, x: f32) -> Self::V;
+    /// Small numbers as f32, exactly.
+    fn widen(self, memory: &U8) -> Self::V;
     fn sub(self, a: Self::V, b: Self::V) -> Self::V;
     fn mul(self, a: Self::V, b: Self::V) -> Self::V;
     /// `a b + c`, rounded once or twice.
@@ -206,6 +213,15 @@ impl Isa for Portable {
     #[inline(always)]
     fn splat(self, x: f32) -> F8 {
         F8::splat(x)
+    }
+
+    #[inline(always)]
+    fn widen(self, memory: &U8) -> F8 {
+        let mut wide = [0.0; 8];
+        for (wide, &narrow) in wide.iter_mut().zip(&memory.0) {
+            *wide = f32::from(narrow);
+        }
+        F8(wide)
     }
 
     #[inline(always)]
@@ -371,6 +387,15 @@ impl Isa for Avx2 {
     fn splat(self, x: f32) -> x86::__m256 {
         // SAFETY: AVX, by the invariant of `Self`.
         unsafe { x86::_mm256_set1_ps(x) }
+    }
+
+    #[inline(always)]
+    fn widen(self, memory: &U8) -> x86::__m256 {
+        // SAFETY: AVX2, by the invariant of `Self`; `U8` is 16 bytes and as much aligned.
+        unsafe {
+            let narrow = x86::_mm_load_si128(memory.0.as_ptr().cast());
+            x86::_mm256_cvtepi32_ps(x86::_mm256_cvtepu16_epi32(narrow))
+        }
     }
 
     instruction!(sub(a, b) = _mm256_sub_ps);

@@ -1,7 +1,7 @@
 //! Depth-first search through the nodes, nearest child first.
 
 use crate::nearest::Nearest;
-use crate::node::{LEAF, LaneRay, Node, Slabs};
+use crate::node::{Boxes, LEAF, LaneRay, Slabs};
 use crate::simd::{F8, Isa, Keys};
 
 /// Levels that a tree may have. Builders keep to it.
@@ -46,7 +46,7 @@ impl Stack {
     fn take<I: Isa>(
         &mut self,
         isa: I,
-        nodes: &[Node],
+        nodes: &[impl Boxes],
         base: usize,
         nearest: &Nearest,
     ) -> Option<u32> {
@@ -77,9 +77,9 @@ pub(crate) trait Leaves {
 ///
 /// Boxes at exactly the distance of the best hit are visited too: there may be one of lower rank.
 #[inline(always)]
-pub(crate) fn walk<I: Isa, L: Leaves, const ANY: bool>(
+pub(crate) fn walk<I: Isa, B: Boxes, L: Leaves, const ANY: bool>(
     isa: I,
-    (nodes, root): (&[Node], u32),
+    (nodes, root): (&[B], u32),
     ray: &LaneRay,
     leaves: &L,
     nearest: &mut Nearest,

@@ -2,7 +2,7 @@
 
 use nemoral_scene::Bounds;
 
-use crate::binary::{self, Binary, Split};
+use crate::binary::{self, Binary, Grown, Growth, Split};
 use crate::node::{LEAF, Node, half_area};
 use crate::stack::LEVELS;
 
@@ -26,19 +26,9 @@ pub(crate) fn build(
     max_leaf: usize,
     effort: Effort,
     nodes: &mut Vec<Node>,
-    mut leaf: impl FnMut(&[u32]) -> u32,
+    leaf: impl FnMut(&[u32]) -> u32,
 ) -> u32 {
-    assert!(!boxes.is_empty(), "a tree has at least one box");
-    let mut binary = binary::grow(boxes, Split::Sah);
-    if effort.passes > 0 {
-        binary = binary::reinsert(binary, effort.passes, effort.share);
-    }
-    let mut wide = Wide::plan(binary, max_leaf, Split::Sah);
-    if wide.levels(0) > LEVELS {
-        // Halves of halves are at most 11 wide levels deep.
-        wide = Wide::plan(binary::grow(boxes, Split::Halves), max_leaf, Split::Halves);
-    }
-    wide.emit(0, nodes, &mut leaf)
+    Tree::over(boxes, max_leaf, effort).write(nodes, leaf)
 }
 
 /// At most 64 boxes that together hold those of a tree: two levels of its nodes.
@@ -56,15 +46,59 @@ pub(crate) fn cover(boxes: &[Bounds], nodes: &[Node], root: u32) -> Vec<Bounds> 
     cover
 }
 
-struct Wide {
+/// A tree, before it is written as nodes and leaves.
+pub(crate) struct Tree {
     /// Children after their parents.
     nodes: Vec<Binary>,
+    /// The boxes' numbers, those of a leaf beside each other.
+    order: Vec<u32>,
     is_leaf: Vec<bool>,
     split: Split,
 }
 
-impl Wide {
-    fn plan(nodes: Vec<Binary>, max_leaf: usize, split: Split) -> Self {
+impl Tree {
+    /// A tree over boxes, with so many in a leaf at the most.
+    ///
+    /// # Panics
+    /// If there are no boxes.
+    pub(crate) fn over(boxes: &[Bounds], max_leaf: usize, effort: Effort) -> Self {
+        assert!(!boxes.is_empty(), "a tree has at least one box");
+        let grow = |split, leaf| binary::grow(boxes, Growth { split, leaf });
+        let grown = if effort.passes > 0 {
+            // Each box is moved on its own.
+            binary::reinsert(grow(Split::Sah, 1), effort.passes, effort.share)
+        } else {
+            grow(Split::Sah, max_leaf)
+        };
+        let wide = Self::plan(grown, max_leaf, Split::Sah);
+        if wide.levels(0) <= LEVELS {
+            return wide;
+        }
+        // Halves of halves are at most 11 wide levels deep.
+        Self::plan(grow(Split::Halves, max_leaf), max_leaf, Split::Halves)
+    }
+
+    /// How many leaves there are.
+    pub(crate) fn leaves(&self) -> usize {
+        let mut below = vec![0];
+        let mut leaves = 0;
+        while let Some(node) = below.pop() {
+            if self.is_leaf[node as usize] {
+                leaves += 1;
+            } else {
+                below.extend(self.nodes[node as usize].below);
+            }
+        }
+        leaves
+    }
+
+    /// Writes it and returns its root: a node or, with [`LEAF`] set, a leaf. `leaf` turns box numbers
+    /// into a leaf number.
+    pub(crate) fn write(&self, nodes: &mut Vec<Node>, mut leaf: impl FnMut(&[u32]) -> u32) -> u32 {
+        self.emit(0, nodes, &mut leaf)
+    }
+
+    fn plan(Grown { nodes, order }: Grown, max_leaf: usize, split: Split) -> Self {
         // Bottom-up: is one leaf cheaper than what is below?
         let mut cost = vec![0.0_f32; nodes.len()];
         let mut is_leaf = vec![true; nodes.len()];
@@ -82,6 +116,7 @@ impl Wide {
         }
         Self {
             nodes,
+            order,
             is_leaf,
             split,
         }
@@ -123,7 +158,8 @@ impl Wide {
         if node.inner {
             node.below.iter().for_each(|&c| self.boxes_below(c, out));
         } else {
-            out.push(node.below[0]);
+            let start = node.below[0] as usize;
+            out.extend(&self.order[start..start + node.count as usize]);
         }
     }
 
@@ -207,10 +243,10 @@ mod tests {
     fn a_lopsided_tree_needs_halves() {
         let growing = |k: i32| cube(Vec3::splat(2.0_f32.powi(k)), 2.0_f32.powi(k - 1));
         let boxes: Vec<_> = (-60..60).flat_map(|k| [growing(k); 4]).collect();
-        assert!(Wide::plan(binary::grow(&boxes, Split::Sah), 1, Split::Sah).levels(0) > LEVELS);
-        assert!(
-            Wide::plan(binary::grow(&boxes, Split::Halves), 1, Split::Halves).levels(0) <= LEVELS
-        );
+        let levels =
+            |split| Tree::plan(binary::grow(&boxes, Growth { split, leaf: 1 }), 1, split).levels(0);
+        assert!(levels(Split::Sah) > LEVELS);
+        assert!(levels(Split::Halves) <= LEVELS);
         check(&boxes);
     }
 }

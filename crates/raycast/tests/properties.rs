@@ -8,7 +8,7 @@ use common::{Groups, cube, direction, place, ray, rng, scene, soup};
 use glam::{Mat3, Vec2, Vec3};
 use nemoral_raycast::{Blas, BruteForce, Forest, Group};
 use nemoral_scene::{
-    AlphaMask, Card, Hit, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray, RayCaster,
+    AlphaMask, Card, Hit, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray, RayCaster, SurfaceHit,
 };
 use nemoral_seed::Draw;
 use proptest::prelude::*;
@@ -39,6 +39,10 @@ proptest! {
         let mut batch = vec![None; rays.len()];
         forest.closest_hits(&rays, &mut batch);
         prop_assert_eq!(bits(&batch), bits(&brute));
+        let mut surfaces = vec![None; rays.len()];
+        forest.closest_surfaces(&rays, &mut surfaces);
+        let expected: Vec<_> = brute.iter().map(|h| h.map(SurfaceHit::from)).collect();
+        prop_assert_eq!(format!("{surfaces:?}"), format!("{expected:?}"));
         let mut occluded = vec![false; rays.len()];
         forest.are_occluded(&rays, &mut occluded);
         let expected: Vec<bool> = brute.iter().map(Option::is_some).collect();

@@ -60,6 +60,30 @@ pub struct Hit {
     pub variation: f32,
 }
 
+/// What a range sensor needs of a [`Hit`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    /// Distance from the ray's origin, metres.
+    pub distance_m: f32,
+    /// Unit normal of the flat primitive; its side is the shape's, not the ray's.
+    pub geometric_normal: Vec3,
+    /// The surface's material; its semantic is the truth.
+    pub material: MaterialId,
+    /// Whose surface it is.
+    pub object: ObjectId,
+}
+
+impl From<Hit> for SurfaceHit {
+    fn from(hit: Hit) -> Self {
+        Self {
+            distance_m: hit.distance_m,
+            geometric_normal: hit.geometric_normal,
+            material: hit.material,
+            object: hit.object,
+        }
+    }
+}
+
 /// Instances that are made and dropped together: a chunk's.
 pub trait InstanceGroup: Send + Sync {
     /// They, in order of their numbers.
@@ -106,6 +130,20 @@ pub trait RayCaster: Sync {
         }
     }
 
+    /// The same as [`closest_hits`](Self::closest_hits), but less of each hit: casters for which that is
+    /// less work override this.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    fn closest_surfaces(&self, rays: &[Ray], surfaces: &mut [Option<SurfaceHit>]) {
+        assert_eq!(rays.len(), surfaces.len(), "one surface for each ray");
+        let mut hits = vec![None; rays.len()];
+        self.closest_hits(rays, &mut hits);
+        for (surface, hit) in surfaces.iter_mut().zip(hits) {
+            *surface = hit.map(SurfaceHit::from);
+        }
+    }
+
     /// The shapes behind the answers, for renderers that draw shapes instead of casting rays at
     /// them: so both see one scene. `None` if the caster does not tell.
     ///
@@ -130,6 +168,10 @@ impl<C: RayCaster + ?Sized> RayCaster for &C {
 
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         (**self).closest_hits(rays, hits);
+    }
+
+    fn closest_surfaces(&self, rays: &[Ray], surfaces: &mut [Option<SurfaceHit>]) {
+        (**self).closest_surfaces(rays, surfaces);
     }
 
     fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {

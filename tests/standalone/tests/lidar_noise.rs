@@ -15,11 +15,7 @@ fn moments(values: &[f64]) -> (f64, f64) {
 #[test]
 fn a_livox_sees_a_leaf() {
     let sensor = RangeSensor::new(RangeNoise::livox()).expect("a model");
-    let leaf = Observation {
-        range_m: 20.0,
-        incidence_rad: 0.5,
-        reflectance: 0.45,
-    };
+    let leaf = Observation::at_angle(20.0, 0.5, 0.45);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let measure = |o: &Observation, rng: &mut _| -> Vec<f64> {
         (0..1000).filter_map(|_| sensor.measure(o, rng)).collect()
@@ -30,11 +26,7 @@ fn a_livox_sees_a_leaf() {
     assert!((mean - 20.0).abs() < 0.1, "{mean} m");
     assert!((0.001..0.1).contains(&spread), "{spread} m");
     // Something dark and far does not answer.
-    let coal = Observation {
-        range_m: 500.0,
-        incidence_rad: 1.2,
-        reflectance: 0.03,
-    };
+    let coal = Observation::at_angle(500.0, 1.2, 0.03);
     assert!(measure(&coal, &mut rng).len() < 50);
 }
 
@@ -46,7 +38,7 @@ fn a_model_of_ones_own_is_two_closures() {
     };
     let grey = Observation {
         range_m: 50.0,
-        incidence_rad: 0.0,
+        incidence_cos: 1.0,
         reflectance: 0.5,
     };
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);

@@ -298,7 +298,7 @@ impl Stage for ScanStage {
     );
     type Output = Vec<Vec<LidarPoint>>;
     const ID: &'static str = "frame.scans";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -77,7 +77,7 @@ impl RangeModel for Noise {
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
         let observation = Observation {
             range_m: o.range_m,
-            incidence_rad: o.incidence_rad,
+            incidence_cos: o.incidence_cos,
             reflectance: o.reflectance,
         };
         self.0
