@@ -1,4 +1,4 @@
-//! Measures every stand preset and writes `docs/realism.md` with its plots.
+//! Measures every stand preset and every species, and writes `docs/realism.md` with its plots.
 //!
 //! ```text
 //! cargo run --release -p nemoral-tests --example realism
@@ -11,12 +11,22 @@
     reason = "a report for its user"
 )]
 
+#[path = "realism/checks.rs"]
+mod checks;
 #[path = "realism/measure.rs"]
 mod measure;
 #[path = "realism/page.rs"]
 mod page;
+#[path = "realism/plots.rs"]
+mod plots;
 
 use std::path::Path;
+
+use nemoral_assets::Species;
+use nemoral_tests::realism::Relations;
+
+/// Grown of each species.
+const TREES: u32 = 500;
 
 const STANDS: [&str; 7] = [
     "maritime-pine",
@@ -39,7 +49,15 @@ fn main() -> std::io::Result<()> {
             measure::Stand::measure(name)
         })
         .collect();
-    let (text, plots) = page::write(&stands);
+    let all = Species::all().into_iter().filter(|_| named.is_empty());
+    let grown: Vec<page::Grown> = all
+        .map(|species| {
+            eprintln!("{TREES} of {} …", species.name);
+            let relations = Relations::of(&species, TREES);
+            (species, relations)
+        })
+        .collect();
+    let (text, plots) = page::write(&stands, &grown);
     if !named.is_empty() {
         println!("{text}");
         return Ok(());

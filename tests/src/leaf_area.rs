@@ -186,7 +186,7 @@ impl Projection {
         let by_degree = (0..=90)
             .map(|zenith| {
                 let zenith = f64::from(zenith).to_radians();
-                let sum: f64 = leaves.iter().map(|l| l.1 * kernel(zenith, l.0)).sum();
+                let sum: f64 = leaves.iter().map(|l| l.1 * projection(zenith, l.0)).sum();
                 sum / area
             })
             .collect();
@@ -203,8 +203,10 @@ impl Projection {
     }
 }
 
-/// The projection of a leaf of one inclination and any azimuth (Ross 1981).
-fn kernel(zenith: f64, inclination: f64) -> f64 {
+/// The mean projection of a leaf of one inclination over all azimuths along a zenith angle, both in radians
+/// (Ross 1981).
+#[must_use]
+pub fn projection(zenith: f64, inclination: f64) -> f64 {
     let (along, across) = (
         zenith.cos() * inclination.cos(),
         zenith.sin() * inclination.sin(),

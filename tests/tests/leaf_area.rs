@@ -95,10 +95,22 @@ fn find(
         let end_m = hit.map_or(f64::INFINITY, |h| h.distance_m.into());
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let station = i / (RASTER[0] * RASTER[1]);
-        voxels.add_ray(station, origin, direction, end_m, leaf, projection.along(direction));
+        voxels.add_ray(
+            station,
+            origin,
+            direction,
+            end_m,
+            leaf,
+            projection.along(direction),
+        );
     }
     let leaf_m2 = |v: &Voxel| f64::from(v.leaf_m2);
-    let seen = || voxels.cells().iter().filter(|v| v.rays >= 30 && v.stations.count_ones() >= STATIONS_AT_LEAST);
+    let seen = || {
+        voxels
+            .cells()
+            .iter()
+            .filter(|v| v.rays >= 30 && v.stations.count_ones() >= STATIONS_AT_LEAST)
+    };
     let truth_m2: f64 = seen().map(leaf_m2).sum();
     Found {
         truth_m2,

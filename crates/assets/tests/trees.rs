@@ -679,16 +679,25 @@ fn snags_are_dead_wood_of_the_demanded_diameter() {
     }
 }
 
-/// From 120 trees of each species as grown: what stands in the inventory follows the published relations,
-/// leaf areas without any limit. Few cards and little wood: sizes do not depend on them.
+/// From 120 trees of each species as grown: what stands in the inventory follows the published relations.
 #[test]
 fn allometry_is_recovered_from_grown_trees() {
+    allometry_is_recovered_from(120);
+}
+
+#[test]
+#[ignore = "half a minute: .ci/full runs it"]
+fn allometry_is_recovered_from_500_grown_trees() {
+    allometry_is_recovered_from(500);
+}
+
+/// Leaf areas without any limit. Few cards and little wood: sizes do not depend on them.
+fn allometry_is_recovered_from(trees: u32) {
     let params = GrowthParams {
         wood_triangles_max: 3_000,
         cards_max: 200,
         ..GrowthParams::default()
     };
-    const TREES: u32 = 120;
     for species in Species::all() {
         let [low, high] = species.allometry.dbh_range_m;
         // As far as the relations were fitted.
@@ -697,8 +706,8 @@ fn allometry_is_recovered_from_grown_trees() {
             _ => high.min(0.6),
         };
         let mut sums = [0.0; 3];
-        for i in 0..TREES {
-            let dbh = low + (high - low) * (f64::from(i) + 0.5) / f64::from(TREES);
+        for i in 0..trees {
+            let dbh = low + (high - low) * (f64::from(i) + 0.5) / f64::from(trees);
             let key = key(u64::from(i));
             let size = species.draw_size(dbh, key);
             let tree = grow(&species, &size, &materials(), &params, key);
@@ -710,7 +719,7 @@ fn allometry_is_recovered_from_grown_trees() {
                 tree.size.leaf_area_m2 / leaf,
             ];
             for (sum, ratio) in sums.iter_mut().zip(got) {
-                *sum += ratio / f64::from(TREES);
+                *sum += ratio / f64::from(trees);
             }
         }
         for (name, mean) in ["height", "crown width", "leaf area"].iter().zip(sums) {

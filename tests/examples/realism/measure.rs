@@ -2,31 +2,39 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
-use nemoral_assets::TreeAsset;
+use nemoral_assets::{Species, TreeAsset};
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::stages::assets::WorldAssets;
-use nemoral_pipeline::stages::frame::FrameScene;
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, Ontology, Ray, RayCaster, Semantic, Surface, TreeRecord};
+use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, RayCaster, Semantic, Surface, TreeRecord};
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::World;
 use nemoral_tests::realism::{
-    Colour, amplitude_slope, clark_evans, colour, luminance, pair_correlation, spectrum,
-    weibull_fit,
+    Canopy, Colour, Gaps, Layers, Survey, Tones, amplitude_slope, asked_diameters, clark_evans,
+    colour, distribution_distance, isotropy, layers, luminance, mark_correlation, pair_correlation,
+    plant_area_density, spectrum, tones, weibull_fit,
 };
 
 /// Chunks along a side of the square whose trees are counted.
-const SIDE: i32 = 8;
+pub(crate) const SIDE: i32 = 8;
+/// And whose leaves are.
+const LEAFY_SIDE: i32 = 5;
+/// From the border of that square to where lines begin: 1.57 times the height of the trees.
+const MARGIN_M: f64 = 60.0;
+/// Of the smallest of the scales that clumping is shown by: as large as a shoot's picture.
+const VOXEL_M: f64 = 0.4;
+const LINES: usize = 8_000;
 /// The ring step of the pair correlation, metres.
 pub(crate) const STEP_M: f64 = 0.5;
 /// Frames that are looked at.
-const FRAMES: [u64; 3] = [0, 12, 24];
-/// Where leaves of any inclination project alike.
-const HINGE_DEG: f64 = 57.5;
-/// Azimuths that a sky is cut into for its clumping.
-const SECTORS: usize = 24;
+const FRAMES: [u64; 5] = [0, 6, 12, 18, 24];
+/// Pulses from above in each.
+const PULSES: u32 = 20_000;
+/// Within this of the robot, metres.
+const FLIGHT_M: f64 = 45.0;
 
 /// A stand, measured.
 pub(crate) struct Stand {
@@ -36,19 +44,37 @@ pub(crate) struct Stand {
     pub(crate) trees: Vec<TreeRecord>,
     pub(crate) per_chunk: f64,
     pub(crate) basal_area_m2_ha: f64,
+    /// Share of the trees within their species' limits of slenderness.
+    pub(crate) slender: f64,
+    /// Between the trees' diameters and those asked for.
+    pub(crate) diameter_distance: f64,
+    /// Of the trees: shape and scale.
     pub(crate) weibull: (f64, f64),
+    /// The shape's range with so few individuals.
+    pub(crate) shapes: (f64, f64),
     pub(crate) clark_evans: f64,
     pub(crate) pairs: Vec<f64>,
+    pub(crate) marks: f64,
+    /// Of the same individual within 30 m, alike and all.
+    pub(crate) alike: (usize, usize),
+    pub(crate) dominant_m: f64,
     pub(crate) leaf_area_index: f64,
-    /// Along the hinge, from 1.3 m up.
+    pub(crate) gaps: Gaps,
+    /// What was demanded of the silhouettes over leaf area.
+    pub(crate) silhouette: f64,
+    pub(crate) by_scale: Vec<(f64, f64)>,
+    /// Along the hinge, from 1.3 m up: of leaves, of trees.
+    pub(crate) leafless: f64,
     pub(crate) openness: f64,
-    /// Lang and Xiang's.
-    pub(crate) clumping: f64,
+    pub(crate) openness_above: f64,
     /// By species: mean and standard deviation of the leaves' inclination, degrees.
     pub(crate) inclination: BTreeMap<String, (f64, f64)>,
     /// Plant area density by metre above ground, m²/m³.
     pub(crate) profile: Vec<f64>,
+    pub(crate) layers: Layers,
     pub(crate) slope: f64,
+    pub(crate) isotropy: f64,
+    pub(crate) tones: Tones,
     pub(crate) colour: Option<Colour>,
     /// Share of the pixels and of the points, by class.
     pub(crate) classes: Vec<(String, f64, f64)>,
@@ -69,72 +95,122 @@ impl Stand {
         ];
         let world = World::new(name, &settings);
         let runner = world.runner(2);
-        let size_m = world.config.chunks.size_m;
         let assets = runner.get(world.forest.assets, ()).expect("assets");
-        let trees = trees(&world, &runner, &assets);
-        let edge_m = size_m * f64::from(SIDE);
-        let places: Vec<DVec2> = trees.iter().map(|t| t.position_m.truncate()).collect();
-        let low = DVec2::splat(-f64::from(SIDE / 2) * size_m);
-        let hectares = edge_m * edge_m / 10_000.0;
-        let diameters: Vec<f64> = trees.iter().map(|t| t.dbh_m).collect();
+        let survey = Survey::of(&world, &runner, &assets, SIDE);
+        let (low, edge_m) = survey.square;
+        let places = survey.places();
+        let diameters: Vec<f64> = survey.trees.iter().map(|t| t.dbh_m).collect();
+        let marked: Vec<(DVec2, f64)> = places
+            .iter()
+            .copied()
+            .zip(diameters.iter().copied())
+            .collect();
         let basal = diameters.iter().map(|d| d * d).sum::<f64>() * TAU / 8.0;
-        let mut sky = Sky::default();
-        let (mut slope, mut tints, mut classes) = (0.0, Vec::new(), Classes::default());
-        let ontology = Ontology::by_name(&world.config.output.ontology).expect("an ontology");
-        for frame in FRAMES {
-            let scene = runner.get(world.forest.scene, frame).expect("a scene");
-            let pose = runner.get(world.forest.pose, frame).expect("a pose");
-            let here = pose.world_from_body().translation_m.truncate();
-            sky.look(&world, &runner, &scene, &assets, here, frame);
-            let images = &runner.get(world.forest.images, frame).expect("a picture")[0];
-            slope += amplitude_slope(&spectrum(&luminance(&images.rgb))) / FRAMES.len() as f64;
-            tints.extend(colour(&images.rgb, &images.truth.semantic));
-            let scans = runner.get(world.forest.scans, frame).expect("a scan");
-            classes.add(
-                &ontology,
-                images.truth.semantic.pixels(),
-                scans[0].iter().map(|p| p.semantic),
-            );
-        }
-        let mean = |of: fn(&Colour) -> f64| tints.iter().map(of).sum::<f64>() / tints.len() as f64;
+        let area_m2 = edge_m * edge_m;
+
+        let canopy = canopy(&world, &runner, &assets);
+        let dominant_m = survey.dominant_height_m();
+        let profile = profile(&world, &runner);
+        let views = Views::take(&world, &runner);
         Self {
             name,
-            per_chunk: trees.len() as f64 / f64::from(SIDE * SIDE),
-            basal_area_m2_ha: basal / hectares,
+            per_chunk: survey.trees.len() as f64 / f64::from(SIDE * SIDE),
+            basal_area_m2_ha: basal / area_m2 * 10_000.0,
+            slender: slender(&survey.trees),
+            diameter_distance: distribution_distance(
+                &diameters,
+                &asked_diameters(&world.config.assets),
+            ),
             weibull: weibull_fit(&diameters),
+            shapes: shapes(&world.config),
             clark_evans: clark_evans(&places, low, edge_m, 25.0),
             pairs: pair_correlation(&places, edge_m, STEP_M, 30),
-            leaf_area_index: trees.iter().map(|t| t.leaf_area_m2).sum::<f64>() / (edge_m * edge_m),
-            openness: sky.openness(),
-            clumping: sky.clumping(),
+            marks: mark_correlation(&marked, 3.5),
+            alike: survey.alike(30.0, 2.0, 0.005),
+            dominant_m,
+            leaf_area_index: survey.trees.iter().map(|t| t.leaf_area_m2).sum::<f64>() / area_m2,
+            gaps: canopy.gaps(),
+            silhouette: silhouette(&survey.trees),
+            by_scale: canopy.clumping_by_scale(VOXEL_M, 5),
+            leafless: canopy.leafless(),
+            openness: canopy.openness(),
+            openness_above: canopy.openness_above(),
             inclination: inclinations(&assets),
-            profile: sky.profile(),
-            slope,
-            colour: (!tints.is_empty()).then(|| Colour {
-                gcc: mean(|c| c.gcc),
-                glaring: mean(|c| c.glaring),
-            }),
-            classes: classes.shares(&ontology),
-            trees,
+            layers: layers(&profile, dominant_m),
+            profile,
+            slope: views.mean(|v| amplitude_slope(&spectrum(v))),
+            isotropy: views.mean(isotropy),
+            tones: Tones {
+                log_sd: views.mean(|v| tones(v).log_sd),
+                gradient_kurtosis: views.mean(|v| tones(v).gradient_kurtosis),
+            },
+            colour: views.colour(),
+            classes: views.classes,
+            trees: survey.trees,
             config: world.config,
         }
     }
 }
 
-fn trees(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> Vec<TreeRecord> {
-    let half = SIDE / 2;
-    let square: Vec<ChunkCoord> = (0..SIDE * SIDE)
-        .map(|i| ChunkCoord::new(i % SIDE - half, i / SIDE - half))
+fn canopy(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> Canopy {
+    let survey = Survey::of(world, runner, assets, LEAFY_SIDE);
+    Canopy::new(
+        &survey.leafy,
+        &assets.library.materials,
+        survey.square,
+        MARGIN_M,
+        LINES,
+    )
+}
+
+fn slender(trees: &[TreeRecord]) -> f64 {
+    let fits = |t: &&TreeRecord| {
+        Species::built_in(&t.species).is_some_and(|s| {
+            let [least, most] = s.allometry.slenderness;
+            (least..=most).contains(&(t.height_m / t.dbh_m))
+        })
+    };
+    trees.iter().filter(fits).count() as f64 / trees.len() as f64
+}
+
+/// The silhouette factors that the species' files ask for, by leaf area.
+fn silhouette(trees: &[TreeRecord]) -> f64 {
+    let (mut sum, mut area) = (0.0, 0.0);
+    for tree in trees {
+        if let Some(species) = Species::built_in(&tree.species) {
+            sum += species.foliage.silhouette_factor * tree.leaf_area_m2;
+            area += tree.leaf_area_m2;
+        }
+    }
+    sum / area
+}
+
+/// Where 95 of 100 fitted shapes are if the stand's individuals are drawn again and again: few trees,
+/// one of each part of the distribution, do not tell its shape well.
+fn shapes(config: &Config) -> (f64, f64) {
+    const AGAIN: u64 = 400;
+    let a = &config.assets;
+    let limits = [a.dbh_min_m, a.dbh_max_m];
+    let shares: Vec<_> = a.shares().into_iter().filter(|s| s.1 > 0.0).collect();
+    let all: f64 = shares.iter().map(|s| s.1).sum();
+    let mut fits: Vec<f64> = (0..AGAIN)
+        .map(|again| {
+            let mut rng = Key::world(31).item(again).rng();
+            let mut diameters = Vec::new();
+            for (name, share) in &shares {
+                let species = name.and_then(Species::built_in).expect("built in");
+                let of_each = (400.0 * share / all / f64::from(a.individuals)).ceil() as u32;
+                for i in 0..a.individuals {
+                    let rank = (f64::from(i) + rng.unit_f64()) / f64::from(a.individuals);
+                    let d = species.dbh_of_rank(a.dbh_mean_m, a.dbh_shape, limits, rank);
+                    diameters.extend((0..of_each).map(|_| d * rng.range_f64(0.9, 1.1)));
+                }
+            }
+            weibull_fit(&diameters).0
+        })
         .collect();
-    let things = runner
-        .demand(world.forest.things)
-        .all(&square)
-        .expect("things");
-    let all = things.iter().flat_map(|t| t.0.iter());
-    let records = all.filter_map(|t| t.tree_record(assets));
-    records
-        .filter(|t| t.alive && t.age_class != "sapling")
-        .collect()
+    fits.sort_by(f64::total_cmp);
+    (fits[AGAIN as usize / 40], fits[AGAIN as usize * 39 / 40])
 }
 
 /// The leaves' inclinations by species, each card with the weight of its leaf.
@@ -158,118 +234,90 @@ fn inclinations(assets: &WorldAssets) -> BTreeMap<String, (f64, f64)> {
         .collect()
 }
 
-/// What rays upwards meet.
-#[derive(Default)]
-struct Sky {
-    /// Of every sector of every place: rays, and those that met the sky.
-    sectors: Vec<(u32, u32)>,
-    /// Heights above ground where rays to the zenith were stopped, metres.
-    stops_m: Vec<f64>,
-    zenith: u32,
+/// As an airborne scanner has it: first returns of pulses within 10° of the vertical, everything that
+/// grows there included.
+fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
+    let mut heights_m = Vec::new();
+    for frame in FRAMES {
+        let scene = runner.get(world.forest.scene, frame).expect("a scene");
+        let pose = runner.get(world.forest.pose, frame).expect("a pose");
+        let here = pose.world_from_body().translation_m;
+        let mut rng = Key::world(11).item(frame).rng();
+        let mut pulse = || {
+            let (s, c) = rng.range_f64(0.0, TAU).sin_cos();
+            let place = here + DVec3::new(c, s, 0.0) * FLIGHT_M * rng.unit_f64().sqrt();
+            let tilt = DVec2::from_angle(rng.range_f64(0.0, TAU)) * 0.176 * rng.unit_f64().sqrt();
+            let down = tilt.extend(-1.0).normalize();
+            let origin = place - scene.origin_m - down * (80.0 / -down.z);
+            Ray::new(origin.as_vec3(), down.as_vec3())
+        };
+        let rays: Vec<Ray> = (0..PULSES).map(|_| pulse()).collect();
+        let mut hits = vec![None; rays.len()];
+        scene.forest.closest_hits(&rays, &mut hits);
+        for (ray, hit) in rays.iter().zip(hits) {
+            let Some(hit) = hit else { continue };
+            let at = scene.origin_m + ray.at(hit.distance_m).as_dvec3();
+            let chunk = ChunkCoord::containing(at.truncate(), world.config.chunks.size_m);
+            let ground = runner.get(world.forest.ground, chunk).expect("ground");
+            heights_m.push(at.z - ground.height_m(at.truncate()));
+        }
+    }
+    plant_area_density(&heights_m, 45)
 }
 
-impl Sky {
-    fn look(
-        &mut self,
-        world: &World,
-        runner: &Runner<'_>,
-        scene: &FrameScene,
-        assets: &WorldAssets,
-        here: DVec2,
-        frame: u64,
-    ) {
-        let mut rng = Key::world(11).item(frame).rng();
-        let (sin, cos) = HINGE_DEG.to_radians().sin_cos();
-        let size_m = world.config.chunks.size_m;
-        let crown = |semantic: Semantic| {
-            matches!(
-                semantic,
-                Semantic::Leaf
-                    | Semantic::Needle
-                    | Semantic::Stem
-                    | Semantic::Limb
-                    | Semantic::Branch
-                    | Semantic::Twig
-            )
-        };
-        for _ in 0..60 {
-            let mut stray = || rng.range_f64(-40.0, 40.0);
-            let place = here + DVec2::new(stray(), stray());
-            let chunk = ChunkCoord::containing(place, size_m);
-            let ground = runner.get(world.forest.ground, chunk).expect("ground");
-            let foot = place.extend(ground.height_m(place)) - scene.origin_m;
-            let cast = |direction: DVec3, from_m: f64| {
-                let origin = foot + DVec3::Z * from_m;
-                let ray = Ray::new(origin.as_vec3(), direction.as_vec3());
-                let hit = scene.forest.closest_hit(&ray);
-                hit.map(|h| {
-                    let semantic = assets.library.materials.get(h.material).semantic;
-                    (semantic, f64::from(h.distance_m))
-                })
-            };
-            for sector in 0..SECTORS {
-                let (mut rays, mut open) = (0, 0);
-                for _ in 0..24 {
-                    let azimuth = TAU * (sector as f64 + rng.unit_f64()) / SECTORS as f64;
-                    let up = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
-                    match cast(up, 1.3) {
-                        None => (rays, open) = (rays + 1, open + 1),
-                        Some((semantic, _)) if crown(semantic) => rays += 1,
-                        // Ground, shrubs: no matter of the canopy's.
-                        Some(_) => {}
-                    }
-                }
-                if rays > 0 {
-                    self.sectors.push((rays, open));
-                }
-            }
-            for _ in 0..60 {
-                let tilt = DVec2::from_angle(rng.range_f64(0.0, TAU)) * rng.range_f64(0.0, 0.15);
-                self.zenith += 1;
-                if let Some((_, distance_m)) = cast(tilt.extend(1.0).normalize(), 0.1) {
-                    self.stops_m.push(0.1 + distance_m);
-                }
-            }
+/// What the robot's sensors see.
+struct Views {
+    luminances: Vec<Image<f64>>,
+    colours: Vec<Colour>,
+    classes: Vec<(String, f64, f64)>,
+}
+
+impl Views {
+    fn take(world: &World, runner: &Runner<'_>) -> Self {
+        let ontology = Ontology::by_name(&world.config.output.ontology).expect("an ontology");
+        let (mut luminances, mut colours) = (Vec::new(), Vec::new());
+        let mut seen = Seen::default();
+        for frame in FRAMES {
+            let images = runner.get(world.forest.images, frame).expect("a picture");
+            let picture = &images[0];
+            luminances.push(luminance(&picture.rgb));
+            colours.extend(colour(&picture.rgb, &picture.truth.semantic));
+            let scans: Arc<_> = runner.get(world.forest.scans, frame).expect("a scan");
+            seen.add(
+                &ontology,
+                picture.truth.semantic.pixels(),
+                scans[0].iter().map(|p| p.semantic),
+            );
+        }
+        Self {
+            luminances,
+            colours,
+            classes: seen.shares(&ontology),
         }
     }
 
-    fn openness(&self) -> f64 {
-        let (rays, open) = self
-            .sectors
-            .iter()
-            .fold((0, 0), |(r, o), s| (r + s.0, o + s.1));
-        f64::from(open) / f64::from(rays)
+    fn mean(&self, of: impl Fn(&Image<f64>) -> f64) -> f64 {
+        self.luminances.iter().map(of).sum::<f64>() / self.luminances.len() as f64
     }
 
-    /// Lang and Xiang 1986: the logarithm of the mean gap fraction over the mean logarithm; a sector
-    /// without a gap has half a ray's.
-    fn clumping(&self) -> f64 {
-        let logs = self
-            .sectors
-            .iter()
-            .map(|&(rays, open)| (f64::from(open).max(0.5) / f64::from(rays)).ln());
-        self.openness().max(1e-6).ln() / (logs.sum::<f64>() / self.sectors.len() as f64)
-    }
-
-    /// -d ln P / dz / K, K = 0.5 (Bouvier et al. 2015), of gap fractions seen from the ground.
-    fn profile(&self) -> Vec<f64> {
-        let beyond = |z: f64| {
-            let below = self.stops_m.iter().filter(|s| **s < z).count();
-            (f64::from(self.zenith) - below as f64).max(0.5) / f64::from(self.zenith)
-        };
-        (0..45)
-            .map(|z| 2.0 * (beyond(f64::from(z)) / beyond(f64::from(z + 1))).ln())
-            .collect()
+    fn colour(&self) -> Option<Colour> {
+        let n = self.colours.len() as f64;
+        let mean = |of: fn(&Colour) -> f64| self.colours.iter().map(of).sum::<f64>() / n;
+        (!self.colours.is_empty()).then(|| Colour {
+            gcc: mean(|c| c.gcc),
+            glaring: mean(|c| c.glaring),
+            hue_deg: mean(|c| c.hue_deg),
+        })
     }
 }
 
 #[derive(Default)]
-struct Classes {
+struct Seen {
     pixels: BTreeMap<usize, u32>,
     points: BTreeMap<usize, u32>,
 }
 
-impl Classes {
+impl Seen {
     fn add(
         &mut self,
         ontology: &Ontology,

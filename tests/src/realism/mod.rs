@@ -1,12 +1,23 @@
 //! Measures of realism that need no photograph (`reference/vegetation.md` section 7): how stems stand, how
-//! light is spread over a picture, how thick a stem is in a scan. None of this is from the crates under test.
+//! leaves let light through, how light is spread over a picture, how thick a stem is in a scan. None of this
+//! is from the crates under test.
 
+mod canopy;
 mod circle;
 mod picture;
 mod plot;
+mod profile;
+mod relations;
 mod stems;
+mod survey;
 
+pub use canopy::{Canopy, Gaps, HINGE_DEG, LeafField, Standing};
 pub use circle::{Circle, circle};
-pub use picture::{Colour, amplitude_slope, colour, luminance, spectrum};
+pub use picture::{Colour, Tones, amplitude_slope, colour, isotropy, luminance, spectrum, tones};
 pub use plot::{Plot, Series};
-pub use stems::{clark_evans, pair_correlation, row_power, weibull_fit};
+pub use profile::{Layers, layers, plant_area_density};
+pub use relations::Relations;
+pub use stems::{
+    clark_evans, distribution_distance, mark_correlation, pair_correlation, row_power, weibull_fit,
+};
+pub use survey::{Survey, asked_diameters};

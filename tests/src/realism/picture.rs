@@ -23,6 +23,43 @@ fn linear(byte: u8) -> f64 {
 /// window: mean amplitude by whole cycles per square, from 0 to half its edge.
 #[must_use]
 pub fn spectrum(image: &Image<f64>) -> Vec<f64> {
+    let (n, amplitudes) = amplitudes(image);
+    let mut sums = vec![(0.0, 0_u32); n / 2 + 1];
+    for (i, amplitude) in amplitudes.iter().enumerate() {
+        let wave = |i: usize| i.min(n - i) as f64;
+        let ring = wave(i % n).hypot(wave(i / n)).round() as usize;
+        if let Some((sum, count)) = sums.get_mut(ring) {
+            *sum += amplitude;
+            *count += 1;
+        }
+    }
+    sums.iter()
+        .map(|(sum, count)| sum / f64::from(*count))
+        .collect()
+}
+
+/// Mean amplitude of waves that run within 45° of the horizontal over that of the others, in the band of
+/// [`amplitude_slope`]: 1 if no direction is special, more with upright things.
+#[must_use]
+pub fn isotropy(image: &Image<f64>) -> f64 {
+    let (n, amplitudes) = amplitudes(image);
+    let mut sums = [(0.0, 0_u32); 2];
+    for (i, amplitude) in amplitudes.iter().enumerate() {
+        let wave = |i: usize| i.min(n - i) as f64;
+        let (x, y) = (wave(i % n), wave(i / n));
+        let ring = x.hypot(y).round() as usize;
+        if (4..=n / 4).contains(&ring) && x != y {
+            let (sum, count) = &mut sums[usize::from(x < y)];
+            // Octaves alike: waves of nature have amplitudes like 1 / frequency.
+            (*sum, *count) = (*sum + amplitude * x.hypot(y), *count + 1);
+        }
+    }
+    let [a, b] = sums.map(|(sum, count)| sum / f64::from(count));
+    a / b
+}
+
+/// The square's edge, and the amplitudes of its waves, row by row.
+fn amplitudes(image: &Image<f64>) -> (usize, Vec<f64>) {
     let shorter = image.width().min(image.height());
     let n = if shorter.is_power_of_two() {
         shorter
@@ -43,22 +80,43 @@ pub fn spectrum(image: &Image<f64>) -> Vec<f64> {
     for row in &mut rows {
         fourier(row);
     }
-    let mut sums = vec![(0.0, 0_u32); n / 2 + 1];
+    let mut out = vec![0.0; n * n];
     for x in 0..n {
         let mut column: Vec<(f64, f64)> = rows.iter().map(|row| row[x]).collect();
         fourier(&mut column);
         for (y, (re, im)) in column.into_iter().enumerate() {
-            let wave = |i: usize| i.min(n - i) as f64;
-            let ring = wave(x).hypot(wave(y)).round() as usize;
-            if let Some((sum, count)) = sums.get_mut(ring) {
-                *sum += re.hypot(im);
-                *count += 1;
-            }
+            out[y * n + x] = re.hypot(im);
         }
     }
-    sums.iter()
-        .map(|(sum, count)| sum / f64::from(*count))
-        .collect()
+    (n, out)
+}
+
+/// How light is spread over a picture's values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tones {
+    /// Standard deviation of the natural logarithm of luminance, which is at least one step of 8 bits.
+    pub log_sd: f64,
+    /// Kurtosis of the differences of log-luminance between neighbours in a row: 3 for noise, more where
+    /// flat things have edges.
+    pub gradient_kurtosis: f64,
+}
+
+/// The tones of a picture's linear luminance.
+#[must_use]
+pub fn tones(image: &Image<f64>) -> Tones {
+    let logs: Vec<f64> = image.pixels().iter().map(|v| v.max(3e-4).ln()).collect();
+    let moments = |v: &[f64], power: i32, about: f64| {
+        v.iter().map(|x| (x - about).powi(power)).sum::<f64>() / v.len() as f64
+    };
+    let mean = moments(&logs, 1, 0.0);
+    let rows = logs.chunks(image.width());
+    let steps: Vec<f64> = rows
+        .flat_map(|row| row.windows(2).map(|w| w[1] - w[0]))
+        .collect();
+    Tones {
+        log_sd: moments(&logs, 2, mean).sqrt(),
+        gradient_kurtosis: moments(&steps, 4, 0.0) / moments(&steps, 2, 0.0).powi(2),
+    }
 }
 
 /// Cooley and Tukey (1965), radix 2, in place.
@@ -108,6 +166,8 @@ pub struct Colour {
     pub gcc: f64,
     /// The share of foliage that is glaring green: saturation over 0.7 and value over 0.6.
     pub glaring: f64,
+    /// The median hue of foliage, degrees: 60 is yellow, 120 green.
+    pub hue_deg: f64,
 }
 
 /// The colour of tree foliage; `None` if there is hardly any.
@@ -128,10 +188,27 @@ pub fn colour(rgb: &Image<[u8; 3]>, semantic: &Image<Semantic>) -> Option<Colour
         let (most, least) = (r.max(g).max(b), r.min(g).min(b));
         g >= most && (most - least) / most > 0.7 && most / 255.0 > 0.6
     };
+    let mut hues: Vec<f64> = foliage.iter().filter_map(hue_deg).collect();
+    hues.sort_by(f64::total_cmp);
     Some(Colour {
         gcc,
         glaring: foliage.iter().filter(glares).count() as f64 / n,
+        hue_deg: hues.get(hues.len() / 2).copied().unwrap_or(f64::NAN),
     })
+}
+
+/// Hue on the hexagon; grey has none.
+fn hue_deg(&[r, g, b]: &[f64; 3]) -> Option<f64> {
+    let most = r.max(g).max(b);
+    let span = most - r.min(g).min(b);
+    let sixth = if most == r {
+        (g - b) / span
+    } else if most == g {
+        2.0 + (b - r) / span
+    } else {
+        4.0 + (r - g) / span
+    };
+    (span > 0.0).then(|| (60.0 * sixth).rem_euclid(360.0))
 }
 
 #[cfg(test)]
@@ -168,8 +245,21 @@ mod tests {
                 }
             }
         }
-        let leaves = amplitude_slope(&spectrum(&image(128, |x, y| pixels[y * 128 + x])));
+        let discs = image(128, |x, y| pixels[y * 128 + x]);
+        let leaves = amplitude_slope(&spectrum(&discs));
         assert!((-1.5..-0.8).contains(&leaves), "{leaves}");
+        assert!(
+            (0.9..1.1).contains(&isotropy(&discs)),
+            "{}",
+            isotropy(&discs)
+        );
+        // Edges between flat things; noise has none, and a picture hung with stripes has a direction.
+        assert!(tones(&discs).gradient_kurtosis > 6.0, "{:?}", tones(&discs));
+        let mild = tones(&noise().map(|v| 0.5 + v));
+        assert!(mild.gradient_kurtosis < 4.0, "{mild:?}");
+        assert!(tones(&discs.map(|v| 0.4 + 0.1 * v)).log_sd < 0.3);
+        let striped = isotropy(&image(128, |x, y| pixels[y * 128 + x] + (x / 3 % 2) as f64));
+        assert!(striped > 1.1, "{striped}");
         let blurred = image(128, |x, y| {
             let at = |dx: usize, dy: usize| pixels[((y + dy) % 128) * 128 + (x + dx) % 128];
             (0..49).map(|i| at(i % 7, i / 7)).sum::<f64>() / 49.0
@@ -201,5 +291,6 @@ mod tests {
         assert!((dark.gcc - 75.0 / 175.0).abs() < 1e-12 && dark.glaring == 0.0);
         let game = paint([30, 200, 20]).expect("foliage");
         assert!(game.gcc > 0.6 && game.glaring == 1.0);
+        assert!((game.hue_deg - 116.7).abs() < 0.1 && (dark.hue_deg - 85.7).abs() < 0.1);
     }
 }

@@ -110,14 +110,13 @@ impl Plot {
                     path.join(" ")
                 );
             } else {
-                for (x, y) in &series.points {
-                    let _ = writeln!(
-                        out,
-                        "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"1.6\" fill=\"{colour}\" fill-opacity=\"0.5\"/>",
-                        sx(*x),
-                        sy(*y)
-                    );
-                }
+                // Lines without length and with round ends: a few bytes each.
+                let dot = |(x, y): &(f64, f64)| format!("M{:.0},{:.0}h0", sx(*x), sy(*y));
+                let dots: String = series.points.iter().map(dot).collect();
+                let _ = writeln!(
+                    out,
+                    "<path d=\"{dots}\" fill=\"none\" stroke=\"{colour}\" stroke-opacity=\"0.6\" stroke-width=\"3\" stroke-linecap=\"round\"/>"
+                );
             }
             let _ = writeln!(
                 out,

@@ -86,6 +86,36 @@ pub fn weibull_fit(values: &[f64]) -> (f64, f64) {
     (shape, mean_power.powf(1.0 / shape))
 }
 
+/// The mean product of two neighbours' sizes over the square of the mean size, of pairs within `reach_m`:
+/// below 1 where neighbours keep each other small, 1 where they know nothing of each other.
+#[must_use]
+pub fn mark_correlation(trees: &[(DVec2, f64)], reach_m: f64) -> f64 {
+    let mean = trees.iter().map(|t| t.1).sum::<f64>() / trees.len() as f64;
+    let (mut sum, mut pairs) = (0.0, 0);
+    for (i, (p, a)) in trees.iter().enumerate() {
+        for (q, b) in &trees[..i] {
+            if p.distance_squared(*q) < reach_m * reach_m {
+                (sum, pairs) = (sum + a * b, pairs + 1);
+            }
+        }
+    }
+    sum / f64::from(pairs) / (mean * mean)
+}
+
+/// The greatest distance between the distributions of two samples (Kolmogorov and Smirnov).
+#[must_use]
+pub fn distribution_distance(a: &[f64], b: &[f64]) -> f64 {
+    let sorted = |v: &[f64]| {
+        let mut v = v.to_vec();
+        v.sort_by(f64::total_cmp);
+        v
+    };
+    let (a, b) = (sorted(a), sorted(b));
+    let below = |v: &[f64], x: f64| v.partition_point(|y| *y <= x) as f64 / v.len() as f64;
+    let apart = a.iter().chain(&b).map(|&x| below(&a, x) - below(&b, x));
+    apart.fold(0.0, |most, d| most.max(d.abs()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,5 +172,30 @@ mod tests {
             (shape - 2.5).abs() < 0.12 && (scale - 0.3).abs() < 0.006,
             "{shape} {scale}"
         );
+    }
+
+    #[test]
+    fn marks_and_distributions_are_told_apart() {
+        let trees: Vec<(DVec2, f64)> = (0..400)
+            .map(|i| {
+                let x = f64::from(i);
+                // Pairs a metre apart, one large and one small; or two of a size.
+                (
+                    DVec2::new(10.0 * (x / 2.0).floor() + x % 2.0, 0.0),
+                    1.0 + x % 2.0,
+                )
+            })
+            .collect();
+        assert!((mark_correlation(&trees, 3.5) - 2.0 / 2.25).abs() < 1e-9);
+        let alike: Vec<(DVec2, f64)> = trees
+            .iter()
+            .map(|(p, _)| (*p, 1.0 + (p.x / 10.0).floor() % 2.0))
+            .collect();
+        assert!((mark_correlation(&alike, 3.5) - 2.5 / 2.25).abs() < 1e-9);
+        let (a, b): (Vec<f64>, Vec<f64>) = (0..100)
+            .map(|i| (f64::from(i), f64::from(i) + 20.5))
+            .unzip();
+        assert!((distribution_distance(&a, &b) - 0.21).abs() < 1e-9);
+        assert_eq!(distribution_distance(&a, &a), 0.0);
     }
 }

@@ -353,3 +353,69 @@ impl<'a> Painter<'a> {
         sketch
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nemoral_scene::MaterialId;
+    use nemoral_seed::{Key, Stage};
+
+    use super::*;
+    use crate::card::sketch::Mark;
+    use crate::tree::{FoliageCard, GrowthParams, SizeClass, Species, TreeMaterials, grow};
+
+    /// The leaf area that a tree of broad leaves is written to have is drawn: the areas of all leaves in the
+    /// pictures on its cards, those that others hide too, by their outlines.
+    #[test]
+    fn all_leaves_of_a_tree_are_drawn() {
+        let species = Species::all().into_iter();
+        let broad = species
+            .filter(|s| !matches!(s.leaves.kind, LeafKind::NeedleTuft | LeafKind::NeedleSpray));
+        let mut count = 0;
+        for species in broad {
+            let key = Key::world(5).stage(Stage::new(&species.name));
+            // Of each picture: its card, and leaf area over the card's.
+            let pictures: Vec<(FoliageCard, f64)> = (0..5)
+                .map(|i| {
+                    let sketch = draw(&species.leaves, &mut key.item(i).rng());
+                    let leaves = sketch.marks.iter().map(|mark| match mark {
+                        Mark::Leaf(leaf) => leaf.area_m2(),
+                        _ => 0.0,
+                    });
+                    let leaf_m2: f64 = leaves.sum();
+                    let picture = sketch.slices(1, Vec3::splat(0.1)).swap_remove(0);
+                    let card = FoliageCard {
+                        material: MaterialId(10 + i as u16),
+                        width_m: picture.width_m,
+                        height_m: picture.height_m,
+                        opaque_fraction: picture.mask.opaque_fraction() as f32,
+                        leaf_layers: picture.leaf_layers,
+                    };
+                    (card, leaf_m2 / f64::from(card.width_m * card.height_m))
+                })
+                .collect();
+            let id = MaterialId(0);
+            let materials = TreeMaterials {
+                stem: id,
+                change: id,
+                upper: id,
+                flare: id,
+                limb: id,
+                branch: id,
+                dead: id,
+                snag: id,
+                foliage: pictures.iter().map(|p| p.0).collect(),
+            };
+            let size = species.draw_size(species.class_dbh_m(SizeClass::Middle), key);
+            let tree = grow(&species, &size, &materials, &GrowthParams::default(), key);
+            let tree = tree.expect("a middling tree");
+            let drawn = tree.cards.iter().map(|card| {
+                let leaves = pictures[usize::from(card.material.0 - 10)].1;
+                leaves * f64::from(card.area_m2())
+            });
+            let share = drawn.sum::<f64>() / tree.size.leaf_area_m2;
+            assert!((share - 1.0).abs() < 0.05, "{}: {share:.3}", species.name);
+            count += 1;
+        }
+        assert_eq!(count, 5);
+    }
+}

@@ -114,6 +114,13 @@ impl Leaf {
         }
         (low, high)
     }
+
+    /// One side of it, m²: its width summed along its midrib. A bend shears it, and changes nothing.
+    #[cfg(test)]
+    pub(crate) fn area_m2(&self) -> f64 {
+        let widths = (0..500).map(|i| f64::from(self.outline.at((i as f32 + 0.5) / 500.0)));
+        f64::from(self.length_m * self.width_m) * widths.sum::<f64>() / 500.0
+    }
 }
 
 impl Stroke {

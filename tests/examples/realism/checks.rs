@@ -1,0 +1,206 @@
+//! What is measured, and what it should be.
+
+use nemoral_assets::Species;
+
+use crate::measure::Stand;
+
+/// A measure of a stand and its range, if there is one for such stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Check {
+    pub(crate) value: f64,
+    pub(crate) range: Option<(f64, f64)>,
+    pub(crate) places: usize,
+}
+
+impl Check {
+    fn new(value: f64, places: usize, range: impl Into<Option<(f64, f64)>>) -> Self {
+        Self {
+            value,
+            range: range.into(),
+            places,
+        }
+    }
+
+    pub(crate) fn is_met(&self) -> bool {
+        self.range
+            .is_none_or(|(low, high)| (low..=high).contains(&self.value))
+    }
+
+    /// For a table's cell.
+    pub(crate) fn cell(&self) -> String {
+        let places = self.places;
+        match self.range {
+            Some((low, high)) if !self.is_met() => {
+                format!("**{:.places$}** ✗ {low}–{high}", self.value)
+            }
+            _ => format!("{:.places$}", self.value),
+        }
+    }
+}
+
+/// A table's column: its head, and the check.
+pub(crate) type Column = (&'static str, fn(&Stand) -> Check);
+
+/// Does it stand in rows?
+fn in_rows(s: &Stand) -> bool {
+    s.config.placement.rows.spacing_m > 0.0
+}
+
+pub(crate) const STEMS: &[Column] = &[
+    ("trees/ha", |s| {
+        let per_ha = 10_000.0 / (s.config.chunks.size_m * s.config.chunks.size_m);
+        let asked = s.config.placement.trees * (1.0 - s.config.assets.snags) * per_ha;
+        let range = (0.95 * asked, 1.05 * asked);
+        Check::new(s.per_chunk * per_ha, 0, (range.0.round(), range.1.round()))
+    }),
+    ("basal area, m²/ha", |s| {
+        let open = s.name == "montado";
+        let range = if open { (3.0, 15.0) } else { (15.0, 45.0) };
+        Check::new(s.basal_area_m2_ha, 1, range)
+    }),
+    ("diameters: distance", |s| {
+        // One tree of each of so many parts of the distribution, and chance.
+        let part = 1.0 / f64::from(s.config.assets.individuals);
+        Check::new(s.diameter_distance, 3, (0.0, part))
+    }),
+    ("Weibull shape", |s| {
+        let (low, high) = s.shapes;
+        let cut = |v: f64| (100.0 * v).round() / 100.0;
+        Check::new(s.weibull.0, 2, (cut(low), cut(high)))
+    }),
+    ("H/D in limits", |s| Check::new(s.slender, 3, (0.995, 1.0))),
+    ("Clark-Evans R", |s| {
+        let range = if in_rows(s) { (1.5, 2.15) } else { (0.8, 1.4) };
+        Check::new(s.clark_evans, 2, range)
+    }),
+    ("g(r < 0.5 m)", |s| Check::new(s.pairs[0], 2, (0.0, 0.05))),
+    ("g(5–15 m)", |s| {
+        let far = &s.pairs[10..30];
+        Check::new(far.iter().sum::<f64>() / far.len() as f64, 2, (0.9, 1.1))
+    }),
+    ("sizes of neighbours < 3.5 m", |s| {
+        Check::new(s.marks, 3, (0.85, 0.995))
+    }),
+    ("alike within 30 m, per 10⁶ pairs", |s| {
+        let (alike, same) = s.alike;
+        Check::new(1e6 * alike as f64 / same.max(1) as f64, 0, None)
+    }),
+];
+
+pub(crate) const CANOPIES: &[Column] = &[
+    ("LAI", |s| {
+        let range = match s.name {
+            "beech" => (5.0, 7.0),
+            "spruce" => (4.0, 8.0),
+            "oak-mixed" => (3.0, 5.5),
+            "eucalyptus-plantation" => (2.5, 5.0),
+            "maritime-pine" => (1.5, 3.5),
+            "boreal-birch-pine" => (1.5, 4.0),
+            "montado" => (0.5, 2.0),
+            _ => (1.5, 5.0),
+        };
+        Check::new(s.leaf_area_index, 2, range)
+    }),
+    ("above the lines", |s| {
+        Check::new(s.gaps.leaf_area_index, 2, None)
+    }),
+    ("Ω shoots", |s| {
+        // Needles' pictures are silhouettes; in those of broad leaves, some leaves lie before others.
+        let least = if s.silhouette > 0.99 {
+            0.6
+        } else {
+            0.95 * s.silhouette
+        };
+        Check::new(s.gaps.shoots, 2, (least, 1.05 * s.silhouette))
+    }),
+    ("2 G", |s| Check::new(s.gaps.projection, 2, (0.9, 1.1))),
+    ("Ω crowns, stand", |s| Check::new(s.gaps.crowns, 2, None)),
+    ("Ω", |s| {
+        let range = match s.name {
+            "beech" | "eucalyptus-plantation" | "oak-mixed" => Some((0.8, 0.95)),
+            "spruce" | "maritime-pine" => Some((0.5, 0.7)),
+            _ => None,
+        };
+        Check::new(s.gaps.clumping(), 2, range)
+    }),
+    ("exp(-0.93 Ω LAI)", |s| {
+        Check::new(s.gaps.expected, 3, None)
+    }),
+    ("no leaf on the ray", |s| Check::new(s.leafless, 3, None)),
+    ("over the law", |s| {
+        Check::new(s.leafless / s.gaps.expected, 2, (0.85, 1.15))
+    }),
+    ("nothing on the ray", |s| {
+        Check::new(s.openness, 3, hinge_openness(s.name))
+    }),
+    ("nor to the zenith", |s| {
+        Check::new(s.openness_above, 3, None)
+    }),
+];
+
+/// What canopies of the kind leave open.
+fn hinge_openness(name: &str) -> Option<(f64, f64)> {
+    match name {
+        "beech" | "spruce" => Some((0.05, 0.15)),
+        "maritime-pine" => Some((0.25, 0.45)),
+        "montado" => Some((0.5, 0.95)),
+        _ => None,
+    }
+}
+
+pub(crate) const PROFILES: &[Column] = &[
+    ("dominant height, m", |s| Check::new(s.dominant_m, 1, None)),
+    ("densest at", |s| {
+        let range = match s.name {
+            "maritime-pine" => Some((0.6, 0.8)),
+            "boreal-birch-pine" => Some((0.4, 0.7)),
+            _ => Some((0.3, 0.9)),
+        };
+        Check::new(s.layers.mode, 2, range)
+    }),
+    ("half as dense over", |s| {
+        let range = (s.name == "spruce").then_some((0.4, 0.9));
+        Check::new(s.layers.breadth, 2, range)
+    }),
+    ("under 2 m, over the mean", |s| {
+        Check::new(s.layers.understorey, 2, None)
+    }),
+];
+
+/// Pictures of needles, and of evergreen leaves with wax, are greyer than those of summer leaves.
+fn green(s: &Stand) -> (f64, f64) {
+    if ["eucalyptus-plantation", "montado"].contains(&s.name) {
+        return (0.36, 0.42);
+    }
+    let needles =
+        |name: &str| Species::built_in(name).is_some_and(|s| s.foliage.silhouette_factor < 0.9);
+    let of_needles = s.trees.iter().filter(|t| needles(&t.species)).count();
+    match of_needles as f64 / s.trees.len() as f64 {
+        share if share > 0.95 => (0.36, 0.40),
+        share if share < 0.05 => (0.40, 0.46),
+        _ => (0.36, 0.46),
+    }
+}
+
+pub(crate) const PICTURES: &[Column] = &[
+    ("slope", |s| Check::new(s.slope, 2, (-1.5, -0.8))),
+    ("isotropy", |s| Check::new(s.isotropy, 2, (0.9, 1.1))),
+    ("log-luminance SD", |s| {
+        Check::new(s.tones.log_sd, 2, (1.0, 1.6))
+    }),
+    ("kurtosis of steps", |s| {
+        Check::new(s.tones.gradient_kurtosis, 1, (6.0, 100.0))
+    }),
+    ("GCC", |s| {
+        let gcc = s.colour.map_or(f64::NAN, |c| c.gcc);
+        Check::new(gcc, 3, green(s))
+    }),
+    ("hue", |s| {
+        let hue = s.colour.map_or(f64::NAN, |c| c.hue_deg);
+        Check::new(hue, 0, (70.0, 110.0))
+    }),
+    ("glaring, %", |s| {
+        let glaring = s.colour.map_or(f64::NAN, |c| c.glaring);
+        Check::new(100.0 * glaring, 2, (0.0, 1.0))
+    }),
+];

@@ -1,0 +1,89 @@
+//! The relations of a species, found again on trees that were grown.
+
+use nemoral_assets::{FoliageCard, GrowthParams, Species, TreeMaterials, TreeSize, grow};
+use nemoral_scene::MaterialId;
+use nemoral_seed::{Key, Stage};
+
+/// Trees of a species, grown, and what a tape and a ruler say of them.
+#[derive(Clone, Debug)]
+pub struct Relations {
+    /// As measured on what was grown.
+    pub sizes: Vec<TreeSize>,
+    /// Mean of height, crown width and leaf area over the published curve's, of the thinner half of the trees
+    /// and of the thicker one.
+    pub ratios: [[f64; 3]; 2],
+}
+
+impl Relations {
+    /// Of so many trees, evenly over the diameters that the species' relations hold for. With few cards and
+    /// little wood: sizes do not depend on them (but a test in `crates/assets` grows them whole).
+    ///
+    /// # Panics
+    /// If one cannot be grown.
+    #[must_use]
+    pub fn of(species: &Species, trees: u32) -> Self {
+        let id = MaterialId(0);
+        let card = FoliageCard {
+            material: id,
+            width_m: 0.4,
+            height_m: 0.4,
+            opaque_fraction: 0.5,
+            leaf_layers: 1.3,
+        };
+        let materials = TreeMaterials {
+            stem: id,
+            flare: id,
+            limb: id,
+            branch: id,
+            dead: id,
+            snag: id,
+            change: id,
+            upper: id,
+            foliage: vec![card],
+        };
+        let params = GrowthParams {
+            wood_triangles_max: 3_000,
+            cards_max: 200,
+            ..GrowthParams::default()
+        };
+        let key = Key::world(21).stage(Stage::new(&species.name));
+        let [low, high] = species.allometry.dbh_range_m;
+        let grown = |i: u32| {
+            let dbh_m = low + (high - low) * (f64::from(i) + 0.5) / f64::from(trees);
+            let key = key.item(u64::from(i));
+            let size = species.draw_size(dbh_m, key);
+            let tree = grow(species, &size, &materials, &params, key);
+            tree.unwrap_or_else(|e| panic!("{} of {dbh_m} m: {e}", species.name))
+                .size
+        };
+        Self::from_sizes(species, (0..trees).map(grown).collect())
+    }
+
+    /// Of trees that are known already, thin ones first.
+    #[must_use]
+    pub fn from_sizes(species: &Species, sizes: Vec<TreeSize>) -> Self {
+        let (thin, thick) = sizes.split_at(sizes.len() / 2);
+        let ratios = [thin, thick].map(|half| {
+            let mut sums = [0.0; 3];
+            for size in half {
+                let ratios = [
+                    size.height_m / species.mean_height_m(size.dbh_m),
+                    2.0 * size.crown_radius_m / species.mean_crown_width_m(size.dbh_m),
+                    size.leaf_area_m2 / species.mean_leaf_area_m2(size.dbh_m),
+                ];
+                for (sum, ratio) in sums.iter_mut().zip(ratios) {
+                    *sum += ratio / half.len() as f64;
+                }
+            }
+            sums
+        });
+        Self { sizes, ratios }
+    }
+
+    /// The ratios over all trees.
+    #[must_use]
+    pub fn mean(&self) -> [f64; 3] {
+        let [thin, thick] = self.ratios;
+        [0, 1, 2].map(|i| 0.5 * (thin[i] + thick[i]))
+    }
+}

@@ -1,0 +1,145 @@
+//! A world's stand, as measures want it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nemoral_assets::Species;
+use nemoral_pipeline::config::Assets;
+use nemoral_pipeline::plan::Runner;
+use nemoral_pipeline::stages::assets::WorldAssets;
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, ObjectKind, TreeRecord};
+
+use super::Standing;
+use crate::World;
+
+/// The living, grown-up trees of a square of chunks around the world's origin.
+#[derive(Debug)]
+pub struct Survey {
+    /// As their inventory has them.
+    pub trees: Vec<TreeRecord>,
+    /// Which individual each of them is.
+    pub individual: Vec<usize>,
+    /// How each stands.
+    pub standing: Vec<Standing>,
+    /// Everything with leaves: those, and saplings.
+    pub leafy: Vec<Standing>,
+    /// The square's south-west corner and edge, metres.
+    pub square: (DVec2, f64),
+}
+
+impl Survey {
+    /// Of a square of `side` x `side` chunks.
+    ///
+    /// # Panics
+    /// If the world cannot be grown.
+    #[must_use]
+    pub fn of(world: &World, runner: &Runner<'_>, assets: &WorldAssets, side: i32) -> Self {
+        let half = side / 2;
+        let square: Vec<ChunkCoord> = (0..side * side)
+            .map(|i| ChunkCoord::new(i % side - half, i / side - half))
+            .collect();
+        let size_m = world.config.chunks.size_m;
+        let things = runner.demand(world.forest.things).all(&square);
+        let things = things.expect("things");
+        let mut out = Self {
+            trees: Vec::new(),
+            individual: Vec::new(),
+            standing: Vec::new(),
+            leafy: Vec::new(),
+            square: (
+                DVec2::splat(-f64::from(half) * size_m),
+                size_m * f64::from(side),
+            ),
+        };
+        for thing in things.iter().flat_map(|t| t.0.iter()) {
+            let Some(record) = thing.tree_record(assets).filter(|t| t.alive) else {
+                continue;
+            };
+            debug_assert_eq!(thing.kind, ObjectKind::Tree);
+            let standing = Standing {
+                shape: Arc::clone(thing.shape(assets).prototype()),
+                foot_m: thing.position_m.truncate(),
+                linear: thing.linear,
+                leaf_area_m2: record.leaf_area_m2,
+            };
+            out.leafy.push(standing.clone());
+            if record.age_class != "sapling" {
+                out.trees.push(record);
+                out.individual.push(thing.asset);
+                out.standing.push(standing);
+            }
+        }
+        out
+    }
+
+    /// Feet.
+    #[must_use]
+    pub fn places(&self) -> Vec<DVec2> {
+        self.trees.iter().map(|t| t.position_m.truncate()).collect()
+    }
+
+    /// The mean height of the thickest trees, 100 a hectare (Assmann), metres.
+    #[must_use]
+    pub fn dominant_height_m(&self) -> f64 {
+        let hectares = self.square.1 * self.square.1 / 10_000.0;
+        let mut by_diameter: Vec<&TreeRecord> = self.trees.iter().collect();
+        by_diameter.sort_by(|a, b| b.dbh_m.total_cmp(&a.dbh_m));
+        by_diameter.truncate((100.0 * hectares) as usize);
+        by_diameter.iter().map(|t| t.height_m).sum::<f64>() / by_diameter.len() as f64
+    }
+
+    /// The pairs of trees within `reach_m` that are the same individual, turned within `turn_deg` of each
+    /// other and of a size within `size` (a share), and all pairs of the same individual there.
+    #[must_use]
+    pub fn alike(&self, reach_m: f64, turn_deg: f64, size: f64) -> (usize, usize) {
+        let mut of: BTreeMap<usize, Vec<&Standing>> = BTreeMap::new();
+        for (individual, tree) in self.individual.iter().zip(&self.standing) {
+            of.entry(*individual).or_default().push(tree);
+        }
+        let (mut alike, mut same) = (0, 0);
+        for trees in of.values() {
+            for (i, a) in trees.iter().enumerate() {
+                for b in &trees[..i] {
+                    if a.foot_m.distance(b.foot_m) > reach_m {
+                        continue;
+                    }
+                    same += 1;
+                    let (x, y) = (a.linear.x_axis, b.linear.x_axis);
+                    let turned = x.angle_between(y).to_degrees();
+                    let larger = a.linear.z_axis.length() / b.linear.z_axis.length() - 1.0;
+                    let near = f64::from(turned) < turn_deg && f64::from(larger.abs()) < size;
+                    alike += usize::from(near);
+                }
+            }
+        }
+        (alike, same)
+    }
+}
+
+/// A sample of the diameters that a config asks for, as trees are scaled by a tenth either way.
+///
+/// # Panics
+/// If it asks for one's own species.
+#[must_use]
+pub fn asked_diameters(assets: &Assets) -> Vec<f64> {
+    const SAMPLE: f64 = 6000.0;
+    let limits = [assets.dbh_min_m, assets.dbh_max_m];
+    let shares: Vec<_> = assets.shares().into_iter().filter(|s| s.1 > 0.0).collect();
+    let all: f64 = shares.iter().map(|s| s.1).sum();
+    let mut out = Vec::new();
+    for (name, share) in shares {
+        let species = name
+            .and_then(Species::built_in)
+            .expect("a built-in species");
+        let n = (SAMPLE * share / all).round();
+        for i in 0..n as u32 {
+            let rank = (f64::from(i) + 0.5) / n;
+            let dbh_m = species.dbh_of_rank(assets.dbh_mean_m, assets.dbh_shape, limits, rank);
+            // Van der Corput's sequence: scales as if at random, and none twice.
+            let scale = 0.9 + 0.2 * f64::from(i.reverse_bits()) / f64::from(u32::MAX);
+            out.push(dbh_m * scale);
+        }
+    }
+    out
+}
