@@ -147,7 +147,7 @@ fn rows<'a>(
     ] {
         for order in [Fired, Sorted] {
             let batch = move |rays: &[Ray], out: &mut [f32]| batch(caster, rays, out);
-            rows.push(Row::new(&format!("{name}"), order, Box::new(batch)));
+            rows.push(Row::new(name, order, Box::new(batch)));
         }
         let single = move |rays: &[Ray], out: &mut [f32]| {
             for (ray, out) in rays.iter().zip(out) {

@@ -21,15 +21,17 @@ impl Check {
         }
     }
 
+    /// What could not be measured, as there is nothing of it, is not out of its range.
     pub(crate) fn is_met(&self) -> bool {
-        self.range
-            .is_none_or(|(low, high)| (low..=high).contains(&self.value))
+        let range = self.range.filter(|_| !self.value.is_nan());
+        range.is_none_or(|(low, high)| (low..=high).contains(&self.value))
     }
 
     /// For a table's cell.
     pub(crate) fn cell(&self) -> String {
         let places = self.places;
         match self.range {
+            _ if self.value.is_nan() => "–".to_owned(),
             Some((low, high)) if !self.is_met() => {
                 format!("**{:.places$}** ✗ {low}–{high}", self.value)
             }

@@ -127,7 +127,7 @@ impl Page {
             return;
         }
         out.push_str(
-            "| of | measure | found, ✗, range | what we know of it |\n|---|---|---|---|\n",
+            "| of | measure | found, ✗, range | what may be behind it |\n|---|---|---|---|\n",
         );
         for [of, measure, cell] in &self.misses {
             let why = why(measure);
@@ -287,7 +287,6 @@ fn why(measure: &str) -> &'static str {
             "measured after the camera's tone curve, which flattens; the range is remembered, not read"
         }
         "glaring, %" => "leaves with the sun behind them: their transmittance has no blue",
-        "GCC" => "foliage in the shade is lit by the blue sky",
         _ => "",
     }
 }
