@@ -121,7 +121,7 @@ fn stems_that_stand_otherwise_are_noticed() {
     let rain: Vec<DVec2> = places.iter().map(|_| anywhere()).collect();
     let across = (places.len() as f64).sqrt().floor();
     let grid: Vec<DVec2> = (0..(across * across) as u32)
-        .map(|i| f64::from(i))
+        .map(f64::from)
         .map(|i| low + (DVec2::new(i % across, (i / across).floor()) + 0.5) * edge_m / across)
         .collect();
     let clumps: Vec<DVec2> = places
