@@ -1,5 +1,6 @@
 //! A library as bytes, to be kept between runs.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use nemoral_scene::{
@@ -31,45 +32,45 @@ pub enum KeptError {
     Shape(#[from] PrototypeError),
 }
 
-/// What [`Library::to_bytes`] writes.
+/// What [`Library::to_bytes`] writes: borrowed there, owned when it is read.
 #[derive(Serialize, Deserialize)]
-struct KeptLibrary {
+struct KeptLibrary<'a> {
     /// Each once: several materials may share one.
-    textures: Vec<Texture>,
-    materials: Vec<KeptMaterial>,
+    textures: Vec<Cow<'a, Texture>>,
+    materials: Vec<KeptMaterial<'a>>,
     /// Trees, saplings, snags.
-    trees: [Vec<KeptTree>; 3],
+    trees: [Vec<KeptTree<'a>>; 3],
     /// In the order of [`Library`]'s fields.
-    plants: [Vec<KeptPlant>; 9],
-    ground: GroundMaterials,
+    plants: [Vec<KeptPlant<'a>>; 9],
+    ground: Cow<'a, GroundMaterials>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct KeptMaterial {
-    name: String,
+struct KeptMaterial<'a> {
+    name: Cow<'a, str>,
     semantic: u8,
     support: Option<u8>,
     /// Of `textures`.
     albedo: usize,
     transmittance: [f32; 3],
     roughness: f32,
-    mask: Option<AlphaMask>,
+    mask: Option<Cow<'a, AlphaMask>>,
     ground: bool,
     tile_m: f32,
     optics: Optics,
 }
 
 #[derive(Serialize, Deserialize)]
-struct KeptShape {
-    name: String,
-    mesh: Mesh,
-    cards: Vec<Card>,
+struct KeptShape<'a> {
+    name: Cow<'a, str>,
+    mesh: Cow<'a, Mesh>,
+    cards: Cow<'a, [Card]>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct KeptTree {
-    shape: KeptShape,
-    species: String,
+struct KeptTree<'a> {
+    shape: KeptShape<'a>,
+    species: Cow<'a, str>,
     size: TreeSize,
     class: SizeClass,
     alive: bool,
@@ -78,9 +79,9 @@ struct KeptTree {
 }
 
 #[derive(Serialize, Deserialize)]
-struct KeptPlant {
-    shape: KeptShape,
-    name: String,
+struct KeptPlant<'a> {
+    shape: KeptShape<'a>,
+    name: Cow<'a, str>,
     radius_m: f64,
     height_m: f64,
 }
@@ -100,24 +101,23 @@ impl Library {
                 textures.len() - 1
             });
             materials.push(KeptMaterial {
-                name: material.name.clone(),
+                name: Cow::Borrowed(&material.name),
                 semantic: material.semantic as u8,
                 support: material.support.map(|s| s as u8),
                 albedo,
                 transmittance: material.transmittance.to_array(),
                 roughness: material.roughness,
-                mask: material.mask.as_deref().cloned(),
+                mask: material.mask.as_deref().map(Cow::Borrowed),
                 ground: material.ground,
                 tile_m: material.tile_m,
                 optics: material.optics,
             });
         }
-        let trees = |trees: &[TreeAsset]| trees.iter().map(KeptTree::of).collect();
-        let plants = |plants: &[PlantAsset]| plants.iter().map(KeptPlant::of).collect();
         let kept = KeptLibrary {
-            textures: textures.into_iter().map(|t| Texture::clone(t)).collect(),
+            textures: textures.into_iter().map(|t| Cow::Borrowed(&**t)).collect(),
             materials,
-            trees: [&self.trees, &self.saplings, &self.snags].map(|t| trees(t)),
+            trees: [&self.trees, &self.saplings, &self.snags]
+                .map(|trees| trees.iter().map(KeptTree::of).collect()),
             plants: [
                 &self.shrubs,
                 &self.stumps,
@@ -129,8 +129,8 @@ impl Library {
                 &self.trail_grass,
                 &self.trail_stones,
             ]
-            .map(|p| plants(p)),
-            ground: self.ground.clone(),
+            .map(|plants| plants.iter().map(KeptPlant::of).collect()),
+            ground: Cow::Borrowed(&self.ground),
         };
         postcard::to_stdvec(&kept).expect("plain data can be written")
     }
@@ -142,7 +142,8 @@ impl Library {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, KeptError> {
         let kept: KeptLibrary = postcard::from_bytes(bytes)?;
         let mut materials = MaterialLibrary::new();
-        let textures: Vec<_> = kept.textures.into_iter().map(Arc::new).collect();
+        let textures = kept.textures.into_iter();
+        let textures: Vec<_> = textures.map(|t| Arc::new(t.into_owned())).collect();
         for material in kept.materials {
             materials.add(material.bring_back(&textures)?);
         }
@@ -192,30 +193,34 @@ impl Library {
             litter: litter?,
             trail_grass: trail_grass?,
             trail_stones: trail_stones?,
-            ground: kept.ground,
+            ground: kept.ground.into_owned(),
             materials,
         })
     }
 }
 
-impl KeptMaterial {
+impl KeptMaterial<'_> {
     fn bring_back(self, textures: &[Arc<Texture>]) -> Result<Material, KeptError> {
         let semantic = Semantic::from_u8(self.semantic);
         let support = self.support.map(Semantic::from_u8);
         let (Some(semantic), Some(albedo)) = (semantic, textures.get(self.albedo)) else {
-            return Err(KeptError::Material { name: self.name });
+            return Err(KeptError::Material {
+                name: self.name.into_owned(),
+            });
         };
         if support == Some(None) {
-            return Err(KeptError::Material { name: self.name });
+            return Err(KeptError::Material {
+                name: self.name.into_owned(),
+            });
         }
         Ok(Material {
-            name: self.name,
+            name: self.name.into_owned(),
             semantic,
             support: support.flatten(),
             albedo: Arc::clone(albedo),
             transmittance: self.transmittance.into(),
             roughness: self.roughness,
-            mask: self.mask.map(Arc::new),
+            mask: self.mask.map(|mask| Arc::new(mask.into_owned())),
             ground: self.ground,
             tile_m: self.tile_m,
             optics: self.optics,
@@ -223,27 +228,30 @@ impl KeptMaterial {
     }
 }
 
-impl KeptShape {
-    fn of(prototype: &Prototype) -> Self {
+impl<'a> KeptShape<'a> {
+    fn of(prototype: &'a Prototype) -> Self {
         Self {
-            name: prototype.name().to_owned(),
-            mesh: prototype.mesh().clone(),
-            cards: prototype.cards().to_vec(),
+            name: Cow::Borrowed(prototype.name()),
+            mesh: Cow::Borrowed(prototype.mesh()),
+            cards: Cow::Borrowed(prototype.cards()),
         }
     }
 
     fn bring_back(self, materials: &MaterialLibrary) -> Result<Arc<Prototype>, KeptError> {
         Ok(Arc::new(Prototype::new(
-            self.name, self.mesh, self.cards, materials,
+            self.name,
+            self.mesh.into_owned(),
+            self.cards.into_owned(),
+            materials,
         )?))
     }
 }
 
-impl KeptTree {
-    fn of(tree: &TreeAsset) -> Self {
+impl<'a> KeptTree<'a> {
+    fn of(tree: &'a TreeAsset) -> Self {
         Self {
             shape: KeptShape::of(&tree.prototype),
-            species: tree.species.clone(),
+            species: Cow::Borrowed(&tree.species),
             size: tree.size,
             class: tree.class,
             alive: tree.alive,
@@ -255,7 +263,7 @@ impl KeptTree {
     fn bring_back(self, materials: &MaterialLibrary) -> Result<TreeAsset, KeptError> {
         Ok(TreeAsset {
             prototype: self.shape.bring_back(materials)?,
-            species: self.species,
+            species: self.species.into_owned(),
             size: self.size,
             class: self.class,
             alive: self.alive,
@@ -265,11 +273,11 @@ impl KeptTree {
     }
 }
 
-impl KeptPlant {
-    fn of(plant: &PlantAsset) -> Self {
+impl<'a> KeptPlant<'a> {
+    fn of(plant: &'a PlantAsset) -> Self {
         Self {
             shape: KeptShape::of(&plant.prototype),
-            name: plant.name.clone(),
+            name: Cow::Borrowed(&plant.name),
             radius_m: plant.radius_m,
             height_m: plant.height_m,
         }
@@ -278,7 +286,7 @@ impl KeptPlant {
     fn bring_back(self, materials: &MaterialLibrary) -> Result<PlantAsset, KeptError> {
         Ok(PlantAsset {
             prototype: self.shape.bring_back(materials)?,
-            name: self.name,
+            name: self.name.into_owned(),
             radius_m: self.radius_m,
             height_m: self.height_m,
         })
