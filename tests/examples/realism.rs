@@ -23,20 +23,11 @@ mod plots;
 use std::path::Path;
 
 use nemoral_assets::Species;
+use nemoral_tests::STANDS;
 use nemoral_tests::realism::Relations;
 
 /// Grown of each species.
 const TREES: u32 = 500;
-
-const STANDS: [&str; 7] = [
-    "maritime-pine",
-    "eucalyptus-plantation",
-    "oak-mixed",
-    "beech",
-    "spruce",
-    "boreal-birch-pine",
-    "montado",
-];
 
 fn main() -> std::io::Result<()> {
     let named: Vec<String> = std::env::args().skip(1).collect();

@@ -11,6 +11,17 @@ use nemoral_pipeline::{Error, ForestPlan};
 use nemoral_render::CameraImages;
 use nemoral_scene::LidarPoint;
 
+/// The presets that are recipes of stands.
+pub const STANDS: [&str; 7] = [
+    "maritime-pine",
+    "eucalyptus-plantation",
+    "oak-mixed",
+    "beech",
+    "spruce",
+    "boreal-birch-pine",
+    "montado",
+];
+
 /// A world with a store of its own.
 #[derive(Debug)]
 pub struct World {

@@ -7,18 +7,8 @@ use nemoral_pipeline::config::{Assets, Config};
 use nemoral_pipeline::plan::Runner;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Semantic, TreeRecord};
-use nemoral_tests::World;
 use nemoral_tests::realism::{clark_evans, row_power};
-
-const STANDS: [&str; 7] = [
-    "maritime-pine",
-    "eucalyptus-plantation",
-    "oak-mixed",
-    "beech",
-    "spruce",
-    "boreal-birch-pine",
-    "montado",
-];
+use nemoral_tests::{STANDS, World};
 
 /// Chunks along a side of the square that is looked at.
 const SIDE: i32 = 10;

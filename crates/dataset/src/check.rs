@@ -335,7 +335,7 @@ impl Checker<'_> {
                 }
             };
             self.images(record, &frame);
-            self.extra(record, track, &frame);
+            self.extra(record, self.dataset.frames().get(i + 1), track, &frame);
             self.points(record, &frame);
             self.agreement(
                 record,
@@ -349,12 +349,23 @@ impl Checker<'_> {
     }
 
     /// The further truth of cameras, against the images and the poses.
-    fn extra(&mut self, record: &FrameRecord, track: &Track, frame: &Frame) {
+    fn extra(
+        &mut self,
+        record: &FrameRecord,
+        next_record: Option<&FrameRecord>,
+        track: &Track,
+        frame: &Frame,
+    ) {
         let header = &self.dataset.manifest().header;
         let index = usize::try_from(record.index).unwrap_or(usize::MAX);
         let next = index.checked_add(1).and_then(|next| track.poses.get(next));
         let step = track.poses.get(index).zip(next);
         let next_from_here = step.map(|(here, next)| text::relative(next, here));
+        let next_motion = next_record
+            .filter(|f| {
+                (f.sequence, Some(f.index)) == (record.sequence, record.index.checked_add(1))
+            })
+            .map(|f| f.body_motion);
         for (i, camera) in frame.cameras.iter().enumerate() {
             let f = layout::camera_folders(header, i);
             let view = ExtraView {
@@ -363,11 +374,7 @@ impl Checker<'_> {
                 camera,
                 next_from_here: next_from_here.as_ref(),
                 motion: record.body_motion,
-                next_motion: self.dataset.frames().iter().find_map(|f| {
-                    let next = (f.sequence, Some(f.index))
-                        == (record.sequence, record.index.checked_add(1));
-                    next.then_some(f.body_motion)
-                }),
+                next_motion,
                 ids: &self.image_ids,
             };
             for (folder, extension, message) in view.problems(&f) {

@@ -29,20 +29,14 @@ pub struct CameraSpec {
     /// `snake_case`, unique among all sensors.
     pub name: String,
     /// The pinhole; what its pixels are, is said there.
-    #[serde(with = "serde_scene::intrinsics")]
     pub intrinsics: Intrinsics,
     /// The mount, from the camera's optical frame.
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_camera: RigidTransform,
     /// What else it writes: `sky`, `flow`, `trunks`, `boxes`, `radiance`.
-    #[serde(with = "serde_scene::extra_kinds")]
     pub extra: ExtraKinds,
     /// When its rows see light; absent from `dataset.json` if all do at once.
-    #[serde(
-        default,
-        with = "serde_scene::shutter",
-        skip_serializing_if = "serde_scene::shutter::is_instant"
-    )]
+    #[serde(default, skip_serializing_if = "Shutter::is_instant")]
     pub shutter: Shutter,
     /// Do its pictures have a sensor's noise? Absent if not.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

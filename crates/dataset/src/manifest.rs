@@ -6,7 +6,7 @@ use std::path::Path;
 use nemoral_scene::{RigidTransform, Twist};
 use serde::{Deserialize, Serialize};
 
-use crate::{DatasetHeader, Error, serde_scene};
+use crate::{DatasetHeader, Error};
 
 /// The version of the layout this crate writes; it reads no other.
 pub const FORMAT_VERSION: u32 = 1;
@@ -68,11 +68,7 @@ pub struct FrameRecord {
     pub world_from_body: [[f64; 4]; 3],
     /// How the body moves at that time, in its own axes, while pictures with a shutter are taken;
     /// absent if none is, or if it stands still.
-    #[serde(
-        default,
-        with = "serde_scene::twist",
-        skip_serializing_if = "serde_scene::twist::is_still"
-    )]
+    #[serde(default, skip_serializing_if = "Twist::is_still")]
     pub body_motion: Twist,
     /// The chunk each LiDAR stood in, by LiDAR: what the instances of `.label` files are
     /// relative to.

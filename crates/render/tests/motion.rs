@@ -2,28 +2,14 @@
 
 mod analytic;
 
-use analytic::{Shape, World, camera, grey, look};
+use analytic::{Shape, World, camera, grey, look, radiances};
 use glam::{DQuat, DVec2, DVec3, Vec3};
-use nemoral_render::{
-    CameraImages, CameraRenderer, Lens, Lighting, RayCastCamera, RayCastParams, View, optical_flow,
-};
+use nemoral_render::{CameraImages, Lighting, RayCastCamera, RayCastParams, View, optical_flow};
 use nemoral_scene::{RigidTransform, Semantic, Shutter, Twist};
-use nemoral_seed::Key;
 
 /// White light from everywhere: a surface sends its albedo.
 fn shoot(world: &World, view: &View, params: RayCastParams) -> CameraImages {
-    let params = RayCastParams {
-        lens: Lens {
-            veiling_glare: 0.0,
-            ..Lens::default()
-        },
-        keep_linear: true,
-        max_range_m: 1e5,
-        ..params
-    };
-    let camera = RayCastCamera::new(params, Lighting::uniform(Vec3::ONE)).expect("valid");
-    let images = camera.render(&world.view(), view, Key::world(7));
-    images.expect("renders")
+    radiances(world, Lighting::uniform(Vec3::ONE), view, params)
 }
 
 /// A black wall 4 m ahead, and 3 m ahead on the left a white one with an upright edge at y = 0.

@@ -2,28 +2,15 @@
 
 mod analytic;
 
-use analytic::{Shape, World, camera, grey, look};
+use analytic::{Shape, World, camera, grey, look, radiances};
 use glam::{DVec2, DVec3, Vec3};
-use nemoral_render::{
-    CameraRenderer, Lens, Lighting, RayCastCamera, RayCastParams, SkyParams, Sun, View,
-};
+use nemoral_render::{Lighting, RayCastParams, SkyParams, Sun, View};
 use nemoral_scene::{Card, Image, Material, MaterialId, Semantic};
-use nemoral_seed::Key;
 
-/// One ray a pixel, no glare, nothing far away is lost.
+/// One ray a pixel.
 fn radiance(world: &World, lighting: Lighting, view: &View) -> Image<Vec3> {
-    let params = RayCastParams {
-        lens: Lens {
-            veiling_glare: 0.0,
-            ..Lens::default()
-        },
-        keep_linear: true,
-        max_range_m: 1e5,
-        ..RayCastParams::draft()
-    };
-    let camera = RayCastCamera::new(params, lighting).expect("valid");
-    let images = camera.render(&world.view(), view, Key::world(7));
-    images.expect("renders").linear.expect("asked for")
+    let images = radiances(world, lighting, view, RayCastParams::draft());
+    images.linear.expect("asked for")
 }
 
 fn clear(sky: SkyParams) -> SkyParams {

@@ -9,6 +9,7 @@ use crate::Distortion;
 /// A camera with a pinhole or a lens in its optical frame (x right, y down, z forward). Pixel (column c, row r) covers
 /// c..c+1 by r..r+1; its centre is (c + 0.5, r + 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Intrinsics {
     /// Columns.
     pub width: u32,
@@ -23,6 +24,10 @@ pub struct Intrinsics {
     /// Principal point, pixels.
     pub cy: f64,
     /// What the lens does.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Distortion::is_none")
+    )]
     pub distortion: Distortion,
 }
 

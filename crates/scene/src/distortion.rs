@@ -5,6 +5,8 @@ use glam::{DMat2, DVec2, DVec3};
 /// How a lens bends rays, OpenCV's models and coefficients. A ray is told by where a pinhole of focal
 /// length 1 would draw it (x/z, y/z of the optical frame), or by its angle to the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(tag = "model", rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Distortion {
     /// Not at all: a pinhole.
@@ -42,6 +44,12 @@ pub enum Distortion {
 const STEPS: usize = 50;
 
 impl Distortion {
+    /// Is there none?
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        *self == Self::None
+    }
+
     /// Where a ray at this angle to the axis is drawn: its distance from the middle at focal length 1,
     /// without the tangential part.
     #[must_use]

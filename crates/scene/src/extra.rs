@@ -6,6 +6,7 @@ use crate::{Image, ObjectId, ObjectKind};
 
 /// What a camera writes besides its pictures and their [`TruthImages`](crate::TruthImages).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ExtraKinds {
     /// Where nothing was hit.
     pub sky: bool,
@@ -16,6 +17,10 @@ pub struct ExtraKinds {
     /// Boxes around things, in the image and in space.
     pub boxes: bool,
     /// The light itself, before exposure.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "std::ops::Not::not")
+    )]
     pub radiance: bool,
 }
 

@@ -7,6 +7,7 @@ use crate::{Intrinsics, RigidTransform};
 /// How a frame moves about a time: its origin along a straight line, its axes about a fixed one, both
 /// at a constant rate. Over the hundredth of a second of a picture a robot does little else.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
     /// Velocity of the origin, in the frame's own axes at that time, m/s.
     pub linear_m_s: DVec3,
@@ -20,6 +21,12 @@ impl Twist {
         linear_m_s: DVec3::ZERO,
         angular_rad_s: DVec3::ZERO,
     };
+
+    /// Does nothing move?
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        *self == Self::STILL
+    }
 
     /// The motion from one pose to another in `duration_s`, about the time halfway between. Less than
     /// half a turn lies between them.
@@ -62,6 +69,7 @@ impl Twist {
 /// When the rows of a picture see light: row by row from the first to the last, each for the
 /// exposure's time. The picture's time is the middle row's, in the middle of its exposure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Shutter {
     /// How long a row is exposed, seconds; 0 for an instant.
     pub exposure_s: f64,
@@ -76,6 +84,12 @@ impl Shutter {
         exposure_s: 0.0,
         readout_s: 0.0,
     };
+
+    /// Do all rows see one instant?
+    #[must_use]
+    pub fn is_instant(&self) -> bool {
+        *self == Self::INSTANT
+    }
 
     /// The middle of the exposure at an image position `y_px` from the top, after the picture's time.
     #[inline]

@@ -91,9 +91,7 @@ impl Stage for PoseStage {
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_f64(self.chunk_size_m);
-        if self.pictures_s > 0.0 {
-            hasher.write_f64(self.pictures_s);
-        }
+        hasher.write_f64(self.pictures_s);
     }
 
     fn run(

@@ -1,12 +1,8 @@
 //! From the GPU's memory to ours.
 
 use std::sync::mpsc;
-use std::time::Duration;
 
 use super::{Gpu, GpuError};
-
-/// How long the news that a buffer can be read may take once its submission is done.
-const NEWS: Duration = Duration::from_secs(30);
 
 /// A picture on its way back.
 #[derive(Debug)]
@@ -75,7 +71,7 @@ impl Readback {
         gpu.wait(submission.clone())?;
         let refused = |reason: String| GpuError::Refused { reason };
         // The copy is done; another thread that polls the same device may have the news and be about to tell.
-        match receiver.recv_timeout(NEWS) {
+        match receiver.recv() {
             Ok(Ok(())) => {}
             Ok(Err(e)) => return Err(refused(e.to_string())),
             Err(_) => return Err(refused("the picture did not come back".to_owned())),

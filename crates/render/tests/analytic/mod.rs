@@ -7,11 +7,15 @@
 )]
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use nemoral_render::{OpenSky, SceneView, View};
+use nemoral_render::{
+    CameraImages, CameraRenderer, Lens, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView,
+    View,
+};
 use nemoral_scene::{
     Card, ChunkCoord, Hit, Intrinsics, Material, MaterialId, MaterialLibrary, ObjectId, Ray,
     RayCaster, RigidTransform,
 };
+use nemoral_seed::Key;
 
 pub enum Shape {
     /// The points p with p · normal = offset.
@@ -56,6 +60,27 @@ struct Found {
     normal: DVec3,
     uv: Vec2,
     uv_per_m: f32,
+}
+
+/// What a camera sees of a world, the light itself too: no glare, nothing far away is lost.
+pub fn radiances(
+    world: &World,
+    lighting: Lighting,
+    view: &View,
+    params: RayCastParams,
+) -> CameraImages {
+    let params = RayCastParams {
+        lens: Lens {
+            veiling_glare: 0.0,
+            ..Lens::default()
+        },
+        keep_linear: true,
+        max_range_m: 1e5,
+        ..params
+    };
+    let camera = RayCastCamera::new(params, lighting).expect("valid");
+    let images = camera.render(&world.view(), view, Key::world(7));
+    images.expect("renders")
 }
 
 impl World {
