@@ -1,5 +1,6 @@
 //! The things of a chunk: what was placed, numbered, stood on the ground, and known.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nemoral_assets::TreeSize;
@@ -14,11 +15,11 @@ use nemoral_trails::DressingKind;
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
+use super::looks::{Look, Looks};
 use crate::Error;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
 
 const LOOK: Purpose = Purpose::new("pipeline.look");
-const SAPLING: Purpose = Purpose::new("pipeline.sapling");
 
 /// One rock, tree, stump, shrub or stone.
 #[derive(Clone, Debug)]
@@ -152,7 +153,7 @@ impl Stage for ThingStage {
     );
     type Output = Things;
     const ID: &'static str = "chunk.things";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -194,11 +195,12 @@ impl Stage for ThingStage {
                 position_m: stone.position_m,
                 radius_m: assets.library.trail_stones[asset].radius_m * stone.scale,
                 asset,
-                scale: Some(stone.scale),
+                size: Size::Given(stone.scale),
                 key,
                 on_trail: true,
             });
         }
+        let looks = Looks::new(world);
         let things = placed.iter().enumerate().map(|(i, p)| {
             let object = u16::try_from(i + 1)
                 .ok()
@@ -207,7 +209,7 @@ impl Stage for ThingStage {
                 let message = format!("{} things: a chunk holds at most 65,535", placed.len());
                 Error::of_stage(std::io::Error::other(message))
             })?;
-            Ok(p.stand(object, &ground))
+            Ok(p.stand(object, &ground, &looks))
         });
         Ok(Things(things.collect::<Result<_, Error>>()?))
     }
@@ -219,10 +221,30 @@ struct Placed {
     position_m: DVec2,
     radius_m: f64,
     asset: usize,
-    /// Given, or drawn.
-    scale: Option<f64>,
+    size: Size,
     key: Key,
     on_trail: bool,
+}
+
+/// A thing's size relative to its asset.
+#[derive(Clone, Copy)]
+enum Size {
+    Given(f64),
+    /// A tenth either way: more would change a tree's proportions to its age.
+    Drawn,
+    /// Small ones are many: regeneration thins itself out as it grows (our choice).
+    Sapling,
+}
+
+impl Size {
+    /// The scale of a place among all sizes, 0..1.
+    fn scale(self, place: f64) -> f64 {
+        match self {
+            Self::Given(scale) => scale,
+            Self::Drawn => 0.9 + 0.2 * place,
+            Self::Sapling => 1.0 - 0.65 * place * place.sqrt(),
+        }
+    }
 }
 
 impl Placed {
@@ -232,29 +254,31 @@ impl Placed {
             position_m: site.position_m,
             radius_m: site.radius_m,
             asset: usize::from(site.variety),
-            scale: None,
+            size: Size::Drawn,
             key: site.key,
             on_trail: false,
         }
     }
 
-    /// Small ones are many: regeneration thins itself out as it grows (our choice).
     fn sapling(site: &Site, first: usize) -> Self {
-        let smaller = site.key.stage(SAPLING).rng().unit_f64();
         Self {
             asset: first + usize::from(site.variety),
-            scale: Some(1.0 - 0.65 * smaller * smaller.sqrt()),
+            size: Size::Sapling,
             ..Self::new(ObjectKind::Tree, site)
         }
     }
 
-    fn stand(&self, object: ObjectId, ground: &ChunkGround) -> Thing {
+    fn stand(&self, object: ObjectId, ground: &ChunkGround, looks: &Looks) -> Thing {
         let mut rng = self.key.stage(LOOK).rng();
-        let yaw_rad = rng.range_f64(0.0, std::f64::consts::TAU);
-        // A tenth either way: more would change a tree's proportions to its age.
-        let drawn = rng.range_f64(0.9, 1.1);
+        let look = match self.kind {
+            ObjectKind::Tree => looks.at(self.position_m, &mut rng),
+            _ => Look {
+                yaw_rad: rng.range_f64(0.0, TAU),
+                size: rng.unit_f64(),
+            },
+        };
         let variation = rng.unit_f32();
-        let scale = self.scale.unwrap_or(drawn);
+        let scale = self.size.scale(look.size);
         let sample = Surface::sample(ground, self.position_m);
         // Trees stand upright on a slope, their flare reaches into it; the rest lies along it.
         let gradient = match self.kind {
@@ -268,7 +292,7 @@ impl Placed {
             radius_m: self.radius_m,
             asset: self.asset,
             scale,
-            linear: Instance::upright(yaw_rad as f32, scale as f32, gradient),
+            linear: Instance::upright(look.yaw_rad as f32, scale as f32, gradient),
             variation,
             on_trail: self.on_trail,
         }
