@@ -13,7 +13,7 @@ use crate::echo::{Contact, Echo, group};
 use crate::{EchoObservation, Pulse, RangeModel, ScanPattern, ScannerParams};
 
 /// Rays cast together, at the most: enough that a caster finds many alike.
-const MOST_RAYS: u32 = 1 << 17;
+const MOST_RAYS: u32 = 1 << 16;
 
 /// Pulses that one thread works on.
 const PIECE: usize = 1024;

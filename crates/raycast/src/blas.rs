@@ -99,8 +99,12 @@ impl Blas {
         let (primitives, boxes) = blas.pack();
         let (mut nodes, mut blocks): (Vec<Node>, Vec<Block>) = (Vec::new(), Vec::new());
         for part in parts(&boxes) {
-            let boxes: Vec<Bounds> = part.iter().map(|&i| boxes[i as usize]).collect();
-            let tree = Tree::over(&boxes, 8, quality.effort());
+            // Gone before the blocks are there: shapes may be large.
+            let (tree, whole) = {
+                let boxes: Vec<Bounds> = part.iter().map(|&i| boxes[i as usize]).collect();
+                let whole = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+                (Tree::over(&boxes, 8, quality.effort()), whole)
+            };
             blocks.reserve_exact(tree.leaves());
             let root = tree.write(&mut nodes, |lanes| {
                 let lanes = lanes.iter().map(|&i| primitives[part[i as usize] as usize]);
@@ -108,7 +112,7 @@ impl Blas {
                 blocks.push(Block::new(&lanes));
                 (blocks.len() - 1) as u32
             });
-            let boxes = tree::cover(&boxes, &nodes, root);
+            let boxes = tree::cover(whole, &nodes, root);
             blas.parts.push(Part { root, boxes });
         }
         let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));

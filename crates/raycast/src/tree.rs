@@ -31,10 +31,11 @@ pub(crate) fn build(
     Tree::over(boxes, max_leaf, effort).write(nodes, leaf)
 }
 
-/// At most 64 boxes that together hold those of a tree: two levels of its nodes.
-pub(crate) fn cover(boxes: &[Bounds], nodes: &[Node], root: u32) -> Vec<Bounds> {
+/// At most 64 boxes that together hold those of a tree: two levels of its nodes, or `whole`, which holds
+/// them all.
+pub(crate) fn cover(whole: Bounds, nodes: &[Node], root: u32) -> Vec<Bounds> {
     if root & LEAF != 0 {
-        return vec![boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b))];
+        return vec![whole];
     }
     let mut cover = Vec::new();
     for (bounds, child) in nodes[root as usize].children() {
