@@ -45,7 +45,7 @@ pub struct StandSpecies {
 }
 
 /// The distribution of diameters at breast height: a truncated Weibull
-/// (`reference/vegetation.md` section 2.4), its mean with the species.
+/// (shape 2.5 to 4 in even-aged stands, 1 to 1.5 in uneven ones), its mean with the species.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandParams {
     /// Weibull shape, 1..=6: about 1.2 in uneven-aged, 3 in even-aged stands.

@@ -1,7 +1,7 @@
 //! How leaves, wood and ground answer light and lasers.
 //!
-//! Leaves: PROSPECT-D with CIE 1931 observer, linear sRGB (`reference/vegetation.md` section 3.4).
-//! Wood, soil and rock: ranges of `reference/lidar.md` section 4, within which 905 nm leaves are at
+//! Leaves: PROSPECT-D with CIE 1931 observer, linear sRGB.
+//! Wood, soil and rock: ranges of published near-infrared reflectances, within which 905 nm leaves are at
 //! least as bright as bark, and 1550 nm bark brighter than leaves.
 
 use glam::Vec3;

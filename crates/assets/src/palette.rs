@@ -459,7 +459,7 @@ const LEAF_VARIANTS: u64 = 5;
 
 /// The pictures of a species' leafy twigs.
 fn leaf_pictures(look: &LeafLook, key: Key) -> Vec<Picture> {
-    let mean = trees::albedo(look) * LEAVES_IN_SHADE;
+    let mean = look.reflectance() * LEAVES_IN_SHADE;
     let picture = |variant| {
         let mut rng = key.item(variant).rng();
         let mut picture = trees::draw(look, &mut rng).slices(1, mean).swap_remove(0);

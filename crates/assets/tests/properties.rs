@@ -124,7 +124,7 @@ fn textures_tile_without_a_seam() {
     }
 }
 
-/// `reference/vegetation.md` section 3.4: the mean of a mixture lies between its parts.
+/// The mean of a mixture lies between its parts.
 #[test]
 fn albedos_are_those_of_the_literature() {
     let ranges: [(&str, [f32; 3], [f32; 3]); 21] = [
@@ -235,7 +235,7 @@ fn no_surface_sends_on_more_light_than_it_gets() {
             assert!(band.reflectance + band.transmittance <= 1.0, "{}", m.name);
         }
     }
-    // The basis of telling wood from leaves (`reference/lidar.md` section 4).
+    // The basis of telling wood from leaves.
     let (bark, leaf) = (
         named("english_oak.stem").optics,
         named("english_oak.foliage.0").optics,

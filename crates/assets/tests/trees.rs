@@ -393,7 +393,7 @@ fn distance(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> f64 {
 
 #[test]
 fn leaves_are_inclined_as_measured_in_the_field() {
-    // As tabled in `reference/vegetation.md`, section 2.3; spherical is 57.3 +- 21.6, hanging 65 to 75.
+    // As measured in the field (species' files); spherical is 57.3 +- 21.6, hanging 65 to 75.
     // Where only a mean is tabled, the deviation is our choice.
     for (species, mean, sd) in [
         (Species::english_oak(), 35.7, 19.3),

@@ -1,4 +1,4 @@
-//! Foliage of the trees (`reference/vegetation.md` sections 1.4 and 3.2).
+//! Foliage of the trees.
 
 use std::sync::Arc;
 
@@ -50,14 +50,6 @@ fn colour(c: [f64; 3]) -> Vec3 {
     Vec3::from_array(c.map(|v| v as f32))
 }
 
-/// A leaf's reflectance, wax included.
-pub(crate) fn albedo(look: &LeafLook) -> Vec3 {
-    colour(look.albedo).lerp(WAX, look.glaucous as f32)
-}
-
-/// The bluish wax of glaucous leaves.
-const WAX: Vec3 = Vec3::new(0.30, 0.34, 0.33);
-
 struct Painter<'a> {
     look: &'a LeafLook,
     green: Vec3,
@@ -78,7 +70,7 @@ impl<'a> Painter<'a> {
         }
         Self {
             look,
-            green: albedo(look),
+            green: look.reflectance(),
             wood: colour(look.twig_albedo),
             outline: Arc::new(outline),
         }

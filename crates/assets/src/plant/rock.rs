@@ -25,7 +25,7 @@ pub(crate) struct RockPlan {
     pub(crate) tile_m: f32,
 }
 
-/// A rock: a stretched ball, cut by 6-12 planes, worn by noise (`reference/vegetation.md` 2.5).
+/// A rock: a stretched ball, cut by 6-12 planes, worn by noise.
 pub(crate) fn rock(plan: &RockPlan, key: Key) -> Shape {
     let mut rng = key.rng();
     let seed = key.to_u64() as u32;

@@ -67,7 +67,7 @@ impl Outline {
         Self(raw.map(|w| (w / largest) as f32))
     }
 
-    /// t^a (1 - t)^b: ovate, lanceolate, rhombic (`reference/vegetation.md` section 3.2).
+    /// t^a (1 - t)^b: ovate, lanceolate, rhombic.
     pub(crate) fn ovate(a: f64, b: f64) -> Self {
         Self::new(|t| libm::pow(t, a) * libm::pow(1.0 - t, b))
     }

@@ -59,7 +59,7 @@ impl TrailKind {
         }
     }
 
-    /// Mean albedo of the surface (`reference/vegetation.md` section 3.4).
+    /// Mean albedo of the surface.
     pub(crate) fn mean_albedo(self) -> Vec3 {
         match self {
             Self::Gravel => Vec3::new(0.222, 0.206, 0.184),

@@ -1,5 +1,6 @@
 //! What a species looks like: numbers for the painters of leaves and bark.
 
+use glam::Vec3;
 use serde::Deserialize;
 
 use crate::error::ParamError;
@@ -147,7 +148,22 @@ pub struct BarkLook {
     pub nm1550: f64,
 }
 
+/// The bluish wax of glaucous leaves.
+const WAX: Vec3 = Vec3::new(0.30, 0.34, 0.33);
+
 impl LeafLook {
+    /// Reflectance, wax included, linear RGB.
+    #[must_use]
+    pub fn reflectance(&self) -> Vec3 {
+        linear(self.albedo).lerp(WAX, self.glaucous as f32)
+    }
+
+    /// Share of the light on a leaf that leaves it again on either side, linear RGB.
+    #[must_use]
+    pub fn scattering(&self) -> Vec3 {
+        self.reflectance() + linear(self.transmittance)
+    }
+
     pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
         let range = |name: &str, value, low, high| {
             ParamError::check_range(format!("{species}.leaves.{name}"), value, low, high)
@@ -212,4 +228,8 @@ impl BarkLook {
         range("nm905", self.nm905, 0.0, 1.0)?;
         range("nm1550", self.nm1550, 0.0, 1.0)
     }
+}
+
+fn linear(rgb: [f64; 3]) -> Vec3 {
+    Vec3::from(rgb.map(|c| c as f32))
 }

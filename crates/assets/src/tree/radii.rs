@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     /// Diameters of maritime pine relative to breast height over x = z/H, from the segmented curve of Fang et
-    /// al. for the Galician coast (`reference/vegetation.md`, section 2.2).
+    /// al. for the Galician coast.
     const PINASTER: [(f64, f64); 9] = [
         (0.01, 1.20),
         (0.03, 1.12),

@@ -9,6 +9,7 @@ use nemoral_assets::{
 };
 use nemoral_raycast::Blas;
 use nemoral_scene::Prototype;
+use nemoral_scene::glam::Vec3;
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
@@ -66,7 +67,7 @@ pub struct AssetStage(Recipe);
 
 /// What is to be grown.
 #[derive(Clone, Debug)]
-struct Recipe {
+pub(super) struct Recipe {
     assets: config::Assets,
     saplings: bool,
     /// The text of one's own species, if it can be read: what counts is what is in it.
@@ -80,7 +81,7 @@ const LIVING_PER_SNAG: u32 = 4;
 const LIVING_PER_SAPLING: u32 = 2;
 
 impl Recipe {
-    fn new(config: &Config) -> Self {
+    pub(super) fn new(config: &Config) -> Self {
         Self {
             assets: config.assets.clone(),
             saplings: config.placement.regeneration.saplings > 0.0,
@@ -88,7 +89,7 @@ impl Recipe {
         }
     }
 
-    fn fingerprint(&self, hasher: &mut Hasher) {
+    pub(super) fn fingerprint(&self, hasher: &mut Hasher) {
         let a = &self.assets;
         hasher.write_str(&format!("{:?}", (a.shares(), a.snags, &self.own)));
         hasher.write_u64(u64::from(a.individuals));
@@ -114,6 +115,29 @@ impl Recipe {
             Ok((species, share))
         });
         species.collect()
+    }
+
+    /// Share of the light on a leaf that leaves it again on either side, linear sRGB: the mean over all leaf
+    /// area, as the species' shares and their leaf area at the stand's mean diameter have it.
+    pub(super) fn foliage_albedo(&self) -> Result<Vec3, SpeciesError> {
+        let named = self.species()?;
+        let share = |name: &str| {
+            named
+                .iter()
+                .find(|(s, _)| s.name == name)
+                .map_or(1.0, |n| n.1)
+        };
+        let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+        for StandSpecies {
+            species,
+            dbh_mean_m,
+        } in self.params(&named).species
+        {
+            let area = (share(&species.name) * species.mean_leaf_area_m2(dbh_mean_m)) as f32;
+            sum += area * species.leaves.scattering();
+            total += area;
+        }
+        Ok(sum / total)
     }
 
     fn params(&self, species: &[(Species, f64)]) -> AssetParams {

@@ -22,6 +22,7 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, IntrinsicsError, RigidTransform, Shutter};
 use nemoral_seed::{Key, Stage as Purpose};
 
+use super::assets::Recipe;
 use crate::config::{
     self, CameraLens, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition,
 };
@@ -203,6 +204,8 @@ pub struct CameraStage {
     sky_image: Option<blake3::Hash>,
     max_range_m: f64,
     backend: Backend,
+    /// Whose leaves light passes.
+    trees: Recipe,
 }
 
 impl CameraStage {
@@ -211,6 +214,7 @@ impl CameraStage {
     pub fn new(config: &Config, backend: Backend) -> Self {
         Self {
             backend,
+            trees: Recipe::new(config),
             cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
             sun: config.sun.clone(),
             sky: config.sky.clone(),
@@ -264,7 +268,7 @@ impl Stage for CameraStage {
     type Inputs = ();
     type Output = Vec<CameraRig>;
     const ID: &'static str = "world.cameras";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_str(&format!(
@@ -273,6 +277,7 @@ impl Stage for CameraStage {
         ));
         hasher.write_f64(self.max_range_m);
         hasher.write_str(&format!("{:?}", self.sky_image));
+        self.trees.fingerprint(hasher);
         if !matches!(self.backend, Backend::Cpu) {
             hasher.write_str(&self.backend.name());
         }
@@ -289,6 +294,7 @@ impl Stage for CameraStage {
             fog_per_m: self.weather.fog_per_m,
             fog_base_m: self.weather.fog_base_m,
             fog_height_m: self.weather.fog_height_m,
+            foliage_albedo: self.trees.foliage_albedo().map_err(Error::of_stage)?,
             ..SkyParams::default()
         };
         let sun = self.sun()?;

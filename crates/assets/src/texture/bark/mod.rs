@@ -1,4 +1,4 @@
-//! Bark, on tiles of 1 m × 2 m (`reference/vegetation.md` section 3.5).
+//! Bark, on tiles of 1 m × 2 m.
 
 mod conifer;
 mod rough;
