@@ -54,8 +54,8 @@ const SKIES: [Sky; 5] = [
         -75.0,
         25.0,
         &[
-            "sky.turbidity=6",
-            "sky.overcast=0.3",
+            "sky.turbidity=3",
+            "sky.overcast=0.6",
             "weather.visibility_m=400",
             "weather.fog_per_m=0.03",
             "weather.fog_height_m=10",

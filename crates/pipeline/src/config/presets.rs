@@ -47,7 +47,7 @@ impl Preset {
         },
         Self {
             name: "oak-mixed",
-            doc: "Quercus robur with beech, birch and pine, 380 trees/ha of all ages: gaps, regeneration, bramble and fern",
+            doc: "Quercus robur with beech, birch and pine, 200 trees/ha of all ages: gaps, regeneration, bramble and fern",
             change: stands::oak_mixed,
         },
         Self {
@@ -57,7 +57,7 @@ impl Preset {
         },
         Self {
             name: "spruce",
-            doc: "Picea abies, managed, 640 trees/ha: dark, needles and moss, stumps of thinnings",
+            doc: "Picea abies, managed, 580 trees/ha: dark, needles and moss, stumps of thinnings",
             change: stands::spruce,
         },
         Self {

@@ -1,8 +1,7 @@
 //! Recipes of stands: what a forester would write on the map.
 //!
-//! Numbers per hectare, spacing and diameters are those of `reference/vegetation.md` sections 2.4 and 2.5
-//! where they give one, and our choice inside their ranges where they give a range. A chunk of 50 m is a
-//! quarter of a hectare.
+//! Numbers per hectare, spacing and diameters lie inside the ranges named at each recipe: usual ones in
+//! Europe's forestry, which of them is our choice. A chunk of 50 m is a quarter of a hectare.
 
 use super::{Assets, Config, Floor};
 
@@ -27,7 +26,7 @@ fn floor(leaf_litter: f64, needle_litter: f64, moss: f64) -> Floor {
     }
 }
 
-/// Pinaster 250-700/ha at 40-60 years (2.4), dunes; gorse and heather 5-40 % each (2.5).
+/// Pinaster 250-700/ha at 40-60 years, dunes; gorse and heather 5-40 % each.
 pub(super) fn maritime_pine(c: &mut Config) {
     let a = bare(c);
     a.maritime_pine = 1.0;
@@ -53,7 +52,7 @@ pub(super) fn maritime_pine(c: &mut Config) {
     c.trails.rocks_max = 2;
 }
 
-/// Globulus in rows of 3 x 3 m, 1111/ha planted (2.4); gaps 5-15 %. Slender: H/D 90-120.
+/// Globulus in rows of 3 x 3 m, 1111/ha planted; gaps 5-15 %. Slender: H/D 90-120.
 pub(super) fn eucalyptus_plantation(c: &mut Config) {
     let a = bare(c);
     a.eucalyptus = 1.0;
@@ -80,7 +79,8 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
     c.trails.width_m = 3.2;
 }
 
-/// Anchor species 60-80 % (2.4), all ages: a Weibull shape near 1.5; saplings 100-2000/ha (2.5).
+/// Anchor species 60-80 %, all ages: a Weibull shape near 1.5; saplings 100-2000/ha. So few trees, as
+/// crowns are as wide as those of trees in the open: more of them would pass LAI 5.5.
 pub(super) fn oak_mixed(c: &mut Config) {
     let a = bare(c);
     a.english_oak = 0.65;
@@ -90,7 +90,7 @@ pub(super) fn oak_mixed(c: &mut Config) {
     (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.28, 1.7, 0.08, 0.75);
     (a.gorse, a.heather, a.bramble) = (0.0, 0.05, 1.0);
     a.snags = 0.04;
-    c.placement.trees = per_hectare(c, 380.0);
+    c.placement.trees = per_hectare(c, 200.0);
     c.placement.stumps = per_hectare(c, 40.0);
     c.placement.shrubs = per_hectare(c, 240.0);
     c.placement.hard_core = 0.4;
@@ -108,7 +108,7 @@ pub(super) fn oak_mixed(c: &mut Config) {
     c.trails.surface = "leaf_litter".to_owned();
 }
 
-/// Beech 200-600/ha (2.4), LAI 5-7: cover ~ exp(-LAI/2) (2.5), so next to none but dead leaves.
+/// Beech 200-600/ha, LAI 5-7: cover ~ exp(-LAI/2), so next to none but dead leaves.
 pub(super) fn beech(c: &mut Config) {
     let a = bare(c);
     a.beech = 0.96;
@@ -138,7 +138,7 @@ pub(super) fn beech(c: &mut Config) {
     c.trails.surface = "leaf_litter".to_owned();
 }
 
-/// Spruce 400-1200/ha (2.4), LAI 4-8; stumps 10-60 % of the number in managed stands (2.5).
+/// Spruce 400-1200/ha, LAI 4-8; stumps 10-60 % of the number in managed stands.
 pub(super) fn spruce(c: &mut Config) {
     let a = bare(c);
     a.norway_spruce = 0.97;
@@ -146,7 +146,7 @@ pub(super) fn spruce(c: &mut Config) {
     (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.26, 3.0, 0.10, 0.55);
     (a.gorse, a.heather, a.bramble) = (0.0, 0.3, 1.0);
     a.snags = 0.04;
-    c.placement.trees = per_hectare(c, 640.0);
+    c.placement.trees = per_hectare(c, 580.0);
     c.placement.stumps = per_hectare(c, 140.0);
     c.placement.shrubs = per_hectare(c, 20.0);
     c.placement.gaps.share = 0.05;
@@ -165,7 +165,7 @@ pub(super) fn spruce(c: &mut Config) {
     c.trails.surface = "needles".to_owned();
 }
 
-/// Birch 500-1500/ha (2.4), mixed with pine; heather for the dwarf shrubs; boulders to 300/ha (2.5).
+/// Birch 500-1500/ha, mixed with pine; heather for the dwarf shrubs; boulders to 300/ha.
 pub(super) fn boreal_birch_pine(c: &mut Config) {
     let a = bare(c);
     a.scots_pine = 0.47;
@@ -194,7 +194,7 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
     c.trails.width_m = 2.2;
 }
 
-/// Montado 40-120/ha (2.4), pasture below, LAI 0.5-2; the land rolls gently.
+/// Montado 40-120/ha, pasture below, LAI 0.5-2; the land rolls gently.
 pub(super) fn montado(c: &mut Config) {
     let a = bare(c);
     a.cork_oak = 1.0;
