@@ -85,7 +85,7 @@ pub(crate) const STEMS: &[Column] = &[
     }),
     ("alike within 30 m, per 10⁶ pairs", |s| {
         let (alike, same) = s.alike;
-        Check::new(1e6 * alike as f64 / same.max(1) as f64, 0, None)
+        Check::new(1e6 * alike as f64 / same.max(1) as f64, 0, (0.0, 0.0))
     }),
 ];
 
@@ -187,6 +187,9 @@ fn green(s: &Stand) -> (f64, f64) {
 pub(crate) const PICTURES: &[Column] = &[
     ("slope", |s| Check::new(s.slope, 2, (-1.5, -0.8))),
     ("isotropy", |s| Check::new(s.isotropy, 2, (0.9, 1.1))),
+    ("ground repeats", |s| {
+        Check::new(s.ground_repeats, 2, (-1.0, 0.15))
+    }),
     ("log-luminance SD", |s| {
         Check::new(s.tones.log_sd, 2, (1.0, 1.6))
     }),

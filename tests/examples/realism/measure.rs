@@ -14,8 +14,9 @@ use nemoral_seed::{Draw, Key};
 use nemoral_tests::World;
 use nemoral_tests::realism::{
     Canopy, Colour, Gaps, Layers, Survey, Tones, amplitude_slope, asked_diameters, clark_evans,
-    colour, distribution_distance, isotropy, layers, luminance, mark_correlation, pair_correlation,
-    plant_area_density, spectrum, tones, weibull_fit,
+    colour, distribution_distance, ground_repetition, isotropy, layers, luminance,
+    luminance_of_light, mark_correlation, pair_correlation, plant_area_density, spectrum, tones,
+    weibull_fit,
 };
 
 /// Chunks along a side of the square whose trees are counted.
@@ -76,6 +77,8 @@ pub(crate) struct Stand {
     pub(crate) isotropy: f64,
     pub(crate) tones: Tones,
     pub(crate) colour: Option<Colour>,
+    /// How much the kind of ground repeats that does most.
+    pub(crate) ground_repeats: f64,
     /// Share of the pixels and of the points, by class.
     pub(crate) classes: Vec<(String, f64, f64)>,
 }
@@ -91,6 +94,7 @@ impl Stand {
             "camera.width_px=640",
             "camera.height_px=360",
             "camera.samples=4",
+            "camera.radiance=true",
             "lidar.pulses=20000",
         ];
         let world = World::new(name, &settings);
@@ -138,18 +142,25 @@ impl Stand {
             inclination: inclinations(&assets),
             layers: layers(&profile, dominant_m),
             profile,
-            slope: views.mean(|v| amplitude_slope(&spectrum(v))),
-            isotropy: views.mean(isotropy),
+            slope: Views::mean(&views.luminances, |v| amplitude_slope(&spectrum(v))),
+            isotropy: Views::mean(&views.luminances, isotropy),
             tones: Tones {
-                log_sd: views.mean(|v| tones(v).log_sd),
-                gradient_kurtosis: views.mean(|v| tones(v).gradient_kurtosis),
+                log_sd: Views::mean(&views.lights, |v| tones(v).log_sd),
+                gradient_kurtosis: Views::mean(&views.luminances, |v| tones(v).gradient_kurtosis),
             },
             colour: views.colour(),
+            ground_repeats: ground_repeats(&assets),
             classes: views.classes,
             trees: survey.trees,
             config: world.config,
         }
     }
+}
+
+fn ground_repeats(assets: &WorldAssets) -> f64 {
+    let materials = assets.library.materials.materials().iter();
+    let ground = materials.filter(|m| m.ground);
+    ground.map(ground_repetition).fold(-1.0, f64::max)
 }
 
 fn canopy(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> Canopy {
@@ -268,6 +279,8 @@ fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
 /// What the robot's sensors see.
 struct Views {
     luminances: Vec<Image<f64>>,
+    /// Before the sensor clips.
+    lights: Vec<Image<f64>>,
     colours: Vec<Colour>,
     classes: Vec<(String, f64, f64)>,
 }
@@ -275,12 +288,14 @@ struct Views {
 impl Views {
     fn take(world: &World, runner: &Runner<'_>) -> Self {
         let ontology = Ontology::by_name(&world.config.output.ontology).expect("an ontology");
-        let (mut luminances, mut colours) = (Vec::new(), Vec::new());
+        let (mut luminances, mut lights, mut colours) = (Vec::new(), Vec::new(), Vec::new());
         let mut seen = Seen::default();
         for frame in FRAMES {
             let images = runner.get(world.forest.images, frame).expect("a picture");
             let picture = &images[0];
             luminances.push(luminance(&picture.rgb));
+            let light = picture.linear.as_ref().expect("asked for");
+            lights.push(luminance_of_light(light, picture.ev100));
             colours.extend(colour(&picture.rgb, &picture.truth.semantic));
             let scans: Arc<_> = runner.get(world.forest.scans, frame).expect("a scan");
             seen.add(
@@ -291,13 +306,14 @@ impl Views {
         }
         Self {
             luminances,
+            lights,
             colours,
             classes: seen.shares(&ontology),
         }
     }
 
-    fn mean(&self, of: impl Fn(&Image<f64>) -> f64) -> f64 {
-        self.luminances.iter().map(of).sum::<f64>() / self.luminances.len() as f64
+    fn mean(pictures: &[Image<f64>], of: impl Fn(&Image<f64>) -> f64) -> f64 {
+        pictures.iter().map(of).sum::<f64>() / pictures.len() as f64
     }
 
     fn colour(&self) -> Option<Colour> {

@@ -1,9 +1,10 @@
-//! Measures of realism that need no photograph (`reference/vegetation.md` section 7): how stems stand, how
+//! Measures of realism that need no photograph: how stems stand, how
 //! leaves let light through, how light is spread over a picture, how thick a stem is in a scan. None of this
 //! is from the crates under test.
 
 mod canopy;
 mod circle;
+mod ground;
 mod picture;
 mod plot;
 mod profile;
@@ -13,7 +14,11 @@ mod survey;
 
 pub use canopy::{Canopy, Gaps, HINGE_DEG, LeafField, Standing};
 pub use circle::{Circle, circle};
-pub use picture::{Colour, Tones, amplitude_slope, colour, isotropy, luminance, spectrum, tones};
+pub use ground::ground_repetition;
+pub use picture::{
+    Colour, Tones, amplitude_slope, colour, isotropy, luminance, luminance_of_light, spectrum,
+    tones,
+};
 pub use plot::{Plot, Series};
 pub use profile::{Layers, layers, plant_area_density};
 pub use relations::Relations;

@@ -2,7 +2,16 @@
 
 use std::f64::consts::PI;
 
+use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Image, Semantic};
+
+/// The luminance of light itself over the one that an exposure maps to 1, row by row: what is brighter is
+/// not clipped.
+#[must_use]
+pub fn luminance_of_light(radiance: &Image<Vec3>, ev100: f64) -> Image<f64> {
+    let white = 0.125 * ev100.exp2() / 0.18;
+    radiance.map(|c| f64::from(c.dot(Vec3::new(0.2126, 0.7152, 0.0722))) / white)
+}
 
 /// A picture's linear luminance, row by row.
 #[must_use]
