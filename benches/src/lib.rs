@@ -20,11 +20,18 @@ pub const POINTS: [u32; 3] = [25_000, 50_000, 100_000];
 /// # Errors
 /// If there is no such preset.
 pub fn config(preset: &str, pulses: u32) -> Result<Config, Error> {
-    let settings = vec![format!("lidar.pulses={pulses}")];
+    settings(preset, &[format!("lidar.pulses={pulses}")])
+}
+
+/// A preset's config with settings over it, each `key=value`.
+///
+/// # Errors
+/// If there is no such preset, or a setting is refused.
+pub fn settings(preset: &str, settings: &[String]) -> Result<Config, Error> {
     Layers {
         preset: Some(preset.to_owned()),
         file: None,
-        settings,
+        settings: settings.to_vec(),
     }
     .load()
 }

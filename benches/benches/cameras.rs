@@ -1,0 +1,97 @@
+//! What pictures cost: by density, resolution, quality and renderer, and what each further truth costs on
+//! top. Files are not written. Processor time is the cost; the wall's clock also tells of what else the
+//! machine does.
+//!
+//! `cargo bench -p nemoral-benches --bench cameras -- [cpu|gpu|auto] [TIMES] [PART OF A NAME]`
+#![allow(clippy::print_stdout, reason = "a report for its user")]
+
+use std::time::Instant;
+
+use cpu_time::ProcessTime;
+use nemoral_benches::settings;
+use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_pipeline::{Backend, BackendChoice, Error, ForestPlan};
+
+const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
+
+/// A word for how often light is sampled where neighbours differ.
+const QUALITIES: [(&str, u32); 2] = [("draft", 1), ("standard", 4)];
+
+/// What can be asked for besides a picture and its class, instance, depth and normals.
+const FURTHER: [(&str, &[&str]); 8] = [
+    ("sky mask", &["camera.sky=true"]),
+    ("optical flow", &["camera.flow=true"]),
+    ("trunks behind leaves", &["camera.trunks=true"]),
+    ("boxes", &["camera.boxes=true"]),
+    ("radiance", &["camera.radiance=true"]),
+    ("sensor noise", &["camera.noise.enabled=true"]),
+    (
+        "rolling shutter of 20 ms",
+        &["camera.shutter.readout_ms=20"],
+    ),
+    (
+        "exposure of 10 ms, 9 samples",
+        &["camera.shutter.exposure_ms=10"],
+    ),
+];
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut words = std::env::args().skip(1).filter(|w| !w.starts_with("--"));
+    let choice = match words.next().as_deref() {
+        None | Some("cpu") => BackendChoice::Cpu,
+        Some("gpu") => BackendChoice::Gpu,
+        Some("auto") => BackendChoice::Auto,
+        Some(other) => return Err(format!("{other}: cpu, gpu or auto").into()),
+    };
+    let times = words.next().map_or(Ok(7), |w| w.parse())?;
+    let wanted = words.next().unwrap_or_default();
+    let (backend, note) = Backend::resolve(choice)?;
+    println!("{note}\nbest and median of {times}, seconds: wall; processor");
+    // A wood is grown once: what does not change is found in the store.
+    let store = Store::unlimited();
+    let cost = |preset: &str, named: &str, asked: &[String]| {
+        let name = format!("{preset}, {named}");
+        if !name.contains(&wanted) {
+            return Ok(());
+        }
+        let forest = ForestPlan::on(&settings(preset, asked)?, backend.clone())?;
+        let threads = std::thread::available_parallelism().map_or(1, Into::into);
+        let runner = Runner::new(forest.plan(), &store, threads);
+        let once = || {
+            runner.get(forest.images, 0)?;
+            runner.get(forest.extra, 0).map(drop)
+        };
+        once()?;
+        let (mut wall, mut processor) = (Vec::new(), Vec::new());
+        for _ in 0..times {
+            store.retain(|id, _| id != "frame.images" && id != "frame.extra");
+            let (start, used) = (Instant::now(), ProcessTime::now());
+            once()?;
+            wall.push(start.elapsed().as_secs_f64());
+            processor.push(used.elapsed().as_secs_f64());
+        }
+        let of = |mut seconds: Vec<f64>| {
+            seconds.sort_by(f64::total_cmp);
+            format!("{:.2} {:.2}", seconds[0], seconds[times / 2])
+        };
+        println!("{name}: {}; {}", of(wall), of(processor));
+        Ok::<_, Error>(())
+    };
+    for preset in nemoral_benches::DENSITIES {
+        for [width, height] in RESOLUTIONS {
+            for (quality, samples) in QUALITIES {
+                let asked = [
+                    format!("camera.width_px={width}"),
+                    format!("camera.height_px={height}"),
+                    format!("camera.samples={samples}"),
+                ];
+                cost(preset, &format!("{width} x {height}, {quality}"), &asked)?;
+            }
+        }
+    }
+    for (named, asked) in FURTHER {
+        let asked: Vec<String> = asked.iter().map(|s| (*s).to_owned()).collect();
+        cost("medium", &format!("1280 x 720, draft, {named}"), &asked)?;
+    }
+    Ok(())
+}
