@@ -3,13 +3,14 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use nemoral_assets::Library;
 use nemoral_benches::{Grown, config};
 use nemoral_dataset::{CameraData, DatasetHeader, FrameData, LidarData, OpenMode, Writer};
 use nemoral_lidar::{HorizonLike, Mid40, ScanPattern};
 use nemoral_lidar_noise::{Observation, RangeNoise, RangeSensor};
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
-use nemoral_pipeline::plan::{Node, Store};
+use nemoral_pipeline::plan::{Node, Runner, Store};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ExtraTruth, Surface, Twist};
 use nemoral_seed::{Key, Stage};
@@ -77,9 +78,16 @@ fn world(c: &mut Criterion) {
     c.bench_function("assets/library", |b| {
         b.iter(|| {
             let (forest, store) = (ForestPlan::new(&config).expect("valid"), Store::unlimited());
-            let runner = nemoral_pipeline::plan::Runner::new(forest.plan(), &store, 2);
+            let runner = Runner::new(forest.plan(), &store, 2);
             black_box(runner.get(forest.assets, ()).expect("grows"))
         });
+    });
+    // What a later run does instead of growing: the bytes as they lie in the cache.
+    let (forest, store) = (ForestPlan::new(&config).expect("valid"), Store::unlimited());
+    let runner = Runner::new(forest.plan(), &store, 2);
+    let bytes = runner.get(forest.library, ()).expect("grows").to_bytes();
+    c.bench_function("assets/library_from_bytes", |b| {
+        b.iter(|| black_box(Library::from_bytes(&bytes).expect("its own")));
     });
 }
 

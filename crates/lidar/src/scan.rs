@@ -12,8 +12,8 @@ use crate::beam::{BeamAxes, SubRay, turned};
 use crate::echo::{Contact, Echo, group};
 use crate::{EchoObservation, Pulse, RangeModel, ScanPattern, ScannerParams};
 
-/// Rays cast together, at the most: enough that a caster finds many alike.
-const MOST_RAYS: u32 = 1 << 16;
+/// Rays cast together, at the most: enough that a caster finds many alike, and a usual scan in one.
+const MOST_RAYS: u32 = 50 << 10;
 
 /// Pulses that one thread works on.
 const PIECE: usize = 1024;
