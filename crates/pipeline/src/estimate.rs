@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::config::Config;
+use crate::config::{Camera, Config};
 
 /// Bytes of the five images, per pixel: measured on preset `medium`.
 const BYTES_PER_PIXEL: f64 = 5.0;
@@ -18,6 +18,19 @@ const RETURNS: f64 = 0.97;
 const CORE_S_PER_MEGAPIXEL: f64 = 2.8;
 const CORE_S_PER_MEGARAY: f64 = 2.0;
 
+/// Bytes a pixel, and seconds of one core for a megapixel more, of what a camera is asked for besides: measured
+/// likewise.
+const FURTHER: [(fn(&Camera) -> bool, f64, f64); 6] = [
+    (|c| c.sky, 0.1, 0.0),
+    (|c| c.flow, 2.9, 0.6),
+    (|c| c.trunks, 0.15, 0.35),
+    (|c| c.boxes, 0.05, 6.3),
+    (|c| c.radiance, 11.7, 0.1),
+    (|c| c.noise.enabled, 0.0, 1.4),
+];
+/// Seconds of one core for a megapixel of each sample of a picture that blurs, of casting alone.
+const CORE_S_PER_MEGASAMPLE: f64 = 1.8;
+
 /// What a run will take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -32,10 +45,20 @@ pub struct Estimate {
 /// Estimates a run from what was measured on the presets.
 #[must_use]
 pub fn estimate(config: &Config) -> Estimate {
-    let pixels: f64 = config
-        .all_cameras()
-        .map(|(_, c)| f64::from(c.width_px) * f64::from(c.height_px))
-        .sum();
+    let (mut bytes, mut seconds) = (0.0, 0.0);
+    for (_, camera) in config.all_cameras() {
+        let (mut per_pixel, mut per_megapixel) = (BYTES_PER_PIXEL, CORE_S_PER_MEGAPIXEL);
+        for (_, more_bytes, more_s) in FURTHER.iter().filter(|(asked, ..)| asked(camera)) {
+            per_pixel += more_bytes;
+            per_megapixel += more_s;
+        }
+        if camera.shutter.exposure_ms > 0.0 {
+            per_megapixel += f64::from(camera.shutter.samples - 1) * CORE_S_PER_MEGASAMPLE;
+        }
+        let pixels = f64::from(camera.width_px) * f64::from(camera.height_px);
+        bytes += pixels * per_pixel;
+        seconds += pixels / 1e6 * per_megapixel;
+    }
     let (mut pulses, mut rays) = (0.0, 0.0);
     for (_, lidar) in config.all_lidars() {
         let rings = f64::from(lidar.beam.rings);
@@ -48,8 +71,8 @@ pub fn estimate(config: &Config) -> Estimate {
         BYTES_PER_POINT
     };
     let frames = config.frames as f64;
-    let bytes = pixels * BYTES_PER_PIXEL + pulses * RETURNS * per_point;
-    let seconds = pixels / 1e6 * CORE_S_PER_MEGAPIXEL + rays / 1e6 * CORE_S_PER_MEGARAY;
+    bytes += pulses * RETURNS * per_point;
+    seconds += rays / 1e6 * CORE_S_PER_MEGARAY;
     Estimate {
         frames: config.frames,
         gigabytes: frames * bytes / 1e9,
@@ -64,5 +87,37 @@ impl fmt::Display for Estimate {
             "about {} frames, {:.2} GB, {:.1} minutes of one core",
             self.frames, self.gigabytes, self.core_minutes
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Layers;
+
+    #[test]
+    fn what_is_asked_for_besides_counts() {
+        let of = |settings: &[&str]| {
+            let layers = Layers {
+                preset: Some("medium".to_owned()),
+                file: None,
+                settings: settings.iter().map(|s| (*s).to_owned()).collect(),
+            };
+            estimate(&layers.load().expect("valid"))
+        };
+        let plain = of(&[]);
+        assert!(
+            (0.004..0.015).contains(&(plain.gigabytes / plain.frames as f64)),
+            "{plain}"
+        );
+        let with_light = of(&["camera.radiance=true"]);
+        assert!(with_light.gigabytes > 1.8 * plain.gigabytes, "{with_light}");
+        let with_boxes = of(&["camera.boxes=true"]);
+        assert!(
+            with_boxes.core_minutes > 2.0 * plain.core_minutes,
+            "{with_boxes}"
+        );
+        let blurred = of(&["camera.shutter.exposure_ms=10"]);
+        assert!(blurred.core_minutes > 4.0 * plain.core_minutes, "{blurred}");
     }
 }
