@@ -138,24 +138,25 @@ pub fn object_boxes<C: RayCaster>(
             *bounds = bounds.with((i % width) as u32, (i / width) as u32);
         }
     }
+    // A pixel's ray is the same for all things.
+    let to_ground: Vec<Ray> = (ground_m.pixels().par_iter().enumerate())
+        .map(|(i, (ground_m, _))| view.ray(centre(i % width, i / width), ground_m.min(max_range_m)))
+        .collect();
     let camera_from_scene = view.scene_from_camera.inverse();
     let boxed = |(i, c): (usize, &Candidate)| {
         let range = bounds_in_image(c, view)?;
-        let (mut rays, mut at) = (Vec::new(), Vec::new());
-        for y in range.top..range.bottom {
-            for x in range.left..range.right {
-                let (column, row) = (x as usize, y as usize);
-                let far_m = ground_m.at(column, row).0.min(max_range_m);
-                rays.push(view.ray(centre(column, row), far_m));
-                at.push((x, y));
-            }
-        }
+        let (left, right) = (range.left as usize, range.right as usize);
+        let rays: Vec<Ray> = (range.top as usize..range.bottom as usize)
+            .flat_map(|y| &to_ground[y * width + left..y * width + right])
+            .copied()
+            .collect();
         let mut met = vec![false; rays.len()];
         alone(i).are_occluded(&rays, &mut met);
         let (mut count, mut whole) = (0, PixelBox::EMPTY);
-        for (&(x, y), _) in at.iter().zip(&met).filter(|(_, met)| **met) {
+        let of_row = range.right - range.left;
+        for (i, _) in (0..).zip(&met).filter(|(_, met)| **met) {
             count += 1;
-            whole = whole.with(x, y);
+            whole = whole.with(range.left + i % of_row, range.top + i / of_row);
         }
         let (visible_px, visible) = seen.get(&c.object).map_or((0, None), |s| (s.0, Some(s.1)));
         let camera_from_box = camera_from_scene * c.scene_from_box;
