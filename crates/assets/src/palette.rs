@@ -13,7 +13,7 @@ use crate::library::{GroundMaterials, TrailMaterials};
 use crate::optics::{self, LeafOptics};
 use crate::texture::trail::{TRAIL_M, TrailKind};
 use crate::texture::{bark, ground, mineral, tile::Tile};
-use crate::tree::{BarkKind, FoliageCard, LeafKind, LeafLook, Species, TreeMaterials};
+use crate::tree::{BarkKind, FoliageCard, LeafKind, LeafLook, Species, TreeMaterials, linear};
 
 const TEXTURES: Stage = Stage::new("assets.textures");
 const CARDS: Stage = Stage::new("assets.cards");
@@ -243,7 +243,7 @@ impl Barks {
                 (texture(&change), texture(&upper))
             },
         );
-        let branch = bark::twig(seed(4), Vec3::from_array(look.branch.map(|c| c as f32)));
+        let branch = bark::twig(seed(4), linear(look.branch));
         Self {
             lower: stem,
             foot: texture(&foot),
@@ -519,7 +519,7 @@ fn register_tree(
             _ => Semantic::Leaf,
         };
         let material = library.add(Material {
-            transmittance: Vec3::from_array(leaves.transmittance.map(|c| c as f32)),
+            transmittance: linear(leaves.transmittance),
             mask: Some(Arc::new(picture.mask)),
             ..solid(
                 &format!("{}.foliage.{number}", species.name),

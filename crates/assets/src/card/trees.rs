@@ -7,7 +7,7 @@ use nemoral_seed::{Draw, Rng};
 
 use super::sketch::Sketch;
 use crate::texture::canvas::{Leaf, Outline, Stroke};
-use crate::tree::{LeafKind, LeafLook};
+use crate::tree::{LeafKind, LeafLook, linear};
 
 /// The unit vector `angle` radians to the left of +y.
 pub(crate) fn heading(angle: f32) -> Vec2 {
@@ -46,10 +46,6 @@ pub(crate) fn draw(look: &LeafLook, rng: &mut impl Rng) -> Sketch {
     }
 }
 
-fn colour(c: [f64; 3]) -> Vec3 {
-    Vec3::from_array(c.map(|v| v as f32))
-}
-
 struct Painter<'a> {
     look: &'a LeafLook,
     green: Vec3,
@@ -71,7 +67,7 @@ impl<'a> Painter<'a> {
         Self {
             look,
             green: look.reflectance(),
-            wood: colour(look.twig_albedo),
+            wood: linear(look.twig_albedo),
             outline: Arc::new(outline),
         }
     }

@@ -181,6 +181,14 @@ mod tests {
             message("kind = \"smooth\"", "kind = \"velvet\""),
             &["velvet", "stripped_cork"],
         );
+        // It would send on more light than it gets.
+        has(
+            message(
+                "albedo = [0.06, 0.11, 0.034] # linear RGB reflectance (PROSPECT-D)\ntransmittance = [0.066, 0.13, 0.0]",
+                "albedo = [0.06, 0.5, 0.034]\ntransmittance = [0.066, 0.6, 0.0]",
+            ),
+            &["beech.leaves.transmittance", "0.6", "0.49"],
+        );
         has(
             message("widest_at = 0.42", "widest_at = 1.5"),
             &["beech.crown.widest_at = 1.5", "0.01..=0.99"],

@@ -66,7 +66,7 @@ pub struct LeafLook {
     /// Share of a bluish wax (.30, .34, .33) over it, 0..=0.6.
     #[serde(default)]
     pub glaucous: f64,
-    /// Linear RGB transmittance of a leaf, 0..=0.7.
+    /// Linear RGB transmittance of a leaf, 0..=0.7; with its reflectance, wax included, at most 0.99.
     pub transmittance: [f64; 3],
     /// Reflectance and transmittance at 905 nm, together at most 1.
     pub nm905: [f64; 2],
@@ -200,6 +200,16 @@ impl LeafLook {
                 range(name, value, 0.0, 0.7)?;
             }
         }
+        for (r, t) in self
+            .reflectance()
+            .to_array()
+            .into_iter()
+            .zip(self.transmittance)
+        {
+            // Some light stays in every leaf.
+            let most = (0.99 - f64::from(r)).max(0.0);
+            range("transmittance", t, 0.0, (most * 1000.0).floor() / 1000.0)?;
+        }
         for (name, [r, t]) in [("nm905", self.nm905), ("nm1550", self.nm1550)] {
             range(name, r, 0.0, 1.0)?;
             range(name, t, 0.0, 1.0 - r)?;
@@ -230,6 +240,7 @@ impl BarkLook {
     }
 }
 
-fn linear(rgb: [f64; 3]) -> Vec3 {
+/// A colour of a species' file.
+pub(crate) fn linear(rgb: [f64; 3]) -> Vec3 {
     Vec3::from(rgb.map(|c| c as f32))
 }

@@ -43,6 +43,7 @@ mod sweep;
 
 pub use catalogue::SpeciesError;
 pub use grow::{FoliageCard, GrownTree, GrowthParams, TreeMaterials, grow};
+pub(crate) use look::linear;
 pub use look::{BarkKind, BarkLayer, BarkLook, LeafKind, LeafLook};
 pub use size::{SizeClass, TreeSize};
 pub use snag::grow_snag;

@@ -10,7 +10,7 @@ pub(crate) use rough::{dead, twig};
 
 use super::noise::{fbm, gradient, smoothstep, value};
 use super::tile::Tile;
-use crate::tree::{BarkKind, BarkLayer};
+use crate::tree::{BarkKind, BarkLayer, linear};
 
 const WIDTH: usize = 512;
 const HEIGHT: usize = 1024;
@@ -31,7 +31,7 @@ pub(crate) fn bake(layer: &BarkLayer, seed: u32) -> Tile {
         BarkKind::Cork => smooth::cork,
         BarkKind::StrippedCork => smooth::stripped_cork,
     };
-    recipe(seed).with_mean(Vec3::from_array(layer.albedo.map(|c| c as f32)))
+    recipe(seed).with_mean(linear(layer.albedo))
 }
 
 /// From one bark at v = 0 to the other at v = 1, along a torn border; `soft` (0..0.3) is its width.
