@@ -10,6 +10,8 @@ use nemoral_scene::{
 };
 use nemoral_seed::Key;
 
+use super::picture::luminance_of_light;
+
 /// Pixels of a tile's side.
 const TILE: usize = 32;
 
@@ -77,8 +79,8 @@ fn from_above(material: &Material, unit_m: f32) -> Image<f64> {
         sky_visibility: &OpenSky,
     };
     let images = camera.render(&scene, &view, Key::world(1));
-    let light = images.expect("renders").linear.expect("asked for");
-    light.map(|c| f64::from(c.dot(Vec3::new(0.2126, 0.7152, 0.0722))))
+    let images = images.expect("renders");
+    luminance_of_light(&images.linear.expect("asked for"), images.ev100)
 }
 
 /// The greatest autocorrelation `lag_px` away, of what differs from the mean of a square of that side.

@@ -10,13 +10,18 @@ use nemoral_scene::{Image, Semantic};
 #[must_use]
 pub fn luminance_of_light(radiance: &Image<Vec3>, ev100: f64) -> Image<f64> {
     let white = 0.125 * ev100.exp2() / 0.18;
-    radiance.map(|c| f64::from(c.dot(Vec3::new(0.2126, 0.7152, 0.0722))) / white)
+    radiance.map(|&c| of_linear(c.as_dvec3().to_array()) / white)
 }
 
 /// A picture's linear luminance, row by row.
 #[must_use]
 pub fn luminance(rgb: &Image<[u8; 3]>) -> Image<f64> {
-    rgb.map(|&[r, g, b]| 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b))
+    rgb.map(|rgb| of_linear(rgb.map(linear)))
+}
+
+/// Rec. 709.
+fn of_linear([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 fn linear(byte: u8) -> f64 {
