@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use image::{Rgb, RgbImage, imageops};
-use nemoral_assets::{AssetParams, Library};
+use nemoral_assets::{AssetParams, Library, Species, StandSpecies};
 use nemoral_scene::Material;
 use nemoral_seed::Key;
 
@@ -18,8 +18,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = args.next().unwrap_or_else(|| "sheet".to_owned());
     let seed = args.next().map_or(Ok(7), |s| s.parse())?;
     std::fs::create_dir_all(&folder)?;
+    let species = Species::all().into_iter();
     let params = AssetParams {
         individuals_per_species: 1,
+        species: species
+            .map(|species| StandSpecies {
+                species,
+                dbh_mean_m: 0.3,
+            })
+            .collect(),
         ..AssetParams::default()
     };
     let library = Library::grow(&params, Key::world(seed))?;

@@ -398,7 +398,15 @@ enum TreeKind {
     Snag,
 }
 
-const RANK: Stage = Stage::new("assets.tree.rank");
+/// Which share of a stand's trees (0..=1) is thinner than the `number`th of its `of` individuals: in the
+/// middle half of that one's part of the whole, for a few drawn from all of it do not tell a
+/// distribution's shape.
+#[must_use]
+pub fn individual_rank(number: u32, of: u32, key: Key) -> f64 {
+    const RANK: Stage = Stage::new("assets.tree.rank");
+    let within = key.stage(RANK).rng().range_f64(0.25, 0.75);
+    (f64::from(number) + within) / f64::from(of)
+}
 
 struct TreeGrower<'a> {
     params: &'a AssetParams,
@@ -419,9 +427,7 @@ impl TreeGrower<'_> {
             let (species, number) = (i / of as usize, (i % of as usize) as u32);
             let name = &self.params.species[species].species.name;
             let key = key.stage(Stage::new(name)).item(u64::from(number));
-            // Somewhere in its part of the whole.
-            let within = key.stage(RANK).rng().unit_f64();
-            let rank = (f64::from(number) + within) / f64::from(of);
+            let rank = individual_rank(number, of, key);
             self.one(kind, species, number, rank, key)
         });
         trees.collect()

@@ -462,12 +462,7 @@ fn leaf_pictures(look: &LeafLook, key: Key) -> Vec<Picture> {
     let mean = look.reflectance() * LEAVES_IN_SHADE;
     let picture = |variant| {
         let mut rng = key.item(variant).rng();
-        let mut picture = trees::draw(look, &mut rng).slices(1, mean).swap_remove(0);
-        if matches!(look.kind, LeafKind::NeedleTuft | LeafKind::NeedleSpray) {
-            // The silhouette factor knows how needles overlap: the picture is the silhouette.
-            picture.leaf_layers = 1.0;
-        }
-        picture
+        trees::draw(look, &mut rng).slices(1, mean).swap_remove(0)
     };
     (0..LEAF_VARIANTS).into_par_iter().map(picture).collect()
 }
@@ -534,7 +529,6 @@ fn register_tree(
             width_m: picture.width_m,
             height_m: picture.height_m,
             opaque_fraction,
-            leaf_layers: picture.leaf_layers,
         }
     });
     TreeMaterials {
@@ -714,7 +708,6 @@ fn register_cards(
                         width_m: picture.width_m,
                         height_m: picture.height_m,
                         opaque_fraction,
-                        leaf_layers: picture.leaf_layers,
                     }
                 })
                 .collect()

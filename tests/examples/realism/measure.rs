@@ -206,13 +206,15 @@ fn shapes(config: &Config) -> (f64, f64) {
     let all: f64 = shares.iter().map(|s| s.1).sum();
     let mut fits: Vec<f64> = (0..AGAIN)
         .map(|again| {
-            let mut rng = Key::world(31).item(again).rng();
+            let key = Key::world(31).item(again);
+            let mut rng = key.rng();
             let mut diameters = Vec::new();
-            for (name, share) in &shares {
+            for (k, (name, share)) in shares.iter().enumerate() {
                 let species = name.and_then(Species::built_in).expect("built in");
                 let of_each = (400.0 * share / all / f64::from(a.individuals)).ceil() as u32;
                 for i in 0..a.individuals {
-                    let rank = (f64::from(i) + rng.unit_f64()) / f64::from(a.individuals);
+                    let key = key.item(k as u64).item(u64::from(i));
+                    let rank = nemoral_assets::individual_rank(i, a.individuals, key);
                     let d = species.dbh_of_rank(a.dbh_mean_m, a.dbh_shape, limits, rank);
                     diameters.extend((0..of_each).map(|_| d * rng.range_f64(0.9, 1.1)));
                 }

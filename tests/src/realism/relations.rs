@@ -28,7 +28,6 @@ impl Relations {
             width_m: 0.4,
             height_m: 0.4,
             opaque_fraction: 0.5,
-            leaf_layers: 1.3,
         };
         let materials = TreeMaterials {
             stem: id,

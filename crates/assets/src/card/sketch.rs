@@ -11,10 +11,8 @@ use crate::texture::tile::luminance;
 pub(crate) enum Mark {
     /// A leaf.
     Leaf(Leaf),
-    /// A needle or a blade: counts as foliage.
-    Blade(Stroke),
-    /// A twig or stalk.
-    Twig(Stroke),
+    /// A needle, a blade, a twig or a stalk.
+    Stroke(Stroke),
 }
 
 /// A drawing of a twig that enters at (0, 0) and grows towards +y, back to front.
@@ -30,8 +28,6 @@ pub(crate) struct Picture {
     pub(crate) texture: Texture,
     pub(crate) width_m: f32,
     pub(crate) height_m: f32,
-    /// Leaf area over opaque area, at least 1.
-    pub(crate) leaf_layers: f32,
 }
 
 /// Texels along the longer side.
@@ -42,12 +38,8 @@ impl Sketch {
         self.marks.push(Mark::Leaf(leaf));
     }
 
-    pub(crate) fn twig(&mut self, stroke: Stroke) {
-        self.marks.push(Mark::Twig(stroke));
-    }
-
-    pub(crate) fn blade(&mut self, stroke: Stroke) {
-        self.marks.push(Mark::Blade(stroke));
+    pub(crate) fn stroke(&mut self, stroke: Stroke) {
+        self.marks.push(Mark::Stroke(stroke));
     }
 
     /// Crops to the content, draws, fills the colours on under the mask, and scales colours so that
@@ -68,14 +60,13 @@ impl Sketch {
         let drawn: Vec<_> = (0..count)
             .map(|k| {
                 let low = Vec2::new(-half_width, k as f32 * size_m.y);
-                let (canvas, leaf_texels) = self.draw(size, low, size_m);
-                let (tile, painted) = canvas.into_tile();
+                let (tile, painted) = self.draw(size, low, size_m).into_tile();
                 let colours: Vec<Vec3> = tile.texels.iter().map(|t| t.albedo).collect();
-                (colours, painted, leaf_texels)
+                (colours, painted)
             })
             .collect();
         let (mut sum, mut opaque) = (0.0_f64, 0_usize);
-        for (colours, painted, _) in &drawn {
+        for (colours, painted) in &drawn {
             for (c, _) in colours.iter().zip(painted).filter(|(_, p)| **p) {
                 sum += f64::from(luminance(*c));
                 opaque += 1;
@@ -84,14 +75,13 @@ impl Sketch {
         let gain = (f64::from(luminance(mean)) * opaque as f64 / sum.max(1e-6)) as f32;
         drawn
             .into_iter()
-            .map(|(colours, painted, leaf_texels)| {
+            .map(|(colours, painted)| {
                 let filled = fill_under(size, &colours, &painted);
                 let linear: Vec<Vec3> = filled
                     .iter()
                     // With the light let through, no leaf may send on more than it gets.
                     .map(|c| (*c * gain).min(Vec3::splat(0.7)))
                     .collect();
-                let opaque = painted.iter().filter(|p| **p).count().max(1);
                 Picture {
                     mask: AlphaMask::from_fn(size[0], size[1], |c, r| painted[r * size[0] + c])
                         .expect("sides are at most 256"),
@@ -99,7 +89,6 @@ impl Sketch {
                         .expect("sides are powers of two"),
                     width_m: size_m.x,
                     height_m: size_m.y,
-                    leaf_layers: (leaf_texels as f32 / opaque as f32).max(1.0),
                 }
             })
             .collect()
@@ -111,7 +100,7 @@ impl Sketch {
         for mark in &self.marks {
             let (low, high) = match mark {
                 Mark::Leaf(l) => l.bounds(),
-                Mark::Blade(s) | Mark::Twig(s) => s.bounds(),
+                Mark::Stroke(s) => s.bounds(),
             };
             half_width = half_width.max(-low.x).max(high.x);
             top = top.max(high.y);
@@ -119,7 +108,7 @@ impl Sketch {
         // Boxes of leaves are generous; a draft finds where paint really ends.
         let low = Vec2::new(-half_width, 0.0);
         let draft = self.draw([LONG_SIDE; 2], low, Vec2::new(2.0 * half_width, top));
-        let (_, painted) = draft.0.into_tile();
+        let (_, painted) = draft.into_tile();
         let (mut reach, mut rows) = (1, 1);
         for (i, _) in painted.iter().enumerate().filter(|(_, p)| **p) {
             let (column, row) = (i % LONG_SIDE, i / LONG_SIDE);
@@ -134,23 +123,18 @@ impl Sketch {
         )
     }
 
-    /// The canvas, and how many texels leaves painted, those painted over included.
-    fn draw(&self, size: [usize; 2], low: Vec2, size_m: Vec2) -> (Canvas, usize) {
+    fn draw(&self, size: [usize; 2], low: Vec2, size_m: Vec2) -> Canvas {
         let mut canvas = Canvas::new(size[0], size[1], low, size_m);
-        let mut leaf_texels = 0;
         for mark in &self.marks {
             match mark {
                 Mark::Leaf(leaf) => {
                     canvas.shade_under(leaf);
-                    leaf_texels += canvas.leaf(leaf);
+                    canvas.leaf(leaf);
                 }
-                Mark::Blade(s) => leaf_texels += canvas.stroke(s),
-                Mark::Twig(s) => {
-                    canvas.stroke(s);
-                }
+                Mark::Stroke(stroke) => canvas.stroke(stroke),
             }
         }
-        (canvas, leaf_texels)
+        canvas
     }
 }
 
@@ -233,8 +217,8 @@ mod tests {
     fn a_picture_is_cropped_and_attached() {
         let mut sketch = Sketch::default();
         let stalk = Stroke::straight(Vec2::ZERO, Vec2::new(0.0, 0.2), [0.01; 2], Vec3::splat(0.1));
-        sketch.twig(stalk);
-        sketch.blade(Stroke::straight(
+        sketch.stroke(stalk);
+        sketch.stroke(Stroke::straight(
             Vec2::new(0.0, 0.1),
             Vec2::new(0.07, 0.1),
             [0.02; 2],

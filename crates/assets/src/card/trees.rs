@@ -9,6 +9,9 @@ use super::sketch::Sketch;
 use crate::texture::canvas::{Leaf, Outline, Stroke};
 use crate::tree::{LeafKind, LeafLook, linear};
 
+/// Places tried for each leaf of a spray.
+const PLACES: u32 = 8;
+
 /// The unit vector `angle` radians to the left of +y.
 pub(crate) fn heading(angle: f32) -> Vec2 {
     let a = f64::from(angle);
@@ -43,6 +46,21 @@ pub(crate) fn draw(look: &LeafLook, rng: &mut impl Rng) -> Sketch {
         LeafKind::LeafSpray => painter.leaf_spray(rng),
         LeafKind::LeafRosettes => painter.rosettes(rng),
         LeafKind::HangingLeaves => painter.hanging(rng),
+    }
+}
+
+/// A leaf on its stalk.
+struct Stalked {
+    stalk: Stroke,
+    leaf: Leaf,
+    /// 0 behind the others, in shade; 1 before them.
+    front: f32,
+}
+
+impl Sketch {
+    fn stalked(&mut self, Stalked { stalk, leaf, .. }: Stalked) {
+        self.stroke(stalk);
+        self.leaf(leaf);
     }
 }
 
@@ -89,8 +107,24 @@ impl<'a> Painter<'a> {
         self.look.twig_m as f32
     }
 
-    /// A leaf on its stalk; `front` 0 (behind, in shade) .. 1.
-    fn leaf(&self, base: Vec2, direction: Vec2, front: f32, rng: &mut impl Rng) -> (Stroke, Leaf) {
+    /// Of some leaves drawn at random, the one that lies least over those there are: twigs turn their leaves
+    /// to where light is left, a *leaf mosaic* (Horn 1971, The adaptive geometry of trees).
+    fn freest(others: &[Stalked], mut grow: impl FnMut() -> Stalked) -> Stalked {
+        let overlap_m =
+            |new: &Stalked| -> f32 { others.iter().map(|o| o.leaf.overlap_m(&new.leaf)).sum() };
+        let mut best = grow();
+        let mut least = overlap_m(&best);
+        for _ in 1..PLACES {
+            let next = grow();
+            let overlap = overlap_m(&next);
+            if overlap < least {
+                (best, least) = (next, overlap);
+            }
+        }
+        best
+    }
+
+    fn leaf(&self, base: Vec2, direction: Vec2, front: f32, rng: &mut impl Rng) -> Stalked {
         let length_m = self.length_m(rng);
         let foot = base + self.look.stalk as f32 * length_m * direction;
         let mut colour = varied(self.green, rng) * (0.70 + 0.34 * front);
@@ -111,7 +145,7 @@ impl<'a> Painter<'a> {
             browning: rng.range_f32(0.0, 0.22),
             level: 0.0,
         };
-        (stalk, leaf)
+        Stalked { stalk, leaf, front }
     }
 
     /// Needles on all sides around the end of a shoot.
@@ -125,7 +159,7 @@ impl<'a> Painter<'a> {
         for i in 0..needles {
             // The shoot is drawn once half of the needles are behind it.
             if i == needles / 2 {
-                sketch.twig(shoot);
+                sketch.stroke(shoot);
             }
             let front = i as f32 / needles as f32;
             let t = rng.unit_f32();
@@ -140,7 +174,7 @@ impl<'a> Painter<'a> {
                 varied(self.green, rng)
             };
             let width = self.ratio(rng) * length;
-            sketch.blade(Stroke {
+            sketch.stroke(Stroke {
                 points: [
                     base,
                     base + 0.5 * length * heading(angle * 1.1),
@@ -179,7 +213,7 @@ impl<'a> Painter<'a> {
         }
         shoots.push(twig);
         for shoot in shoots {
-            sketch.twig(shoot);
+            sketch.stroke(shoot);
             let [a, b, c] = shoot.points;
             let length = (b - a).length() + (c - b).length();
             let pitch = 0.0042;
@@ -197,7 +231,7 @@ impl<'a> Painter<'a> {
                 // This year's needles, at the tips, are lighter.
                 let shade = rng.range_f32(0.62, 1.0) + if t > 0.8 { 0.22 } else { 0.0 };
                 let green = varied(self.green, rng) * shade;
-                sketch.blade(Stroke::straight(
+                sketch.stroke(Stroke::straight(
                     at,
                     at + needle * direction,
                     [width, 0.7 * width],
@@ -232,7 +266,7 @@ impl<'a> Painter<'a> {
             });
         }
         for twig in &twigs {
-            sketch.twig(*twig);
+            sketch.stroke(*twig);
         }
         let lengths: Vec<f32> = twigs
             .iter()
@@ -240,35 +274,34 @@ impl<'a> Painter<'a> {
             .collect();
         let total: f32 = lengths.iter().sum();
         let count = self.count(rng);
-        let mut leaves = Vec::new();
+        let mut leaves: Vec<Stalked> = Vec::new();
         for i in 0..count {
-            // Evenly over all twigs, one after the other along each.
-            let mut at = total * (i as f32 + rng.range_f32(0.15, 0.85)) / count as f32;
-            let mut k = 0;
-            while k + 1 < twigs.len() && at > lengths[k] {
-                at -= lengths[k];
-                k += 1;
-            }
-            let t = (at / lengths[k]).clamp(0.0, 1.0);
-            let t = if self.look.distichous { t } else { t.sqrt() };
-            let along = (twigs[k].at((t + 0.05).min(1.0)) - twigs[k].at((t - 0.05).max(0.0)))
-                .normalize_or(Vec2::Y);
             let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-            let open = if self.look.distichous {
-                rng.range_f32(0.75, 1.05)
-            } else {
-                rng.range_f32(0.25, 1.45)
-            };
-            let turn = heading(side * open * (1.0 - 0.7 * t * t));
-            let direction = along * turn.y - along.perp() * turn.x;
-            let front = rng.unit_f32();
-            let (stalk, leaf) = self.leaf(twigs[k].at(t), direction, front, rng);
-            leaves.push((front, stalk, leaf));
+            leaves.push(Self::freest(&leaves, || {
+                // Evenly over all twigs, one after the other along each.
+                let mut at = total * (i as f32 + rng.range_f32(0.15, 0.85)) / count as f32;
+                let mut k = 0;
+                while k + 1 < twigs.len() && at > lengths[k] {
+                    at -= lengths[k];
+                    k += 1;
+                }
+                let t = (at / lengths[k]).clamp(0.0, 1.0);
+                let t = if self.look.distichous { t } else { t.sqrt() };
+                let along = (twigs[k].at((t + 0.05).min(1.0)) - twigs[k].at((t - 0.05).max(0.0)))
+                    .normalize_or(Vec2::Y);
+                let open = if self.look.distichous {
+                    rng.range_f32(0.75, 1.05)
+                } else {
+                    rng.range_f32(0.25, 1.45)
+                };
+                let turn = heading(side * open * (1.0 - 0.7 * t * t));
+                let direction = along * turn.y - along.perp() * turn.x;
+                self.leaf(twigs[k].at(t), direction, rng.unit_f32(), rng)
+            }));
         }
-        leaves.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, stalk, leaf) in leaves {
-            sketch.twig(stalk);
-            sketch.leaf(leaf);
+        leaves.sort_by(|a, b| a.front.total_cmp(&b.front));
+        for leaf in leaves {
+            sketch.stalked(leaf);
         }
         sketch
     }
@@ -277,7 +310,7 @@ impl<'a> Painter<'a> {
     fn rosettes(&self, rng: &mut impl Rng) -> Sketch {
         let mut sketch = Sketch::default();
         let twig = stalk(self.twig_m(), 0.006, self.wood, rng);
-        sketch.twig(twig);
+        sketch.stroke(twig);
         let mut ends = vec![(twig.at(0.97), 0.0_f32, 1.0_f32)];
         for i in 0..4_u32 {
             let t = 0.15 + 0.17 * i as f32 + rng.range_f32(-0.04, 0.04);
@@ -286,25 +319,30 @@ impl<'a> Painter<'a> {
             let length = self.twig_m() * (0.62 - 0.45 * t) * rng.range_f32(0.85, 1.15);
             let base = twig.at(t);
             let tip = base + length * heading(angle);
-            sketch.twig(Stroke::straight(base, tip, [0.0042, 0.0030], self.wood));
+            sketch.stroke(Stroke::straight(base, tip, [0.0042, 0.0030], self.wood));
             ends.push((tip, angle, 0.85));
         }
         let count = self.count(rng);
         let each = (count as usize / ends.len()).max(1) as u32;
         let last = ends.len() as u32 * each;
+        let mut leaves: Vec<Stalked> = Vec::new();
         for k in 0..last {
             // Rosette by rosette; outer leaves first, the last ones stand in front.
             let (end, angle, size) = ends[(k / each) as usize];
             let front = (k % each) as f32 / each as f32;
             let side = if k % 2 == 0 { 1.0 } else { -1.0 };
-            let open = (1.75 - 1.5 * front + rng.range_f32(-0.25, 0.25)).max(0.05);
-            let direction = heading(angle + side * open);
-            let back = heading(angle) * -rng.range_f32(0.0, 0.035) * (1.0 - front);
-            let (stalk, mut leaf) = self.leaf(end + back, direction, front, rng);
-            leaf.length_m *= size;
-            leaf.width_m *= size;
-            sketch.twig(stalk);
-            sketch.leaf(leaf);
+            leaves.push(Self::freest(&leaves, || {
+                let open = (1.75 - 1.5 * front + rng.range_f32(-0.25, 0.25)).max(0.05);
+                let direction = heading(angle + side * open);
+                let back = heading(angle) * -rng.range_f32(0.0, 0.035) * (1.0 - front);
+                let mut new = self.leaf(end + back, direction, front, rng);
+                new.leaf.length_m *= size;
+                new.leaf.width_m *= size;
+                new
+            }));
+        }
+        for leaf in leaves {
+            sketch.stalked(leaf);
         }
         sketch
     }
@@ -314,29 +352,29 @@ impl<'a> Painter<'a> {
         let mut sketch = Sketch::default();
         let twig = stalk(self.twig_m(), 0.006, self.wood, rng);
         let count = self.count(rng);
-        let mut leaves: Vec<(f32, Stroke, Leaf)> = (0..count)
-            .map(|i| {
+        let mut leaves: Vec<Stalked> = Vec::new();
+        for i in 0..count {
+            let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+            leaves.push(Self::freest(&leaves, || {
                 let t = (i as f32 + rng.range_f32(0.2, 0.8)) / count as f32;
-                let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-                let angle = side * rng.range_f32(0.18, 0.85) * (1.05 - 0.45 * t);
-                let depth = rng.unit_f32();
-                let (stalk, mut leaf) =
-                    self.leaf(twig.at(0.10 + 0.9 * t), heading(angle), depth, rng);
-                leaf.bend = -side * rng.range_f32(0.10, 0.38);
+                let angle = side * rng.range_f32(0.15, 1.1) * (1.05 - 0.45 * t);
+                let base = twig.at(0.10 + 0.9 * t);
+                let mut new = self.leaf(base, heading(angle), rng.unit_f32(), rng);
+                new.leaf.bend = -side * rng.range_f32(0.10, 0.38);
                 // Young leaves at the tip are reddish.
                 if t > 0.88 {
-                    leaf.colour = leaf.colour.lerp(Vec3::new(0.15, 0.10, 0.045), 0.35);
+                    let reddish = Vec3::new(0.15, 0.10, 0.045);
+                    new.leaf.colour = new.leaf.colour.lerp(reddish, 0.35);
                 }
-                (depth, stalk, leaf)
-            })
-            .collect();
-        leaves.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (i, (_, stalk, leaf)) in leaves.into_iter().enumerate() {
+                new
+            }));
+        }
+        leaves.sort_by(|a, b| a.front.total_cmp(&b.front));
+        for (i, leaf) in leaves.into_iter().enumerate() {
             if i as u32 == count / 2 {
-                sketch.twig(twig);
+                sketch.stroke(twig);
             }
-            sketch.twig(stalk);
-            sketch.leaf(leaf);
+            sketch.stalked(leaf);
         }
         sketch
     }
@@ -376,7 +414,6 @@ mod tests {
                         width_m: picture.width_m,
                         height_m: picture.height_m,
                         opaque_fraction: picture.mask.opaque_fraction() as f32,
-                        leaf_layers: picture.leaf_layers,
                     };
                     (card, leaf_m2 / f64::from(card.width_m * card.height_m))
                 })

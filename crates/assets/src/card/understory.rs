@@ -33,7 +33,7 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
     let petal = Arc::new(Outline::ovate(0.8, 0.5));
     let green = Vec3::new(0.062, 0.098, 0.036);
     let main = stalk(0.26, 0.005, green * 0.9, rng);
-    sketch.twig(main);
+    sketch.stroke(main);
     let mut rods = vec![main];
     for i in 0..9 {
         let t = 0.08 + 0.86 * i as f32 / 9.0;
@@ -54,7 +54,7 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
         rods.push(rod);
     }
     for (k, rod) in rods.iter().enumerate() {
-        sketch.blade(*rod);
+        sketch.stroke(*rod);
         let spines = if k == 0 { 34 } else { 24 };
         let [a, _, c] = rod.points;
         let along = (c - a).normalize_or(Vec2::Y);
@@ -65,7 +65,7 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
             let out = along.rotate(heading(side * rng.range_f32(0.45, 1.15)).perp() * -1.0);
             let length = rng.range_f32(0.014, 0.032) * (1.1 - 0.4 * t);
             let colour = varied(EVERGREEN.albedo, rng) * rng.range_f32(0.6, 1.1);
-            sketch.blade(Stroke {
+            sketch.stroke(Stroke {
                 points: [from, from + 0.5 * length * out, from + length * out],
                 width_m: [0.0024, 0.0008],
                 colour: [colour * 0.75, colour],
@@ -97,7 +97,7 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
     let mut sketch = Sketch::default();
     // All shoots rise from one woody foot.
     let wood = Vec3::new(0.10, 0.075, 0.05);
-    sketch.twig(stalk(0.05, 0.006, wood, rng));
+    sketch.stroke(stalk(0.05, 0.006, wood, rng));
     for i in 0..17 {
         let angle = rng.range_f32(-0.42, 0.42);
         let base = Vec2::new(rng.range_f32(-0.006, 0.006), 0.0);
@@ -114,7 +114,7 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
             colour: [wood * shade, colour],
             level: 0.0,
         };
-        sketch.twig(shoot);
+        sketch.stroke(shoot);
         let leaves = 46;
         for k in 0..leaves {
             let t = 0.16 + 0.84 * k as f32 / leaves as f32;
@@ -128,7 +128,7 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
                 colour * rng.range_f32(0.75, 1.2)
             };
             let length = if bell { 0.006 } else { 0.0085 };
-            sketch.blade(Stroke::straight(
+            sketch.stroke(Stroke::straight(
                 from,
                 from + length * out,
                 if bell {
@@ -148,7 +148,7 @@ pub(crate) fn bramble(rng: &mut impl Rng, autumn: bool) -> Sketch {
     let mut sketch = Sketch::default();
     let outline = Arc::new(Outline::ovate(0.65, 0.75).toothed(13.0, 0.10));
     let petiole = stalk(0.055, 0.0032, Vec3::new(0.10, 0.085, 0.04), rng);
-    sketch.twig(petiole);
+    sketch.stroke(petiole);
     let tip = petiole.at(1.0);
     let five = rng.chance(0.4);
     let spread: &[f32] = if five {
@@ -175,7 +175,7 @@ pub(crate) fn bramble(rng: &mut impl Rng, autumn: bool) -> Sketch {
         leaf.veins = 0.34;
         leaf.browning = rng.range_f32(0.0, 0.35);
         leaf.bend = rng.range_f32(-0.06, 0.06);
-        sketch.twig(Stroke::straight(
+        sketch.stroke(Stroke::straight(
             tip,
             at,
             [0.003; 2],
@@ -211,7 +211,7 @@ pub(crate) fn bracken_pinna(rng: &mut impl Rng, brown: bool) -> Sketch {
             sketch.leaf(leaf);
         }
     }
-    sketch.twig(rib);
+    sketch.stroke(rib);
     sketch
 }
 
@@ -241,7 +241,7 @@ pub(crate) fn fern_frond(rng: &mut impl Rng) -> Sketch {
             sketch.leaf(leaf);
         }
     }
-    sketch.twig(rib);
+    sketch.stroke(rib);
     sketch
 }
 
@@ -265,7 +265,7 @@ pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
             varied(HERB.albedo, rng)
         } * (0.62 + 0.42 * front);
         let width = rng.range_f32(0.0042, 0.0072);
-        sketch.blade(Stroke {
+        sketch.stroke(Stroke {
             points: [base, middle, tip],
             width_m: [width, 0.0010],
             colour: [colour * 0.55, colour * 1.05],
@@ -287,12 +287,12 @@ pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
                 colour: [straw * 0.6, straw],
                 level: 0.0,
             };
-            sketch.blade(stem);
+            sketch.stroke(stem);
             for k in 0..26 {
                 let t = 0.74 + 0.26 * k as f32 / 26.0;
                 let out = heading(-lean + if k % 2 == 0 { 0.5 } else { -0.5 });
                 let from = stem.at(t);
-                sketch.blade(Stroke::straight(
+                sketch.stroke(Stroke::straight(
                     from,
                     from + 0.012 * out,
                     [0.0034, 0.0018],
@@ -302,7 +302,7 @@ pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
         }
     }
     // All blades start in one foot, so that the picture is attached.
-    sketch.blade(Stroke::straight(
+    sketch.stroke(Stroke::straight(
         Vec2::ZERO,
         Vec2::new(0.0, 0.10),
         [0.006, 0.002],
@@ -321,7 +321,7 @@ pub(crate) fn broad_leaf(rng: &mut impl Rng) -> Sketch {
         let angle = angle + rng.range_f32(-0.12, 0.12);
         let out = heading(angle);
         let from = 0.035 * size * out;
-        sketch.twig(Stroke::straight(
+        sketch.stroke(Stroke::straight(
             Vec2::ZERO,
             from,
             [0.004, 0.003],
@@ -341,7 +341,7 @@ pub(crate) fn broad_leaf(rng: &mut impl Rng) -> Sketch {
         sketch.leaf(leaf);
     }
     // The stalks meet in one foot.
-    sketch.twig(Stroke::straight(
+    sketch.stroke(Stroke::straight(
         Vec2::ZERO,
         Vec2::new(0.0, 0.03),
         [0.005, 0.003],
@@ -356,7 +356,7 @@ pub(crate) fn leafy_stem(rng: &mut impl Rng, flowers: bool) -> Sketch {
     let outline = Arc::new(Outline::ovate(0.6, 0.9).toothed(9.0, 0.12));
     let petal = Arc::new(Outline::ovate(0.7, 0.3));
     let stem = stalk(0.30, 0.0038, Vec3::new(0.10, 0.115, 0.045), rng);
-    sketch.twig(stem);
+    sketch.stroke(stem);
     let pairs = 7;
     for i in 0..pairs {
         let t = 0.10 + 0.86 * i as f32 / pairs as f32;
@@ -396,7 +396,7 @@ pub(crate) fn trefoil(rng: &mut impl Rng) -> Sketch {
     let mut sketch = Sketch::default();
     let outline = Arc::new(Outline::ovate(0.85, 0.42));
     let petiole = stalk(0.028, 0.002, Vec3::new(0.10, 0.12, 0.045), rng);
-    sketch.twig(petiole);
+    sketch.stroke(petiole);
     for k in 0..3 {
         let angle = (k as f32 - 1.0) * 2.0 * PI / 3.0 * 0.92;
         let mut leaf = plain_leaf(
@@ -422,7 +422,7 @@ pub(crate) fn fallen_leaf(rng: &mut impl Rng, kind: u32) -> Sketch {
         _ => (Outline::ovate(0.9, 0.8), 0.07, 0.58),
     };
     let petiole = stalk(0.012, 0.002, Vec3::new(0.10, 0.07, 0.045), rng);
-    sketch.twig(petiole);
+    sketch.stroke(petiole);
     let mut leaf = plain_leaf(&Arc::new(outline), petiole.at(0.9), 0.0, length, aspect);
     let tones = [
         Vec3::new(0.19, 0.115, 0.068),

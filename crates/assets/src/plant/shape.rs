@@ -179,7 +179,6 @@ mod tests {
             width_m: 0.2,
             height_m: 0.4,
             opaque_fraction: 0.4,
-            leaf_layers: 1.0,
         };
         let mut shape = Shape::default();
         shape.card(&picture, Vec3::ONE, Vec3::Y, Vec3::new(1.0, 1.0, 0.0), 2.0);

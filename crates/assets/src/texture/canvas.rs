@@ -115,6 +115,26 @@ impl Leaf {
         (low, high)
     }
 
+    /// How deep it and another leaf lie in each other, metres: summed over three discs along each midrib.
+    pub(crate) fn overlap_m(&self, other: &Self) -> f32 {
+        let mut sum = 0.0;
+        for (at, radius_m) in self.discs() {
+            for (other_at, other_radius_m) in other.discs() {
+                sum += (radius_m + other_radius_m - at.distance(other_at)).max(0.0);
+            }
+        }
+        sum
+    }
+
+    /// Discs that cover most of it: (centre, radius).
+    fn discs(&self) -> [(Vec2, f32); 3] {
+        [0.2, 0.5, 0.8].map(|t| {
+            let sideways = self.bend * t * t * self.direction.perp();
+            let middle = self.base + self.length_m * (t * self.direction + sideways);
+            (middle, 0.45 * self.width_m)
+        })
+    }
+
     /// One side of it, m²: its width summed along its midrib. A bend shears it, and changes nothing.
     #[cfg(test)]
     pub(crate) fn area_m2(&self) -> f64 {
@@ -183,14 +203,13 @@ impl Canvas {
         (tile, self.painted)
     }
 
-    /// Visits the texels of a box with their centres in metres and counts those that `paint` says it
-    /// painted. On a canvas that repeats, those outside come back in on the other side.
+    /// Visits the texels of a box with their centres in metres; `paint` says whether it painted. On
+    /// a canvas that repeats, those outside come back in on the other side.
     fn visit(
         &mut self,
         (low, high): (Vec2, Vec2),
         mut paint: impl FnMut(Vec2, &mut Texel, u32) -> bool,
-    ) -> usize {
-        let mut count = 0;
+    ) {
         let first = ((low - self.origin) / self.texel_m).floor().as_ivec2();
         let last = ((high - self.origin) / self.texel_m).ceil().as_ivec2();
         for y in first.y..last.y {
@@ -213,11 +232,9 @@ impl Canvas {
                     self.origin + (Vec2::new(x as f32, y as f32) + Vec2::splat(0.5)) * self.texel_m;
                 if paint(centre, &mut self.texels[i], i as u32) {
                     self.painted[i] = true;
-                    count += 1;
                 }
             }
         }
-        count
     }
 
     /// Darkens what lies under and just around a leaf that comes on top.
@@ -237,8 +254,8 @@ impl Canvas {
         });
     }
 
-    /// Draws a leaf over what is there. Returns how many texels it painted.
-    pub(crate) fn leaf(&mut self, leaf: &Leaf) -> usize {
+    /// Draws a leaf over what is there.
+    pub(crate) fn leaf(&mut self, leaf: &Leaf) {
         let side = leaf.direction.perp();
         let half_texel = 0.55 * self.texel_m.max_element() / leaf.length_m;
         let half_width = 0.5 * leaf.width_m / leaf.length_m;
@@ -278,18 +295,16 @@ impl Canvas {
                 height: level + 0.12 * (1.0 - across.abs()) * leaf.width_m,
             };
             true
-        })
+        });
     }
 
-    /// Draws a stroke over what is there; it is never thinner than a texel. Returns how many texels
-    /// it painted, those at its joints twice.
-    pub(crate) fn stroke(&mut self, stroke: &Stroke) -> usize {
+    /// Draws a stroke over what is there; it is never thinner than a texel.
+    pub(crate) fn stroke(&mut self, stroke: &Stroke) {
         let [a, b, c] = stroke.points;
         // Short pieces follow the bend, and their boxes are mostly full.
         let texels = ((b - a).length() + (c - b).length()) / self.texel_m.max_element();
         let steps = (1 + (texels / 9.0) as usize).min(32);
         let thinnest = 0.55 * self.texel_m.max_element();
-        let mut count = 0;
         for k in 0..steps {
             let (t0, t1) = (k as f32 / steps as f32, (k + 1) as f32 / steps as f32);
             let (p0, p1) = (stroke.at(t0), stroke.at(t1));
@@ -300,7 +315,7 @@ impl Canvas {
                     .max(thinnest)
             };
             let pad = Vec2::splat(half(t0).max(half(t1)));
-            count += self.visit((p0.min(p1) - pad, p0.max(p1) + pad), |p, texel, _| {
+            self.visit((p0.min(p1) - pad, p0.max(p1) + pad), |p, texel, _| {
                 let s = ((p - p0).dot(along) * inverse).clamp(0.0, 1.0);
                 let t = t0 + (t1 - t0) * s;
                 let off = (p - p0 - s * along).length() / half(t);
@@ -315,7 +330,6 @@ impl Canvas {
                 true
             });
         }
-        count
     }
 }
 

@@ -56,8 +56,6 @@ pub struct FoliageCard {
     pub height_m: f32,
     /// The opaque share of its mask, 0..=1.
     pub opaque_fraction: f32,
-    /// How many layers of leaves lie over each other where it is opaque, at least 1.
-    pub leaf_layers: f32,
 }
 
 /// How finely to grow.
@@ -260,7 +258,6 @@ impl TreeMaterials {
             range("width_m", card.width_m, 0.02, 3.0)?;
             range("height_m", card.height_m, 0.02, 3.0)?;
             range("opaque_fraction", card.opaque_fraction, 0.01, 1.0)?;
-            range("leaf_layers", card.leaf_layers, 1.0, 10.0)?;
         }
         Ok(())
     }

@@ -17,7 +17,7 @@
 //! use nemoral_seed::{Key, Stage};
 //!
 //! let id = MaterialId(0);
-//! let leaf = FoliageCard { material: id, width_m: 0.45, height_m: 0.45, opaque_fraction: 0.5, leaf_layers: 1.3 };
+//! let leaf = FoliageCard { material: id, width_m: 0.45, height_m: 0.45, opaque_fraction: 0.5 };
 //! let materials = TreeMaterials { stem: id, flare: id, limb: id, branch: id, dead: id, snag: id, change: id, upper: id, foliage: vec![leaf] };
 //! let oak = Species::english_oak();
 //! let key = Key::world(7).stage(Stage::new("example.oak"));

@@ -189,7 +189,8 @@ pub struct DeadBranches {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoliageForm {
-    /// Silhouette of a shoot over its one-sided leaf area, 4 · STAR (Stenberg): 1 for flat leaves.
+    /// Silhouette of a shoot over its one-sided leaf area: of needles 4 · STAR (Stenberg), of broad
+    /// leaves what its own leaves do not hide of each other in its picture, 1 if they lie side by side.
     pub silhouette_factor: f64,
     /// Mean of the leaves' inclination (0 flat, 90 upright).
     pub inclination_mean_deg: f64,

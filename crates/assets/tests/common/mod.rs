@@ -44,7 +44,6 @@ pub fn materials() -> TreeMaterials {
         width_m,
         height_m: 0.42,
         opaque_fraction,
-        leaf_layers: 1.3,
     };
     TreeMaterials {
         stem: STEM,
@@ -75,7 +74,7 @@ pub fn silhouette_m2(cards: &[Card]) -> f64 {
             .iter()
             .find(|f| f.material == card.material)
             .expect("a foliage material");
-        f64::from(card.area_m2()) * f64::from(kind.opaque_fraction) * f64::from(kind.leaf_layers)
+        f64::from(card.area_m2()) * f64::from(kind.opaque_fraction)
     };
     cards.iter().map(of).sum()
 }

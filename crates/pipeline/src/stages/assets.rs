@@ -186,7 +186,7 @@ impl Stage for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
