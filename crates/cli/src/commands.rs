@@ -20,7 +20,7 @@ use crate::arguments::{
     World,
 };
 use crate::frames::Frames;
-use crate::progress::{Reporter, say};
+use crate::progress::{Reporter, note, say};
 
 /// Why a command did not do what it was asked.
 pub(crate) struct Failure {
@@ -182,13 +182,13 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
         is_request: false,
     })?;
     let reporter = Reporter::new(frames.len(), a.quiet);
-    let (backend, note) = Backend::for_config(a.backend.into(), &config)?;
+    let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
     if config.camera.enabled {
-        reporter.note_with_first(note);
+        reporter.note_with_first(of_backend);
     }
     let (cache, no_cache) = cache(&a.keeping);
-    if let Some(note) = no_cache {
-        reporter.note_with_first(note);
+    if let Some(no_cache) = no_cache {
+        reporter.note_with_first(no_cache);
     }
     let request = Request {
         cache,
@@ -212,10 +212,14 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
 
 fn run_preview(a: &Preview) -> Result<bool, Failure> {
     let config = load(&a.world)?;
-    let (backend, _) = Backend::for_config(a.backend.into(), &config)?;
-    let (cache, _) = cache(&a.keeping);
+    let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
+    let (cache, no_cache) = cache(&a.keeping);
     let sheet = preview(&config, backend, a.frame, threads(&a.world)?, cache)?;
     write_png(&sheet, &a.out)?;
+    note(&of_backend);
+    if let Some(no_cache) = no_cache {
+        note(&no_cache);
+    }
     say(&format!("{}", a.out.display()))?;
     Ok(true)
 }
@@ -245,7 +249,11 @@ fn run_plan(a: &Plan) -> Result<bool, Failure> {
     let config = load(&a.world)?;
     let forest = ForestPlan::new(&config)?;
     if a.explain {
-        let store = Store::unlimited().with_cache(cache(&a.keeping).0);
+        let (cache, no_cache) = cache(&a.keeping);
+        if let Some(no_cache) = no_cache {
+            note(&no_cache);
+        }
+        let store = Store::unlimited().with_cache(cache);
         say(forest.plan().explain(&store).trim_end())?;
         say(&estimate(&config).to_string())?;
     } else {

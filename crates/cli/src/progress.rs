@@ -12,6 +12,11 @@ pub(crate) fn complain(message: &str) {
     let _ = writeln!(io::stderr(), "error: {message}");
 }
 
+/// Writes a note to standard error.
+pub(crate) fn note(message: &str) {
+    let _ = writeln!(io::stderr(), "note: {message}");
+}
+
 /// Writes a line to standard output. A closed pipe is nobody listening, not an error.
 pub(crate) fn say(text: &str) -> io::Result<()> {
     let mut stdout = io::stdout();

@@ -212,6 +212,26 @@ fn a_preview_is_a_picture() {
     assert_eq!(fs::read(&out).expect("a picture"), png, "untouched");
 }
 
+/// A cache that cannot be used costs time: it is said, and the answer comes all the same.
+#[test]
+fn a_folder_that_is_no_cache_is_told_of() {
+    let folder = folder("no-cache");
+    fs::create_dir_all(&folder).expect("a folder");
+    let (file, sheet) = (folder.join("a-file"), folder.join("sheet.png"));
+    fs::write(&file, "no folder").expect("a file");
+    let (file, sheet) = (file.to_string_lossy(), sheet.to_string_lossy());
+    for question in [
+        vec!["plan", "--explain"],
+        vec!["preview", "--frame", "0", "--out", &sheet],
+    ] {
+        let done = run(&[&question[..], &["--preset", "demo", "--cache", &file]].concat());
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        assert!(!done.stdout.is_empty(), "{question:?}");
+        let note = format!("note: cannot keep grown trees in {file}: ");
+        assert!(done.stderr.contains(&note), "{question:?}: {}", done.stderr);
+    }
+}
+
 /// What cannot be said was not done; what nobody wants to hear was.
 #[cfg(target_os = "linux")]
 #[test]

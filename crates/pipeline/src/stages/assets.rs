@@ -13,6 +13,7 @@ use nemoral_scene::glam::Vec3;
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
+use super::looks::Looks;
 use crate::Error;
 use crate::config::{self, Config};
 use crate::plan::{Hasher, Kept, OfWorld, Stage};
@@ -44,6 +45,8 @@ pub struct WorldAssets {
     pub trail_grass: Vec<Arc<Blas>>,
     /// Of `library.trail_stones`.
     pub trail_stones: Vec<Arc<Blas>>,
+    /// How copies of trees are turned and sized.
+    pub(super) looks: Looks,
 }
 
 /// A tree that can be placed.
@@ -224,7 +227,7 @@ impl Stage for AssetStage {
         self.0.fingerprint(hasher);
     }
 
-    fn run(&self, (): (), _: Key, (library,): (Arc<Library>,)) -> Result<WorldAssets, Error> {
+    fn run(&self, (): (), world: Key, (library,): (Arc<Library>,)) -> Result<WorldAssets, Error> {
         let species = self.0.species().map_err(Error::of_stage)?;
         let params = self.0.params(&species);
         let snags = self.0.assets.snags;
@@ -265,6 +268,7 @@ impl Stage for AssetStage {
             litter: plants(&library.litter),
             trail_grass: plants(&library.trail_grass),
             trail_stones: plants(&library.trail_stones),
+            looks: Looks::new(world),
             library,
         })
     }

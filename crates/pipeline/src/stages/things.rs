@@ -200,7 +200,6 @@ impl Stage for ThingStage {
                 on_trail: true,
             });
         }
-        let looks = Looks::new(world);
         let things = placed.iter().enumerate().map(|(i, p)| {
             let object = u16::try_from(i + 1)
                 .ok()
@@ -209,7 +208,7 @@ impl Stage for ThingStage {
                 let message = format!("{} things: a chunk holds at most 65,535", placed.len());
                 Error::of_stage(std::io::Error::other(message))
             })?;
-            Ok(p.stand(object, &ground, &looks))
+            Ok(p.stand(object, &ground, &assets.looks))
         });
         Ok(Things(things.collect::<Result<_, Error>>()?))
     }
