@@ -15,8 +15,8 @@ const F0: f32 = 0.04;
 struct Surface {
     /// Towards the viewer's side.
     normal: Vec3,
-    /// Reflected and transmitted share; their sum is at most 1.
-    reflectance: Vec3,
+    /// What is reflected from below the skin, and what comes through; with the sheen at most 1.
+    body: Vec3,
     transmittance: Vec3,
     roughness: f32,
 }
@@ -102,8 +102,8 @@ fn direct(surface: &Surface, cos: f32, sun: Vec3, view: Vec3) -> Vec3 {
         return surface.transmittance * (-cos * PER_PI);
     }
     let gloss = gloss(surface.roughness);
-    let diffuse = surface.reflectance * (PER_PI * (1.0 - gloss * F0));
-    if gloss < 0.05 {
+    let diffuse = surface.body * PER_PI;
+    if gloss == 0.0 {
         return diffuse * cos;
     }
     // GGX with Kelemen's visibility; never sharper than a 2 degree highlight.
@@ -126,12 +126,12 @@ fn indirect(
 ) -> Vec3 {
     const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
     let n = surface.normal;
-    let mut diffuse = surface.reflectance * ambient.irradiance(n);
+    let mut diffuse = surface.body * ambient.irradiance(n);
     if surface.transmittance != Vec3::ZERO {
         diffuse += surface.transmittance * ambient.irradiance(-n);
     }
     let gloss = gloss(surface.roughness);
-    if gloss < 0.05 {
+    if gloss == 0.0 {
         return diffuse * PER_PI;
     }
     let cos = (-view.dot(n)).max(0.0);
@@ -146,12 +146,14 @@ fn indirect(
     } else {
         blurred
     };
-    diffuse * (PER_PI * (1.0 - specular)) + seen * specular
+    // What glances off besides the sheen of a straight look does not enter.
+    diffuse * (PER_PI * (1.0 - (specular - gloss * F0))) + seen * specular
 }
 
-/// How much of the dielectric's sheen is seen: the albedo of a matt surface already contains it.
+/// How much of the dielectric's sheen is seen as such; that of a matt surface looks like its body.
 fn gloss(roughness: f32) -> f32 {
-    1.0 - roughness * roughness
+    let gloss = 1.0 - roughness * roughness;
+    if gloss < 0.05 { 0.0 } else { gloss }
 }
 
 /// Schlick's approximation, from `f0` at right angles to `f90` at grazing.
@@ -184,11 +186,13 @@ fn surface(material: &Material, look: &Look<'_>, normal: Vec3) -> Surface {
         transmittance *= tint;
     }
     let reflectance = reflectance.min(Vec3::ONE);
+    let roughness = material.roughness.clamp(0.0, 1.0);
     Surface {
         normal,
-        reflectance,
+        // An albedo as measured is of all that comes back, the sheen of the skin included: of a leaf's blue, most.
+        body: (reflectance - gloss(roughness) * F0).max(Vec3::ZERO),
         transmittance: transmittance.min(Vec3::ONE - reflectance),
-        roughness: material.roughness.clamp(0.0, 1.0),
+        roughness,
     }
 }
 

@@ -72,7 +72,8 @@ pub struct LeafLook {
     pub nm905: [f64; 2],
     /// Reflectance and transmittance at 1550 nm, together at most 1.
     pub nm1550: [f64; 2],
-    /// 0 a mirror .. 1 matt.
+    /// 0 a mirror .. 1 matt: of needles, that face all ways, nearly 1. How much of the skin's sheen, which the
+    /// reflectance contains, is seen as such.
     pub roughness: f64,
 }
 

@@ -196,10 +196,18 @@ fn a_gpu_that_is_not_there_is_refused_in_words() {
 fn a_preview_is_a_picture() {
     let out = folder("preview").join("sheet.png");
     let path = out.to_string_lossy();
-    let said = answer(&[
+    let done = run(&[
         "preview", "--preset", "demo", "--frame", "1", "--out", &path,
     ]);
-    assert_eq!(said.trim_end(), path);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert_eq!(done.stdout.trim_end(), path);
+    // By which renderer, and nothing else.
+    assert!(
+        done.stderr.starts_with("note: renderer: "),
+        "{}",
+        done.stderr
+    );
+    assert_eq!(done.stderr.lines().count(), 1, "{}", done.stderr);
     let png = fs::read(&out).expect("a picture");
     assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
     // The picture of 160 x 96 pixels, and four of half its size below.

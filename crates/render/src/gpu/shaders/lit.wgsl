@@ -273,17 +273,22 @@ fn shade(s: Surface) -> vec3f {
     reflectance = min(reflectance, vec3f(1.0));
     transmittance = min(transmittance, 1.0 - reflectance);
     let roughness = m.transmittance.w;
-    let gloss = 1.0 - roughness * roughness;
+    var gloss = 1.0 - roughness * roughness;
+    if gloss < 0.05 {
+        gloss = 0.0;
+    }
+    // A measured albedo contains the sheen.
+    let body = max(reflectance - gloss * F0, vec3f(0.0));
 
     // Sky, leaves and ground.
     let n = s.shading_normal;
     let open = openness_at(s.point);
-    var indirect = reflectance * irradiance(open, n);
+    var indirect = body * irradiance(open, n);
     if leaf {
         indirect += transmittance * irradiance(open, -n);
     }
     indirect /= PI;
-    if gloss >= 0.05 {
+    if gloss > 0.0 {
         let specular = gloss * fresnel(max(1.0 - roughness, F0), max(-dot(s.ray, n), 0.0));
         let mirrored = reflect(s.ray, n);
         let smooth_share = (1.0 - roughness) * (1.0 - roughness);
@@ -292,7 +297,7 @@ fn shade(s: Surface) -> vec3f {
         if mirrored.z > 0.0 && smooth_share > 0.05 {
             seen = mix(blurred, mix(blurred, background(mirrored), open), smooth_share);
         }
-        indirect = indirect * (1.0 - specular) + seen * specular;
+        indirect = indirect * (1.0 - (specular - gloss * F0)) + seen * specular;
     }
 
     // The sun.
@@ -304,15 +309,15 @@ fn shade(s: Surface) -> vec3f {
         if cos_sun <= 0.0 {
             direct = transmittance * (-cos_sun / PI);
         } else {
-            direct = reflectance / PI;
-            if gloss >= 0.05 {
+            direct = body / PI;
+            if gloss > 0.0 {
                 let h = normalize(sun - s.ray);
                 let nh = dot(n, h);
                 let vh = max(-dot(s.ray, h), 0.1);
                 let alpha = max(roughness * roughness, 0.05);
                 let d = nh * nh * (alpha * alpha - 1.0) + 1.0;
                 let specular = gloss * fresnel(1.0, vh) * alpha * alpha / (PI * d * d) / (4.0 * vh * vh);
-                direct = direct * (1.0 - gloss * F0) + specular;
+                direct += specular;
             }
             direct *= cos_sun;
         }
