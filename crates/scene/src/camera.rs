@@ -86,7 +86,7 @@ impl Intrinsics {
             "1..=179",
         )?;
         let radius = distortion.radius(horizontal_fov_rad / 2.0);
-        let (sin, cos) = (horizontal_fov_rad / 2.0).sin_cos();
+        let (sin, cos) = libm::sincos(horizontal_fov_rad / 2.0);
         let sound = distortion.unfolds(DVec3::new(sin, 0.0, cos));
         if !(sound && radius > 0.0 && radius.is_finite()) {
             return Err(folded(&distortion));
@@ -145,7 +145,7 @@ impl Intrinsics {
             return Ok(());
         }
         let (w, h) = (f64::from(self.width), f64::from(self.height));
-        let least_z = 89.0_f64.to_radians().cos();
+        let least_z = libm::cos(89.0_f64.to_radians());
         for i in 0..=PLACES {
             for j in 0..=PLACES {
                 let part = DVec2::new(f64::from(i), f64::from(j)) / f64::from(PLACES);
@@ -246,7 +246,7 @@ impl Intrinsics {
             let at = |x: f64| self.direction(DVec2::new(x, self.cy));
             return at(0.0).angle_between(at(f64::from(self.width)));
         }
-        2.0 * (f64::from(self.width) / 2.0 / self.fx).atan()
+        2.0 * libm::atan(f64::from(self.width) / 2.0 / self.fx)
     }
 }
 

@@ -55,8 +55,8 @@ impl Distortion {
     #[must_use]
     pub fn radius(&self, angle_rad: f64) -> f64 {
         match *self {
-            Self::None => angle_rad.tan(),
-            Self::BrownConrady { k1, k2, k3, .. } => odd(angle_rad.tan(), [k1, k2, k3, 0.0]).0,
+            Self::None => libm::tan(angle_rad),
+            Self::BrownConrady { k1, k2, k3, .. } => odd(libm::tan(angle_rad), [k1, k2, k3, 0.0]).0,
             Self::Fisheye { k1, k2, k3, k4 } => odd(angle_rad, [k1, k2, k3, k4]).0,
         }
     }
@@ -94,7 +94,7 @@ impl Distortion {
                 if r < 1e-12 {
                     return Some(flat);
                 }
-                flat * (odd(r.atan(), [k1, k2, k3, k4]).0 / r)
+                flat * (odd(libm::atan(r), [k1, k2, k3, k4]).0 / r)
             }
         };
         let back = self.ray(drawn)?;
@@ -144,7 +144,7 @@ impl Distortion {
                 }
                 let off = odd(angle, [k1, k2, k3, k4]).0 - radius;
                 let sound = off.abs() < 1e-10 && angle > 0.0 && angle < std::f64::consts::FRAC_PI_2;
-                let (sin, cos) = angle.sin_cos();
+                let (sin, cos) = libm::sincos(angle);
                 sound.then(|| (drawn * (sin / radius)).extend(cos))
             }
         }
@@ -165,7 +165,7 @@ impl Distortion {
                         && slope.determinant() > 0.0
                 }
                 Self::Fisheye { k1, k2, k3, k4 } => {
-                    odd(flat.length().atan() * part, [k1, k2, k3, k4]).1 > 0.0
+                    odd(libm::atan(flat.length()) * part, [k1, k2, k3, k4]).1 > 0.0
                 }
             }
         })

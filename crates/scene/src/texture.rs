@@ -146,9 +146,10 @@ impl Texture {
     #[must_use]
     pub fn sample(&self, uv: Vec2, footprint_uv: f32) -> Vec3 {
         let texels = footprint_uv * self.levels[0].width.max(self.levels[0].height) as f32;
-        // Level of detail: texels per sample, rounded to the nearest power of two.
+        // Level of detail: texels per sample, rounded to the nearest power of two, which is the exponent
+        // of as many and a half octave.
         let lod = if texels > 1.0 {
-            (texels.log2() + 0.5) as usize
+            ((texels * std::f32::consts::SQRT_2).to_bits() >> 23) as usize - 127
         } else {
             0
         };
@@ -157,11 +158,12 @@ impl Texture {
         let y = (uv.y - uv.y.floor()) * level.height as f32 - 0.5;
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
+        let table = &*DECODE;
         let at = |dx: i32, dy: i32| {
             // Sides are powers of two, so wrapping is a mask.
             let column = (x0 as i32 + dx) as u32 & (level.width - 1);
             let row = (y0 as i32 + dy) as u32 & (level.height - 1);
-            decode(level.texels[(row * level.width + column) as usize])
+            linear(level.texels[(row * level.width + column) as usize], table)
         };
         let low = at(0, 0).lerp(at(1, 0), fx);
         let high = at(0, 1).lerp(at(1, 1), fx);
@@ -244,7 +246,7 @@ fn encode(linear: Vec3) -> [u8; 4] {
         let s = if c <= 0.003_130_8 {
             12.92 * c
         } else {
-            1.055 * c.powf(1.0 / 2.4) - 0.055
+            1.055 * libm::powf(c, 1.0 / 2.4) - 0.055
         };
         (s * 255.0 + 0.5) as u8
     };
@@ -252,7 +254,11 @@ fn encode(linear: Vec3) -> [u8; 4] {
 }
 
 fn decode(texel: [u8; 4]) -> Vec3 {
-    let table = &*DECODE;
+    linear(texel, &DECODE)
+}
+
+#[inline]
+fn linear(texel: [u8; 4], table: &[f32; 256]) -> Vec3 {
     Vec3::new(
         table[usize::from(texel[0])],
         table[usize::from(texel[1])],
@@ -267,7 +273,7 @@ static DECODE: std::sync::LazyLock<[f32; 256]> = std::sync::LazyLock::new(|| {
         if s <= 0.040_45 {
             s / 12.92
         } else {
-            ((s + 0.055) / 1.055).powf(2.4)
+            libm::powf((s + 0.055) / 1.055, 2.4)
         }
     })
 });

@@ -266,7 +266,7 @@ impl Stage for GuideStage {
     fn run(&self, (): (), world: Key, (ground,): (Arc<GroundModel>,)) -> Result<Guide, Error> {
         let r = &self.robot;
         let start_m = DVec2::new(r.start_x_m, r.start_y_m);
-        let (sin, cos) = r.heading_deg.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(r.heading_deg.to_radians());
         let forward = DVec2::new(sin, cos);
         let wander = |amplitude_m: f64| {
             Path::Wander(Wander::new(

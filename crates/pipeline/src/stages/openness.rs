@@ -129,8 +129,8 @@ fn directions() -> Vec<(DVec3, f64)> {
     for (ring, count) in [(1.0_f64 / 6.0, 3), (0.5, 4), (5.0 / 6.0, 5)] {
         let (sin, cos) = (ring.sqrt(), (1.0 - ring).sqrt());
         for i in 0..count {
-            let (s, c) =
-                (std::f64::consts::TAU * (f64::from(i) + ring) / f64::from(count)).sin_cos();
+            let turn = std::f64::consts::TAU * (f64::from(i) + ring) / f64::from(count);
+            let (s, c) = libm::sincos(turn);
             out.push((
                 DVec3::new(sin * c, sin * s, cos),
                 1.0 / 3.0 / f64::from(count),
@@ -201,7 +201,7 @@ impl Stage for OpennessStage {
                     .iter()
                     .map(|&(d, weight)| {
                         let depth: f64 = near.iter().map(|c| c.optical_depth(from, d)).sum();
-                        weight * (-depth).exp()
+                        weight * libm::exp(-depth)
                     })
                     .sum();
                 values.push(seen as f32);
