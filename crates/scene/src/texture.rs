@@ -241,8 +241,13 @@ mod kept {
 }
 
 fn encode(linear: Vec3) -> [u8; 4] {
-    let channel = |c: f32| {
-        let c = c.clamp(0.0, 1.0);
+    let channel = |c: f32| ENCODE.partition_point(|&least| least <= c) as u8;
+    [channel(linear.x), channel(linear.y), channel(linear.z), 255]
+}
+
+/// IEC 61966-2-1 the other way: of each byte but 0 the least light that becomes it.
+static ENCODE: std::sync::LazyLock<[f32; 255]> = std::sync::LazyLock::new(|| {
+    let byte = |c: f32| {
         let s = if c <= 0.003_130_8 {
             12.92 * c
         } else {
@@ -250,8 +255,20 @@ fn encode(linear: Vec3) -> [u8; 4] {
         };
         (s * 255.0 + 0.5) as u8
     };
-    [channel(linear.x), channel(linear.y), channel(linear.z), 255]
-}
+    std::array::from_fn(|i| {
+        // Positive floats are ordered as their bits are: bisect those.
+        let (mut below, mut least) = (0, 1.0_f32.to_bits());
+        while least - below > 1 {
+            let middle = u32::midpoint(below, least);
+            if usize::from(byte(f32::from_bits(middle))) > i {
+                least = middle;
+            } else {
+                below = middle;
+            }
+        }
+        f32::from_bits(least)
+    })
+});
 
 fn decode(texel: [u8; 4]) -> Vec3 {
     linear(texel, &DECODE)
