@@ -27,7 +27,8 @@ pub(super) struct Leafing<'a> {
 }
 
 impl<'a> Leafing<'a> {
-    /// n = LA s / (A c): the number of cards whose opaque area is the silhouette of the leaf area. Fewer and larger ones where that is more than `most`.
+    /// n = LA s / (A c): the number of cards whose opaque area is the silhouette of the leaf area. Fewer
+    /// and larger ones where that is more than `most`.
     pub(super) fn new(
         form: &'a FoliageForm,
         cards: &'a [FoliageCard],
@@ -237,7 +238,8 @@ impl Quantiles {
             .map(|i| {
                 let t = (i as f64 + 0.5) * width;
                 sum += match i {
-                    // The density may have no bound at its ends: there, its factor that has none is summed exactly.
+                    // At its ends the density may have no bound: there, the factor without one is
+                    // summed exactly.
                     0 => libm::pow(width, a - 1.0) / a * libm::pow(1.0 - t, b - 1.0),
                     i if i == CELLS - 1 => libm::pow(t, a - 1.0) * libm::pow(width, b - 1.0) / b,
                     _ => libm::pow(t, a - 1.0) * libm::pow(1.0 - t, b - 1.0),
