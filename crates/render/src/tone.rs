@@ -1,7 +1,7 @@
 //! From luminance to code values: exposure, tone curve, transfer function.
 
 use glam::Vec3;
-use nemoral_scene::Image;
+use nemoral_scene::{Image, code_thresholds};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
@@ -150,19 +150,7 @@ struct Encoder {
 impl Encoder {
     fn new(tone: ToneCurve) -> Self {
         let code = |x: f32| 255.0 * srgb_oetf(tone.apply(f64::from(x))) + 0.5;
-        let thresholds = std::array::from_fn(|i| {
-            // Non-negative floats are ordered like their bits, so bisect the bits.
-            let (mut low, mut high) = (0_u32, 64.0_f32.to_bits());
-            while high - low > 1 {
-                let middle = low + (high - low) / 2;
-                if code(f32::from_bits(middle)) >= (i + 1) as f64 {
-                    high = middle;
-                } else {
-                    low = middle;
-                }
-            }
-            f32::from_bits(high)
-        });
+        let thresholds = code_thresholds(64.0, code);
         let starts = (0..OCTAVES << 6)
             .map(|i| {
                 let low = f32::from_bits(((FIRST_EXPONENT << 6) + i) << 17);

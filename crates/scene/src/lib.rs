@@ -60,5 +60,5 @@ pub use prototype::{Bounds, Card, Instance, Mesh, Prototype, PrototypeError, Tri
 pub use ray::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster, SurfaceHit};
 pub use semantic::Semantic;
 pub use surface::{FlatSurface, Surface, SurfaceSample};
-pub use texture::{Texture, TextureError};
+pub use texture::{Texture, TextureError, code_thresholds};
 pub use transform::RigidTransform;

@@ -247,28 +247,34 @@ fn encode(linear: Vec3) -> [u8; 4] {
 
 /// IEC 61966-2-1 the other way: of each byte but 0 the least light that becomes it.
 static ENCODE: std::sync::LazyLock<[f32; 255]> = std::sync::LazyLock::new(|| {
-    let byte = |c: f32| {
+    code_thresholds(1.0, |c| {
         let s = if c <= 0.003_130_8 {
             12.92 * c
         } else {
             1.055 * libm::powf(c, 1.0 / 2.4) - 0.055
         };
-        (s * 255.0 + 0.5) as u8
-    };
-    std::array::from_fn(|i| {
-        // Positive floats are ordered as their bits are: bisect those.
-        let (mut below, mut least) = (0, 1.0_f32.to_bits());
-        while least - below > 1 {
-            let middle = u32::midpoint(below, least);
-            if usize::from(byte(f32::from_bits(middle))) > i {
-                least = middle;
-            } else {
-                below = middle;
-            }
-        }
-        f32::from_bits(least)
+        f64::from(s * 255.0 + 0.5)
     })
 });
+
+/// Of each code value but 0 the least light that is given it, exactly: the first float of which `code` is at
+/// least that value. `code` must not fall from 0 to `most`, and reach 255 there.
+#[must_use]
+pub fn code_thresholds(most: f32, code: impl Fn(f32) -> f64) -> [f32; 255] {
+    std::array::from_fn(|i| {
+        // Non-negative floats are ordered like their bits, so bisect the bits.
+        let (mut low, mut high) = (0, most.to_bits());
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            if code(f32::from_bits(middle)) >= (i + 1) as f64 {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        f32::from_bits(high)
+    })
+}
 
 fn decode(texel: [u8; 4]) -> Vec3 {
     linear(texel, &DECODE)
