@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use nemoral_scene::{Hit, MaterialId, SurfaceHit};
+use nemoral_scene::{Hit, SurfaceHit};
 
 use crate::group::Group;
-use crate::nearest::Nearest;
+use crate::nearest::{Found, Nearest};
 use crate::surface;
 
 /// What is to be known of a hit.
@@ -18,35 +18,25 @@ pub(crate) trait Answer: Copy + Send + Sync {
 impl Answer for Hit {
     fn of(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Self> {
         let found = nearest.found()?;
-        let (rank, m) = (found.rank, &found.meeting);
-        let group = &groups[rank.group as usize].1;
-        let (instance, blas) = &group.instances()[rank.instance as usize];
-        let pose = group.pose(rank.instance as usize)?;
-        let t = nearest.t();
-        Some(surface::hit(blas, instance, pose, rank.primitive, t, m))
+        let group = &groups[found.rank.group as usize].1;
+        let number = found.rank.instance as usize;
+        let (instance, blas) = &group.instances()[number];
+        surface::hit(blas, instance, group.pose(number)?, found, nearest.t())
     }
 }
 
-/// From what casting has just looked at: the block holds the primitive's edges.
 impl Answer for SurfaceHit {
     fn of(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Self> {
-        let found = nearest.found()?;
-        let place = found.place;
-        let door = (groups[found.rank.group as usize].1).door(found.rank.group, place.entry);
-        let (block, lane) = (door.blas.block(place.block)?, place.lane as usize);
-        let [a, b, c] = block.points(lane);
-        let normal = if block.is_triangle(lane) {
-            (b - a).cross(c - a)
-        } else {
-            b.cross(c)
-        };
-        let normal = door.pose.normal_to_group(normal).try_normalize();
-        let (_, material) = block.primitive(lane);
+        let Found { rank, place, .. } = nearest.found()?;
+        let door = (groups[rank.group as usize].1).door(rank.group, place.entry);
+        let (shape, material) = door.blas.shape_at(rank.primitive, place)?;
+        let [u, v] = shape.edges();
+        let normal = door.pose.normal_to_group(u.cross(v)).try_normalize();
         Some(Self {
             distance_m: nearest.t(),
             geometric_normal: normal.unwrap_or(DVec3::Z).as_vec3(),
-            material: MaterialId(material),
-            object: found.rank.object,
+            material,
+            object: rank.object,
         })
     }
 }

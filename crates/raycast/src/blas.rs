@@ -139,24 +139,28 @@ impl Blas {
     /// A primitive, unless it is degenerate.
     fn shape(&self, primitive: usize) -> Option<(Shape, MaterialId)> {
         let mesh = self.prototype.mesh();
-        let (shape, edges, material) = match mesh.triangles.get(primitive) {
+        let (shape, material) = match mesh.triangles.get(primitive) {
             Some(t) => {
-                let [a, b, c] = t.corners.map(|i| mesh.positions[i as usize]);
-                let edge = |p: glam::Vec3| p.as_dvec3() - a.as_dvec3();
-                (Shape::Triangle([a, b, c]), [edge(b), edge(c)], t.material)
+                let corners = t.corners.map(|i| mesh.positions[i as usize]);
+                (Shape::Triangle(corners), t.material)
             }
             None => {
                 let c = &self.prototype.cards()[primitive - mesh.triangles.len()];
-                let edges = [c.edge_u.as_dvec3(), c.edge_v.as_dvec3()];
-                (
-                    Shape::Card([c.corner, c.edge_u, c.edge_v]),
-                    edges,
-                    c.material,
-                )
+                (Shape::Card([c.corner, c.edge_u, c.edge_v]), c.material)
             }
         };
+        let [u, v] = shape.edges();
         // The products of f32 are exact in f64: this is zero if and only if there is no area.
-        (edges[0].cross(edges[1]) != DVec3::ZERO).then_some((shape, material))
+        (u.cross(v) != DVec3::ZERO).then_some((shape, material))
+    }
+
+    /// A primitive that was met, from the block that casting has just looked at where there is one.
+    pub(crate) fn shape_at(&self, primitive: u32, place: &Place) -> Option<(Shape, MaterialId)> {
+        let Some(block) = self.block(place.block) else {
+            return self.shape(primitive as usize);
+        };
+        let lane = place.lane as usize;
+        Some((block.shape(lane), MaterialId(block.primitive(lane).1)))
     }
 
     /// The same, as a block holds it.
@@ -207,23 +211,23 @@ impl Blas {
     /// Where the ray meets an opaque point of a primitive, whatever the distance.
     pub(crate) fn meet(&self, primitive: u32, ray: &LocalRay) -> Option<Meeting> {
         let (shape, material) = self.shape(primitive as usize)?;
-        let meeting = match shape {
-            Shape::Triangle(corners) => exact::triangle(ray, corners.map(|p| p.as_dvec3())),
-            Shape::Card(card) => exact::card(ray, card.map(|p| p.as_dvec3())),
-        }?;
-        self.is_opaque(primitive, material.0, &meeting)
-            .then_some(meeting)
+        let (is_triangle, meeting) = match shape {
+            Shape::Triangle(corners) => (true, exact::triangle(ray, corners.map(|p| p.as_dvec3()))),
+            Shape::Card(card) => (false, exact::card(ray, card.map(|p| p.as_dvec3()))),
+        };
+        meeting.filter(|m| self.is_opaque(is_triangle, primitive, material.0, m))
     }
 
     #[inline(always)]
-    fn is_opaque(&self, primitive: u32, material: u16, m: &Meeting) -> bool {
+    fn is_opaque(&self, is_triangle: bool, primitive: u32, material: u16, m: &Meeting) -> bool {
         let Some(mask) = &self.masks[usize::from(material)] else {
             return true;
         };
-        let mesh = self.prototype.mesh();
-        let uv = match mesh.triangles.get(primitive as usize) {
-            Some(triangle) => surface::triangle_uv(mesh, triangle, m),
-            None => Vec2::new(m.u as f32, m.v as f32),
+        let uv = if is_triangle {
+            let mesh = self.prototype.mesh();
+            surface::triangle_uv(mesh, &mesh.triangles[primitive as usize], m)
+        } else {
+            Vec2::new(m.u as f32, m.v as f32)
         };
         mask.is_opaque(uv.x, uv.y)
     }
@@ -240,7 +244,7 @@ impl Blas {
         stack: &mut Stack,
     ) {
         let lanes = LaneRay::new(ray, self.extent, &self.grid);
-        let blocks = Blocks {
+        let blocks = Blocks::<ANY> {
             blas: self,
             ray,
             lanes: &lanes,
@@ -249,9 +253,9 @@ impl Blas {
         walk::<I, _, _, ANY>(isa, (&self.nodes, root), &lanes, &blocks, nearest, stack);
     }
 
-    /// Offers the hits of a block that are among the proposed lanes.
+    /// Offers the hits of a block that are among the proposed lanes; with `ANY`, one of them.
     #[inline(always)]
-    pub(crate) fn decide(
+    pub(crate) fn decide<const ANY: bool>(
         &self,
         number: u32,
         mut lanes: u32,
@@ -266,14 +270,16 @@ impl Blas {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let points = block.points(lane);
-            let meeting = if block.is_triangle(lane) {
+            let is_triangle = block.is_triangle(lane);
+            let meeting = if is_triangle {
                 exact::triangle(ray, points)
             } else {
                 exact::card(ray, points)
             };
             let Some(m) = meeting else { continue };
             let (primitive, material) = block.primitive(lane);
-            if nearest.wants(m.t as f32) && self.is_opaque(primitive, material, &m) {
+            let counts = nearest.wants(m.t as f32);
+            if counts && self.is_opaque(is_triangle, primitive, material, &m) {
                 nearest.offer(Found {
                     rank: Rank {
                         primitive,
@@ -286,6 +292,9 @@ impl Blas {
                         lane: lane as u32,
                     },
                 });
+                if ANY {
+                    return;
+                }
             }
         }
     }
@@ -333,21 +342,21 @@ pub(crate) struct Source {
 }
 
 /// The blocks of primitives.
-pub(crate) struct Blocks<'a> {
+pub(crate) struct Blocks<'a, const ANY: bool> {
     pub(crate) blas: &'a Blas,
     pub(crate) ray: &'a LocalRay,
     pub(crate) lanes: &'a LaneRay,
     pub(crate) source: Source,
 }
 
-impl Leaves for Blocks<'_> {
+impl<const ANY: bool> Leaves for Blocks<'_, ANY> {
     #[inline(always)]
     fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, _: &mut Stack) {
         let Some(block) = self.blas.block(leaf) else {
             return;
         };
         let lanes = block.sides(isa).candidates(isa, self.lanes, nearest);
-        (self.blas).decide(leaf, lanes, self.ray, self.source, nearest);
+        (self.blas).decide::<ANY>(leaf, lanes, self.ray, self.source, nearest);
     }
 }
 

@@ -54,6 +54,19 @@ pub(crate) enum Shape {
     Card([Vec3; 3]),
 }
 
+impl Shape {
+    /// The two edges from the first corner.
+    pub(crate) fn edges(self) -> [DVec3; 2] {
+        match self {
+            Self::Triangle(corners) => {
+                let [a, b, c] = corners.map(|p| p.as_dvec3());
+                [b - a, c - a]
+            }
+            Self::Card([_, u, v]) => [u.as_dvec3(), v.as_dvec3()],
+        }
+    }
+}
+
 impl Block {
     /// A block of at most eight primitives.
     pub(crate) fn new(primitives: &[Packed]) -> Self {
@@ -109,6 +122,17 @@ impl Block {
     #[inline(always)]
     pub(crate) fn primitive(&self, lane: usize) -> (u32, u16) {
         (self.primitives[lane & 7], self.materials[lane & 7])
+    }
+
+    /// A lane's primitive, as it is in its prototype.
+    pub(crate) fn shape(&self, lane: usize) -> Shape {
+        let at = |p: &[F8; 3]| Vec3::from_array([0, 1, 2].map(|k| p[k].0[lane & 7]));
+        let points = [at(&self.corner), at(&self.second), at(&self.third)];
+        if self.is_triangle(lane) {
+            Shape::Triangle(points)
+        } else {
+            Shape::Card(points)
+        }
     }
 
     /// Is it a triangle?

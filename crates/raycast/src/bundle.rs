@@ -15,9 +15,10 @@ use nemoral_scene::{Bounds, Ray};
 
 use crate::forest::{Forest, in_group};
 use crate::grid::Grid;
+use crate::lanes::Rays;
 use crate::nearest::Nearest;
 use crate::node::{BOX_SLACK, Boxes, LEAF, LaneRay, Node, bounds_of, extent};
-use crate::packet::{Findings, MOST, Packet, Set, next, test};
+use crate::packet::{Findings, MOST, Packet, Set, test};
 use crate::simd::Isa;
 use crate::stack::Stack;
 
@@ -28,7 +29,7 @@ const LEAST: usize = 4;
 const SPREAD: f32 = 0.1;
 
 /// How far origins of a bundle may differ from its first, per axis, metres.
-const DRIFT_M: f32 = 0.5;
+const DRIFT_M: f32 = 2.0;
 
 /// How many of the first rays make a bundle; 1 if they do not.
 pub(crate) fn leading(rays: &[Ray], order: &[u32]) -> usize {
@@ -73,7 +74,7 @@ pub(crate) struct Bundle {
     directions: (Vec3, Vec3),
     t_max: f32,
     waiting: BinaryHeap<Waiting>,
-    rays: [Ray; MOST],
+    rays: Rays,
     /// The same, ready for the scene's boxes.
     lanes: [LaneRay; MOST],
     findings: Findings,
@@ -87,7 +88,7 @@ impl Bundle {
             directions: (Vec3::ZERO, Vec3::ZERO),
             t_max: 0.0,
             waiting: BinaryHeap::new(),
-            rays: [Ray::new(Vec3::ZERO, Vec3::Z); MOST],
+            rays: Rays::NONE,
             lanes: [LaneRay::NONE; MOST],
             findings: Findings::new(),
             packet: Packet::new(),
@@ -110,7 +111,7 @@ impl Bundle {
         self.directions = (directions.min, directions.max);
         self.t_max = bundled().fold(0.0, |t, r| r.t_max_m.max(t));
         for (i, ray) in bundled().enumerate() {
-            self.rays[i] = *ray;
+            self.rays.put(i, ray);
             self.lanes[i] = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent, &Grid::NONE);
             self.findings.start(i, ray);
         }
@@ -136,7 +137,7 @@ impl Bundle {
             if looking == 0 {
                 break;
             }
-            let met = test(isa, &page.node, &self.lanes, looking, &self.findings);
+            let met = test(isa, &page.node, |i| self.lanes[i], looking, &self.findings);
             let columns = isa.columns(&met.rows);
             let distances = isa.store(met.near);
             for (k, candidate) in page.candidates.iter().enumerate() {
@@ -160,13 +161,13 @@ impl Bundle {
     ) {
         let (offset, group) = &forest.groups[candidate.group as usize];
         let door = group.door(candidate.group, candidate.entry);
-        let mut left = entering;
-        while left != 0 {
-            let i = next(&mut left);
-            let ray = door.pose.local(&in_group(&self.rays[i], *offset));
-            (self.packet).place(i, ray, door.blas.extent(), door.blas.grid());
-        }
-        (self.packet).cast::<I, ANY>(isa, &door, entering, &mut self.findings, stack);
+        (self.packet).cast::<I, ANY>(
+            isa,
+            (*offset, &door),
+            (&self.rays, entering),
+            &mut self.findings,
+            stack,
+        );
     }
 
     /// The next candidates; `None` if there are no more.

@@ -10,14 +10,6 @@ pub(crate) struct LocalRay {
     pub(crate) direction: DVec3,
 }
 
-impl LocalRay {
-    /// No ray.
-    pub(crate) const NONE: Self = Self {
-        origin: DVec3::ZERO,
-        direction: DVec3::ZERO,
-    };
-}
-
 /// A point of a primitive on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Meeting {

@@ -34,8 +34,8 @@ pub struct Group {
 /// From the group's frame to an instance's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose {
-    position: DVec3,
-    inverse: DMat3,
+    pub(crate) position: DVec3,
+    pub(crate) inverse: DMat3,
 }
 
 /// A part of an instance: a leaf of the group's tree.

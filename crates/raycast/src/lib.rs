@@ -64,6 +64,7 @@ mod forest;
 mod grid;
 mod group;
 mod hull;
+mod lanes;
 mod nearest;
 mod node;
 mod order;

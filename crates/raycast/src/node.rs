@@ -18,21 +18,20 @@ pub(crate) const LEAF: u32 = 1 << 31;
 pub(crate) const BOX_SLACK: f32 = 8.0;
 
 /// The same for the eight-wide primitive filter, derived in [`crate::block`].
-const PRIMITIVE_SLACK: f32 = 128.0;
+pub(crate) const PRIMITIVE_SLACK: f32 = 128.0;
 
 /// A ray ready for eight-wide tests in one space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LaneRay {
     pub(crate) origin: [f32; 3],
     pub(crate) direction: [f32; 3],
-    /// Of the direction, finite, times the grid's step: the distance from plane to plane.
-    scale: [f32; 3],
+    /// Of the direction, finite, times the grid's step: the distance from plane to plane, negative where
+    /// the ray runs towards smaller coordinates.
+    pub(crate) scale: [f32; 3],
     /// The origin times the direction's inverse, more by what makes boxes be entered early enough.
-    enter: [f32; 3],
+    pub(crate) enter: [f32; 3],
     /// The same, less by what makes boxes be left late enough.
-    leave: [f32; 3],
-    /// 1 where the ray runs towards smaller coordinates.
-    negative: [usize; 3],
+    pub(crate) leave: [f32; 3],
     /// Bound on the rounding error of the primitive filter, per metre of edge.
     pub(crate) slack: f32,
     /// Bound, per axis, on the coordinates of the origin and of all points relative to it.
@@ -47,7 +46,6 @@ impl LaneRay {
         scale: [0.0; 3],
         enter: [0.0; 3],
         leave: [0.0; 3],
-        negative: [0; 3],
         slack: 0.0,
         reach: 0.0,
     };
@@ -82,7 +80,6 @@ impl LaneRay {
             scale: [0, 1, 2].map(|k| inverse[k] * grid.step[k]),
             enter: [0, 1, 2].map(|k| scaled[k] + pad[k]),
             leave: [0, 1, 2].map(|k| scaled[k] - pad[k]),
-            negative: inverse.map(|i| usize::from(i < 0.0)),
             slack: PRIMITIVE_SLACK * f32::EPSILON * reach * largest,
             reach,
         }
@@ -95,6 +92,7 @@ pub(crate) struct Slabs<I: Isa> {
     scale: V3<I>,
     enter: V3<I>,
     leave: V3<I>,
+    /// 1 where the ray runs towards smaller coordinates.
     negative: [usize; 3],
     t_min: I::V,
 }
@@ -106,7 +104,7 @@ impl<I: Isa> Slabs<I> {
             scale: V3::splat(isa, ray.scale),
             enter: V3::splat(isa, ray.enter),
             leave: V3::splat(isa, ray.leave),
-            negative: ray.negative,
+            negative: ray.scale.map(|s| usize::from(s.is_sign_negative())),
             t_min: isa.splat(nearest.t_min()),
         }
     }

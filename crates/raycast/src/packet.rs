@@ -6,12 +6,13 @@
 //! ray is tested on its own, eight boxes or primitives at a time, and only where it may still find
 //! something nearer.
 
+use glam::Vec3;
 use nemoral_scene::Ray;
 
 use crate::blas::{Blas, Blocks};
-use crate::exact::LocalRay;
-use crate::grid::{Grid, GridNode};
+use crate::grid::GridNode;
 use crate::group::Door;
+use crate::lanes::{Lanes, Rays};
 use crate::nearest::Nearest;
 use crate::node::{Boxes, LEAF, LaneRay, Node, Slabs};
 use crate::simd::{F8, Isa, Keys, Rows};
@@ -100,16 +101,14 @@ struct Visit {
 /// Rays in the frame of a shape.
 #[derive(Debug)]
 pub(crate) struct Packet {
-    local: [LocalRay; MOST],
-    lanes: [LaneRay; MOST],
+    lanes: Lanes,
     visits: [Visit; LEVELS],
 }
 
 impl Packet {
     pub(crate) fn new() -> Self {
         Self {
-            local: [LocalRay::NONE; MOST],
-            lanes: [LaneRay::NONE; MOST],
+            lanes: Lanes::NONE,
             visits: [Visit {
                 distances: F8::splat(0.0),
                 rays: [0; 8],
@@ -120,25 +119,20 @@ impl Packet {
         }
     }
 
-    /// Puts a ray in the shape's frame.
-    #[inline(always)]
-    pub(crate) fn place(&mut self, i: usize, ray: LocalRay, extent: f32, grid: &Grid) {
-        self.lanes[i] = LaneRay::new(&ray, extent, grid);
-        self.local[i] = ray;
-    }
-
-    /// Offers the hits behind a door to the rays, which are in its shape's frame. With `ANY`, rays
+    /// Offers the hits behind a door, in a group at `offset`, to rays of the scene. With `ANY`, rays
     /// stop at their first hit.
     #[inline(always)]
     pub(crate) fn cast<I: Isa, const ANY: bool>(
         &mut self,
         isa: I,
-        door: &Door<'_>,
-        rays: Set,
+        (offset, door): (Vec3, &Door<'_>),
+        (scene, rays): (&Rays, Set),
         findings: &mut Findings,
         stack: &mut Stack,
     ) {
         let blas = door.blas;
+        let space = (blas.extent(), blas.grid());
+        (self.lanes).place((scene, rays), (offset, door.pose), space);
         let mut len = 0;
         let mut next_step = Some((door.root, rays));
         while let Some((at, rays)) = next_step {
@@ -169,7 +163,8 @@ impl Packet {
         len: &mut usize,
     ) -> Option<(u32, Set)> {
         let node = &blas.nodes()[at as usize];
-        let Met { near, any, rows } = test(isa, &node.wide(isa), &self.lanes, rays, findings);
+        let Met { near, any, rows } =
+            test(isa, &node.wide(isa), |i| self.lanes.lane(i), rays, findings);
         if any == 0 {
             return None;
         }
@@ -231,9 +226,10 @@ impl Packet {
         while rays != 0 {
             let i = next(&mut rays);
             let nearest = &mut findings.nearest[i];
-            let lanes = sides.candidates(isa, &self.lanes[i], nearest);
+            let lanes = sides.candidates(isa, &self.lanes.lane(i), nearest);
             if lanes != 0 {
-                (door.blas).decide(number, lanes, &self.local[i], door.source, nearest);
+                let ray = self.lanes.ray(i);
+                (door.blas).decide::<ANY>(number, lanes, &ray, door.source, nearest);
                 findings.note::<ANY>(i);
             }
         }
@@ -252,10 +248,10 @@ impl Packet {
     ) {
         while rays != 0 {
             let i = next(&mut rays);
-            let lanes = &self.lanes[i];
-            let blocks = Blocks {
+            let (ray, lanes) = (&self.lanes.ray(i), &self.lanes.lane(i));
+            let blocks = Blocks::<ANY> {
                 blas: door.blas,
-                ray: &self.local[i],
+                ray,
                 lanes,
                 source: door.source,
             };
@@ -282,7 +278,7 @@ pub(crate) struct Met<I: Isa> {
 pub(crate) fn test<I: Isa>(
     isa: I,
     node: &Node,
-    lanes: &[LaneRay; MOST],
+    lane: impl Fn(usize) -> LaneRay,
     mut rays: Set,
     findings: &Findings,
 ) -> Met<I> {
@@ -292,7 +288,7 @@ pub(crate) fn test<I: Isa>(
     while rays != 0 {
         let i = next(&mut rays);
         let nearest = findings.of(i);
-        let (distances, hit) = node.test(isa, &Slabs::new(isa, &lanes[i], nearest), nearest);
+        let (distances, hit) = node.test(isa, &Slabs::new(isa, &lane(i), nearest), nearest);
         let signs = isa.signs(hit);
         rows.0[i] = signs as u8;
         any |= signs;

@@ -4,8 +4,10 @@ use glam::{DVec3, Vec2, Vec3};
 use nemoral_scene::{Hit, Instance, Mesh, Triangle};
 
 use crate::blas::Blas;
+use crate::block::Shape;
 use crate::exact::Meeting;
 use crate::group::Pose;
+use crate::nearest::Found;
 
 /// The interpolated texture coordinate.
 #[inline(always)]
@@ -19,42 +21,27 @@ pub(crate) fn hit(
     blas: &Blas,
     instance: &Instance,
     pose: &Pose,
-    primitive: u32,
+    found: &Found,
     distance_m: f32,
-    m: &Meeting,
-) -> Hit {
-    let mesh = blas.prototype().mesh();
+) -> Option<Hit> {
+    let (primitive, m) = (found.rank.primitive, &found.meeting);
+    let (shape, material) = blas.shape_at(primitive, &found.place)?;
     let linear = instance.linear.as_dmat3();
-    let index = primitive as usize;
-    let (edge_u, edge_v, vertex_normal, uv, uv_area, material) = match mesh.triangles.get(index) {
-        Some(triangle) => {
+    let [edge_u, edge_v] = shape.edges();
+    let (vertex_normal, uv, uv_area) = match shape {
+        Shape::Triangle(_) => {
+            let mesh = blas.prototype().mesh();
+            let triangle = &mesh.triangles[primitive as usize];
             let [a, b, c] = triangle.corners.map(|i| i as usize);
-            let p = |i: usize| mesh.positions[i].as_dvec3();
             let n = |i: usize| mesh.normals[i].as_dvec3();
             let normal = n(a) * (1.0 - m.u - m.v) + n(b) * m.u + n(c) * m.v;
             let st = |i: usize| mesh.uvs[i].as_dvec2();
             let uv_area = (st(b) - st(a)).perp_dot(st(c) - st(a)).abs();
-            let uv = triangle_uv(mesh, triangle, m);
-            (
-                p(b) - p(a),
-                p(c) - p(a),
-                Some(normal),
-                uv,
-                uv_area,
-                triangle.material,
-            )
+            (Some(normal), triangle_uv(mesh, triangle, m), uv_area)
         }
-        None => {
-            let card = &blas.prototype().cards()[index - mesh.triangles.len()];
+        Shape::Card(_) => {
             let uv = DVec3::new(m.u, m.v, 0.0).as_vec3().truncate();
-            (
-                card.edge_u.as_dvec3(),
-                card.edge_v.as_dvec3(),
-                None,
-                uv,
-                1.0,
-                card.material,
-            )
+            (None, uv, 1.0)
         }
     };
     let normal_to_scene = |n: DVec3| pose.normal_to_group(n).try_normalize();
@@ -66,7 +53,7 @@ pub(crate) fn hit(
         1.0
     };
     let area = (linear * edge_u).cross(linear * edge_v).length();
-    Hit {
+    Some(Hit {
         distance_m,
         geometric_normal: unit(geometric),
         shading_normal: unit(shading * side),
@@ -75,7 +62,7 @@ pub(crate) fn hit(
         material,
         object: instance.object,
         variation: instance.variation,
-    }
+    })
 }
 
 fn unit(n: DVec3) -> Vec3 {

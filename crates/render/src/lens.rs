@@ -5,6 +5,7 @@ use nemoral_scene::Intrinsics;
 use rayon::prelude::*;
 
 use crate::error::{ParamError, check};
+use crate::tone::in_parts;
 
 /// Scattering and fall-off. In a wood they decide how trunks look against the sky: its gaps are
 /// stops brighter than anything before them, and what they spill washes out edges nearby.
@@ -62,7 +63,8 @@ impl Lens {
             return;
         }
         let width = intrinsics.width as usize;
-        let sum: DVec3 = light.iter().map(|c| c.as_dvec3()).sum();
+        let part = |light: &[Vec3]| light.iter().map(|c| c.as_dvec3()).sum::<DVec3>();
+        let sum: DVec3 = in_parts(light, part).into_iter().sum();
         let veil = (sum / light.len() as f64).as_vec3() * self.veiling_glare;
         let kept = 1.0 - self.veiling_glare - self.halo;
         let around = (self.halo > 0.0).then(|| Coarse::around(light, width));
@@ -94,11 +96,14 @@ impl Coarse {
     /// The light that is scattered to each place.
     fn around(light: &[Vec3], width: usize) -> Self {
         let blocks = Self::of(light, width);
-        let mut sum = vec![Vec3::ZERO; blocks.light.len()];
-        for (spread, weight) in HALO {
+        let blurred = HALO.par_iter().map(|&(spread, weight)| {
             let mut part = blocks.clone();
             part.blur(spread * width as f32 / BLOCK as f32);
-            for (sum, c) in sum.iter_mut().zip(part.light) {
+            (part.light, weight)
+        });
+        let mut sum = vec![Vec3::ZERO; blocks.light.len()];
+        for (part, weight) in blurred.collect::<Vec<_>>() {
+            for (sum, c) in sum.iter_mut().zip(part) {
                 *sum += c * weight;
             }
         }
@@ -120,7 +125,7 @@ impl Coarse {
         };
         Self {
             width: columns,
-            light: (0..columns * rows).map(mean).collect(),
+            light: (0..columns * rows).into_par_iter().map(mean).collect(),
         }
     }
 

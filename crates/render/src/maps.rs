@@ -28,13 +28,13 @@ impl Maps {
         let n = width * height;
         Self {
             width,
-            semantic: vec![Semantic::Sky; n],
-            object: vec![ObjectId::NONE; n],
-            depth_m: vec![0.0; n],
-            normal: vec![Vec3::ZERO; n],
-            linear: vec![Vec3::ZERO; n],
-            sun: vec![Vec3::ZERO; n],
-            lit: vec![false; n],
+            semantic: filled(Semantic::Sky, n),
+            object: filled(ObjectId::NONE, n),
+            depth_m: filled(0.0, n),
+            normal: filled(Vec3::ZERO, n),
+            linear: filled(Vec3::ZERO, n),
+            sun: filled(Vec3::ZERO, n),
+            lit: filled(false, n),
         }
     }
 
@@ -60,21 +60,28 @@ impl Maps {
             .par_chunks_mut(width)
             .enumerate()
             .for_each(|(y, row)| {
+                let rows = y.saturating_sub(1)..(y + 2).min(height);
+                let mut lit_above = vec![0_u8; width];
+                for v in rows.clone() {
+                    for (n, &lit) in lit_above.iter_mut().zip(&self.lit[v * width..]) {
+                        *n += u8::from(lit);
+                    }
+                }
                 for (x, out) in row.iter_mut().enumerate() {
                     let i = y * width + x;
-                    if self.sun[i] == Vec3::ZERO {
-                        continue;
-                    }
-                    let rows = y.saturating_sub(1)..(y + 2).min(height);
                     let columns = x.saturating_sub(1)..(x + 2).min(width);
-                    let around = rows.flat_map(|v| columns.clone().map(move |u| v * width + u));
                     // Mostly all nine agree, and whose they are does not matter.
-                    if around.clone().all(|j| self.lit[j] == self.lit[i]) {
-                        if self.lit[i] {
-                            *out += self.sun[i];
-                        }
+                    let lit: u8 = lit_above[columns.clone()].iter().sum();
+                    if usize::from(lit) == rows.len() * columns.len() {
+                        *out += self.sun[i];
                         continue;
                     }
+                    if lit == 0 || self.sun[i] == Vec3::ZERO {
+                        continue;
+                    }
+                    let around = rows
+                        .clone()
+                        .flat_map(|v| columns.clone().map(move |u| v * width + u));
                     let (mut seen, mut all) = (0.0, 0.0);
                     for j in around.filter(|&j| j == i || self.same_surface(i, j)) {
                         all += 1.0;
@@ -165,6 +172,16 @@ impl Maps {
             || self.semantic[i] != self.semantic[j]
             || (a - b).abs() > 0.1 * a.min(b)
     }
+}
+
+/// A map of one value. That its memory is touched for the first time costs more than to write it: all
+/// threads share that.
+fn filled<T: Copy + Send + Sync>(value: T, n: usize) -> Vec<T> {
+    let mut map = Vec::new();
+    rayon::iter::repeat_n(value, n)
+        .with_min_len(1 << 16)
+        .collect_into_vec(&mut map);
+    map
 }
 
 #[cfg(test)]

@@ -97,7 +97,7 @@ pub struct PixelTruth {
 }
 
 /// Rows that are cast together, and rays: enough that a caster finds many alike.
-const ROWS: usize = 8;
+const ROWS: usize = 16;
 const BATCH: usize = 4096;
 
 const FIRST: Stage = Stage::new("render.first_sample");

@@ -73,21 +73,31 @@ pub(crate) fn scale_of(ev100: f64) -> f32 {
     (MIDDLE_GREY / (LUMINANCE_AT_EV_0 * libm::exp2(ev100))) as f32
 }
 
-/// exp(mean(ln Y)) over the pixels that are not black, added up in index order; 1e-3 cd/m²
-/// (starlight) if all are.
+/// exp(mean(ln Y)) over the pixels that are not black; 1e-3 cd/m² (starlight) if all are.
 pub(crate) fn log_mean_luminance(linear: &[Vec3]) -> f64 {
-    let (sum, n) = linear
-        .iter()
-        .map(|c| c.dot(LUMINANCE))
-        .filter(|&y| y > 0.0)
-        .fold((0.0, 0_u32), |(sum, n), y| {
+    let part = |linear: &[Vec3]| {
+        let lit = linear.iter().map(|c| c.dot(LUMINANCE)).filter(|&y| y > 0.0);
+        lit.fold((0.0, 0_u32), |(sum, n), y| {
             (sum + f64::from(libm::logf(y)), n + 1)
-        });
+        })
+    };
+    let (sum, n) = in_parts(linear, part)
+        .into_iter()
+        .fold((0.0, 0), |(sum, n), part| (sum + part.0, n + part.1));
     if n == 0 {
         1e-3
     } else {
         libm::exp(sum / f64::from(n))
     }
+}
+
+/// What is made of each part of a picture, on all threads. Where the parts begin does not depend on how
+/// many those are, so neither do sums of them, to the bit.
+pub(crate) fn in_parts<T: Send>(
+    linear: &[Vec3],
+    of: impl Fn(&[Vec3]) -> T + Sync + Send,
+) -> Vec<T> {
+    linear.par_chunks(1 << 14).map(of).collect()
 }
 
 /// How exposed light becomes brightness on the screen.

@@ -12,7 +12,8 @@ use std::fmt;
 pub struct AlphaMask {
     width: u16,
     height: u16,
-    /// Rows of `width.div_ceil(32)` words, least significant bit first.
+    /// Columns of `height` words: 16 rows of 32 texels are one line of a processor's cache, and rays that
+    /// are neighbours find each other's texels there. Least significant bit first.
     words: Vec<u32>,
 }
 
@@ -50,11 +51,10 @@ impl AlphaMask {
         if !(1..=256).contains(&width) || !(1..=256).contains(&height) {
             return Err(MaskError { width, height });
         }
-        let stride = width.div_ceil(32);
-        let mut words = vec![0; stride * height];
+        let mut words = vec![0; width.div_ceil(32) * height];
         for row in 0..height {
             for column in (0..width).filter(|&column| opaque(column, row)) {
-                words[row * stride + column / 32] |= 1 << (column % 32);
+                words[column / 32 * height + row] |= 1 << (column % 32);
             }
         }
         Ok(Self {
@@ -76,7 +76,8 @@ impl AlphaMask {
         usize::from(self.height)
     }
 
-    /// The bits: rows of `width().div_ceil(32)` words, least significant bit first.
+    /// The bits: `width().div_ceil(32)` columns of `height()` words, each of 32 texels of a row, least
+    /// significant bit first.
     #[must_use]
     pub fn words(&self) -> &[u32] {
         &self.words
@@ -86,7 +87,7 @@ impl AlphaMask {
     #[inline]
     #[must_use]
     pub fn texel(&self, column: usize, row: usize) -> bool {
-        let word = self.words[row * self.width().div_ceil(32) + column / 32];
+        let word = self.words[column / 32 * self.height() + row];
         word >> (column % 32) & 1 == 1
     }
 

@@ -154,9 +154,9 @@ impl Texture {
             0
         };
         let level = &self.levels[lod.min(self.levels.len() - 1)];
-        let x = (uv.x - uv.x.floor()) * level.width as f32 - 0.5;
-        let y = (uv.y - uv.y.floor()) * level.height as f32 - 0.5;
-        let (x0, y0) = (x.floor(), y.floor());
+        let x = (uv.x - floor(uv.x)) * level.width as f32 - 0.5;
+        let y = (uv.y - floor(uv.y)) * level.height as f32 - 0.5;
+        let (x0, y0) = (floor(x), floor(y));
         let (fx, fy) = (x - x0, y - y0);
         let table = &*DECODE;
         let at = |dx: i32, dy: i32| {
@@ -278,6 +278,18 @@ pub fn code_thresholds(most: f32, code: impl Fn(f32) -> f64) -> [f32; 255] {
 
 fn decode(texel: [u8; 4]) -> Vec3 {
     linear(texel, &DECODE)
+}
+
+/// `f32::floor`, which is a function call on processors without SSE 4.1.
+#[inline]
+fn floor(x: f32) -> f32 {
+    // Larger numbers have no fraction.
+    if x.abs() < 8_388_608.0 {
+        let whole = x as i32 as f32;
+        whole - f32::from(u8::from(whole > x))
+    } else {
+        x
+    }
 }
 
 #[inline]

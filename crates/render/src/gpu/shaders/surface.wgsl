@@ -204,7 +204,7 @@ fn is_opaque(material: u32, uv: vec2f) -> bool {
     let height = materials[material].mask_height;
     let column = min(u32(max(uv.x * f32(width), 0.0)), width - 1u);
     let row = min(u32(max(uv.y * f32(height), 0.0)), height - 1u);
-    let word = masks[materials[material].mask + row * ((width + 31u) / 32u) + column / 32u];
+    let word = masks[materials[material].mask + column / 32u * height + row];
     return (word >> (column % 32u) & 1u) == 1u;
 }
 
