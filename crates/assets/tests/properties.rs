@@ -555,9 +555,16 @@ fn fingerprint(l: &Library) -> (u64, u64, u64) {
         colours.add(m.name.as_bytes());
         m.albedo.srgb().iter().for_each(|t| colours.add(t));
         if let Some(mask) = &m.mask {
-            mask.words()
-                .iter()
-                .for_each(|w| masks.add(&w.to_le_bytes()));
+            // Row by row, however a mask keeps them.
+            for row in 0..mask.height() {
+                for first in (0..mask.width()).step_by(32) {
+                    let texels = (first..mask.width()).take(32).enumerate();
+                    let word = texels.fold(0_u32, |word, (bit, column)| {
+                        word | u32::from(mask.texel(column, row)) << bit
+                    });
+                    masks.add(&word.to_le_bytes());
+                }
+            }
         }
     }
     (shapes.0, masks.0, colours.0)
