@@ -187,10 +187,10 @@ fn less(mut v: Eight, b: DVec3) -> Eight {
 #[inline(always)]
 fn turned(m: &DMat3, v: Eight) -> Eight {
     let mut out = [[0.0; 8]; 3];
-    for axis in 0..3 {
+    for (axis, out) in out.iter_mut().enumerate() {
         let row = [m.x_axis[axis], m.y_axis[axis], m.z_axis[axis]];
-        for k in 0..8 {
-            out[axis][k] = row[0] * v[0][k] + row[1] * v[1][k] + row[2] * v[2][k];
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = row[0] * v[0][k] + row[1] * v[1][k] + row[2] * v[2][k];
         }
     }
     out
