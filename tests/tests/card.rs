@@ -77,6 +77,7 @@ fn as_triangles(ink: MaterialId) -> (Mesh, Vec<Card>) {
             .map(Vec2::from)
             .to_vec(),
         triangles: vec![triangle([0, 1, 2]), triangle([0, 2, 3])],
+        blends: Vec::new(),
     };
     (mesh, Vec::new())
 }

@@ -616,6 +616,7 @@ fn memory_is_bounded_and_reported() {
                 uvs: vec![Vec2::ZERO; positions.len()],
                 triangles: (0..150_000).map(corners).collect(),
                 positions,
+                blends: Vec::new(),
             };
             let shape = Prototype::new("heap", mesh, Vec::new(), &materials);
             Instance {

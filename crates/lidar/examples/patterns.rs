@@ -62,6 +62,7 @@ impl RayCaster for WallAndTree {
                 self.wall
             },
             object: ObjectId::NONE,
+            blend: None,
             variation: 0.0,
         })
     }

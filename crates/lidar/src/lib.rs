@@ -20,6 +20,7 @@
 //!             uv_per_m: 1.0,
 //!             material: self.0,
 //!             object: ObjectId::NONE,
+//!             blend: None,
 //!             variation: 0.0,
 //!         })
 //!     }

@@ -36,6 +36,7 @@ fn hit(ray: &Ray, distance_m: f32, material: u16) -> Option<Hit> {
         uv_per_m: 1.0,
         material: MaterialId(material),
         object: ObjectId::new(ChunkCoord::new(0, 0), material + 1).expect("in range"),
+        blend: None,
         variation: 0.0,
     })
 }

@@ -46,6 +46,7 @@ fn hit(ray: &Ray, distance_m: f64, normal: DVec3) -> Option<Hit> {
         uv_per_m: 1.0,
         material: BARK,
         object: tree(),
+        blend: None,
         variation: 0.0,
     })
 }

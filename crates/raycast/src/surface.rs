@@ -28,6 +28,7 @@ pub(crate) fn hit(
     let (shape, material) = blas.shape_at(primitive, &found.place)?;
     let linear = instance.linear.as_dmat3();
     let [edge_u, edge_v] = shape.edges();
+    let mut blend = None;
     let (vertex_normal, uv, uv_area) = match shape {
         Shape::Triangle(_) => {
             let mesh = blas.prototype().mesh();
@@ -37,6 +38,11 @@ pub(crate) fn hit(
             let normal = n(a) * (1.0 - m.u - m.v) + n(b) * m.u + n(c) * m.v;
             let st = |i: usize| mesh.uvs[i].as_dvec2();
             let uv_area = (st(b) - st(a)).perp_dot(st(c) - st(a)).abs();
+            blend = mesh.blends.get(primitive as usize).and_then(|blend| {
+                let [a, b, c] = blend.shares.map(f64::from);
+                let share = (a * (1.0 - m.u - m.v) + b * m.u + c * m.v) as f32;
+                (share > 0.0).then_some((blend.other, share))
+            });
             (Some(normal), triangle_uv(mesh, triangle, m), uv_area)
         }
         Shape::Card(_) => {
@@ -60,6 +66,7 @@ pub(crate) fn hit(
         uv,
         uv_per_m: (uv_area / area).sqrt() as f32,
         material,
+        blend,
         object: instance.object,
         variation: instance.variation,
     })

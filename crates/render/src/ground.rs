@@ -7,7 +7,7 @@
 //! 1024 m, like ground coordinates, so they have no seam.
 
 use glam::{Vec2, Vec3};
-use nemoral_scene::Texture;
+use nemoral_scene::{Material, Texture};
 
 /// The period of ground coordinates, metres.
 const PERIOD_M: f32 = 1024.0;
@@ -16,9 +16,39 @@ const PERIOD_M: f32 = 1024.0;
 /// near 0 only their blend.
 const SPACING: f32 = 0.6;
 
+/// The albedo of the ground at (x, y) metres, of a material and of what it passes over into there.
+pub(crate) fn albedo(
+    material: &Material,
+    over: Option<(&Material, f32)>,
+    at_m: Vec2,
+    footprint_m: f32,
+) -> Vec3 {
+    let of = |m: &Material| of_texture(&m.albedo, at_m, m.tile_m, footprint_m);
+    let (other, share) = match over {
+        Some((other, share)) => (other, ragged(share, at_m)),
+        None => return of(material),
+    };
+    if share <= 0.0 {
+        of(material)
+    } else if share >= 1.0 {
+        of(other)
+    } else {
+        of(material).lerp(of(other), share)
+    }
+}
+
+/// What is seen of a share: needles and crumbs of one ground lie on the other, in patches as wide as
+/// a hand and as a finger. 0, 1/2 and 1 stay so on average, and 0 and 1 everywhere.
+fn ragged(share: f32, at_m: Vec2) -> f32 {
+    let noise = 0.6 * value_noise(at_m, 8192, 4) + 0.4 * value_noise(at_m, 32768, 5);
+    let lifted = share + 2.0 * share * (1.0 - share) * noise;
+    let t = (2.5 * (lifted - 0.5) + 0.5).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// The albedo of a ground texture whose tile is `tile_m` wide at (x, y) metres, for a sample that
 /// covers `footprint_m`.
-pub(crate) fn albedo(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Vec3 {
+fn of_texture(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Vec3 {
     let base = if footprint_m > tile_m {
         texture.mean()
     } else {
@@ -152,9 +182,9 @@ mod tests {
             let t = spot();
             // A multiple of 1/64 m survives the shift exactly.
             let p = (Vec2::new(x, y) * 64.0).round() / 64.0;
-            let here = albedo(&t, p, tile, 0.0);
+            let here = of_texture(&t, p, tile, 0.0);
             for shift in [Vec2::X, Vec2::Y, Vec2::ONE] {
-                let there = albedo(&t, p + 1024.0 * shift, tile, 0.0);
+                let there = of_texture(&t, p + 1024.0 * shift, tile, 0.0);
                 prop_assert!((here - there).length() < 0.02, "{here} {there}");
             }
         }
@@ -164,7 +194,7 @@ mod tests {
             // A smooth texture, so that only lattice edges could jump.
             let data: Vec<Vec3> = (0..64).map(|i| Vec3::splat(0.3 + 0.2 * (i as f32 * std::f32::consts::TAU / 64.0).sin())).collect();
             let t = Texture::from_linear(64, 1, &data).expect("size");
-            let (a, b) = (albedo(&t, Vec2::new(x, y), 4.0, 0.0), albedo(&t, Vec2::new(x + 0.002, y), 4.0, 0.0));
+            let (a, b) = (of_texture(&t, Vec2::new(x, y), 4.0, 0.0), of_texture(&t, Vec2::new(x + 0.002, y), 4.0, 0.0));
             prop_assert!((a - b).length() < 0.03, "{a} {b}");
         }
     }
@@ -204,7 +234,7 @@ mod tests {
         let n = 4096;
         let mean = (0..n)
             .map(|i| {
-                albedo(
+                of_texture(
                     &t,
                     Vec2::new((i % 64) as f32, (i / 64) as f32) * 16.0,
                     4.0,
@@ -218,7 +248,7 @@ mod tests {
 
     #[test]
     fn value_stability() {
-        let a = albedo(&spot(), Vec2::new(123.25, 456.5), 2.0, 0.001);
+        let a = of_texture(&spot(), Vec2::new(123.25, 456.5), 2.0, 0.001);
         assert_eq!(format!("{a:.6}"), VALUE);
     }
     const VALUE: &str = "[0.072263, 0.073857, 0.075450]";

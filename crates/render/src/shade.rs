@@ -1,7 +1,7 @@
 //! What a surface sends towards the camera.
 
 use glam::Vec3;
-use nemoral_scene::{Hit, Material, Ray};
+use nemoral_scene::{Hit, Ray};
 
 use crate::SceneView;
 use crate::ground;
@@ -54,7 +54,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
     };
     let flat = hit.geometric_normal * facing;
     let surface = surface(
-        scene.materials.get(hit.material),
+        scene,
         look,
         hit.shading_normal * facing,
     );
@@ -162,14 +162,16 @@ fn fresnel(f0: f32, f90: f32, cos: f32) -> f32 {
     f0 + (f90 - f0) * (x * x) * (x * x) * x
 }
 
-fn surface(material: &Material, look: &Look<'_>, normal: Vec3) -> Surface {
+fn surface(scene: &SceneView<'_>, look: &Look<'_>, normal: Vec3) -> Surface {
     let hit = look.hit;
+    let material = scene.materials.get(hit.material);
     let cos = look.ray.direction.dot(hit.geometric_normal).abs().max(0.05);
     // A sample's ellipse on the surface is 1 / cos longer than wide: take the mean.
     let footprint_m = hit.distance_m * look.sample_rad / cos.sqrt();
     let texture = &material.albedo;
     let mut reflectance = if material.ground {
-        ground::albedo(texture, hit.uv, material.tile_m, footprint_m)
+        let over = hit.blend.map(|(m, share)| (scene.materials.get(m), share));
+        ground::albedo(material, over, hit.uv, footprint_m)
     } else {
         texture.sample(hit.uv, footprint_m * hit.uv_per_m)
     };

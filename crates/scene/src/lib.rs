@@ -56,7 +56,7 @@ pub use motion::{Shutter, Twist};
 pub use object::ObjectId;
 pub use ontology::{Class, Ontology};
 pub use points::{LidarPoint, PointFlags};
-pub use prototype::{Bounds, Card, Instance, Mesh, Prototype, PrototypeError, Triangle};
+pub use prototype::{Blend, Bounds, Card, Instance, Mesh, Prototype, PrototypeError, Triangle};
 pub use ray::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster, SurfaceHit};
 pub use semantic::Semantic;
 pub use surface::{FlatSurface, Surface, SurfaceSample};

@@ -17,9 +17,30 @@ pub struct Triangle {
     pub material: MaterialId,
 }
 
+/// Colour that a triangle takes over from its neighbours: no border between two grounds is sharp.
+///
+/// Of the triangle's own material is everything else: class, roughness, what a laser gets back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Blend {
+    /// The neighbours' material.
+    pub other: MaterialId,
+    /// Its share at the triangle's corners, 0..=1.
+    pub shares: [f32; 3],
+}
+
+impl Blend {
+    /// Nothing is taken over.
+    pub const NONE: Self = Self {
+        other: MaterialId(0),
+        shares: [0.0; 3],
+    };
+}
+
 /// Indexed triangles with per-vertex normals and texture coordinates.
 ///
-/// Invariant of a [`Prototype`]: the three vertex arrays have one length and indices are in range.
+/// Invariant of a [`Prototype`]: the three vertex arrays have one length, indices are in range, and
+/// blends are as many as triangles or none.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mesh {
@@ -31,6 +52,8 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// The triangles.
     pub triangles: Vec<Triangle>,
+    /// One of each triangle, in their order, or none at all. Only ground materials blend.
+    pub blends: Vec<Blend>,
 }
 
 /// A flat parallelogram with a whole texture and mask on it: leaves, needles, blades.
@@ -110,6 +133,15 @@ pub enum PrototypeError {
         /// How many positions, normals and uvs there are.
         lengths: [usize; 3],
     },
+    /// There are blends, but not one of each triangle.
+    Blends {
+        /// The shape's name.
+        name: String,
+        /// How many blends there are.
+        blends: usize,
+        /// How many triangles there are.
+        triangles: usize,
+    },
     /// A triangle's corner is out of range.
     Index {
         /// The shape's name.
@@ -150,6 +182,14 @@ impl fmt::Display for PrototypeError {
                     "shape `{name}` has {p} positions, {n} normals and {t} uvs: they must be equal"
                 )
             }
+            Self::Blends {
+                name,
+                blends,
+                triangles,
+            } => write!(
+                f,
+                "shape `{name}` has {blends} blends for {triangles} triangles: give one of each, or none"
+            ),
             Self::Index {
                 name,
                 triangle,
@@ -183,7 +223,7 @@ impl Prototype {
     /// Proves a shape sound.
     ///
     /// # Errors
-    /// If it is empty, its vertex arrays differ in length, an index or material is out of range, or
+    /// If it is empty, its vertex arrays differ in length, blends are missing, an index or material is out of range, or
     /// a coordinate is not finite.
     pub fn new(
         name: impl Into<String>,
@@ -200,6 +240,13 @@ impl Prototype {
         if lengths != [vertices; 3] {
             return Err(PrototypeError::VertexArrays { name, lengths });
         }
+        if ![0, mesh.triangles.len()].contains(&mesh.blends.len()) {
+            return Err(PrototypeError::Blends {
+                name,
+                blends: mesh.blends.len(),
+                triangles: mesh.triangles.len(),
+            });
+        }
         for (i, triangle) in mesh.triangles.iter().enumerate() {
             if let Some(&index) = triangle.corners.iter().find(|&&c| c as usize >= vertices) {
                 return Err(PrototypeError::Index {
@@ -214,6 +261,7 @@ impl Prototype {
             .triangles
             .iter()
             .map(|t| t.material)
+            .chain(mesh.blends.iter().map(|b| b.other))
             .chain(cards.iter().map(|c| c.material));
         let materials = library.materials().len();
         for material in used {

@@ -54,6 +54,9 @@ pub struct Hit {
     pub uv_per_m: f32,
     /// The surface's material; its semantic is the truth.
     pub material: MaterialId,
+    /// The ground that the colour passes over into here, and its share, 0..=1, before it is roughened
+    /// by what lies about.
+    pub blend: Option<(MaterialId, f32)>,
     /// Whose surface it is.
     pub object: ObjectId,
     /// The instance's colour variation, 0..1.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, Vec2, Vec3};
-use nemoral_scene::{ChunkCoord, MaterialId, Mesh, Surface, SurfaceSample, Triangle};
+use nemoral_scene::{Blend, ChunkCoord, MaterialId, Mesh, Surface, SurfaceSample, Triangle};
 
 use crate::error::{ParamError, check};
 use crate::lattice::{Lattice, Vertex};
@@ -120,7 +120,9 @@ impl GroundMesher {
     /// Positions are chunk-local (x and y in 0..=`chunk_size_m`, z above the world's zero), normals
     /// are the surface's, uv are metres: x and y from the chunk's corner, plus the corner's world
     /// position modulo 1024 m. Triangles are counter-clockwise seen from above. `material` is asked
-    /// for each triangle, with its world centroid and whether it is inside the zone.
+    /// for each triangle, with its world centroid and whether it is inside the zone; and for each
+    /// vertex, on both sides if it is on a break-line: where materials meet they blend, within a cell,
+    /// half and half on the line.
     ///
     /// Vertices on a border shared by two chunks have the same bits on both sides, if `surface` and
     /// `zones` are pure functions of the world position there.
@@ -137,6 +139,7 @@ impl GroundMesher {
         let mut cutter = Cutter {
             edges: vec![f64::NAN; work.slots.len()],
             cuts: HashMap::new(),
+            sides: Vec::new(),
             material,
         };
         lattice.triangles(|corners| cutter.triangle(&mut work, corners));
@@ -282,6 +285,9 @@ struct Cutter<'a> {
     edges: Vec<f64>,
     /// Mesh vertices on cut lattice edges, by the lattice indices of their ends.
     cuts: HashMap<(usize, usize), u32>,
+    /// The materials outside and inside at each vertex of the mesh that was asked for; one and the
+    /// same but on a break-line.
+    sides: Vec<Option<[MaterialId; 2]>>,
     material: &'a dyn Fn(DVec2, bool) -> MaterialId,
 }
 
@@ -301,6 +307,9 @@ impl Cutter<'_> {
     fn triangle(&mut self, work: &mut Work<'_>, corners: [Vertex; 3]) {
         let e = corners.map(|v| self.edge(work, v));
         let v = corners.map(|v| work.vertex(v));
+        for k in 0..3 {
+            self.look(work, v[k], e[k]);
+        }
         let positive = e.iter().filter(|e| **e > 0.0).count();
         let negative = e.iter().filter(|e| **e < 0.0).count();
         if positive == 0 || negative == 0 {
@@ -359,15 +368,49 @@ impl Cutter<'_> {
         let t = root(e, step, |t| work.zones.sample(at(t, world)).edge_m);
         let world = at(t, world);
         let vertex = work.push(world, at(t, local), work.surface.sample(world));
+        self.look(work, vertex, 0.0);
         self.cuts.insert(key, vertex);
         vertex
+    }
+
+    /// Remembers what lies at a vertex, `edge_m` from the break-line.
+    fn look(&mut self, work: &Work<'_>, vertex: u32, edge_m: f64) {
+        let index = vertex as usize;
+        if self.sides.len() <= index {
+            self.sides.resize(work.world.len(), None);
+        }
+        self.sides[index].get_or_insert_with(|| {
+            let at = |inside| (self.material)(work.world[index], inside);
+            if edge_m == 0.0 {
+                [at(false), at(true)]
+            } else {
+                [at(edge_m < 0.0); 2]
+            }
+        });
     }
 
     fn push(&self, work: &mut Work<'_>, corners: [u32; 3], inside: bool) {
         let [a, b, c] = corners.map(|v| work.world[v as usize]);
         let material = (self.material)((a + b + c) / 3.0, inside);
+        let sides = corners.map(|v| self.sides[v as usize].unwrap_or([material; 2]));
         work.mesh.triangles.push(Triangle { corners, material });
+        work.mesh.blends.push(blend(material, sides));
     }
+}
+
+/// What a triangle of `material` takes over from its corners. Where three materials meet it is one
+/// of the other two.
+fn blend(material: MaterialId, corners: [[MaterialId; 2]; 3]) -> Blend {
+    let others = corners.as_flattened().iter().filter(|&&m| m != material);
+    // The lowest: whichever corner comes first.
+    let Some(&other) = others.min_by_key(|m| m.0) else {
+        return Blend::NONE;
+    };
+    let shares = corners.map(|sides| {
+        let of_other = sides.iter().filter(|&&side| side == other).count();
+        0.5 * of_other as f32
+    });
+    Blend { other, shares }
 }
 
 /// A zero of `f` in 0..1 between values of different signs, to within `step` or [`ROOT_M`] of value: false position with

@@ -38,6 +38,7 @@ impl RayCaster for Level {
                 uv_per_m: 1.0 / self.unit_m,
                 material: MaterialId(0),
                 object: ObjectId::NONE,
+                blend: None,
                 variation: 0.5,
             })
     }

@@ -26,6 +26,7 @@ impl RayCaster for Ball {
             uv_per_m: 1.0,
             material: self.0,
             object: ObjectId::NONE,
+            blend: None,
             variation: 0.0,
         })
     }

@@ -36,6 +36,7 @@ impl RayCaster for Ball {
             uv_per_m: 1.0,
             material: self.0,
             object: ObjectId::new(ChunkCoord::new(0, 0), 9).expect("in range"),
+            blend: None,
             variation: 0.0,
         })
     }

@@ -189,7 +189,7 @@ impl Stage for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

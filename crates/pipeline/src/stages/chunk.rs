@@ -74,7 +74,7 @@ impl Stage for SolidStage {
     );
     type Output = Solid;
     const ID: &'static str = "chunk.solid";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_str(&format!("{:?}", (self.params, self.floor)));

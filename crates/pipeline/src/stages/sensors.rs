@@ -626,6 +626,7 @@ mod tests {
                 uv_per_m: 1.0,
                 material: MaterialId(0),
                 object: ObjectId::NONE,
+                blend: None,
                 variation: 0.5,
             })
         }

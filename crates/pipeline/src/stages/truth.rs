@@ -78,6 +78,7 @@ impl Stage for TrunkStage {
             }
             let mesh = Mesh {
                 triangles: kept,
+                blends: Vec::new(),
                 ..mesh.clone()
             };
             let stripped = Prototype::new(whole.name(), mesh, cards, materials);

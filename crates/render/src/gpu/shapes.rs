@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
-use nemoral_scene::Prototype;
+use nemoral_scene::{Blend, Prototype};
 
 use super::pages::{Kind, Pages, Range};
 use super::{Gpu, GpuError};
@@ -25,7 +25,7 @@ struct TriangleRecord {
     uv_b: [f32; 2],
     uv_c: [f32; 2],
     normal_c: u32,
-    unused: u32,
+    blend: u32,
 }
 
 /// Three of them.
@@ -195,7 +195,7 @@ fn address(prototype: &Arc<Prototype>) -> usize {
 
 fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
     let mesh = prototype.mesh();
-    let record = |t: &nemoral_scene::Triangle| {
+    let record = |(i, t): (usize, &nemoral_scene::Triangle)| {
         let [a, b, c] = t.corners.map(|i| i as usize);
         let (p, n) = (&mesh.positions, &mesh.normals);
         let uv = |i: usize| -> [f32; 2] { Vec2::to_array(&mesh.uvs[i]) };
@@ -210,10 +210,16 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
             uv_b: uv(b),
             uv_c: uv(c),
             normal_c: octahedral(n[c]),
-            unused: 0,
+            blend: mesh.blends.get(i).map_or(0, packed_blend),
         }
     };
-    mesh.triangles.iter().map(record).collect()
+    mesh.triangles.iter().enumerate().map(record).collect()
+}
+
+/// The other material above three shares of five bits, in thirtieths: a half is exact.
+fn packed_blend(blend: &Blend) -> u32 {
+    let [a, b, c] = blend.shares.map(|s| (s.clamp(0.0, 1.0) * 30.0).round() as u32);
+    u32::from(blend.other.0) << 16 | c << 10 | b << 5 | a
 }
 
 fn cards(prototype: &Prototype) -> Vec<CardRecord> {

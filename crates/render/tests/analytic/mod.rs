@@ -137,6 +137,7 @@ impl World {
                         uv_per_m: found.uv_per_m,
                         material: item.material,
                         object: item.object,
+                        blend: None,
                         variation: item.variation,
                     });
                 }

@@ -226,6 +226,13 @@ fn ground(material: u32, at: vec2f, tile: f32, footprint: f32) -> vec3f {
     return base * vec3f(1.0 + warm, 1.0, 1.0 - warm) * bright;
 }
 
+// What is seen of a share.
+fn ragged(share: f32, at: vec2f) -> f32 {
+    let noise = 0.6 * value_noise(at, 8192u, 4u) + 0.4 * value_noise(at, 32768u, 5u);
+    let lifted = share + 2.0 * share * (1.0 - share) * noise;
+    return smoothstep(0.0, 1.0, 2.5 * (lifted - 0.5) + 0.5);
+}
+
 const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
 // Reflectance of a dielectric at right angles.
 const F0 = 0.04;
@@ -251,7 +258,17 @@ fn shade(s: Surface) -> vec3f {
     let footprint = s.distance_m * light.sun.w / sqrt(cosine);
     var reflectance: vec3f;
     if is_ground {
-        reflectance = ground(s.material, s.uv, m.mean_albedo.w, footprint);
+        var share = 0.0;
+        if s.other_share > 0.0 {
+            share = ragged(s.other_share, s.uv);
+        }
+        if share < 1.0 {
+            reflectance = ground(s.material, s.uv, m.mean_albedo.w, footprint);
+        }
+        if share > 0.0 {
+            let over = ground(s.other, s.uv, materials[s.other].mean_albedo.w, footprint);
+            reflectance = mix(reflectance, over, share);
+        }
     } else {
         reflectance = sample(s.material, s.uv, footprint * s.uv_per_m);
     }

@@ -230,6 +230,9 @@ struct Surface {
     shading_normal: vec3f,
     uv: vec2f,
     uv_per_m: f32,
+    // The ground that the colour passes over into, and its share.
+    other: u32,
+    other_share: f32,
 }
 
 fn surface(vertex: Vertex, ray: vec4f) -> Surface {
@@ -261,6 +264,9 @@ fn surface(vertex: Vertex, ray: vec4f) -> Surface {
         if dot(n, n) > 0.0 {
             s.shading_normal = normalize(n * select(-1.0, 1.0, dot(n, s.normal) >= 0.0));
         }
+        let shares = vec3f(vec3u(c.w, c.w >> 5u, c.w >> 10u) & vec3u(31u)) / 30.0;
+        s.other = c.w >> 16u;
+        s.other_share = shares.x * (1.0 - m.u - m.v) + shares.y * m.u + shares.z * m.v;
         let st = bitcast<vec4f>(b);
         let eu = st.zw - st.xy;
         let ev = bitcast<vec2f>(c.xy) - st.xy;
