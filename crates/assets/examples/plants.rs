@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("shrubs", &library.shrubs, 3.4, 4),
         ("rocks", &library.rocks, 2.6, 4),
         ("stumps", &library.stumps, 1.3, 5),
-        ("trail_grass", &library.trail_grass, 0.5, 6),
+        ("trail_tufts", &library.trail_tufts, 0.5, 6),
         ("trail_stones", &library.trail_stones, 0.25, 6),
     ];
     for (i, (name, list, spacing_m, columns)) in lists.into_iter().enumerate() {

@@ -126,7 +126,7 @@ impl Library {
                 &self.herbs,
                 &self.ferns,
                 &self.litter,
-                &self.trail_grass,
+                &self.trail_tufts,
                 &self.trail_stones,
             ]
             .map(|plants| plants.iter().map(KeptPlant::of).collect()),
@@ -177,7 +177,7 @@ impl Library {
             herbs,
             ferns,
             litter,
-            trail_grass,
+            trail_tufts,
             trail_stones,
         ] = plants;
         Ok(Self {
@@ -191,7 +191,7 @@ impl Library {
             herbs: herbs?,
             ferns: ferns?,
             litter: litter?,
-            trail_grass: trail_grass?,
+            trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
             ground: kept.ground.into_owned(),
             materials,

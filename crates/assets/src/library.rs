@@ -135,8 +135,8 @@ pub struct Library {
     pub ferns: Vec<PlantAsset>,
     /// Patches of fallen twigs, cones and leaves.
     pub litter: Vec<PlantAsset>,
-    /// Grass tufts for trails.
-    pub trail_grass: Vec<PlantAsset>,
+    /// Tufts for trails: grass, trodden grass, plantain, clover.
+    pub trail_tufts: Vec<PlantAsset>,
     /// Loose stones for trails.
     pub trail_stones: Vec<PlantAsset>,
     /// The ground.
@@ -320,11 +320,11 @@ impl Library {
         let litter = collect(LITTER, PATCHES, &|i, key| {
             patch("litter", i, floor::litter(i, &palette, &mut key.rng()))
         });
-        let trail_grass = collect(TRAIL_GRASS, PATCHES, &|i, key| {
+        let trail_tufts = collect(TRAIL_TUFTS, PATCHES, &|i, key| {
             patch(
-                "trail_grass",
+                "trail_tufts",
                 i,
-                undergrowth::trail_grass(&palette, &mut key.rng()),
+                undergrowth::trail_tuft(i, &palette, &mut key.rng()),
             )
         });
         Ok(Self {
@@ -338,7 +338,7 @@ impl Library {
             herbs,
             ferns,
             litter,
-            trail_grass,
+            trail_tufts,
             trail_stones,
             ground: palette.ground,
             materials: palette.library,
@@ -356,7 +356,7 @@ const GRASS: Stage = Stage::new("assets.grass");
 const HERBS: Stage = Stage::new("assets.herbs");
 const FERNS: Stage = Stage::new("assets.ferns");
 const LITTER: Stage = Stage::new("assets.litter");
-const TRAIL_GRASS: Stage = Stage::new("assets.trail_grass");
+const TRAIL_TUFTS: Stage = Stage::new("assets.trail_tufts");
 const TRAIL_STONES: Stage = Stage::new("assets.trail_stones");
 
 const SHRUBS_PER_KIND: u32 = 4;

@@ -69,7 +69,7 @@ fn all_plants() -> impl Iterator<Item = &'static PlantAsset> {
         &l.herbs,
         &l.ferns,
         &l.litter,
-        &l.trail_grass,
+        &l.trail_tufts,
         &l.trail_stones,
     ]
     .into_iter()
@@ -325,7 +325,7 @@ fn every_kind_has_its_semantics_and_its_variants() {
     only(&l.herbs, &[Semantic::Herb]);
     only(&l.ferns, &[Semantic::Fern]);
     only(&l.litter, &[Semantic::FallenTwig]);
-    only(&l.trail_grass, &[Semantic::Grass]);
+    only(&l.trail_tufts, &[Semantic::Grass, Semantic::Herb]);
     only(&l.trail_stones, &[Semantic::Stone]);
     only(&l.rocks, &[Semantic::Rock]);
     only(&l.stumps, &[Semantic::Stump]);
@@ -342,7 +342,7 @@ fn every_kind_has_its_semantics_and_its_variants() {
         &l.grass,
         &l.herbs,
         &l.litter,
-        &l.trail_grass,
+        &l.trail_tufts,
         &l.trail_stones,
     ] {
         assert!(list.len() >= 16);
@@ -545,7 +545,7 @@ fn fingerprint(l: &Library) -> (u64, u64, u64) {
         &l.herbs,
         &l.ferns,
         &l.litter,
-        &l.trail_grass,
+        &l.trail_tufts,
         &l.trail_stones,
     ];
     for p in lists.into_iter().flatten() {

@@ -7,7 +7,7 @@
 //! 1024 m, like ground coordinates, so they have no seam.
 
 use glam::{Vec2, Vec3};
-use nemoral_scene::{Material, Texture};
+use nemoral_scene::{Hit, MaterialId, MaterialLibrary, Texture};
 
 /// The period of ground coordinates, metres.
 const PERIOD_M: f32 = 1024.0;
@@ -16,24 +16,27 @@ const PERIOD_M: f32 = 1024.0;
 /// near 0 only their blend.
 const SPACING: f32 = 0.6;
 
-/// The albedo of the ground at (x, y) metres, of a material and of what it passes over into there.
-pub(crate) fn albedo(
-    material: &Material,
-    over: Option<(&Material, f32)>,
-    at_m: Vec2,
-    footprint_m: f32,
-) -> Vec3 {
-    let of = |m: &Material| of_texture(&m.albedo, at_m, m.tile_m, footprint_m);
-    let (other, share) = match over {
-        Some((other, share)) => (other, ragged(share, at_m)),
-        None => return of(material),
+/// The albedo of the ground at a hit, of its material and of what that passes over into there.
+pub(crate) fn albedo(materials: &MaterialLibrary, hit: &Hit, footprint_m: f32) -> Vec3 {
+    let of = |id: MaterialId| {
+        let m = materials.get(id);
+        of_texture(&m.albedo, hit.uv, m.tile_m, footprint_m)
+    };
+    let Some((other, share)) = hit.blend else {
+        return of(hit.material);
+    };
+    // From both sides of a border one and the same patches lie on top.
+    let share = if hit.material.0 < other.0 {
+        ragged(share, hit.uv)
+    } else {
+        1.0 - ragged(1.0 - share, hit.uv)
     };
     if share <= 0.0 {
-        of(material)
+        of(hit.material)
     } else if share >= 1.0 {
         of(other)
     } else {
-        of(material).lerp(of(other), share)
+        of(hit.material).lerp(of(other), share)
     }
 }
 
@@ -159,6 +162,7 @@ fn hash(x: u32, y: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nemoral_scene::{Material, ObjectId, Semantic};
     use proptest::prelude::*;
 
     /// One bright spot in a dark tile.
@@ -197,6 +201,53 @@ mod tests {
             let (a, b) = (of_texture(&t, Vec2::new(x, y), 4.0, 0.0), of_texture(&t, Vec2::new(x + 0.002, y), 4.0, 0.0));
             prop_assert!((a - b).length() < 0.03, "{a} {b}");
         }
+    }
+
+    proptest! {
+        #[test]
+        fn a_border_is_ragged_and_no_line(x in 0.0_f32..1024.0, y in 0.0_f32..1024.0, share in 0.0_f32..1.0) {
+            let at = Vec2::new(x, y);
+            prop_assert_eq!([ragged(0.0, at), ragged(1.0, at)], [0.0, 1.0]);
+            let more = ragged((share + 0.05).min(1.0), at);
+            prop_assert!((0.0..=1.0).contains(&more) && more >= ragged(share, at), "more is not less");
+
+            // Two grounds seen from both of their sides.
+            let mut materials = MaterialLibrary::new();
+            let mut add = |value: f32| {
+                let plain = Material::plain(&format!("{value}"), Semantic::Soil, Vec3::splat(value));
+                materials.add(Material { ground: true, tile_m: 1.0, ..plain })
+            };
+            let (dark, light) = (add(0.1), add(0.5));
+            let colour = |material, blend| albedo(&materials, &Hit { material, blend, uv: at, ..HIT }, 0.0);
+            let (here, there) = (colour(dark, Some((light, share))), colour(light, Some((dark, 1.0 - share))));
+            prop_assert!(here.distance(there) < 1e-5, "{here} {there}");
+            prop_assert_eq!(colour(dark, Some((light, 0.0))), colour(dark, None));
+            prop_assert_eq!(colour(dark, Some((light, 1.0))), colour(light, None));
+        }
+    }
+
+    const HIT: Hit = Hit {
+        distance_m: 1.0,
+        geometric_normal: Vec3::Z,
+        shading_normal: Vec3::Z,
+        uv: Vec2::ZERO,
+        uv_per_m: 1.0,
+        material: MaterialId(0),
+        blend: None,
+        object: ObjectId::NONE,
+        variation: 0.5,
+    };
+
+    #[test]
+    fn half_and_half_on_the_line() {
+        let n = 200_i32;
+        let at = |i: i32| Vec2::new((i % n) as f32, (i / n) as f32) * 0.037;
+        let seen: Vec<f32> = (0..n * n).map(|i| ragged(0.5, at(i))).collect();
+        let mean = seen.iter().sum::<f32>() / seen.len() as f32;
+        assert!((mean - 0.5).abs() < 0.02, "{mean}");
+        // In patches: a half of it is seen nearly as it is.
+        let clear = seen.iter().filter(|&&s| !(0.2..=0.8).contains(&s)).count();
+        assert!(clear > seen.len() / 3, "{clear} of {}", seen.len());
     }
 
     #[test]

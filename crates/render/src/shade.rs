@@ -53,11 +53,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
         1.0
     };
     let flat = hit.geometric_normal * facing;
-    let surface = surface(
-        scene,
-        look,
-        hit.shading_normal * facing,
-    );
+    let surface = surface(scene, look, hit.shading_normal * facing);
 
     let openness = scene.sky_visibility.openness(point);
     let indirect = indirect(
@@ -170,8 +166,7 @@ fn surface(scene: &SceneView<'_>, look: &Look<'_>, normal: Vec3) -> Surface {
     let footprint_m = hit.distance_m * look.sample_rad / cos.sqrt();
     let texture = &material.albedo;
     let mut reflectance = if material.ground {
-        let over = hit.blend.map(|(m, share)| (scene.materials.get(m), share));
-        ground::albedo(material, over, hit.uv, footprint_m)
+        ground::albedo(scene.materials, hit, footprint_m)
     } else {
         texture.sample(hit.uv, footprint_m * hit.uv_per_m)
     };

@@ -97,6 +97,11 @@ fn check(m: &Mesh, size: f64) {
             "{p} twice"
         );
     }
+    let shares = shares_inside(m);
+    assert!(
+        shares.iter().all(|s| [0.0, 0.5, 1.0].contains(s)),
+        "{shares:?}"
+    );
     assert_eq!(
         (m.normals.len(), m.uvs.len()),
         (m.positions.len(), m.positions.len())
@@ -108,13 +113,34 @@ fn check(m: &Mesh, size: f64) {
     );
 }
 
-/// The vertices on one border, by the coordinate along it: height, normal, both as bits.
-fn border(m: &Mesh, along: impl Fn(Vec3) -> Option<f32>) -> Vec<[u32; 5]> {
-    let mut out: Vec<_> = m
-        .positions
-        .iter()
-        .zip(&m.normals)
-        .filter_map(|(p, n)| along(*p).map(|s| [s, p.z, n.x, n.y, n.z].map(f32::to_bits)))
+/// How much of each vertex's colour is the zone's: all triangles around it say the same.
+fn shares_inside(m: &Mesh) -> Vec<f32> {
+    assert_eq!(m.blends.len(), m.triangles.len());
+    let mut shares = vec![f32::NAN; m.positions.len()];
+    for (t, blend) in m.triangles.iter().zip(&m.blends) {
+        for (corner, share) in t.corners.into_iter().zip(blend.shares) {
+            assert!(share == 0.0 || blend.other != t.material);
+            let inside = if t.material == INSIDE {
+                1.0 - share
+            } else {
+                share
+            };
+            let known = &mut shares[corner as usize];
+            assert!(known.is_nan() || *known == inside, "{known} {inside}");
+            *known = inside;
+        }
+    }
+    shares
+}
+
+/// The vertices on one border, by the coordinate along it: height, normal, colour, all as bits.
+fn border(m: &Mesh, along: impl Fn(Vec3) -> Option<f32>) -> Vec<[u32; 6]> {
+    let shares = shares_inside(m);
+    let mut out: Vec<_> = (0..m.positions.len())
+        .filter_map(|i| {
+            let (p, n) = (m.positions[i], m.normals[i]);
+            along(p).map(|s| [s, p.z, n.x, n.y, n.z, shares[i]].map(f32::to_bits))
+        })
         .collect();
     out.sort_unstable();
     out
@@ -193,6 +219,15 @@ fn class_edge<F: Fn(DVec2) -> f64 + Send + Sync>(zone: &Zone<F>, area: f64, radi
         }
     }
     assert!(borders > 20);
+    // Half and half on the line, and nowhere else.
+    for (p, share) in m.positions.iter().zip(shares_inside(&m)) {
+        let e = (zone.0)(p.truncate().as_dvec2());
+        let expected = match share {
+            0.5 => e.abs() < 0.002,
+            s => e.abs() < 0.002 || (s == 1.0) == (e < 0.0),
+        };
+        assert!(expected, "{p}: {share} at {e} m");
+    }
     for t in &m.triangles {
         let [a, b, c] = t.corners.map(place);
         let e = (zone.0)((a + b + c) / 3.0);

@@ -20,7 +20,7 @@ const VERGE_WAVE_M: f64 = 4.0;
 /// What stands on a trail or at its edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum DressingKind {
-    /// A tuft of grass.
+    /// A tuft of grass, or what else can bear to be trodden on.
     Grass,
     /// A stone.
     Stone,

@@ -38,11 +38,15 @@ pub(crate) fn scatter(count: u32, radius_m: f32, spacing_m: f32, rng: &mut impl 
     points
 }
 
+/// How far blades lean that nobody has trodden on, radians: the least and the most.
+const UPRIGHT: [f32; 2] = [0.05, 0.55];
+
 /// A tuft of grass: pictures of blades around a foot, leaning out.
-pub(crate) fn tuft(
+fn tuft(
     shape: &mut Shape,
     foot: Vec2,
     cards: u32,
+    lean: [f32; 2],
     scale: f32,
     palette: &Palette,
     rng: &mut impl Rng,
@@ -52,7 +56,7 @@ pub(crate) fn tuft(
         let azimuth = turn + TAU * (i as f32 + rng.range_f32(-0.3, 0.3)) / cards as f32;
         let out = around(azimuth);
         let base = foot.extend(-SUNK_M) + out * rng.range_f32(0.0, 0.025);
-        let along = leaning(azimuth, rng.range_f32(0.05, 0.55));
+        let along = leaning(azimuth, rng.range_f32(lean[0], lean[1]));
         // The flat side faces partly outwards, partly along the rim, so that no view is all edges.
         let across = around(azimuth + rng.range_f32(0.9, 2.2));
         let size = scale * rng.range_f32(0.8, 1.2);
@@ -81,6 +85,7 @@ pub(crate) fn grass(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shap
             &mut shape,
             foot,
             4 + rng.below(3),
+            UPRIGHT,
             scale * edge * rng.range_f32(0.7, 1.15),
             palette,
             rng,
@@ -101,19 +106,20 @@ pub(crate) fn herbs(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shap
     let plants = 16 + rng.below(14);
     for foot in scatter(plants, 0.65, 0.05, rng) {
         match rng.weighted(&weights) {
-            Some(0) => rosette(&mut shape, foot, palette, rng),
+            Some(0) => rosette(&mut shape, foot, [0.7, 1.35], palette, rng),
             Some(1) => stems(&mut shape, foot, palette, rng),
-            _ => trefoils(&mut shape, foot, palette, rng),
+            _ => trefoils(&mut shape, foot, [0.8, 1.3], palette, rng),
         }
     }
     shape
 }
 
-fn rosette(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng) {
+/// `sizes` are the least and the most, over the pictures'.
+fn rosette(shape: &mut Shape, foot: Vec2, sizes: [f32; 2], palette: &Palette, rng: &mut impl Rng) {
     let leaves = 6 + rng.below(5);
     let turn = rng.range_f32(0.0, TAU);
     let kind = pick(&palette.broad_leaf, rng);
-    let size = rng.range_f32(0.7, 1.35);
+    let size = rng.range_f32(sizes[0], sizes[1]);
     for i in 0..leaves {
         let azimuth = turn + 2.4 * i as f32;
         let along = leaning(azimuth, rng.range_f32(0.55, 1.30));
@@ -143,7 +149,7 @@ fn stems(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng) {
     }
 }
 
-fn trefoils(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng) {
+fn trefoils(shape: &mut Shape, foot: Vec2, sizes: [f32; 2], palette: &Palette, rng: &mut impl Rng) {
     for _ in 0..6 + rng.below(6) {
         let azimuth = rng.range_f32(0.0, TAU);
         let at = foot + around(azimuth).truncate() * 0.11 * rng.unit_f32().sqrt();
@@ -151,7 +157,7 @@ fn trefoils(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng
         // The leaf spreads level on top of its stalk.
         let along = leaning(azimuth, rng.range_f32(0.95, 1.45));
         let across = along.cross(Vec3::Z) + 0.3 * rng.range_f32(-1.0, 1.0) * Vec3::Z;
-        let size = rng.range_f32(0.8, 1.3);
+        let size = rng.range_f32(sizes[0], sizes[1]);
         shape.card(
             pick(&palette.trefoil, rng),
             at.extend(height),
@@ -249,13 +255,39 @@ pub(crate) fn male_fern(palette: &Palette, rng: &mut impl Rng) -> Shape {
     shape
 }
 
-/// A tuft for trails: grass trodden low.
-pub(crate) fn trail_grass(palette: &Palette, rng: &mut impl Rng) -> Shape {
+/// What grows on trails: grass, grass trodden flat, plantain, clover with some blades.
+pub(crate) fn trail_tuft(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    let tufts = 1 + rng.below(4);
-    let scale = rng.range_f32(0.30, 0.70);
-    for foot in scatter(tufts, 0.09, 0.03, rng) {
-        tuft(&mut shape, foot, 4 + rng.below(4), scale, palette, rng);
+    match variant % 4 {
+        0 => {
+            let scale = rng.range_f32(0.30, 0.65);
+            for foot in scatter(1 + rng.below(4), 0.09, 0.03, rng) {
+                let cards = 4 + rng.below(4);
+                tuft(&mut shape, foot, cards, UPRIGHT, scale, palette, rng);
+            }
+        }
+        1 => {
+            let scale = rng.range_f32(0.35, 0.75);
+            for foot in scatter(3 + rng.below(6), 0.22, 0.05, rng) {
+                let cards = 4 + rng.below(4);
+                tuft(&mut shape, foot, cards, [0.7, 1.35], scale, palette, rng);
+            }
+        }
+        2 => {
+            for foot in scatter(2 + rng.below(5), 0.20, 0.07, rng) {
+                rosette(&mut shape, foot, [0.3, 0.7], palette, rng);
+            }
+        }
+        _ => {
+            for foot in scatter(2 + rng.below(3), 0.16, 0.08, rng) {
+                trefoils(&mut shape, foot, [0.5, 0.9], palette, rng);
+            }
+            for foot in scatter(1 + rng.below(2), 0.18, 0.05, rng) {
+                let cards = 4 + rng.below(4);
+                let scale = rng.range_f32(0.25, 0.5);
+                tuft(&mut shape, foot, cards, [0.2, 1.1], scale, palette, rng);
+            }
+        }
     }
     shape
 }

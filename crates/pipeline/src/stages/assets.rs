@@ -41,8 +41,8 @@ pub struct WorldAssets {
     pub ferns: Vec<Arc<Blas>>,
     /// Of `library.litter`.
     pub litter: Vec<Arc<Blas>>,
-    /// Of `library.trail_grass`.
-    pub trail_grass: Vec<Arc<Blas>>,
+    /// Of `library.trail_tufts`.
+    pub trail_tufts: Vec<Arc<Blas>>,
     /// Of `library.trail_stones`.
     pub trail_stones: Vec<Arc<Blas>>,
     /// How copies of trees are turned and sized.
@@ -266,7 +266,7 @@ impl Stage for AssetStage {
             herbs: plants(&library.herbs),
             ferns: plants(&library.ferns),
             litter: plants(&library.litter),
-            trail_grass: plants(&library.trail_grass),
+            trail_tufts: plants(&library.trail_tufts),
             trail_stones: plants(&library.trail_stones),
             looks: Looks::new(world),
             library,

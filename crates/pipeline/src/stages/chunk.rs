@@ -250,7 +250,7 @@ impl Stage for LowStage {
                 scale: d.scale,
                 key,
             };
-            plant(&assets.trail_grass, &library.trail_grass, &place);
+            plant(&assets.trail_tufts, &library.trail_tufts, &place);
         }
         Ok(Low(
             (!instances.is_empty()).then(|| Arc::new(Group::build(instances)))

@@ -218,7 +218,9 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
 
 /// The other material above three shares of five bits, in thirtieths: a half is exact.
 fn packed_blend(blend: &Blend) -> u32 {
-    let [a, b, c] = blend.shares.map(|s| (s.clamp(0.0, 1.0) * 30.0).round() as u32);
+    let [a, b, c] = blend
+        .shares
+        .map(|s| (s.clamp(0.0, 1.0) * 30.0).round() as u32);
     u32::from(blend.other.0) << 16 | c << 10 | b << 5 | a
 }
 

@@ -260,7 +260,11 @@ fn shade(s: Surface) -> vec3f {
     if is_ground {
         var share = 0.0;
         if s.other_share > 0.0 {
-            share = ragged(s.other_share, s.uv);
+            if s.material < s.other {
+                share = ragged(s.other_share, s.uv);
+            } else {
+                share = 1.0 - ragged(1.0 - s.other_share, s.uv);
+            }
         }
         if share < 1.0 {
             reflectance = ground(s.material, s.uv, m.mean_albedo.w, footprint);
