@@ -268,9 +268,9 @@ pub(crate) fn trail_tuft(variant: u32, palette: &Palette, rng: &mut impl Rng) ->
         }
         1 => {
             let scale = rng.range_f32(0.35, 0.75);
-            for foot in scatter(3 + rng.below(6), 0.22, 0.05, rng) {
+            for foot in scatter(2 + rng.below(5), 0.18, 0.05, rng) {
                 let cards = 4 + rng.below(4);
-                tuft(&mut shape, foot, cards, [0.7, 1.35], scale, palette, rng);
+                tuft(&mut shape, foot, cards, [0.3, 0.95], scale, palette, rng);
             }
         }
         2 => {
@@ -279,13 +279,13 @@ pub(crate) fn trail_tuft(variant: u32, palette: &Palette, rng: &mut impl Rng) ->
             }
         }
         _ => {
-            for foot in scatter(2 + rng.below(3), 0.16, 0.08, rng) {
+            for foot in scatter(1 + rng.below(2), 0.14, 0.08, rng) {
                 trefoils(&mut shape, foot, [0.5, 0.9], palette, rng);
             }
             for foot in scatter(1 + rng.below(2), 0.18, 0.05, rng) {
                 let cards = 4 + rng.below(4);
                 let scale = rng.range_f32(0.25, 0.5);
-                tuft(&mut shape, foot, cards, [0.2, 1.1], scale, palette, rng);
+                tuft(&mut shape, foot, cards, [0.1, 0.8], scale, palette, rng);
             }
         }
     }
