@@ -11,7 +11,7 @@ use nemoral_render::{
 };
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Hit, Image, Instance, InstanceGroup, Intrinsics, Material,
+    AlphaMask, Blend, Card, ChunkCoord, Hit, Image, Instance, InstanceGroup, Intrinsics, Material,
     MaterialId, MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster,
     RigidTransform, Semantic, Triangle, TruthImages,
 };
@@ -54,7 +54,14 @@ impl Wood {
         let mut rng = Key::world(seed).stage(Stage::new("test.wood")).rng();
         let rng = &mut rng;
         let mut materials = MaterialLibrary::new();
-        let soil = materials.add(Material::plain("soil", Semantic::Soil, Vec3::splat(0.2)));
+        let mut floor = |name, albedo| {
+            materials.add(Material {
+                ground: true,
+                ..Material::plain(name, Semantic::Soil, albedo)
+            })
+        };
+        let soil = floor("soil", Vec3::splat(0.2));
+        let moss = floor("moss", Vec3::new(0.02, 0.1, 0.02));
         let bark = materials.add(Material::plain("bark", Semantic::Stem, Vec3::splat(0.1)));
         let leaf = |rng: &mut PhiloxRng, semantic, width, height| Material {
             mask: Some(Arc::new(change(mask(rng, width, height)))),
@@ -67,7 +74,7 @@ impl Wood {
         let shapes: Vec<Arc<Blas>> = (0..6)
             .map(|_| plant(rng, bark, leaves, &materials))
             .collect();
-        let ground = ground(rng, soil, &materials);
+        let ground = ground(rng, [soil, moss], &materials);
         let group = |chunk: i32, rng: &mut PhiloxRng| {
             let mut instances = vec![placed(&ground, Vec3::ZERO, Mat3::IDENTITY, ObjectId::NONE)];
             for item in 1..=30_u16 {
@@ -185,8 +192,12 @@ fn plant(
     shape(mesh, cards, materials)
 }
 
-/// A chunk of bumpy ground.
-fn ground(rng: &mut PhiloxRng, soil: MaterialId, materials: &MaterialLibrary) -> Arc<Blas> {
+/// A chunk of bumpy ground, soil in the south and moss in the north, with a broad border of both.
+fn ground(
+    rng: &mut PhiloxRng,
+    [soil, moss]: [MaterialId; 2],
+    materials: &MaterialLibrary,
+) -> Arc<Blas> {
     const SIDE: u32 = 25;
     let mut mesh = Mesh::default();
     for i in 0..=SIDE {
@@ -204,10 +215,18 @@ fn ground(rng: &mut PhiloxRng, soil: MaterialId, materials: &MaterialLibrary) ->
         for j in 0..SIDE {
             let k = i * (SIDE + 1) + j;
             for corners in [[k, k + SIDE + 1, k + SIDE + 2], [k, k + SIDE + 2, k + 1]] {
-                mesh.triangles.push(Triangle {
-                    corners,
-                    material: soil,
+                let (material, other) = if j <= SIDE / 2 {
+                    (soil, moss)
+                } else {
+                    (moss, soil)
+                };
+                let shares = corners.map(|corner| {
+                    let north =
+                        ((corner % (SIDE + 1)) as f32 / SIDE as f32 * 1.5 - 0.25).clamp(0.0, 1.0);
+                    if material == moss { 1.0 - north } else { north }
                 });
+                mesh.triangles.push(Triangle { corners, material });
+                mesh.blends.push(Blend { other, shares });
             }
         }
     }

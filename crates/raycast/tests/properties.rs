@@ -8,7 +8,8 @@ use common::{Groups, cube, direction, place, ray, rng, scene, soup};
 use glam::{Mat3, Vec2, Vec3};
 use nemoral_raycast::{Blas, BruteForce, Forest, Group};
 use nemoral_scene::{
-    AlphaMask, Card, Hit, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray, RayCaster, SurfaceHit,
+    AlphaMask, Blend, Card, Hit, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray,
+    RayCaster, Semantic, SurfaceHit,
 };
 use nemoral_seed::Draw;
 use proptest::prelude::*;
@@ -146,6 +147,32 @@ fn alone(blas: &Arc<Blas>, linear: Mat3) -> Groups {
         Vec3::ZERO,
         Arc::new(Group::build(vec![place(blas, Vec3::ZERO, linear, 1)])),
     )]
+}
+
+#[test]
+fn colours_pass_over_between_the_corners() {
+    let corners = [Vec3::ZERO, 4.0 * Vec3::X, 4.0 * Vec3::Y];
+    let uvs = corners.map(Vec3::truncate);
+    let mut mesh = soup([
+        (corners, uvs, OPAQUE),
+        (corners.map(|p| p - Vec3::X * 9.0), uvs, OPAQUE),
+    ]);
+    let mut library = plain();
+    let other = library.add(Material::plain("other", Semantic::Soil, Vec3::ONE));
+    let shares = [0.0, 0.5, 1.0];
+    mesh.blends = vec![Blend { other, shares }, Blend::NONE];
+    let forest = Forest::new(alone(
+        &common::blas(mesh, Vec::new(), &library),
+        Mat3::IDENTITY,
+    ));
+    let seen = |x: f32, y: f32| {
+        let ray = Ray::new(Vec3::new(x, y, 3.0), -Vec3::Z);
+        forest.closest_hit(&ray).expect("a hit").blend
+    };
+    assert_eq!(seen(2.0, 1.0), Some((other, 0.5)));
+    assert_eq!(seen(1.0, 2.5), Some((other, 0.75)));
+    assert_eq!(seen(0.0, 0.0), None);
+    assert_eq!(seen(-8.0, 1.0), None);
 }
 
 #[test]

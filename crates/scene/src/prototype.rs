@@ -359,3 +359,69 @@ impl Instance {
         shear * turn
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Material, Semantic};
+
+    /// What is said of a triangle that somebody has spoilt.
+    fn refused(spoil: impl Fn(&mut Mesh)) -> String {
+        let mut library = MaterialLibrary::new();
+        library.add(Material::plain("soil", Semantic::Soil, Vec3::ONE));
+        let mut mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            normals: vec![Vec3::Z; 3],
+            uvs: vec![Vec2::ZERO; 3],
+            triangles: vec![Triangle {
+                corners: [0, 1, 2],
+                material: MaterialId(0),
+            }],
+            blends: vec![Blend::NONE],
+        };
+        spoil(&mut mesh);
+        match Prototype::new("heap", mesh, Vec::new(), &library) {
+            Ok(_) => String::new(),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn what_is_no_shape_is_refused_by_name() {
+        assert_eq!(refused(|_| ()), "");
+        assert_eq!(refused(|m| m.blends.clear()), "");
+        let spoilt: [(fn(&mut Mesh), &str); 7] = [
+            (
+                |m| *m = Mesh::default(),
+                "shape `heap` has neither triangles nor cards",
+            ),
+            (
+                |m| m.uvs.truncate(2),
+                "shape `heap` has 3 positions, 3 normals and 2 uvs: they must be equal",
+            ),
+            (
+                |m| m.blends.push(Blend::NONE),
+                "shape `heap` has 2 blends for 1 triangles: give one of each, or none",
+            ),
+            (
+                |m| m.triangles[0].corners[1] = 3,
+                "shape `heap`, triangle 0: vertex 3 of 3 does not exist",
+            ),
+            (
+                |m| m.triangles[0].material = MaterialId(1),
+                "shape `heap`: material 1 of 1 does not exist",
+            ),
+            (
+                |m| m.blends[0].other = MaterialId(7),
+                "shape `heap`: material 7 of 1 does not exist",
+            ),
+            (
+                |m| m.positions[2].x = f32::NAN,
+                "shape `heap` has a coordinate that is not finite",
+            ),
+        ];
+        for (spoil, said) in spoilt {
+            assert_eq!(refused(spoil), said);
+        }
+    }
+}
