@@ -390,7 +390,8 @@ mod tests {
     fn what_is_no_shape_is_refused_by_name() {
         assert_eq!(refused(|_| ()), "");
         assert_eq!(refused(|m| m.blends.clear()), "");
-        let spoilt: [(fn(&mut Mesh), &str); 7] = [
+        type Spoil = fn(&mut Mesh);
+        let spoilt: [(Spoil, &str); 7] = [
             (
                 |m| *m = Mesh::default(),
                 "shape `heap` has neither triangles nor cards",
