@@ -392,7 +392,7 @@ impl Cutter<'_> {
     fn push(&self, work: &mut Work<'_>, corners: [u32; 3], inside: bool) {
         let [a, b, c] = corners.map(|v| work.world[v as usize]);
         let material = (self.material)((a + b + c) / 3.0, inside);
-        let sides = corners.map(|v| self.sides[v as usize].unwrap_or([material; 2]));
+        let sides = corners.map(|v| self.sides[v as usize].expect("looked at when it was made"));
         work.mesh.triangles.push(Triangle { corners, material });
         work.mesh.blends.push(blend(material, sides));
     }

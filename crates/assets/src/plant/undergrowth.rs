@@ -255,7 +255,7 @@ pub(crate) fn male_fern(palette: &Palette, rng: &mut impl Rng) -> Shape {
     shape
 }
 
-/// What grows on trails: grass, grass trodden flat, plantain, clover with some blades.
+/// What grows on trails: grass, trodden grass, plantain, clover with some blades.
 pub(crate) fn trail_tuft(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     match variant % 4 {
