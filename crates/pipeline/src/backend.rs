@@ -3,12 +3,10 @@
 #[cfg(feature = "gpu")]
 use nemoral_render::{Accept, Gpu, GpuCamera, GpuError};
 use nemoral_render::{CameraImages, CameraRenderer, RayCastCamera, SceneView, View};
-use nemoral_scene::Shutter;
 use nemoral_seed::Key;
 
 use crate::Error;
-use crate::config::{Camera, CameraLens, Config};
-use crate::stages::sensors::shutter;
+use crate::config::Config;
 
 /// What a request says about the renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,35 +32,16 @@ pub enum Backend {
 }
 
 impl Backend {
-    /// Decides for the cameras of a config, and says in words what and why: without cameras, and for
-    /// lenses that distort and shutters that take time, which rasterisers cannot draw, it is the CPU.
+    /// Decides for a config, and says in words what and why.
     ///
     /// # Errors
-    /// As [`Backend::resolve`], and if a GPU is demanded for such a camera.
+    /// As [`Backend::resolve`].
     pub fn for_config(choice: BackendChoice, config: &Config) -> Result<(Self, String), Error> {
-        if !config.camera.enabled {
-            return Ok((
-                Self::Cpu,
-                "renderer: none, as there is no camera".to_owned(),
-            ));
+        if config.camera.enabled {
+            return Self::resolve(choice);
         }
-        let beyond_gpus = |(path, camera): (String, &Camera)| {
-            if !matches!(camera.lens, CameraLens::Pinhole(_)) {
-                let why = "distorts, and a GPU draws what a pinhole sees";
-                return Some(format!("the lens of [{path}] {why}"));
-            }
-            let why = "takes time, and a GPU draws an instant";
-            (shutter(camera) != Shutter::INSTANT).then(|| format!("[{path}.shutter] {why}"))
-        };
-        match (choice, config.all_cameras().find_map(beyond_gpus)) {
-            (BackendChoice::Gpu, Some(why)) => Err(Error::request(format!(
-                "--backend gpu: {why}: take --backend cpu"
-            ))),
-            (BackendChoice::Auto, Some(why)) => {
-                Ok((Self::Cpu, format!("renderer: the CPU ({why})")))
-            }
-            _ => Self::resolve(choice),
-        }
+        let none = "renderer: none, as there is no camera";
+        Ok((Self::Cpu, none.to_owned()))
     }
 
     /// Decides, and says in words what and why.

@@ -98,10 +98,30 @@ impl View {
         self.shutter.exposure_s > 0.0 && self.motion != Twist::STILL
     }
 
-    /// Do rows, or samples of a pixel, see from different places?
+    /// Do its rows see from different places?
     #[cfg(feature = "gpu")]
-    pub(crate) fn moves(&self) -> bool {
-        self.shutter != Shutter::INSTANT && self.motion != Twist::STILL
+    pub(crate) fn rolls(&self) -> bool {
+        self.shutter.readout_s > 0.0 && self.motion != Twist::STILL
+    }
+
+    /// What it sees so much later, all rows as much, in an instant: the same rays as
+    /// [`ray_at`](Self::ray_at).
+    #[cfg(feature = "gpu")]
+    pub(crate) fn later(&self, offset_s: f64) -> Self {
+        let moved = self.motion.after(offset_s);
+        Self {
+            scene_from_camera: self.scene_from_camera * moved,
+            // The way goes on straight; the axes in which it is told have turned.
+            motion: Twist {
+                linear_m_s: moved.rotation.inverse() * self.motion.linear_m_s,
+                angular_rad_s: self.motion.angular_rad_s,
+            },
+            shutter: Shutter {
+                exposure_s: 0.0,
+                ..self.shutter
+            },
+            ..*self
+        }
     }
 
     /// # Errors

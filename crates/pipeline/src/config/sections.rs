@@ -414,7 +414,7 @@ section! {
 }
 
 section! {
-    /// When the camera's rows see light. Only a robot that moves can tell: what passes is blurred, and lines lean. Truth is that of each row in the middle of its exposure. The CPU takes such pictures.
+    /// When the camera's rows see light. Only a robot that moves can tell: what passes is blurred, and lines lean. Truth is that of each row in the middle of its exposure.
     CameraShutter at "camera.shutter" {
         /// How long each row is exposed; 0 for an instant, without motion blur.
         exposure_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 5 to 20 under crowns, 1 in the sun";
@@ -533,7 +533,7 @@ section! {
 }
 
 section! {
-    /// Brown and Conrady's distortion with OpenCV's coefficients, on picture and truth alike. The field of view is the middle row's. The CPU takes such pictures.
+    /// Brown and Conrady's distortion with OpenCV's coefficients, on picture and truth alike. The field of view is the middle row's.
     CameraBrownConrady at "camera.brown_conrady", one of "the camera's lens" {
         /// Radial: negative for barrels.
         k1: f64 = -0.1, Real(-100.0, 100.0), "a wide lens of machine vision";
@@ -549,7 +549,7 @@ section! {
 }
 
 section! {
-    /// An equidistant fisheye after Kannala and Brandt with OpenCV's coefficients, on picture and truth alike; every pixel must see within 89 degrees of the axis. The CPU takes such pictures.
+    /// An equidistant fisheye after Kannala and Brandt with OpenCV's coefficients, on picture and truth alike; every pixel must see within 89 degrees of the axis.
     CameraFisheye at "camera.fisheye", one of "the camera's lens" {
         /// Third power of the angle.
         k1: f64 = 0.0, Real(-100.0, 100.0), "equidistant";

@@ -357,6 +357,7 @@ impl CameraStage {
                     lens,
                     max_range_m,
                     keep_linear: camera.radiance,
+                    blur_samples: camera.shutter.samples,
                     ..Default::default()
                 };
                 let camera = nemoral_render::GpuCamera::new(gpu, params, lighting);

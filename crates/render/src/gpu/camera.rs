@@ -5,16 +5,19 @@ use std::sync::{Mutex, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec2, DVec3, Mat4, Vec3, Vec4};
-use nemoral_scene::{Distortion, Image, ObjectId, Semantic, TruthImages};
+use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
+use super::bend::{Bend, BendRecord};
 use super::cull::{Crowd, Frustum};
 use super::lit::{Cascade, Lit, LitShot};
 use super::materials::Materials;
 use super::pages::GpuMemory;
 use super::pass::TruthPass;
-use super::pipeline::{Batch, DEPTH_FORMAT, EXACT_FORMAT, ExactPass, Layouts, group, texture};
+use super::pipeline::{
+    Batch, DEPTH_FORMAT, EXACT_FORMAT, ExactPass, Layouts, group, storage, texture,
+};
 use super::readback::Readback;
 use super::shapes::{Shapes, from_octahedral};
 use super::{Gpu, GpuError, Pass};
@@ -31,6 +34,9 @@ pub struct GpuParams {
     pub lens: Lens,
     /// Return the radiance image too?
     pub keep_linear: bool,
+    /// Instants of a picture that blurs because the camera moves, 2..=256, in as many equal parts of
+    /// the exposure; each is drawn with four samples a pixel.
+    pub blur_samples: u32,
     /// Sides of each shadow map, texels, 256..=8192.
     pub shadow_px: u32,
     /// The most device memory that is used, MiB, 128..=1,048,576.
@@ -43,6 +49,7 @@ impl Default for GpuParams {
             max_range_m: 300.0,
             lens: Lens::default(),
             keep_linear: false,
+            blur_samples: 9,
             shadow_px: 2048,
             memory_mib: 4096,
         }
@@ -89,6 +96,8 @@ struct Targets {
     depth: wgpu::Texture,
     /// Directions of the pixels' centres, and their z in the optical frame.
     rays: wgpu::Texture,
+    /// Where each row looks from, about the frame's origin.
+    eyes: wgpu::Buffer,
 }
 
 /// Things nearer than this are not drawn.
@@ -108,22 +117,11 @@ pub(crate) struct FrameRecord {
     pub(crate) right: [f32; 4],
     pub(crate) down: [f32; 4],
     pub(crate) size: [f32; 4],
-}
-
-/// Can it be drawn? Rasterisers keep straight lines straight, and draw an instant.
-fn pinhole(view: &View) -> Result<(), GpuError> {
-    view.check()?;
-    if view.intrinsics.distortion != Distortion::None {
-        Err(GpuError::Distorted)
-    } else if view.moves() {
-        Err(GpuError::Moving)
-    } else {
-        Ok(())
-    }
+    pub(crate) bend: BendRecord,
 }
 
 impl FrameRecord {
-    fn new(view: &View, origin_m: DVec3, max_range_m: f32) -> Self {
+    fn new(view: &View, bend: Option<&Bend>, origin_m: DVec3, max_range_m: f32) -> Self {
         let k = &view.intrinsics;
         let (w, h) = (f64::from(k.width), f64::from(k.height));
         let axes = DMat3::from_quat(view.scene_from_camera.rotation);
@@ -150,6 +148,7 @@ impl FrameRecord {
             right: (x / k.fx).as_vec3().extend(k.cx as f32).to_array(),
             down: (y / k.fy).as_vec3().extend(k.cy as f32).to_array(),
             size: [w as f32, h as f32, NEAR_M as f32, 0.0],
+            bend: bend.map_or_else(BendRecord::zeroed, |bend| bend.record(view)),
         }
     }
 }
@@ -173,6 +172,8 @@ impl GpuCamera {
         let range = p.max_range_m.into();
         check("camera.max_range_m", range, 1.0, 1e5, "1..=100,000 m")?;
         p.lens.check()?;
+        let instants = p.blur_samples.into();
+        check("camera.blur_samples", instants, 2.0, 256.0, "2..=256")?;
         let shadow = p.shadow_px.into();
         check("camera.shadow_px", shadow, 256.0, 8192.0, "256..=8192")?;
         let memory = p.memory_mib.into();
@@ -245,17 +246,17 @@ impl GpuCamera {
     /// # Errors
     /// If the view is impossible, the scene does not fit, or the GPU failed.
     pub fn draw(&self, scene: &SceneView<'_>, view: &View) -> Result<GpuImages, GpuError> {
-        pinhole(view)?;
+        view.check()?;
         let mut state = self.state();
         let shot = self.prepare(&mut state, scene, view, &[])?;
-        let (readbacks, submission) = self.draw_exact(&mut state, &shot, view, usize::MAX);
+        let (readbacks, submission) = self.draw_exact(&mut state, &shot, usize::MAX);
         drop(state);
         let mut images = readbacks
             .iter()
             .map(|readback| readback.read(&self.gpu, &submission, |rows| texels(rows, view)));
         let truth = images.next().expect("the truth is the first pass")?;
         Ok(GpuImages {
-            truth: truth_images(&truth, &shot.objects),
+            truth: truth_images(&truth, view, &shot.objects),
             passes: images.collect::<Result<_, _>>()?,
         })
     }
@@ -274,6 +275,10 @@ impl GpuCamera {
         state.hold_targets(&self.gpu, view)?;
         let origin_m = origin_of(view);
         let range_m = self.params.max_range_m;
+        let bend = Bend::of(view);
+        if bend.is_some() {
+            state.bend(&self.gpu, &self.layouts)?;
+        }
         let frustum = Frustum::new(view, origin_m, range_m.into());
         let crowd = Crowd::gather(&groups, origin_m, |ball| {
             frustum.sees(ball) || cascades.iter().any(|c| c.sees(ball))
@@ -283,11 +288,15 @@ impl GpuCamera {
             .shapes
             .ensure(&self.gpu, &self.layouts.page, crowd.prototypes())?;
         let draws = crowd.draws(&state.shapes, |ball| frustum.sees(ball));
-        let frame = FrameRecord::new(view, origin_m, range_m);
+        let frame = FrameRecord::new(view, bend.as_ref(), origin_m, range_m);
         let materials = state.materials.as_ref().expect("they were uploaded");
         let frame = bytemuck::bytes_of(&frame);
         let batch = Batch::upload(&self.gpu, &self.layouts, materials, frame, &draws)?;
+        let targets = state.targets.as_ref().expect("they were made");
+        targets.cast_rays(&self.gpu, view, origin_m);
         Ok(Shot {
+            origin_m,
+            bend,
             crowd,
             batch,
             objects: draws.objects,
@@ -299,11 +308,9 @@ impl GpuCamera {
         &self,
         state: &mut State,
         shot: &Shot,
-        view: &View,
         count: usize,
     ) -> (Vec<Readback>, wgpu::SubmissionIndex) {
         let targets = state.targets.as_ref().expect("they were made");
-        targets.cast_rays(&self.gpu, view);
         let [exact, depth, rays] = [&targets.exact, &targets.depth, &targets.rays].map(view_of);
         let mut encoder = self
             .gpu
@@ -330,9 +337,11 @@ impl GpuCamera {
             let resources = [
                 table.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&rays),
+                targets.eyes.as_entire_binding(),
             ];
             let group = group(&self.gpu, own.pass.name(), &self.layouts.exact, &resources);
-            let (pages, pipelines) = (&state.shapes.pages, &own.pipelines);
+            let pages = &state.shapes.pages;
+            let pipelines = own.pipelines.of(shot.bend.is_some());
             shot.batch
                 .draw(&self.gpu, &mut pass, pages, pipelines, &group);
             drop(pass);
@@ -343,6 +352,72 @@ impl GpuCamera {
         let coming: u64 = readbacks.iter().map(Readback::bytes).sum();
         state.transient = shot.batch.bytes + coming;
         (readbacks, submission)
+    }
+
+    /// What light comes to the pixels: the mean over the exposure.
+    fn draw_colour(
+        &self,
+        state: &mut State,
+        shot: &Shot,
+        scene: &SceneView<'_>,
+        view: &View,
+        cascades: &[Cascade],
+    ) -> Result<Image<Vec3>, GpuError> {
+        let materials = state.materials.as_ref().expect("they were uploaded");
+        let targets = state.targets.as_ref().expect("they were made");
+        let lit = LitShot {
+            gpu: &self.gpu,
+            layouts: &self.layouts,
+            materials,
+            shapes: &state.shapes,
+            lighting: &self.lighting,
+            view,
+            scene,
+            cascades,
+            crowd: &shot.crowd,
+            batch: &shot.batch,
+            bent: shot.bend.is_some(),
+            rays: &targets.rays,
+            eyes: &targets.eyes,
+        };
+        let (light, mut bytes) = state.lit.light_up(&lit)?;
+        let instants = if view.blurs() {
+            self.params.blur_samples
+        } else {
+            1
+        };
+        let mut sum = vec![Vec3::ZERO; targets.pixels()];
+        let mut add = |(instant, (readback, drawn)): (View, (Readback, _))| {
+            readback.read(&self.gpu, &drawn, |rows| {
+                state.lit.compose(rows, &instant, &self.lighting, &mut sum);
+            })
+        };
+        // One is read while the GPU is at the next.
+        let mut before = None;
+        for i in 0..instants {
+            let part = (f64::from(i) + 0.5) / f64::from(instants) - 0.5;
+            let mut instant = *view;
+            if instants > 1 {
+                instant = view.later(part * view.shutter.exposure_s);
+                let range_m = self.params.max_range_m;
+                let bend = shot.bend.as_ref();
+                let frame = FrameRecord::new(&instant, bend, shot.origin_m, range_m);
+                shot.batch.aim(&self.gpu, bytemuck::bytes_of(&frame));
+                targets.cast_rays(&self.gpu, &instant, shot.origin_m);
+            }
+            let coming = state.lit.draw(&lit, &light)?;
+            bytes += if i < 2 { coming.0.bytes() } else { 0 };
+            if let Some(before) = before.replace((instant, coming)) {
+                add(before)?;
+            }
+        }
+        before.map(&mut add).transpose()?;
+        state.transient += bytes;
+        for c in &mut sum {
+            *c /= instants as f32;
+        }
+        let [width, height] = targets.size.map(|side| side as usize);
+        Ok(Image::new(width, height, sum))
     }
 
     fn limit(&self) -> u64 {
@@ -365,7 +440,7 @@ impl CameraRenderer for GpuCamera {
         view: &View,
         key: Key,
     ) -> Result<CameraImages, GpuError> {
-        pinhole(view)?;
+        view.check()?;
         let mut guard = self.state();
         let state = &mut *guard;
         let cascades = Cascade::all(
@@ -377,30 +452,10 @@ impl CameraRenderer for GpuCamera {
         );
         state.lit.hold_targets(&self.gpu, view)?;
         let shot = self.prepare(state, scene, view, &cascades)?;
-        let (truth, truth_drawn) = self.draw_exact(state, &shot, view, 1);
-        let lit = LitShot {
-            view,
-            scene,
-            cascades: &cascades,
-            crowd: &shot.crowd,
-            batch: &shot.batch,
-        };
-        let materials = state.materials.as_ref().expect("they were uploaded");
-        let (colour, colour_drawn, bytes) = state.lit.draw(
-            &self.gpu,
-            &self.layouts,
-            materials,
-            &state.shapes,
-            &self.lighting,
-            &lit,
-        )?;
-        state.transient += bytes;
-        // The truth is read while the GPU is at the colours.
+        let (truth, truth_drawn) = self.draw_exact(state, &shot, 1);
+        let linear = self.draw_colour(state, &shot, scene, view, &cascades)?;
         let truth = truth[0].read(&self.gpu, &truth_drawn, |rows| texels(rows, view))?;
-        let truth = truth_images(&truth, &shot.objects);
-        let linear = colour.read(&self.gpu, &colour_drawn, |rows| {
-            state.lit.compose(rows, view, &self.lighting)
-        })?;
+        let truth = truth_images(&truth, view, &shot.objects);
         drop(guard);
         let (width, height) = (linear.width(), linear.height());
         let mut pixels = linear.into_pixels();
@@ -423,6 +478,8 @@ fn origin_of(view: &View) -> DVec3 {
 
 /// A picture in the making.
 struct Shot {
+    origin_m: DVec3,
+    bend: Option<Bend>,
     crowd: Crowd,
     /// What the camera sees of it.
     batch: Batch,
@@ -452,6 +509,14 @@ impl State {
         Ok(())
     }
 
+    /// Makes what bent pictures are drawn with.
+    fn bend(&mut self, gpu: &Gpu, layouts: &Layouts) -> Result<(), GpuError> {
+        for pass in &mut self.passes {
+            pass.bend(gpu, layouts)?;
+        }
+        self.lit.bend(gpu, layouts)
+    }
+
     fn hold_targets(&mut self, gpu: &Gpu, view: &View) -> Result<(), GpuError> {
         let size = [view.intrinsics.width, view.intrinsics.height];
         if self.targets.as_ref().is_none_or(|t| t.size != size) {
@@ -467,7 +532,7 @@ impl State {
             }
             // The old ones first: both need not fit.
             self.targets = None;
-            self.targets = Some(Targets::new(gpu, size));
+            self.targets = Some(Targets::new(gpu, size)?);
             gpu.check()?;
         }
         Ok(())
@@ -475,14 +540,14 @@ impl State {
 }
 
 impl Targets {
-    fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
+    fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, GpuError> {
         use wgpu::TextureUsages as U;
         let [width, height] = size;
         let target = |label, format, usage| {
             let usage = usage | U::RENDER_ATTACHMENT;
             texture(gpu, label, [width, height, 1], 1, format, usage)
         };
-        Self {
+        Ok(Self {
             size,
             exact: target("exact", EXACT_FORMAT, U::COPY_SRC),
             depth: target("depth", DEPTH_FORMAT, U::empty()),
@@ -494,12 +559,20 @@ impl Targets {
                 wgpu::TextureFormat::Rgba32Float,
                 U::TEXTURE_BINDING | U::COPY_DST,
             ),
-        }
+            eyes: storage(gpu, "eyes", &vec![0; 16 * height as usize])?,
+        })
     }
 
     /// The rays of a view, as the ray-cast camera has them: to the bit, so that both renderers ask
     /// the same question.
-    fn cast_rays(&self, gpu: &Gpu, view: &View) {
+    fn cast_rays(&self, gpu: &Gpu, view: &View, origin_m: DVec3) {
+        let eye = |y: u32| {
+            let eye = view.scene_from_row(f64::from(y) + 0.5).translation_m - origin_m;
+            eye.as_vec3().extend(0.0).to_array()
+        };
+        let eyes: Vec<[f32; 4]> = (0..self.size[1]).map(eye).collect();
+        gpu.queue()
+            .write_buffer(&self.eyes, 0, bytemuck::cast_slice(&eyes));
         let width = self.size[0] as usize;
         let mut rays = vec![[0.0_f32; 4]; width * self.size[1] as usize];
         rays.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -521,9 +594,12 @@ impl Targets {
         );
     }
 
+    fn pixels(&self) -> usize {
+        self.size[0] as usize * self.size[1] as usize
+    }
+
     fn bytes(&self) -> u64 {
-        let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
-        pixels * (16 + 4 + 16)
+        self.pixels() as u64 * (16 + 4 + 16) + self.eyes.size()
     }
 }
 
@@ -560,7 +636,7 @@ fn texels(rows: &mut dyn Iterator<Item = &[u8]>, view: &View) -> Image<[u32; 4]>
 }
 
 /// What the truth pass wrote, in our terms.
-fn truth_images(texels: &Image<[u32; 4]>, objects: &[ObjectId]) -> TruthImages {
+fn truth_images(texels: &Image<[u32; 4]>, view: &View, objects: &[ObjectId]) -> TruthImages {
     let (width, height) = (texels.width(), texels.height());
     let semantic = |t: &[u32; 4]| {
         let number = u8::try_from(t[1]).ok();
@@ -570,10 +646,19 @@ fn truth_images(texels: &Image<[u32; 4]>, objects: &[ObjectId]) -> TruthImages {
         0 => ObjectId::NONE,
         number => objects[number as usize - 1],
     };
-    let normal = |t: &[u32; 4]| match t[0] {
-        0 => Vec3::ZERO,
-        _ => from_octahedral(t[3]),
-    };
+    // Into the optical frame of each row.
+    let mut normals = vec![Vec3::ZERO; width * height];
+    let rows = normals.par_chunks_mut(width).enumerate();
+    rows.for_each(|(y, row)| {
+        let pose = view.scene_from_row(y as f64 + 0.5);
+        let optical_from_scene = DMat3::from_quat(pose.rotation.inverse());
+        for (normal, t) in row.iter_mut().zip(&texels.pixels()[y * width..]) {
+            if t[0] != 0 {
+                let scene = from_octahedral(t[3]).as_dvec3();
+                *normal = (optical_from_scene * scene).as_vec3();
+            }
+        }
+    });
     let texels = texels.pixels();
     TruthImages {
         semantic: Image::new(width, height, texels.par_iter().map(semantic).collect()),
@@ -583,6 +668,6 @@ fn truth_images(texels: &Image<[u32; 4]>, objects: &[ObjectId]) -> TruthImages {
             height,
             texels.iter().map(|t| f32::from_bits(t[2])).collect(),
         ),
-        normal: Image::new(width, height, texels.par_iter().map(normal).collect()),
+        normal: Image::new(width, height, normals),
     }
 }

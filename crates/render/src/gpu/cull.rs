@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
-use nemoral_scene::{Instance, ObjectId, PlacedGroup, Prototype};
+use nemoral_scene::{Distortion, Instance, Intrinsics, ObjectId, PlacedGroup, Prototype};
 
+use super::bend::widest_rad;
 use super::pages::Kind;
 use super::shapes::Shapes;
 
@@ -188,39 +189,84 @@ fn ball(instance: &Instance, offset: DVec3) -> Option<Ball> {
     })
 }
 
-/// What a pinhole sees, up to a distance.
+/// What a camera sees, up to a distance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
     eye: DVec3,
     range_m: f64,
+    field: Field,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Field {
     /// Inwards, unit, through the eye: left, right, top, bottom, front.
-    planes: [DVec3; 5],
+    Pyramid([DVec3; 5]),
+    /// All that is so far from the axis, seen from wherever the camera comes by.
+    Cone {
+        axis: DVec3,
+        half_angle_rad: f64,
+        way_m: f64,
+    },
 }
 
 impl Frustum {
     pub(crate) fn new(view: &crate::View, origin_m: DVec3, range_m: f64) -> Self {
-        let k = &view.intrinsics;
-        let (w, h) = (f64::from(k.width), f64::from(k.height));
-        let optical = [
-            DVec3::new(k.fx, 0.0, k.cx),
-            DVec3::new(-k.fx, 0.0, w - k.cx),
-            DVec3::new(0.0, k.fy, k.cy),
-            DVec3::new(0.0, -k.fy, h - k.cy),
-            DVec3::Z,
-        ];
         let pose = &view.scene_from_camera;
+        let k = &view.intrinsics;
+        let field = if k.distortion == Distortion::None && !view.rolls() && !view.blurs() {
+            Field::Pyramid(pyramid(k).map(|n| pose.transform_vector(n)))
+        } else {
+            let half_s = 0.5 * view.shutter.duration_s();
+            let turn_rad = view.motion.angular_rad_s.length() * half_s;
+            Field::Cone {
+                axis: pose.transform_vector(DVec3::Z),
+                half_angle_rad: widest_rad(k) + turn_rad + 1e-3,
+                way_m: view.motion.linear_m_s.length() * half_s,
+            }
+        };
         Self {
             eye: pose.translation_m - origin_m,
             range_m,
-            planes: optical.map(|n| pose.transform_vector(n / n.length())),
+            field,
         }
     }
 
     pub(crate) fn sees(&self, ball: &Ball) -> bool {
         let at = ball.centre - self.eye;
-        at.length() - ball.radius <= self.range_m
-            && self.planes.iter().all(|n| n.dot(at) >= -ball.radius)
+        let distance_m = at.length();
+        match self.field {
+            Field::Pyramid(planes) => {
+                distance_m - ball.radius <= self.range_m
+                    && planes.iter().all(|n| n.dot(at) >= -ball.radius)
+            }
+            Field::Cone {
+                axis,
+                half_angle_rad,
+                way_m,
+            } => {
+                let radius = ball.radius + way_m;
+                if distance_m <= radius {
+                    return true;
+                }
+                let seen_rad = libm::asin(radius / distance_m);
+                distance_m - radius <= self.range_m
+                    && at.angle_between(axis) <= half_angle_rad + seen_rad
+            }
+        }
     }
+}
+
+/// Planes of a pinhole in its optical frame.
+fn pyramid(k: &Intrinsics) -> [DVec3; 5] {
+    let (w, h) = (f64::from(k.width), f64::from(k.height));
+    [
+        DVec3::new(k.fx, 0.0, k.cx),
+        DVec3::new(-k.fx, 0.0, w - k.cx),
+        DVec3::new(0.0, k.fy, k.cy),
+        DVec3::new(0.0, -k.fy, h - k.cy),
+        DVec3::Z,
+    ]
+    .map(|n| n / n.length())
 }
 
 #[cfg(test)]

@@ -65,16 +65,6 @@ pub enum GpuError {
     /// The caster keeps its shapes to itself.
     #[error("the ray caster does not tell its shapes (RayCaster::placed_groups)")]
     NoShapes,
-    /// The camera has a lens.
-    #[error(
-        "the GPU draws what a pinhole sees, and this camera's lens distorts: use the CPU (--backend cpu)"
-    )]
-    Distorted,
-    /// The camera moves while it takes the picture.
-    #[error(
-        "the GPU draws an instant, and this camera has a shutter and moves: use the CPU (--backend cpu)"
-    )]
-    Moving,
     /// The view or a parameter is impossible.
     #[error(transparent)]
     Param(#[from] ParamError),

@@ -2,15 +2,15 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
-use nemoral_scene::Image;
 use rayon::prelude::*;
 
+use super::bend::BendRecord;
 use super::camera::FrameRecord;
 use super::cull::{Ball, Crowd};
 use super::materials::Materials;
 use super::pipeline::{
-    Batch, DEPTH_FORMAT, Layouts, Pipelines, Stage, buffer, entry, group, layout, storage,
-    storage_entry, texture, uniform_entry,
+    Batch, Bendable, DEPTH_FORMAT, Layouts, Pipelines, Stage, buffer, entry, group, layout,
+    rays_entry, storage, storage_entry, texture, uniform_entry,
 };
 use super::readback::Readback;
 use super::shapes::Shapes;
@@ -158,6 +158,7 @@ impl Cascade {
             right: (x * texel).as_vec3().extend(0.0).to_array(),
             down: (-y * texel).as_vec3().extend(0.0).to_array(),
             size: [side, side, 0.0, 0.0],
+            bend: BendRecord::zeroed(),
         }
     }
 }
@@ -166,7 +167,7 @@ impl Cascade {
 #[derive(Debug)]
 pub(crate) struct Lit {
     layout: wgpu::BindGroupLayout,
-    colour: Pipelines,
+    colour: Bendable,
     shadow: Pipelines,
     /// An empty group, for shadows.
     nothing: wgpu::BindGroup,
@@ -188,12 +189,20 @@ struct LitTargets {
 
 /// What the GPU needs of one picture's light.
 pub(crate) struct LitShot<'a> {
+    pub(crate) gpu: &'a Gpu,
+    pub(crate) layouts: &'a Layouts,
+    pub(crate) materials: &'a Materials,
+    pub(crate) shapes: &'a Shapes,
+    pub(crate) lighting: &'a Lighting,
     pub(crate) view: &'a View,
     pub(crate) scene: &'a SceneView<'a>,
     pub(crate) cascades: &'a [Cascade],
     pub(crate) crowd: &'a Crowd,
     /// Of what the camera sees.
     pub(crate) batch: &'a Batch,
+    pub(crate) bent: bool,
+    pub(crate) rays: &'a wgpu::Texture,
+    pub(crate) eyes: &'a wgpu::Buffer,
 }
 
 impl Lit {
@@ -217,30 +226,26 @@ impl Lit {
             storage_entry(3),
             entry(4, shadow_map),
             entry(5, comparison),
+            rays_entry(6),
+            storage_entry(7),
         ];
         let own = layout(gpu, "lit", &entries);
         let empty = layout(gpu, "shadow", &[]);
-        let colour = Stage {
-            label: "lit",
-            shader: include_str!("shaders/lit.wgsl"),
-            layout: &own,
-            target: Some(COLOUR_FORMAT),
-            samples: SAMPLES,
-            margin_px: 0.0,
-        };
         let shadow = Stage {
             label: "shadow",
             shader: include_str!("shaders/shadow.wgsl"),
+            fragment: "fragment",
             layout: &empty,
             target: None,
             samples: 1,
             margin_px: 0.0,
+            bent: false,
         };
         let white = lighting.ambient(1.0).irradiance(Vec3::Z)
             + lighting.sun_irradiance() * lighting.sun_direction().z.max(0.0);
         use wgpu::TextureUsages as U;
         Ok(Self {
-            colour: Pipelines::new(gpu, layouts, &colour)?,
+            colour: Bendable::new(colour(gpu, layouts, &own, false)?),
             shadow: Pipelines::new(gpu, layouts, &shadow)?,
             nothing: group(gpu, "shadow", &empty, &[]),
             layout: own,
@@ -263,6 +268,12 @@ impl Lit {
             range_m,
             scale: WHITE / white.dot(LUMINANCE).max(1e-6),
         })
+    }
+
+    /// Makes what bent pictures are drawn with.
+    pub(crate) fn bend(&mut self, gpu: &Gpu, layouts: &Layouts) -> Result<(), GpuError> {
+        self.colour
+            .bend(|| colour(gpu, layouts, &self.layout, true))
     }
 
     /// Bytes of maps and targets.
@@ -293,24 +304,17 @@ impl Lit {
         Ok(())
     }
 
-    /// Draws shadows and colour, and sends the picture on its way back. Also says how much memory
-    /// the picture took for a while.
-    pub(crate) fn draw(
-        &self,
-        gpu: &Gpu,
-        layouts: &Layouts,
-        materials: &Materials,
-        shapes: &Shapes,
-        lighting: &Lighting,
-        shot: &LitShot<'_>,
-    ) -> Result<(Readback, wgpu::SubmissionIndex, u64), GpuError> {
+    /// Draws the shadows, and brings the light to the GPU: the colour pass's group. Also says how
+    /// much memory that takes for a while.
+    pub(crate) fn light_up(&self, shot: &LitShot<'_>) -> Result<(wgpu::BindGroup, u64), GpuError> {
+        let gpu = shot.gpu;
         let mut bytes = 0;
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         for (layer, cascade) in (0..).zip(shot.cascades) {
-            let draws = shot.crowd.draws(shapes, |ball| cascade.sees(ball));
+            let draws = shot.crowd.draws(shot.shapes, |ball| cascade.sees(ball));
             let frame = cascade.frame();
             let frame = bytemuck::bytes_of(&frame);
-            let batch = Batch::upload(gpu, layouts, materials, frame, &draws)?;
+            let batch = Batch::upload(gpu, shot.layouts, shot.materials, frame, &draws)?;
             bytes += batch.bytes;
             let view = self.shadows.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2),
@@ -323,19 +327,18 @@ impl Lit {
                 depth_stencil_attachment: Some(super::camera::reversed(&view)),
                 ..Default::default()
             });
-            batch.draw(gpu, &mut pass, &shapes.pages, &self.shadow, &self.nothing);
+            let pages = &shot.shapes.pages;
+            batch.draw(gpu, &mut pass, pages, &self.shadow, &self.nothing);
         }
+        gpu.queue().submit([encoder.finish()]);
 
-        let haze = self.haze(lighting, shot.view);
-        let (light, openness) = self.light(lighting, &haze, shot);
-        let light = buffer(
-            gpu,
-            "light",
-            bytemuck::bytes_of(&light),
-            wgpu::BufferUsages::UNIFORM,
-        )?;
+        let haze = self.haze(shot.lighting, shot.view);
+        let (light, openness) = self.light(&haze, shot);
+        let light = bytemuck::bytes_of(&light);
+        let light = buffer(gpu, "light", light, wgpu::BufferUsages::UNIFORM)?;
         let openness = storage(gpu, "openness", bytemuck::cast_slice(&openness))?;
-        let tables = storage(gpu, "light", bytemuck::cast_slice(&tables(lighting, &haze)))?;
+        let tables = tables(shot.lighting, &haze);
+        let tables = storage(gpu, "light", bytemuck::cast_slice(&tables))?;
         bytes += light.size() + openness.size() + tables.size();
         let shadows = self.shadows.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -343,13 +346,25 @@ impl Lit {
         });
         let resources = [
             light.as_entire_binding(),
-            materials.texels.as_entire_binding(),
+            shot.materials.texels.as_entire_binding(),
             tables.as_entire_binding(),
             openness.as_entire_binding(),
             wgpu::BindingResource::TextureView(&shadows),
             wgpu::BindingResource::Sampler(&self.comparison),
+            wgpu::BindingResource::TextureView(&super::camera::view_of(shot.rays)),
+            shot.eyes.as_entire_binding(),
         ];
-        let own = group(gpu, "lit", &self.layout, &resources);
+        Ok((group(gpu, "lit", &self.layout, &resources), bytes))
+    }
+
+    /// Draws the colours as the batch is aimed, and sends the picture on its way back.
+    pub(crate) fn draw(
+        &self,
+        shot: &LitShot<'_>,
+        light: &wgpu::BindGroup,
+    ) -> Result<(Readback, wgpu::SubmissionIndex), GpuError> {
+        let gpu = shot.gpu;
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let targets = self.targets.as_ref().expect("they were made");
         let [samples, depth, colour] =
             [&targets.samples, &targets.depth, &targets.colour].map(super::camera::view_of);
@@ -368,29 +383,30 @@ impl Lit {
             depth_stencil_attachment: Some(super::camera::reversed(&depth)),
             ..Default::default()
         });
+        let pipelines = self.colour.of(shot.bent);
         shot.batch
-            .draw(gpu, &mut pass, &shapes.pages, &self.colour, &own);
+            .draw(gpu, &mut pass, &shot.shapes.pages, pipelines, light);
         drop(pass);
         let readback = Readback::encode(gpu, &mut encoder, &targets.colour, 8);
         let submission = gpu.queue().submit([encoder.finish()]);
-        bytes += readback.bytes();
-        Ok((readback, submission, bytes))
+        gpu.check()?;
+        Ok((readback, submission))
     }
 
-    /// Radiance from the target's rows, with the sky behind.
+    /// Adds the radiance from the target's rows, with the sky behind.
     pub(crate) fn compose(
         &self,
         rows: &mut dyn Iterator<Item = &[u8]>,
         view: &View,
         lighting: &Lighting,
-    ) -> Image<Vec3> {
-        let (width, height) = (
-            view.intrinsics.width as usize,
-            view.intrinsics.height as usize,
-        );
+        linear: &mut [Vec3],
+    ) {
+        let width = view.intrinsics.width as usize;
         let haze = self.haze(lighting, view);
+        let sun = lighting.sun_direction();
+        let pixel_rad = 1.0 / view.intrinsics.fx.min(view.intrinsics.fy);
+        let about_the_sun = libm::cos(0.01 + 2.0 * pixel_rad) as f32;
         let rows: Vec<&[u8]> = rows.collect();
-        let mut linear = vec![Vec3::ZERO; width * height];
         linear
             .par_chunks_mut(width)
             .zip(rows)
@@ -400,16 +416,18 @@ impl Lit {
                     let half =
                         |i: usize| from_half(u16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]));
                     let covered = half(3).clamp(0.0, 1.0);
-                    *out = Vec3::new(half(0), half(1), half(2)) / self.scale;
+                    *out += Vec3::new(half(0), half(1), half(2)) / self.scale;
                     if covered < 1.0 {
                         let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
                         let d = view.ray(centre, 1.0).direction;
-                        let sky = lighting.background(&haze, d) + lighting.sun_disc(&haze, d);
+                        let mut sky = lighting.background(&haze, d);
+                        if d.dot(sun) > about_the_sun {
+                            sky += sun_seen(view, centre, |d| lighting.sun_disc(&haze, d));
+                        }
                         *out += sky * (1.0 - covered);
                     }
                 }
             });
-        Image::new(width, height, linear)
     }
 
     /// The air around the camera.
@@ -418,12 +436,8 @@ impl Lit {
         lighting.haze(height, self.range_m)
     }
 
-    fn light(
-        &self,
-        lighting: &Lighting,
-        haze: &Haze,
-        shot: &LitShot<'_>,
-    ) -> (LightRecord, Vec<f32>) {
+    fn light(&self, haze: &Haze, shot: &LitShot<'_>) -> (LightRecord, Vec<f32>) {
+        let lighting = shot.lighting;
         let camera = shot.view.scene_from_camera.translation_m.as_vec3();
         let visibility = shot.scene.sky_visibility;
         let range_m = haze.range_m;
@@ -477,6 +491,35 @@ impl Lit {
         };
         (record, openness)
     }
+}
+
+/// The colour pass's pipelines.
+fn colour(
+    gpu: &Gpu,
+    layouts: &Layouts,
+    own: &wgpu::BindGroupLayout,
+    bent: bool,
+) -> Result<Pipelines, GpuError> {
+    let stage = Stage {
+        label: "lit",
+        shader: include_str!("shaders/lit.wgsl"),
+        fragment: if bent { "fragment_bent" } else { "fragment" },
+        layout: own,
+        target: Some(COLOUR_FORMAT),
+        samples: SAMPLES,
+        margin_px: 0.0,
+        bent,
+    };
+    Pipelines::new(gpu, layouts, &stage)
+}
+
+/// The sun in a pixel: its disc may be smaller, and its light is that of a thousand skies.
+fn sun_seen(view: &View, centre: DVec2, disc: impl Fn(Vec3) -> Vec3) -> Vec3 {
+    const SIDE: u32 = 8;
+    let part = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE) - 0.5;
+    let places = (0..SIDE * SIDE).map(|i| centre + DVec2::new(part(i % SIDE), part(i / SIDE)));
+    let sum: Vec3 = places.map(|p| disc(view.ray(p, 1.0).direction)).sum();
+    sum / (SIDE * SIDE) as f32
 }
 
 /// The light in tables over octahedral maps: background radiance, then irradiance by openness.

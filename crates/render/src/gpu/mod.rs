@@ -5,6 +5,7 @@
 //! primitive with the ray through the pixel's centre, by the formula of the ray caster, so that
 //! neither a GPU's snapped vertices nor its interpolation touch depth, mask or normal.
 
+mod bend;
 mod camera;
 mod cull;
 mod device;

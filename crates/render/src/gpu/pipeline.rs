@@ -88,7 +88,7 @@ pub(crate) fn texture(
 pub(crate) struct Layouts {
     pub(crate) scene: wgpu::BindGroupLayout,
     pub(crate) page: wgpu::BindGroupLayout,
-    /// A pass's own table, and rays.
+    /// A pass's own table, rays and eyes.
     pub(crate) exact: wgpu::BindGroupLayout,
 }
 
@@ -110,6 +110,18 @@ pub(crate) fn uniform_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
             ty: wgpu::BufferBindingType::Uniform,
             has_dynamic_offset: false,
             min_binding_size: None,
+        },
+    )
+}
+
+/// The rays of a picture.
+pub(crate) fn rays_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    entry(
+        binding,
+        wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
         },
     )
 }
@@ -165,18 +177,14 @@ impl Layouts {
             storage_entry(2),
             storage_entry(3),
         ];
-        let rays = entry(
-            1,
-            wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-        );
         Self {
             scene: layout(gpu, "scene", &scene),
             page: layout(gpu, "page", &[storage_entry(GROUP_PAGE)]),
-            exact: layout(gpu, "exact", &[storage_entry(0), rays]),
+            exact: layout(
+                gpu,
+                "exact",
+                &[storage_entry(0), rays_entry(1), storage_entry(2)],
+            ),
         }
     }
 }
@@ -186,6 +194,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) label: &'a str,
     /// WGSL after `surface.wgsl`.
     pub(crate) shader: &'a str,
+    /// The fragment shader's name.
+    pub(crate) fragment: &'a str,
     /// Group 2.
     pub(crate) layout: &'a wgpu::BindGroupLayout,
     /// None: depth alone.
@@ -193,6 +203,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) samples: u32,
     /// How far primitives are drawn over their borders.
     pub(crate) margin_px: f64,
+    /// For pictures that a lens or a shutter bends?
+    pub(crate) bent: bool,
 }
 
 /// The pipelines of a pass, for each kind of page.
@@ -222,6 +234,7 @@ impl Pipelines {
             let constants = [
                 ("CARDS", f64::from(u8::from(kind == Kind::Cards))),
                 ("MARGIN_PX", stage.margin_px),
+                ("BENT", f64::from(u8::from(stage.bent))),
             ];
             let options = wgpu::PipelineCompilationOptions {
                 constants: &constants,
@@ -252,7 +265,7 @@ impl Pipelines {
                 },
                 fragment: Some(wgpu::FragmentState {
                     module: &module,
-                    entry_point: Some("fragment"),
+                    entry_point: Some(stage.fragment),
                     compilation_options: options,
                     targets: if target.is_some() {
                         std::slice::from_ref(&target)
@@ -274,31 +287,82 @@ impl Pipelines {
     }
 }
 
+/// A pass's pipelines for straight pictures, and for bent ones once there is one.
+#[derive(Debug)]
+pub(crate) struct Bendable {
+    straight: Pipelines,
+    bent: Option<Pipelines>,
+}
+
+impl Bendable {
+    pub(crate) fn new(straight: Pipelines) -> Self {
+        Self {
+            straight,
+            bent: None,
+        }
+    }
+
+    /// Makes them for bent pictures, if there are none.
+    pub(crate) fn bend(
+        &mut self,
+        make: impl FnOnce() -> Result<Pipelines, GpuError>,
+    ) -> Result<(), GpuError> {
+        if self.bent.is_none() {
+            self.bent = Some(make()?);
+        }
+        Ok(())
+    }
+
+    pub(crate) fn of(&self, bent: bool) -> &Pipelines {
+        if !bent {
+            return &self.straight;
+        }
+        let made = self.bent.as_ref();
+        made.expect("made before a bent picture is drawn")
+    }
+}
+
 /// A pass with one exact sample a pixel.
 #[derive(Debug)]
 pub(crate) struct ExactPass {
     pub(crate) pass: Box<dyn Pass>,
-    pub(crate) pipelines: Pipelines,
+    pub(crate) pipelines: Bendable,
     /// Its table, made for the materials that are uploaded.
     pub(crate) table: Option<wgpu::Buffer>,
 }
 
 impl ExactPass {
     pub(crate) fn new(gpu: &Gpu, layouts: &Layouts, pass: Box<dyn Pass>) -> Result<Self, GpuError> {
+        let straight = Self::pipelines(gpu, layouts, pass.as_ref(), false)?;
+        Ok(Self {
+            pass,
+            pipelines: Bendable::new(straight),
+            table: None,
+        })
+    }
+
+    pub(crate) fn bend(&mut self, gpu: &Gpu, layouts: &Layouts) -> Result<(), GpuError> {
+        let pass = self.pass.as_ref();
+        (self.pipelines).bend(|| Self::pipelines(gpu, layouts, pass, true))
+    }
+
+    fn pipelines(
+        gpu: &Gpu,
+        layouts: &Layouts,
+        pass: &dyn Pass,
+        bent: bool,
+    ) -> Result<Pipelines, GpuError> {
         let stage = Stage {
             label: pass.name(),
             shader: &format!("{EXACT}\n{}", pass.wgsl()),
+            fragment: "fragment",
             layout: &layouts.exact,
             target: Some(EXACT_FORMAT),
             samples: 1,
             margin_px: MARGIN_PX,
+            bent,
         };
-        let pipelines = Pipelines::new(gpu, layouts, &stage)?;
-        Ok(Self {
-            pass,
-            pipelines,
-            table: None,
-        })
+        Pipelines::new(gpu, layouts, &stage)
     }
 
     pub(crate) fn tabulate(
@@ -315,6 +379,7 @@ impl ExactPass {
 /// One view's draws on the GPU.
 #[derive(Debug)]
 pub(crate) struct Batch {
+    frame: wgpu::Buffer,
     scene: wgpu::BindGroup,
     /// For each page its draws: arguments in memory, and where on the GPU.
     of_pages: Vec<(usize, Vec<super::cull::Draw>, u64)>,
@@ -350,10 +415,16 @@ impl Batch {
         ];
         Ok(Self {
             scene: group(gpu, "scene", &layouts.scene, &resources),
+            frame,
             of_pages,
             arguments,
             bytes,
         })
+    }
+
+    /// The same draws, from now on as another frame sees them.
+    pub(crate) fn aim(&self, gpu: &Gpu, frame: &[u8]) {
+        gpu.queue().write_buffer(&self.frame, 0, frame);
     }
 
     /// Draws everything with a pass's pipelines.

@@ -3,6 +3,8 @@
 @group(2) @binding(0) var<storage, read> table: array<u32>;
 // The ray-cast camera's own rays, to the bit; w: z in the optical frame.
 @group(2) @binding(1) var rays: texture_2d<f32>;
+// Where each row looks from.
+@group(2) @binding(2) var<storage, read> eyes: array<vec4f>;
 
 struct Painted {
     @location(0) value: vec4u,
@@ -13,11 +15,12 @@ struct Painted {
 @fragment
 fn fragment(v: Vertex) -> Painted {
     let ray = textureLoad(rays, vec2u(v.position.xy), 0);
+    let eye = eyes[u32(v.position.y)].xyz;
     let p = primitive(v.primitive);
-    let m = meet(instances[v.instance], p, ray.xyz);
+    let m = meet(instances[v.instance], p, eye, ray.xyz);
     let seen = is_inside(m) && m.t <= frame.forward.w;
     if !seen || !is_opaque(p.material, uv_at(v.primitive, m)) {
         discard;
     }
-    return Painted(paint(surface(v, ray)), min(frame.size.z / (m.t * ray.w), 1.0));
+    return Painted(paint(surface(v, eye, ray)), min(frame.size.z / (m.t * ray.w), 1.0));
 }

@@ -38,6 +38,9 @@ struct Light {
 @group(2) @binding(3) var<storage, read> openness: array<f32>;
 @group(2) @binding(4) var shadows: texture_depth_2d_array;
 @group(2) @binding(5) var comparison: sampler_comparison;
+// Of bent pictures: rays of the pixels' centres, where each row looks from.
+@group(2) @binding(6) var rays: texture_2d<f32>;
+@group(2) @binding(7) var<storage, read> eyes: array<vec4f>;
 
 fn octahedral(n: vec3f) -> vec2f {
     let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
@@ -105,8 +108,9 @@ fn sunlight(point: vec3f, normal: vec3f, distance: f32) -> f32 {
     }
     // Off the surface towards the sun's side by what a texel and the filter cover.
     let side = select(-1.0, 1.0, dot(normal, light.sun.xyz) > 0.0);
-    let slope = 1.0 - abs(dot(normal, light.sun.xyz));
-    let shift = normal * (side * light.texels[k] * (0.5 + 2.0 * slope));
+    let cosine = dot(normal, light.sun.xyz);
+    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    let shift = normal * (side * light.texels[k] * (0.5 + 2.0 * sine));
     let at = light.cascades[k] * vec4f(point + frame.eye.xyz + shift, 1.0);
     let uv = at.xy * vec2f(0.5, -0.5) + 0.5;
     let texel = 1.0 / f32(textureDimensions(shadows).x);
@@ -354,34 +358,93 @@ fn shade(s: Surface) -> vec3f {
     return mix(behind, lit, fade * fade);
 }
 
+// Where the four samples of a pixel are, in Vulkan, Metal and DirectX alike.
+const SAMPLES = array<vec2f, 4>(
+    vec2f(-0.125, -0.375), vec2f(0.375, -0.125), vec2f(-0.375, 0.125), vec2f(0.125, 0.375));
+
+// How rays change from a pixel to the next: over both neighbours where there are two.
+fn slope(at: vec2i, to: vec2i) -> vec4f {
+    let last = vec2i(textureDimensions(rays)) - 1;
+    let before = clamp(at - to, vec2i(0), last);
+    let after = clamp(at + to, vec2i(0), last);
+    let steps = max(dot(after - before, to), 1);
+    return (textureLoad(rays, after, 0) - textureLoad(rays, before, 0)) / f32(steps);
+}
+
+// Through a sample: unit, and its z in the optical frame.
+fn ray_of_sample(position: vec2f, k: u32) -> vec4f {
+    let offset = SAMPLES[k];
+    if !BENT {
+        return ray_of(position + offset);
+    }
+    let at = vec2i(position);
+    let ray = textureLoad(rays, at, 0) + slope(at, vec2i(1, 0)) * offset.x + slope(at, vec2i(0, 1)) * offset.y;
+    return ray / length(ray.xyz);
+}
+
+fn eye_of(position: vec2f) -> vec3f {
+    if BENT {
+        return eyes[u32(position.y)].xyz;
+    }
+    return frame.eye.xyz;
+}
+
+// Which samples a primitive shows in: each asks the one-bit mask, which is alpha to coverage without an
+// alpha.
+fn shown_in(v: Vertex, proposed: u32) -> u32 {
+    let i = instances[v.instance];
+    let p = primitive(v.primitive);
+    let eye = eye_of(v.position.xy);
+    var samples = 0u;
+    for (var k = 0u; k < 4u; k++) {
+        if (proposed >> k & 1u) == 1u {
+            let m = meet(i, p, eye, ray_of_sample(v.position.xy, k).xyz);
+            let met = m.t > 0.0 && m.t <= frame.forward.w && (!BENT || is_inside(m));
+            if met && is_opaque(p.material, uv_at(v.primitive, m)) {
+                samples |= 1u << k;
+            }
+        }
+    }
+    return samples;
+}
+
+// At the first of the samples.
+fn shown(v: Vertex, samples: u32) -> Surface {
+    let ray = ray_of_sample(v.position.xy, firstTrailingBit(samples));
+    return surface(v, eye_of(v.position.xy), ray);
+}
+
+fn painted(s: Surface) -> vec4f {
+    return vec4f(min(shade(s) * light.irradiance.w, vec3f(6e4)), 1.0);
+}
+
 struct Painted {
     @location(0) colour: vec4f,
     @builtin(sample_mask) samples: u32,
 }
 
-// Where the four samples of a pixel are, in Vulkan, Metal and DirectX alike.
-const SAMPLES = array<vec2f, 4>(
-    vec2f(-0.125, -0.375), vec2f(0.375, -0.125), vec2f(-0.375, 0.125), vec2f(0.125, 0.375));
-
 @fragment
 fn fragment(v: Vertex, @builtin(sample_mask) proposed: u32) -> Painted {
-    let i = instances[v.instance];
-    let p = primitive(v.primitive);
-    // Each sample asks the one-bit mask: alpha to coverage without an alpha.
-    var samples = 0u;
-    var shown = 4u;
-    for (var k = 0u; k < 4u; k++) {
-        if (proposed >> k & 1u) == 1u {
-            let m = meet(i, p, ray_of(v.position.xy + SAMPLES[k]).xyz);
-            if m.t > 0.0 && m.t <= frame.forward.w && is_opaque(p.material, uv_at(v.primitive, m)) {
-                samples |= 1u << k;
-                shown = min(shown, k);
-            }
-        }
-    }
+    let samples = shown_in(v, proposed);
     if samples == 0u {
         discard;
     }
-    let s = surface(v, ray_of(v.position.xy + SAMPLES[shown]));
-    return Painted(vec4f(min(shade(s) * light.irradiance.w, vec3f(6e4)), 1.0), samples);
+    return Painted(painted(shown(v, samples)), samples);
+}
+
+struct PaintedDeep {
+    @location(0) colour: vec4f,
+    @builtin(sample_mask) samples: u32,
+    @builtin(frag_depth) depth: f32,
+}
+
+// Boxes have no depth of their own.
+@fragment
+fn fragment_bent(v: Vertex, @builtin(sample_mask) proposed: u32) -> PaintedDeep {
+    let samples = shown_in(v, proposed);
+    if samples == 0u {
+        discard;
+    }
+    let s = shown(v, samples);
+    return PaintedDeep(painted(s), samples, min(frame.size.z / s.depth_m, 1.0));
 }

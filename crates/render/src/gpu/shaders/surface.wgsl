@@ -3,8 +3,8 @@
 struct Frame {
     // Clip coordinates from scene axes about the frame's origin; depth is near / z.
     clip: mat4x4f,
-    // The camera, at most a millimetre from the origin: which lies on a grid, so that neighbouring
-    // chunks round their common vertices alike.
+    // The camera, next to the origin: which lies on a grid, so that neighbouring chunks round their
+    // common vertices alike.
     eye: vec4f,
     // The optical axis; w: the farthest distance that is seen, metres.
     forward: vec4f,
@@ -13,6 +13,21 @@ struct Frame {
     down: vec4f,
     // Of the target, pixels; z: the near plane.
     size: vec4f,
+    // The rest is for pictures that are bent, by a lens or by a shutter that rolls: bend.rs.
+    // Focal lengths and principal point, pixels.
+    lens: vec4f,
+    // Of the odd powers from the third on, in the radius that a ray is drawn at.
+    radial: vec4f,
+    // The widest ray: its angle, its radius, the radius' slope by the angle; w: 1 if radii are powers
+    // of the angle, 0 if of its tangent.
+    widest: vec4f,
+    // How far the camera goes and turns while the rows are read: metres, radians, optical axes; w of
+    // the first: pixels that the lens draws beside this model.
+    linear: vec4f,
+    angular: vec4f,
+    // Pixels by the square of an angle that straight lines are bent, up to each sixteenth of the
+    // widest angle and half a radian.
+    curvature: array<vec4f, 4>,
 }
 
 // Scene axes about the frame's origin from the shape's: three columns and the place.
@@ -104,11 +119,107 @@ fn corner_of(index: u32, k: u32) -> vec3f {
 
 // How far primitives are drawn over their borders, pixels.
 override MARGIN_PX: f32 = 0.0;
+// Is the picture bent? Then boxes about the primitives are drawn, and fragments decide.
+override BENT: bool = false;
+
+// Where a point of the optical axes is drawn, pixels. Beyond the widest ray radii grow evenly.
+fn drawn(p: vec3f) -> vec2f {
+    let across = length(p.xy);
+    let angle = atan2(across, p.z);
+    var radius = frame.widest.y + frame.widest.z * (angle - frame.widest.x);
+    if angle < frame.widest.x {
+        let x = select(across / p.z, angle, frame.widest.w == 1.0);
+        let s = x * x;
+        let k = frame.radial;
+        radius = x * (1.0 + s * (k.x + s * (k.y + s * (k.z + s * k.w))));
+    }
+    return frame.lens.zw + frame.lens.xy * p.xy * (radius / max(across, 1e-20));
+}
+
+// The point as the row at `y` sees it: from where the camera is by then.
+fn seen_by_row(p: vec3f, y: f32) -> vec3f {
+    let part = clamp(y / frame.size.y, -1.0, 2.0) - 0.5;
+    let q = p - frame.linear.xyz * part;
+    let turn = frame.angular.xyz * -part;
+    let angle = length(turn);
+    let axis = turn / max(angle, 1e-20);
+    return q * cos(angle) + cross(axis, q) * sin(angle) + axis * (dot(axis, q) * (1.0 - cos(angle)));
+}
+
+// Where the row that sees a point draws it; z: pixels by which that may be wrong.
+fn drawn_by_row(p: vec3f) -> vec3f {
+    var at = drawn(p);
+    if all(frame.linear.xyz == vec3f(0.0)) && all(frame.angular.xyz == vec3f(0.0)) {
+        return vec3f(at, 0.0);
+    }
+    var step = 0.0;
+    for (var k = 0; k < 4; k++) {
+        let next = drawn(seen_by_row(p, at.y));
+        step = distance(next, at);
+        at = next;
+    }
+    return vec3f(at, 2.0 * step);
+}
+
+// Clip coordinates of a corner of the box that a primitive's picture lies in: around the pictures of its
+// corners, and as much more as its borders may bend.
+fn box(i: Instance, index: u32, v: u32) -> vec4f {
+    let corners = select(3u, 4u, CARDS);
+    var rays: array<vec3f, 4>;
+    var low = vec2f(1e9);
+    var high = vec2f(-1e9);
+    var width = 0.0;
+    var front = 4.0;
+    var near = 1e9;
+    for (var k = 0u; k < corners; k++) {
+        let p = to_optical(to_scene(i, corner_of(index, k)) + (i.place.xyz - frame.eye.xyz));
+        let at = drawn_by_row(p);
+        low = min(low, at.xy - at.z);
+        high = max(high, at.xy + at.z);
+        let distance_m = max(length(p), 1e-9);
+        rays[k] = p / distance_m;
+        near = min(near, distance_m);
+        front = min(front, atan2(length(p.xy), p.z));
+        for (var j = 0u; j < k; j++) {
+            width = max(width, distance(rays[j], rays[k]));
+        }
+    }
+    // Angles from chords; those of half a radian are a hundredth longer.
+    width *= 1.02;
+    if width < 0.5 {
+        let step = u32(clamp((front + width) / (frame.widest.x + 0.5) * 16.0, 0.0, 15.0));
+        let margin = frame.linear.w + frame.curvature[step / 4u][step % 4u] * width * width * 0.25;
+        low -= margin;
+        high += margin;
+    } else {
+        // What is so large, or around the camera, may be anywhere; unless it is behind.
+        let sway = 0.5 * length(frame.angular.xyz) + length(frame.linear.xyz) / near;
+        let hidden = front - 2.0 * width > frame.widest.x + sway;
+        low = select(vec2f(-1.0), vec2f(-9.0), hidden);
+        high = select(frame.size.xy + 1.0, vec2f(-9.0), hidden);
+    }
+    low = clamp(low, vec2f(-1.0), frame.size.xy + 1.0);
+    high = clamp(high, vec2f(-1.0), frame.size.xy + 1.0);
+    var to: vec2f;
+    if CARDS {
+        let k = v % 6u;
+        to = vec2f(f32(k == 1u || k == 2u || k == 4u), f32(k == 2u || k >= 4u));
+    } else {
+        // One triangle around the box.
+        let k = v % 3u;
+        to = 2.0 * vec2f(f32(k == 1u), f32(k == 2u));
+    }
+    let at = (low + to * (high - low)) / frame.size.xy * 2.0 - 1.0;
+    return vec4f(at.x, -at.y, 0.5, 1.0);
+}
 
 @vertex
 fn vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) number: u32) -> Vertex {
     let i = instances[number];
     let index = v / select(3u, 6u, CARDS);
+    if BENT {
+        return Vertex(box(i, index, v), index, number);
+    }
     // A card is the triangles 0 1 2 and 0 2 3.
     let corners = select(3u, 4u, CARDS);
     var k = v % 3u;
@@ -162,17 +273,17 @@ fn product_minus(a: vec3f, b: f32, c: vec3f) -> vec3f {
     return (ah * bh - c) + (ah * bl + al * bh) + al * bl;
 }
 
-// The ray from the camera along a unit vector with the plane of a primitive, by Cramer's rule as the
+// The ray from the eye along a unit vector with the plane of a primitive, by Cramer's rule as the
 // ray caster has it. Places on the primitive are told from a point of the ray close to it: a
 // hundred metres away, f32 would miss a leaf's texels by a hundredth of their size.
-fn meet(i: Instance, p: Primitive, d: vec3f) -> Meeting {
+fn meet(i: Instance, p: Primitive, eye: vec3f, d: vec3f) -> Meeting {
     let corner = to_scene(i, p.corner);
     let eu = to_scene(i, p.edge_u);
     let ev = to_scene(i, p.edge_v);
     let normal = cross(eu, ev);
     let det = dot(normal, d);
-    let t = dot(normal, corner + (i.place.xyz - frame.eye.xyz)) / det;
-    let rest = vec3f(i.x.w, i.y.w, i.z.w) - frame.eye.xyz;
+    let t = dot(normal, corner + (i.place.xyz - eye)) / det;
+    let rest = vec3f(i.x.w, i.y.w, i.z.w) - eye;
     let q = product_minus(d, t, i.place.xyz) - rest - corner;
     let moment = cross(d, q);
     // What is left of the distance to the plane, and the edges' weights.
@@ -235,10 +346,10 @@ struct Surface {
     other_share: f32,
 }
 
-fn surface(vertex: Vertex, ray: vec4f) -> Surface {
+fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
     let i = instances[vertex.instance];
     let p = primitive(vertex.primitive);
-    let m = meet(i, p, ray.xyz);
+    let m = meet(i, p, eye, ray.xyz);
     var s: Surface;
     s.material = p.material;
     s.semantic = materials[p.material].semantic;
@@ -247,7 +358,7 @@ fn surface(vertex: Vertex, ray: vec4f) -> Surface {
     s.depth_m = m.t * ray.w;
     s.distance_m = m.t;
     s.ray = ray.xyz;
-    s.point = ray.xyz * m.t;
+    s.point = ray.xyz * m.t + (eye - frame.eye.xyz);
     let towards = select(1.0, -1.0, dot(m.normal, ray.xyz) > 0.0);
     let area = length(m.normal);
     s.normal = m.normal * (towards / area);

@@ -5,7 +5,7 @@ fn paint(s: Surface) -> vec4u {
         s.instance + 1u,
         s.semantic,
         bitcast<u32>(s.depth_m),
-        pack2x16snorm(octahedral(to_optical(s.normal))),
+        pack2x16snorm(octahedral(s.normal)),
     );
 }
 
