@@ -583,11 +583,21 @@ fn pictures_look_alike() {
         ..view
     };
     look_alike(gpu, "a fisheye", clear.clone(), wide);
+    // One sample a pixel is the same light, if not as smooth.
+    let draft = GpuParams {
+        colour_samples: 1,
+        ..GpuParams::default()
+    };
+    alike(gpu, "a draft", &draft, clear.clone(), view(320, 240));
     look_alike(gpu, "a blur", clear.clone(), blurred(view(320, 240), 0.0));
     look_alike(gpu, "a rolling fisheye's blur", clear, blurred(wide, 0.03));
 }
 
 fn look_alike(gpu: &Gpu, what: &str, lighting: Lighting, view: View) {
+    alike(gpu, what, &GpuParams::default(), lighting, view);
+}
+
+fn alike(gpu: &Gpu, what: &str, params: &GpuParams, lighting: Lighting, view: View) {
     let fine = RayCastParams {
         keep_linear: true,
         blur_samples: 36,
@@ -596,7 +606,7 @@ fn look_alike(gpu: &Gpu, what: &str, lighting: Lighting, view: View) {
     let cast = RayCastCamera::new(fine, lighting.clone()).expect("allowed");
     let params = GpuParams {
         keep_linear: true,
-        ..GpuParams::default()
+        ..*params
     };
     let draw = GpuCamera::new(gpu, params, lighting).unwrap_or_else(|e| panic!("{e}"));
     let wood = Wood::new(5, |m| m);
@@ -808,13 +818,35 @@ fn a_caster_that_hides_its_shapes_is_refused() {
         sky_visibility: &OpenSky,
     };
     assert_eq!(camera.draw(&scene, &view(64, 48)), Err(GpuError::NoShapes));
-    let params = GpuParams {
-        memory_mib: 5,
-        ..GpuParams::default()
+    let refused = |params: GpuParams| {
+        let camera = GpuCamera::new(gpu, params, Lighting::uniform(Vec3::ONE));
+        camera.expect_err("out of range").to_string()
     };
-    let error = GpuCamera::new(gpu, params, Lighting::uniform(Vec3::ONE)).expect_err("too little");
-    assert!(
-        error.to_string().contains("camera.memory_mib = 5"),
-        "{error}"
-    );
+    let all = GpuParams::default;
+    for (params, word) in [
+        (
+            GpuParams {
+                memory_mib: 5,
+                ..all()
+            },
+            "camera.memory_mib = 5",
+        ),
+        (
+            GpuParams {
+                colour_samples: 3,
+                ..all()
+            },
+            "camera.colour_samples = 3",
+        ),
+        (
+            GpuParams {
+                blur_samples: 1,
+                ..all()
+            },
+            "camera.blur_samples = 1",
+        ),
+    ] {
+        let error = refused(params);
+        assert!(error.contains(word), "{error}");
+    }
 }

@@ -366,7 +366,7 @@ section! {
         width_px: u32 = 1280, Whole(16, 8192), "paper, VI";
         /// Rows.
         height_px: u32 = 720, Whole(16, 8192), "paper, VI";
-        /// Colour samples a pixel where neighbours differ; 1 everywhere is the draft.
+        /// Colour samples a pixel where neighbours differ; 1 everywhere is the draft. A GPU takes 1, or else 4 of each pixel.
         samples: u32 = 4, Whole(1, 64), "smooth edges of leaves";
         /// How bright pictures come out: by a light meter, or always as `exposure_ev` says.
         exposure: String = "auto".into(), OneOf(&["auto", "fixed"]), "as cameras do";

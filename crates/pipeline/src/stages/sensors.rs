@@ -357,6 +357,7 @@ impl CameraStage {
                     lens,
                     max_range_m,
                     keep_linear: camera.radiance,
+                    colour_samples: if camera.samples == 1 { 1 } else { 4 },
                     blur_samples: camera.shutter.samples,
                     ..Default::default()
                 };

@@ -21,7 +21,7 @@ use super::pipeline::{
 use super::readback::Readback;
 use super::shapes::{Shapes, from_octahedral};
 use super::{Gpu, GpuError, Pass};
-use crate::error::check;
+use crate::error::{ParamError, check};
 use crate::tone::{develop, log_mean_luminance};
 use crate::{CameraImages, CameraRenderer, Lens, Lighting, SceneView, View};
 
@@ -34,8 +34,10 @@ pub struct GpuParams {
     pub lens: Lens,
     /// Return the radiance image too?
     pub keep_linear: bool,
+    /// Colour samples of a pixel: 1, at its centre, or 4.
+    pub colour_samples: u32,
     /// Instants of a picture that blurs because the camera moves, 2..=256, in as many equal parts of
-    /// the exposure; each is drawn with four samples a pixel.
+    /// the exposure; each is drawn with as many samples a pixel.
     pub blur_samples: u32,
     /// Sides of each shadow map, texels, 256..=8192.
     pub shadow_px: u32,
@@ -49,6 +51,7 @@ impl Default for GpuParams {
             max_range_m: 300.0,
             lens: Lens::default(),
             keep_linear: false,
+            colour_samples: 4,
             blur_samples: 9,
             shadow_px: 2048,
             memory_mib: 4096,
@@ -172,6 +175,14 @@ impl GpuCamera {
         let range = p.max_range_m.into();
         check("camera.max_range_m", range, 1.0, 1e5, "1..=100,000 m")?;
         p.lens.check()?;
+        // WebGPU promises these two.
+        if ![1, 4].contains(&p.colour_samples) {
+            Err(ParamError {
+                field: "camera.colour_samples",
+                value: p.colour_samples.into(),
+                allowed: "1 or 4",
+            })?;
+        }
         let instants = p.blur_samples.into();
         check("camera.blur_samples", instants, 2.0, 256.0, "2..=256")?;
         let shadow = p.shadow_px.into();
@@ -186,7 +197,7 @@ impl GpuCamera {
         )?;
         let layouts = Layouts::new(gpu);
         let truth = ExactPass::new(gpu, &layouts, Box::new(TruthPass))?;
-        let lit = Lit::new(gpu, &layouts, &lighting, p.max_range_m, p.shadow_px)?;
+        let lit = Lit::new(gpu, &layouts, &lighting, p)?;
         gpu.check()?;
         let state = State {
             materials: None,

@@ -1,4 +1,4 @@
-//! The lit colour pass: shadow maps, light in tables, four samples a pixel.
+//! The lit colour pass: shadow maps, light in tables, one or four samples a pixel.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
@@ -14,16 +14,13 @@ use super::pipeline::{
 };
 use super::readback::Readback;
 use super::shapes::Shapes;
-use super::{Gpu, GpuError};
+use super::{Gpu, GpuError, GpuParams};
 use crate::haze::Haze;
 use crate::tone::LUMINANCE;
 use crate::{Lighting, SceneView, View};
 
 /// What is drawn to. Half floats: a pixel's light may be a 10⁸th of another's.
 const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Samples of a pixel.
-const SAMPLES: u32 = 4;
-
 // As `lit.wgsl` has them.
 const CASCADES: usize = 4;
 const SKY_SIDE: usize = 128;
@@ -175,6 +172,8 @@ pub(crate) struct Lit {
     shadows: wgpu::Texture,
     targets: Option<LitTargets>,
     range_m: f32,
+    /// Of a pixel.
+    samples: u32,
     /// What radiance is multiplied with in the target.
     scale: f32,
 }
@@ -182,7 +181,8 @@ pub(crate) struct Lit {
 #[derive(Debug)]
 struct LitTargets {
     size: [u32; 2],
-    samples: wgpu::Texture,
+    /// If there are several.
+    samples: Option<wgpu::Texture>,
     depth: wgpu::Texture,
     colour: wgpu::Texture,
 }
@@ -210,9 +210,9 @@ impl Lit {
         gpu: &Gpu,
         layouts: &Layouts,
         lighting: &Lighting,
-        range_m: f32,
-        shadow_px: u32,
+        params: &GpuParams,
     ) -> Result<Self, GpuError> {
+        let (samples, shadow_px) = (params.colour_samples, params.shadow_px);
         let shadow_map = wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Depth,
             view_dimension: wgpu::TextureViewDimension::D2Array,
@@ -245,7 +245,7 @@ impl Lit {
             + lighting.sun_irradiance() * lighting.sun_direction().z.max(0.0);
         use wgpu::TextureUsages as U;
         Ok(Self {
-            colour: Bendable::new(colour(gpu, layouts, &own, false)?),
+            colour: Bendable::new(colour(gpu, layouts, &own, samples, false)?),
             shadow: Pipelines::new(gpu, layouts, &shadow)?,
             nothing: group(gpu, "shadow", &empty, &[]),
             layout: own,
@@ -265,7 +265,8 @@ impl Lit {
                 U::RENDER_ATTACHMENT | U::TEXTURE_BINDING,
             ),
             targets: None,
-            range_m,
+            range_m: params.max_range_m,
+            samples,
             scale: WHITE / white.dot(LUMINANCE).max(1e-6),
         })
     }
@@ -273,7 +274,7 @@ impl Lit {
     /// Makes what bent pictures are drawn with.
     pub(crate) fn bend(&mut self, gpu: &Gpu, layouts: &Layouts) -> Result<(), GpuError> {
         self.colour
-            .bend(|| colour(gpu, layouts, &self.layout, true))
+            .bend(|| colour(gpu, layouts, &self.layout, self.samples, true))
     }
 
     /// Bytes of maps and targets.
@@ -281,7 +282,8 @@ impl Lit {
         let side = u64::from(self.shadows.width());
         let pixels = |t: &LitTargets| u64::from(t.size[0]) * u64::from(t.size[1]);
         let targets = self.targets.as_ref().map_or(0, pixels);
-        side * side * 4 * CASCADES as u64 + targets * (u64::from(SAMPLES) * (8 + 4) + 8)
+        let several = if self.samples > 1 { 8 } else { 0 };
+        side * side * 4 * CASCADES as u64 + targets * (u64::from(self.samples) * (several + 4) + 8)
     }
 
     pub(crate) fn hold_targets(&mut self, gpu: &Gpu, view: &View) -> Result<(), GpuError> {
@@ -293,10 +295,12 @@ impl Lit {
                 let usage = usage | U::RENDER_ATTACHMENT;
                 texture(gpu, label, [size[0], size[1], 1], samples, format, usage)
             };
+            let several = self.samples > 1;
             self.targets = Some(LitTargets {
                 size,
-                samples: target("samples", SAMPLES, COLOUR_FORMAT, U::empty()),
-                depth: target("depth of samples", SAMPLES, DEPTH_FORMAT, U::empty()),
+                samples: several
+                    .then(|| target("samples", self.samples, COLOUR_FORMAT, U::empty())),
+                depth: target("depth of samples", self.samples, DEPTH_FORMAT, U::empty()),
                 colour: target("colour", 1, COLOUR_FORMAT, U::COPY_SRC),
             });
             gpu.check()?;
@@ -366,15 +370,18 @@ impl Lit {
         let gpu = shot.gpu;
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let targets = self.targets.as_ref().expect("they were made");
-        let [samples, depth, colour] =
-            [&targets.samples, &targets.depth, &targets.colour].map(super::camera::view_of);
+        let [depth, colour] = [&targets.depth, &targets.colour].map(super::camera::view_of);
+        let samples = targets.samples.as_ref().map(super::camera::view_of);
         let attachment = wgpu::RenderPassColorAttachment {
-            view: &samples,
+            view: samples.as_ref().unwrap_or(&colour),
             depth_slice: None,
-            resolve_target: Some(&colour),
+            resolve_target: samples.as_ref().map(|_| &colour),
             ops: wgpu::Operations {
                 load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                store: wgpu::StoreOp::Discard,
+                store: match samples {
+                    Some(_) => wgpu::StoreOp::Discard,
+                    None => wgpu::StoreOp::Store,
+                },
             },
         };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -498,6 +505,7 @@ fn colour(
     gpu: &Gpu,
     layouts: &Layouts,
     own: &wgpu::BindGroupLayout,
+    samples: u32,
     bent: bool,
 ) -> Result<Pipelines, GpuError> {
     let stage = Stage {
@@ -506,7 +514,7 @@ fn colour(
         fragment: if bent { "fragment_bent" } else { "fragment" },
         layout: own,
         target: Some(COLOUR_FORMAT),
-        samples: SAMPLES,
+        samples,
         margin_px: 0.0,
         bent,
     };

@@ -235,6 +235,7 @@ impl Pipelines {
                 ("CARDS", f64::from(u8::from(kind == Kind::Cards))),
                 ("MARGIN_PX", stage.margin_px),
                 ("BENT", f64::from(u8::from(stage.bent))),
+                ("SINGLE", f64::from(u8::from(stage.samples == 1))),
             ];
             let options = wgpu::PipelineCompilationOptions {
                 constants: &constants,

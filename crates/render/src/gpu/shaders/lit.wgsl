@@ -373,7 +373,7 @@ fn slope(at: vec2i, to: vec2i) -> vec4f {
 
 // Through a sample: unit, and its z in the optical frame.
 fn ray_of_sample(position: vec2f, k: u32) -> vec4f {
-    let offset = SAMPLES[k];
+    let offset = select(SAMPLES[k], vec2f(0.0), SINGLE);
     if !BENT {
         return ray_of(position + offset);
     }

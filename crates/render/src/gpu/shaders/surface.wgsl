@@ -119,6 +119,8 @@ fn corner_of(index: u32, k: u32) -> vec3f {
 
 // How far primitives are drawn over their borders, pixels.
 override MARGIN_PX: f32 = 0.0;
+// Has a pixel one sample, at its centre?
+override SINGLE: bool = true;
 // Is the picture bent? Then boxes about the primitives are drawn, and fragments decide.
 override BENT: bool = false;
 
