@@ -2,7 +2,7 @@
 //! top. Files are not written. Processor time is the cost; the wall's clock also tells of what else the
 //! machine does.
 //!
-//! `cargo bench -p nemoral-benches --bench cameras -- [cpu|gpu|auto] [TIMES] [PART OF A NAME]`
+//! `cargo bench -p nemoral-benches [--features gpu] --bench cameras -- [cpu|gpu|auto] [TIMES] [PART OF A NAME] [KEY=VALUE ...]`
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 use std::time::Instant;
@@ -18,13 +18,14 @@ const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
 const QUALITIES: [(&str, u32); 2] = [("draft", 1), ("standard", 4)];
 
 /// What can be asked for besides a picture and its class, instance, depth and normals.
-const FURTHER: [(&str, &[&str]); 8] = [
+const FURTHER: [(&str, &[&str]); 9] = [
     ("sky mask", &["camera.sky=true"]),
     ("optical flow", &["camera.flow=true"]),
     ("trunks behind leaves", &["camera.trunks=true"]),
     ("boxes", &["camera.boxes=true"]),
     ("radiance", &["camera.radiance=true"]),
     ("sensor noise", &["camera.noise.enabled=true"]),
+    ("a lens that bends", &["camera.brown_conrady.k1=-0.2"]),
     (
         "rolling shutter of 20 ms",
         &["camera.shutter.readout_ms=20"],
@@ -36,7 +37,9 @@ const FURTHER: [(&str, &[&str]); 8] = [
 ];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut words = std::env::args().skip(1).filter(|w| !w.starts_with("--"));
+    let words = std::env::args().skip(1).filter(|w| !w.starts_with("--"));
+    let (keys, words): (Vec<_>, Vec<_>) = words.partition(|w| w.contains('='));
+    let mut words = words.into_iter();
     let choice = match words.next().as_deref() {
         None | Some("cpu") => BackendChoice::Cpu,
         Some("gpu") => BackendChoice::Gpu,
@@ -54,7 +57,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if !name.contains(&wanted) {
             return Ok(());
         }
-        let forest = ForestPlan::on(&settings(preset, asked)?, backend.clone())?;
+        let asked = [asked, &keys].concat();
+        let forest = ForestPlan::on(&settings(preset, &asked)?, backend.clone())?;
         let threads = std::thread::available_parallelism().map_or(1, Into::into);
         let runner = Runner::new(forest.plan(), &store, threads);
         let once = || {

@@ -142,6 +142,15 @@ pub enum PrototypeError {
         /// How many triangles there are.
         triangles: usize,
     },
+    /// A blend's share is not a share.
+    Share {
+        /// The shape's name.
+        name: String,
+        /// The triangle's number.
+        triangle: usize,
+        /// The offending share.
+        share: f32,
+    },
     /// A triangle's corner is out of range.
     Index {
         /// The shape's name.
@@ -189,6 +198,14 @@ impl fmt::Display for PrototypeError {
             } => write!(
                 f,
                 "shape `{name}` has {blends} blends for {triangles} triangles: give one of each, or none"
+            ),
+            Self::Share {
+                name,
+                triangle,
+                share,
+            } => write!(
+                f,
+                "shape `{name}`, triangle {triangle}: its blend has a share of {share}, allowed is 0..=1"
             ),
             Self::Index {
                 name,
@@ -246,6 +263,15 @@ impl Prototype {
                 blends: mesh.blends.len(),
                 triangles: mesh.triangles.len(),
             });
+        }
+        for (triangle, blend) in mesh.blends.iter().enumerate() {
+            if let Some(&share) = blend.shares.iter().find(|s| !(0.0..=1.0).contains(*s)) {
+                return Err(PrototypeError::Share {
+                    name,
+                    triangle,
+                    share,
+                });
+            }
         }
         for (i, triangle) in mesh.triangles.iter().enumerate() {
             if let Some(&index) = triangle.corners.iter().find(|&&c| c as usize >= vertices) {
@@ -391,7 +417,7 @@ mod tests {
         assert_eq!(refused(|_| ()), "");
         assert_eq!(refused(|m| m.blends.clear()), "");
         type Spoil = fn(&mut Mesh);
-        let spoilt: [(Spoil, &str); 7] = [
+        let spoilt: [(Spoil, &str); 9] = [
             (
                 |m| *m = Mesh::default(),
                 "shape `heap` has neither triangles nor cards",
@@ -403,6 +429,14 @@ mod tests {
             (
                 |m| m.blends.push(Blend::NONE),
                 "shape `heap` has 2 blends for 1 triangles: give one of each, or none",
+            ),
+            (
+                |m| m.blends[0].shares[2] = 1.5,
+                "shape `heap`, triangle 0: its blend has a share of 1.5, allowed is 0..=1",
+            ),
+            (
+                |m| m.blends[0].shares[0] = f32::NAN,
+                "shape `heap`, triangle 0: its blend has a share of NaN, allowed is 0..=1",
             ),
             (
                 |m| m.triangles[0].corners[1] = 3,
