@@ -1,12 +1,11 @@
 //! The lit colour pass: shadow maps, light in tables, one or four samples a pixel.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
+use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::bend::BendRecord;
-use super::camera::FrameRecord;
-use super::cull::{Ball, Crowd};
+use super::cascade::Cascade;
+use super::cull::Crowd;
 use super::materials::Materials;
 use super::pipeline::{
     Batch, Bendable, DEPTH_FORMAT, Layouts, Pipelines, Stage, buffer, entry, group, layout,
@@ -29,9 +28,6 @@ const OPENNESS_STEPS: usize = 32;
 const GRID_SIDE: usize = 64;
 const GRID_UP: usize = 32;
 
-/// How far above what they shade things cast shadows from, metres.
-const CASTERS_M: f64 = 200.0;
-
 /// White in the sun becomes this in the target: 1/16 of a half float's largest.
 const WHITE: f32 = 4096.0;
 
@@ -48,116 +44,6 @@ struct LightRecord {
     near_grid: [f32; 4],
     far_grid: [f32; 4],
     up_and_fog: [f32; 4],
-}
-
-/// What a shadow map sees: a square prism along the sun's light, about the frame's origin.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Cascade {
-    /// Across, up the map, and towards the sun; unit.
-    axes: [DVec3; 3],
-    /// In these axes.
-    centre: DVec3,
-    half_m: f64,
-    end_m: f64,
-    /// Texels of a side.
-    side: u32,
-}
-
-impl Cascade {
-    /// Those of a view, the nearest first.
-    pub(crate) fn all(
-        view: &View,
-        origin_m: DVec3,
-        range_m: f64,
-        sun: Vec3,
-        side: u32,
-    ) -> Vec<Self> {
-        let pose = &view.scene_from_camera;
-        let (w, h) = (
-            f64::from(view.intrinsics.width),
-            f64::from(view.intrinsics.height),
-        );
-        let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)]
-            .map(|(x, y)| pose.transform_vector(view.intrinsics.direction(DVec2::new(x, y))));
-        let forward = pose.transform_vector(DVec3::Z);
-        let towards_sun = sun.as_dvec3() / sun.as_dvec3().length();
-        let (across, up) = towards_sun.any_orthonormal_pair();
-        let axes = [across, up, towards_sun];
-        let ends = [0.0, 7.0, 24.0, 80.0, range_m].map(|e: f64| e.min(range_m));
-        ends.windows(2)
-            .map(|ends| {
-                let middle = 0.5 * (ends[0] + ends[1]);
-                let reach = |d: &DVec3| {
-                    let far = |end: f64| (*d * end - forward * middle).length();
-                    far(ends[0]).max(far(ends[1]))
-                };
-                let half_m = corners.iter().map(reach).fold(1.0, f64::max);
-                // In whole texels of the scene, so that a still thing's shadow is still.
-                let texel = 2.0 * half_m / f64::from(side);
-                let middle = pose.translation_m + forward * middle;
-                let snap =
-                    |axis: DVec3| (axis.dot(middle) / texel).round() * texel - axis.dot(origin_m);
-                let depth = towards_sun.dot(middle - origin_m);
-                Self {
-                    axes,
-                    centre: DVec3::new(snap(across), snap(up), depth),
-                    half_m,
-                    end_m: ends[1],
-                    side,
-                }
-            })
-            .collect()
-    }
-
-    /// May a thing cast a shadow on what is seen?
-    pub(crate) fn sees(&self, ball: &Ball) -> bool {
-        let [x, y, z] = self.axes.map(|axis| axis.dot(ball.centre));
-        let reach = self.half_m + ball.radius;
-        (x - self.centre.x).abs() <= reach
-            && (y - self.centre.y).abs() <= reach
-            && z - self.centre.z >= -reach
-            && z - self.centre.z <= reach + CASTERS_M
-    }
-
-    /// Metres of a texel.
-    fn texel_m(&self) -> f64 {
-        2.0 * self.half_m / f64::from(self.side)
-    }
-
-    /// Clip coordinates from scene axes about the origin; the nearer to the sun, the greater z.
-    fn clip(&self) -> Mat4 {
-        let depth = 2.0 * self.half_m + CASTERS_M;
-        let row = |axis: DVec3, at: f64, size: f64, plus: f64| -> Vec4 {
-            (axis / size).extend(plus - at / size).as_vec4()
-        };
-        let [x, y, z] = self.axes;
-        let c = self.centre;
-        Mat4::from_cols(
-            row(x, c.x, self.half_m, 0.0),
-            row(y, c.y, self.half_m, 0.0),
-            row(z, c.z - self.half_m, depth, 0.0),
-            Vec4::W,
-        )
-        .transpose()
-    }
-
-    fn frame(&self) -> FrameRecord {
-        let [x, y, z] = self.axes;
-        let corner = x * (self.centre.x - self.half_m)
-            + y * (self.centre.y + self.half_m)
-            + z * (self.centre.z + self.half_m);
-        let texel = self.texel_m();
-        let side = self.side as f32;
-        FrameRecord {
-            clip: self.clip().to_cols_array_2d(),
-            eye: corner.as_vec3().extend(0.0).to_array(),
-            forward: (-z).as_vec3().extend(0.0).to_array(),
-            right: (x * texel).as_vec3().extend(0.0).to_array(),
-            down: (-y * texel).as_vec3().extend(0.0).to_array(),
-            size: [side, side, 0.0, 0.0],
-            bend: BendRecord::zeroed(),
-        }
-    }
 }
 
 /// The colour pass of a camera.
@@ -328,7 +214,7 @@ impl Lit {
             });
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("shadow"),
-                depth_stencil_attachment: Some(super::camera::reversed(&view)),
+                depth_stencil_attachment: Some(super::targets::reversed(&view)),
                 ..Default::default()
             });
             let pages = &shot.shapes.pages;
@@ -355,7 +241,7 @@ impl Lit {
             openness.as_entire_binding(),
             wgpu::BindingResource::TextureView(&shadows),
             wgpu::BindingResource::Sampler(&self.comparison),
-            wgpu::BindingResource::TextureView(&super::camera::view_of(shot.rays)),
+            wgpu::BindingResource::TextureView(&super::targets::view_of(shot.rays)),
             shot.eyes.as_entire_binding(),
         ];
         Ok((group(gpu, "lit", &self.layout, &resources), bytes))
@@ -370,8 +256,8 @@ impl Lit {
         let gpu = shot.gpu;
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let targets = self.targets.as_ref().expect("they were made");
-        let [depth, colour] = [&targets.depth, &targets.colour].map(super::camera::view_of);
-        let samples = targets.samples.as_ref().map(super::camera::view_of);
+        let [depth, colour] = [&targets.depth, &targets.colour].map(super::targets::view_of);
+        let samples = targets.samples.as_ref().map(super::targets::view_of);
         let attachment = wgpu::RenderPassColorAttachment {
             view: samples.as_ref().unwrap_or(&colour),
             depth_slice: None,
@@ -387,7 +273,7 @@ impl Lit {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("lit"),
             color_attachments: &[Some(attachment)],
-            depth_stencil_attachment: Some(super::camera::reversed(&depth)),
+            depth_stencil_attachment: Some(super::targets::reversed(&depth)),
             ..Default::default()
         });
         let pipelines = self.colour.of(shot.bent);

@@ -7,6 +7,7 @@
 
 mod bend;
 mod camera;
+mod cascade;
 mod cull;
 mod device;
 mod error;
@@ -17,6 +18,7 @@ mod pass;
 mod pipeline;
 mod readback;
 mod shapes;
+mod targets;
 
 pub use camera::{GpuCamera, GpuImages, GpuParams};
 pub use device::{Accept, Gpu};
