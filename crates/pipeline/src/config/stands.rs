@@ -155,7 +155,7 @@ pub(super) fn spruce(c: &mut Config) {
     c.placement.shrubs = per_hectare(c, 20.0);
     c.placement.gaps.share = 0.05;
     c.placement.regeneration.saplings = per_hectare(c, 100.0);
-    c.placement.regeneration.seedlings = 0.9;
+    c.placement.regeneration.seedlings = 1.5;
     (c.placement.rocks_min, c.placement.rocks_max) = (2, 16);
     c.terrain.max_height_m = 20.0;
     c.terrain.scale_m = 170.0;
