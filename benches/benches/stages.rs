@@ -54,6 +54,7 @@ fn chunk(c: &mut Criterion) {
     node(c, &grown, "chunk.things", f.things, at);
     node(c, &grown, "chunk.openness", f.openness, at);
     node(c, &grown, "chunk.undergrowth", f.undergrowth, at);
+    node(c, &grown, "chunk.seedlings", f.seedlings, at);
     node(c, &grown, "chunk.solid", f.solid, at);
     node(c, &grown, "chunk.low", f.low, at);
 }

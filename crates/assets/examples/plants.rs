@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use image::{Rgb, RgbImage};
-use nemoral_assets::{AssetParams, Library, PlantAsset};
+use nemoral_assets::{AssetParams, Library, PlantAsset, Species, StandSpecies};
 use nemoral_scene::glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{MaterialLibrary, Prototype};
 use nemoral_seed::Key;
@@ -17,15 +17,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(&folder)?;
     let params = AssetParams {
         individuals_per_species: 2,
+        seedlings_per_species: 8,
+        species: Species::all()
+            .into_iter()
+            .map(|species| StandSpecies {
+                species,
+                dbh_mean_m: 0.3,
+            })
+            .collect(),
         ..AssetParams::default()
     };
     let library = Library::grow(&params, Key::world(seed))?;
     let folder = Path::new(&folder);
     let floor = &library.ground.floor;
-    let lists: [(&str, &[PlantAsset], f32, usize); 9] = [
+    let lists: [(&str, &[PlantAsset], f32, usize); 10] = [
         ("grass", &library.grass, 1.7, 4),
         ("herbs", &library.herbs, 1.5, 4),
         ("ferns", &library.ferns, 2.2, 4),
+        ("seedlings", &library.seedlings, 0.3, 8),
         ("litter", &library.litter, 1.7, 4),
         ("shrubs", &library.shrubs, 3.4, 4),
         ("rocks", &library.rocks, 2.6, 4),

@@ -41,7 +41,7 @@ struct KeptLibrary<'a> {
     /// Trees, saplings, snags.
     trees: [Vec<KeptTree<'a>>; 3],
     /// In the order of [`Library`]'s fields.
-    plants: [Vec<KeptPlant<'a>>; 9],
+    plants: [Vec<KeptPlant<'a>>; 10],
     ground: Cow<'a, GroundMaterials>,
 }
 
@@ -125,6 +125,7 @@ impl Library {
                 &self.grass,
                 &self.herbs,
                 &self.ferns,
+                &self.seedlings,
                 &self.litter,
                 &self.trail_tufts,
                 &self.trail_stones,
@@ -176,6 +177,7 @@ impl Library {
             grass,
             herbs,
             ferns,
+            seedlings,
             litter,
             trail_tufts,
             trail_stones,
@@ -190,6 +192,7 @@ impl Library {
             grass: grass?,
             herbs: herbs?,
             ferns: ferns?,
+            seedlings: seedlings?,
             litter: litter?,
             trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
@@ -304,6 +307,7 @@ mod tests {
         let params = AssetParams {
             individuals_per_species: 1,
             saplings_per_species: 1,
+            seedlings_per_species: 1,
             snags_per_species: 1,
             ..AssetParams::default()
         };
@@ -328,8 +332,13 @@ mod tests {
                     )
                 )
             });
-            let plants = [&library.shrubs, &library.ferns, &library.rocks].into_iter();
-            let plants = plants.flatten().map(|p| {
+            let plants = [
+                &library.shrubs,
+                &library.ferns,
+                &library.seedlings,
+                &library.rocks,
+            ];
+            let plants = plants.into_iter().flatten().map(|p| {
                 format!(
                     "{:?}",
                     (p.prototype.name(), &p.name, p.radius_m, p.height_m)

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::error::ParamError;
 use crate::palette::Palette;
 use crate::plant::rock::{RockPlan, rock};
+use crate::plant::seedling::seedling;
 use crate::plant::shape::Shape;
 use crate::plant::shrub::ShrubKind;
 use crate::plant::stump::stump;
@@ -27,6 +28,8 @@ pub struct AssetParams {
     pub individuals_per_species: u32,
     /// Different saplings of each species, 0..=64, 2 to 4.5 m high.
     pub saplings_per_species: u32,
+    /// Different seedlings of each species, 0..=64, under 0.3 m high.
+    pub seedlings_per_species: u32,
     /// Different standing dead trees of each species, 0..=64, as thick as the stand's.
     pub snags_per_species: u32,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
@@ -133,6 +136,8 @@ pub struct Library {
     pub herbs: Vec<PlantAsset>,
     /// Patches of ferns and bracken.
     pub ferns: Vec<PlantAsset>,
+    /// Single tree seedlings, species by species, small ones first.
+    pub seedlings: Vec<PlantAsset>,
     /// Patches of fallen twigs, cones and leaves.
     pub litter: Vec<PlantAsset>,
     /// Tufts for trails: grass, trodden grass, plantain, clover.
@@ -158,6 +163,7 @@ impl Default for AssetParams {
             ],
             individuals_per_species: 8,
             saplings_per_species: 0,
+            seedlings_per_species: 0,
             snags_per_species: 0,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
@@ -203,6 +209,8 @@ impl AssetParams {
         ParamError::check_range("individuals_per_species", n, 1.0, 64.0)?;
         let n = f64::from(self.saplings_per_species);
         ParamError::check_range("saplings_per_species", n, 0.0, 64.0)?;
+        let n = f64::from(self.seedlings_per_species);
+        ParamError::check_range("seedlings_per_species", n, 0.0, 64.0)?;
         let n = f64::from(self.snags_per_species);
         ParamError::check_range("snags_per_species", n, 0.0, 64.0)?;
         ParamError::check_range("trunk_radius_m", self.trunk_radius_m, 0.01, 0.2)?;
@@ -222,7 +230,7 @@ impl Library {
     pub fn grow(params: &AssetParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
-        let palette = Palette::bake(&species, key);
+        let palette = Palette::bake(&species, params.seedlings_per_species > 0, key);
         let grower = TreeGrower {
             params,
             palette: &palette,
@@ -317,6 +325,18 @@ impl Library {
                 patch("male_fern", i, undergrowth::male_fern(&palette, &mut rng))
             }
         });
+        let of_species = params.seedlings_per_species;
+        let seedlings = collect(SEEDLINGS, of_species * species.len() as u32, &|i, _| {
+            let (of, number) = ((i / of_species) as usize, i % of_species);
+            // Each species' are its own, whatever others there are.
+            let name = &species[of].name;
+            let key = key.stage(SEEDLINGS).stage(Stage::new(name));
+            let key = key.item(u64::from(number));
+            let rank = individual_rank(number, of_species, key) as f32;
+            let (leaves, materials) = (&species[of].leaves, &palette.seedlings[of]);
+            let shape = seedling(rank, leaves, materials, &mut key.rng());
+            patch(&format!("{name}_seedling"), number, shape)
+        });
         let litter = collect(LITTER, PATCHES, &|i, key| {
             patch("litter", i, floor::litter(i, &palette, &mut key.rng()))
         });
@@ -337,6 +357,7 @@ impl Library {
             grass,
             herbs,
             ferns,
+            seedlings,
             litter,
             trail_tufts,
             trail_stones,
@@ -355,6 +376,7 @@ const ROCKS: Stage = Stage::new("assets.rocks");
 const GRASS: Stage = Stage::new("assets.grass");
 const HERBS: Stage = Stage::new("assets.herbs");
 const FERNS: Stage = Stage::new("assets.ferns");
+const SEEDLINGS: Stage = Stage::new("assets.seedlings");
 const LITTER: Stage = Stage::new("assets.litter");
 const TRAIL_TUFTS: Stage = Stage::new("assets.trail_tufts");
 const TRAIL_STONES: Stage = Stage::new("assets.trail_stones");

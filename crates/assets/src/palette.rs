@@ -1,5 +1,7 @@
 //! All materials of a world, baked and registered.
 
+mod seedling;
+
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -15,6 +17,8 @@ use crate::texture::trail::{TRAIL_M, TrailKind};
 use crate::texture::{bark, ground, mineral, tile::Tile};
 use crate::tree::{BarkKind, FoliageCard, LeafKind, LeafLook, Species, TreeMaterials, linear};
 
+pub(crate) use seedling::SeedlingMaterials;
+
 const TEXTURES: Stage = Stage::new("assets.textures");
 const CARDS: Stage = Stage::new("assets.cards");
 
@@ -26,6 +30,8 @@ pub(crate) struct Palette {
     pub(crate) trees: Vec<TreeMaterials>,
     /// Bark and face of stumps, of each species.
     pub(crate) stumps: Vec<StumpMaterials>,
+    /// Of seedlings, of each species; none if none are wanted.
+    pub(crate) seedlings: Vec<SeedlingMaterials>,
     pub(crate) ground: GroundMaterials,
     pub(crate) rock: MaterialId,
     pub(crate) stone: MaterialId,
@@ -298,7 +304,8 @@ impl Solids {
 
 impl Palette {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
-    pub(crate) fn bake(species: &[Species], key: Key) -> Self {
+    /// With what seedlings are made of, if they are wanted.
+    pub(crate) fn bake(species: &[Species], seedlings: bool, key: Key) -> Self {
         let textures = key.stage(TEXTURES);
         let cards = key.stage(CARDS);
         let (trails, (floors, (solids, (pictures, leaves)))) = rayon::join(
@@ -322,7 +329,12 @@ impl Palette {
                 )
             },
         );
-        Self::register(species, trails, floors, solids, pictures, leaves)
+        let young: Vec<_> = species
+            .par_iter()
+            .filter(|_| seedlings)
+            .map(|s| seedling::pictures(&s.leaves, cards.stage(Stage::new(&s.name))))
+            .collect();
+        Self::register(species, trails, floors, solids, pictures, leaves, young)
     }
 
     fn register(
@@ -332,6 +344,7 @@ impl Palette {
         solids: Solids,
         pictures: Vec<Vec<Vec<Picture>>>,
         leaves: Vec<Vec<Picture>>,
+        young: Vec<Vec<Picture>>,
     ) -> Self {
         let mut library = MaterialLibrary::new();
         let ground = register_ground(&mut library, floors, trails);
@@ -426,10 +439,16 @@ impl Palette {
         );
         stone.tile_m = 0.5;
         let stone = library.add(stone);
+        // Last, so that with seedlings or without everything else has the same number.
+        let of_species = species.iter().zip(&solids.barks).zip(young);
+        let seedlings = of_species
+            .map(|((s, barks), young)| seedling::register(&mut library, s, barks, young))
+            .collect();
         Self {
             library,
             trees,
             stumps,
+            seedlings,
             ground,
             rock,
             stone,
@@ -507,29 +526,13 @@ fn register_tree(
         part("snag", Semantic::Snag, &solids.snag),
     );
     let leaves = &species.leaves;
+    let semantic = match leaves.kind {
+        LeafKind::NeedleTuft | LeafKind::NeedleSpray => Semantic::Needle,
+        _ => Semantic::Leaf,
+    };
     let foliage = pictures.into_iter().enumerate().map(|(number, picture)| {
-        let opaque_fraction = picture.mask.opaque_fraction() as f32;
-        let semantic = match leaves.kind {
-            LeafKind::NeedleTuft | LeafKind::NeedleSpray => Semantic::Needle,
-            _ => Semantic::Leaf,
-        };
-        let material = library.add(Material {
-            transmittance: linear(leaves.transmittance),
-            mask: Some(Arc::new(picture.mask)),
-            ..solid(
-                &format!("{}.foliage.{number}", species.name),
-                semantic,
-                Arc::new(picture.texture),
-                leaves.roughness as f32,
-                laser(leaves.nm905, leaves.nm1550),
-            )
-        });
-        FoliageCard {
-            material,
-            width_m: picture.width_m,
-            height_m: picture.height_m,
-            opaque_fraction,
-        }
+        let name = format!("{}.foliage.{number}", species.name);
+        register_leaves(library, &name, semantic, leaves, picture)
     });
     TreeMaterials {
         foliage: foliage.collect(),
@@ -541,6 +544,29 @@ fn register_tree(
         branch,
         dead,
         snag,
+    }
+}
+
+/// A picture of a species' leaves: they answer light as its leaves do, whatever they are part of.
+fn register_leaves(
+    library: &mut MaterialLibrary,
+    name: &str,
+    semantic: Semantic,
+    leaves: &LeafLook,
+    picture: Picture,
+) -> FoliageCard {
+    let opaque_fraction = picture.mask.opaque_fraction() as f32;
+    let (roughness, optics) = (leaves.roughness as f32, laser(leaves.nm905, leaves.nm1550));
+    let material = library.add(Material {
+        transmittance: linear(leaves.transmittance),
+        mask: Some(Arc::new(picture.mask)),
+        ..solid(name, semantic, Arc::new(picture.texture), roughness, optics)
+    });
+    FoliageCard {
+        material,
+        width_m: picture.width_m,
+        height_m: picture.height_m,
+        opaque_fraction,
     }
 }
 

@@ -56,7 +56,9 @@ impl ChunkManager {
             At::Chunk(chunk) => {
                 let distance = chunk.distance_m(robot_m, c.size_m);
                 let limit = match stage {
-                    "chunk.low" | "chunk.undergrowth" => c.undergrowth_radius_m + spare,
+                    "chunk.low" | "chunk.undergrowth" | "chunk.seedlings" => {
+                        c.undergrowth_radius_m + spare
+                    }
                     "chunk.solid" | "chunk.bare" | "chunk.openness" => c.delete_radius_m,
                     _ => c.delete_radius_m + 2.0 * c.size_m,
                 };

@@ -1,7 +1,7 @@
 //! All plans of a request, wired.
 
 use nemoral_assets::Library;
-use nemoral_placement::{Placement, Site};
+use nemoral_placement::{CoverPoint, Placement, Site};
 use nemoral_render::CameraImages;
 use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint};
 use nemoral_seed::Key;
@@ -17,6 +17,7 @@ use crate::stages::frame::{
 use crate::stages::ground::{ChunkGround, ChunkGroundStage, GroundModel, GroundStage};
 use crate::stages::openness::{Openness, OpennessStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
+use crate::stages::seedlings::SeedlingStage;
 use crate::stages::sensors::{CameraRig, CameraStage, LidarRig, LidarStage};
 use crate::stages::things::{ThingStage, Things};
 use crate::stages::truth::{Bare, BareStage, ExtraStage, TrunkStage};
@@ -54,6 +55,8 @@ pub struct ForestPlan {
     pub openness: Node<ChunkCoord, Openness>,
     /// Chunk: where low plants are.
     pub undergrowth: Node<ChunkCoord, Vec<Patch>>,
+    /// Chunk: where seedlings of trees are.
+    pub seedlings: Node<ChunkCoord, Vec<CoverPoint>>,
     /// Chunk: geometry of ground and things.
     pub solid: Node<ChunkCoord, Solid>,
     /// Chunk: geometry of low plants.
@@ -128,6 +131,7 @@ impl ForestPlan {
             (assets.of_world(), ground, things.anywhere()),
         );
         let undergrowth = plan.add(UndergrowthStage, (flora.of_world(), ground, openness));
+        let seedlings = plan.add(SeedlingStage::new(config), (world, ground, openness));
         let solid = plan.add(
             SolidStage::new(config)?,
             (assets.of_world(), ground, things),
@@ -139,6 +143,7 @@ impl ForestPlan {
                 ground_model.of_world(),
                 ground,
                 undergrowth,
+                seedlings,
             ),
         );
 
@@ -205,6 +210,7 @@ impl ForestPlan {
             things,
             openness,
             undergrowth,
+            seedlings,
             solid,
             low,
             pose,

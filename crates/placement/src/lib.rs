@@ -71,7 +71,7 @@ mod site;
 pub use cover::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
 pub use index::{LinearScan, NeighbourIndex};
 pub use params::{LayerParams, ParamError, PlacementParams, RockParams, Variety};
-pub use patches::Patches;
+pub use patches::{Clusters, Patches};
 pub use placement::Placement;
 pub use quadtree::QuadTree;
 pub use rows::Rows;

@@ -106,13 +106,32 @@ impl Patches {
 }
 
 /// The patches around a chunk.
+#[derive(Debug)]
 pub(crate) struct PatchMap {
     /// Discs around the outlines, numbered as those.
     index: QuadTree,
     outlines: Vec<Outline>,
 }
 
+/// Where a layer clusters in a chunk: [`Placement::clusters`](crate::Placement::clusters).
+#[derive(Debug)]
+pub struct Clusters {
+    pub(crate) map: PatchMap,
+    pub(crate) origin_m: DVec2,
+    pub(crate) chunk_size_m: f64,
+}
+
+impl Clusters {
+    /// Is a world position of the chunk in a cluster?
+    #[must_use]
+    pub fn contain(&self, world_m: DVec2) -> bool {
+        let local = (world_m - self.origin_m) / self.chunk_size_m;
+        self.map.contain(local)
+    }
+}
+
 /// r(θ) = radius · (1 + Σ WAVES\[n\] · cos((n + 2) θ + phase)).
+#[derive(Debug)]
 struct Outline {
     radius: f64,
     /// Cosine and sine of the phases.

@@ -9,6 +9,7 @@ use nemoral_seed::{Draw, Key, Stage};
 use crate::bridson::snap;
 use crate::calibrate::{Layer, calibrate};
 use crate::params::{ParamError, PlacementParams, Variety};
+use crate::patches::Clusters;
 use crate::quadtree::QuadTree;
 use crate::site::{Exclusion, Site};
 
@@ -148,7 +149,6 @@ impl Placement {
             rock_index.insert(self.local(coord, rock), radius);
         }
         let factor = self.params.factor();
-        let stage = self.key.stage(LAYERS);
         let mut standing = QuadTree::new(DVec2::splat(-self.reach), 1.0 + 2.0 * self.reach);
         let minds = self.layers.iter().flatten().any(Layer::minds_gaps);
         let gaps = self.params.gaps.filter(|_| minds).map(|gaps| {
@@ -167,7 +167,7 @@ impl Placement {
             };
             // Later layers give way to this one, and theirs to them: one reach for each.
             let need = 0.5 + self.reach * (self.layers.len() - 1 - number) as f64;
-            let key = stage.item(number as u64);
+            let key = self.layer_key(number);
             let clusters = layer.clusters(key, coord, need);
             let mut points = layer.fill(key, coord, need);
             points.retain(|p| {
@@ -198,6 +198,23 @@ impl Placement {
             }
         }
         sites
+    }
+
+    /// Where a layer stands in a chunk, if it clusters: for what grows among its things and is too small to be
+    /// one of them. It is asked for a layer without things too.
+    #[must_use]
+    pub fn clusters(&self, coord: ChunkCoord, layer: usize) -> Option<Clusters> {
+        let patches = self.params.layers.get(layer)?.clusters?;
+        let (size_m, key) = (self.params.chunk_size_m, self.layer_key(layer));
+        Some(Clusters {
+            map: patches.around(key, coord, size_m, 0.5),
+            origin_m: coord.origin_m(size_m),
+            chunk_size_m: size_m,
+        })
+    }
+
+    fn layer_key(&self, layer: usize) -> Key {
+        self.key.stage(LAYERS).item(layer as u64)
     }
 
     fn in_chunks(&self, metres: f64) -> f64 {

@@ -315,3 +315,36 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn clusters_are_where_their_layer_stands() {
+    let params = gappy();
+    let placement = Placement::new(params.clone(), Key::world(5)).expect("valid");
+    let mut world = World::new(params.clone(), 5, &everywhere);
+    let (mut saplings, mut inside, mut all) = (0, 0, 0);
+    for chunk in square(ChunkCoord::new(-3, 4), 8) {
+        let clusters = placement.clusters(chunk, 3).expect("saplings cluster");
+        for site in world.woody(chunk).iter().filter(|s| s.layer == 3) {
+            assert!(clusters.contain(site.position_m), "{site:?}");
+            saplings += 1;
+        }
+        for i in 0..625 {
+            let cell = DVec2::new(f64::from(i % 25), f64::from(i / 25)) + 0.5;
+            let p = chunk.origin_m(params.chunk_size_m) + cell * (params.chunk_size_m / 25.0);
+            inside += u32::from(clusters.contain(p));
+            all += 1;
+        }
+        assert!(placement.clusters(chunk, 0).is_none());
+        assert!(placement.clusters(chunk, 9).is_none());
+    }
+    let share = f64::from(inside) / f64::from(all);
+    assert!(saplings > 1000 && (share - 0.2).abs() < 0.03, "{share}");
+    // They are there though nothing stands in them.
+    let mut empty = params;
+    empty.layers[3].per_chunk = 0.0;
+    let empty = Placement::new(empty, Key::world(5)).expect("valid");
+    let clusters = |p: &Placement| p.clusters(ChunkCoord::new(1, 2), 3).expect("clusters");
+    let (a, b) = (clusters(&placement), clusters(&empty));
+    let places = (0..2500).map(|i| DVec2::new(50.0 + f64::from(i % 50), 100.0 + f64::from(i / 50)));
+    assert!(places.into_iter().all(|p| a.contain(p) == b.contain(p)));
+}

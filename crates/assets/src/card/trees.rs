@@ -50,7 +50,7 @@ pub(crate) fn draw(look: &LeafLook, rng: &mut impl Rng) -> Sketch {
 }
 
 /// A leaf on its stalk.
-struct Stalked {
+pub(super) struct Stalked {
     stalk: Stroke,
     leaf: Leaf,
     /// 0 behind the others, in shade; 1 before them.
@@ -58,21 +58,22 @@ struct Stalked {
 }
 
 impl Sketch {
-    fn stalked(&mut self, Stalked { stalk, leaf, .. }: Stalked) {
+    pub(super) fn stalked(&mut self, Stalked { stalk, leaf, .. }: Stalked) {
         self.stroke(stalk);
         self.leaf(leaf);
     }
 }
 
-struct Painter<'a> {
-    look: &'a LeafLook,
-    green: Vec3,
-    wood: Vec3,
+/// Draws a species' leaves.
+pub(super) struct Painter<'a> {
+    pub(super) look: &'a LeafLook,
+    pub(super) green: Vec3,
+    pub(super) wood: Vec3,
     outline: Arc<Outline>,
 }
 
 impl<'a> Painter<'a> {
-    fn new(look: &'a LeafLook) -> Self {
+    pub(super) fn new(look: &'a LeafLook) -> Self {
         let [a, b] = look.outline;
         let mut outline = if look.lobes > 0.0 {
             Outline::lobed(look.lobes, look.lobe_depth)
@@ -90,11 +91,11 @@ impl<'a> Painter<'a> {
         }
     }
 
-    fn length_m(&self, rng: &mut impl Rng) -> f32 {
+    pub(super) fn length_m(&self, rng: &mut impl Rng) -> f32 {
         rng.range_f32(self.look.length_m[0] as f32, self.look.length_m[1] as f32)
     }
 
-    fn ratio(&self, rng: &mut impl Rng) -> f32 {
+    pub(super) fn ratio(&self, rng: &mut impl Rng) -> f32 {
         let [a, b] = self.look.width_ratio.map(|r| r as f32);
         rng.range_f32(a, b.max(a + 1e-6))
     }
@@ -124,7 +125,13 @@ impl<'a> Painter<'a> {
         best
     }
 
-    fn leaf(&self, base: Vec2, direction: Vec2, front: f32, rng: &mut impl Rng) -> Stalked {
+    pub(super) fn leaf(
+        &self,
+        base: Vec2,
+        direction: Vec2,
+        front: f32,
+        rng: &mut impl Rng,
+    ) -> Stalked {
         let length_m = self.length_m(rng);
         let foot = base + self.look.stalk as f32 * length_m * direction;
         let mut colour = varied(self.green, rng) * (0.70 + 0.34 * front);

@@ -2,6 +2,7 @@
 
 pub(crate) mod floor;
 pub(crate) mod rock;
+pub(crate) mod seedling;
 pub(crate) mod shape;
 pub(crate) mod shrub;
 pub(crate) mod stump;

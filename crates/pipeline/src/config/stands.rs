@@ -39,6 +39,7 @@ pub(super) fn maritime_pine(c: &mut Config) {
     (c.placement.rocks_min, c.placement.rocks_max) = (0, 2);
     c.placement.gaps.share = 0.06;
     c.placement.regeneration.saplings = per_hectare(c, 100.0);
+    c.placement.regeneration.seedlings = 0.5;
     c.terrain.max_height_m = 12.0;
     c.terrain.scale_m = 110.0;
     c.undergrowth.cover = 0.75;
@@ -63,6 +64,7 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
     c.placement.rows.spacing_m = 3.0;
     c.placement.rows.in_row_m = 3.0;
     c.placement.stumps = per_hectare(c, 30.0);
+    c.placement.regeneration.seedlings = 0.0;
     c.placement.shrubs = per_hectare(c, 160.0);
     (c.placement.rocks_min, c.placement.rocks_max) = (0, 6);
     c.terrain.max_height_m = 40.0;
@@ -96,6 +98,7 @@ pub(super) fn oak_mixed(c: &mut Config) {
     c.placement.hard_core = 0.4;
     c.placement.gaps.share = 0.08;
     c.placement.regeneration.saplings = per_hectare(c, 320.0);
+    c.placement.regeneration.seedlings = 1.2;
     (c.placement.rocks_min, c.placement.rocks_max) = (0, 8);
     c.undergrowth.cover = 0.8;
     c.undergrowth.litter = 0.2;
@@ -123,6 +126,7 @@ pub(super) fn beech(c: &mut Config) {
     c.placement.gaps.share = 0.05;
     c.placement.gaps.saplings = 10.0;
     c.placement.regeneration.saplings = per_hectare(c, 240.0);
+    c.placement.regeneration.seedlings = 2.0;
     c.placement.regeneration.share = 0.12;
     (c.placement.rocks_min, c.placement.rocks_max) = (0, 8);
     c.terrain.max_height_m = 30.0;
@@ -151,6 +155,7 @@ pub(super) fn spruce(c: &mut Config) {
     c.placement.shrubs = per_hectare(c, 20.0);
     c.placement.gaps.share = 0.05;
     c.placement.regeneration.saplings = per_hectare(c, 100.0);
+    c.placement.regeneration.seedlings = 1.5;
     (c.placement.rocks_min, c.placement.rocks_max) = (2, 16);
     c.terrain.max_height_m = 20.0;
     c.terrain.scale_m = 170.0;
@@ -180,6 +185,7 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
     c.placement.hard_core = 0.45;
     c.placement.gaps.share = 0.08;
     c.placement.regeneration.saplings = per_hectare(c, 200.0);
+    c.placement.regeneration.seedlings = 0.6;
     (c.placement.rocks_min, c.placement.rocks_max) = (8, 50);
     c.terrain.max_height_m = 9.0;
     c.terrain.scale_m = 90.0;
@@ -205,6 +211,7 @@ pub(super) fn montado(c: &mut Config) {
     c.placement.stumps = per_hectare(c, 4.0);
     c.placement.shrubs = per_hectare(c, 40.0);
     c.placement.regeneration.saplings = per_hectare(c, 8.0);
+    c.placement.regeneration.seedlings = 0.1;
     (c.placement.rocks_min, c.placement.rocks_max) = (0, 8);
     c.terrain.max_height_m = 18.0;
     c.terrain.scale_m = 200.0;

@@ -39,6 +39,10 @@ pub struct WorldAssets {
     pub herbs: Vec<Arc<Blas>>,
     /// Of `library.ferns`.
     pub ferns: Vec<Arc<Blas>>,
+    /// Of `library.seedlings`.
+    pub seedlings: Vec<Arc<Blas>>,
+    /// How often each of them is chosen, relative to the others.
+    pub seedling_weights: Vec<f64>,
     /// Of `library.litter`.
     pub litter: Vec<Arc<Blas>>,
     /// Of `library.trail_tufts`.
@@ -73,12 +77,16 @@ pub struct AssetStage(Recipe);
 pub(super) struct Recipe {
     assets: config::Assets,
     saplings: bool,
+    seedlings: bool,
     /// The text of one's own species, if it can be read: what counts is what is in it.
     own: Option<String>,
 }
 
 /// One dead tree is grown for so many living ones.
 const LIVING_PER_SNAG: u32 = 4;
+
+/// So many seedlings are grown of each species.
+const SEEDLINGS: u32 = 8;
 
 /// One sapling is grown for so many living trees.
 const LIVING_PER_SAPLING: u32 = 2;
@@ -88,6 +96,7 @@ impl Recipe {
         Self {
             assets: config.assets.clone(),
             saplings: config.placement.regeneration.saplings > 0.0,
+            seedlings: config.placement.regeneration.seedlings > 0.0,
             own: std::fs::read_to_string(&config.assets.own_species).ok(),
         }
     }
@@ -101,6 +110,7 @@ impl Recipe {
             hasher.write_f64(diameter);
         }
         hasher.write_u64(u64::from(self.saplings));
+        hasher.write_u64(u64::from(self.seedlings));
     }
 
     /// The species with a share, and their shares.
@@ -157,6 +167,7 @@ impl Recipe {
             } else {
                 0
             },
+            seedlings_per_species: if self.seedlings { SEEDLINGS } else { 0 },
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,
@@ -189,7 +200,7 @@ impl Stage for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -221,7 +232,7 @@ impl Stage for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -231,6 +242,12 @@ impl Stage for AssetStage {
         let species = self.0.species().map_err(Error::of_stage)?;
         let params = self.0.params(&species);
         let snags = self.0.assets.snags;
+        // Of each species as many looks, one species after the other.
+        let of_species = params.seedlings_per_species as usize;
+        let seedling_weights = species
+            .iter()
+            .flat_map(|(_, share)| std::iter::repeat_n(*share, of_species))
+            .collect();
         let standing = |tree: &TreeAsset| {
             let of = species.iter().find(|(s, _)| s.name == tree.species);
             let (all, of_them) = if tree.class == SizeClass::Sapling {
@@ -265,6 +282,8 @@ impl Stage for AssetStage {
             grass: plants(&library.grass),
             herbs: plants(&library.herbs),
             ferns: plants(&library.ferns),
+            seedlings: plants(&library.seedlings),
+            seedling_weights,
             litter: plants(&library.litter),
             trail_tufts: plants(&library.trail_tufts),
             trail_stones: plants(&library.trail_stones),

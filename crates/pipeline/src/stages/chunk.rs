@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use nemoral_assets::{GroundMaterials, PlantAsset};
+use nemoral_assets::GroundMaterials;
+use nemoral_placement::CoverPoint;
 use nemoral_raycast::{Blas, Group};
 use nemoral_scene::glam::{DVec2, Mat3, Vec2, Vec3};
 use nemoral_scene::{ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface};
@@ -183,10 +184,11 @@ impl Stage for LowStage {
         OfWorld<GroundModel>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, Vec<Patch>>,
+        Node<ChunkCoord, Vec<CoverPoint>>,
     );
     type Output = Low;
     const ID: &'static str = "chunk.low";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_f64(self.chunk_size_m);
@@ -196,21 +198,27 @@ impl Stage for LowStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (assets, model, ground, patches): (
+        (assets, model, ground, patches, seedlings): (
             Arc<WorldAssets>,
             Arc<GroundModel>,
             Arc<ChunkGround>,
             Arc<Vec<Patch>>,
+            Arc<Vec<CoverPoint>>,
         ),
     ) -> Result<Low, Error> {
         let origin = at.origin_m(self.chunk_size_m);
         let mut instances = Vec::new();
-        let mut plant = |shapes: &[Arc<Blas>], plants: &[PlantAsset], place: &Place| {
-            if plants.is_empty() {
-                return;
-            }
+        // One of the shapes, with these chances, or with equal ones.
+        let mut plant = |shapes: &[Arc<Blas>], weights: Option<&[f64]>, place: &Place| {
             let mut rng = place.key.stage(LOOK).rng();
-            let shape = &shapes[rng.below(plants.len() as u32) as usize];
+            let chosen = match weights {
+                Some(weights) => rng.weighted(weights),
+                None if shapes.is_empty() => None,
+                None => Some(rng.below(shapes.len() as u32) as usize),
+            };
+            let Some(shape) = chosen.and_then(|i| shapes.get(i)) else {
+                return;
+            };
             let sample = Surface::sample(&*ground, place.position_m);
             let gradient: Vec2 = sample.gradient.as_vec2();
             let instance = Instance {
@@ -224,21 +232,18 @@ impl Stage for LowStage {
             };
             instances.push((instance, Arc::clone(shape)));
         };
-        let library = &assets.library;
-        for patch in patches.iter() {
-            let p = &patch.point;
-            let place = Place {
-                position_m: p.position_m,
-                yaw_rad: p.yaw_rad,
-                scale: p.scale,
-                key: p.key,
+        for Patch { kind, point } in patches.iter() {
+            let shapes = match kind {
+                PatchKind::Grass => &assets.grass,
+                PatchKind::Herbs => &assets.herbs,
+                PatchKind::Ferns => &assets.ferns,
+                PatchKind::Litter => &assets.litter,
             };
-            match patch.kind {
-                PatchKind::Grass => plant(&assets.grass, &library.grass, &place),
-                PatchKind::Herbs => plant(&assets.herbs, &library.herbs, &place),
-                PatchKind::Ferns => plant(&assets.ferns, &library.ferns, &place),
-                PatchKind::Litter => plant(&assets.litter, &library.litter, &place),
-            }
+            plant(shapes, None, &Place::of(point));
+        }
+        for point in seedlings.iter() {
+            let weights = Some(&*assets.seedling_weights);
+            plant(&assets.seedlings, weights, &Place::of(point));
         }
         let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
         let tufts = dressing.iter().filter(|d| d.kind != DressingKind::Stone);
@@ -250,7 +255,7 @@ impl Stage for LowStage {
                 scale: d.scale,
                 key,
             };
-            plant(&assets.trail_tufts, &library.trail_tufts, &place);
+            plant(&assets.trail_tufts, None, &place);
         }
         Ok(Low(
             (!instances.is_empty()).then(|| Arc::new(Group::build(instances)))
@@ -264,4 +269,15 @@ struct Place {
     yaw_rad: f64,
     scale: f64,
     key: Key,
+}
+
+impl Place {
+    fn of(point: &CoverPoint) -> Self {
+        Self {
+            position_m: point.position_m,
+            yaw_rad: point.yaw_rad,
+            scale: point.scale,
+            key: point.key,
+        }
+    }
 }

@@ -7,6 +7,7 @@ pub mod ground;
 mod looks;
 pub mod openness;
 pub mod placement;
+pub mod seedlings;
 pub mod sensors;
 pub(crate) mod sky_image;
 pub mod things;

@@ -18,6 +18,9 @@ use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 /// The woody layers, in the paper's order, and after them saplings: [`Site::layer`] is an index into this.
 pub const LAYERS: [&str; 4] = ["trees", "stumps", "shrubs", "regeneration.saplings"];
 
+/// The place of saplings among the layers.
+pub const SAPLINGS: usize = 3;
+
 /// Shrubs grow into each other: they keep apart by this share of their spread.
 const SHRUB_CORE: f64 = 0.4;
 
@@ -123,7 +126,7 @@ impl Stage for PlacementStage {
             jitter_m: p.rows.jitter_m,
             heading_deg: p.rows.heading_deg,
         });
-        layers[3].clusters = Some(Patches {
+        layers[SAPLINGS].clusters = Some(Patches {
             share: p.regeneration.share,
             radius_m: (p.regeneration.radius_min_m, p.regeneration.radius_max_m),
         });

@@ -1,0 +1,52 @@
+//! What seedlings are made of: leaves and thin bark of their species, under a semantic of their own.
+
+use nemoral_scene::{MaterialId, MaterialLibrary, Semantic};
+use nemoral_seed::{Key, Stage};
+
+use super::{Barks, LEAVES_IN_SHADE, laser, register_leaves, solid};
+use crate::card::seedlings;
+use crate::card::sketch::Picture;
+use crate::tree::{FoliageCard, LeafLook, Species};
+
+const PICTURES: Stage = Stage::new("assets.cards.seedling");
+
+/// The materials of a species' seedlings.
+#[derive(Clone, Debug)]
+pub(crate) struct SeedlingMaterials {
+    /// Single leaves; of conifers shoots, short ones first.
+    pub(crate) leaves: Vec<FoliageCard>,
+    pub(crate) stem: MaterialId,
+}
+
+pub(super) fn pictures(look: &LeafLook, key: Key) -> Vec<Picture> {
+    let mean = look.reflectance() * LEAVES_IN_SHADE;
+    let picture = |variant: usize| {
+        let mut rng = key.stage(PICTURES).item(variant as u64).rng();
+        let sketch = seedlings::draw(look, variant, &mut rng);
+        sketch.slices(1, mean).swap_remove(0)
+    };
+    (0..seedlings::VARIANTS).map(picture).collect()
+}
+
+pub(super) fn register(
+    library: &mut MaterialLibrary,
+    species: &Species,
+    barks: &Barks,
+    pictures: Vec<Picture>,
+) -> SeedlingMaterials {
+    let (name, bark) = (&species.name, &species.bark);
+    let leaves = pictures.into_iter().enumerate().map(|(number, picture)| {
+        let name = format!("{name}.seedling.{number}");
+        register_leaves(library, &name, Semantic::Seedling, &species.leaves, picture)
+    });
+    SeedlingMaterials {
+        leaves: leaves.collect(),
+        stem: library.add(solid(
+            &format!("{name}.seedling.stem"),
+            Semantic::Seedling,
+            barks.branch.clone(),
+            bark.roughness as f32,
+            laser([bark.nm905, 0.0], [bark.nm1550, 0.0]),
+        )),
+    }
+}
