@@ -8,6 +8,7 @@ use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{Backend, BackendChoice, Done, ForestPlan, Observer, Request, generate};
 use nemoral_scene::Shutter;
 use nemoral_tests::config;
+use nemoral_tests::gpu::{Agreement, gpu};
 
 struct Silent;
 
@@ -120,12 +121,37 @@ fn noise_is_on_the_picture_alone() {
     assert_eq!(take(&["camera.noise.enabled=true"]), noisy);
 }
 
+/// A backend takes every camera: the pipeline's own pictures through a lens, while the robot moves.
 #[test]
-fn shutters_are_for_the_cpu() {
-    let config = config("demo", &["camera.shutter.readout_ms=20"]);
-    let (backend, why) = Backend::for_config(BackendChoice::Auto, &config).expect("the CPU");
-    assert_eq!(backend.name(), "cpu");
-    assert!(why.contains("[camera.shutter] takes time"), "{why}");
-    let e = Backend::for_config(BackendChoice::Gpu, &config).expect_err("refused");
-    assert!(e.to_string().contains("--backend cpu"), "{e}");
+fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
+    let Some(gpu) = gpu("a lens and a shutter in the pipeline") else {
+        return;
+    };
+    let config = config(
+        "demo",
+        &[
+            "camera.width_px=240",
+            "camera.height_px=135",
+            "camera.samples=1",
+            "camera.fov.horizontal_deg=120",
+            "camera.fisheye.k1=-0.02",
+            "camera.shutter.readout_ms=30",
+            "robot.speed_m_s=3",
+            "chunks.visible_radius_m=30",
+            "chunks.undergrowth_radius_m=10",
+        ],
+    );
+    let (_, said) = Backend::for_config(BackendChoice::Gpu, &config).expect("a GPU");
+    assert!(said.contains(&gpu.name()), "{said}");
+    let take = |backend| {
+        let forest = ForestPlan::on(&config, backend).expect("a plan");
+        let store = Store::unlimited();
+        let images = Runner::new(forest.plan(), &store, 2).get(forest.images, 1);
+        images.expect("pictures")[0].clone()
+    };
+    let (cast, drawn) = (take(Backend::Cpu), take(Backend::Gpu(gpu.clone())));
+    let agreement = Agreement::of(&cast.truth, &drawn.truth);
+    println!("{agreement}");
+    assert!(agreement.is_right(300), "{agreement}");
+    assert!((cast.ev100 - drawn.ev100).abs() < 0.1);
 }
