@@ -41,7 +41,7 @@ const ARITHMETIC_PX: f64 = 0.75;
 pub(crate) struct Bend {
     intrinsics: Intrinsics,
     /// The angle to the axis of the widest ray in the picture; beyond, radii grow evenly.
-    widest_rad: f64,
+    pub(crate) widest_rad: f64,
     radius: f64,
     slope: f64,
     /// The farthest that a pixel lies from where this model draws its ray.

@@ -278,7 +278,7 @@ impl GpuCamera {
         if bend.is_some() {
             state.bend(&self.gpu, &self.layouts)?;
         }
-        let frustum = Frustum::new(view, origin_m, range_m.into());
+        let frustum = Frustum::new(view, bend.as_ref(), origin_m, range_m.into());
         let crowd = Crowd::gather(&groups, origin_m, |ball| {
             frustum.sees(ball) || cascades.iter().any(|c| c.sees(ball))
         });
