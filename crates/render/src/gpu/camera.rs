@@ -1,23 +1,26 @@
 //! The camera itself.
 
 use std::fmt;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use bytemuck::{Pod, Zeroable};
-use glam::{DMat3, DVec3, Mat4, Vec3, Vec4};
-use nemoral_scene::{Image, ObjectId, TruthImages};
+use glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::{Image, ObjectId, PlacedGroup, TruthImages};
 use nemoral_seed::Key;
 
-use super::bend::{Bend, BendRecord};
+use super::bend::Bend;
 use super::cascade::Cascade;
-use super::cull::{Crowd, Frustum};
-use super::lit::{Lit, LitShot};
+use super::cull::{Aim, Culled, Culler};
+use super::frame::{FrameRecord, origin_of};
+use super::herd::Herd;
+use super::lit::{Backdrop, Lit, LitShot};
 use super::materials::Materials;
 use super::pages::GpuMemory;
 use super::pass::TruthPass;
-use super::pipeline::{Batch, ExactPass, Layouts, group};
+use super::pipeline::{ExactPass, Layouts, group};
 use super::readback::Readback;
 use super::shapes::Shapes;
+use super::sight::Sight;
 use super::targets::{Targets, reversed, texels, truth_images, view_of};
 use super::{Gpu, GpuError, Pass};
 use crate::error::{ParamError, check};
@@ -69,78 +72,50 @@ pub struct GpuImages {
 
 /// The camera that draws on a GPU.
 ///
-/// It keeps shapes and materials on the GPU between pictures, within
-/// [`memory_mib`](GpuParams::memory_mib). The truth is the ray-cast camera's but for rounding: on
+/// It keeps shapes, instances and materials on the GPU between pictures, within
+/// [`memory_mib`](GpuParams::memory_mib); the GPU decides which instances a picture shows. While one
+/// picture comes back, another thread's is drawn. The truth is the ray-cast camera's but for rounding: on
 /// borders of surfaces a pixel in some thousands sees the neighbour.
 pub struct GpuCamera {
     gpu: Gpu,
     params: GpuParams,
     lighting: Lighting,
     layouts: Layouts,
+    culler: Culler,
     state: Mutex<State>,
+    /// Device memory of pictures under way, bytes.
+    on_loan: Arc<AtomicU64>,
 }
 
 struct State {
     materials: Option<Materials>,
+    herd: Option<Herd>,
     shapes: Shapes,
     /// The truth first.
     passes: Vec<ExactPass>,
     lit: Lit,
     targets: Option<Targets>,
-    /// Of the last picture: batches and read-backs.
+    /// What the last picture borrowed, bytes: the next one will, too.
     transient: u64,
 }
 
-/// Things nearer than this are not drawn.
-const NEAR_M: f64 = 0.01;
-
-/// A frame's origin lies on a grid of this step, so that places of chunks are exact in f32.
-const GRID_PER_M: f64 = 1024.0;
-
-/// `Frame` in `surface.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(crate) struct FrameRecord {
-    /// By columns.
-    pub(crate) clip: [[f32; 4]; 4],
-    pub(crate) eye: [f32; 4],
-    pub(crate) forward: [f32; 4],
-    pub(crate) right: [f32; 4],
-    pub(crate) down: [f32; 4],
-    pub(crate) size: [f32; 4],
-    pub(crate) bend: BendRecord,
+/// Device memory of a picture under way; given back when it is done.
+#[derive(Debug)]
+struct Loan {
+    bytes: u64,
+    of: Arc<AtomicU64>,
 }
 
-impl FrameRecord {
-    fn new(view: &View, bend: Option<&Bend>, origin_m: DVec3, max_range_m: f32) -> Self {
-        let k = &view.intrinsics;
-        let (w, h) = (f64::from(k.width), f64::from(k.height));
-        let axes = DMat3::from_quat(view.scene_from_camera.rotation);
-        let eye = view.scene_from_camera.translation_m - origin_m;
-        let (x, y, z) = (axes.x_axis, axes.y_axis, axes.z_axis);
-        // Rows of the clip matrix, in scene axes about the eye.
-        let rows = [
-            (x * (2.0 * k.fx) + z * (2.0 * k.cx - w)) / w,
-            -(y * (2.0 * k.fy) + z * (2.0 * k.cy - h)) / h,
-            DVec3::ZERO,
-            z,
-        ];
-        let constants = [0.0, 0.0, NEAR_M, 0.0];
-        let row = |i: usize| -> Vec4 {
-            let moved = constants[i] - rows[i].dot(eye);
-            rows[i].extend(moved).as_vec4()
-        };
-        Self {
-            clip: Mat4::from_cols(row(0), row(1), row(2), row(3))
-                .transpose()
-                .to_cols_array_2d(),
-            eye: eye.as_vec3().extend(0.0).to_array(),
-            forward: z.as_vec3().extend(max_range_m).to_array(),
-            right: (x / k.fx).as_vec3().extend(k.cx as f32).to_array(),
-            down: (y / k.fy).as_vec3().extend(k.cy as f32).to_array(),
-            size: [w as f32, h as f32, NEAR_M as f32, 0.0],
-            bend: bend.map_or_else(BendRecord::zeroed, |bend| bend.record(view)),
-        }
+impl Loan {
+    fn take(&mut self, bytes: u64) {
+        self.bytes += bytes;
+        self.of.fetch_add(bytes, Ordering::Relaxed);
+    }
+}
+
+impl Drop for Loan {
+    fn drop(&mut self) {
+        self.of.fetch_sub(self.bytes, Ordering::Relaxed);
     }
 }
 
@@ -186,9 +161,11 @@ impl GpuCamera {
         let layouts = Layouts::new(gpu);
         let truth = ExactPass::new(gpu, &layouts, Box::new(TruthPass))?;
         let lit = Lit::new(gpu, &layouts, &lighting, p)?;
+        let culler = Culler::new(gpu);
         gpu.check()?;
         let state = State {
             materials: None,
+            herd: None,
             shapes: Shapes::new(0),
             passes: vec![truth],
             lit,
@@ -200,7 +177,9 @@ impl GpuCamera {
             params,
             lighting,
             layouts,
+            culler,
             state: Mutex::new(state),
+            on_loan: Arc::default(),
         })
     }
 
@@ -233,7 +212,7 @@ impl GpuCamera {
     pub fn memory(&self) -> GpuMemory {
         let state = self.state();
         GpuMemory {
-            bytes: state.fixed() + state.shapes.pages.bytes(),
+            bytes: state.fixed() + self.on_loan() + state.shapes.pages.bytes(),
             limit_bytes: self.limit(),
             shapes: state.shapes.len(),
             evicted: state.shapes.evicted,
@@ -247,8 +226,8 @@ impl GpuCamera {
     pub fn draw(&self, scene: &SceneView<'_>, view: &View) -> Result<GpuImages, GpuError> {
         view.check()?;
         let mut state = self.state();
-        let shot = self.prepare(&mut state, scene, view, &[])?;
-        let (readbacks, submission) = self.draw_exact(&mut state, &shot, usize::MAX);
+        let mut shot = self.prepare(&mut state, scene, view, &[])?;
+        let (readbacks, submission) = self.draw_exact(&mut state, &mut shot, usize::MAX);
         drop(state);
         let mut images = readbacks
             .iter()
@@ -278,27 +257,40 @@ impl GpuCamera {
         if bend.is_some() {
             state.bend(&self.gpu, &self.layouts)?;
         }
-        let frustum = Frustum::new(view, bend.as_ref(), origin_m, range_m.into());
-        let crowd = Crowd::gather(&groups, origin_m, |ball| {
-            frustum.sees(ball) || cascades.iter().any(|c| c.sees(ball))
-        });
-        state.shapes.limit = self.limit().saturating_sub(state.fixed());
+        state.hold_herd(&self.gpu, &groups, origin_m)?;
+        let mut loan = Loan {
+            bytes: 0,
+            of: Arc::clone(&self.on_loan),
+        };
+        let held = state.fixed() + self.on_loan() + state.transient;
+        state.shapes.limit = self.limit().saturating_sub(held);
+
+        let camera = Sight::of_view(view, bend.as_ref(), origin_m, range_m.into());
+        let shadows = cascades.iter().map(Cascade::sight);
+        let sights: Vec<Sight> = std::iter::once(camera).chain(shadows).collect();
+        let herd = state.herd.as_ref().expect("it was gathered");
+        let seen = herd.seen(&sights, origin_m);
         state
             .shapes
-            .ensure(&self.gpu, &self.layouts.page, crowd.prototypes())?;
-        let draws = crowd.draws(&state.shapes, |ball| frustum.sees(ball));
-        let frame = FrameRecord::new(view, bend.as_ref(), origin_m, range_m);
+            .ensure(&self.gpu, &self.layouts.page, seen.iter().map(|(p, _)| p))?;
+        let culled = (self.culler).ask(&self.gpu, herd, &state.shapes, &seen, &sights, origin_m)?;
+        loan.take(culled.bytes);
+
+        let origin = origin_m - herd.origin_m;
+        let frame = FrameRecord::new(view, bend.as_ref(), origin_m, origin, range_m);
         let materials = state.materials.as_ref().expect("they were uploaded");
         let frame = bytemuck::bytes_of(&frame);
-        let batch = Batch::upload(&self.gpu, &self.layouts, materials, frame, &draws)?;
+        let aim = Aim::new(&self.gpu, &self.layouts, materials, herd, 0, frame)?;
         let targets = state.targets.as_ref().expect("they were made");
         targets.cast_rays(&self.gpu, view, origin_m);
         Ok(Shot {
             origin_m,
+            origin,
             bend,
-            crowd,
-            batch,
-            objects: draws.objects,
+            culled,
+            aim,
+            objects: Arc::clone(&herd.objects),
+            loan,
         })
     }
 
@@ -306,7 +298,7 @@ impl GpuCamera {
     fn draw_exact(
         &self,
         state: &mut State,
-        shot: &Shot,
+        shot: &mut Shot,
         count: usize,
     ) -> (Vec<Readback>, wgpu::SubmissionIndex) {
         let targets = state.targets.as_ref().expect("they were made");
@@ -341,82 +333,108 @@ impl GpuCamera {
             let group = group(&self.gpu, own.pass.name(), &self.layouts.exact, &resources);
             let pages = &state.shapes.pages;
             let pipelines = own.pipelines.of(shot.bend.is_some());
-            shot.batch
-                .draw(&self.gpu, &mut pass, pages, pipelines, &group);
+            (shot.culled).draw(&self.gpu, &mut pass, pages, pipelines, &shot.aim, &group);
             drop(pass);
             let readback = Readback::encode(&self.gpu, &mut encoder, &targets.exact, 16);
             readbacks.push(readback);
         }
         let submission = self.gpu.queue().submit([encoder.finish()]);
-        let coming: u64 = readbacks.iter().map(Readback::bytes).sum();
-        state.transient = shot.batch.bytes + coming;
+        shot.loan.take(readbacks.iter().map(Readback::bytes).sum());
+        state.transient = shot.loan.bytes;
         (readbacks, submission)
     }
 
-    /// What light comes to the pixels: the mean over the exposure.
-    fn draw_colour(
+    /// Draws what light comes to the pixels over the exposure. All of its pictures but the last are
+    /// back then.
+    fn expose(
         &self,
         state: &mut State,
-        shot: &Shot,
+        shot: &mut Shot,
         scene: &SceneView<'_>,
         view: &View,
         cascades: &[Cascade],
-    ) -> Result<Image<Vec3>, GpuError> {
-        let materials = state.materials.as_ref().expect("they were uploaded");
+    ) -> Result<Exposure, GpuError> {
         let targets = state.targets.as_ref().expect("they were made");
         let lit = LitShot {
             gpu: &self.gpu,
             layouts: &self.layouts,
-            materials,
+            materials: state.materials.as_ref().expect("they were uploaded"),
             shapes: &state.shapes,
             lighting: &self.lighting,
             view,
             scene,
             cascades,
-            crowd: &shot.crowd,
-            batch: &shot.batch,
+            origin: shot.origin,
+            herd: state.herd.as_ref().expect("it was gathered"),
+            culled: &shot.culled,
+            aim: &shot.aim,
             bent: shot.bend.is_some(),
             rays: &targets.rays,
             eyes: &targets.eyes,
         };
-        let (light, mut bytes) = state.lit.light_up(&lit)?;
-        let instants = if view.blurs() {
-            self.params.blur_samples
-        } else {
-            1
-        };
+        let (light, bytes) = state.lit.light_up(&lit)?;
+        shot.loan.take(bytes);
+        let views = self.instants(view);
         let mut sum = vec![Vec3::ZERO; targets.pixels()];
-        let mut add = |(instant, (readback, drawn)): (View, (Readback, _))| {
-            readback.read(&self.gpu, &drawn, |rows| {
-                state.lit.compose(rows, &instant, &self.lighting, &mut sum);
-            })
+        let mut last: Option<Coming> = None;
+        for (i, instant) in views.iter().enumerate() {
+            if views.len() > 1 {
+                let (bend, range_m) = (shot.bend.as_ref(), self.params.max_range_m);
+                let frame = FrameRecord::new(instant, bend, shot.origin_m, shot.origin, range_m);
+                shot.aim.at(&self.gpu, bytemuck::bytes_of(&frame));
+                targets.cast_rays(&self.gpu, instant, shot.origin_m);
+            }
+            let (readback, drawn) = state.lit.draw(&lit, &light)?;
+            // One is read while the GPU is at the next.
+            if i < 2 {
+                shot.loan.take(readback.bytes());
+            }
+            let coming = Coming {
+                view: *instant,
+                readback,
+                drawn,
+            };
+            if let Some(before) = last.replace(coming) {
+                before.add(self, state.lit.backdrop, &mut sum)?;
+            }
+        }
+        state.transient = shot.loan.bytes;
+        Ok(Exposure {
+            backdrop: state.lit.backdrop,
+            sum,
+            count: views.len(),
+            last: last.expect("there is an instant at least"),
+        })
+    }
+
+    /// The views whose mean is the picture.
+    fn instants(&self, view: &View) -> Vec<View> {
+        // Where the GPU's shaders cannot choose samples, pictures of single ones make up for it.
+        let several = self.params.colour_samples > 1 && !self.gpu.chooses_samples();
+        let places = if several { &SAMPLES[..] } else { &SAMPLES[..1] };
+        let count = if view.blurs() {
+            self.params.blur_samples as usize
+        } else {
+            places.len()
         };
-        // One is read while the GPU is at the next.
-        let mut before = None;
-        for i in 0..instants {
-            let part = (f64::from(i) + 0.5) / f64::from(instants) - 0.5;
+        let instant = |i: usize| {
             let mut instant = *view;
-            if instants > 1 {
+            if view.blurs() {
+                let part = (i as f64 + 0.5) / count as f64 - 0.5;
                 instant = view.later(part * view.shutter.exposure_s);
-                let range_m = self.params.max_range_m;
-                let bend = shot.bend.as_ref();
-                let frame = FrameRecord::new(&instant, bend, shot.origin_m, range_m);
-                shot.batch.aim(&self.gpu, bytemuck::bytes_of(&frame));
-                targets.cast_rays(&self.gpu, &instant, shot.origin_m);
             }
-            let coming = state.lit.draw(&lit, &light)?;
-            bytes += if i < 2 { coming.0.bytes() } else { 0 };
-            if let Some(before) = before.replace((instant, coming)) {
-                add(before)?;
+            if several {
+                let place = places[i % places.len()];
+                instant.intrinsics.cx -= place.x;
+                instant.intrinsics.cy -= place.y;
             }
-        }
-        before.map(&mut add).transpose()?;
-        state.transient += bytes;
-        for c in &mut sum {
-            *c /= instants as f32;
-        }
-        let [width, height] = targets.size.map(|side| side as usize);
-        Ok(Image::new(width, height, sum))
+            instant
+        };
+        (0..count).map(instant).collect()
+    }
+
+    fn on_loan(&self) -> u64 {
+        self.on_loan.load(Ordering::Relaxed)
     }
 
     fn limit(&self) -> u64 {
@@ -450,12 +468,14 @@ impl CameraRenderer for GpuCamera {
             self.params.shadow_px,
         );
         state.lit.hold_targets(&self.gpu, view)?;
-        let shot = self.prepare(state, scene, view, &cascades)?;
-        let (truth, truth_drawn) = self.draw_exact(state, &shot, 1);
-        let linear = self.draw_colour(state, &shot, scene, view, &cascades)?;
+        let mut shot = self.prepare(state, scene, view, &cascades)?;
+        let (truth, truth_drawn) = self.draw_exact(state, &mut shot, 1);
+        let exposure = self.expose(state, &mut shot, scene, view, &cascades)?;
+        // From here on the next picture may be drawn.
+        drop(guard);
         let truth = truth[0].read(&self.gpu, &truth_drawn, |rows| texels(rows, view))?;
         let truth = truth_images(&truth, view, &shot.objects);
-        drop(guard);
+        let linear = exposure.read(self)?;
         let (width, height) = (linear.width(), linear.height());
         let mut pixels = linear.into_pixels();
         self.params.lens.apply(&mut pixels, &view.intrinsics);
@@ -470,20 +490,61 @@ impl CameraRenderer for GpuCamera {
     }
 }
 
-/// The point of the grid next to the camera.
-fn origin_of(view: &View) -> DVec3 {
-    (view.scene_from_camera.translation_m * GRID_PER_M).round() / GRID_PER_M
-}
-
 /// A picture in the making.
 struct Shot {
     origin_m: DVec3,
+    /// About the herd's.
+    origin: DVec3,
     bend: Option<Bend>,
-    crowd: Crowd,
-    /// What the camera sees of it.
-    batch: Batch,
-    /// Of the batch's instances.
-    objects: Vec<ObjectId>,
+    culled: Culled,
+    /// The camera's.
+    aim: Aim,
+    /// Of the herd's instances.
+    objects: Arc<[ObjectId]>,
+    loan: Loan,
+}
+
+/// The four samples of a pixel, as `lit.wgsl` has them.
+const SAMPLES: [DVec2; 4] = [
+    DVec2::new(-0.125, -0.375),
+    DVec2::new(0.375, -0.125),
+    DVec2::new(-0.375, 0.125),
+    DVec2::new(0.125, 0.375),
+];
+
+/// Colours on their way back.
+struct Coming {
+    view: View,
+    readback: Readback,
+    drawn: wgpu::SubmissionIndex,
+}
+
+impl Coming {
+    fn add(self, camera: &GpuCamera, backdrop: Backdrop, sum: &mut [Vec3]) -> Result<(), GpuError> {
+        self.readback.read(&camera.gpu, &self.drawn, |rows| {
+            backdrop.compose(rows, &self.view, &camera.lighting, sum);
+        })
+    }
+}
+
+/// The light of a picture.
+struct Exposure {
+    backdrop: Backdrop,
+    sum: Vec<Vec3>,
+    /// Pictures that it is the mean of.
+    count: usize,
+    last: Coming,
+}
+
+impl Exposure {
+    fn read(mut self, camera: &GpuCamera) -> Result<Image<Vec3>, GpuError> {
+        let k = self.last.view.intrinsics;
+        self.last.add(camera, self.backdrop, &mut self.sum)?;
+        for c in &mut self.sum {
+            *c /= self.count as f32;
+        }
+        Ok(Image::new(k.width as usize, k.height as usize, self.sum))
+    }
 }
 
 impl State {
@@ -491,7 +552,27 @@ impl State {
     fn fixed(&self) -> u64 {
         let targets = self.targets.as_ref().map_or(0, Targets::bytes);
         let materials = self.materials.as_ref().map_or(0, Materials::bytes);
-        targets + materials + self.lit.bytes() + self.transient
+        let herd = self.herd.as_ref().map_or(0, Herd::bytes);
+        targets + materials + herd + self.lit.bytes()
+    }
+
+    fn hold_herd(
+        &mut self,
+        gpu: &Gpu,
+        groups: &[PlacedGroup],
+        origin_m: DVec3,
+    ) -> Result<(), GpuError> {
+        if !self
+            .herd
+            .as_ref()
+            .is_some_and(|h| h.is_of(groups, origin_m))
+        {
+            // The old one first: both need not fit.
+            self.herd = None;
+            self.herd = Some(Herd::gather(gpu, groups, origin_m)?);
+            gpu.check()?;
+        }
+        Ok(())
     }
 
     fn hold_materials(&mut self, gpu: &Gpu, scene: &SceneView<'_>) -> Result<(), GpuError> {

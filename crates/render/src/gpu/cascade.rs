@@ -4,8 +4,8 @@ use bytemuck::Zeroable;
 use glam::{DVec2, DVec3, Mat4, Vec3, Vec4};
 
 use super::bend::BendRecord;
-use super::camera::FrameRecord;
-use super::cull::Ball;
+use super::frame::FrameRecord;
+use super::sight::Sight;
 use crate::View;
 
 /// How far above what they shade things cast shadows from, metres.
@@ -70,14 +70,19 @@ impl Cascade {
             .collect()
     }
 
-    /// May a thing cast a shadow on what is seen?
-    pub(crate) fn sees(&self, ball: &Ball) -> bool {
-        let [x, y, z] = self.axes.map(|axis| axis.dot(ball.centre));
-        let reach = self.half_m + ball.radius;
-        (x - self.centre.x).abs() <= reach
-            && (y - self.centre.y).abs() <= reach
-            && z - self.centre.z >= -reach
-            && z - self.centre.z <= reach + CASTERS_M
+    /// What may cast a shadow on what is seen.
+    pub(crate) fn sight(&self) -> Sight {
+        let [x, y, z] = self.axes;
+        let c = self.centre;
+        let above = |n: DVec3, least: f64| n.extend(-least);
+        Sight::between([
+            above(x, c.x - self.half_m),
+            above(-x, -c.x - self.half_m),
+            above(y, c.y - self.half_m),
+            above(-y, -c.y - self.half_m),
+            above(z, c.z - self.half_m),
+            above(-z, -c.z - self.half_m - CASTERS_M),
+        ])
     }
 
     /// Metres of a texel.
@@ -102,7 +107,8 @@ impl Cascade {
         .transpose()
     }
 
-    pub(crate) fn frame(&self) -> FrameRecord {
+    /// `origin` is the frame's about the herd's.
+    pub(crate) fn frame(&self, origin: DVec3) -> FrameRecord {
         let [x, y, z] = self.axes;
         let corner = x * (self.centre.x - self.half_m)
             + y * (self.centre.y + self.half_m)
@@ -111,6 +117,7 @@ impl Cascade {
         let side = self.side as f32;
         FrameRecord {
             clip: self.clip().to_cols_array_2d(),
+            origin: origin.as_vec3().extend(0.0).to_array(),
             eye: corner.as_vec3().extend(0.0).to_array(),
             forward: (-z).as_vec3().extend(0.0).to_array(),
             right: (x * texel).as_vec3().extend(0.0).to_array(),

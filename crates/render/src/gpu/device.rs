@@ -35,8 +35,8 @@ impl fmt::Debug for Gpu {
     }
 }
 
-/// What a shader stage reads in storage buffers.
-const STORAGE_BUFFERS: u32 = 7;
+/// What a shader stage sees of storage buffers: the lit pass's fragments do.
+const STORAGE_BUFFERS: u32 = 8;
 
 impl Gpu {
     /// Opens the best GPU there is: discrete before integrated, Vulkan, Metal or DirectX before GL.
@@ -87,9 +87,13 @@ impl Gpu {
             what,
         };
         let flags = adapter.get_downlevel_capabilities().flags;
-        let needed = wgpu::DownlevelFlags::VERTEX_STORAGE | wgpu::DownlevelFlags::FRAGMENT_STORAGE;
-        if !flags.contains(needed) {
+        use wgpu::DownlevelFlags as Able;
+        if !flags.contains(Able::VERTEX_STORAGE | Able::FRAGMENT_STORAGE) {
             return Err(small("its shaders cannot read storage buffers".to_owned()));
+        }
+        if !flags.contains(Able::COMPUTE_SHADERS | Able::INDIRECT_EXECUTION) {
+            let what = "it cannot compute what it draws".to_owned();
+            return Err(small(what));
         }
         if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
             return Err(small(format!(
@@ -165,10 +169,15 @@ impl Gpu {
         &self.inner.queue
     }
 
-    /// Draws may be told by the GPU's own memory, first instance and all.
-    pub(crate) fn draws_indirectly(&self) -> bool {
+    /// Draws that the GPU tells itself may start at any instance.
+    pub(crate) fn starts_anywhere(&self) -> bool {
         let features = self.inner.device.features();
         features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE)
+    }
+
+    /// Shaders may choose samples of a pixel. Not in GL: naga's GLSL has their mask in a type of its own.
+    pub(crate) fn chooses_samples(&self) -> bool {
+        self.inner.info.backend != wgpu::Backend::Gl
     }
 
     /// # Errors

@@ -1,15 +1,16 @@
 //! The lit colour pass: shadow maps, light in tables, one or four samples a pixel.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::cascade::Cascade;
-use super::cull::Crowd;
+use super::cull::{Aim, Culled};
+use super::herd::Herd;
 use super::materials::Materials;
 use super::pipeline::{
-    Batch, Bendable, DEPTH_FORMAT, Layouts, Pipelines, Stage, buffer, entry, group, layout,
-    rays_entry, storage, storage_entry, texture, uniform_entry,
+    Bendable, DEPTH_FORMAT, Layouts, Pipelines, Stage, buffer, entry, group, layout, rays_entry,
+    storage, storage_entry, texture, uniform_entry,
 };
 use super::readback::Readback;
 use super::shapes::Shapes;
@@ -57,9 +58,15 @@ pub(crate) struct Lit {
     comparison: wgpu::Sampler,
     shadows: wgpu::Texture,
     targets: Option<LitTargets>,
-    range_m: f32,
     /// Of a pixel.
     samples: u32,
+    pub(crate) backdrop: Backdrop,
+}
+
+/// What the target's colours mean, and what is behind them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Backdrop {
+    range_m: f32,
     /// What radiance is multiplied with in the target.
     scale: f32,
 }
@@ -83,9 +90,12 @@ pub(crate) struct LitShot<'a> {
     pub(crate) view: &'a View,
     pub(crate) scene: &'a SceneView<'a>,
     pub(crate) cascades: &'a [Cascade],
-    pub(crate) crowd: &'a Crowd,
-    /// Of what the camera sees.
-    pub(crate) batch: &'a Batch,
+    /// The frame's origin about the herd's.
+    pub(crate) origin: DVec3,
+    pub(crate) herd: &'a Herd,
+    pub(crate) culled: &'a Culled,
+    /// The camera's.
+    pub(crate) aim: &'a Aim,
     pub(crate) bent: bool,
     pub(crate) rays: &'a wgpu::Texture,
     pub(crate) eyes: &'a wgpu::Buffer,
@@ -98,22 +108,30 @@ impl Lit {
         lighting: &Lighting,
         params: &GpuParams,
     ) -> Result<Self, GpuError> {
-        let (samples, shadow_px) = (params.colour_samples, params.shadow_px);
-        let shadow_map = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Depth,
+        let samples = if gpu.chooses_samples() {
+            params.colour_samples
+        } else {
+            1
+        };
+        let shadow_px = params.shadow_px;
+        let shadow_map = |sample_type| wgpu::BindingType::Texture {
+            sample_type,
             view_dimension: wgpu::TextureViewDimension::D2Array,
             multisampled: false,
         };
+        let compared = shadow_map(wgpu::TextureSampleType::Depth);
+        let read = shadow_map(wgpu::TextureSampleType::Float { filterable: false });
         let comparison = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
         let entries = [
             uniform_entry(0),
             storage_entry(1),
             storage_entry(2),
             storage_entry(3),
-            entry(4, shadow_map),
+            entry(4, compared),
             entry(5, comparison),
             rays_entry(6),
             storage_entry(7),
+            entry(8, read),
         ];
         let own = layout(gpu, "lit", &entries);
         let empty = layout(gpu, "shadow", &[]);
@@ -151,9 +169,11 @@ impl Lit {
                 U::RENDER_ATTACHMENT | U::TEXTURE_BINDING,
             ),
             targets: None,
-            range_m: params.max_range_m,
             samples,
-            scale: WHITE / white.dot(LUMINANCE).max(1e-6),
+            backdrop: Backdrop {
+                range_m: params.max_range_m,
+                scale: WHITE / white.dot(LUMINANCE).max(1e-6),
+            },
         })
     }
 
@@ -201,11 +221,10 @@ impl Lit {
         let mut bytes = 0;
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         for (layer, cascade) in (0..).zip(shot.cascades) {
-            let draws = shot.crowd.draws(shot.shapes, |ball| cascade.sees(ball));
-            let frame = cascade.frame();
+            let frame = cascade.frame(shot.origin);
             let frame = bytemuck::bytes_of(&frame);
-            let batch = Batch::upload(gpu, shot.layouts, shot.materials, frame, &draws)?;
-            bytes += batch.bytes;
+            let view = u64::from(layer) + 1;
+            let aim = Aim::new(gpu, shot.layouts, shot.materials, shot.herd, view, frame)?;
             let view = self.shadows.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2),
                 base_array_layer: layer,
@@ -218,11 +237,11 @@ impl Lit {
                 ..Default::default()
             });
             let pages = &shot.shapes.pages;
-            batch.draw(gpu, &mut pass, pages, &self.shadow, &self.nothing);
+            (shot.culled).draw(gpu, &mut pass, pages, &self.shadow, &aim, &self.nothing);
         }
         gpu.queue().submit([encoder.finish()]);
 
-        let haze = self.haze(shot.lighting, shot.view);
+        let haze = self.backdrop.haze(shot.lighting, shot.view);
         let (light, openness) = self.light(&haze, shot);
         let light = bytemuck::bytes_of(&light);
         let light = buffer(gpu, "light", light, wgpu::BufferUsages::UNIFORM)?;
@@ -243,11 +262,12 @@ impl Lit {
             wgpu::BindingResource::Sampler(&self.comparison),
             wgpu::BindingResource::TextureView(&super::targets::view_of(shot.rays)),
             shot.eyes.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&shadows),
         ];
         Ok((group(gpu, "lit", &self.layout, &resources), bytes))
     }
 
-    /// Draws the colours as the batch is aimed, and sends the picture on its way back.
+    /// Draws the colours as the camera is aimed, and sends the picture on its way back.
     pub(crate) fn draw(
         &self,
         shot: &LitShot<'_>,
@@ -277,8 +297,8 @@ impl Lit {
             ..Default::default()
         });
         let pipelines = self.colour.of(shot.bent);
-        shot.batch
-            .draw(gpu, &mut pass, &shot.shapes.pages, pipelines, light);
+        let pages = &shot.shapes.pages;
+        (shot.culled).draw(gpu, &mut pass, pages, pipelines, shot.aim, light);
         drop(pass);
         let readback = Readback::encode(gpu, &mut encoder, &targets.colour, 8);
         let submission = gpu.queue().submit([encoder.finish()]);
@@ -286,6 +306,67 @@ impl Lit {
         Ok((readback, submission))
     }
 
+    fn light(&self, haze: &Haze, shot: &LitShot<'_>) -> (LightRecord, Vec<f32>) {
+        let lighting = shot.lighting;
+        let camera = shot.view.scene_from_camera.translation_m.as_vec3();
+        let visibility = shot.scene.sky_visibility;
+        let range_m = haze.range_m;
+        // Node steps across and up, and how many layers lie below the camera.
+        let far = 2.0 * range_m / (GRID_SIDE - 1) as f32;
+        let grids = [(1.5, 1.5, 10.0), (far, 4.0, 14.0)];
+        let corner = |(step, up, below): (f32, f32, f32)| {
+            let half = 0.5 * step * (GRID_SIDE - 1) as f32;
+            Vec3::new(-half, -half, -up * below)
+        };
+        let nodes = GRID_SIDE * GRID_SIDE * GRID_UP;
+        let openness = (0..2 * nodes)
+            .into_par_iter()
+            .map(|i| {
+                let grid = grids[i / nodes];
+                let (x, y, z) = (
+                    i % GRID_SIDE,
+                    i / GRID_SIDE % GRID_SIDE,
+                    i % nodes / (GRID_SIDE * GRID_SIDE),
+                );
+                let at = Vec3::new(x as f32 * grid.0, y as f32 * grid.0, z as f32 * grid.1);
+                visibility.openness(camera + corner(grid) + at)
+            })
+            .collect();
+        let of = |f: fn(&Cascade) -> f64| std::array::from_fn(|k| f(&shot.cascades[k]) as f32);
+        let focal_px = 0.5 * (shot.view.intrinsics.fx + shot.view.intrinsics.fy);
+        let [near, far] = grids.map(|g| corner(g).extend(g.0).to_array());
+        let record = LightRecord {
+            sun: lighting
+                .sun_direction()
+                .extend((1.0 / focal_px) as f32)
+                .to_array(),
+            irradiance: lighting
+                .sun_irradiance()
+                .extend(self.backdrop.scale)
+                .to_array(),
+            air: [
+                haze.air.extinction,
+                haze.air.height_m,
+                range_m,
+                visibility.openness(camera),
+            ],
+            cascades: std::array::from_fn(|k| shot.cascades[k].clip().to_cols_array_2d()),
+            ends: of(|c| c.end_m),
+            texels: of(Cascade::texel_m),
+            near_grid: near,
+            far_grid: far,
+            up_and_fog: [
+                grids[0].1,
+                grids[1].1,
+                haze.fog.extinction,
+                haze.fog.height_m,
+            ],
+        };
+        (record, openness)
+    }
+}
+
+impl Backdrop {
     /// Adds the radiance from the target's rows, with the sky behind.
     pub(crate) fn compose(
         &self,
@@ -328,62 +409,6 @@ impl Lit {
         let height = view.scene_from_camera.translation_m.z as f32;
         lighting.haze(height, self.range_m)
     }
-
-    fn light(&self, haze: &Haze, shot: &LitShot<'_>) -> (LightRecord, Vec<f32>) {
-        let lighting = shot.lighting;
-        let camera = shot.view.scene_from_camera.translation_m.as_vec3();
-        let visibility = shot.scene.sky_visibility;
-        let range_m = haze.range_m;
-        // Node steps across and up, and how many layers lie below the camera.
-        let far = 2.0 * range_m / (GRID_SIDE - 1) as f32;
-        let grids = [(1.5, 1.5, 10.0), (far, 4.0, 14.0)];
-        let corner = |(step, up, below): (f32, f32, f32)| {
-            let half = 0.5 * step * (GRID_SIDE - 1) as f32;
-            Vec3::new(-half, -half, -up * below)
-        };
-        let nodes = GRID_SIDE * GRID_SIDE * GRID_UP;
-        let openness = (0..2 * nodes)
-            .into_par_iter()
-            .map(|i| {
-                let grid = grids[i / nodes];
-                let (x, y, z) = (
-                    i % GRID_SIDE,
-                    i / GRID_SIDE % GRID_SIDE,
-                    i % nodes / (GRID_SIDE * GRID_SIDE),
-                );
-                let at = Vec3::new(x as f32 * grid.0, y as f32 * grid.0, z as f32 * grid.1);
-                visibility.openness(camera + corner(grid) + at)
-            })
-            .collect();
-        let of = |f: fn(&Cascade) -> f64| std::array::from_fn(|k| f(&shot.cascades[k]) as f32);
-        let focal_px = 0.5 * (shot.view.intrinsics.fx + shot.view.intrinsics.fy);
-        let [near, far] = grids.map(|g| corner(g).extend(g.0).to_array());
-        let record = LightRecord {
-            sun: lighting
-                .sun_direction()
-                .extend((1.0 / focal_px) as f32)
-                .to_array(),
-            irradiance: lighting.sun_irradiance().extend(self.scale).to_array(),
-            air: [
-                haze.air.extinction,
-                haze.air.height_m,
-                range_m,
-                visibility.openness(camera),
-            ],
-            cascades: std::array::from_fn(|k| shot.cascades[k].clip().to_cols_array_2d()),
-            ends: of(|c| c.end_m),
-            texels: of(Cascade::texel_m),
-            near_grid: near,
-            far_grid: far,
-            up_and_fog: [
-                grids[0].1,
-                grids[1].1,
-                haze.fog.extinction,
-                haze.fog.height_m,
-            ],
-        };
-        (record, openness)
-    }
 }
 
 /// The colour pass's pipelines.
@@ -397,7 +422,12 @@ fn colour(
     let stage = Stage {
         label: "lit",
         shader: include_str!("shaders/lit.wgsl"),
-        fragment: if bent { "fragment_bent" } else { "fragment" },
+        fragment: match (samples, bent) {
+            (1, false) => "fragment_single",
+            (1, true) => "fragment_single_bent",
+            (_, false) => "fragment_masked",
+            (_, true) => "fragment_masked_bent",
+        },
         layout: own,
         target: Some(COLOUR_FORMAT),
         samples,

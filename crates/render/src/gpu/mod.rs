@@ -11,6 +11,8 @@ mod cascade;
 mod cull;
 mod device;
 mod error;
+mod frame;
+mod herd;
 mod lit;
 mod materials;
 mod pages;
@@ -18,6 +20,7 @@ mod pass;
 mod pipeline;
 mod readback;
 mod shapes;
+mod sight;
 mod targets;
 
 pub use camera::{GpuCamera, GpuImages, GpuParams};

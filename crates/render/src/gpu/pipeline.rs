@@ -2,9 +2,7 @@
 
 use nemoral_scene::MaterialLibrary;
 
-use super::cull::Draws;
-use super::materials::Materials;
-use super::pages::{Kind, Pages};
+use super::pages::Kind;
 use super::{Gpu, GpuError, Pass};
 
 /// Shaders of all passes.
@@ -249,7 +247,12 @@ impl Pipelines {
                     module: &module,
                     entry_point: Some("vertex"),
                     compilation_options: options.clone(),
-                    buffers: &[],
+                    // Numbers of instances, those that are visible.
+                    buffers: &[Some(wgpu::VertexBufferLayout {
+                        array_stride: 4,
+                        step_mode: wgpu::VertexStepMode::Instance,
+                        attributes: &wgpu::vertex_attr_array![0 => Uint32],
+                    })],
                 },
                 // Both sides are seen.
                 primitive: wgpu::PrimitiveState::default(),
@@ -285,6 +288,12 @@ impl Pipelines {
                 reason: e.to_string(),
             }),
         }
+    }
+}
+
+impl Pipelines {
+    pub(crate) fn of(&self, kind: Kind) -> &wgpu::RenderPipeline {
+        &self.0[kind as usize]
     }
 }
 
@@ -374,85 +383,5 @@ impl ExactPass {
         let table = self.pass.table(library);
         self.table = Some(storage(gpu, "table", bytemuck::cast_slice(&table))?);
         Ok(())
-    }
-}
-
-/// One view's draws on the GPU.
-#[derive(Debug)]
-pub(crate) struct Batch {
-    frame: wgpu::Buffer,
-    scene: wgpu::BindGroup,
-    /// For each page its draws: arguments in memory, and where on the GPU.
-    of_pages: Vec<(usize, Vec<super::cull::Draw>, u64)>,
-    arguments: wgpu::Buffer,
-    pub(crate) bytes: u64,
-}
-
-impl Batch {
-    pub(crate) fn upload(
-        gpu: &Gpu,
-        layouts: &Layouts,
-        materials: &Materials,
-        frame: &[u8],
-        draws: &Draws,
-    ) -> Result<Self, GpuError> {
-        let frame = buffer(gpu, "frame", frame, wgpu::BufferUsages::UNIFORM)?;
-        let instances = storage(gpu, "instances", bytemuck::cast_slice(&draws.instances))?;
-        let mut arguments = Vec::new();
-        let mut of_pages = Vec::new();
-        for (page, draws) in &draws.of_pages {
-            let at = (arguments.len() * size_of::<super::cull::Draw>()) as u64;
-            of_pages.push((*page, draws.clone(), at));
-            arguments.extend_from_slice(draws);
-        }
-        let usage = wgpu::BufferUsages::INDIRECT;
-        let arguments = buffer(gpu, "draws", bytemuck::cast_slice(&arguments), usage)?;
-        let bytes = frame.size() + instances.size() + arguments.size();
-        let resources = [
-            frame.as_entire_binding(),
-            instances.as_entire_binding(),
-            materials.records.as_entire_binding(),
-            materials.masks.as_entire_binding(),
-        ];
-        Ok(Self {
-            scene: group(gpu, "scene", &layouts.scene, &resources),
-            frame,
-            of_pages,
-            arguments,
-            bytes,
-        })
-    }
-
-    /// The same draws, from now on as another frame sees them.
-    pub(crate) fn aim(&self, gpu: &Gpu, frame: &[u8]) {
-        gpu.queue().write_buffer(&self.frame, 0, frame);
-    }
-
-    /// Draws everything with a pass's pipelines.
-    pub(crate) fn draw(
-        &self,
-        gpu: &Gpu,
-        pass: &mut wgpu::RenderPass<'_>,
-        pages: &Pages,
-        pipelines: &Pipelines,
-        own: &wgpu::BindGroup,
-    ) {
-        pass.set_bind_group(0, &self.scene, &[]);
-        pass.set_bind_group(2, own, &[]);
-        for (number, draws, at) in &self.of_pages {
-            let page = pages.pages[*number].as_ref().expect("a page that is drawn");
-            pass.set_pipeline(&pipelines.0[page.kind as usize]);
-            pass.set_bind_group(1, &page.group, &[]);
-            if gpu.draws_indirectly() {
-                pass.multi_draw_indirect(&self.arguments, *at, draws.len() as u32);
-            } else {
-                for d in draws {
-                    pass.draw(
-                        d.first_vertex..d.first_vertex + d.vertices,
-                        d.first_instance..d.first_instance + d.instances,
-                    );
-                }
-            }
-        }
     }
 }

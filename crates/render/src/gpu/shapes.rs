@@ -77,20 +77,20 @@ impl Shapes {
     }
 
     /// Makes prototypes resident; afterwards all of them are, whatever else had to go.
-    pub(crate) fn ensure(
+    pub(crate) fn ensure<'a>(
         &mut self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
-        prototypes: &[Arc<Prototype>],
+        prototypes: impl Iterator<Item = &'a Arc<Prototype>> + Clone,
     ) -> Result<(), GpuError> {
         self.frame += 1;
         self.drop_dead();
-        for prototype in prototypes {
+        for prototype in prototypes.clone() {
             if let Some(shape) = self.shapes.get_mut(&address(prototype)) {
                 shape.used = self.frame;
             }
         }
-        for prototype in prototypes {
+        for prototype in prototypes.clone() {
             if self.shapes.contains_key(&address(prototype)) {
                 continue;
             }
@@ -106,7 +106,7 @@ impl Shapes {
                 (Kind::Cards, cards.len(), bytemuck::cast_slice(&cards)),
             ];
             for (ranges, (kind, count, bytes)) in ranges.iter_mut().zip(parts) {
-                *ranges = self.room(gpu, layout, kind, count as u32, prototypes)?;
+                *ranges = self.room(gpu, layout, kind, count as u32, prototypes.clone())?;
                 self.pages.write(gpu, kind, ranges, bytes)?;
             }
             let shape = Shape {
@@ -124,13 +124,13 @@ impl Shapes {
         &self.shapes[&address(prototype)].ranges[kind as usize]
     }
 
-    fn room(
+    fn room<'a>(
         &mut self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
         kind: Kind,
         count: u32,
-        wanted: &[Arc<Prototype>],
+        wanted: impl Iterator<Item = &'a Arc<Prototype>>,
     ) -> Result<Vec<Range>, GpuError> {
         loop {
             if let Some(ranges) = self.pages.take(kind, count) {
@@ -144,7 +144,7 @@ impl Shapes {
                     p.mesh().triangles.len() as u64 * Kind::Triangles.stride()
                         + p.cards().len() as u64 * Kind::Cards.stride()
                 };
-                let needed: u64 = wanted.iter().map(size).sum();
+                let needed: u64 = wanted.map(size).sum();
                 return Err(GpuError::OutOfMemory {
                     // Half a page of each kind is lost, in the mean.
                     needed_mib: (needed + Pages::COST).div_ceil(1 << 20),

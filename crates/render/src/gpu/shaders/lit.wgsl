@@ -37,6 +37,8 @@ struct Light {
 @group(2) @binding(2) var<storage, read> tables: array<vec4f>;
 @group(2) @binding(3) var<storage, read> openness: array<f32>;
 @group(2) @binding(4) var shadows: texture_depth_2d_array;
+// The same maps, to be read: what compares cannot tell how far casters are, not in GL.
+@group(2) @binding(8) var caster_heights: texture_2d_array<f32>;
 @group(2) @binding(5) var comparison: sampler_comparison;
 // Of bent pictures: rays of the pixels' centres, where each row looks from.
 @group(2) @binding(6) var rays: texture_2d<f32>;
@@ -146,7 +148,7 @@ fn sunlight(s: Surface, pixel: vec2f) -> f32 {
     for (var i = 0; i < TAPS; i++) {
         let tap = vogel(i, turn) * reach;
         let texel = vec2i(clamp(uv * size + tap, vec2f(0.0), size - 1.0));
-        let higher = textureLoad(shadows, texel, k, 0) - (at.z + dot(slope, tap));
+        let higher = textureLoad(caster_heights, texel, k, 0).x - (at.z + dot(slope, tap));
         if higher > 0.0 {
             above += higher / per_m;
             casters += 1.0;
@@ -458,17 +460,28 @@ fn painted(s: Surface, pixel: vec2f) -> vec4f {
     return vec4f(min(shade(s, pixel) * light.irradiance.w, vec3f(6e4)), 1.0);
 }
 
+// What a primitive shows in any of a pixel's samples: those bits, or the fragment is not there.
+fn of_samples(v: Vertex, proposed: u32) -> u32 {
+    let samples = shown_in(v, proposed);
+    if samples == 0u {
+        discard;
+    }
+    return samples;
+}
+
+// Boxes have no depth of their own.
+fn depth_of(s: Surface) -> f32 {
+    return min(frame.size.z / s.depth_m, 1.0);
+}
+
 struct Painted {
     @location(0) colour: vec4f,
     @builtin(sample_mask) samples: u32,
 }
 
 @fragment
-fn fragment(v: Vertex, @builtin(sample_mask) proposed: u32) -> Painted {
-    let samples = shown_in(v, proposed);
-    if samples == 0u {
-        discard;
-    }
+fn fragment_masked(v: Vertex, @builtin(sample_mask) proposed: u32) -> Painted {
+    let samples = of_samples(v, proposed);
     return Painted(painted(shown(v, samples), v.position.xy), samples);
 }
 
@@ -478,13 +491,26 @@ struct PaintedDeep {
     @builtin(frag_depth) depth: f32,
 }
 
-// Boxes have no depth of their own.
 @fragment
-fn fragment_bent(v: Vertex, @builtin(sample_mask) proposed: u32) -> PaintedDeep {
-    let samples = shown_in(v, proposed);
-    if samples == 0u {
-        discard;
-    }
+fn fragment_masked_bent(v: Vertex, @builtin(sample_mask) proposed: u32) -> PaintedDeep {
+    let samples = of_samples(v, proposed);
     let s = shown(v, samples);
-    return PaintedDeep(painted(s, v.position.xy), samples, min(frame.size.z / s.depth_m, 1.0));
+    return PaintedDeep(painted(s, v.position.xy), samples, depth_of(s));
+}
+
+// With one sample a pixel.
+@fragment
+fn fragment_single(v: Vertex) -> @location(0) vec4f {
+    return painted(shown(v, of_samples(v, 1u)), v.position.xy);
+}
+
+struct SingleDeep {
+    @location(0) colour: vec4f,
+    @builtin(frag_depth) depth: f32,
+}
+
+@fragment
+fn fragment_single_bent(v: Vertex) -> SingleDeep {
+    let s = shown(v, of_samples(v, 1u));
+    return SingleDeep(painted(s, v.position.xy), depth_of(s));
 }

@@ -8,7 +8,7 @@ fn fragment(v: Vertex) {
     if materials[p.material].mask_width != 0u {
         let origin = frame.eye.xyz + frame.right.xyz * v.position.x + frame.down.xyz * v.position.y;
         let d = frame.forward.xyz;
-        let c = to_scene(i, p.corner) + (i.place.xyz - origin);
+        let c = to_scene(i, p.corner) + (place_of(i) - (origin - rest_of(i)));
         let eu = to_scene(i, p.edge_u);
         let ev = to_scene(i, p.edge_v);
         let normal = cross(eu, ev);

@@ -3,8 +3,11 @@
 struct Frame {
     // Clip coordinates from scene axes about the frame's origin; depth is near / z.
     clip: mat4x4f,
-    // The camera, next to the origin: which lies on a grid, so that neighbouring chunks round their
-    // common vertices alike.
+    // The frame's origin about the herd's, which instances are told from. Both lie on a grid, and so do
+    // places of instances: what is left of them is exact, and neighbouring chunks round their common
+    // vertices alike.
+    origin: vec4f,
+    // The camera, next to the origin.
     eye: vec4f,
     // The optical axis; w: the farthest distance that is seen, metres.
     forward: vec4f,
@@ -30,9 +33,9 @@ struct Frame {
     curvature: array<vec4f, 4>,
 }
 
-// Scene axes about the frame's origin from the shape's: three columns and the place.
+// Scene axes about the herd's origin from the shape's: three columns and the place.
 struct Instance {
-    // w: what f32 rounds off the place.
+    // w: what is left of the place beside the grid.
     x: vec4f,
     y: vec4f,
     z: vec4f,
@@ -84,6 +87,16 @@ fn primitive(index: u32) -> Primitive {
         return Primitive(a, b, c, word.w);
     }
     return Primitive(a, b - a, c - a, word.w);
+}
+
+// On the grid, about the frame's origin.
+fn place_of(i: Instance) -> vec3f {
+    return i.place.xyz - frame.origin.xyz;
+}
+
+// What the grid leaves of the place: half a millimetre at most.
+fn rest_of(i: Instance) -> vec3f {
+    return vec3f(i.x.w, i.y.w, i.z.w);
 }
 
 fn to_scene(i: Instance, v: vec3f) -> vec3f {
@@ -174,7 +187,7 @@ fn box(i: Instance, index: u32, v: u32) -> vec4f {
     var front = 4.0;
     var near = 1e9;
     for (var k = 0u; k < corners; k++) {
-        let p = to_optical(to_scene(i, corner_of(index, k)) + (i.place.xyz - frame.eye.xyz));
+        let p = to_optical(to_scene(i, corner_of(index, k)) + (place_of(i) - (frame.eye.xyz - rest_of(i))));
         let at = drawn_by_row(p);
         low = min(low, at.xy - at.z);
         high = max(high, at.xy + at.z);
@@ -216,7 +229,7 @@ fn box(i: Instance, index: u32, v: u32) -> vec4f {
 }
 
 @vertex
-fn vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) number: u32) -> Vertex {
+fn vertex(@builtin(vertex_index) v: u32, @location(0) number: u32) -> Vertex {
     let i = instances[number];
     let index = v / select(3u, 6u, CARDS);
     if BENT {
@@ -229,7 +242,8 @@ fn vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) number: u32) -
         k = v % 6u - 2u;
     }
     // Clip coordinates from the shape's axes.
-    let clip = frame.clip * mat4x4f(vec4f(i.x.xyz, 0.0), vec4f(i.y.xyz, 0.0), vec4f(i.z.xyz, 0.0), vec4f(i.place.xyz, 1.0));
+    let place = vec4f(place_of(i) + rest_of(i), 1.0);
+    let clip = frame.clip * mat4x4f(vec4f(i.x.xyz, 0.0), vec4f(i.y.xyz, 0.0), vec4f(i.z.xyz, 0.0), place);
     var at = clip * vec4f(corner_of(index, k), 1.0);
     if MARGIN_PX > 0.0 {
         let before = clip * vec4f(corner_of(index, select(k - 1u, corners - 1u, k == 0u)), 1.0);
@@ -284,9 +298,10 @@ fn meet(i: Instance, p: Primitive, eye: vec3f, d: vec3f) -> Meeting {
     let ev = to_scene(i, p.edge_v);
     let normal = cross(eu, ev);
     let det = dot(normal, d);
-    let t = dot(normal, corner + (i.place.xyz - eye)) / det;
-    let rest = vec3f(i.x.w, i.y.w, i.z.w) - eye;
-    let q = product_minus(d, t, i.place.xyz) - rest - corner;
+    let place = place_of(i);
+    let rest = rest_of(i) - eye;
+    let t = dot(normal, corner + (place + rest)) / det;
+    let q = product_minus(d, t, place) - rest - corner;
     let moment = cross(d, q);
     // What is left of the distance to the plane, and the edges' weights.
     return Meeting(t - dot(normal, q) / det, dot(moment, ev) / det, -dot(moment, eu) / det, normal);

@@ -1,0 +1,113 @@
+// Which instances each view draws. A workgroup goes through the instances of a shape for a view, and
+// writes the numbers of those that may be seen one after the other, in their order: which thread is
+// when reaches nothing.
+
+struct Sight {
+    // Inwards, unit; w: how far inside the origin is.
+    planes: array<vec4f, 6>,
+    // w: how far is seen.
+    eye: vec4f,
+    // w: how far the eye may be from where it is said to be.
+    axis: vec4f,
+    // Cosine and sine of the angle to the axis that is seen.
+    half_angle: vec4f,
+}
+
+struct Alike {
+    first: u32,
+    count: u32,
+    // In `draws_of`.
+    first_draw: u32,
+    draws: u32,
+}
+
+struct Draw {
+    vertices: u32,
+    instances: u32,
+    first_vertex: u32,
+    first_instance: u32,
+}
+
+struct Counts {
+    shapes: u32,
+    // Of one view.
+    instances: u32,
+    draws: u32,
+}
+
+@group(0) @binding(0) var<uniform> counts: Counts;
+@group(0) @binding(1) var<storage, read> sights: array<Sight>;
+// About the herd's origin; w: radius.
+@group(0) @binding(2) var<storage, read> balls: array<vec4f>;
+@group(0) @binding(3) var<storage, read> shapes: array<Alike>;
+// Which draws are a shape's.
+@group(0) @binding(4) var<storage, read> draws_of: array<u32>;
+// View by view: numbers of instances, and what is drawn with them.
+@group(0) @binding(5) var<storage, read_write> visible: array<u32>;
+@group(0) @binding(6) var<storage, read_write> draws: array<Draw>;
+
+const LANES = 64u;
+
+// Sight::sees without trigonometry.
+fn sees(view: u32, ball: vec4f) -> bool {
+    for (var k = 0; k < 6; k++) {
+        if dot(sights[view].planes[k], vec4f(ball.xyz, 1.0)) < -ball.w {
+            return false;
+        }
+    }
+    let at = ball.xyz - sights[view].eye.xyz;
+    let axis = sights[view].axis;
+    let radius = ball.w + axis.w;
+    let distance_m = length(at);
+    if distance_m - radius > sights[view].eye.w {
+        return false;
+    }
+    // What looks wider than all that is behind the cone is in it.
+    let cosine = sights[view].half_angle.x;
+    let sine = sights[view].half_angle.y;
+    if distance_m <= radius || (cosine < 0.0 && radius >= sine * distance_m) {
+        return true;
+    }
+    // The cosine of the half angle and half the angle that the ball takes, together.
+    let tangent_m = sqrt((distance_m - radius) * (distance_m + radius));
+    return dot(at, axis.xyz) >= cosine * tangent_m - sine * radius;
+}
+
+var<workgroup> sums: array<u32, LANES>;
+
+@compute @workgroup_size(LANES)
+fn cull(
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(num_workgroups) workgroups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let view = workgroup.y;
+    for (var shape = workgroup.x; shape < counts.shapes; shape += workgroups.x) {
+        let alike = shapes[shape];
+        var before = 0u;
+        for (var strip = 0u; strip < alike.count; strip += LANES) {
+            let number = alike.first + strip + lane;
+            let seen = strip + lane < alike.count && sees(view, balls[number]);
+            // Hillis and Steele's (1986) running sums.
+            var sum = u32(seen);
+            for (var reach = 1u; reach < LANES; reach *= 2u) {
+                sums[lane] = sum;
+                workgroupBarrier();
+                if lane >= reach {
+                    sum += sums[lane - reach];
+                }
+                workgroupBarrier();
+            }
+            if seen {
+                visible[view * counts.instances + alike.first + before + sum - 1u] = number;
+            }
+            sums[lane] = sum;
+            workgroupBarrier();
+            before += sums[LANES - 1u];
+            workgroupBarrier();
+        }
+        for (var k = lane; k < alike.draws; k += LANES) {
+            draws[view * counts.draws + draws_of[alike.first_draw + k]].instances = before;
+        }
+    }
+}
