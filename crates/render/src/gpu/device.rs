@@ -19,6 +19,7 @@ pub enum Accept {
 #[derive(Clone)]
 pub struct Gpu {
     inner: Arc<Inner>,
+    starts_anywhere: bool,
 }
 
 struct Inner {
@@ -108,8 +109,10 @@ impl Gpu {
                 limits.max_storage_buffer_binding_size / MIB
             )));
         }
+        let wanted = features & wgpu::Features::INDIRECT_FIRST_INSTANCE;
+        let starts_anywhere = !wanted.is_empty();
         let descriptor = wgpu::DeviceDescriptor {
-            required_features: features & wgpu::Features::INDIRECT_FIRST_INSTANCE,
+            required_features: wanted,
             required_limits: limits,
             ..Default::default()
         };
@@ -145,6 +148,7 @@ impl Gpu {
         };
         Ok(Self {
             inner: Arc::new(inner),
+            starts_anywhere,
         })
     }
 
@@ -171,8 +175,16 @@ impl Gpu {
 
     /// Draws that the GPU tells itself may start at any instance.
     pub(crate) fn starts_anywhere(&self) -> bool {
-        let features = self.inner.device.features();
-        features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE)
+        self.starts_anywhere
+    }
+
+    /// The same, as if its draws could not.
+    #[cfg(test)]
+    pub(crate) fn without_first_instances(&self) -> Self {
+        Self {
+            starts_anywhere: false,
+            ..self.clone()
+        }
     }
 
     /// Shaders may choose samples of a pixel. Not in GL: naga's GLSL has their mask in a type of its own.

@@ -211,7 +211,7 @@ fn around(placed: &[Placed]) -> Option<Ball> {
 }
 
 /// `None` if the instance is never hit.
-fn ball(instance: &Instance, offset: DVec3) -> Option<Ball> {
+pub(crate) fn ball(instance: &Instance, offset: DVec3) -> Option<Ball> {
     let linear: DMat3 = instance.linear.as_dmat3();
     let sound = linear.determinant() != 0.0
         && linear.inverse().is_finite()

@@ -41,7 +41,7 @@ pub(crate) struct SightRecord {
 }
 
 /// The plane that has everything inside.
-const NOWHERE: DVec4 = DVec4::new(0.0, 0.0, 0.0, 1e9);
+pub(crate) const NOWHERE: DVec4 = DVec4::new(0.0, 0.0, 0.0, 1e9);
 /// Beyond everything, metres.
 const FAR_M: f64 = 1e9;
 
