@@ -601,6 +601,39 @@ fn pictures_look_alike() {
     }
 }
 
+#[test]
+fn pictures_of_two_threads_are_those_taken_in_turn() {
+    let Some(gpu) = gpu("pictures at once") else {
+        return;
+    };
+    let sun = Sun::from_angles(130.0, 40.0).expect("valid");
+    let light = Lighting::new(&sun, &SkyParams::default()).expect("valid");
+    let camera = GpuCamera::new(gpu, GpuParams::default(), light);
+    let camera = camera.unwrap_or_else(|e| panic!("{e}"));
+    // Two scenes, so that instances come and go.
+    let woods = [5, 6].map(|seed| Wood::new(seed, |m| m));
+    let take = |i: usize| {
+        let mut view = view(160, 96 + 8 * (i % 3) as u32);
+        view.scene_from_camera.translation_m.x += i as f64;
+        let images = camera.render(&woods[i / 2 % 2].scene(), &view, Key::world(1));
+        images.unwrap_or_else(|e| panic!("{e}"))
+    };
+    let in_turn: Vec<_> = (0..8).map(take).collect();
+    let memory = camera.memory().bytes;
+    let at_once: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..8).map(|i| scope.spawn(move || take(i))).collect();
+        threads
+            .into_iter()
+            .map(|t| t.join().expect("a picture"))
+            .collect()
+    });
+    assert!(in_turn == at_once);
+    assert!(in_turn[0].truth != in_turn[2].truth);
+    // What they had borrowed is given back.
+    take(7);
+    assert_eq!(camera.memory().bytes, memory);
+}
+
 /// How far the two renderers' light is apart in blocks of 16 pixels, relative: median and 95th percentile.
 fn difference(gpu: &Gpu, params: GpuParams, lighting: &Lighting, view: &View) -> (f32, f32) {
     let fine = RayCastParams {

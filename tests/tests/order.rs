@@ -289,6 +289,7 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
     manager.evict(
         &world.store,
         chunk.centre_m(size_m) + DVec2::new(5000.0, 0.0),
+        &[],
     );
     assert!(!world.store.contains(key));
     assert!(!world.store.contains(plan.key(world.forest.solid, chunk)));

@@ -100,6 +100,13 @@ impl Backend {
         }
     }
 
+    /// Can it draw a frame while the processor is at the one before? The ray-cast camera is the
+    /// processor.
+    #[must_use]
+    pub fn draws_ahead(&self) -> bool {
+        !matches!(self, Self::Cpu)
+    }
+
     /// As it is recorded: what one GPU draws, another need not continue.
     #[must_use]
     pub fn name(&self) -> String {

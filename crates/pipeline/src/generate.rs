@@ -135,7 +135,8 @@ pub fn generate(
     Ok(writer.finish(&tables, &[tracks])?)
 }
 
-/// Makes the frames that are missing, one after the other, while others are written.
+/// Makes the frames that are missing, one after the other, while others are written and, by a GPU, the
+/// next one is drawn.
 fn record(
     request: &Request,
     forest: &ForestPlan,
@@ -173,7 +174,8 @@ fn record(
             Ok::<_, Error>(())
         });
         let made = (|| {
-            for &frame in &request.frames {
+            let mut frames = request.frames.iter().copied().peekable();
+            while let Some(frame) = frames.next() {
                 if stop.load(Ordering::Relaxed) {
                     return Err(Error::Interrupted);
                 }
@@ -184,7 +186,15 @@ fn record(
                 let item = if writer.has_frame(SEQUENCE, frame, &key) {
                     Err(frame)
                 } else {
-                    Ok(make(forest, runner, &manager, frame, key)?)
+                    let missing = |f: &u64| !writer.has_frame(SEQUENCE, *f, &frame_key(forest, *f));
+                    let coming = frames.peek().copied().filter(missing);
+                    let coming = coming.filter(|_| request.backend.draws_ahead());
+                    if let Some(next) = coming {
+                        // The GPU draws it while this frame's pictures come back and scans are taken. What
+                        // fails there fails again when it is that frame's turn.
+                        scope.spawn(move || runner.get(forest.images, next).map(drop));
+                    }
+                    Ok(make(forest, runner, &manager, (frame, key), coming)?)
                 };
                 if sender.send(item).is_err() {
                     break;
@@ -203,8 +213,8 @@ fn make(
     forest: &ForestPlan,
     runner: &Runner<'_>,
     manager: &ChunkManager,
-    frame: u64,
-    key: [u8; 32],
+    (frame, key): (u64, [u8; 32]),
+    coming: Option<u64>,
 ) -> Result<Finished, Error> {
     let pose = runner.get(forest.pose, frame)?;
     let images = runner.get(forest.images, frame)?;
@@ -213,6 +223,7 @@ fn make(
     manager.evict(
         runner.store(),
         pose.world_from_body().translation_m.truncate(),
+        coming.as_slice(),
     );
     Ok(Finished {
         frame,
@@ -322,7 +333,7 @@ fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<T
         let pose = runner.get(forest.pose, frame)?;
         let body = pose.world_from_body();
         if frame % 64 == 63 {
-            manager.evict(runner.store(), body.translation_m.truncate());
+            manager.evict(runner.store(), body.translation_m.truncate(), &[]);
         }
         Ok((pose.time_s, body))
     });
