@@ -141,7 +141,7 @@ fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
             "chunks.undergrowth_radius_m=10",
         ],
     );
-    let (_, said) = Backend::for_config(BackendChoice::Gpu, &config).expect("a GPU");
+    let (drawing, said) = Backend::for_config(BackendChoice::Gpu, &config).expect("a GPU");
     assert!(said.contains(&gpu.name()), "{said}");
     let take = |backend| {
         let forest = ForestPlan::on(&config, backend).expect("a plan");
@@ -149,7 +149,7 @@ fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
         let images = Runner::new(forest.plan(), &store, 2).get(forest.images, 1);
         images.expect("pictures")[0].clone()
     };
-    let (cast, drawn) = (take(Backend::Cpu), take(Backend::Gpu(gpu.clone())));
+    let (cast, drawn) = (take(Backend::Cpu), take(drawing));
     let agreement = Agreement::of(&cast.truth, &drawn.truth);
     println!("{agreement}");
     assert!(agreement.is_right(300), "{agreement}");

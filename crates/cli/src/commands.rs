@@ -197,7 +197,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
         out: a.out.clone(),
         mode,
         threads: threads(&a.world)?,
-        backend,
+        backend: backend.with_gpu_memory(a.gpu_memory),
     };
     let manifest = generate(&request, &reporter, &stop);
     let (megabytes, seconds) = reporter.totals();

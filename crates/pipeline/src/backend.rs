@@ -1,7 +1,7 @@
 //! Which renderer takes a data set's pictures: decided once, before anything is made.
 
 #[cfg(feature = "gpu")]
-use nemoral_render::{Accept, Gpu, GpuCamera, GpuError};
+use nemoral_render::{Accept, Gpu, GpuCamera, GpuError, GpuParams};
 use nemoral_render::{CameraImages, CameraRenderer, RayCastCamera, SceneView, View};
 use nemoral_seed::Key;
 
@@ -26,9 +26,14 @@ pub enum Backend {
     /// The ray-cast camera.
     #[default]
     Cpu,
-    /// This GPU.
+    /// A GPU.
     #[cfg(feature = "gpu")]
-    Gpu(Gpu),
+    Gpu {
+        /// This one.
+        gpu: Gpu,
+        /// The most of its memory that a renderer uses, MiB.
+        memory_mib: u32,
+    },
 }
 
 impl Backend {
@@ -53,7 +58,8 @@ impl Backend {
     pub fn resolve(choice: BackendChoice) -> Result<(Self, String), Error> {
         let on = |gpu: Gpu, why: &str| {
             let note = format!("renderer: the GPU {}{why}", gpu.name());
-            (Self::Gpu(gpu), note)
+            let memory_mib = GpuParams::default().memory_mib;
+            (Self::Gpu { gpu, memory_mib }, note)
         };
         match choice {
             BackendChoice::Cpu => Ok((Self::Cpu, "renderer: the CPU, as asked".to_owned())),
@@ -100,6 +106,21 @@ impl Backend {
         }
     }
 
+    /// The same, using at most so much memory of a GPU, MiB, for each renderer: cameras that differ in
+    /// look, samples or radiance have one each.
+    #[must_use]
+    #[cfg_attr(not(feature = "gpu"), allow(unused_variables))]
+    pub fn with_gpu_memory(self, limit_mib: u32) -> Self {
+        match self {
+            Self::Cpu => Self::Cpu,
+            #[cfg(feature = "gpu")]
+            Self::Gpu { gpu, .. } => Self::Gpu {
+                gpu,
+                memory_mib: limit_mib,
+            },
+        }
+    }
+
     /// Can it draw a frame while the processor is at the one before? The ray-cast camera is the
     /// processor.
     #[must_use]
@@ -113,7 +134,7 @@ impl Backend {
         match self {
             Self::Cpu => "cpu".to_owned(),
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => format!("gpu: {}", gpu.name()),
+            Self::Gpu { gpu, .. } => format!("gpu: {}", gpu.name()),
         }
     }
 }
@@ -136,6 +157,26 @@ impl Renderer {
             Self::Cpu(camera) => Some(camera),
             #[cfg(feature = "gpu")]
             Self::Gpu(_) => None,
+        }
+    }
+
+    /// What it holds of a GPU's memory, in words.
+    #[must_use]
+    pub fn gpu_memory(&self) -> Option<String> {
+        match self {
+            Self::Cpu(_) => None,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(camera) => {
+                let memory = camera.memory();
+                let mib = |bytes: u64| bytes >> 20;
+                Some(format!(
+                    "GPU memory: {} of {} MiB, {} shapes, {} made room for others",
+                    mib(memory.bytes),
+                    mib(memory.limit_bytes),
+                    memory.shapes,
+                    memory.evicted
+                ))
+            }
         }
     }
 }

@@ -113,12 +113,18 @@ pub fn generate(
             config.frames
         )));
     }
-    runner.get(forest.cameras, ())?;
+    let rigs = runner.get(forest.cameras, ())?;
     runner.get(forest.lidars, ())?;
     runner.get(forest.placement, ())?;
 
     let writer = Writer::create(&request.out, request.mode, header)?;
     record(request, &forest, &runner, &writer, observer, stop)?;
+    for (i, rig) in rigs.iter().enumerate() {
+        let known = (rigs[..i].iter()).any(|other| Arc::ptr_eq(&other.renderer, &rig.renderer));
+        if let Some(memory) = rig.renderer.gpu_memory().filter(|_| !known) {
+            observer.note(&memory);
+        }
+    }
     // The frames are done: what is left needs the ground and the things alone.
     store.retain(|_, at| at == At::World);
     let tracks = tracks(config, &forest, &runner)?;

@@ -352,13 +352,14 @@ impl CameraStage {
                 Renderer::Cpu(Box::new(camera))
             }
             #[cfg(feature = "gpu")]
-            Backend::Gpu(gpu) => {
+            Backend::Gpu { gpu, memory_mib } => {
                 let params = nemoral_render::GpuParams {
                     lens,
                     max_range_m,
                     keep_linear: camera.radiance,
                     colour_samples: if camera.samples == 1 { 1 } else { 4 },
                     blur_samples: camera.shutter.samples,
+                    memory_mib: *memory_mib,
                     ..Default::default()
                 };
                 let camera = nemoral_render::GpuCamera::new(gpu, params, lighting);

@@ -4,6 +4,11 @@
 //! masks. The rasteriser only proposes which pixels a primitive may cover; a fragment then meets its
 //! primitive with the ray through the pixel's centre, by the formula of the ray caster, so that
 //! neither a GPU's snapped vertices nor its interpolation touch depth, mask or normal.
+//!
+//! What a picture needs is on the GPU before it: prototypes come when a chunk that has them may be seen,
+//! and go with their last chunk or when others need the room; instances come with their chunks. A compute
+//! pass culls them for the camera and for each shadow map, and writes the draws that are then drawn
+//! indirectly. While one picture comes back, the next can be drawn.
 
 mod bend;
 mod camera;
