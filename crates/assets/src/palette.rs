@@ -320,7 +320,7 @@ impl Palette {
                                 let kinds = KINDS.par_iter().map(|kind| kind.pictures(cards));
                                 let trees = species.par_iter().map(|s| {
                                     let key = cards.stage(Stage::new(&s.name));
-                                    leaf_pictures(&s.leaves, key)
+                                    leaf_pictures(&s.shoot(), key)
                                 });
                                 (kinds.collect::<Vec<_>>(), trees.collect::<Vec<_>>())
                             },
@@ -476,9 +476,9 @@ impl Palette {
 /// Variants of each species' leafy twig.
 const LEAF_VARIANTS: u64 = 5;
 
-/// The pictures of a species' leafy twigs.
+/// The pictures of a species' leafy twigs, as bright as the shoot is.
 fn leaf_pictures(look: &LeafLook, key: Key) -> Vec<Picture> {
-    let mean = look.reflectance() * LEAVES_IN_SHADE;
+    let mean = look.reflectance();
     let picture = |variant| {
         let mut rng = key.item(variant).rng();
         trees::draw(look, &mut rng).slices(1, mean).swap_remove(0)
@@ -525,7 +525,7 @@ fn register_tree(
         part("dead", Semantic::Twig, &solids.dead),
         part("snag", Semantic::Snag, &solids.snag),
     );
-    let leaves = &species.leaves;
+    let leaves = &species.shoot();
     let semantic = match leaves.kind {
         LeafKind::NeedleTuft | LeafKind::NeedleSpray => Semantic::Needle,
         _ => Semantic::Leaf,

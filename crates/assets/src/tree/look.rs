@@ -3,6 +3,7 @@
 use glam::Vec3;
 use serde::Deserialize;
 
+use super::Species;
 use crate::error::ParamError;
 
 /// How the leaves of a picture are arranged.
@@ -149,6 +150,14 @@ pub struct BarkLook {
     pub nm1550: f64,
 }
 
+impl Species {
+    /// The leaves as a shoot of them answers light.
+    #[must_use]
+    pub fn shoot(&self) -> LeafLook {
+        self.leaves.in_shoot(self.foliage.silhouette_factor)
+    }
+}
+
 /// The bluish wax of glaucous leaves.
 const WAX: Vec3 = Vec3::new(0.30, 0.34, 0.33);
 
@@ -163,6 +172,30 @@ impl LeafLook {
     #[must_use]
     pub fn scattering(&self) -> Vec3 {
         self.reflectance() + linear(self.transmittance)
+    }
+
+    /// These leaves as their shoot answers light, `silhouette_factor` being its silhouette over their
+    /// area: what leaves one meets others of the shoot with a probability of p = 1 - `silhouette_factor`,
+    /// and of those leaves again or not, so that (1 - p) / (1 - p w) of a share w is seen (Smolander and
+    /// Stenberg 2003, "A method to account for shoot scale clumping in coniferous canopy reflectance
+    /// models"). Needles make dark trees of leaves that are not.
+    #[must_use]
+    pub fn in_shoot(&self, silhouette_factor: f64) -> Self {
+        let out = silhouette_factor.min(1.0);
+        let seen = |[r, t]: [f64; 2]| {
+            let share = out / (1.0 - (1.0 - out) * (r + t));
+            [r * share, t * share]
+        };
+        let (own, through) = (self.reflectance().to_array(), self.transmittance);
+        let visible: [[f64; 2]; 3] = std::array::from_fn(|k| seen([f64::from(own[k]), through[k]]));
+        Self {
+            albedo: visible.map(|[r, _]| r),
+            glaucous: 0.0,
+            transmittance: visible.map(|[_, t]| t),
+            nm905: seen(self.nm905),
+            nm1550: seen(self.nm1550),
+            ..*self
+        }
     }
 
     pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
@@ -244,4 +277,40 @@ impl BarkLook {
 /// A colour of a species' file.
 pub(crate) fn linear(rgb: [f64; 3]) -> Vec3 {
     Vec3::from(rgb.map(|c| c as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Photons that wander from leaf to leaf of a shoot: the series that the closed form sums up.
+    #[test]
+    fn a_shoot_sends_on_what_escapes_its_leaves() {
+        for species in Species::all() {
+            let (leaf, shoot) = (&species.leaves, species.shoot());
+            let again = 1.0 - species.foliage.silhouette_factor;
+            assert!((0.0..0.7).contains(&again), "{}", species.name);
+            let of = |look: &LeafLook| {
+                let visible = look.scattering().to_array().map(f64::from);
+                let [near, far] = [look.nm905, look.nm1550].map(|[r, t]| r + t);
+                [visible[0], visible[1], visible[2], near, far]
+            };
+            for (w, seen) in of(leaf).into_iter().zip(of(&shoot)) {
+                let (mut under_way, mut out) = (1.0, 0.0);
+                for _ in 0..200 {
+                    under_way *= w;
+                    out += under_way * (1.0 - again);
+                    under_way *= again;
+                }
+                assert!((seen - out).abs() < 1e-6, "{}: {seen} {out}", species.name);
+            }
+            // Both sides lose alike, and the wax is in it.
+            let ratio = shoot.nm905[0] / shoot.nm905[1] - leaf.nm905[0] / leaf.nm905[1];
+            assert!(ratio.abs() < 1e-9);
+            let dark = (shoot.reflectance() / leaf.reflectance()).as_dvec3();
+            assert!(dark.min_element() > 1.0 - again - 1e-6 && dark.max_element() < 1.0 + 1e-6);
+        }
+        let beech = &Species::all()[0].leaves;
+        assert_eq!(beech.in_shoot(1.0).scattering(), beech.scattering());
+    }
 }

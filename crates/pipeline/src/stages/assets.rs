@@ -130,7 +130,7 @@ impl Recipe {
         species.collect()
     }
 
-    /// Share of the light on a leaf that leaves it again on either side, linear sRGB: the mean over all leaf
+    /// Share of the light on leaves that leaves their shoot again, linear sRGB: the mean over all leaf
     /// area, as the species' shares and their leaf area at the stand's mean diameter have it.
     pub(super) fn foliage_albedo(&self) -> Result<Vec3, SpeciesError> {
         let named = self.species()?;
@@ -147,7 +147,7 @@ impl Recipe {
         } in self.params(&named).species
         {
             let area = (share(&species.name) * species.mean_leaf_area_m2(dbh_mean_m)) as f32;
-            sum += area * species.leaves.scattering();
+            sum += area * species.shoot().scattering();
             total += area;
         }
         Ok(sum / total)
@@ -200,7 +200,7 @@ impl Stage for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

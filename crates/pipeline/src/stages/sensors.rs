@@ -268,7 +268,7 @@ impl Stage for CameraStage {
     type Inputs = ();
     type Output = Vec<CameraRig>;
     const ID: &'static str = "world.cameras";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_str(&format!(
