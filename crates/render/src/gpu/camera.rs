@@ -4,24 +4,25 @@ use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{Image, ObjectId, PlacedGroup, TruthImages};
+use glam::{DVec3, Vec3};
+use nemoral_scene::{Image, ObjectId, TruthImages};
 use nemoral_seed::Key;
 
 use super::bend::Bend;
 use super::cascade::Cascade;
 use super::cull::{Aim, Culled, Culler};
+use super::exposure::{Coming, Exposure, instants};
 use super::frame::{FrameRecord, origin_of};
 use super::herd::Herd;
-use super::lit::{Backdrop, Lit, LitShot};
-use super::materials::Materials;
+use super::lit::{Lit, LitShot};
 use super::pages::GpuMemory;
 use super::pass::TruthPass;
 use super::pipeline::{ExactPass, Layouts, group};
 use super::readback::Readback;
 use super::shapes::Shapes;
 use super::sight::Sight;
-use super::targets::{Targets, reversed, texels, truth_images, view_of};
+use super::state::{Loan, State};
+use super::targets::{reversed, texels, truth_images, view_of};
 use super::{Gpu, GpuError, Pass};
 use crate::error::{ParamError, check};
 use crate::tone::{develop, log_mean_luminance};
@@ -85,38 +86,6 @@ pub struct GpuCamera {
     state: Mutex<State>,
     /// Device memory of pictures under way, bytes.
     on_loan: Arc<AtomicU64>,
-}
-
-struct State {
-    materials: Option<Materials>,
-    herd: Option<Herd>,
-    shapes: Shapes,
-    /// The truth first.
-    passes: Vec<ExactPass>,
-    lit: Lit,
-    targets: Option<Targets>,
-    /// What the last picture borrowed, bytes: the next one will, too.
-    transient: u64,
-}
-
-/// Device memory of a picture under way; given back when it is done.
-#[derive(Debug)]
-struct Loan {
-    bytes: u64,
-    of: Arc<AtomicU64>,
-}
-
-impl Loan {
-    fn take(&mut self, bytes: u64) {
-        self.bytes += bytes;
-        self.of.fetch_add(bytes, Ordering::Relaxed);
-    }
-}
-
-impl Drop for Loan {
-    fn drop(&mut self) {
-        self.of.fetch_sub(self.bytes, Ordering::Relaxed);
-    }
 }
 
 impl fmt::Debug for GpuCamera {
@@ -258,10 +227,7 @@ impl GpuCamera {
             state.bend(&self.gpu, &self.layouts)?;
         }
         state.hold_herd(&self.gpu, &groups, origin_m)?;
-        let mut loan = Loan {
-            bytes: 0,
-            of: Arc::clone(&self.on_loan),
-        };
+        let mut loan = Loan::new(&self.on_loan);
         let held = state.fixed() + self.on_loan() + state.transient;
         state.shapes.limit = self.limit().saturating_sub(held);
 
@@ -374,7 +340,7 @@ impl GpuCamera {
         };
         let (light, bytes) = state.lit.light_up(&lit)?;
         shot.loan.take(bytes);
-        let views = self.instants(view);
+        let views = instants(&self.gpu, &self.params, view);
         let mut sum = vec![Vec3::ZERO; targets.pixels()];
         let mut last: Option<Coming> = None;
         for (i, instant) in views.iter().enumerate() {
@@ -395,7 +361,8 @@ impl GpuCamera {
                 drawn,
             };
             if let Some(before) = last.replace(coming) {
-                before.add(self, state.lit.backdrop, &mut sum)?;
+                let behind = (&self.lighting, state.lit.backdrop);
+                before.add(&self.gpu, behind, &mut sum)?;
             }
         }
         state.transient = shot.loan.bytes;
@@ -405,32 +372,6 @@ impl GpuCamera {
             count: views.len(),
             last: last.expect("there is an instant at least"),
         })
-    }
-
-    /// The views whose mean is the picture.
-    fn instants(&self, view: &View) -> Vec<View> {
-        // Where the GPU's shaders cannot choose samples, pictures of single ones make up for it.
-        let several = self.params.colour_samples > 1 && !self.gpu.chooses_samples();
-        let places = if several { &SAMPLES[..] } else { &SAMPLES[..1] };
-        let count = if view.blurs() {
-            self.params.blur_samples as usize
-        } else {
-            places.len()
-        };
-        let instant = |i: usize| {
-            let mut instant = *view;
-            if view.blurs() {
-                let part = (i as f64 + 0.5) / count as f64 - 0.5;
-                instant = view.later(part * view.shutter.exposure_s);
-            }
-            if several {
-                let place = places[i % places.len()];
-                instant.intrinsics.cx -= place.x;
-                instant.intrinsics.cy -= place.y;
-            }
-            instant
-        };
-        (0..count).map(instant).collect()
     }
 
     fn on_loan(&self) -> u64 {
@@ -475,7 +416,7 @@ impl CameraRenderer for GpuCamera {
         drop(guard);
         let truth = truth[0].read(&self.gpu, &truth_drawn, |rows| texels(rows, view))?;
         let truth = truth_images(&truth, view, &shot.objects);
-        let linear = exposure.read(self)?;
+        let linear = exposure.read(&self.gpu, &self.lighting)?;
         let (width, height) = (linear.width(), linear.height());
         let mut pixels = linear.into_pixels();
         self.params.lens.apply(&mut pixels, &view.intrinsics);
@@ -502,119 +443,4 @@ struct Shot {
     /// Of the herd's instances.
     objects: Arc<[ObjectId]>,
     loan: Loan,
-}
-
-/// The four samples of a pixel, as `lit.wgsl` has them.
-const SAMPLES: [DVec2; 4] = [
-    DVec2::new(-0.125, -0.375),
-    DVec2::new(0.375, -0.125),
-    DVec2::new(-0.375, 0.125),
-    DVec2::new(0.125, 0.375),
-];
-
-/// Colours on their way back.
-struct Coming {
-    view: View,
-    readback: Readback,
-    drawn: wgpu::SubmissionIndex,
-}
-
-impl Coming {
-    fn add(self, camera: &GpuCamera, backdrop: Backdrop, sum: &mut [Vec3]) -> Result<(), GpuError> {
-        self.readback.read(&camera.gpu, &self.drawn, |rows| {
-            backdrop.compose(rows, &self.view, &camera.lighting, sum);
-        })
-    }
-}
-
-/// The light of a picture.
-struct Exposure {
-    backdrop: Backdrop,
-    sum: Vec<Vec3>,
-    /// Pictures that it is the mean of.
-    count: usize,
-    last: Coming,
-}
-
-impl Exposure {
-    fn read(mut self, camera: &GpuCamera) -> Result<Image<Vec3>, GpuError> {
-        let k = self.last.view.intrinsics;
-        self.last.add(camera, self.backdrop, &mut self.sum)?;
-        for c in &mut self.sum {
-            *c /= self.count as f32;
-        }
-        Ok(Image::new(k.width as usize, k.height as usize, self.sum))
-    }
-}
-
-impl State {
-    /// All but the pages, bytes.
-    fn fixed(&self) -> u64 {
-        let targets = self.targets.as_ref().map_or(0, Targets::bytes);
-        let materials = self.materials.as_ref().map_or(0, Materials::bytes);
-        let herd = self.herd.as_ref().map_or(0, Herd::bytes);
-        targets + materials + herd + self.lit.bytes()
-    }
-
-    fn hold_herd(
-        &mut self,
-        gpu: &Gpu,
-        groups: &[PlacedGroup],
-        origin_m: DVec3,
-    ) -> Result<(), GpuError> {
-        if !self
-            .herd
-            .as_ref()
-            .is_some_and(|h| h.is_of(groups, origin_m))
-        {
-            // The old one first: both need not fit.
-            self.herd = None;
-            self.herd = Some(Herd::gather(gpu, groups, origin_m)?);
-            gpu.check()?;
-        }
-        Ok(())
-    }
-
-    fn hold_materials(&mut self, gpu: &Gpu, scene: &SceneView<'_>) -> Result<(), GpuError> {
-        let library = scene.materials;
-        if !self.materials.as_ref().is_some_and(|m| m.are(library)) {
-            self.materials = Some(Materials::upload(gpu, library)?);
-            for pass in &mut self.passes {
-                pass.table = None;
-            }
-        }
-        for pass in self.passes.iter_mut().filter(|p| p.table.is_none()) {
-            pass.tabulate(gpu, library)?;
-        }
-        Ok(())
-    }
-
-    /// Makes what bent pictures are drawn with.
-    fn bend(&mut self, gpu: &Gpu, layouts: &Layouts) -> Result<(), GpuError> {
-        for pass in &mut self.passes {
-            pass.bend(gpu, layouts)?;
-        }
-        self.lit.bend(gpu, layouts)
-    }
-
-    fn hold_targets(&mut self, gpu: &Gpu, view: &View) -> Result<(), GpuError> {
-        let size = [view.intrinsics.width, view.intrinsics.height];
-        if self.targets.as_ref().is_none_or(|t| t.size != size) {
-            let limit = gpu.device().limits().max_texture_dimension_2d;
-            if size[0].max(size[1]) > limit {
-                return Err(GpuError::TooSmall {
-                    name: gpu.name(),
-                    what: format!(
-                        "it draws {limit} x {limit} pixels, {} x {} are asked for",
-                        size[0], size[1]
-                    ),
-                });
-            }
-            // The old ones first: both need not fit.
-            self.targets = None;
-            self.targets = Some(Targets::new(gpu, size)?);
-            gpu.check()?;
-        }
-        Ok(())
-    }
 }

@@ -16,6 +16,7 @@ mod cascade;
 mod cull;
 mod device;
 mod error;
+mod exposure;
 mod frame;
 mod herd;
 mod lit;
@@ -26,6 +27,7 @@ mod pipeline;
 mod readback;
 mod shapes;
 mod sight;
+mod state;
 mod targets;
 
 pub use camera::{GpuCamera, GpuImages, GpuParams};
