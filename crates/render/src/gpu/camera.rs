@@ -13,7 +13,6 @@ use super::cascade::Cascade;
 use super::cull::{Aim, Culled, Culler};
 use super::exposure::{Coming, Exposure, instants};
 use super::frame::{FrameRecord, origin_of};
-use super::herd::Herd;
 use super::lit::{Lit, LitShot};
 use super::pages::GpuMemory;
 use super::pass::TruthPass;
