@@ -192,9 +192,11 @@ fn record(
                 let item = if writer.has_frame(SEQUENCE, frame, &key) {
                     Err(frame)
                 } else {
-                    let missing = |f: &u64| !writer.has_frame(SEQUENCE, *f, &frame_key(forest, *f));
-                    let coming = frames.peek().copied().filter(missing);
-                    let coming = coming.filter(|_| request.backend.draws_ahead());
+                    let is_drawn_ahead = |next: &u64| {
+                        request.backend.draws_ahead()
+                            && !writer.has_frame(SEQUENCE, *next, &frame_key(forest, *next))
+                    };
+                    let coming = frames.peek().copied().filter(is_drawn_ahead);
                     if let Some(next) = coming {
                         // The GPU draws it while this frame's pictures come back and scans are taken. What
                         // fails there fails again when it is that frame's turn.

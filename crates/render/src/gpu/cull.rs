@@ -44,6 +44,70 @@ struct OfPage {
     first_instances: Vec<u32>,
 }
 
+/// The draws of a view before anything is culled, page by page, and which of them are a shape's.
+struct Arrangement {
+    draws: Vec<Draw>,
+    of_pages: Vec<OfPage>,
+    shapes: Vec<ShapeRecord>,
+    /// Numbers of draws, shape by shape.
+    of_shapes: Vec<u32>,
+}
+
+impl Arrangement {
+    fn of(gpu: &Gpu, shapes: &Shapes, seen: &[(Arc<Prototype>, Alike)]) -> Self {
+        let mut by_page: BTreeMap<usize, Vec<(Draw, usize)>> = BTreeMap::new();
+        for (shape, (prototype, alike)) in seen.iter().enumerate() {
+            let first = if gpu.starts_anywhere() {
+                alike.first
+            } else {
+                0
+            };
+            for kind in Kind::ALL {
+                for range in shapes.ranges(prototype, kind) {
+                    let draw = Draw {
+                        vertices: range.count * kind.vertices(),
+                        instances: 0,
+                        first_vertex: range.first * kind.vertices(),
+                        first_instance: first,
+                    };
+                    by_page.entry(range.page).or_default().push((draw, shape));
+                }
+            }
+        }
+        let (mut draws, mut of_pages) = (Vec::new(), Vec::new());
+        let mut of_shapes = vec![Vec::new(); seen.len()];
+        for (page, of_page) in by_page {
+            let first = |(_, shape): &(Draw, usize)| seen[*shape].1.first;
+            of_pages.push(OfPage {
+                page,
+                first_draw: draws.len(),
+                first_instances: of_page.iter().map(first).collect(),
+            });
+            for (draw, shape) in of_page {
+                of_shapes[shape].push(draws.len() as u32);
+                draws.push(draw);
+            }
+        }
+        let mut first_draw = 0;
+        let record = |((_, alike), draws): (&(_, Alike), &Vec<u32>)| {
+            let draws = draws.len() as u32;
+            first_draw += draws;
+            ShapeRecord {
+                first: alike.first,
+                count: alike.count,
+                first_draw: first_draw - draws,
+                draws,
+            }
+        };
+        Self {
+            draws,
+            of_pages,
+            shapes: seen.iter().zip(&of_shapes).map(record).collect(),
+            of_shapes: of_shapes.concat(),
+        }
+    }
+}
+
 /// Asks which instances are seen.
 #[derive(Debug)]
 pub(crate) struct Culler {
@@ -117,67 +181,19 @@ impl Culler {
         sights: &[Sight],
         origin_m: DVec3,
     ) -> Result<Culled, GpuError> {
-        let mut of_pages: BTreeMap<usize, Vec<(Draw, usize)>> = BTreeMap::new();
-        for (shape, (prototype, alike)) in seen.iter().enumerate() {
-            for kind in Kind::ALL {
-                for range in shapes.ranges(prototype, kind) {
-                    let draw = Draw {
-                        vertices: range.count * kind.vertices(),
-                        instances: 0,
-                        first_vertex: range.first * kind.vertices(),
-                        first_instance: if gpu.starts_anywhere() {
-                            alike.first
-                        } else {
-                            0
-                        },
-                    };
-                    of_pages.entry(range.page).or_default().push((draw, shape));
-                }
-            }
-        }
-        let (mut draws, mut of_shapes) = (Vec::new(), vec![Vec::new(); seen.len()]);
-        let mut pages = Vec::new();
-        for (page, of_page) in of_pages {
-            let first_draw = draws.len();
-            for (draw, shape) in &of_page {
-                of_shapes[*shape].push(draws.len() as u32);
-                draws.push(*draw);
-            }
-            let first = |(_, shape): &(Draw, usize)| seen[*shape].1.first;
-            pages.push(OfPage {
-                page,
-                first_draw,
-                first_instances: of_page.iter().map(first).collect(),
-            });
-        }
-        let mut first_draw = 0;
-        let record = |((_, alike), draws): (&(_, Alike), &Vec<u32>)| {
-            let draws = draws.len() as u32;
-            first_draw += draws;
-            ShapeRecord {
-                first: alike.first,
-                count: alike.count,
-                first_draw: first_draw - draws,
-                draws,
-            }
-        };
-        let records: Vec<ShapeRecord> = seen.iter().zip(&of_shapes).map(record).collect();
+        let plan = Arrangement::of(gpu, shapes, seen);
         let away = herd.origin_m - origin_m;
         let sights: Vec<_> = sights.iter().map(|sight| sight.record(away)).collect();
-        let counts = [
-            records.len() as u32,
-            herd.objects.len() as u32,
-            draws.len() as u32,
-            0,
-        ];
+        let counts = [seen.len(), herd.objects.len(), plan.draws.len(), 0];
+        let counts = counts.map(|n| n as u32);
 
         use wgpu::BufferUsages as U;
         let views = sights.len();
         let counts = buffer(gpu, "counts", bytemuck::cast_slice(&counts), U::UNIFORM)?;
         let sights = storage(gpu, "sights", bytemuck::cast_slice(&sights))?;
-        let records = storage(gpu, "shapes", bytemuck::cast_slice(&records))?;
-        let of_shapes = of_shapes.concat();
-        let of_shapes = storage(gpu, "draws of shapes", bytemuck::cast_slice(&of_shapes))?;
+        let records = storage(gpu, "shapes", bytemuck::cast_slice(&plan.shapes))?;
+        let of_shapes = bytemuck::cast_slice(&plan.of_shapes);
+        let of_shapes = storage(gpu, "draws of shapes", of_shapes)?;
         let instances = herd.objects.len() as u64;
         let visible = gpu.device().create_buffer(&wgpu::BufferDescriptor {
             label: Some("visible"),
@@ -185,7 +201,7 @@ impl Culler {
             usage: U::STORAGE | U::VERTEX | U::COPY_SRC,
             mapped_at_creation: false,
         });
-        let arguments = draws.repeat(views);
+        let arguments = plan.draws.repeat(views);
         let usage = U::INDIRECT | U::STORAGE | U::COPY_SRC;
         let arguments = buffer(gpu, "draws", bytemuck::cast_slice(&arguments), usage)?;
         let resources = [
@@ -210,9 +226,9 @@ impl Culler {
         gpu.queue().submit([encoder.finish()]);
         let bytes = [&counts, &sights, &records, &of_shapes, &visible, &arguments];
         Ok(Culled {
-            of_pages: pages,
+            of_pages: plan.of_pages,
             instances,
-            draws: draws.len() as u64,
+            draws: plan.draws.len() as u64,
             bytes: bytes.iter().map(|b| b.size()).sum(),
             visible,
             arguments,

@@ -18,7 +18,7 @@ use nemoral_scene::MaterialLibrary;
 /// |---|---|
 /// | `material: u32` | index in the library |
 /// | `semantic: u32` | [`Semantic`](nemoral_scene::Semantic) as a number |
-/// | `instance: u32` | number of the instance among those drawn, from 0 |
+/// | `instance: u32` | number of the instance among the scene's, from 0 |
 /// | `variation: f32` | the instance's, 0..1 |
 /// | `depth_m: f32` | planar depth |
 /// | `distance_m: f32` | from the camera |

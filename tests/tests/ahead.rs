@@ -1,0 +1,87 @@
+//! A GPU draws a frame while the one before comes back and is scanned: no byte knows of it.
+
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+use nemoral_dataset::OpenMode;
+use nemoral_pipeline::{Backend, BackendChoice, Done, Observer, Request, generate};
+use nemoral_tests::config;
+use nemoral_tests::gpu::gpu;
+
+#[derive(Default)]
+struct Notes(Mutex<Vec<String>>);
+
+impl Observer for Notes {
+    fn note(&self, message: &str) {
+        self.0
+            .lock()
+            .expect("nobody panics")
+            .push(message.to_owned());
+    }
+
+    fn frame(&self, _: Done) {}
+}
+
+#[test]
+fn frames_drawn_ahead_are_those_drawn_in_turn() {
+    if gpu("frames drawn ahead").is_none() {
+        return;
+    }
+    let config = config(
+        "demo",
+        &[
+            "frames=4",
+            "placement.trees=10",
+            "camera.width_px=120",
+            "camera.height_px=80",
+            "camera.samples=1",
+            "lidar.pulses=500",
+            "chunks.visible_radius_m=15",
+            "chunks.undergrowth_radius_m=5",
+        ],
+    );
+    let (backend, _) = Backend::for_config(BackendChoice::Gpu, &config).expect("a GPU");
+    assert!(backend.draws_ahead() && !Backend::Cpu.draws_ahead());
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let notes = Notes::default();
+    let make = |frames: &[u64], name: &str, mode| {
+        let request = Request {
+            frames: frames.to_vec(),
+            config: config.clone(),
+            out: folder.join(name),
+            mode,
+            threads: 2,
+            backend: backend.clone().with_gpu_memory(1500),
+            cache: None,
+        };
+        generate(&request, &notes, &AtomicBool::new(false)).expect("a data set");
+    };
+    make(&[0, 1, 3], "ahead", OpenMode::Fresh);
+    // What has no next one is drawn alone; what is there is not drawn again.
+    make(&[3], "in-turn", OpenMode::Fresh);
+    make(&[3, 1], "in-turn", OpenMode::Resume);
+    for frame in [1, 3] {
+        for kind in ["image_2", "instance", "depth", "velodyne"] {
+            let read = |name: &str| {
+                let of_kind = folder.join(name).join("sequences/00").join(kind);
+                let files = std::fs::read_dir(&of_kind).expect("a folder");
+                let named = |f: &std::fs::DirEntry| {
+                    f.file_name()
+                        .to_string_lossy()
+                        .starts_with(&format!("{frame:06}"))
+                };
+                let file = files.flatten().find(named).expect("a file");
+                std::fs::read(file.path()).expect("its bytes")
+            };
+            assert!(read("ahead") == read("in-turn"), "{kind} of frame {frame}");
+        }
+    }
+    let notes = notes.0.into_inner().expect("nobody panics");
+    let memory: Vec<&String> = notes.iter().filter(|n| n.contains("GPU memory")).collect();
+    assert_eq!(memory.len(), 3, "{notes:?}");
+    assert!(
+        memory.iter().all(|n| n.contains("of 1500 MiB")),
+        "{notes:?}"
+    );
+}
