@@ -185,7 +185,7 @@ fn a_gpu_that_is_not_there_is_refused_in_words() {
     for said in ["no GPU", "--backend cpu", "mesa-vulkan-drivers"] {
         assert!(refused.stderr.contains(said), "{}", refused.stderr);
     }
-    let little = outcome(small(&out, &["--gpu-memory", "5"]));
+    let little = outcome(&mut small(&out, &["--gpu-memory", "5"]));
     assert_eq!(little.code, Some(2), "{}", little.stderr);
     for said in ["--gpu-memory", "'5'", "128..=1048576"] {
         assert!(little.stderr.contains(said), "{}", little.stderr);
