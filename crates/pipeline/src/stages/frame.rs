@@ -243,7 +243,7 @@ impl Stage for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
