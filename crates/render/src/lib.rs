@@ -80,6 +80,7 @@ mod sky;
 mod sky_image;
 mod sun;
 mod sun_disc;
+mod sunlit;
 mod tone;
 mod view;
 

@@ -4,11 +4,12 @@ use glam::Vec3;
 use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
 use rayon::prelude::*;
 
+use crate::sunlit;
 use crate::tone::LUMINANCE;
 
 /// A picture in the making, row by row.
 pub(crate) struct Maps {
-    width: usize,
+    pub(crate) width: usize,
     pub(crate) semantic: Vec<Semantic>,
     pub(crate) object: Vec<ObjectId>,
     pub(crate) depth_m: Vec<f32>,
@@ -22,8 +23,6 @@ pub(crate) struct Maps {
 }
 
 const BINS: usize = 256;
-/// How many pixels away others tell of a pixel's shadow.
-const REACH: usize = 2;
 
 impl Maps {
     pub(crate) fn new(width: usize, height: usize) -> Self {
@@ -51,61 +50,22 @@ impl Maps {
         (Image::new(width, height, self.linear), truth)
     }
 
-    /// Adds the sun, as much of its disc as the pixels around see that lie on the same surface: 5 × 5 of
-    /// them, the nearer the more, as if the mean of 3 × 3 were taken twice.
-    ///
-    /// The shadow rays of any 3 × 3 go to nine different parts of the disc (see `SunDisc`), which so all
-    /// weigh the same: one ray per pixel gives smooth penumbrae. A mean of 3 × 3 would, too, but where
-    /// light comes through needles it shows each ray that arrives as a square.
+    /// Adds the sun, as much of its disc as the pixels around see that lie on the same surface: see [`sunlit`].
     pub(crate) fn add_sun(&mut self) {
         let mut linear = std::mem::take(&mut self.linear);
-        let (width, height) = (self.width, linear.len() / self.width);
+        let width = self.width;
         linear
-            .par_chunks_mut(width)
+            .par_chunks_mut(width * sunlit::ROWS)
             .enumerate()
-            .for_each(|(y, row)| {
-                let rows = y.saturating_sub(REACH)..(y + REACH + 1).min(height);
-                let mut lit_above = vec![0_u8; width];
-                for v in rows.clone() {
-                    for (n, &lit) in lit_above.iter_mut().zip(&self.lit[v * width..]) {
-                        *n += u8::from(lit);
-                    }
-                }
-                for (x, out) in row.iter_mut().enumerate() {
-                    let i = y * width + x;
-                    let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
-                    // Mostly all agree, and whose they are does not matter.
-                    let lit: u8 = lit_above[columns.clone()].iter().sum();
-                    if usize::from(lit) == rows.len() * columns.len() {
-                        *out += self.sun[i];
-                        continue;
-                    }
-                    if lit == 0 || self.sun[i] == Vec3::ZERO {
-                        continue;
-                    }
-                    let (mut seen, mut all) = (0.0, 0.0);
-                    for v in rows.clone() {
-                        for u in columns.clone() {
-                            let j = v * width + u;
-                            if j == i || self.same_surface(i, j) {
-                                let near = |d: usize| (REACH + 1 - d) as f32;
-                                let weight = near(u.abs_diff(x)) * near(v.abs_diff(y));
-                                all += weight;
-                                seen += weight * f32::from(u8::from(self.lit[j]));
-                            }
-                        }
-                    }
-                    *out += self.sun[i] * (seen / all);
+            .for_each(|(strip, rows)| {
+                let first = strip * sunlit::ROWS;
+                let share = sunlit::shares(self, first, rows.len() / width);
+                let sun = &self.sun[first * width..];
+                for ((out, sun), share) in rows.iter_mut().zip(sun).zip(share) {
+                    *out += *sun * share;
                 }
             });
         self.linear = linear;
-    }
-
-    fn same_surface(&self, i: usize, j: usize) -> bool {
-        self.object[i] == self.object[j]
-            && self.sun[j] != Vec3::ZERO
-            && (self.depth_m[i] - self.depth_m[j]).abs() < 0.03 * self.depth_m[i]
-            && self.normal[i].dot(self.normal[j]) > 0.8
     }
 
     /// The pixels on silhouettes, at most `limit`, in index order: where a neighbour belongs to
@@ -195,23 +155,6 @@ fn filled<T: Copy + Send + Sync>(value: T, n: usize) -> Vec<T> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn a_ray_that_arrives_alone_is_a_soft_spot() {
-        let mut maps = Maps::new(9, 9);
-        maps.depth_m.fill(3.0);
-        maps.normal.fill(Vec3::Z);
-        maps.sun.fill(Vec3::ONE);
-        maps.lit[4 * 9 + 4] = true;
-        maps.add_sun();
-        let at = |x: usize, y: usize| maps.linear[y * 9 + x].x * 81.0;
-        let along: Vec<f32> = (0..9).map(|x| at(x, 4).round()).collect();
-        assert_eq!(along, [0.0, 0.0, 3.0, 6.0, 9.0, 6.0, 3.0, 0.0, 0.0]);
-        assert!((at(2, 2) - 1.0).abs() < 1e-5 && (at(3, 5) - 4.0).abs() < 1e-5);
-        // No light is lost.
-        let sum: Vec3 = maps.linear.iter().sum();
-        assert!((sum - Vec3::ONE).length() < 1e-5, "{sum}");
-    }
 
     proptest! {
         #[test]
