@@ -269,34 +269,31 @@ impl Blas {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let points = block.points(lane);
-            let is_triangle = block.is_triangle(lane);
-            let meeting = if is_triangle {
-                exact::triangle(ray, points)
-            } else {
-                exact::card(ray, points)
-            };
-            let Some(m) = meeting else { continue };
-            let (primitive, material) = block.primitive(lane);
-            let counts = nearest.wants(m.t as f32);
-            if counts && self.is_opaque(is_triangle, primitive, material, &m) {
-                nearest.offer(Found {
-                    rank: Rank {
-                        primitive,
-                        ..source.rank
-                    },
-                    meeting: m,
-                    place: Place {
-                        entry: source.entry,
-                        block: number,
-                        lane: lane as u32,
-                    },
-                });
-                if ANY {
+            let (meeting, counts) = self.meeting(block, lane, ray);
+            if counts {
+                nearest.offer(source.found(block, (number, lane), meeting));
+                if ANY && nearest.found().is_some() {
                     return;
                 }
             }
         }
+    }
+
+    /// Where a ray meets the primitive of a lane, whatever the distance, and whether there is something opaque.
+    #[inline(always)]
+    pub(crate) fn meeting(&self, block: &Block, lane: usize, ray: &LocalRay) -> (Meeting, bool) {
+        let points = block.points(lane);
+        let is_triangle = block.is_triangle(lane);
+        let meeting = if is_triangle {
+            exact::triangle(ray, points)
+        } else {
+            exact::card(ray, points)
+        };
+        let Some(m) = meeting else {
+            return (Meeting::NONE, false);
+        };
+        let (primitive, material) = block.primitive(lane);
+        (m, self.is_opaque(is_triangle, primitive, material, &m))
     }
 
     /// Asks for a node or a block.
@@ -339,6 +336,26 @@ pub(crate) struct Source {
     pub(crate) rank: Rank,
     /// The part of an instance, in its group.
     pub(crate) entry: u32,
+}
+
+impl Source {
+    /// A hit of the primitive in a lane of a block.
+    #[inline(always)]
+    pub(crate) fn found(&self, block: &Block, (number, lane): (u32, usize), meeting: Meeting) -> Found {
+        let (primitive, _) = block.primitive(lane);
+        Found {
+            rank: Rank {
+                primitive,
+                ..self.rank
+            },
+            meeting,
+            place: Place {
+                entry: self.entry,
+                block: number,
+                lane: lane as u32,
+            },
+        }
+    }
 }
 
 /// The blocks of primitives.

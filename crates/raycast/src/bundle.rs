@@ -62,8 +62,10 @@ struct Page {
 }
 
 /// What is yet to be opened, nearest first: distance bits, group, node or leaf. In place of the
-/// group, [`TOP`] says that it is of the forest's own tree.
+/// group, [`TOP`] says that it is of the forest's own tree. A leaf of a group is known by its place in the
+/// tree, where its box is: node and lane.
 type Waiting = Reverse<(u32, u32, u32)>;
+
 
 const TOP: u32 = u32::MAX;
 
@@ -173,22 +175,17 @@ impl Bundle {
     /// The next candidates; `None` if there are no more.
     #[inline(always)]
     fn next_page<I: Isa>(&mut self, isa: I, forest: &Forest) -> Option<Page> {
-        let mut children = Vec::with_capacity(8);
+        let mut boxes = [(Bounds::EMPTY, 0); 8];
         let mut candidates = [Candidate::default(); 8];
+        let mut len = 0;
         let mut first = 0;
-        while children.len() < 8 {
+        while len < 8 {
             let Some(Reverse((near, group, at))) = self.waiting.pop() else {
                 break;
             };
             if group == TOP {
                 if at & LEAF == 0 {
-                    self.open(
-                        isa,
-                        &forest.nodes[at as usize],
-                        TOP,
-                        Vec3::ZERO,
-                        forest.extent,
-                    );
+                    self.open(isa, &forest.nodes, at, TOP, Vec3::ZERO, forest.extent);
                 } else if let Some(root) = forest.groups[(at & !LEAF) as usize].1.root {
                     self.waiting.push(Reverse((near, at & !LEAF, root)));
                 }
@@ -196,21 +193,22 @@ impl Bundle {
             }
             let (offset, placed) = &forest.groups[group as usize];
             if at & LEAF == 0 {
-                let node = &placed.nodes[at as usize];
-                self.open(isa, node, group, *offset, extent(&placed.bounds));
+                let extent = extent(&placed.bounds);
+                self.open(isa, &placed.nodes, at, group, *offset, extent);
                 continue;
             }
-            let entry = at & !LEAF;
-            if children.is_empty() {
+            if len == 0 {
                 first = near;
             }
-            let b = &placed.boxes[entry as usize];
+            let (b, entry) = placed.leaf(at & !LEAF);
+            placed.fetch(isa, entry);
             let in_scene = [b.min, b.max].map(|p| p.as_dvec3() + offset.as_dvec3());
-            candidates[children.len()] = Candidate { group, entry };
-            children.push((bounds_of(in_scene), 0));
+            boxes[len].0 = bounds_of(in_scene);
+            candidates[len] = Candidate { group, entry };
+            len += 1;
         }
-        (!children.is_empty()).then(|| Page {
-            node: Node::new(&children),
+        (len > 0).then(|| Page {
+            node: Node::new(&boxes[..len]),
             near: f32::from_bits(first),
             candidates,
         })
@@ -218,7 +216,16 @@ impl Bundle {
 
     /// Puts the children of a node that any ray may meet among those that wait.
     #[inline(always)]
-    fn open<I: Isa>(&mut self, isa: I, node: &Node, group: u32, offset: Vec3, extent: f32) {
+    fn open<I: Isa>(
+        &mut self,
+        isa: I,
+        nodes: &[Node],
+        at: u32,
+        group: u32,
+        offset: Vec3,
+        extent: f32,
+    ) {
+        let node = &nodes[at as usize];
         let beam = Beam::new(self.origins, self.directions, offset, extent);
         let (distances, hit) = beam.test(isa, node, self.t_max);
         let mut left = isa.signs(hit);
@@ -227,7 +234,13 @@ impl Bundle {
             let lane = left.trailing_zeros() as usize & 7;
             left &= left - 1;
             let near = distances.0[lane].to_bits();
-            self.waiting.push(Reverse((near, group, node.child(lane))));
+            let mut child = node.child(lane);
+            if child & LEAF == 0 {
+                isa.fetch(&nodes[child as usize]);
+            } else if group != TOP {
+                child = LEAF | at << 3 | lane as u32;
+            }
+            self.waiting.push(Reverse((near, group, child)));
         }
     }
 }

@@ -21,6 +21,15 @@ pub(crate) struct Meeting {
     pub(crate) v: f64,
 }
 
+impl Meeting {
+    /// None.
+    pub(crate) const NONE: Self = Self {
+        t: f64::NAN,
+        u: f64::NAN,
+        v: f64::NAN,
+    };
+}
+
 /// The parallelogram `corner + u · edge_u + v · edge_v`, borders included.
 #[inline(always)]
 pub(crate) fn card(ray: &LocalRay, [corner, edge_u, edge_v]: [DVec3; 3]) -> Option<Meeting> {

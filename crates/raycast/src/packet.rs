@@ -9,7 +9,9 @@
 use glam::Vec3;
 use nemoral_scene::Ray;
 
-use crate::blas::{Blas, Blocks};
+use crate::blas::{Blas, Blocks, Source};
+use crate::block::Block;
+use crate::exact::Meeting;
 use crate::grid::GridNode;
 use crate::group::Door;
 use crate::lanes::{Lanes, Rays};
@@ -223,16 +225,34 @@ impl Packet {
             return;
         };
         let sides = block.sides(isa);
+        // All tests, then all meetings, then all hits: what a processor guesses wrong of one keeps no other
+        // waiting.
+        let mut proposed = [(0_u8, 0_u8); MOST];
+        let mut len = 0;
         while rays != 0 {
             let i = next(&mut rays);
-            let nearest = &mut findings.nearest[i];
-            let lanes = sides.candidates(isa, &self.lanes.lane(i), nearest);
-            if lanes != 0 {
-                let ray = self.lanes.ray(i);
-                (door.blas).decide::<ANY>(number, lanes, &ray, door.source, nearest);
-                findings.note::<ANY>(i);
+            let lanes = sides.candidates(isa, &self.lanes.lane(i), &findings.nearest[i]);
+            proposed[len & (MOST - 1)] = (i as u8, lanes as u8);
+            len += usize::from(lanes != 0);
+        }
+        let mut met = [(0_u8, 0_u8, Meeting::NONE); 8];
+        let mut many = 0;
+        for &(i, lanes) in &proposed[..len] {
+            let mut lanes = lanes;
+            let ray = self.lanes.ray(i.into());
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros();
+                lanes &= lanes - 1;
+                let (meeting, counts) = door.blas.meeting(block, lane as usize, &ray);
+                met[many & 7] = (i, lane as u8, meeting);
+                many += usize::from(counts);
+                if many == 8 {
+                    take::<ANY>(&met, (block, number), door.source, findings);
+                    many = 0;
+                }
             }
         }
+        take::<ANY>(&met[..many], (block, number), door.source, findings);
     }
 
     /// Lets rays go on alone.
@@ -260,6 +280,21 @@ impl Packet {
             walk::<I, _, _, ANY>(isa, (nodes, at), lanes, &blocks, nearest, stack);
             findings.note::<ANY>(i);
         }
+    }
+}
+
+/// Offers opaque points of a block: ray, lane, where.
+#[inline(always)]
+fn take<const ANY: bool>(
+    met: &[(u8, u8, Meeting)],
+    (block, number): (&Block, u32),
+    source: Source,
+    findings: &mut Findings,
+) {
+    for &(i, lane, meeting) in met {
+        let i = usize::from(i) & (MOST - 1);
+        findings.nearest[i].offer(source.found(block, (number, lane.into()), meeting));
+        findings.note::<ANY>(i);
     }
 }
 
