@@ -64,7 +64,14 @@ struct Page {
 /// What is yet to be opened, nearest first: distance bits, group, node or leaf. In place of the
 /// group, [`TOP`] says that it is of the forest's own tree. A leaf of a group is known by its place in the
 /// tree, where its box is: node and lane.
-type Waiting = Reverse<(u32, u32, u32)>;
+///
+/// One number: comparing three would be as many guesses of the processor.
+type Waiting = Reverse<u128>;
+
+#[inline(always)]
+fn waiting(near: u32, group: u32, at: u32) -> Waiting {
+    Reverse(u128::from(near) << 64 | u128::from(group) << 32 | u128::from(at))
+}
 
 
 const TOP: u32 = u32::MAX;
@@ -118,7 +125,7 @@ impl Bundle {
             self.findings.start(i, ray);
         }
         if let Some(root) = forest.root {
-            self.waiting.push(Reverse((0, TOP, root)));
+            self.waiting.push(waiting(0, TOP, root));
         }
     }
 
@@ -180,14 +187,15 @@ impl Bundle {
         let mut len = 0;
         let mut first = 0;
         while len < 8 {
-            let Some(Reverse((near, group, at))) = self.waiting.pop() else {
+            let Some(Reverse(next)) = self.waiting.pop() else {
                 break;
             };
+            let [near, group, at] = [64, 32, 0].map(|shift| (next >> shift) as u32);
             if group == TOP {
                 if at & LEAF == 0 {
                     self.open(isa, &forest.nodes, at, TOP, Vec3::ZERO, forest.extent);
                 } else if let Some(root) = forest.groups[(at & !LEAF) as usize].1.root {
-                    self.waiting.push(Reverse((near, at & !LEAF, root)));
+                    self.waiting.push(waiting(near, at & !LEAF, root));
                 }
                 continue;
             }
@@ -240,7 +248,7 @@ impl Bundle {
             } else if group != TOP {
                 child = LEAF | at << 3 | lane as u32;
             }
-            self.waiting.push(Reverse((near, group, child)));
+            self.waiting.push(waiting(near, group, child));
         }
     }
 }
