@@ -14,8 +14,8 @@ use nemoral_pipeline::{Backend, BackendChoice, Error, ForestPlan};
 
 const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
 
-/// A word for how often light is sampled where neighbours differ.
-const QUALITIES: [(&str, u32); 2] = [("draft", 1), ("standard", 4)];
+/// Words for how often light is sampled: of every pixel, and where neighbours differ most.
+const QUALITIES: [(&str, u32, u32); 3] = [("draft", 1, 1), ("edges", 1, 4), ("standard", 4, 4)];
 
 /// What can be asked for besides a picture and its class, instance, depth and normals.
 const FURTHER: [(&str, &[&str]); 9] = [
@@ -83,11 +83,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     for preset in nemoral_benches::DENSITIES {
         for [width, height] in RESOLUTIONS {
-            for (quality, samples) in QUALITIES {
+            for (quality, samples, edges) in QUALITIES {
                 let asked = [
                     format!("camera.width_px={width}"),
                     format!("camera.height_px={height}"),
                     format!("camera.samples={samples}"),
+                    format!("camera.edge_samples={edges}"),
                 ];
                 cost(preset, &format!("{width} x {height}, {quality}"), &asked)?;
             }

@@ -34,7 +34,7 @@ fn frames_drawn_ahead_are_those_drawn_in_turn() {
             "placement.trees=10",
             "camera.width_px=120",
             "camera.height_px=80",
-            "camera.samples=1",
+            "camera.edge_samples=1",
             "lidar.pulses=500",
             "chunks.visible_radius_m=15",
             "chunks.undergrowth_radius_m=5",

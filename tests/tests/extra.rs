@@ -18,7 +18,7 @@ static WORLD: LazyLock<World> = LazyLock::new(|| {
         &[
             "camera.width_px=120",
             "camera.height_px=72",
-            "camera.samples=1",
+            "camera.edge_samples=1",
             "camera.flow=true",
             "camera.trunks=true",
             "camera.boxes=true",

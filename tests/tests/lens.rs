@@ -25,7 +25,7 @@ fn a_rolling_shutter_in_a_wood_passes_the_check() {
         "frames=2",
         "camera.width_px=320",
         "camera.height_px=180",
-        "camera.samples=1",
+        "camera.edge_samples=1",
         "camera.flow=true",
         "camera.radiance=true",
         "camera.shutter.readout_ms=33",
@@ -90,7 +90,7 @@ fn noise_is_on_the_picture_alone() {
         let mut settings = vec![
             "camera.width_px=160",
             "camera.height_px=96",
-            "camera.samples=1",
+            "camera.edge_samples=1",
             "camera.radiance=true",
             "lidar.pulses=10",
         ];
@@ -132,7 +132,7 @@ fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
         &[
             "camera.width_px=240",
             "camera.height_px=135",
-            "camera.samples=1",
+            "camera.edge_samples=1",
             "camera.fov.horizontal_deg=120",
             "camera.fisheye.k1=-0.02",
             "camera.shutter.readout_ms=30",

@@ -20,7 +20,7 @@ const SMALL: [&str; 8] = [
     "chunks.delete_radius_m=60",
     "camera.width_px=96",
     "camera.height_px=64",
-    "camera.samples=1",
+    "camera.edge_samples=1",
     "lidar.pulses=1000",
     "terrain.cell_m=2",
 ];

@@ -31,7 +31,7 @@ const FURTHER: [(Asked, f64, f64); 6] = [
     (|c| c.radiance, 11.7, 0.1),
     (|c| c.noise.enabled, 0.0, 1.4),
 ];
-/// Seconds of one core for a megapixel of each sample of a picture that blurs, of casting alone.
+/// Seconds of one core for a megapixel of each further sample of all pixels, of casting alone.
 const CORE_S_PER_MEGASAMPLE: f64 = 1.8;
 
 /// What a run will take.
@@ -55,9 +55,12 @@ pub fn estimate(config: &Config) -> Estimate {
             per_pixel += more_bytes;
             per_megapixel += more_s;
         }
-        if camera.shutter.exposure_ms > 0.0 {
-            per_megapixel += f64::from(camera.shutter.samples - 1) * CORE_S_PER_MEGASAMPLE;
-        }
+        let blurs = camera.shutter.exposure_ms > 0.0;
+        let samples = match camera.samples {
+            every if blurs => every.max(camera.shutter.samples),
+            every => every,
+        };
+        per_megapixel += f64::from(samples - 1) * CORE_S_PER_MEGASAMPLE;
         let pixels = f64::from(camera.width_px) * f64::from(camera.height_px);
         bytes += pixels * per_pixel;
         seconds += pixels / 1e6 * per_megapixel;
@@ -119,6 +122,11 @@ mod tests {
         assert!(
             with_boxes.core_minutes > 2.0 * plain.core_minutes,
             "{with_boxes}"
+        );
+        let standard = of(&["camera.samples=4"]);
+        assert!(
+            standard.core_minutes > 2.0 * plain.core_minutes,
+            "{standard}"
         );
         let blurred = of(&["camera.shutter.exposure_ms=10"]);
         assert!(blurred.core_minutes > 4.0 * plain.core_minutes, "{blurred}");

@@ -341,7 +341,12 @@ pub(crate) struct Source {
 impl Source {
     /// A hit of the primitive in a lane of a block.
     #[inline(always)]
-    pub(crate) fn found(&self, block: &Block, (number, lane): (u32, usize), meeting: Meeting) -> Found {
+    pub(crate) fn found(
+        &self,
+        block: &Block,
+        (number, lane): (u32, usize),
+        meeting: Meeting,
+    ) -> Found {
         let (primitive, _) = block.primitive(lane);
         Found {
             rank: Rank {

@@ -73,7 +73,6 @@ fn waiting(near: u32, group: u32, at: u32) -> Waiting {
     Reverse(u128::from(near) << 64 | u128::from(group) << 32 | u128::from(at))
 }
 
-
 const TOP: u32 = u32::MAX;
 
 /// A bundle's search, kept from one bundle to the next for its memory.

@@ -119,8 +119,35 @@ impl Sun {
 }
 
 impl UtcTime {
-    /// Julian centuries since J2000.0.
-    fn julian_centuries(&self) -> Result<f64, ParamError> {
+    /// So many hours later; negative is earlier.
+    ///
+    /// # Errors
+    /// If this is not in the calendar or the hours are more than 200 years'.
+    pub fn later(self, hours: f64) -> Result<Self, ParamError> {
+        let most = 200.0 * 366.0 * 24.0;
+        check("time.later_h", hours, -most, most, "200 years at most")?;
+        let hour = self.hour + hours;
+        let days = (hour / 24.0).floor();
+        // The inverse, of Fliegel and Van Flandern (1968) too.
+        let mut l = self.day_number()? + days as i32 + 68_569;
+        let n = 4 * l / 146_097;
+        l -= (146_097 * n + 3) / 4;
+        let i = 4000 * (l + 1) / 1_461_001;
+        l -= 1461 * i / 4 - 31;
+        let j = 80 * l / 2447;
+        let day = l - 2447 * j / 80;
+        l = j / 11;
+        Ok(Self {
+            year: 100 * (n - 49) + i + l,
+            month: (j + 2 - 12 * l) as u32,
+            day: day as u32,
+            // Just before midnight the difference may round up to 24.
+            hour: (hour - 24.0 * days).clamp(0.0, 24.0_f64.next_down()),
+        })
+    }
+
+    /// The Julian day number at noon.
+    fn day_number(&self) -> Result<i32, ParamError> {
         check(
             "time.year",
             f64::from(self.year),
@@ -143,14 +170,19 @@ impl UtcTime {
             "a day of that month",
         )?;
         check("time.hour", self.hour, 0.0, 24.0, "0..=24")?;
-        // Fliegel and Van Flandern (1968): the Julian day number at noon.
+        // Fliegel and Van Flandern (1968).
         let (y, m, d) = (self.year, self.month as i32, self.day as i32);
         let a = (m - 14) / 12;
-        let noon = (1461 * (y + 4800 + a)) / 4 + (367 * (m - 2 - 12 * a)) / 12
+        Ok((1461 * (y + 4800 + a)) / 4 + (367 * (m - 2 - 12 * a)) / 12
             - (3 * ((y + 4900 + a) / 100)) / 4
             + d
-            - 32_075;
-        Ok((f64::from(noon) - 0.5 + self.hour / 24.0 - 2_451_545.0) / 36_525.0)
+            - 32_075)
+    }
+
+    /// Julian centuries since J2000.0.
+    fn julian_centuries(&self) -> Result<f64, ParamError> {
+        let noon = f64::from(self.day_number()?);
+        Ok((noon - 0.5 + self.hour / 24.0 - 2_451_545.0) / 36_525.0)
     }
 }
 
@@ -238,5 +270,60 @@ mod tests {
         );
         assert!(Sun::at(1.0, 1.0, UtcTime { year: 2024, ..time }).is_ok());
         assert!(Sun::at(95.0, 1.0, UtcTime { day: 1, ..time }).is_err());
+    }
+
+    #[test]
+    fn days_follow_each_other() {
+        let mut day = UtcTime {
+            year: 1901,
+            month: 1,
+            day: 1,
+            hour: 6.5,
+        };
+        let first = day;
+        let mut count = 0;
+        while day.year < 2100 {
+            let leap = day.year % 4 == 0;
+            let last = [
+                31,
+                28 + u32::from(leap),
+                31,
+                30,
+                31,
+                30,
+                31,
+                31,
+                30,
+                31,
+                30,
+                31,
+            ];
+            let next = match (day.month, day.day) {
+                (12, 31) => (day.year + 1, 1, 1),
+                (m, d) if d == last[m as usize - 1] => (day.year, m + 1, 1),
+                (m, d) => (day.year, m, d + 1),
+            };
+            assert_eq!(first.later(24.0 * f64::from(count)).expect("fine"), day);
+            (day.year, day.month, day.day) = next;
+            count += 1;
+        }
+        let eve = UtcTime {
+            year: 2023,
+            month: 12,
+            day: 31,
+            hour: 22.25,
+        };
+        let later = eve.later(4.0).expect("fine");
+        assert_eq!(
+            (later.year, later.month, later.day, later.hour),
+            (2024, 1, 1, 2.25)
+        );
+        assert_eq!(later.later(-4.0).expect("fine"), eve);
+        // Half a day later the sun is on the other side, at any time of the year.
+        let sun = Sun::at(0.0, 0.0, eve).expect("fine");
+        let other = Sun::at(0.0, 0.0, eve.later(12.0).expect("fine")).expect("fine");
+        assert!((sun.elevation_deg() + other.elevation_deg()).abs() < 1.0);
+        let no_day = UtcTime { day: 32, ..eve };
+        assert!(no_day.later(0.0).is_err() && eve.later(f64::NAN).is_err());
     }
 }

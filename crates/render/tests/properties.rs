@@ -419,8 +419,8 @@ impl RayCaster for Roof {
     }
 }
 
-#[test]
-fn penumbrae_are_as_wide_as_the_sun() {
+/// How wide the sun's disc makes a shadow's edge below a roof so high, metres: as pictures of so many rows show it.
+fn penumbra_m(height: f32, rows: u32, params: RayCastParams) -> f64 {
     let mut ground = World::default();
     ground.add(
         Shape::Plane {
@@ -430,7 +430,6 @@ fn penumbrae_are_as_wide_as_the_sun() {
         grey(0.3),
         0,
     );
-    let height = 10.0;
     let roof = Roof { ground, height };
     let scene = SceneView {
         caster: &roof,
@@ -439,7 +438,7 @@ fn penumbrae_are_as_wide_as_the_sun() {
     // Straight down from 1 m: 400 columns over 0.2 m; the sun in the zenith.
     let mut view = camera(
         400,
-        3,
+        rows,
         20.0,
         DVec3::new(0.0, 0.0, 1.0),
         DVec3::new(0.0, 1e-9, 0.0),
@@ -454,23 +453,45 @@ fn penumbrae_are_as_wide_as_the_sun() {
     view.scene_from_camera.rotation =
         glam::DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2) * view.scene_from_camera.rotation;
     (view.intrinsics.fx, view.intrinsics.fy) = (2000.0, 2000.0);
-    let params = RayCastParams {
-        colour_samples: 256,
-        ..plain()
-    };
     let lighting = sunlight(0.0, 90.0);
     let sun = lighting.sun_irradiance().y * 0.3 / std::f32::consts::PI;
     let images = renderer(params, lighting)
         .render(&scene, &view, KEY)
         .expect("renders");
     let linear = images.linear.expect("asked for");
-    let share = |column: usize| (linear.at(column, 1).y - linear.at(399, 1).y) / sun;
+    let share = |column: usize| {
+        let of_row = |row: usize| (linear.at(column, row).y - linear.at(399, row).y) / sun;
+        (0..rows as usize).map(of_row).sum::<f32>() / rows as f32
+    };
     assert!((share(0) - 1.0).abs() < 0.05, "{}", share(0));
-    // The disc's covered share is the circle segment: 5 % and 95 % lie 0.8054 diameters apart.
+    // The disc's covered share is the circle segment: 20 % and 80 % lie 0.4918 diameters apart.
     let first = |level: f32| (0..400).find(|&c| share(c) < level).expect("falls") as f64;
-    let width_m = (first(0.05) - first(0.95)) / 2000.0 / 0.8054;
-    let exact = 2.0 * Sun::ANGULAR_RADIUS_RAD * f64::from(height);
-    assert!((width_m / exact - 1.0).abs() < 0.1, "{width_m} for {exact}");
+    (first(0.2) - first(0.8)) / 2000.0 / 0.4918
+}
+
+#[test]
+fn penumbrae_are_as_wide_as_the_sun() {
+    let fine = RayCastParams {
+        colour_samples: 256,
+        ..plain()
+    };
+    // One ray a pixel and its neighbours' has to come to the same.
+    let draft = RayCastParams {
+        edge_samples: 0,
+        ..plain()
+    };
+    for (rows, params) in [(3, fine), (120, draft)] {
+        for height in [5.0, 10.0] {
+            let width_m = penumbra_m(height, rows, params);
+            let exact = 0.0093 * f64::from(height);
+            let off = width_m / exact - 1.0;
+            println!(
+                "{height} m, {rows} rows: {width_m:.4} m for {exact}, {:.1} %",
+                100.0 * off
+            );
+            assert!(off.abs() < 0.1, "{width_m} for {exact}");
+        }
+    }
 }
 
 #[test]

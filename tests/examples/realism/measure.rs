@@ -93,7 +93,7 @@ impl Stand {
             "chunks.delete_radius_m=250",
             "camera.width_px=640",
             "camera.height_px=360",
-            "camera.samples=4",
+            "camera.edge_samples=4",
             "camera.radiance=true",
             "lidar.pulses=20000",
         ];

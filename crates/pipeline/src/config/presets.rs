@@ -98,7 +98,7 @@ fn paper(config: &mut Config, trees: f64) {
     config.chunks.visible_radius_m = 100.0;
     config.chunks.undergrowth_radius_m = 100.0;
     config.chunks.delete_radius_m = 200.0;
-    config.camera.samples = 1;
+    config.camera.edge_samples = 1;
 }
 
 fn demo(config: &mut Config) {
@@ -109,6 +109,6 @@ fn demo(config: &mut Config) {
     config.assets.individuals = 1;
     config.camera.width_px = 160;
     config.camera.height_px = 96;
-    config.camera.samples = 1;
+    config.camera.edge_samples = 1;
     config.lidar.pulses = 3000;
 }

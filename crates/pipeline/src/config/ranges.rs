@@ -79,16 +79,27 @@ pub(super) fn draw(
     } in ranges
     {
         let mut rng = world.stage(Purpose::new(path)).rng();
-        match value_at_mut(merged, path) {
-            Some(value @ Value::Integer(_)) => {
-                let drawn = (low + rng.unit_f64() * (high - low + 1.0))
-                    .floor()
-                    .min(*high);
-                *value = Value::Integer(drawn as i64);
+        let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
+        let whole = section(table).is_some_and(|s| {
+            let mut keys = s.keys.iter();
+            keys.any(|k| k.name == key && matches!(k.allowed, Allowed::Whole(..)))
+        });
+        let drawn = if whole {
+            let drawn = (low + rng.unit_f64() * (high - low + 1.0)).floor();
+            Value::Integer(drawn.min(*high) as i64)
+        } else {
+            Value::Float(rng.range_f64(*low, *high))
+        };
+        // A table that was just chosen has no more keys than were named.
+        let inside = match table {
+            "" => Some(&mut *merged),
+            table => value_at_mut(merged, table).and_then(Value::as_table_mut),
+        };
+        match inside {
+            Some(inside) => {
+                inside.insert(key.to_owned(), drawn);
             }
-            Some(value) => *value = Value::Float(rng.range_f64(*low, *high)),
             None => {
-                let table = path.rsplit_once('.').map_or("", |(table, _)| table);
                 errors.push(ConfigError {
                     path: join("ranges", path),
                     message: format!(

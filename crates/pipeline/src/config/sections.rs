@@ -324,6 +324,8 @@ section! {
         longitude_deg: f64 = -8.4103, Real(-180.0, 180.0), "Coimbra";
         /// Date and time in UTC.
         utc: String = "2022-06-21T14:30:00".into(), Text, "YYYY-MM-DDThh:mm:ss";
+        /// So many hours after that (negative: before): a number, so that the time can be drawn from a range; 24 is the next day.
+        later_h: f64 = 0.0, Real(-8784.0, 8784.0), "then";
     }
 }
 
@@ -368,8 +370,10 @@ section! {
         width_px: u32 = 1280, Whole(16, 8192), "paper, VI";
         /// Rows.
         height_px: u32 = 720, Whole(16, 8192), "paper, VI";
-        /// Colour samples a pixel where neighbours differ; 1 everywhere is the draft. A GPU takes 1, or else 4 of each pixel.
-        samples: u32 = 4, Whole(1, 64), "smooth edges of leaves";
+        /// Colour samples of every pixel. A GPU takes 1, or else 4 of each, whichever is asked for here or for edges.
+        samples: u32 = 1, Whole(1, 64), "a mean of light costs as many rays";
+        /// Colour samples of the tenth of the pixels whose neighbours differ most from them, if that is more; 1, with `samples` 1, is the draft.
+        edge_samples: u32 = 4, Whole(1, 64), "smooth edges where they are seen";
         /// How bright pictures come out: by a light meter, or always as `exposure_ev` says.
         exposure: String = "auto".into(), OneOf(&["auto", "fixed"]), "as cameras do";
         /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. Sunny 15, overcast or shade 12, under crowns 8 to 11.

@@ -236,7 +236,8 @@ impl CameraStage {
                         "sun.date.utc = \"{utc}\": must be a date and time, YYYY-MM-DDThh:mm:ss"
                     ))
                 })?;
-                Sun::at(d.latitude_deg, d.longitude_deg, time)
+                time.later(d.later_h)
+                    .and_then(|time| Sun::at(d.latitude_deg, d.longitude_deg, time))
             }
         }
         .map_err(|e| Error::request(format!("sun: {e}")))
@@ -334,15 +335,21 @@ impl Stage for CameraStage {
     }
 }
 
+/// The share of pixels that edges may be.
+const EDGES: f32 = 0.1;
+
 impl CameraStage {
     fn renderer(&self, camera: &config::Camera, lighting: Lighting) -> Result<Renderer, Error> {
         let (_, lens) = look(&camera.look);
         let max_range_m = self.max_range_m as f32;
         Ok(match &self.backend {
             Backend::Cpu => {
+                let edge_samples = camera.edge_samples.saturating_sub(camera.samples);
                 let params = RayCastParams {
                     lens,
-                    edge_samples: camera.samples - 1,
+                    colour_samples: camera.samples,
+                    edge_samples,
+                    edge_budget: EDGES * edge_samples as f32,
                     blur_samples: camera.shutter.samples,
                     max_range_m,
                     keep_linear: camera.radiance,
@@ -357,7 +364,10 @@ impl CameraStage {
                     lens,
                     max_range_m,
                     keep_linear: camera.radiance,
-                    colour_samples: if camera.samples == 1 { 1 } else { 4 },
+                    colour_samples: match camera.samples.max(camera.edge_samples) {
+                        1 => 1,
+                        _ => 4,
+                    },
                     blur_samples: camera.shutter.samples,
                     memory_mib: *memory_mib,
                     ..Default::default()

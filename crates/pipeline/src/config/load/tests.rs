@@ -1,4 +1,5 @@
 use super::*;
+use crate::config::SunPosition;
 
 fn load(preset: &str, file: &str, settings: &[&str]) -> Result<Config, Error> {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -360,6 +361,40 @@ fn ranges_are_drawn_from_the_seed_and_recorded() {
         drawn[7]
     );
     assert_eq!(drawn[7].placement.trees.to_string(), "111.13632536294774");
+}
+
+#[test]
+fn weather_time_and_exposure_are_drawn_too() {
+    let file = "[sun.date]\nlatitude_deg = 52\n[ranges]\nweather.visibility_m = [300, 20000]\nsky.overcast = [0, 1]\n\
+                sun.date.later_h = [-8, 4]\ncamera.exposure_bias_ev = [-1, 0.5]";
+    let of = |seed: u64| {
+        let config = load("", file, &[&format!("seed={seed}")]).expect("fine");
+        let SunPosition::Date(date) = &config.sun.position else {
+            panic!("by its date");
+        };
+        let c = &config;
+        let (overcast, later_h) = (c.sky.overcast, date.later_h);
+        [
+            c.weather.visibility_m,
+            overcast,
+            later_h,
+            c.camera.exposure_bias_ev,
+        ]
+    };
+    let drawn: Vec<[f64; 4]> = (0..100).map(of).collect();
+    for (k, (low, high)) in [(300.0, 20000.0), (0.0, 1.0), (-8.0, 4.0), (-1.0, 0.5)]
+        .into_iter()
+        .enumerate()
+    {
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for d in &drawn {
+            (least, most) = (least.min(d[k]), most.max(d[k]));
+        }
+        // All of the range and nothing else: of a hundred, the outermost are about a hundredth from its ends.
+        let tenth = 0.1 * (high - low);
+        assert!(least >= low && least < low + tenth, "{k}: {least}");
+        assert!(most <= high && most > high - tenth, "{k}: {most}");
+    }
 }
 
 #[test]
