@@ -1,0 +1,146 @@
+//! What a robot's camera sees in a wood is harsh: bright gaps that clip, trunks that are dark before them, edges
+//! washed by glare, dark corners. The three looks, in a closed stand.
+#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
+
+use nemoral_pipeline::ForestPlan;
+use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_render::CameraImages;
+use nemoral_scene::glam::Vec3;
+use nemoral_scene::{Image, Semantic};
+use nemoral_tests::config;
+
+const WIDTH: usize = 320;
+const HEIGHT: usize = 180;
+
+const FLOOR: [Semantic; 3] = [Semantic::Litter, Semantic::GroundMoss, Semantic::Soil];
+const WOOD: [Semantic; 3] = [Semantic::Stem, Semantic::Limb, Semantic::RootFlare];
+
+/// The same views of a spruce stand by each look.
+fn taken(store: &Store, look: &str) -> Vec<CameraImages> {
+    let settings = [
+        "assets.individuals=1",
+        "chunks.visible_radius_m=60",
+        "chunks.undergrowth_radius_m=20",
+        "chunks.delete_radius_m=120",
+        "camera.width_px=320",
+        "camera.height_px=180",
+        "camera.edge_samples=1",
+        "camera.radiance=true",
+        "lidar.pulses=10",
+        &format!("camera.look={look}"),
+    ];
+    let forest = ForestPlan::new(&config("spruce", &settings)).expect("a plan");
+    store.retain(|stage, _| stage != "frame.images" && stage != "world.cameras");
+    let runner = Runner::new(forest.plan(), store, 2);
+    let images = |frame: u64| runner.get(forest.images, frame).expect("pictures")[0].clone();
+    [0, 40, 80].map(images).to_vec()
+}
+
+/// An sRGB code value as light, 0..=1.
+fn light(code: u8) -> f32 {
+    let x = f32::from(code) / 255.0;
+    if x <= 0.04045 {
+        x / 12.92
+    } else {
+        ((x + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+fn luminance(c: Vec3) -> f32 {
+    c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+fn shown(rgb: [u8; 3]) -> f32 {
+    luminance(Vec3::from_array(rgb.map(light)))
+}
+
+fn median(mut values: Vec<f32>) -> f32 {
+    assert!(values.len() > 50, "{} pixels", values.len());
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+fn mean(values: &[f32]) -> f32 {
+    assert!(values.len() > 50, "{} pixels", values.len());
+    values.iter().sum::<f32>() / values.len() as f32
+}
+
+/// The light of all pixels of which something holds, as pictures have it.
+fn of(
+    pictures: &[CameraImages],
+    light: impl Fn(&CameraImages, usize) -> f32,
+    holds: impl Fn(&Image<Semantic>, usize) -> bool,
+) -> Vec<f32> {
+    let mut values = Vec::new();
+    for images in pictures {
+        let semantic = &images.truth.semantic;
+        let pixels = (0..WIDTH * HEIGHT).filter(|&i| holds(semantic, i));
+        values.extend(pixels.map(|i| light(images, i)));
+    }
+    values
+}
+
+fn is_sky(semantic: &Image<Semantic>, i: usize) -> bool {
+    semantic.pixels()[i] == Semantic::Sky
+}
+
+/// Is the sky within two pixels along the row?
+fn before_sky(semantic: &Image<Semantic>, i: usize) -> bool {
+    let (row, column) = (i / WIDTH * WIDTH, i % WIDTH);
+    let near = column.saturating_sub(2)..(column + 3).min(WIDTH);
+    !is_sky(semantic, i) && near.into_iter().any(|c| is_sky(semantic, row + c))
+}
+
+#[test]
+fn a_wood_is_harsh_to_a_small_camera() {
+    let store = Store::unlimited();
+    let [robot, cinema, flat] = ["robot", "cinema", "flat"].map(|look| taken(&store, look));
+    let scene = |images: &CameraImages, i: usize| {
+        luminance(images.linear.as_ref().expect("asked for").pixels()[i])
+    };
+    let picture = |images: &CameraImages, i: usize| shown(images.rgb.pixels()[i]);
+    let is_floor = |s: &Image<Semantic>, i: usize| FLOOR.contains(&s.pixels()[i]);
+    let is_trunk = |s: &Image<Semantic>, i: usize| WOOD.contains(&s.pixels()[i]);
+
+    let stops = (median(of(&flat, scene, is_sky)) / median(of(&flat, scene, is_floor))).log2();
+    println!("gaps are {stops:.1} stops brighter than the floor");
+    assert!(stops > 2.0);
+
+    let clipped = |pictures: &[CameraImages]| {
+        let clips = |images: &CameraImages, i: usize| {
+            f32::from(u8::from(images.rgb.pixels()[i].contains(&255)))
+        };
+        mean(&of(pictures, clips, is_sky))
+    };
+    let shares = [&robot, &cinema, &flat].map(|p| clipped(p));
+    println!("of gaps clip: {shares:.2?}");
+    // A soft curve keeps what the two others lose.
+    assert!(shares[0] > 0.5 && shares[1] < 0.05 && shares[2] > 0.5);
+
+    let against = |s: &Image<Semantic>, i: usize| is_trunk(s, i) && before_sky(s, i);
+    let gap = median(of(&robot, picture, is_sky));
+    let silhouette = median(of(&robot, picture, against));
+    let leaves = median(of(&robot, picture, |s, i| {
+        s.pixels()[i] == Semantic::Needle
+    }));
+    println!("gaps {gap:.3}, trunks before them {silhouette:.3}, leaves {leaves:.3}");
+    assert!(silhouette < gap / 3.0 && leaves < 0.12);
+
+    let washed = |holds: &dyn Fn(&Image<Semantic>, usize) -> bool| {
+        mean(&of(&robot, picture, holds)) / mean(&of(&flat, picture, holds))
+    };
+    let far = |s: &Image<Semantic>, i: usize| !is_sky(s, i) && !before_sky(s, i);
+    let (edges, others) = (washed(&before_sky), washed(&far));
+    println!("edges {edges:.2}, others {others:.2} of what a clean lens shows");
+    assert!(edges > 1.03 * others);
+
+    let at = |inside: &dyn Fn(f32) -> bool| {
+        washed(&|_, i| {
+            let (x, y) = ((i % WIDTH) as f32 - 160.0, (i / WIDTH) as f32 - 90.0);
+            inside(x.hypot(y) / 160.0_f32.hypot(90.0))
+        })
+    };
+    let (middle, corners) = (at(&|r| r < 0.3), at(&|r| r > 0.9));
+    println!("middle {middle:.2}, corners {corners:.2}");
+    assert!(corners < 0.85 * middle);
+}
