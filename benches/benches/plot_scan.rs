@@ -56,6 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let forest = Forest::new(vec![(Vec3::ZERO, group)]);
     let start_s = start.elapsed().as_secs_f64();
     println!("start: {start_s:.2} s, {read_s:.2} of it reading");
+    say_peak();
 
     let rows = (f64::from(pulses) / 3.6).sqrt() as u32;
     let pattern = PanoramaParams {
@@ -96,13 +97,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             );
         }
     }
-    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
-        status
-            .lines()
-            .filter(|l| l.starts_with("VmHWM"))
-            .for_each(|l| println!("{l}"));
-    }
+    say_peak();
     Ok(())
+}
+
+/// Says how much memory was held at most until now, where the system tells.
+fn say_peak() {
+    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
+        let mut lines = status.lines();
+        if let Some(peak) = lines.find(|l| l.starts_with("VmHWM")) {
+            println!("{peak}");
+        }
+    }
 }
 
 /// The mesh of an OBJ.
