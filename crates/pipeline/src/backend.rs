@@ -82,10 +82,7 @@ impl Backend {
             }
             BackendChoice::Auto => Ok(match Gpu::open(Accept::Hardware) {
                 Ok(gpu) => on(gpu, ""),
-                Err(GpuError::NoAdapter { reason }) => {
-                    (Self::Cpu, format!("renderer: the CPU (no GPU: {reason})"))
-                }
-                Err(e) => (Self::Cpu, format!("renderer: the CPU ({e})")),
+                Err(e) => (Self::Cpu, format!("renderer: the CPU ({})", cause(e))),
             }),
         }
     }
@@ -139,6 +136,17 @@ impl Backend {
     }
 }
 
+/// Why there is no GPU, without the advice for who insists on one.
+#[cfg(feature = "gpu")]
+fn cause(error: GpuError) -> String {
+    match error {
+        GpuError::NoAdapter { reason } => format!("no GPU: {reason}"),
+        GpuError::TooSmall { name, what } => format!("the GPU {name} is too small: {what}"),
+        GpuError::NoDevice { name, reason } => format!("cannot open the GPU {name}: {reason}"),
+        other => other.to_string(),
+    }
+}
+
 /// The camera of a backend.
 #[derive(Debug)]
 pub enum Renderer {
@@ -157,6 +165,22 @@ impl Renderer {
             Self::Cpu(camera) => Some(camera),
             #[cfg(feature = "gpu")]
             Self::Gpu(_) => None,
+        }
+    }
+
+    /// Can it take pictures of this size, pixels?
+    ///
+    /// # Errors
+    /// If its GPU is too small for them.
+    #[cfg_attr(
+        not(feature = "gpu"),
+        allow(unused_variables, reason = "only GPUs have limits")
+    )]
+    pub fn check_size(&self, width: u32, height: u32) -> Result<(), Error> {
+        match self {
+            Self::Cpu(_) => Ok(()),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(camera) => camera.check_size(width, height).map_err(Error::of_stage),
         }
     }
 
