@@ -3,6 +3,7 @@
 #[cfg(feature = "gpu")]
 use nemoral_render::{Accept, Gpu, GpuCamera, GpuError, GpuParams};
 use nemoral_render::{CameraImages, CameraRenderer, RayCastCamera, SceneView, View};
+use nemoral_scene::TruthImages;
 use nemoral_seed::Key;
 
 use crate::Error;
@@ -165,6 +166,21 @@ impl Renderer {
             Self::Cpu(camera) => Some(camera),
             #[cfg(feature = "gpu")]
             Self::Gpu(_) => None,
+        }
+    }
+
+    /// What is exactly at each pixel's centre, without colour.
+    ///
+    /// # Errors
+    /// If the view is impossible, or the GPU failed.
+    pub fn truth(&self, scene: &SceneView<'_>, view: &View) -> Result<TruthImages, Error> {
+        match self {
+            Self::Cpu(camera) => camera.truth(scene, view).map_err(Error::of_stage),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(camera) => {
+                let drawn = camera.draw(scene, view).map_err(Error::of_stage)?;
+                Ok(drawn.truth)
+            }
         }
     }
 
