@@ -107,7 +107,10 @@ impl Backend {
     /// The same, using at most so much memory of a GPU, MiB, for each renderer: cameras that differ in
     /// look, samples or radiance have one each.
     #[must_use]
-    #[cfg_attr(not(feature = "gpu"), allow(unused_variables))]
+    #[cfg_attr(
+        not(feature = "gpu"),
+        allow(unused_variables, reason = "only GPUs have memory of their own")
+    )]
     pub fn with_gpu_memory(self, limit_mib: u32) -> Self {
         match self {
             Self::Cpu => Self::Cpu,

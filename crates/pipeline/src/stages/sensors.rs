@@ -355,7 +355,6 @@ impl CameraStage {
                     blur_samples: camera.shutter.samples,
                     max_range_m,
                     keep_linear: camera.radiance,
-                    ..RayCastParams::default()
                 };
                 let camera = RayCastCamera::new(params, lighting).map_err(Error::of_stage)?;
                 Renderer::Cpu(Box::new(camera))
