@@ -1,6 +1,7 @@
-//! What pictures cost: by density, resolution, quality and renderer, and what each further truth costs on
-//! top. Files are not written. Processor time is the cost; the wall's clock also tells of what else the
-//! machine does.
+//! What pictures cost: by density, resolution, quality and renderer; what of it is the truth (class,
+//! instance, depth and normals, all of one hit) and of that the casting; and what each further truth
+//! costs on top. Files are not written. Processor time is the cost; the wall's clock also tells of what
+//! else the machine does.
 //!
 //! `cargo bench -p nemoral-benches [--features gpu] --bench cameras -- [cpu|gpu|auto] [TIMES] [PART OF A NAME] [KEY=VALUE ...]`
 #![allow(clippy::print_stdout, reason = "a report for its user")]
@@ -11,6 +12,10 @@ use cpu_time::ProcessTime;
 use nemoral_benches::settings;
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{Backend, BackendChoice, Error, ForestPlan};
+use nemoral_render::{OpenSky, SceneView, View};
+use nemoral_scene::Ray;
+use nemoral_scene::glam::DVec2;
+use rayon::prelude::*;
 
 const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
 
@@ -50,6 +55,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wanted = words.next().unwrap_or_default();
     let (backend, note) = Backend::resolve(choice)?;
     println!("{note}\nbest and median of {times}, seconds: wall; processor");
+    let report = |name: &str, reset: &dyn Fn(), once: &dyn Fn() -> Result<(), Error>| {
+        once()?;
+        let (mut wall, mut processor) = (Vec::new(), Vec::new());
+        for _ in 0..times {
+            reset();
+            let (start, used) = (Instant::now(), ProcessTime::now());
+            once()?;
+            wall.push(start.elapsed().as_secs_f64());
+            processor.push(used.elapsed().as_secs_f64());
+        }
+        let of = |mut seconds: Vec<f64>| {
+            seconds.sort_by(f64::total_cmp);
+            format!("{:.2} {:.2}", seconds[0], seconds[times / 2])
+        };
+        println!("{name}: {}; {}", of(wall), of(processor));
+        Ok::<_, Error>(())
+    };
     // A wood is grown once: what does not change is found in the store.
     let store = Store::unlimited();
     let cost = |preset: &str, named: &str, asked: &[String]| {
@@ -65,20 +87,43 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             runner.get(forest.images, 0)?;
             runner.get(forest.extra, 0).map(drop)
         };
-        once()?;
-        let (mut wall, mut processor) = (Vec::new(), Vec::new());
-        for _ in 0..times {
-            store.retain(|id, _| id != "frame.images" && id != "frame.extra");
-            let (start, used) = (Instant::now(), ProcessTime::now());
-            once()?;
-            wall.push(start.elapsed().as_secs_f64());
-            processor.push(used.elapsed().as_secs_f64());
+        let reset = || store.retain(|id, _| id != "frame.images" && id != "frame.extra");
+        report(&name, &reset, &once)
+    };
+    // What of a picture is its truth, and of that the casting of the rays through the pixels' centres.
+    let truth = |preset: &str, named: &str, asked: &[String]| {
+        let [alone, rays] =
+            ["truth alone", "primary rays alone"].map(|what| format!("{preset}, {named}, {what}"));
+        if ![&alone, &rays].iter().any(|name| name.contains(&wanted)) {
+            return Ok(());
         }
-        let of = |mut seconds: Vec<f64>| {
-            seconds.sort_by(f64::total_cmp);
-            format!("{:.2} {:.2}", seconds[0], seconds[times / 2])
+        let asked = [asked, &keys].concat();
+        let config = settings(preset, &asked)?;
+        let range_m = config.chunks.visible_radius_m as f32;
+        let forest = ForestPlan::on(&config, backend.clone())?;
+        let threads = std::thread::available_parallelism().map_or(1, Into::into);
+        let runner = Runner::new(forest.plan(), &store, threads);
+        let rig = &runner.get(forest.cameras, ())?[0];
+        let (pose, scene) = (runner.get(forest.pose, 0)?, runner.get(forest.scene, 0)?);
+        let assets = runner.get(forest.assets, ())?;
+        let body = pose.track.relative_to(scene.origin_m).middle();
+        let view = View::new(rig.intrinsics, body * rig.body_from_camera);
+        let seen = SceneView {
+            caster: &*scene.caster,
+            materials: &assets.library.materials,
+            sky_visibility: &OpenSky,
         };
-        println!("{name}: {}; {}", of(wall), of(processor));
+        if alone.contains(&wanted) {
+            let once = || rig.renderer.truth(&seen, &view).map(drop);
+            report(&alone, &|| (), &once)?;
+        }
+        // A GPU casts none.
+        if rig.renderer.ray_cast().is_some() && rays.contains(&wanted) {
+            report(&rays, &|| (), &|| {
+                cast(&seen, &view, range_m);
+                Ok(())
+            })?;
+        }
         Ok::<_, Error>(())
     };
     for preset in nemoral_benches::DENSITIES {
@@ -94,9 +139,38 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
+    for [width, height] in RESOLUTIONS {
+        let asked = [
+            format!("camera.width_px={width}"),
+            format!("camera.height_px={height}"),
+        ];
+        truth("medium", &format!("{width} x {height}"), &asked)?;
+    }
     for (named, asked) in FURTHER {
         let asked: Vec<String> = asked.iter().map(|s| (*s).to_owned()).collect();
         cost("medium", &format!("1280 x 720, draft, {named}"), &asked)?;
     }
     Ok(())
+}
+
+/// Casts the rays through the pixels' centres in batches like the ray-cast camera's.
+fn cast(scene: &SceneView<'_>, view: &View, range_m: f32) {
+    const BLOCK: [u32; 2] = [256, 16];
+    let [width, height] = [view.intrinsics.width, view.intrinsics.height];
+    let corners: Vec<[u32; 2]> = (0..height)
+        .step_by(BLOCK[1] as usize)
+        .flat_map(|y| (0..width).step_by(BLOCK[0] as usize).map(move |x| [x, y]))
+        .collect();
+    corners.into_par_iter().for_each(|[left, top]| {
+        let rows = top..height.min(top + BLOCK[1]);
+        let columns = left..width.min(left + BLOCK[0]);
+        let centres = rows.flat_map(|y| {
+            let centre = move |x: u32| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            columns.clone().map(centre)
+        });
+        let rays: Vec<Ray> = centres.map(|at| view.ray(at, range_m)).collect();
+        let mut hits = vec![None; rays.len()];
+        scene.caster.closest_hits(&rays, &mut hits);
+        std::hint::black_box(hits);
+    });
 }

@@ -74,7 +74,7 @@ impl Grown {
             let rig = &rigs[0];
             rig.scanner.scan(
                 rig.scanner.first_pulse_at(pose.time_s),
-                &scene.forest,
+                &*scene.caster,
                 &assets.library.materials,
                 &|offset_s| track.at(offset_s) * rig.body_from_lidar,
                 &rig.noise,

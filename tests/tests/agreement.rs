@@ -78,7 +78,7 @@ impl Frame {
         shift: DVec2,
     ) -> impl Iterator<Item = (&'a LidarPoint, Seen)> {
         let scene = SceneView {
-            caster: &self.scene.forest,
+            caster: &*self.scene.caster,
             materials: &self.assets.library.materials,
             sky_visibility: &OpenSky,
         };
@@ -225,7 +225,7 @@ fn images_are_made_of_the_same_answers() {
     let runner = WORLD.runner(2);
     let images = &runner.get(WORLD.forest.images, 1).expect("images")[0];
     let scene = SceneView {
-        caster: &frame.scene.forest,
+        caster: &*frame.scene.caster,
         materials: &frame.assets.library.materials,
         sky_visibility: &OpenSky,
     };

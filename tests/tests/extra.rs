@@ -9,7 +9,7 @@ use nemoral_pipeline::stages::frame::FrameScene;
 use nemoral_pipeline::stages::sensors::CameraRig;
 use nemoral_render::{CameraImages, OpenSky, SceneView, View};
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ExtraTruth, Hit, ObjectId, Ontology, PixelBox, Ray, RayCaster, Semantic};
+use nemoral_scene::{ExtraTruth, Hit, ObjectId, Ontology, PixelBox, Ray, Semantic};
 use nemoral_tests::World;
 
 static WORLD: LazyLock<World> = LazyLock::new(|| {
@@ -68,7 +68,7 @@ impl Seen {
 
     /// Every surface on a ray, the nearest first, until `stop` says it is enough.
     fn walk(&self, mut ray: Ray, mut stop: impl FnMut(&Hit) -> bool) {
-        while let Some(hit) = self.scene.forest.closest_hit(&ray) {
+        while let Some(hit) = self.scene.caster.closest_hit(&ray) {
             if stop(&hit) {
                 return;
             }
@@ -116,7 +116,7 @@ fn flow_leads_to_the_same_surface_in_the_next_frame() {
     let flow = seen.extra[0].flow.as_ref().expect("asked for");
     let truth = &seen.images[0].truth;
     let scene = SceneView {
-        caster: &seen.scene.forest,
+        caster: &*seen.scene.caster,
         materials: &seen.assets.library.materials,
         sky_visibility: &OpenSky,
     };

@@ -503,7 +503,7 @@ impl Frame {
 
     fn scene(&self) -> SceneView<'_> {
         SceneView {
-            caster: &self.scene.forest,
+            caster: &*self.scene.caster,
             materials: &self.assets.library.materials,
             sky_visibility: &OpenSky,
         }

@@ -59,7 +59,7 @@ struct Compared {
 /// Takes every pixel of `a` to where it is, and casts there from `b`, at the exact image position.
 fn compare(frame: &Frame, a: &Eye<'_>, b: &Eye<'_>) -> Compared {
     let scene = SceneView {
-        caster: &frame.scene.forest,
+        caster: &*frame.scene.caster,
         materials: &frame.assets.library.materials,
         sky_visibility: &OpenSky,
     };

@@ -60,7 +60,7 @@ impl World {
         }
         Ok(Self {
             name: "medium",
-            groups: scene.forest.groups().to_vec(),
+            groups: scene.groups.clone(),
             materials: runner
                 .get(grown.forest.assets, ())?
                 .library

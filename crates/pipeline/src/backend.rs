@@ -3,6 +3,7 @@
 #[cfg(feature = "gpu")]
 use nemoral_render::{Accept, Gpu, GpuCamera, GpuError, GpuParams};
 use nemoral_render::{CameraImages, CameraRenderer, RayCastCamera, SceneView, View};
+use nemoral_scene::TruthImages;
 use nemoral_seed::Key;
 
 use crate::Error;
@@ -82,10 +83,7 @@ impl Backend {
             }
             BackendChoice::Auto => Ok(match Gpu::open(Accept::Hardware) {
                 Ok(gpu) => on(gpu, ""),
-                Err(GpuError::NoAdapter { reason }) => {
-                    (Self::Cpu, format!("renderer: the CPU (no GPU: {reason})"))
-                }
-                Err(e) => (Self::Cpu, format!("renderer: the CPU ({e})")),
+                Err(e) => (Self::Cpu, format!("renderer: the CPU ({})", cause(e))),
             }),
         }
     }
@@ -109,7 +107,10 @@ impl Backend {
     /// The same, using at most so much memory of a GPU, MiB, for each renderer: cameras that differ in
     /// look, samples or radiance have one each.
     #[must_use]
-    #[cfg_attr(not(feature = "gpu"), allow(unused_variables))]
+    #[cfg_attr(
+        not(feature = "gpu"),
+        allow(unused_variables, reason = "only GPUs have memory of their own")
+    )]
     pub fn with_gpu_memory(self, limit_mib: u32) -> Self {
         match self {
             Self::Cpu => Self::Cpu,
@@ -139,6 +140,17 @@ impl Backend {
     }
 }
 
+/// Why there is no GPU, without the advice for who insists on one.
+#[cfg(feature = "gpu")]
+fn cause(error: GpuError) -> String {
+    match error {
+        GpuError::NoAdapter { reason } => format!("no GPU: {reason}"),
+        GpuError::TooSmall { name, what } => format!("the GPU {name} is too small: {what}"),
+        GpuError::NoDevice { name, reason } => format!("cannot open the GPU {name}: {reason}"),
+        other => other.to_string(),
+    }
+}
+
 /// The camera of a backend.
 #[derive(Debug)]
 pub enum Renderer {
@@ -157,6 +169,37 @@ impl Renderer {
             Self::Cpu(camera) => Some(camera),
             #[cfg(feature = "gpu")]
             Self::Gpu(_) => None,
+        }
+    }
+
+    /// What is exactly at each pixel's centre, without colour.
+    ///
+    /// # Errors
+    /// If the view is impossible, or the GPU failed.
+    pub fn truth(&self, scene: &SceneView<'_>, view: &View) -> Result<TruthImages, Error> {
+        match self {
+            Self::Cpu(camera) => camera.truth(scene, view).map_err(Error::of_stage),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(camera) => {
+                let drawn = camera.draw(scene, view).map_err(Error::of_stage)?;
+                Ok(drawn.truth)
+            }
+        }
+    }
+
+    /// Can it take pictures of this size, pixels?
+    ///
+    /// # Errors
+    /// If its GPU is too small for them.
+    #[cfg_attr(
+        not(feature = "gpu"),
+        allow(unused_variables, reason = "only GPUs have limits")
+    )]
+    pub fn check_size(&self, width: u32, height: u32) -> Result<(), Error> {
+        match self {
+            Self::Cpu(_) => Ok(()),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(camera) => camera.check_size(width, height).map_err(Error::of_stage),
         }
     }
 

@@ -143,7 +143,7 @@ impl Maps {
 
 /// A map of one value. That its memory is touched for the first time costs more than to write it: all
 /// threads share that.
-fn filled<T: Copy + Send + Sync>(value: T, n: usize) -> Vec<T> {
+pub(crate) fn filled<T: Copy + Send + Sync>(value: T, n: usize) -> Vec<T> {
     let mut map = Vec::new();
     rayon::iter::repeat_n(value, n)
         .with_min_len(1 << 16)

@@ -1,5 +1,7 @@
 //! The camera that casts rays.
 
+mod truth;
+
 use glam::{DVec2, Vec3};
 use nemoral_scene::{Hit, ObjectId, Ray, RayCaster, Semantic};
 use nemoral_seed::{Draw, Key, Rng, Stage};

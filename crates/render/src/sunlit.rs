@@ -195,7 +195,7 @@ mod tests {
             for (i, (object, depth, normal, lit, sun)) in pixels.into_iter().enumerate() {
                 maps.object[i] = ObjectId::new(ChunkCoord::new(object as i32, 0), 1).unwrap();
                 maps.depth_m[i] = 10.0 + 0.2 * f32::from(depth);
-                maps.normal[i] = [Vec3::Z, Vec3::new(0.6, 0.0, 0.8).normalize(), Vec3::X][normal];
+                maps.normal[i] = [Vec3::Z, Vec3::new(0.6, 0.0, 0.8).normalize_or(Vec3::Z), Vec3::X][normal];
                 maps.lit[i] = lit;
                 maps.sun[i] = Vec3::splat(f32::from(sun.min(1)));
             }

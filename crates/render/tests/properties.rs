@@ -136,6 +136,8 @@ fn images_hold_the_truth_of_pixel_centres() {
     );
     let camera = renderer(plain(), Lighting::uniform(Vec3::ONE));
     let images = camera.render(&world.view(), &view, KEY).expect("renders");
+    let alone = camera.truth(&world.view(), &view).expect("casts");
+    assert_eq!(alone, images.truth);
     let mut classes = std::collections::BTreeSet::new();
     for (row, column) in (0..41).flat_map(|r| (0..67).map(move |c| (r, c))) {
         let centre = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);

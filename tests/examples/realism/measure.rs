@@ -9,7 +9,7 @@ use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, RayCaster, Semantic, Surface, TreeRecord};
+use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, Semantic, Surface, TreeRecord};
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::World;
 use nemoral_tests::realism::{
@@ -266,7 +266,7 @@ fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
         };
         let rays: Vec<Ray> = (0..PULSES).map(|_| pulse()).collect();
         let mut hits = vec![None; rays.len()];
-        scene.forest.closest_hits(&rays, &mut hits);
+        scene.caster.closest_hits(&rays, &mut hits);
         for (ray, hit) in rays.iter().zip(hits) {
             let Some(hit) = hit else { continue };
             let at = scene.origin_m + ray.at(hit.distance_m).as_dvec3();

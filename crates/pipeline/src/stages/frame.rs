@@ -1,12 +1,13 @@
 //! A frame: where the robot is, what it sees there, and what its sensors make of it.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
-use nemoral_raycast::Forest;
+use nemoral_raycast::{Forest, Group};
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, LidarPoint, RigidTransform, Twist};
+use nemoral_scene::{ChunkCoord, LidarPoint, RayCaster, RigidTransform, Twist};
 use nemoral_seed::{Key, Stage as Purpose};
 
 use super::assets::WorldAssets;
@@ -129,14 +130,23 @@ impl Stage for PoseStage {
 }
 
 /// What is visible from a frame, around the corner of the robot's chunk.
-#[derive(Debug)]
 pub struct FrameScene {
-    /// What rays are cast at.
-    pub forest: Forest,
+    /// What rays are cast at. Sensors know no more of it, and hand it batches.
+    pub caster: Arc<dyn RayCaster + Send + Sync>,
+    /// What it is made of, each with its offset in the scene: any other caster would be, too.
+    pub groups: Vec<(Vec3, Arc<Group>)>,
     /// Where the scene's origin is in the world.
     pub origin_m: DVec3,
     chunk_size_m: f64,
     openness: BTreeMap<ChunkCoord, Arc<Openness>>,
+}
+
+impl fmt::Debug for FrameScene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FrameScene")
+            .field("origin_m", &self.origin_m)
+            .finish_non_exhaustive()
+    }
 }
 
 impl FrameScene {
@@ -221,7 +231,8 @@ impl Stage for SceneStage {
             .zip(openness.all(&visible)?)
             .collect();
         Ok(FrameScene {
-            forest: Forest::new(groups),
+            caster: Arc::new(Forest::new(groups.clone())),
+            groups,
             origin_m: pose.chunk.origin_m(size).extend(0.0),
             chunk_size_m: size,
             openness,
@@ -261,7 +272,7 @@ impl Stage for ImageStage {
         let scene_from_body = pose.track.relative_to(scene.origin_m).middle();
         let openness = |p: Vec3| scene.openness(p);
         let seen = SceneView {
-            caster: &scene.forest,
+            caster: &*scene.caster,
             materials: &assets.library.materials,
             sky_visibility: &openness,
         };
@@ -316,7 +327,7 @@ impl Stage for ScanStage {
             let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
             rig.scanner.scan(
                 rig.scanner.first_pulse_at(pose.time_s),
-                &scene.forest,
+                &*scene.caster,
                 &assets.library.materials,
                 &scene_from_lidar,
                 &rig.noise,

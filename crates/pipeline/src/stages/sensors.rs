@@ -316,6 +316,8 @@ impl Stage for CameraStage {
                 Some(before) => Arc::clone(&rigs[before].renderer),
                 None => Arc::new(self.renderer(camera, lighting.clone())?),
             };
+            // Before the first picture, and so before anything is written.
+            renderer.check_size(camera.width_px, camera.height_px)?;
             let name = config::sensor_name(path);
             let serial = world.stage(SPECIMEN).stage(Purpose::new(name));
             rigs.push(CameraRig {
@@ -353,7 +355,6 @@ impl CameraStage {
                     blur_samples: camera.shutter.samples,
                     max_range_m,
                     keep_linear: camera.radiance,
-                    ..RayCastParams::default()
                 };
                 let camera = RayCastCamera::new(params, lighting).map_err(Error::of_stage)?;
                 Renderer::Cpu(Box::new(camera))

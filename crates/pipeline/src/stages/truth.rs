@@ -238,7 +238,7 @@ impl Stage for ExtraStage {
         let of = |(rig, images): (&CameraRig, &CameraImages)| {
             let (truth, seen) = (&images.truth, view(rig, body));
             let flow = rig.extra.flow.then(|| match next {
-                Some(next) => optical_flow(&scene.forest, truth, &seen, &view(rig, next)),
+                Some(next) => optical_flow(&*scene.caster, truth, &seen, &view(rig, next)),
                 // The path ends here.
                 None => truth.depth_m.map(|_| None),
             });

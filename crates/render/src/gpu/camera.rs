@@ -163,6 +163,15 @@ impl GpuCamera {
         &self.gpu
     }
 
+    /// Can it draw pictures of this size, pixels? Every picture asks; who asks before the first knows
+    /// sooner.
+    ///
+    /// # Errors
+    /// If the GPU is too small for them.
+    pub fn check_size(&self, width: u32, height: u32) -> Result<(), GpuError> {
+        self.gpu.check_size([width, height])
+    }
+
     /// Draws this pass too from now on, by [`draw`](Self::draw).
     ///
     /// # Errors

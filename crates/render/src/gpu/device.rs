@@ -1,9 +1,11 @@
 //! Finding and opening a GPU.
 
+use std::any::Any;
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::GpuError;
+use super::{GpuError, needs};
 
 /// Which GPUs will do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +38,22 @@ impl fmt::Debug for Gpu {
     }
 }
 
-/// What a shader stage sees of storage buffers: the lit pass's fragments do.
-const STORAGE_BUFFERS: u32 = 8;
+impl Inner {
+    /// A lock that a panic left is whole: every change is one statement.
+    fn failure(&self) -> MutexGuard<'_, Option<GpuError>> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Inner {
+    /// wgpu panics when the queue of a lost GPU is dropped with work in it. So it is not: the
+    /// process has nothing left to do with it but to say so and end.
+    fn drop(&mut self) {
+        if matches!(&*self.failure(), Some(GpuError::Lost { .. })) {
+            std::mem::forget(self.queue.clone());
+        }
+    }
+}
 
 impl Gpu {
     /// Opens the best GPU there is: discrete before integrated, Vulkan, Metal or DirectX before GL.
@@ -81,35 +97,16 @@ impl Gpu {
     }
 
     fn open_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
-        let info = adapter.get_info();
-        let (limits, features) = (adapter.limits(), adapter.features());
-        let small = |what: String| GpuError::TooSmall {
-            name: info.name.clone(),
-            what,
-        };
+        let name = adapter.get_info().name;
         let flags = adapter.get_downlevel_capabilities().flags;
-        use wgpu::DownlevelFlags as Able;
-        if !flags.contains(Able::VERTEX_STORAGE | Able::FRAGMENT_STORAGE) {
-            return Err(small("its shaders cannot read storage buffers".to_owned()));
-        }
-        if !flags.contains(Able::COMPUTE_SHADERS | Able::INDIRECT_EXECUTION) {
-            let what = "it cannot compute what it draws".to_owned();
-            return Err(small(what));
-        }
-        if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
-            return Err(small(format!(
-                "a shader reads {} storage buffers, {STORAGE_BUFFERS} are needed",
-                limits.max_storage_buffers_per_shader_stage
-            )));
-        }
-        const MIB: u64 = 1 << 20;
-        if limits.max_storage_buffer_binding_size < 64 * MIB {
-            return Err(small(format!(
-                "a shader sees {} MiB of a buffer, 64 MiB are needed",
-                limits.max_storage_buffer_binding_size / MIB
-            )));
-        }
-        let wanted = features & wgpu::Features::INDIRECT_FIRST_INSTANCE;
+        let limits = adapter.limits();
+        needs::check(&name, flags, &limits)?;
+        Self::request(adapter, limits)
+    }
+
+    fn request(adapter: &wgpu::Adapter, limits: wgpu::Limits) -> Result<Self, GpuError> {
+        let info = adapter.get_info();
+        let wanted = adapter.features() & wgpu::Features::INDIRECT_FIRST_INSTANCE;
         let starts_anywhere = !wanted.is_empty();
         let descriptor = wgpu::DeviceDescriptor {
             required_features: wanted,
@@ -135,10 +132,12 @@ impl Gpu {
         }));
         let kept = Arc::clone(&failure);
         device.set_device_lost_callback(move |why, reason| {
-            // Dropping the last handle is no loss.
-            if why != wgpu::DeviceLostReason::Destroyed {
-                first(&kept, GpuError::Lost { reason });
-            }
+            let reason = if reason.is_empty() {
+                format!("{why:?}")
+            } else {
+                reason
+            };
+            first(&kept, GpuError::Lost { reason });
         });
         let inner = Inner {
             device,
@@ -195,11 +194,7 @@ impl Gpu {
     /// # Errors
     /// What has gone wrong since the GPU was opened. A lost GPU stays lost.
     pub(crate) fn check(&self) -> Result<(), GpuError> {
-        let mut slot = self
-            .inner
-            .failure
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut slot = self.inner.failure();
         match &*slot {
             None => Ok(()),
             Some(lost @ GpuError::Lost { .. }) => Err(lost.clone()),
@@ -213,12 +208,45 @@ impl Gpu {
             submission_index: Some(submission),
             timeout: None,
         };
-        let polled = self.inner.device.poll(wait);
+        let polled = survived(|| self.inner.device.poll(wait));
+        // What the driver said is better than that waiting failed.
         self.check()?;
-        polled.map(drop).map_err(|e| GpuError::Lost {
-            reason: e.to_string(),
-        })
+        polled
     }
+
+    /// # Errors
+    /// If pictures of this size, pixels, are too large.
+    pub(crate) fn check_size(&self, size: [u32; 2]) -> Result<(), GpuError> {
+        needs::check_size(&self.name(), size, &self.inner.device.limits())
+    }
+
+    /// Loses the GPU, as if its driver had failed once all that was asked for is done.
+    #[cfg(test)]
+    pub(crate) fn lose(&self) {
+        self.inner.device.destroy();
+        let polled = self.inner.device.poll(wgpu::PollType::wait_indefinitely());
+        polled.expect("it waits for what was asked for");
+    }
+}
+
+/// Waits. Of a GPU that is lost meanwhile wgpu tells by a panic, when it has locked nothing and told
+/// the callback: an error like others.
+fn survived(
+    poll: impl FnOnce() -> Result<wgpu::PollStatus, wgpu::PollError>,
+) -> Result<(), GpuError> {
+    let reason = match catch_unwind(AssertUnwindSafe(poll)) {
+        Ok(Ok(_)) => return Ok(()),
+        Ok(Err(e)) => e.to_string(),
+        Err(panic) => words(&*panic),
+    };
+    Err(GpuError::Lost { reason })
+}
+
+/// What a panic said.
+fn words(panic: &(dyn Any + Send)) -> String {
+    let literal = panic.downcast_ref::<&str>().copied();
+    let said = literal.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    said.unwrap_or("waiting for it failed").to_owned()
 }
 
 /// Could there be a GPU? Asking its drivers costs a third of a second, and they talk to the standard
@@ -266,3 +294,6 @@ fn rank(info: &wgpu::AdapterInfo) -> (u8, u8) {
     };
     (kind, u8::from(info.backend == wgpu::Backend::Gl))
 }
+
+#[cfg(test)]
+mod tests;

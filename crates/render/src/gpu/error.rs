@@ -16,7 +16,10 @@ pub enum GpuError {
         reason: String,
     },
     /// The GPU is there and cannot do what is needed.
-    #[error("the GPU {name} is too small: {what}")]
+    #[error(
+        "the GPU {name} is too small: {what}. Use the CPU (--backend cpu) or another GPU \
+         (WGPU_ADAPTER_NAME, a part of its name)"
+    )]
     TooSmall {
         /// The GPU.
         name: String,
@@ -24,7 +27,10 @@ pub enum GpuError {
         what: String,
     },
     /// The driver refused to open the GPU.
-    #[error("cannot open the GPU {name}: {reason}")]
+    #[error(
+        "cannot open the GPU {name}: {reason}. Use the CPU (--backend cpu), or end other programs \
+         that use the GPU"
+    )]
     NoDevice {
         /// The GPU.
         name: String,
@@ -43,7 +49,13 @@ pub enum GpuError {
         allowed_mib: u64,
     },
     /// The GPU went away: reset, unplugged, or its driver crashed.
-    #[error("the GPU was lost: {reason}")]
+    ///
+    /// A data set keeps the renderer that it began with, so the CPU is no way to go on.
+    #[error(
+        "the GPU was lost: {reason}. It was reset or unplugged, or its driver failed. The frames of a \
+         data set that are written are whole: go on with --resume when the GPU answers again, or begin \
+         anew on the CPU (--backend cpu with --overwrite or another --out)"
+    )]
     Lost {
         /// What the driver said.
         reason: String,

@@ -21,6 +21,7 @@ mod frame;
 mod herd;
 mod lit;
 mod materials;
+mod needs;
 mod pages;
 mod pass;
 mod pipeline;

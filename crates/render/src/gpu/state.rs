@@ -113,16 +113,7 @@ impl State {
     pub(crate) fn hold_targets(&mut self, gpu: &Gpu, view: &View) -> Result<(), GpuError> {
         let size = [view.intrinsics.width, view.intrinsics.height];
         if self.targets.as_ref().is_none_or(|t| t.size != size) {
-            let limit = gpu.device().limits().max_texture_dimension_2d;
-            if size[0].max(size[1]) > limit {
-                return Err(GpuError::TooSmall {
-                    name: gpu.name(),
-                    what: format!(
-                        "it draws {limit} x {limit} pixels, {} x {} are asked for",
-                        size[0], size[1]
-                    ),
-                });
-            }
+            gpu.check_size(size)?;
             // The old ones first: both need not fit.
             self.targets = None;
             self.targets = Some(Targets::new(gpu, size)?);
