@@ -154,9 +154,13 @@ pub fn object_boxes<C: RayCaster>(
         alone(i).are_occluded(&rays, &mut met);
         let (mut count, mut whole) = (0, PixelBox::EMPTY);
         let of_row = range.right - range.left;
-        for (i, _) in (0..).zip(&met).filter(|(_, met)| **met) {
-            count += 1;
-            whole = whole.with(range.left + i % of_row, range.top + i / of_row);
+        for (i, met) in (0..).zip(met) {
+            let (x, y) = (range.left + i % of_row, range.top + i / of_row);
+            // What is seen is there: a GPU's border may lie a pixel beside that of the rays.
+            if met || *truth.object.at(x as usize, y as usize) == c.object {
+                count += 1;
+                whole = whole.with(x, y);
+            }
         }
         let (visible_px, visible) = seen.get(&c.object).map_or((0, None), |s| (s.0, Some(s.1)));
         let camera_from_box = camera_from_scene * c.scene_from_box;
@@ -233,4 +237,54 @@ fn bounds_in_image(c: &Candidate, view: &View) -> Option<PixelBox> {
 
 fn centre(column: usize, row: usize) -> DVec2 {
     DVec2::new(column as f64 + 0.5, row as f64 + 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use nemoral_scene::{ChunkCoord, Hit, Intrinsics, Semantic};
+
+    use super::*;
+
+    /// Half a world, to the right of the plane through the lens.
+    struct Right;
+
+    impl RayCaster for Right {
+        fn closest_hit(&self, _: &Ray) -> Option<Hit> {
+            unreachable!("boxes ask only whether something is there")
+        }
+
+        fn is_occluded(&self, ray: &Ray) -> bool {
+            ray.direction.y < 0.0
+        }
+    }
+
+    #[test]
+    fn a_box_holds_what_the_picture_shows_beside_the_rays() {
+        let object = ObjectId::new(ChunkCoord::new(0, 0), 1).expect("in range");
+        let view = View::new(
+            Intrinsics::from_fov(8, 4, 1.0).expect("valid"),
+            RigidTransform::body_from_optical(),
+        );
+        let thing = Candidate {
+            object,
+            kind: ObjectKind::Tree,
+            scene_from_box: RigidTransform::from_xyz_rpy(DVec3::X * 5.0, 0.0, 0.0, 0.0),
+            size_m: DVec3::splat(20.0),
+        };
+        // The picture's border lies a pixel to the left of the middle in one of the rows.
+        let shown = |i: usize| if i == 11 { object } else { ObjectId::NONE };
+        let all = |i: f32| Image::new(8, 4, vec![i; 32]);
+        let truth = TruthImages {
+            semantic: all(0.0).map(|_| Semantic::Stem),
+            object: Image::new(8, 4, (0..32).map(shown).collect()),
+            depth_m: all(1.0),
+            normal: all(0.0).map(|_| Vec3::Z),
+        };
+        let ground_m = all(9.0).map(|far| (*far, ObjectId::NONE));
+        let boxes = object_boxes(&[thing], |_| Right, &ground_m, &truth, &view, 9.0);
+        let [b] = boxes[..] else { panic!("{boxes:?}") };
+        assert_eq!((b.visible_px, b.whole_px), (1, 17));
+        assert_eq!((b.whole.left, b.whole.right), (3, 8));
+    }
 }

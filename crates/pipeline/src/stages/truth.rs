@@ -6,8 +6,8 @@ use nemoral_raycast::{Blas, Forest, Group};
 use nemoral_render::{CameraImages, Candidate, View, nearest_objects, object_boxes, optical_flow};
 use nemoral_scene::glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 use nemoral_scene::{
-    ChunkCoord, ExtraTruth, Instance, MaterialId, Mesh, ObjectKind, Ontology, Prototype,
-    RigidTransform, Semantic, Twist,
+    ChunkCoord, ExtraTruth, Image, Instance, MaterialId, Mesh, ObjectId, ObjectKind, Ontology,
+    Prototype, RigidTransform, Semantic, TruthImages, Twist,
 };
 use nemoral_seed::Key;
 
@@ -161,8 +161,9 @@ impl Stage for BareStage {
 }
 
 /// Finds out what the pictures were asked for besides.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ExtraStage {
+    ontology: String,
     chunk_size_m: f64,
     visible_radius_m: f64,
     pictures_s: f64,
@@ -173,6 +174,7 @@ impl ExtraStage {
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
+            ontology: config.output.ontology.clone(),
             chunk_size_m: config.chunks.size_m,
             visible_radius_m: config.chunks.visible_radius_m,
             pictures_s: pictures_s(config),
@@ -194,9 +196,10 @@ impl Stage for ExtraStage {
     );
     type Output = Vec<ExtraTruth>;
     const ID: &'static str = "frame.extra";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_str(&self.ontology);
         hasher.write_f64(self.chunk_size_m);
         hasher.write_f64(self.visible_radius_m);
     }
@@ -235,6 +238,10 @@ impl Stage for ExtraStage {
             None
         };
         let max_range_m = self.visible_radius_m as f32;
+        let ontology = Ontology::by_name(&self.ontology)
+            .expect("the config's words are the built-in ontologies");
+        let trunk = ontology.class(Semantic::Stem).id;
+        let is_trunk = |s: Semantic| ontology.class(s).id == trunk;
         let of = |(rig, images): (&CameraRig, &CameraImages)| {
             let (truth, seen) = (&images.truth, view(rig, body));
             let flow = rig.extra.flow.then(|| match next {
@@ -243,9 +250,10 @@ impl Stage for ExtraStage {
                 None => truth.depth_m.map(|_| None),
             });
             let stripped = stripped.as_ref();
-            let trunks = stripped
-                .filter(|_| rig.extra.trunks)
-                .map(|s| nearest_objects(&s.trunks, &seen, max_range_m).map(|(_, object)| *object));
+            let trunks = stripped.filter(|_| rig.extra.trunks).map(|s| {
+                let cast = nearest_objects(&s.trunks, &seen, max_range_m);
+                with_seen(&cast.map(|(_, object)| *object), truth, is_trunk)
+            });
             let boxes = stripped.filter(|_| rig.extra.boxes).map(|s| {
                 let ground_m = nearest_objects(&s.ground, &seen, max_range_m);
                 let eye = seen.scene_from_camera.translation_m;
@@ -264,6 +272,22 @@ impl Stage for ExtraStage {
         };
         Ok(rigs.iter().zip(&*images).map(of).collect())
     }
+}
+
+/// The trunks on rays, and those that the picture shows: on a trunk's border a GPU's pixel may show what
+/// the ray just misses.
+fn with_seen(
+    cast: &Image<ObjectId>,
+    truth: &TruthImages,
+    is_trunk: impl Fn(Semantic) -> bool,
+) -> Image<ObjectId> {
+    let seen = truth.semantic.pixels().iter().zip(truth.object.pixels());
+    let pixels = cast.pixels().iter().zip(seen);
+    let pixels = pixels.map(|(cast, (semantic, seen))| {
+        let shows = !seen.is_none() && is_trunk(*semantic);
+        if shows { *seen } else { *cast }
+    });
+    Image::new(cast.width(), cast.height(), pixels.collect())
 }
 
 /// A frame's scene without what hides.
@@ -367,5 +391,29 @@ impl ExtraStage {
             trunks: Forest::new(trunks),
             things,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trunk_that_is_seen_is_the_nearest() {
+        let tree = |item| ObjectId::new(ChunkCoord::new(0, 0), item).expect("in range");
+        let (none, near, far) = (ObjectId::NONE, tree(1), tree(2));
+        // The ray hits and the pixel shows, it misses, a leaf is before, a stem of nobody.
+        let cast = [near, far, far, far];
+        let shown = [near, near, near, none];
+        use Semantic::{Leaf, Stem};
+        let row = |objects: [ObjectId; 4]| Image::new(4, 1, objects.to_vec());
+        let truth = TruthImages {
+            semantic: Image::new(4, 1, vec![Stem, Stem, Leaf, Stem]),
+            object: row(shown),
+            depth_m: Image::new(4, 1, vec![1.0; 4]),
+            normal: Image::new(4, 1, vec![Vec3::Z; 4]),
+        };
+        let trunks = with_seen(&row(cast), &truth, |s| s == Stem);
+        assert_eq!(trunks, row([near, near, far, far]));
     }
 }

@@ -134,7 +134,7 @@ impl GpuCamera {
         let state = State {
             materials: None,
             herd: None,
-            shapes: Shapes::new(0),
+            shapes: Shapes::new(u64::from(params.memory_mib) << 20),
             passes: vec![truth],
             lit,
             targets: None,
@@ -236,8 +236,7 @@ impl GpuCamera {
         }
         state.hold_herd(&self.gpu, &groups, origin_m)?;
         let mut loan = Loan::new(&self.on_loan);
-        let held = state.fixed() + self.on_loan() + state.transient;
-        state.shapes.limit = self.limit().saturating_sub(held);
+        state.shapes.held = state.fixed() + self.on_loan() + state.transient;
 
         let camera = Sight::of_view(view, bend.as_ref(), origin_m, range_m.into());
         let shadows = cascades.iter().map(Cascade::sight);

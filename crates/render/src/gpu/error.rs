@@ -39,8 +39,8 @@ pub enum GpuError {
     },
     /// The scene does not fit.
     #[error(
-        "the scene needs {needed_mib} MiB on the GPU, {allowed_mib} MiB are allowed: lower \
-         chunks.visible_radius_m or use the CPU (--backend cpu)"
+        "the scene needs {needed_mib} MiB on the GPU, {allowed_mib} MiB are allowed: allow more \
+         (--gpu-memory), lower chunks.visible_radius_m or use the CPU (--backend cpu)"
     )]
     OutOfMemory {
         /// What this frame needs at least.

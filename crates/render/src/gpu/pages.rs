@@ -48,6 +48,11 @@ impl Kind {
     fn capacity(self) -> u32 {
         (PAGE_BYTES / self.stride()) as u32
     }
+
+    /// The pages that so many primitives fill.
+    pub(crate) fn bytes_of_pages(self, primitives: u64) -> u64 {
+        primitives.div_ceil(u64::from(self.capacity())) * PAGE_BYTES
+    }
 }
 
 /// Primitives side by side in a page.

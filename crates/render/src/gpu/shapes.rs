@@ -57,8 +57,10 @@ pub(crate) struct Shapes {
     shapes: BTreeMap<usize, Shape>,
     frame: u64,
     pub(crate) evicted: u64,
-    /// For pages, bytes.
+    /// For all of the camera, bytes.
     pub(crate) limit: u64,
+    /// Of it, what is not pages.
+    pub(crate) held: u64,
 }
 
 impl Shapes {
@@ -69,6 +71,7 @@ impl Shapes {
             frame: 0,
             evicted: 0,
             limit,
+            held: 0,
         }
     }
 
@@ -130,25 +133,30 @@ impl Shapes {
         layout: &wgpu::BindGroupLayout,
         kind: Kind,
         count: u32,
-        wanted: impl Iterator<Item = &'a Arc<Prototype>>,
+        wanted: impl Iterator<Item = &'a Arc<Prototype>> + Clone,
     ) -> Result<Vec<Range>, GpuError> {
         loop {
             if let Some(ranges) = self.pages.take(kind, count) {
                 return Ok(ranges);
             }
-            if self.pages.bytes() + Pages::COST <= self.limit {
+            if self.held + self.pages.bytes() + Pages::COST <= self.limit {
                 self.pages.grow(gpu, kind, layout);
                 gpu.check()?;
             } else if !self.evict_oldest() {
-                let size = |p: &Arc<Prototype>| {
-                    p.mesh().triangles.len() as u64 * Kind::Triangles.stride()
-                        + p.cards().len() as u64 * Kind::Cards.stride()
+                let count = |kind| -> u64 {
+                    let of = |p: &Arc<Prototype>| match kind {
+                        Kind::Triangles => p.mesh().triangles.len() as u64,
+                        Kind::Cards => p.cards().len() as u64,
+                    };
+                    wanted.clone().map(of).sum()
                 };
-                let needed: u64 = wanted.map(size).sum();
+                let pages = Kind::ALL.map(|kind| kind.bytes_of_pages(count(kind)));
+                let needed = self.held + pages.iter().sum::<u64>();
+                let allowed_mib = self.limit >> 20;
                 return Err(GpuError::OutOfMemory {
-                    // Half a page of each kind is lost, in the mean.
-                    needed_mib: (needed + Pages::COST).div_ceil(1 << 20),
-                    allowed_mib: self.limit >> 20,
+                    // What was drawn before may leave pages half full.
+                    needed_mib: needed.div_ceil(1 << 20).max(allowed_mib + 1),
+                    allowed_mib,
                 });
             }
         }
