@@ -81,7 +81,7 @@ fn a_wood_is_as_light_by_both_renderers() {
     let pose = runner.get(cpu.pose, 0).expect("a pose");
     let body = pose.track.relative_to(scene.origin_m).middle();
     let bare = SceneView {
-        caster: &scene.forest,
+        caster: &*scene.caster,
         materials: &assets.library.materials,
         sky_visibility: &OpenSky,
     };
