@@ -119,7 +119,13 @@ fn view() -> View {
 }
 
 fn a_camera(gpu: &Gpu) -> Result<GpuCamera, GpuError> {
-    GpuCamera::new(gpu, GpuParams::default(), Lighting::uniform(Vec3::ONE))
+    // Software draws shadow maps texel by texel.
+    let quick = GpuParams {
+        colour_samples: 1,
+        shadow_px: 256,
+        ..GpuParams::default()
+    };
+    GpuCamera::new(gpu, quick, Lighting::uniform(Vec3::ONE))
 }
 
 fn assert_lost<T>(result: Result<T, GpuError>, when: &str) {
