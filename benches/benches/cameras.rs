@@ -153,24 +153,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Casts the rays through the pixels' centres in batches like the ray-cast camera's.
+/// Casts the rays through the pixels' centres.
 fn cast(scene: &SceneView<'_>, view: &View, range_m: f32) {
-    const BLOCK: [u32; 2] = [256, 16];
     let [width, height] = [view.intrinsics.width, view.intrinsics.height];
-    let corners: Vec<[u32; 2]> = (0..height)
-        .step_by(BLOCK[1] as usize)
-        .flat_map(|y| (0..width).step_by(BLOCK[0] as usize).map(move |x| [x, y]))
-        .collect();
-    corners.into_par_iter().for_each(|[left, top]| {
-        let rows = top..height.min(top + BLOCK[1]);
-        let columns = left..width.min(left + BLOCK[0]);
-        let centres = rows.flat_map(|y| {
-            let centre = move |x: u32| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            columns.clone().map(centre)
-        });
-        let rays: Vec<Ray> = centres.map(|at| view.ray(at, range_m)).collect();
-        let mut hits = vec![None; rays.len()];
-        scene.caster.closest_hits(&rays, &mut hits);
-        std::hint::black_box(hits);
-    });
+    let centre = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
+    let pixels = (0..width * height).into_par_iter();
+    let rays: Vec<Ray> = pixels.map(|i| view.ray(centre(i), range_m)).collect();
+    let mut hits = vec![None; rays.len()];
+    scene.caster.closest_hits(&rays, &mut hits);
+    std::hint::black_box(hits);
 }

@@ -5,9 +5,9 @@
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_render::CameraImages;
-use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Image, Semantic};
 use nemoral_tests::config;
+use nemoral_tests::realism::{luminance, luminance_of_light};
 
 const WIDTH: usize = 320;
 const HEIGHT: usize = 180;
@@ -15,8 +15,15 @@ const HEIGHT: usize = 180;
 const FLOOR: [Semantic; 3] = [Semantic::Litter, Semantic::GroundMoss, Semantic::Soil];
 const WOOD: [Semantic; 3] = [Semantic::Stem, Semantic::Limb, Semantic::RootFlare];
 
+/// A picture, and its luminance as it is shown and as it was.
+struct Taken {
+    images: CameraImages,
+    shown: Image<f64>,
+    scene: Image<f64>,
+}
+
 /// The same views of a spruce stand by each look.
-fn taken(store: &Store, look: &str) -> Vec<CameraImages> {
+fn taken(store: &Store, look: &str) -> Vec<Taken> {
     let settings = [
         "assets.individuals=1",
         "chunks.visible_radius_m=60",
@@ -32,50 +39,39 @@ fn taken(store: &Store, look: &str) -> Vec<CameraImages> {
     let forest = ForestPlan::new(&config("spruce", &settings)).expect("a plan");
     store.retain(|stage, _| stage != "frame.images" && stage != "world.cameras");
     let runner = Runner::new(forest.plan(), store, 2);
-    let images = |frame: u64| runner.get(forest.images, frame).expect("pictures")[0].clone();
-    [0, 40, 80].map(images).to_vec()
+    let take = |frame: u64| {
+        let images = runner.get(forest.images, frame).expect("pictures")[0].clone();
+        Taken {
+            shown: luminance(&images.rgb),
+            scene: luminance_of_light(images.linear.as_ref().expect("asked for"), images.ev100),
+            images,
+        }
+    };
+    [0, 40, 80].into_iter().map(take).collect()
 }
 
-/// An sRGB code value as light, 0..=1.
-fn light(code: u8) -> f32 {
-    let x = f32::from(code) / 255.0;
-    if x <= 0.04045 {
-        x / 12.92
-    } else {
-        ((x + 0.055) / 1.055).powf(2.4)
-    }
-}
-
-fn luminance(c: Vec3) -> f32 {
-    c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-}
-
-fn shown(rgb: [u8; 3]) -> f32 {
-    luminance(Vec3::from_array(rgb.map(light)))
-}
-
-fn median(mut values: Vec<f32>) -> f32 {
+fn median(mut values: Vec<f64>) -> f64 {
     assert!(values.len() > 50, "{} pixels", values.len());
     let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-fn mean(values: &[f32]) -> f32 {
+fn mean(values: &[f64]) -> f64 {
     assert!(values.len() > 50, "{} pixels", values.len());
-    values.iter().sum::<f32>() / values.len() as f32
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The light of all pixels of which something holds, as pictures have it.
+/// What pictures have at all pixels of which something holds.
 fn of(
-    pictures: &[CameraImages],
-    light: impl Fn(&CameraImages, usize) -> f32,
+    pictures: &[Taken],
+    value: impl Fn(&Taken, usize) -> f64,
     holds: impl Fn(&Image<Semantic>, usize) -> bool,
-) -> Vec<f32> {
+) -> Vec<f64> {
     let mut values = Vec::new();
-    for images in pictures {
-        let semantic = &images.truth.semantic;
+    for taken in pictures {
+        let semantic = &taken.images.truth.semantic;
         let pixels = (0..WIDTH * HEIGHT).filter(|&i| holds(semantic, i));
-        values.extend(pixels.map(|i| light(images, i)));
+        values.extend(pixels.map(|i| value(taken, i)));
     }
     values
 }
@@ -95,10 +91,8 @@ fn before_sky(semantic: &Image<Semantic>, i: usize) -> bool {
 fn a_wood_is_harsh_to_a_small_camera() {
     let store = Store::unlimited();
     let [robot, cinema, flat] = ["robot", "cinema", "flat"].map(|look| taken(&store, look));
-    let scene = |images: &CameraImages, i: usize| {
-        luminance(images.linear.as_ref().expect("asked for").pixels()[i])
-    };
-    let picture = |images: &CameraImages, i: usize| shown(images.rgb.pixels()[i]);
+    let scene = |t: &Taken, i: usize| t.scene.pixels()[i];
+    let picture = |t: &Taken, i: usize| t.shown.pixels()[i];
     let is_floor = |s: &Image<Semantic>, i: usize| FLOOR.contains(&s.pixels()[i]);
     let is_trunk = |s: &Image<Semantic>, i: usize| WOOD.contains(&s.pixels()[i]);
 
@@ -106,10 +100,8 @@ fn a_wood_is_harsh_to_a_small_camera() {
     println!("gaps are {stops:.1} stops brighter than the floor");
     assert!(stops > 2.0);
 
-    let clipped = |pictures: &[CameraImages]| {
-        let clips = |images: &CameraImages, i: usize| {
-            f32::from(u8::from(images.rgb.pixels()[i].contains(&255)))
-        };
+    let clipped = |pictures: &[Taken]| {
+        let clips = |t: &Taken, i: usize| f64::from(t.images.rgb.pixels()[i].contains(&255));
         mean(&of(pictures, clips, is_sky))
     };
     let shares = [&robot, &cinema, &flat].map(|p| clipped(p));

@@ -62,8 +62,7 @@ struct Page {
 }
 
 /// What is yet to be opened, nearest first: distance bits, group, node or leaf. In place of the
-/// group, [`TOP`] says that it is of the forest's own tree. A leaf of a group is known by its place in the
-/// tree, where its box is: node and lane.
+/// group, [`TOP`] says that it is of the forest's own tree.
 ///
 /// One number: comparing three would be as many guesses of the processor.
 type Waiting = Reverse<u128>;
@@ -181,18 +180,18 @@ impl Bundle {
     /// The next candidates; `None` if there are no more.
     #[inline(always)]
     fn next_page<I: Isa>(&mut self, isa: I, forest: &Forest) -> Option<Page> {
-        let mut boxes = [(Bounds::EMPTY, 0); 8];
+        let mut children = Vec::with_capacity(8);
         let mut candidates = [Candidate::default(); 8];
-        let mut len = 0;
         let mut first = 0;
-        while len < 8 {
+        while children.len() < 8 {
             let Some(Reverse(next)) = self.waiting.pop() else {
                 break;
             };
             let [near, group, at] = [64, 32, 0].map(|shift| (next >> shift) as u32);
             if group == TOP {
                 if at & LEAF == 0 {
-                    self.open(isa, &forest.nodes, at, TOP, Vec3::ZERO, forest.extent);
+                    let node = &forest.nodes[at as usize];
+                    self.open(isa, node, TOP, Vec3::ZERO, forest.extent);
                 } else if let Some(root) = forest.groups[(at & !LEAF) as usize].1.root {
                     self.waiting.push(waiting(near, at & !LEAF, root));
                 }
@@ -200,22 +199,21 @@ impl Bundle {
             }
             let (offset, placed) = &forest.groups[group as usize];
             if at & LEAF == 0 {
-                let extent = extent(&placed.bounds);
-                self.open(isa, &placed.nodes, at, group, *offset, extent);
+                let node = &placed.nodes[at as usize];
+                self.open(isa, node, group, *offset, extent(&placed.bounds));
                 continue;
             }
-            if len == 0 {
+            let entry = at & !LEAF;
+            if children.is_empty() {
                 first = near;
             }
-            let (b, entry) = placed.leaf(at & !LEAF);
-            placed.fetch(isa, entry);
+            let b = &placed.boxes[entry as usize];
             let in_scene = [b.min, b.max].map(|p| p.as_dvec3() + offset.as_dvec3());
-            boxes[len].0 = bounds_of(in_scene);
-            candidates[len] = Candidate { group, entry };
-            len += 1;
+            candidates[children.len()] = Candidate { group, entry };
+            children.push((bounds_of(in_scene), 0));
         }
-        (len > 0).then(|| Page {
-            node: Node::new(&boxes[..len]),
+        (!children.is_empty()).then(|| Page {
+            node: Node::new(&children),
             near: f32::from_bits(first),
             candidates,
         })
@@ -223,16 +221,7 @@ impl Bundle {
 
     /// Puts the children of a node that any ray may meet among those that wait.
     #[inline(always)]
-    fn open<I: Isa>(
-        &mut self,
-        isa: I,
-        nodes: &[Node],
-        at: u32,
-        group: u32,
-        offset: Vec3,
-        extent: f32,
-    ) {
-        let node = &nodes[at as usize];
+    fn open<I: Isa>(&mut self, isa: I, node: &Node, group: u32, offset: Vec3, extent: f32) {
         let beam = Beam::new(self.origins, self.directions, offset, extent);
         let (distances, hit) = beam.test(isa, node, self.t_max);
         let mut left = isa.signs(hit);
@@ -241,13 +230,7 @@ impl Bundle {
             let lane = left.trailing_zeros() as usize & 7;
             left &= left - 1;
             let near = distances.0[lane].to_bits();
-            let mut child = node.child(lane);
-            if child & LEAF == 0 {
-                isa.fetch(&nodes[child as usize]);
-            } else if group != TOP {
-                child = LEAF | at << 3 | lane as u32;
-            }
-            self.waiting.push(waiting(near, group, child));
+            self.waiting.push(waiting(near, group, node.child(lane)));
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::blas::{Blas, Source};
 use crate::exact::LocalRay;
 use crate::grid::Grid;
 use crate::nearest::{Nearest, Rank};
-use crate::node::{Boxes, LEAF, LaneRay, Node, bounds_of, extent};
+use crate::node::{LaneRay, Node, bounds_of, extent};
 use crate::simd::Isa;
 use crate::stack::{Leaves, Stack, walk};
 use crate::tree::{self, Effort};
@@ -23,6 +23,8 @@ pub struct Group {
     /// `None` where the linear map cannot be inverted: such an instance is flat and never hit.
     poses: Vec<Option<Pose>>,
     entries: Vec<Entry>,
+    /// Of the entries.
+    pub(crate) boxes: Vec<Bounds>,
     pub(crate) nodes: Vec<Node>,
     /// `None` if there is nothing to hit.
     pub(crate) root: Option<u32>,
@@ -120,6 +122,7 @@ impl Group {
             instances,
             poses,
             entries,
+            boxes,
             nodes,
             root,
             bounds,
@@ -175,23 +178,6 @@ impl Group {
         let door = self.door(number, entry);
         let local = door.pose.local(ray);
         (door.blas).cast::<I, ANY>(isa, door.root, &local, door.source, nearest, stack);
-    }
-
-    /// The box and the number of an entry that is at a place in the tree: a node's number times eight and the
-    /// lane. If there is no node, it is all of the group.
-    #[inline(always)]
-    pub(crate) fn leaf(&self, place: u32) -> (Bounds, u32) {
-        let lane = place as usize & 7;
-        match self.nodes.get(place as usize >> 3) {
-            Some(node) => (node.bounds(lane), node.child(lane) & !LEAF),
-            None => (self.bounds, 0),
-        }
-    }
-
-    /// Asks for what is needed to enter a part.
-    #[inline(always)]
-    pub(crate) fn fetch<I: Isa>(&self, isa: I, entry: u32) {
-        isa.fetch(&self.entries[entry as usize]);
     }
 
     /// How to enter a part. `number` is the group's.

@@ -144,21 +144,15 @@ impl Node {
 
     /// The boxes with a child, and the children.
     pub(crate) fn children(&self) -> impl Iterator<Item = (Bounds, u32)> + '_ {
-        (0..8)
-            .map(|lane| (self.bounds(lane), self.children[lane]))
-            .filter(|(bounds, _)| bounds.min.x <= bounds.max.x)
-    }
-
-    /// The box of a lane.
-    #[inline(always)]
-    pub(crate) fn bounds(&self, lane: usize) -> Bounds {
-        let p = &self.planes;
-        let corner = |side: usize| {
-            let at = |axis: usize| p[2 * axis + side].0[lane & 7];
-            Vec3::new(at(0), at(1), at(2))
+        let corner = |lane: usize, side: usize| {
+            Vec3::from_array([0, 1, 2].map(|k| self.planes[2 * k + side].0[lane]))
         };
-        let (min, max) = (corner(0), corner(1));
-        Bounds { min, max }
+        (0..8)
+            .map(move |lane| {
+                let (min, max) = (corner(lane, 0), corner(lane, 1));
+                (Bounds { min, max }, self.children[lane])
+            })
+            .filter(|(bounds, _)| bounds.min.x <= bounds.max.x)
     }
 
     /// A node of these planes and children.

@@ -1,12 +1,13 @@
 //! The camera that casts rays.
 
-mod truth;
+mod centres;
 
 use glam::{DVec2, Vec3};
 use nemoral_scene::{Hit, ObjectId, Ray, RayCaster, Semantic};
 use nemoral_seed::{Draw, Key, Rng, Stage};
 use rayon::prelude::*;
 
+use self::centres::centre;
 use crate::error::{ParamError, check};
 use crate::haze::Haze;
 use crate::maps::Maps;
@@ -299,10 +300,6 @@ impl Further {
 }
 
 impl Shot<'_> {
-    fn ray(&self, pixel: DVec2) -> Ray {
-        self.view.ray(pixel, self.camera.params.max_range_m)
-    }
-
     /// The colour of a ray whose shadow ray goes to a point of the sun.
     fn colour(&self, ray: &Ray, hit: Option<&Hit>, sun: Vec3) -> Colour {
         let lighting = &self.camera.lighting;
@@ -352,38 +349,22 @@ impl Shot<'_> {
         );
         bands.into_par_iter().enumerate().for_each(
             |(index, (semantic, object, depth_m, normal, linear, sun, lit))| {
-                let rows = semantic.len() / width;
                 let mut rng = key.stage(FIRST).item(index as u64).rng();
-                let (mut rays, mut hits) = (Vec::new(), Vec::new());
                 let mut shadows = Shadows::default();
-                let strip = BATCH / ROWS;
-                for left in (0..width).step_by(strip) {
-                    let columns = strip.min(width - left);
-                    let top = index * ROWS;
-                    let pixels =
-                        (0..rows * columns).map(|k| (left + k % columns, top + k / columns));
-                    let centre =
-                        |(x, y): (usize, usize)| DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                    rays.clear();
-                    rays.extend(pixels.clone().map(|p| self.ray(centre(p))));
-                    hits.clear();
-                    hits.resize(rays.len(), None);
-                    self.scene.caster.closest_hits(&rays, &mut hits);
-                    for ((pixel, ray), hit) in pixels.zip(&rays).zip(&hits) {
-                        let i = (pixel.1 - top) * width + pixel.0;
-                        let t = truth(self.scene, self.view, centre(pixel), ray, hit.as_ref());
+                self.camera
+                    .cast_band(self.scene, self.view, index, |i, pixel, ray, hit| {
+                        let t = truth(self.scene, self.view, centre(pixel), ray, hit);
                         semantic[i] = t.semantic;
                         object[i] = t.object;
                         depth_m[i] = t.depth_m;
                         normal[i] = t.normal;
                         // One word for every pixel, hit or not, so that none shifts the others.
                         let sun_point = self.camera.sun_disc.of_pixel(pixel, rng.next_u32());
-                        let c = self.colour(ray, hit.as_ref(), sun_point);
+                        let c = self.colour(ray, hit, sun_point);
                         linear[i] = c.rest;
                         sun[i] = c.sun;
                         shadows.add(i, c.shadow);
-                    }
-                }
+                    });
                 for i in shadows.lit(self.scene.caster) {
                     lit[i] = true;
                 }

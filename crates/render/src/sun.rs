@@ -283,21 +283,8 @@ mod tests {
         let first = day;
         let mut count = 0;
         while day.year < 2100 {
-            let leap = day.year % 4 == 0;
-            let last = [
-                31,
-                28 + u32::from(leap),
-                31,
-                30,
-                31,
-                30,
-                31,
-                31,
-                30,
-                31,
-                30,
-                31,
-            ];
+            let mut last = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+            last[1] += u32::from(day.year % 4 == 0);
             let next = match (day.month, day.day) {
                 (12, 31) => (day.year + 1, 1, 1),
                 (m, d) if d == last[m as usize - 1] => (day.year, m + 1, 1),

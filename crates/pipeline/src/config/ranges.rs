@@ -22,6 +22,8 @@ pub(super) struct Range {
     path: String,
     low: f64,
     high: f64,
+    /// Are whole numbers drawn?
+    whole: bool,
     source: usize,
 }
 
@@ -42,12 +44,13 @@ pub(super) fn take(sources: &mut [Source], errors: &mut Vec<ConfigError>) -> Vec
         }
         for (path, value) in found {
             match ends(&path, &value, source) {
-                Ok((low, high)) => {
+                Ok((low, high, whole)) => {
                     ranges.retain(|r| r.path != path);
                     ranges.push(Range {
                         path,
                         low,
                         high,
+                        whole,
                         source: number,
                     });
                 }
@@ -75,22 +78,19 @@ pub(super) fn draw(
         path,
         low,
         high,
+        whole,
         source,
     } in ranges
     {
         let mut rng = world.stage(Purpose::new(path)).rng();
-        let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
-        let whole = section(table).is_some_and(|s| {
-            let mut keys = s.keys.iter();
-            keys.any(|k| k.name == key && matches!(k.allowed, Allowed::Whole(..)))
-        });
-        let drawn = if whole {
+        let drawn = if *whole {
             let drawn = (low + rng.unit_f64() * (high - low + 1.0)).floor();
             Value::Integer(drawn.min(*high) as i64)
         } else {
             Value::Float(rng.range_f64(*low, *high))
         };
         // A table that was just chosen has no more keys than were named.
+        let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
         let inside = match table {
             "" => Some(&mut *merged),
             table => value_at_mut(merged, table).and_then(Value::as_table_mut),
@@ -124,8 +124,8 @@ fn place(source: &Source, path: &str) -> Option<super::Place> {
     quoted.or_else(|| source.place_of(&join("ranges", path)))
 }
 
-/// The two ends of a range, or what is wrong with it.
-fn ends(path: &str, value: &Value, source: &Source) -> Result<(f64, f64), String> {
+/// The two ends of a range and whether it is of whole numbers, or what is wrong with it.
+fn ends(path: &str, value: &Value, source: &Source) -> Result<(f64, f64, bool), String> {
     let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
     let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == key));
     let Some(spec) = spec else {
@@ -156,7 +156,9 @@ fn ends(path: &str, value: &Value, source: &Source) -> Result<(f64, f64), String
     match value.as_array().map(Vec::as_slice) {
         Some([low, high]) if spec.allowed.allows(low) && spec.allowed.allows(high) => {
             match (as_number(low), as_number(high)) {
-                (Some(low), Some(high)) if low <= high => return Ok((low, high)),
+                (Some(low), Some(high)) if low <= high => {
+                    return Ok((low, high, matches!(spec.allowed, Allowed::Whole(..))));
+                }
                 _ => {}
             }
         }

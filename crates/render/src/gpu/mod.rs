@@ -30,6 +30,8 @@ mod shapes;
 mod sight;
 mod state;
 mod targets;
+#[cfg(test)]
+mod testing;
 
 pub use camera::{GpuCamera, GpuImages, GpuParams};
 pub use device::{Accept, Gpu};

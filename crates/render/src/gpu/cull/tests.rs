@@ -1,7 +1,5 @@
 //! What the GPU culls is what the processor would.
 
-use std::io::Write;
-
 use glam::{DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
     ChunkCoord, Distortion, Hit, Instance, InstanceGroup, Intrinsics, Material, MaterialLibrary,
@@ -14,22 +12,9 @@ use super::super::bend::Bend;
 use super::super::cascade::Cascade;
 use super::super::herd::ball;
 use super::super::sight::{Ball, NOWHERE};
+use super::super::testing::gpu;
 use super::*;
-use crate::{Accept, GpuCamera, GpuParams, Lighting, OpenSky, SceneView, View};
-
-/// As `nemoral_tests::gpu::gpu` has it.
-fn gpu(test: &str) -> Option<Gpu> {
-    Gpu::open(Accept::Any)
-        .map_err(|e| {
-            let message = format!("SKIPPED: {test}: {e}\n");
-            assert!(
-                std::env::var_os("NEMORAL_REQUIRE_GPU").is_none(),
-                "{message}"
-            );
-            let _ = std::io::stderr().write_all(message.as_bytes());
-        })
-        .ok()
-}
+use crate::{GpuCamera, GpuParams, Lighting, OpenSky, SceneView, View};
 
 struct Bag(Vec<Instance>);
 

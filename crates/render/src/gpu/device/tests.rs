@@ -1,7 +1,5 @@
 //! A GPU that fails is an error in clear words, never a panic.
 
-use std::io::Write;
-
 use glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{
     Hit, Instance, InstanceGroup, Intrinsics, Material, MaterialLibrary, Mesh, ObjectId,
@@ -10,22 +8,9 @@ use nemoral_scene::{
 use nemoral_seed::Key;
 
 use super::super::readback::Readback;
+use super::super::testing::gpu;
 use super::*;
 use crate::{CameraRenderer, GpuCamera, GpuParams, Lighting, SceneView, SkyVisibility, View};
-
-/// A GPU that nobody else loses, as `nemoral_tests::gpu::gpu` has it.
-fn gpu(test: &str) -> Option<Gpu> {
-    Gpu::open(Accept::Any)
-        .map_err(|e| {
-            let message = format!("SKIPPED: {test}: {e}\n");
-            assert!(
-                std::env::var_os("NEMORAL_REQUIRE_GPU").is_none(),
-                "{message}"
-            );
-            let _ = std::io::stderr().write_all(message.as_bytes());
-        })
-        .ok()
-}
 
 /// When the GPU of a scene is lost: while the picture is prepared, or when its truth is drawn and
 /// its light is asked for.

@@ -1,0 +1,19 @@
+//! The GPU that unit tests draw on.
+
+use std::io::Write;
+
+use super::{Accept, Gpu};
+
+/// A GPU that is the test's own, so that it may be lost; otherwise as `nemoral_tests::gpu::gpu` has it.
+pub(super) fn gpu(test: &str) -> Option<Gpu> {
+    Gpu::open(Accept::Any)
+        .map_err(|e| {
+            let message = format!("SKIPPED: {test}: {e}\n");
+            assert!(
+                std::env::var_os("NEMORAL_REQUIRE_GPU").is_none(),
+                "{message}"
+            );
+            let _ = std::io::stderr().write_all(message.as_bytes());
+        })
+        .ok()
+}
