@@ -1,6 +1,5 @@
 //! What pictures cost: by density, resolution, quality and renderer; what of it is the truth (class,
-//! instance, depth and normals, all of one hit) and of that the casting; and what each further truth
-//! costs on top. Files are not written. Processor time is the cost; the wall's clock also tells of what
+//! instance, depth and normals, all of one hit); and what each further truth costs on top. Files are not written. Processor time is the cost; the wall's clock also tells of what
 //! else the machine does.
 //!
 //! `cargo bench -p nemoral-benches [--features gpu] --bench cameras -- [cpu|gpu|auto] [TIMES] [PART OF A NAME] [KEY=VALUE ...]`
@@ -13,9 +12,6 @@ use nemoral_benches::settings;
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{Backend, BackendChoice, Error, ForestPlan};
 use nemoral_render::{OpenSky, SceneView, View};
-use nemoral_scene::Ray;
-use nemoral_scene::glam::DVec2;
-use rayon::prelude::*;
 
 const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
 
@@ -90,16 +86,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let reset = || store.retain(|id, _| id != "frame.images" && id != "frame.extra");
         report(&name, &reset, &once)
     };
-    // What of a picture is its truth, and of that the casting of the rays through the pixels' centres.
+    // What of a picture is its truth.
     let truth = |preset: &str, named: &str, asked: &[String]| {
-        let [alone, rays] =
-            ["truth alone", "primary rays alone"].map(|what| format!("{preset}, {named}, {what}"));
-        if ![&alone, &rays].iter().any(|name| name.contains(&wanted)) {
+        let name = format!("{preset}, {named}, truth alone");
+        if !name.contains(&wanted) {
             return Ok(());
         }
         let asked = [asked, &keys].concat();
         let config = settings(preset, &asked)?;
-        let range_m = config.chunks.visible_radius_m as f32;
         let forest = ForestPlan::on(&config, backend.clone())?;
         let threads = std::thread::available_parallelism().map_or(1, Into::into);
         let runner = Runner::new(forest.plan(), &store, threads);
@@ -113,18 +107,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             materials: &assets.library.materials,
             sky_visibility: &OpenSky,
         };
-        if alone.contains(&wanted) {
-            let once = || rig.renderer.truth(&seen, &view).map(drop);
-            report(&alone, &|| (), &once)?;
-        }
-        // A GPU casts none.
-        if rig.renderer.ray_cast().is_some() && rays.contains(&wanted) {
-            report(&rays, &|| (), &|| {
-                cast(&seen, &view, range_m);
-                Ok(())
-            })?;
-        }
-        Ok::<_, Error>(())
+        report(&name, &|| (), &|| {
+            rig.renderer.truth(&seen, &view).map(drop)
+        })
     };
     for preset in nemoral_benches::DENSITIES {
         for [width, height] in RESOLUTIONS {
@@ -151,15 +136,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         cost("medium", &format!("1280 x 720, draft, {named}"), &asked)?;
     }
     Ok(())
-}
-
-/// Casts the rays through the pixels' centres.
-fn cast(scene: &SceneView<'_>, view: &View, range_m: f32) {
-    let [width, height] = [view.intrinsics.width, view.intrinsics.height];
-    let centre = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
-    let pixels = (0..width * height).into_par_iter();
-    let rays: Vec<Ray> = pixels.map(|i| view.ray(centre(i), range_m)).collect();
-    let mut hits = vec![None; rays.len()];
-    scene.caster.closest_hits(&rays, &mut hits);
-    std::hint::black_box(hits);
 }
