@@ -126,16 +126,16 @@ impl ForestPlan {
                 woody,
             ),
         );
-        let openness = plan.add(
-            OpennessStage { chunk_size_m },
-            (assets.of_world(), ground, things.anywhere()),
-        );
-        let undergrowth = plan.add(UndergrowthStage, (flora.of_world(), ground, openness));
-        let seedlings = plan.add(SeedlingStage::new(config), (world, ground, openness));
         let solid = plan.add(
             SolidStage::new(config)?,
             (assets.of_world(), ground, things),
         );
+        let openness = plan.add(
+            OpennessStage { chunk_size_m },
+            (assets.of_world(), ground, solid.anywhere()),
+        );
+        let undergrowth = plan.add(UndergrowthStage, (flora.of_world(), ground, openness));
+        let seedlings = plan.add(SeedlingStage::new(config), (world, ground, openness));
         let low = plan.add(
             LowStage { chunk_size_m },
             (

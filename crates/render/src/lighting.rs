@@ -110,11 +110,17 @@ impl Lighting {
     fn assemble(sun_direction: Vec3, sun_irradiance: Vec3, sky: Sky, params: &SkyParams) -> Self {
         let sky_irradiance = Irradiance::of_sky(|d| sky.radiance(d));
         let diffuse = sky_irradiance.at(Vec3::Z);
-        // A canopy of openness o = exp(−K LAI) whose leaves keep a share w of the light passes on
-        // exp(−K LAI sqrt(1 − w)) of it (Goudriaan 1977): all orders of scattering, in one exponent.
+        // Leaves that keep a share w of the light are to all orders of scattering as leaves that absorb
+        // sqrt(1 - w) as much (Goudriaan 1977). Of clumped foliage, whose depth is spread by a gamma
+        // distribution around its mean d, (1 + d / k)^-k passes (Nilson 1971, negative binomial), and most of
+        // what does goes by gaps, without a colour. Followed light (`RayCastParams::bounces`) has k = 1/2.
         let exponent = params.foliage_albedo.map(|w| (1.0 - w).sqrt());
         let through_crowns = (0..=256)
-            .map(|i| exponent.map(|e| libm::powf(i as f32 / 256.0, e)))
+            .map(|i| {
+                let open = i as f32 / 256.0;
+                let squared = open * open;
+                exponent.map(|e| open / (squared + e * (1.0 - squared)).sqrt())
+            })
             .collect();
         Self {
             sun_direction,
@@ -242,10 +248,10 @@ impl Ambient<'_> {
     /// Irradiance on a surface with this unit normal.
     ///
     /// The gaps of a canopy are seen overhead, because a slanting ray passes more leaves: so the less
-    /// open, the steeper the sky's light comes down, here as a lobe ((n.z + 0.5) / 1.5)².
+    /// open, the steeper the sky's light comes down, here as a lobe ((n.z + 0.65) / 1.65)².
     pub(crate) fn irradiance(&self, n: Vec3) -> Vec3 {
         let l = self.lighting;
-        let lobe = ((n.z + 0.5) * (1.0 / 1.5)).max(0.0);
+        let lobe = ((n.z + 0.65) * (1.0 / 1.65)).max(0.0);
         let sky =
             l.sky_irradiance.at(n) * self.open + l.diffuse * (lobe * lobe * (1.0 - self.open));
         let up = 0.5 + 0.5 * n.z;

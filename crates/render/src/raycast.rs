@@ -1,6 +1,7 @@
 //! The camera that casts rays.
 
 mod centres;
+mod paths;
 
 use glam::{DVec2, Vec3};
 use nemoral_scene::{Hit, ObjectId, Ray, RayCaster, Semantic};
@@ -29,6 +30,9 @@ pub struct RayCastParams {
     /// The least colour samples of every pixel of a picture that blurs because the camera moves,
     /// 2..=256: one each for as many equal parts of the exposure.
     pub blur_samples: u32,
+    /// Over how many surfaces light is followed that comes by way of them, 0..=16, by rays drawn at
+    /// random; what is left after the last is the mean light of its place. With 0 it is that at once.
+    pub bounces: u32,
     /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
     pub max_range_m: f32,
     /// What the lens does to the light.
@@ -67,6 +71,7 @@ impl Default for RayCastParams {
             edge_samples: 3,
             edge_budget: 0.3,
             blur_samples: 9,
+            bounces: 0,
             max_range_m: 300.0,
             lens: Lens::default(),
             keep_linear: false,
@@ -142,6 +147,7 @@ impl RayCastCamera {
             256.0,
             "2..=256",
         )?;
+        check("camera.bounces", p.bounces.into(), 0.0, 16.0, "0..=16")?;
         check(
             "camera.max_range_m",
             p.max_range_m.into(),
@@ -318,16 +324,22 @@ impl Shot<'_> {
             sun,
         };
         let surface = shade(self.scene, lighting, &look);
+        let (through, air) = self.air(ray, hit, surface.openness, background);
+        Colour {
+            rest: surface.indirect * through + air,
+            sun: surface.direct * through,
+            shadow: surface.shadow,
+        }
+    }
+
+    /// What the air before a surface, where the sky is as open as it says, lets through and adds.
+    fn air(&self, ray: &Ray, hit: &Hit, openness: f32, background: Vec3) -> (f32, Vec3) {
         let rise_m = ray.direction.z * hit.distance_m;
         let (air, fade) = self.haze.transmittance(hit.distance_m, rise_m);
         // Air under crowns is as dark as what it hides; at the end of the world it is the sky's.
-        let openness = 0.5 * (surface.openness + self.openness);
-        let rest = surface.indirect * air + background * (openness * (1.0 - air));
-        Colour {
-            rest: background.lerp(rest, fade),
-            sun: surface.direct * (air * fade),
-            shadow: surface.shadow,
-        }
+        let openness = 0.5 * (openness + self.openness);
+        let glow = openness * (1.0 - air) * fade;
+        (air * fade, background * (1.0 - fade + glow))
     }
 
     /// The truth and the first colour sample of every pixel, both of the ray through its centre.
@@ -406,6 +418,10 @@ impl Shot<'_> {
                 }
                 let mut hits = vec![None; rays.len()];
                 self.scene.caster.closest_hits(&rays, &mut hits);
+                if self.camera.params.bounces > 0 {
+                    let keys = pixels.iter().map(|&pixel| key.item(pixel.into()));
+                    return self.followed(&rays, &hits, &suns, keys, samples as usize);
+                }
                 let mut shadows = Shadows::default();
                 let (mut colours, suns): (Vec<Vec3>, Vec<Vec3>) = (0..rays.len())
                     .map(|k| {
@@ -417,10 +433,7 @@ impl Shot<'_> {
                 for k in shadows.lit(self.scene.caster) {
                     colours[k] += suns[k];
                 }
-                colours
-                    .chunks_exact(samples as usize)
-                    .map(|c| c.iter().sum())
-                    .collect()
+                sums(&colours, samples as usize)
             })
             .collect();
         for (&pixel, sum) in pixels.iter().zip(sums.into_iter().flatten()) {
@@ -428,6 +441,14 @@ impl Shot<'_> {
             *c = (*c * before as f32 + sum) / (before + samples) as f32;
         }
     }
+}
+
+/// Of each pixel's samples.
+fn sums(colours: &[Vec3], samples: usize) -> Vec<Vec3> {
+    colours
+        .chunks_exact(samples)
+        .map(|c| c.iter().sum())
+        .collect()
 }
 
 impl CameraRenderer for RayCastCamera {
@@ -461,7 +482,11 @@ impl CameraRenderer for RayCastCamera {
         } else {
             p.colour_samples
         };
-        if samples > 1 {
+        if p.bounces > 0 {
+            let every: Vec<u32> = (0..n as u32).collect();
+            let further = Further::besides(0, samples);
+            shot.add_samples(&mut maps.linear, &every, further, key.stage(ALL));
+        } else if samples > 1 {
             let every: Vec<u32> = (0..n as u32).collect();
             let further = Further::after_the_first(samples - 1);
             shot.add_samples(&mut maps.linear, &every, further, key.stage(ALL));

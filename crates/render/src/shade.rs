@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray};
+use nemoral_seed::Draw;
 
 use crate::SceneView;
 use crate::ground;
@@ -10,6 +11,10 @@ use crate::tone::LUMINANCE;
 
 /// Reflectance of a dielectric at right angles (refractive index 1.5).
 const F0: f32 = 0.04;
+
+/// What the leaves beside a leaf leave it of the light that is at its place, deep in a crown: followed light
+/// (`RayCastParams::bounces`) has 0.75 to 0.95, in beech, spruce, oak, birch and undergrowth.
+const AMONG_LEAVES: f32 = 0.8;
 
 /// A surface with everything a shader needs to know of it.
 struct Surface {
@@ -35,6 +40,8 @@ pub(crate) struct Look<'a> {
 pub(crate) struct Shaded {
     /// From sky, leaves and ground.
     pub(crate) indirect: Vec3,
+    /// What of it glances off the skin.
+    pub(crate) sheen: Vec3,
     /// From the sun, as if nothing were between; zero if it shines on no side that counts.
     pub(crate) direct: Vec3,
     /// The ray to the sun, if it counts: light that something blocks is not there.
@@ -56,7 +63,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
     let surface = surface(scene, look, hit.shading_normal * facing);
 
     let openness = scene.sky_visibility.openness(point);
-    let indirect = indirect(
+    let (indirect, sheen) = indirect(
         &surface,
         &lighting.ambient(openness),
         lighting,
@@ -71,24 +78,71 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
     let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
     let mut shaded = Shaded {
         indirect,
+        sheen,
         direct: Vec3::ZERO,
         shadow: None,
         openness,
     };
     if irradiance != Vec3::ZERO && (lit_front || lit_back) {
         let side = if flat.dot(look.sun) > 0.0 { 1.0 } else { -1.0 };
-        // Off the surface by more than the rounding of distance and coordinates.
-        let offset = 1e-4 * (1.0 + hit.distance_m) + 2e-6 * point.abs().max_element();
-        let shadow = Ray {
-            origin: point + flat * (side * offset),
-            direction: look.sun,
-            t_min_m: offset,
-            t_max_m: f32::INFINITY,
-        };
+        let shadow = leaving(look, flat * side, look.sun, f32::INFINITY);
         shaded.direct = irradiance * direct(&surface, cos, look.sun, ray.direction);
         shaded.shadow = Some(shadow);
     }
     shaded
+}
+
+/// The ray from a hit in a direction, on the side that `side` points to.
+fn leaving(look: &Look<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
+    let point = look.ray.at(look.hit.distance_m);
+    // Off the surface by more than the rounding of distance and coordinates.
+    let offset = 1e-4 * (1.0 + look.hit.distance_m) + 2e-6 * point.abs().max_element();
+    Ray {
+        origin: point + side * offset,
+        direction,
+        t_min_m: offset,
+        t_max_m,
+    }
+}
+
+/// A ray to somewhere that light may come from, drawn by how much of it the surface sends on to the
+/// viewer, and what the radiance found there is to be multiplied with; `None` if it sends on nothing.
+pub(crate) fn bounce(
+    scene: &SceneView<'_>,
+    look: &Look<'_>,
+    reach_m: f32,
+    rng: &mut impl Draw,
+) -> Option<(Ray, Vec3)> {
+    let hit = look.hit;
+    let facing = if hit.geometric_normal.dot(look.ray.direction) > 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    let surface = surface(scene, look, hit.shading_normal * facing);
+    let (back, through) = (
+        surface.body.dot(LUMINANCE),
+        surface.transmittance.dot(LUMINANCE),
+    );
+    let drawn = rng.unit_f32() * (back + through);
+    let (side, weight) = if drawn < back {
+        (1.0, surface.body * ((back + through) / back))
+    } else if through > 0.0 {
+        (-1.0, surface.transmittance * ((back + through) / through))
+    } else {
+        return None;
+    };
+    // By the cosine (Malley's method): a point of the disc, lifted.
+    let (x, y) = surface.normal.any_orthonormal_pair();
+    let (radius, turn) = (rng.unit_f32().sqrt(), rng.unit_f64() * std::f64::consts::TAU);
+    let (sin, cos) = libm::sincos(turn);
+    let lift = (1.0 - radius * radius).max(0.0).sqrt();
+    let direction = (x * cos as f32 + y * sin as f32) * radius + surface.normal * (side * lift);
+    let flat = hit.geometric_normal * (facing * side);
+    // What a shading normal sends into the flat surface stays on its side: no light is lost.
+    let under = flat.dot(direction).min(0.0);
+    let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
+    Some((leaving(look, flat, direction, reach_m), weight))
 }
 
 /// Radiance for a unit of irradiance on a plane that faces the sun.
@@ -112,23 +166,24 @@ fn direct(surface: &Surface, cos: f32, sun: Vec3, view: Vec3) -> Vec3 {
     (diffuse + Vec3::splat(specular)) * cos
 }
 
-/// Radiance from sky, leaves and ground.
+/// Radiance from sky, leaves and ground, and what of it glances off.
 fn indirect(
     surface: &Surface,
     ambient: &Ambient<'_>,
     lighting: &Lighting,
     view: Vec3,
     openness: f32,
-) -> Vec3 {
+) -> (Vec3, Vec3) {
     const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
     let n = surface.normal;
     let mut diffuse = surface.body * ambient.irradiance(n);
     if surface.transmittance != Vec3::ZERO {
         diffuse += surface.transmittance * ambient.irradiance(-n);
+        diffuse *= AMONG_LEAVES + (1.0 - AMONG_LEAVES) * openness;
     }
     let gloss = gloss(surface.roughness);
     if gloss == 0.0 {
-        return diffuse * PER_PI;
+        return (diffuse * PER_PI, Vec3::ZERO);
     }
     let cos = (-view.dot(n)).max(0.0);
     let mirrored = view - n * (2.0 * view.dot(n));
@@ -143,7 +198,11 @@ fn indirect(
         blurred
     };
     // What glances off besides the sheen of a straight look does not enter.
-    diffuse * (PER_PI * (1.0 - (specular - gloss * F0))) + seen * specular
+    let sheen = seen * specular;
+    (
+        diffuse * (PER_PI * (1.0 - (specular - gloss * F0))) + sheen,
+        sheen,
+    )
 }
 
 /// How much of the dielectric's sheen is seen as such; that of a matt surface looks like its body.

@@ -374,6 +374,8 @@ section! {
         samples: u32 = 1, Whole(1, 64), "a mean of light costs as many rays";
         /// Colour samples of the tenth of the pixels whose neighbours differ most from them, if that is more; 1, with `samples` 1, is the draft.
         edge_samples: u32 = 4, Whole(1, 64), "smooth edges where they are seen";
+        /// Over how many surfaces light is followed, by as many rays for each of the `samples`, drawn at random. 0: sky, leaves and ground light a place by how open it is. For figures, `samples = 64` and 4 here; not on a GPU.
+        bounces: u32 = 0, Whole(0, 16), "noise takes minutes a picture to cast away";
         /// How bright pictures come out: by a light meter, or always as `exposure_ev` says.
         exposure: String = "auto".into(), OneOf(&["auto", "fixed"]), "as cameras do";
         /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. Sunny 15, overcast or shade 12, under crowns 8 to 11.

@@ -64,6 +64,18 @@ pub struct Standing {
     pub weight: f64,
 }
 
+impl WorldAssets {
+    /// How high trees are, by how often each is chosen, metres; saplings apart.
+    #[must_use]
+    pub fn mean_height_m(&self) -> f64 {
+        let grown = self.standing[..self.first_sapling].iter();
+        let (sum, weight) = grown.fold((0.0, 0.0), |(sum, weight), t| {
+            (sum + t.weight * t.tree.size.height_m, weight + t.weight)
+        });
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    }
+}
+
 /// Grows the library.
 #[derive(Clone, Debug)]
 pub struct LibraryStage(Recipe);

@@ -2,25 +2,26 @@
 
 use std::sync::Arc;
 
-use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, ObjectKind, Surface};
+use nemoral_raycast::Forest;
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::{ChunkCoord, Ray, RayCaster, Surface};
 use nemoral_seed::Key;
 
 use super::assets::WorldAssets;
+use super::chunk::Solid;
 use super::ground::ChunkGround;
-use super::things::Things;
 use crate::Error;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 
 /// Heights above ground of a grid's layers, metres. Above the last the sky is taken as open.
 const HEIGHTS_M: [f64; 5] = [0.3, 4.0, 9.0, 15.0, 24.0];
 
-/// Share of a crown's leaf area that meets a ray, G, times the clumping of shoots, Ω: spherical
-/// leaf angles and a mix of conifers and broadleaves (vegetation.md 2.3).
-const G_OMEGA: f64 = 0.5 * 0.75;
+/// What is farther does not matter. With the widest crown it is less than a chunk of the usual size, so that
+/// neighbours see the same from the places that both have.
+const REACH_M: f64 = 38.0;
 
-/// Crowns farther than this do not matter.
-const REACH_M: f64 = 45.0;
+/// Rays from each place.
+const DIRECTIONS: usize = 64;
 
 /// The share of the sky hemisphere, weighted by the cosine, that is seen past the crowns: a grid
 /// over a chunk, at several heights above its ground.
@@ -95,49 +96,34 @@ impl Openness {
     }
 }
 
-/// A crown: an upright ellipsoid filled with leaves.
-#[derive(Clone, Copy, Debug)]
-struct Crown {
-    centre: DVec3,
-    radius_m: f64,
-    half_height_m: f64,
-    /// G Ω times leaf area density, 1/m.
-    extinction: f64,
+/// Directions towards the sky, each with as much of a horizontal surface's light as any other.
+fn directions() -> [Vec3; DIRECTIONS] {
+    std::array::from_fn(|i| {
+        // A Fibonacci lattice of the disc below, lifted (Malley's method).
+        let radius2 = (i as f64 + 0.5) / DIRECTIONS as f64;
+        let (s, c) = libm::sincos(i as f64 * 2.399_963_229_728_653);
+        let disc = DVec2::new(c, s) * radius2.sqrt();
+        disc.extend((1.0 - radius2).sqrt()).as_vec3()
+    })
 }
 
-impl Crown {
-    /// Optical depth of the way through it from `from` along `direction`.
-    fn optical_depth(&self, from: DVec3, direction: DVec3) -> f64 {
-        // In units where it is a unit sphere.
-        let axes = DVec3::new(self.radius_m, self.radius_m, self.half_height_m);
-        let (o, d) = ((from - self.centre) / axes, direction / axes);
-        let (a, b, c) = (d.dot(d), o.dot(d), o.dot(o) - 1.0);
-        let discriminant = b * b - a * c;
-        if discriminant <= 0.0 {
-            return 0.0;
-        }
-        let root = discriminant.sqrt();
-        let (enter, leave) = (((-b - root) / a).max(0.0), (-b + root) / a);
-        (leave - enter).max(0.0) * self.extinction
-    }
-}
-
-/// Directions towards the sky with their share of a horizontal surface's light.
-fn directions() -> Vec<(DVec3, f64)> {
-    // Rings of equal cosine-weighted solid angle: sin² of the zenith angle in thirds.
-    let mut out = Vec::new();
-    for (ring, count) in [(1.0_f64 / 6.0, 3), (0.5, 4), (5.0 / 6.0, 5)] {
-        let (sin, cos) = (ring.sqrt(), (1.0 - ring).sqrt());
-        for i in 0..count {
-            let turn = std::f64::consts::TAU * (f64::from(i) + ring) / f64::from(count);
-            let (s, c) = libm::sincos(turn);
-            out.push((
-                DVec3::new(sin * c, sin * s, cos),
-                1.0 / 3.0 / f64::from(count),
-            ));
+/// The share of the sky that is seen from `below_m` under the tops of the trees. Rays that end under them
+/// meet as much on the rest of their way up as those alike did so far.
+fn open_share(directions: &[Vec3], hidden: &[bool], below_m: f64) -> f64 {
+    let up_m = |d: Vec3| REACH_M * f64::from(d.z);
+    let (mut free, mut all) = (0.0, 0.0);
+    for (&d, hidden) in directions.iter().zip(hidden) {
+        if up_m(d) < below_m {
+            all += 1.0;
+            free += if *hidden { 0.0 } else { 1.0 };
         }
     }
-    out
+    let passes = |(&d, hidden): (&Vec3, &bool)| match hidden {
+        true => 0.0,
+        false if up_m(d) >= below_m => 1.0,
+        false => libm::pow(free / all, below_m / up_m(d) - 1.0),
+    };
+    directions.iter().zip(hidden).map(passes).sum::<f64>() / directions.len() as f64
 }
 
 /// Makes the [`Openness`] of a chunk from the crowns of it and its neighbours.
@@ -152,11 +138,11 @@ impl Stage for OpennessStage {
     type Inputs = (
         OfWorld<WorldAssets>,
         Node<ChunkCoord, ChunkGround>,
-        AnyChunk<Things>,
+        AnyChunk<Solid>,
     );
     type Output = Openness;
     const ID: &'static str = "chunk.openness";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_f64(self.chunk_size_m);
@@ -166,47 +152,45 @@ impl Stage for OpennessStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (assets, ground, things): (Arc<WorldAssets>, Arc<ChunkGround>, Demand<'_, Things>),
+        (assets, ground, solid): (Arc<WorldAssets>, Arc<ChunkGround>, Demand<'_, Solid>),
     ) -> Result<Openness, Error> {
         let origin_m = at.origin_m(self.chunk_size_m);
-        let centre = at.centre_m(self.chunk_size_m);
-        let mut crowns = Vec::new();
-        // Whole chunks until the reach is covered, so that neighbours see the same crowns.
+        // Whole chunks until the reach is covered.
         let rings = (REACH_M / self.chunk_size_m).ceil() as i32;
-        for (dx, dy) in (-rings..=rings).flat_map(|x| (-rings..=rings).map(move |y| (x, y))) {
-            for thing in &things.at(at.offset(dx, dy))?.0 {
-                let far = thing.position_m.truncate().distance(centre) - self.chunk_size_m * 0.71;
-                if thing.kind == ObjectKind::Tree && far < REACH_M {
-                    crowns.push(crown(thing, &assets));
-                }
-            }
-        }
+        let around: Vec<(i32, i32)> = (-rings..=rings)
+            .flat_map(|x| (-rings..=rings).map(move |y| (x, y)))
+            .collect();
+        let chunks: Vec<ChunkCoord> = around.iter().map(|&(x, y)| at.offset(x, y)).collect();
+        let groups = around.iter().zip(solid.all(&chunks)?);
+        let offset = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0) * self.chunk_size_m as f32;
+        let groups = groups.map(|(&(x, y), solid)| (offset(x, y), Arc::clone(&solid.0)));
+        let crowns = Forest::new(groups.collect());
         let cells = (self.chunk_size_m / 5.0).ceil() as usize;
         let (side, cell_m) = (cells + 1, self.chunk_size_m / cells as f64);
         let directions = directions();
+        let top_m = assets.mean_height_m();
         let mut ground_m = Vec::with_capacity(side * side);
-        let mut values = Vec::with_capacity(side * side * HEIGHTS_M.len());
+        let mut rays = Vec::with_capacity(side * side * HEIGHTS_M.len() * DIRECTIONS);
         for i in 0..side * side {
-            let p = origin_m + DVec2::new((i % side) as f64, (i / side) as f64) * cell_m;
-            let z = ground.height_m(p);
-            let near: Vec<Crown> = crowns
-                .iter()
-                .filter(|c| c.centre.truncate().distance(p) < REACH_M)
-                .copied()
-                .collect();
+            let local = DVec2::new((i % side) as f64, (i / side) as f64) * cell_m;
+            let z = ground.height_m(origin_m + local);
             ground_m.push(z);
             for height in HEIGHTS_M {
-                let from = p.extend(z + height);
-                let seen: f64 = directions
-                    .iter()
-                    .map(|&(d, weight)| {
-                        let depth: f64 = near.iter().map(|c| c.optical_depth(from, d)).sum();
-                        weight * libm::exp(-depth)
-                    })
-                    .sum();
-                values.push(seen as f32);
+                let origin = local.extend(z + height).as_vec3();
+                rays.extend(directions.map(|direction| Ray {
+                    origin,
+                    direction,
+                    t_min_m: 0.0,
+                    t_max_m: REACH_M as f32,
+                }));
             }
         }
+        let mut hidden = vec![false; rays.len()];
+        crowns.are_occluded(&rays, &mut hidden);
+        let layers = HEIGHTS_M.iter().cycle();
+        let values = (hidden.chunks_exact(DIRECTIONS).zip(layers))
+            .map(|(hidden, height)| open_share(&directions, hidden, (top_m - height).max(0.0)) as f32)
+            .collect();
         Ok(Openness {
             origin_m,
             cell_m,
@@ -217,51 +201,29 @@ impl Stage for OpennessStage {
     }
 }
 
-fn crown(thing: &super::things::Thing, assets: &WorldAssets) -> Crown {
-    let (size, s) = (&assets.standing[thing.asset].tree.size, thing.scale);
-    let half_height_m = ((size.height_m - size.crown_base_m) * s / 2.0).max(0.1);
-    let radius_m = (size.crown_radius_m * s).max(0.1);
-    let volume = 4.0 / 3.0 * std::f64::consts::PI * radius_m * radius_m * half_height_m;
-    let top = thing.position_m.z + size.height_m * s;
-    Crown {
-        centre: thing.position_m.truncate().extend(top - half_height_m),
-        radius_m,
-        half_height_m,
-        extinction: G_OMEGA * size.leaf_area_m2 * s * s / volume,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_way_through_a_crown_is_its_chord() {
-        let crown = Crown {
-            centre: DVec3::new(0.0, 0.0, 10.0),
-            radius_m: 2.0,
-            half_height_m: 3.0,
-            extinction: 0.5,
-        };
-        let up = |x| crown.optical_depth(DVec3::new(x, 0.0, 0.0), DVec3::Z);
-        assert!((up(0.0) - 3.0).abs() < 1e-12);
-        assert!((up(1.0) - 0.5 * 6.0 * 0.75_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(up(2.1), 0.0);
-        // From its middle, half of it.
-        assert!((crown.optical_depth(crown.centre, DVec3::Z) - 1.5).abs() < 1e-12);
-        assert_eq!(
-            crown.optical_depth(DVec3::new(0.0, 0.0, 20.0), DVec3::Z),
-            0.0
-        );
+    fn far_crowns_are_guessed_from_near_ones() {
+        let all = directions();
+        let clear = [false; DIRECTIONS];
+        assert!((open_share(&all, &clear, 20.0) - 1.0).abs() < 1e-12);
+        assert_eq!(open_share(&all, &[true; DIRECTIONS], 20.0), 0.0);
+        // Every second ray is hidden: half at the zenith, and the less the lower.
+        let half: Vec<bool> = (0..DIRECTIONS).map(|i| i % 2 == 1).collect();
+        assert!((open_share(&all, &half, 0.0) - 0.5).abs() < 1e-12);
+        let (low, lower) = (open_share(&all, &half, 20.0), open_share(&all, &half, 30.0));
+        assert!(lower < low && low < 0.48 && lower > 0.25, "{low} {lower}");
     }
 
     #[test]
     fn directions_share_the_hemisphere() {
         let all = directions();
-        assert!((all.iter().map(|d| d.1).sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!(
-            all.iter()
-                .all(|(d, _)| (d.length() - 1.0).abs() < 1e-12 && d.z > 0.0)
-        );
+        assert!(all.iter().all(|d| (d.length() - 1.0).abs() < 1e-6 && d.z > 0.0));
+        // By the cosine, the mean height is 2 / 3, and no side is favoured.
+        let mean = all.iter().sum::<Vec3>() / DIRECTIONS as f32;
+        assert!((mean - Vec3::new(0.0, 0.0, 2.0 / 3.0)).length() < 0.02, "{mean}");
     }
 }

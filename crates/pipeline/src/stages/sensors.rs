@@ -309,8 +309,10 @@ impl Stage for CameraStage {
             // A GPU holds the scene once for each renderer: few are better.
             let alike = |(_, other): &(String, config::Camera)| {
                 let params =
-                    |c: &config::Camera| (c.look.clone(), c.samples, c.shutter.samples, c.radiance);
-                params(other) == params(camera)
+                    |c: &config::Camera| (c.samples, c.edge_samples, c.bounces, c.shutter.samples);
+                other.look == camera.look
+                    && other.radiance == camera.radiance
+                    && params(other) == params(camera)
             };
             let renderer = match self.cameras[..i].iter().position(alike) {
                 Some(before) => Arc::clone(&rigs[before].renderer),
@@ -353,6 +355,7 @@ impl CameraStage {
                     edge_samples,
                     edge_budget: EDGES * edge_samples as f32,
                     blur_samples: camera.shutter.samples,
+                    bounces: camera.bounces,
                     max_range_m,
                     keep_linear: camera.radiance,
                 };

@@ -7,6 +7,8 @@ const SKY_SIDE = 128u;
 const AMBIENT_SIDE = 16u;
 // Steps of openness.
 const OPENNESS_STEPS = 32u;
+// What other leaves leave a leaf deep in a crown of the light at its place: shade.rs.
+const AMONG_LEAVES = 0.8;
 // Nodes of an openness grid: across, and up.
 const GRID_SIDE = 64u;
 const GRID_UP = 32u;
@@ -353,6 +355,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     var indirect = body * irradiance(open, n);
     if leaf {
         indirect += transmittance * irradiance(open, -n);
+        indirect *= mix(AMONG_LEAVES, 1.0, open);
     }
     indirect /= PI;
     if gloss > 0.0 {
