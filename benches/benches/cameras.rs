@@ -1,6 +1,7 @@
 //! What pictures cost: by density, resolution, quality and renderer; what of it is the truth (class,
-//! instance, depth and normals, all of one hit); and what each further truth costs on top. Files are not written. Processor time is the cost; the wall's clock also tells of what
-//! else the machine does.
+//! instance, depth and normals, which come of one hit or one pass and cannot be had apart); what each further truth
+//! costs, which is cast after the picture; what a lens, a shutter and noise add; and what each map's file costs.
+//! Processor time is the cost; the wall's clock also tells of what else the machine does.
 //!
 //! `cargo bench -p nemoral-benches [--features gpu] --bench cameras -- [cpu|gpu|auto] [TIMES] [PART OF A NAME] [KEY=VALUE ...]`
 #![allow(clippy::print_stdout, reason = "a report for its user")]
@@ -9,6 +10,7 @@ use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use nemoral_benches::settings;
+use nemoral_dataset::{CameraData, CameraFile};
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{Backend, BackendChoice, Error, ForestPlan};
 use nemoral_render::{OpenSky, SceneView, View};
@@ -18,23 +20,23 @@ const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
 /// Words for how often light is sampled: of every pixel, and where neighbours differ most.
 const QUALITIES: [(&str, u32, u32); 3] = [("draft", 1, 1), ("edges", 1, 4), ("standard", 4, 4)];
 
-/// What can be asked for besides a picture and its class, instance, depth and normals.
-const FURTHER: [(&str, &[&str]); 9] = [
-    ("sky mask", &["camera.sky=true"]),
-    ("optical flow", &["camera.flow=true"]),
-    ("trunks behind leaves", &["camera.trunks=true"]),
-    ("boxes", &["camera.boxes=true"]),
-    ("radiance", &["camera.radiance=true"]),
-    ("sensor noise", &["camera.noise.enabled=true"]),
-    ("a lens that bends", &["camera.brown_conrady.k1=-0.2"]),
-    (
-        "rolling shutter of 20 ms",
-        &["camera.shutter.readout_ms=20"],
-    ),
+/// What can be asked for besides a picture and its truth, and changes the picture or how it is made.
+const FURTHER: [(&str, &str); 5] = [
+    ("radiance", "camera.radiance=true"),
+    ("sensor noise", "camera.noise.enabled=true"),
+    ("a lens that bends", "camera.brown_conrady.k1=-0.2"),
+    ("rolling shutter of 20 ms", "camera.shutter.readout_ms=20"),
     (
         "exposure of 10 ms, 9 samples",
-        &["camera.shutter.exposure_ms=10"],
+        "camera.shutter.exposure_ms=10",
     ),
+];
+
+/// Truth that is cast for after a picture, whichever renderer took it. (A sky mask is depth's, and made when it is written.)
+const CAST: [(&str, &str); 3] = [
+    ("optical flow", "camera.flow=true"),
+    ("trunks behind leaves", "camera.trunks=true"),
+    ("boxes, 2-D and 3-D", "camera.boxes=true"),
 ];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -63,13 +65,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let of = |mut seconds: Vec<f64>| {
             seconds.sort_by(f64::total_cmp);
-            format!("{:.2} {:.2}", seconds[0], seconds[times / 2])
+            format!("{:.3} {:.3}", seconds[0], seconds[times / 2])
         };
         println!("{name}: {}; {}", of(wall), of(processor));
         Ok::<_, Error>(())
     };
     // A wood is grown once: what does not change is found in the store.
     let store = Store::unlimited();
+    let threads = std::thread::available_parallelism().map_or(1, Into::into);
     let cost = |preset: &str, named: &str, asked: &[String]| {
         let name = format!("{preset}, {named}");
         if !name.contains(&wanted) {
@@ -77,14 +80,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let asked = [asked, &keys].concat();
         let forest = ForestPlan::on(&settings(preset, &asked)?, backend.clone())?;
-        let threads = std::thread::available_parallelism().map_or(1, Into::into);
         let runner = Runner::new(forest.plan(), &store, threads);
-        let once = || {
-            runner.get(forest.images, 0)?;
-            runner.get(forest.extra, 0).map(drop)
-        };
-        let reset = || store.retain(|id, _| id != "frame.images" && id != "frame.extra");
-        report(&name, &reset, &once)
+        let reset = || store.retain(|id, _| id != "frame.images");
+        report(&name, &reset, &|| runner.get(forest.images, 0).map(drop))
     };
     // What of a picture is its truth.
     let truth = |preset: &str, named: &str, asked: &[String]| {
@@ -95,7 +93,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let asked = [asked, &keys].concat();
         let config = settings(preset, &asked)?;
         let forest = ForestPlan::on(&config, backend.clone())?;
-        let threads = std::thread::available_parallelism().map_or(1, Into::into);
         let runner = Runner::new(forest.plan(), &store, threads);
         let rig = &runner.get(forest.cameras, ())?[0];
         let (pose, scene) = (runner.get(forest.pose, 0)?, runner.get(forest.scene, 0)?);
@@ -110,6 +107,53 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         report(&name, &|| (), &|| {
             rig.renderer.truth(&seen, &view).map(drop)
         })
+    };
+    // What further truth costs, the picture taken.
+    let cast = |named: &str, asked: &str| {
+        let name = format!("medium, 1280 x 720, {named} alone");
+        if !name.contains(&wanted) {
+            return Ok(());
+        }
+        let asked = [&[asked.to_owned()], &*keys].concat();
+        let forest = ForestPlan::on(&settings("medium", &asked)?, backend.clone())?;
+        let runner = Runner::new(forest.plan(), &store, threads);
+        let reset = || store.retain(|id, _| id != "frame.extra");
+        report(&name, &reset, &|| runner.get(forest.extra, 0).map(drop))
+    };
+    // What each file costs: encoded and written, but for its checksum.
+    let written = || {
+        let name = |file: CameraFile| format!("medium, 1280 x 720, {file:?} written");
+        if !CameraFile::ALL.iter().any(|f| name(*f).contains(&wanted)) {
+            return Ok(());
+        }
+        let all = ["sky", "flow", "trunks", "boxes", "radiance"];
+        let asked = all.map(|key| format!("camera.{key}=true"));
+        let asked = [&asked, &*keys].concat();
+        let config = settings("medium", &asked)?;
+        let forest = ForestPlan::on(&config, backend.clone())?;
+        let runner = Runner::new(forest.plan(), &store, threads);
+        let (images, extra) = (runner.get(forest.images, 0)?, runner.get(forest.extra, 0)?);
+        let header = nemoral_pipeline::header(&config, &forest)?;
+        let data = CameraData {
+            name: &header.cameras[0].name,
+            rgb: &images[0].rgb,
+            radiance: images[0].linear.as_ref(),
+            truth: &images[0].truth,
+            extra: &extra[0],
+        };
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        for file in CameraFile::ALL
+            .into_iter()
+            .filter(|f| name(*f).contains(&wanted))
+        {
+            let bytes = || file.encode(&header, 0, &data).expect("asked for");
+            let name = format!("{}, {} kB", name(file), bytes().len() / 1000);
+            report(&name, &|| (), &|| {
+                std::fs::write(folder.path().join("file"), bytes()).expect("room for it");
+                Ok(())
+            })?;
+        }
+        Ok::<_, Error>(())
     };
     for preset in nemoral_benches::DENSITIES {
         for [width, height] in RESOLUTIONS {
@@ -132,8 +176,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         truth("medium", &format!("{width} x {height}"), &asked)?;
     }
     for (named, asked) in FURTHER {
-        let asked: Vec<String> = asked.iter().map(|s| (*s).to_owned()).collect();
+        let asked = [asked.to_owned()];
         cost("medium", &format!("1280 x 720, draft, {named}"), &asked)?;
     }
+    for (named, asked) in CAST {
+        cast(named, asked)?;
+    }
+    written()?;
     Ok(())
 }

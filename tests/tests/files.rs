@@ -1,7 +1,7 @@
 //! What `check` says of a recorded wood, from its files alone; and that it notices when they lie.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
@@ -44,37 +44,37 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
     folder
 }
 
-/// A small data set of a drive along a trail.
-static RECORDED: LazyLock<TempDir> = LazyLock::new(|| {
-    let settings = [
-        "frames=3",
-        "camera.width_px=320",
-        "camera.height_px=180",
-        "lidar.pulses=30000",
-        "robot.spacing_m=4",
-    ];
-    record("demo", &settings, BackendChoice::Cpu)
+/// Data sets of a drive along a trail, with pictures of an ordinary size and with tiny ones, of which fewer points
+/// are comparable.
+static RECORDED: LazyLock<[TempDir; 2]> = LazyLock::new(|| {
+    [["1280", "720", "30000"], ["160", "96", "150000"]].map(|[width, height, pulses]| {
+        let settings = [
+            "frames=3",
+            &format!("camera.width_px={width}"),
+            &format!("camera.height_px={height}"),
+            &format!("lidar.pulses={pulses}"),
+            "robot.spacing_m=4",
+        ];
+        record("demo", &settings, BackendChoice::Cpu)
+    })
 });
 
-fn recorded() -> &'static Path {
-    static PATH: LazyLock<std::path::PathBuf> = LazyLock::new(|| RECORDED.path().join("recorded"));
-    &PATH
+fn recorded() -> [PathBuf; 2] {
+    RECORDED
+        .each_ref()
+        .map(|folder| folder.path().join("recorded"))
 }
 
 /// The agreement that a data set of any renderer must show.
 fn assert_agrees(report: &CheckReport) {
     assert!(report.problems.is_empty(), "{:?}", report.problems);
     let agreement = &report.agreement;
-    assert!(
-        agreement.comparable() >= 20_000,
-        "{}",
-        agreement.comparable()
-    );
+    assert!(agreement.comparable() >= 5000, "{}", agreement.comparable());
     assert!(agreement.comparable_share() >= 0.5);
     let overall = agreement.overall().expect("comparable points");
     assert!(overall >= 0.97, "{overall}");
     let mut judged = 0;
-    for class in agreement.classes.iter().filter(|c| c.comparable >= 1000) {
+    for class in agreement.classes.iter().filter(|c| c.comparable >= 500) {
         let share = class.same_class as f64 / class.comparable as f64;
         assert!(share >= 0.95, "{}: {share}", class.name);
         judged += 1;
@@ -89,9 +89,11 @@ fn assert_agrees(report: &CheckReport) {
 
 #[test]
 fn a_recorded_wood_agrees_with_itself() {
-    let report = check(recorded()).expect("a data set");
-    println!("{report}");
-    assert_agrees(&report);
+    for recorded in recorded() {
+        let report = check(&recorded).expect("a data set");
+        println!("{report}");
+        assert_agrees(&report);
+    }
 }
 
 /// What a GPU draws fits what the processor scans, in a stand of a preset: class, instance and depth, and
@@ -244,28 +246,30 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
 fn lies_are_noticed_from_the_files_alone() {
     let disagreement = |a: &Agreement| 1.0 - a.overall().expect("comparable points");
     let residual = |a: &Agreement| a.next_frame.median_m().expect("surfaces");
-    let honest = told(recorded(), Lie::None);
-    let labels = told(recorded(), Lie::Labels);
-    let poses = told(recorded(), Lie::Poses);
-    println!(
-        "disagreement {:.3} %, labels one pixel off {:.3} %",
-        100.0 * disagreement(&honest),
-        100.0 * disagreement(&labels)
-    );
-    println!(
-        "median residual in the next frame {:+.4} m, poses 5 cm off {:+.4} m, {} points",
-        residual(&honest),
-        residual(&poses),
-        poses.next_frame.points()
-    );
-    // The copy says what the original says.
-    let original = check(recorded()).expect("a data set").agreement;
-    assert_eq!(original.classes, honest.classes);
-    assert!(honest.failures().is_empty());
+    for recorded in recorded() {
+        let honest = told(&recorded, Lie::None);
+        let labels = told(&recorded, Lie::Labels);
+        let poses = told(&recorded, Lie::Poses);
+        println!(
+            "disagreement {:.3} %, labels one pixel off {:.3} %",
+            100.0 * disagreement(&honest),
+            100.0 * disagreement(&labels)
+        );
+        println!(
+            "median residual in the next frame {:+.4} m, poses 5 cm off {:+.4} m, {} points",
+            residual(&honest),
+            residual(&poses),
+            poses.next_frame.points()
+        );
+        // The copy says what the original says.
+        let original = check(&recorded).expect("a data set").agreement;
+        assert_eq!(original.classes, honest.classes);
+        assert!(honest.failures().is_empty());
 
-    assert!(disagreement(&labels) >= 2.0 * disagreement(&honest));
-    assert!(!labels.failures().is_empty());
-    let moved = residual(&poses) - residual(&honest);
-    assert!(moved.abs() > 0.03, "{moved}");
-    assert!(!poses.failures().is_empty());
+        assert!(disagreement(&labels) >= 2.0 * disagreement(&honest));
+        assert!(!labels.failures().is_empty());
+        let moved = residual(&poses) - residual(&honest);
+        assert!(moved.abs() > 0.03, "{moved}");
+        assert!(!poses.failures().is_empty());
+    }
 }

@@ -1,7 +1,11 @@
 //! The GPU's truth is the ray-cast camera's: two renderers, each the other's proof.
 
+#[path = "../../crates/render/examples/species_map/avenue.rs"]
+mod avenue;
+
 use std::sync::Arc;
 
+use avenue::{Avenue, SPECIES};
 use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_pipeline::stages::frame::FrameScene;
 use nemoral_raycast::{Blas, Forest, Group};
@@ -517,14 +521,8 @@ fn the_three_presets_are_the_same_for_both_renderers() {
     };
     let camera = camera(gpu, GpuParams::default());
     for preset in ["low", "medium", "high"] {
-        // Software draws every vertex of what is visible: less far than the presets.
-        let small = [
-            "camera.width_px=320",
-            "camera.height_px=180",
-            "chunks.visible_radius_m=60",
-            "chunks.undergrowth_radius_m=30",
-        ];
-        let frame = Frame::new(&World::new(preset, &small), 0);
+        // Nothing changed: as far and as large as the presets see. Software's time is that of vertices, not of pixels.
+        let frame = Frame::new(&World::new(preset, &[]), 0);
         let drawn = camera
             .draw(&frame.scene(), &frame.view)
             .unwrap_or_else(|e| panic!("{e}"));
@@ -709,6 +707,53 @@ fn difference(
         .collect();
     differences.sort_by(f32::total_cmp);
     (differences[150], differences[285], exposure)
+}
+
+/// The example of a pass, `species_map`, written with what `render` gives to anyone: its map has the species that
+/// rays hit.
+#[test]
+fn the_examples_species_map_is_what_rays_hit() {
+    let Some(gpu) = gpu("the example species_map") else {
+        return;
+    };
+    let avenue = Avenue::new().expect("trees");
+    let view = Avenue::view(640, 360).expect("a view");
+    let drawn = avenue.draw(gpu, &view).unwrap_or_else(|e| panic!("{e}"));
+    let trees = avenue.trees.0.iter().map(|tree| {
+        let shape = Blas::build(Arc::clone(&tree.prototype), &avenue.materials);
+        (tree.clone(), Arc::new(shape))
+    });
+    let group = Arc::new(Group::build(trees.collect()));
+    let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+    let scene = SceneView {
+        caster: &forest,
+        materials: &avenue.materials,
+        sky_visibility: &OpenSky,
+    };
+    let agreement = Agreement::of(&cast(&scene, &view), &drawn.truth);
+    assert!(agreement.is_right(LEAST), "{agreement}");
+
+    // By what was hit: its pixels, and those that have its number. First what is no tree.
+    let mut species = [(0, 0); SPECIES.len() + 1];
+    for (i, texel) in drawn.passes[0].pixels().iter().enumerate() {
+        let centre = DVec2::new((i % 640) as f64 + 0.5, (i / 640) as f64 + 0.5);
+        let hit = forest.closest_hit(&view.ray(centre, 300.0));
+        let number = hit.map_or(0, |hit| {
+            let name = &avenue.materials.get(hit.material).name;
+            let is_its = |s: &&str| name.starts_with(*s);
+            1 + SPECIES.iter().position(is_its).expect("a tree's material")
+        });
+        let (all, equal) = &mut species[number];
+        *all += 1;
+        *equal += usize::from(texel[0] as usize == number);
+    }
+    println!("pixels and those that agree, of no tree and of {SPECIES:?}: {species:?}");
+    for (all, equal) in species {
+        assert!(
+            all >= 1000 && equal as f64 >= 0.999 * all as f64,
+            "{species:?}"
+        );
+    }
 }
 
 /// What a material is called, and where: a user's pass.

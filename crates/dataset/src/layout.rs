@@ -1,6 +1,6 @@
 //! Where things lie in a data set's folder.
 
-use crate::{DatasetHeader, DepthFormat, Error};
+use crate::{CameraFile, DatasetHeader, DepthFormat, Error};
 
 pub(crate) const MANIFEST: &str = "dataset.json";
 /// Present while a data set is unfinished: the header, a record for each frame, a lock.
@@ -86,18 +86,8 @@ pub(crate) fn sensor_folders(header: &DatasetHeader) -> Vec<(String, &'static st
     let mut all = Vec::new();
     for i in 0..header.cameras.len() {
         let f = camera_folders(header, i);
-        let depth = depth_extension(header.depth_format);
-        all.extend([f.rgb, f.semantic, f.instance, f.normals].map(|f| (f, "png")));
-        all.push((f.depth, depth));
-        let extra = header.cameras[i].extra;
-        let asked = [
-            (extra.sky, f.sky, "png"),
-            (extra.flow, f.flow, "png"),
-            (extra.trunks, f.trunks, "png"),
-            (extra.boxes, f.boxes, "csv"),
-            (extra.radiance, f.radiance, "exr"),
-        ];
-        all.extend(asked.into_iter().filter(|a| a.0).map(|(_, f, e)| (f, e)));
+        let asked = (CameraFile::ALL.into_iter()).filter(|file| file.is_asked(header, i));
+        all.extend(asked.map(|file| (file.folder(&f).to_owned(), file.extension(header))));
     }
     for i in 0..header.lidars.len() {
         let f = lidar_folders(header, i);

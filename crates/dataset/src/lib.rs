@@ -71,6 +71,7 @@
 
 mod agreement;
 mod atomic;
+mod camera_file;
 mod card;
 mod check;
 mod check_extra;
@@ -97,6 +98,7 @@ mod writer;
 mod yaml;
 
 pub use agreement::{Agreement, ClassAgreement, Residual};
+pub use camera_file::CameraFile;
 pub use check::{CheckReport, Problem, check};
 pub use cloud::{CloudParams, cloud};
 pub use error::Error;

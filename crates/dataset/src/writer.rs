@@ -10,9 +10,9 @@ use nemoral_scene::{Image, Semantic};
 use crate::folder::{self, Content};
 use crate::text::{self, Calibration};
 use crate::{
-    CameraData, DatasetHeader, DepthFormat, Error, FORMAT_VERSION, FileRecord, FrameData,
+    CameraData, CameraFile, DatasetHeader, Error, FORMAT_VERSION, FileRecord, FrameData,
     FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, atomic, card,
-    csv, exr, extra, images, layout, npy, ply, scan, yaml,
+    csv, images, layout, ply, scan, yaml,
 };
 
 /// What to do with an output folder that holds something.
@@ -411,43 +411,11 @@ impl Writer {
         files: &mut Vec<FileRecord>,
     ) -> Result<(), Error> {
         let f = layout::camera_folders(&self.header, i);
-        let t = camera.truth;
-        let mut put = |folder: &str, extension, bytes: Vec<u8>| {
-            self.put_frame_file(frame, folder, extension, &bytes, files)
-        };
-        put(&f.rgb, "png", images::encode_rgb(camera.rgb))?;
-        let semantic = images::encode_semantic(&t.semantic, &self.header.ontology);
-        put(&f.semantic, "png", semantic)?;
-        put(&f.instance, "png", images::encode_instance(&t.object))?;
-        let depth = match self.header.depth_format {
-            DepthFormat::Png16 => images::encode_depth(&t.depth_m),
-            DepthFormat::Npy => npy::encode(&t.depth_m),
-        };
-        put(
-            &f.depth,
-            layout::depth_extension(self.header.depth_format),
-            depth,
-        )?;
-        put(&f.normals, "png", images::encode_normals(&t.normal))?;
-        let (asked, e) = (self.header.cameras[i].extra, camera.extra);
-        if asked.sky {
-            put(
-                &f.sky,
-                "png",
-                images::encode_mask(&extra::sky_mask(&t.depth_m)),
-            )?;
-        }
-        if let Some(flow) = e.flow.as_ref().filter(|_| asked.flow) {
-            put(&f.flow, "png", images::encode_flow(flow))?;
-        }
-        if let Some(trunks) = e.trunks.as_ref().filter(|_| asked.trunks) {
-            put(&f.trunks, "png", images::encode_instance(trunks))?;
-        }
-        if let Some(boxes) = e.boxes.as_ref().filter(|_| asked.boxes) {
-            put(&f.boxes, "csv", extra::encode_boxes(boxes).into_bytes())?;
-        }
-        if let Some(radiance) = camera.radiance.filter(|_| asked.radiance) {
-            put(&f.radiance, "exr", exr::encode(radiance))?;
+        for file in CameraFile::ALL {
+            if let Some(bytes) = file.encode(&self.header, i, camera) {
+                let extension = file.extension(&self.header);
+                self.put_frame_file(frame, file.folder(&f), extension, &bytes, files)?;
+            }
         }
         Ok(())
     }

@@ -1,0 +1,116 @@
+//! The files that a camera writes of a frame, one by one.
+
+use crate::layout::{self, CameraFolders};
+use crate::{CameraData, DatasetHeader, DepthFormat, exr, extra, images, npy};
+
+/// One of the files that a camera writes of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CameraFile {
+    /// The picture.
+    Rgb,
+    /// Classes.
+    Semantic,
+    /// Instances.
+    Instance,
+    /// Planar depth.
+    Depth,
+    /// Normals.
+    Normals,
+    /// Where the sky is seen, which depth tells.
+    Sky,
+    /// Optical flow.
+    Flow,
+    /// The nearest trunks, behind leaves too.
+    Trunks,
+    /// Boxes, in the image and in space.
+    Boxes,
+    /// Light.
+    Radiance,
+}
+
+impl CameraFile {
+    /// All of them, those that a header must ask for last.
+    pub const ALL: [Self; 10] = [
+        Self::Rgb,
+        Self::Semantic,
+        Self::Instance,
+        Self::Depth,
+        Self::Normals,
+        Self::Sky,
+        Self::Flow,
+        Self::Trunks,
+        Self::Boxes,
+        Self::Radiance,
+    ];
+
+    /// Does a header ask for it, of its `camera`-th camera?
+    pub(crate) fn is_asked(self, header: &DatasetHeader, camera: usize) -> bool {
+        let extra = header.cameras[camera].extra;
+        match self {
+            Self::Rgb | Self::Semantic | Self::Instance | Self::Depth | Self::Normals => true,
+            Self::Sky => extra.sky,
+            Self::Flow => extra.flow,
+            Self::Trunks => extra.trunks,
+            Self::Boxes => extra.boxes,
+            Self::Radiance => extra.radiance,
+        }
+    }
+
+    /// Its bytes, as [`Writer`](crate::Writer) writes them, for the `camera`-th camera of a header;
+    /// `None` if that does not ask for it, or it is not in `data`.
+    ///
+    /// # Panics
+    /// If the header has fewer cameras.
+    #[must_use]
+    pub fn encode(
+        self,
+        header: &DatasetHeader,
+        camera: usize,
+        data: &CameraData<'_>,
+    ) -> Option<Vec<u8>> {
+        if !self.is_asked(header, camera) {
+            return None;
+        }
+        let (truth, further) = (data.truth, data.extra);
+        Some(match self {
+            Self::Rgb => images::encode_rgb(data.rgb),
+            Self::Semantic => images::encode_semantic(&truth.semantic, &header.ontology),
+            Self::Instance => images::encode_instance(&truth.object),
+            Self::Depth => match header.depth_format {
+                DepthFormat::Png16 => images::encode_depth(&truth.depth_m),
+                DepthFormat::Npy => npy::encode(&truth.depth_m),
+            },
+            Self::Normals => images::encode_normals(&truth.normal),
+            Self::Sky => images::encode_mask(&extra::sky_mask(&truth.depth_m)),
+            Self::Flow => images::encode_flow(further.flow.as_ref()?),
+            Self::Trunks => images::encode_instance(further.trunks.as_ref()?),
+            Self::Boxes => extra::encode_boxes(further.boxes.as_ref()?).into_bytes(),
+            Self::Radiance => exr::encode(data.radiance?),
+        })
+    }
+
+    pub(crate) fn folder(self, folders: &CameraFolders) -> &str {
+        match self {
+            Self::Rgb => &folders.rgb,
+            Self::Semantic => &folders.semantic,
+            Self::Instance => &folders.instance,
+            Self::Depth => &folders.depth,
+            Self::Normals => &folders.normals,
+            Self::Sky => &folders.sky,
+            Self::Flow => &folders.flow,
+            Self::Trunks => &folders.trunks,
+            Self::Boxes => &folders.boxes,
+            Self::Radiance => &folders.radiance,
+        }
+    }
+
+    pub(crate) fn extension(self, header: &DatasetHeader) -> &'static str {
+        match self {
+            Self::Depth => layout::depth_extension(header.depth_format),
+            Self::Boxes => "csv",
+            Self::Radiance => "exr",
+            _ => "png",
+        }
+    }
+}
