@@ -381,7 +381,7 @@ fn pictures_of_no_wood_are_noticed() {
     });
     leaves(
         "isotropy",
-        (0.8, 1.25),
+        (0.8, 1.3),
         isotropy(&luminance(picture)),
         &[("stripes", isotropy(&luminance(&striped)))],
     );

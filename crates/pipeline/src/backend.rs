@@ -41,13 +41,26 @@ impl Backend {
     /// Decides for a config, and says in words what and why.
     ///
     /// # Errors
-    /// As [`Backend::resolve`].
+    /// As [`Backend::resolve`], and if a GPU is demanded to follow light (`camera.bounces`).
     pub fn for_config(choice: BackendChoice, config: &Config) -> Result<(Self, String), Error> {
-        if config.camera.enabled {
-            return Self::resolve(choice);
+        if !config.camera.enabled {
+            let none = "renderer: none, as there is no camera";
+            return Ok((Self::Cpu, none.to_owned()));
         }
-        let none = "renderer: none, as there is no camera";
-        Ok((Self::Cpu, none.to_owned()))
+        let Some((path, camera)) = config.all_cameras().find(|(_, camera)| camera.bounces > 0)
+        else {
+            return Self::resolve(choice);
+        };
+        let bounces = camera.bounces;
+        match choice {
+            BackendChoice::Gpu => Err(Error::request(format!(
+                "--backend gpu: {path}.bounces = {bounces}: light is followed on the CPU alone; 0 with a GPU"
+            ))),
+            BackendChoice::Auto | BackendChoice::Cpu => Ok((
+                Self::Cpu,
+                format!("renderer: the CPU, as {path}.bounces = {bounces} follows light"),
+            )),
+        }
     }
 
     /// Decides, and says in words what and why.
@@ -233,5 +246,24 @@ impl CameraRenderer for Renderer {
             #[cfg(feature = "gpu")]
             Self::Gpu(camera) => camera.render(scene, view, key).map_err(Error::of_stage),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn followed_light_is_the_processors() {
+        let mut config = Config::default();
+        config.camera.bounces = 3;
+        let (backend, why) = Backend::for_config(BackendChoice::Auto, &config).expect("the CPU");
+        assert_eq!(backend.name(), "cpu");
+        assert_eq!(
+            why,
+            "renderer: the CPU, as camera.bounces = 3 follows light"
+        );
+        let error = Backend::for_config(BackendChoice::Gpu, &config).expect_err("no GPU does");
+        assert!(error.to_string().contains("camera.bounces = 3"), "{error}");
     }
 }

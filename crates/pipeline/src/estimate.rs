@@ -33,6 +33,8 @@ const FURTHER: [(Asked, f64, f64); 6] = [
 ];
 /// Seconds of one core for a megapixel of each further sample of all pixels, of casting alone.
 const CORE_S_PER_MEGASAMPLE: f64 = 1.8;
+/// The same for each surface that a sample's light is followed over.
+const CORE_S_PER_MEGABOUNCE: f64 = 3.0;
 
 /// What a run will take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +63,7 @@ pub fn estimate(config: &Config) -> Estimate {
             every => every,
         };
         per_megapixel += f64::from(samples - 1) * CORE_S_PER_MEGASAMPLE;
+        per_megapixel += f64::from(samples * camera.bounces) * CORE_S_PER_MEGABOUNCE;
         let pixels = f64::from(camera.width_px) * f64::from(camera.height_px);
         bytes += pixels * per_pixel;
         seconds += pixels / 1e6 * per_megapixel;
@@ -124,6 +127,8 @@ mod tests {
             "{with_boxes}"
         );
         let standard = of(&["camera.samples=4"]);
+        let followed = of(&["camera.samples=4", "camera.bounces=2"]);
+        assert!(followed.core_minutes > 2.0 * standard.core_minutes);
         assert!(
             standard.core_minutes > 2.0 * plain.core_minutes,
             "{standard}"

@@ -134,7 +134,10 @@ pub(crate) fn bounce(
     };
     // By the cosine (Malley's method): a point of the disc, lifted.
     let (x, y) = surface.normal.any_orthonormal_pair();
-    let (radius, turn) = (rng.unit_f32().sqrt(), rng.unit_f64() * std::f64::consts::TAU);
+    let (radius, turn) = (
+        rng.unit_f32().sqrt(),
+        rng.unit_f64() * std::f64::consts::TAU,
+    );
     let (sin, cos) = libm::sincos(turn);
     let lift = (1.0 - radius * radius).max(0.0).sqrt();
     let direction = (x * cos as f32 + y * sin as f32) * radius + surface.normal * (side * lift);

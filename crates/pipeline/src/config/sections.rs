@@ -371,11 +371,11 @@ section! {
         /// Rows.
         height_px: u32 = 720, Whole(16, 8192), "paper, VI";
         /// Colour samples of every pixel. A GPU takes 1, or else 4 of each, whichever is asked for here or for edges.
-        samples: u32 = 1, Whole(1, 64), "a mean of light costs as many rays";
+        samples: u32 = 1, Whole(1, 256), "a mean of light costs as many rays";
         /// Colour samples of the tenth of the pixels whose neighbours differ most from them, if that is more; 1, with `samples` 1, is the draft.
-        edge_samples: u32 = 4, Whole(1, 64), "smooth edges where they are seen";
-        /// Over how many surfaces light is followed, by as many rays for each of the `samples`, drawn at random. 0: sky, leaves and ground light a place by how open it is. For figures, `samples = 64` and 4 here; not on a GPU.
-        bounces: u32 = 0, Whole(0, 16), "noise takes minutes a picture to cast away";
+        edge_samples: u32 = 4, Whole(1, 256), "smooth edges where they are seen";
+        /// Over how many surfaces light is followed to the sky, by rays drawn at random; 0 takes the mean light of a place from how open its sky is. On the CPU alone. Grainy below some 64 `samples`, with which 4 bounces take minutes.
+        bounces: u32 = 0, Whole(0, 16), "mean light comes within a tenth or two of it";
         /// How bright pictures come out: by a light meter, or always as `exposure_ev` says.
         exposure: String = "auto".into(), OneOf(&["auto", "fixed"]), "as cameras do";
         /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. Sunny 15, overcast or shade 12, under crowns 8 to 11.

@@ -189,7 +189,9 @@ impl Stage for OpennessStage {
         crowns.are_occluded(&rays, &mut hidden);
         let layers = HEIGHTS_M.iter().cycle();
         let values = (hidden.chunks_exact(DIRECTIONS).zip(layers))
-            .map(|(hidden, height)| open_share(&directions, hidden, (top_m - height).max(0.0)) as f32)
+            .map(|(hidden, height)| {
+                open_share(&directions, hidden, (top_m - height).max(0.0)) as f32
+            })
             .collect();
         Ok(Openness {
             origin_m,
@@ -221,9 +223,15 @@ mod tests {
     #[test]
     fn directions_share_the_hemisphere() {
         let all = directions();
-        assert!(all.iter().all(|d| (d.length() - 1.0).abs() < 1e-6 && d.z > 0.0));
+        assert!(
+            all.iter()
+                .all(|d| (d.length() - 1.0).abs() < 1e-6 && d.z > 0.0)
+        );
         // By the cosine, the mean height is 2 / 3, and no side is favoured.
         let mean = all.iter().sum::<Vec3>() / DIRECTIONS as f32;
-        assert!((mean - Vec3::new(0.0, 0.0, 2.0 / 3.0)).length() < 0.02, "{mean}");
+        assert!(
+            (mean - Vec3::new(0.0, 0.0, 2.0 / 3.0)).length() < 0.02,
+            "{mean}"
+        );
     }
 }

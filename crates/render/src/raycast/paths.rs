@@ -61,13 +61,7 @@ impl Shot<'_> {
     }
 
     /// Adds the light of paths' ends to their samples, and leads on those that go on.
-    fn gather(
-        &self,
-        paths: &mut Vec<Path>,
-        surface: u32,
-        suns: &[Vec3],
-        colours: &mut [Vec3],
-    ) {
+    fn gather(&self, paths: &mut Vec<Path>, surface: u32, suns: &[Vec3], colours: &mut [Vec3]) {
         let camera = self.camera;
         let lighting = &camera.lighting;
         let last = surface == camera.params.bounces;
@@ -85,7 +79,11 @@ impl Shot<'_> {
             let look = Look {
                 ray: &ray,
                 hit: &hit,
-                sample_rad: if surface == 0 { self.sample_rad } else { BUNDLE_RAD },
+                sample_rad: if surface == 0 {
+                    self.sample_rad
+                } else {
+                    BUNDLE_RAD
+                },
                 sun: suns[path.sample],
             };
             let shaded = shade(self.scene, lighting, &look);
