@@ -1,5 +1,5 @@
 //! What a robot's camera sees in a wood is harsh: bright gaps that clip, trunks that are dark before them, edges
-//! washed by glare, dark corners. The three looks, in a closed stand.
+//! washed by glare, dark corners, litter sharp to the single leaf. The three looks, in a closed stand.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::ForestPlan;
@@ -135,4 +135,50 @@ fn a_wood_is_harsh_to_a_small_camera() {
     let (middle, corners) = (at(&|r| r < 0.3), at(&|r| r > 0.9));
     println!("middle {middle:.2}, corners {corners:.2}");
     assert!(corners < 0.85 * middle);
+}
+
+/// How alike the light of neighbours in a row is, of pixels of litter 2 to 4 m away: the correlation of its
+/// logarithm, of shadows and slopes freed by what is 4 pixels on either side.
+fn likeness(images: &CameraImages) -> f64 {
+    let (semantic, depth_m) = (&images.truth.semantic, &images.truth.depth_m);
+    let light = images.linear.as_ref().expect("asked for").pixels();
+    let width = semantic.width();
+    let near = |i: usize| {
+        semantic.pixels()[i] == Semantic::Litter && (2.0..4.0).contains(&depth_m.pixels()[i])
+    };
+    let log = |i: usize| f64::from(light[i].y).ln();
+    let detail = |i: usize| log(i) - 0.5 * (log(i - 4) + log(i + 4));
+    let (mut product, mut square, mut count) = (0.0, 0.0, 0);
+    for i in 4..light.len() - 5 {
+        if i % width > 3 && i % width < width - 5 && (i - 4..=i + 5).all(near) {
+            product += detail(i) * detail(i + 1);
+            square += 0.5 * (detail(i).powi(2) + detail(i + 1).powi(2));
+            count += 1;
+        }
+    }
+    assert!(count > 5_000, "{count} pixels");
+    product / square
+}
+
+#[test]
+fn near_litter_is_sharp_to_the_single_leaf() {
+    let settings = [
+        "assets.individuals=1",
+        "chunks.visible_radius_m=30",
+        "chunks.undergrowth_radius_m=10",
+        "chunks.delete_radius_m=60",
+        "undergrowth.floor={leaf_litter=1.0, needle_litter=0.0, moss=0.0}",
+        "camera.edge_samples=1",
+        "camera.look=flat",
+        "camera.radiance=true",
+        "sky.overcast=1",
+        "lidar.pulses=10",
+    ];
+    let forest = ForestPlan::new(&config("beech", &settings)).expect("a plan");
+    let store = Store::unlimited();
+    let images = Runner::new(forest.plan(), &store, 2).get(forest.images, 0);
+    let likeness = likeness(&images.expect("pictures")[0]);
+    println!("neighbours in litter are alike by {likeness:.2}");
+    // 0.79 where a sample takes the mean of its ellipse's axes; noise would have 0.
+    assert!((0.4..0.73).contains(&likeness), "{likeness:.2}");
 }

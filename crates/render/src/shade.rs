@@ -224,13 +224,14 @@ fn surface(scene: &SceneView<'_>, look: &Look<'_>, normal: Vec3) -> Surface {
     let hit = look.hit;
     let material = scene.materials.get(hit.material);
     let cos = look.ray.direction.dot(hit.geometric_normal).abs().max(0.05);
-    // A sample's ellipse on the surface is 1 / cos longer than wide: take the mean.
-    let footprint_m = hit.distance_m * look.sample_rad / cos.sqrt();
+    // A sample's ellipse on the surface is 1 / cos longer than wide: take the mean. Of the ground, which is
+    // looked at along itself, its width: or single leaves, a few pixels wide and one high, would blur.
+    let width_m = hit.distance_m * look.sample_rad;
     let texture = &material.albedo;
     let mut reflectance = if material.ground {
-        ground::albedo(scene.materials, hit, footprint_m)
+        ground::albedo(scene.materials, hit, width_m)
     } else {
-        texture.sample(hit.uv, footprint_m * hit.uv_per_m)
+        texture.sample(hit.uv, width_m / cos.sqrt() * hit.uv_per_m)
     };
     let mut transmittance = material.transmittance;
     let leaf = transmittance != Vec3::ZERO;

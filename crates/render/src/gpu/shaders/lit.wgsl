@@ -303,7 +303,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     let m = materials[s.material];
     let is_ground = (m.flags & 1u) == 1u;
     let cosine = max(abs(dot(s.ray, s.normal)), 0.05);
-    let footprint = s.distance_m * light.sun.w / sqrt(cosine);
+    let width = s.distance_m * light.sun.w;
     var reflectance: vec3f;
     if is_ground {
         var share = 0.0;
@@ -315,14 +315,14 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
             }
         }
         if share < 1.0 {
-            reflectance = ground(s.material, s.uv, m.mean_albedo.w, footprint);
+            reflectance = ground(s.material, s.uv, m.mean_albedo.w, width);
         }
         if share > 0.0 {
-            let over = ground(s.other, s.uv, materials[s.other].mean_albedo.w, footprint);
+            let over = ground(s.other, s.uv, materials[s.other].mean_albedo.w, width);
             reflectance = mix(reflectance, over, share);
         }
     } else {
-        reflectance = sample(s.material, s.uv, footprint * s.uv_per_m);
+        reflectance = sample(s.material, s.uv, width / sqrt(cosine) * s.uv_per_m);
     }
     var transmittance = m.transmittance.rgb;
     let leaf = any(transmittance != vec3f(0.0));
