@@ -4,7 +4,8 @@ use glam::Vec3;
 use nemoral_scene::{Hit, Ray};
 use nemoral_seed::{Key, PhiloxRng, Stage};
 
-use super::{Shadows, Shot, sums};
+use super::samples::sums;
+use super::{Shadows, Shot};
 use crate::shade::{Look, bounce, shade};
 
 const BOUNCES: Stage = Stage::new("render.bounces");
