@@ -36,6 +36,17 @@ pub(crate) struct Look<'a> {
     pub(crate) sun: Vec3,
 }
 
+impl Look<'_> {
+    /// What turns the hit's normals to the viewer's side, 1 or -1.
+    fn facing(&self) -> f32 {
+        if self.hit.geometric_normal.dot(self.ray.direction) > 0.0 {
+            -1.0
+        } else {
+            1.0
+        }
+    }
+}
+
 /// A surface under its light, without the air before it.
 pub(crate) struct Shaded {
     /// From sky, leaves and ground.
@@ -54,11 +65,7 @@ pub(crate) struct Shaded {
 pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>) -> Shaded {
     let (ray, hit) = (look.ray, look.hit);
     let point = ray.at(hit.distance_m);
-    let facing = if hit.geometric_normal.dot(ray.direction) > 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
+    let facing = look.facing();
     let flat = hit.geometric_normal * facing;
     let surface = surface(scene, look, hit.shading_normal * facing);
 
@@ -114,11 +121,7 @@ pub(crate) fn bounce(
     rng: &mut impl Draw,
 ) -> Option<(Ray, Vec3)> {
     let hit = look.hit;
-    let facing = if hit.geometric_normal.dot(look.ray.direction) > 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
+    let facing = look.facing();
     let surface = surface(scene, look, hit.shading_normal * facing);
     let (back, through) = (
         surface.body.dot(LUMINANCE),

@@ -130,3 +130,12 @@ fn the_sun_shines_through_leaves_to_the_ground() {
         "{got} for {expected}"
     );
 }
+
+#[test]
+fn value_stability() {
+    let mut world = World::default();
+    world.add(level(0.0), grey(0.5), 0);
+    world.add(level(1.0), leaf(0.3, 0.2), 1);
+    let got = followed(&world, Lighting::uniform(Vec3::ONE), 3, &of_the_ground());
+    assert!((got.x - 0.139_310_45).abs() < 1e-7, "{}", got.x);
+}
