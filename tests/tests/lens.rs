@@ -155,3 +155,16 @@ fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
     assert!(agreement.is_right(300), "{agreement}");
     assert!((cast.ev100 - drawn.ev100).abs() < 0.1);
 }
+
+#[test]
+fn a_gpu_that_is_asked_to_follow_light_says_no() {
+    if gpu("light that cannot be followed").is_none() {
+        return;
+    }
+    let config = config("demo", &["camera.bounces=3"]);
+    let (drawing, _) = Backend::for_config(BackendChoice::Gpu, &config).expect("a GPU");
+    let forest = ForestPlan::on(&config, drawing).expect("a plan");
+    let cameras = Runner::new(forest.plan(), &Store::unlimited(), 1).get(forest.cameras, ());
+    let error = cameras.expect_err("no light to follow").to_string();
+    assert!(error.contains("camera.bounces = 3"), "{error}");
+}

@@ -178,3 +178,30 @@ fn what_one_eye_sees_the_other_sees_a_baseline_beside() {
     // Two cameras, two draws.
     assert_ne!(left.images.rgb, right.images.rgb);
 }
+
+#[test]
+fn cameras_that_take_alike_share_a_renderer() {
+    let world = World::new(
+        "demo",
+        &[
+            "cameras.right.mount_y_m=-0.12",
+            "cameras.smooth.edge_samples=9",
+            "cameras.true.bounces=2",
+        ],
+    );
+    let rigs = world.runner(1).get(world.forest.cameras, ());
+    let rigs = rigs.expect("cameras");
+    let first = |i: usize| {
+        rigs.iter()
+            .position(|r| Arc::ptr_eq(&r.renderer, &rigs[i].renderer))
+    };
+    let named = |name: &str| {
+        rigs.iter()
+            .position(|r| r.name == name)
+            .expect("it is there")
+    };
+    assert_eq!(first(named("right")), Some(0));
+    for own in ["smooth", "true"].map(named) {
+        assert_eq!(first(own), Some(own));
+    }
+}

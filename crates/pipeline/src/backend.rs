@@ -41,25 +41,20 @@ impl Backend {
     /// Decides for a config, and says in words what and why.
     ///
     /// # Errors
-    /// As [`Backend::resolve`], and if a GPU is demanded to follow light (`camera.bounces`).
+    /// As [`Backend::resolve`].
     pub fn for_config(choice: BackendChoice, config: &Config) -> Result<(Self, String), Error> {
         if !config.camera.enabled {
             let none = "renderer: none, as there is no camera";
             return Ok((Self::Cpu, none.to_owned()));
         }
-        let Some((path, camera)) = config.all_cameras().find(|(_, camera)| camera.bounces > 0)
-        else {
-            return Self::resolve(choice);
-        };
-        let bounces = camera.bounces;
-        match choice {
-            BackendChoice::Gpu => Err(Error::request(format!(
-                "--backend gpu: {path}.bounces = {bounces}: light is followed on the CPU alone; 0 with a GPU"
-            ))),
-            BackendChoice::Auto | BackendChoice::Cpu => Ok((
-                Self::Cpu,
-                format!("renderer: the CPU, as {path}.bounces = {bounces} follows light"),
-            )),
+        let follows = config.all_cameras().find(|(_, camera)| camera.bounces > 0);
+        match (choice, follows) {
+            (BackendChoice::Auto, Some((path, camera))) => {
+                let bounces = camera.bounces;
+                let why = format!("renderer: the CPU, as {path}.bounces = {bounces} follows light");
+                Ok((Self::Cpu, why))
+            }
+            _ => Self::resolve(choice),
         }
     }
 
@@ -263,7 +258,5 @@ mod tests {
             why,
             "renderer: the CPU, as camera.bounces = 3 follows light"
         );
-        let error = Backend::for_config(BackendChoice::Gpu, &config).expect_err("no GPU does");
-        assert!(error.to_string().contains("camera.bounces = 3"), "{error}");
     }
 }

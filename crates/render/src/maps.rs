@@ -16,7 +16,8 @@ pub(crate) struct Maps {
     pub(crate) normal: Vec<Vec3>,
     /// Radiance, at first without the sun's.
     pub(crate) linear: Vec<Vec3>,
-    /// The sun's radiance as if nothing were between; zero where it does not count.
+    /// The sun's radiance as if nothing were between; zero where it does not count. Empty, as is what follows, if
+    /// the picture's light is followed.
     pub(crate) sun: Vec<Vec3>,
     /// Is nothing between?
     pub(crate) lit: Vec<bool>,
@@ -36,6 +37,21 @@ impl Maps {
             linear: filled(Vec3::ZERO, n),
             sun: filled(Vec3::ZERO, n),
             lit: filled(false, n),
+        }
+    }
+
+    /// Of a picture that is black as yet.
+    pub(crate) fn of_truth(truth: TruthImages) -> Self {
+        let n = truth.depth_m.pixels().len();
+        Self {
+            width: truth.depth_m.width(),
+            semantic: truth.semantic.into_pixels(),
+            object: truth.object.into_pixels(),
+            depth_m: truth.depth_m.into_pixels(),
+            normal: truth.normal.into_pixels(),
+            linear: filled(Vec3::ZERO, n),
+            sun: Vec::new(),
+            lit: Vec::new(),
         }
     }
 

@@ -358,23 +358,23 @@ impl CameraRenderer for RayCastCamera {
             sample_rad: (1.0 / focal_px) as f32,
             openness: scene.sky_visibility.openness(position),
         };
-        let mut maps = shot.first_samples(key);
-        maps.add_sun();
-
-        // More samples for every pixel, then for the silhouettes.
-        let n = maps.linear.len();
         let samples = if view.blurs() {
             p.colour_samples.max(p.blur_samples)
         } else {
             p.colour_samples
         };
-        if p.bounces > 0 {
+        // All samples of every pixel, or those after the first; then more for the silhouettes.
+        let (mut maps, further) = if p.bounces > 0 {
+            let maps = Maps::of_truth(self.truth(scene, view)?);
+            (maps, Further::besides(0, samples))
+        } else {
+            let mut maps = shot.first_samples(key);
+            maps.add_sun();
+            (maps, Further::after_the_first(samples - 1))
+        };
+        let n = maps.linear.len();
+        if further.samples > 0 {
             let every: Vec<u32> = (0..n as u32).collect();
-            let further = Further::besides(0, samples);
-            shot.add_samples(&mut maps.linear, &every, further, key.stage(ALL));
-        } else if samples > 1 {
-            let every: Vec<u32> = (0..n as u32).collect();
-            let further = Further::after_the_first(samples - 1);
             shot.add_samples(&mut maps.linear, &every, further, key.stage(ALL));
         }
         if p.edge_samples > 0 {

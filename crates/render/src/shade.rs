@@ -1,5 +1,7 @@
 //! What a surface sends towards the camera.
 
+use std::f64::consts::TAU;
+
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray};
 use nemoral_seed::Draw;
@@ -17,7 +19,8 @@ const F0: f32 = 0.04;
 const AMONG_LEAVES: f32 = 0.8;
 
 /// A surface with everything a shader needs to know of it.
-struct Surface {
+#[derive(Clone, Copy)]
+pub(crate) struct Surface {
     /// Towards the viewer's side.
     normal: Vec3,
     /// What is reflected from below the skin, and what comes through; with the sheen at most 1.
@@ -49,6 +52,8 @@ impl Look<'_> {
 
 /// A surface under its light, without the air before it.
 pub(crate) struct Shaded {
+    /// What it is.
+    pub(crate) surface: Surface,
     /// From sky, leaves and ground.
     pub(crate) indirect: Vec3,
     /// What of it glances off the skin.
@@ -84,6 +89,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
     let lit_front = cos > 0.0 && flat.dot(look.sun) > 0.0;
     let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
     let mut shaded = Shaded {
+        surface,
         indirect,
         sheen,
         direct: Vec3::ZERO,
@@ -93,7 +99,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
     if irradiance != Vec3::ZERO && (lit_front || lit_back) {
         let side = if flat.dot(look.sun) > 0.0 { 1.0 } else { -1.0 };
         let shadow = leaving(look, flat * side, look.sun, f32::INFINITY);
-        shaded.direct = irradiance * direct(&surface, cos, look.sun, ray.direction);
+        shaded.direct = irradiance * direct(&shaded.surface, cos, look.sun, ray.direction);
         shaded.shadow = Some(shadow);
     }
     shaded
@@ -112,43 +118,46 @@ fn leaving(look: &Look<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
     }
 }
 
-/// A ray to somewhere that light may come from, drawn by how much of it the surface sends on to the
-/// viewer, and what the radiance found there is to be multiplied with; `None` if it sends on nothing.
-pub(crate) fn bounce(
-    scene: &SceneView<'_>,
-    look: &Look<'_>,
-    reach_m: f32,
-    rng: &mut impl Draw,
-) -> Option<(Ray, Vec3)> {
-    let hit = look.hit;
-    let facing = look.facing();
-    let surface = surface(scene, look, hit.shading_normal * facing);
-    let (back, through) = (
-        surface.body.dot(LUMINANCE),
-        surface.transmittance.dot(LUMINANCE),
-    );
-    let drawn = rng.unit_f32() * (back + through);
-    let (side, weight) = if drawn < back {
-        (1.0, surface.body * ((back + through) / back))
-    } else if through > 0.0 {
-        (-1.0, surface.transmittance * ((back + through) / through))
-    } else {
-        return None;
-    };
-    // By the cosine (Malley's method): a point of the disc, lifted.
-    let (x, y) = surface.normal.any_orthonormal_pair();
-    let (radius, turn) = (
-        rng.unit_f32().sqrt(),
-        rng.unit_f64() * std::f64::consts::TAU,
-    );
-    let (sin, cos) = libm::sincos(turn);
-    let lift = (1.0 - radius * radius).max(0.0).sqrt();
-    let direction = (x * cos as f32 + y * sin as f32) * radius + surface.normal * (side * lift);
-    let flat = hit.geometric_normal * (facing * side);
-    // What a shading normal sends into the flat surface stays on its side: no light is lost.
-    let under = flat.dot(direction).min(0.0);
-    let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
-    Some((leaving(look, flat, direction, reach_m), weight))
+impl Surface {
+    /// A ray to somewhere that light may come from, drawn by how much of it the surface sends on from below its
+    /// skin, and what the radiance found there is to be multiplied with; `None` if it sends on nothing.
+    pub(crate) fn bounce(
+        &self,
+        look: &Look<'_>,
+        reach_m: f32,
+        rng: &mut impl Draw,
+    ) -> Option<(Ray, Vec3)> {
+        let (back, through) = (self.body.dot(LUMINANCE), self.transmittance.dot(LUMINANCE));
+        let drawn = rng.unit_f32() * (back + through);
+        let (side, weight) = if drawn < back {
+            (1.0, self.body * ((back + through) / back))
+        } else if through > 0.0 {
+            (-1.0, self.transmittance * ((back + through) / through))
+        } else {
+            return None;
+        };
+        // By the cosine (Malley's method): a point of the disc, lifted.
+        let (x, y) = self.normal.any_orthonormal_pair();
+        let (radius, turn) = (rng.unit_f32().sqrt(), rng.unit_f64() * TAU);
+        let (sin, cos) = libm::sincos(turn);
+        let lift = (1.0 - radius * radius).max(0.0).sqrt();
+        let direction = (x * cos as f32 + y * sin as f32) * radius + self.normal * (side * lift);
+        let flat = look.hit.geometric_normal * (look.facing() * side);
+        // What a shading normal sends into the flat surface stays on its side: no light is lost.
+        let under = flat.dot(direction).min(0.0);
+        let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
+        let (_, entering) = self.skin(look.ray.direction);
+        Some((leaving(look, flat, direction, reach_m), weight * entering))
+    }
+
+    /// Of light from all around, what glances off towards who looks along `view`, and what enters as far as what
+    /// is below the skin knows: all but what glances off besides the sheen of a straight look.
+    fn skin(&self, view: Vec3) -> (f32, f32) {
+        let gloss = gloss(self.roughness);
+        let cos = (-view.dot(self.normal)).max(0.0);
+        let glancing = gloss * fresnel(F0, (1.0 - self.roughness).max(F0), cos);
+        (glancing, 1.0 - (glancing - gloss * F0))
+    }
 }
 
 /// Radiance for a unit of irradiance on a plane that faces the sun.
@@ -187,13 +196,11 @@ fn indirect(
         diffuse += surface.transmittance * ambient.irradiance(-n);
         diffuse *= AMONG_LEAVES + (1.0 - AMONG_LEAVES) * openness;
     }
-    let gloss = gloss(surface.roughness);
-    if gloss == 0.0 {
+    let (glancing, entering) = surface.skin(view);
+    if glancing == 0.0 {
         return (diffuse * PER_PI, Vec3::ZERO);
     }
-    let cos = (-view.dot(n)).max(0.0);
     let mirrored = view - n * (2.0 * view.dot(n));
-    let specular = gloss * fresnel(F0, (1.0 - surface.roughness).max(F0), cos);
     // The smoother, the more of the sky itself is seen in the surface.
     let smooth = (1.0 - surface.roughness) * (1.0 - surface.roughness);
     let blurred = ambient.irradiance(mirrored) * PER_PI;
@@ -203,12 +210,8 @@ fn indirect(
     } else {
         blurred
     };
-    // What glances off besides the sheen of a straight look does not enter.
-    let sheen = seen * specular;
-    (
-        diffuse * (PER_PI * (1.0 - (specular - gloss * F0))) + sheen,
-        sheen,
-    )
+    let sheen = seen * glancing;
+    (diffuse * (PER_PI * entering) + sheen, sheen)
 }
 
 /// How much of the dielectric's sheen is seen as such; that of a matt surface looks like its body.

@@ -304,20 +304,9 @@ impl Stage for CameraStage {
             Some(image) => Lighting::photographed(&sun, &sky, &image, self.sky.image_gain),
         }
         .map_err(Error::of_stage)?;
-        let mut rigs: Vec<CameraRig> = Vec::new();
-        for (i, (path, camera)) in self.cameras.iter().enumerate() {
-            // A GPU holds the scene once for each renderer: few are better.
-            let alike = |(_, other): &(String, config::Camera)| {
-                let params =
-                    |c: &config::Camera| (c.samples, c.edge_samples, c.bounces, c.shutter.samples);
-                other.look == camera.look
-                    && other.radiance == camera.radiance
-                    && params(other) == params(camera)
-            };
-            let renderer = match self.cameras[..i].iter().position(alike) {
-                Some(before) => Arc::clone(&rigs[before].renderer),
-                None => Arc::new(self.renderer(camera, lighting.clone())?),
-            };
+        let mut rigs = Vec::new();
+        let renderers = self.renderers(&lighting)?;
+        for ((path, camera), renderer) in self.cameras.iter().zip(renderers) {
             // Before the first picture, and so before anything is written.
             renderer.check_size(camera.width_px, camera.height_px)?;
             let name = config::sensor_name(path);
@@ -343,44 +332,86 @@ impl Stage for CameraStage {
 const EDGES: f32 = 0.1;
 
 impl CameraStage {
-    fn renderer(&self, camera: &config::Camera, lighting: Lighting) -> Result<Renderer, Error> {
-        let (_, lens) = look(&camera.look);
-        let max_range_m = self.max_range_m as f32;
-        Ok(match &self.backend {
-            Backend::Cpu => {
-                let edge_samples = camera.edge_samples.saturating_sub(camera.samples);
-                let params = RayCastParams {
-                    lens,
-                    colour_samples: camera.samples,
-                    edge_samples,
-                    edge_budget: EDGES * edge_samples as f32,
-                    blur_samples: camera.shutter.samples,
-                    bounces: camera.bounces,
-                    max_range_m,
-                    keep_linear: camera.radiance,
-                };
-                let camera = RayCastCamera::new(params, lighting).map_err(Error::of_stage)?;
-                Renderer::Cpu(Box::new(camera))
-            }
+    /// Each camera's.
+    fn renderers(&self, lighting: &Lighting) -> Result<Vec<Arc<Renderer>>, Error> {
+        match &self.backend {
+            Backend::Cpu => shared(
+                self.cameras
+                    .iter()
+                    .map(|(_, camera)| Ok(self.ray_cast(camera))),
+                |params| {
+                    let camera = RayCastCamera::new(*params, lighting.clone());
+                    Ok(Renderer::Cpu(Box::new(camera.map_err(Error::of_stage)?)))
+                },
+            ),
             #[cfg(feature = "gpu")]
-            Backend::Gpu { gpu, memory_mib } => {
-                let params = nemoral_render::GpuParams {
-                    lens,
-                    max_range_m,
-                    keep_linear: camera.radiance,
-                    colour_samples: match camera.samples.max(camera.edge_samples) {
-                        1 => 1,
-                        _ => 4,
-                    },
-                    blur_samples: camera.shutter.samples,
-                    memory_mib: *memory_mib,
-                    ..Default::default()
-                };
-                let camera = nemoral_render::GpuCamera::new(gpu, params, lighting);
-                Renderer::Gpu(Box::new(camera.map_err(Error::of_stage)?))
-            }
+            Backend::Gpu { gpu, memory_mib } => shared(
+                (self.cameras.iter()).map(|(path, camera)| self.on_gpu(path, camera, *memory_mib)),
+                |params| {
+                    let camera = nemoral_render::GpuCamera::new(gpu, *params, lighting.clone());
+                    Ok(Renderer::Gpu(Box::new(camera.map_err(Error::of_stage)?)))
+                },
+            ),
+        }
+    }
+
+    fn ray_cast(&self, camera: &config::Camera) -> RayCastParams {
+        let edge_samples = camera.edge_samples.saturating_sub(camera.samples);
+        RayCastParams {
+            lens: look(&camera.look).1,
+            colour_samples: camera.samples,
+            edge_samples,
+            edge_budget: EDGES * edge_samples as f32,
+            blur_samples: camera.shutter.samples,
+            bounces: camera.bounces,
+            max_range_m: self.max_range_m as f32,
+            keep_linear: camera.radiance,
+        }
+    }
+
+    #[cfg(feature = "gpu")]
+    fn on_gpu(
+        &self,
+        path: &str,
+        camera: &config::Camera,
+        memory_mib: u32,
+    ) -> Result<nemoral_render::GpuParams, Error> {
+        if camera.bounces > 0 {
+            return Err(Error::request(format!(
+                "{path}.bounces = {}: light is followed on the CPU alone; 0 with a GPU",
+                camera.bounces
+            )));
+        }
+        Ok(nemoral_render::GpuParams {
+            lens: look(&camera.look).1,
+            max_range_m: self.max_range_m as f32,
+            keep_linear: camera.radiance,
+            colour_samples: match camera.samples.max(camera.edge_samples) {
+                1 => 1,
+                _ => 4,
+            },
+            blur_samples: camera.shutter.samples,
+            memory_mib,
+            ..Default::default()
         })
     }
+}
+
+/// A renderer for each of these parameters; equal ones share one, as a GPU holds the scene once for each.
+fn shared<P: PartialEq>(
+    params: impl Iterator<Item = Result<P, Error>>,
+    make: impl Fn(&P) -> Result<Renderer, Error>,
+) -> Result<Vec<Arc<Renderer>>, Error> {
+    let params = params.collect::<Result<Vec<P>, Error>>()?;
+    let mut all: Vec<Arc<Renderer>> = Vec::new();
+    for (i, wanted) in params.iter().enumerate() {
+        let alike = params[..i].iter().position(|before| before == wanted);
+        all.push(match alike {
+            Some(before) => Arc::clone(&all[before]),
+            None => Arc::new(make(wanted)?),
+        });
+    }
+    Ok(all)
 }
 
 fn exposure(camera: &config::Camera) -> Exposure {

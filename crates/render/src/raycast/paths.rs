@@ -6,7 +6,7 @@ use nemoral_seed::{Key, PhiloxRng, Stage};
 
 use super::samples::sums;
 use super::{Shadows, Shot};
-use crate::shade::{Look, bounce, shade};
+use crate::shade::{Look, shade};
 
 const BOUNCES: Stage = Stage::new("render.bounces");
 
@@ -101,9 +101,10 @@ impl Shot<'_> {
                 *colour += path.weight * shaded.indirect;
                 return false;
             }
+            // What mirrors is seen in the mean light.
             *colour += path.weight * shaded.sheen;
             let reach_m = camera.params.max_range_m;
-            let Some((ray, weight)) = bounce(self.scene, &look, reach_m, &mut path.rng) else {
+            let Some((ray, weight)) = shaded.surface.bounce(&look, reach_m, &mut path.rng) else {
                 return false;
             };
             path.ray = ray;

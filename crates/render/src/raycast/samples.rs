@@ -11,7 +11,7 @@ use super::{BATCH, Shadows, Shot};
 pub(super) struct Further {
     /// Samples that a pixel has already.
     before: u32,
-    samples: u32,
+    pub(super) samples: u32,
     /// Into how many parts the exposure is cut, and the part that has its sample, if there is one.
     parts: u32,
     done: Option<u32>,
