@@ -264,6 +264,10 @@ fn leaves_of_another_size_or_place_are_noticed() {
         }
     });
     let huddled = canopy(&huddled, materials);
+    // Every second square of 30 m without a tree.
+    let mut parted = trees.clone();
+    parted.retain(|t| (t.foot_m / 30.0).floor().element_sum() % 2.0 == 0.0);
+    let parted = canopy(&parted, materials);
 
     let over = |leafless: f64| leafless / gaps.expected;
     leaves(
@@ -285,6 +289,12 @@ fn leaves_of_another_size_or_place_are_noticed() {
             ("leaves twice as large", twice.gaps().clumping()),
             ("leaves at the stems", huddled.gaps().clumping()),
         ],
+    );
+    leaves(
+        "Ω photographed",
+        (0.65, 0.95),
+        sound.clumping_as_photographed(40),
+        &[("groups and meadows", parted.clumping_as_photographed(40))],
     );
 
     let inclination = |trees: &[Standing]| {

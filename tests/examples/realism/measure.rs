@@ -28,6 +28,8 @@ const MARGIN_M: f64 = 60.0;
 /// Of the smallest of the scales that clumping is shown by: as large as a shoot's picture.
 const VOXEL_M: f64 = 0.4;
 const LINES: usize = 8_000;
+/// Of the sky, from under the trees.
+const PHOTOGRAPHS: usize = 200;
 /// The ring step of the pair correlation, metres.
 pub(crate) const STEP_M: f64 = 0.5;
 /// Frames that are looked at.
@@ -63,6 +65,8 @@ pub(crate) struct Stand {
     pub(crate) gaps: Gaps,
     /// What was demanded of the silhouettes over leaf area.
     pub(crate) silhouette: f64,
+    /// Ω as photographs of the sky find it.
+    pub(crate) photographed: f64,
     pub(crate) by_scale: Vec<(f64, f64)>,
     /// Along the hinge, from 1.3 m up: of leaves, of trees.
     pub(crate) leafless: f64,
@@ -77,6 +81,8 @@ pub(crate) struct Stand {
     pub(crate) isotropy: f64,
     pub(crate) tones: Tones,
     pub(crate) colour: Option<Colour>,
+    /// From above the crowns.
+    pub(crate) colour_from_above: Option<Colour>,
     /// How much the kind of ground repeats that does most.
     pub(crate) ground_repeats: f64,
     /// Share of the pixels and of the points, by class.
@@ -95,6 +101,9 @@ impl Stand {
             "camera.height_px=360",
             "camera.edge_samples=4",
             "camera.radiance=true",
+            // The crowns from above, as PhenoCams on towers see them.
+            "cameras.tower.mount_z_m=45",
+            "cameras.tower.mount_pitch_deg=60",
             "lidar.pulses=20000",
         ];
         let world = World::new(name, &settings);
@@ -135,6 +144,7 @@ impl Stand {
             leaf_area_index: survey.trees.iter().map(|t| t.leaf_area_m2).sum::<f64>() / area_m2,
             gaps: canopy.gaps(),
             silhouette: silhouette(&survey.trees),
+            photographed: canopy.clumping_as_photographed(PHOTOGRAPHS),
             by_scale: canopy.clumping_by_scale(VOXEL_M, 5),
             leafless: canopy.leafless(),
             openness: canopy.openness(),
@@ -148,7 +158,8 @@ impl Stand {
                 log_sd: Views::mean(&views.lights, |v| tones(v).log_sd),
                 gradient_kurtosis: Views::mean(&views.luminances, |v| tones(v).gradient_kurtosis),
             },
-            colour: views.colour(),
+            colour: mean_colour(&views.colours),
+            colour_from_above: mean_colour(&views.from_above),
             ground_repeats: ground_repeats(&assets),
             classes: views.classes,
             trees: survey.trees,
@@ -278,19 +289,21 @@ fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
     plant_area_density(&heights_m, 45)
 }
 
-/// What the robot's sensors see.
+/// What the robot's sensors see, and a camera high above it.
 struct Views {
     luminances: Vec<Image<f64>>,
     /// Before the sensor clips.
     lights: Vec<Image<f64>>,
     colours: Vec<Colour>,
+    from_above: Vec<Colour>,
     classes: Vec<(String, f64, f64)>,
 }
 
 impl Views {
     fn take(world: &World, runner: &Runner<'_>) -> Self {
         let ontology = Ontology::by_name(&world.config.output.ontology).expect("an ontology");
-        let (mut luminances, mut lights, mut colours) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut luminances, mut lights) = (Vec::new(), Vec::new());
+        let (mut colours, mut from_above) = (Vec::new(), Vec::new());
         let mut seen = Seen::default();
         for frame in FRAMES {
             let images = runner.get(world.forest.images, frame).expect("a picture");
@@ -299,6 +312,8 @@ impl Views {
             let light = picture.linear.as_ref().expect("asked for");
             lights.push(luminance_of_light(light, picture.ev100));
             colours.extend(colour(&picture.rgb, &picture.truth.semantic));
+            let tower = &images[1];
+            from_above.extend(colour(&tower.rgb, &tower.truth.semantic));
             let scans: Arc<_> = runner.get(world.forest.scans, frame).expect("a scan");
             seen.add(
                 &ontology,
@@ -310,6 +325,7 @@ impl Views {
             luminances,
             lights,
             colours,
+            from_above,
             classes: seen.shares(&ontology),
         }
     }
@@ -317,16 +333,16 @@ impl Views {
     fn mean(pictures: &[Image<f64>], of: impl Fn(&Image<f64>) -> f64) -> f64 {
         pictures.iter().map(of).sum::<f64>() / pictures.len() as f64
     }
+}
 
-    fn colour(&self) -> Option<Colour> {
-        let n = self.colours.len() as f64;
-        let mean = |of: fn(&Colour) -> f64| self.colours.iter().map(of).sum::<f64>() / n;
-        (!self.colours.is_empty()).then(|| Colour {
-            gcc: mean(|c| c.gcc),
-            glaring: mean(|c| c.glaring),
-            hue_deg: mean(|c| c.hue_deg),
-        })
-    }
+fn mean_colour(colours: &[Colour]) -> Option<Colour> {
+    let n = colours.len() as f64;
+    let mean = |of: fn(&Colour) -> f64| colours.iter().map(of).sum::<f64>() / n;
+    (!colours.is_empty()).then(|| Colour {
+        gcc: mean(|c| c.gcc),
+        glaring: mean(|c| c.glaring),
+        hue_deg: mean(|c| c.hue_deg),
+    })
 }
 
 #[derive(Default)]

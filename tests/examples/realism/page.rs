@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nemoral_assets::Species;
 use nemoral_tests::realism::Relations;
 
-use crate::checks::{CANOPIES, Check, Column, PICTURES, PROFILES, STEMS};
+use crate::checks::{CANOPIES, COLOURS, Check, Column, PICTURES, PROFILES, STEMS};
 use crate::measure::{STEP_M, Stand};
 use crate::plots;
 
@@ -179,7 +179,9 @@ impl Page {
              leaves as they were grown, and casts no ray at their pictures:\n- Ω of shoots: silhouette of the leaves' pictures over the leaf area in the inventory; the species' silhouette factor ± 5 %, of needles 4 STAR, of broad leaves what those of a spray do not hide of each other (that all of them are drawn, hidden ones too, is tested to 5 % in `crates/assets`);\n- 2 G: mean projection of the silhouettes along the line by their inclinations, over a half;\n- Ω of crowns and stand: each card in 8 x 8 parts, as large as a leaf; a line meets a leaf in a part that it crosses with the probability \
              of the part's share of leaf area q, so it is free with the product of all 1 - q (Nilson's positive binomial within the shoot, 1971), P is the mean over 8,000 lines, and Ω = -ln P / mean of the sum of q.\n\n\
              Beside it the share of the same lines, as rays through the one-bit masks, that meet no leaf: within 15 % of the law. And those that meet nothing, wood included: closed beech and spruce 5–15 %, pine 25–45 %, montado over 50 %. \
-             Ω of all levels in the field: broad leaves .8–.95, needles .5–.7.\n",
+             No instrument in the field counts leaves: Ω there comes of photographs or of gaps along a line, and with LAI 6, 5 to 15 % of sky leave of the Ω of all levels no more than .34 to .54. \
+             So the range of field studies (closed stands of broad leaves .8–.95, of needles .5–.7, remembered) is held against Ω as photographs have it: of each the shares of sky P in sectors of 15° of the ring at 57.5° (10° wide, wood included), \
+             ln(mean P) / mean(ln P) (Lang and Xiang 1986), the mean of 200 photographs; of needles times that of shoots, as is usual (Chen and Cihlar 1995).\n",
         );
         self.table(stands, CANOPIES);
         self.add("\nWhat each scale adds: Ω of crowns and stand if silhouettes were at random inside of voxels of this size, metres; -ln(mean exp(-L)) / mean L, L the projected silhouettes along a line.\n\n| stand |");
@@ -238,10 +240,16 @@ impl Page {
     fn pictures(&mut self, stands: &[Stand]) {
         self.add(
             "\n## Pictures\n\nMeans of five pictures. The slope of the amplitude spectrum over frequency on logarithmic axes: photographs of nature have -1.2 on average, -0.8 to -1.5 (Tolhurst et al. \
-             1992); horizontal waves over vertical ones; how much the ground repeats: the greatest correlation of its brightness with that one tile's width away, in sixteen directions, of the kind of ground that does most; the spread of the logarithm of luminance (of the light itself, before the sensor clips); the kurtosis of steps from pixel to pixel. Of foliage: the green chromatic coordinate G / (R + G + B) (summer leaves .40–.46, needles .36–.40, eucalyptus and cork oak .36–.42), the median hue, the share that \
-             glares (saturation over .7, value over .6).\n",
+             1992); horizontal waves over vertical ones; how much the ground repeats: the greatest correlation of its brightness with that one tile's width away, in sixteen directions, of the kind of ground that does most; the spread of the logarithm of luminance (of the light itself, before the sensor clips): \
+             photographs of town and country have .8 on average (Huang and Mumford 1999, remembered), woods more, and followed light in these stands .79 to 1.30 (docs/light.md); the kurtosis of steps from pixel to pixel.\n",
         );
         self.table(stands, PICTURES);
+        self.add(
+            "\nOf foliage: the green chromatic coordinate G / (R + G + B), the median hue, the share that glares (saturation over .7, value over .6). What is known of them is of crowns seen from above, by PhenoCams on towers (Richardson et al. 2018: summer leaves .40–.46, needles \
+             .36–.40, eucalyptus and cork oak .36–.42, remembered): so a camera looks down on them, 45 m over the robot, 60° below the horizon. Beside it what the robot sees: leaves in the light of shade are greyer, and those with the sun behind them glare, as their transmittance has no blue; \
+             followed light shows as many of both (docs/light.md).\n",
+        );
+        self.table(stands, COLOURS);
     }
 
     fn classes(&mut self, stands: &[Stand]) {
@@ -278,12 +286,11 @@ fn why(measure: &str) -> &'static str {
         "sizes of neighbours < 3.5 m" => {
             "trees are placed without regard to their neighbours' size"
         }
-        "Ω" => {
-            "crowns keep to their own width and leave the ground between them free: foliage is more clumped than in closed woods, and gaps and trails count too"
+        "Ω photographed" => {
+            "crowns keep to their own width and leave the ground between them free; gaps and trails count too"
         }
+        "GCC" => "PROSPECT's pine needle alone has .45",
         "isotropy" => "upright stems; the range is remembered, not read",
-        "log-luminance SD" => "the range is remembered, not read",
-        "glaring, %" => "leaves with the sun behind them: their transmittance has no blue",
         _ => "",
     }
 }

@@ -17,6 +17,12 @@ use crate::leaf_area::projection;
 
 /// Where leaves project alike whatever their inclinations: 0.93 is 1 / (2 cos 57.5°).
 pub const HINGE_DEG: f64 = 57.5;
+/// Photographs are cut into as many sectors by azimuth, 15° each ...
+const SECTORS: usize = 24;
+/// ... of a ring this wide around the hinge, degrees ...
+const RING_DEG: f64 = 10.0;
+/// ... and each sector has so many lines.
+const SECTOR_LINES: usize = 256;
 /// Lines begin at the height of an instrument, metres.
 const FROM_M: f64 = 1.3;
 /// A card is so many parts a side, each about as large as a leaf: leaf area is not everywhere alike on it.
@@ -272,6 +278,38 @@ impl Canopy {
         (met, free)
     }
 
+    /// Ω as photographs of the sky find it, from as many of the lines' feet: of each photograph the share P of
+    /// sky in each sector of the ring at the hinge, wood hiding it too, and ln(mean P) / mean(ln P) (Lang and
+    /// Xiang 1986), a sector without sky counted as half a line; the mean over photographs. What is clumped
+    /// inside of a sector, or from one photograph to the next, it does not see: so it is nearer to 1 than
+    /// [`Gaps::clumping`] (as Woodgate et al. 2017 found in a virtual wood, the more the lower one looks).
+    #[must_use]
+    pub fn clumping_as_photographed(&self, photographs: usize) -> f64 {
+        let mut rng = Key::world(14).rng();
+        let mut lines = Vec::new();
+        for (foot, _) in self.lines.iter().take(photographs) {
+            for line in 0..SECTORS * SECTOR_LINES {
+                let azimuth = (line / SECTOR_LINES) as f64 + rng.unit_f64();
+                let (s, c) = (TAU * azimuth / SECTORS as f64).sin_cos();
+                let zenith_deg = HINGE_DEG + RING_DEG * (rng.unit_f64() - 0.5);
+                let (sin, cos) = zenith_deg.to_radians().sin_cos();
+                lines.push((*foot, DVec3::new(sin * c, sin * s, cos)));
+            }
+        }
+        let sky = free(&self.everything, &lines);
+        let share = |s: &[bool]| {
+            let seen = s.iter().filter(|s| **s).count() as f64;
+            seen.max(0.5) / s.len() as f64
+        };
+        let of_photograph = |s: &[bool]| {
+            let sectors = s.chunks(SECTOR_LINES);
+            let logs: f64 = sectors.map(|s| share(s).ln()).sum();
+            share(s).ln() / (logs / SECTORS as f64)
+        };
+        let each = sky.chunks(SECTORS * SECTOR_LINES).map(of_photograph);
+        each.sum::<f64>() / photographs as f64
+    }
+
     /// Ω of silhouettes at random inside of voxels, from these up in octaves, -ln(mean exp(-L)) / mean L over
     /// lines: what each scale adds.
     #[must_use]
@@ -327,12 +365,19 @@ impl Canopy {
     }
 }
 
+/// The share of lines that meet nothing.
 fn open(forest: &Forest, lines: &[(DVec3, DVec3)]) -> f64 {
+    let free = free(forest, lines);
+    free.iter().filter(|f| **f).count() as f64 / lines.len() as f64
+}
+
+/// Which lines meet nothing.
+fn free(forest: &Forest, lines: &[(DVec3, DVec3)]) -> Vec<bool> {
     let ray = |(o, d): &(DVec3, DVec3)| Ray::new(o.as_vec3(), d.as_vec3());
     let rays: Vec<Ray> = lines.iter().map(ray).collect();
     let mut hits = vec![None; rays.len()];
     forest.closest_hits(&rays, &mut hits);
-    hits.iter().filter(|h| h.is_none()).count() as f64 / rays.len() as f64
+    hits.iter().map(Option::is_none).collect()
 }
 
 /// Groups of so many trees next to each other, metres a side.
