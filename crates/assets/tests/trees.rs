@@ -667,7 +667,7 @@ fn value_stability() {
 }
 const INDIVIDUALS: &str = "0.138010800348 0.475840711052";
 const FINGERPRINTS: [&str; 9] = [
-    "95af54072760d42a",
+    "53d696fb64db1dee",
     "37c0621b730dc835",
     "2ea9c84d818431e0",
     "a791b940cb6bc417",
