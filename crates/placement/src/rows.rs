@@ -161,7 +161,7 @@ mod tests {
     use super::*;
     use crate::params::Variety;
     use proptest::prelude::*;
-    use std::collections::HashMap;
+    use std::collections::BTreeMap;
 
     fn rows(row_m: f64, in_row_m: f64) -> Rows {
         Rows {
@@ -190,7 +190,7 @@ mod tests {
     fn correlations(rows: &Rows, competition: f64) -> [f64; 3] {
         const SIDE: i64 = 160;
         let key = Key::world(4).stage(VIGOUR);
-        let ranks: HashMap<(i64, i64), f64> = (0..SIDE * SIDE)
+        let ranks: BTreeMap<(i64, i64), f64> = (0..SIDE * SIDE)
             .map(|k| (k % SIDE, k / SIDE))
             .map(|(i, j)| ((i, j), rows.rank(competition, key, i, j)))
             .collect();
@@ -292,7 +292,7 @@ mod tests {
             let seen = chunks.map(|chunk| {
                 let points = rows.plant(&kinds, Key::world(seed), chunk, 50.0, 0.6);
                 let points = points.into_iter().map(|p| (p.key, p));
-                points.collect::<HashMap<Key, Point>>()
+                points.collect::<BTreeMap<Key, Point>>()
             });
             let mut both = 0;
             for (key, a) in &seen[0] {
