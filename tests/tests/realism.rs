@@ -136,7 +136,7 @@ fn stems_that_stand_otherwise_are_noticed() {
     let broken = [("no hard core", g(&rain))];
     leaves("g(r < 0.5 m)", (0.0, 0.05), g(&places), &broken);
 
-    // No measure of ours: trees do not know their neighbours' sizes, and the page says so. It can tell.
+    // Beeches are wide apart: what their marks say is asked of a plantation, below. It can tell.
     let sizes = |of: &dyn Fn(usize) -> f64| -> Vec<(DVec2, f64)> {
         let places = places.iter().enumerate();
         places.map(|(i, p)| (*p, of(i))).collect()
@@ -150,6 +150,35 @@ fn stems_that_stand_otherwise_are_noticed() {
     assert!(
         crowded < 0.95 && (free - 1.0).abs() < 1e-9,
         "{crowded} {free}"
+    );
+}
+
+#[test]
+fn neighbours_of_any_size_are_noticed() {
+    let settings = [
+        &SETTINGS[1..],
+        &["placement.stumps=0", "placement.shrubs=0"],
+    ]
+    .concat();
+    let world = World::new("eucalyptus-plantation", &settings);
+    let runner = world.runner(2);
+    let assets = runner.get(world.forest.assets, ()).expect("assets");
+    let survey = Survey::of(&world, &runner, &assets, SIDE);
+    let sizes: Vec<f64> = survey.trees.iter().map(|t| t.dbh_m).collect();
+    let correlation = |sizes: &[f64]| {
+        let places = survey.places().into_iter();
+        mark_correlation(&places.zip(sizes.iter().copied()).collect::<Vec<_>>(), 3.5)
+    };
+    let mut shuffled = sizes.clone();
+    let mut rng = Key::world(5).rng();
+    for i in (1..shuffled.len()).rev() {
+        shuffled.swap(i, rng.below(i as u32 + 1) as usize);
+    }
+    leaves(
+        "sizes of neighbours < 3.5 m",
+        (0.85, 0.995),
+        correlation(&sizes),
+        &[("sizes anywhere", correlation(&shuffled))],
     );
 }
 

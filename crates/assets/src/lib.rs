@@ -14,7 +14,7 @@ pub use error::ParamError;
 pub use kept::KeptError;
 pub use library::{
     AssetParams, GroundMaterials, Library, PlantAsset, StandParams, StandSpecies, TrailMaterials,
-    TreeAsset, individual_rank,
+    TreeAsset,
 };
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,

@@ -16,6 +16,7 @@ use crate::plant::stump::stump;
 use crate::plant::{floor, undergrowth};
 use crate::tree::{
     GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
+    individual_rank,
 };
 
 /// What to grow.
@@ -23,8 +24,8 @@ use crate::tree::{
 pub struct AssetParams {
     /// The trees' species, 1 to 32, each with a name of its own.
     pub species: Vec<StandSpecies>,
-    /// Different living trees of each species, 1..=64. Their diameters are one of each of as many equal
-    /// parts of the stand's distribution, so that few trees already show its spread.
+    /// Different living trees of each species, 1..=64. Their diameters stand for one of as many equal
+    /// parts of the stand's distribution each, so that few trees already show its spread and basal area.
     pub individuals_per_species: u32,
     /// Different saplings of each species, 0..=64, 2 to 4.5 m high.
     pub saplings_per_species: u32,
@@ -420,16 +421,6 @@ enum TreeKind {
     Snag,
 }
 
-/// Which share of a stand's trees (0..=1) is thinner than the `number`th of its `of` individuals: in the
-/// middle half of that one's part of the whole, for a few drawn from all of it do not tell a
-/// distribution's shape.
-#[must_use]
-pub fn individual_rank(number: u32, of: u32, key: Key) -> f64 {
-    const RANK: Stage = Stage::new("assets.tree.rank");
-    let within = key.stage(RANK).rng().range_f64(0.25, 0.75);
-    (f64::from(number) + within) / f64::from(of)
-}
-
 struct TreeGrower<'a> {
     params: &'a AssetParams,
     palette: &'a Palette,
@@ -448,9 +439,7 @@ impl TreeGrower<'_> {
         let trees = (0..count).into_par_iter().map(|i| {
             let (species, number) = (i / of as usize, (i % of as usize) as u32);
             let name = &self.params.species[species].species.name;
-            let key = key.stage(Stage::new(name)).item(u64::from(number));
-            let rank = individual_rank(number, of, key);
-            self.one(kind, species, number, rank, key)
+            self.one(kind, species, [number, of], key.stage(Stage::new(name)))
         });
         trees.collect()
     }
@@ -459,10 +448,10 @@ impl TreeGrower<'_> {
         &self,
         kind: TreeKind,
         index: usize,
-        number: u32,
-        rank: f64,
-        key: Key,
+        [number, of]: [u32; 2],
+        of_all: Key,
     ) -> Result<TreeAsset, ParamError> {
+        let key = of_all.item(u64::from(number));
         let StandSpecies {
             species,
             dbh_mean_m,
@@ -470,10 +459,11 @@ impl TreeGrower<'_> {
         let stand = &self.params.stand;
         let limits = [stand.dbh_min_m, stand.dbh_max_m];
         let (size, part) = if let TreeKind::Sapling = kind {
-            let height_m = 2.0 + 2.5 * rank;
+            let height_m = 2.0 + 2.5 * individual_rank(number, of, key);
             (species.draw_sapling(height_m, key.item(1)), "sapling.")
         } else {
-            let dbh_m = species.dbh_of_rank(*dbh_mean_m, stand.shape, limits, rank);
+            let number = [number, of];
+            let dbh_m = species.dbh_of_individual(*dbh_mean_m, stand.shape, limits, number, of_all);
             (species.draw_size(dbh_m, key.item(1)), "")
         };
         let (grow, part): (Grow, _) = match kind {

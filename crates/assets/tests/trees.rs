@@ -557,6 +557,60 @@ fn diameters_follow_the_truncated_weibull() {
     }
 }
 
+#[test]
+fn few_individuals_stand_for_a_stand() {
+    let stands = [
+        (Species::maritime_pine(), 0.27, 3.2, [0.12, 0.50]),
+        (Species::english_oak(), 0.28, 1.7, [0.08, 0.75]),
+        (Species::eucalyptus(), 0.16, 4.0, [0.08, 0.30]),
+    ];
+    for (species, mean, shape, limits) in stands {
+        let moments = |diameters: &[f64]| {
+            let n = diameters.len() as f64;
+            let mean = diameters.iter().sum::<f64>() / n;
+            let square = diameters.iter().map(|d| d * d).sum::<f64>() / n;
+            (square, (square - mean * mean).sqrt())
+        };
+        let of_ranks = |n: u32| -> Vec<f64> {
+            let rank = |i: u32| (f64::from(i) + 0.5) / f64::from(n);
+            let ranks = (0..n).map(rank);
+            ranks
+                .map(|rank| species.dbh_of_rank(mean, shape, limits, rank))
+                .collect()
+        };
+        let (square, spread) = moments(&of_ranks(4000));
+        let stands: Vec<(f64, f64)> = (0..40)
+            .map(|i| {
+                let of = |k: u32| species.dbh_of_individual(mean, shape, limits, [k, 8], key(i));
+                moments(&(0..8).map(of).collect::<Vec<f64>>())
+            })
+            .collect();
+        for (found, width) in &stands {
+            // Basal area, and most of the spread: the rest is inside the parts.
+            assert!(
+                (found / square - 1.0).abs() < 0.03,
+                "{}: {found} {square}",
+                species.name
+            );
+            assert!(
+                (0.92..1.04).contains(&(width / spread)),
+                "{}: {width} {spread}",
+                species.name
+            );
+        }
+        let mean_square = stands.iter().map(|s| s.0).sum::<f64>() / 40.0;
+        let medians = moments(&of_ranks(8)).0;
+        assert!(
+            (mean_square / square - 1.0).abs() < 0.005,
+            "{mean_square} {square}"
+        );
+        assert!(
+            medians / square < 0.993,
+            "medians would do: {medians} {square}"
+        );
+    }
+}
+
 fn fingerprint(tree: &GrownTree) -> u64 {
     let vectors = tree
         .mesh
@@ -605,9 +659,15 @@ fn value_stability() {
         ),
         DBH
     );
+    let of_eight = |i| Species::beech().dbh_of_individual(0.34, 2.4, [0.1, 0.65], [i, 8], key(9));
+    assert_eq!(
+        format!("{:.12} {:.12}", of_eight(0), of_eight(6)),
+        INDIVIDUALS
+    );
 }
+const INDIVIDUALS: &str = "0.138010800348 0.475840711052";
 const FINGERPRINTS: [&str; 9] = [
-    "95af54072760d42a",
+    "53d696fb64db1dee",
     "37c0621b730dc835",
     "2ea9c84d818431e0",
     "a791b940cb6bc417",
@@ -851,5 +911,22 @@ proptest! {
         let limits = [rng.range_f64(0.0, 1.0), rng.range_f64(0.0, 1.0)];
         let drawn = species.draw_dbh(rng.range_f64(0.05, 1.0), rng.range_f64(1.0, 6.0), limits, Key::world(seed));
         prop_assert!((low..=high).contains(&drawn));
+    }
+
+    #[test]
+    fn individuals_keep_to_their_parts(
+        which in 0_usize..9, seed: u64, mean in 0.05..1.0_f64, shape in 1.0..6.0_f64,
+        limits in [0.07..0.5_f64, 0.5..1.5_f64], of in 1_u32..=64,
+    ) {
+        let species = &Species::all()[which];
+        for number in 0..of {
+            let rank = |at: u32| f64::from(at) / f64::from(of);
+            let least = species.dbh_of_rank(mean, shape, limits, rank(number));
+            let most = species.dbh_of_rank(mean, shape, limits, rank(number + 1));
+            let one = species.dbh_of_individual(mean, shape, limits, [number, of], Key::world(seed));
+            prop_assert!((least..=most).contains(&one), "{number} of {of}: {one}");
+            let again = species.dbh_of_individual(mean, shape, limits, [number, of], Key::world(!seed));
+            prop_assert!(one != again || least == most);
+        }
     }
 }

@@ -29,6 +29,8 @@ const SLACK: f64 = 1e-8;
 pub(crate) struct Kinds {
     /// Per variety: the running sum of the weights, normalised to end at 1.
     cumulative: Vec<f64>,
+    /// The varieties that are ever placed, small ones first, each with its share below and its own.
+    by_size: Vec<(usize, f64, f64)>,
     /// Per variety: the hard core's least radius.
     core: Vec<f64>,
     /// Per variety: the range of the occupancy radius.
@@ -67,6 +69,7 @@ impl Kinds {
             .collect();
         let mut kinds = Self {
             cumulative,
+            by_size: by_size(varieties, total),
             core,
             radius,
             factor,
@@ -96,11 +99,41 @@ impl Kinds {
         let u = unit(rng);
         let last = self.cumulative.len() - 1;
         let variety = self.cumulative.partition_point(|c| *c <= u).min(last);
+        self.member(variety, unit(rng))
+    }
+
+    /// What a share `quantile` (0..1) of all is smaller than: its variety, radius and core, as [`draw`](Self::draw)
+    /// draws them if the quantile is uniform.
+    pub(crate) fn of_quantile(&self, quantile: f64) -> (u16, f64, f64) {
+        let above = self.by_size.partition_point(|(_, low, _)| *low <= quantile);
+        let (variety, low, share) = self.by_size[above.saturating_sub(1)];
+        self.member(variety, ((quantile - low) / share).clamp(0.0, 1.0))
+    }
+
+    /// A member of a variety, `within` (0..1) the range of its radius.
+    fn member(&self, variety: usize, within: f64) -> (u16, f64, f64) {
         let (low, high) = self.radius[variety];
-        let radius = low + (high - low) * unit(rng);
+        let radius = low + (high - low) * within;
         let core = self.core[variety].max(self.factor * radius);
         (variety as u16, radius, core)
     }
+}
+
+fn by_size(varieties: &[Variety], total: f64) -> Vec<(usize, f64, f64)> {
+    let weighted = varieties.iter().enumerate().filter(|(_, v)| v.weight > 0.0);
+    let mut order: Vec<(usize, &Variety)> = weighted.collect();
+    // Stable: varieties of one size keep their order.
+    order.sort_by(|(_, a), (_, b)| {
+        let middle = |v: &Variety| v.radius_m.0 + v.radius_m.1;
+        middle(a).total_cmp(&middle(b))
+    });
+    let mut below = 0.0;
+    let with_shares = order.into_iter().map(|(i, v)| {
+        let share = v.weight / total;
+        below += share;
+        (i, below - share, share)
+    });
+    with_shares.collect()
 }
 
 /// All points of the endless plane's fill in the square of half edge `need` around a chunk's

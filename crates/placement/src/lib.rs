@@ -26,7 +26,7 @@
 //!   sampling (Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions": an active list,
 //!   k = 30 darts in the annulus r..2r) with a quadtree for the neighbour search. The paper's
 //!   density factor multiplies radii: larger is sparser.
-//! - A layer may be planted instead, in [`Rows`] over the whole plane, may avoid or seek the gaps of
+//! - A layer may be planted instead, in [`Rows`] over the whole plane, where neighbours keep each other small, may avoid or seek the gaps of
 //!   the canopy, and may stand in clusters only: both are [`Patches`] of the plane, and decide
 //!   nothing but how many points of the pattern are kept where, so the distance rule and the
 //!   independence of any order hold as before.

@@ -223,10 +223,10 @@ fn shapes(config: &Config) -> (f64, f64) {
             for (k, (name, share)) in shares.iter().enumerate() {
                 let species = name.and_then(Species::built_in).expect("built in");
                 let of_each = (400.0 * share / all / f64::from(a.individuals)).ceil() as u32;
+                let key = key.item(k as u64);
                 for i in 0..a.individuals {
-                    let key = key.item(k as u64).item(u64::from(i));
-                    let rank = nemoral_assets::individual_rank(i, a.individuals, key);
-                    let d = species.dbh_of_rank(a.dbh_mean_m, a.dbh_shape, limits, rank);
+                    let (mean_m, of) = (a.dbh_mean_m, [i, a.individuals]);
+                    let d = species.dbh_of_individual(mean_m, a.dbh_shape, limits, of, key);
                     diameters.extend((0..of_each).map(|_| d * rng.range_f64(0.9, 1.1)));
                 }
             }

@@ -167,7 +167,7 @@ impl Page {
              Weibull asked for (with the tenth either way by which trees are scaled), at most the share of one individual; the Weibull shape fitted to them, where 95 % of the fits to as few individuals \
              lie that were drawn anew 400 times. Eight individuals a species do not tell a shape well: that is this range, and not a fault of the fit.\n- Height over diameter within the species' limits.\n\
              - Clark and Evans's R: 0.8–1.4 in natural and managed stands, over 1.5 only in plantations. The pair correlation g: none at a stem's width, 1 farther off.\n\
-             - Neighbours within 3.5 m keep each other small in real woods: the mean product of their diameters over the squared mean is under 1. Ours do not know of each other's size.\n\
+             - Neighbours within 3.5 m keep each other small in real woods: the mean product of their diameters over the squared mean is under 1. Ours do by how they are placed: thick ones keep others farther off, and in rows each is a share smaller for its neighbours' vigour.\n\
              - Trees are copies of a few individuals, turned, scaled and tinted: no two of the same individual within 30 m are turned within 2° of each other and of one size within 0.5 % (by chance, 280 to 1,030 of a million such pairs were).\n",
         );
         self.table(stands, STEMS);
@@ -282,9 +282,6 @@ fn why(measure: &str) -> &'static str {
     match measure {
         "Weibull shape" => {
             "eight individuals: one of them is far out. All are placed equally often; other seeds draw others"
-        }
-        "sizes of neighbours < 3.5 m" => {
-            "trees are placed without regard to their neighbours' size"
         }
         "Ω photographed" => {
             "crowns keep to their own width and leave the ground between them free; gaps and trails count too"

@@ -45,6 +45,7 @@ pub use catalogue::SpeciesError;
 pub use grow::{FoliageCard, GrownTree, GrowthParams, TreeMaterials, grow};
 pub(crate) use look::linear;
 pub use look::{BarkKind, BarkLayer, BarkLook, LeafKind, LeafLook};
+pub(crate) use size::individual_rank;
 pub use size::{SizeClass, TreeSize};
 pub use snag::grow_snag;
 pub use species::{

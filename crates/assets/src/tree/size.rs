@@ -7,6 +7,8 @@ use super::Species;
 const DBH: Stage = Stage::new("assets.tree.dbh");
 const SAPLING: Stage = Stage::new("assets.tree.sapling");
 const SIZE: Stage = Stage::new("assets.tree.size");
+const INDIVIDUALS: Stage = Stage::new("assets.tree.individuals");
+const RANK: Stage = Stage::new("assets.tree.rank");
 
 /// The size of one tree.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -54,6 +56,14 @@ impl SizeClass {
             Self::Mature => "mature",
         }
     }
+}
+
+/// Which share of all (0..=1) is smaller than the `number`th of `of` that stand for them: in the middle half
+/// of that one's part of the whole, for a few drawn from all of it do not tell a distribution's shape.
+#[must_use]
+pub(crate) fn individual_rank(number: u32, of: u32, key: Key) -> f64 {
+    let within = key.stage(RANK).rng().range_f64(0.25, 0.75);
+    (f64::from(number) + within) / f64::from(of)
 }
 
 impl Species {
@@ -160,14 +170,47 @@ impl Species {
         let high = limits_m[1].min(most).max(low);
         let scale = mean_m / libm::tgamma(1.0 + 1.0 / shape);
         let survival = |d: f64| libm::exp(-libm::pow(d / scale, shape));
-        let u = survival(low) + (survival(high) - survival(low)) * rank;
+        let u = survival(low) * (1.0 - rank) + survival(high) * rank;
         let d = scale * libm::pow(-libm::log(u), 1.0 / shape);
         // Survival underflows far beyond the mean, and a caller's shape may be no number.
-        if d.is_finite() {
+        if survival(low) > 0.0 && !d.is_nan() {
             d.clamp(low, high)
         } else {
             low
         }
+    }
+
+    /// The diameter of the `number`th (from thin to thick) of `of` trees that are to stand for all of such a
+    /// stand's, metres: the quadratic mean of its equal part of the distribution, so that basal area is the
+    /// stand's. (Medians of the parts are short of thick trees, as tails are longer above.)
+    ///
+    /// `key` is of all of them together: each is up to an eighth of its part's trees thinner or thicker than that
+    /// mean, and of any four in turn the outer two one way and the inner two the other, so that no two keys' trees
+    /// are alike, but their mean and spread are.
+    #[must_use]
+    pub fn dbh_of_individual(
+        &self,
+        mean_m: f64,
+        shape: f64,
+        limits_m: [f64; 2],
+        [number, of]: [u32; 2],
+        key: Key,
+    ) -> f64 {
+        const STEPS: u32 = 32;
+        let of_part = |within: f64| {
+            let rank = (f64::from(number) + within) / f64::from(of);
+            self.dbh_of_rank(mean_m, shape, limits_m, rank)
+        };
+        let square = |i: u32| {
+            let d = of_part((f64::from(i) + 0.5) / f64::from(STEPS));
+            d * d
+        };
+        let mean = ((0..STEPS).map(square).sum::<f64>() / f64::from(STEPS)).sqrt();
+        let outer = matches!(number % 4, 0 | 3);
+        let aside = key.stage(INDIVIDUALS).rng().range_f64(-0.125, 0.125);
+        let aside = if outer { aside } else { -aside };
+        let dbh_m = mean * of_part(0.5 + aside) / of_part(0.5);
+        dbh_m.max(of_part(0.0)).min(of_part(1.0))
     }
 
     /// The size of a tree of this diameter (clamped to the species' range): means of the published

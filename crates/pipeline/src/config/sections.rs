@@ -146,7 +146,7 @@ section! {
 }
 
 section! {
-    /// Trees in rows, as in plantations: a grid over the whole world. Of its places, `placement.trees` hold a tree; the rest failed or was thinned.
+    /// Trees in rows, as in plantations: a grid over the whole world. Of its places, `placement.trees` hold a tree; the rest failed or was thinned. Neighbours keep each other small.
     PlacementRows at "placement.rows" {
         /// From row to row; 0: no rows, trees are scattered.
         spacing_m: f64 = 0.0, Real(0.0, 20.0), "scattered; eucalypts are planted 3 x 3 m";

@@ -66,7 +66,7 @@ impl Stage for PlacementStage {
     type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
     type Output = Placement;
     const ID: &'static str = "world.placement";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_str(&format!(
