@@ -434,6 +434,8 @@ fn pictures_of_no_wood_are_noticed() {
     let broken = [("lime", lime.gcc), ("autumn", autumn.gcc)];
     // In the shade, where the sky is what lights it: greyer than in the sun.
     leaves("GCC", (0.34, 0.46), sound.gcc, &broken);
+    let broken = [("autumn", autumn.hue_deg)];
+    leaves("hue", (70.0, 110.0), sound.hue_deg, &broken);
     leaves(
         "glaring",
         (0.0, 0.01),
