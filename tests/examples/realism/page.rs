@@ -280,9 +280,7 @@ impl Page {
 /// What is known of a miss, by its measure.
 fn why(measure: &str) -> &'static str {
     match measure {
-        "Weibull shape" => {
-            "eight individuals: one of them is far out. All are placed equally often; other seeds draw others"
-        }
+        "Weibull shape" => "eight individuals, of which some stand here more often than others",
         "Ω photographed" => {
             "crowns keep to their own width and leave the ground between them free; gaps and trails count too"
         }
