@@ -62,12 +62,7 @@ pub(super) fn birch(seed: u32) -> Tile {
             * (1.0 - smoothstep(0.14, 0.30, pores.offset.y.abs()));
         // Curls of paper, with a shadow below and buff skin inside.
         let curl = smoothstep(0.36, 0.44, fbm(q, IVec2::new(4, 26), 3, 0.5, seed ^ 0x40));
-        // Black diamonds where branches were.
-        let marks = worley(q, IVec2::new(3, 6), 0.85, seed ^ 0x50);
-        let big = 0.16 + 0.24 * unit(marks.id.rotate_left(5));
-        let torn = 0.10 * fbm(p, IVec2::new(34, 60), 3, 0.6, seed ^ 0x60);
-        let diamond = marks.offset.x.abs() / 1.25 + marks.offset.y.abs() * 1.15 + torn;
-        let black = f32::from(unit(marks.id) < 0.55) * (1.0 - smoothstep(0.8 * big, big, diamond));
+        let black = rents(p, seed ^ 0x50).max(0.9 * scars(q, IVec2::new(3, 6), 0.0, seed ^ 0x60));
         let white = Vec3::new(0.62, 0.60, 0.55) * (1.0 + 0.10 * bands + 0.12 * cloud);
         let paper = white.lerp(Vec3::new(0.45, 0.33, 0.24), 0.45 * curl);
         let dark = Vec3::new(0.045, 0.040, 0.036)
@@ -81,6 +76,27 @@ pub(super) fn birch(seed: u32) -> Tile {
     });
     tile.darken_hollows(5, 0.8, 0.3);
     tile
+}
+
+/// Where the paper has burst: ragged black diamonds, most of them small, none like another.
+fn rents(p: Vec2, seed: u32) -> f32 {
+    let torn = fbm(p, IVec2::new(26, 52), 4, 0.62, seed ^ 0x11);
+    let bent = warp(p, IVec2::new(9, 14), Vec2::new(0.018, 0.012), seed ^ 0x22);
+    let of = |frequency: IVec2, share: f32, largest: f32, seed: u32| {
+        let Worley { offset, id, .. } = worley(bent, frequency, 0.95, seed);
+        if unit(id) > share {
+            return 0.0;
+        }
+        let own = |turn: u32| unit(id.rotate_left(turn));
+        let size = largest * (0.22 + 0.78 * own(5) * own(19));
+        // Leaning, and wider or higher than a square on its corner.
+        let (wide, lean) = (0.75 + 0.75 * own(9), 0.5 * (own(23) - 0.5));
+        let (x, y) = (offset.x + lean * offset.y, offset.y);
+        let from_middle = x.abs() / wide + y.abs() * wide;
+        1.0 - smoothstep(0.72 * size, size, from_middle + 0.45 * size * torn)
+    };
+    let large = of(IVec2::new(2, 5), 0.5, 0.38, seed ^ 0x33);
+    large.max(of(IVec2::new(6, 13), 0.3, 0.34, seed ^ 0x44))
 }
 
 /// The foot of an old birch: black corky blocks, white in stripes between them.
