@@ -1,7 +1,7 @@
 //! From what the rays of pulses met to points.
 //!
 //! A thread does each step for all of its pulses before the next: what one pulse waits for (a division, a
-//! random word) then waits with the next ones', a third of the time of pulse by pulse.
+//! random word) is waited for beside the next ones'.
 
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{LidarPoint, ObjectId, PointFlags, Ray, RigidTransform, Semantic, SurfaceHit};
