@@ -31,6 +31,7 @@ impl<M: MeanError, S: Sigma> GaussianRange<M, S> {
         rngs: impl Iterator<Item = impl Rng>,
         ranges_m: &mut [Option<f64>],
     ) {
+        let rngs = rngs.take(os.len());
         let shares: Vec<f64> = rngs.map(|mut rng| open_unit(&mut rng)).collect();
         let means: Vec<f64> = os.iter().map(|o| self.mean.mean_error_m(o)).collect();
         let errors = os.iter().zip(shares).zip(means);
