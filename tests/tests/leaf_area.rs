@@ -1,4 +1,5 @@
 //! Leaf area of grown trees from where first returns come back, against what was grown.
+#![allow(clippy::print_stdout, reason = "figures for its reader")]
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
