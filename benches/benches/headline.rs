@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use nemoral_benches::{Grown, config};
+use nemoral_scene::LidarPoint;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut words = std::env::args().skip(1).filter(|w| !w.starts_with("--"));
@@ -18,6 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let grown = Grown::new(&config(&preset, pulses)?)?;
     let scan = grown.first_scan()?;
     println!("{preset}, {pulses} pulses, {scans} scans: milliseconds a scan");
+    println!("points: {:016x}", hash(&scan()));
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -42,4 +44,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
     Ok(())
+}
+
+/// Tells two programs' points apart (FNV-1a of all fields, as they are written for debugging: to the bit).
+fn hash(points: &[LidarPoint]) -> u64 {
+    let text = format!("{points:?}");
+    text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3)
+    })
 }

@@ -1,9 +1,8 @@
 //! Leaf area from first returns, voxel by voxel, as foresters do it; and the truth beside it.
 
-use std::f64::consts::{FRAC_PI_2, PI};
-use std::ops::Range;
+use std::f64::consts::PI;
 
-use nemoral_scene::glam::{DVec3, I64Vec3};
+use nemoral_scene::glam::{DVec3, I64Vec3, Vec3};
 use nemoral_scene::{Bounds, MaterialLibrary, Prototype};
 
 /// Voxels that fill a box.
@@ -13,6 +12,8 @@ pub struct Voxels {
     size_m: f64,
     counts: I64Vec3,
     cells: Vec<Voxel>,
+    /// Where leaves stopped rays: the voxel, and the leaf's normal.
+    stops: Vec<(usize, Vec3)>,
 }
 
 /// What is known of a voxel.
@@ -22,23 +23,19 @@ pub struct Voxel {
     pub rays: u32,
     /// A bit for each station that such a ray came from.
     pub stations: u8,
-    /// Rays that a leaf in it stopped.
-    pub hits: u32,
-    /// Sum of the rays' chords through it, as if nothing stopped them, metres times the projection of
-    /// leaves along the ray.
-    pub chords_m: f32,
+    /// The rays of each station: the sum of their directions times their chords through it, as if nothing
+    /// stopped them, metres.
+    pub paths_m: [Vec3; 8],
     /// The truth: leaf area in it, m².
     pub leaf_m2: f32,
 }
 
 impl Voxel {
-    /// Leaf area by contact frequency: stops per metre of the rays that entered and per projected unit of
-    /// leaf area (Warren Wilson 1960; on voxels Hosoi and Omasa 2006). Exact as long as no ray would be
-    /// stopped twice, so for voxels smaller than the gaps between leaves; in larger ones leaves hide each
-    /// other.
-    #[must_use]
-    pub fn contact_area_m2(&self, volume_m3: f64) -> f64 {
-        volume_m3 * f64::from(self.hits) / f64::from(self.chords_m)
+    /// The metres of rays in it that a leaf with this normal may stop: chords times the leaf's projection,
+    /// added up.
+    fn projected_m(&self, normal: Vec3) -> f32 {
+        let of_station = |path: &Vec3| path.dot(normal).abs();
+        self.paths_m.iter().map(of_station).sum()
     }
 }
 
@@ -55,13 +52,14 @@ impl Voxels {
             size_m,
             counts,
             cells,
+            stops: Vec::new(),
         }
     }
 
-    fn at(&mut self, cell: I64Vec3) -> Option<&mut Voxel> {
+    fn number(&self, cell: I64Vec3) -> Option<usize> {
         let inside = cell.cmpge(I64Vec3::ZERO).all() && cell.cmplt(self.counts).all();
         let i = (cell.z * self.counts.y + cell.y) * self.counts.x + cell.x;
-        inside.then(|| &mut self.cells[i as usize])
+        inside.then_some(i as usize)
     }
 
     /// All of them.
@@ -70,10 +68,21 @@ impl Voxels {
         &self.cells
     }
 
-    /// A voxel's volume, m³.
+    /// Leaf area of each by contact frequency, m²: stops per projected metre of the rays that entered (Warren
+    /// Wilson 1960; on voxels Hosoi and Omasa 2006).
+    ///
+    /// A stop counts by how likely one was: a leaf of its normal is met once in so many metres of all rays
+    /// that came, from wherever (Horvitz and Thompson 1952). So nothing need be known of how leaves
+    /// stand, nor that those which are seen stand as the others do. Exact as long as no ray would be stopped
+    /// twice, so for voxels smaller than the gaps between leaves; in larger ones leaves hide each other.
     #[must_use]
-    pub fn volume_m3(&self) -> f64 {
-        self.size_m.powi(3)
+    pub fn leaf_areas_m2(&self) -> Vec<f64> {
+        let volume_m3 = self.size_m.powi(3);
+        let mut areas_m2 = vec![0.0; self.cells.len()];
+        for &(i, normal) in &self.stops {
+            areas_m2[i] += volume_m3 / f64::from(self.cells[i].projected_m(normal));
+        }
+        areas_m2
     }
 
     /// Adds the leaf area of a shape's cards, opaque texel by texel.
@@ -96,24 +105,22 @@ impl Voxels {
                         + u * ((column as f64 + 0.5) / columns as f64)
                         + v * ((row as f64 + 0.5) / rows as f64);
                     let cell = ((at - self.origin) / self.size_m).floor().as_i64vec3();
-                    if let Some(voxel) = self.at(cell) {
-                        voxel.leaf_m2 += texel_m2 as f32;
+                    if let Some(i) = self.number(cell) {
+                        self.cells[i].leaf_m2 += texel_m2 as f32;
                     }
                 }
             }
         }
     }
 
-    /// Adds a ray of a station, 0 to 7, that ran from outside to `end_m` and was stopped there, by a leaf or
-    /// by wood, or ran on. `projection` is G along it.
+    /// Adds a ray of a station, 0 to 7, that ran from outside to `end_m` and was stopped there, by a leaf with
+    /// this normal or by wood, or ran on.
     pub fn add_ray(
         &mut self,
         station: u32,
-        origin: DVec3,
-        direction: DVec3,
+        (origin, direction): (DVec3, DVec3),
         end_m: f64,
-        leaf: bool,
-        projection: f64,
+        leaf: Option<Vec3>,
     ) {
         let far = self.origin + self.counts.as_dvec3() * self.size_m;
         let inverse = direction.recip();
@@ -131,15 +138,13 @@ impl Voxels {
             let next = cell + I64Vec3::new(ahead.x.into(), ahead.y.into(), ahead.z.into());
             let walls = (self.origin + next.as_dvec3() * self.size_m - origin) * inverse;
             let wall = walls.min_element();
-            let Some(voxel) = self.at(cell) else { return };
-            let stops = end_m < wall;
+            let Some(i) = self.number(cell) else { return };
+            let voxel = &mut self.cells[i];
             voxel.rays += 1;
             voxel.stations |= 1 << station;
-            voxel.chords_m += ((wall - here).max(0.0) * projection) as f32;
-            if stops && leaf {
-                voxel.hits += 1;
-            }
-            if stops {
+            voxel.paths_m[station as usize] += (direction * (wall - here).max(0.0)).as_vec3();
+            if end_m < wall {
+                self.stops.extend(leaf.map(|normal| (i, normal)));
                 return;
             }
             here = wall;
@@ -156,50 +161,6 @@ impl Voxels {
                 -axis
             };
         }
-    }
-}
-
-/// G by zenith angle of leaves with these inclinations and random azimuths.
-#[derive(Clone, Debug)]
-pub struct Projection {
-    by_degree: Vec<f64>,
-}
-
-impl Projection {
-    /// Of the cards of a shape that have their middle between two heights, each with the weight of its
-    /// leaf area.
-    #[must_use]
-    pub fn of(shape: &Prototype, heights_m: Range<f32>, materials: &MaterialLibrary) -> Self {
-        let leaves: Vec<(f64, f64)> = shape
-            .cards()
-            .iter()
-            .filter(|c| heights_m.contains(&(c.corner + 0.5 * (c.edge_u + c.edge_v)).z))
-            .map(|c| {
-                let normal = c.edge_u.as_dvec3().cross(c.edge_v.as_dvec3());
-                let mask = materials.get(c.material).mask.as_ref();
-                let opaque = mask.map_or(1.0, |m| m.opaque_fraction());
-                let area = normal.length() * opaque;
-                ((normal.z.abs() / normal.length()).min(1.0).acos(), area)
-            })
-            .collect();
-        let area: f64 = leaves.iter().map(|l| l.1).sum();
-        let by_degree = (0..=90)
-            .map(|zenith| {
-                let zenith = f64::from(zenith).to_radians();
-                let sum: f64 = leaves.iter().map(|l| l.1 * projection(zenith, l.0)).sum();
-                sum / area
-            })
-            .collect();
-        Self { by_degree }
-    }
-
-    /// G along a unit vector.
-    #[must_use]
-    pub fn along(&self, direction: DVec3) -> f64 {
-        let degrees = direction.z.abs().min(1.0).acos() / FRAC_PI_2 * 90.0;
-        let (i, share) = (degrees.floor() as usize, degrees.fract());
-        let next = self.by_degree[(i + 1).min(90)];
-        self.by_degree[i] * (1.0 - share) + next * share
     }
 }
 

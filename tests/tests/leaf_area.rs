@@ -1,4 +1,5 @@
 //! Leaf area of grown trees from where first returns come back, against what was grown.
+#![allow(clippy::print_stdout, reason = "figures for its reader")]
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -9,7 +10,7 @@ use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{Bounds, Hit, MaterialLibrary, Ray, RayCaster, Semantic};
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::foliage::group_of;
-use nemoral_tests::leaf_area::{Projection, Voxel, Voxels};
+use nemoral_tests::leaf_area::Voxels;
 
 /// Small against the cards' distances, large against their texels.
 const VOXEL_M: f64 = 0.06;
@@ -17,8 +18,8 @@ const VOXEL_M: f64 = 0.06;
 const COARSE_M: f64 = 0.3;
 const SEED: u64 = 2;
 const STATIONS: u32 = 8;
-/// What one side sees is not all sides: leaves at a crown's edge face outwards.
-const STATIONS_AT_LEAST: u32 = 4;
+/// A leaf that one station sees edge-on another one sees.
+const STATIONS_AT_LEAST: u32 = 2;
 /// Of a station: to the side and up.
 const RASTER: [u32; 2] = [800, 140];
 
@@ -29,7 +30,7 @@ struct Found {
     truth_m2: f64,
     /// Of all in the layer.
     share_seen: f64,
-    contact_m2: f64,
+    found_m2: f64,
 }
 
 /// The metre of the crown around its leaves' mean height.
@@ -84,46 +85,35 @@ fn find(
     voxel_m: f64,
 ) -> Found {
     let layer = layer(tree);
-    let heights_m = layer.min.z..layer.max.z;
-    let projection = Projection::of(&tree.prototype, heights_m, materials);
     let mut voxels = Voxels::fill(layer, voxel_m);
     voxels.add_truth(&tree.prototype, materials);
     for (i, (ray, hit)) in (0_u32..).zip(rays.iter().zip(hits)) {
         // Wood stops rays too, and is no leaf.
         let semantic = hit.map(|h| materials.get(h.material).semantic);
-        let leaf = matches!(semantic, Some(Semantic::Leaf | Semantic::Needle));
+        let is_leaf = matches!(semantic, Some(Semantic::Leaf | Semantic::Needle));
+        let leaf = hit.filter(|_| is_leaf).map(|h| h.geometric_normal);
         let end_m = hit.map_or(f64::INFINITY, |h| h.distance_m.into());
-        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let station = i / (RASTER[0] * RASTER[1]);
-        voxels.add_ray(
-            station,
-            origin,
-            direction,
-            end_m,
-            leaf,
-            projection.along(direction),
-        );
+        let ray = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        voxels.add_ray(i / (RASTER[0] * RASTER[1]), ray, end_m, leaf);
     }
-    let leaf_m2 = |v: &Voxel| f64::from(v.leaf_m2);
-    let seen = || {
-        voxels
-            .cells()
-            .iter()
-            .filter(|v| v.rays >= 30 && v.stations.count_ones() >= STATIONS_AT_LEAST)
-    };
-    let truth_m2: f64 = seen().map(leaf_m2).sum();
+    let (mut truth_m2, mut found_m2) = (0.0, 0.0);
+    for (voxel, area_m2) in voxels.cells().iter().zip(voxels.leaf_areas_m2()) {
+        if voxel.rays >= 30 && voxel.stations.count_ones() >= STATIONS_AT_LEAST {
+            truth_m2 += f64::from(voxel.leaf_m2);
+            found_m2 += area_m2;
+        }
+    }
+    let all_m2: f64 = voxels.cells().iter().map(|v| f64::from(v.leaf_m2)).sum();
     Found {
         truth_m2,
-        share_seen: truth_m2 / voxels.cells().iter().map(leaf_m2).sum::<f64>(),
-        contact_m2: seen().map(|v| v.contact_area_m2(voxels.volume_m3())).sum(),
+        share_seen: truth_m2 / all_m2,
+        found_m2,
     }
 }
 
-/// Within 10 % for each species; the oak's dense clusters come out 8 % too large (5 to 11 % with six
-/// seeds, the most where less than a fifth of the layer is seen). In voxels that hold clusters, leaves
-/// hide each other: there a good part is missing, so this can fail.
-#[test]
-fn leaf_area_of_grown_trees_comes_back() {
+/// Within 10 % for each species; in voxels that hold clusters, leaves hide each other: there a good part is
+/// missing, so this can fail.
+fn check(seed: u64) {
     // Of the middle of a thicker oak's crown less than a third is seen.
     let stand = StandParams {
         dbh_max_m: 0.35,
@@ -134,20 +124,31 @@ fn leaf_area_of_grown_trees_comes_back() {
         stand,
         ..AssetParams::default()
     };
-    let library = Library::grow(&params, Key::world(SEED)).expect("the default parameters");
+    let library = Library::grow(&params, Key::world(seed)).expect("the default parameters");
     let materials = &library.materials;
     for (i, tree) in (0..).zip(&library.trees) {
         let top_m = tree.prototype.bounds().max.z.into();
         let rays = rays(&layer(tree), top_m, Key::world(5).item(i));
         let hits = record(tree, materials, &rays);
         let [fine, coarse] = [VOXEL_M, COARSE_M].map(|v| find(tree, materials, (&rays, &hits), v));
-        let [ratio, hidden] = [&fine, &coarse].map(|f| f.contact_m2 / f.truth_m2);
+        let [ratio, hidden] = [&fine, &coarse].map(|f| f.found_m2 / f.truth_m2);
         println!(
-            "{}: {fine:.3?}: {ratio:.3}; in large voxels {hidden:.3}",
+            "seed {seed}, {}: {fine:.3?}: {ratio:.3}; in large voxels {hidden:.3}",
             tree.species
         );
-        assert!(fine.truth_m2 > 3.0 && fine.share_seen > 0.3, "{fine:?}");
+        assert!(fine.truth_m2 > 3.0 && fine.share_seen > 0.5, "{fine:?}");
         assert!((ratio - 1.0).abs() < 0.10, "{}: {ratio}", tree.species);
         assert!(hidden < ratio - 0.15, "{}: {hidden}", tree.species);
     }
+}
+
+#[test]
+fn leaf_area_of_grown_trees_comes_back() {
+    check(SEED);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn leaf_area_of_six_of_each_species_comes_back() {
+    (1..=6).for_each(check);
 }

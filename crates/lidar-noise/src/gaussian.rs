@@ -23,6 +23,23 @@ impl<M: MeanError, S: Sigma> GaussianRange<M, S> {
         let error_m = self.mean.mean_error_m(o) + self.sigma.sigma_m(o) * standard_normal(rng);
         (o.range_m + error_m).max(0.0)
     }
+
+    /// The same of many, each with its generator: step by step for all, so that none waits for another.
+    pub(crate) fn measure_each(
+        &self,
+        os: &[Observation],
+        rngs: impl Iterator<Item = impl Rng>,
+        ranges_m: &mut [Option<f64>],
+    ) {
+        let rngs = rngs.take(os.len());
+        let shares: Vec<f64> = rngs.map(|mut rng| open_unit(&mut rng)).collect();
+        let means: Vec<f64> = os.iter().map(|o| self.mean.mean_error_m(o)).collect();
+        let errors = os.iter().zip(shares).zip(means);
+        for (range_m, ((o, share), mean_m)) in ranges_m.iter_mut().zip(errors) {
+            let error_m = mean_m + self.sigma.sigma_m(o) * quantile(share);
+            *range_m = Some((o.range_m + error_m).max(0.0));
+        }
+    }
 }
 
 /// No systematic error.
@@ -113,8 +130,12 @@ impl Sigma for LinearSigma {
 /// Standard normal: the quantile of a uniform number. Sums, products and quotients but for the
 /// tails, so the same bits on every platform, in half the time of Box and Muller's.
 fn standard_normal(rng: &mut (impl Rng + ?Sized)) -> f64 {
-    // The middle of one of 2⁵² cells: never 0 nor 1.
-    quantile(((rng.next_u64() >> 12) as f64 + 0.5) * (1.0 / (1_u64 << 52) as f64))
+    quantile(open_unit(rng))
+}
+
+/// Uniform between 0 and 1: the middle of one of 2⁵² cells, so never 0 nor 1.
+fn open_unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
+    ((rng.next_u64() >> 12) as f64 + 0.5) * (1.0 / (1_u64 << 52) as f64)
 }
 
 /// The number that a standard normal one is below with probability `p`, between 0 and 1, to 16

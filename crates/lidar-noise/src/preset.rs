@@ -176,6 +176,28 @@ impl RangeSensor {
             }
         }
     }
+
+    /// The measurements of many echoes, each with its generator: what [`measure`](Self::measure) says of each, to
+    /// the bit, in less time.
+    pub fn measure_each(
+        &self,
+        os: &[Observation],
+        rngs: impl Iterator<Item = impl Rng>,
+        ranges_m: &mut [Option<f64>],
+    ) {
+        match &self.model {
+            Model::Paper(range) => range.measure_each(os, rngs, ranges_m),
+            Model::Laconte(range) => range.measure_each(os, rngs, ranges_m),
+            Model::LaconteClosed(range) => range.measure_each(os, rngs, ranges_m),
+            Model::Incidence(range) => range.measure_each(os, rngs, ranges_m),
+            Model::Linear(range) => range.measure_each(os, rngs, ranges_m),
+            Model::Off | Model::SignalToNoise(..) => {
+                for ((o, mut rng), range_m) in os.iter().zip(rngs).zip(ranges_m) {
+                    *range_m = self.measure(o, &mut rng);
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -202,8 +224,13 @@ mod tests {
             RangeNoise::livox(),
         ]
         .map(|noise| {
-            let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
-            RangeSensor::new(noise).unwrap().measure(&o, &mut rng)
+            let rng = || Xoshiro256PlusPlus::seed_from_u64(7);
+            let sensor = RangeSensor::new(noise).unwrap();
+            let alone = sensor.measure(&o, &mut rng());
+            let mut each = [None; 3];
+            sensor.measure_each(&[o; 3], std::iter::repeat_with(rng), &mut each);
+            assert_eq!(each, [alone; 3]);
+            alone
         });
         assert_eq!(format!("{got:?}"), VALUES);
     }

@@ -54,15 +54,20 @@ pub(crate) struct Echo {
     pub(crate) power: f64,
 }
 
-/// Groups contacts into echoes, nearest first. Sorts the contacts by range.
+/// Groups a pulse's contacts, those from `first` on, into echoes, nearest first, which it adds. Sorts the
+/// contacts by range.
 ///
 /// A receiver that has been raised by a surface is busy for the pulse's length: whatever lies within
 /// `resolution_m` behind the first surface of an echo melts into it. The measured range is the
 /// centroid, "a beam-weighted average over the footprint" (Chaudhry et al. 2021).
-pub(crate) fn group(contacts: &mut [Contact], resolution_m: f64, echoes: &mut Vec<Echo>) {
-    echoes.clear();
-    contacts.sort_unstable_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.ray.cmp(&b.ray)));
-    let mut first = 0;
+pub(crate) fn group(
+    contacts: &mut [Contact],
+    mut first: usize,
+    resolution_m: f64,
+    echoes: &mut Vec<Echo>,
+) {
+    contacts[first..]
+        .sort_unstable_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.ray.cmp(&b.ray)));
     while first < contacts.len() {
         let reach = contacts[first].range_m + resolution_m;
         let end = first + contacts[first..].partition_point(|c| c.range_m <= reach);
@@ -100,6 +105,9 @@ pub(crate) fn group(contacts: &mut [Contact], resolution_m: f64, echoes: &mut Ve
 impl Returns {
     /// Keeps what is reported of echoes that are sorted by range.
     pub(crate) fn select(self, echoes: &mut Vec<Echo>) {
+        if echoes.len() < 2 {
+            return;
+        }
         let strongest = |echoes: &[Echo], but: Option<usize>| {
             (0..echoes.len())
                 .filter(|i| Some(*i) != but)
@@ -155,7 +163,7 @@ mod tests {
             })
             .collect();
         let mut found = Vec::new();
-        super::group(&mut contacts, resolution_m, &mut found);
+        super::group(&mut contacts, 0, resolution_m, &mut found);
         found
     }
 

@@ -60,6 +60,7 @@ mod lines;
 mod panorama;
 mod pattern;
 mod range_model;
+mod receive;
 mod receiver;
 mod risley;
 mod scan;

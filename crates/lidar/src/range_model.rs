@@ -19,6 +19,14 @@ pub trait RangeModel: Send + Sync {
     ///
     /// `key` is this pulse's own: randomness comes from nowhere else.
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64>;
+
+    /// The same of many echoes, each with its key. Models that measure many quicker than one by one override
+    /// this; each is what [`measure`](Self::measure) says, to the bit.
+    fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
+        for ((o, key), range_m) in os.iter().zip(keys).zip(ranges_m) {
+            *range_m = self.measure(o, *key);
+        }
+    }
 }
 
 impl<F> RangeModel for F

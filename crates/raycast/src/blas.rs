@@ -97,15 +97,18 @@ impl Blas {
             blocks: Vec::new(),
         };
         let (primitives, boxes) = blas.pack();
+        let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+        let grow = |part: Vec<u32>| {
+            let boxes: Vec<Bounds> = part.iter().map(|&i| boxes[i as usize]).collect();
+            let whole = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+            (part, Tree::over(&boxes, 8, quality.effort()), whole)
+        };
+        let trees: Vec<(Vec<u32>, Tree, Bounds)> = parts(&boxes).into_iter().map(grow).collect();
+        // Gone before the blocks are there: shapes may be large.
+        drop(boxes);
         let (mut nodes, mut blocks): (Vec<Node>, Vec<Block>) = (Vec::new(), Vec::new());
-        for part in parts(&boxes) {
-            // Gone before the blocks are there: shapes may be large.
-            let (tree, whole) = {
-                let boxes: Vec<Bounds> = part.iter().map(|&i| boxes[i as usize]).collect();
-                let whole = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
-                (Tree::over(&boxes, 8, quality.effort()), whole)
-            };
-            blocks.reserve_exact(tree.leaves());
+        blocks.reserve_exact(trees.iter().map(|(_, tree, _)| tree.leaves()).sum());
+        for (part, tree, whole) in trees {
             let root = tree.write(&mut nodes, |lanes| {
                 let lanes = lanes.iter().map(|&i| primitives[part[i as usize] as usize]);
                 let lanes: Vec<Packed> = lanes.filter_map(|p| blas.packed(p)).collect();
@@ -115,7 +118,6 @@ impl Blas {
             let boxes = tree::cover(whole, &nodes, root);
             blas.parts.push(Part { root, boxes });
         }
-        let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
         blas.grid = Grid::over(&bounds);
         blas.nodes = nodes.iter().map(|n| GridNode::new(n, &blas.grid)).collect();
         blas.blocks = blocks;

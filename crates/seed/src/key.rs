@@ -67,6 +67,18 @@ impl Key {
         Self(philox4x32(first, [ITEM, (index >> 32) as u32]))
     }
 
+    /// The keys of many things, each what [`item`](Self::item) says. A key is made of two blocks, one after
+    /// the other; here the first ones of many are made side by side, and then the second ones.
+    #[must_use]
+    pub fn items(self, indices: &[u64]) -> Vec<Self> {
+        let first = |&index: &u64| Self(philox4x32(self.0, [ITEM, index as u32]));
+        let mut keys: Vec<Self> = indices.iter().map(first).collect();
+        for (key, &index) in keys.iter_mut().zip(indices) {
+            *key = Self(philox4x32(key.0, [ITEM, (index >> 32) as u32]));
+        }
+        keys
+    }
+
     /// The generator of this key. Every call starts the same stream.
     #[must_use]
     pub const fn rng(self) -> PhiloxRng {
@@ -125,6 +137,13 @@ mod tests {
         assert_ne!(w.chunk([1, 0]), w.item(1));
         assert_ne!(w.item(0), w);
         assert_ne!(w.item(1), w.item(1 << 32));
+    }
+
+    #[test]
+    fn many_keys_are_those_of_each() {
+        let indices = [0, 1, 12, u64::MAX, 1 << 32, 0x1234_5678_9ABC];
+        let key = Key::world(3).stage(A);
+        assert_eq!(key.items(&indices), indices.map(|index| key.item(index)));
     }
 
     #[test]
