@@ -4,6 +4,7 @@ mod card;
 mod error;
 mod kept;
 mod library;
+mod near;
 mod optics;
 mod palette;
 mod plant;

@@ -7,6 +7,7 @@ use nemoral_seed::{Draw, Key, Stage};
 use rayon::prelude::*;
 
 use crate::error::ParamError;
+use crate::near::{Masks, Nearness, near_light};
 use crate::palette::Palette;
 use crate::plant::rock::{RockPlan, rock};
 use crate::plant::seedling::seedling;
@@ -232,9 +233,11 @@ impl Library {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
         let palette = Palette::bake(&species, params.seedlings_per_species > 0, key);
+        let masks = Masks::of(&palette.library);
         let grower = TreeGrower {
             params,
             palette: &palette,
+            masks: &masks,
             growth: GrowthParams {
                 trunk_radius_m: params.trunk_radius_m,
                 ..GrowthParams::default()
@@ -250,11 +253,16 @@ impl Library {
                 .collect()
         };
         let finish = |name: &str, number: u32, shape: Shape, radius_m: f32| {
-            asset(name, number, shape, radius_m, &palette.library)
+            let shape = prototype(name, number, shape, &palette.library);
+            asset(name, shape, radius_m)
+        };
+        let leafy = |name: &str, number: u32, shape: Shape, radius_m: f32, near: &Nearness| {
+            let shape = prototype(name, number, shape, &palette.library);
+            asset(name, between_leaves(shape, &masks, near), radius_m)
         };
         let patch = |name: &str, number: u32, shape: Shape| {
             let radius_m = shape.reach_m();
-            finish(name, number, shape, radius_m)
+            leafy(name, number, shape, radius_m, &Nearness::LOW)
         };
         let shrubs = collect(SHRUBS, SHRUBS_PER_KIND * 3, &|i, key| {
             let kind = ShrubKind::ALL[(i / SHRUBS_PER_KIND) as usize];
@@ -262,7 +270,7 @@ impl Library {
             let shape = kind.grow(rank, &palette, &mut key.rng());
             // Crowns of shrubs may touch; their lower halves may not.
             let radius_m = 0.6 * shape.reach_m();
-            finish(kind.name(), i, shape, radius_m)
+            leafy(kind.name(), i, shape, radius_m, &Nearness::SHRUB)
         });
         let stumps = collect(STUMPS, STUMP_COUNT, &|i, key| {
             let mut rng = key.rng();
@@ -339,7 +347,9 @@ impl Library {
             patch(&format!("{name}_seedling"), number, shape)
         });
         let litter = collect(LITTER, PATCHES, &|i, key| {
-            patch("litter", i, floor::litter(i, &palette, &mut key.rng()))
+            let shape = floor::litter(i, &palette, &mut key.rng());
+            let radius_m = shape.reach_m();
+            finish("litter", i, shape, radius_m)
         });
         let trail_tufts = collect(TRAIL_TUFTS, PATCHES, &|i, key| {
             patch(
@@ -391,15 +401,18 @@ const PATCHES: u32 = 16;
 /// Grows the i-th of a kind from its own key.
 type GrowOne<'a> = dyn Fn(u32, Key) -> PlantAsset + Sync + 'a;
 
-fn asset(
-    name: &str,
-    number: u32,
-    shape: Shape,
-    radius_m: f32,
-    library: &MaterialLibrary,
-) -> PlantAsset {
-    let prototype = Prototype::new(format!("{name}.{number}"), shape.mesh, shape.cards, library)
-        .expect("shapes are made of finite points and of this library's materials");
+fn prototype(name: &str, number: u32, shape: Shape, library: &MaterialLibrary) -> Prototype {
+    Prototype::new(format!("{name}.{number}"), shape.mesh, shape.cards, library)
+        .expect("shapes are made of finite points and of this library's materials")
+}
+
+/// The same shape, dark between its leaves.
+fn between_leaves(shape: Prototype, masks: &Masks, near: &Nearness) -> Prototype {
+    let light = near_light(&shape, masks, near);
+    (shape.with_near_light(light)).expect("one share of each vertex and corner, and no ground")
+}
+
+fn asset(name: &str, prototype: Prototype, radius_m: f32) -> PlantAsset {
     PlantAsset {
         height_m: f64::from(prototype.bounds().max.z),
         prototype: Arc::new(prototype),
@@ -424,6 +437,7 @@ enum TreeKind {
 struct TreeGrower<'a> {
     params: &'a AssetParams,
     palette: &'a Palette,
+    masks: &'a Masks,
     growth: GrowthParams,
 }
 
@@ -475,6 +489,7 @@ impl TreeGrower<'_> {
         let name = format!("{}.{part}{number}", species.name);
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.palette.library)
             .expect("trees are made of finite points and of this library's materials");
+        let prototype = between_leaves(prototype, self.masks, &Nearness::TREE);
         Ok(TreeAsset {
             prototype: Arc::new(prototype),
             species: species.name.clone(),

@@ -64,6 +64,7 @@ impl RayCaster for WallAndTree {
             object: ObjectId::NONE,
             blend: None,
             variation: 0.0,
+            near_light: 1.0,
         })
     }
 }

@@ -22,6 +22,7 @@
 //!             object: ObjectId::NONE,
 //!             blend: None,
 //!             variation: 0.0,
+//!             near_light: 1.0,
 //!         })
 //!     }
 //! }

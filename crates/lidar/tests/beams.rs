@@ -38,6 +38,7 @@ fn hit(ray: &Ray, distance_m: f32, material: u16) -> Option<Hit> {
         object: ObjectId::new(ChunkCoord::new(0, 0), material + 1).expect("in range"),
         blend: None,
         variation: 0.0,
+        near_light: 1.0,
     })
 }
 

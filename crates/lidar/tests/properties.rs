@@ -48,6 +48,7 @@ fn hit(ray: &Ray, distance_m: f64, normal: DVec3) -> Option<Hit> {
         object: tree(),
         blend: None,
         variation: 0.0,
+        near_light: 1.0,
     })
 }
 

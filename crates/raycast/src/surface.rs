@@ -29,6 +29,7 @@ pub(crate) fn hit(
     let linear = instance.linear.as_dmat3();
     let [edge_u, edge_v] = shape.edges();
     let mut blend = None;
+    let mut near_light = 1.0;
     let (vertex_normal, uv, uv_area) = match shape {
         Shape::Triangle(_) => {
             let mesh = blas.prototype().mesh();
@@ -43,10 +44,17 @@ pub(crate) fn hit(
                 let share = (a * (1.0 - m.u - m.v) + b * m.u + c * m.v) as f32;
                 (share > 0.0).then_some((blend.other, share))
             });
+            if let Some(near) = blas.prototype().near_light() {
+                near_light = near.in_triangle(triangle.corners, m.u as f32, m.v as f32);
+            }
             (Some(normal), triangle_uv(mesh, triangle, m), uv_area)
         }
         Shape::Card(_) => {
             let uv = DVec3::new(m.u, m.v, 0.0).as_vec3().truncate();
+            if let Some(near) = blas.prototype().near_light() {
+                let card = primitive as usize - blas.prototype().mesh().triangles.len();
+                near_light = near.on_card(card, uv.x, uv.y);
+            }
             (None, uv, 1.0)
         }
     };
@@ -69,6 +77,7 @@ pub(crate) fn hit(
         blend,
         object: instance.object,
         variation: instance.variation,
+        near_light,
     })
 }
 

@@ -236,6 +236,7 @@ mod tests {
         blend: None,
         object: ObjectId::NONE,
         variation: 0.5,
+        near_light: 1.0,
     };
 
     #[test]

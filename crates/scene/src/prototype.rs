@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use crate::{MaterialId, MaterialLibrary, ObjectId};
+use crate::{MaterialId, MaterialLibrary, NearLight, ObjectId};
 
 /// A corner-indexed triangle with its material. Counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,6 +115,7 @@ pub struct Prototype {
     mesh: Mesh,
     cards: Vec<Card>,
     bounds: Bounds,
+    near_light: Option<NearLight>,
 }
 
 /// Why a shape is not a [`Prototype`].
@@ -161,6 +162,15 @@ pub enum PrototypeError {
         index: u32,
         /// How many vertices there are.
         vertices: usize,
+    },
+    /// Its near light is another shape's, or a ground's: what blends has none.
+    NearLight {
+        /// The shape's name.
+        name: String,
+        /// Of how many vertices and cards there are shares.
+        shares: [usize; 2],
+        /// How many vertices and cards there are.
+        lengths: [usize; 2],
     },
     /// A coordinate is not finite.
     NotFinite {
@@ -215,6 +225,15 @@ impl fmt::Display for PrototypeError {
             } => write!(
                 f,
                 "shape `{name}`, triangle {triangle}: vertex {index} of {vertices} does not exist"
+            ),
+            Self::NearLight {
+                name,
+                shares: [of_vertices, of_cards],
+                lengths: [vertices, cards],
+            } => write!(
+                f,
+                "shape `{name}` has near light of {of_vertices} vertices and {of_cards} cards for {vertices} and {cards}: \
+                 give one of each, and none to shapes that blend"
             ),
             Self::NotFinite { name } => {
                 write!(f, "shape `{name}` has a coordinate that is not finite")
@@ -312,6 +331,27 @@ impl Prototype {
             mesh,
             cards,
             bounds,
+            near_light: None,
+        })
+    }
+
+    /// The same shape, dark between its parts.
+    ///
+    /// # Errors
+    /// If there is not one share of each vertex and one of each corner of each card, or if the mesh blends.
+    pub fn with_near_light(self, near_light: NearLight) -> Result<Self, PrototypeError> {
+        let shares = [near_light.vertices.len(), near_light.cards.len()];
+        let lengths = [self.mesh.positions.len(), self.cards.len()];
+        if shares != lengths || !self.mesh.blends.is_empty() {
+            return Err(PrototypeError::NearLight {
+                name: self.name,
+                shares,
+                lengths,
+            });
+        }
+        Ok(Self {
+            near_light: Some(near_light),
+            ..self
         })
     }
 
@@ -331,6 +371,12 @@ impl Prototype {
     #[must_use]
     pub fn cards(&self) -> &[Card] {
         &self.cards
+    }
+
+    /// What near parts of it leave of the light around them; `None` is all, everywhere.
+    #[must_use]
+    pub fn near_light(&self) -> Option<&NearLight> {
+        self.near_light.as_ref()
     }
 
     /// The box around everything, transparent texels included.
@@ -410,6 +456,33 @@ mod tests {
             Ok(_) => String::new(),
             Err(error) => error.to_string(),
         }
+    }
+
+    #[test]
+    fn near_light_is_of_every_vertex_and_card() {
+        let mut library = MaterialLibrary::new();
+        library.add(Material::plain("leaf", Semantic::Leaf, Vec3::ONE));
+        let card = Card {
+            corner: Vec3::ZERO,
+            edge_u: Vec3::X,
+            edge_v: Vec3::Y,
+            material: MaterialId(0),
+        };
+        let shape = Prototype::new("heap", Mesh::default(), vec![card], &library).expect("sound");
+        assert_eq!(shape.near_light(), None);
+        let of = |vertices: usize, cards: usize| NearLight {
+            vertices: vec![9; vertices],
+            cards: vec![[9; 4]; cards],
+        };
+        let lit = shape
+            .clone()
+            .with_near_light(of(0, 1))
+            .expect("one of each");
+        assert_eq!(lit.near_light(), Some(&of(0, 1)));
+        let error = shape.with_near_light(of(1, 2)).expect_err("another's");
+        let said = "shape `heap` has near light of 1 vertices and 2 cards for 0 and 1: give one of each, and none to shapes \
+                    that blend";
+        assert_eq!(error.to_string(), said);
     }
 
     #[test]

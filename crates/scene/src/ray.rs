@@ -61,6 +61,9 @@ pub struct Hit {
     pub object: ObjectId,
     /// The instance's colour variation, 0..1.
     pub variation: f32,
+    /// The share of the light from all around that near parts of the same shape leave, 0..=1: see
+    /// [`NearLight`](crate::NearLight). 1 where nothing is known.
+    pub near_light: f32,
 }
 
 /// What a range sensor needs of a [`Hit`].

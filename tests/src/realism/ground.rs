@@ -40,6 +40,7 @@ impl RayCaster for Level {
                 object: ObjectId::NONE,
                 blend: None,
                 variation: 0.5,
+                near_light: 1.0,
             })
     }
 }

@@ -28,6 +28,7 @@ impl RayCaster for Ball {
             object: ObjectId::NONE,
             blend: None,
             variation: 0.0,
+            near_light: 1.0,
         })
     }
 }

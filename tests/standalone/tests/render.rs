@@ -38,6 +38,7 @@ impl RayCaster for Ball {
             object: ObjectId::new(ChunkCoord::new(0, 0), 9).expect("in range"),
             blend: None,
             variation: 0.0,
+            near_light: 1.0,
         })
     }
 }

@@ -254,7 +254,7 @@ impl Stage for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

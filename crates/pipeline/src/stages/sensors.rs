@@ -687,6 +687,7 @@ mod tests {
                 object: ObjectId::NONE,
                 blend: None,
                 variation: 0.5,
+                near_light: 1.0,
             })
         }
     }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
-use nemoral_scene::{Blend, Prototype};
+use nemoral_scene::{Blend, NearLight, Prototype};
 
 use super::pages::{Kind, Pages, Range};
 use super::{Gpu, GpuError};
@@ -25,7 +25,8 @@ struct TriangleRecord {
     uv_b: [f32; 2],
     uv_c: [f32; 2],
     normal_c: u32,
-    blend: u32,
+    /// Of what blends its blend, of others their near light: `packed_blend`, `packed_near_light`.
+    extra: u32,
 }
 
 /// Three of them.
@@ -35,7 +36,8 @@ struct CardRecord {
     corner: [f32; 3],
     material: u32,
     edge_u: [f32; 3],
-    unused_u: u32,
+    /// Of the four corners, the first in the lowest byte.
+    near_light: u32,
     edge_v: [f32; 3],
     unused_v: u32,
 }
@@ -218,7 +220,11 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
             uv_b: uv(b),
             uv_c: uv(c),
             normal_c: octahedral(n[c]),
-            blend: mesh.blends.get(i).map_or(0, packed_blend),
+            extra: match (mesh.blends.get(i), prototype.near_light()) {
+                (Some(blend), _) => packed_blend(blend),
+                (None, Some(near)) => packed_near_light(near, t.corners),
+                (None, None) => 0,
+            },
         }
     };
     mesh.triangles.iter().enumerate().map(record).collect()
@@ -232,16 +238,26 @@ fn packed_blend(blend: &Blend) -> u32 {
     u32::from(blend.other.0) << 16 | c << 10 | b << 5 | a
 }
 
+/// A byte of each corner around bit 15, which no blend has.
+fn packed_near_light(near: &NearLight, corners: [u32; 3]) -> u32 {
+    let [a, b, c] = corners.map(|i| u32::from(near.vertices[i as usize]));
+    c << 24 | b << 16 | 1 << 15 | a
+}
+
 fn cards(prototype: &Prototype) -> Vec<CardRecord> {
-    let record = |c: &nemoral_scene::Card| CardRecord {
+    let near_light = |i: usize| match prototype.near_light() {
+        Some(near) => u32::from_le_bytes(near.cards[i]),
+        None => u32::MAX,
+    };
+    let record = |(i, c): (usize, &nemoral_scene::Card)| CardRecord {
         corner: c.corner.to_array(),
         material: u32::from(c.material.0),
         edge_u: c.edge_u.to_array(),
-        unused_u: 0,
+        near_light: near_light(i),
         edge_v: c.edge_v.to_array(),
         unused_v: 0,
     };
-    prototype.cards().iter().map(record).collect()
+    prototype.cards().iter().enumerate().map(record).collect()
 }
 
 /// A unit vector in 32 bits (Cigolle et al. 2014, "A survey of efficient representations for

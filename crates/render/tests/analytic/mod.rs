@@ -139,6 +139,7 @@ impl World {
                         object: item.object,
                         blend: None,
                         variation: item.variation,
+                        near_light: 1.0,
                     });
                 }
             }

@@ -7,8 +7,6 @@ const SKY_SIDE = 128u;
 const AMBIENT_SIDE = 16u;
 // Steps of openness.
 const OPENNESS_STEPS = 32u;
-// What other leaves leave a leaf deep in a crown of the light at its place: shade.rs.
-const AMONG_LEAVES = 0.8;
 // Nodes of an openness grid: across, and up.
 const GRID_SIDE = 64u;
 const GRID_UP = 32u;
@@ -355,8 +353,9 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     var indirect = body * irradiance(open, n);
     if leaf {
         indirect += transmittance * irradiance(open, -n);
-        indirect *= mix(AMONG_LEAVES, 1.0, open);
     }
+    // What near parts of the shape leave of it, and send back.
+    indirect *= s.near_light / (1.0 - (body + transmittance) * (0.5 * (1.0 - s.near_light)));
     indirect /= PI;
     if gloss > 0.0 {
         let specular = gloss * fresnel(max(1.0 - roughness, F0), max(-dot(s.ray, n), 0.0));
@@ -367,7 +366,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
         if mirrored.z > 0.0 && smooth_share > 0.05 {
             seen = mix(blurred, mix(blurred, background(mirrored), open), smooth_share);
         }
-        indirect = indirect * (1.0 - (specular - gloss * F0)) + seen * specular;
+        indirect = indirect * (1.0 - (specular - gloss * F0)) + seen * (specular * s.near_light);
     }
 
     // The sun.

@@ -361,6 +361,8 @@ struct Surface {
     // The ground that the colour passes over into, and its share.
     other: u32,
     other_share: f32,
+    // The share of light from all around that near parts of the shape leave.
+    near_light: f32,
 }
 
 fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
@@ -382,6 +384,7 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
     s.shading_normal = s.normal;
     s.uv = uv_at(vertex.primitive, m);
     s.uv_per_m = inverseSqrt(area);
+    s.near_light = 1.0;
     if !CARDS {
         let b = primitives[vertex.primitive * 5u + 3u];
         let c = primitives[vertex.primitive * 5u + 4u];
@@ -392,13 +395,20 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
         if dot(n, n) > 0.0 {
             s.shading_normal = normalize(n * select(-1.0, 1.0, dot(n, s.normal) >= 0.0));
         }
-        let shares = vec3f(vec3u(c.w, c.w >> 5u, c.w >> 10u) & vec3u(31u)) / 30.0;
-        s.other = c.w >> 16u;
-        s.other_share = shares.x * (1.0 - m.u - m.v) + shares.y * m.u + shares.z * m.v;
+        let weights = vec3f(1.0 - m.u - m.v, m.u, m.v);
+        if (c.w >> 15u & 1u) == 1u {
+            s.near_light = dot(vec3f(vec3u(c.w, c.w >> 16u, c.w >> 24u) & vec3u(255u)) / 255.0, weights);
+        } else {
+            s.other = c.w >> 16u;
+            s.other_share = dot(vec3f(vec3u(c.w, c.w >> 5u, c.w >> 10u) & vec3u(31u)) / 30.0, weights);
+        }
         let st = bitcast<vec4f>(b);
         let eu = st.zw - st.xy;
         let ev = bitcast<vec2f>(c.xy) - st.xy;
         s.uv_per_m = sqrt(abs(eu.x * ev.y - eu.y * ev.x) / area);
+    } else {
+        let near = unpack4x8unorm(primitives[vertex.primitive * 3u + 1u].w);
+        s.near_light = mix(mix(near.x, near.y, s.uv.x), mix(near.w, near.z, s.uv.x), s.uv.y);
     }
     return s;
 }
