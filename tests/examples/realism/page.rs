@@ -241,7 +241,7 @@ impl Page {
         self.add(
             "\n## Pictures\n\nMeans of five pictures. The slope of the amplitude spectrum over frequency on logarithmic axes: photographs of nature have -1.2 on average, -0.8 to -1.5 (Tolhurst et al. \
              1992); horizontal waves over vertical ones; how much the ground repeats: the greatest correlation of its brightness with that one tile's width away, in sixteen directions, of the kind of ground that does most; the spread of the logarithm of luminance (of the light itself, before the sensor clips): \
-             photographs of town and country have .8 on average (Huang and Mumford 1999, remembered), woods more, and followed light in these stands .79 to 1.30 (docs/light.md); the kurtosis of steps from pixel to pixel.\n",
+             photographs of town and country have .8 on average (Huang and Mumford 1999, remembered), and followed light in these stands as much as ours, within .02, once its noise is averaged away (docs/light.md); the kurtosis of steps from pixel to pixel.\n",
         );
         self.table(stands, PICTURES);
         self.add(
