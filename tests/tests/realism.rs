@@ -12,14 +12,14 @@ use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_scene::glam::{DVec2, Mat3, Vec3};
 use nemoral_scene::{
     AlphaMask, Card, Image, Material, MaterialLibrary, Mesh, Ontology, Prototype, Semantic,
-    TruthImages,
+    TreeRecord, TruthImages,
 };
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::World;
 use nemoral_tests::realism::{
     Canopy, Colour, Relations, Standing, Survey, amplitude_slope, asked_diameters, clark_evans,
     colour, distribution_distance, ground_repetition, isotropy, layers, luminance,
-    mark_correlation, pair_correlation, plant_area_density, spectrum, tones,
+    mark_correlation, pair_correlation, plant_area_density, spectrum, tones, weibull_fit,
 };
 
 /// Chunks along a side.
@@ -112,6 +112,11 @@ fn relations_miss_trees_of_another_size() {
     leaves("leaf area", range, sound[2], &[("6 % more", leafier[2])]);
 }
 
+/// In every second square of 30 m.
+fn in_groups(place: &DVec2) -> bool {
+    (*place / 30.0).floor().element_sum() % 2.0 == 0.0
+}
+
 #[test]
 fn stems_that_stand_otherwise_are_noticed() {
     let survey = &BEECH.survey;
@@ -135,6 +140,13 @@ fn stems_that_stand_otherwise_are_noticed() {
     let g = |points: &[DVec2]| pair_correlation(points, edge_m, 0.5, 1)[0];
     let broken = [("no hard core", g(&rain))];
     leaves("g(r < 0.5 m)", (0.0, 0.05), g(&places), &broken);
+    let far = |points: &[DVec2]| {
+        let g = pair_correlation(points, edge_m, 0.5, 30);
+        g[10..].iter().sum::<f64>() / 20.0
+    };
+    let groups: Vec<DVec2> = places.iter().copied().filter(in_groups).collect();
+    let broken = [("groups and meadows", far(&groups))];
+    leaves("g(5–15 m)", (0.9, 1.1), far(&places), &broken);
 
     // Beeches are wide apart: what their marks say is asked of a plantation, below. It can tell.
     let sizes = |of: &dyn Fn(usize) -> f64| -> Vec<(DVec2, f64)> {
@@ -197,6 +209,71 @@ fn diameters_of_another_stand_are_noticed() {
     ];
     let part = 1.0 / f64::from(assets.individuals);
     leaves("diameters", (0.0, part), distance(|_| ()), &broken);
+
+    let shape = |assets: &nemoral_pipeline::config::Assets| weibull_fit(&asked_diameters(assets)).0;
+    let mut all_ages = assets.clone();
+    all_ages.dbh_shape = 1.0;
+    let asked = shape(assets);
+    leaves(
+        "Weibull shape",
+        (0.9 * asked, 1.1 * asked),
+        weibull_fit(&found).0,
+        &[("of all ages", shape(&all_ages))],
+    );
+}
+
+#[test]
+fn a_stand_that_is_thinner_or_thicker_is_noticed() {
+    let survey = &BEECH.survey;
+    let hectares = survey.square.1 * survey.square.1 / 10_000.0;
+    let half: Vec<TreeRecord> = survey.trees.iter().step_by(2).cloned().collect();
+
+    let per_ha = |trees: &[TreeRecord]| trees.len() as f64 / hectares;
+    let chunks_per_ha = 10_000.0 / BEECH.config.chunks.size_m.powi(2);
+    let asked = BEECH.config.placement.trees * chunks_per_ha;
+    leaves(
+        "trees/ha",
+        (0.95 * asked, 1.05 * asked),
+        per_ha(&survey.trees),
+        &[("every second", per_ha(&half))],
+    );
+
+    let basal = |trees: &[TreeRecord], thicker: f64| {
+        let squares = trees.iter().map(|t| (thicker * t.dbh_m).powi(2));
+        squares.sum::<f64>() * std::f64::consts::FRAC_PI_4 / hectares
+    };
+    let broken = [
+        ("every second", basal(&half, 1.0)),
+        ("half as thick again", basal(&survey.trees, 1.5)),
+    ];
+    leaves(
+        "basal area",
+        (15.0, 45.0),
+        basal(&survey.trees, 1.0),
+        &broken,
+    );
+
+    let index = |trees: &[TreeRecord]| {
+        trees.iter().map(|t| t.leaf_area_m2).sum::<f64>() / hectares / 10_000.0
+    };
+    leaves(
+        "LAI",
+        (5.0, 7.0),
+        index(&survey.trees),
+        &[("every second", index(&half))],
+    );
+
+    let [least, most] = Species::beech().allometry.slenderness;
+    let slender = |taller: f64| {
+        let fits = |t: &&TreeRecord| (least..=most).contains(&(taller * t.height_m / t.dbh_m));
+        survey.trees.iter().filter(fits).count() as f64 / survey.trees.len() as f64
+    };
+    leaves(
+        "H/D in limits",
+        (0.995, 1.0),
+        slender(1.0),
+        &[("twice as tall", slender(2.0))],
+    );
 }
 
 #[test]
@@ -295,7 +372,7 @@ fn leaves_of_another_size_or_place_are_noticed() {
     let huddled = canopy(&huddled, materials);
     // Every second square of 30 m without a tree.
     let mut parted = trees.clone();
-    parted.retain(|t| (t.foot_m / 30.0).floor().element_sum() % 2.0 == 0.0);
+    parted.retain(|t| in_groups(&t.foot_m));
     let parted = canopy(&parted, materials);
 
     let over = |leafless: f64| leafless / gaps.expected;
@@ -319,6 +396,33 @@ fn leaves_of_another_size_or_place_are_noticed() {
             ("leaves at the stems", huddled.gaps().clumping()),
         ],
     );
+    let factor = Species::beech().foliage.silhouette_factor;
+    leaves(
+        "Ω shoots",
+        (0.95 * factor, 1.05 * factor),
+        gaps.shoots,
+        &[
+            ("leaves twice as large", twice.gaps().shoots),
+            ("pictures without holes", filled.gaps().shoots),
+        ],
+    );
+    let upright = with_cards(trees, materials, |_, c| {
+        let level = c.edge_u.with_z(0.0).normalize_or(Vec3::X);
+        Card {
+            edge_u: level * c.edge_u.length(),
+            edge_v: Vec3::Z * c.edge_v.length(),
+            ..*c
+        }
+    });
+    leaves(
+        "nothing on the ray",
+        (0.05, 0.15),
+        sound.openness(),
+        &[
+            ("pictures without holes", filled.openness()),
+            ("groups and meadows", parted.openness()),
+        ],
+    );
     leaves(
         "Ω photographed",
         (0.65, 0.95),
@@ -328,14 +432,17 @@ fn leaves_of_another_size_or_place_are_noticed() {
 
     let inclination = |trees: &[Standing]| {
         let cards = trees.iter().take(40).flat_map(|t| t.shape.cards());
-        let (mut sum, mut area) = (0.0, 0.0);
+        let (mut sum, mut squares, mut area) = (0.0, 0.0, 0.0);
         for card in cards {
             let normal = card.edge_u.cross(card.edge_v);
             let flat = (normal.z.abs() / normal.length()).min(1.0).acos();
-            sum += f64::from(flat.to_degrees() * normal.length());
-            area += f64::from(normal.length());
+            let (degrees, weight) = (f64::from(flat.to_degrees()), f64::from(normal.length()));
+            sum += degrees * weight;
+            squares += degrees * degrees * weight;
+            area += weight;
         }
-        sum / area
+        let mean = sum / area;
+        (mean, (squares / area - mean * mean).max(0.0).sqrt())
     };
     let turned = with_cards(trees, materials, |i, c| {
         let mut rng = Key::world(8).item(i as u64).rng();
@@ -355,8 +462,14 @@ fn leaves_of_another_size_or_place_are_noticed() {
     leaves(
         "leaf angle",
         (near.start, near.end),
-        inclination(trees),
-        &[("at random", inclination(&turned))],
+        inclination(trees).0,
+        &[("at random", inclination(&turned).0)],
+    );
+    leaves(
+        "leaf angle, SD",
+        (form.inclination_sd_deg - 5.0, form.inclination_sd_deg + 5.0),
+        inclination(trees).1,
+        &[("all upright", inclination(&upright).1)],
     );
 
     let heights = sound.first_returns_m();
@@ -404,7 +517,7 @@ fn pictures_of_no_wood_are_noticed() {
     let hazy = luminance(picture).map(|v| 0.5 + 0.2 * v);
     leaves(
         "log-luminance SD",
-        (1.0, 1.6),
+        (0.75, 1.6),
         tones(&luminance(picture)).log_sd,
         &[("no contrast", tones(&hazy).log_sd)],
     );
@@ -425,17 +538,22 @@ fn pictures_of_no_wood_are_noticed() {
         &[("stripes", isotropy(&luminance(&striped)))],
     );
 
+    // What is far is as blue as the air before it.
+    let depths = BEECH.truth.depth_m.pixels();
+    let near = BEECH.truth.semantic.pixels().iter().zip(depths);
+    let near = near.map(|(s, depth_m)| if *depth_m < 25.0 { *s } else { Semantic::Sky });
+    let near = Image::new(w, h, near.collect());
     let tint = |of: &dyn Fn([u8; 3]) -> [u8; 3]| -> Colour {
-        colour(&picture.map(|p| of(*p)), &BEECH.truth.semantic).expect("there are leaves")
+        colour(&picture.map(|p| of(*p)), &near).expect("there are leaves")
     };
     let sound = tint(&|p| p);
     let lime = tint(&|[r, g, b]| [r / 2, g.max(60).saturating_mul(3), b / 4]);
     let autumn = tint(&|[r, g, b]| [r.saturating_mul(2), g, b / 2]);
     let broken = [("lime", lime.gcc), ("autumn", autumn.gcc)];
-    // In the shade, where the sky is what lights it: greyer than in the sun.
+    // In the shade, where the sky is what lights it: greyer than in the sun, and bluer.
     leaves("GCC", (0.34, 0.46), sound.gcc, &broken);
     let broken = [("autumn", autumn.hue_deg)];
-    leaves("hue", (70.0, 110.0), sound.hue_deg, &broken);
+    leaves("hue", (70.0, 140.0), sound.hue_deg, &broken);
     leaves(
         "glaring",
         (0.0, 0.01),

@@ -1,0 +1,98 @@
+//! What each preset costs: its assets grown and baked, and again from the cache's files; a new chunk; a scan
+//! and a draft picture of frame 0. Seconds and milliseconds by the wall on two threads, best of three but for
+//! growing, which is done once.
+//!
+//! `cargo bench -p nemoral-benches --bench presets -- [PRESET]...`
+#![allow(clippy::print_stdout, reason = "a report for its user")]
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use nemoral_benches::{Grown, settings};
+use nemoral_pipeline::ForestPlan;
+use nemoral_pipeline::plan::{At, Cache, Runner, Store};
+use nemoral_scene::ChunkCoord;
+
+const PRESETS: [&str; 10] = [
+    "low",
+    "medium",
+    "high",
+    "maritime-pine",
+    "eucalyptus-plantation",
+    "oak-mixed",
+    "beech",
+    "spruce",
+    "boreal-birch-pine",
+    "montado",
+];
+
+/// What belongs to one chunk: all of it is made anew.
+const OF_CHUNK: &str = "chunk.";
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(2)
+        .build_global()?;
+    let named: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|w| !w.starts_with("--"))
+        .collect();
+    println!(
+        "| preset | assets, s | from the cache | a chunk, ms | scan of 50,000, ms | draft, s |"
+    );
+    println!("|---|---|---|---|---|---|");
+    let wanted = PRESETS
+        .into_iter()
+        .filter(|p| named.is_empty() || named.iter().any(|n| n == p));
+    for preset in wanted {
+        let asked = ["lidar.pulses=50000", "camera.edge_samples=1"].map(str::to_owned);
+        let config = settings(preset, &asked)?;
+        let folder = tempfile::tempdir()?;
+        let assets = || -> Result<f64, Box<dyn std::error::Error>> {
+            let cache = Arc::new(Cache::open(folder.path())?);
+            let store = Store::unlimited().with_cache(Some(cache));
+            let forest = ForestPlan::new(&config)?;
+            let start = Instant::now();
+            Runner::new(forest.plan(), &store, 2).get(forest.assets, ())?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let grown_s = assets()?;
+        let mut cached_s = f64::INFINITY;
+        for _ in 0..3 {
+            cached_s = cached_s.min(assets()?);
+        }
+
+        let grown = Grown::new(&config)?;
+        let forest = &grown.forest;
+        let best = |of: &dyn Fn()| {
+            let time = |_| {
+                let start = Instant::now();
+                of();
+                start.elapsed().as_secs_f64()
+            };
+            (0..3).map(time).fold(f64::INFINITY, f64::min)
+        };
+        // One that the robot drives through. Its neighbours are there, as when it drives on.
+        let at = ChunkCoord::new(0, 0);
+        let of_this = |stage: &str, place| stage.starts_with(OF_CHUNK) && place == At::Chunk(at);
+        let chunk_s = best(&|| {
+            grown.store.retain(|stage, place| !of_this(stage, place));
+            let runner = grown.runner();
+            runner.get(forest.solid, at).expect("grown before");
+            runner.get(forest.low, at).expect("grown before");
+        });
+        let scan = grown.first_scan()?;
+        let scan_s = best(&|| drop(scan()));
+        let draft_s = best(&|| {
+            grown.store.retain(|stage, _| stage != "frame.images");
+            let images = grown.runner().get(forest.images, 0);
+            images.expect("taken before");
+        });
+        println!(
+            "| `{preset}` | {grown_s:.1} | {cached_s:.2} | {:.0} | {:.1} | {draft_s:.2} |",
+            1e3 * chunk_s,
+            1e3 * scan_s
+        );
+    }
+    Ok(())
+}
