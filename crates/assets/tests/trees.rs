@@ -326,6 +326,37 @@ fn wood_is_sorted_by_the_trunk_threshold() {
     }
 }
 
+/// Pines and spruces of stands keep dead branches below their crowns.
+#[test]
+fn dead_branches_are_below_the_crown() {
+    for species in [Species::maritime_pine(), Species::norway_spruce()] {
+        for i in 0..4 {
+            let size = species.draw_size(0.32, key(i));
+            let dead_of = |species: &Species| -> Vec<f64> {
+                let params = GrowthParams::default();
+                let tree = grow(species, &size, &materials(), &params, key(i)).expect("grows");
+                let dead = tree.mesh.triangles.iter().filter(|t| t.material == DEAD);
+                let height = |t: &Triangle| corners(&tree.mesh, t).map(|p| p.z);
+                dead.map(|t| height(t).into_iter().sum::<f64>() / 3.0)
+                    .collect()
+            };
+            let name = format!("{} {i}", species.name);
+            let heights = dead_of(&species);
+            let below = heights.iter().filter(|z| **z < size.crown_base_m).count();
+            assert!(below > 100, "{name}: {below} triangles");
+            // They spring from below it; the tips of the uppermost may reach higher.
+            assert!(below * 4 > heights.len() * 3, "{name}: {below} below");
+            let lowest = heights.iter().fold(f64::INFINITY, |m, z| m.min(*z));
+            let from = species.dead.from * size.crown_base_m;
+            assert!(lowest > 0.5 * from, "{name}: {lowest} m, none below {from}");
+
+            let mut pruned = species.clone();
+            pruned.dead.persistence = 0.0;
+            assert_eq!(dead_of(&pruned).len(), 0, "{name}");
+        }
+    }
+}
+
 #[test]
 fn a_lower_threshold_makes_more_trunk() {
     let species = Species::english_oak();
