@@ -93,6 +93,49 @@ fn are_as_described(stands: &[&str], individuals: u32, dbh_tolerance: f64) {
     }
 }
 
+/// As the species file itself invites to: copied, changed, handed in. The whole stand is of it.
+#[test]
+fn an_own_species_stands_in_the_forest() {
+    const BEECH: &str = include_str!("../../crates/assets/species/beech.toml");
+    // Far lower than any beech of its diameter, so that it cannot be one under another name.
+    let low = BEECH
+        .replace("name = \"beech\"", "name = \"low_beech\"")
+        .replace("dominant = [45.0, 32.0]", "dominant = [45.0, 14.0]");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("low_beech.toml");
+    std::fs::write(&path, &low).expect("written");
+    let species = Species::read(&path).expect("a species");
+    let beech = Species::built_in("beech").expect("built in");
+
+    let shares = Config::default().assets.shares();
+    let built_in = shares.into_iter().filter_map(|(name, _)| name);
+    let mut settings: Vec<String> = built_in.map(|name| format!("assets.{name}=0")).collect();
+    settings.extend(SMALL.map(str::to_owned));
+    settings.extend([
+        format!("assets.own_species={}", path.display()),
+        "assets.own_share=1".to_owned(),
+        "assets.individuals=1".to_owned(),
+        "assets.snags=0".to_owned(),
+        "placement.trees=4".to_owned(),
+        "placement.regeneration.saplings=1".to_owned(),
+    ]);
+    let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+    let world = World::new("demo", &settings);
+    let all = trees(&world, &world.runner(2));
+    assert!(all.len() > 200, "{} trees", all.len());
+    for t in &all {
+        assert_eq!(t.species, "low_beech", "{t:?}");
+    }
+    let grown: Vec<_> = all.iter().filter(|t| t.age_class != "sapling").collect();
+    assert!((200..all.len()).contains(&grown.len()), "young and grown");
+    for t in grown {
+        // Scatter of the height is 8 %, its limit 2.5 times that.
+        let (own, other) = (species.mean_height_m(t.dbh_m), beech.mean_height_m(t.dbh_m));
+        assert!((0.75..1.25).contains(&(t.height_m / own)), "{own}: {t:?}");
+        assert!(t.height_m < 0.8 * other, "{other}: {t:?}");
+    }
+}
+
 fn check_stand(name: &str, config: &Config, grown: &[TreeRecord], dbh_tolerance: f64) {
     let (size_m, target) = (config.chunks.size_m, config.placement.trees);
     let mean = grown.len() as f64 / f64::from(SIDE * SIDE);

@@ -5,10 +5,11 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::{
-    BRANCH, DEAD, LIMB, SNAG, corners, cut_dbh_m, key, library, materials, silhouette_m2, top_m,
+    BRANCH, DEAD, LIMB, SNAG, corners, cut_dbh_m, girth_m, key, library, materials, silhouette_m2,
+    stem_cut, top_m,
 };
 use nemoral_assets::{
-    GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
+    GrownTree, GrowthParams, SizeClass, Species, StemForm, TreeMaterials, TreeSize, grow, grow_snag,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Card, Mesh, Prototype, Semantic, Triangle};
@@ -322,6 +323,37 @@ fn wood_is_sorted_by_the_trunk_threshold() {
                 "{}: {thick} thick",
                 species.name
             );
+        }
+    }
+}
+
+/// Pines and spruces of stands keep dead branches below their crowns.
+#[test]
+fn dead_branches_are_below_the_crown() {
+    for species in [Species::maritime_pine(), Species::norway_spruce()] {
+        for i in 0..4 {
+            let size = species.draw_size(0.32, key(i));
+            let dead_of = |species: &Species| -> Vec<f64> {
+                let params = GrowthParams::default();
+                let tree = grow(species, &size, &materials(), &params, key(i)).expect("grows");
+                let dead = tree.mesh.triangles.iter().filter(|t| t.material == DEAD);
+                let height = |t: &Triangle| corners(&tree.mesh, t).map(|p| p.z);
+                dead.map(|t| height(t).into_iter().sum::<f64>() / 3.0)
+                    .collect()
+            };
+            let name = format!("{} {i}", species.name);
+            let heights = dead_of(&species);
+            let below = heights.iter().filter(|z| **z < size.crown_base_m).count();
+            assert!(below > 100, "{name}: {below} triangles");
+            // They spring from below it; the tips of the uppermost may reach higher.
+            assert!(below * 4 > heights.len() * 3, "{name}: {below} below");
+            let lowest = heights.iter().fold(f64::INFINITY, |m, z| m.min(*z));
+            let from = species.dead.from * size.crown_base_m;
+            assert!(lowest > 0.5 * from, "{name}: {lowest} m, none below {from}");
+
+            let mut pruned = species.clone();
+            pruned.dead.persistence = 0.0;
+            assert_eq!(dead_of(&pruned).len(), 0, "{name}");
         }
     }
 }
@@ -679,6 +711,63 @@ const FINGERPRINTS: [&str; 9] = [
 ];
 const SIZE: &str = "18.693908385 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";
+
+/// A spruce whose stem is straight and upright but for what `change` does to it.
+fn straight(change: impl Fn(&mut StemForm)) -> (TreeSize, GrownTree) {
+    let mut species = Species::norway_spruce();
+    species.stem.sweep_deg = 0.0;
+    species.stem.sinuosity = 0.0;
+    change(&mut species.stem);
+    let size = TreeSize {
+        lean_rad: 0.0,
+        ..species.draw_size(0.35, key(3))
+    };
+    let params = GrowthParams::default();
+    let tree = grow(&species, &size, &materials(), &params, key(3)).expect("grows");
+    (size, tree)
+}
+
+#[test]
+fn stems_are_bowed_by_their_basal_sweep() {
+    // How far the stem's middle is beside its foot, where the bow is widest: at a fifth of its height.
+    let bow_m = |sweep_deg: f64| {
+        let (size, tree) = straight(|stem| stem.sweep_deg = sweep_deg);
+        let cut = stem_cut(&tree.mesh, 0.2 * size.height_m);
+        (cut.iter().sum::<DVec2>() / cut.len() as f64).length()
+    };
+    let none = bow_m(0.0);
+    assert!(none < 0.002, "{none} m of a straight stem");
+    let [slight, middle, strong] = [3.0, 6.0, 12.0].map(bow_m);
+    assert!(
+        slight > 0.01 && middle > slight && strong > middle,
+        "{slight} {middle} {strong}"
+    );
+    // One tree, swept more and more: as the tangent of the angle, but for what the crown's fit draws along.
+    let tangent = |deg: f64| deg.to_radians().tan();
+    for (bow, deg) in [(slight, 3.0), (middle, 6.0)] {
+        let ratio = strong / bow * tangent(deg) / tangent(12.0);
+        assert!((ratio - 1.0).abs() < 0.25, "{deg}: {ratio}");
+    }
+}
+
+#[test]
+fn the_foot_is_as_wide_as_its_flare() {
+    // What a tape would read at the ground over what it reads at breast height.
+    let swelling = |flare: f64| {
+        let (size, tree) = straight(|stem| stem.flare = [flare; 2]);
+        let [ground, breast] = [0.0, 1.3].map(|z| girth_m(&stem_cut(&tree.mesh, z)));
+        let dbh = breast / std::f64::consts::PI / size.dbh_m;
+        assert!((dbh - 1.0).abs() < 0.02, "breast height is not changed");
+        ground / breast
+    };
+    let none = swelling(0.0);
+    assert!((1.0..1.3).contains(&none), "the taper's butt alone: {none}");
+    for flare in [0.1, 0.2, 0.4, 0.8] {
+        let more = swelling(flare) / none - 1.0;
+        // Lobes fall to nothing between them: half their height all round, and more for going in and out.
+        assert!((0.4..1.0).contains(&(more / flare)), "{flare}: {more}");
+    }
+}
 
 /// Saplings meet their demand, stem included, however thin it is at breast height.
 #[test]

@@ -584,3 +584,135 @@ pub(super) fn diameter_at(mesh: &Mesh, triangles: Range<usize>, z: f64) -> f64 {
     }
     (2.0 * twice_area.abs() / PI).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tree::{FoliageCard, GrownTree, GrowthParams, Species, grow};
+
+    fn key(i: u64) -> Key {
+        Key::world(7).stage(Stage::new("test.sweep")).item(i)
+    }
+
+    /// Each part of a tree has its own, and the stem's come first.
+    fn materials() -> TreeMaterials {
+        TreeMaterials {
+            stem: MaterialId(0),
+            change: MaterialId(1),
+            upper: MaterialId(2),
+            flare: MaterialId(3),
+            limb: MaterialId(4),
+            branch: MaterialId(5),
+            dead: MaterialId(6),
+            snag: MaterialId(7),
+            foliage: vec![FoliageCard {
+                material: MaterialId(8),
+                width_m: 0.4,
+                height_m: 0.42,
+                opaque_fraction: 0.5,
+            }],
+        }
+    }
+
+    #[test]
+    fn a_ring_has_the_area_of_its_circle() {
+        let ends = [DVec3::ZERO, DVec3::new(0.4, -0.3, 1.2)];
+        let axis = Axis {
+            order: 1,
+            dead: false,
+            points: ends.to_vec(),
+            parent: None,
+            leafy_from: 2.0,
+            key: key(0),
+        };
+        let tube = Tube {
+            axis: &axis,
+            pointed: false,
+            flare: None,
+            snag: false,
+            upper_from_m: f64::INFINITY,
+            materials: &materials(),
+            fineness: Fineness {
+                trunk_radius_m: 0.04,
+                tolerance: 1.0,
+            },
+        };
+        let radii = [0.31, 0.02];
+        let rings = [0, 1].map(|i| Ring {
+            centre: ends[i],
+            radius: radii[i],
+        });
+        for n in 3..=20 {
+            let grid = tube.grid(&rings, n);
+            for (corners, ring) in grid.chunks(n + 1).zip(rings) {
+                // The first corner is there again as the last.
+                let twice: DVec3 = corners
+                    .windows(2)
+                    .map(|w| (w[0] - ring.centre).cross(w[1] - ring.centre))
+                    .sum();
+                let circle = PI * ring.radius * ring.radius;
+                let share = 0.5 * twice.length() / circle;
+                assert!((share - 1.0).abs() < 1e-5, "{n} sides: {share}");
+            }
+        }
+    }
+
+    /// Trees of species with one stem to the top, upright: a level cut of a leaning one is an ellipse.
+    fn upright() -> impl Iterator<Item = (Species, TreeSize, Flare, GrownTree)> {
+        let species = [
+            Species::maritime_pine(),
+            Species::norway_spruce(),
+            Species::eucalyptus(),
+            Species::douglas_fir(),
+            Species::silver_birch(),
+        ];
+        species.into_iter().zip(0..).map(|(species, i)| {
+            let size = TreeSize {
+                lean_rad: 0.0,
+                ..species.draw_size(0.34, key(i))
+            };
+            let params = GrowthParams::default();
+            let tree = grow(&species, &size, &materials(), &params, key(i)).expect("grows");
+            let flare = Flare::new(&species.stem, &size, key(i));
+            (species, size, flare, tree)
+        })
+    }
+
+    #[test]
+    fn stems_taper_as_their_species() {
+        for (species, size, _, tree) in upright() {
+            let of_stem = |t: &Triangle| t.material <= materials().flare;
+            let end = tree.mesh.triangles.iter().rposition(of_stem);
+            let stem = 0..end.expect("a stem") + 1;
+            for (x, thinnest) in [(0.3, 0.98), (0.5, 0.88), (0.7, 0.88)] {
+                let z = x * size.height_m;
+                let taper_m = 2.0 * species.stem.taper.radius_m(&size, z);
+                let share = diameter_at(&tree.mesh, stem.clone(), z) / taper_m;
+                // Between two rings a stem is a cone, and higher up they are far apart: it cuts into the curve.
+                assert!(
+                    (thinnest..1.02).contains(&share),
+                    "{} at {x}: {share}",
+                    species.name
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn stems_have_the_volume_of_their_taper() {
+        const STEPS: u32 = 2000;
+        const AROUND: u32 = 90;
+        for (species, size, flare, tree) in upright() {
+            let step = size.height_m / f64::from(STEPS);
+            let slice = |i: u32| {
+                let z = (f64::from(i) + 0.5) * step;
+                let r = species.stem.taper.radius_m(&size, z);
+                let azimuth = |k: u32| TAU * f64::from(k) / f64::from(AROUND);
+                let squares = (0..AROUND).map(|k| (r * flare.factor(azimuth(k), z)).powi(2));
+                step * PI * squares.sum::<f64>() / f64::from(AROUND)
+            };
+            let share = tree.stem_volume_m3 / (0..STEPS).map(slice).sum::<f64>();
+            assert!((share - 1.0).abs() < 0.03, "{}: {share}", species.name);
+        }
+    }
+}

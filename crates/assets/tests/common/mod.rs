@@ -79,8 +79,8 @@ pub fn silhouette_m2(cards: &[Card]) -> f64 {
     cards.iter().map(of).sum()
 }
 
-/// Diameter at breast height by cutting the stem: corners of the cut sorted by azimuth, area of that polygon.
-pub fn cut_dbh_m(mesh: &Mesh) -> f64 {
+/// A level cut through the stem: corners, sorted by azimuth.
+pub fn stem_cut(mesh: &Mesh, z: f64) -> Vec<DVec2> {
     let mut cut = Vec::new();
     for t in mesh
         .triangles
@@ -90,8 +90,8 @@ pub fn cut_dbh_m(mesh: &Mesh) -> f64 {
         let p = corners(mesh, t);
         for k in 0..3 {
             let (a, b) = (p[k], p[(k + 1) % 3]);
-            if (a.z < 1.3) != (b.z < 1.3) {
-                cut.push(a.lerp(b, (1.3 - a.z) / (b.z - a.z)).truncate());
+            if (a.z < z) != (b.z < z) {
+                cut.push(a.lerp(b, (z - a.z) / (b.z - a.z)).truncate());
             }
         }
     }
@@ -101,6 +101,20 @@ pub fn cut_dbh_m(mesh: &Mesh) -> f64 {
             .to_angle()
             .total_cmp(&(*b - centre).to_angle())
     });
+    cut
+}
+
+/// The way around a cut, metres.
+pub fn girth_m(cut: &[DVec2]) -> f64 {
+    (0..cut.len())
+        .map(|i| cut[i].distance(cut[(i + 1) % cut.len()]))
+        .sum()
+}
+
+/// Diameter at breast height by cutting the stem: that of a circle with the cut's area.
+pub fn cut_dbh_m(mesh: &Mesh) -> f64 {
+    let cut = stem_cut(mesh, 1.3);
+    let centre = cut.iter().sum::<DVec2>() / cut.len() as f64;
     let twice: f64 = (0..cut.len())
         .map(|i| (cut[i] - centre).perp_dot(cut[(i + 1) % cut.len()] - centre))
         .sum();

@@ -1,8 +1,10 @@
 //! Commands that answer: config, plan, preview, help.
 
 use std::fs;
+use std::process::Stdio;
+use std::time::SystemTime;
 
-use crate::common::{Outcome, folder, nemoral, outcome, run, small};
+use crate::common::{Outcome, SMALL, files, folder, nemoral, outcome, run, small};
 
 /// Runs a command that must answer, and says nothing else.
 #[track_caller]
@@ -243,6 +245,64 @@ fn a_folder_that_is_no_cache_is_told_of() {
         let note = format!("note: cannot keep grown trees in {file}: ");
         assert!(done.stderr.contains(&note), "{question:?}: {}", done.stderr);
     }
+}
+
+/// Two that begin at once find nothing kept, grow the same and write the same names.
+#[test]
+fn two_previews_share_a_cache() {
+    let folder = folder("shared-cache");
+    let cache = folder.join("cache");
+    let preview = |sheet: &str| {
+        let mut command = nemoral();
+        command.args(["preview", "--preset", "demo", "--backend", "cpu"]);
+        for setting in SMALL {
+            command.args(["--set", setting]);
+        }
+        let out = folder.join(sheet);
+        command.arg("--cache").arg(&cache).arg("--out").arg(out);
+        command
+    };
+    let both = ["a.png", "b.png"].map(|sheet| {
+        let mut command = preview(sheet);
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        command.spawn().expect("the program starts")
+    });
+    for one in both {
+        let output = one.wait_with_output().expect("it ends");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{stderr}");
+    }
+
+    // A file gets its name when it is whole; before, its process is in the name as well.
+    let kept = files(&cache);
+    assert!(!kept.is_empty(), "nothing is kept");
+    for name in kept.keys() {
+        assert_eq!(name.matches('.').count(), 1, "{name} is a part");
+    }
+
+    // What is read is dated anew. A second name tells it from what is grown again and put in its place.
+    let names = folder.join("names");
+    fs::create_dir_all(&names).expect("a folder");
+    for name in kept.keys() {
+        fs::hard_link(cache.join(name), names.join(name)).expect("a second name");
+        let file = fs::File::options().append(true).open(cache.join(name));
+        let dated = file.and_then(|f| f.set_modified(SystemTime::UNIX_EPOCH));
+        dated.expect("an old date");
+    }
+    let third = outcome(&mut preview("c.png"));
+    assert_eq!(third.code, Some(0), "{}", third.stderr);
+    for name in kept.keys() {
+        let date = fs::metadata(names.join(name)).and_then(|m| m.modified());
+        let date = date.expect("a date");
+        assert!(date > SystemTime::UNIX_EPOCH, "{name} was not read");
+    }
+    assert!(files(&cache) == kept, "it keeps something else");
+
+    let [a, b, c] =
+        ["a.png", "b.png", "c.png"].map(|s| fs::read(folder.join(s)).expect("a picture"));
+    assert!(a == b, "the two differ");
+    assert!(a == c, "what was kept gives another picture");
+    assert!(a.starts_with(b"\x89PNG"), "{} bytes", a.len());
 }
 
 /// What cannot be said was not done; what nobody wants to hear was.

@@ -158,6 +158,15 @@ fn presets_are_valid_and_survive_a_round_trip() {
     }
 }
 
+/// Fewer would be seen to be copies. Only the tests' own preset may be in a hurry.
+#[test]
+fn presets_grow_enough_individuals() {
+    for preset in Preset::ALL.iter().filter(|p| p.name != "demo") {
+        let individuals = preset.config().assets.individuals;
+        assert!(individuals >= 8, "{}: {individuals}", preset.name);
+    }
+}
+
 #[test]
 fn a_commented_config_has_its_further_sensors() {
     let file = "[cameras.right]\nmount_y_m = -0.12\n[cameras.wide.fisheye]\nk1 = -0.01\n[cameras.wide.noise]\nenabled = true\n\
