@@ -1,7 +1,8 @@
 //! Recipes of stands: what a forester would write on the map.
 //!
 //! Numbers per hectare, spacing and diameters lie inside the ranges named at each recipe: usual ones in
-//! Europe's forestry, which of them is our choice. A chunk of 50 m is a quarter of a hectare.
+//! Europe's forestry, which of them is our choice, as are numbers that no range is named for (saplings, stumps,
+//! shrubs, Weibull shapes). A chunk of 50 m is a quarter of a hectare.
 
 use super::{Assets, Config, Floor};
 
@@ -26,7 +27,7 @@ fn floor(leaf_litter: f64, needle_litter: f64, moss: f64) -> Floor {
     }
 }
 
-/// Pinaster 250-700/ha at 40-60 years, dunes; gorse and heather 5-40 % each.
+/// Pinaster 250-700/ha at 40-60 years, dunes; gorse and heather below.
 pub(super) fn maritime_pine(c: &mut Config) {
     let a = bare(c);
     a.maritime_pine = 1.0;
@@ -53,7 +54,7 @@ pub(super) fn maritime_pine(c: &mut Config) {
     c.trails.rocks_max = 2;
 }
 
-/// Globulus in rows of 3 x 3 m, 1111/ha planted; gaps 5-15 %. Slender: H/D 90-120.
+/// Globulus in rows of 3 x 3 m, 1111/ha planted; 15 % have failed or were thinned. Slender: H/D 90-120.
 pub(super) fn eucalyptus_plantation(c: &mut Config) {
     let a = bare(c);
     a.eucalyptus = 1.0;
@@ -81,7 +82,7 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
     c.trails.width_m = 3.2;
 }
 
-/// Anchor species 60-80 %, all ages: a Weibull shape near 1.5; saplings 100-2000/ha. So few trees, as
+/// Anchor species 60-80 %, nearly all ages: a Weibull shape of 1.7 (1 to 1.5 is all of them); saplings 100-2000/ha. So few trees, as
 /// crowns are as wide as those of trees in the open: more of them would pass LAI 5.5.
 pub(super) fn oak_mixed(c: &mut Config) {
     let a = bare(c);
@@ -142,7 +143,7 @@ pub(super) fn beech(c: &mut Config) {
     c.trails.surface = "leaf_litter".to_owned();
 }
 
-/// Spruce 400-1200/ha, LAI 4-8; stumps 10-60 % of the number in managed stands.
+/// Spruce 400-1200/ha, LAI 4-8; stumps a quarter of the number (10-60 % in managed stands).
 pub(super) fn spruce(c: &mut Config) {
     let a = bare(c);
     a.norway_spruce = 0.97;
