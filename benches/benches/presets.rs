@@ -10,21 +10,9 @@ use std::time::Instant;
 
 use nemoral_benches::{Grown, settings};
 use nemoral_pipeline::ForestPlan;
+use nemoral_pipeline::config::Preset;
 use nemoral_pipeline::plan::{At, Cache, Runner, Store};
 use nemoral_scene::ChunkCoord;
-
-const PRESETS: [&str; 10] = [
-    "low",
-    "medium",
-    "high",
-    "maritime-pine",
-    "eucalyptus-plantation",
-    "oak-mixed",
-    "beech",
-    "spruce",
-    "boreal-birch-pine",
-    "montado",
-];
 
 /// What belongs to one chunk: all of it is made anew.
 const OF_CHUNK: &str = "chunk.";
@@ -41,9 +29,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "| preset | assets, s | from the cache | a chunk, ms | scan of 50,000, ms | draft, s |"
     );
     println!("|---|---|---|---|---|---|");
-    let wanted = PRESETS
-        .into_iter()
-        .filter(|p| named.is_empty() || named.iter().any(|n| n == p));
+    let all = Preset::ALL.iter().map(|p| p.name);
+    let wanted = all.filter(|p| named.is_empty() || named.iter().any(|n| n == p));
     for preset in wanted {
         let asked = ["lidar.pulses=50000", "camera.edge_samples=1"].map(str::to_owned);
         let config = settings(preset, &asked)?;

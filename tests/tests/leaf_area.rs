@@ -148,7 +148,7 @@ fn leaf_area_of_grown_trees_comes_back() {
 }
 
 #[test]
-#[ignore = "minutes"]
+#[ignore = "a minute: .ci/full runs it"]
 fn leaf_area_of_six_of_each_species_comes_back() {
     (1..=6).for_each(check);
 }

@@ -303,10 +303,7 @@ mod tests {
 
     /// Leaves behind leaves, that nothing passes.
     fn wall(across: Vec3) -> Vec<Card> {
-        let (u, v) = (
-            across.any_orthonormal_pair().0,
-            across.any_orthonormal_pair().1,
-        );
+        let (u, v) = across.any_orthonormal_pair();
         let middle = |k: i32| across * (0.3 + 0.01 * k as f32);
         (0..50)
             .map(|k| card(middle(k), 14.0 * u, 14.0 * v))

@@ -20,7 +20,13 @@ impl<M: MeanError, S: Sigma> GaussianRange<M, S> {
     ///
     /// Takes one 64-bit word from the generator, always.
     pub fn measure(&self, o: &Observation, rng: &mut (impl Rng + ?Sized)) -> f64 {
-        let error_m = self.mean.mean_error_m(o) + self.sigma.sigma_m(o) * standard_normal(rng);
+        let share = open_unit(rng);
+        self.measured_m(o, self.mean.mean_error_m(o), share)
+    }
+
+    /// The measurement that a share of all with this mean error are nearer than.
+    fn measured_m(&self, o: &Observation, mean_error_m: f64, share: f64) -> f64 {
+        let error_m = mean_error_m + self.sigma.sigma_m(o) * quantile(share);
         (o.range_m + error_m).max(0.0)
     }
 
@@ -36,8 +42,7 @@ impl<M: MeanError, S: Sigma> GaussianRange<M, S> {
         let means: Vec<f64> = os.iter().map(|o| self.mean.mean_error_m(o)).collect();
         let errors = os.iter().zip(shares).zip(means);
         for (range_m, ((o, share), mean_m)) in ranges_m.iter_mut().zip(errors) {
-            let error_m = mean_m + self.sigma.sigma_m(o) * quantile(share);
-            *range_m = Some((o.range_m + error_m).max(0.0));
+            *range_m = Some(self.measured_m(o, mean_m, share));
         }
     }
 }
@@ -127,12 +132,6 @@ impl Sigma for LinearSigma {
     }
 }
 
-/// Standard normal: the quantile of a uniform number. Sums, products and quotients but for the
-/// tails, so the same bits on every platform, in half the time of Box and Muller's.
-fn standard_normal(rng: &mut (impl Rng + ?Sized)) -> f64 {
-    quantile(open_unit(rng))
-}
-
 /// Uniform between 0 and 1: the middle of one of 2⁵² cells, so never 0 nor 1.
 fn open_unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
     ((rng.next_u64() >> 12) as f64 + 0.5) * (1.0 / (1_u64 << 52) as f64)
@@ -140,7 +139,8 @@ fn open_unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
 
 /// The number that a standard normal one is below with probability `p`, between 0 and 1, to 16
 /// digits (Wichura 1988, "Algorithm AS 241: The percentage points of the normal distribution",
-/// PPND16).
+/// PPND16): of a uniform one it is standard normal. Sums, products and quotients but for the tails, so
+/// the same bits on every platform, in half the time of Box and Muller's.
 fn quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= 0.425 {

@@ -76,17 +76,13 @@ pub struct Noise(RangeSensor);
 
 impl RangeModel for Noise {
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
-        let range_m = self.0.measure(&observation(o), &mut key.rng());
-        range_m.map(|m| m.max(0.0))
+        self.0.measure(&observation(o), &mut key.rng())
     }
 
     fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
         let os: Vec<Observation> = os.iter().map(observation).collect();
         let rngs = keys.iter().map(|key| key.rng());
         self.0.measure_each(&os, rngs, ranges_m);
-        for range_m in ranges_m {
-            *range_m = range_m.map(|m| m.max(0.0));
-        }
     }
 }
 
