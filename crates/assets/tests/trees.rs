@@ -474,7 +474,7 @@ fn published(name: &str, d: f64) -> [f64; 3] {
     };
     match name {
         "maritime_pine" => [
-            schnute(0.04611, 1.894, 35.0, 20.0).clamp(0.297 * d, 0.72 * d),
+            schnute(-0.00123, 3.363, 35.0, 20.0).clamp(0.297 * d, 0.72 * d),
             0.2775 * d.powf(0.841),
             0.0416 * d.powf(2.235),
         ],
@@ -699,15 +699,15 @@ fn value_stability() {
 }
 const INDIVIDUALS: &str = "0.138010800348 0.475840711052";
 const FINGERPRINTS: [&str; 9] = [
-    "53d696fb64db1dee",
-    "37c0621b730dc835",
-    "2ea9c84d818431e0",
-    "a791b940cb6bc417",
-    "0e30d85e0896791e",
-    "efe0087b805b8d86",
-    "c9b2424bb48c3dc8",
-    "48e49dd7a69d84e0",
-    "9ed85be5dd1665f0",
+    "c3127a24de393e8e",
+    "0767afa31600e3aa",
+    "12591c7c9589ab37",
+    "710c495565c91b15",
+    "6b025088c375da06",
+    "144d0e273734687f",
+    "0cd5927ca507bd4c",
+    "95a49ada1ab92760",
+    "d2b0d4b7c0f01c9b",
 ];
 const SIZE: &str = "18.693908385 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";

@@ -128,7 +128,12 @@ impl Species {
         let al = &self.allometry;
         let [a, b] = al.height_curve;
         let [d0, h0] = al.dominant;
-        let share = libm::expm1(-a * 100.0 * dbh_m) / libm::expm1(-a * d0);
+        // The limit of the quotient below as a goes to nothing: where it is taken it is off by 1e-7.
+        let share = if a.abs() < 1e-9 {
+            100.0 * dbh_m / d0
+        } else {
+            libm::expm1(-a * 100.0 * dbh_m) / libm::expm1(-a * d0)
+        };
         let foot = libm::pow(1.3, b);
         let h = libm::pow(foot + (libm::pow(h0, b) - foot) * share, 1.0 / b);
         h.clamp(

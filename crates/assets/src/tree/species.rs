@@ -275,7 +275,7 @@ impl Allometry {
         r.pair("dbh_range_m", self.dbh_range_m, 0.03, 2.0)?;
         let [least, most] = self.dbh_range_m;
         r.pair("class_dbh_m", self.class_dbh_m, least, most)?;
-        r.one("height_curve[0]", self.height_curve[0], 1e-6, 1.0)?;
+        r.one("height_curve[0]", self.height_curve[0], -0.02, 1.0)?;
         r.one("height_curve[1]", self.height_curve[1], 0.2, 5.0)?;
         r.one("dominant[0]", self.dominant[0], 5.0, 200.0)?;
         r.one("dominant[1]", self.dominant[1], 3.0, 65.0)?;
