@@ -274,11 +274,7 @@ fn fits(piece: &[Ring], is_stem: bool, tolerance: f64) -> bool {
     // Never so far that a leaf hangs visibly beside its twig.
     let most_m = (0.02 * tolerance).min(0.03);
     // Foresters measure a stem's taper, and nobody a branch's.
-    let thinner = if is_stem {
-        0.01
-    } else {
-        0.12 * tolerance
-    };
+    let thinner = if is_stem { 0.01 } else { 0.12 * tolerance };
     let (a, b) = (piece[0], piece[piece.len() - 1]);
     let chord = b.centre - a.centre;
     let length_squared = chord.length_squared().max(1e-12);

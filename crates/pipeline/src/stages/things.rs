@@ -15,7 +15,7 @@ use nemoral_trails::DressingKind;
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
-use super::looks::{Look, Looks};
+use super::looks::{Look, Looks, sapling_scale};
 use crate::Error;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
 
@@ -153,7 +153,7 @@ impl Stage for ThingStage {
     );
     type Output = Things;
     const ID: &'static str = "chunk.things";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -231,7 +231,6 @@ enum Size {
     Given(f64),
     /// A tenth either way: more would change a tree's proportions to its age.
     Drawn,
-    /// Small ones are many: regeneration thins itself out as it grows (our choice).
     Sapling,
 }
 
@@ -241,7 +240,7 @@ impl Size {
         match self {
             Self::Given(scale) => scale,
             Self::Drawn => 0.9 + 0.2 * place,
-            Self::Sapling => 1.0 - 0.65 * place * place.sqrt(),
+            Self::Sapling => sapling_scale(place),
         }
     }
 }
@@ -270,7 +269,13 @@ impl Placed {
     fn stand(&self, object: ObjectId, ground: &ChunkGround, looks: &Looks) -> Thing {
         let mut rng = self.key.stage(LOOK).rng();
         let look = match self.kind {
-            ObjectKind::Tree => looks.at(self.position_m, &mut rng),
+            ObjectKind::Tree => {
+                let pattern = match self.size {
+                    Size::Sapling => &looks.saplings,
+                    _ => &looks.trees,
+                };
+                pattern.at(self.position_m, &mut rng)
+            }
             _ => Look {
                 yaw_rad: rng.range_f64(0.0, TAU),
                 size: rng.unit_f64(),
