@@ -1,6 +1,7 @@
 //! All nine species against numbers that are typed out here and not read back from their files.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
+mod colours;
 mod optics;
 
 use std::sync::LazyLock;
