@@ -1,6 +1,10 @@
 //! All nine species against numbers that are typed out here and not read back from their files.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bark;
 mod colours;
 mod optics;
 
