@@ -6,6 +6,7 @@ mod common;
 
 mod bark;
 mod colours;
+mod forms;
 mod optics;
 
 use std::sync::LazyLock;
@@ -24,6 +25,8 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     let params = AssetParams {
         species: Species::all().into_iter().map(of).collect(),
         individuals_per_species: 1,
+        saplings_per_species: 2,
+        snags_per_species: 1,
         ..AssetParams::default()
     };
     Library::grow(&params, Key::world(7)).expect("valid")
