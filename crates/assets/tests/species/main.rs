@@ -7,6 +7,7 @@ mod common;
 mod bark;
 mod colours;
 mod forms;
+mod glance;
 mod optics;
 
 use std::sync::LazyLock;
