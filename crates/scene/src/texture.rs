@@ -4,7 +4,7 @@ use std::fmt;
 
 use glam::{Vec2, Vec3};
 
-/// An sRGB-encoded albedo texture with box-filtered mips. Row 0 is at v = 0; it repeats.
+/// An sRGB-encoded albedo texture with box-filtered mips, of what is opaque in it. Row 0 is at v = 0; it repeats.
 ///
 /// Colour is for eyes only: what is opaque is decided by [`AlphaMask`](crate::AlphaMask)s.
 #[derive(Clone)]
@@ -55,6 +55,20 @@ impl Texture {
     /// # Errors
     /// If a side is not a power of two up to 8192 or `linear` has another length.
     pub fn from_linear(width: usize, height: usize, linear: &[Vec3]) -> Result<Self, TextureError> {
+        Self::from_linear_where(width, height, linear, |_, _| true)
+    }
+
+    /// The same, of a texture that is seen only where `opaque(column, row)` says so: a texel of a mip is the mean
+    /// of what is seen of it, so that a leaf far off has its own colour. Where nothing of it is, it is the mean.
+    ///
+    /// # Errors
+    /// As [`Self::from_linear`].
+    pub fn from_linear_where(
+        width: usize,
+        height: usize,
+        linear: &[Vec3],
+        opaque: impl Fn(usize, usize) -> bool,
+    ) -> Result<Self, TextureError> {
         let side = |n: usize| n.is_power_of_two() && n <= 8192;
         if !side(width) || !side(height) || linear.len() != width * height {
             return Err(TextureError {
@@ -64,12 +78,18 @@ impl Texture {
             });
         }
         let mut levels = Vec::new();
-        let (mut w, mut h, mut data) = (width, height, linear.to_vec());
+        let (mut w, mut h) = (width, height);
+        // Colours, and how many opaque texels of level 0 each stands for.
+        let mut data: Vec<(Vec3, f32)> = linear
+            .iter()
+            .enumerate()
+            .map(|(i, &c)| (c, f32::from(u8::from(opaque(i % width, i / width)))))
+            .collect();
         loop {
             levels.push(Level {
                 width: w as u32,
                 height: h as u32,
-                texels: data.iter().map(|&c| encode(c)).collect(),
+                texels: data.iter().map(|&(c, _)| encode(c)).collect(),
             });
             if w == 1 && h == 1 {
                 return Ok(Self { levels });
@@ -79,11 +99,10 @@ impl Texture {
             data = (0..nw * nh)
                 .map(|i| {
                     let (x, y) = (i % nw * sx, i / nw * sy);
-                    let sum: Vec3 = (0..sy)
+                    let parts = (0..sy)
                         .flat_map(|dy| (0..sx).map(move |dx| (x + dx, y + dy)))
-                        .map(|(x, y)| data[y * w + x])
-                        .sum();
-                    sum / (sx * sy) as f32
+                        .map(|(x, y)| data[y * w + x]);
+                    mean_seen(parts)
                 })
                 .collect();
             (w, h) = (nw, nh);
@@ -240,6 +259,15 @@ mod kept {
     }
 }
 
+/// The mean of colours by how many opaque texels they stand for, the plain mean if for none; and of how many it is.
+fn mean_seen(parts: impl Iterator<Item = (Vec3, f32)> + Clone) -> (Vec3, f32) {
+    let seen: f32 = parts.clone().map(|(_, n)| n).sum();
+    let weight = |n: f32| if seen > 0.0 { n } else { 1.0 };
+    let sum: Vec3 = parts.clone().map(|(c, n)| c * weight(n)).sum();
+    let all: f32 = parts.map(|(_, n)| weight(n)).sum();
+    (sum / all, seen)
+}
+
 fn encode(linear: Vec3) -> [u8; 4] {
     let channel = |c: f32| ENCODE.partition_point(|&least| least <= c) as u8;
     [channel(linear.x), channel(linear.y), channel(linear.z), 255]
@@ -337,6 +365,30 @@ mod tests {
         assert!((t.mean() - mean).abs().max_element() < 0.01);
         let centre = t.sample(Vec2::new(3.5 / 8.0, 0.5 / 8.0), 0.0);
         assert!((centre.x - 0.8).abs() < 0.01, "{centre}");
+    }
+
+    #[test]
+    fn mips_are_of_what_is_seen() {
+        let [seen, hidden] = [Vec3::new(0.1, 0.2, 0.05), Vec3::splat(0.9)];
+        let opaque = |x: usize, y: usize| x < 5 && y == 2;
+        let data: Vec<Vec3> = (0..64)
+            .map(|i| {
+                if opaque(i % 8, i / 8) {
+                    // Of another colour at one end.
+                    seen * (1.0 + f32::from(u8::from(i % 8 == 4)))
+                } else {
+                    hidden
+                }
+            })
+            .collect();
+        let t = Texture::from_linear_where(8, 8, &data, opaque).expect("size");
+        let near = |got: Vec3, want: Vec3| (got / want - Vec3::ONE).abs().max_element() < 0.03;
+        // Five texels, of which the last counts twice.
+        assert!(near(t.mean(), seen * 1.2), "{}", t.mean());
+        let at = |x: f32, level: i32| t.sample(Vec2::new(x, 0.3), f32::exp2(level as f32) / 8.0);
+        assert!(near(decode(t.level(2)[0]), seen) && near(decode(t.level(2)[1]), seen * 2.0));
+        // Hidden texels keep their colour, and mips that are hidden altogether.
+        assert!(near(at(7.5 / 8.0, 0), hidden) && near(decode(t.level(1)[3]), hidden));
     }
 
     #[test]

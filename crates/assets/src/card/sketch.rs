@@ -82,10 +82,11 @@ impl Sketch {
                     // With the light let through, no leaf may send on more than it gets.
                     .map(|c| (*c * gain).min(Vec3::splat(0.7)))
                     .collect();
+                let opaque = |c: usize, r: usize| painted[r * size[0] + c];
                 Picture {
-                    mask: AlphaMask::from_fn(size[0], size[1], |c, r| painted[r * size[0] + c])
+                    mask: AlphaMask::from_fn(size[0], size[1], opaque)
                         .expect("sides are at most 256"),
-                    texture: Texture::from_linear(size[0], size[1], &linear)
+                    texture: Texture::from_linear_where(size[0], size[1], &linear, opaque)
                         .expect("sides are powers of two"),
                     width_m: size_m.x,
                     height_m: size_m.y,
@@ -139,7 +140,7 @@ impl Sketch {
 }
 
 /// Gives transparent texels the colour of the nearest opaque ones, coarse to fine (pull and push,
-/// Gortler et al. 1996), so that neither filtering nor a mip brings a halo in.
+/// Gortler et al. 1996), so that filtering brings no halo in. Mips are of opaque texels alone.
 fn fill_under([width, height]: [usize; 2], colours: &[Vec3], painted: &[bool]) -> Vec<Vec3> {
     // Width, height, and the sums of colours and of weights of the level below.
     type Level = (usize, usize, Vec<(Vec3, f32)>);

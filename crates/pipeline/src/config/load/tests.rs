@@ -167,6 +167,19 @@ fn presets_grow_enough_individuals() {
     }
 }
 
+/// Dead trees stand in every preset; saplings in every stand but a plantation, whose rows are kept clean.
+#[test]
+fn presets_have_saplings_and_snags() {
+    let without = ["default", "low", "medium", "high", "eucalyptus-plantation"];
+    for preset in Preset::ALL.iter().filter(|p| p.name != "demo") {
+        let config = preset.config();
+        assert!(config.assets.snags > 0.0, "{}", preset.name);
+        let saplings = config.placement.regeneration.saplings;
+        let none = without.contains(&preset.name);
+        assert_eq!(saplings == 0.0, none, "{}: {saplings}", preset.name);
+    }
+}
+
 #[test]
 fn a_commented_config_has_its_further_sensors() {
     let file = "[cameras.right]\nmount_y_m = -0.12\n[cameras.wide.fisheye]\nk1 = -0.01\n[cameras.wide.noise]\nenabled = true\n\

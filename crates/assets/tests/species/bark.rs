@@ -1,0 +1,118 @@
+//! Bark does not show the picture that it is made of.
+
+use super::*;
+use nemoral_assets::{GrowthParams, grow};
+use nemoral_seed::Stage;
+
+/// Brightness less the mean of the square of 2 `half` texels' side around, row by row: patches larger than that
+/// are left out.
+fn detail(m: &Material, half: usize) -> Vec<f32> {
+    let (w, h) = (m.albedo.width(), m.albedo.height());
+    let light: Vec<f32> = opaque(m)
+        .iter()
+        .map(|&uv| luminance(m.albedo.sample(uv, 0.0)))
+        .collect();
+    // Means along rows, then along columns; the picture repeats.
+    let mean = |values: &[f32], line: usize, n: usize, at: &dyn Fn(usize, usize) -> usize| {
+        let mut sum: f64 = (0..2 * half)
+            .map(|i| f64::from(values[at(line, (n - half + i) % n)]))
+            .sum();
+        let mut out = Vec::with_capacity(n);
+        for i in 0..n {
+            out.push((sum / (2 * half) as f64) as f32);
+            sum += f64::from(values[at(line, (i + half) % n)]);
+            sum -= f64::from(values[at(line, (i + n - half) % n)]);
+        }
+        out
+    };
+    let rows: Vec<f32> = (0..h)
+        .flat_map(|y| mean(&light, y, w, &|y, x| y * w + x))
+        .collect();
+    let mut out = light;
+    for x in 0..w {
+        for (y, m) in mean(&rows, x, h, &|x, y| y * w + x).into_iter().enumerate() {
+            out[y * w + x] -= m;
+        }
+    }
+    out
+}
+
+/// How like a picture's detail is to itself so far to the right and up.
+fn alike(detail: &[f32], width: usize, [right, up]: [usize; 2]) -> f64 {
+    let height = detail.len() / width;
+    let (mut product, mut square) = (0.0, 0.0);
+    for y in 0..height {
+        let line = &detail[y * width..][..width];
+        let other = &detail[(y + up) % height * width..][..width];
+        for (x, a) in line.iter().enumerate() {
+            let b = other[(x + right) % width];
+            product += f64::from(a * b);
+            square += f64::from(a * a);
+        }
+    }
+    product / square
+}
+
+/// No recipe repeats inside its own picture, by the lattice of its noise say: beside and above itself, from an
+/// eighth of the picture to its half, detail is like nothing.
+#[test]
+fn recipes_have_no_period_of_their_own() {
+    let mut count = 0;
+    for species in Species::all() {
+        let parts = ["stem", "stem.upper"];
+        // A species with one bark has it twice.
+        for part in parts
+            .iter()
+            .take(1 + usize::from(species.bark.upper.is_some()))
+        {
+            let m = named(&format!("{}.{part}", species.name));
+            let (w, h) = (m.albedo.width(), m.albedo.height());
+            let detail = detail(m, w / 8);
+            let beside = (w / 8..=w / 2).step_by(6).map(|x| [x, 0]);
+            let above = (h / 8..=h / 2).step_by(12).map(|y| [0, y]);
+            let most = beside
+                .chain(above)
+                .map(|lag| (alike(&detail, w, lag), lag))
+                .fold((-1.0, [0; 2]), |a, b| if b.0 > a.0 { b } else { a });
+            // Their patches are longer than an eighth of the picture.
+            let limit = match m.name.as_str() {
+                "eucalyptus.stem.upper" | "silver_birch.stem" => 0.25,
+                _ => 0.15,
+            };
+            assert!(most.0 < limit, "{}: {most:.3?} texels away", m.name);
+            count += 1;
+        }
+    }
+    assert_eq!(count, 13);
+}
+
+/// A picture goes round a stem a whole number of times. What is round twice is on the far side when it is on the
+/// near one: no eye sees it twice. Three times it is only round stems thicker than most.
+#[test]
+fn a_picture_is_not_seen_twice_beside_itself() {
+    let params = GrowthParams {
+        wood_triangles_max: 3_000,
+        cards_max: 50,
+        ..GrowthParams::default()
+    };
+    for species in Species::all() {
+        for (dbh_m, most) in [(0.1, 1), (0.3, 1), (0.5, 2), (0.55, 2), (0.9, 3)] {
+            let key = Key::world(3).stage(Stage::new("bark"));
+            let size = species.draw_size(dbh_m, key);
+            let tree = grow(&species, &size, &common::materials(), &params, key).expect("grows");
+            // The stem's lowest ring, its seam twice.
+            let uvs = &tree.mesh.uvs;
+            let ring: Vec<f32> = (uvs.iter().take_while(|uv| uv.y == uvs[0].y))
+                .map(|uv| uv.x)
+                .collect();
+            assert!(ring.len() > 8, "{}", species.name);
+            let times = (ring[ring.len() - 1] - ring[0]).abs();
+            let whole = times.round();
+            assert!(
+                (times - whole).abs() < 1e-4 && (1..=most).contains(&(whole as i32)),
+                "{} of {dbh_m} m: {times} times round",
+                species.name
+            );
+        }
+    }
+}
