@@ -1,6 +1,7 @@
 //! What is measured, and what it should be.
 
 use nemoral_assets::Species;
+use nemoral_tests::realism::ranges;
 
 use crate::measure::Stand;
 
@@ -86,6 +87,27 @@ pub(crate) const STEMS: &[Column] = &[
     ("alike within 30 m, per 10⁶ pairs", |s| {
         let (alike, same) = s.alike;
         Check::new(1e6 * alike as f64 / same.max(1) as f64, 0, (0.0, 0.0))
+    }),
+];
+
+/// From metres, which measures are in.
+fn millimetres(value_m: f64, (low_m, high_m): (f64, f64)) -> Check {
+    let range = (1000.0 * low_m, 1000.0 * high_m);
+    Check::new(1000.0 * value_m, 1, range)
+}
+
+pub(crate) const SCANS: &[Column] = &[
+    ("stems", |s| {
+        Check::new(s.scanned.stems.len() as f64, 0, (20.0, 1e6))
+    }),
+    ("of, mm", |s| {
+        Check::new(1000.0 * s.scanned.mean_m(), 0, None)
+    }),
+    ("diameter, bias, mm", |s| {
+        millimetres(s.scanned.bias_m(), ranges::DBH_BIAS_M)
+    }),
+    ("diameter, RMSE, mm", |s| {
+        millimetres(s.scanned.rmse_m(), ranges::DBH_RMSE_M)
     }),
 ];
 

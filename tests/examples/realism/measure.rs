@@ -5,19 +5,20 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nemoral_assets::{Species, TreeAsset};
+use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, Semantic, Surface, TreeRecord};
 use nemoral_seed::{Draw, Key};
-use nemoral_tests::World;
 use nemoral_tests::realism::{
-    Canopy, Colour, Gaps, Layers, Survey, Tones, amplitude_slope, asked_diameters, clark_evans,
-    colour, distribution_distance, ground_repetition, isotropy, layers, luminance,
-    luminance_of_light, mark_correlation, pair_correlation, plant_area_density, spectrum, tones,
-    weibull_fit,
+    Canopy, Colour, Gaps, Layers, STATIONS, ScannedDiameters, Survey, Tones, amplitude_slope,
+    asked_diameters, clark_evans, colour, distribution_distance, ground_repetition, isotropy,
+    layers, luminance, luminance_of_light, mark_correlation, pair_correlation, plant_area_density,
+    spectrum, tones, weibull_fit,
 };
+use nemoral_tests::{World, config};
 
 /// Chunks along a side of the square whose trees are counted.
 pub(crate) const SIDE: i32 = 8;
@@ -60,6 +61,8 @@ pub(crate) struct Stand {
     pub(crate) marks: f64,
     /// Of the same individual within 30 m, alike and all.
     pub(crate) alike: (usize, usize),
+    /// Diameters by circles fitted to scans.
+    pub(crate) scanned: ScannedDiameters,
     pub(crate) dominant_m: f64,
     pub(crate) leaf_area_index: f64,
     pub(crate) gaps: Gaps,
@@ -140,6 +143,7 @@ impl Stand {
             pairs: pair_correlation(&places, edge_m, STEP_M, 30),
             marks: mark_correlation(&marked, 3.5),
             alike: survey.alike(30.0, 2.0, 0.005),
+            scanned: scanned(name, &world),
             dominant_m,
             leaf_area_index: survey.trees.iter().map(|t| t.leaf_area_m2).sum::<f64>() / area_m2,
             gaps: canopy.gaps(),
@@ -166,6 +170,14 @@ impl Stand {
             config: world.config,
         }
     }
+}
+
+/// The same stand from a tripod: its library and chunks are taken as they were made.
+fn scanned(name: &str, world: &World) -> ScannedDiameters {
+    let config = config(name, &STATIONS);
+    let forest = ForestPlan::new(&config).expect("a preset");
+    let runner = Runner::new(forest.plan(), &world.store, 2);
+    ScannedDiameters::of(&forest, &config, &runner)
 }
 
 fn ground_repeats(assets: &WorldAssets) -> f64 {

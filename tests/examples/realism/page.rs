@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nemoral_assets::Species;
 use nemoral_tests::realism::Relations;
 
-use crate::checks::{CANOPIES, COLOURS, Check, Column, PICTURES, PROFILES, STEMS};
+use crate::checks::{CANOPIES, COLOURS, Check, Column, PICTURES, PROFILES, SCANS, STEMS};
 use crate::measure::{STEP_M, Stand};
 use crate::plots;
 
@@ -171,6 +171,11 @@ impl Page {
              - Trees are copies of a few individuals, turned, scaled and tinted: no two of the same individual within 30 m are turned within 2° of each other and of one size within 0.5 % (by chance, 280 to 1,030 of a million such pairs were).\n",
         );
         self.table(stands, STEMS);
+        self.add(
+            "\nDiameters from scans, as foresters take them: nine scans of 400,000 pulses without range errors from a tripod, stations 32 m apart; of each living stem (of .07 m or more) within 15 m the points \
+             within 6 cm of breast height, 30 at least, and the circle nearest to them. Of what that finds less what the inventory says: the mean is within 3 mm of none, the root mean square under 20 mm.\n",
+        );
+        self.table(stands, SCANS);
     }
 
     fn canopies(&mut self, stands: &[Stand]) {

@@ -4,16 +4,19 @@
 
 mod canopy;
 mod circle;
+mod diameters;
 mod ground;
 mod picture;
 mod plot;
 mod profile;
+pub mod ranges;
 mod relations;
 mod stems;
 mod survey;
 
 pub use canopy::{Canopy, Gaps, HINGE_DEG, LeafField, Standing};
 pub use circle::{Circle, circle};
+pub use diameters::{STATIONS, ScannedDiameters, ScannedStem};
 pub use ground::ground_repetition;
 pub use picture::{
     Colour, Tones, amplitude_slope, colour, isotropy, luminance, luminance_of_light, spectrum,
