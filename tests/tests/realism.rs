@@ -1,10 +1,9 @@
 //! Each measure of realism is in its range on a grown beech wood, and leaves it when its cause is broken on
-//! purpose. What the measures say of all stands is in docs/realism.md.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
+//! purpose (species' relations in `relations.rs`). What the measures say of all stands is in docs/realism.md.
 
 use std::sync::{Arc, LazyLock};
 
-use nemoral_assets::{Species, TreeSize};
+use nemoral_assets::Species;
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
@@ -16,10 +15,11 @@ use nemoral_scene::{
 };
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::World;
+use nemoral_tests::realism::ranges::leaves;
 use nemoral_tests::realism::{
-    Canopy, Colour, Relations, Standing, Survey, amplitude_slope, asked_diameters, clark_evans,
-    colour, distribution_distance, ground_repetition, isotropy, layers, luminance,
-    mark_correlation, pair_correlation, plant_area_density, spectrum, tones, weibull_fit,
+    Canopy, Colour, Standing, Survey, amplitude_slope, asked_diameters, clark_evans, colour,
+    distribution_distance, ground_repetition, isotropy, layers, luminance, mark_correlation,
+    pair_correlation, plant_area_density, spectrum, tones, weibull_fit,
 };
 
 /// Chunks along a side.
@@ -83,34 +83,6 @@ static BEECH: LazyLock<Beech> = LazyLock::new(|| {
         config: world.config,
     }
 });
-
-/// A measure in its range, and out of it for a cause.
-fn leaves(measure: &str, (low, high): (f64, f64), sound: f64, broken: &[(&str, f64)]) {
-    println!("{measure}: {sound:.3} in {low}..{high}; {broken:.3?}");
-    assert!((low..=high).contains(&sound), "{measure}: {sound}");
-    for (cause, value) in broken {
-        assert!(!(low..=high).contains(value), "{measure}: {cause}: {value}");
-    }
-}
-
-#[test]
-fn relations_miss_trees_of_another_size() {
-    let species = Species::beech();
-    let sound = Relations::of(&species, 120);
-    let off = |change: fn(&mut TreeSize)| {
-        let mut sizes = sound.sizes.clone();
-        sizes.iter_mut().for_each(change);
-        Relations::from_sizes(&species, sizes).mean()
-    };
-    let taller = off(|t| t.height_m *= 1.06);
-    let wider = off(|t| t.crown_radius_m *= 1.06);
-    let leafier = off(|t| t.leaf_area_m2 *= 1.06);
-    let sound = sound.mean();
-    let range = (0.97, 1.03);
-    leaves("height", range, sound[0], &[("6 % taller", taller[0])]);
-    leaves("crown width", range, sound[1], &[("6 % wider", wider[1])]);
-    leaves("leaf area", range, sound[2], &[("6 % more", leafier[2])]);
-}
 
 /// In every second square of 30 m.
 fn in_groups(place: &DVec2) -> bool {

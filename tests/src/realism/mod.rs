@@ -6,6 +6,7 @@ mod canopy;
 mod circle;
 mod diameters;
 mod ground;
+mod heights;
 mod picture;
 mod plot;
 mod profile;
@@ -18,6 +19,7 @@ pub use canopy::{Canopy, Gaps, HINGE_DEG, LeafField, Standing};
 pub use circle::{Circle, circle};
 pub use diameters::{STATIONS, ScannedDiameters, ScannedStem};
 pub use ground::ground_repetition;
+pub use heights::{HeightScatter, stand_diameters};
 pub use picture::{
     Colour, Tones, amplitude_slope, colour, isotropy, luminance, luminance_of_light, spectrum,
     tones,
