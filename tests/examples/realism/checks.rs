@@ -49,6 +49,11 @@ fn in_rows(s: &Stand) -> bool {
     s.config.placement.rows.spacing_m > 0.0
 }
 
+/// Of a million pairs; of none, no number.
+fn alike((alike, same): (usize, usize)) -> Check {
+    Check::new(1e6 * alike as f64 / same as f64, 0, ranges::ALIKE)
+}
+
 pub(crate) const STEMS: &[Column] = &[
     ("trees/ha", |s| {
         let per_ha = 10_000.0 / (s.config.chunks.size_m * s.config.chunks.size_m);
@@ -84,10 +89,8 @@ pub(crate) const STEMS: &[Column] = &[
     ("sizes of neighbours < 3.5 m", |s| {
         Check::new(s.marks, 3, (0.85, 0.995))
     }),
-    ("alike within 30 m, per 10⁶ pairs", |s| {
-        let (alike, same) = s.alike;
-        Check::new(1e6 * alike as f64 / same.max(1) as f64, 0, (0.0, 0.0))
-    }),
+    ("alike within 30 m, per 10⁶ pairs", |s| alike(s.alike)),
+    ("saplings alike within 30 m", |s| alike(s.saplings_alike)),
 ];
 
 /// From metres, which measures are in.

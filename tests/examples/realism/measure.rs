@@ -13,10 +13,10 @@ use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, Semantic, Surface, TreeRecord};
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::realism::{
-    Canopy, Colour, Gaps, Layers, STATIONS, ScannedDiameters, Survey, Tones, amplitude_slope,
-    asked_diameters, clark_evans, colour, distribution_distance, ground_repetition, isotropy,
-    layers, luminance, luminance_of_light, mark_correlation, pair_correlation, plant_area_density,
-    spectrum, tones, weibull_fit,
+    Canopy, Colour, CopyKind, Gaps, Layers, STATIONS, ScannedDiameters, Survey, Tones,
+    amplitude_slope, asked_diameters, clark_evans, colour, distribution_distance,
+    ground_repetition, isotropy, layers, luminance, luminance_of_light, mark_correlation,
+    pair_correlation, plant_area_density, spectrum, tones, weibull_fit,
 };
 use nemoral_tests::{World, config};
 
@@ -59,8 +59,10 @@ pub(crate) struct Stand {
     pub(crate) clark_evans: f64,
     pub(crate) pairs: Vec<f64>,
     pub(crate) marks: f64,
-    /// Of the same individual within 30 m, alike and all.
+    /// Pairs of the same individual within 30 m, alike and all: of grown and dead trees, ...
     pub(crate) alike: (usize, usize),
+    /// ... and of saplings.
+    pub(crate) saplings_alike: (usize, usize),
     /// Diameters by circles fitted to scans.
     pub(crate) scanned: ScannedDiameters,
     pub(crate) dominant_m: f64,
@@ -142,7 +144,8 @@ impl Stand {
             clark_evans: clark_evans(&places, low, edge_m, 25.0),
             pairs: pair_correlation(&places, edge_m, STEP_M, 30),
             marks: mark_correlation(&marked, 3.5),
-            alike: survey.alike(30.0, 2.0, 0.005),
+            alike: survey.alike(|k| k != CopyKind::Sapling, 0.0..30.0),
+            saplings_alike: survey.alike(|k| k == CopyKind::Sapling, 0.0..30.0),
             scanned: scanned(name, &world),
             dominant_m,
             leaf_area_index: survey.trees.iter().map(|t| t.leaf_area_m2).sum::<f64>() / area_m2,

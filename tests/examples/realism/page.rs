@@ -215,7 +215,7 @@ impl Page {
              lie that were drawn anew 400 times. Eight individuals a species do not tell a shape well: that is this range, and not a fault of the fit.\n- Height over diameter within the species' limits.\n\
              - Clark and Evans's R: 0.9–1.4 in natural and managed stands, over 1.5 only in plantations. The pair correlation g: none at a stem's width, 1 farther off.\n\
              - Neighbours within 3.5 m keep each other small in real woods: the mean product of their diameters over the squared mean is under 1. Ours do by how they are placed: thick ones keep others farther off, and in rows each is a share smaller for its neighbours' vigour.\n\
-             - Trees are copies of a few individuals, turned, scaled and tinted: no two of the same individual within 30 m are turned within 2° of each other and of one size within 0.5 % (by chance, 280 to 1,030 of a million such pairs were).\n",
+             - Trees are copies of a few individuals, turned, scaled and tinted: no two of the same individual within 30 m are turned within 2° of each other and of one size within 0.5 % (by chance, 280 to 1,030 of a million such pairs were). Dead trees are counted with living ones; saplings, which are copies of saplings, for themselves.\n",
         );
         self.table(stands, STEMS);
         self.add(
@@ -333,6 +333,9 @@ impl Page {
 fn why(measure: &str) -> &'static str {
     match measure {
         "Weibull shape" => "eight individuals, of which some stand here more often than others",
+        "saplings alike within 30 m" => {
+            "looks differ from one square of .75 m to the next, and in clusters several saplings stand in one: none farther apart than 1.1 m are alike"
+        }
         "Ω photographed" => {
             "crowns keep to their own width and leave the ground between them free; gaps and trails count too"
         }

@@ -30,4 +30,4 @@ pub use relations::Relations;
 pub use stems::{
     clark_evans, distribution_distance, mark_correlation, pair_correlation, row_power, weibull_fit,
 };
-pub use survey::{Survey, asked_diameters};
+pub use survey::{Copied, CopyKind, Survey, asked_diameters};

@@ -13,6 +13,9 @@ pub fn leaves(measure: &str, (low, high): (f64, f64), sound: f64, broken: &[(&st
     }
 }
 
+/// Pairs of trees that look alike within 30 m, of a million pairs of the same individual: none.
+pub const ALIKE: (f64, f64) = (0.0, 0.0);
+
 /// A mean of grown trees over the published relation's.
 pub const RELATIONS: (f64, f64) = (0.97, 1.03);
 

@@ -1,6 +1,7 @@
 //! A world's stand, as measures want it.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use nemoral_assets::Species;
@@ -13,19 +14,41 @@ use nemoral_scene::{ChunkCoord, ObjectKind, TreeRecord};
 use super::Standing;
 use crate::World;
 
-/// The living, grown-up trees of a square of chunks around the world's origin.
-#[derive(Debug)]
+/// The trees of a square of chunks around the world's origin.
+#[derive(Clone, Debug)]
 pub struct Survey {
-    /// As their inventory has them.
+    /// The living, grown-up ones as their inventory has them.
     pub trees: Vec<TreeRecord>,
-    /// Which individual each of them is.
-    pub individual: Vec<usize>,
     /// How each stands.
     pub standing: Vec<Standing>,
     /// Everything with leaves: those, and saplings.
     pub leafy: Vec<Standing>,
+    /// Everything that stands as a tree: those, saplings, and dead ones.
+    pub copies: Vec<Copied>,
     /// The square's south-west corner and edge, metres.
     pub square: (DVec2, f64),
+}
+
+/// What a tree is a copy of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CopyKind {
+    /// A living, grown-up individual.
+    Grown,
+    /// One that is none of its species' trees yet.
+    Sapling,
+    /// A dead one.
+    Dead,
+}
+
+/// A tree is a copy of one of a few individuals.
+#[derive(Clone, Debug)]
+pub struct Copied {
+    /// Of which; a sapling's and a dead tree's are others than a grown living one's.
+    pub individual: usize,
+    /// What it is.
+    pub kind: CopyKind,
+    /// How it stands.
+    pub standing: Standing,
 }
 
 impl Survey {
@@ -44,16 +67,16 @@ impl Survey {
         let things = things.expect("things");
         let mut out = Self {
             trees: Vec::new(),
-            individual: Vec::new(),
             standing: Vec::new(),
             leafy: Vec::new(),
+            copies: Vec::new(),
             square: (
                 DVec2::splat(-f64::from(half) * size_m),
                 size_m * f64::from(side),
             ),
         };
         for thing in things.iter().flat_map(|t| t.0.iter()) {
-            let Some(record) = thing.tree_record(assets).filter(|t| t.alive) else {
+            let Some(record) = thing.tree_record(assets) else {
                 continue;
             };
             debug_assert_eq!(thing.kind, ObjectKind::Tree);
@@ -63,10 +86,21 @@ impl Survey {
                 linear: thing.linear,
                 leaf_area_m2: record.leaf_area_m2,
             };
-            out.leafy.push(standing.clone());
-            if record.age_class != "sapling" {
+            let kind = match (record.alive, record.age_class.as_str()) {
+                (false, _) => CopyKind::Dead,
+                (true, "sapling") => CopyKind::Sapling,
+                (true, _) => CopyKind::Grown,
+            };
+            out.copies.push(Copied {
+                individual: thing.asset,
+                kind,
+                standing: standing.clone(),
+            });
+            if kind != CopyKind::Dead {
+                out.leafy.push(standing.clone());
+            }
+            if kind == CopyKind::Grown {
                 out.trees.push(record);
-                out.individual.push(thing.asset);
                 out.standing.push(standing);
             }
         }
@@ -89,26 +123,29 @@ impl Survey {
         by_diameter.iter().map(|t| t.height_m).sum::<f64>() / by_diameter.len() as f64
     }
 
-    /// The pairs of trees within `reach_m` that are the same individual, turned within `turn_deg` of each
-    /// other and of a size within `size` (a share), and all pairs of the same individual there.
+    /// The pairs of trees that look alike, the same individual turned within 2° of each other and of a size within
+    /// half a percent, and all pairs of the same individual; of those trees that are asked for, and of pairs so far
+    /// apart, metres.
     #[must_use]
-    pub fn alike(&self, reach_m: f64, turn_deg: f64, size: f64) -> (usize, usize) {
+    pub fn alike(&self, which: impl Fn(CopyKind) -> bool, apart_m: Range<f64>) -> (usize, usize) {
+        const TURN_DEG: f64 = 2.0;
+        const SIZE: f64 = 0.005;
         let mut of: BTreeMap<usize, Vec<&Standing>> = BTreeMap::new();
-        for (individual, tree) in self.individual.iter().zip(&self.standing) {
-            of.entry(*individual).or_default().push(tree);
+        for tree in self.copies.iter().filter(|t| which(t.kind)) {
+            of.entry(tree.individual).or_default().push(&tree.standing);
         }
         let (mut alike, mut same) = (0, 0);
         for trees in of.values() {
             for (i, a) in trees.iter().enumerate() {
                 for b in &trees[..i] {
-                    if a.foot_m.distance(b.foot_m) > reach_m {
+                    if !apart_m.contains(&a.foot_m.distance(b.foot_m)) {
                         continue;
                     }
                     same += 1;
                     let (x, y) = (a.linear.x_axis, b.linear.x_axis);
                     let turned = x.angle_between(y).to_degrees();
                     let larger = a.linear.z_axis.length() / b.linear.z_axis.length() - 1.0;
-                    let near = f64::from(turned) < turn_deg && f64::from(larger.abs()) < size;
+                    let near = f64::from(turned) < TURN_DEG && f64::from(larger.abs()) < SIZE;
                     alike += usize::from(near);
                 }
             }
