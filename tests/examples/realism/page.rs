@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nemoral_assets::Species;
 use nemoral_tests::realism::{HeightScatter, Relations, ranges};
 
-use crate::checks::{CANOPIES, COLOURS, Check, Column, PICTURES, PROFILES, SCANS, STEMS};
+use crate::checks::{CANOPIES, COLOURS, Check, Column, PICTURES, PROFILES, SCANS, STEMS, percent};
 use crate::measure::{STEP_M, Stand};
 use crate::plots;
 
@@ -96,7 +96,7 @@ fn head(stands: &[Stand]) -> String {
          pictures would check, for each stand preset, with no photograph needed. Ranges in which no source is named are \
          what we hold for right, from the literature as remembered. What is out of its range is marked ✗ with the range, and listed first. \
          The estimators are in `tests/src/realism`; only what was asked for (the relations, the diameters' distribution) comes of the generator's own code, and `crates/assets/tests/measured.rs` and `trees.rs` hold that \
-         to the meshes and to the published formulas written out anew. `tests/tests/realism.rs` breaks causes on purpose, in a beech wood, and sees each measure leave its range there.\n\nEach stand: all trees on {metres:.0} m x {metres:.0} m, five pictures of 640 x 360 and scans of 20,000 pulses along 96 m of trail.\n",
+         to the meshes and to the published formulas written out anew. `dbh.rs`, `pictures.rs`, `realism.rs` and `relations.rs` in `tests/tests` break causes on purpose and see each measure leave its range there, the same range (`tests/src/realism/ranges.rs`).\n\nEach stand: all trees on {metres:.0} m x {metres:.0} m, five pictures of 640 x 360 and scans of 20,000 pulses along 96 m of trail.\n",
     )
 }
 
@@ -264,7 +264,10 @@ impl Page {
                 let form = &species.foliage;
                 let near = |value: f64, asked: f64| Check {
                     value,
-                    range: Some((asked - 5.0, asked + 5.0)),
+                    range: Some((
+                        asked - ranges::INCLINATION_DEG,
+                        asked + ranges::INCLINATION_DEG,
+                    )),
                     places: 1,
                 };
                 let (m, d) = (form.inclination_mean_deg, form.inclination_sd_deg);
@@ -316,11 +319,7 @@ impl Page {
         for s in stands {
             let _ = write!(self.text, "| {} |", s.name);
             for (name, pixels, points) in &s.classes {
-                let check = Check {
-                    value: 100.0 * pixels,
-                    range: (name != "Rocks").then_some((0.1, 100.0)),
-                    places: 1,
-                };
+                let check = percent(*pixels, 1, ranges::class_share(name));
                 self.check(s.name, &format!("pixels of {name}, %"), &check);
                 let _ = write!(self.text, " {} / {:.1} |", check.cell(), 100.0 * points);
             }

@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use nemoral_assets::Species;
-use nemoral_pipeline::config::Assets;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_scene::glam::DVec2;
@@ -19,8 +17,6 @@ use crate::World;
 pub struct Survey {
     /// The living, grown-up ones as their inventory has them.
     pub trees: Vec<TreeRecord>,
-    /// How each stands.
-    pub standing: Vec<Standing>,
     /// Everything with leaves: those, and saplings.
     pub leafy: Vec<Standing>,
     /// Everything that stands as a tree: those, saplings, and dead ones.
@@ -67,7 +63,6 @@ impl Survey {
         let things = things.expect("things");
         let mut out = Self {
             trees: Vec::new(),
-            standing: Vec::new(),
             leafy: Vec::new(),
             copies: Vec::new(),
             square: (
@@ -101,7 +96,6 @@ impl Survey {
             }
             if kind == CopyKind::Grown {
                 out.trees.push(record);
-                out.standing.push(standing);
             }
         }
         out
@@ -152,31 +146,4 @@ impl Survey {
         }
         (alike, same)
     }
-}
-
-/// A sample of the diameters that a config asks for, as trees are scaled by a tenth either way.
-///
-/// # Panics
-/// If it asks for one's own species.
-#[must_use]
-pub fn asked_diameters(assets: &Assets) -> Vec<f64> {
-    const SAMPLE: f64 = 6000.0;
-    let limits = [assets.dbh_min_m, assets.dbh_max_m];
-    let shares: Vec<_> = assets.shares().into_iter().filter(|s| s.1 > 0.0).collect();
-    let all: f64 = shares.iter().map(|s| s.1).sum();
-    let mut out = Vec::new();
-    for (name, share) in shares {
-        let species = name
-            .and_then(Species::built_in)
-            .expect("a built-in species");
-        let n = (SAMPLE * share / all).round();
-        for i in 0..n as u32 {
-            let rank = (f64::from(i) + 0.5) / n;
-            let dbh_m = species.dbh_of_rank(assets.dbh_mean_m, assets.dbh_shape, limits, rank);
-            // Van der Corput's sequence: scales as if at random, and none twice.
-            let scale = 0.9 + 0.2 * f64::from(i.reverse_bits()) / f64::from(u32::MAX);
-            out.push(dbh_m * scale);
-        }
-    }
-    out
 }
