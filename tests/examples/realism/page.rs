@@ -295,7 +295,8 @@ impl Page {
     fn pictures(&mut self, stands: &[Stand]) {
         self.add(
             "\n## Pictures\n\nMeans of five pictures. The slope of the amplitude spectrum over frequency on logarithmic axes: photographs of nature have -1.2 on average, -0.8 to -1.5 (Tolhurst et al. \
-             1992); horizontal waves over vertical ones; how much the ground repeats: the greatest correlation of its brightness with that one tile's width away, in sixteen directions, of the kind of ground that does most; the spread of the logarithm of luminance (of the light itself, before the sensor clips): \
+             1992); isotropy, the amplitude of waves along the horizontal over that of waves along the vertical, more than 1 where upright things are many. Its range is remembered, and nothing that was read bears it out: in photographs, also of a wood alone, vertical and horizontal contours prevail (Coppola et al. 1998), natural scenes have most at the horizontal, \
+             next at the vertical and least between (Hansen and Essock 2004), and how they are aligned depends strongly on what they are of, with a difference between the two on average (Keil and Cristóbal 2000). We leave it as it is: a range is not moved to what was found. Further: how much the ground repeats: the greatest correlation of its brightness with that one tile's width away, in sixteen directions, of the kind of ground that does most; the spread of the logarithm of luminance (of the light itself, before the sensor clips): \
              photographs of town and country have .8 on average (Huang and Mumford 1999, remembered), and followed light in beech and spruce as much as ours, within a twentieth, once its noise is averaged away (docs/light.md; 1.0 to 1.6 under canopies are remembered, and most of ours are a little less); the kurtosis of steps from pixel to pixel.\n",
         );
         self.table(stands, PICTURES);
@@ -342,7 +343,9 @@ fn why(measure: &str) -> &'static str {
         "kurtosis of steps" => {
             "twigs and small leaves everywhere: few even surfaces; the range is remembered, not read"
         }
-        "isotropy" => "upright stems; the range is remembered, not read",
+        "isotropy" => {
+            "upright stems, or level ground and boughs; real woods are not isotropic either (Coppola et al. 1998), and the range is remembered, not read"
+        }
         _ => "",
     }
 }

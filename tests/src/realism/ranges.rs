@@ -151,7 +151,9 @@ pub const BREADTH: Range = (0.4, 0.9);
 
 /// The slope of the amplitude spectrum: photographs of nature (Tolhurst et al. 1992).
 pub const SLOPE: Range = (-1.5, -0.8);
-/// Waves along the horizontal over those along the vertical.
+/// Waves along the horizontal over those along the vertical. Remembered: photographs of nature that were read of have
+/// more of both than of what is between, and not equally (Coppola et al. 1998, PNAS 95:4002; Hansen and Essock 2004, J.
+/// Vision 4(12):5; Keil and Cristóbal 2000, JOSA A 17:697).
 pub const ISOTROPY: Range = (0.9, 1.1);
 /// Correlation of ground with itself a tile away.
 pub const GROUND_REPEATS: Range = (-1.0, 0.15);
