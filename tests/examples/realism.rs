@@ -24,7 +24,7 @@ use std::path::Path;
 
 use nemoral_assets::Species;
 use nemoral_tests::STANDS;
-use nemoral_tests::realism::Relations;
+use nemoral_tests::realism::{HeightScatter, Relations, stand_diameters};
 
 /// Grown of each species.
 const TREES: u32 = 500;
@@ -45,7 +45,12 @@ fn main() -> std::io::Result<()> {
         .map(|species| {
             eprintln!("{TREES} of {} …", species.name);
             let relations = Relations::of(&species, TREES);
-            (species, relations)
+            let stand = Relations::grown(&species, &stand_diameters(&species, TREES));
+            page::Grown {
+                heights: HeightScatter::of(&species, &stand.sizes),
+                species,
+                relations,
+            }
         })
         .collect();
     let (text, plots) = page::write(&stands, &grown);

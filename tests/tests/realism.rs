@@ -1,116 +1,60 @@
 //! Each measure of realism is in its range on a grown beech wood, and leaves it when its cause is broken on
-//! purpose. What the measures say of all stands is in docs/realism.md.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
+//! purpose (species' relations in `relations.rs`, pictures in `pictures.rs`). What the measures say of all stands is in docs/realism.md.
 
 use std::sync::{Arc, LazyLock};
 
-use nemoral_assets::{Species, TreeSize};
-use nemoral_pipeline::ForestPlan;
+use nemoral_assets::Species;
 use nemoral_pipeline::config::Config;
-use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_scene::glam::{DVec2, Mat3, Vec3};
-use nemoral_scene::{
-    AlphaMask, Card, Image, Material, MaterialLibrary, Mesh, Ontology, Prototype, Semantic,
-    TreeRecord, TruthImages,
-};
+use nemoral_scene::{AlphaMask, Card, MaterialLibrary, Mesh, Prototype, TreeRecord};
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::World;
+use nemoral_tests::realism::ranges::{self, leaves};
 use nemoral_tests::realism::{
-    Canopy, Colour, Relations, Standing, Survey, amplitude_slope, asked_diameters, clark_evans,
-    colour, distribution_distance, ground_repetition, isotropy, layers, luminance,
-    mark_correlation, pair_correlation, plant_area_density, spectrum, tones, weibull_fit,
+    Canopy, CopyKind, Standing, Survey, asked_diameters, asked_shapes, clark_evans,
+    distribution_distance, layers, mark_correlation, pair_correlation, plant_area_density,
+    weibull_fit,
 };
 
 /// Chunks along a side.
 const SIDE: i32 = 5;
 /// From the border to where lines up begin: what is 50 m high hides nothing of them.
 const MARGIN_M: f64 = 80.0;
-const SETTINGS: [&str; 12] = [
+const SETTINGS: [&str; 5] = [
     "assets.english_oak=0",
-    "chunks.visible_radius_m=60",
-    "chunks.undergrowth_radius_m=25",
-    "chunks.delete_radius_m=90",
-    "camera.width_px=256",
-    "camera.height_px=256",
-    "camera.edge_samples=2",
-    "lidar.pulses=1000",
     "terrain.cell_m=1",
     "placement.regeneration.saplings=0",
     "assets.snags=0",
     "frames=1",
 ];
 
-struct Beech {
+struct Wood {
     config: Config,
     assets: Arc<WorldAssets>,
     survey: Survey,
-    rgb: Image<[u8; 3]>,
-    truth: TruthImages,
-    /// With no undergrowth.
-    bare: Image<Semantic>,
 }
 
-static BEECH: LazyLock<Beech> = LazyLock::new(|| {
-    let world = World::new("beech", &SETTINGS);
+fn wood(preset: &str, settings: &[&str]) -> Wood {
+    let world = World::new(preset, settings);
     let runner = world.runner(2);
     let assets = runner.get(world.forest.assets, ()).expect("assets");
-    let survey = Survey::of(&world, &runner, &assets, SIDE);
-    let picture = |forest: &ForestPlan| {
-        // Keys tell values apart: the library is grown once.
-        let runner = Runner::new(forest.plan(), &world.store, 2);
-        runner.get(forest.images, 0).expect("a picture")
-    };
-    let images = picture(&world.forest);
-    let settings = [
-        &SETTINGS[..],
-        &[
-            "undergrowth.cover=0",
-            "undergrowth.litter=0",
-            "trails.grass_max=0",
-            "trails.verge_per_m=0",
-        ],
-    ]
-    .concat();
-    let bare = ForestPlan::new(&nemoral_tests::config("beech", &settings)).expect("a preset");
-    let bare = picture(&bare)[0].truth.semantic.clone();
-    Beech {
-        rgb: images[0].rgb.clone(),
-        truth: images[0].truth.clone(),
-        bare,
+    Wood {
+        survey: Survey::of(&world, &runner, &assets, SIDE),
         assets,
-        survey,
         config: world.config,
     }
+}
+
+static BEECH: LazyLock<Wood> = LazyLock::new(|| wood("beech", &SETTINGS));
+
+static PLANTATION: LazyLock<Wood> = LazyLock::new(|| {
+    let settings = [
+        &SETTINGS[1..],
+        &["placement.stumps=0", "placement.shrubs=0"],
+    ];
+    wood("eucalyptus-plantation", &settings.concat())
 });
-
-/// A measure in its range, and out of it for a cause.
-fn leaves(measure: &str, (low, high): (f64, f64), sound: f64, broken: &[(&str, f64)]) {
-    println!("{measure}: {sound:.3} in {low}..{high}; {broken:.3?}");
-    assert!((low..=high).contains(&sound), "{measure}: {sound}");
-    for (cause, value) in broken {
-        assert!(!(low..=high).contains(value), "{measure}: {cause}: {value}");
-    }
-}
-
-#[test]
-fn relations_miss_trees_of_another_size() {
-    let species = Species::beech();
-    let sound = Relations::of(&species, 120);
-    let off = |change: fn(&mut TreeSize)| {
-        let mut sizes = sound.sizes.clone();
-        sizes.iter_mut().for_each(change);
-        Relations::from_sizes(&species, sizes).mean()
-    };
-    let taller = off(|t| t.height_m *= 1.06);
-    let wider = off(|t| t.crown_radius_m *= 1.06);
-    let leafier = off(|t| t.leaf_area_m2 *= 1.06);
-    let sound = sound.mean();
-    let range = (0.97, 1.03);
-    leaves("height", range, sound[0], &[("6 % taller", taller[0])]);
-    leaves("crown width", range, sound[1], &[("6 % wider", wider[1])]);
-    leaves("leaf area", range, sound[2], &[("6 % more", leafier[2])]);
-}
 
 /// In every second square of 30 m.
 fn in_groups(place: &DVec2) -> bool {
@@ -136,17 +80,18 @@ fn stems_that_stand_otherwise_are_noticed() {
         .collect();
     let r = |points: &[DVec2]| clark_evans(points, low, edge_m, 20.0);
     let broken = [("a grid", r(&grid)), ("pairs", r(&clumps))];
-    leaves("Clark-Evans R", (0.8, 1.4), r(&places), &broken);
+    let range = ranges::clark_evans(false);
+    leaves("Clark-Evans R", range, r(&places), &broken);
     let g = |points: &[DVec2]| pair_correlation(points, edge_m, 0.5, 1)[0];
     let broken = [("no hard core", g(&rain))];
-    leaves("g(r < 0.5 m)", (0.0, 0.05), g(&places), &broken);
+    leaves("g(r < 0.5 m)", ranges::PAIRS_NEAR, g(&places), &broken);
     let far = |points: &[DVec2]| {
         let g = pair_correlation(points, edge_m, 0.5, 30);
         g[10..].iter().sum::<f64>() / 20.0
     };
     let groups: Vec<DVec2> = places.iter().copied().filter(in_groups).collect();
     let broken = [("groups and meadows", far(&groups))];
-    leaves("g(5–15 m)", (0.9, 1.1), far(&places), &broken);
+    leaves("g(5–15 m)", ranges::PAIRS_FAR, far(&places), &broken);
 
     // Beeches are wide apart: what their marks say is asked of a plantation, below. It can tell.
     let sizes = |of: &dyn Fn(usize) -> f64| -> Vec<(DVec2, f64)> {
@@ -167,15 +112,7 @@ fn stems_that_stand_otherwise_are_noticed() {
 
 #[test]
 fn neighbours_of_any_size_are_noticed() {
-    let settings = [
-        &SETTINGS[1..],
-        &["placement.stumps=0", "placement.shrubs=0"],
-    ]
-    .concat();
-    let world = World::new("eucalyptus-plantation", &settings);
-    let runner = world.runner(2);
-    let assets = runner.get(world.forest.assets, ()).expect("assets");
-    let survey = Survey::of(&world, &runner, &assets, SIDE);
+    let survey = &PLANTATION.survey;
     let sizes: Vec<f64> = survey.trees.iter().map(|t| t.dbh_m).collect();
     let correlation = |sizes: &[f64]| {
         let places = survey.places().into_iter();
@@ -188,7 +125,7 @@ fn neighbours_of_any_size_are_noticed() {
     }
     leaves(
         "sizes of neighbours < 3.5 m",
-        (0.85, 0.995),
+        ranges::MARKS,
         correlation(&sizes),
         &[("sizes anywhere", correlation(&shuffled))],
     );
@@ -207,16 +144,15 @@ fn diameters_of_another_stand_are_noticed() {
         ("a fifth thinner", distance(|a| a.dbh_mean_m *= 0.8)),
         ("of all ages", distance(|a| a.dbh_shape = 1.0)),
     ];
-    let part = 1.0 / f64::from(assets.individuals);
-    leaves("diameters", (0.0, part), distance(|_| ()), &broken);
+    let range = ranges::diameter_distance(assets.individuals);
+    leaves("diameters", range, distance(|_| ()), &broken);
 
     let shape = |assets: &nemoral_pipeline::config::Assets| weibull_fit(&asked_diameters(assets)).0;
     let mut all_ages = assets.clone();
     all_ages.dbh_shape = 1.0;
-    let asked = shape(assets);
     leaves(
         "Weibull shape",
-        (0.9 * asked, 1.1 * asked),
+        asked_shapes(assets),
         weibull_fit(&found).0,
         &[("of all ages", shape(&all_ages))],
     );
@@ -233,7 +169,7 @@ fn a_stand_that_is_thinner_or_thicker_is_noticed() {
     let asked = BEECH.config.placement.trees * chunks_per_ha;
     leaves(
         "trees/ha",
-        (0.95 * asked, 1.05 * asked),
+        (ranges::TREES.0 * asked, ranges::TREES.1 * asked),
         per_ha(&survey.trees),
         &[("every second", per_ha(&half))],
     );
@@ -248,7 +184,7 @@ fn a_stand_that_is_thinner_or_thicker_is_noticed() {
     ];
     leaves(
         "basal area",
-        (15.0, 45.0),
+        ranges::basal_area("beech"),
         basal(&survey.trees, 1.0),
         &broken,
     );
@@ -258,7 +194,7 @@ fn a_stand_that_is_thinner_or_thicker_is_noticed() {
     };
     leaves(
         "LAI",
-        (5.0, 7.0),
+        ranges::leaf_area_index("beech"),
         index(&survey.trees),
         &[("every second", index(&half))],
     );
@@ -270,36 +206,44 @@ fn a_stand_that_is_thinner_or_thicker_is_noticed() {
     };
     leaves(
         "H/D in limits",
-        (0.995, 1.0),
+        ranges::SLENDER,
         slender(1.0),
         &[("twice as tall", slender(2.0))],
     );
 }
 
+/// With saplings and dead trees; of three individuals a species, that there be many pairs.
 #[test]
 fn copies_that_stand_alike_are_noticed() {
-    let survey = &BEECH.survey;
-    let share = |survey: &Survey| {
-        let (alike, same) = survey.alike(30.0, 2.0, 0.005);
-        alike as f64 / same as f64
-    };
-    let unturned = Survey {
-        trees: survey.trees.clone(),
-        individual: survey.individual.clone(),
-        standing: with(&survey.standing, |t| {
-            t.linear = Mat3::from_diagonal(Vec3::splat(t.linear.z_axis.length()));
-        }),
-        leafy: Vec::new(),
-        square: survey.square,
-    };
-    let broken = [("none turned", share(&unturned))];
-    leaves("alike", (0.0, 0.0), share(survey), &broken);
-}
-
-fn with(trees: &[Standing], change: impl Fn(&mut Standing)) -> Vec<Standing> {
-    let mut trees = trees.to_vec();
-    trees.iter_mut().for_each(change);
-    trees
+    let settings = [
+        "assets.individuals=3",
+        "assets.snags=0.5",
+        "terrain.cell_m=1",
+        "frames=1",
+    ];
+    let world = World::new("beech", &settings);
+    let runner = world.runner(2);
+    let assets = runner.get(world.forest.assets, ()).expect("assets");
+    let survey = Survey::of(&world, &runner, &assets, SIDE);
+    let mut unturned = survey.clone();
+    for tree in &mut unturned.copies {
+        let scale = tree.standing.linear.z_axis.length();
+        tree.standing.linear = Mat3::from_diagonal(Vec3::splat(scale));
+    }
+    for (kind, nearest_m) in [
+        (CopyKind::Grown, 0.0),
+        (CopyKind::Dead, 0.0),
+        // Looks differ by squares of 0.75 m: those nearer than their diagonal may share one. The page has all.
+        (CopyKind::Sapling, 1.07),
+    ] {
+        let share = |survey: &Survey| {
+            let (alike, same) = survey.alike(|k| k == kind, nearest_m..30.0);
+            1e6 * alike as f64 / same as f64
+        };
+        let broken = [("none turned", share(&unturned))];
+        let measure = format!("alike, {kind:?}");
+        leaves(&measure, ranges::ALIKE, share(&survey), &broken);
+    }
 }
 
 /// The same trees with other cards.
@@ -378,7 +322,7 @@ fn leaves_of_another_size_or_place_are_noticed() {
     let over = |leafless: f64| leafless / gaps.expected;
     leaves(
         "gaps over exp(-0.93 Ω LAI)",
-        (0.85, 1.15),
+        ranges::OVER_THE_LAW,
         over(sound.leafless()),
         &[
             ("leaves twice as large", over(twice.leafless())),
@@ -399,7 +343,7 @@ fn leaves_of_another_size_or_place_are_noticed() {
     let factor = Species::beech().foliage.silhouette_factor;
     leaves(
         "Ω shoots",
-        (0.95 * factor, 1.05 * factor),
+        (ranges::SHOOTS.0 * factor, ranges::SHOOTS.1 * factor),
         gaps.shoots,
         &[
             ("leaves twice as large", twice.gaps().shoots),
@@ -416,20 +360,13 @@ fn leaves_of_another_size_or_place_are_noticed() {
     });
     leaves(
         "nothing on the ray",
-        (0.05, 0.15),
+        ranges::openness("beech").expect("one is known"),
         sound.openness(),
         &[
             ("pictures without holes", filled.openness()),
             ("groups and meadows", parted.openness()),
         ],
     );
-    leaves(
-        "Ω photographed",
-        (0.65, 0.95),
-        sound.clumping_as_photographed(40),
-        &[("groups and meadows", parted.clumping_as_photographed(40))],
-    );
-
     let inclination = |trees: &[Standing]| {
         let cards = trees.iter().take(40).flat_map(|t| t.shape.cards());
         let (mut sum, mut squares, mut area) = (0.0, 0.0, 0.0);
@@ -458,135 +395,71 @@ fn leaves_of_another_size_or_place_are_noticed() {
         }
     });
     let form = Species::beech().foliage;
-    let near = form.inclination_mean_deg - 5.0..form.inclination_mean_deg + 5.0;
+    let near = |asked: f64| {
+        let by = ranges::INCLINATION_DEG;
+        (asked - by, asked + by)
+    };
     leaves(
         "leaf angle",
-        (near.start, near.end),
+        near(form.inclination_mean_deg),
         inclination(trees).0,
         &[("at random", inclination(&turned).0)],
     );
     leaves(
         "leaf angle, SD",
-        (form.inclination_sd_deg - 5.0, form.inclination_sd_deg + 5.0),
+        near(form.inclination_sd_deg),
         inclination(trees).1,
         &[("all upright", inclination(&upright).1)],
     );
 
-    let heights = sound.first_returns_m();
     let dominant_m = BEECH.survey.dominant_height_m();
-    let mode = |heights: &[f64]| layers(&plant_area_density(heights, 45), dominant_m).mode;
-    let turned: Vec<f64> = heights.iter().map(|h| dominant_m - h).collect();
+    let of = |heights_m: &[f64]| layers(&plant_area_density(heights_m, 45), dominant_m);
+    let heights_m = sound.first_returns_m();
+    let turned: Vec<f64> = heights_m.iter().map(|h| dominant_m - h).collect();
     leaves(
         "densest at",
-        (0.4, 0.9),
-        mode(&heights),
-        &[("upside down", mode(&turned))],
+        ranges::densest("beech"),
+        of(&heights_m).mode,
+        &[("upside down", of(&turned).mode)],
+    );
+    // Each leaf a tenth as far from two thirds of the dominant height as it was.
+    let layer_m = 0.67 * dominant_m as f32;
+    let layered = with_cards(trees, materials, |_, c| {
+        let fall_m = 0.9 * (layer_m - middle(c).z);
+        Card {
+            corner: c.corner + fall_m * Vec3::Z,
+            ..*c
+        }
+    });
+    let layered = canopy(&layered, materials).first_returns_m();
+    leaves(
+        "half as dense over",
+        ranges::BREADTH,
+        of(&heights_m).breadth,
+        &[("leaves in a layer", of(&layered).breadth)],
     );
 }
 
+/// Where photographs' Ω is in its range: that of beech is not, as the page says.
 #[test]
-fn pictures_of_no_wood_are_noticed() {
-    let picture = &BEECH.rgb;
-    let (w, h) = (picture.width(), picture.height());
-    let pixel = |x: usize, y: usize| picture.pixels()[y % h * w + x % w];
-    let make = |of: &dyn Fn(usize, usize) -> [u8; 3]| {
-        let pixels = (0..w * h).map(|i| of(i % w, i / w)).collect();
-        Image::new(w, h, pixels)
+fn groups_and_meadows_are_noticed_in_photographs() {
+    let materials = &PLANTATION.assets.library.materials;
+    let photographed = |trees: &[Standing]| {
+        let square = PLANTATION.survey.square;
+        Canopy::new(trees, materials, square, MARGIN_M, 60).clumping_as_photographed(60)
     };
-    let blurred = make(&|x, y| {
-        let mean = |k: usize| {
-            let sum: u32 = (0..49)
-                .map(|i| u32::from(pixel(x + i % 7, y + i / 7)[k]))
-                .sum();
-            (sum / 49) as u8
-        };
-        [mean(0), mean(1), mean(2)]
-    });
-    let mut rng = Key::world(2).rng();
-    let flat = luminance(picture).map(|_| 0.3 + 0.1 * rng.unit_f64());
-    let slope = |luminance: &Image<f64>| amplitude_slope(&spectrum(luminance));
-    leaves(
-        "slope",
-        (-1.5, -0.8),
-        slope(&luminance(picture)),
-        &[
-            ("out of focus", slope(&luminance(&blurred))),
-            ("flat with noise", slope(&flat)),
-        ],
-    );
-    let hazy = luminance(picture).map(|v| 0.5 + 0.2 * v);
-    leaves(
-        "log-luminance SD",
-        (0.75, 1.6),
-        tones(&luminance(picture)).log_sd,
-        &[("no contrast", tones(&hazy).log_sd)],
-    );
-    leaves(
-        "kurtosis of steps",
-        (6.0, 200.0),
-        tones(&luminance(picture)).gradient_kurtosis,
-        &[("flat with noise", tones(&flat).gradient_kurtosis)],
-    );
-    let striped = make(&|x, y| {
-        let p = pixel(x, y);
-        if x / 3 % 2 == 0 { p } else { p.map(|v| v / 3) }
-    });
-    leaves(
-        "isotropy",
-        (0.8, 1.3),
-        isotropy(&luminance(picture)),
-        &[("stripes", isotropy(&luminance(&striped)))],
-    );
-
-    // What is far is as blue as the air before it.
-    let depths = BEECH.truth.depth_m.pixels();
-    let near = BEECH.truth.semantic.pixels().iter().zip(depths);
-    let near = near.map(|(s, depth_m)| if *depth_m < 25.0 { *s } else { Semantic::Sky });
-    let near = Image::new(w, h, near.collect());
-    let tint = |of: &dyn Fn([u8; 3]) -> [u8; 3]| -> Colour {
-        colour(&picture.map(|p| of(*p)), &near).expect("there are leaves")
+    let trees = &PLANTATION.survey.leafy;
+    let of_those = |stay: fn(&DVec2) -> bool| {
+        let mut trees = trees.clone();
+        trees.retain(|t| stay(&t.foot_m));
+        photographed(&trees)
     };
-    let sound = tint(&|p| p);
-    let lime = tint(&|[r, g, b]| [r / 2, g.max(60).saturating_mul(3), b / 4]);
-    let autumn = tint(&|[r, g, b]| [r.saturating_mul(2), g, b / 2]);
-    let broken = [("lime", lime.gcc), ("autumn", autumn.gcc)];
-    // In the shade, where the sky is what lights it: greyer than in the sun, and bluer.
-    leaves("GCC", (0.34, 0.46), sound.gcc, &broken);
-    let broken = [("autumn", autumn.hue_deg)];
-    leaves("hue", (70.0, 140.0), sound.hue_deg, &broken);
+    let belts = of_those(|p| (p.x / 30.0).floor() % 2.0 == 0.0);
+    let groups = of_those(|p| (*p / 50.0).floor().element_sum() % 2.0 == 0.0);
     leaves(
-        "glaring",
-        (0.0, 0.01),
-        sound.glaring,
-        &[("lime", lime.glaring)],
+        "Ω photographed",
+        ranges::photographed("eucalyptus-plantation").expect("one is known"),
+        photographed(trees),
+        &[("belts and meadows", belts), ("groups and meadows", groups)],
     );
-
-    let herbs = |semantic: &Image<Semantic>| {
-        let ontology = Ontology::by_name("paper").expect("the paper's");
-        let of = semantic.pixels().iter();
-        let of = of.filter(|s| ontology.class(**s).name == "Herbaceous");
-        of.count() as f64 / (w * h) as f64
-    };
-    leaves(
-        "share of Herbaceous",
-        (0.001, 0.9),
-        herbs(&BEECH.truth.semantic),
-        &[("no undergrowth", herbs(&BEECH.bare))],
-    );
-}
-
-#[test]
-fn ground_that_shows_its_tile_is_noticed() {
-    let materials = BEECH.assets.library.materials.materials();
-    let ground: Vec<&Material> = materials.iter().filter(|m| m.ground).collect();
-    assert!(ground.len() > 3, "a floor and trails");
-    for material in ground {
-        let tiled = Material {
-            ground: false,
-            ..material.clone()
-        };
-        let broken = [("tiled", ground_repetition(&tiled))];
-        let sound = ground_repetition(material);
-        leaves(&material.name, (-1.0, 0.15), sound, &broken);
-    }
 }

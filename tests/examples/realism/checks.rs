@@ -1,6 +1,7 @@
 //! What is measured, and what it should be.
 
 use nemoral_assets::Species;
+use nemoral_tests::realism::ranges;
 
 use crate::measure::Stand;
 
@@ -43,127 +44,129 @@ impl Check {
 /// A table's column: its head, and the check.
 pub(crate) type Column = (&'static str, fn(&Stand) -> Check);
 
-/// Does it stand in rows?
-fn in_rows(s: &Stand) -> bool {
-    s.config.placement.rows.spacing_m > 0.0
+/// From a share, which measures are.
+pub(crate) fn percent(share: f64, places: usize, range: impl Into<Option<ranges::Range>>) -> Check {
+    let range = range.into().map(|(low, high)| (100.0 * low, 100.0 * high));
+    Check::new(100.0 * share, places, range)
+}
+
+/// Of a million pairs; of none, no number.
+fn alike((alike, same): (usize, usize)) -> Check {
+    Check::new(1e6 * alike as f64 / same as f64, 0, ranges::ALIKE)
 }
 
 pub(crate) const STEMS: &[Column] = &[
     ("trees/ha", |s| {
         let per_ha = 10_000.0 / (s.config.chunks.size_m * s.config.chunks.size_m);
         let asked = s.config.placement.trees * (1.0 - s.config.assets.snags) * per_ha;
-        let range = (0.95 * asked, 1.05 * asked);
+        let range = (ranges::TREES.0 * asked, ranges::TREES.1 * asked);
         Check::new(s.per_chunk * per_ha, 0, (range.0.round(), range.1.round()))
     }),
     ("basal area, m²/ha", |s| {
-        let open = s.name == "montado";
-        let range = if open { (3.0, 15.0) } else { (15.0, 45.0) };
-        Check::new(s.basal_area_m2_ha, 1, range)
+        Check::new(s.basal_area_m2_ha, 1, ranges::basal_area(s.name))
     }),
     ("diameters: distance", |s| {
-        // One tree of each of so many parts of the distribution, and chance.
-        let part = 1.0 / f64::from(s.config.assets.individuals);
-        Check::new(s.diameter_distance, 3, (0.0, part))
+        let range = ranges::diameter_distance(s.config.assets.individuals);
+        Check::new(s.diameter_distance, 3, range)
     }),
     ("Weibull shape", |s| {
         let (low, high) = s.shapes;
         let cut = |v: f64| (100.0 * v).round() / 100.0;
         Check::new(s.weibull.0, 2, (cut(low), cut(high)))
     }),
-    ("H/D in limits", |s| Check::new(s.slender, 3, (0.995, 1.0))),
-    ("Clark-Evans R", |s| {
-        let range = if in_rows(s) { (1.5, 2.15) } else { (0.9, 1.4) };
-        Check::new(s.clark_evans, 2, range)
+    ("H/D in limits", |s| {
+        Check::new(s.slender, 3, ranges::SLENDER)
     }),
-    ("g(r < 0.5 m)", |s| Check::new(s.pairs[0], 2, (0.0, 0.05))),
+    ("Clark-Evans R", |s| {
+        let in_rows = s.config.placement.rows.spacing_m > 0.0;
+        Check::new(s.clark_evans, 2, ranges::clark_evans(in_rows))
+    }),
+    ("g(r < 0.5 m)", |s| {
+        Check::new(s.pairs[0], 2, ranges::PAIRS_NEAR)
+    }),
     ("g(5–15 m)", |s| {
         let far = &s.pairs[10..30];
-        Check::new(far.iter().sum::<f64>() / far.len() as f64, 2, (0.9, 1.1))
+        Check::new(
+            far.iter().sum::<f64>() / far.len() as f64,
+            2,
+            ranges::PAIRS_FAR,
+        )
     }),
     ("sizes of neighbours < 3.5 m", |s| {
-        Check::new(s.marks, 3, (0.85, 0.995))
+        Check::new(s.marks, 3, ranges::MARKS)
     }),
-    ("alike within 30 m, per 10⁶ pairs", |s| {
-        let (alike, same) = s.alike;
-        Check::new(1e6 * alike as f64 / same.max(1) as f64, 0, (0.0, 0.0))
+    ("alike within 30 m, per 10⁶ pairs", |s| alike(s.alike)),
+    ("saplings alike within 30 m", |s| alike(s.saplings_alike)),
+];
+
+/// From metres, which measures are in.
+fn millimetres(value_m: f64, (low_m, high_m): (f64, f64)) -> Check {
+    let range = (1000.0 * low_m, 1000.0 * high_m);
+    Check::new(1000.0 * value_m, 1, range)
+}
+
+pub(crate) const SCANS: &[Column] = &[
+    ("stems", |s| {
+        Check::new(s.scanned.stems.len() as f64, 0, (20.0, 1e6))
+    }),
+    ("of, mm", |s| {
+        Check::new(1000.0 * s.scanned.mean_m(), 0, None)
+    }),
+    ("diameter, bias, mm", |s| {
+        millimetres(s.scanned.bias_m(), ranges::DBH_BIAS_M)
+    }),
+    ("diameter, RMSE, mm", |s| {
+        millimetres(s.scanned.rmse_m(), ranges::DBH_RMSE_M)
     }),
 ];
 
 pub(crate) const CANOPIES: &[Column] = &[
     ("LAI", |s| {
-        let range = match s.name {
-            "beech" => (5.0, 7.0),
-            "spruce" => (4.0, 8.0),
-            "oak-mixed" => (3.0, 5.5),
-            "eucalyptus-plantation" => (2.5, 5.0),
-            "maritime-pine" => (1.5, 3.5),
-            "boreal-birch-pine" => (1.5, 4.0),
-            "montado" => (0.5, 2.0),
-            _ => (1.5, 5.0),
-        };
+        let range = ranges::leaf_area_index(s.name);
         Check::new(s.leaf_area_index, 2, range)
     }),
     ("above the lines", |s| {
         Check::new(s.gaps.leaf_area_index, 2, None)
     }),
     ("Ω shoots", |s| {
+        let (low, high) = ranges::SHOOTS;
         let asked = s.silhouette;
-        Check::new(s.gaps.shoots, 2, (0.95 * asked, 1.05 * asked))
+        Check::new(s.gaps.shoots, 2, (low * asked, high * asked))
     }),
     ("2 G", |s| Check::new(s.gaps.projection, 2, None)),
     ("Ω crowns, stand", |s| Check::new(s.gaps.crowns, 2, None)),
     ("Ω", |s| Check::new(s.gaps.clumping(), 2, None)),
     ("Ω photographed", |s| {
-        if ["spruce", "maritime-pine"].contains(&s.name) {
-            // What needles of a shoot hide of each other no photograph tells: it is multiplied in.
-            Check::new(s.photographed * s.gaps.shoots, 3, (0.5, 0.7))
+        let shoots = if ranges::is_of_needles(s.name) {
+            s.gaps.shoots
         } else {
-            let range = match s.name {
-                "beech" | "oak-mixed" => Some((0.8, 0.95)),
-                // Rows are as even as chance, or more so.
-                "eucalyptus-plantation" => Some((0.8, 1.0)),
-                _ => None,
-            };
-            Check::new(s.photographed, 3, range)
-        }
+            1.0
+        };
+        Check::new(s.photographed * shoots, 3, ranges::photographed(s.name))
     }),
     ("exp(-0.93 Ω LAI)", |s| {
         Check::new(s.gaps.expected, 3, None)
     }),
     ("no leaf on the ray", |s| Check::new(s.leafless, 3, None)),
     ("over the law", |s| {
-        Check::new(s.leafless / s.gaps.expected, 2, (0.85, 1.15))
+        Check::new(s.leafless / s.gaps.expected, 2, ranges::OVER_THE_LAW)
     }),
     ("nothing on the ray", |s| {
-        Check::new(s.openness, 3, hinge_openness(s.name))
+        Check::new(s.openness, 3, ranges::openness(s.name))
     }),
     ("nor to the zenith", |s| {
         Check::new(s.openness_above, 3, None)
     }),
 ];
 
-/// What canopies of the kind leave open.
-fn hinge_openness(name: &str) -> Option<(f64, f64)> {
-    match name {
-        "beech" | "spruce" => Some((0.05, 0.15)),
-        "maritime-pine" => Some((0.25, 0.45)),
-        "montado" => Some((0.5, 0.95)),
-        _ => None,
-    }
-}
-
 pub(crate) const PROFILES: &[Column] = &[
     ("dominant height, m", |s| Check::new(s.dominant_m, 1, None)),
     ("densest at", |s| {
-        let range = match s.name {
-            "maritime-pine" => Some((0.6, 0.8)),
-            "boreal-birch-pine" => Some((0.4, 0.7)),
-            _ => Some((0.3, 0.9)),
-        };
+        let range = ranges::densest(s.name);
         Check::new(s.layers.mode, 2, range)
     }),
     ("half as dense over", |s| {
-        let range = (s.name == "spruce").then_some((0.4, 0.9));
+        let range = (s.name == "spruce").then_some(ranges::BREADTH);
         Check::new(s.layers.breadth, 2, range)
     }),
     ("under 2 m, over the mean", |s| {
@@ -171,57 +174,50 @@ pub(crate) const PROFILES: &[Column] = &[
     }),
 ];
 
-/// Pictures of needles, and of evergreen leaves with wax, are greyer than those of summer leaves.
-fn green(s: &Stand) -> (f64, f64) {
-    if ["eucalyptus-plantation", "montado"].contains(&s.name) {
-        return (0.36, 0.42);
-    }
+pub(crate) const PICTURES: &[Column] = &[
+    ("slope", |s| Check::new(s.slope, 2, ranges::SLOPE)),
+    ("isotropy", |s| Check::new(s.isotropy, 2, ranges::ISOTROPY)),
+    ("ground repeats", |s| {
+        Check::new(s.ground_repeats, 2, ranges::GROUND_REPEATS)
+    }),
+    ("log-luminance SD", |s| {
+        Check::new(s.tones.log_sd, 2, ranges::LOG_LUMINANCE_SD)
+    }),
+    ("kurtosis of steps", |s| {
+        Check::new(s.tones.gradient_kurtosis, 1, ranges::KURTOSIS)
+    }),
+];
+
+/// The share of the trees that have needles.
+fn needles(s: &Stand) -> f64 {
     let needles =
         |name: &str| Species::built_in(name).is_some_and(|s| s.foliage.silhouette_factor < 0.9);
     let of_needles = s.trees.iter().filter(|t| needles(&t.species)).count();
-    match of_needles as f64 / s.trees.len() as f64 {
-        share if share > 0.95 => (0.36, 0.40),
-        share if share < 0.05 => (0.40, 0.46),
-        _ => (0.36, 0.46),
-    }
+    of_needles as f64 / s.trees.len() as f64
 }
-
-pub(crate) const PICTURES: &[Column] = &[
-    ("slope", |s| Check::new(s.slope, 2, (-1.5, -0.8))),
-    ("isotropy", |s| Check::new(s.isotropy, 2, (0.9, 1.1))),
-    ("ground repeats", |s| {
-        Check::new(s.ground_repeats, 2, (-1.0, 0.15))
-    }),
-    ("log-luminance SD", |s| {
-        Check::new(s.tones.log_sd, 2, (0.75, 1.6))
-    }),
-    ("kurtosis of steps", |s| {
-        Check::new(s.tones.gradient_kurtosis, 1, (6.0, 100.0))
-    }),
-];
 
 pub(crate) const COLOURS: &[Column] = &[
     ("GCC", |s| {
         let gcc = s.colour_from_above.map_or(f64::NAN, |c| c.gcc);
-        Check::new(gcc, 3, green(s))
+        Check::new(gcc, 3, ranges::green(s.name, needles(s)))
     }),
     ("hue", |s| {
         let hue = s.colour_from_above.map_or(f64::NAN, |c| c.hue_deg);
-        Check::new(hue, 0, (70.0, 110.0))
+        Check::new(hue, 0, ranges::HUE_DEG)
     }),
     ("glaring, %", |s| {
         let glaring = s.colour_from_above.map_or(f64::NAN, |c| c.glaring);
-        Check::new(100.0 * glaring, 2, (0.0, 1.0))
+        percent(glaring, 2, ranges::GLARING)
     }),
     ("GCC under crowns", |s| {
         Check::new(s.colour.map_or(f64::NAN, |c| c.gcc), 3, None)
     }),
     ("hue under crowns", |s| {
         let hue = s.colour.map_or(f64::NAN, |c| c.hue_deg);
-        Check::new(hue, 0, (70.0, 110.0))
+        Check::new(hue, 0, ranges::HUE_DEG)
     }),
     ("glaring under crowns, %", |s| {
         let glaring = s.colour.map_or(f64::NAN, |c| c.glaring);
-        Check::new(100.0 * glaring, 2, None)
+        percent(glaring, 2, None)
     }),
 ];

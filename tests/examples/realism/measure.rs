@@ -5,19 +5,20 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nemoral_assets::{Species, TreeAsset};
+use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, Semantic, Surface, TreeRecord};
+use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, Surface, TreeRecord};
 use nemoral_seed::{Draw, Key};
-use nemoral_tests::World;
 use nemoral_tests::realism::{
-    Canopy, Colour, Gaps, Layers, Survey, Tones, amplitude_slope, asked_diameters, clark_evans,
-    colour, distribution_distance, ground_repetition, isotropy, layers, luminance,
-    luminance_of_light, mark_correlation, pair_correlation, plant_area_density, spectrum, tones,
-    weibull_fit,
+    Canopy, ClassCounts, Colour, CopyKind, Gaps, Layers, STATIONS, ScannedDiameters, Survey, Tones,
+    amplitude_slope, asked_diameters, asked_shapes, clark_evans, colour, distribution_distance,
+    ground_repetition, isotropy, layers, luminance, luminance_of_light, mark_correlation,
+    pair_correlation, plant_area_density, spectrum, tones, weibull_fit,
 };
+use nemoral_tests::{World, config};
 
 /// Chunks along a side of the square whose trees are counted.
 pub(crate) const SIDE: i32 = 8;
@@ -58,8 +59,12 @@ pub(crate) struct Stand {
     pub(crate) clark_evans: f64,
     pub(crate) pairs: Vec<f64>,
     pub(crate) marks: f64,
-    /// Of the same individual within 30 m, alike and all.
+    /// Pairs of the same individual within 30 m, alike and all: of grown and dead trees, ...
     pub(crate) alike: (usize, usize),
+    /// ... and of saplings.
+    pub(crate) saplings_alike: (usize, usize),
+    /// Diameters by circles fitted to scans.
+    pub(crate) scanned: ScannedDiameters,
     pub(crate) dominant_m: f64,
     pub(crate) leaf_area_index: f64,
     pub(crate) gaps: Gaps,
@@ -135,11 +140,13 @@ impl Stand {
                 &asked_diameters(&world.config.assets),
             ),
             weibull: weibull_fit(&diameters),
-            shapes: shapes(&world.config),
+            shapes: asked_shapes(&world.config.assets),
             clark_evans: clark_evans(&places, low, edge_m, 25.0),
             pairs: pair_correlation(&places, edge_m, STEP_M, 30),
             marks: mark_correlation(&marked, 3.5),
-            alike: survey.alike(30.0, 2.0, 0.005),
+            alike: survey.alike(|k| k != CopyKind::Sapling, 0.0..30.0),
+            saplings_alike: survey.alike(|k| k == CopyKind::Sapling, 0.0..30.0),
+            scanned: scanned(name, &world),
             dominant_m,
             leaf_area_index: survey.trees.iter().map(|t| t.leaf_area_m2).sum::<f64>() / area_m2,
             gaps: canopy.gaps(),
@@ -166,6 +173,14 @@ impl Stand {
             config: world.config,
         }
     }
+}
+
+/// The same stand from a tripod: its library and chunks are taken as they were made.
+fn scanned(name: &str, world: &World) -> ScannedDiameters {
+    let config = config(name, &STATIONS);
+    let forest = ForestPlan::new(&config).expect("a preset");
+    let runner = Runner::new(forest.plan(), &world.store, 2);
+    ScannedDiameters::of(&forest, &config, &runner)
 }
 
 fn ground_repeats(assets: &WorldAssets) -> f64 {
@@ -205,36 +220,6 @@ fn silhouette(trees: &[TreeRecord]) -> f64 {
         }
     }
     sum / area
-}
-
-/// Where 95 of 100 fitted shapes are if the stand's individuals are drawn again and again: few trees,
-/// one of each part of the distribution, do not tell its shape well.
-fn shapes(config: &Config) -> (f64, f64) {
-    const AGAIN: u64 = 400;
-    let a = &config.assets;
-    let limits = [a.dbh_min_m, a.dbh_max_m];
-    let shares: Vec<_> = a.shares().into_iter().filter(|s| s.1 > 0.0).collect();
-    let all: f64 = shares.iter().map(|s| s.1).sum();
-    let mut fits: Vec<f64> = (0..AGAIN)
-        .map(|again| {
-            let key = Key::world(31).item(again);
-            let mut rng = key.rng();
-            let mut diameters = Vec::new();
-            for (k, (name, share)) in shares.iter().enumerate() {
-                let species = name.and_then(Species::built_in).expect("built in");
-                let of_each = (400.0 * share / all / f64::from(a.individuals)).ceil() as u32;
-                let key = key.item(k as u64);
-                for i in 0..a.individuals {
-                    let (mean_m, of) = (a.dbh_mean_m, [i, a.individuals]);
-                    let d = species.dbh_of_individual(mean_m, a.dbh_shape, limits, of, key);
-                    diameters.extend((0..of_each).map(|_| d * rng.range_f64(0.9, 1.1)));
-                }
-            }
-            weibull_fit(&diameters).0
-        })
-        .collect();
-    fits.sort_by(f64::total_cmp);
-    (fits[AGAIN as usize / 40], fits[AGAIN as usize * 39 / 40])
 }
 
 /// The leaves' inclinations by species, each card with the weight of its leaf.
@@ -304,7 +289,7 @@ impl Views {
         let ontology = Ontology::by_name(&world.config.output.ontology).expect("an ontology");
         let (mut luminances, mut lights) = (Vec::new(), Vec::new());
         let (mut colours, mut from_above) = (Vec::new(), Vec::new());
-        let mut seen = Seen::default();
+        let mut seen = ClassCounts::default();
         for frame in FRAMES {
             let images = runner.get(world.forest.images, frame).expect("a picture");
             let picture = &images[0];
@@ -343,43 +328,4 @@ fn mean_colour(colours: &[Colour]) -> Option<Colour> {
         glaring: mean(|c| c.glaring),
         hue_deg: mean(|c| c.hue_deg),
     })
-}
-
-#[derive(Default)]
-struct Seen {
-    pixels: BTreeMap<usize, u32>,
-    points: BTreeMap<usize, u32>,
-}
-
-impl Seen {
-    fn add(
-        &mut self,
-        ontology: &Ontology,
-        pixels: &[Semantic],
-        points: impl Iterator<Item = Semantic>,
-    ) {
-        let id = |s: Semantic| usize::from(ontology.class(s).id);
-        for s in pixels {
-            *self.pixels.entry(id(*s)).or_default() += 1;
-        }
-        for s in points {
-            *self.points.entry(id(s)).or_default() += 1;
-        }
-    }
-
-    fn shares(&self, ontology: &Ontology) -> Vec<(String, f64, f64)> {
-        let share = |of: &BTreeMap<usize, u32>, id| {
-            let all: u32 = of.values().sum();
-            f64::from(of.get(&id).copied().unwrap_or(0)) / f64::from(all.max(1))
-        };
-        let mut names: BTreeMap<usize, String> = BTreeMap::new();
-        for s in Semantic::ALL {
-            let class = ontology.class(*s);
-            names.insert(usize::from(class.id), class.name.to_string());
-        }
-        names
-            .into_iter()
-            .map(|(id, name)| (name, share(&self.pixels, id), share(&self.points, id)))
-            .collect()
-    }
 }

@@ -2,19 +2,28 @@
 //! leaves let light through, how light is spread over a picture, how thick a stem is in a scan. None of this
 //! is from the crates under test.
 
+mod asked;
 mod canopy;
 mod circle;
+mod classes;
+mod diameters;
 mod ground;
+mod heights;
 mod picture;
 mod plot;
 mod profile;
+pub mod ranges;
 mod relations;
 mod stems;
 mod survey;
 
+pub use asked::{asked_diameters, asked_shapes};
 pub use canopy::{Canopy, Gaps, HINGE_DEG, LeafField, Standing};
 pub use circle::{Circle, circle};
+pub use classes::ClassCounts;
+pub use diameters::{STATIONS, ScannedDiameters, ScannedStem};
 pub use ground::ground_repetition;
+pub use heights::{HeightScatter, stand_diameters};
 pub use picture::{
     Colour, Tones, amplitude_slope, colour, isotropy, luminance, luminance_of_light, spectrum,
     tones,
@@ -25,4 +34,4 @@ pub use relations::Relations;
 pub use stems::{
     clark_evans, distribution_distance, mark_correlation, pair_correlation, row_power, weibull_fit,
 };
-pub use survey::{Survey, asked_diameters};
+pub use survey::{Copied, CopyKind, Survey};

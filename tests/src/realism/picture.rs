@@ -227,6 +227,7 @@ fn hue_deg(&[r, g, b]: &[f64; 3]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ranges::{ISOTROPY, KURTOSIS, Range, SLOPE};
     use super::*;
     use nemoral_seed::{Draw, Key};
 
@@ -261,25 +262,26 @@ mod tests {
         }
         let discs = image(128, |x, y| pixels[y * 128 + x]);
         let leaves = amplitude_slope(&spectrum(&discs));
-        assert!((-1.5..-0.8).contains(&leaves), "{leaves}");
-        assert!(
-            (0.9..1.1).contains(&isotropy(&discs)),
-            "{}",
-            isotropy(&discs)
-        );
+        let within = |(low, high): Range, v: f64| (low..=high).contains(&v);
+        assert!(within(SLOPE, leaves), "{leaves}");
+        assert!(within(ISOTROPY, isotropy(&discs)), "{}", isotropy(&discs));
         // Edges between flat things; noise has none, and a picture hung with stripes has a direction.
-        assert!(tones(&discs).gradient_kurtosis > 6.0, "{:?}", tones(&discs));
+        assert!(
+            within(KURTOSIS, tones(&discs).gradient_kurtosis),
+            "{:?}",
+            tones(&discs)
+        );
         let mild = tones(&noise().map(|v| 0.5 + v));
         assert!(mild.gradient_kurtosis < 4.0, "{mild:?}");
         assert!(tones(&discs.map(|v| 0.4 + 0.1 * v)).log_sd < 0.3);
         let striped = isotropy(&image(128, |x, y| pixels[y * 128 + x] + (x / 3 % 2) as f64));
-        assert!(striped > 1.1, "{striped}");
+        assert!(!within(ISOTROPY, striped), "{striped}");
         let blurred = image(128, |x, y| {
             let at = |dx: usize, dy: usize| pixels[((y + dy) % 128) * 128 + (x + dx) % 128];
             (0..49).map(|i| at(i % 7, i / 7)).sum::<f64>() / 49.0
         });
         let steep = amplitude_slope(&spectrum(&blurred));
-        assert!(steep < -1.6, "{steep}");
+        assert!(!within(SLOPE, steep), "{steep}");
     }
 
     #[test]

@@ -15,13 +15,25 @@ pub struct Relations {
 }
 
 impl Relations {
-    /// Of so many trees, evenly over the diameters that the species' relations hold for. With few cards and
-    /// little wood: sizes do not depend on them (but a test in `crates/assets` grows them whole).
+    /// Of so many trees, evenly over the diameters that the species' relations hold for.
     ///
     /// # Panics
     /// If one cannot be grown.
     #[must_use]
     pub fn of(species: &Species, trees: u32) -> Self {
+        let [low, high] = species.allometry.dbh_range_m;
+        let part = |i: u32| (f64::from(i) + 0.5) / f64::from(trees);
+        let diameters_m: Vec<f64> = (0..trees).map(|i| low + (high - low) * part(i)).collect();
+        Self::grown(species, &diameters_m)
+    }
+
+    /// Of trees of these diameters (metres), thin ones first. With few cards and little wood: sizes do not depend on
+    /// them (but a test in `crates/assets` grows them whole).
+    ///
+    /// # Panics
+    /// If one cannot be grown.
+    #[must_use]
+    pub fn grown(species: &Species, diameters_m: &[f64]) -> Self {
         let id = MaterialId(0);
         let card = FoliageCard {
             material: id,
@@ -46,16 +58,14 @@ impl Relations {
             ..GrowthParams::default()
         };
         let key = Key::world(21).stage(Stage::new(&species.name));
-        let [low, high] = species.allometry.dbh_range_m;
-        let grown = |i: u32| {
-            let dbh_m = low + (high - low) * (f64::from(i) + 0.5) / f64::from(trees);
-            let key = key.item(u64::from(i));
-            let size = species.draw_size(dbh_m, key);
+        let grown = |(i, dbh_m): (usize, &f64)| {
+            let key = key.item(i as u64);
+            let size = species.draw_size(*dbh_m, key);
             let tree = grow(species, &size, &materials, &params, key);
             tree.unwrap_or_else(|e| panic!("{} of {dbh_m} m: {e}", species.name))
                 .size
         };
-        Self::from_sizes(species, (0..trees).map(grown).collect())
+        Self::from_sizes(species, diameters_m.iter().enumerate().map(grown).collect())
     }
 
     /// Of trees that are known already, thin ones first.

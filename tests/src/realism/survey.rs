@@ -1,10 +1,9 @@
 //! A world's stand, as measures want it.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
-use nemoral_assets::Species;
-use nemoral_pipeline::config::Assets;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_scene::glam::DVec2;
@@ -13,19 +12,39 @@ use nemoral_scene::{ChunkCoord, ObjectKind, TreeRecord};
 use super::Standing;
 use crate::World;
 
-/// The living, grown-up trees of a square of chunks around the world's origin.
-#[derive(Debug)]
+/// The trees of a square of chunks around the world's origin.
+#[derive(Clone, Debug)]
 pub struct Survey {
-    /// As their inventory has them.
+    /// The living, grown-up ones as their inventory has them.
     pub trees: Vec<TreeRecord>,
-    /// Which individual each of them is.
-    pub individual: Vec<usize>,
-    /// How each stands.
-    pub standing: Vec<Standing>,
     /// Everything with leaves: those, and saplings.
     pub leafy: Vec<Standing>,
+    /// Everything that stands as a tree: those, saplings, and dead ones.
+    pub copies: Vec<Copied>,
     /// The square's south-west corner and edge, metres.
     pub square: (DVec2, f64),
+}
+
+/// What a tree is a copy of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CopyKind {
+    /// A living, grown-up individual.
+    Grown,
+    /// One that is none of its species' trees yet.
+    Sapling,
+    /// A dead one.
+    Dead,
+}
+
+/// A tree is a copy of one of a few individuals.
+#[derive(Clone, Debug)]
+pub struct Copied {
+    /// Of which; a sapling's and a dead tree's are others than a grown living one's.
+    pub individual: usize,
+    /// What it is.
+    pub kind: CopyKind,
+    /// How it stands.
+    pub standing: Standing,
 }
 
 impl Survey {
@@ -44,16 +63,15 @@ impl Survey {
         let things = things.expect("things");
         let mut out = Self {
             trees: Vec::new(),
-            individual: Vec::new(),
-            standing: Vec::new(),
             leafy: Vec::new(),
+            copies: Vec::new(),
             square: (
                 DVec2::splat(-f64::from(half) * size_m),
                 size_m * f64::from(side),
             ),
         };
         for thing in things.iter().flat_map(|t| t.0.iter()) {
-            let Some(record) = thing.tree_record(assets).filter(|t| t.alive) else {
+            let Some(record) = thing.tree_record(assets) else {
                 continue;
             };
             debug_assert_eq!(thing.kind, ObjectKind::Tree);
@@ -63,11 +81,21 @@ impl Survey {
                 linear: thing.linear,
                 leaf_area_m2: record.leaf_area_m2,
             };
-            out.leafy.push(standing.clone());
-            if record.age_class != "sapling" {
+            let kind = match (record.alive, record.age_class.as_str()) {
+                (false, _) => CopyKind::Dead,
+                (true, "sapling") => CopyKind::Sapling,
+                (true, _) => CopyKind::Grown,
+            };
+            out.copies.push(Copied {
+                individual: thing.asset,
+                kind,
+                standing: standing.clone(),
+            });
+            if kind != CopyKind::Dead {
+                out.leafy.push(standing.clone());
+            }
+            if kind == CopyKind::Grown {
                 out.trees.push(record);
-                out.individual.push(thing.asset);
-                out.standing.push(standing);
             }
         }
         out
@@ -89,57 +117,33 @@ impl Survey {
         by_diameter.iter().map(|t| t.height_m).sum::<f64>() / by_diameter.len() as f64
     }
 
-    /// The pairs of trees within `reach_m` that are the same individual, turned within `turn_deg` of each
-    /// other and of a size within `size` (a share), and all pairs of the same individual there.
+    /// The pairs of trees that look alike, the same individual turned within 2° of each other and of a size within
+    /// half a percent, and all pairs of the same individual; of those trees that are asked for, and of pairs so far
+    /// apart, metres.
     #[must_use]
-    pub fn alike(&self, reach_m: f64, turn_deg: f64, size: f64) -> (usize, usize) {
+    pub fn alike(&self, which: impl Fn(CopyKind) -> bool, apart_m: Range<f64>) -> (usize, usize) {
+        const TURN_DEG: f64 = 2.0;
+        const SIZE: f64 = 0.005;
         let mut of: BTreeMap<usize, Vec<&Standing>> = BTreeMap::new();
-        for (individual, tree) in self.individual.iter().zip(&self.standing) {
-            of.entry(*individual).or_default().push(tree);
+        for tree in self.copies.iter().filter(|t| which(t.kind)) {
+            of.entry(tree.individual).or_default().push(&tree.standing);
         }
         let (mut alike, mut same) = (0, 0);
         for trees in of.values() {
             for (i, a) in trees.iter().enumerate() {
                 for b in &trees[..i] {
-                    if a.foot_m.distance(b.foot_m) > reach_m {
+                    if !apart_m.contains(&a.foot_m.distance(b.foot_m)) {
                         continue;
                     }
                     same += 1;
                     let (x, y) = (a.linear.x_axis, b.linear.x_axis);
                     let turned = x.angle_between(y).to_degrees();
                     let larger = a.linear.z_axis.length() / b.linear.z_axis.length() - 1.0;
-                    let near = f64::from(turned) < turn_deg && f64::from(larger.abs()) < size;
+                    let near = f64::from(turned) < TURN_DEG && f64::from(larger.abs()) < SIZE;
                     alike += usize::from(near);
                 }
             }
         }
         (alike, same)
     }
-}
-
-/// A sample of the diameters that a config asks for, as trees are scaled by a tenth either way.
-///
-/// # Panics
-/// If it asks for one's own species.
-#[must_use]
-pub fn asked_diameters(assets: &Assets) -> Vec<f64> {
-    const SAMPLE: f64 = 6000.0;
-    let limits = [assets.dbh_min_m, assets.dbh_max_m];
-    let shares: Vec<_> = assets.shares().into_iter().filter(|s| s.1 > 0.0).collect();
-    let all: f64 = shares.iter().map(|s| s.1).sum();
-    let mut out = Vec::new();
-    for (name, share) in shares {
-        let species = name
-            .and_then(Species::built_in)
-            .expect("a built-in species");
-        let n = (SAMPLE * share / all).round();
-        for i in 0..n as u32 {
-            let rank = (f64::from(i) + 0.5) / n;
-            let dbh_m = species.dbh_of_rank(assets.dbh_mean_m, assets.dbh_shape, limits, rank);
-            // Van der Corput's sequence: scales as if at random, and none twice.
-            let scale = 0.9 + 0.2 * f64::from(i.reverse_bits()) / f64::from(u32::MAX);
-            out.push(dbh_m * scale);
-        }
-    }
-    out
 }

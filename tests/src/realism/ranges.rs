@@ -1,0 +1,186 @@
+//! The ranges that measures are held to: the page's and the tests'.
+#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
+
+/// From least to greatest, both in it.
+pub type Range = (f64, f64);
+
+/// A measure is in its range, and out of it for each cause.
+///
+/// # Panics
+/// If not.
+pub fn leaves(measure: &str, (low, high): Range, sound: f64, broken: &[(&str, f64)]) {
+    println!("{measure}: {sound:.3} in {low}..{high}; {broken:.3?}");
+    assert!((low..=high).contains(&sound), "{measure}: {sound}");
+    for (cause, value) in broken {
+        assert!(!(low..=high).contains(value), "{measure}: {cause}: {value}");
+    }
+}
+
+/// Grown-up living trees, of those asked for.
+pub const TREES: Range = (0.95, 1.05);
+
+/// Basal area of a stand, m²/ha.
+#[must_use]
+pub fn basal_area(stand: &str) -> Range {
+    if stand == "montado" {
+        (3.0, 15.0)
+    } else {
+        (15.0, 45.0)
+    }
+}
+
+/// The greatest distance between the distributions of diameters found and asked for: one tree of each of so many
+/// parts of it, and chance.
+#[must_use]
+pub fn diameter_distance(individuals: u32) -> Range {
+    (0.0, 1.0 / f64::from(individuals))
+}
+
+/// The share of trees within their species' limits of slenderness.
+pub const SLENDER: Range = (0.995, 1.0);
+
+/// Clark and Evans's R: of trees in rows, of others.
+#[must_use]
+pub fn clark_evans(in_rows: bool) -> Range {
+    if in_rows { (1.5, 2.15) } else { (0.9, 1.4) }
+}
+
+/// The pair correlation at a stem's width.
+pub const PAIRS_NEAR: Range = (0.0, 0.05);
+/// And from 5 to 15 m.
+pub const PAIRS_FAR: Range = (0.9, 1.1);
+/// Sizes of neighbours within 3.5 m.
+pub const MARKS: Range = (0.85, 0.995);
+
+/// Pairs of trees that look alike within 30 m, of a million pairs of the same individual: none.
+pub const ALIKE: Range = (0.0, 0.0);
+
+/// A mean of grown trees over the published relation's.
+pub const RELATIONS: Range = (0.97, 1.03);
+
+/// A diameter at breast height from a scan, root mean square error, metres.
+pub const DBH_RMSE_M: Range = (0.0, 0.02);
+/// And its mean error, metres: none, as well as some tens of stems tell.
+pub const DBH_BIAS_M: Range = (-0.003, 0.003);
+
+/// Standard deviation of heights about the height curve, metres, of Scots pine, Norway spruce and birch: Pukkala et
+/// al. 2009 have 2.36, 2.10 and 2.00 for all of Finland.
+const HEIGHT_SD_M: Range = (2.0, 2.4);
+/// And of other species, over the curve's height: what is usual (remembered).
+const HEIGHT_SD_SHARE: Range = (0.08, 0.10);
+
+/// The range of [`HeightScatter::sd_m`](super::HeightScatter::sd_m), of the species that have one in metres.
+#[must_use]
+pub fn height_sd_m(species: &str) -> Option<Range> {
+    let northern = ["scots_pine", "norway_spruce", "silver_birch"];
+    northern.contains(&species).then_some(HEIGHT_SD_M)
+}
+
+/// The range of [`HeightScatter::sd_share`](super::HeightScatter::sd_share), of the others.
+#[must_use]
+pub fn height_sd_share(species: &str) -> Option<Range> {
+    height_sd_m(species).is_none().then_some(HEIGHT_SD_SHARE)
+}
+
+/// One-sided leaf area index of a stand.
+#[must_use]
+pub fn leaf_area_index(stand: &str) -> Range {
+    match stand {
+        "beech" => (5.0, 7.0),
+        "spruce" => (4.0, 8.0),
+        "oak-mixed" => (3.0, 5.5),
+        "eucalyptus-plantation" => (2.5, 5.0),
+        "maritime-pine" => (1.5, 3.5),
+        "boreal-birch-pine" => (1.5, 4.0),
+        "montado" => (0.5, 2.0),
+        _ => (1.5, 5.0),
+    }
+}
+
+/// The silhouette of shoots over their leaf area, over what the species' file asks for.
+pub const SHOOTS: Range = (0.95, 1.05);
+/// Lines without a leaf, over exp(-0.93 Ω LAI).
+pub const OVER_THE_LAW: Range = (0.85, 1.15);
+
+/// Does its Ω as photographed want the factor of shoots? What needles of a shoot hide of each other no photograph
+/// tells.
+#[must_use]
+pub fn is_of_needles(stand: &str) -> bool {
+    ["spruce", "maritime-pine"].contains(&stand)
+}
+
+/// Ω as photographs have it, where one is known.
+#[must_use]
+pub fn photographed(stand: &str) -> Option<Range> {
+    match stand {
+        _ if is_of_needles(stand) => Some((0.5, 0.7)),
+        "beech" | "oak-mixed" => Some((0.8, 0.95)),
+        // Rows are as even as chance, or more so.
+        "eucalyptus-plantation" => Some((0.8, 1.0)),
+        _ => None,
+    }
+}
+
+/// What canopies of the kind leave open along the hinge.
+#[must_use]
+pub fn openness(stand: &str) -> Option<Range> {
+    match stand {
+        "beech" | "spruce" => Some((0.05, 0.15)),
+        "maritime-pine" => Some((0.25, 0.45)),
+        "montado" => Some((0.5, 0.95)),
+        _ => None,
+    }
+}
+
+/// How far an inclination of leaves, or its standard deviation, may be from its species', degrees.
+pub const INCLINATION_DEG: f64 = 5.0;
+
+/// The height where plants are densest, over the dominant height.
+#[must_use]
+pub fn densest(stand: &str) -> Range {
+    match stand {
+        "maritime-pine" => (0.6, 0.8),
+        "boreal-birch-pine" => (0.4, 0.7),
+        _ => (0.3, 0.9),
+    }
+}
+
+/// The heights where a wood of shade-bearing trees is half as dense as there or more, over the dominant height: spruce
+/// is broad.
+pub const BREADTH: Range = (0.4, 0.9);
+
+/// The slope of the amplitude spectrum: photographs of nature (Tolhurst et al. 1992).
+pub const SLOPE: Range = (-1.5, -0.8);
+/// Waves along the horizontal over those along the vertical. Remembered: photographs of nature that were read of have
+/// more of both than of what is between, and not equally (Coppola et al. 1998, PNAS 95:4002; Hansen and Essock 2004, J.
+/// Vision 4(12):5; Keil and Cristóbal 2000, JOSA A 17:697).
+pub const ISOTROPY: Range = (0.9, 1.1);
+/// Correlation of ground with itself a tile away.
+pub const GROUND_REPEATS: Range = (-1.0, 0.15);
+/// Standard deviation of the logarithm of luminance.
+pub const LOG_LUMINANCE_SD: Range = (0.75, 1.6);
+/// Kurtosis of steps from pixel to pixel.
+pub const KURTOSIS: Range = (6.0, 100.0);
+
+/// The green chromatic coordinate of crowns from above, of a stand whose trees have needles to this share: needles, and
+/// evergreen leaves with wax, are greyer than summer leaves.
+#[must_use]
+pub fn green(stand: &str, needles: f64) -> Range {
+    match needles {
+        _ if ["eucalyptus-plantation", "montado"].contains(&stand) => (0.36, 0.42),
+        share if share > 0.95 => (0.36, 0.40),
+        share if share < 0.05 => (0.40, 0.46),
+        _ => (0.36, 0.46),
+    }
+}
+
+/// Median hue of foliage, degrees.
+pub const HUE_DEG: Range = (70.0, 110.0);
+/// The share of it that glares.
+pub const GLARING: Range = (0.0, 0.01);
+
+/// A class's share of the pixels; there may be no rocks.
+#[must_use]
+pub fn class_share(class: &str) -> Option<Range> {
+    (class != "Rocks").then_some((0.001, 1.0))
+}
