@@ -19,7 +19,7 @@ use std::time::Instant;
 use cpu_time::ProcessTime;
 use nemoral_lidar::{Beam, ExactRange, Panorama, PanoramaParams, Returns, Scanner, ScannerParams};
 use nemoral_raycast::{Blas, Forest, Group};
-use nemoral_scene::glam::{DVec3, Mat3, Vec2, Vec3};
+use nemoral_scene::glam::{DVec3, Mat3, Vec3};
 use nemoral_scene::{
     Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, RigidTransform,
     Semantic, Triangle,
@@ -173,9 +173,7 @@ fn add(
 ) {
     let first = mesh.positions.len() as u32;
     mesh.positions.extend(points);
-    // A LiDAR needs neither.
-    mesh.normals.resize(mesh.positions.len(), Vec3::Z);
-    mesh.uvs.resize(mesh.positions.len(), Vec2::ZERO);
+    // Of normals and texture coordinates a LiDAR needs neither.
     let material = MaterialId(0);
     mesh.triangles
         .extend(triangles.into_iter().map(|corners| Triangle {

@@ -6,7 +6,7 @@ use std::{env::args, error::Error, fs, sync::Arc};
 
 use nemoral_lidar::{Device, ExactRange, Scanner};
 use nemoral_raycast::{Blas, Forest, Group};
-use nemoral_scene::glam::{Mat3, Vec2, Vec3};
+use nemoral_scene::glam::{Mat3, Vec3};
 use nemoral_scene::*;
 use nemoral_seed::Key;
 
@@ -33,8 +33,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             mesh.triangles.push(Triangle { corners, material });
         }
     }
-    mesh.normals = vec![Vec3::Z; mesh.positions.len()]; // a LiDAR needs neither
-    mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];
     let prototype = Arc::new(Prototype::new("obj", mesh, vec![], &materials)?);
     let Bounds { min, max } = prototype.bounds();
     let blas = Arc::new(Blas::build(Arc::clone(&prototype), &materials));

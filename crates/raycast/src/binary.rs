@@ -136,14 +136,15 @@ pub(crate) struct Growth {
     pub(crate) leaf: usize,
 }
 
-/// A tree over the boxes, at least one. Large ones are grown on all threads of the current rayon pool,
-/// to the same bits.
-pub(crate) fn grow(boxes: &[Bounds], growth: Growth) -> Grown {
+/// A tree over some of the boxes, at least one. Large ones are grown on all threads of the current rayon
+/// pool, to the same bits.
+pub(crate) fn grow(boxes: &[Bounds], numbers: &[u32], growth: Growth) -> Grown {
     // The boxes themselves are sorted, not their numbers: they are read many times, in order.
-    let mut items: Vec<Item> = (0..)
-        .zip(boxes)
-        .map(|(number, &bounds)| Item { bounds, number })
-        .collect();
+    let item = |&number: &u32| Item {
+        bounds: boxes[number as usize],
+        number,
+    };
+    let mut items: Vec<Item> = numbers.iter().map(item).collect();
     let mut nodes = Vec::new();
     let all = Extent::of(&items);
     growth.grow(&mut items, all, Spot { start: 0, depth: 0 }, &mut nodes);
@@ -191,21 +192,20 @@ impl Growth {
             self.grow(right, extents[1], spots[1], nodes);
             return;
         }
-        let (mut of_left, mut of_right) = (Vec::new(), Vec::new());
+        nodes[at].below[0] = nodes.len() as u32;
+        let mut of_right = Vec::new();
         rayon::join(
-            || self.grow(left, extents[0], spots[0], &mut of_left),
+            || self.grow(left, extents[0], spots[0], nodes),
             || self.grow(right, extents[1], spots[1], &mut of_right),
         );
-        for (side, subtree) in [of_left, of_right].into_iter().enumerate() {
-            let first = nodes.len() as u32;
-            nodes[at].below[side] = first;
-            nodes.extend(subtree.into_iter().map(|mut node| {
-                if node.inner {
-                    node.below = node.below.map(|c| c + first);
-                }
-                node
-            }));
-        }
+        let first = nodes.len() as u32;
+        nodes[at].below[1] = first;
+        nodes.extend(of_right.into_iter().map(|mut node| {
+            if node.inner {
+                node.below = node.below.map(|c| c + first);
+            }
+            node
+        }));
     }
 }
 
@@ -479,9 +479,10 @@ mod tests {
                 })
                 .collect();
             let split = Split::Halves;
-            let grown = grow(&boxes, Growth { split, leaf: 1 });
+            let numbers: Vec<u32> = (0..n).collect();
+            let grown = grow(&boxes, &numbers, Growth { split, leaf: 1 });
             let (before, all) = measure(&grown);
-            let (_, in_fives) = measure(&grow(&boxes, Growth { split, leaf: 5 }));
+            let (_, in_fives) = measure(&grow(&boxes, &numbers, Growth { split, leaf: 5 }));
             assert_eq!(in_fives, all);
             let (after, kept) = measure(&reinsert(grown, 2, 1.0));
             assert_eq!(kept, all);

@@ -15,7 +15,7 @@ use crate::node::{LEAF, LaneRay, Node, bounds_of, extent};
 use crate::simd::Isa;
 use crate::stack::{Leaves, Stack, walk};
 use crate::surface;
-use crate::tree::{self, Effort, Tree};
+use crate::tree::{Effort, Tree};
 
 /// A prototype with its acceleration structure: made once, shared by all its instances.
 ///
@@ -97,29 +97,27 @@ impl Blas {
             blocks: Vec::new(),
         };
         let (primitives, boxes) = blas.pack();
-        let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
-        let grow = |part: Vec<u32>| {
-            let boxes: Vec<Bounds> = part.iter().map(|&i| boxes[i as usize]).collect();
-            let whole = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
-            (part, Tree::over(&boxes, 8, quality.effort()), whole)
-        };
-        let trees: Vec<(Vec<u32>, Tree, Bounds)> = parts(&boxes).into_iter().map(grow).collect();
+        let grow = |part: Vec<u32>| Tree::over(&boxes, &part, 8, quality.effort());
+        let trees: Vec<Tree> = parts(&boxes).into_iter().map(grow).collect();
         // Gone before the blocks are there: shapes may be large.
         drop(boxes);
-        let (mut nodes, mut blocks): (Vec<Node>, Vec<Block>) = (Vec::new(), Vec::new());
-        blocks.reserve_exact(trees.iter().map(|(_, tree, _)| tree.leaves()).sum());
-        for (part, tree, whole) in trees {
-            let root = tree.write(&mut nodes, |lanes| {
-                let lanes = lanes.iter().map(|&i| primitives[part[i as usize] as usize]);
+        let whole = trees.iter().map(Tree::bounds);
+        let grid = Grid::over(&whole.fold(Bounds::EMPTY, Bounds::union));
+        let (mut nodes, mut blocks): (Vec<GridNode>, Vec<Block>) = (Vec::new(), Vec::new());
+        blocks.reserve_exact(trees.iter().map(Tree::leaves).sum());
+        for tree in trees {
+            let node = |children: &[(Bounds, u32)]| GridNode::new(&Node::new(children), &grid);
+            let root = tree.write(&mut nodes, node, |lanes| {
+                let lanes = lanes.iter().map(|&i| primitives[i as usize]);
                 let lanes: Vec<Packed> = lanes.filter_map(|p| blas.packed(p)).collect();
                 blocks.push(Block::new(&lanes));
                 (blocks.len() - 1) as u32
             });
-            let boxes = tree::cover(whole, &nodes, root);
+            let boxes = tree.cover();
             blas.parts.push(Part { root, boxes });
         }
-        blas.grid = Grid::over(&bounds);
-        blas.nodes = nodes.iter().map(|n| GridNode::new(n, &blas.grid)).collect();
+        blas.grid = grid;
+        blas.nodes = nodes;
         blas.blocks = blocks;
         blas
     }
@@ -178,8 +176,8 @@ impl Blas {
     /// The primitives that can be hit, and the boxes of their opaque parts.
     fn pack(&self) -> (Vec<u32>, Vec<Bounds>) {
         let mut hulls = vec![None; self.masks.len()];
-        let mut primitives = Vec::new();
-        let mut boxes = Vec::new();
+        let mut primitives = Vec::with_capacity(self.primitive_count());
+        let mut boxes = Vec::with_capacity(self.primitive_count());
         for primitive in 0..self.primitive_count() {
             let Some((shape, material)) = self.shape(primitive) else {
                 continue;

@@ -12,7 +12,7 @@ use crate::nearest::Found;
 /// The interpolated texture coordinate.
 #[inline(always)]
 pub(crate) fn triangle_uv(mesh: &Mesh, triangle: &Triangle, m: &Meeting) -> Vec2 {
-    let [a, b, c] = triangle.corners.map(|i| mesh.uvs[i as usize].as_dvec2());
+    let [a, b, c] = triangle.corners.map(|i| mesh.uv(i).as_dvec2());
     (a * (1.0 - m.u - m.v) + b * m.u + c * m.v).as_vec2()
 }
 
@@ -34,11 +34,15 @@ pub(crate) fn hit(
         Shape::Triangle(_) => {
             let mesh = blas.prototype().mesh();
             let triangle = &mesh.triangles[primitive as usize];
-            let [a, b, c] = triangle.corners.map(|i| i as usize);
-            let n = |i: usize| mesh.normals[i].as_dvec3();
-            let normal = n(a) * (1.0 - m.u - m.v) + n(b) * m.u + n(c) * m.v;
-            let st = |i: usize| mesh.uvs[i].as_dvec2();
-            let uv_area = (st(b) - st(a)).perp_dot(st(c) - st(a)).abs();
+            let normal = match triangle.corners.map(|i| mesh.normal(i)) {
+                [Some(a), Some(b), Some(c)] => {
+                    let [a, b, c] = [a, b, c].map(|n| n.as_dvec3());
+                    Some(a * (1.0 - m.u - m.v) + b * m.u + c * m.v)
+                }
+                _ => None,
+            };
+            let [a, b, c] = triangle.corners.map(|i| mesh.uv(i).as_dvec2());
+            let uv_area = (b - a).perp_dot(c - a).abs();
             blend = mesh.blends.get(primitive as usize).and_then(|blend| {
                 let [a, b, c] = blend.shares.map(f64::from);
                 let share = (a * (1.0 - m.u - m.v) + b * m.u + c * m.v) as f32;
@@ -47,7 +51,7 @@ pub(crate) fn hit(
             if let Some(near) = blas.prototype().near_light() {
                 near_light = near.in_triangle(triangle.corners, m.u as f32, m.v as f32);
             }
-            (Some(normal), triangle_uv(mesh, triangle, m), uv_area)
+            (normal, triangle_uv(mesh, triangle, m), uv_area)
         }
         Shape::Card(_) => {
             let uv = DVec3::new(m.u, m.v, 0.0).as_vec3().truncate();

@@ -28,23 +28,8 @@ pub(crate) fn build(
     nodes: &mut Vec<Node>,
     leaf: impl FnMut(&[u32]) -> u32,
 ) -> u32 {
-    Tree::over(boxes, max_leaf, effort).write(nodes, leaf)
-}
-
-/// At most 64 boxes that together hold those of a tree: two levels of its nodes, or `whole`, which holds
-/// them all.
-pub(crate) fn cover(whole: Bounds, nodes: &[Node], root: u32) -> Vec<Bounds> {
-    if root & LEAF != 0 {
-        return vec![whole];
-    }
-    let mut cover = Vec::new();
-    for (bounds, child) in nodes[root as usize].children() {
-        match nodes.get(child as usize) {
-            Some(node) => cover.extend(node.children().map(|(bounds, _)| bounds)),
-            None => cover.push(bounds),
-        }
-    }
-    cover
+    let all: Vec<u32> = (0..boxes.len() as u32).collect();
+    Tree::over(boxes, &all, max_leaf, effort).write(nodes, Node::new, leaf)
 }
 
 /// A tree, before it is written as nodes and leaves.
@@ -58,13 +43,13 @@ pub(crate) struct Tree {
 }
 
 impl Tree {
-    /// A tree over boxes, with so many in a leaf at the most.
+    /// A tree over the boxes of these numbers, with so many in a leaf at the most.
     ///
     /// # Panics
-    /// If there are no boxes.
-    pub(crate) fn over(boxes: &[Bounds], max_leaf: usize, effort: Effort) -> Self {
-        assert!(!boxes.is_empty(), "a tree has at least one box");
-        let grow = |split, leaf| binary::grow(boxes, Growth { split, leaf });
+    /// If there are no numbers.
+    pub(crate) fn over(boxes: &[Bounds], numbers: &[u32], max_leaf: usize, effort: Effort) -> Self {
+        assert!(!numbers.is_empty(), "a tree has at least one box");
+        let grow = |split, leaf| binary::grow(boxes, numbers, Growth { split, leaf });
         let grown = if effort.passes > 0 {
             // Each box is moved on its own.
             binary::reinsert(grow(Split::Sah, 1), effort.passes, effort.share)
@@ -93,10 +78,30 @@ impl Tree {
         leaves
     }
 
-    /// Writes it and returns its root: a node or, with [`LEAF`] set, a leaf. `leaf` turns box numbers
-    /// into a leaf number.
-    pub(crate) fn write(&self, nodes: &mut Vec<Node>, mut leaf: impl FnMut(&[u32]) -> u32) -> u32 {
-        self.emit(0, nodes, &mut leaf)
+    /// The box around all.
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.nodes[0].bounds
+    }
+
+    /// At most 64 boxes that together hold all: two levels of wide nodes.
+    pub(crate) fn cover(&self) -> Vec<Bounds> {
+        let below = |node: u32| match self.is_leaf[node as usize] {
+            true => vec![node],
+            false => self.children(node),
+        };
+        let cover = below(0).into_iter().flat_map(below);
+        cover.map(|node| self.nodes[node as usize].bounds).collect()
+    }
+
+    /// Writes it and returns its root: a node or, with [`LEAF`] set, a leaf. `node` makes a node of up to
+    /// eight boxes and what is in them, `leaf` turns box numbers into a leaf number.
+    pub(crate) fn write<N>(
+        &self,
+        nodes: &mut Vec<N>,
+        node: impl Fn(&[(Bounds, u32)]) -> N,
+        mut leaf: impl FnMut(&[u32]) -> u32,
+    ) -> u32 {
+        self.emit(0, nodes, &node, &mut leaf)
     }
 
     fn plan(Grown { nodes, order }: Grown, max_leaf: usize, split: Split) -> Self {
@@ -164,20 +169,26 @@ impl Tree {
         }
     }
 
-    fn emit(&self, root: u32, nodes: &mut Vec<Node>, leaf: &mut impl FnMut(&[u32]) -> u32) -> u32 {
+    fn emit<N>(
+        &self,
+        root: u32,
+        nodes: &mut Vec<N>,
+        node: &impl Fn(&[(Bounds, u32)]) -> N,
+        leaf: &mut impl FnMut(&[u32]) -> u32,
+    ) -> u32 {
         if self.is_leaf[root as usize] {
             let mut boxes = Vec::new();
             self.boxes_below(root, &mut boxes);
             return leaf(&boxes) | LEAF;
         }
         let at = nodes.len();
-        nodes.push(Node::new(&[]));
-        let children: Vec<(Bounds, u32)> = self
-            .children(root)
-            .into_iter()
-            .map(|c| (self.nodes[c as usize].bounds, self.emit(c, nodes, leaf)))
-            .collect();
-        nodes[at] = Node::new(&children);
+        nodes.push(node(&[]));
+        let below = self.children(root).into_iter().map(|child| {
+            let bounds = self.nodes[child as usize].bounds;
+            (bounds, self.emit(child, nodes, node, leaf))
+        });
+        let below: Vec<(Bounds, u32)> = below.collect();
+        nodes[at] = node(&below);
         at as u32
     }
 }
@@ -244,8 +255,9 @@ mod tests {
     fn a_lopsided_tree_needs_halves() {
         let growing = |k: i32| cube(Vec3::splat(2.0_f32.powi(k)), 2.0_f32.powi(k - 1));
         let boxes: Vec<_> = (-60..60).flat_map(|k| [growing(k); 4]).collect();
-        let levels =
-            |split| Tree::plan(binary::grow(&boxes, Growth { split, leaf: 1 }), 1, split).levels(0);
+        let all: Vec<u32> = (0..boxes.len() as u32).collect();
+        let grow = |split| binary::grow(&boxes, &all, Growth { split, leaf: 1 });
+        let levels = |split| Tree::plan(grow(split), 1, split).levels(0);
         assert!(levels(Split::Sah) > LEVELS);
         assert!(levels(Split::Halves) <= LEVELS);
         check(&boxes);

@@ -229,6 +229,25 @@ fn a_triangle_interpolates_and_shades_on_its_own_side() {
 }
 
 #[test]
+fn a_mesh_of_points_alone_is_shaded_flat() {
+    let corners = [Vec3::ZERO, Vec3::X * 2.0, Vec3::new(0.0, 2.0, 2.0)];
+    let mut mesh = soup([(corners, [Vec2::ONE; 3], OPAQUE)]);
+    (mesh.normals, mesh.uvs) = (Vec::new(), Vec::new());
+    let forest = Forest::new(alone(
+        &common::blas(mesh, Vec::new(), &plain()),
+        Mat3::IDENTITY,
+    ));
+    let hit = (forest.closest_hit(&Ray::new(Vec3::new(0.5, 0.5, 3.0), -Vec3::Z))).expect("a hit");
+    assert!(
+        hit.shading_normal
+            .distance(Vec3::new(0.0, -0.5, 0.5) * 2.0_f32.sqrt())
+            < 1e-6
+    );
+    assert_eq!(hit.shading_normal, hit.geometric_normal);
+    assert_eq!((hit.uv, hit.uv_per_m), (Vec2::ZERO, 0.0));
+}
+
+#[test]
 fn ties_go_to_the_lowest_id_whatever_the_order() {
     let mut rng = rng(5, "ties");
     let (mesh, cards) = common::clutter(&mut rng, 20, 20, 1.0);

@@ -39,21 +39,38 @@ impl Blend {
 
 /// Indexed triangles with per-vertex normals and texture coordinates.
 ///
-/// Invariant of a [`Prototype`]: the three vertex arrays have one length, indices are in range, and
-/// blends are as many as triangles or none.
+/// Invariant of a [`Prototype`]: normals and texture coordinates are as many as positions or none,
+/// indices are in range, and blends are as many as triangles or none.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mesh {
     /// Positions, metres.
     pub positions: Vec<Vec3>,
-    /// Unit shading normals.
+    /// Unit shading normals; without them triangles are shaded flat.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates, in repetitions of the texture (metres for ground materials).
+    /// Texture coordinates, in repetitions of the texture (metres for ground materials); without them 0
+    /// everywhere. A LiDAR asks for them only where a triangle's material has a mask.
     pub uvs: Vec<Vec2>,
     /// The triangles.
     pub triangles: Vec<Triangle>,
     /// One of each triangle, in their order, or none at all. Only ground materials blend.
     pub blends: Vec<Blend>,
+}
+
+impl Mesh {
+    /// The shading normal of a vertex; `None` if the mesh has none.
+    #[inline]
+    #[must_use]
+    pub fn normal(&self, vertex: u32) -> Option<Vec3> {
+        self.normals.get(vertex as usize).copied()
+    }
+
+    /// The texture coordinate of a vertex.
+    #[inline]
+    #[must_use]
+    pub fn uv(&self, vertex: u32) -> Vec2 {
+        self.uvs.get(vertex as usize).copied().unwrap_or(Vec2::ZERO)
+    }
 }
 
 /// A flat parallelogram with a whole texture and mask on it: leaves, needles, blades.
@@ -127,7 +144,7 @@ pub enum PrototypeError {
         /// The shape's name.
         name: String,
     },
-    /// Positions, normals and uvs differ in number.
+    /// Normals or uvs are neither as many as positions nor none.
     VertexArrays {
         /// The shape's name.
         name: String,
@@ -198,7 +215,7 @@ impl fmt::Display for PrototypeError {
             } => {
                 write!(
                     f,
-                    "shape `{name}` has {p} positions, {n} normals and {t} uvs: they must be equal"
+                    "shape `{name}` has {p} positions, {n} normals and {t} uvs: give one of each, or none"
                 )
             }
             Self::Blends {
@@ -259,7 +276,7 @@ impl Prototype {
     /// Proves a shape sound.
     ///
     /// # Errors
-    /// If it is empty, its vertex arrays differ in length, blends are missing, an index or material is out of range, or
+    /// If it is empty, its vertex arrays differ in length (but for empty ones), blends are missing, an index or material is out of range, or
     /// a coordinate is not finite.
     pub fn new(
         name: impl Into<String>,
@@ -273,7 +290,7 @@ impl Prototype {
         if mesh.triangles.is_empty() && cards.is_empty() {
             return Err(PrototypeError::Empty { name });
         }
-        if lengths != [vertices; 3] {
+        if lengths[1..].iter().any(|n| ![0, vertices].contains(n)) {
             return Err(PrototypeError::VertexArrays { name, lengths });
         }
         if ![0, mesh.triangles.len()].contains(&mesh.blends.len()) {
@@ -489,6 +506,8 @@ mod tests {
     fn what_is_no_shape_is_refused_by_name() {
         assert_eq!(refused(|_| ()), "");
         assert_eq!(refused(|m| m.blends.clear()), "");
+        assert_eq!(refused(|m| m.normals.clear()), "");
+        assert_eq!(refused(|m| m.uvs.clear()), "");
         type Spoil = fn(&mut Mesh);
         let spoilt: [(Spoil, &str); 9] = [
             (
@@ -497,7 +516,7 @@ mod tests {
             ),
             (
                 |m| m.uvs.truncate(2),
-                "shape `heap` has 3 positions, 3 normals and 2 uvs: they must be equal",
+                "shape `heap` has 3 positions, 3 normals and 2 uvs: give one of each, or none",
             ),
             (
                 |m| m.blends.push(Blend::NONE),

@@ -206,20 +206,22 @@ fn address(prototype: &Arc<Prototype>) -> usize {
 fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
     let mesh = prototype.mesh();
     let record = |(i, t): (usize, &nemoral_scene::Triangle)| {
-        let [a, b, c] = t.corners.map(|i| i as usize);
-        let (p, n) = (&mesh.positions, &mesh.normals);
-        let uv = |i: usize| -> [f32; 2] { Vec2::to_array(&mesh.uvs[i]) };
+        let [a, b, c] = t.corners.map(|i| mesh.positions[i as usize]);
+        let flat = (b - a).cross(c - a).normalize_or(Vec3::Z);
+        let [normal_a, normal_b, normal_c] =
+            (t.corners).map(|i| octahedral(mesh.normal(i).unwrap_or(flat)));
+        let [uv_a, uv_b, uv_c] = t.corners.map(|i| mesh.uv(i).to_array());
         TriangleRecord {
-            a: p[a].to_array(),
+            a: a.to_array(),
             material: u32::from(t.material.0),
-            b: p[b].to_array(),
-            normal_a: octahedral(n[a]),
-            c: p[c].to_array(),
-            normal_b: octahedral(n[b]),
-            uv_a: uv(a),
-            uv_b: uv(b),
-            uv_c: uv(c),
-            normal_c: octahedral(n[c]),
+            b: b.to_array(),
+            normal_a,
+            c: c.to_array(),
+            normal_b,
+            uv_a,
+            uv_b,
+            uv_c,
+            normal_c,
             extra: match (mesh.blends.get(i), prototype.near_light()) {
                 (Some(blend), _) => packed_blend(blend),
                 (None, Some(near)) => packed_near_light(near, t.corners),
