@@ -699,15 +699,15 @@ fn value_stability() {
 }
 const INDIVIDUALS: &str = "0.138010800348 0.475840711052";
 const FINGERPRINTS: [&str; 9] = [
-    "c3127a24de393e8e",
-    "0767afa31600e3aa",
-    "12591c7c9589ab37",
-    "710c495565c91b15",
-    "6b025088c375da06",
-    "144d0e273734687f",
-    "0cd5927ca507bd4c",
-    "95a49ada1ab92760",
-    "d2b0d4b7c0f01c9b",
+    "cd4655c66dfd4182",
+    "baf8de83fe923445",
+    "601990f14c795083",
+    "d57efaf8146a9f9f",
+    "43ce3ffacc1acf37",
+    "20ad9de683c8c0e5",
+    "8a7c03e2bb3c2279",
+    "4fb9a98dfcd588d7",
+    "7bcc4e44c2d30e81",
 ];
 const SIZE: &str = "18.693908385 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";

@@ -232,7 +232,7 @@ impl Page {
              of the part's share of leaf area q, so it is free with the product of all 1 - q (Nilson's positive binomial within the shoot, 1971), P is the mean over 8,000 lines, and Ω = -ln P / mean of the sum of q.\n\n\
              Beside it the share of the same lines, as rays through the one-bit masks, that meet no leaf: within 15 % of the law. And those that meet nothing, wood included: closed beech and spruce 5–15 %, pine 25–45 %, montado over 50 %. \
              No instrument in the field counts leaves: Ω there comes of photographs or of gaps along a line, and with LAI 6, 5 to 15 % of sky leave of the Ω of all levels no more than .34 to .54. \
-             So the range of field studies (closed stands of broad leaves .8–.95, in rows to 1, of needles .5–.7, remembered) is held against Ω as photographs have it: of each the shares of sky P in sectors of 15° of the ring at 57.5° (10° wide, wood included), \
+             So the range of field studies (closed stands of broad leaves .7–.95, in rows to 1, of needles .5–.75, remembered) is held against Ω as photographs have it: of each the shares of sky P in sectors of 15° of the ring at 57.5° (10° wide, wood included), \
              ln(mean P) / mean(ln P) (Lang and Xiang 1986), the mean of 200 photographs; of needles times that of shoots, as is usual (Chen and Cihlar 1995).\n",
         );
         self.table(stands, CANOPIES);
@@ -333,9 +333,6 @@ impl Page {
 fn why(measure: &str) -> &'static str {
     match measure {
         "Weibull shape" => "eight individuals, of which some stand here more often than others",
-        "saplings alike within 30 m" => {
-            "looks differ from one square of .75 m to the next, and in clusters several saplings stand in one: none farther apart than 1.1 m are alike"
-        }
         "Ω photographed" => {
             "crowns keep to their own width and leave the ground between them free; gaps and trails count too"
         }

@@ -14,7 +14,7 @@ use super::{StemForm, TreeMaterials, TreeSize};
 const FLARE: Stage = Stage::new("assets.tree.flare");
 const BARK: Stage = Stage::new("assets.tree.bark");
 
-/// What one repetition of bark covers: across, along.
+/// What one repetition of bark covers, on stems of 0.2 to 0.8 m: across, along.
 const TILE_M: [f64; 2] = [1.0, 2.0];
 /// Least and most of the spiral grain: u per v.
 const SPIRAL: [f64; 2] = [0.17, 0.24];
@@ -494,16 +494,16 @@ impl BarkMap {
         let is_stem = tube.axis.order == 0;
         let reference = rings[if is_stem { rings.len() / 3 } else { 0 }].radius;
         let around = TAU * reference;
-        let wraps = (around / TILE_M[0]).round().max(1.0);
-        // Bark of thin wood is finer: keep the picture's proportions there, within reason.
-        let finer = (wraps * TILE_M[0] / around).clamp(1.0, 4.0);
+        // Three times round, two of them would be seen at once.
+        let wraps = (around / TILE_M[0]).round().clamp(1.0, 2.0);
+        // Bark of thin wood is finer, of old trees coarser: keep the picture's proportions, within reason.
+        let finer = (wraps * TILE_M[0] / around).clamp(0.4, 4.0);
         let per_m = finer / TILE_M[1];
         let mut rng = tube.axis.key.stage(BARK).rng();
         let (mut u0, mut v0) = (0.0, rng.unit_f64());
-        let mut spiral = 0.0;
+        let side = if rng.chance(0.5) { 1.0 } else { -1.0 };
+        let spiral = side * rng.range_f64(SPIRAL[0], SPIRAL[1]);
         if is_stem {
-            let side = if rng.chance(0.5) { 1.0 } else { -1.0 };
-            spiral = side * rng.range_f64(SPIRAL[0], SPIRAL[1]);
             u0 = v0;
             v0 = rings[0].centre.z * per_m;
         }

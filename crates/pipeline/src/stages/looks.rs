@@ -7,9 +7,6 @@ use nemoral_seed::{Draw, Key, Stage};
 
 const LOOKS: Stage = Stage::new("pipeline.looks");
 
-/// Trees nearer than this are turned, or sized, differently.
-const APART_M: f64 = 30.0;
-
 /// What tells copies of one kind apart.
 #[derive(Clone, Copy, Debug)]
 struct Grid {
@@ -126,6 +123,9 @@ impl Pattern {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// Trees nearer than this are turned, or sized, differently.
+    const APART_M: f64 = 30.0;
 
     /// Of any two within 30 m.
     fn alike(a: Look, b: Look, scale: fn(f64) -> f64) -> bool {
