@@ -230,14 +230,9 @@ fn copies_that_stand_alike_are_noticed() {
         let scale = tree.standing.linear.z_axis.length();
         tree.standing.linear = Mat3::from_diagonal(Vec3::splat(scale));
     }
-    for (kind, nearest_m) in [
-        (CopyKind::Grown, 0.0),
-        (CopyKind::Dead, 0.0),
-        // Looks differ by squares of 0.75 m: those nearer than their diagonal may share one. The page has all.
-        (CopyKind::Sapling, 1.07),
-    ] {
+    for kind in [CopyKind::Grown, CopyKind::Dead, CopyKind::Sapling] {
         let share = |survey: &Survey| {
-            let (alike, same) = survey.alike(|k| k == kind, nearest_m..30.0);
+            let (alike, same) = survey.alike(|k| k == kind, 30.0);
             1e6 * alike as f64 / same as f64
         };
         let broken = [("none turned", share(&unturned))];

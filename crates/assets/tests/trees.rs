@@ -699,15 +699,15 @@ fn value_stability() {
 }
 const INDIVIDUALS: &str = "0.138010800348 0.475840711052";
 const FINGERPRINTS: [&str; 9] = [
-    "cd4655c66dfd4182",
-    "baf8de83fe923445",
-    "601990f14c795083",
-    "d57efaf8146a9f9f",
+    "2e8639f93a4df807",
+    "cb8cb0b955743daf",
+    "c276999f80a60fd7",
+    "6d7f9e2652818ca3",
     "43ce3ffacc1acf37",
-    "20ad9de683c8c0e5",
-    "8a7c03e2bb3c2279",
-    "4fb9a98dfcd588d7",
-    "7bcc4e44c2d30e81",
+    "6cc56bd843f69782",
+    "eb2b0e4d370b44cc",
+    "a54fb369d78f4ab0",
+    "72449523e1d9282a",
 ];
 const SIZE: &str = "18.693908385 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";

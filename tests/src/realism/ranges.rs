@@ -117,7 +117,7 @@ pub fn photographed(stand: &str) -> Option<Range> {
         _ if is_of_needles(stand) => Some((0.5, 0.75)),
         "beech" | "oak-mixed" => Some((0.7, 0.95)),
         // Rows are as even as chance, or more so.
-        "eucalyptus-plantation" => Some((0.7, 1.0)),
+        "eucalyptus-plantation" => Some((0.8, 1.0)),
         _ => None,
     }
 }

@@ -1,7 +1,6 @@
 //! A world's stand, as measures want it.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::sync::Arc;
 
 use nemoral_pipeline::plan::Runner;
@@ -118,10 +117,10 @@ impl Survey {
     }
 
     /// The pairs of trees that look alike, the same individual turned within 2° of each other and of a size within
-    /// half a percent, and all pairs of the same individual; of those trees that are asked for, and of pairs so far
-    /// apart, metres.
+    /// half a percent, and all pairs of the same individual; of those trees that are asked for, and of pairs nearer
+    /// than this, metres.
     #[must_use]
-    pub fn alike(&self, which: impl Fn(CopyKind) -> bool, apart_m: Range<f64>) -> (usize, usize) {
+    pub fn alike(&self, which: impl Fn(CopyKind) -> bool, within_m: f64) -> (usize, usize) {
         const TURN_DEG: f64 = 2.0;
         const SIZE: f64 = 0.005;
         let mut of: BTreeMap<usize, Vec<&Standing>> = BTreeMap::new();
@@ -132,7 +131,7 @@ impl Survey {
         for trees in of.values() {
             for (i, a) in trees.iter().enumerate() {
                 for b in &trees[..i] {
-                    if !apart_m.contains(&a.foot_m.distance(b.foot_m)) {
+                    if a.foot_m.distance(b.foot_m) >= within_m {
                         continue;
                     }
                     same += 1;

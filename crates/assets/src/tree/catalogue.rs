@@ -194,7 +194,7 @@ mod tests {
             &["beech.crown.widest_at = 1.5", "0.01..=0.99"],
         );
         has(
-            message("height_sd = 0.08", "height_sd = nan"),
+            message("height_sd = 0.09", "height_sd = nan"),
             &["beech.allometry.height_sd = NaN"],
         );
         has(
