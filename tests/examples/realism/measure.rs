@@ -9,14 +9,14 @@ use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::stages::assets::WorldAssets;
-use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, Surface, TreeRecord};
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::realism::{
-    Canopy, ClassCounts, Colour, CopyKind, Gaps, Layers, STATIONS, ScannedDiameters, Survey, Tones,
-    amplitude_slope, asked_diameters, asked_shapes, clark_evans, colour, distribution_distance,
-    ground_repetition, isotropy, layers, luminance, luminance_of_light, mark_correlation,
-    pair_correlation, plant_area_density, spectrum, tones, weibull_fit,
+    Canopy, ClassCounts, Colour, CopyKind, Gaps, Layers, LowCover, STATIONS, ScannedDiameters,
+    Survey, Tones, amplitude_slope, asked_diameters, asked_shapes, clark_evans, colour,
+    distribution_distance, ground_repetition, isotropy, layers, luminance, luminance_of_light,
+    mark_correlation, pair_correlation, plant_area_density, spectrum, tones, weibull_fit,
 };
 use nemoral_tests::{World, config};
 
@@ -82,6 +82,7 @@ pub(crate) struct Stand {
     /// Plant area density by metre above ground, m²/m³.
     pub(crate) profile: Vec<f64>,
     pub(crate) layers: Layers,
+    pub(crate) low_cover: LowCover,
     pub(crate) slope: f64,
     pub(crate) isotropy: f64,
     pub(crate) tones: Tones,
@@ -158,6 +159,7 @@ impl Stand {
             openness_above: canopy.openness_above(),
             inclination: inclinations(&assets),
             layers: layers(&profile, dominant_m),
+            low_cover: low_cover(&world, &runner, &assets),
             profile,
             slope: Views::mean(&views.luminances, |v| amplitude_slope(&spectrum(v))),
             isotropy: Views::mean(&views.luminances, isotropy),
@@ -272,6 +274,34 @@ fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
         }
     }
     plant_area_density(&heights_m, 45)
+}
+
+/// By lines straight down from 2 m above ground, trails included.
+fn low_cover(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> LowCover {
+    const FROM_M: f64 = 2.0;
+    let mut cover = LowCover::default();
+    for frame in FRAMES {
+        let scene = runner.get(world.forest.scene, frame).expect("a scene");
+        let pose = runner.get(world.forest.pose, frame).expect("a pose");
+        let here = pose.world_from_body().translation_m.truncate();
+        let mut rng = Key::world(13).item(frame).rng();
+        let mut line = || {
+            let to = DVec2::from_angle(rng.range_f64(0.0, TAU)) * FLIGHT_M * rng.unit_f64().sqrt();
+            let place = here + to;
+            let chunk = ChunkCoord::containing(place, world.config.chunks.size_m);
+            let ground = runner.get(world.forest.ground, chunk).expect("ground");
+            let from = place.extend(ground.height_m(place) + FROM_M) - scene.origin_m;
+            Ray::new(from.as_vec3(), Vec3::NEG_Z)
+        };
+        let rays: Vec<Ray> = (0..PULSES).map(|_| line()).collect();
+        let mut hits = vec![None; rays.len()];
+        scene.caster.closest_hits(&rays, &mut hits);
+        let materials = assets.library.materials.materials();
+        for hit in hits {
+            cover.add(hit.and_then(|h| materials.get(h.material.0 as usize)));
+        }
+    }
+    cover
 }
 
 /// What the robot's sensors see, and a camera high above it.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use nemoral_assets::Species;
-use nemoral_tests::realism::{HeightScatter, Relations, ranges};
+use nemoral_tests::realism::{HeightScatter, LOW_PLANTS, Relations, ranges};
 
 use crate::checks::{CANOPIES, COLOURS, Check, Column, PICTURES, PROFILES, SCANS, STEMS, percent};
 use crate::measure::{STEP_M, Stand};
@@ -290,6 +290,29 @@ impl Page {
              spruce broad, birch at about the middle. Plots below.\n",
         );
         self.table(stands, PROFILES);
+        self.low_cover(stands);
+    }
+
+    fn low_cover(&mut self, stands: &[Stand]) {
+        self.add(
+            "\nLow plants: the share of the ground, trails included, on which a line straight down from 2 m above it meets a plant of the undergrowth first, percent; of what these ought to be we know no measurement.\n\n| stand | any |",
+        );
+        for kind in LOW_PLANTS {
+            let _ = write!(self.text, " {kind} |");
+        }
+        let _ = writeln!(self.text, "\n|---|---|{}", "---|".repeat(LOW_PLANTS.len()));
+        for s in stands {
+            let _ = write!(
+                self.text,
+                "| {} | {:.1} |",
+                s.name,
+                100.0 * s.low_cover.any()
+            );
+            for share in s.low_cover.shares() {
+                let _ = write!(self.text, " {:.1} |", 100.0 * share);
+            }
+            self.add("\n");
+        }
     }
 
     fn pictures(&mut self, stands: &[Stand]) {
