@@ -709,7 +709,7 @@ const FINGERPRINTS: [&str; 9] = [
     "a54fb369d78f4ab0",
     "72449523e1d9282a",
 ];
-const SIZE: &str = "18.693908385 4.727007432 233.612933315";
+const SIZE: &str = "18.755967525 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";
 
 /// A spruce whose stem is straight and upright but for what `change` does to it.
