@@ -44,6 +44,12 @@ const SAPLINGS: Grid = Grid {
 /// a 129th apart nor any nearer to the largest are too much alike.
 const SAPLING_SIZES: [f64; 2] = [0.66, 0.39];
 
+/// The scale of a grown tree by its place among sizes, 0..1, as of all that is not a sapling: a tenth either way; more
+/// would change a tree's proportions to its age.
+pub(super) fn grown_scale(place: f64) -> f64 {
+    0.9 + 0.2 * place
+}
+
 /// The scale of a sapling: small ones are many, as regeneration thins itself out while it grows (our choice).
 pub(super) fn sapling_scale(place: f64) -> f64 {
     let [a, b] = SAPLING_SIZES;
@@ -135,11 +141,6 @@ mod tests {
         turned.min(TAU - turned) < 2_f64.to_radians() && size < 0.005
     }
 
-    /// Tenths either way, as grown trees are scaled.
-    fn tree_scale(place: f64) -> f64 {
-        0.9 + 0.2 * place
-    }
-
     fn check(
         pattern: &Pattern,
         at: DVec2,
@@ -159,7 +160,7 @@ mod tests {
         ) {
             let looks = Looks::new(Key::world(seed));
             let (at, way) = (DVec2::new(x, y), DVec2::from_angle(turn));
-            check(&looks.trees, at, way * r, tree_scale)?;
+            check(&looks.trees, at, way * r, grown_scale)?;
             check(&looks.saplings, at, way * r, sapling_scale)?;
             check(&looks.saplings, at, way * near, sapling_scale)?;
         }
@@ -179,7 +180,10 @@ mod tests {
                 .map(|k| scale((f64::from(k) - free) / n) / scale(f64::from(k) / n))
                 .fold(f64::INFINITY, |m, r| m.min((r - 1.0).abs()))
         };
-        let found = [nearest(TREES, tree_scale), nearest(SAPLINGS, sapling_scale)];
+        let found = [
+            nearest(TREES, grown_scale),
+            nearest(SAPLINGS, sapling_scale),
+        ];
         assert!(found.iter().all(|&r| r > 0.005), "{found:?}");
     }
 
@@ -204,12 +208,17 @@ mod tests {
     #[test]
     fn value_stability() {
         let looks = Looks::new(Key::world(7));
-        let look = looks
-            .trees
-            .at(DVec2::new(12.3, -45.6), &mut Key::world(9).rng());
+        let at = |pattern: &Pattern| {
+            let look = pattern.at(DVec2::new(12.3, -45.6), &mut Key::world(9).rng());
+            (look.yaw_rad, look.size)
+        };
         assert_eq!(
-            (look.yaw_rad, look.size),
+            at(&looks.trees),
             (0.213_416_704_186_122_07, 0.672_406_710_321_870_8)
+        );
+        assert_eq!(
+            at(&looks.saplings),
+            (6.000_884_331_439_982, 0.860_482_377_837_776_4)
         );
     }
 }

@@ -15,7 +15,7 @@ use nemoral_trails::DressingKind;
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
-use super::looks::{Look, Looks, sapling_scale};
+use super::looks::{Look, Looks, grown_scale, sapling_scale};
 use crate::Error;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
 
@@ -229,7 +229,6 @@ struct Placed {
 #[derive(Clone, Copy)]
 enum Size {
     Given(f64),
-    /// A tenth either way: more would change a tree's proportions to its age.
     Drawn,
     Sapling,
 }
@@ -239,7 +238,7 @@ impl Size {
     fn scale(self, place: f64) -> f64 {
         match self {
             Self::Given(scale) => scale,
-            Self::Drawn => 0.9 + 0.2 * place,
+            Self::Drawn => grown_scale(place),
             Self::Sapling => sapling_scale(place),
         }
     }
