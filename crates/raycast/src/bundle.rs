@@ -20,7 +20,6 @@ use crate::nearest::Nearest;
 use crate::node::{BOX_SLACK, Boxes, LEAF, LaneRay, Node, bounds_of, extent};
 use crate::packet::{Findings, MOST, Packet, Set, test};
 use crate::simd::Isa;
-use crate::stack::Stack;
 
 /// Fewer rays do not pay.
 const LEAST: usize = 4;
@@ -135,7 +134,6 @@ impl Bundle {
         forest: &Forest,
         rays: &[Ray],
         order: &[u32],
-        stack: &mut Stack,
     ) {
         self.aim(forest, rays, order);
         let all = Set::MAX >> (MOST - order.len());
@@ -150,7 +148,7 @@ impl Bundle {
             for (k, candidate) in page.candidates.iter().enumerate() {
                 let entering = columns[k] & self.findings.beyond(isa, distances.0[k]);
                 if entering != 0 {
-                    self.enter::<I, ANY>(isa, forest, candidate, entering, stack);
+                    self.enter::<I, ANY>(isa, forest, candidate, entering);
                 }
             }
         }
@@ -164,7 +162,6 @@ impl Bundle {
         forest: &Forest,
         candidate: &Candidate,
         entering: Set,
-        stack: &mut Stack,
     ) {
         let (offset, group) = &forest.groups[candidate.group as usize];
         let door = group.door(candidate.group, candidate.entry);
@@ -173,7 +170,6 @@ impl Bundle {
             (*offset, &door),
             (&self.rays, entering),
             &mut self.findings,
-            stack,
         );
     }
 

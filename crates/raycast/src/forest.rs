@@ -268,7 +268,7 @@ impl Kernel for Batch<'_> {
                 let nearest = forest.find::<I, false>(isa, &rays[i as usize], &mut stack);
                 take(done, i, &nearest);
             } else {
-                bundle.cast::<I, false>(isa, forest, rays, alike, &mut stack);
+                bundle.cast::<I, false>(isa, forest, rays, alike);
                 // On their own, so that waiting for one shape is waiting for all.
                 for (k, &i) in alike.iter().enumerate() {
                     take(done + k, i, bundle.nearest(k));
@@ -306,7 +306,7 @@ impl Kernel for Shadows<'_> {
                 let nearest = forest.find::<I, true>(isa, &rays[i as usize], &mut stack);
                 occluded[i as usize] = nearest.found().is_some();
             } else {
-                bundle.cast::<I, true>(isa, forest, rays, alike, &mut stack);
+                bundle.cast::<I, true>(isa, forest, rays, alike);
                 for (k, &i) in alike.iter().enumerate() {
                     occluded[i as usize] = bundle.nearest(k).found().is_some();
                 }

@@ -73,6 +73,7 @@ mod simd;
 mod stack;
 mod surface;
 mod tree;
+mod turns;
 
 pub use blas::{Blas, Quality};
 pub use brute::BruteForce;

@@ -9,7 +9,7 @@
 use glam::Vec3;
 use nemoral_scene::Ray;
 
-use crate::blas::{Blas, Blocks, Source};
+use crate::blas::{Blas, Source};
 use crate::block::Block;
 use crate::exact::Meeting;
 use crate::grid::GridNode;
@@ -18,7 +18,8 @@ use crate::lanes::{Lanes, Rays};
 use crate::nearest::Nearest;
 use crate::node::{Boxes, LEAF, LaneRay, Node, Slabs};
 use crate::simd::{F8, Isa, Keys, Rows};
-use crate::stack::{LEVELS, Stack, walk};
+use crate::stack::LEVELS;
+use crate::turns::Turns;
 
 /// The most rays in a packet.
 pub(crate) const MOST: usize = 64;
@@ -64,9 +65,14 @@ impl Findings {
         &self.nearest[i & (MOST - 1)]
     }
 
+    #[inline(always)]
+    pub(crate) fn of_mut(&mut self, i: usize) -> &mut Nearest {
+        &mut self.nearest[i & (MOST - 1)]
+    }
+
     /// After a change. With `ANY`, a ray that has found something looks no farther.
     #[inline(always)]
-    fn note<const ANY: bool>(&mut self, i: usize) {
+    pub(crate) fn note<const ANY: bool>(&mut self, i: usize) {
         let nearest = &self.nearest[i];
         self.t[(i / 8) & 7].0[i & 7] = if ANY && nearest.found().is_some() {
             f32::NEG_INFINITY
@@ -105,6 +111,7 @@ struct Visit {
 pub(crate) struct Packet {
     lanes: Lanes,
     visits: [Visit; LEVELS],
+    turns: Turns,
 }
 
 impl Packet {
@@ -118,6 +125,7 @@ impl Packet {
                 node: 0,
                 left: 0,
             }; LEVELS],
+            turns: Turns::new(),
         }
     }
 
@@ -130,7 +138,6 @@ impl Packet {
         (offset, door): (Vec3, &Door<'_>),
         (scene, rays): (&Rays, Set),
         findings: &mut Findings,
-        stack: &mut Stack,
     ) {
         let blas = door.blas;
         let space = (blas.extent(), blas.grid());
@@ -139,7 +146,7 @@ impl Packet {
         let mut next_step = Some((door.root, rays));
         while let Some((at, rays)) = next_step {
             if rays.count_ones() <= FEW {
-                self.apart::<I, ANY>(isa, door, at, rays, findings, stack);
+                self.turns.push(at, rays);
             } else if at & LEAF == 0 {
                 if let Some((child, rays)) = self.open(isa, blas, at, rays, findings, &mut len) {
                     next_step = Some((child, rays));
@@ -150,6 +157,7 @@ impl Packet {
             }
             next_step = self.take(isa, blas.nodes(), &mut len, findings);
         }
+        (self.turns).walk::<I, ANY>(isa, door, &self.lanes, findings);
     }
 
     /// Tests a node's boxes. Returns the nearest child that any ray meets, with its rays; the others
@@ -253,33 +261,6 @@ impl Packet {
             }
         }
         take::<ANY>(&met[..many], (block, number), door.source, findings);
-    }
-
-    /// Lets rays go on alone.
-    #[inline(always)]
-    fn apart<I: Isa, const ANY: bool>(
-        &self,
-        isa: I,
-        door: &Door<'_>,
-        at: u32,
-        mut rays: Set,
-        findings: &mut Findings,
-        stack: &mut Stack,
-    ) {
-        while rays != 0 {
-            let i = next(&mut rays);
-            let (ray, lanes) = (&self.lanes.ray(i), &self.lanes.lane(i));
-            let blocks = Blocks::<ANY> {
-                blas: door.blas,
-                ray,
-                lanes,
-                source: door.source,
-            };
-            let nodes = door.blas.nodes();
-            let nearest = &mut findings.nearest[i];
-            walk::<I, _, _, ANY>(isa, (nodes, at), lanes, &blocks, nearest, stack);
-            findings.note::<ANY>(i);
-        }
     }
 }
 

@@ -28,7 +28,7 @@ pub(crate) struct Stack {
 }
 
 impl Stack {
-    pub(crate) fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         let none = Visit {
             distances: F8::splat(0.0),
             keys: Keys::NONE,
@@ -39,6 +39,12 @@ impl Stack {
             visits: [none; 3 * LEVELS],
             len: 0,
         }
+    }
+
+    /// Gives up a search that has it for itself.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.len = 0;
     }
 
     /// The nearest child left above `base`, leaving out those beyond the nearest hit.
@@ -87,38 +93,47 @@ pub(crate) fn walk<I: Isa, B: Boxes, L: Leaves, const ANY: bool>(
 ) {
     let base = stack.len;
     let slabs = Slabs::new(isa, ray, nearest);
-    let mut at = root;
-    loop {
-        if at & LEAF == 0 {
-            let node = &nodes[at as usize];
-            let (distances, hit) = node.test(isa, &slabs, nearest);
-            let lanes = isa.signs(hit);
-            if lanes != 0 {
-                let mut keys = isa.keys(distances, hit);
-                let lane = isa.first(&keys);
-                keys.remove(lane);
-                let left = lanes.count_ones() - 1;
-                // Written in any case, kept if needed: that is quicker than to ask first.
-                stack.visits[stack.len] = Visit {
-                    distances: isa.store(distances),
-                    keys,
-                    node: at,
-                    left,
-                };
-                stack.len += usize::from(left > 0);
-                at = node.child(lane);
-                continue;
-            }
-        } else {
-            leaves.visit(isa, at & !LEAF, nearest, stack);
-            if ANY && nearest.found().is_some() {
-                stack.len = base;
-                return;
-            }
+    let mut at = Some(root);
+    while let Some(here) = at {
+        at = step::<I, B, L, ANY>(isa, (nodes, here), &slabs, leaves, nearest, (stack, base));
+    }
+}
+
+/// One step of a search that has the stack above `base`: from a node or leaf to the next one, if there is one.
+#[inline(always)]
+pub(crate) fn step<I: Isa, B: Boxes, L: Leaves, const ANY: bool>(
+    isa: I,
+    (nodes, at): (&[B], u32),
+    slabs: &Slabs<I>,
+    leaves: &L,
+    nearest: &mut Nearest,
+    (stack, base): (&mut Stack, usize),
+) -> Option<u32> {
+    if at & LEAF == 0 {
+        let node = &nodes[at as usize];
+        let (distances, hit) = node.test(isa, slabs, nearest);
+        let lanes = isa.signs(hit);
+        if lanes != 0 {
+            let mut keys = isa.keys(distances, hit);
+            let lane = isa.first(&keys);
+            keys.remove(lane);
+            let left = lanes.count_ones() - 1;
+            // Written in any case, kept if needed: that is quicker than to ask first.
+            stack.visits[stack.len] = Visit {
+                distances: isa.store(distances),
+                keys,
+                node: at,
+                left,
+            };
+            stack.len += usize::from(left > 0);
+            return Some(node.child(lane));
         }
-        match stack.take(isa, nodes, base, nearest) {
-            Some(child) => at = child,
-            None => return,
+    } else {
+        leaves.visit(isa, at & !LEAF, nearest, stack);
+        if ANY && nearest.found().is_some() {
+            stack.len = base;
+            return None;
         }
     }
+    stack.take(isa, nodes, base, nearest)
 }
