@@ -4,7 +4,7 @@
 //! Akenine-Möller 2014, "Dynamic ray stream traversal"): a node or a block is fetched once for all of
 //! them, what does not depend on the ray is computed once, and where to go next is decided once. Each
 //! ray is tested on its own, eight boxes or primitives at a time, and only where it may still find
-//! something nearer.
+//! something nearer. Where few are left they go on alone, when the packet is through ([`Turns`]).
 
 use glam::Vec3;
 use nemoral_scene::Ray;
@@ -24,7 +24,7 @@ use crate::turns::Turns;
 /// The most rays in a packet.
 pub(crate) const MOST: usize = 64;
 
-/// Fewer rays are quicker on their own.
+/// So few rays are quicker on their own.
 const FEW: u32 = 2;
 
 /// Rays by number: bit `i` for ray `i`.
