@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use nemoral_assets::{AssetParams, Library};
+use nemoral_assets::{AssetParams, Library, Species, StandSpecies};
 use nemoral_raycast::Forest;
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{Card, MaterialId, Mesh, Prototype, Ray, RayCaster};
@@ -161,11 +161,16 @@ fn first_hits_in_random_foliage_are_exponential() {
 #[test]
 fn every_card_of_the_library_lets_through_what_its_mask_does_not_stop() {
     const RAYS: u32 = 20_000;
+    let of = |species| StandSpecies {
+        species,
+        dbh_mean_m: 0.2,
+    };
     let params = AssetParams {
+        species: Species::all().into_iter().map(of).collect(),
         individuals_per_species: 1,
         ..AssetParams::default()
     };
-    let library = Library::grow(&params, Key::world(3)).expect("the default parameters");
+    let library = Library::grow(&params, Key::world(3)).expect("valid");
     let masked: Vec<_> = (0_u16..)
         .zip(library.materials.materials())
         .filter_map(|(id, m)| Some((id, &m.name, m.mask.as_ref()?)))

@@ -41,3 +41,12 @@ fn the_table_of_devices_is_the_crates() {
     let rows: Vec<String> = Device::ALL.iter().copied().map(row).collect();
     assert!(written == rows, "it should be\n{}", rows.join("\n"));
 }
+
+#[test]
+fn the_example_is_as_short_as_the_manual_says() {
+    let example = include_str!("../../crates/pipeline/examples/scan_obj.rs");
+    let manual = include_str!("../../docs/lidar.md");
+    let lines = example.lines().count();
+    assert!(lines < 40, "{lines} lines");
+    assert!(manual.contains(&format!("in {lines} lines")));
+}

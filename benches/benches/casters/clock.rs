@@ -1,10 +1,10 @@
-//! Time of the calling thread on a processor: what other processes do beside it does not count.
+//! Time on a processor: what other processes do beside this one does not count.
 
-use cpu_time::ThreadTime;
+use cpu_time::ProcessTime;
 
-/// Seconds of this thread that `work` takes.
+/// Seconds that `work` takes, which is done by one thread at a time: this one or the pool's.
 pub(crate) fn seconds(work: impl FnOnce()) -> f64 {
-    let start = ThreadTime::now();
+    let start = ProcessTime::now();
     work();
     start.elapsed().as_secs_f64()
 }

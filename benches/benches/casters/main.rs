@@ -1,4 +1,4 @@
-//! Ray casters side by side, each judged by the processor time of its thread: ours, ours without
+//! Ray casters side by side, each judged by its processor time: ours, ours without
 //! special instructions, parry3d, and Intel's Embree 4 if `NEMORAL_EMBREE` is the path of a
 //! `libembree4` (PyPI's `embreex` carries one).
 //!
@@ -20,8 +20,8 @@ use std::time::Instant;
 
 use nemoral_raycast::Forest;
 use nemoral_scene::{Ray, RayCaster};
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::clock::seconds;
 use crate::embree::{Embree, Scene};
 use crate::parry::Parry;
 use crate::placed::Placed;
@@ -66,10 +66,8 @@ impl Choice {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let choice = Choice::of_arguments();
-    // Ours casts a scan on all threads of the pool: here on the one that is timed.
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build_global()?;
+    // Ours casts a scan on all threads of the pool: here one.
+    ThreadPoolBuilder::new().num_threads(1).build_global()?;
     let embree = match std::env::var_os(EMBREE) {
         Some(path) => Some(Embree::load(&path)?),
         None => {
@@ -84,7 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     for name in world::NAMES {
         if choice.wants(name, &world::NAMES) {
-            compare(&World::named(name)?, embree.as_ref(), &choice);
+            compare(&World::named(name)?, embree.as_ref(), &choice)?;
         }
     }
     Ok(())
@@ -96,7 +94,11 @@ struct Rival {
     cut: Scene,
 }
 
-fn compare(world: &World, embree: Option<&Embree>, choice: &Choice) {
+fn compare(
+    world: &World,
+    embree: Option<&Embree>,
+    choice: &Choice,
+) -> Result<(), ThreadPoolBuildError> {
     let placed = Placed::new(&world.groups, &world.materials);
     println!(
         "\n{}: {} instances of {} shapes, {:.1} M triangles",
@@ -129,8 +131,9 @@ fn compare(world: &World, embree: Option<&Embree>, choice: &Choice) {
         report::race(&mut rows, work, choice.rounds);
         report::print(&rows, work);
         agreement(&placed, work, &rows);
-        two_threads(&forest, work);
+        two_threads(&forest, work, choice.rounds)?;
     }
+    Ok(())
 }
 
 /// The casters. The first is the one that others are compared with.
@@ -192,31 +195,30 @@ fn batch(caster: &dyn RayCaster, rays: &[Ray], out: &mut [f32]) {
     }
 }
 
-/// What a second thread brings: by the wall's clock, and by the processor's, which other processes
-/// do not lengthen.
-fn two_threads(forest: &Forest, work: &Work) {
-    let cast = |scans: &[Vec<Ray>]| {
-        let mut out = vec![0.0; work.count()];
-        seconds(|| scans.iter().for_each(|scan| batch(forest, scan, &mut out)))
+/// What a second thread brings to each scan, by the wall's clock: the median of ratios within a round.
+fn two_threads(forest: &Forest, work: &Work, rounds: usize) -> Result<(), ThreadPoolBuildError> {
+    let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build();
+    let pools = [pool(1)?, pool(2)?];
+    let mut hits = vec![None; work.fired.iter().map(Vec::len).max().unwrap_or(0)];
+    let mut wall_s = |pool: &ThreadPool| {
+        let start = Instant::now();
+        for scan in &work.fired {
+            pool.install(|| forest.closest_surfaces(scan, &mut hits[..scan.len()]));
+        }
+        start.elapsed().as_secs_f64()
     };
-    let halves: Vec<Vec<Ray>> = match &work.fired[..] {
-        [whole] => whole.chunks(whole.len() / 8).map(<[Ray]>::to_vec).collect(),
-        scans => scans.to_vec(),
-    };
-    let start = Instant::now();
-    let one = cast(&halves);
-    let one_wall = start.elapsed().as_secs_f64();
-    let (a, b) = halves.split_at(halves.len() / 2);
-    let start = Instant::now();
-    let (a, b) = std::thread::scope(|scope| {
-        let other = scope.spawn(|| cast(b));
-        (cast(a), other.join().unwrap_or(f64::NAN))
-    });
+    let mut ratios: Vec<f64> = (0..4 * rounds + 1)
+        .map(|_| wall_s(&pools[0]) / wall_s(&pools[1]))
+        .collect();
+    ratios.sort_by(f64::total_cmp);
     println!(
-        "    two threads are {:.2} times one by the wall, {:.2} by the processor",
-        one_wall / start.elapsed().as_secs_f64(),
-        2.0 * one / (a + b)
+        "    two threads are {:.2} times one by the wall, {:.2} to {:.2} in {} rounds",
+        ratios[ratios.len() / 2],
+        ratios[0],
+        ratios[ratios.len() - 1],
+        ratios.len(),
     );
+    Ok(())
 }
 
 /// How many rays others see differently, and whom an f64 loop over all triangles proves right.

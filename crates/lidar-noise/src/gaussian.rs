@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use crate::error::{at_least_zero, check};
-use crate::{MeanError, Observation, ParamError, Sigma};
+use crate::{Detection, MeanError, Observation, ParamError, Sigma};
 
 /// A range measured with a mean error and a spread that may both depend on what was met: the
 /// paper's noise model, for any pair of functions.
@@ -44,6 +44,24 @@ impl<M: MeanError, S: Sigma> GaussianRange<M, S> {
         for (range_m, ((o, share), mean_m)) in ranges_m.iter_mut().zip(errors) {
             *range_m = Some(self.measured_m(o, mean_m, share));
         }
+    }
+}
+
+/// A receiver that misses echoes: any detection before any Gaussian measurement.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DetectedRange<D, M, S> {
+    /// Which echoes are seen.
+    pub detection: D,
+    /// What is measured of those.
+    pub range: GaussianRange<M, S>,
+}
+
+impl<D: Detection, M: MeanError, S: Sigma> DetectedRange<D, M, S> {
+    /// One measurement: the range in metres, at least 0, or `None` if the echo is not seen.
+    ///
+    /// Takes one 64-bit word from the generator, and another if the echo is seen.
+    pub fn measure(&self, o: &Observation, rng: &mut (impl Rng + ?Sized)) -> Option<f64> {
+        (self.detection.detects(o, rng)).then(|| self.range.measure(o, rng))
     }
 }
 

@@ -22,7 +22,8 @@
 //! whose mean is a device's error function. The two functions are separate traits, because its
 //! sources are of two kinds: Laconte et al. measure a *bias* ([`LaconteWaveform`]), Soudarissanane
 //! et al. a *spread* ([`IncidenceLaw`], which is both here). [`SnrSigma`] and [`RangeEquation`] add
-//! what data sheets say: spread and greatest range by reflectance. [`RangeNoise`] names whole models
+//! what data sheets say: spread and greatest range by reflectance. [`DetectedRange`] puts any detection
+//! before any measurement; errors of pointing are the scanner's, who knows directions. [`RangeNoise`] names whole models
 //! for configurations, [`RangeSensor`] measures with them.
 //!
 //! Metres, cosines of incidence, reflectance 0..1. Transcendental functions go through libm and the
@@ -37,7 +38,9 @@ mod preset;
 mod soudarissanane;
 
 pub use error::ParamError;
-pub use gaussian::{ConstantSigma, GaussianRange, LinearSigma, LinearSigmaParams, NoMeanError};
+pub use gaussian::{
+    ConstantSigma, DetectedRange, GaussianRange, LinearSigma, LinearSigmaParams, NoMeanError,
+};
 pub use laconte::{LaconteClosedForm, LaconteDevice, LaconteWaveform};
 pub use link::{RangeEquation, RangeEquationParams, SnrSigma, SnrSigmaParams, SoftThreshold};
 pub use observation::{Detection, MeanError, Observation, Sigma};

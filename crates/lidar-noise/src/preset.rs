@@ -3,9 +3,10 @@
 use rand::Rng;
 
 use crate::{
-    ConstantSigma, Detection, GaussianRange, IncidenceLaw, IncidenceLawParams, LaconteClosedForm,
-    LaconteDevice, LaconteWaveform, LinearSigma, LinearSigmaParams, MeanError, NoMeanError,
-    Observation, ParamError, RangeEquation, RangeEquationParams, SnrSigma, SnrSigmaParams,
+    ConstantSigma, DetectedRange, GaussianRange, IncidenceLaw, IncidenceLawParams,
+    LaconteClosedForm, LaconteDevice, LaconteWaveform, LinearSigma, LinearSigmaParams, MeanError,
+    NoMeanError, Observation, ParamError, RangeEquation, RangeEquationParams, SnrSigma,
+    SnrSigmaParams,
 };
 
 /// A noise model as plain data, so that a configuration can name it.
@@ -112,7 +113,7 @@ enum Model {
     LaconteClosed(GaussianRange<LaconteClosedForm, ConstantSigma>),
     Incidence(GaussianRange<NoMeanError, IncidenceLaw>),
     Linear(GaussianRange<NoMeanError, LinearSigma>),
-    SignalToNoise(RangeEquation, GaussianRange<NoMeanError, SnrSigma>),
+    SignalToNoise(DetectedRange<RangeEquation, NoMeanError, SnrSigma>),
 }
 
 impl RangeSensor {
@@ -153,10 +154,11 @@ impl RangeSensor {
                 sigma: LinearSigma::new(params)?,
             }),
             RangeNoise::SignalToNoise { range, sigma } => {
-                let receiver = RangeEquation::new(range)?;
-                let sigma = SnrSigma::new(sigma, receiver)?;
+                let detection = RangeEquation::new(range)?;
+                let sigma = SnrSigma::new(sigma, detection)?;
                 let mean = NoMeanError;
-                Model::SignalToNoise(receiver, GaussianRange { mean, sigma })
+                let range = GaussianRange { mean, sigma };
+                Model::SignalToNoise(DetectedRange { detection, range })
             }
         };
         Ok(Self { model })
@@ -171,9 +173,7 @@ impl RangeSensor {
             Model::LaconteClosed(range) => Some(range.measure(o, rng)),
             Model::Incidence(range) => Some(range.measure(o, rng)),
             Model::Linear(range) => Some(range.measure(o, rng)),
-            Model::SignalToNoise(receiver, range) => {
-                receiver.detects(o, rng).then(|| range.measure(o, rng))
-            }
+            Model::SignalToNoise(range) => range.measure(o, rng),
         }
     }
 
@@ -191,7 +191,7 @@ impl RangeSensor {
             Model::LaconteClosed(range) => range.measure_each(os, rngs, ranges_m),
             Model::Incidence(range) => range.measure_each(os, rngs, ranges_m),
             Model::Linear(range) => range.measure_each(os, rngs, ranges_m),
-            Model::Off | Model::SignalToNoise(..) => {
+            Model::Off | Model::SignalToNoise(_) => {
                 for ((o, mut rng), range_m) in os.iter().zip(rngs).zip(ranges_m) {
                     *range_m = self.measure(o, &mut rng);
                 }

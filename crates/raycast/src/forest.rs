@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
-use nemoral_scene::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster, SurfaceHit};
+use glam::{Mat3, Vec3};
+use nemoral_scene::{
+    Hit, Instance, InstanceGroup, MaterialLibrary, ObjectId, PlacedGroup, Prototype, Ray,
+    RayCaster, SurfaceHit,
+};
 use rayon::prelude::*;
 
 use crate::answer::Answer;
+use crate::blas::Blas;
 use crate::bundle::{self, Bundle};
 use crate::exact::LocalRay;
 use crate::grid::Grid;
@@ -58,6 +62,22 @@ impl Forest {
         }
     }
 
+    /// One shape as it is, in a scene of its own: metres, without an object id. It must be valid against
+    /// `materials` (see [`Prototype::new`]).
+    #[must_use]
+    pub fn of_shape(prototype: Arc<Prototype>, materials: &MaterialLibrary) -> Self {
+        let blas = Arc::new(Blas::build(Arc::clone(&prototype), materials));
+        let instance = Instance {
+            prototype,
+            position_m: Vec3::ZERO,
+            linear: Mat3::IDENTITY,
+            object: ObjectId::NONE,
+            variation: 0.0,
+        };
+        let group = Group::build(vec![(instance, blas)]);
+        Self::new(vec![(Vec3::ZERO, Arc::new(group))])
+    }
+
     /// The same scene, cast at without special instructions of the processor: slower, and equal to
     /// the bit.
     #[must_use]
@@ -75,6 +95,11 @@ impl Forest {
     /// What is to be known of the nearest hits of rays.
     fn answer<A: Answer>(&self, rays: &[Ray], hits: &mut [Option<A>]) {
         assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        if rays.len() >= 2 * ENOUGH {
+            let parts = rays.par_chunks(ENOUGH).zip(hits.par_chunks_mut(ENOUGH));
+            parts.for_each(|(rays, hits)| self.answer(rays, hits));
+            return;
+        }
         let order = by_direction(rays);
         if rays.len() < 2 * PIECE || rayon::current_num_threads() == 1 {
             self.cast_all(rays, &order, &mut |_, ray, nearest| {
@@ -225,6 +250,9 @@ impl RayCaster for Forest {
         Some(placed(&self.groups))
     }
 }
+
+/// So many rays have neighbours enough. More are cast in several orders: threads that sort one are not waited for.
+const ENOUGH: usize = 48 << 10;
 
 /// Rays of a batch that one thread casts.
 const PIECE: usize = 1024;

@@ -21,6 +21,7 @@
 //! let leaf = Instance { prototype, position_m, linear, object, variation: 0.0 };
 //! let forest = Forest::new(vec![(Vec3::ZERO, Arc::new(Group::build(vec![(leaf, blas)])))]);
 //!
+//! // One shape as it is needs no more than `Forest::of_shape(prototype, &materials)`.
 //! let hit = forest.closest_hit(&Ray::new(Vec3::new(0.25, 0.5, 0.0), Vec3::Z));
 //! assert_eq!(hit.map(|h| h.distance_m), Some(2.0));
 //! # Ok::<(), PrototypeError>(())
