@@ -171,8 +171,7 @@ pub fn periodic(tile: &Arc<Group>, size_m: f64, around: [i32; 3]) -> Forest {
 }
 
 /// A group of one shape, as it is.
-#[must_use]
-pub fn group_of(shape: Arc<Prototype>, materials: &MaterialLibrary) -> Arc<Group> {
+fn group_of(shape: Arc<Prototype>, materials: &MaterialLibrary) -> Arc<Group> {
     let blas = Arc::new(Blas::build(Arc::clone(&shape), materials));
     let instance = Instance {
         prototype: shape,

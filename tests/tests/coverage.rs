@@ -15,7 +15,6 @@ use nemoral_scene::{
     Semantic,
 };
 use nemoral_seed::{Draw, Key};
-use nemoral_tests::foliage::group_of;
 
 /// A pixel is a few texels of a card, and a quarter of the card.
 const DISTANCES_M: [f64; 2] = [5.0, 80.0];
@@ -75,8 +74,7 @@ fn seen(
         material,
     });
     let wall = Prototype::new("wall", Mesh::default(), cards.collect(), materials);
-    let group = group_of(Arc::new(wall.expect("sound")), materials);
-    let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+    let forest = Forest::of_shape(Arc::new(wall.expect("sound")), materials);
     let fov = 2.0 * HALF_VIEW_DEG.to_radians();
     let intrinsics = Intrinsics::from_fov(PIXELS, PIXELS, fov).expect("a pinhole");
     let ahead = RigidTransform::from_xyz_rpy(DVec3::ZERO, 0.0, 0.0, 0.0);

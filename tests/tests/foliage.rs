@@ -10,7 +10,7 @@ use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{Card, MaterialId, Mesh, Prototype, Ray, RayCaster};
 use nemoral_seed::{Draw, Key, PhiloxRng};
 use nemoral_tests::foliage::{
-    Inclination, LeafKind, any_direction, gap_fraction, group_of, kolmogorov_smirnov, periodic,
+    Inclination, LeafKind, any_direction, gap_fraction, kolmogorov_smirnov, periodic,
 };
 use rayon::prelude::*;
 
@@ -193,8 +193,7 @@ fn every_card_of_the_library_lets_through_what_its_mask_does_not_stop() {
         };
         let shape = Prototype::new("card", Mesh::default(), vec![card], &library.materials)
             .expect("a card is sound");
-        let group = group_of(Arc::new(shape), &library.materials);
-        let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+        let forest = Forest::of_shape(Arc::new(shape), &library.materials);
         let passed = (0..RAYS).filter(|_| {
             // Not at the very borders, where rounding may miss the card.
             let [u, v] = [0; 2].map(|_| rng.range_f64(1e-5, 1.0 - 1e-5));

@@ -6,10 +6,9 @@ use std::sync::Arc;
 
 use nemoral_assets::{AssetParams, Library, StandParams, TreeAsset};
 use nemoral_raycast::Forest;
-use nemoral_scene::glam::{DVec3, Vec3};
+use nemoral_scene::glam::DVec3;
 use nemoral_scene::{Bounds, Hit, MaterialLibrary, Ray, RayCaster, Semantic};
 use nemoral_seed::{Draw, Key};
-use nemoral_tests::foliage::group_of;
 use nemoral_tests::leaf_area::Voxels;
 
 /// Small against the cards' distances, large against their texels.
@@ -71,8 +70,7 @@ fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
 
 /// First returns of all rays.
 fn record(tree: &TreeAsset, materials: &MaterialLibrary, rays: &[Ray]) -> Vec<Option<Hit>> {
-    let group = group_of(Arc::clone(&tree.prototype), materials);
-    let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+    let forest = Forest::of_shape(Arc::clone(&tree.prototype), materials);
     let mut hits = vec![None; rays.len()];
     forest.closest_hits(rays, &mut hits);
     hits

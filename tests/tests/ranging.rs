@@ -17,7 +17,6 @@ use nemoral_scene::{
     RigidTransform, Semantic,
 };
 use nemoral_seed::Key;
-use nemoral_tests::foliage::group_of;
 
 /// A plate: where its middle is, its normal, half its width, its reflectance.
 type Plate = (DVec3, DVec3, f64, f32);
@@ -46,8 +45,7 @@ fn plates(plates: &[Plate]) -> (Forest, MaterialLibrary) {
         });
     }
     let shape = Prototype::new("plates", Mesh::default(), cards, &materials).expect("sound");
-    let group = group_of(Arc::new(shape), &materials);
-    (Forest::new(vec![(Vec3::ZERO, group)]), materials)
+    (Forest::of_shape(Arc::new(shape), &materials), materials)
 }
 
 fn receiver(noise: RangeNoise) -> impl RangeModel {

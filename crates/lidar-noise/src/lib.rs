@@ -23,8 +23,8 @@
 //! sources are of two kinds: Laconte et al. measure a *bias* ([`LaconteWaveform`]), Soudarissanane
 //! et al. a *spread* ([`IncidenceLaw`], which is both here). [`SnrSigma`] and [`RangeEquation`] add
 //! what data sheets say: spread and greatest range by reflectance. [`DetectedRange`] puts any detection
-//! before any measurement; errors of pointing are the scanner's, who knows directions. [`RangeNoise`] names whole models
-//! for configurations, [`RangeSensor`] measures with them.
+//! before any measurement; errors of pointing are the scanner's, who knows directions. [`RangeNoise`]
+//! names whole models for configurations, [`RangeSensor`] measures with them.
 //!
 //! Metres, cosines of incidence, reflectance 0..1. Transcendental functions go through libm and the
 //! normal deviate is a quantile (Wichura's), so equal generators give equal ranges on every platform.

@@ -121,7 +121,7 @@ fn errors_of(noise: RangeNoise, o: &Observation) -> (Vec<f64>, f64, f64) {
 }
 
 /// Every named model draws what its parts say: mean within 4 σ/√n, spread within 4 σ/√(2n), and as many
-/// below the mean as above it, as far: the skewness of n normal numbers has a deviation of √(6/n).
+/// below the mean as above it, as far.
 #[test]
 fn every_named_model_draws_around_its_mean_evenly() {
     let laconte = |device, form| RangeNoise::Laconte {
@@ -152,7 +152,7 @@ fn every_named_model_draws_around_its_mean_evenly() {
                 (spread_m - sigma_m).abs() < bound_m / 2.0_f64.sqrt(),
                 "{noise:?} {o:?}"
             );
-            // About the known mean its deviation is √(15/n).
+            // Of n normal numbers, about their known mean, it has a deviation of √(15/n).
             let lean = moment(3) / sigma_m.powi(3);
             assert!(
                 lean.abs() < 4.0 * (15.0 / n).sqrt(),

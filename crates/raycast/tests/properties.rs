@@ -23,6 +23,23 @@ fn bits(hits: &[Option<Hit>]) -> Vec<String> {
     hits.iter().map(|h| format!("{h:?}")).collect()
 }
 
+/// Large batches are cast in parts.
+#[test]
+fn a_batch_of_any_size_is_its_rays() {
+    let (groups, targets) = scene(5);
+    let few = common::rays(5, &targets, 150);
+    let forest = Forest::new(groups);
+    let each: Vec<Option<SurfaceHit>> = all(&forest, &few)
+        .into_iter()
+        .map(|hit| hit.map(SurfaceHit::from))
+        .collect();
+    assert!(each.iter().any(Option::is_some) && each.iter().any(Option::is_none));
+    let rays: Vec<Ray> = few.iter().cycle().take(110_000).copied().collect();
+    let mut batch = vec![None; rays.len()];
+    forest.closest_surfaces(&rays, &mut batch);
+    assert!(batch.iter().eq(each.iter().cycle().take(rays.len())));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
