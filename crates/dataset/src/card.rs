@@ -76,6 +76,11 @@ normals in the camera's frame as it is then. The body moves by the frame's `body
     } else {
         ""
     };
+    let moment = if h.lidars.iter().all(|l| l.deskewed) {
+        "deskewed to the frame's time"
+    } else {
+        "deskewed to the frame's time, or as it was at each pulse's (`deskewed` in `dataset.json`)"
+    };
     format!(
         "\
 ---
@@ -98,7 +103,7 @@ request and `nemoral generate config.toml` makes it again. The data belong to wh
 | `sequences/NN/instance/*.png` | id = R + 256 G + 65536 B, `image_id` in `instances.csv`; 0 = ground, undergrowth, sky |
 | `sequences/NN/depth/*` | planar depth (z of the camera): {depth} |
 | `sequences/NN/normals/*.png` | camera frame, channel = round(127.5 (n + 1)); (0, 0, 0) = nothing there |
-{further}| `sequences/NN/velodyne/*.bin` | float32 x, y, z, intensity; LiDAR frame, deskewed to the frame's time |
+{further}| `sequences/NN/velodyne/*.bin` | float32 x, y, z, intensity; LiDAR frame, {moment} |
 | `sequences/NN/labels/*.label` | uint32: class in the lower 16 bits, instance (`label_id`, within 3 chunks) in the upper 16 |
 | `sequences/NN/points/*.ply` | every field of every point: true range, true id, ring, return, time, normal, flags |
 | `sequences/NN/poses.txt` | line k: frame k of the whole drive, reference camera, relative to frame 0 (KITTI) |
