@@ -1,0 +1,81 @@
+//! Reading what may come from anybody.
+
+use std::fs::{self, File, FileType, Metadata};
+use std::io::Read;
+use std::path::Path;
+
+use crate::Error;
+
+/// The bytes of a regular file of at most `limit` bytes. The path is the user's own: links are
+/// followed.
+///
+/// # Errors
+/// [`Error::NotRegular`] for a folder, device or pipe, [`Error::TooLarge`], and [`Error::Io`].
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    let meta = fs::metadata(path).map_err(Error::io(path))?;
+    read_checked(path, &meta, limit)
+}
+
+/// The same for UTF-8 text.
+///
+/// # Errors
+/// As [`read`], and [`Error::NotText`].
+pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
+    into_text(path, read(path, limit)?)
+}
+
+pub(crate) fn into_text(path: &Path, bytes: Vec<u8>) -> Result<String, Error> {
+    String::from_utf8(bytes).map_err(|e| Error::NotText {
+        path: path.to_owned(),
+        position: e.utf8_error().valid_up_to(),
+    })
+}
+
+/// Reads a file whose metadata are known: opening a pipe would wait for ever.
+pub(crate) fn read_checked(path: &Path, meta: &Metadata, limit: u64) -> Result<Vec<u8>, Error> {
+    if !meta.is_file() {
+        return Err(Error::NotRegular {
+            path: path.to_owned(),
+            found: kind(meta.file_type()),
+        });
+    }
+    let too_large = || Error::TooLarge {
+        path: path.to_owned(),
+        limit,
+    };
+    if meta.len() > limit {
+        return Err(too_large());
+    }
+    let file = File::open(path).map_err(Error::io(path))?;
+    let mut bytes = Vec::with_capacity(usize::try_from(meta.len()).unwrap_or(0));
+    // It may have grown, and files of some file systems do not say how long they are.
+    (file.take(limit.saturating_add(1)).read_to_end(&mut bytes)).map_err(Error::io(path))?;
+    if bytes.len() as u64 > limit {
+        return Err(too_large());
+    }
+    Ok(bytes)
+}
+
+/// What is there, with its article.
+pub(crate) fn kind(of: FileType) -> &'static str {
+    if of.is_dir() {
+        return "a folder";
+    }
+    if of.is_symlink() {
+        return "a link";
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if of.is_fifo() {
+            return "a pipe";
+        }
+        if of.is_socket() {
+            return "a socket";
+        }
+        if of.is_char_device() || of.is_block_device() {
+            return "a device";
+        }
+    }
+    "something else"
+}
