@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use nemoral_dataset::{
-    CameraData, CameraSpec, Dataset, DatasetHeader, DepthFormat, FrameData, LidarData, LidarSpec,
-    Manifest, OpenMode, Track, WorldTables, Writer,
+    CameraData, CameraSpec, Dataset, DatasetHeader, DepthFormat, Error, FrameData, LidarData,
+    LidarSpec, Manifest, OpenMode, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -460,12 +460,17 @@ pub(crate) fn trees() -> Vec<TreeRecord> {
 }
 
 pub(crate) fn finish(writer: Writer, length: usize) -> Manifest {
+    try_finish(writer, length).expect("finish")
+}
+
+/// The same if the disk may fail.
+pub(crate) fn try_finish(writer: Writer, length: usize) -> Result<Manifest, Error> {
     let (trees, objects) = (trees(), objects());
     let world = WorldTables {
         trees: &trees,
         objects: &objects,
     };
-    writer.finish(&world, &[track(length)]).expect("finish")
+    writer.finish(&world, &[track(length)])
 }
 
 /// Writes frames of a drive of four.
