@@ -10,9 +10,9 @@ use nemoral_trails::{
     Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
 };
 
-use crate::Error;
 use crate::config::{self, Config};
-use crate::plan::{Hasher, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Hasher, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
 /// Ground is asked for this far outside of its chunk: robots, openness and placement look over the
 /// border.
@@ -179,6 +179,19 @@ impl GroundStage {
     }
 }
 
+impl Encode for GroundStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            terrain,
+            trails,
+            chunk_size_m,
+        } = self;
+        encoder.field("terrain", terrain);
+        encoder.field("trails", trails);
+        encoder.field("chunk_size_m", chunk_size_m);
+    }
+}
+
 impl Stage for GroundStage {
     type At = ();
     type Inputs = ();
@@ -187,8 +200,7 @@ impl Stage for GroundStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", (&self.terrain, &self.trails)));
-        hasher.write_f64(self.chunk_size_m);
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<GroundModel, Error> {
