@@ -215,7 +215,8 @@ impl Stage for LowStage {
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
+        let Self { chunk_size_m } = self;
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(

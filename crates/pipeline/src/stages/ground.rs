@@ -59,14 +59,13 @@ impl GroundModel {
             // Every fifth chunk of a square: births reach over 40, so neighbours tell little new.
             let chunk = centre.offset(5 * (i % 16 - 8), 5 * (i / 16 - 8));
             let origin = chunk.origin_m(self.chunk_size_m);
-            let ground =
-                (!trails.in_chunk(chunk).is_empty()).then(|| trails.ground_near(chunk, 1.0));
+            let edges = (trails.is_crossed(chunk)).then(|| trails.edges_near(chunk, 1.0));
             for j in 0..64 {
                 all += 1;
                 let cell = DVec2::new(f64::from(j % 8) + 0.5, f64::from(j / 8) + 0.5) / 8.0;
-                let edge = ground
+                let edge = edges
                     .as_ref()
-                    .map(|g| g.edge_m(origin + cell * self.chunk_size_m));
+                    .map(|e| e.edge_m(origin + cell * self.chunk_size_m));
                 near += u32::from(edge.is_some_and(|e| e < clearance_m));
             }
         }
