@@ -217,4 +217,13 @@ pub(crate) struct Merge {
     /// The output folder.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Merges what there is, though the shards lack frames of a sequence.
+    #[arg(long)]
+    pub(crate) partial: bool,
+    /// Goes on with a merge that was stopped.
+    #[arg(long, conflicts_with = "overwrite")]
+    pub(crate) resume: bool,
+    /// Replaces the data set in the output folder, and nothing that is not its own.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
 }

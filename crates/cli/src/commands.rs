@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use etcetera::BaseStrategy;
-use nemoral_dataset::{CloudParams, OpenMode};
+use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
     Config, Layers, Preset, annotated_toml, json_schema, reference_page,
 };
@@ -86,9 +86,16 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
             say(&format!("{points} points in {}", a.out.display()))?;
             Ok(true)
         }
-        Command::Merge(Merge { shards, out }) => {
+        Command::Merge(Merge {
+            shards,
+            out,
+            partial,
+            resume,
+            overwrite,
+        }) => {
             let shards: Vec<&Path> = shards.iter().map(PathBuf::as_path).collect();
-            let merged = nemoral_dataset::merge(&shards, &out, OpenMode::Fresh)?;
+            let mode = open_mode(resume, overwrite);
+            let merged = nemoral_dataset::merge(&shards, &out, MergeParams { mode, partial })?;
             say(&format!(
                 "{} frames in {}",
                 merged.frames.len(),
@@ -96,6 +103,15 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
             ))?;
             Ok(true)
         }
+    }
+}
+
+/// What to do with an output folder that holds something.
+fn open_mode(resume: bool, overwrite: bool) -> OpenMode {
+    match (resume, overwrite) {
+        (true, _) => OpenMode::Resume,
+        (_, true) => OpenMode::Overwrite,
+        _ => OpenMode::Fresh,
     }
 }
 
@@ -163,11 +179,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     if let Some(shard) = a.shard {
         frames = shard.of(&frames);
     }
-    let mode = match (a.resume, a.overwrite) {
-        (true, _) => OpenMode::Resume,
-        (_, true) => OpenMode::Overwrite,
-        _ => OpenMode::Fresh,
-    };
+    let mode = open_mode(a.resume, a.overwrite);
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     ctrlc::set_handler(move || {

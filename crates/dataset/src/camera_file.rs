@@ -1,7 +1,9 @@
 //! The files that a camera writes of a frame, one by one.
 
 use crate::layout::{self, CameraFolders};
-use crate::{CameraData, DatasetHeader, DepthFormat, exr, extra, images, npy};
+use nemoral_scene::Intrinsics;
+
+use crate::{CameraData, DatasetHeader, DepthFormat, exr, extra, images, limits, npy};
 
 /// One of the files that a camera writes of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +90,22 @@ impl CameraFile {
             Self::Boxes => extra::encode_boxes(further.boxes.as_ref()?).into_bytes(),
             Self::Radiance => exr::encode(data.radiance?),
         })
+    }
+
+    /// The most bytes that it may have, of a camera of this size.
+    pub(crate) fn max_bytes(self, header: &DatasetHeader, size: &Intrinsics) -> u64 {
+        let bytes_per_pixel = match self {
+            Self::Boxes => return limits::BOXES_BYTES,
+            Self::Semantic | Self::Sky => 1,
+            Self::Rgb | Self::Instance | Self::Normals | Self::Trunks => 3,
+            Self::Depth => match header.depth_format {
+                DepthFormat::Png16 => 2,
+                DepthFormat::Npy => 4,
+            },
+            Self::Flow => 6,
+            Self::Radiance => 12,
+        };
+        limits::image_bytes(size, bytes_per_pixel)
     }
 
     pub(crate) fn folder(self, folders: &CameraFolders) -> &str {

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
+use nemoral_files::InnerPath;
 use nemoral_scene::{
     ChunkCoord, Distortion, ObjectId, ObjectKind, RigidTransform, Semantic, TreeRecord,
 };
@@ -11,8 +12,8 @@ use nemoral_scene::{
 use crate::agreement::View;
 use crate::check_extra::ExtraView;
 use crate::{
-    Agreement, Calibration, CameraCalibration, Dataset, Error, Frame, FrameRecord, PlyPoint,
-    atomic, folder, images, layout, text, yaml,
+    Agreement, Calibration, CameraCalibration, Dataset, Error, FileRecord, Frame, FrameRecord,
+    PlyPoint, images, layout, output, reader, text, yaml,
 };
 
 /// Something wrong with a data set.
@@ -92,12 +93,13 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
         true_ids: BTreeSet::new(),
         image_ids: BTreeSet::new(),
     };
-    for file in files() {
-        if let Err(message) = atomic::verified(dir, file) {
-            checker.problem(&file.path, message);
-        }
+    if !dataset.is_untouched() {
+        checker.problem(layout::MANIFEST, reader::CHANGED);
     }
-    checker.structure();
+    checker.strangers()?;
+    for file in &manifest.files {
+        checker.verified(std::slice::from_ref(file));
+    }
     checker.tables();
     let sequences = checker.sequences();
     checker.frames(&sequences);
@@ -126,73 +128,58 @@ struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    fn problem(&mut self, path: impl Into<String>, message: impl ToString) {
+    fn problem(&mut self, path: impl ToString, message: impl ToString) {
         self.problems.push(Problem {
-            path: path.into(),
+            path: path.to_string(),
             message: message.to_string(),
         });
     }
 
     /// A read that fails is a problem, unless the checksum has told already.
     fn read<T>(&mut self, path: &str, result: Result<T, Error>) -> Option<T> {
-        result.map_err(|e| self.problem(path, e)).ok()
+        let has_told = self.problems.iter().any(|p| p.path == path);
+        let mut problem = |e: Error| {
+            if !has_told {
+                self.problem(path, e.without_path());
+            }
+        };
+        result.map_err(&mut problem).ok()
     }
 
-    /// Every file that should be listed is, and nothing else lies where only ours may.
-    fn structure(&mut self) {
+    /// Is there anything where only listed files may lie?
+    fn strangers(&mut self) -> Result<(), Error> {
         let manifest = self.dataset.manifest();
-        let listed: BTreeSet<&str> = manifest
+        let listed: BTreeSet<&InnerPath> = manifest
             .files
             .iter()
             .chain(manifest.frames.iter().flat_map(|f| &f.files))
-            .map(|f| &*f.path)
+            .map(|f| &f.path)
             .collect();
-        let mut expected: BTreeSet<String> = [
-            layout::README,
-            layout::CONFIG,
-            layout::ONTOLOGY,
-            layout::TREES,
-            layout::INSTANCES,
-        ]
-        .map(str::to_owned)
-        .into();
-        for s in &manifest.sequences {
-            let folder = layout::sequence(s.number);
-            let texts = [layout::POSES, layout::CALIB, layout::TIMES];
-            expected.extend(texts.map(|name| format!("{folder}/{name}")));
-        }
-        for f in &manifest.frames {
-            let folders = layout::sensor_folders(&manifest.header);
-            let file = |(folder, extension): &(String, &str)| {
-                layout::frame_file(f.sequence, folder, f.index, extension)
-            };
-            expected.extend(folders.iter().map(file));
-        }
-        for path in expected.iter().filter(|p| !listed.contains(&***p)) {
-            self.problem(path, "is not listed in dataset.json");
-        }
-        for path in listed.iter().filter(|p| !expected.contains(**p)) {
-            self.problem(*path, "is listed in dataset.json but belongs to no sensor");
-        }
-        let root = self.dataset.root();
-        for path in folder::owned_files(root, &manifest.header) {
-            let relative = path.strip_prefix(root).unwrap_or(&path);
-            let relative = relative.to_string_lossy().replace('\\', "/");
-            if !listed.contains(&*relative) && !expected.contains(&relative) {
-                self.problem(relative, "belongs to no frame of dataset.json");
+        let folder = self.dataset.folder();
+        for path in output::owned_files(folder, &manifest.header)? {
+            if !listed.contains(&path) {
+                self.problem(path, "belongs to no frame of dataset.json");
             }
         }
-        if root.join(layout::STATE).exists() {
+        if folder.kind(&layout::inner(layout::STATE))?.is_some() {
             self.problem(
                 layout::STATE,
                 "the data set is being written, or its writer was killed",
             );
         }
-        let ordered =
-            |a: &FrameRecord, b: &FrameRecord| (a.sequence, a.index) < (b.sequence, b.index);
-        if !manifest.frames.is_sorted_by(ordered) {
-            self.problem(layout::MANIFEST, "frames repeat or are out of order");
+        Ok(())
+    }
+
+    /// Holds files against their records, and says which differ.
+    fn verified(&mut self, files: &[FileRecord]) -> bool {
+        let mut sound = true;
+        for file in files {
+            if let Err(e) = file.read(self.dataset.folder()) {
+                sound = false;
+                self.problem(&file.path, e.without_path());
+            }
         }
+        sound
     }
 
     /// `trees.csv`, `instances.csv`, `ontology.yaml`.
@@ -327,6 +314,9 @@ impl Checker<'_> {
                 continue;
             };
             let pose = self.pose(record, track);
+            if !self.verified(&record.files) {
+                continue;
+            }
             let frame = match self.dataset.read_frame(i) {
                 Ok(frame) => frame,
                 Err(e) => {

@@ -1,23 +1,28 @@
 //! All scans of a data set as one registered, labelled cloud.
 
 use std::collections::HashSet;
-use std::fs::File;
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
+
+use nemoral_files::PendingFile;
 
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{PointFlags, RigidTransform};
 
-use crate::{Dataset, Error, PlyPoint, atomic, ply};
+use crate::{Dataset, Error, PlyPoint, ply};
 
 /// What goes into a cloud.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CloudParams {
-    /// Of all points in a cube of this side, metres, only the first is kept; `None` keeps all.
+    /// Of all points in a cube of this side, metres, 0.0001 to 1000, only the first is kept; `None`
+    /// keeps all.
     pub voxel_m: Option<f64>,
     /// Leave out mixed returns and false alarms?
     pub pure: bool,
 }
+
+/// Sides of cubes, metres: finer than any scanner measures, larger than any reaches.
+const VOXEL_M: std::ops::RangeInclusive<f64> = 1e-4..=1e3;
 
 /// Writes the points of all frames and all LiDARs in world coordinates, in the order of frames, as a
 /// binary PLY at `out`: for plots that are scanned from stations, and for maps of drives.
@@ -28,13 +33,29 @@ pub struct CloudParams {
 /// appears when it is whole.
 ///
 /// # Errors
-/// If a scan is missing or damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is not
-/// positive, or if the file cannot be written.
+/// If a scan is missing or damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is out
+/// of range, if `out` does not end in `.ply` or is one of the data set's own files, or if the file
+/// cannot be written.
 pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> {
-    if let Some(side) = params.voxel_m.filter(|v| !(v.is_finite() && *v > 0.0)) {
-        return Err(Error::invalid("voxel_m", side, "greater than 0"));
+    if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
+        let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());
+        return Err(Error::invalid("voxel_m", side, allowed));
+    }
+    if out
+        .extension()
+        .is_none_or(|e| !e.eq_ignore_ascii_case("ply"))
+    {
+        return Err(Error::invalid(
+            "out",
+            out.display(),
+            "a name that ends in .ply",
+        ));
     }
     let dataset = Dataset::open(dir)?;
+    if dataset.owns(out) {
+        let allowed = "none of the data set's own files";
+        return Err(Error::invalid("out", out.display(), allowed));
+    }
     let header = &dataset.manifest().header;
     for lidar in &header.lidars {
         if !lidar.ply {
@@ -46,16 +67,13 @@ pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> 
             return Err(Error::invalid("dir", dir.display(), allowed));
         }
     }
-    let folder = out.parent().filter(|p| !p.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let io = Error::io(out);
     // The number of points stands before them, and is known after them.
-    let mut body = BufWriter::new(tempfile::tempfile_in(folder).map_err(Error::io(out))?);
+    let mut body = BufWriter::new(nemoral_files::scratch_beside(out)?);
     let mut kept = Kept {
         params,
         seen: HashSet::new(),
     };
-    let mut count = 0;
+    let mut count = 0_usize;
     for record in &dataset.manifest().frames {
         for (i, lidar) in header.lidars.iter().enumerate() {
             let world_from_lidar = record.world_from_body() * lidar.body_from_lidar;
@@ -76,17 +94,16 @@ pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> 
             }
         }
     }
+    let mut file = PendingFile::create(out)?;
     let write = || -> io::Result<()> {
-        let mut body: File = body.into_inner().map_err(io::IntoInnerError::into_error)?;
-        body.rewind()?;
-        let mut file = atomic::temporary(folder)?;
-        file.write_all(&ply::cloud_header(count as usize))?;
-        io::copy(&mut body, &mut file)?;
-        file.persist(out)?;
-        Ok(())
+        let mut body = body.into_inner().map_err(io::IntoInnerError::into_error)?;
+        body.seek(SeekFrom::Start(0))?;
+        file.write_all(&ply::cloud_header(count))?;
+        io::copy(&mut body, &mut file).map(drop)
     };
-    write().map_err(io)?;
-    Ok(count)
+    write().map_err(Error::io(out))?;
+    file.commit_synced()?;
+    Ok(count as u64)
 }
 
 /// Which points are kept.

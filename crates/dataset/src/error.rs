@@ -38,6 +38,41 @@ pub enum Error {
         /// Was it finished?
         finished: bool,
     },
+    /// `dataset.json` is there and cannot be relied on; nothing was touched.
+    #[error(
+        "{}: holds a damaged data set: {cause}; put a whole dataset.json back, or remove this folder \
+         yourself and make it anew",
+        path.display()
+    )]
+    Damaged {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// There is a `.nemoral` folder but no whole header in it: nothing says which files are a data
+    /// set's, so nothing was touched.
+    #[error(
+        "{}: holds '.nemoral' without a whole header, so that nothing says which of its files are a data \
+         set's; remove this folder yourself if you need nothing in it, or choose another",
+        path.display()
+    )]
+    Unowned {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The parts of a merge do not have all frames of a sequence; nothing was written.
+    #[error(
+        "sequence {sequence}: no part has frames {missing} of its {length}; --partial merges what there is"
+    )]
+    Incomplete {
+        /// The sequence.
+        sequence: u32,
+        /// Its length.
+        length: u64,
+        /// The missing frames, as ranges.
+        missing: String,
+    },
     /// Resume or merge of data sets that were made differently; nothing was touched.
     #[error(
         "{}: made with {field} = {found}, asked for {asked}: what differs cannot be mixed in one data set",
@@ -79,10 +114,36 @@ pub enum Error {
     },
 }
 
+impl From<nemoral_files::Error> for Error {
+    fn from(e: nemoral_files::Error) -> Self {
+        use nemoral_files::Error as Files;
+        match e {
+            Files::Io { path, source } => Self::Io { path, source },
+            Files::Locked { path } => Self::Busy { path },
+            other => {
+                let (path, text) = (other.path().to_owned(), other.to_string());
+                // The path is said once.
+                let said = format!("{}: ", path.display());
+                let message = text.strip_prefix(&said).unwrap_or(&text).to_owned();
+                Self::Malformed { path, message }
+            }
+        }
+    }
+}
+
 impl Error {
     pub(crate) fn io(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         move |source| Self::Io { path, source }
+    }
+
+    /// What is wrong with a file whose name has been said already.
+    pub(crate) fn without_path(&self) -> String {
+        match self {
+            Self::Io { source, .. } => source.to_string(),
+            Self::Malformed { message, .. } => message.clone(),
+            other => other.to_string(),
+        }
     }
 
     pub(crate) fn malformed(path: impl Into<PathBuf>, message: impl ToString) -> Self {

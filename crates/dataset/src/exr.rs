@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use exr::meta::MetaData;
 use exr::prelude::{
     Encoding, Image as Exr, Layer, LayerAttributes, ReadChannels, ReadLayers, SpecificChannels,
     Vec2, WritableImage, read,
@@ -11,6 +12,7 @@ use nemoral_scene::Image;
 use nemoral_scene::glam::Vec3;
 
 use crate::Error;
+use crate::reader::Size;
 
 /// Three channels, lines of sixteen deflated together, which every reader knows.
 pub(crate) fn encode(radiance: &Image<Vec3>) -> Vec<u8> {
@@ -33,7 +35,20 @@ pub(crate) fn encode(radiance: &Image<Vec3>) -> Vec<u8> {
 }
 
 /// The image, if it is OpenEXR with red, green and blue.
-pub(crate) fn decode(path: &Path, bytes: &[u8]) -> Result<Image<Vec3>, Error> {
+pub(crate) fn decode(path: &Path, bytes: &[u8], size: Size) -> Result<Image<Vec3>, Error> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
+    let meta = meta.map_err(|e| Error::malformed(path, e))?;
+    // Before memory is asked for.
+    let found = meta
+        .headers
+        .iter()
+        .map(|h| (h.layer_size.x(), h.layer_size.y()));
+    if !found.clone().eq([size]) {
+        let found: Vec<_> = found.take(3).map(|(w, h)| format!("{w} × {h}")).collect();
+        let (found, (w, h)) = (found.join(", "), size);
+        let message = format!("has layers of {found} pixels, the camera has {w} × {h}");
+        return Err(Error::malformed(path, message));
+    }
     let read = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -63,8 +78,8 @@ mod tests {
         let bytes = encode(&radiance);
         assert_eq!(bytes, encode(&radiance));
         let path = Path::new("x.exr");
-        assert_eq!(decode(path, &bytes).expect("whole"), radiance);
-        let e = decode(path, &bytes[..bytes.len() / 2]).expect_err("half");
+        assert_eq!(decode(path, &bytes, (37, 21)).expect("whole"), radiance);
+        let e = decode(path, &bytes[..bytes.len() / 2], (37, 21)).expect_err("half");
         assert!(e.to_string().contains("x.exr"), "{e}");
     }
 }

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ExtraKinds, Intrinsics, Ontology, RigidTransform, Shutter};
 use serde::{Deserialize, Serialize};
 
 use crate::serde_scene;
-use crate::{Error, layout};
+use crate::{Error, layout, limits};
 
 /// How depth images are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -135,7 +136,7 @@ impl DatasetHeader {
         camera.or(lidar).unwrap_or(RigidTransform::IDENTITY)
     }
 
-    /// Checks names, mounts and sizes.
+    /// Checks names, mounts and sizes: of what is to be written, and of what has been read.
     pub(crate) fn validate(&self) -> Result<(), Error> {
         if self.cameras.is_empty() && self.lidars.is_empty() {
             return Err(Error::invalid(
@@ -143,6 +144,14 @@ impl DatasetHeader {
                 "[]",
                 "at least one camera or LiDAR",
             ));
+        }
+        let sensors = self.cameras.len() + self.lidars.len();
+        if sensors > limits::MAX_SENSORS {
+            let allowed = format!("at most {}", limits::MAX_SENSORS);
+            return Err(Error::invalid("number of sensors", sensors, allowed));
+        }
+        for camera in &self.cameras {
+            validate_camera(camera)?;
         }
         if !(self.chunk_size_m.is_finite() && self.chunk_size_m > 0.0) {
             return Err(Error::invalid(
@@ -164,7 +173,7 @@ impl DatasetHeader {
                 ));
             }
             names.push(name);
-            if !(mount.translation_m.is_finite() && mount.rotation.is_normalized()) {
+            if !(is_place(mount.translation_m) && mount.rotation.is_normalized()) {
                 return Err(Error::invalid(
                     format!("{name}.mount"),
                     format!("{mount:?}"),
@@ -174,4 +183,40 @@ impl DatasetHeader {
         }
         Ok(())
     }
+}
+
+/// A picture's size, and numbers with which points can be projected.
+fn validate_camera(camera: &CameraSpec) -> Result<(), Error> {
+    let k = &camera.intrinsics;
+    let field = |what| format!("{}.{what}", camera.name);
+    for (what, side) in [("width", k.width), ("height", k.height)] {
+        if !(1..=limits::MAX_SIDE_PX).contains(&side) {
+            let allowed = format!("1 to {} pixels", limits::MAX_SIDE_PX);
+            return Err(Error::invalid(field(what), side, allowed));
+        }
+    }
+    for (what, focal) in [("fx", k.fx), ("fy", k.fy)] {
+        if !(focal.is_finite() && focal > 0.0) {
+            return Err(Error::invalid(field(what), focal, "positive"));
+        }
+    }
+    for (what, centre) in [("cx", k.cx), ("cy", k.cy)] {
+        if !centre.is_finite() {
+            return Err(Error::invalid(field(what), centre, "finite"));
+        }
+    }
+    if !(camera.shutter.readout_s.is_finite() && camera.shutter.readout_s.abs() <= 10.0) {
+        let value = camera.shutter.readout_s;
+        return Err(Error::invalid(
+            field("shutter.readout_s"),
+            value,
+            "-10 to 10 s",
+        ));
+    }
+    Ok(())
+}
+
+/// Is it somewhere in a world that has chunks?
+pub(crate) fn is_place(position_m: DVec3) -> bool {
+    position_m.is_finite() && position_m.abs().max_element() <= limits::MAX_POSITION_M
 }

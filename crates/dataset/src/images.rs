@@ -13,6 +13,7 @@ use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Flow, Image, ObjectId, Ontology, Semantic};
 use png::{BitDepth, ColorType, DeflateCompression, Filter};
 
+use crate::reader::Size;
 use crate::{Error, extra};
 
 #[derive(Clone, Copy)]
@@ -216,10 +217,21 @@ fn decode(
     bytes: &[u8],
     colour: ColorType,
     depth: BitDepth,
-) -> Result<(usize, usize, Vec<u8>), Error> {
+    (width, height): Size,
+) -> Result<Vec<u8>, Error> {
     let bad = |e: &dyn std::fmt::Display| Error::malformed(path, e);
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::IDENTITY);
+    // Only the picture is of interest, and these may be packed to a thousandth.
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    // Before memory is asked for.
+    let found = decoder.read_header_info().map_err(|e| bad(&e))?;
+    let (w, h) = (found.width as usize, found.height as usize);
+    if (w, h) != (width, height) {
+        let message = format!("is {w} × {h} pixels, the camera has {width} × {height}");
+        return Err(bad(&message));
+    }
     let mut reader = decoder.read_info().map_err(|e| bad(&e))?;
     let size = reader
         .output_buffer_size()
@@ -232,58 +244,62 @@ fn decode(
         )));
     }
     let mut data = vec![0; size];
-    let info = reader.next_frame(&mut data).map_err(|e| bad(&e))?;
-    Ok((info.width as usize, info.height as usize, data))
+    reader.next_frame(&mut data).map_err(|e| bad(&e))?;
+    Ok(data)
 }
 
 /// An 8-bit RGB image.
-pub(crate) fn decode_rgb(path: &Path, bytes: &[u8]) -> Result<Image<[u8; 3]>, Error> {
-    let (w, h, data) = decode(path, bytes, ColorType::Rgb, BitDepth::Eight)?;
+pub(crate) fn decode_rgb(path: &Path, bytes: &[u8], size: Size) -> Result<Image<[u8; 3]>, Error> {
+    let data = decode(path, bytes, ColorType::Rgb, BitDepth::Eight, size)?;
     let (pixels, _) = data.as_chunks::<3>();
-    Ok(Image::new(w, h, pixels.to_vec()))
+    Ok(Image::new(size.0, size.1, pixels.to_vec()))
 }
 
 /// Class ids.
-pub(crate) fn decode_semantic(path: &Path, bytes: &[u8]) -> Result<Image<u8>, Error> {
-    let (w, h, data) = decode(path, bytes, ColorType::Indexed, BitDepth::Eight)?;
-    Ok(Image::new(w, h, data))
+pub(crate) fn decode_semantic(path: &Path, bytes: &[u8], size: Size) -> Result<Image<u8>, Error> {
+    let data = decode(path, bytes, ColorType::Indexed, BitDepth::Eight, size)?;
+    Ok(Image::new(size.0, size.1, data))
 }
 
 /// 24-bit instance ids.
-pub(crate) fn decode_instance(path: &Path, bytes: &[u8]) -> Result<Image<u32>, Error> {
-    Ok(decode_rgb(path, bytes)?.map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 0])))
+pub(crate) fn decode_instance(path: &Path, bytes: &[u8], size: Size) -> Result<Image<u32>, Error> {
+    Ok(decode_rgb(path, bytes, size)?.map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 0])))
 }
 
 /// Metres.
-pub(crate) fn decode_depth(path: &Path, bytes: &[u8]) -> Result<Image<f32>, Error> {
-    let (w, h, data) = decode(path, bytes, ColorType::Grayscale, BitDepth::Sixteen)?;
+pub(crate) fn decode_depth(path: &Path, bytes: &[u8], size: Size) -> Result<Image<f32>, Error> {
+    let data = decode(path, bytes, ColorType::Grayscale, BitDepth::Sixteen, size)?;
     let (words, _) = data.as_chunks::<2>();
     let metres = words
         .iter()
         .map(|&b| f32::from(u16::from_be_bytes(b)) / 256.0);
-    Ok(Image::new(w, h, metres.collect()))
+    Ok(Image::new(size.0, size.1, metres.collect()))
 }
 
 /// 0 or 255.
-pub(crate) fn decode_mask(path: &Path, bytes: &[u8]) -> Result<Image<u8>, Error> {
-    let (w, h, data) = decode(path, bytes, ColorType::Grayscale, BitDepth::Eight)?;
-    Ok(Image::new(w, h, data))
+pub(crate) fn decode_mask(path: &Path, bytes: &[u8], size: Size) -> Result<Image<u8>, Error> {
+    let data = decode(path, bytes, ColorType::Grayscale, BitDepth::Eight, size)?;
+    Ok(Image::new(size.0, size.1, data))
 }
 
 /// Flow to the next frame.
-pub(crate) fn decode_flow(path: &Path, bytes: &[u8]) -> Result<Image<Option<Flow>>, Error> {
-    let (w, h, data) = decode(path, bytes, ColorType::Rgb, BitDepth::Sixteen)?;
+pub(crate) fn decode_flow(
+    path: &Path,
+    bytes: &[u8],
+    size: Size,
+) -> Result<Image<Option<Flow>>, Error> {
+    let data = decode(path, bytes, ColorType::Rgb, BitDepth::Sixteen, size)?;
     let (words, _) = data.as_chunks::<2>();
     let (samples, _) = words.as_chunks::<3>();
     let flow = samples
         .iter()
         .map(|s| extra::flow_from_samples(s.map(u16::from_be_bytes)));
-    Ok(Image::new(w, h, flow.collect()))
+    Ok(Image::new(size.0, size.1, flow.collect()))
 }
 
 /// Unit normals.
-pub(crate) fn decode_normals(path: &Path, bytes: &[u8]) -> Result<Image<Vec3>, Error> {
-    Ok(decode_rgb(path, bytes)?.map(|&rgb| normal_from_rgb(rgb)))
+pub(crate) fn decode_normals(path: &Path, bytes: &[u8], size: Size) -> Result<Image<Vec3>, Error> {
+    Ok(decode_rgb(path, bytes, size)?.map(|&rgb| normal_from_rgb(rgb)))
 }
 
 /// Writes a picture as PNG; it appears under its name only when it is whole.
@@ -291,10 +307,7 @@ pub(crate) fn decode_normals(path: &Path, bytes: &[u8]) -> Result<Image<Vec3>, E
 /// # Errors
 /// [`Error::Io`] if it cannot be written.
 pub fn write_png(path: &Path, rgb: &Image<[u8; 3]>) -> Result<(), Error> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-    let name = path.file_name().and_then(|n| n.to_str());
-    let name = name.ok_or_else(|| Error::invalid("path", path.display(), "a file's name"))?;
-    crate::atomic::put(folder.unwrap_or(Path::new(".")), name, &encode_rgb(rgb)).map(|_| ())
+    Ok(nemoral_files::write(path, &encode_rgb(rgb))?)
 }
 
 #[cfg(test)]
@@ -338,8 +351,8 @@ mod tests {
     fn another_kind_of_png_is_refused() {
         let rgb = encode_rgb(&Image::new(2, 1, vec![[1, 2, 3], [4, 5, 6]]));
         let path = Path::new("x.png");
-        assert!(decode_semantic(path, &rgb).is_err());
-        let e = decode_depth(path, &rgb[..rgb.len() / 2]).expect_err("truncated");
+        assert!(decode_semantic(path, &rgb, (2, 1)).is_err());
+        let e = decode_depth(path, &rgb[..rgb.len() / 2], (2, 1)).expect_err("truncated");
         assert!(e.to_string().contains("x.png"), "{e}");
     }
 }

@@ -1,15 +1,22 @@
 //! Where things lie in a data set's folder.
 
-use crate::{CameraFile, DatasetHeader, DepthFormat, Error};
+use nemoral_files::InnerPath;
+
+use crate::{CameraFile, DatasetHeader, DepthFormat, Error, limits};
 
 pub(crate) const MANIFEST: &str = "dataset.json";
 /// Present while a data set is unfinished: the header, a record for each frame, a lock.
 pub(crate) const STATE: &str = ".nemoral";
+pub(crate) const STATE_HEADER: &str = ".nemoral/header.json";
+pub(crate) const STATE_LOCK: &str = ".nemoral/lock";
+pub(crate) const STATE_FRAMES: &str = ".nemoral/frames";
 pub(crate) const README: &str = "README.md";
 pub(crate) const CONFIG: &str = "config.toml";
 pub(crate) const ONTOLOGY: &str = "ontology.yaml";
 pub(crate) const TREES: &str = "trees.csv";
 pub(crate) const INSTANCES: &str = "instances.csv";
+/// The files at the top, but for `dataset.json`.
+pub(crate) const TOP_FILES: [&str; 5] = [README, CONFIG, ONTOLOGY, TREES, INSTANCES];
 pub(crate) const SEQUENCES: &str = "sequences";
 pub(crate) const POSES: &str = "poses.txt";
 pub(crate) const CALIB: &str = "calib.txt";
@@ -118,7 +125,91 @@ pub(crate) fn frame_file(sequence_number: u32, folder: &str, index: u64, ext: &s
 
 /// `.nemoral/frames/NN-IIIIII.json`.
 pub(crate) fn frame_record(sequence_number: u32, index: u64) -> String {
-    format!("{STATE}/frames/{sequence_number:02}-{index:06}.json")
+    format!("{STATE_FRAMES}/{sequence_number:02}-{index:06}.json")
+}
+
+/// The sequence and index of a frame's record, by its name.
+pub(crate) fn frame_of_record(name: &str) -> Option<(u32, u64)> {
+    let (sequence, index) = name.strip_suffix(".json")?.split_once('-')?;
+    let at = (sequence.parse().ok()?, index.parse().ok()?);
+    // No second spelling of one frame.
+    (frame_record(at.0, at.1).rsplit('/').next() == Some(name)).then_some(at)
+}
+
+/// Is this the name of a frame's file?
+pub(crate) fn is_frame_file(name: &str, extension: &str) -> bool {
+    name.split_once('.')
+        .is_some_and(|(stem, e)| is_number(stem, 6) && e == extension)
+}
+
+/// Is this the name of a sequence's folder?
+pub(crate) fn is_sequence_name(name: &str) -> bool {
+    is_number(name, 2)
+}
+
+fn is_number(text: &str, least_digits: usize) -> bool {
+    (least_digits..=20).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// A name of the layout as a path. Sensors' names have been checked, so it cannot fail.
+pub(crate) fn inner(path: &str) -> InnerPath {
+    InnerPath::new(path).expect("the layout's names are plain")
+}
+
+/// Every file of a frame, by path, with the most bytes it may have.
+pub(crate) fn frame_files(
+    header: &DatasetHeader,
+    number: u32,
+    index: u64,
+) -> Vec<(InnerPath, u64)> {
+    let path = |folder: &str, extension| inner(&frame_file(number, folder, index, extension));
+    let mut files = Vec::new();
+    for (i, camera) in header.cameras.iter().enumerate() {
+        let folders = camera_folders(header, i);
+        let asked = (CameraFile::ALL.into_iter()).filter(|file| file.is_asked(header, i));
+        files.extend(asked.map(|file| {
+            let limit = file.max_bytes(header, &camera.intrinsics);
+            (path(file.folder(&folders), file.extension(header)), limit)
+        }));
+    }
+    for (i, lidar) in header.lidars.iter().enumerate() {
+        let f = lidar_folders(header, i);
+        files.push((path(&f.velodyne, "bin"), limits::scan_bytes(16)));
+        files.push((path(&f.labels, "label"), limits::scan_bytes(4)));
+        if lidar.ply {
+            files.push((path(&f.points, "ply"), limits::scan_bytes(67)));
+        }
+    }
+    files.sort();
+    files
+}
+
+/// Every file that belongs to no frame, by path, with the most bytes it may have. Sequences are numbers
+/// and lengths.
+pub(crate) fn common_files(
+    header: &DatasetHeader,
+    sequences: impl IntoIterator<Item = (u32, u64)>,
+) -> Vec<(InnerPath, u64)> {
+    let mut files = vec![
+        (inner(README), limits::TEXT_BYTES),
+        (inner(CONFIG), limits::TEXT_BYTES),
+        (inner(ONTOLOGY), limits::TEXT_BYTES),
+        (inner(TREES), limits::TABLE_BYTES),
+        (inner(INSTANCES), limits::TABLE_BYTES),
+    ];
+    for (number, length) in sequences {
+        let path = |name| inner(&sequence_file(number, name));
+        files.push((path(POSES), limits::lines_bytes(length)));
+        files.push((path(TIMES), limits::lines_bytes(length)));
+        files.push((path(CALIB), limits::calibration_bytes(header)));
+    }
+    files.sort();
+    files
+}
+
+/// `sequences/NN/NAME`.
+pub(crate) fn sequence_file(number: u32, name: &str) -> String {
+    format!("{}/{name}", sequence(number))
 }
 
 /// Names that could be mistaken for a folder of the layout, or that file systems dislike, are refused.

@@ -31,10 +31,14 @@
 //!
 //! # Promises
 //! - A file appears under its final name only when it is whole, a frame's record after its files,
-//!   `dataset.json` after everything. Files are not synced one by one: what a power cut damages,
-//!   checksums show, and resume makes again.
+//!   `dataset.json` after everything, once all files that it names are on the medium. What a power cut
+//!   damages before that, checksums show, and resume makes again.
 //! - Equal input gives equal bytes, whatever the order of frames, the threads, or the shards.
-//! - Nothing that a data set does not own is changed or removed.
+//! - Nothing that a data set does not own is changed or removed, and nothing outside its folder is read
+//!   or written: names in a data set are [`InnerPath`]s, and links below the folder are not followed.
+//! - Nothing that a file declares is believed before it is checked: sizes are held against
+//!   `dataset.json`, and that against what can be made, before memory is asked for; every file that is
+//!   read is held against its checksum.
 //!
 //! # Example
 //! ```
@@ -70,28 +74,32 @@
 //! ```
 
 mod agreement;
-mod atomic;
 mod camera_file;
 mod card;
 mod check;
 mod check_extra;
 mod cloud;
+mod compare;
 mod csv;
 mod error;
 mod exr;
 mod extra;
-mod folder;
+mod file_record;
 mod frame;
 mod header;
 mod images;
 mod layout;
+mod limits;
 mod manifest;
 mod merge;
 mod npy;
+mod output;
 mod ply;
 mod reader;
 mod scan;
+mod seal;
 mod serde_scene;
+mod state;
 mod stats;
 mod text;
 mod writer;
@@ -102,11 +110,13 @@ pub use camera_file::CameraFile;
 pub use check::{CheckReport, Problem, check};
 pub use cloud::{CloudParams, cloud};
 pub use error::Error;
+pub use file_record::FileRecord;
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
 pub use images::write_png;
-pub use manifest::{FORMAT_VERSION, FileRecord, FrameRecord, Manifest, SequenceRecord};
-pub use merge::merge;
+pub use manifest::{FORMAT_VERSION, FrameRecord, Manifest, SequenceRecord};
+pub use merge::{MergeParams, merge};
+pub use nemoral_files::InnerPath;
 pub use ply::PlyPoint;
 pub use reader::{CameraFrame, Dataset, Frame, LidarFrame};
 pub use stats::{ClassShare, Quantiles, Stats, stats};

@@ -1,12 +1,14 @@
 //! `dataset.json`.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
+use nemoral_files::{Folder, InnerPath};
+use nemoral_scene::glam::DVec3;
 use nemoral_scene::{RigidTransform, Twist};
 use serde::{Deserialize, Serialize};
 
-use crate::{DatasetHeader, Error};
+use crate::header::is_place;
+use crate::{DatasetHeader, Error, FileRecord, layout, limits, seal};
 
 /// The version of the layout this crate writes; it reads no other.
 pub const FORMAT_VERSION: u32 = 1;
@@ -40,17 +42,6 @@ pub struct SequenceRecord {
     /// The pose of the reference sensor (the first camera) at frame 0 in the world: 3 × 4,
     /// row-major, metres. `world_from_frame0 · poses.txt[k]` is its pose at frame k.
     pub world_from_frame0: [[f64; 4]; 3],
-}
-
-/// A file and its checksum.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FileRecord {
-    /// Below the data set's folder, with forward slashes.
-    pub path: String,
-    /// Size.
-    pub bytes: u64,
-    /// BLAKE3, hexadecimal.
-    pub blake3: String,
 }
 
 /// A frame that exists.
@@ -102,13 +93,15 @@ impl FrameRecord {
 }
 
 impl Manifest {
-    /// Pretty JSON, but a frame a line: a long drive has many.
+    /// Pretty JSON, but a frame a line: a long drive has many. A checksum of the text stands in it.
     pub(crate) fn to_json(&self) -> String {
         let head = Self {
             frames: Vec::new(),
             ..self.clone()
         };
         let head = serde_json::to_string_pretty(&head).expect("a manifest has string keys");
+        let checksum = format!("{{\n  \"checksum\": \"{}\",", seal::blank());
+        let head = head.replacen('{', &checksum, 1);
         let head = head
             .strip_suffix("[]\n}")
             .expect("frames are the last field");
@@ -117,23 +110,228 @@ impl Manifest {
             .iter()
             .map(|f| "    ".to_owned() + &serde_json::to_string(f).expect("string keys"))
             .collect();
-        format!("{head}[\n{}\n  ]\n}}\n", frames.join(",\n"))
+        let frames = frames.join(",\n");
+        seal::stamp(&format!("{head}[\n{frames}\n  ]\n}}\n"))
     }
 
-    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
-        let version: Version =
-            serde_json::from_str(&text).map_err(|e| Error::malformed(path, e))?;
+    /// Reads and [validates](Self::validate) the manifest of a folder; says too whether it is to the
+    /// byte what was written.
+    pub(crate) fn read(folder: &Folder) -> Result<(Self, bool), Error> {
+        let name = layout::inner(layout::MANIFEST);
+        let path = name.below(folder.root());
+        let text = folder.read_text(&name, limits::MANIFEST_BYTES)?;
+        Self::parse(&text).map_err(|message| Error::malformed(path, message))
+    }
+
+    /// The same from text.
+    fn parse(text: &str) -> Result<(Self, bool), String> {
+        if text.trim().is_empty() {
+            return Err("is empty".to_owned());
+        }
+        let version: Version = serde_json::from_str(text).map_err(|e| e.to_string())?;
         if version.format_version != FORMAT_VERSION {
-            return Err(Error::malformed(
-                path,
-                format!(
-                    "format_version is {}, this program reads {FORMAT_VERSION}",
-                    version.format_version
-                ),
+            return Err(format!(
+                "format_version is {}, this program reads {FORMAT_VERSION}",
+                version.format_version
             ));
         }
-        serde_json::from_str(&text).map_err(|e| Error::malformed(path, e))
+        let manifest: Self = serde_json::from_str(text).map_err(|e| e.to_string())?;
+        manifest.validate().map_err(|e| e.to_string())?;
+        Ok((manifest, seal::is_stamped(text)))
+    }
+
+    /// Is this a manifest that a [`Writer`](crate::Writer) could have written? Whoever wrote it, all that
+    /// it says of names, sizes and poses can be relied on afterwards: its files are those of the layout.
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        self.header.validate()?;
+        if self.sequences.len() > limits::MAX_SEQUENCES {
+            let allowed = format!("at most {}", limits::MAX_SEQUENCES);
+            let found = self.sequences.len();
+            return Err(Error::invalid("number of sequences", found, allowed));
+        }
+        if !self.sequences.is_sorted_by(|a, b| a.number < b.number) {
+            return Err(Error::invalid(
+                "sequences",
+                "…",
+                "in order of their numbers, each once",
+            ));
+        }
+        for s in &self.sequences {
+            s.validate()?;
+        }
+        let at = |f: &FrameRecord| (f.sequence, f.index);
+        if !self.frames.is_sorted_by(|a, b| at(a) < at(b)) {
+            return Err(Error::invalid(
+                "frames",
+                "…",
+                "in order of their numbers, each once",
+            ));
+        }
+        let length: BTreeMap<u32, u64> = self
+            .sequences
+            .iter()
+            .map(|s| (s.number, s.length))
+            .collect();
+        for f in &self.frames {
+            let field = format!("frame {} of sequence {}", f.index, f.sequence);
+            match length.get(&f.sequence) {
+                None => return Err(Error::invalid(field, "there", "of a sequence that exists")),
+                Some(&length) if f.index >= length => {
+                    let allowed = format!("one of the sequence's {length}");
+                    return Err(Error::invalid(field, "there", allowed));
+                }
+                Some(_) => f.validate(&self.header)?,
+            }
+        }
+        let mut listed: BTreeMap<u32, Vec<[u64; 2]>> = BTreeMap::new();
+        for f in &self.frames {
+            extend(listed.entry(f.sequence).or_default(), f.index);
+        }
+        for s in &self.sequences {
+            if s.frames != listed.remove(&s.number).unwrap_or_default() {
+                let field = format!("sequence {}.frames", s.number);
+                return Err(Error::invalid(
+                    field,
+                    "others",
+                    "the ranges of the frames listed",
+                ));
+            }
+        }
+        let sequences = self.sequences.iter().map(|s| (s.number, s.length));
+        let expected = layout::common_files(&self.header, sequences);
+        same_files("files", &self.files, &expected)
+    }
+}
+
+impl SequenceRecord {
+    fn validate(&self) -> Result<(), Error> {
+        let field = |what| format!("sequence {}.{what}", self.number);
+        if !(1..=limits::MAX_FRAMES).contains(&self.length) {
+            let allowed = format!("1 to {}", limits::MAX_FRAMES);
+            return Err(Error::invalid(field("length"), self.length, allowed));
+        }
+        validate_pose(&field("world_from_frame0"), &self.world_from_frame0)
+    }
+}
+
+impl FrameRecord {
+    /// Names, numbers and files of one frame; also of one that no manifest lists yet.
+    pub(crate) fn validate(&self, header: &DatasetHeader) -> Result<(), Error> {
+        let name = format!("frame {} of sequence {}", self.index, self.sequence);
+        if !(self.time_s.is_finite() && self.time_s.abs() <= 1e12) {
+            return Err(Error::invalid(
+                format!("{name}.time_s"),
+                self.time_s,
+                "finite",
+            ));
+        }
+        validate_pose(&format!("{name}.world_from_body"), &self.world_from_body)?;
+        let motion = [self.body_motion.linear_m_s, self.body_motion.angular_rad_s];
+        if !motion.into_iter().all(is_place) {
+            let value = format!("{:?}", self.body_motion);
+            return Err(Error::invalid(
+                format!("{name}.body_motion"),
+                value,
+                "finite",
+            ));
+        }
+        if self.sensor_chunks.len() != header.lidars.len() {
+            let (found, asked) = (self.sensor_chunks.len(), header.lidars.len());
+            let allowed = format!("{asked}, one for each LiDAR");
+            return Err(Error::invalid(
+                format!("{name}.sensor_chunks"),
+                found,
+                allowed,
+            ));
+        }
+        if !is_digest(&self.key) {
+            return Err(Error::invalid(
+                format!("{name}.key"),
+                &self.key,
+                "64 hexadecimal digits",
+            ));
+        }
+        let expected = layout::frame_files(header, self.sequence, self.index);
+        same_files(&format!("{name}.files"), &self.files, &expected)
+    }
+}
+
+/// The files listed must be exactly those of the layout, none larger than it can be.
+fn same_files(
+    field: &str,
+    listed: &[FileRecord],
+    expected: &[(InnerPath, u64)],
+) -> Result<(), Error> {
+    let is_expected = |path: &InnerPath| expected.binary_search_by(|(e, _)| e.cmp(path)).is_ok();
+    if let Some(file) = listed.iter().find(|f| !is_expected(&f.path)) {
+        let allowed = "a file of this data set's sensors";
+        return Err(Error::invalid(field, format!("'{}'", file.path), allowed));
+    }
+    let differing = (expected.iter().enumerate())
+        .find(|(i, (path, _))| listed.get(*i).is_none_or(|f| f.path != *path));
+    if let Some((_, (path, _))) = differing {
+        let (found, allowed) = if listed.iter().any(|f| f.path == *path) {
+            ("…".to_owned(), "in order of their paths")
+        } else {
+            (format!("without '{path}'"), "complete")
+        };
+        return Err(Error::invalid(field, found, allowed));
+    }
+    if listed.len() > expected.len() {
+        return Err(Error::invalid(field, "…", "each once"));
+    }
+    for (file, (path, limit)) in listed.iter().zip(expected) {
+        if file.bytes > *limit {
+            let allowed = format!("at most {limit}");
+            return Err(Error::invalid(
+                format!("{path}: bytes"),
+                file.bytes,
+                allowed,
+            ));
+        }
+        if !is_digest(&file.blake3) {
+            let allowed = "64 hexadecimal digits";
+            return Err(Error::invalid(
+                format!("{path}: blake3"),
+                &file.blake3,
+                allowed,
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn is_digest(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit())
+}
+
+/// A rotation, to the precision of what turns and adds in f64, and a place.
+fn validate_pose(field: &str, rows: &[[f64; 4]; 3]) -> Result<(), Error> {
+    let axis = |r: usize| DVec3::new(rows[r][0], rows[r][1], rows[r][2]);
+    let (x, y, z) = (axis(0), axis(1), axis(2));
+    let turned = (x.cross(y) - z).length();
+    let unit = [x, y].iter().all(|a| (a.length() - 1.0).abs() < 1e-6);
+    let position = DVec3::new(rows[0][3], rows[1][3], rows[2][3]);
+    if unit && turned < 1e-6 && x.dot(y).abs() < 1e-6 && is_place(position) {
+        return Ok(());
+    }
+    let allowed = "a rotation and a place within 1e12 m";
+    Err(Error::invalid(field, format!("{rows:?}"), allowed))
+}
+
+/// Ascending numbers as half-open ranges.
+pub(crate) fn ranges(indices: impl IntoIterator<Item = u64>) -> Vec<[u64; 2]> {
+    let mut ranges = Vec::new();
+    for index in indices {
+        extend(&mut ranges, index);
+    }
+    ranges
+}
+
+fn extend(ranges: &mut Vec<[u64; 2]>, index: u64) {
+    match ranges.last_mut() {
+        Some(last) if last[1] == index => last[1] += 1,
+        _ => ranges.push([index, index + 1]),
     }
 }
 

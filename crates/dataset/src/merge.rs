@@ -1,19 +1,32 @@
 //! Shards into one data set.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use crate::manifest::ranges;
 use crate::writer::Drive;
-use crate::{Dataset, Error, Manifest, OpenMode, Writer, csv, folder, layout};
+use crate::{Dataset, Error, Manifest, OpenMode, Writer, compare, csv, layout};
+
+/// How [`merge`] treats its output, and parts that do not make a whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MergeParams {
+    /// What to do with an output folder that holds something: [`OpenMode::Resume`] goes on with a merge
+    /// that was killed.
+    pub mode: OpenMode,
+    /// May frames of the sequences be missing?
+    pub partial: bool,
+}
 
 /// Unites data sets with equal headers and tracks (the shards of one plan) in a new folder, whose
 /// bytes are those of one run that made all frames, if the shards' tables hold what their frames
-/// show. Checksums are verified on the way.
+/// show. Every byte that is read is verified by its checksum, that of `dataset.json` included; all but
+/// the frames' files before anything is written.
 ///
 /// # Errors
-/// [`Error::Mismatch`] if headers, tracks, or two copies of a frame differ; [`Error::Malformed`]
-/// for a damaged file; as [`Writer::create`] for the output folder; [`Error::Io`].
-pub fn merge(parts: &[&Path], out: &Path, mode: OpenMode) -> Result<Manifest, Error> {
+/// [`Error::Mismatch`] if headers, tracks, or two copies of a frame differ; [`Error::Incomplete`] if
+/// frames are missing and may not be; [`Error::Malformed`] for a damaged or missing file; as
+/// [`Writer::create`] for the output folder; [`Error::Io`].
+pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifest, Error> {
     let parts = parts
         .iter()
         .map(|p| Dataset::open(p))
@@ -21,18 +34,18 @@ pub fn merge(parts: &[&Path], out: &Path, mode: OpenMode) -> Result<Manifest, Er
     let Some(first) = parts.first() else {
         return Err(Error::invalid("parts", "[]", "at least one data set"));
     };
-    let same = |part: &Dataset| {
-        let real = std::fs::canonicalize;
-        matches!((real(part.root()), real(out)), (Ok(a), Ok(b)) if a == b)
-    };
-    if parts.iter().any(same) {
+    if parts
+        .iter()
+        .any(|part| nemoral_files::is_same(part.root(), out))
+    {
         return Err(Error::invalid("out", out.display(), "none of the parts"));
     }
     let header = first.manifest().header.clone();
     let (mut trees, mut objects) = (csv::Rows::new(), csv::Rows::new());
     let mut drives: BTreeMap<u32, Drive> = BTreeMap::new();
     for part in &parts {
-        folder::compare(part.root(), &part.manifest().header, &header)?;
+        compare::compare(part.root(), &part.manifest().header, &header)?;
+        part.verify_common_files()?;
         for row in part.tree_rows()?.into_values() {
             csv::insert(&mut trees, "trees", row)?;
         }
@@ -40,12 +53,12 @@ pub fn merge(parts: &[&Path], out: &Path, mode: OpenMode) -> Result<Manifest, Er
             csv::insert(&mut objects, "instances", row)?;
         }
         for sequence in &part.manifest().sequences {
-            let folder = layout::sequence(sequence.number);
+            let path = |name| layout::sequence_file(sequence.number, name);
             let drive = Drive {
                 length: sequence.length,
                 world_from_frame0: sequence.world_from_frame0,
-                poses: part.read_text(&format!("{folder}/{}", layout::POSES))?,
-                times: part.read_text(&format!("{folder}/{}", layout::TIMES))?,
+                poses: part.read_text(&path(layout::POSES))?,
+                times: part.read_text(&path(layout::TIMES))?,
             };
             let ours = drives
                 .entry(sequence.number)
@@ -60,11 +73,49 @@ pub fn merge(parts: &[&Path], out: &Path, mode: OpenMode) -> Result<Manifest, Er
             }
         }
     }
-    let writer = Writer::create(out, mode, header)?;
+    if !params.partial {
+        refuse_gaps(&parts, &drives)?;
+    }
+    let writer = Writer::create(out, params.mode, header)?;
     for part in &parts {
         for record in part.frames() {
-            writer.adopt(part.root(), record)?;
+            writer.adopt(part, record)?;
         }
     }
     writer.conclude(&trees, &objects, &drives)
+}
+
+/// Do the parts have all frames of all sequences?
+fn refuse_gaps(parts: &[Dataset], drives: &BTreeMap<u32, Drive>) -> Result<(), Error> {
+    for (&sequence, drive) in drives {
+        let frames = parts.iter().flat_map(Dataset::frames);
+        let there: BTreeSet<u64> = frames
+            .filter(|f| f.sequence == sequence)
+            .map(|f| f.index)
+            .collect();
+        let mut missing = Vec::new();
+        let mut next = 0;
+        for [from, to] in ranges(there).into_iter().chain([[drive.length; 2]]) {
+            if next < from {
+                missing.push(format!("{next}..{from}"));
+            }
+            next = to;
+        }
+        if !missing.is_empty() {
+            const SHOWN: usize = 8;
+            let more = missing.len().saturating_sub(SHOWN);
+            missing.truncate(SHOWN);
+            let and = if more > 0 {
+                format!(" and {more} more ranges")
+            } else {
+                String::new()
+            };
+            return Err(Error::Incomplete {
+                sequence,
+                length: drive.length,
+                missing: missing.join(", ") + &and,
+            });
+        }
+    }
+    Ok(())
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use nemoral_scene::Image;
 
 use crate::Error;
+use crate::reader::Size;
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 
@@ -30,13 +31,18 @@ fn dictionary(width: usize, height: usize) -> Vec<u8> {
 }
 
 /// The image, if the file is what [`encode`] makes.
-pub(crate) fn decode(path: &Path, bytes: &[u8]) -> Result<Image<f32>, Error> {
-    parse(bytes).ok_or_else(|| {
-        Error::malformed(
-            path,
-            "is not a .npy 1.0 file of two-dimensional '<f4' in C order",
-        )
-    })
+pub(crate) fn decode(path: &Path, bytes: &[u8], size: Size) -> Result<Image<f32>, Error> {
+    parse(bytes)
+        .filter(|image| (image.width(), image.height()) == size)
+        .ok_or_else(|| {
+            Error::malformed(
+                path,
+                format!(
+                    "is not a .npy 1.0 file of {} × {} '<f4' in C order",
+                    size.1, size.0
+                ),
+            )
+        })
 }
 
 fn parse(bytes: &[u8]) -> Option<Image<f32>> {
@@ -65,9 +71,12 @@ mod tests {
             let image = Image::new(w, h, (0..w * h).map(|i| i as f32 * 0.3).collect());
             let bytes = encode(&image);
             assert_eq!((bytes.len() - 4 * w * h) % 64, 0);
-            assert_eq!(decode(Path::new("x"), &bytes).expect("valid"), image);
-            assert!(decode(Path::new("x"), &bytes[..bytes.len() - 1]).is_err());
+            assert_eq!(
+                decode(Path::new("x"), &bytes, (w, h)).expect("valid"),
+                image
+            );
+            assert!(decode(Path::new("x"), &bytes[..bytes.len() - 1], (w, h)).is_err());
         }
-        assert!(decode(Path::new("x"), b"\x93NUMPY\x01\x00\xff").is_err());
+        assert!(decode(Path::new("x"), b"\x93NUMPY\x01\x00\xff", (1, 1)).is_err());
     }
 }

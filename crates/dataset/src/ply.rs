@@ -1,16 +1,14 @@
-//! `.ply`: everything that is known of each point, through `ply-rs`, which no other file names.
+//! `.ply`: everything that is known of each point.
+//!
+//! One layout each for scans and for registered clouds: binary little-endian, packed, and a header
+//! that says so for every reader. Only the scans' own layout is read, so that a file's size follows
+//! from the number of points that its header declares, before memory is asked for; tests read both
+//! layouts by another implementation of the format.
 
-use std::io::{BufReader, Read};
 use std::path::Path;
 
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{ChunkCoord, LidarPoint, ObjectId, PointFlags, Semantic};
-use ply_rs::parser::Parser;
-use ply_rs::ply::{
-    Addable, ElementDef, Encoding, Header, Property, PropertyAccess, PropertyDef, PropertyType,
-    ScalarType,
-};
-use ply_rs::writer::Writer;
 
 use crate::Error;
 
@@ -25,279 +23,324 @@ pub struct PlyPoint {
     pub label: u16,
 }
 
-use ScalarType::{Double, Float, Int, UChar, UInt, UShort};
-
 /// The vertex's properties, in the file's order.
-const FIELDS: [(&str, ScalarType); 23] = [
-    ("x", Float),
-    ("y", Float),
-    ("z", Float),
-    ("range", Float),
-    ("range_true", Float),
-    ("intensity", Float),
-    ("reflectivity", UChar),
-    ("class", UChar),
-    ("semantic", UChar),
-    ("chunk_x", Int),
-    ("chunk_y", Int),
-    ("item", UShort),
-    ("label_instance", UShort),
-    ("ring", UChar),
-    ("return_no", UChar),
-    ("n_returns", UChar),
-    ("time_offset_ns", UInt),
-    ("pulse", UInt),
-    ("incidence_cos", Float),
-    ("nx", Float),
-    ("ny", Float),
-    ("nz", Float),
-    ("flags", UChar),
+const FIELDS: [(&str, &str); 23] = [
+    ("x", "float"),
+    ("y", "float"),
+    ("z", "float"),
+    ("range", "float"),
+    ("range_true", "float"),
+    ("intensity", "float"),
+    ("reflectivity", "uchar"),
+    ("class", "uchar"),
+    ("semantic", "uchar"),
+    ("chunk_x", "int"),
+    ("chunk_y", "int"),
+    ("item", "ushort"),
+    ("label_instance", "ushort"),
+    ("ring", "uchar"),
+    ("return_no", "uchar"),
+    ("n_returns", "uchar"),
+    ("time_offset_ns", "uint"),
+    ("pulse", "uint"),
+    ("incidence_cos", "float"),
+    ("nx", "float"),
+    ("ny", "float"),
+    ("nz", "float"),
+    ("flags", "uchar"),
 ];
+/// Bytes of a scan's vertex.
+const STRIDE: usize = 67;
 
 /// The properties of a registered cloud's vertex, in the file's order.
-const CLOUD_FIELDS: [(&str, ScalarType); 23] = [
-    ("x", Double),
-    ("y", Double),
-    ("z", Double),
-    ("intensity", Float),
-    ("range_true", Float),
-    ("range", Float),
-    ("incidence_cos", Float),
-    ("nx", Float),
-    ("ny", Float),
-    ("nz", Float),
-    ("chunk_x", Int),
-    ("chunk_y", Int),
-    ("frame", UInt),
-    ("item", UShort),
-    ("class", UChar),
-    ("semantic", UChar),
-    ("lidar", UChar),
-    ("return_no", UChar),
-    ("n_returns", UChar),
-    ("flags", UChar),
-    ("red", UChar),
-    ("green", UChar),
-    ("blue", UChar),
+const CLOUD_FIELDS: [(&str, &str); 23] = [
+    ("x", "double"),
+    ("y", "double"),
+    ("z", "double"),
+    ("intensity", "float"),
+    ("range_true", "float"),
+    ("range", "float"),
+    ("incidence_cos", "float"),
+    ("nx", "float"),
+    ("ny", "float"),
+    ("nz", "float"),
+    ("chunk_x", "int"),
+    ("chunk_y", "int"),
+    ("frame", "uint"),
+    ("item", "ushort"),
+    ("class", "uchar"),
+    ("semantic", "uchar"),
+    ("lidar", "uchar"),
+    ("return_no", "uchar"),
+    ("n_returns", "uchar"),
+    ("flags", "uchar"),
+    ("red", "uchar"),
+    ("green", "uchar"),
+    ("blue", "uchar"),
 ];
 
-/// The header of a registered cloud; its vertices follow, binary, little-endian, packed.
+/// The header of a registered cloud; its vertices follow.
 pub(crate) fn cloud_header(vertices: usize) -> Vec<u8> {
     let comment =
         "nemoral cloud: metres, world frame (x east, y north, z up); flags 1 mixed, 2 false alarm";
-    let header = header(&CLOUD_FIELDS, comment, vertices);
-    let mut out = Vec::new();
-    Writer::<PlyVertex>::new()
-        .write_header(&mut out, &header)
-        .expect("memory takes it");
-    out
+    header(&CLOUD_FIELDS, comment, vertices).into_bytes()
 }
 
-fn scan_header(vertices: usize) -> Header {
+fn scan_header(vertices: usize) -> String {
     let comment = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); flags 1 mixed, 2 false alarm";
     header(&FIELDS, comment, vertices)
 }
 
-fn header(fields: &[(&str, ScalarType)], comment: &str, vertices: usize) -> Header {
-    let mut element = ElementDef::new("vertex".to_owned());
-    element.count = vertices;
-    for (name, kind) in fields {
-        let kind = PropertyType::Scalar(kind.clone());
-        element
-            .properties
-            .add(PropertyDef::new((*name).to_owned(), kind));
-    }
-    let mut header = Header::new();
-    header.encoding = Encoding::BinaryLittleEndian;
-    header.comments.push(comment.to_owned());
-    header.elements.add(element);
-    header
+fn header(fields: &[(&str, &str)], comment: &str, vertices: usize) -> String {
+    let properties: String = fields
+        .iter()
+        .map(|(name, kind)| format!("property {kind} {name}\n"))
+        .collect();
+    format!(
+        "ply\nformat binary_little_endian 1.0\ncomment {comment}\n\
+         element vertex {vertices}\n{properties}end_header\n"
+    )
 }
 
 /// A binary little-endian file.
 pub(crate) fn encode(points: &[PlyPoint]) -> Vec<u8> {
     let header = scan_header(points.len());
-    let element = &header.elements["vertex"];
-    let writer = Writer::<PlyVertex>::new();
-    let mut out = Vec::with_capacity(1024 + 67 * points.len());
-    writer
-        .write_header(&mut out, &header)
-        .expect("memory takes it");
-    for &point in points {
-        writer
-            .write_little_endian_element(&mut out, &PlyVertex::of(point), element)
-            .expect("every field of the header has a getter");
+    let mut out = Vec::with_capacity(header.len() + STRIDE * points.len());
+    out.extend_from_slice(header.as_bytes());
+    for PlyPoint {
+        point: p,
+        class,
+        label,
+    } in points
+    {
+        let mut floats = |values: &[f32]| {
+            for value in values {
+                out.extend_from_slice(&value.to_le_bytes());
+            }
+        };
+        floats(&p.position_m.to_array());
+        floats(&[p.range_m, p.true_range_m, p.intensity]);
+        out.extend_from_slice(&[p.reflectivity, *class, p.semantic as u8]);
+        let chunk = p.object.chunk();
+        out.extend_from_slice(&chunk.x.to_le_bytes());
+        out.extend_from_slice(&chunk.y.to_le_bytes());
+        out.extend_from_slice(&p.object.item().to_le_bytes());
+        out.extend_from_slice(&label.to_le_bytes());
+        out.extend_from_slice(&[p.ring, p.return_number, p.returns]);
+        out.extend_from_slice(&p.time_offset_ns.to_le_bytes());
+        out.extend_from_slice(&p.pulse.to_le_bytes());
+        let [nx, ny, nz] = p.normal.to_array();
+        for value in [p.incidence_cos, nx, ny, nz] {
+            out.extend_from_slice(&value.to_le_bytes());
+        }
+        out.push(p.flags.0);
     }
     out
 }
 
-/// The way back; the file must have exactly the fields that [`encode`] writes.
+/// The way back; the file must be what [`encode`] writes.
 pub(crate) fn decode(path: &Path, bytes: &[u8]) -> Result<Vec<PlyPoint>, Error> {
-    let parser = Parser::<PlyVertex>::new();
-    let mut source = BufReader::new(bytes);
-    let found = parser
-        .read_header(&mut source)
-        .map_err(|e| Error::malformed(path, e))?;
-    let count = found.elements.get("vertex").map_or(0, |e| e.count);
-    let expected = scan_header(count);
-    if found.encoding != expected.encoding || found.elements != expected.elements {
-        return Err(Error::malformed(path, "has other fields than a scan's"));
+    let wrong = |message: String| Error::malformed(path, message);
+    let vertices = vertices(bytes).ok_or_else(|| wrong("is no scan of this program".to_owned()))?;
+    let header = scan_header(vertices);
+    let Some(body) = bytes.strip_prefix(header.as_bytes()) else {
+        return Err(wrong("has other fields than a scan's".to_owned()));
+    };
+    if vertices.checked_mul(STRIDE) != Some(body.len()) {
+        let found = body.len();
+        return Err(wrong(format!(
+            "has {found} bytes after its header, {vertices} vertices have {STRIDE} each"
+        )));
     }
-    let payload = parser
-        .read_payload(&mut source, &found)
-        .map_err(|e| Error::malformed(path, e))?;
-    if source.read(&mut [0]).map_err(Error::io(path))? != 0 {
-        return Err(Error::malformed(path, "has bytes after the last vertex"));
-    }
-    payload["vertex"]
-        .iter()
-        .enumerate()
-        .map(|(i, v)| {
-            v.point()
-                .map_err(|what| Error::malformed(path, format!("vertex {i}: {what}")))
-        })
+    let (vertices, _) = body.as_chunks::<STRIDE>();
+    (vertices.iter().enumerate())
+        .map(|(i, bytes)| point(bytes).map_err(|what| wrong(format!("vertex {i}: {what}"))))
         .collect()
 }
 
-/// What `ply-rs` sees: the fields, still unchecked when read.
-struct PlyVertex {
-    point: PlyPoint,
-    semantic: u8,
-    chunk: ChunkCoord,
-    item: u16,
+/// How many vertices a header declares.
+fn vertices(bytes: &[u8]) -> Option<usize> {
+    const LINE: &[u8] = b"\nelement vertex ";
+    let head = &bytes[..bytes.len().min(1024)];
+    let at = head.windows(LINE.len()).position(|w| w == LINE)? + LINE.len();
+    let digits = head[at..].split(|b| *b == b'\n').next()?;
+    std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-impl PlyVertex {
-    fn of(point: PlyPoint) -> Self {
-        Self {
-            point,
-            semantic: point.point.semantic as u8,
-            chunk: point.point.object.chunk(),
-            item: point.point.object.item(),
-        }
+/// Takes values off the front of a vertex, which is as long as all of them.
+struct Fields<'a>(&'a [u8]);
+
+impl Fields<'_> {
+    fn take<const N: usize>(&mut self) -> [u8; N] {
+        let (value, rest) = self
+            .0
+            .split_first_chunk()
+            .expect("a vertex has all its fields");
+        self.0 = rest;
+        *value
     }
 
-    fn point(&self) -> Result<PlyPoint, String> {
-        let mut out = self.point;
-        out.point.semantic = Semantic::from_u8(self.semantic)
-            .ok_or_else(|| format!("semantic {} is unknown", self.semantic))?;
-        out.point.object = match (self.item, self.chunk) {
-            (0, ChunkCoord { x: 0, y: 0 }) => ObjectId::NONE,
-            (item, chunk) => ObjectId::new(chunk, item)
-                .ok_or_else(|| format!("there is no item {item} in a chunk {chunk}"))?,
-        };
-        Ok(out)
+    fn byte(&mut self) -> u8 {
+        let [value] = self.take();
+        value
+    }
+
+    fn float(&mut self) -> f32 {
+        f32::from_le_bytes(self.take())
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::from_array(std::array::from_fn(|_| self.float()))
     }
 }
 
-impl PropertyAccess for PlyVertex {
-    fn new() -> Self {
-        Self::of(PlyPoint {
+fn point(bytes: &[u8; STRIDE]) -> Result<PlyPoint, String> {
+    let mut f = Fields(bytes);
+    let position_m = f.vector();
+    let [range_m, true_range_m, intensity] = std::array::from_fn(|_| f.float());
+    let [reflectivity, class, semantic] = f.take();
+    let semantic =
+        Semantic::from_u8(semantic).ok_or_else(|| format!("semantic {semantic} is unknown"))?;
+    let chunk = ChunkCoord::new(i32::from_le_bytes(f.take()), i32::from_le_bytes(f.take()));
+    let object = match (u16::from_le_bytes(f.take()), chunk) {
+        (0, ChunkCoord { x: 0, y: 0 }) => ObjectId::NONE,
+        (item, chunk) => ObjectId::new(chunk, item)
+            .ok_or_else(|| format!("there is no item {item} in a chunk {chunk}"))?,
+    };
+    let label = u16::from_le_bytes(f.take());
+    let [ring, return_number, returns] = f.take();
+    let point = LidarPoint {
+        position_m,
+        true_range_m,
+        range_m,
+        intensity,
+        reflectivity,
+        semantic,
+        object,
+        ring,
+        return_number,
+        returns,
+        time_offset_ns: u32::from_le_bytes(f.take()),
+        pulse: u32::from_le_bytes(f.take()),
+        incidence_cos: f.float(),
+        normal: f.vector(),
+        flags: PointFlags(f.byte()),
+    };
+    Ok(PlyPoint {
+        point,
+        class,
+        label,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::BufReader;
+
+    use ply_rs::parser::Parser;
+    use ply_rs::ply::{DefaultElement, Property};
+
+    use super::*;
+
+    fn sample(i: u32) -> PlyPoint {
+        let f = |k: u32| (i * 31 + k) as f32 * 0.37 - 4.0;
+        PlyPoint {
             point: LidarPoint {
-                position_m: Vec3::ZERO,
-                true_range_m: 0.0,
-                range_m: 0.0,
-                intensity: 0.0,
-                reflectivity: 0,
-                semantic: Semantic::Sky,
-                object: ObjectId::NONE,
-                ring: 0,
-                return_number: 0,
-                returns: 0,
-                time_offset_ns: 0,
-                pulse: 0,
-                incidence_cos: 0.0,
-                normal: Vec3::ZERO,
-                flags: PointFlags(0),
+                position_m: Vec3::new(f(1), f(2), f(3)),
+                true_range_m: f(4),
+                range_m: f(5),
+                intensity: f(6),
+                reflectivity: i as u8,
+                semantic: Semantic::ALL[i as usize % Semantic::ALL.len()],
+                object: ObjectId::new(ChunkCoord::new(-70_000 + i as i32, 5), 1 + i as u16)
+                    .expect("in range"),
+                ring: 7,
+                return_number: 2,
+                returns: 3,
+                time_offset_ns: 1_000_000 + i,
+                pulse: 77 * i,
+                incidence_cos: f(7),
+                normal: Vec3::new(f(8), f(9), f(10)),
+                flags: PointFlags(PointFlags::MIXED),
             },
-            class: 0,
-            label: 0,
-        })
-    }
-
-    fn get_float(&self, name: &String) -> Option<f32> {
-        let p = &self.point.point;
-        Some(match name.as_str() {
-            "x" => p.position_m.x,
-            "y" => p.position_m.y,
-            "z" => p.position_m.z,
-            "nx" => p.normal.x,
-            "ny" => p.normal.y,
-            "nz" => p.normal.z,
-            "range" => p.range_m,
-            "range_true" => p.true_range_m,
-            "intensity" => p.intensity,
-            "incidence_cos" => p.incidence_cos,
-            _ => return None,
-        })
-    }
-
-    fn get_uchar(&self, name: &String) -> Option<u8> {
-        let p = &self.point.point;
-        Some(match name.as_str() {
-            "ring" => p.ring,
-            "class" => self.point.class,
-            "flags" => p.flags.0,
-            "semantic" => self.semantic,
-            "return_no" => p.return_number,
-            "n_returns" => p.returns,
-            "reflectivity" => p.reflectivity,
-            _ => return None,
-        })
-    }
-
-    fn get_ushort(&self, name: &String) -> Option<u16> {
-        match name.as_str() {
-            "item" => Some(self.item),
-            "label_instance" => Some(self.point.label),
-            _ => None,
+            class: 4,
+            label: 32_750,
         }
     }
 
-    fn get_int(&self, name: &String) -> Option<i32> {
-        match name.as_str() {
-            "chunk_x" => Some(self.chunk.x),
-            "chunk_y" => Some(self.chunk.y),
-            _ => None,
+    #[test]
+    fn another_implementation_reads_every_field() {
+        let points: Vec<PlyPoint> = (0..5).map(sample).collect();
+        let bytes = encode(&points);
+        let parser = Parser::<DefaultElement>::new();
+        let ply = parser.read_ply(&mut BufReader::new(&*bytes)).expect("PLY");
+        let vertices = &ply.payload["vertex"];
+        assert_eq!(vertices.len(), points.len());
+        for (
+            vertex,
+            PlyPoint {
+                point: p,
+                class,
+                label,
+            },
+        ) in vertices.iter().zip(&points)
+        {
+            assert_eq!(vertex.len(), FIELDS.len());
+            let chunk = p.object.chunk();
+            let expected = [
+                ("x", Property::Float(p.position_m.x)),
+                ("y", Property::Float(p.position_m.y)),
+                ("z", Property::Float(p.position_m.z)),
+                ("range", Property::Float(p.range_m)),
+                ("range_true", Property::Float(p.true_range_m)),
+                ("intensity", Property::Float(p.intensity)),
+                ("reflectivity", Property::UChar(p.reflectivity)),
+                ("class", Property::UChar(*class)),
+                ("semantic", Property::UChar(p.semantic as u8)),
+                ("chunk_x", Property::Int(chunk.x)),
+                ("chunk_y", Property::Int(chunk.y)),
+                ("item", Property::UShort(p.object.item())),
+                ("label_instance", Property::UShort(*label)),
+                ("ring", Property::UChar(p.ring)),
+                ("return_no", Property::UChar(p.return_number)),
+                ("n_returns", Property::UChar(p.returns)),
+                ("time_offset_ns", Property::UInt(p.time_offset_ns)),
+                ("pulse", Property::UInt(p.pulse)),
+                ("incidence_cos", Property::Float(p.incidence_cos)),
+                ("nx", Property::Float(p.normal.x)),
+                ("ny", Property::Float(p.normal.y)),
+                ("nz", Property::Float(p.normal.z)),
+                ("flags", Property::UChar(p.flags.0)),
+            ];
+            for (name, value) in expected {
+                assert_eq!(vertex[name], value, "{name}");
+            }
         }
+        assert_eq!(decode(Path::new("x"), &bytes).expect("ours"), points);
     }
 
-    fn get_uint(&self, name: &String) -> Option<u32> {
-        match name.as_str() {
-            "pulse" => Some(self.point.point.pulse),
-            "time_offset_ns" => Some(self.point.point.time_offset_ns),
-            _ => None,
-        }
-    }
-
-    fn set_property(&mut self, name: String, value: Property) {
-        let p = &mut self.point.point;
-        match (name.as_str(), value) {
-            ("x", Property::Float(v)) => p.position_m.x = v,
-            ("y", Property::Float(v)) => p.position_m.y = v,
-            ("z", Property::Float(v)) => p.position_m.z = v,
-            ("nx", Property::Float(v)) => p.normal.x = v,
-            ("ny", Property::Float(v)) => p.normal.y = v,
-            ("nz", Property::Float(v)) => p.normal.z = v,
-            ("range", Property::Float(v)) => p.range_m = v,
-            ("range_true", Property::Float(v)) => p.true_range_m = v,
-            ("intensity", Property::Float(v)) => p.intensity = v,
-            ("incidence_cos", Property::Float(v)) => p.incidence_cos = v,
-            ("ring", Property::UChar(v)) => p.ring = v,
-            ("class", Property::UChar(v)) => self.point.class = v,
-            ("flags", Property::UChar(v)) => p.flags.0 = v,
-            ("semantic", Property::UChar(v)) => self.semantic = v,
-            ("return_no", Property::UChar(v)) => p.return_number = v,
-            ("n_returns", Property::UChar(v)) => p.returns = v,
-            ("reflectivity", Property::UChar(v)) => p.reflectivity = v,
-            ("item", Property::UShort(v)) => self.item = v,
-            ("label_instance", Property::UShort(v)) => self.point.label = v,
-            ("chunk_x", Property::Int(v)) => self.chunk.x = v,
-            ("chunk_y", Property::Int(v)) => self.chunk.y = v,
-            ("pulse", Property::UInt(v)) => p.pulse = v,
-            ("time_offset_ns", Property::UInt(v)) => p.time_offset_ns = v,
-            // `decode` has compared the header: there is no other.
-            _ => {}
+    #[test]
+    fn a_header_that_lies_is_refused_without_asking_for_memory() {
+        let bytes = encode(&[sample(1)]);
+        let text = |from: &str, to: &str| {
+            let at = bytes
+                .windows(from.len())
+                .position(|w| w == from.as_bytes())
+                .expect("there");
+            [&bytes[..at], to.as_bytes(), &bytes[at + from.len()..]].concat()
+        };
+        for lie in [
+            b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nend_header\n\0\0".to_vec(),
+            text("vertex 1\n", "vertex 2\n"),
+            text("vertex 1\n", "vertex 18446744073709551615\n"),
+            text("vertex 1\n", "vertex 01\n"),
+            text("vertex 1\n", "vertex -1\n"),
+            text("float x", "double x"),
+            bytes[..bytes.len() - 1].to_vec(),
+            [&*bytes, &[0]].concat(),
+            Vec::new(),
+        ] {
+            decode(Path::new("x"), &lie).expect_err("a lie");
         }
     }
 }

@@ -1,21 +1,24 @@
 //! Reading everything back.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use nemoral_files::{Folder, InnerPath};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Flow, Image, ObjectBox, ObjectRecord, RigidTransform, TreeRecord};
 
 use crate::{
-    Calibration, DepthFormat, Error, FrameRecord, Manifest, PlyPoint, SequenceRecord, csv, exr,
-    extra, folder, images, layout, npy, ply, scan, text,
+    Calibration, DepthFormat, Error, FileRecord, FrameRecord, Manifest, PlyPoint, SequenceRecord,
+    csv, exr, extra, images, layout, npy, ply, scan, text,
 };
 
-/// A finished data set on disk.
+/// A finished data set on disk. Every file that is read is held against its size and checksum in
+/// `dataset.json`, and pictures against their cameras' sizes before they are unpacked.
 #[derive(Clone, Debug)]
 pub struct Dataset {
-    root: PathBuf,
+    folder: Folder,
     manifest: Manifest,
+    /// Is `dataset.json` to the byte what was written?
+    is_untouched: bool,
 }
 
 /// A frame, read back.
@@ -67,37 +70,75 @@ pub struct LidarFrame {
     pub ply: Vec<PlyPoint>,
 }
 
+/// Said of a `dataset.json` that is not what was written.
+pub(crate) const CHANGED: &str = "was changed after it was written: its checksum differs";
+
 impl Dataset {
     /// Opens a finished data set.
     ///
     /// # Errors
     /// [`Error::Io`] if the folder cannot be read, [`Error::Malformed`] if it holds no data set, an
-    /// unfinished one, or one of another format version.
+    /// unfinished one, one of another format version, or one whose `dataset.json` says what cannot be.
     pub fn open(dir: &Path) -> Result<Self, Error> {
-        let path = dir.join(layout::MANIFEST);
-        if !path.exists() {
-            let names = folder::names(dir).map_err(Error::io(dir))?;
-            let message = if names.iter().any(|n| n == layout::STATE) {
+        let folder = Folder::new(dir);
+        if folder.kind(&layout::inner(layout::MANIFEST))?.is_none() {
+            let entries = folder.entries()?;
+            let message = if entries.iter().any(|e| e.name == layout::STATE) {
                 "holds an unfinished data set: go on with --resume"
             } else {
                 "holds no data set: there is no dataset.json"
             };
             return Err(Error::malformed(dir, message));
         }
-        let mut manifest = Manifest::read(&path)?;
-        let config = dir.join(layout::CONFIG);
-        // Only for people; `check` reports its absence.
-        manifest.header.config_toml = fs::read_to_string(config).unwrap_or_default();
-        Ok(Self {
-            root: dir.to_owned(),
+        let (manifest, is_untouched) = Manifest::read(&folder)?;
+        let mut dataset = Self {
+            folder,
             manifest,
-        })
+            is_untouched,
+        };
+        // Only for people; `check` reports what is wrong with it.
+        let config = dataset.read_text(layout::CONFIG);
+        dataset.manifest.header.config_toml = config.unwrap_or_default();
+        Ok(dataset)
     }
 
     /// The folder.
     #[must_use]
     pub fn root(&self) -> &Path {
-        &self.root
+        self.folder.root()
+    }
+
+    /// Is `dataset.json` to the byte what was written? Whoever has changed it on purpose can read the
+    /// data set still, but not merge it.
+    #[must_use]
+    pub fn is_untouched(&self) -> bool {
+        self.is_untouched
+    }
+
+    /// Does this path lead to a file of the data set, or to a place where only its files may lie?
+    pub(crate) fn owns(&self, path: &Path) -> bool {
+        let Some(inner) = self.folder.inner_path_of(path) else {
+            return false;
+        };
+        let own = [layout::SEQUENCES, layout::STATE, layout::MANIFEST];
+        own.contains(&inner.components().next().unwrap_or_default())
+            || self.manifest.files.iter().any(|f| f.path == inner)
+    }
+
+    pub(crate) fn folder(&self) -> &Folder {
+        &self.folder
+    }
+
+    /// Holds `dataset.json`, and all files that belong to no frame, against their checksums.
+    pub(crate) fn verify_common_files(&self) -> Result<(), Error> {
+        if !self.is_untouched {
+            let path = self.root().join(layout::MANIFEST);
+            return Err(Error::malformed(path, CHANGED));
+        }
+        for file in &self.manifest.files {
+            file.read(&self.folder)?;
+        }
+        Ok(())
     }
 
     /// `dataset.json`.
@@ -141,81 +182,46 @@ impl Dataset {
         camera: usize,
     ) -> Result<(Image<u8>, Image<f32>), Error> {
         let f = layout::camera_folders(&self.manifest.header, camera);
-        let semantic = self.load(frame, &f.semantic, "png", images::decode_semantic)?;
-        Ok((semantic, self.read_depth(frame, &f.depth)?))
-    }
-
-    fn read_depth(&self, frame: &FrameRecord, folder: &str) -> Result<Image<f32>, Error> {
+        let semantic = self.image(frame, camera, &f.semantic, "png", images::decode_semantic)?;
         let format = self.manifest.header.depth_format;
         let decode = match format {
             DepthFormat::Png16 => images::decode_depth,
             DepthFormat::Npy => npy::decode,
         };
-        self.load(frame, folder, layout::depth_extension(format), decode)
+        let extension = layout::depth_extension(format);
+        Ok((
+            semantic,
+            self.image(frame, camera, &f.depth, extension, decode)?,
+        ))
     }
 
     fn read_camera(&self, frame: &FrameRecord, camera: usize) -> Result<CameraFrame, Error> {
         let spec = &self.manifest.header.cameras[camera];
         let f = layout::camera_folders(&self.manifest.header, camera);
         let (semantic, depth_m) = self.read_semantic_and_depth(frame, camera)?;
-        let read = CameraFrame {
+        Ok(CameraFrame {
             name: spec.name.clone(),
-            rgb: self.load(frame, &f.rgb, "png", images::decode_rgb)?,
+            rgb: self.image(frame, camera, &f.rgb, "png", images::decode_rgb)?,
             semantic,
-            instance: self.load(frame, &f.instance, "png", images::decode_instance)?,
+            instance: self.image(frame, camera, &f.instance, "png", images::decode_instance)?,
             depth_m,
-            normal: self.load(frame, &f.normals, "png", images::decode_normals)?,
+            normal: self.image(frame, camera, &f.normals, "png", images::decode_normals)?,
             sky: (spec.extra.sky)
-                .then(|| self.load(frame, &f.sky, "png", images::decode_mask))
+                .then(|| self.image(frame, camera, &f.sky, "png", images::decode_mask))
                 .transpose()?,
             flow: (spec.extra.flow)
-                .then(|| self.load(frame, &f.flow, "png", images::decode_flow))
+                .then(|| self.image(frame, camera, &f.flow, "png", images::decode_flow))
                 .transpose()?,
             trunks: (spec.extra.trunks)
-                .then(|| self.load(frame, &f.trunks, "png", images::decode_instance))
+                .then(|| self.image(frame, camera, &f.trunks, "png", images::decode_instance))
                 .transpose()?,
             boxes: (spec.extra.boxes)
                 .then(|| self.load(frame, &f.boxes, "csv", extra::decode_boxes))
                 .transpose()?,
             radiance: (spec.extra.radiance)
-                .then(|| self.load(frame, &f.radiance, "exr", exr::decode))
+                .then(|| self.image(frame, camera, &f.radiance, "exr", exr::decode))
                 .transpose()?,
-        };
-        let further = [
-            read.sky.as_ref().map(|i| (&f.sky, i.width(), i.height())),
-            read.flow.as_ref().map(|i| (&f.flow, i.width(), i.height())),
-            read.trunks
-                .as_ref()
-                .map(|i| (&f.trunks, i.width(), i.height())),
-            read.radiance
-                .as_ref()
-                .map(|i| (&f.radiance, i.width(), i.height())),
-        ];
-        let sizes = [
-            (&f.rgb, read.rgb.width(), read.rgb.height()),
-            (&f.semantic, read.semantic.width(), read.semantic.height()),
-            (&f.instance, read.instance.width(), read.instance.height()),
-            (&f.depth, read.depth_m.width(), read.depth_m.height()),
-            (&f.normals, read.normal.width(), read.normal.height()),
-        ];
-        let asked = (
-            spec.intrinsics.width as usize,
-            spec.intrinsics.height as usize,
-        );
-        for (folder, width, height) in sizes.into_iter().chain(further.into_iter().flatten()) {
-            if (width, height) != asked {
-                let path = self
-                    .root
-                    .join(layout::sequence(frame.sequence))
-                    .join(folder);
-                let message = format!(
-                    "image {} is {width} × {height}, the camera has {} × {}",
-                    frame.index, asked.0, asked.1
-                );
-                return Err(Error::malformed(path, message));
-            }
-        }
-        Ok(read)
+        })
     }
 
     fn read_lidar(&self, frame: &FrameRecord, lidar: usize) -> Result<LidarFrame, Error> {
@@ -266,6 +272,7 @@ impl Dataset {
         self.load(frame, &f.points, "ply", ply::decode)
     }
 
+    /// One file of a frame.
     fn load<T>(
         &self,
         frame: &FrameRecord,
@@ -273,18 +280,37 @@ impl Dataset {
         extension: &str,
         decode: impl Fn(&Path, &[u8]) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        let relative = layout::frame_file(frame.sequence, folder, frame.index, extension);
-        let path = self.root.join(relative);
-        decode(&path, &fs::read(&path).map_err(Error::io(&path))?)
+        let path = layout::frame_file(frame.sequence, folder, frame.index, extension);
+        let record = recorded(&frame.files, layout::inner(&path))?;
+        decode(&record.path.below(self.root()), &record.read(&self.folder)?)
+    }
+
+    /// One image of a frame: of its camera's size, which is known before memory is asked for.
+    fn image<T>(
+        &self,
+        frame: &FrameRecord,
+        camera: usize,
+        folder: &str,
+        extension: &str,
+        decode: impl Fn(&Path, &[u8], Size) -> Result<Image<T>, Error>,
+    ) -> Result<Image<T>, Error> {
+        let k = &self.manifest.header.cameras[camera].intrinsics;
+        let size = (k.width as usize, k.height as usize);
+        self.load(frame, folder, extension, |path, bytes| {
+            decode(path, bytes, size)
+        })
     }
 
     fn load_text<T>(
         &self,
-        relative: &str,
+        path: &str,
         decode: impl Fn(&Path, &str) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        let path = self.root.join(relative);
-        decode(&path, &fs::read_to_string(&path).map_err(Error::io(&path))?)
+        let record = recorded(&self.manifest.files, layout::inner(path))?;
+        decode(
+            &record.path.below(self.root()),
+            &record.read_text(&self.folder)?,
+        )
     }
 
     /// The record of a sequence.
@@ -331,7 +357,7 @@ impl Dataset {
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn trees(&self) -> Result<Vec<TreeRecord>, Error> {
-        csv::trees(&self.root.join(layout::TREES), &self.tree_rows()?)
+        csv::trees(&self.root().join(layout::TREES), &self.tree_rows()?)
     }
 
     /// `instances.csv`, by true id.
@@ -339,7 +365,7 @@ impl Dataset {
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn objects(&self) -> Result<Vec<ObjectRecord>, Error> {
-        csv::objects(&self.root.join(layout::INSTANCES), &self.object_rows()?)
+        csv::objects(&self.root().join(layout::INSTANCES), &self.object_rows()?)
     }
 
     pub(crate) fn tree_rows(&self) -> Result<csv::Rows, Error> {
@@ -353,4 +379,15 @@ impl Dataset {
     pub(crate) fn read_text(&self, relative: &str) -> Result<String, Error> {
         self.load_text(relative, |_, text| Ok(text.to_owned()))
     }
+}
+
+/// Columns and rows.
+pub(crate) type Size = (usize, usize);
+
+/// The record of a file. A manifest lists all files of the layout, by path.
+fn recorded(files: &[FileRecord], path: InnerPath) -> Result<&FileRecord, Error> {
+    files
+        .binary_search_by(|f| f.path.cmp(&path))
+        .map(|i| &files[i])
+        .map_err(|_| Error::invalid("file", path, "one that dataset.json lists"))
 }

@@ -206,7 +206,7 @@ pub(crate) fn decode_calibration(path: &Path, text: &str) -> Result<Calibration,
             )),
         }
     };
-    let lens = |suffix: &str| {
+    let lens = |suffix: &str| -> Result<Distortion, Error> {
         let has = |letter: &str| {
             text.lines()
                 .any(|l| l.starts_with(&format!("{letter}{suffix}: ")))

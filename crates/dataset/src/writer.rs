@@ -1,18 +1,19 @@
 //! Writing: from several threads, killed at any moment, resumed.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use nemoral_files::{Folder, Lock, Syncer};
 use nemoral_scene::{Image, Semantic};
 
-use crate::folder::{self, Content};
+use crate::manifest::ranges;
+use crate::output::{self, Content};
 use crate::text::{self, Calibration};
 use crate::{
-    CameraData, CameraFile, DatasetHeader, Error, FORMAT_VERSION, FileRecord, FrameData,
-    FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, atomic, card,
-    csv, images, layout, ply, scan, yaml,
+    CameraData, CameraFile, Dataset, DatasetHeader, Error, FORMAT_VERSION, FileRecord, FrameData,
+    FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, card, compare,
+    csv, images, layout, ply, scan, state, yaml,
 };
 
 /// What to do with an output folder that holds something.
@@ -35,14 +36,19 @@ pub enum OpenMode {
 /// and a lock against a second writer. [`Writer::finish`] moves all of it into `dataset.json`. A
 /// writer that is dropped, or whose process is killed, leaves a folder that
 /// [`OpenMode::Resume`] goes on with.
+///
+/// After a power cut, too: the header is on the medium before the first frame is begun; frames' files
+/// get there beside the work, and those that did not are found by their checksums and made again; all
+/// files that `dataset.json` names are there before it gets its name.
 #[derive(Debug)]
 pub struct Writer {
-    root: PathBuf,
+    folder: Folder,
     header: DatasetHeader,
     class_ids: [u8; Semantic::ALL.len()],
     records: Mutex<BTreeMap<(u32, u64), FrameRecord>>,
+    syncer: Mutex<Syncer>,
     /// Held, not used.
-    _lock: File,
+    _lock: Lock,
 }
 
 impl Writer {
@@ -52,12 +58,9 @@ impl Writer {
     /// As [`Writer::create`], but for a disk that is full later.
     pub fn probe(out: &Path, mode: OpenMode, header: &DatasetHeader) -> Result<(), Error> {
         header.validate()?;
-        Self::admit(out, mode, header, &folder::look(out)?)?;
-        // The folder, or the one that it will be made in: permissions alone do not tell.
-        let there = out.ancestors().find(|folder| folder.exists());
-        let there = there.filter(|folder| !folder.as_os_str().is_empty());
-        let here = there.unwrap_or(Path::new("."));
-        atomic::temporary(here).map(drop).map_err(Error::io(out))
+        let folder = Folder::new(out);
+        Self::admit(out, mode, header, &output::look(&folder)?)?;
+        Ok(folder.probe()?)
     }
 
     /// May this folder be written to?
@@ -72,13 +75,9 @@ impl Writer {
                 path: out.to_owned(),
                 finished: finished.is_some(),
             }),
-            (
-                Content::Dataset {
-                    header: Some(found),
-                    ..
-                },
-                OpenMode::Resume,
-            ) => folder::compare(out, found, header),
+            (Content::Dataset { header: found, .. }, OpenMode::Resume) => {
+                compare::compare(out, found, header)
+            }
             _ => Ok(()),
         }
     }
@@ -86,28 +85,31 @@ impl Writer {
     /// Opens an output folder, and makes it if need be. Nothing is changed unless all is well.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a header with impossible names or mounts, [`Error::Foreign`] and
-    /// [`Error::Exists`] for a folder that may not be written to, [`Error::Mismatch`] for a resume
-    /// with another header, [`Error::Busy`], and [`Error::Io`].
+    /// [`Error::Invalid`] for a header with impossible names, sizes or mounts; [`Error::Foreign`],
+    /// [`Error::Exists`], [`Error::Damaged`] and [`Error::Unowned`] for a folder that may not be written
+    /// to; [`Error::Mismatch`] for a resume with another header; [`Error::Busy`]; [`Error::Malformed`]
+    /// for a link where a file or folder of the data set should be; and [`Error::Io`].
     pub fn create(out: &Path, mode: OpenMode, header: DatasetHeader) -> Result<Self, Error> {
         header.validate()?;
-        let content = folder::look(out)?;
+        let folder = Folder::new(out);
+        Self::admit(out, mode, &header, &output::look(&folder)?)?;
+        let lock = state::lock(&folder)?;
+        // Another writer may have ended between the look and the lock.
+        let content = output::look(&folder)?;
         Self::admit(out, mode, &header, &content)?;
-        let lock = folder::lock(out)?;
         let mut records = BTreeMap::new();
         if let Content::Dataset {
             finished,
             header: found,
         } = content
         {
-            let found = found.map_or_else(|| header.clone(), |h| *h);
             if mode == OpenMode::Overwrite {
-                folder::clear(out, &found)?;
+                output::clear(&folder, &found)?;
             } else {
-                folder::remove_leftovers(out, &found)?;
+                output::remove_leftovers(&folder, &found)?;
                 let of_manifest = finished.map(|m| m.frames).unwrap_or_default();
                 records.extend(of_manifest.into_iter().map(|f| ((f.sequence, f.index), f)));
-                for (at, record) in folder::records(out)? {
+                for (at, record) in state::records(&folder, &found)? {
                     match record {
                         Some(record) => records.insert(at, record),
                         None => records.remove(&at),
@@ -115,12 +117,13 @@ impl Writer {
                 }
             }
         }
-        folder::put_header(out, &header)?;
+        state::put_header(&folder, &header)?;
         Ok(Self {
-            root: out.to_owned(),
             class_ids: images::class_ids(&header.ontology),
             header,
             records: Mutex::new(records),
+            syncer: Mutex::new(Syncer::start(folder.clone())?),
+            folder,
             _lock: lock,
         })
     }
@@ -130,12 +133,12 @@ impl Writer {
     #[must_use]
     pub fn has_frame(&self, sequence: u32, index: u64, frame_key: &[u8; 32]) -> bool {
         let record = self.lock().get(&(sequence, index)).cloned();
-        record.is_some_and(|r| {
-            r.key == hex(frame_key)
-                && r.files
-                    .iter()
-                    .all(|f| atomic::verified(&self.root, f).is_ok())
-        })
+        record.is_some_and(|r| r.key == hex(frame_key) && self.is_whole(&r))
+    }
+
+    /// Are a frame's files what their records say?
+    fn is_whole(&self, record: &FrameRecord) -> bool {
+        record.files.iter().all(|f| f.read(&self.folder).is_ok())
     }
 
     /// What decides the bytes.
@@ -162,7 +165,7 @@ impl Writer {
         self.validate(frame)?;
         let at = (frame.sequence, frame.index);
         if self.lock().remove(&at).is_some() {
-            folder::put_record(&self.root, frame.sequence, frame.index, None)?;
+            state::put_record(&self.folder, frame.sequence, frame.index, None)?;
         }
         let mut files = Vec::new();
         for (i, camera) in frame.cameras.iter().enumerate() {
@@ -196,9 +199,20 @@ impl Writer {
             point_classes,
             files,
         };
-        folder::put_record(&self.root, frame.sequence, frame.index, Some(&record))?;
-        self.lock().insert(at, record.clone());
+        self.enter(record.clone())?;
         Ok(record)
+    }
+
+    /// A frame is whole: records it, and has its files synced.
+    fn enter(&self, record: FrameRecord) -> Result<(), Error> {
+        state::put_record(&self.folder, record.sequence, record.index, Some(&record))?;
+        let syncer = self.syncer.lock().unwrap_or_else(PoisonError::into_inner);
+        for file in &record.files {
+            syncer.push(file.path.clone());
+        }
+        drop(syncer);
+        self.lock().insert((record.sequence, record.index), record);
+        Ok(())
     }
 
     /// Writes what belongs to no single frame, last of all `dataset.json`, and removes `.nemoral/`.
@@ -251,7 +265,12 @@ impl Writer {
         let sequences = drives.iter().map(|(&number, drive)| SequenceRecord {
             number,
             length: drive.length,
-            frames: ranges(&frames, number),
+            frames: ranges(
+                frames
+                    .iter()
+                    .filter(|f| f.sequence == number)
+                    .map(|f| f.index),
+            ),
             world_from_frame0: drive.world_from_frame0,
         });
         let mut manifest = Manifest {
@@ -278,45 +297,60 @@ impl Writer {
         ];
         let calibration = text::encode_calibration(&Calibration::of(&self.header));
         for (&number, drive) in drives {
-            let folder = layout::sequence(number);
+            let path = |name| layout::sequence_file(number, name);
             texts.extend([
-                (format!("{folder}/{}", layout::CALIB), calibration.clone()),
-                (format!("{folder}/{}", layout::POSES), drive.poses.clone()),
-                (format!("{folder}/{}", layout::TIMES), drive.times.clone()),
+                (path(layout::CALIB), calibration.clone()),
+                (path(layout::POSES), drive.poses.clone()),
+                (path(layout::TIMES), drive.times.clone()),
             ]);
         }
         texts.sort();
         for (path, text) in texts {
-            let record = atomic::put(&self.root, &path, text.as_bytes())?;
+            let record = FileRecord::put(&self.folder, layout::inner(&path), text.as_bytes())?;
             manifest.files.push(record);
         }
-        atomic::put(&self.root, layout::MANIFEST, manifest.to_json().as_bytes())?;
-        folder::remove_state(&self.root)?;
+        let syncer = self
+            .syncer
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner);
+        // Those of earlier runs too: who knows how they ended? What is synced already costs little.
+        for file in manifest
+            .files
+            .iter()
+            .chain(manifest.frames.iter().flat_map(|f| &f.files))
+        {
+            syncer.push(file.path.clone());
+        }
+        syncer.finish()?;
+        let path = layout::inner(layout::MANIFEST);
+        self.folder
+            .put_synced(&path, manifest.to_json().as_bytes())?;
+        state::remove(&self.folder)?;
         Ok(manifest)
     }
 
-    /// Takes over a frame of another data set with an equal header.
-    pub(crate) fn adopt(&self, from: &Path, record: &FrameRecord) -> Result<(), Error> {
-        let at = (record.sequence, record.index);
-        if let Some(ours) = self.lock().get(&at) {
-            if ours != record {
+    /// Takes over a frame of another data set with an equal header, if it is whole there and not yet
+    /// here.
+    pub(crate) fn adopt(&self, from: &Dataset, record: &FrameRecord) -> Result<(), Error> {
+        let ours = self.lock().get(&(record.sequence, record.index)).cloned();
+        if let Some(ours) = ours {
+            if ours != *record {
                 return Err(Error::Mismatch {
-                    path: from.to_owned(),
+                    path: from.root().to_owned(),
                     field: format!("frame {} of sequence {}", record.index, record.sequence),
                     found: record.key.clone(),
                     asked: ours.key.clone(),
                 });
             }
-            return Ok(());
+            if self.is_whole(&ours) {
+                return Ok(());
+            }
         }
         for file in &record.files {
-            let bytes = atomic::verified(from, file)
-                .map_err(|message| Error::malformed(from.join(&file.path), message))?;
-            atomic::put(&self.root, &file.path, &bytes)?;
+            let bytes = file.read(from.folder())?;
+            self.folder.put(&file.path, &bytes)?;
         }
-        folder::put_record(&self.root, record.sequence, record.index, Some(record))?;
-        self.lock().insert(at, record.clone());
-        Ok(())
+        self.enter(record.clone())
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<(u32, u64), FrameRecord>> {
@@ -399,7 +433,7 @@ impl Writer {
         files: &mut Vec<FileRecord>,
     ) -> Result<(), Error> {
         let path = layout::frame_file(frame.sequence, folder, frame.index, extension);
-        files.push(atomic::put(&self.root, &path, bytes)?);
+        files.push(FileRecord::put(&self.folder, layout::inner(&path), bytes)?);
         Ok(())
     }
 
@@ -478,16 +512,4 @@ fn check_pose(record: &FrameRecord, tracks: &[Track]) -> Result<(), Error> {
         ));
     }
     Ok(())
-}
-
-/// The frames of a sequence as half-open ranges.
-fn ranges(frames: &[FrameRecord], sequence: u32) -> Vec<[u64; 2]> {
-    let mut ranges: Vec<[u64; 2]> = Vec::new();
-    for f in frames.iter().filter(|f| f.sequence == sequence) {
-        match ranges.last_mut() {
-            Some(last) if last[1] == f.index => last[1] += 1,
-            _ => ranges.push([f.index, f.index + 1]),
-        }
-    }
-    ranges
 }

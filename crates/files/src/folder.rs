@@ -55,6 +55,20 @@ impl Folder {
         &self.root
     }
 
+    /// What a user's path is called from the root, if its folder lies in it.
+    #[must_use]
+    pub fn inner_path_of(&self, path: &Path) -> Option<InnerPath> {
+        let above = path.parent().filter(|p| !p.as_os_str().is_empty());
+        let above = fs::canonicalize(above.unwrap_or(Path::new("."))).ok()?;
+        let relative = above
+            .strip_prefix(fs::canonicalize(&self.root).ok()?)
+            .ok()?
+            .to_owned();
+        let components = relative.iter().chain([path.file_name()?]);
+        let components: Option<Vec<&str>> = components.map(|c| c.to_str()).collect();
+        InnerPath::new(components?.join("/")).ok()
+    }
+
     /// Where a name lies, if no link is on the way there. The file itself need not exist.
     fn resolve(&self, name: &InnerPath) -> Result<PathBuf, Error> {
         let mut path = self.root.clone();
@@ -103,7 +117,10 @@ impl Folder {
     pub fn read(&self, name: &InnerPath, limit: u64) -> Result<Vec<u8>, Error> {
         match self.metadata(name)? {
             (path, Some(meta)) => read::read_checked(&path, &meta, limit),
-            (path, None) => Err(Error::io(&path)(io::ErrorKind::NotFound.into())),
+            (path, None) => {
+                let source = io::Error::new(io::ErrorKind::NotFound, "No such file");
+                Err(Error::Io { path, source })
+            }
         }
     }
 

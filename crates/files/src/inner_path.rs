@@ -84,6 +84,12 @@ impl fmt::Display for InnerPath {
     }
 }
 
+impl AsRef<Path> for InnerPath {
+    fn as_ref(&self) -> &Path {
+        Path::new(&self.0)
+    }
+}
+
 impl PartialEq<str> for InnerPath {
     fn eq(&self, other: &str) -> bool {
         self.0 == other

@@ -47,8 +47,8 @@ mod syncer;
 pub use error::{Error, PathError};
 pub use folder::{Entry, EntryKind, Folder, Lock};
 pub use inner_path::InnerPath;
-pub use pending::{PendingFile, is_temporary_name, write};
-pub use read::{read, read_text};
+pub use pending::{PendingFile, is_temporary_name, scratch_beside, write};
+pub use read::{is_same, read, read_text};
 pub use syncer::Syncer;
 
 #[cfg(doctest)]

@@ -98,6 +98,16 @@ impl Seek for PendingFile {
     }
 }
 
+/// A nameless file in the folder of another, for what is too large for memory: it goes by itself.
+///
+/// # Errors
+/// [`Error::Io`], naming `target`.
+pub fn scratch_beside(target: &Path) -> Result<File, Error> {
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty());
+    tempfile::tempfile_in(folder.unwrap_or(Path::new(".")))
+        .map_err(|e| Error::io(target)(plain(&e)))
+}
+
 /// Writes a file that the user has named, whole or not at all.
 ///
 /// # Errors
@@ -116,10 +126,13 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     // What is written is for others to read too: the umask decides, as for any file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder
-        .tempfile_in(folder)
-        .map_err(|e| match e.raw_os_error() {
-            Some(code) => io::Error::from_raw_os_error(code),
-            None => io::Error::from(e.kind()),
-        })
+    builder.tempfile_in(folder).map_err(|e| plain(&e))
+}
+
+/// The system's error without the temporary name.
+fn plain(e: &io::Error) -> io::Error {
+    match e.raw_os_error() {
+        Some(code) => io::Error::from_raw_os_error(code),
+        None => io::Error::from(e.kind()),
+    }
 }

@@ -24,6 +24,12 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
     into_text(path, read(path, limit)?)
 }
 
+/// Do two paths lead to the same file or folder? Not if one does not exist.
+#[must_use]
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
+}
+
 pub(crate) fn into_text(path: &Path, bytes: Vec<u8>) -> Result<String, Error> {
     String::from_utf8(bytes).map_err(|e| Error::NotText {
         path: path.to_owned(),

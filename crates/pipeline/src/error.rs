@@ -84,7 +84,13 @@ impl Error {
                 use nemoral_dataset::Error as E;
                 matches!(
                     **e,
-                    E::Foreign { .. } | E::Exists { .. } | E::Mismatch { .. } | E::Invalid { .. }
+                    E::Foreign { .. }
+                        | E::Exists { .. }
+                        | E::Damaged { .. }
+                        | E::Unowned { .. }
+                        | E::Incomplete { .. }
+                        | E::Mismatch { .. }
+                        | E::Invalid { .. }
                 )
             }
             _ => false,

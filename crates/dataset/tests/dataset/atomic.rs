@@ -133,7 +133,7 @@ fn a_full_disk_is_an_error_with_a_name_and_nothing_half_written() {
     let scan = whole[0]
         .files
         .iter()
-        .find(|f| f.path.ends_with(".ply"))
+        .find(|f| f.path.file_name().ends_with(".ply"))
         .expect("a scan");
     fs::remove_file(dir.path().join(&scan.path)).expect("remove");
     let writer = Writer::create(dir.path(), OpenMode::Resume, header.clone()).expect("resume");

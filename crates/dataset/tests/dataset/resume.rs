@@ -3,10 +3,16 @@
 use std::fs;
 use std::path::Path;
 
-use nemoral_dataset::{Dataset, DatasetHeader, Error, OpenMode, Writer, check, merge};
+use nemoral_dataset::{Dataset, DatasetHeader, Error, MergeParams, OpenMode, Writer, check, merge};
 use nemoral_scene::Ontology;
 
 use crate::common::{finish, see, small, tree, write};
+
+/// A new folder, whether or not all frames are there.
+const PARTIAL: MergeParams = MergeParams {
+    mode: OpenMode::Fresh,
+    partial: true,
+};
 
 fn create(out: &Path, mode: OpenMode) -> Result<Writer, Error> {
     Writer::create(out, mode, small())
@@ -238,17 +244,27 @@ fn shards_merge_into_the_whole() {
     write(&path("a"), &small(), &[0, 2]);
     write(&path("b"), &small(), &[1, 3, 2]);
     let (a, b) = (path("a"), path("b"));
-    merge(&[&b, &a], &path("merged"), OpenMode::Fresh).expect("merge");
+    merge(&[&b, &a], &path("merged"), MergeParams::default()).expect("merge");
     assert!(tree(&path("whole")) == tree(&path("merged")));
 
     let other = DatasetHeader { seed: 1, ..small() };
     write(&path("other"), &other, &[1]);
-    let e = merge(&[&a, &path("other")], &path("no"), OpenMode::Fresh).expect_err("seed");
+    let e = merge(&[&a, &path("other")], &path("no"), PARTIAL).expect_err("seed");
     assert!(e.to_string().contains("seed"), "{e}");
-    assert!(merge(&[&a, &b], &a, OpenMode::Overwrite).is_err());
-    assert!(merge(&[], &path("no"), OpenMode::Fresh).is_err());
+    assert!(
+        merge(
+            &[&a, &b],
+            &a,
+            MergeParams {
+                mode: OpenMode::Overwrite,
+                partial: false
+            }
+        )
+        .is_err()
+    );
+    assert!(merge(&[], &path("no"), PARTIAL).is_err());
     assert!(!path("no").exists());
     fs::write(b.join("sequences/00/depth/000003.png"), "x").expect("write");
-    let e = merge(&[&a, &b], &path("no"), OpenMode::Fresh).expect_err("damaged");
+    let e = merge(&[&a, &b], &path("no"), PARTIAL).expect_err("damaged");
     assert!(e.to_string().contains("000003.png"), "{e}");
 }

@@ -1,0 +1,60 @@
+//! Where two headers differ.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::{DatasetHeader, Error};
+
+/// Refuses a header that differs from the one in the folder, and says where.
+pub(crate) fn compare(
+    root: &Path,
+    found: &DatasetHeader,
+    asked: &DatasetHeader,
+) -> Result<(), Error> {
+    let value = |h| serde_json::to_value(h).expect("a header has string keys");
+    let (found, asked) = (value(found), value(asked));
+    // The telling fields first.
+    for field in ["generator", "version", "seed", "backend", "config"] {
+        differs(root, field, &found[field], &asked[field])?;
+    }
+    differs(root, "", &found, &asked)
+}
+
+fn differs(root: &Path, field: &str, found: &Value, asked: &Value) -> Result<(), Error> {
+    if found == asked {
+        return Ok(());
+    }
+    if let (Value::Object(a), Value::Object(b)) = (found, asked) {
+        for name in a.keys().chain(b.keys()) {
+            let dotted = if field.is_empty() {
+                name.clone()
+            } else {
+                format!("{field}.{name}")
+            };
+            let at = |map: &serde_json::Map<String, Value>| map.get(name).cloned();
+            match (at(a), at(b)) {
+                (Some(a), Some(b)) => differs(root, &dotted, &a, &b)?,
+                (a, b) => return Err(mismatch(root, &dotted, a.as_ref(), b.as_ref())),
+            }
+        }
+    }
+    Err(mismatch(root, field, Some(found), Some(asked)))
+}
+
+fn mismatch(root: &Path, field: &str, found: Option<&Value>, asked: Option<&Value>) -> Error {
+    let short = |value: Option<&Value>| {
+        let text = value.map_or_else(|| "nothing".to_owned(), Value::to_string);
+        if text.chars().count() > 120 {
+            text.chars().take(120).chain("…".chars()).collect()
+        } else {
+            text
+        }
+    };
+    Error::Mismatch {
+        path: root.to_owned(),
+        field: field.to_owned(),
+        found: short(found),
+        asked: short(asked),
+    }
+}

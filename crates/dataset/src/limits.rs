@@ -1,0 +1,54 @@
+//! How large things may be: what a header says is held against this before memory is asked for.
+//!
+//! The numbers are those of the config's schema, so that everything that can be made can be read.
+
+use nemoral_scene::Intrinsics;
+
+use crate::DatasetHeader;
+
+/// Columns and rows of a picture.
+pub(crate) const MAX_SIDE_PX: u32 = 8192;
+/// Frames of a sequence.
+pub(crate) const MAX_FRAMES: u64 = 10_000_000;
+/// Sequences of a data set.
+pub(crate) const MAX_SEQUENCES: usize = 100_000;
+/// Cameras and LiDARs of a data set.
+pub(crate) const MAX_SENSORS: usize = 256;
+/// Points of one scan: ten million pulses with five returns each.
+pub(crate) const MAX_POINTS: u64 = 50_000_000;
+/// Metres that a pose may be away from the origin: all chunks that have a coordinate lie within.
+pub(crate) const MAX_POSITION_M: f64 = 1e12;
+
+/// A header of a data set that is being written.
+pub(crate) const HEADER_BYTES: u64 = 16 << 20;
+/// A frame's record while the data set is being written.
+pub(crate) const RECORD_BYTES: u64 = 1 << 20;
+/// `dataset.json`: some 2 kB a frame.
+pub(crate) const MANIFEST_BYTES: u64 = 2 << 30;
+/// A table of things, some 200 bytes each.
+pub(crate) const TABLE_BYTES: u64 = 2 << 30;
+/// The boxes of a frame: some 200 bytes for each of the things in view.
+pub(crate) const BOXES_BYTES: u64 = 256 << 20;
+/// Data card, config, class table.
+pub(crate) const TEXT_BYTES: u64 = 16 << 20;
+
+/// A line of `poses.txt` or `times.txt` has at most twelve numbers of 25 characters.
+pub(crate) const fn lines_bytes(frames: u64) -> u64 {
+    frames.saturating_mul(12 * 25)
+}
+
+/// `calib.txt`: five lines, and three for each further camera, each of at most 400 bytes.
+pub(crate) fn calibration_bytes(header: &DatasetHeader) -> u64 {
+    400 * (8 + 3 * header.cameras.len() as u64)
+}
+
+/// A picture, of `bytes_per_pixel` before compression, which may make it longer by a little.
+pub(crate) fn image_bytes(size: &Intrinsics, bytes_per_pixel: u64) -> u64 {
+    let raw = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel;
+    raw + raw / 8 + u64::from(size.height) * 64 + (1 << 20)
+}
+
+/// A scan's file, of so many bytes a point.
+pub(crate) const fn scan_bytes(bytes_per_point: u64) -> u64 {
+    4096 + MAX_POINTS * bytes_per_point
+}
