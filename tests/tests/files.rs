@@ -9,7 +9,9 @@ use nemoral_dataset::{
     Agreement, CameraData, CheckReport, Dataset, FrameData, LidarData, OpenMode, Track,
     WorldTables, Writer, check,
 };
-use nemoral_pipeline::{Backend, BackendChoice, Done, Observer, Request, generate};
+use nemoral_pipeline::{
+    Backend, BackendChoice, Done, FrameSelection, InputFiles, Observer, Request, generate,
+};
 use nemoral_scene::{
     ChunkCoord, ExtraKinds, ExtraTruth, Image, LidarPoint, ObjectId, Ontology, Semantic,
     TruthImages, Twist, glam::DVec3,
@@ -33,7 +35,8 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
     let (backend, _) = Backend::for_config(choice, &config).expect("a renderer");
     let request = Request {
         cache: None,
-        frames: (0..config.frames).collect(),
+        frames: FrameSelection::first(config.frames),
+        inputs: InputFiles::read(&config).expect("readable files"),
         config,
         out: folder.path().join("recorded"),
         mode: OpenMode::Fresh,

@@ -63,6 +63,8 @@ pub struct TrailGround {
     base: Arc<dyn Surface>,
     paths: Vec<Arc<TrailPath>>,
     index: Index,
+    /// Of the knots that are close: where trails are dense, a few of many.
+    close: Index,
 }
 
 impl fmt::Debug for TrailGround {
@@ -78,6 +80,11 @@ struct Strand<'a> {
     path: &'a TrailPath,
     foot: Foot,
     edge: Dual,
+}
+
+/// A knot nearer than this may be of a trail that shapes the ground here.
+fn close_m(params: &TrailParams) -> f64 {
+    0.5 * params.width_m + SHOULDER_M.max(FILLET_M) + 0.5
 }
 
 /// How far from a chunk trails must be known to carve its ground.
@@ -96,11 +103,13 @@ impl TrailGround {
         near: &dyn Fn(ChunkCoord) -> bool,
     ) -> Self {
         let index = Index::new(&paths, low, high, reach_m(&params), near);
+        let close = Index::new(&paths, low, high, close_m(&params), near);
         Self {
             params,
             base,
             paths,
             index,
+            close,
         }
     }
 
@@ -197,9 +206,8 @@ impl TrailGround {
     /// The nearest points of all stretches of trails that are close, or of the nearest one.
     fn strands(&self, p: DVec2) -> Vec<Strand<'_>> {
         let mut strands = Vec::new();
-        let close = 0.5 * self.params.width_m + SHOULDER_M.max(FILLET_M) + 0.5;
-        let mut nearest = (f64::INFINITY, None);
-        for &Stretch { path, first, end } in self.index.at(p) {
+        let close = close_m(&self.params);
+        for &Stretch { path, first, end } in self.close.at(p) {
             let path = &*self.paths[path as usize];
             // Each run of knots that are close is a strand of its own.
             let mut run = (close * close, None);
@@ -207,13 +215,9 @@ impl TrailGround {
                 .iter()
                 .enumerate()
             {
-                let i = first as usize + i;
                 let square = knot.position.distance_squared(p);
-                if square < nearest.0 {
-                    nearest = (square, Some((path, i)));
-                }
                 if square < run.0 {
-                    run = (square, Some(i));
+                    run = (square, Some(first as usize + i));
                 } else if square >= close * close {
                     strands.extend(run.1.take().map(|i| Strand::new(path, p, i)));
                     run.0 = close * close;
@@ -222,9 +226,24 @@ impl TrailGround {
             strands.extend(run.1.map(|i| Strand::new(path, p, i)));
         }
         if strands.is_empty() {
-            strands.extend(nearest.1.map(|(path, i)| Strand::new(path, p, i)));
+            strands.extend(self.nearest_strand(p));
         }
         strands
+    }
+
+    /// The nearest point of all trails within reach.
+    fn nearest_strand(&self, p: DVec2) -> Option<Strand<'_>> {
+        let mut nearest = (f64::INFINITY, None);
+        for &Stretch { path, first, end } in self.index.at(p) {
+            let path = &*self.paths[path as usize];
+            for i in first as usize..end as usize {
+                let square = path.knots()[i].position.distance_squared(p);
+                if square < nearest.0 {
+                    nearest = (square, Some((path, i)));
+                }
+            }
+        }
+        nearest.1.map(|(path, i)| Strand::new(path, p, i))
     }
 
     /// Height of the formation; `None` beyond reach. Each knot continues its height along its

@@ -53,4 +53,4 @@ pub use error::ParamError;
 pub use ground::{TrailGround, TrailZone};
 pub use params::{Ruts, Section, TrailParams, TrailSurfaceKind};
 pub use path::{TrailId, TrailPath};
-pub use trails::Trails;
+pub use trails::{TrailEdges, Trails};

@@ -140,8 +140,7 @@ impl TrailPath {
         let key = world.stage(RUTS).chunk(id.birth);
         let depth = Wobble::new(key.item(0), length, 9.0);
         let wander = Wobble::new(key.item(1), length, 12.0);
-        let taper = TAPER_M.min(length / 3.0);
-        let fade = |s: f64| smoothstep(s.min(length - s) / taper);
+        let fade = |s: f64| fade(s, length);
         let ruts = places
             .iter()
             .map(|&s| fade(s) * kind_at(&kinds, s).rut_factor() * (1.0 + 0.6 * depth.at(s)));
@@ -159,9 +158,7 @@ impl TrailPath {
                     height: heights[i],
                     grade: (heights[b] - heights[a]) / (places[b] - places[a]),
                     lane: Lane {
-                        half_width: 0.5
-                            * params.width_m
-                            * (END_WIDTH + (1.0 - END_WIDTH) * fade(arc)),
+                        half_width: half_width_m(params, fade(arc)),
                         tilt: tilts[i],
                         rut: ruts[i].max(0.0),
                         wander: 0.1 * wander.at(arc),
@@ -178,6 +175,33 @@ impl TrailPath {
         };
         path.stones = stones(params, world, &path);
         path
+    }
+
+    /// The same trail where it is on the map alone: all heights are 0, and nothing lies on it. A
+    /// small part of the work.
+    pub(crate) fn outline(params: &TrailParams, layout: &Layout) -> Self {
+        let (points, transits) = layout.points(STEP_M);
+        let length = points[points.len() - 1].2;
+        let knot = |(position, tangent, arc): (DVec2, DVec2, f64)| Knot {
+            position,
+            tangent,
+            arc,
+            height: 0.0,
+            grade: 0.0,
+            lane: Lane {
+                half_width: half_width_m(params, fade(arc, length)),
+                tilt: 0.0,
+                rut: 0.0,
+                wander: 0.0,
+            },
+        };
+        Self {
+            id: layout.id(),
+            knots: points.into_iter().map(knot).collect(),
+            transits,
+            kinds: Vec::new(),
+            stones: Vec::new(),
+        }
     }
 
     /// Which trail it is.
@@ -324,6 +348,16 @@ impl TrailPath {
         let rate = std::array::from_fn(|k| (b[k] - a[k]) / step);
         (Lane::from_array(mix), Lane::from_array(rate))
     }
+}
+
+/// How far a trail of this length has come to its full width and depth, 0..1.
+fn fade(s_m: f64, length_m: f64) -> f64 {
+    let taper = TAPER_M.min(length_m / 3.0);
+    smoothstep(s_m.min(length_m - s_m) / taper)
+}
+
+fn half_width_m(params: &TrailParams, fade: f64) -> f64 {
+    0.5 * params.width_m * (END_WIDTH + (1.0 - END_WIDTH) * fade)
 }
 
 fn kind_at(kinds: &[(f64, TrailSurfaceKind)], s_m: f64) -> TrailSurfaceKind {

@@ -30,6 +30,19 @@ pub struct Trails {
     paths: Cache<ChunkCoord, Arc<TrailPath>>,
 }
 
+/// Where the edges of trails are near a chunk.
+#[derive(Debug)]
+pub struct TrailEdges(TrailGround);
+
+impl TrailEdges {
+    /// Signed distance to the edge of the union of trail surfaces, metres: negative on a trail,
+    /// `f64::INFINITY` farther than 12 m from all.
+    #[must_use]
+    pub fn edge_m(&self, world_m: DVec2) -> f64 {
+        self.0.edge_m(world_m)
+    }
+}
+
 impl fmt::Debug for Trails {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Trails")
@@ -93,6 +106,33 @@ impl Trails {
     /// the base ground.
     #[must_use]
     pub fn ground_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailGround {
+        self.near(coord, margin_m, |birth| self.path(birth))
+    }
+
+    /// Does any trail touch a chunk?
+    #[must_use]
+    pub fn is_crossed(&self, coord: ChunkCoord) -> bool {
+        !self.births_through(coord).is_empty()
+    }
+
+    /// Where the edges of trails are, for points at most `margin_m` from a chunk: as
+    /// [`ground_near`](Self::ground_near) says, without the work that heights take.
+    #[must_use]
+    pub fn edges_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailEdges {
+        let outline = |birth| {
+            let layout = self.layout(birth);
+            Arc::new(TrailPath::outline(&self.params, &layout))
+        };
+        TrailEdges(self.near(coord, margin_m, outline))
+    }
+
+    /// The ground near a chunk, of paths that `path` makes.
+    fn near(
+        &self,
+        coord: ChunkCoord,
+        margin_m: f64,
+        path: impl Fn(ChunkCoord) -> Arc<TrailPath>,
+    ) -> TrailGround {
         let margin_m = margin_m.max(0.0);
         let size = self.chunk_size_m;
         // A hair more: vertices on the border are computed in other ways.
@@ -109,7 +149,7 @@ impl Trails {
             .collect();
         births.sort_unstable();
         births.dedup();
-        let paths = births.into_iter().map(|birth| self.path(birth)).collect();
+        let paths = births.into_iter().map(path).collect();
         TrailGround::new(
             Arc::clone(&self.params),
             Arc::clone(&self.base),
@@ -207,11 +247,14 @@ impl Trails {
 
     fn path(&self, birth: ChunkCoord) -> Arc<TrailPath> {
         self.paths.get_or_make(birth, || {
-            let walk = self.router.walk(birth).into_iter().flatten();
-            let base = &*self.base;
-            let layout = Layout::new(self.key, walk.collect(), self.chunk_size_m, base);
-            Arc::new(TrailPath::new(&self.params, self.key, &layout, base))
+            let layout = self.layout(birth);
+            Arc::new(TrailPath::new(&self.params, self.key, &layout, &*self.base))
         })
+    }
+
+    fn layout(&self, birth: ChunkCoord) -> Layout {
+        let walk = self.router.walk(birth).into_iter().flatten();
+        Layout::new(self.key, walk.collect(), self.chunk_size_m, &*self.base)
     }
 }
 
@@ -247,5 +290,32 @@ mod tests {
             });
             assert_eq!(a, b);
         }
+    }
+
+    #[test]
+    fn edges_are_where_the_ground_has_them() {
+        let params = TrailParams {
+            spawn_probability: 0.5,
+            max_length_chunks: 10,
+            ..TrailParams::default()
+        };
+        let base = Arc::new(FlatSurface::default());
+        let trails = Trails::new(params, 50.0, Key::world(3), base).expect("valid");
+        let mut on_trails = 0;
+        for i in 0..9 {
+            let chunk = ChunkCoord::new(i % 3 * 4, i / 3 * 4);
+            assert_eq!(trails.is_crossed(chunk), !trails.in_chunk(chunk).is_empty());
+            let (ground, edges) = (
+                trails.ground_near(chunk, 1.0),
+                trails.edges_near(chunk, 1.0),
+            );
+            for k in 0..400 {
+                let cell = DVec2::new(f64::from(k % 20), f64::from(k / 20)) + 0.37;
+                let p = chunk.origin_m(50.0) + cell * 2.5;
+                assert_eq!(edges.edge_m(p).to_bits(), ground.edge_m(p).to_bits(), "{p}");
+                on_trails += u32::from(edges.edge_m(p) < 0.0);
+            }
+        }
+        assert!(on_trails > 400, "{on_trails}");
     }
 }

@@ -5,7 +5,6 @@
 
 mod canvas;
 
-use std::path::Path;
 use std::time::Instant;
 
 use nemoral_assets::{
@@ -27,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for name in arguments {
         species.push(match Species::built_in(&name) {
             Some(species) => species,
-            None => Species::read(Path::new(&name))?,
+            None => Species::from_toml(&std::fs::read_to_string(&name)?, &name)?,
         });
     }
     if species.is_empty() {

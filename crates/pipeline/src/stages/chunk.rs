@@ -15,9 +15,9 @@ use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
 use super::things::Things;
 use super::undergrowth::{Patch, PatchKind};
-use crate::Error;
 use crate::config::Config;
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
 const FLOOR: Purpose = Purpose::new("pipeline.floor");
 const LOOK: Purpose = Purpose::new("pipeline.low.look");
@@ -66,6 +66,30 @@ impl SolidStage {
     }
 }
 
+impl Encode for SolidStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            // Made of the parameters.
+            mesher: _,
+            params,
+            floor,
+            // One of the parameters.
+            chunk_size_m: _,
+        } = self;
+        let MeshParams {
+            chunk_size_m,
+            cell_m,
+            fine_cell_m,
+            tolerance_m,
+        } = params;
+        encoder.field("chunk_size_m", chunk_size_m);
+        encoder.field("cell_m", cell_m);
+        encoder.field("fine_cell_m", fine_cell_m);
+        encoder.field("tolerance_m", tolerance_m);
+        encoder.field("floor", floor);
+    }
+}
+
 impl Stage for SolidStage {
     type At = ChunkCoord;
     type Inputs = (
@@ -78,7 +102,7 @@ impl Stage for SolidStage {
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", (self.params, self.floor)));
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(
@@ -191,7 +215,8 @@ impl Stage for LowStage {
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
+        let Self { chunk_size_m } = self;
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(

@@ -91,8 +91,12 @@ impl Stage for PoseStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
-        hasher.write_f64(self.pictures_s);
+        let Self {
+            chunk_size_m,
+            pictures_s,
+        } = self;
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*pictures_s);
     }
 
     fn run(
@@ -189,9 +193,14 @@ impl Stage for SceneStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
-        hasher.write_f64(self.visible_radius_m);
-        hasher.write_f64(self.undergrowth_radius_m);
+        let Self {
+            chunk_size_m,
+            visible_radius_m,
+            undergrowth_radius_m,
+        } = self;
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*visible_radius_m);
+        hasher.write_f64(*undergrowth_radius_m);
     }
 
     fn run(

@@ -145,7 +145,8 @@ impl Stage for OpennessStage {
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
+        let Self { chunk_size_m } = self;
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(

@@ -11,9 +11,9 @@ use nemoral_seed::Key;
 
 use super::assets::{Standing, WorldAssets};
 use super::ground::{ChunkGround, GroundModel};
-use crate::Error;
 use crate::config::{self, Config};
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
 /// The woody layers, in the paper's order, and after them saplings: [`Site::layer`] is an index into this.
 pub const LAYERS: [&str; 4] = ["trees", "stumps", "shrubs", "regeneration.saplings"];
@@ -61,6 +61,22 @@ fn exactly(radius_m: f64) -> Variety {
     }
 }
 
+impl Encode for PlacementStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            placement,
+            shrubs,
+            chunk_size_m,
+            centre,
+        } = self;
+        let ChunkCoord { x, y } = centre;
+        encoder.field("placement", placement);
+        encoder.field("shrubs", shrubs);
+        encoder.field("chunk_size_m", chunk_size_m);
+        encoder.field("centre", &[*x, *y]);
+    }
+}
+
 impl Stage for PlacementStage {
     type At = ();
     type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
@@ -69,11 +85,7 @@ impl Stage for PlacementStage {
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!(
-            "{:?}",
-            (&self.placement, self.shrubs, self.centre)
-        ));
-        hasher.write_f64(self.chunk_size_m);
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(

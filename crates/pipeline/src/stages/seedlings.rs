@@ -65,8 +65,12 @@ impl Stage for SeedlingStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.per_m2);
-        hasher.write_f64(self.chunk_size_m);
+        let Self {
+            per_m2,
+            chunk_size_m,
+        } = self;
+        hasher.write_f64(*per_m2);
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(

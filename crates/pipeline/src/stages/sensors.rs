@@ -1,14 +1,12 @@
 //! The robot's sensors, made from a config.
 
 use std::f64::consts::TAU;
-use std::fs::File;
-use std::io::BufReader;
 use std::sync::Arc;
 
 use nemoral_lidar::{
     Avia, Beam, EchoObservation, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors,
     RangeModel, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner, ScannerParams,
-    Spinning, TableError, TablePattern, Wavelength,
+    Spinning, TablePattern, Wavelength,
 };
 use nemoral_lidar_noise::{
     IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, Observation,
@@ -26,8 +24,8 @@ use super::assets::Recipe;
 use crate::config::{
     self, CameraLens, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition,
 };
-use crate::plan::{Hasher, Stage};
-use crate::{Backend, Error, Renderer};
+use crate::plan::{Encode, Encoder, Hasher, Stage};
+use crate::{Backend, Error, InputFile, InputFiles, Renderer};
 
 /// Of the fixed patterns of sensors.
 const SPECIMEN: Purpose = Purpose::new("pipeline.camera.specimen");
@@ -207,28 +205,25 @@ pub struct CameraStage {
     sun: config::Sun,
     sky: config::Sky,
     weather: config::Weather,
-    /// Of the sky image, if there is one and it can be read: what counts is what is in it.
-    sky_image: Option<blake3::Hash>,
     max_range_m: f64,
     backend: Backend,
     /// Whose leaves light passes.
     trees: Recipe,
+    inputs: InputFiles,
 }
 
 impl CameraStage {
-    /// The stage of a config.
+    /// The stage of a config and the files that it names.
     #[must_use]
-    pub fn new(config: &Config, backend: Backend) -> Self {
+    pub fn new(config: &Config, inputs: &InputFiles, backend: Backend) -> Self {
         Self {
             backend,
-            trees: Recipe::new(config),
+            trees: Recipe::new(config, inputs),
+            inputs: inputs.clone(),
             cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
             sun: config.sun.clone(),
             sky: config.sky.clone(),
             weather: config.weather.clone(),
-            sky_image: std::fs::read(&config.sky.image)
-                .ok()
-                .map(|b| blake3::hash(&b)),
             max_range_m: config.chunks.visible_radius_m,
         }
     }
@@ -236,19 +231,20 @@ impl CameraStage {
     fn sun(&self) -> Result<Sun, Error> {
         match &self.sun.position {
             SunPosition::Angles(a) => Sun::from_angles(a.azimuth_deg, a.elevation_deg),
-            SunPosition::Date(d) => {
-                let time = parse_utc(&d.utc).ok_or_else(|| {
-                    let utc = &d.utc;
-                    Error::request(format!(
-                        "sun.date.utc = \"{utc}\": must be a date and time, YYYY-MM-DDThh:mm:ss"
-                    ))
-                })?;
-                time.later(d.later_h)
-                    .and_then(|time| Sun::at(d.latitude_deg, d.longitude_deg, time))
-            }
+            SunPosition::Date(d) => Sun::at(d.latitude_deg, d.longitude_deg, utc(d)?),
         }
         .map_err(|e| Error::request(format!("sun: {e}")))
     }
+}
+
+/// The date and time of a sun by its date.
+pub(crate) fn utc(date: &config::SunDate) -> Result<UtcTime, Error> {
+    let refused = |why: &dyn std::fmt::Display| {
+        Error::request(format!("sun.date.utc = \"{}\": {why}", date.utc))
+    };
+    let time = parse_utc(&date.utc)
+        .ok_or_else(|| refused(&"must be a date and time, YYYY-MM-DDThh:mm:ss"))?;
+    time.later(date.later_h).map_err(|e| refused(&e))
 }
 
 /// `YYYY-MM-DDThh:mm:ss`, with or without a `Z`.
@@ -279,16 +275,7 @@ impl Stage for CameraStage {
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!(
-            "{:?}",
-            (&self.cameras, &self.sun, &self.sky, &self.weather)
-        ));
-        hasher.write_f64(self.max_range_m);
-        hasher.write_str(&format!("{:?}", self.sky_image));
-        self.trees.fingerprint(hasher);
-        if !matches!(self.backend, Backend::Cpu) {
-            hasher.write_str(&self.backend.name());
-        }
+        self.inputs.encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Vec<CameraRig>, Error> {
@@ -302,11 +289,11 @@ impl Stage for CameraStage {
             fog_per_m: self.weather.fog_per_m,
             fog_base_m: self.weather.fog_base_m,
             fog_height_m: self.weather.fog_height_m,
-            foliage_albedo: self.trees.foliage_albedo().map_err(Error::of_stage)?,
+            foliage_albedo: self.trees.foliage_albedo()?,
             ..SkyParams::default()
         };
         let sun = self.sun()?;
-        let lighting = match super::sky_image::read(&self.sky)? {
+        let lighting = match super::sky_image::read(&self.sky, &self.inputs)? {
             None => Lighting::new(&sun, &sky),
             Some(image) => Lighting::photographed(&sun, &sky, &image, self.sky.image_gain),
         }
@@ -332,6 +319,30 @@ impl Stage for CameraStage {
             });
         }
         Ok(rigs)
+    }
+}
+
+impl Encode for CameraStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            cameras,
+            sun,
+            sky,
+            weather,
+            max_range_m,
+            backend,
+            trees,
+            inputs: _,
+        } = self;
+        for (path, camera) in cameras {
+            encoder.field(path, camera);
+        }
+        encoder.field("sun", sun);
+        encoder.field("sky", sky);
+        encoder.field("weather", weather);
+        encoder.field("max_range_m", max_range_m);
+        encoder.field("backend", &backend.name());
+        encoder.field("trees", trees);
     }
 }
 
@@ -470,16 +481,18 @@ struct LidarMaker {
     path: String,
     params: config::Lidar,
     visible_radius_m: f64,
+    inputs: InputFiles,
 }
 
 impl LidarStage {
-    /// The stage of a config.
+    /// The stage of a config and the files that it names.
     #[must_use]
-    pub fn new(config: &Config) -> Self {
+    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
         let maker = |(path, lidar): (String, &config::Lidar)| LidarMaker {
             path,
             params: lidar.clone(),
             visible_radius_m: config.chunks.visible_radius_m,
+            inputs: inputs.clone(),
         };
         Self {
             lidars: config.all_lidars().map(maker).collect(),
@@ -496,13 +509,25 @@ impl Stage for LidarStage {
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         for lidar in &self.lidars {
-            hasher.write_str(&format!("{:?}", (&lidar.path, &lidar.params)));
-            hasher.write_f64(lidar.visible_radius_m);
+            lidar.inputs.encode(hasher, lidar);
         }
     }
 
     fn run(&self, (): (), _: Key, (): ()) -> Result<Vec<LidarRig>, Error> {
         self.lidars.iter().map(LidarMaker::make).collect()
+    }
+}
+
+impl Encode for LidarMaker {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            path,
+            params,
+            visible_radius_m,
+            inputs: _,
+        } = self;
+        encoder.field(path, params);
+        encoder.field("visible_radius_m", visible_radius_m);
     }
 }
 
@@ -570,15 +595,10 @@ impl LidarMaker {
                 Box::new(Panorama::new(params).map_err(refused)?)
             }
             LidarPattern::Table(table) => {
-                let read = |source| Error::Read {
-                    path: table.path.clone().into(),
-                    source,
-                };
-                let file = File::open(&table.path).map_err(|e| read(e.into()))?;
-                let pattern = TablePattern::from_csv(BufReader::new(file));
-                Box::new(pattern.map_err(|e| match e {
-                    TableError::Read(e) => read(e.into()),
-                    other => Error::request(format!("{}: {other}", table.path)),
+                let file = self.inputs.get(&table.path);
+                let pattern = TablePattern::from_csv(file.map_or(&[][..], InputFile::bytes));
+                Box::new(pattern.map_err(|e| {
+                    Error::request(format!("{}.table: {}: {e}", self.path, table.path))
                 })?)
             }
         })

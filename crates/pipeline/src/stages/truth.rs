@@ -55,7 +55,8 @@ impl Stage for TrunkStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&self.ontology);
+        let Self { ontology } = self;
+        hasher.write_str(ontology);
     }
 
     fn run(&self, (): (), _: Key, (assets,): (Arc<WorldAssets>,)) -> Result<Trunks, Error> {
@@ -121,7 +122,8 @@ impl Stage for BareStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
+        let Self { chunk_size_m } = self;
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(
@@ -199,9 +201,16 @@ impl Stage for ExtraStage {
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&self.ontology);
-        hasher.write_f64(self.chunk_size_m);
-        hasher.write_f64(self.visible_radius_m);
+        let Self {
+            ontology,
+            chunk_size_m,
+            visible_radius_m,
+            pictures_s,
+        } = self;
+        hasher.write_str(ontology);
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*visible_radius_m);
+        hasher.write_f64(*pictures_s);
     }
 
     fn run(

@@ -11,9 +11,9 @@ use nemoral_terrain::{Terrain, TerrainParams};
 
 use super::ground::ChunkGround;
 use super::openness::Openness;
-use crate::Error;
 use crate::config::{self, Config};
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
 const KIND: Purpose = Purpose::new("pipeline.undergrowth.kind");
 const PATCHES: Purpose = Purpose::new("pipeline.undergrowth.patches");
@@ -68,6 +68,17 @@ impl FloraStage {
     }
 }
 
+impl Encode for FloraStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            params,
+            chunk_size_m,
+        } = self;
+        encoder.field("undergrowth", params);
+        encoder.field("chunk_size_m", chunk_size_m);
+    }
+}
+
 impl Stage for FloraStage {
     type At = ();
     type Inputs = ();
@@ -76,8 +87,7 @@ impl Stage for FloraStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", self.params));
-        hasher.write_f64(self.chunk_size_m);
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Flora, Error> {
