@@ -18,7 +18,7 @@ use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use nemoral_lidar::{Beam, ExactRange, Panorama, PanoramaParams, Returns, Scanner, ScannerParams};
-use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec3, Mat3, Vec3};
 use nemoral_scene::{
     Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, RigidTransform,
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         variation: 0.0,
     };
     let group = Arc::new(Group::build(vec![(instance, blas)]));
-    let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+    let forest = RayScene::new(vec![(Vec3::ZERO, group)]);
     let start_s = start.elapsed().as_secs_f64();
     println!("start: {start_s:.2} s, {read_s:.2} of it reading");
     say_peak();

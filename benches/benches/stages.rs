@@ -12,7 +12,7 @@ use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Node, Runner, Store};
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, ExtraTruth, Surface, Twist};
+use nemoral_scene::{Annotations, ChunkCoord, Surface, Twist};
 use nemoral_seed::{Domain, Key};
 use nemoral_terrain::{Terrain, TerrainParams};
 
@@ -103,7 +103,7 @@ fn files(c: &mut Criterion) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let writer = Writer::create(folder.path(), OpenMode::Fresh, header(&config, &grown))
         .expect("an empty folder");
-    let extra = ExtraTruth::default();
+    let extra = Annotations::default();
     let frame = FrameData {
         sequence: 0,
         index: 0,

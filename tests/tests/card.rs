@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use nemoral_lidar::{ExactRange, Pulse, ScanPattern, Scanner, ScannerParams};
-use nemoral_raycast::{Blas, BruteForce, Forest, Group};
+use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, GpuCamera, GpuParams, Lighting, OpenSky, RayCastCamera, RayCastParams,
     SceneView, View,
@@ -166,6 +166,7 @@ fn pictures(
     let camera = RayCastCamera::new(RayCastParams::draft(), light).expect("allowed");
     let scene = SceneView {
         caster,
+        instances: None,
         materials,
         sky_visibility: &OpenSky,
     };
@@ -232,7 +233,7 @@ fn the_letter_f_is_the_same_for_everything_that_sees() {
     let (library, ink) = library();
     for (kind, shape) in [("card", as_card(ink)), ("triangles", as_triangles(ink))] {
         let groups = groups(shape, &library);
-        let fast = Forest::new(groups.clone());
+        let fast = RayScene::new(groups.clone());
         let portable = fast.clone().portable();
         let brute = BruteForce::new(groups);
         let casters: [(&str, &dyn RayCaster); 3] = [
@@ -262,9 +263,10 @@ fn the_letter_f_is_the_same_on_a_gpu() {
     let light = Lighting::uniform(Vec3::splat(100.0));
     let camera = GpuCamera::new(gpu, GpuParams::default(), light).unwrap_or_else(|e| panic!("{e}"));
     for (kind, shape) in [("card", as_card(ink)), ("triangles", as_triangles(ink))] {
-        let forest = Forest::new(groups(shape, &library));
+        let forest = RayScene::new(groups(shape, &library));
         let scene = SceneView {
             caster: &forest,
+            instances: Some(&forest),
             materials: &library,
             sky_visibility: &OpenSky,
         };

@@ -10,7 +10,7 @@ use nemoral_lidar::{
 use nemoral_lidar_noise::{
     LaconteDevice, LaconteForm, MeanError, Observation, PaperMeanError, RangeNoise, RangeSensor,
 };
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
     Card, LaserBand, LidarPoint, Material, MaterialLibrary, Mesh, Optics, PointFlags, Prototype,
@@ -21,7 +21,7 @@ use nemoral_seed::Key;
 /// A plate: where its middle is, its normal, half its width, its reflectance.
 type Plate = (DVec3, DVec3, f64, f32);
 
-fn plates(plates: &[Plate]) -> (Forest, MaterialLibrary) {
+fn plates(plates: &[Plate]) -> (RayScene, MaterialLibrary) {
     let mut materials = MaterialLibrary::new();
     let mut cards = Vec::new();
     for &(middle, normal, half_m, reflectance) in plates {
@@ -45,7 +45,7 @@ fn plates(plates: &[Plate]) -> (Forest, MaterialLibrary) {
         });
     }
     let shape = Prototype::new("plates", Mesh::default(), cards, &materials).expect("sound");
-    (Forest::of_shape(Arc::new(shape), &materials), materials)
+    (RayScene::of_shape(Arc::new(shape), &materials), materials)
 }
 
 fn receiver(noise: RangeNoise) -> impl RangeModel {
@@ -63,7 +63,7 @@ fn receiver(noise: RangeNoise) -> impl RangeModel {
 fn scan(
     pattern: Box<dyn ScanPattern>,
     pulses: u32,
-    (forest, materials): &(Forest, MaterialLibrary),
+    (forest, materials): &(RayScene, MaterialLibrary),
     noise: RangeNoise,
 ) -> Vec<LidarPoint> {
     let params = ScannerParams {
@@ -77,7 +77,7 @@ fn scan_by(
     params: ScannerParams,
     pattern: Box<dyn ScanPattern>,
     pulses: u32,
-    (forest, materials): (&Forest, &MaterialLibrary),
+    (forest, materials): (&RayScene, &MaterialLibrary),
     noise: RangeNoise,
 ) -> Vec<LidarPoint> {
     let params = ScannerParams {

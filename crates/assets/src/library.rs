@@ -7,7 +7,7 @@ use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
 use crate::error::ParamError;
-use crate::near::{Masks, Nearness, near_light};
+use crate::near::{Masks, Nearness, ambient_occlusion};
 use crate::palette::Palette;
 use crate::plant::rock::{RockPlan, rock};
 use crate::plant::seedling::seedling;
@@ -408,8 +408,9 @@ fn prototype(name: &str, number: u32, shape: Shape, library: &MaterialLibrary) -
 
 /// The same shape, dark between its leaves.
 fn between_leaves(shape: Prototype, masks: &Masks, near: &Nearness) -> Prototype {
-    let light = near_light(&shape, masks, near);
-    (shape.with_near_light(light)).expect("one share of each vertex and corner, and no ground")
+    let light = ambient_occlusion(&shape, masks, near);
+    (shape.with_ambient_occlusion(light))
+        .expect("one share of each vertex and corner, and no ground")
 }
 
 fn asset(name: &str, prototype: Prototype, radius_m: f32) -> PlantAsset {

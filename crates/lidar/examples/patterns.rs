@@ -17,7 +17,7 @@ use nemoral_lidar::{
 };
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{
-    Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster, RigidTransform, Semantic,
+    Hit, Material, MaterialId, MaterialLibrary, Ray, RayCaster, RigidTransform, Semantic,
 };
 use nemoral_seed::Key;
 
@@ -50,22 +50,12 @@ impl RayCaster for WallAndTree {
             .filter(|&t| (flat * t - Vec2::new(5.0, 0.0)).length() < 0.08);
         let wall_m = (d.x > 0.0).then(|| 10.0 / d.x);
         let tree_m = crown_m.or(stem_m);
-        Some(Hit {
-            distance_m: tree_m.or(wall_m)?,
-            geometric_normal: Vec3::NEG_X,
-            shading_normal: Vec3::NEG_X,
-            uv: Vec2::ZERO,
-            uv_per_m: 1.0,
-            material: if tree_m.is_some() {
-                self.tree
-            } else {
-                self.wall
-            },
-            object: ObjectId::NONE,
-            blend: None,
-            variation: 0.0,
-            near_light: 1.0,
-        })
+        let material = if tree_m.is_some() {
+            self.tree
+        } else {
+            self.wall
+        };
+        Some(Hit::new(tree_m.or(wall_m)?, Vec3::NEG_X, material))
     }
 }
 

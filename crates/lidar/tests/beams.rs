@@ -4,7 +4,7 @@ use nemoral_lidar::{
     Beam, EchoObservation, ExactRange, PulseErrors, RepeatingLines, RepeatingLinesParams, Returns,
     Scanner, ScannerParams,
 };
-use nemoral_scene::glam::{DVec3, Vec2, Vec3};
+use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
     ChunkCoord, Hit, LidarPoint, Material, MaterialId, MaterialLibrary, ObjectId, PointFlags, Ray,
     RayCaster, RigidTransform, Semantic,
@@ -28,18 +28,9 @@ fn materials() -> MaterialLibrary {
 }
 
 fn hit(ray: &Ray, distance_m: f32, material: u16) -> Option<Hit> {
-    (distance_m <= ray.t_max_m).then(|| Hit {
-        distance_m,
-        geometric_normal: Vec3::NEG_X,
-        shading_normal: Vec3::NEG_X,
-        uv: Vec2::ZERO,
-        uv_per_m: 1.0,
-        material: MaterialId(material),
-        object: ObjectId::new(ChunkCoord::new(0, 0), material + 1).expect("in range"),
-        blend: None,
-        variation: 0.0,
-        near_light: 1.0,
-    })
+    let object = ObjectId::new(ChunkCoord::new(0, 0), material + 1).expect("in range");
+    (distance_m <= ray.t_max_m)
+        .then(|| Hit::new(distance_m, Vec3::NEG_X, MaterialId(material)).with_object(object))
 }
 
 /// A wall at x = `far`; before it, where y > 0, another at x = `near`.

@@ -4,7 +4,7 @@ use std::{env::args, error::Error, fs, sync::Arc};
 
 use nemoral_lidar::{Device, EchoObservation, Scanner};
 use nemoral_lidar_noise::{Observation, RangeNoise, RangeSensor};
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::{glam::Vec3, *};
 use nemoral_seed::Key;
 
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let shape = Arc::new(Prototype::new("obj", mesh, vec![], &materials)?);
     let Bounds { min, max } = shape.bounds();
     let front = (0.5 * (min + max)).with_x(min.x - 10.0).as_dvec3();
-    let forest = Forest::of_shape(shape, &materials);
+    let forest = RayScene::of_shape(shape, &materials);
     let pose = |_| RigidTransform::from_xyz_rpy(front, 0.0, 0.0, 0.0);
     let sensor = RangeSensor::new(RangeNoise::livox())?;
     let noise = |echo: &EchoObservation, key: Key| {

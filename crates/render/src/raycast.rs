@@ -197,12 +197,12 @@ fn truth(
             normal: Vec3::ZERO,
         };
     };
-    let away = hit.geometric_normal.dot(ray.direction) > 0.0;
-    let normal = hit.geometric_normal * if away { -1.0 } else { 1.0 };
+    let away = hit.surface.geometric_normal.dot(ray.direction) > 0.0;
+    let normal = hit.surface.geometric_normal * if away { -1.0 } else { 1.0 };
     PixelTruth {
-        semantic: scene.materials.get(hit.material).semantic,
-        object: hit.object,
-        depth_m: (f64::from(hit.distance_m) * view.intrinsics.direction(pixel).z) as f32,
+        semantic: scene.materials.get(hit.surface.material).semantic,
+        object: hit.surface.object,
+        depth_m: (f64::from(hit.surface.distance_m) * view.intrinsics.direction(pixel).z) as f32,
         normal: view.to_optical(normal, pixel.y),
     }
 }
@@ -285,8 +285,8 @@ impl Shot<'_> {
 
     /// What the air before a surface, where the sky is as open as it says, lets through and adds.
     fn air(&self, ray: &Ray, hit: &Hit, openness: f32, background: Vec3) -> (f32, Vec3) {
-        let rise_m = ray.direction.z * hit.distance_m;
-        let (air, fade) = self.haze.transmittance(hit.distance_m, rise_m);
+        let rise_m = ray.direction.z * hit.surface.distance_m;
+        let (air, fade) = self.haze.transmittance(hit.surface.distance_m, rise_m);
         // Air under crowns is as dark as what it hides; at the end of the world it is the sky's.
         let openness = 0.5 * (openness + self.openness);
         let glow = openness * (1.0 - air) * fade;

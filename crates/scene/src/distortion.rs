@@ -9,33 +9,33 @@ use glam::{DMat2, DVec2, DVec3};
 #[cfg_attr(feature = "serde", serde(tag = "model", rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Distortion {
-    /// Not at all: a pinhole.
+    /// No distortion: a pinhole.
     #[default]
     None,
     /// Brown (1966) and Conrady (1919): with r² = x² + y², the point is drawn at
     /// (x, y) (1 + k1 r² + k2 r⁴ + k3 r⁶) + (2 p1 x y + p2 (r² + 2 x²), p1 (r² + 2 y²) + 2 p2 x y).
     BrownConrady {
-        /// Radial, second power.
+        /// Radial coefficient of the second power.
         k1: f64,
-        /// Radial, fourth power.
+        /// Radial coefficient of the fourth power.
         k2: f64,
-        /// Radial, sixth power.
+        /// Radial coefficient of the sixth power.
         k3: f64,
-        /// Tangential, upwards.
+        /// Tangential coefficient p1.
         p1: f64,
-        /// Tangential, sideways.
+        /// Tangential coefficient p2.
         p2: f64,
     },
     /// Kannala and Brandt (2006): a ray at the angle θ to the axis is drawn at the distance
     /// θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) from the middle; all zero is the equidistant fisheye.
     Fisheye {
-        /// Third power.
+        /// Coefficient of the third power of the angle.
         k1: f64,
-        /// Fifth power.
+        /// Coefficient of the fifth power of the angle.
         k2: f64,
-        /// Seventh power.
+        /// Coefficient of the seventh power of the angle.
         k3: f64,
-        /// Ninth power.
+        /// Coefficient of the ninth power of the angle.
         k4: f64,
     },
 }
@@ -44,7 +44,7 @@ pub enum Distortion {
 const STEPS: usize = 50;
 
 impl Distortion {
-    /// Is there none?
+    /// Whether there is no distortion.
     #[must_use]
     pub fn is_none(&self) -> bool {
         *self == Self::None

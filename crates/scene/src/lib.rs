@@ -24,43 +24,57 @@
 //! assert_eq!(paper.class(Semantic::RootFlare).name, "Trunks");
 //! ```
 
+mod ambient_occlusion;
+mod annotations;
 mod camera;
 mod chunk;
 mod distortion;
-mod extra;
+mod echo;
+mod hit;
 mod image;
+mod instanced;
 mod inventory;
 mod mask;
 mod material;
 mod motion;
-mod near_light;
 mod object;
 mod ontology;
+mod param_error;
 mod points;
 mod prototype;
 mod ray;
+mod ray_caster;
 mod semantic;
 mod surface;
 mod texture;
 mod transform;
 
-pub use camera::{Intrinsics, IntrinsicsError};
+pub use ambient_occlusion::AmbientOcclusion;
+pub use annotations::{AnnotationKinds, Annotations, Flow, ObjectBox, PixelBox};
+pub use camera::Intrinsics;
 pub use chunk::ChunkCoord;
 pub use distortion::Distortion;
-pub use extra::{ExtraKinds, ExtraTruth, Flow, ObjectBox, PixelBox};
+pub use echo::EchoObservation;
 pub use glam;
+pub use hit::{Hit, Shading, SurfaceHit};
 pub use image::{Image, TruthImages};
+pub use instanced::{InstanceGroup, InstancedScene, PlacedGroup};
 pub use inventory::{ObjectKind, ObjectRecord, TreeRecord};
 pub use mask::{AlphaMask, MaskError};
 pub use material::{LaserBand, Material, MaterialId, MaterialLibrary, Optics};
 pub use motion::{Shutter, Twist};
-pub use near_light::NearLight;
 pub use object::ObjectId;
 pub use ontology::{Class, Ontology};
+pub use param_error::ParamError;
 pub use points::{LidarPoint, PointFlags};
 pub use prototype::{Blend, Bounds, Card, Instance, Mesh, Prototype, PrototypeError, Triangle};
-pub use ray::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster, SurfaceHit};
+pub use ray::Ray;
+pub use ray_caster::RayCaster;
 pub use semantic::Semantic;
 pub use surface::{FlatSurface, Surface, SurfaceSample};
 pub use texture::{Texture, TextureError, code_thresholds};
 pub use transform::RigidTransform;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

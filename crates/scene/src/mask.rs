@@ -70,7 +70,7 @@ impl AlphaMask {
         usize::from(self.width)
     }
 
-    /// Rows.
+    /// The number of rows.
     #[must_use]
     pub fn height(&self) -> usize {
         usize::from(self.height)

@@ -16,13 +16,13 @@ pub struct Twist {
 }
 
 impl Twist {
-    /// Nothing moves.
+    /// No motion.
     pub const STILL: Self = Self {
         linear_m_s: DVec3::ZERO,
         angular_rad_s: DVec3::ZERO,
     };
 
-    /// Does nothing move?
+    /// Whether nothing moves.
     #[must_use]
     pub fn is_still(&self) -> bool {
         *self == Self::STILL
@@ -85,7 +85,7 @@ impl Shutter {
         readout_s: 0.0,
     };
 
-    /// Do all rows see one instant?
+    /// Whether all rows see one instant.
     #[must_use]
     pub fn is_instant(&self) -> bool {
         *self == Self::INSTANT

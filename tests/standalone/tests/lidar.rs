@@ -3,9 +3,9 @@
 use nemoral_lidar::{
     EchoObservation, ExactRange, Mid40, ParamError, Pulse, ScanPattern, Scanner, ScannerParams,
 };
-use nemoral_scene::glam::{DVec3, Vec2, Vec3};
+use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
-    Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster, RigidTransform, Semantic,
+    Hit, Material, MaterialId, MaterialLibrary, Ray, RayCaster, RigidTransform, Semantic,
 };
 use nemoral_seed::Key;
 
@@ -18,18 +18,7 @@ impl RayCaster for Ball {
         let rest = ray.origin.length_squared() - 400.0;
         let distance_m = (along * along - rest).sqrt() - along;
         let normal = -ray.at(distance_m) / 20.0;
-        Some(Hit {
-            distance_m,
-            geometric_normal: normal,
-            shading_normal: normal,
-            uv: Vec2::ZERO,
-            uv_per_m: 1.0,
-            material: self.0,
-            object: ObjectId::NONE,
-            blend: None,
-            variation: 0.0,
-            near_light: 1.0,
-        })
+        Some(Hit::new(distance_m, normal, self.0))
     }
 }
 

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use nemoral_raycast::{Forest, Group};
+use nemoral_raycast::{Group, RayScene};
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, LidarPoint, RayCaster, RigidTransform, Twist};
+use nemoral_scene::{
+    ChunkCoord, InstancedScene, LidarPoint, PlacedGroup, RayCaster, RigidTransform, Twist,
+};
 use nemoral_seed::{Domain, Key};
 
 use super::assets::WorldAssets;
@@ -141,6 +143,13 @@ pub struct FrameScene {
     openness: BTreeMap<ChunkCoord, Arc<Openness>>,
 }
 
+impl InstancedScene for FrameScene {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
+        let place = |(offset, group): &(Vec3, Arc<Group>)| (*offset, Arc::clone(group) as _);
+        self.groups.iter().map(place).collect()
+    }
+}
+
 impl fmt::Debug for FrameScene {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("FrameScene")
@@ -231,7 +240,7 @@ impl Stage for SceneStage {
             .zip(openness.all(&visible)?)
             .collect();
         Ok(FrameScene {
-            caster: Arc::new(Forest::new(groups.clone())),
+            caster: Arc::new(RayScene::new(groups.clone())),
             groups,
             origin_m: pose.chunk.origin_m(size).extend(0.0),
             chunk_size_m: size,
@@ -273,6 +282,7 @@ impl Stage for ImageStage {
         let openness = |p: Vec3| scene.openness(p);
         let seen = SceneView {
             caster: &*scene.caster,
+            instances: Some(&*scene),
             materials: &assets.library.materials,
             sky_visibility: &openness,
         };
