@@ -7,7 +7,7 @@ use nemoral_assets::Library;
 use nemoral_benches::{Grown, config};
 use nemoral_dataset::{CameraData, DatasetHeader, FrameData, LidarData, OpenMode, Writer};
 use nemoral_lidar::{HorizonLike, Mid40, ScanPattern};
-use nemoral_lidar_noise::{Observation, RangeNoise, RangeSensor};
+use nemoral_lidar_noise::{EchoObservation, RangeNoise, RangeSensor};
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Node, Runner, Store};
@@ -36,7 +36,7 @@ fn small(c: &mut Criterion) {
     let sensor = RangeSensor::new(RangeNoise::default()).expect("valid");
     let key = Key::world(7).domain(Domain::new("bench.noise"));
     c.bench_function("lidar-noise/measure", |b| {
-        let o = Observation::at_angle(20.0, 0.7, 0.4);
+        let o = EchoObservation::at_angle(20.0, 0.7, 0.4);
         b.iter(|| {
             pulse += 1;
             black_box(sensor.measure(&o, &mut key.item(pulse).rng()))

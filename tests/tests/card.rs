@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_PI_2;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use nemoral_lidar::{ExactRange, Pulse, ScanPattern, Scanner, ScannerParams};
+use nemoral_lidar::{ExactRange, Pulse, ScanPattern, ScanRequest, Scanner, ScannerParams};
 use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, GpuCamera, GpuParams, Lighting, OpenSky, RayCastCamera, RayCastParams,
@@ -182,7 +182,14 @@ fn pictures(
         ..ScannerParams::default()
     };
     let scanner = Scanner::new(params, Box::new(Raster)).expect("allowed");
-    let scan = scanner.scan(0, caster, materials, &|_| body, &ExactRange, Key::world(1));
+    let scan = scanner.scan(&ScanRequest {
+        first_pulse: 0,
+        caster,
+        materials,
+        scene_from_lidar_at: &|_| body,
+        range_model: &ExactRange,
+        key: Key::world(1),
+    });
     let mut returned = [false; 81];
     for point in &scan {
         assert_eq!(point.semantic, Semantic::Leaf);

@@ -245,7 +245,7 @@ fn agreement(placed: &Placed, work: &Work, rows: &[Row<'_>]) {
             they += u32::from(same(theirs[i], truth));
         }
         println!(
-            "    {name}: {} of {} rays differ ({:.1e}); of {} the referee sides {we} : {they}",
+            "    {name}: {} of {} rays differ ({:.1e}); of {} the f64 solver sides {we} : {they}",
             differ.len(),
             rays.len(),
             differ.len() as f64 / rays.len() as f64,

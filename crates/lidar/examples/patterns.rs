@@ -1,7 +1,8 @@
-//! Draws the three patterns as in Fig. 6 of the paper (a wall 10 m ahead with a tree before it), and
-//! coverage over time against the curves that Livox publishes.
+//! Draws the three patterns as in Fig. 6 of the paper (a wall 10 m ahead with a tree before it),
+//! and coverage over time against the curves that Livox publishes.
 //!
-//! `cargo run --release --example patterns -- FOLDER` writes `patterns.png` and `coverage.svg` there.
+//! `cargo run --release --example patterns -- FOLDER` writes `patterns.png` and `coverage.svg`
+//! there.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -12,8 +13,8 @@ use std::path::Path;
 use common::{Cell, coverage, disc, lit};
 use image::{Rgb, RgbImage};
 use nemoral_lidar::{
-    ExactRange, HorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern, Scanner,
-    ScannerParams,
+    ExactRange, HorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern, ScanRequest,
+    Scanner, ScannerParams,
 };
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{
@@ -84,7 +85,14 @@ fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
         };
         let scanner = Scanner::new(params, pattern)?;
         let standing = |_: f64| RigidTransform::IDENTITY;
-        let points = scanner.scan(0, &scene, &materials, &standing, &ExactRange, Key::world(1));
+        let points = scanner.scan(&ScanRequest {
+            first_pulse: 0,
+            caster: &scene,
+            materials: &materials,
+            scene_from_lidar_at: &standing,
+            range_model: &ExactRange,
+            key: Key::world(1),
+        });
         let top = row * (height + 10);
         let dark = Rgb([12, 14, 20]);
         for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {

@@ -2,7 +2,7 @@
 
 use nemoral_lidar::{
     EchoObservation, ExactRange, HorizonLike, Mid40, RangeModel, RepeatingLines, ScanPattern,
-    Scanner, ScannerParams, Wavelength,
+    ScanRequest, Scanner, ScannerParams, Wavelength,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
@@ -118,7 +118,14 @@ fn scan(
     pose: &(dyn Fn(f64) -> RigidTransform + Sync),
     noise: &dyn RangeModel,
 ) -> Vec<LidarPoint> {
-    scanner.scan(first_pulse, caster, &materials(), pose, noise, KEY)
+    scanner.scan(&ScanRequest {
+        first_pulse,
+        caster,
+        materials: &materials(),
+        scene_from_lidar_at: pose,
+        range_model: noise,
+        key: KEY,
+    })
 }
 
 #[test]

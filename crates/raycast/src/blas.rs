@@ -40,8 +40,8 @@ pub enum Quality {
     /// For shapes that are cast at for a moment: about 1 ms for 1,000 primitives.
     #[default]
     Fast,
-    /// For shapes that are instanced often, cast at for long or kept: several times slower to build,
-    /// about a tenth faster to cast at.
+    /// For shapes that are instanced often, cast at for long or kept: several times slower to
+    /// build, about a tenth faster to cast at.
     High,
 }
 
@@ -154,7 +154,8 @@ impl Blas {
         (u.cross(v) != DVec3::ZERO).then_some((shape, material))
     }
 
-    /// The primitive of a hit, from the block that the traversal has just looked at if there is one.
+    /// The primitive of a hit, from the block that the traversal has just looked at if there is
+    /// one.
     pub(crate) fn shape_at(
         &self,
         primitive: u32,
@@ -292,8 +293,8 @@ impl Blas {
         }
     }
 
-    /// The intersection of a ray with the primitive of a lane, at any distance, and whether the point is
-    /// opaque.
+    /// The intersection of a ray with the primitive of a lane, at any distance, and whether the
+    /// point is opaque.
     #[inline(always)]
     pub(crate) fn intersect_lane(
         &self,
@@ -401,8 +402,9 @@ impl<const ANY: bool> LeafVisitor for Blocks<'_, ANY> {
     }
 }
 
-/// Cuts a shape at one height if that takes away much of the area that rays see from the side, as for
-/// a trunk under its crown. Returns the box numbers of each part; no part if there are no boxes.
+/// Cuts a shape at one height if that takes away much of the area that rays see from the side, as
+/// for a trunk under its crown. Returns the box numbers of each part; no part if there are no
+/// boxes.
 fn parts(boxes: &[Bounds]) -> Vec<Vec<u32>> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     if order.is_empty() {

@@ -21,8 +21,8 @@ pub(crate) struct Bvh2Node {
     /// The number of boxes below.
     pub(crate) count: u32,
     pub(crate) inner: bool,
-    /// The children of an inner node; for a leaf, twice the place where its boxes start in the tree's
-    /// order.
+    /// The children of an inner node; for a leaf, twice the place where its boxes start in the
+    /// tree's order.
     pub(crate) below: [u32; 2],
 }
 
@@ -219,8 +219,8 @@ impl BuildParams {
 }
 
 /// Partitions the items where the surface area heuristic (Wald 2007, binned) is least; returns the
-/// number of those on the left and the extents of both sides, or `None` if all centres, which `centres`
-/// bounds, fall together.
+/// number of those on the left and the extents of both sides, or `None` if all centres, which
+/// `centres` bounds, fall together.
 ///
 /// The cost counts leaves, not items: a ray tests all items of a leaf at once, and full leaves are
 /// fewer to fetch.
@@ -231,7 +231,8 @@ fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [E
         Vec3A::splat(count_of_bins as f32) / Vec3A::from(size),
         Vec3A::from(centres.min),
     );
-    // An axis without extent scales by infinity or not at all; whatever its bins are, it is not cut.
+    // An axis without extent scales by infinity or not at all; whatever its bins are, it is not
+    // cut.
     let bins_of = |b: BoundsA| {
         ((b.min + b.max - low) * scale)
             .to_array()
@@ -351,7 +352,8 @@ impl Reinsertion {
             gain: 1e-5 * area,
             beside: 0,
         };
-        // What taking the node out of everything below `pivot` gains, and the box that is left there.
+        // What taking the node out of everything below `pivot` gains, and the box that is left
+        // there.
         let mut gain = self.area(parent);
         let mut left = Bounds::EMPTY;
         let (mut pivot, mut sibling) = (parent, self.sibling(node));

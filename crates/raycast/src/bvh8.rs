@@ -9,7 +9,8 @@ use crate::traversal::MAX_LEVELS;
 /// Cost of a leaf relative to that of visiting one binary node.
 const LEAF_COST: f32 = 1.0;
 
-/// How much is done to improve a tree by reinsertion: in each pass this share of all subtrees is moved.
+/// How much is done to improve a tree by reinsertion: in each pass this share of all subtrees is
+/// moved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BuildEffort {
     pub(crate) passes: usize,
@@ -98,8 +99,8 @@ impl Bvh8 {
         cover.map(|node| self.nodes[node as usize].bounds).collect()
     }
 
-    /// Writes the tree and returns its root: a node or, with [`LEAF`] set, a leaf. `node` makes a node of
-    /// up to eight boxes and their children, `leaf` turns box numbers into a leaf number.
+    /// Writes the tree and returns its root: a node or, with [`LEAF`] set, a leaf. `node` makes a
+    /// node of up to eight boxes and their children, `leaf` turns box numbers into a leaf number.
     pub(crate) fn write<N>(
         &self,
         nodes: &mut Vec<N>,

@@ -1,8 +1,9 @@
 //! Traversal of a shape by single rays, a few of them interleaved.
 //!
-//! Each step of a ray waits for the one before it: for a node to be fetched, and for the decision which
-//! of its children is nearest. Steps of other rays fill that time, so the rays that leave a packet are
-//! traversed in turns (as lookups are in Kocberber et al. 2015, "Asynchronous memory access chaining").
+//! Each step of a ray waits for the one before it: for a node to be fetched, and for the decision
+//! which of its children is nearest. Steps of other rays fill that time, so the rays that leave a
+//! packet are traversed in turns (as lookups are in Kocberber et al. 2015, "Asynchronous memory
+//! access chaining").
 
 use crate::blas::Blocks;
 use crate::group::InstanceRef;

@@ -12,8 +12,8 @@ pub(crate) struct LocalRay {
 }
 
 impl LocalRay {
-    /// A ray of the scene in the frame of a group at `offset`. An f64 holds the difference of two f32
-    /// of like size exactly, so neighbouring groups see one ray.
+    /// A ray of the scene in the frame of a group at `offset`. An f64 holds the difference of two
+    /// f32 of like size exactly, so neighbouring groups see one ray.
     #[inline(always)]
     pub(crate) fn in_group(ray: &Ray, offset: Vec3) -> Self {
         Self {

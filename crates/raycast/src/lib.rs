@@ -1,9 +1,9 @@
 //! This crate casts rays at scenes of instanced, alpha-masked shapes.
 //!
-//! For every sensor it answers where a ray first hits a surface whose texture is opaque there (section
-//! V-B and Fig. 5 of the paper). Shapes are prepared once ([`Blas`]), placed many times ([`Group`], one
-//! for a chunk), and groups are put together for a frame ([`RayScene`]). [`BruteForce`] gives the same
-//! results without any acceleration, to the bit.
+//! For every sensor it answers where a ray first hits a surface whose texture is opaque there
+//! (section V-B and Fig. 5 of the paper). Shapes are prepared once ([`Blas`]), placed many times
+//! ([`Group`], one for a chunk), and groups are put together for a frame ([`RayScene`]).
+//! [`BruteForce`] gives the same results without any acceleration, to the bit.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -38,15 +38,16 @@
 //!
 //! # How
 //! There are three nested trees of eight boxes a node: over groups, instances and primitives.
-//! Eight-wide f32 arithmetic is only a filter, always loosened by a bound on its own rounding error;
-//! whatever passes it is decided in f64, without fused operations. So a result is a function of the ray
-//! and the scene alone. It does not depend on the tree, the order of the rays, the threads, or the
-//! processor's instructions. (AVX2 and FMA are used where the processor has them, and the same kernels
-//! over arrays elsewhere.)
+//! Eight-wide f32 arithmetic is only a filter, always loosened by a bound on its own rounding
+//! error; whatever passes it is decided in f64, without fused operations. So a result is a function
+//! of the ray and the scene alone. It does not depend on the tree, the order of the rays, the
+//! threads, or the processor's instructions. (AVX2 and FMA are used where the processor has them,
+//! and the same kernels over arrays elsewhere.)
 //!
 //! A batch ([`closest_hits`](nemoral_scene::RayCaster::closest_hits)) is sorted by direction, and
-//! neighbouring rays traverse the trees above the instances together, as a beam that bounds them, so
-//! half of a ray's steps are taken once for dozens of rays. Give a sensor's rays in large batches.
+//! neighbouring rays traverse the trees above the instances together, as a beam that bounds them,
+//! so half of a ray's steps are taken once for dozens of rays. Give a sensor's rays in large
+//! batches.
 //!
 //! Trees are built by the surface area heuristic (Wald 2007, "On fast construction of SAH-based
 //! bounding volume hierarchies"), improved by reinsertion (Meister and Bittner 2018, "Parallel

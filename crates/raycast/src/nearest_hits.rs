@@ -39,8 +39,8 @@ impl NearestHits {
         &mut self.nearest[i & (MAX_RAYS - 1)]
     }
 
-    /// Takes over how far ray `i` looks, after its nearest hit has changed. With `ANY`, a ray that has
-    /// found something looks no farther.
+    /// Takes over how far ray `i` looks, after its nearest hit has changed. With `ANY`, a ray that
+    /// has found something looks no farther.
     #[inline(always)]
     pub(crate) fn update_reach<const ANY: bool>(&mut self, i: usize) {
         let nearest = &self.nearest[i];

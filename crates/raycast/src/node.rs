@@ -25,10 +25,11 @@ pub(crate) const PRIMITIVE_SLACK: f32 = 128.0;
 pub(crate) struct LaneRay {
     pub(crate) origin: [f32; 3],
     pub(crate) direction: [f32; 3],
-    /// The direction's inverse, kept finite, times the grid's step: the distance along the ray from plane
-    /// to plane, negative where the ray runs towards smaller coordinates.
+    /// The direction's inverse, kept finite, times the grid's step: the distance along the ray from
+    /// plane to plane, negative where the ray runs towards smaller coordinates.
     pub(crate) scale: [f32; 3],
-    /// The origin times the direction's inverse, plus a margin so that boxes are entered early enough.
+    /// The origin times the direction's inverse, plus a margin so that boxes are entered early
+    /// enough.
     pub(crate) enter: [f32; 3],
     /// The same, minus the margin so that boxes are left late enough.
     pub(crate) leave: [f32; 3],
@@ -50,8 +51,8 @@ impl LaneRay {
         reach: 0.0,
     };
 
-    /// Prepares a ray. `extent` is the largest coordinate, in absolute value, of what is in this space;
-    /// boxes are on the grid.
+    /// Prepares a ray. `extent` is the largest coordinate, in absolute value, of what is in this
+    /// space; boxes are on the grid.
     #[inline(always)]
     pub(crate) fn new(ray: &LocalRay, extent: f32, grid: &QuantizationGrid) -> Self {
         let origin = ray.origin.as_vec3();
@@ -192,8 +193,8 @@ pub(crate) trait Boxes {
         )
     }
 
-    /// The distances at which the ray enters the boxes, never too large, and the mask of the boxes that
-    /// it passes through within the range still of interest.
+    /// The distances at which the ray enters the boxes, never too large, and the mask of the boxes
+    /// that it passes through within the range still of interest.
     #[inline(always)]
     fn test<I: Isa>(&self, isa: I, ray: &Slabs<I>, nearest: &Nearest) -> (I::V, I::V) {
         let [x, y, z] = ray.negative;

@@ -1,10 +1,10 @@
 //! Packet traversal: up to 64 rays in one shape.
 //!
 //! Rays of a bundle that enter a shape traverse it together (as the streams of Barringer and
-//! Akenine-Möller 2014, "Dynamic ray stream traversal"): a node or a block is fetched once for all of
-//! them, what does not depend on the ray is computed once, and where to go next is decided once. Each
-//! ray is tested on its own, eight boxes or primitives at a time, and only where it may still find
-//! something nearer. Where few rays are left, they go on alone after the packet is done
+//! Akenine-Möller 2014, "Dynamic ray stream traversal"): a node or a block is fetched once for all
+//! of them, what does not depend on the ray is computed once, and where to go next is decided once.
+//! Each ray is tested on its own, eight boxes or primitives at a time, and only where it may still
+//! find something nearer. Where few rays are left, they go on alone after the packet is done
 //! ([`InterleavedTraversal`]).
 
 use glam::Vec3;
@@ -92,8 +92,8 @@ impl Packet {
         (self.single).run::<I, ANY>(isa, instance, &self.lanes, hits);
     }
 
-    /// Tests a node's boxes. Returns the nearest child that any ray passes through, with its rays, and
-    /// pushes the others on the stack.
+    /// Tests a node's boxes. Returns the nearest child that any ray passes through, with its rays,
+    /// and pushes the others on the stack.
     #[inline(always)]
     fn open<I: Isa>(
         &mut self,
@@ -165,8 +165,8 @@ impl Packet {
             return;
         };
         let sides = block.edges(isa);
-        // All tests, then all intersections, then all hits: a mispredicted branch of one ray does not
-        // delay the others.
+        // All tests, then all intersections, then all hits: a mispredicted branch of one ray does
+        // not delay the others.
         let mut proposed = [(0_u8, 0_u8); MAX_RAYS];
         let mut len = 0;
         while rays != 0 {

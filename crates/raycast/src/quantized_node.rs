@@ -1,8 +1,8 @@
 //! Nodes whose boxes are stored on a grid.
 //!
-//! They take half the memory of boxes in f32, which counts for shapes, whose nodes are many. The grid
-//! of a shape has 65,535 steps over its size, a fraction of a millimetre, and boxes are rounded
-//! outwards.
+//! They take half the memory of boxes in f32, which counts for shapes, whose nodes are many. The
+//! grid of a shape has 65,535 steps over its size, a fraction of a millimetre, and boxes are
+//! rounded outwards.
 
 use crate::node::{Boxes, Node};
 use crate::quantization_grid::QuantizationGrid;

@@ -1,11 +1,11 @@
 //! Bundles of neighbouring rays, which search the trees above the instances together.
 //!
 //! Half of a ray's steps are through these trees, and rays that start near each other in about one
-//! direction take the same ones. So a bundle takes these steps once, with bounds on its rays (as Wald
-//! et al. 2007, "Ray tracing deformable scenes using dynamic bounding volume hierarchies", do with
-//! frusta): it lists the parts of instances that any of its rays may hit, nearest first, and no farther
-//! than its rays look. Each ray tests the list, eight boxes at a time, and the rays that enter a part
-//! traverse it as a [`Packet`].
+//! direction take the same ones. So a bundle takes these steps once, with bounds on its rays (as
+//! Wald et al. 2007, "Ray tracing deformable scenes using dynamic bounding volume hierarchies", do
+//! with frusta): it lists the parts of instances that any of its rays may hit, nearest first, and
+//! no farther than its rays look. Each ray tests the list, eight boxes at a time, and the rays that
+//! enter a part traverse it as a [`Packet`].
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -63,8 +63,8 @@ struct Candidates {
     candidates: [Candidate; 8],
 }
 
-/// A node or leaf that is yet to be opened, ordered by distance: distance bits, group, node or leaf.
-/// In place of the group, [`TOP`] stands for the tree over the groups.
+/// A node or leaf that is yet to be opened, ordered by distance: distance bits, group, node or
+/// leaf. In place of the group, [`TOP`] stands for the tree over the groups.
 ///
 /// It is one number because comparing three takes as many branches, which are often mispredicted.
 type Waiting = Reverse<u128>;
@@ -243,9 +243,9 @@ struct Beam {
     axes: [Axis; 3],
 }
 
-/// The distances of one axis: `plane · scale + shift`. Where the sign of the direction is known, rays
-/// enter by one plane and leave by the other; where it is not, they may enter by both and need not
-/// leave.
+/// The distances of one axis: `plane · scale + shift`. Where the sign of the direction is known,
+/// rays enter by one plane and leave by the other; where it is not, they may enter by both and need
+/// not leave.
 #[derive(Clone, Copy)]
 struct Axis {
     /// The side of a box by which rays enter: 1 if they run towards smaller coordinates.
@@ -302,8 +302,8 @@ impl Beam {
         }
     }
 
-    /// The least distances at which rays may enter the boxes of a node, and the mask of the boxes that
-    /// they may pass through.
+    /// The least distances at which rays may enter the boxes of a node, and the mask of the boxes
+    /// that they may pass through.
     #[inline(always)]
     fn test<I: Isa>(&self, isa: I, node: &Node, t_max: f32) -> (I::V, I::V) {
         let mut first = isa.splat(0.0);

@@ -22,8 +22,8 @@ use crate::simd::{Isa, Kernel, Level};
 use crate::tlas::Tlas;
 use crate::traversal::{LeafVisitor, Stack, traverse};
 
-/// A scene that rays are cast at: groups placed by their offsets, and a small tree over them, the only
-/// one that is made anew for a frame.
+/// A scene that rays are cast at: groups placed by their offsets, and a small tree over them, the
+/// only one that is made anew for a frame.
 ///
 /// The results are those of [`BruteForce`](crate::BruteForce), to the bit.
 #[derive(Clone, Debug)]
@@ -43,8 +43,8 @@ impl RayScene {
         }
     }
 
-    /// A scene of one shape as it is, in metres, without an object id. The shape must be valid against
-    /// `materials` (see [`Prototype::new`]).
+    /// A scene of one shape as it is, in metres, without an object id. The shape must be valid
+    /// against `materials` (see [`Prototype::new`]).
     #[must_use]
     pub fn of_shape(prototype: Arc<Prototype>, materials: &MaterialLibrary) -> Self {
         let blas = Arc::new(Blas::build(Arc::clone(&prototype), materials));
@@ -59,8 +59,8 @@ impl RayScene {
         Self::new(vec![(Vec3::ZERO, Arc::new(group))])
     }
 
-    /// The same scene, but cast at without special instructions of the processor: slower, with results
-    /// equal to the bit.
+    /// The same scene, but cast at without special instructions of the processor: slower, with
+    /// results equal to the bit.
     #[must_use]
     pub fn portable(mut self) -> Self {
         self.level = Level::Portable;
@@ -230,8 +230,8 @@ impl InstancedScene for RayScene {
     }
 }
 
-/// The rays that are sorted together at the most. So many have neighbours enough, and larger batches are
-/// sorted in parts so that threads need not wait for one sort.
+/// The rays that are sorted together at the most. So many have neighbours enough, and larger
+/// batches are sorted in parts so that threads need not wait for one sort.
 const ORDER_RAYS: usize = 48 << 10;
 
 /// The rays of a batch that one task casts.

@@ -1,8 +1,8 @@
 //! Rays as a structure of arrays, transformed to the space of a shape eight at a time.
 //!
-//! The results are those of [`Pose::local`] and [`LaneRay::new`], to the bit. Loops over eight numbers
-//! without a branch become a few instructions in a kernel, which the transform of a single ray would
-//! not.
+//! The results are those of [`Pose::local`] and [`LaneRay::new`], to the bit. Loops over eight
+//! numbers without a branch become a few instructions in a kernel, which the transform of a single
+//! ray would not.
 
 use glam::{DMat3, DVec3, Vec3};
 use nemoral_scene::Ray;
@@ -78,8 +78,8 @@ impl LocalRaySoa {
         reach: [0.0; MAX_RAYS],
     };
 
-    /// Transforms rays of the scene to the space of a shape, posed in a group at `offset`: the rays of
-    /// the set, and those that share eight lanes with one of them.
+    /// Transforms rays of the scene to the space of a shape, posed in a group at `offset`: the rays
+    /// of the set, and those that share eight lanes with one of them.
     #[inline(always)]
     pub(crate) fn place(
         &mut self,

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 /// Batches of fewer rays are keyed by one thread.
 const LEAST: usize = 4096;
 
-/// Ray numbers sorted so that rays of similar direction are near each other, because what one ray has
-/// brought to the cache serves the next. A permutation of `0..rays.len()`.
+/// Ray numbers sorted so that rays of similar direction are near each other, because what one ray
+/// has brought to the cache serves the next. A permutation of `0..rays.len()`.
 pub(crate) fn by_direction(rays: &[Ray]) -> Vec<u32> {
     sorted(rays, |ray| morton(octahedral(ray.direction)))
 }
@@ -52,8 +52,8 @@ fn pass(keys: &[u64], shift: u32, sorted: &mut [u64]) {
     }
 }
 
-/// The point of a direction on the sphere unfolded to the unit square (Cigolle et al. 2014, "A survey of efficient
-/// representations for independent unit vectors").
+/// The point of a direction on the sphere unfolded to the unit square (Cigolle et al. 2014, "A
+/// survey of efficient representations for independent unit vectors").
 fn octahedral(d: Vec3) -> Vec2 {
     let p = Vec2::new(d.x, d.y) / (d.x.abs() + d.y.abs() + d.z.abs());
     let folded = if d.z >= 0.0 {

@@ -2,7 +2,8 @@
 //!
 //! Kernels are written once, over [`Isa`], and compiled twice: over arrays for any processor, and
 //! over AVX2 registers. What the lanes compute is only a conservative filter (see the crate's
-//! documentation), so products and sums may be fused where the processor can: no result depends on it.
+//! documentation), so products and sums may be fused where the processor can: no result depends on
+//! it.
 #![allow(
     unsafe_code,
     reason = "calling code compiled for AVX2 is unsafe; each block says why it is sound"
@@ -104,8 +105,8 @@ pub(crate) trait Isa: Copy {
 
 /// Eight vectors of three.
 ///
-/// Plain functions: closures, and so `array::map`, cannot be told to be inlined, and code that is not
-/// inlined into a kernel is not compiled for its instruction set.
+/// Plain functions: closures, and so `array::map`, cannot be told to be inlined, and code that is
+/// not inlined into a kernel is not compiled for its instruction set.
 #[derive(Clone, Copy)]
 pub(crate) struct V3<I: Isa>(pub(crate) I::V, pub(crate) I::V, pub(crate) I::V);
 

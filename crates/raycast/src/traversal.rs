@@ -19,8 +19,8 @@ struct Visit {
     left: u32,
 }
 
-/// The opened nodes from the root to where the search is. Three trees are nested: groups, instances,
-/// primitives.
+/// The opened nodes from the root to where the search is. Three trees are nested: groups,
+/// instances, primitives.
 #[derive(Debug)]
 pub(crate) struct Stack {
     visits: [Visit; 3 * MAX_LEVELS],
@@ -78,8 +78,8 @@ pub(crate) trait LeafVisitor {
     fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, stack: &mut Stack);
 }
 
-/// Visits the leaves whose boxes a ray passes through, in order of the boxes' distances. With `ANY`,
-/// stops at the first hit.
+/// Visits the leaves whose boxes a ray passes through, in order of the boxes' distances. With
+/// `ANY`, stops at the first hit.
 ///
 /// Boxes at exactly the distance of the best hit are visited too: there may be one of lower rank.
 #[inline(always)]

@@ -12,7 +12,8 @@
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AmbientOcclusion {
-    /// One share for each vertex of the mesh, in their order, for the side that the normal points to.
+    /// One share for each vertex of the mesh, in their order, for the side that the normal points
+    /// to.
     pub vertices: Vec<u8>,
     /// For each card, in their order, one share for each corner in the order of
     /// [`Card::corners`](crate::Card::corners): the mean of both sides.
@@ -32,7 +33,8 @@ impl AmbientOcclusion {
         f32::from(code) * (1.0 / 255.0)
     }
 
-    /// The share inside the triangle of three vertices, where the second weighs `u` and the third `v`.
+    /// The share inside the triangle of three vertices, where the second weighs `u` and the third
+    /// `v`.
     #[must_use]
     pub fn in_triangle(&self, corners: [u32; 3], u: f32, v: f32) -> f32 {
         let [a, b, c] = corners.map(|i| Self::decode(self.vertices[i as usize]));

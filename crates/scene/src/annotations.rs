@@ -29,12 +29,11 @@ pub struct AnnotationKinds {
 /// depth is 0.)
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Annotations {
-    /// Where the surface at each pixel's centre is in the next frame; `None` where nothing was hit, or
-    /// where it lies behind the next frame's camera.
+    /// Where the surface at each pixel's centre is in the next frame; `None` where nothing was hit,
+    /// or where it lies behind the next frame's camera.
     pub flow: Option<Image<Option<Flow>>>,
-    /// The object whose trunk is the nearest at each pixel's centre if everything but trunks and the
-    /// ground is taken away;
-    /// [`ObjectId::NONE`] where there is none.
+    /// The object whose trunk is the nearest at each pixel's centre if everything but trunks and
+    /// the ground is taken away; [`ObjectId::NONE`] where there is none.
     pub trunks: Option<Image<ObjectId>>,
     /// The boxes of the objects in the picture, in order of their ids.
     pub boxes: Option<Vec<ObjectBox>>,

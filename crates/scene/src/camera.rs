@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 
 use crate::{Distortion, ParamError};
 
-/// A camera with a pinhole or a lens in its optical frame (x right, y down, z forward). Pixel (column c, row r) covers
-/// c..c+1 by r..r+1; its centre is (c + 0.5, r + 0.5).
+/// A camera with a pinhole or a lens in its optical frame (x right, y down, z forward). Pixel
+/// (column c, row r) covers c..c+1 by r..r+1; its centre is (c + 0.5, r + 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Intrinsics {
@@ -94,8 +94,8 @@ impl Intrinsics {
     /// The same behind a lens.
     ///
     /// # Errors
-    /// If a coefficient is beyond ±100, or the lens folds inside the picture: if two rays were drawn
-    /// at one place of it, or one of its places showed no ray within 89° of the axis.
+    /// If a coefficient is beyond ±100, or the lens folds inside the picture: if two rays were
+    /// drawn at one place of it, or one of its places showed no ray within 89° of the axis.
     pub fn with_distortion(self, distortion: Distortion) -> Result<Self, ParamError> {
         let lens = Self { distortion, ..self };
         lens.check_distortion()?;

@@ -2,8 +2,8 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-/// How a lens bends rays, OpenCV's models and coefficients. A ray is told by where a pinhole of focal
-/// length 1 would draw it (x/z, y/z of the optical frame), or by its angle to the axis.
+/// How a lens bends rays, OpenCV's models and coefficients. A ray is told by where a pinhole of
+/// focal length 1 would draw it (x/z, y/z of the optical frame), or by its angle to the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(tag = "model", rename_all = "snake_case"))]
@@ -50,8 +50,8 @@ impl Distortion {
         *self == Self::None
     }
 
-    /// Where a ray at this angle to the axis is drawn: its distance from the middle at focal length 1,
-    /// without the tangential part.
+    /// Where a ray at this angle to the axis is drawn: its distance from the middle at focal length
+    /// 1, without the tangential part.
     #[must_use]
     pub fn radius(&self, angle_rad: f64) -> f64 {
         match *self {
@@ -82,8 +82,9 @@ impl Distortion {
         }
     }
 
-    /// Where a point before the camera (z > 0) is drawn at focal length 1; `None` beyond the angle where
-    /// the lens folds: such a ray is not in the picture, though the formula has a place for it.
+    /// Where a point before the camera (z > 0) is drawn at focal length 1; `None` beyond the angle
+    /// where the lens folds: such a ray is not in the picture, though the formula has a place for
+    /// it.
     pub(crate) fn draw(&self, point: DVec3) -> Option<DVec2> {
         let flat = point.truncate() / point.z;
         let drawn = match *self {
@@ -109,7 +110,8 @@ impl Distortion {
             Self::None => Some(drawn.extend(1.0).normalize()),
             Self::BrownConrady { k1, k2, k3, p1, p2 } => {
                 // From the drawn point Newton's method goes straight to the near side: radii grow
-                // under barrels, whose curve is concave, and shrink under pincushions, whose is convex.
+                // under barrels, whose curve is concave, and shrink under pincushions, whose is
+                // convex.
                 let mut flat = drawn;
                 for _ in 0..STEPS {
                     let (there, slope) = brown(flat, [k1, k2, k3], [p1, p2]);

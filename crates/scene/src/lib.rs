@@ -2,15 +2,16 @@
 //! ids, classes, rays, cameras and point clouds. It holds data and its invariants, no algorithms.
 //!
 //! # Conventions, said once
-//! - **World:** right-handed, metres, **z up**, x east, y north (REP-103, ENU). The ground plane that
-//!   the paper calls X and Z is our x and y.
+//! - **World:** right-handed, metres, **z up**, x east, y north (REP-103, ENU). The ground plane
+//!   that the paper calls X and Z is our x and y.
 //! - **Sensors:** LiDAR and body frames have x forward, y left, z up; a camera's optical frame has
 //!   x right, y down, z forward. A transform that takes points of frame `a` to frame `b` is called
 //!   `b_from_a`.
 //! - **Units** are in names (`_m`, `_rad`) or in types. World positions are f64; geometry is f32,
 //!   local to a chunk or to a frame's scene.
 //! - **A frame's scene** has its origin at the south-west corner of the robot's chunk, at height 0.
-//! - **Every surface has one fine [`Semantic`]**; what is written to disk is an [`Ontology`]'s view.
+//! - **Every surface has one fine [`Semantic`]**; what is written to disk is an [`Ontology`]'s
+//!   view.
 //!
 //! # Example
 //! ```

@@ -9,8 +9,8 @@ use crate::{ObjectId, Semantic};
 pub struct PointFlags(pub u8);
 
 impl PointFlags {
-    /// The return is made of more than one surface, or of one beside the beam's middle. The point is
-    /// written on the middle, where there need not be a surface.
+    /// The return is made of more than one surface, or of one beside the beam's middle. The point
+    /// is written on the middle, where there need not be a surface.
     pub const MIXED: u8 = 1;
     /// No surface is there: a false alarm.
     pub const FALSE_ALARM: u8 = 2;
@@ -28,13 +28,14 @@ pub struct LidarPoint {
     /// Measured position, metres: in the LiDAR frame at the frame's time (deskewed), or, of a raw
     /// scan, at the pulse's.
     pub position_m: Vec3,
-    /// Range without error, metres: the mean weighted by received power where the return is mixed, 0
-    /// for a false alarm.
+    /// Range without error, metres: the mean weighted by received power where the return is mixed,
+    /// 0 for a false alarm.
     pub true_range_m: f32,
     /// Measured range, metres.
     pub range_m: f32,
-    /// Received power relative to a perfect Lambertian plate at the same place, facing the sensor and
-    /// filling the beam: reflectance × cos(incidence), 0..1, of the part of the beam that met it.
+    /// Received power relative to a perfect Lambertian plate at the same place, facing the sensor
+    /// and filling the beam: reflectance × cos(incidence), 0..1, of the part of the beam that met
+    /// it.
     pub intensity: f32,
     /// Livox convention: 0..150 is 0..100 % diffuse reflectance, range-calibrated; 151..255 is
     /// retroreflective.

@@ -19,7 +19,8 @@ pub struct Triangle {
 
 /// Colour that a triangle takes over from its neighbours: no border between two grounds is sharp.
 ///
-/// Everything else comes from the triangle's own material: class, roughness, what a laser gets back.
+/// Everything else comes from the triangle's own material: class, roughness, what a laser gets
+/// back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Blend {
@@ -48,8 +49,8 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit shading normals; without them triangles are shaded flat.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates, in repetitions of the texture (metres for ground materials); without them 0
-    /// everywhere. A LiDAR asks for them only where a triangle's material has a mask.
+    /// Texture coordinates, in repetitions of the texture (metres for ground materials); without
+    /// them 0 everywhere. A LiDAR asks for them only where a triangle's material has a mask.
     pub uvs: Vec<Vec2>,
     /// The triangles.
     pub triangles: Vec<Triangle>,
@@ -279,8 +280,8 @@ impl Prototype {
     /// Checks that a shape is sound.
     ///
     /// # Errors
-    /// If it is empty, its vertex arrays differ in length (but for empty ones), blends are missing, an
-    /// index or material is out of range, or a coordinate is not finite.
+    /// If it is empty, its vertex arrays differ in length (but for empty ones), blends are missing,
+    /// an index or material is out of range, or a coordinate is not finite.
     pub fn new(
         name: impl Into<String>,
         mesh: Mesh,

@@ -34,8 +34,8 @@ impl Ray {
         self.origin + self.direction * distance_m
     }
 
-    /// Whether a hit at this distance counts: `t_min_m <= distance_m <= t_max_m`, which is false for
-    /// NaN.
+    /// Whether a hit at this distance counts: `t_min_m <= distance_m <= t_max_m`, which is false
+    /// for NaN.
     #[inline]
     #[must_use]
     pub fn reaches(&self, distance_m: f32) -> bool {

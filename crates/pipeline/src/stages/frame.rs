@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
+use nemoral_lidar::ScanRequest;
 use nemoral_raycast::{Group, RayScene};
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
@@ -335,14 +336,14 @@ impl Stage for ScanStage {
         let track = pose.track.relative_to(scene.origin_m);
         let scan = |rig: &LidarRig| {
             let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
-            rig.scanner.scan(
-                rig.scanner.first_pulse_at(pose.time_s),
-                &*scene.caster,
-                &assets.library.materials,
-                &scene_from_lidar,
-                &rig.noise,
-                world.domain(Domain::new(&rig.name)).item(at),
-            )
+            rig.scanner.scan(&ScanRequest {
+                first_pulse: rig.scanner.first_pulse_at(pose.time_s),
+                caster: &*scene.caster,
+                materials: &assets.library.materials,
+                scene_from_lidar_at: &scene_from_lidar,
+                range_model: &rig.noise,
+                key: world.domain(Domain::new(&rig.name)).item(at),
+            })
         };
         Ok(rigs.iter().map(scan).collect())
     }

@@ -6,22 +6,20 @@ use std::io::BufReader;
 use std::sync::Arc;
 
 use nemoral_lidar::{
-    Avia, Beam, EchoObservation, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors,
-    RangeModel, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner, ScannerParams,
-    Spinning, TableError, TablePattern, Wavelength,
+    Avia, Beam, CsvPattern, CsvPatternError, EchoObservation, HorizonLike, Mid40, Mid70, Panorama,
+    PanoramaParams, PulseErrors, RangeModel, RepeatingLines, RepeatingLinesParams, Returns,
+    ScanPattern, Scanner, ScannerParams, Spinning, Wavelength,
 };
 use nemoral_lidar_noise::{
-    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, Observation,
-    RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams,
+    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
+    RangeNoise, RangeSensor, SnrSigmaParams,
 };
 use nemoral_render::{
     Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SensorNoise, SkyParams, Sun, ToneCurve,
     UtcTime,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{
-    AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTransform, Shutter,
-};
+use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTransform, Shutter};
 use nemoral_seed::{Domain, Key};
 
 use super::assets::Recipe;
@@ -78,21 +76,12 @@ pub struct Noise(RangeSensor);
 
 impl RangeModel for Noise {
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
-        self.0.measure(&observation(o), &mut key.rng())
+        self.0.measure(o, &mut key.rng())
     }
 
     fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
-        let os: Vec<Observation> = os.iter().map(observation).collect();
         let rngs = keys.iter().map(|key| key.rng());
-        self.0.measure_each(&os, rngs, ranges_m);
-    }
-}
-
-fn observation(o: &EchoObservation) -> Observation {
-    Observation {
-        range_m: o.range_m,
-        incidence_cos: o.incidence_cos,
-        reflectance: o.reflectance,
+        self.0.measure_each(os, rngs, ranges_m);
     }
 }
 
@@ -577,9 +566,9 @@ impl LidarMaker {
                     source,
                 };
                 let file = File::open(&table.path).map_err(|e| read(e.into()))?;
-                let pattern = TablePattern::from_csv(BufReader::new(file));
+                let pattern = CsvPattern::from_csv(BufReader::new(file));
                 Box::new(pattern.map_err(|e| match e {
-                    TableError::Read(e) => read(e.into()),
+                    CsvPatternError::Read(e) => read(e.into()),
                     other => Error::request(format!("{}: {other}", table.path)),
                 })?)
             }
