@@ -82,7 +82,7 @@ impl Beam {
         )
     }
 
-    /// The middle first, then ring by ring.
+    /// The sub-rays: the middle first, then ring by ring.
     pub(crate) fn sub_rays(&self) -> Vec<SubRay> {
         let rings = i32::from(self.rings);
         let step = REACH / (f64::from(rings) + 0.5);
@@ -110,7 +110,7 @@ impl Beam {
     }
 }
 
-/// A beam's direction with what is to its left and above, all of unit length.
+/// A beam's direction and the directions to its left and upwards, all of unit length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BeamAxes {
     forward: DVec3,
@@ -119,7 +119,7 @@ pub(crate) struct BeamAxes {
 }
 
 impl BeamAxes {
-    /// Of a beam of the LiDAR frame.
+    /// The axes of a beam, in the LiDAR frame.
     pub(crate) fn along(forward: DVec3) -> Self {
         let left = DVec3::Z.cross(forward).try_normalize().unwrap_or(DVec3::Y);
         let up = forward.cross(left);
@@ -135,14 +135,15 @@ impl BeamAxes {
         }
     }
 
-    /// The direction of a part of the beam; the middle's is the beam's to the bit.
+    /// The direction of a part of the beam. That of the middle is the beam's own, to the bit.
     pub(crate) fn towards(&self, part: &SubRay) -> DVec3 {
         let aside = self.left * part.left + self.up * part.up;
         (self.forward + aside) * part.scale
     }
 }
 
-/// A unit vector turned by small angles to its left and up; the same bits for none.
+/// A unit vector turned by small angles to its left and upwards. Angles of 0 leave its bits as they
+/// are.
 pub(crate) fn turned(direction: DVec3, left_rad: f64, up_rad: f64) -> DVec3 {
     BeamAxes::along(direction).towards(&SubRay::new(left_rad, up_rad, 1.0))
 }

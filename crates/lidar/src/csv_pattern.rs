@@ -109,7 +109,7 @@ fn row(text: &str) -> Result<Pulse, String> {
     let number = |name: &str, text: &str, low: f64, high: f64| {
         let value: f64 = text
             .parse()
-            .map_err(|_| format!("{name} is {text:?}, which is not a number"))?;
+            .map_err(|_| format!("{name} is {text:?}, which is no number"))?;
         if (low..=high).contains(&value) {
             Ok(value)
         } else {

@@ -7,7 +7,7 @@ use crate::{
     Wavelength,
 };
 
-/// A scanner that one can buy, or could.
+/// A real scanner that is or was on sale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Device {
@@ -45,7 +45,7 @@ pub struct DeviceSheet {
     pub reference_range_m: f64,
     /// The reflectance of that target, 0..1.
     pub reference_reflectance: f64,
-    /// Spread of strong echoes, metres.
+    /// The spread of strong echoes, metres.
     pub sigma_floor_m: f64,
     /// The spread that noise adds at the threshold of detection, metres.
     pub sigma_at_threshold_m: f64,
@@ -85,7 +85,7 @@ impl Device {
         }
     }
 
-    /// The device of a name.
+    /// The device with a name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|d| d.name() == name)
@@ -112,7 +112,7 @@ impl Device {
         }
     }
 
-    /// Its numbers, for scans of 0.1 s: ranges, wavelength, beam, quantisation. The beam is cast
+    /// Its parameters for scans of 0.1 s: ranges, wavelength, beam, quantisation. The beam is cast
     /// with 19 sub-rays.
     #[must_use]
     pub fn params(self) -> ScannerParams {

@@ -1,4 +1,4 @@
-//! The traditional pattern: lines, again and again.
+//! The traditional pattern: repeating lines.
 
 use std::f64::consts::{PI, TAU};
 
@@ -40,8 +40,8 @@ impl Default for RepeatingLinesParams {
 ///
 /// Every sweep is the same: it runs from right to left (counter-clockwise from above), with the
 /// middle of the sweep straight ahead, so a turn starts and ends at the back. The lines fire one
-/// after the other, from the lowest, at equal intervals, while the head turns on: the columns lean,
-/// as in a real scanner.
+/// after the other, from the lowest, at equal intervals, while the head keeps turning, so the
+/// columns lean as in a real scanner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepeatingLines {
     params: RepeatingLinesParams,
@@ -115,7 +115,7 @@ impl ScanPattern for RepeatingLines {
         }
     }
 
-    /// By column and line.
+    /// The direction of the pulse of a column and line.
     fn identity(&self, number: u64) -> u64 {
         let lines = u64::from(self.params.lines);
         (number / lines) << 8 | (number % lines)

@@ -81,7 +81,7 @@ impl ScanPattern for Panorama {
     fn pulse(&self, number: u64) -> Pulse {
         let p = &self.params;
         let in_turn = number % self.pulses_per_turn();
-        // The head turns on while the mirror sweeps: columns lean by one step.
+        // The head keeps turning while the mirror sweeps, so columns lean by one step.
         let turned = (in_turn as f64 + 0.5) / self.pulses_per_turn() as f64;
         let row = (in_turn % u64::from(p.rows)) as f64 + 0.5;
         let elevation_rad = p.bottom_rad + (p.top_rad - p.bottom_rad) * row / f64::from(p.rows);

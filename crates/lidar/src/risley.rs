@@ -45,7 +45,7 @@ impl ScanPattern for Mid40 {
     }
 }
 
-/// What the Avia's beams have upwards when they reach the first prism, direction cosines.
+/// The upward direction cosines of the Avia's beams when they reach the first prism.
 const AVIA_BEAMS: [f64; 6] = [
     -0.052_160_7,
     -0.032_376_35,
@@ -152,7 +152,7 @@ fn pulse(number: u64, faces: [DVec3; 4], refractive_index: f64) -> Pulse {
 }
 
 /// Snell's law for unit vectors; `normal` faces the beam, `ratio` is the refractive index before
-/// over the one behind. These prisms are far from total reflection, or, the Avia's, short of it.
+/// over the one behind. The Mid prisms are far from total reflection, the Avia's just short of it.
 fn refract(direction: DVec3, normal: DVec3, ratio: f64) -> DVec3 {
     let cos = -direction.dot(normal);
     let cos_behind = (1.0 - ratio * ratio * (1.0 - cos * cos)).sqrt();

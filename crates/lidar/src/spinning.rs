@@ -20,19 +20,19 @@ pub struct Laser {
     pub ring: u8,
 }
 
-/// A head of lasers that fire in turn while it spins, clockwise from above as Velodyne's and
-/// Ouster's do. It starts at the back, so that a turn's middle is straight ahead.
+/// A head of lasers that fire one after the other while it spins, clockwise from above as
+/// Velodyne's and Ouster's do. It starts at the back, so that a turn's middle is straight ahead.
 ///
-/// Lasers stand at the sensor's origin: the centimetre between them on the real head is left out.
+/// All lasers are at the sensor's origin; the centimetres between them on a real head are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spinning {
-    /// By the time they fire.
+    /// The lasers in order of the time at which they fire.
     lasers: Vec<Laser>,
-    /// Sine and cosine of their elevations.
+    /// The sines and cosines of their elevations.
     slopes: Vec<(f64, f64)>,
     sequence_s: f64,
     rotation_hz: f64,
-    /// Is each laser alone on its ring?
+    /// Whether each laser is alone on its ring.
     rings_differ: bool,
 }
 
@@ -171,7 +171,7 @@ impl ScanPattern for Spinning {
         let index = (number % count) as usize;
         let (laser, slope) = (&self.lasers[index], self.slopes[index]);
         let time_s = (number / count) as f64 * self.sequence_s + laser.delay_s;
-        // A millionth of a turn after a year at 20 Hz.
+        // The error is a millionth of a turn after a year at 20 Hz.
         let turned = (time_s * self.rotation_hz).fract();
         Pulse {
             time_s,
@@ -180,7 +180,8 @@ impl ScanPattern for Spinning {
         }
     }
 
-    /// By firing sequence and ring; by number where rings are shared.
+    /// The identity is made of firing sequence and ring, or of the laser's number where lasers
+    /// share a ring.
     fn identity(&self, number: u64) -> u64 {
         if !self.rings_differ {
             return number;

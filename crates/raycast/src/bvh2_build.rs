@@ -14,7 +14,7 @@ pub(crate) enum Split {
     Halves,
 }
 
-/// An inner node has two children, a leaf some boxes.
+/// A node of a binary tree: an inner node with two children, or a leaf with some boxes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bvh2Node {
     pub(crate) bounds: Bounds,
@@ -41,7 +41,7 @@ const FEW_BINS: usize = 8;
 /// Up to so many boxes get few bins: sweeping more bins than boxes costs more than it gains.
 const FEW: usize = 32;
 
-/// Beyond this depth halves are taken, whatever they cost: it bounds the recursion.
+/// Beyond this depth sets are split in halves whatever that costs, which bounds the recursion.
 const SAH_DEPTH: usize = 64;
 
 /// Trees of fewer boxes are built by one thread.
@@ -433,7 +433,7 @@ impl Reinsertion {
 
     fn in_order(self) -> Vec<Bvh2Node> {
         let mut sorted = Vec::with_capacity(self.nodes.len());
-        // A node, and where its number is wanted.
+        // Each entry is a node and the place where its new number has to be written.
         let mut stack = vec![(0, 0, 0)];
         while let Some((old, above, side)) = stack.pop() {
             let me = sorted.len() as u32;
@@ -457,7 +457,7 @@ mod tests {
 
     use super::*;
 
-    /// The area of the inner nodes; the boxes found.
+    /// The area of the inner nodes, and the numbers of the boxes found.
     fn measure(Bvh2 { nodes, order }: &Bvh2) -> (f32, Vec<u32>) {
         let mut found = Vec::new();
         let mut area = 0.0;

@@ -1,4 +1,4 @@
-//! The convex hull of what is opaque in a mask.
+//! The convex hull of the opaque texels of a mask.
 
 use glam::DVec2;
 use nemoral_scene::AlphaMask;

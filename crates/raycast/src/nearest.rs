@@ -1,10 +1,11 @@
-//! The nearest hit so far, and who wins a tie.
+//! The nearest hit so far of a ray, and the ranking that decides ties.
 
 use nemoral_scene::{ObjectId, Ray};
 
 use crate::intersection::Intersection;
 
-/// What decides between hits at the same distance, the most significant first.
+/// The numbers that decide between hits at the same distance, the most significant first; the lowest
+/// wins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Rank {
     pub(crate) object: ObjectId,

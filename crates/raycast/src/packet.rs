@@ -22,7 +22,7 @@ use crate::ray_soa::{LocalRaySoa, RaySoa};
 use crate::simd::{F8, Isa, Keys, Rows};
 use crate::traversal::MAX_LEVELS;
 
-/// So few rays are faster on their own.
+/// Up to so many rays are faster on their own.
 const FEW: u32 = 2;
 
 /// A node that has been opened, and which of its children are yet to be visited, by which rays.
@@ -110,10 +110,10 @@ impl Packet {
         if any == 0 {
             return None;
         }
-        let mut met = any;
-        while met != 0 {
-            let child = node.child(met.trailing_zeros() as usize);
-            met &= met - 1;
+        let mut left = any;
+        while left != 0 {
+            let child = node.child(left.trailing_zeros() as usize);
+            left &= left - 1;
             blas.prefetch(isa, child);
         }
         let visit = &mut self.visits[*len];
@@ -175,7 +175,7 @@ impl Packet {
             proposed[len & (MAX_RAYS - 1)] = (i as u8, lanes as u8);
             len += usize::from(lanes != 0);
         }
-        let mut met = [(0_u8, 0_u8, Intersection::NONE); 8];
+        let mut opaque = [(0_u8, 0_u8, Intersection::NONE); 8];
         let mut many = 0;
         for &(i, lanes) in &proposed[..len] {
             let mut lanes = lanes;
@@ -185,27 +185,27 @@ impl Packet {
                 lanes &= lanes - 1;
                 let (intersection, counts) =
                     instance.blas.intersect_lane(block, lane as usize, &ray);
-                met[many & 7] = (i, lane as u8, intersection);
+                opaque[many & 7] = (i, lane as u8, intersection);
                 many += usize::from(counts);
                 if many == 8 {
-                    take::<ANY>(&met, (block, number), instance.source, hits);
+                    take::<ANY>(&opaque, (block, number), instance.source, hits);
                     many = 0;
                 }
             }
         }
-        take::<ANY>(&met[..many], (block, number), instance.source, hits);
+        take::<ANY>(&opaque[..many], (block, number), instance.source, hits);
     }
 }
 
 /// Offers opaque points of a block, each given by its ray, lane and intersection.
 #[inline(always)]
 fn take<const ANY: bool>(
-    met: &[(u8, u8, Intersection)],
+    opaque: &[(u8, u8, Intersection)],
     (block, number): (&Block, u32),
     source: Source,
     hits: &mut NearestHits,
 ) {
-    for &(i, lane, intersection) in met {
+    for &(i, lane, intersection) in opaque {
         let i = usize::from(i) & (MAX_RAYS - 1);
         hits.nearest[i].offer(source.hit(block, (number, lane.into()), intersection));
         hits.update_reach::<ANY>(i);

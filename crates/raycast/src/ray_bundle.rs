@@ -24,7 +24,7 @@ use crate::ray_soa::RaySoa;
 use crate::simd::Isa;
 use crate::tlas::Tlas;
 
-/// The least rays of a bundle: fewer do not pay.
+/// The least number of rays in a bundle: fewer do not pay.
 const LEAST: usize = 4;
 
 /// How far the directions of a bundle may differ from that of its first ray, per axis.
@@ -109,7 +109,7 @@ impl RayBundle {
         self.hits.of(i)
     }
 
-    /// InterleavedTraversal to other rays.
+    /// Starts the search of other rays.
     #[inline(always)]
     fn aim(&mut self, tlas: &Tlas, rays: &[Ray], order: &[u32]) {
         self.waiting.clear();
@@ -144,15 +144,15 @@ impl RayBundle {
     ) {
         self.aim(tlas, rays, order);
         let all = RayMask::MAX >> (MAX_RAYS - order.len());
-        while let Some(next) = self.next_candidates(isa, tlas) {
-            let looking = all & self.hits.beyond(isa, next.near);
+        while let Some(listed) = self.next_candidates(isa, tlas) {
+            let looking = all & self.hits.beyond(isa, listed.near);
             if looking == 0 {
                 break;
             }
-            let met = test(isa, &next.node, |i| self.lanes[i], looking, &self.hits);
-            let columns = isa.columns(&met.rows);
-            let distances = isa.store(met.near);
-            for (k, candidate) in next.candidates.iter().enumerate() {
+            let entered = test(isa, &listed.node, |i| self.lanes[i], looking, &self.hits);
+            let columns = isa.columns(&entered.rows);
+            let distances = isa.store(entered.near);
+            for (k, candidate) in listed.candidates.iter().enumerate() {
                 let entering = columns[k] & self.hits.beyond(isa, distances.0[k]);
                 if entering != 0 {
                     self.enter::<I, ANY>(isa, tlas, candidate, entering);
@@ -313,7 +313,7 @@ impl Beam {
                 node.plane(isa, k, axis.near),
                 node.plane(isa, k, axis.near ^ 1),
             );
-            // NaN, of an empty lane, gives way to the other operand.
+            // The NaN of an empty lane gives way to the other operand.
             let enter_far = line(isa, far, axis.enter_far);
             first = isa.max(enter_far, isa.max(line(isa, near, axis.enter), first));
             last = isa.min(line(isa, far, axis.leave), last);

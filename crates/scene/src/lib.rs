@@ -27,6 +27,7 @@
 
 mod ambient_occlusion;
 mod annotations;
+mod bounds;
 mod camera;
 mod chunk;
 mod distortion;
@@ -37,6 +38,7 @@ mod instanced;
 mod inventory;
 mod mask;
 mod material;
+mod mesh;
 mod motion;
 mod object;
 mod ontology;
@@ -52,6 +54,7 @@ mod transform;
 
 pub use ambient_occlusion::AmbientOcclusion;
 pub use annotations::{AnnotationKinds, Annotations, Flow, ObjectBox, PixelBox};
+pub use bounds::Bounds;
 pub use camera::Intrinsics;
 pub use chunk::ChunkCoord;
 pub use distortion::Distortion;
@@ -63,12 +66,13 @@ pub use instanced::{InstanceGroup, InstancedScene, PlacedGroup};
 pub use inventory::{ObjectKind, ObjectRecord, TreeRecord};
 pub use mask::{AlphaMask, MaskError};
 pub use material::{LaserBand, Material, MaterialId, MaterialLibrary, Optics};
+pub use mesh::{Blend, Card, Mesh, Triangle};
 pub use motion::{Shutter, Twist};
 pub use object::ObjectId;
 pub use ontology::{Class, Ontology};
 pub use param_error::ParamError;
 pub use points::{LidarPoint, PointFlags};
-pub use prototype::{Blend, Bounds, Card, Instance, Mesh, Prototype, PrototypeError, Triangle};
+pub use prototype::{Instance, Prototype, PrototypeError};
 pub use ray::Ray;
 pub use ray_caster::RayCaster;
 pub use semantic::Semantic;

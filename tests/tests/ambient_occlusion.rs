@@ -1,4 +1,4 @@
-//! How dark it is within low plants, against light that is followed ray by ray.
+//! The ambient occlusion within low plants, against light that is followed ray by ray.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::Arc;
@@ -125,7 +125,7 @@ fn picture(forest: &RayScene, materials: &MaterialLibrary, samples: u32, bounces
         .collect()
 }
 
-/// Light of places with so much near light, summed.
+/// The light of places with so much ambient occlusion, summed.
 #[derive(Default)]
 struct Part {
     pixels: usize,
@@ -133,7 +133,7 @@ struct Part {
     light: [f64; 3],
 }
 
-/// Where shares of near light part: dark, and light.
+/// The share of ambient light that parts dark places from light ones.
 const DARK: f32 = 0.7;
 
 #[test]
@@ -175,7 +175,7 @@ fn low_plants_are_dark_within_as_followed_light_has_it() {
         });
         let [dark, light] = ratios;
         println!(
-            "{name}: dark {:.2}, light {:.2} of followed light; without near light {:.2}, {:.2}",
+            "{name}: dark {:.2}, light {:.2} of followed light; without occlusion {:.2}, {:.2}",
             dark[0], light[0], dark[1], light[1]
         );
         for ratio in [dark[0], light[0]] {
