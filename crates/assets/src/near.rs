@@ -7,7 +7,7 @@
 //! than a cube is, above all the surface itself, is left out: a lone card or ball is as light as can be.
 
 use glam::{IVec3, UVec3, Vec3};
-use nemoral_scene::{AlphaMask, Card, MaterialLibrary, Mesh, NearLight, Prototype};
+use nemoral_scene::{AlphaMask, AmbientOcclusion, Card, MaterialLibrary, Mesh, Prototype};
 
 /// What is near, and how finely it is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +92,11 @@ fn summed(mask: &AlphaMask) -> Box<[[f32; PARTS + 1]; PARTS + 1]> {
 }
 
 /// The near light of a shape whose materials are those of `masks`.
-pub(crate) fn near_light(prototype: &Prototype, masks: &Masks, near: &Nearness) -> NearLight {
+pub(crate) fn ambient_occlusion(
+    prototype: &Prototype,
+    masks: &Masks,
+    near: &Nearness,
+) -> AmbientOcclusion {
     let thicket = Thicket::of(prototype, masks, near.cell_m);
     let directions = directions(near.directions);
     let steps = (near.reach_m / near.cell_m).round() as u32;
@@ -117,9 +121,12 @@ pub(crate) fn near_light(prototype: &Prototype, masks: &Masks, near: &Nearness) 
             .flatten()
             .for_each(|share| *share *= among / mean);
     }
-    NearLight {
-        vertices: vertices.into_iter().map(NearLight::code).collect(),
-        cards: leaves.into_iter().map(|c| c.map(NearLight::code)).collect(),
+    AmbientOcclusion {
+        vertices: vertices.into_iter().map(AmbientOcclusion::encode).collect(),
+        cards: leaves
+            .into_iter()
+            .map(|c| c.map(AmbientOcclusion::encode))
+            .collect(),
     }
 }
 
@@ -280,10 +287,10 @@ mod tests {
         }
     }
 
-    fn shares(mesh: Mesh, cards: Vec<Card>, near: &Nearness) -> NearLight {
+    fn shares(mesh: Mesh, cards: Vec<Card>, near: &Nearness) -> AmbientOcclusion {
         let library = library();
         let shape = Prototype::new("thicket", mesh, cards, &library).expect("sound");
-        near_light(&shape, &Masks::of(&library), near)
+        ambient_occlusion(&shape, &Masks::of(&library), near)
     }
 
     /// The share of light that cards leave a level speck at the origin.
@@ -298,7 +305,7 @@ mod tests {
             }],
             blends: Vec::new(),
         };
-        NearLight::share(shares(mesh, cards, &NEAR).vertices[0])
+        AmbientOcclusion::decode(shares(mesh, cards, &NEAR).vertices[0])
     }
 
     /// Leaves behind leaves, that nothing passes.
@@ -353,7 +360,7 @@ mod tests {
             vec![at(0.05), middle(0.05), at(0.65), middle(0.65)],
             &NEAR,
         );
-        let [low, high] = [1, 3].map(|card| NearLight::share(two.cards[card][0]));
+        let [low, high] = [1, 3].map(|card| AmbientOcclusion::decode(two.cards[card][0]));
         let expected = |above: f32, below: f32| (above + FROM_BELOW * below) / (1.0 + FROM_BELOW);
         assert!((low - expected(0.443, 1.0)).abs() < 0.03, "{low}");
         assert!((high - expected(1.0, 0.443)).abs() < 0.03, "{high}");
@@ -392,7 +399,7 @@ mod tests {
         let mean = cards
             .iter()
             .flatten()
-            .map(|&c| NearLight::share(c))
+            .map(|&c| AmbientOcclusion::decode(c))
             .sum::<f32>()
             / 1600.0;
         assert!((mean - 0.4).abs() < 0.01, "{mean}");

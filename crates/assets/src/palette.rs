@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture};
-use nemoral_seed::{Key, PhiloxRng, Stage};
+use nemoral_seed::{Domain, Key, PhiloxRng};
 use rayon::prelude::*;
 
 use crate::card::sketch::{Picture, Sketch};
@@ -19,8 +19,8 @@ use crate::tree::{BarkKind, FoliageCard, LeafKind, LeafLook, Species, TreeMateri
 
 pub(crate) use seedling::SeedlingMaterials;
 
-const TEXTURES: Stage = Stage::new("assets.textures");
-const CARDS: Stage = Stage::new("assets.cards");
+const TEXTURES: Domain = Domain::new("assets.textures");
+const CARDS: Domain = Domain::new("assets.cards");
 
 /// The materials that plants are made of, with the library that holds them.
 #[derive(Clone, Debug)]
@@ -101,7 +101,7 @@ impl CardKind {
             .into_par_iter()
             .map(|variant| {
                 let mut rng = key
-                    .stage(Stage::new(self.name))
+                    .domain(Domain::new(self.name))
                     .item(u64::from(variant))
                     .rng();
                 (self.draw)(&mut rng, variant).slices(self.slices, mean)
@@ -267,7 +267,7 @@ impl Solids {
         let seed = |item: u64| key.item(item).to_u64() as u32;
         let barks = species
             .par_iter()
-            .map(|s| Barks::bake(s, key.stage(Stage::new(&s.name))))
+            .map(|s| Barks::bake(s, key.domain(Domain::new(&s.name))))
             .collect();
         let twigs = [
             Vec3::new(0.098, 0.078, 0.058),
@@ -306,8 +306,8 @@ impl Palette {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
     /// With what seedlings are made of, if they are wanted.
     pub(crate) fn bake(species: &[Species], seedlings: bool, key: Key) -> Self {
-        let textures = key.stage(TEXTURES);
-        let cards = key.stage(CARDS);
+        let textures = key.domain(TEXTURES);
+        let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (pictures, leaves)))) = rayon::join(
             || bake_trails(textures.item(100)),
             || {
@@ -319,7 +319,7 @@ impl Palette {
                             || {
                                 let kinds = KINDS.par_iter().map(|kind| kind.pictures(cards));
                                 let trees = species.par_iter().map(|s| {
-                                    let key = cards.stage(Stage::new(&s.name));
+                                    let key = cards.domain(Domain::new(&s.name));
                                     leaf_pictures(&s.shoot(), key)
                                 });
                                 (kinds.collect::<Vec<_>>(), trees.collect::<Vec<_>>())
@@ -332,7 +332,7 @@ impl Palette {
         let young: Vec<_> = species
             .par_iter()
             .filter(|_| seedlings)
-            .map(|s| seedling::pictures(&s.leaves, cards.stage(Stage::new(&s.name))))
+            .map(|s| seedling::pictures(&s.leaves, cards.domain(Domain::new(&s.name))))
             .collect();
         Self::register(species, trails, floors, solids, pictures, leaves, young)
     }

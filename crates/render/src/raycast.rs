@@ -6,7 +6,7 @@ mod samples;
 
 use glam::{DVec2, Vec3};
 use nemoral_scene::{Hit, ObjectId, Ray, RayCaster, Semantic};
-use nemoral_seed::{Key, Rng, Stage};
+use nemoral_seed::{Domain, Key, Rng};
 use rayon::prelude::*;
 
 use self::centres::centre;
@@ -110,9 +110,9 @@ pub struct PixelTruth {
 const ROWS: usize = 16;
 const BATCH: usize = 4096;
 
-const FIRST: Stage = Stage::new("render.first_sample");
-const ALL: Stage = Stage::new("render.all_pixels");
-const EDGES: Stage = Stage::new("render.edges");
+const FIRST: Domain = Domain::new("render.first_sample");
+const ALL: Domain = Domain::new("render.all_pixels");
+const EDGES: Domain = Domain::new("render.edges");
 
 impl RayCastCamera {
     /// A camera under a light.
@@ -197,12 +197,12 @@ fn truth(
             normal: Vec3::ZERO,
         };
     };
-    let away = hit.geometric_normal.dot(ray.direction) > 0.0;
-    let normal = hit.geometric_normal * if away { -1.0 } else { 1.0 };
+    let away = hit.surface.geometric_normal.dot(ray.direction) > 0.0;
+    let normal = hit.surface.geometric_normal * if away { -1.0 } else { 1.0 };
     PixelTruth {
-        semantic: scene.materials.get(hit.material).semantic,
-        object: hit.object,
-        depth_m: (f64::from(hit.distance_m) * view.intrinsics.direction(pixel).z) as f32,
+        semantic: scene.materials.get(hit.surface.material).semantic,
+        object: hit.surface.object,
+        depth_m: (f64::from(hit.surface.distance_m) * view.intrinsics.direction(pixel).z) as f32,
         normal: view.to_optical(normal, pixel.y),
     }
 }
@@ -285,8 +285,8 @@ impl Shot<'_> {
 
     /// What the air before a surface, where the sky is as open as it says, lets through and adds.
     fn air(&self, ray: &Ray, hit: &Hit, openness: f32, background: Vec3) -> (f32, Vec3) {
-        let rise_m = ray.direction.z * hit.distance_m;
-        let (air, fade) = self.haze.transmittance(hit.distance_m, rise_m);
+        let rise_m = ray.direction.z * hit.surface.distance_m;
+        let (air, fade) = self.haze.transmittance(hit.surface.distance_m, rise_m);
         // Air under crowns is as dark as what it hides; at the end of the world it is the sky's.
         let openness = 0.5 * (openness + self.openness);
         let glow = openness * (1.0 - air) * fade;
@@ -312,7 +312,7 @@ impl Shot<'_> {
         );
         bands.into_par_iter().enumerate().for_each(
             |(index, (semantic, object, depth_m, normal, linear, sun, lit))| {
-                let mut rng = key.stage(FIRST).item(index as u64).rng();
+                let mut rng = key.domain(FIRST).item(index as u64).rng();
                 let mut shadows = Shadows::default();
                 self.camera
                     .cast_band(self.scene, self.view, index, |i, pixel, ray, hit| {
@@ -375,7 +375,7 @@ impl CameraRenderer for RayCastCamera {
         let n = maps.linear.len();
         if further.samples > 0 {
             let every: Vec<u32> = (0..n as u32).collect();
-            shot.add_samples(&mut maps.linear, &every, further, key.stage(ALL));
+            shot.add_samples(&mut maps.linear, &every, further, key.domain(ALL));
         }
         if p.edge_samples > 0 {
             let limit = f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples);
@@ -384,7 +384,7 @@ impl CameraRenderer for RayCastCamera {
                 &mut maps.linear,
                 &edges,
                 Further::besides(samples, p.edge_samples),
-                key.stage(EDGES),
+                key.domain(EDGES),
             );
         }
         p.lens.apply(&mut maps.linear, &view.intrinsics);

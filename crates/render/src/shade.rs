@@ -38,7 +38,7 @@ pub(crate) struct Look<'a> {
 impl Look<'_> {
     /// What turns the hit's normals to the viewer's side, 1 or -1.
     fn facing(&self) -> f32 {
-        if self.hit.geometric_normal.dot(self.ray.direction) > 0.0 {
+        if self.hit.surface.geometric_normal.dot(self.ray.direction) > 0.0 {
             -1.0
         } else {
             1.0
@@ -65,10 +65,10 @@ pub(crate) struct Shaded {
 /// The light of a hit.
 pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>) -> Shaded {
     let (ray, hit) = (look.ray, look.hit);
-    let point = ray.at(hit.distance_m);
+    let point = ray.at(hit.surface.distance_m);
     let facing = look.facing();
-    let flat = hit.geometric_normal * facing;
-    let surface = surface(scene, look, hit.shading_normal * facing);
+    let flat = hit.surface.geometric_normal * facing;
+    let surface = surface(scene, look, hit.shading.normal * facing);
 
     let openness = scene.sky_visibility.openness(point);
     let (indirect, sheen) = indirect(
@@ -77,7 +77,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
         lighting,
         ray.direction,
         openness,
-        hit.near_light,
+        hit.shading.ambient_occlusion,
     );
 
     // The sun, if it shines on a side that passes light on and nothing is between.
@@ -104,9 +104,9 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, look: &Look<'_>)
 
 /// The ray from a hit in a direction, on the side that `side` points to.
 fn leaving(look: &Look<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
-    let point = look.ray.at(look.hit.distance_m);
+    let point = look.ray.at(look.hit.surface.distance_m);
     // Off the surface by more than the rounding of distance and coordinates.
-    let offset = 1e-4 * (1.0 + look.hit.distance_m) + 2e-6 * point.abs().max_element();
+    let offset = 1e-4 * (1.0 + look.hit.surface.distance_m) + 2e-6 * point.abs().max_element();
     Ray {
         origin: point + side * offset,
         direction,
@@ -139,7 +139,7 @@ impl Surface {
         let (sin, cos) = libm::sincos(turn);
         let lift = (1.0 - radius * radius).max(0.0).sqrt();
         let direction = (x * cos as f32 + y * sin as f32) * radius + self.normal * (side * lift);
-        let flat = look.hit.geometric_normal * (look.facing() * side);
+        let flat = look.hit.surface.geometric_normal * (look.facing() * side);
         // What a shading normal sends into the flat surface stays on its side: no light is lost.
         let under = flat.dot(direction).min(0.0);
         let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
@@ -235,16 +235,21 @@ fn fresnel(f0: f32, f90: f32, cos: f32) -> f32 {
 
 fn surface(scene: &SceneView<'_>, look: &Look<'_>, normal: Vec3) -> Surface {
     let hit = look.hit;
-    let material = scene.materials.get(hit.material);
-    let cos = look.ray.direction.dot(hit.geometric_normal).abs().max(0.05);
+    let material = scene.materials.get(hit.surface.material);
+    let cos = look
+        .ray
+        .direction
+        .dot(hit.surface.geometric_normal)
+        .abs()
+        .max(0.05);
     // A sample's ellipse on the surface is 1 / cos longer than wide: take the mean. Of the ground, which is
     // looked at along itself, its width: or single leaves, a few pixels wide and one high, would blur.
-    let width_m = hit.distance_m * look.sample_rad;
+    let width_m = hit.surface.distance_m * look.sample_rad;
     let texture = &material.albedo;
     let mut reflectance = if material.ground {
         ground::albedo(scene.materials, hit, width_m)
     } else {
-        texture.sample(hit.uv, width_m / cos.sqrt() * hit.uv_per_m)
+        texture.sample(hit.shading.uv, width_m / cos.sqrt() * hit.shading.uv_per_m)
     };
     let mut transmittance = material.transmittance;
     let leaf = transmittance != Vec3::ZERO;
@@ -254,7 +259,7 @@ fn surface(scene: &SceneView<'_>, look: &Look<'_>, normal: Vec3) -> Surface {
         transmittance *= (reflectance.dot(LUMINANCE) / blade).min(1.25);
     }
     if !material.ground {
-        let tint = variation(hit.variation, leaf);
+        let tint = variation(hit.shading.variation, leaf);
         reflectance *= tint;
         transmittance *= tint;
     }

@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
-    Image, Intrinsics, MaterialLibrary, Ray, RayCaster, RigidTransform, Shutter, TruthImages, Twist,
+    Image, InstancedScene, Intrinsics, MaterialLibrary, Ray, RayCaster, RigidTransform, Shutter,
+    TruthImages, Twist,
 };
 use nemoral_seed::Key;
 
@@ -137,11 +138,7 @@ impl View {
         for (field, centre) in [("view.cx", k.cx), ("view.cy", k.cy)] {
             check(field, centre, -1e9, 1e9, "-1e9..=1e9 pixels")?;
         }
-        k.check_distortion().map_err(|e| ParamError {
-            field: e.field,
-            value: e.value,
-            allowed: e.allowed,
-        })?;
+        k.check_distortion()?;
         let pose = &self.scene_from_camera;
         for c in pose.translation_m.to_array() {
             check(
@@ -214,6 +211,9 @@ impl<F: Fn(Vec3) -> f32 + Sync> SkyVisibility for F {
 pub struct SceneView<'a> {
     /// Decides what a ray hits; the LiDAR's own.
     pub caster: &'a dyn RayCaster,
+    /// The shapes that the caster casts at, for renderers that draw shapes. Renderers that cast rays
+    /// do not need it.
+    pub instances: Option<&'a dyn InstancedScene>,
     /// The library that made the hits' [`MaterialId`](nemoral_scene::MaterialId)s.
     pub materials: &'a MaterialLibrary,
     /// The crowns' shade.

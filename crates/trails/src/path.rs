@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::curve::{Cubic, stiffness};
 use crate::dressing::stones;
@@ -10,8 +10,8 @@ use crate::layout::Layout;
 use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
 use crate::{TrailDressing, TrailParams, TrailSurfaceKind};
 
-const RUTS: Stage = Stage::new("trails.ruts");
-const KINDS: Stage = Stage::new("trails.kinds");
+const RUTS: Domain = Domain::new("trails.ruts");
+const KINDS: Domain = Domain::new("trails.kinds");
 
 /// Distance between knots, metres, about.
 const STEP_M: f64 = 1.0;
@@ -121,7 +121,7 @@ impl TrailPath {
         let (points, transits) = layout.points(STEP_M);
         let places: Vec<f64> = points.iter().map(|p| p.2).collect();
         let length = places[places.len() - 1];
-        let kinds = draw_kinds(params, world.stage(KINDS).chunk(id.birth), length);
+        let kinds = draw_kinds(params, world.domain(KINDS).chunk(id.birth), length);
 
         let ground: Vec<_> = points.iter().map(|p| base.sample(p.0)).collect();
         let section = &params.section;
@@ -137,7 +137,7 @@ impl TrailPath {
                 .collect(),
         );
 
-        let key = world.stage(RUTS).chunk(id.birth);
+        let key = world.domain(RUTS).chunk(id.birth);
         let depth = Wobble::new(key.item(0), length, 9.0);
         let wander = Wobble::new(key.item(1), length, 12.0);
         let fade = |s: f64| fade(s, length);

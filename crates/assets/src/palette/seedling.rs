@@ -1,14 +1,14 @@
 //! What seedlings are made of: leaves and thin bark of their species, under a semantic of their own.
 
 use nemoral_scene::{MaterialId, MaterialLibrary, Semantic};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 use super::{Barks, LEAVES_IN_SHADE, laser, register_leaves, solid};
 use crate::card::seedlings;
 use crate::card::sketch::Picture;
 use crate::tree::{FoliageCard, LeafLook, Species};
 
-const PICTURES: Stage = Stage::new("assets.cards.seedling");
+const PICTURES: Domain = Domain::new("assets.cards.seedling");
 
 /// The materials of a species' seedlings.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub(crate) struct SeedlingMaterials {
 pub(super) fn pictures(look: &LeafLook, key: Key) -> Vec<Picture> {
     let mean = look.reflectance() * LEAVES_IN_SHADE;
     let picture = |variant: usize| {
-        let mut rng = key.stage(PICTURES).item(variant as u64).rng();
+        let mut rng = key.domain(PICTURES).item(variant as u64).rng();
         let sketch = seedlings::draw(look, variant, &mut rng);
         sketch.slices(1, mean).swap_remove(0)
     };

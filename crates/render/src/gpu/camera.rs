@@ -108,11 +108,11 @@ impl GpuCamera {
         p.lens.check()?;
         // WebGPU promises these two.
         if ![1, 4].contains(&p.colour_samples) {
-            Err(ParamError {
-                field: "camera.colour_samples",
-                value: p.colour_samples.into(),
-                allowed: "1 or 4",
-            })?;
+            Err(ParamError::new(
+                "camera.colour_samples",
+                p.colour_samples,
+                "1 or 4",
+            ))?;
         }
         let instants = p.blur_samples.into();
         check("camera.blur_samples", instants, 2.0, 256.0, "2..=256")?;
@@ -225,7 +225,7 @@ impl GpuCamera {
         cascades: &[Cascade],
     ) -> Result<Shot, GpuError> {
         self.gpu.check()?;
-        let groups = scene.caster.placed_groups().ok_or(GpuError::NoShapes)?;
+        let groups = scene.instances.ok_or(GpuError::NoShapes)?.placed_groups();
         state.hold_materials(&self.gpu, scene)?;
         state.hold_targets(&self.gpu, view)?;
         let origin_m = origin_of(view);

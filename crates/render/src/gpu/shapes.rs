@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
-use nemoral_scene::{Blend, NearLight, Prototype};
+use nemoral_scene::{AmbientOcclusion, Blend, Prototype};
 
 use super::pages::{Kind, Pages, Range};
 use super::{Gpu, GpuError};
@@ -222,7 +222,7 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
             uv_b,
             uv_c,
             normal_c,
-            extra: match (mesh.blends.get(i), prototype.near_light()) {
+            extra: match (mesh.blends.get(i), prototype.ambient_occlusion()) {
                 (Some(blend), _) => packed_blend(blend),
                 (None, Some(near)) => packed_near_light(near, t.corners),
                 (None, None) => 0,
@@ -241,13 +241,13 @@ fn packed_blend(blend: &Blend) -> u32 {
 }
 
 /// A byte of each corner around bit 15, which no blend has.
-fn packed_near_light(near: &NearLight, corners: [u32; 3]) -> u32 {
+fn packed_near_light(near: &AmbientOcclusion, corners: [u32; 3]) -> u32 {
     let [a, b, c] = corners.map(|i| u32::from(near.vertices[i as usize]));
     c << 24 | b << 16 | 1 << 15 | a
 }
 
 fn cards(prototype: &Prototype) -> Vec<CardRecord> {
-    let near_light = |i: usize| match prototype.near_light() {
+    let near_light = |i: usize| match prototype.ambient_occlusion() {
         Some(near) => u32::from_le_bytes(near.cards[i]),
         None => u32::MAX,
     };

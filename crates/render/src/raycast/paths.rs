@@ -2,13 +2,13 @@
 
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray};
-use nemoral_seed::{Key, PhiloxRng, Stage};
+use nemoral_seed::{Domain, Key, PhiloxRng};
 
 use super::samples::sums;
 use super::{Shadows, Shot};
 use crate::shade::{Look, shade};
 
-const BOUNCES: Stage = Stage::new("render.bounces");
+const BOUNCES: Domain = Domain::new("render.bounces");
 
 /// The width of a bundle that a ray of a bounce stands for, at 1 m: textures show their mean.
 const BUNDLE_RAD: f32 = 0.3;
@@ -36,7 +36,7 @@ impl Shot<'_> {
         samples: usize,
     ) -> Vec<Vec3> {
         let rngs = keys.flat_map(|key| {
-            let key = key.stage(BOUNCES);
+            let key = key.domain(BOUNCES);
             (0..samples as u64).map(move |k| key.item(k).rng())
         });
         let mut colours = vec![Vec3::ZERO; rays.len()];

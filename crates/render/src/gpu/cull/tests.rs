@@ -2,11 +2,11 @@
 
 use glam::{DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    ChunkCoord, Distortion, Hit, Instance, InstanceGroup, Intrinsics, Material, MaterialLibrary,
-    Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform, Semantic, Shutter,
-    Triangle, Twist,
+    ChunkCoord, Distortion, Hit, Instance, InstanceGroup, InstancedScene, Intrinsics, Material,
+    MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform,
+    Semantic, Shutter, Triangle, Twist,
 };
-use nemoral_seed::{Draw as _, Key, Stage};
+use nemoral_seed::{Domain, Draw as _, Key};
 
 use super::super::bend::Bend;
 use super::super::cascade::Cascade;
@@ -30,9 +30,11 @@ impl RayCaster for Bags {
     fn closest_hit(&self, _: &Ray) -> Option<Hit> {
         None
     }
+}
 
-    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
-        Some(self.0.clone())
+impl InstancedScene for Bags {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
+        self.0.clone()
     }
 }
 
@@ -54,7 +56,7 @@ fn bags() -> Bags {
         let shape = Prototype::new("shape", mesh, Vec::new(), &materials);
         Arc::new(shape.expect("a sound shape"))
     });
-    let mut rng = Key::world(3).stage(Stage::new("test.cull")).rng();
+    let mut rng = Key::world(3).domain(Domain::new("test.cull")).rng();
     let mut unit = || rng.unit_f64() as f32;
     let mut bag = |chunk: i32, count: u16| -> Arc<dyn InstanceGroup> {
         let instance = |item: u16| Instance {
@@ -215,6 +217,7 @@ fn draws_that_must_start_at_the_first_instance_draw_the_same() {
     let bags = bags();
     let scene = SceneView {
         caster: &bags,
+        instances: Some(&bags),
         materials: &bags.1,
         sky_visibility: &OpenSky,
     };

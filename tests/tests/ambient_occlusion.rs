@@ -1,10 +1,10 @@
-//! How dark it is within low plants, against light that is followed ray by ray.
+//! The ambient occlusion within low plants, against light that is followed ray by ray.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::Arc;
 
 use nemoral_assets::{AssetParams, Library, PlantAsset};
-use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, Lens, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, SkyParams,
     Sun, View,
@@ -26,7 +26,7 @@ const GROUND: f32 = 0.15;
 
 /// Plants in rows, a metre and a half apart, on open level ground: a forest of shapes as they are, or
 /// without what is known of the light between their parts.
-fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> Forest {
+fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> RayScene {
     let soil = materials
         .materials()
         .iter()
@@ -71,7 +71,7 @@ fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> 
             place(Arc::new(bare), at);
         }
     }
-    Forest::new(vec![(Vec3::ZERO, Arc::new(Group::build(instances)))])
+    RayScene::new(vec![(Vec3::ZERO, Arc::new(Group::build(instances)))])
 }
 
 /// From a man's height, down at the plants.
@@ -88,7 +88,7 @@ fn view() -> View {
     View::new(intrinsics, pose)
 }
 
-fn picture(forest: &Forest, materials: &MaterialLibrary, samples: u32, bounces: u32) -> Vec<f64> {
+fn picture(forest: &RayScene, materials: &MaterialLibrary, samples: u32, bounces: u32) -> Vec<f64> {
     let sun = Sun::from_angles(180.0, 50.0).expect("valid");
     let sky = SkyParams {
         overcast: 1.0,
@@ -110,6 +110,7 @@ fn picture(forest: &Forest, materials: &MaterialLibrary, samples: u32, bounces: 
         RayCastCamera::new(params, Lighting::new(&sun, &sky).expect("valid")).expect("valid");
     let scene = SceneView {
         caster: forest,
+        instances: None,
         materials,
         sky_visibility: &OpenSky,
     };
@@ -124,7 +125,7 @@ fn picture(forest: &Forest, materials: &MaterialLibrary, samples: u32, bounces: 
         .collect()
 }
 
-/// Light of places with so much near light, summed.
+/// The light of places with so much ambient occlusion, summed.
 #[derive(Default)]
 struct Part {
     pixels: usize,
@@ -132,7 +133,7 @@ struct Part {
     light: [f64; 3],
 }
 
-/// Where shares of near light part: dark, and light.
+/// The share of ambient light that parts dark places from light ones.
 const DARK: f32 = 0.7;
 
 #[test]
@@ -159,9 +160,9 @@ fn low_plants_are_dark_within_as_followed_light_has_it() {
         for (i, &light) in followed.iter().enumerate() {
             let pixel = DVec2::new((i % WIDTH) as f64, (i / WIDTH) as f64) + 0.5;
             let hit = known.closest_hit(&view.ray(pixel, 100.0));
-            let plant = |hit: &Hit| materials.get(hit.material).semantic != Semantic::Soil;
+            let plant = |hit: &Hit| materials.get(hit.surface.material).semantic != Semantic::Soil;
             if let Some(hit) = hit.filter(plant) {
-                let part = &mut parts[usize::from(hit.near_light > DARK)];
+                let part = &mut parts[usize::from(hit.shading.ambient_occlusion > DARK)];
                 part.pixels += 1;
                 let lights = [quick[i], without[i], light];
                 (part.light.iter_mut().zip(lights)).for_each(|(sum, light)| *sum += light);
@@ -174,7 +175,7 @@ fn low_plants_are_dark_within_as_followed_light_has_it() {
         });
         let [dark, light] = ratios;
         println!(
-            "{name}: dark {:.2}, light {:.2} of followed light; without near light {:.2}, {:.2}",
+            "{name}: dark {:.2}, light {:.2} of followed light; without occlusion {:.2}, {:.2}",
             dark[0], light[0], dark[1], light[1]
         );
         for ratio in [dark[0], light[0]] {
