@@ -121,7 +121,7 @@ fn scan_bytes(scan: &[LidarPoint]) -> Vec<u8> {
     bytes
 }
 
-/// The README's snippet.
+/// The snippet of the guide's page on one's own mesh.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-pub struct Readme;
+#[doc = include_str!("../../docs/guide/own-mesh.md")]
+pub struct OwnMesh;

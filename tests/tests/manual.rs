@@ -2,7 +2,7 @@
 
 use nemoral_lidar::{Device, Wavelength};
 
-/// A device's row in `docs/lidar.md`.
+/// A device's row in `docs/explanation/lidar.md`.
 fn row(device: Device) -> String {
     let (sheet, params, rate_hz) = (device.sheet(), device.params(), device.pattern().rate_hz());
     let [wide, tall] = sheet.field_of_view_deg;
@@ -35,7 +35,7 @@ fn row(device: Device) -> String {
 
 #[test]
 fn the_table_of_devices_is_the_crates() {
-    let manual = include_str!("../../docs/lidar.md");
+    let manual = include_str!("../../docs/explanation/lidar.md");
     let table = manual.lines().skip_while(|l| !l.starts_with("| name"));
     let written: Vec<&str> = table.skip(2).take_while(|l| !l.is_empty()).collect();
     let rows: Vec<String> = Device::ALL.iter().copied().map(row).collect();
@@ -45,7 +45,7 @@ fn the_table_of_devices_is_the_crates() {
 #[test]
 fn the_example_is_as_short_as_the_manual_says() {
     let example = include_str!("../../crates/pipeline/examples/scan_obj.rs");
-    let manual = include_str!("../../docs/lidar.md");
+    let manual = include_str!("../../docs/explanation/lidar.md");
     let lines = example.lines().count();
     assert!(lines < 40, "{lines} lines");
     assert!(manual.contains(&format!("in {lines} lines")));
