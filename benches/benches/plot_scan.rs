@@ -4,7 +4,7 @@
 //!
 //! `cargo bench -p nemoral-benches --bench plot_scan -- [PULSES] [PLOT.obj]` writes the plot if it is not
 //! there, and scans it if it is; `benches/helios/pyhelios_scan.py` scans the same.
-//! `docs/benchmarks.md` says what is found.
+//! `docs/measurements/speed.md` says what is found.
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 #[path = "casters/reference.rs"]

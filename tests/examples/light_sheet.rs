@@ -1,4 +1,4 @@
-//! The contact sheet of `docs/light.md`: three stands under five skies, at the eye height of a robot.
+//! The contact sheet of `docs/explanation/light.md`: three stands under five skies, at the eye height of a robot.
 //!
 //! ```text
 //! cargo run --release -p nemoral-tests --example light_sheet -- light.png [STAND...]

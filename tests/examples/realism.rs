@@ -1,4 +1,4 @@
-//! Measures every stand preset and every species, and writes `docs/realism.md` with its plots.
+//! Measures every stand preset and every species, and writes `docs/measurements/realism.md` with its plots.
 //!
 //! ```text
 //! cargo run --release -p nemoral-tests --example realism
@@ -58,7 +58,7 @@ fn main() -> std::io::Result<()> {
         println!("{text}");
         return Ok(());
     }
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/measurements");
     std::fs::create_dir_all(docs.join("realism"))?;
     for (name, svg) in plots {
         std::fs::write(docs.join("realism").join(name), svg)?;

@@ -1,4 +1,4 @@
-//! Diameters at breast height from scans; docs/realism.md has those of every stand preset.
+//! Diameters at breast height from scans; docs/measurements/realism.md has those of every stand preset.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::ForestPlan;

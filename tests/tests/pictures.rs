@@ -1,4 +1,4 @@
-//! Pictures of an open wood of cork oaks have the statistics and classes that docs/realism.md measures of all stands,
+//! Pictures of an open wood of cork oaks have the statistics and classes that docs/measurements/realism.md measures of all stands,
 //! crowns of spruce their colours, and each measure leaves its range when its cause is broken on purpose.
 
 use std::sync::{Arc, LazyLock};

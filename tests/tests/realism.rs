@@ -1,5 +1,5 @@
 //! Each measure of realism is in its range on a grown beech wood, and leaves it when its cause is broken on
-//! purpose (species' relations in `relations.rs`, pictures in `pictures.rs`). What the measures say of all stands is in docs/realism.md.
+//! purpose (species' relations in `relations.rs`, pictures in `pictures.rs`). What the measures say of all stands is in docs/measurements/realism.md.
 
 use std::sync::{Arc, LazyLock};
 

@@ -1,5 +1,5 @@
 //! Grown trees show the relations that their species was given, and trees of a species that was given others do
-//! not. What is found of all species is in docs/realism.md.
+//! not. What is found of all species is in docs/measurements/realism.md.
 
 use nemoral_assets::{Allometry, Species};
 use nemoral_tests::realism::ranges::{self, leaves};
@@ -62,7 +62,7 @@ fn relations_miss_trees_that_grew_by_others() {
     );
 }
 
-/// What the measures say of the species as they are is in docs/realism.md.
+/// What the measures say of the species as they are is in docs/measurements/realism.md.
 #[test]
 fn heights_that_scatter_otherwise_are_noticed() {
     let heights = |name: &str, height_sd: f64, slenderness: Option<[f64; 2]>| {

@@ -3,7 +3,7 @@
 //! `libembree4` (PyPI's `embreex` carries one).
 //!
 //! `cargo bench -p nemoral-benches --bench casters -- [ROUNDS] [WORDS...]`; words choose worlds, rays
-//! and casters whose names contain one of them. `docs/raycast.md` says what is measured and found.
+//! and casters whose names contain one of them. `docs/measurements/casting.md` says what is measured and found.
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 mod clock;

@@ -14,7 +14,7 @@ const BYTES_PER_PLY_POINT: f64 = 67.0;
 const RETURNS: f64 = 0.97;
 
 /// Seconds of one core for a megapixel and for a million rays of pulses at 96 trees a chunk: measured as
-/// `docs/benchmarks.md` says, on the machine named there.
+/// `docs/measurements/speed.md` says, on the machine named there.
 const CORE_S_PER_MEGAPIXEL: f64 = 2.8;
 const CORE_S_PER_MEGARAY: f64 = 2.0;
 

@@ -54,7 +54,7 @@
 //! reinsertion for bounding volume hierarchy optimization") and collapsed to eight children; cards
 //! are bounded by the hull of their opaque texels; a shape is cut at one height (a trunk under its
 //! crown) where that spares rays the empty space beside the trunk. Lengths are metres, coordinates
-//! f32. `docs/raycast.md` in the repository compares with Embree and parry.
+//! f32. `docs/measurements/casting.md` in the repository compares with Embree and parry.
 
 mod blas;
 mod block;

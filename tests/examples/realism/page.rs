@@ -320,13 +320,13 @@ impl Page {
             "\n## Pictures\n\nMeans of five pictures. The slope of the amplitude spectrum over frequency on logarithmic axes: photographs of nature have -1.2 on average, -0.8 to -1.5 (Tolhurst et al. \
              1992); isotropy, the amplitude of waves along the horizontal over that of waves along the vertical, more than 1 where upright things are many. Its range is remembered, and nothing that was read bears it out: in photographs, also of a wood alone, vertical and horizontal contours prevail (Coppola et al. 1998), natural scenes have most at the horizontal, \
              next at the vertical and least between (Hansen and Essock 2004), and how they are aligned depends strongly on what they are of, with a difference between the two on average (Keil and Cristóbal 2000). We leave it as it is: a range is not moved to what was found. Further: how much the ground repeats: the greatest correlation of its brightness with that one tile's width away, in sixteen directions, of the kind of ground that does most; the spread of the logarithm of luminance (of the light itself, before the sensor clips): \
-             photographs of town and country have .8 on average (Huang and Mumford 1999, remembered), and followed light in beech and spruce as much as ours, within a twentieth, once its noise is averaged away (docs/light.md; 1.0 to 1.6 under canopies are remembered, and most of ours are a little less); the kurtosis of steps from pixel to pixel.\n",
+             photographs of town and country have .8 on average (Huang and Mumford 1999, remembered), and followed light in beech and spruce as much as ours, within a twentieth, once its noise is averaged away (docs/explanation/light.md; 1.0 to 1.6 under canopies are remembered, and most of ours are a little less); the kurtosis of steps from pixel to pixel.\n",
         );
         self.table(stands, PICTURES);
         self.add(
             "\nOf foliage: the green chromatic coordinate G / (R + G + B), the median hue, the share that glares (saturation over .7, value over .6). What is known of them is of crowns seen from above, by PhenoCams on towers (Richardson et al. 2018: summer leaves .40–.46, needles \
              .36–.40, eucalyptus and cork oak .36–.42, remembered): so a camera looks down on them, 45 m over the robot, 60° below the horizon. Beside it what the robot sees: leaves in the light of shade are greyer, and those with the sun behind them glare, as their transmittance has no blue; \
-             followed light shows as many of both (docs/light.md).\n",
+             followed light shows as many of both (docs/explanation/light.md).\n",
         );
         self.table(stands, COLOURS);
     }
