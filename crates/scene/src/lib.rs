@@ -42,6 +42,7 @@ mod ray;
 mod semantic;
 mod surface;
 mod texture;
+mod trail_surface;
 mod transform;
 
 pub use camera::{Intrinsics, IntrinsicsError};
@@ -63,4 +64,5 @@ pub use ray::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster, SurfaceHit};
 pub use semantic::Semantic;
 pub use surface::{FlatSurface, Surface, SurfaceSample};
 pub use texture::{Texture, TextureError, code_thresholds};
+pub use trail_surface::TrailSurfaceKind;
 pub use transform::RigidTransform;

@@ -11,6 +11,7 @@ use crate::index::{Index, Stretch};
 use crate::path::Foot;
 use crate::profile::smoothstep;
 use crate::section::Part;
+use crate::zone::TrailZone;
 use crate::{TrailParams, TrailPath, TrailSurfaceKind};
 
 /// Inner corners between the edges of two trails that meet have this radius, metres.
@@ -30,21 +31,6 @@ const REACH_M: f64 = 12.0;
 
 /// A slope that changed the ground by less than this is no slope, metres.
 const TOUCH_M: f64 = 0.02;
-
-/// Which part of a trail a point is on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum TrailZone {
-    /// Ground that no trail has touched.
-    Off,
-    /// A slope that a trail has cut or filled, beside its surface.
-    CutSlope,
-    /// The surface of a trail, apart from ruts and strip.
-    Surface,
-    /// A wheel rut.
-    Rut,
-    /// The strip between the ruts.
-    Strip,
-}
 
 /// The ground near a chunk with its trails carved in.
 ///

@@ -36,6 +36,7 @@
 mod cache;
 mod curve;
 mod dressing;
+mod dressing_placement;
 mod dual;
 mod error;
 mod ground;
@@ -46,11 +47,20 @@ mod path;
 mod profile;
 mod route;
 mod section;
+mod surface_kinds;
 mod trails;
+mod zone;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
 
 pub use dressing::{DressingKind, TrailDressing};
 pub use error::ParamError;
-pub use ground::{TrailGround, TrailZone};
-pub use params::{Ruts, Section, TrailParams, TrailSurfaceKind};
-pub use path::{TrailId, TrailPath};
+pub use ground::TrailGround;
+pub use layout::TrailId;
+pub use nemoral_scene::TrailSurfaceKind;
+pub use params::{Ruts, Section, TrailParams};
+pub use path::TrailPath;
 pub use trails::Trails;
+pub use zone::TrailZone;

@@ -1,6 +1,7 @@
 //! What a user says about trails.
 
 use glam::DVec2;
+use nemoral_scene::TrailSurfaceKind;
 
 use crate::error::{ParamError, check};
 
@@ -67,56 +68,6 @@ pub struct Ruts {
     pub gauge_m: f64,
     /// Standard deviation of a rut's bell-shaped section, metres, 0.05..=0.5.
     pub sigma_m: f64,
-}
-
-/// What a trail is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum TrailSurfaceKind {
-    /// Crushed stone.
-    Gravel,
-    /// Bare, dry soil.
-    DryEarth,
-    /// Wet soil.
-    Mud,
-    /// Short grass.
-    Grassy,
-    /// Fallen leaves.
-    LeafLitter,
-    /// Fallen needles.
-    Needles,
-    /// Sand.
-    Sand,
-    /// Bed rock and slabs.
-    Rock,
-}
-
-impl TrailSurfaceKind {
-    /// All kinds.
-    pub const ALL: [Self; 8] = [
-        Self::Gravel,
-        Self::DryEarth,
-        Self::Mud,
-        Self::Grassy,
-        Self::LeafLitter,
-        Self::Needles,
-        Self::Sand,
-        Self::Rock,
-    ];
-
-    /// The name used in configurations and files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Gravel => "gravel",
-            Self::DryEarth => "dry_earth",
-            Self::Mud => "mud",
-            Self::Grassy => "grassy",
-            Self::LeafLitter => "leaf_litter",
-            Self::Needles => "needles",
-            Self::Sand => "sand",
-            Self::Rock => "rock",
-        }
-    }
 }
 
 impl Default for TrailParams {

@@ -8,7 +8,7 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Key, Stage};
 
 use crate::cache::Cache;
-use crate::dressing::{grass, verges};
+use crate::dressing_placement::{grass, stones, verges};
 use crate::ground::reach_m;
 use crate::layout::Layout;
 use crate::route::Router;
@@ -210,7 +210,9 @@ impl Trails {
             let walk = self.router.walk(birth).into_iter().flatten();
             let base = &*self.base;
             let layout = Layout::new(self.key, walk.collect(), self.chunk_size_m, base);
-            Arc::new(TrailPath::new(&self.params, self.key, &layout, base))
+            let path = TrailPath::new(&self.params, self.key, &layout, base);
+            let stones = stones(&self.params, self.key, &path);
+            Arc::new(path.with_stones(stones))
         })
     }
 }

@@ -3,10 +3,9 @@
 use glam::Vec3;
 use serde::Deserialize;
 
-use super::Species;
 use crate::error::ParamError;
 
-/// How the leaves of a picture are arranged.
+/// How the leaves of an image are arranged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LeafKind {
@@ -22,7 +21,7 @@ pub enum LeafKind {
     HangingLeaves,
 }
 
-/// The picture of a leafy twig.
+/// The image of a leafy twig.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeafLook {
@@ -47,7 +46,7 @@ pub struct LeafLook {
     /// How deep the teeth are cut, 0..=0.5.
     #[serde(default)]
     pub tooth_depth: f64,
-    /// Leaves, needles or side shoots in a picture, least and most, 1..=600.
+    /// Leaves, needles or side shoots in an image, least and most, 1..=600.
     pub count: [u32; 2],
     /// Length of the twig, metres, 0.03..=1.
     pub twig_m: f64,
@@ -135,7 +134,7 @@ pub struct BarkLook {
     /// Higher up and on limbs, if it is another.
     pub upper: Option<BarkLayer>,
     /// Share of the tree's height from which on the upper bark begins to show, 0..=1. One repetition
-    /// of the picture (2 m on a thick stem) lies between the two.
+    /// of the image (2 m on a thick stem) lies between the two.
     #[serde(default)]
     pub upper_from: f64,
     /// Linear RGB albedo of wood too thin for a bark, 0.005..=0.7.
@@ -148,14 +147,6 @@ pub struct BarkLook {
     pub nm905: f64,
     /// Reflectance at 1550 nm, 0..=1.
     pub nm1550: f64,
-}
-
-impl Species {
-    /// The leaves as a shoot of them answers light.
-    #[must_use]
-    pub fn shoot(&self) -> LeafLook {
-        self.leaves.in_shoot(self.foliage.silhouette_factor)
-    }
 }
 
 /// The bluish wax of glaucous leaves.
@@ -281,6 +272,7 @@ pub(crate) fn linear(rgb: [f64; 3]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tree::Species;
 
     /// Photons that wander from leaf to leaf of a shoot: the series that the closed form sums up.
     #[test]

@@ -246,6 +246,14 @@ impl Species {
     }
 }
 
+impl Species {
+    /// The leaves as a shoot of them answers light.
+    #[must_use]
+    pub fn shoot(&self) -> LeafLook {
+        self.leaves.in_shoot(self.foliage.silhouette_factor)
+    }
+}
+
 /// Ranges of the fields of one table.
 struct Ranges<'a>(&'a str);
 

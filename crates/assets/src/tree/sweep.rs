@@ -7,9 +7,9 @@ use nemoral_scene::glam::{DVec3, Vec2};
 use nemoral_scene::{MaterialId, Mesh, Triangle};
 use nemoral_seed::{Draw, Key, Stage};
 
-use super::budget::Wood;
+use super::materials::TreeMaterials;
 use super::skeleton::{Axis, BREAST_M, beside};
-use super::{StemForm, TreeMaterials, TreeSize};
+use super::{StemForm, TreeSize};
 
 const FLARE: Stage = Stage::new("assets.tree.flare");
 const BARK: Stage = Stage::new("assets.tree.bark");
@@ -24,9 +24,20 @@ const CHORD_M: f64 = 0.004;
 /// Thinner branches have no collar: nobody would see it.
 const COLLAR_RADIUS_M: f64 = 0.008;
 
+/// The wood of a tree that is drawn.
+#[derive(Clone, Debug)]
+pub(super) struct DrawnWood {
+    /// How finely it is drawn.
+    pub(super) tessellation: Tessellation,
+    /// For every axis, whether it is drawn.
+    pub(super) drawn: Vec<bool>,
+    /// For every axis, whether it ends in a point. Living twigs that bear no others do.
+    pub(super) pointed: Vec<bool>,
+}
+
 /// How finely to sweep.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fineness {
+pub(super) struct Tessellation {
     /// Where stems and limbs end and branches begin.
     pub(super) trunk_radius_m: f64,
     /// Factor on all tolerances: above 1 for trees that would be over their budget.
@@ -140,16 +151,16 @@ pub(super) fn sweep(
     flare: &Flare,
     materials: &TreeMaterials,
     upper_from_m: f64,
-    wood: &Wood,
+    wood: &DrawnWood,
 ) -> (Mesh, Range<usize>) {
     let mut mesh = Mesh::default();
     let mut stem = 0..0;
-    let fineness = wood.fineness;
+    let tessellation = wood.tessellation;
     for (i, (axis, r)) in axes.iter().zip(radii).enumerate() {
         if !wood.drawn[i] {
             continue;
         }
-        let rings = rings(axis, r, parent_radius(axis, radii), fineness);
+        let rings = rings(axis, r, parent_radius(axis, radii), tessellation);
         let tube = Tube {
             axis,
             pointed: wood.pointed[i],
@@ -157,7 +168,7 @@ pub(super) fn sweep(
             snag: axes[0].dead,
             upper_from_m,
             materials,
-            fineness,
+            tessellation,
         };
         tube.mesh(&rings, &mut mesh);
         if axis.order == 0 {
@@ -173,12 +184,12 @@ pub(super) fn cost(
     radii: &[Vec<f64>],
     i: usize,
     pointed: bool,
-    fineness: Fineness,
+    tessellation: Tessellation,
 ) -> usize {
     let axis = &axes[i];
-    let rings = rings(axis, &radii[i], parent_radius(axis, radii), fineness);
+    let rings = rings(axis, &radii[i], parent_radius(axis, radii), tessellation);
     let greatest = rings.iter().fold(0.0_f64, |m, r| m.max(r.radius));
-    let n = sides(axis.order, greatest, fineness.tolerance);
+    let n = sides(axis.order, greatest, tessellation.tolerance);
     // A stem's change of bark takes two rings more.
     let rings = rings.len() + if axis.order == 0 { 2 } else { 0 };
     n * (2 * rings - if pointed { 3 } else { 1 })
@@ -192,16 +203,21 @@ fn parent_radius(axis: &Axis, radii: &[Vec<f64>]) -> Option<f64> {
 
 /// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not need,
 /// and one exactly where the trunk threshold is crossed.
-fn rings(axis: &Axis, radii: &[f64], parent_radius: Option<f64>, fineness: Fineness) -> Vec<Ring> {
-    let trunk_radius_m = fineness.trunk_radius_m;
+fn rings(
+    axis: &Axis,
+    radii: &[f64],
+    parent_radius: Option<f64>,
+    tessellation: Tessellation,
+) -> Vec<Ring> {
+    let trunk_radius_m = tessellation.trunk_radius_m;
     let all: Vec<Ring> = axis
         .points
         .iter()
         .zip(radii)
         .map(|(&centre, &radius)| Ring { centre, radius })
         .collect();
-    let mut kept = simplify(&all, axis.order == 0, fineness.tolerance);
-    let thick = kept[0].radius > COLLAR_RADIUS_M * fineness.tolerance;
+    let mut kept = simplify(&all, axis.order == 0, tessellation.tolerance);
+    let thick = kept[0].radius > COLLAR_RADIUS_M * tessellation.tolerance;
     if let Some(parent_radius) = parent_radius.filter(|_| axis.order == 1 && thick) {
         collar(&mut kept, parent_radius);
     }
@@ -298,7 +314,7 @@ struct Tube<'a> {
     /// Height at which the upper bark begins.
     upper_from_m: f64,
     materials: &'a TreeMaterials,
-    fineness: Fineness,
+    tessellation: Tessellation,
 }
 
 impl Tube<'_> {
@@ -306,7 +322,7 @@ impl Tube<'_> {
         let bark = BarkMap::new(self, rings);
         let rings = &bark.with_borders(rings);
         let greatest = rings.iter().fold(0.0_f64, |m, r| m.max(r.radius));
-        let n = sides(self.axis.order, greatest, self.fineness.tolerance);
+        let n = sides(self.axis.order, greatest, self.tessellation.tolerance);
         let first = mesh.positions.len() as u32;
         let columns = n as u32 + 1;
         let grid = self.grid(rings, n);
@@ -444,7 +460,7 @@ impl Tube<'_> {
     /// By order and local radius; of a piece, its thicker end decides.
     fn material(&self, a: Ring, b: Ring, zone: Zone) -> MaterialId {
         let m = self.materials;
-        if a.radius.max(b.radius) <= self.fineness.trunk_radius_m {
+        if a.radius.max(b.radius) <= self.tessellation.trunk_radius_m {
             if self.axis.dead { m.dead } else { m.branch }
         } else if self.snag {
             m.snag
@@ -634,7 +650,7 @@ mod tests {
             snag: false,
             upper_from_m: f64::INFINITY,
             materials: &materials(),
-            fineness: Fineness {
+            tessellation: Tessellation {
                 trunk_radius_m: 0.04,
                 tolerance: 1.0,
             },

@@ -7,8 +7,8 @@ mod common;
 mod bark;
 mod colours;
 mod forms;
-mod glance;
 mod optics;
+mod recognition;
 
 use std::sync::LazyLock;
 

@@ -1,10 +1,11 @@
-//! From marks in metres to a cropped picture: a mask, and colours that go on under the mask.
+//! Rasterises drawings of leaves, in metres, to the image of a card: a mask, and colours that go on
+//! under the mask.
 
 use glam::{Vec2, Vec3};
 use nemoral_scene::{AlphaMask, Texture};
 
-use crate::texture::canvas::{Canvas, Leaf, Stroke};
-use crate::texture::tile::luminance;
+use crate::textures::canvas::{Canvas, Leaf, Stroke};
+use crate::textures::tile::luminance;
 
 /// A mark of a drawing.
 #[derive(Clone, Debug)]
@@ -17,13 +18,13 @@ pub(crate) enum Mark {
 
 /// A drawing of a twig that enters at (0, 0) and grows towards +y, back to front.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Sketch {
+pub(crate) struct CardDrawing {
     pub(crate) marks: Vec<Mark>,
 }
 
-/// A finished picture. Its twig enters at (u, v) = (0.5, 0); v grows towards the tip.
+/// The image of a card. Its twig enters at (u, v) = (0.5, 0); v grows towards the tip.
 #[derive(Clone, Debug)]
-pub(crate) struct Picture {
+pub(crate) struct CardImage {
     pub(crate) mask: AlphaMask,
     pub(crate) texture: Texture,
     pub(crate) width_m: f32,
@@ -33,7 +34,7 @@ pub(crate) struct Picture {
 /// Texels along the longer side.
 const LONG_SIDE: usize = 256;
 
-impl Sketch {
+impl CardDrawing {
     pub(crate) fn leaf(&mut self, leaf: Leaf) {
         self.marks.push(Mark::Leaf(leaf));
     }
@@ -44,9 +45,9 @@ impl Sketch {
 
     /// Crops to the content, draws, fills the colours on under the mask, and scales colours so that
     /// the opaque texels' luminance is on average that of `mean` (hues are kept). The drawing is cut
-    /// across into `count` pictures of equal height and width, foot first, so that what is drawn can
+    /// across into `count` images of equal height and width, foot first, so that what is drawn can
     /// be bent where they meet.
-    pub(crate) fn slices(&self, count: usize, mean: Vec3) -> Vec<Picture> {
+    pub(crate) fn slices(&self, count: usize, mean: Vec3) -> Vec<CardImage> {
         let (half_width, top) = self.extent();
         let size_m = Vec2::new(2.0 * half_width, top / count as f32);
         let side = |ratio: f32| {
@@ -83,7 +84,7 @@ impl Sketch {
                     .map(|c| (*c * gain).min(Vec3::splat(0.7)))
                     .collect();
                 let opaque = |c: usize, r: usize| painted[r * size[0] + c];
-                Picture {
+                CardImage {
                     mask: AlphaMask::from_fn(size[0], size[1], opaque)
                         .expect("sides are at most 256"),
                     texture: Texture::from_linear_where(size[0], size[1], &linear, opaque)
@@ -216,16 +217,16 @@ mod tests {
 
     #[test]
     fn a_picture_is_cropped_and_attached() {
-        let mut sketch = Sketch::default();
+        let mut drawing = CardDrawing::default();
         let stalk = Stroke::straight(Vec2::ZERO, Vec2::new(0.0, 0.2), [0.01; 2], Vec3::splat(0.1));
-        sketch.stroke(stalk);
-        sketch.stroke(Stroke::straight(
+        drawing.stroke(stalk);
+        drawing.stroke(Stroke::straight(
             Vec2::new(0.0, 0.1),
             Vec2::new(0.07, 0.1),
             [0.02; 2],
             Vec3::splat(0.2),
         ));
-        let p = sketch.slices(1, Vec3::splat(0.12)).remove(0);
+        let p = drawing.slices(1, Vec3::splat(0.12)).remove(0);
         assert!((p.width_m - 0.16).abs() < 0.003, "{}", p.width_m);
         assert!((p.height_m - 0.205).abs() < 0.003, "{}", p.height_m);
         assert!(p.mask.is_opaque(0.5, 0.0) && p.mask.is_opaque(0.95, 0.49));

@@ -1,4 +1,4 @@
-//! A library as bytes, to be kept between runs.
+//! A library as bytes, to be stored between runs.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -11,46 +11,46 @@ use serde::{Deserialize, Serialize};
 
 use crate::{GroundMaterials, Library, PlantAsset, SizeClass, TreeAsset, TreeSize};
 
-/// Bytes that are not a [`Library`]'s.
+/// Why bytes are not those of a [`Library`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum KeptError {
-    /// Not the bytes of this version's libraries.
+pub enum DeserializeError {
+    /// They are not in the format of this version.
     #[error("not a library: {0}")]
     Format(#[from] postcard::Error),
-    /// A material of an unknown kind, or whose texture is not there.
+    /// A material has an unknown semantic, or its texture is missing.
     #[error("not a library: material {name:?} is not whole")]
     Material {
         /// The material's name.
         name: String,
     },
-    /// The ground is made of a material that is not there.
+    /// The ground refers to a material that is missing.
     #[error("not a library: a material of the ground is missing")]
     Ground,
-    /// A shape that is none.
+    /// A prototype is not valid.
     #[error("not a library: {0}")]
     Shape(#[from] PrototypeError),
 }
 
 /// What [`Library::to_bytes`] writes: borrowed there, owned when it is read.
 #[derive(Serialize, Deserialize)]
-struct KeptLibrary<'a> {
-    /// Each once: several materials may share one.
+struct StoredLibrary<'a> {
+    /// Each texture once: several materials may share one.
     textures: Vec<Cow<'a, Texture>>,
-    materials: Vec<KeptMaterial<'a>>,
-    /// Trees, saplings, snags.
-    trees: [Vec<KeptTree<'a>>; 3],
+    materials: Vec<StoredMaterial<'a>>,
+    /// Trees, saplings and snags.
+    trees: [Vec<StoredTree<'a>>; 3],
     /// In the order of [`Library`]'s fields.
-    plants: [Vec<KeptPlant<'a>>; 10],
+    plants: [Vec<StoredPlant<'a>>; 10],
     ground: Cow<'a, GroundMaterials>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct KeptMaterial<'a> {
+struct StoredMaterial<'a> {
     name: Cow<'a, str>,
     semantic: u8,
     support: Option<u8>,
-    /// Of `textures`.
+    /// Index into `textures`.
     albedo: usize,
     transmittance: [f32; 3],
     roughness: f32,
@@ -61,7 +61,7 @@ struct KeptMaterial<'a> {
 }
 
 #[derive(Serialize, Deserialize)]
-struct KeptShape<'a> {
+struct StoredShape<'a> {
     name: Cow<'a, str>,
     mesh: Cow<'a, Mesh>,
     cards: Cow<'a, [Card]>,
@@ -69,8 +69,8 @@ struct KeptShape<'a> {
 }
 
 #[derive(Serialize, Deserialize)]
-struct KeptTree<'a> {
-    shape: KeptShape<'a>,
+struct StoredTree<'a> {
+    shape: StoredShape<'a>,
     species: Cow<'a, str>,
     size: TreeSize,
     class: SizeClass,
@@ -80,8 +80,8 @@ struct KeptTree<'a> {
 }
 
 #[derive(Serialize, Deserialize)]
-struct KeptPlant<'a> {
-    shape: KeptShape<'a>,
+struct StoredPlant<'a> {
+    shape: StoredShape<'a>,
     name: Cow<'a, str>,
     radius_m: f64,
     height_m: f64,
@@ -101,7 +101,7 @@ impl Library {
                 textures.push(&material.albedo);
                 textures.len() - 1
             });
-            materials.push(KeptMaterial {
+            materials.push(StoredMaterial {
                 name: Cow::Borrowed(&material.name),
                 semantic: material.semantic as u8,
                 support: material.support.map(|s| s as u8),
@@ -114,11 +114,11 @@ impl Library {
                 optics: material.optics,
             });
         }
-        let kept = KeptLibrary {
+        let stored = StoredLibrary {
             textures: textures.into_iter().map(|t| Cow::Borrowed(&**t)).collect(),
             materials,
             trees: [&self.trees, &self.saplings, &self.snags]
-                .map(|trees| trees.iter().map(KeptTree::of).collect()),
+                .map(|trees| trees.iter().map(StoredTree::of).collect()),
             plants: [
                 &self.shrubs,
                 &self.stumps,
@@ -131,25 +131,25 @@ impl Library {
                 &self.trail_tufts,
                 &self.trail_stones,
             ]
-            .map(|plants| plants.iter().map(KeptPlant::of).collect()),
+            .map(|plants| plants.iter().map(StoredPlant::of).collect()),
             ground: Cow::Borrowed(&self.ground),
         };
-        postcard::to_stdvec(&kept).expect("plain data can be written")
+        postcard::to_stdvec(&stored).expect("plain data can be written")
     }
 
     /// The library of [`Library::to_bytes`], to the bit.
     ///
     /// # Errors
     /// If the bytes are not a library's, or another version's.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, KeptError> {
-        let kept: KeptLibrary = postcard::from_bytes(bytes)?;
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, DeserializeError> {
+        let stored: StoredLibrary = postcard::from_bytes(bytes)?;
         let mut materials = MaterialLibrary::new();
-        let textures = kept.textures.into_iter();
+        let textures = stored.textures.into_iter();
         let textures: Vec<_> = textures.map(|t| Arc::new(t.into_owned())).collect();
-        for material in kept.materials {
-            materials.add(material.bring_back(&textures)?);
+        for material in stored.materials {
+            materials.add(material.restore(&textures)?);
         }
-        let ground = &kept.ground;
+        let ground = &stored.ground;
         let trails = ground
             .trails
             .iter()
@@ -161,14 +161,14 @@ impl Library {
             .chain([ground.cut_slope])
             .chain(trails);
         if of_ground.any(|m| usize::from(m.0) >= materials.materials().len()) {
-            return Err(KeptError::Ground);
+            return Err(DeserializeError::Ground);
         }
-        let [trees, saplings, snags] = kept.trees.map(|trees| {
-            let trees = trees.into_iter().map(|tree| tree.bring_back(&materials));
+        let [trees, saplings, snags] = stored.trees.map(|trees| {
+            let trees = trees.into_iter().map(|tree| tree.restore(&materials));
             trees.collect::<Result<Vec<_>, _>>()
         });
-        let plants = kept.plants.map(|plants| {
-            let plants = plants.into_iter().map(|plant| plant.bring_back(&materials));
+        let plants = stored.plants.map(|plants| {
+            let plants = plants.into_iter().map(|plant| plant.restore(&materials));
             plants.collect::<Result<Vec<_>, _>>()
         });
         let [
@@ -197,23 +197,23 @@ impl Library {
             litter: litter?,
             trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
-            ground: kept.ground.into_owned(),
+            ground: stored.ground.into_owned(),
             materials,
         })
     }
 }
 
-impl KeptMaterial<'_> {
-    fn bring_back(self, textures: &[Arc<Texture>]) -> Result<Material, KeptError> {
+impl StoredMaterial<'_> {
+    fn restore(self, textures: &[Arc<Texture>]) -> Result<Material, DeserializeError> {
         let semantic = Semantic::from_u8(self.semantic);
         let support = self.support.map(Semantic::from_u8);
         let (Some(semantic), Some(albedo)) = (semantic, textures.get(self.albedo)) else {
-            return Err(KeptError::Material {
+            return Err(DeserializeError::Material {
                 name: self.name.into_owned(),
             });
         };
         if support == Some(None) {
-            return Err(KeptError::Material {
+            return Err(DeserializeError::Material {
                 name: self.name.into_owned(),
             });
         }
@@ -232,7 +232,7 @@ impl KeptMaterial<'_> {
     }
 }
 
-impl<'a> KeptShape<'a> {
+impl<'a> StoredShape<'a> {
     fn of(prototype: &'a Prototype) -> Self {
         Self {
             name: Cow::Borrowed(prototype.name()),
@@ -242,7 +242,7 @@ impl<'a> KeptShape<'a> {
         }
     }
 
-    fn bring_back(self, materials: &MaterialLibrary) -> Result<Arc<Prototype>, KeptError> {
+    fn restore(self, materials: &MaterialLibrary) -> Result<Arc<Prototype>, DeserializeError> {
         let (mesh, cards) = (self.mesh.into_owned(), self.cards.into_owned());
         let prototype = Prototype::new(self.name, mesh, cards, materials)?;
         Ok(Arc::new(match self.near_light {
@@ -252,10 +252,10 @@ impl<'a> KeptShape<'a> {
     }
 }
 
-impl<'a> KeptTree<'a> {
+impl<'a> StoredTree<'a> {
     fn of(tree: &'a TreeAsset) -> Self {
         Self {
-            shape: KeptShape::of(&tree.prototype),
+            shape: StoredShape::of(&tree.prototype),
             species: Cow::Borrowed(&tree.species),
             size: tree.size,
             class: tree.class,
@@ -265,9 +265,9 @@ impl<'a> KeptTree<'a> {
         }
     }
 
-    fn bring_back(self, materials: &MaterialLibrary) -> Result<TreeAsset, KeptError> {
+    fn restore(self, materials: &MaterialLibrary) -> Result<TreeAsset, DeserializeError> {
         Ok(TreeAsset {
-            prototype: self.shape.bring_back(materials)?,
+            prototype: self.shape.restore(materials)?,
             species: self.species.into_owned(),
             size: self.size,
             class: self.class,
@@ -278,19 +278,19 @@ impl<'a> KeptTree<'a> {
     }
 }
 
-impl<'a> KeptPlant<'a> {
+impl<'a> StoredPlant<'a> {
     fn of(plant: &'a PlantAsset) -> Self {
         Self {
-            shape: KeptShape::of(&plant.prototype),
+            shape: StoredShape::of(&plant.prototype),
             name: Cow::Borrowed(&plant.name),
             radius_m: plant.radius_m,
             height_m: plant.height_m,
         }
     }
 
-    fn bring_back(self, materials: &MaterialLibrary) -> Result<PlantAsset, KeptError> {
+    fn restore(self, materials: &MaterialLibrary) -> Result<PlantAsset, DeserializeError> {
         Ok(PlantAsset {
-            prototype: self.shape.bring_back(materials)?,
+            prototype: self.shape.restore(materials)?,
             name: self.name.into_owned(),
             radius_m: self.radius_m,
             height_m: self.height_m,

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
-use super::sketch::Sketch;
-use crate::texture::canvas::{Leaf, Outline, Stroke};
+use super::card_raster::CardDrawing;
+use crate::textures::canvas::{Leaf, Outline, Stroke};
 use crate::tree::{LeafKind, LeafLook, linear};
 
 /// Places tried for each leaf of a spray.
@@ -37,8 +37,8 @@ pub(crate) fn stalk(length_m: f32, width_m: f32, colour: Vec3, rng: &mut impl Rn
     }
 }
 
-/// The picture of a leafy twig of a species, of leaves as long as they grow.
-pub(crate) fn draw(look: &LeafLook, rng: &mut impl Rng) -> Sketch {
+/// The image of a leafy twig of a species, of leaves as long as they grow.
+pub(crate) fn draw(look: &LeafLook, rng: &mut impl Rng) -> CardDrawing {
     let painter = Painter::new(look);
     match look.kind {
         LeafKind::NeedleTuft => painter.tuft(rng),
@@ -57,7 +57,7 @@ pub(super) struct Stalked {
     front: f32,
 }
 
-impl Sketch {
+impl CardDrawing {
     pub(super) fn stalked(&mut self, Stalked { stalk, leaf, .. }: Stalked) {
         self.stroke(stalk);
         self.leaf(leaf);
@@ -156,8 +156,8 @@ impl<'a> Painter<'a> {
     }
 
     /// Needles on all sides around the end of a shoot.
-    fn tuft(&self, rng: &mut impl Rng) -> Sketch {
-        let mut sketch = Sketch::default();
+    fn tuft(&self, rng: &mut impl Rng) -> CardDrawing {
+        let mut drawing = CardDrawing::default();
         let shoot = stalk(self.twig_m(), 0.008, self.wood, rng);
         let needles = self.count(rng);
         let longest = self.look.length_m[1] as f32;
@@ -166,7 +166,7 @@ impl<'a> Painter<'a> {
         for i in 0..needles {
             // The shoot is drawn once half of the needles are behind it.
             if i == needles / 2 {
-                sketch.stroke(shoot);
+                drawing.stroke(shoot);
             }
             let front = i as f32 / needles as f32;
             let t = rng.unit_f32();
@@ -181,7 +181,7 @@ impl<'a> Painter<'a> {
                 varied(self.green, rng)
             };
             let width = self.ratio(rng) * length;
-            sketch.stroke(Stroke {
+            drawing.stroke(Stroke {
                 points: [
                     base,
                     base + 0.5 * length * heading(angle * 1.1),
@@ -192,12 +192,12 @@ impl<'a> Painter<'a> {
                 level: 0.0,
             });
         }
-        sketch
+        drawing
     }
 
     /// A flat spray: a twig with side shoots, all of them feathered with needles.
-    fn needle_spray(&self, rng: &mut impl Rng) -> Sketch {
-        let mut sketch = Sketch::default();
+    fn needle_spray(&self, rng: &mut impl Rng) -> CardDrawing {
+        let mut drawing = CardDrawing::default();
         let twig = stalk(self.twig_m(), 0.006, self.wood, rng);
         let side_shoots = self.count(rng);
         let mut shoots = Vec::new();
@@ -220,7 +220,7 @@ impl<'a> Painter<'a> {
         }
         shoots.push(twig);
         for shoot in shoots {
-            sketch.stroke(shoot);
+            drawing.stroke(shoot);
             let [a, b, c] = shoot.points;
             let length = (b - a).length() + (c - b).length();
             let pitch = 0.0042;
@@ -238,7 +238,7 @@ impl<'a> Painter<'a> {
                 // This year's needles, at the tips, are lighter.
                 let shade = rng.range_f32(0.62, 1.0) + if t > 0.8 { 0.22 } else { 0.0 };
                 let green = varied(self.green, rng) * shade;
-                sketch.stroke(Stroke::straight(
+                drawing.stroke(Stroke::straight(
                     at,
                     at + needle * direction,
                     [width, 0.7 * width],
@@ -246,12 +246,12 @@ impl<'a> Painter<'a> {
                 ));
             }
         }
-        sketch
+        drawing
     }
 
     /// Leaves along a twig and two to four side twigs.
-    fn leaf_spray(&self, rng: &mut impl Rng) -> Sketch {
-        let mut sketch = Sketch::default();
+    fn leaf_spray(&self, rng: &mut impl Rng) -> CardDrawing {
+        let mut drawing = CardDrawing::default();
         let twig = stalk(self.twig_m(), 0.0045, self.wood, rng);
         let mut twigs = vec![twig];
         let sides = rng.between(3, 4);
@@ -273,7 +273,7 @@ impl<'a> Painter<'a> {
             });
         }
         for twig in &twigs {
-            sketch.stroke(*twig);
+            drawing.stroke(*twig);
         }
         let lengths: Vec<f32> = twigs
             .iter()
@@ -308,16 +308,16 @@ impl<'a> Painter<'a> {
         }
         leaves.sort_by(|a, b| a.front.total_cmp(&b.front));
         for leaf in leaves {
-            sketch.stalked(leaf);
+            drawing.stalked(leaf);
         }
-        sketch
+        drawing
     }
 
     /// Leaves crowded at the ends of a twig and of its side twigs.
-    fn rosettes(&self, rng: &mut impl Rng) -> Sketch {
-        let mut sketch = Sketch::default();
+    fn rosettes(&self, rng: &mut impl Rng) -> CardDrawing {
+        let mut drawing = CardDrawing::default();
         let twig = stalk(self.twig_m(), 0.006, self.wood, rng);
-        sketch.stroke(twig);
+        drawing.stroke(twig);
         let mut ends = vec![(twig.at(0.97), 0.0_f32, 1.0_f32)];
         for i in 0..4_u32 {
             let t = 0.15 + 0.17 * i as f32 + rng.range_f32(-0.04, 0.04);
@@ -326,7 +326,7 @@ impl<'a> Painter<'a> {
             let length = self.twig_m() * (0.62 - 0.45 * t) * rng.range_f32(0.85, 1.15);
             let base = twig.at(t);
             let tip = base + length * heading(angle);
-            sketch.stroke(Stroke::straight(base, tip, [0.0042, 0.0030], self.wood));
+            drawing.stroke(Stroke::straight(base, tip, [0.0042, 0.0030], self.wood));
             ends.push((tip, angle, 0.85));
         }
         let count = self.count(rng);
@@ -349,14 +349,14 @@ impl<'a> Painter<'a> {
             }));
         }
         for leaf in leaves {
-            sketch.stalked(leaf);
+            drawing.stalked(leaf);
         }
-        sketch
+        drawing
     }
 
     /// Sickle leaves that all turn to the tip of a hanging twig.
-    fn hanging(&self, rng: &mut impl Rng) -> Sketch {
-        let mut sketch = Sketch::default();
+    fn hanging(&self, rng: &mut impl Rng) -> CardDrawing {
+        let mut drawing = CardDrawing::default();
         let twig = stalk(self.twig_m(), 0.006, self.wood, rng);
         let count = self.count(rng);
         let mut leaves: Vec<Stalked> = Vec::new();
@@ -379,11 +379,11 @@ impl<'a> Painter<'a> {
         leaves.sort_by(|a, b| a.front.total_cmp(&b.front));
         for (i, leaf) in leaves.into_iter().enumerate() {
             if i as u32 == count / 2 {
-                sketch.stroke(twig);
+                drawing.stroke(twig);
             }
-            sketch.stalked(leaf);
+            drawing.stalked(leaf);
         }
-        sketch
+        drawing
     }
 }
 
@@ -393,11 +393,11 @@ mod tests {
     use nemoral_seed::{Key, Stage};
 
     use super::*;
-    use crate::card::sketch::Mark;
+    use crate::cards::card_raster::Mark;
     use crate::tree::{FoliageCard, GrowthParams, SizeClass, Species, TreeMaterials, grow};
 
     /// The leaf area that a tree of broad leaves is written to have is drawn: the areas of all leaves in the
-    /// pictures on its cards, those that others hide too, by their outlines.
+    /// images on its cards, those that others hide too, by their outlines.
     #[test]
     fn all_leaves_of_a_tree_are_drawn() {
         let species = Species::all().into_iter();
@@ -406,21 +406,21 @@ mod tests {
         let mut count = 0;
         for species in broad {
             let key = Key::world(5).stage(Stage::new(&species.name));
-            // Of each picture: its card, and leaf area over the card's.
-            let pictures: Vec<(FoliageCard, f64)> = (0..5)
+            // Of each image: its card, and leaf area over the card's.
+            let images: Vec<(FoliageCard, f64)> = (0..5)
                 .map(|i| {
-                    let sketch = draw(&species.leaves, &mut key.item(i).rng());
-                    let leaves = sketch.marks.iter().map(|mark| match mark {
+                    let drawing = draw(&species.leaves, &mut key.item(i).rng());
+                    let leaves = drawing.marks.iter().map(|mark| match mark {
                         Mark::Leaf(leaf) => leaf.area_m2(),
                         _ => 0.0,
                     });
                     let leaf_m2: f64 = leaves.sum();
-                    let picture = sketch.slices(1, Vec3::splat(0.1)).swap_remove(0);
+                    let image = drawing.slices(1, Vec3::splat(0.1)).swap_remove(0);
                     let card = FoliageCard {
                         material: MaterialId(10 + i as u16),
-                        width_m: picture.width_m,
-                        height_m: picture.height_m,
-                        opaque_fraction: picture.mask.opaque_fraction() as f32,
+                        width_m: image.width_m,
+                        height_m: image.height_m,
+                        opaque_fraction: image.mask.opaque_fraction() as f32,
                     };
                     (card, leaf_m2 / f64::from(card.width_m * card.height_m))
                 })
@@ -435,13 +435,13 @@ mod tests {
                 branch: id,
                 dead: id,
                 snag: id,
-                foliage: pictures.iter().map(|p| p.0).collect(),
+                foliage: images.iter().map(|p| p.0).collect(),
             };
             let size = species.draw_size(species.class_dbh_m(SizeClass::Middle), key);
             let tree = grow(&species, &size, &materials, &GrowthParams::default(), key);
             let tree = tree.expect("a middling tree");
             let drawn = tree.cards.iter().map(|card| {
-                let leaves = pictures[usize::from(card.material.0 - 10)].1;
+                let leaves = images[usize::from(card.material.0 - 10)].1;
                 leaves * f64::from(card.area_m2())
             });
             let share = drawn.sum::<f64>() / tree.size.leaf_area_m2;

@@ -3,8 +3,8 @@
 use glam::{IVec2, Vec2, Vec3};
 
 use super::{HEIGHT, WIDTH, with_lichen};
-use crate::texture::noise::{fbm, gradient, ridged, smoothstep, unit, warp, worley};
-use crate::texture::tile::{Texel, Tile};
+use crate::textures::noise::{fbm, gradient, ridged, smoothstep, unit, warp, worley};
+use crate::textures::tile::{Texel, Tile};
 
 /// Maritime pine: long plates of flaking layers between dark, deep fissures.
 pub(super) fn plates(seed: u32) -> Tile {

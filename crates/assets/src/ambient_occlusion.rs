@@ -11,7 +11,7 @@ use nemoral_scene::{AlphaMask, Card, MaterialLibrary, Mesh, NearLight, Prototype
 
 /// What is near, and how finely it is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Nearness {
+pub(crate) struct OcclusionParams {
     /// Side of a cube, metres.
     pub(crate) cell_m: f32,
     /// What is farther away does not count, metres.
@@ -23,7 +23,7 @@ pub(crate) struct Nearness {
     pub(crate) among_leaves: Option<f32>,
 }
 
-impl Nearness {
+impl OcclusionParams {
     /// Of patches of low plants, and of seedlings: all of a tuft.
     pub(crate) const LOW: Self = Self {
         cell_m: 0.02,
@@ -54,9 +54,9 @@ const FROM_BELOW: f32 = 0.2;
 const PARTS: usize = 16;
 
 /// The opaque shares of the masks of a library's materials.
-pub(crate) struct Masks(Vec<Option<Box<[[f32; PARTS + 1]; PARTS + 1]>>>);
+pub(crate) struct MaskCoverage(Vec<Option<Box<[[f32; PARTS + 1]; PARTS + 1]>>>);
 
-impl Masks {
+impl MaskCoverage {
     pub(crate) fn of(library: &MaterialLibrary) -> Self {
         let materials = library.materials().iter();
         Self(materials.map(|m| m.mask.as_deref().map(summed)).collect())
@@ -92,20 +92,24 @@ fn summed(mask: &AlphaMask) -> Box<[[f32; PARTS + 1]; PARTS + 1]> {
 }
 
 /// The near light of a shape whose materials are those of `masks`.
-pub(crate) fn near_light(prototype: &Prototype, masks: &Masks, near: &Nearness) -> NearLight {
-    let thicket = Thicket::of(prototype, masks, near.cell_m);
+pub(crate) fn near_light(
+    prototype: &Prototype,
+    masks: &MaskCoverage,
+    near: &OcclusionParams,
+) -> NearLight {
+    let grid = AreaDensityGrid::of(prototype, masks, near.cell_m);
     let directions = directions(near.directions);
     let steps = (near.reach_m / near.cell_m).round() as u32;
     let (mesh, cards) = (prototype.mesh(), prototype.cards());
     let wood = mesh.positions.iter().zip(&mesh.normals);
     let mut vertices: Vec<f32> = wood
-        .map(|(&at, &normal)| thicket.light(at, normal, false, &directions, steps))
+        .map(|(&at, &normal)| grid.light(at, normal, false, &directions, steps))
         .collect();
     let mut leaves: Vec<[f32; 4]> = cards
         .iter()
         .map(|card| {
             let normal = card.edge_u.cross(card.edge_v).normalize_or(Vec3::Z);
-            (card.corners()).map(|at| thicket.light(at, normal, true, &directions, steps))
+            (card.corners()).map(|at| grid.light(at, normal, true, &directions, steps))
         })
         .collect();
     if let (Some(among), false) = (near.among_leaves, leaves.is_empty()) {
@@ -142,7 +146,7 @@ fn number(at: Vec3, cell_m: f32) -> IVec3 {
 }
 
 /// How much of a shape is where.
-struct Thicket {
+struct AreaDensityGrid {
     /// The cell of the lowest coordinates.
     low: IVec3,
     cell_m: f32,
@@ -151,22 +155,22 @@ struct Thicket {
     depths: Vec<f32>,
 }
 
-impl Thicket {
-    fn of(prototype: &Prototype, masks: &Masks, cell_m: f32) -> Self {
+impl AreaDensityGrid {
+    fn of(prototype: &Prototype, masks: &MaskCoverage, cell_m: f32) -> Self {
         let bounds = prototype.bounds();
         let low = number(bounds.min, cell_m);
         let cells = (number(bounds.max, cell_m) - low).as_uvec3() + 1;
-        let mut thicket = Self {
+        let mut grid = Self {
             low,
             cell_m,
             cells,
             depths: vec![0.0; (cells.x * cells.y * cells.z) as usize],
         };
         for card in prototype.cards() {
-            thicket.add_card(card, masks);
+            grid.add_card(card, masks);
         }
-        thicket.add_mesh(prototype.mesh());
-        thicket
+        grid.add_mesh(prototype.mesh());
+        grid
     }
 
     /// The number of the cell around a point, if it has one.
@@ -184,7 +188,7 @@ impl Thicket {
         }
     }
 
-    fn add_card(&mut self, card: &Card, masks: &Masks) {
+    fn add_card(&mut self, card: &Card, masks: &MaskCoverage) {
         let pieces = |edge: Vec3| ((edge.length() / self.cell_m).ceil() as usize).clamp(1, 256);
         let (nu, nv) = (pieces(card.edge_u), pieces(card.edge_v));
         // The mask's parts that a piece has something of.
@@ -258,7 +262,7 @@ mod tests {
 
     use super::*;
 
-    const NEAR: Nearness = Nearness {
+    const NEAR: OcclusionParams = OcclusionParams {
         cell_m: 0.1,
         reach_m: 6.0,
         directions: 500,
@@ -280,10 +284,10 @@ mod tests {
         }
     }
 
-    fn shares(mesh: Mesh, cards: Vec<Card>, near: &Nearness) -> NearLight {
+    fn shares(mesh: Mesh, cards: Vec<Card>, near: &OcclusionParams) -> NearLight {
         let library = library();
-        let shape = Prototype::new("thicket", mesh, cards, &library).expect("sound");
-        near_light(&shape, &Masks::of(&library), near)
+        let shape = Prototype::new("grid", mesh, cards, &library).expect("sound");
+        near_light(&shape, &MaskCoverage::of(&library), near)
     }
 
     /// The share of light that cards leave a level speck at the origin.
@@ -318,7 +322,7 @@ mod tests {
             (Vec3::new(0.3, -0.2, 0.1), Vec3::new(0.1, 0.5, 0.7)),
         ] {
             for cell_m in [0.02, 0.1, 0.7] {
-                let near = Nearness { cell_m, ..NEAR };
+                let near = OcclusionParams { cell_m, ..NEAR };
                 let alone = shares(
                     Mesh::default(),
                     vec![card(Vec3::new(0.4, -0.1, 0.23), u, v)],
@@ -359,7 +363,7 @@ mod tests {
         assert!((high - expected(1.0, 0.443)).abs() < 0.03, "{high}");
     }
 
-    fn thicket(cards: u64) -> Vec<Card> {
+    fn grid(cards: u64) -> Vec<Card> {
         let mut rng = Key::world(11).rng();
         let mut point =
             |size: f32| Vec3::from_array(std::array::from_fn(|_| rng.range_f32(-size, size)));
@@ -370,7 +374,7 @@ mod tests {
 
     #[test]
     fn taking_leaves_away_never_darkens() {
-        let all = thicket(400);
+        let all = grid(400);
         let of = |cards: &[Card]| shares(Mesh::default(), cards.to_vec(), &NEAR).cards;
         let (before, after) = (of(&all), of(&all[..250]));
         for (before, after) in before.iter().zip(&after) {
@@ -384,11 +388,11 @@ mod tests {
 
     #[test]
     fn shares_among_leaves_are_told_from_their_mean() {
-        let near = Nearness {
+        let near = OcclusionParams {
             among_leaves: Some(0.4),
             ..NEAR
         };
-        let cards = shares(Mesh::default(), thicket(400), &near).cards;
+        let cards = shares(Mesh::default(), grid(400), &near).cards;
         let mean = cards
             .iter()
             .flatten()
@@ -400,7 +404,7 @@ mod tests {
 
     #[test]
     fn value_stability() {
-        let cards = shares(Mesh::default(), thicket(400), &Nearness::LOW).cards;
+        let cards = shares(Mesh::default(), grid(400), &OcclusionParams::LOW).cards;
         let sum: u32 = cards.iter().flatten().map(|&c| u32::from(c)).sum();
         assert_eq!((cards[0], sum), ([107, 40, 71, 60], 167_590));
     }

@@ -3,8 +3,8 @@
 use glam::{IVec2, Vec2, Vec3};
 
 use super::{HEIGHT, WIDTH, with_lichen};
-use crate::texture::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
-use crate::texture::tile::{Texel, Tile};
+use crate::textures::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
+use crate::textures::tile::{Texel, Tile};
 
 /// Scots pine high up: thin orange paper that peels in flakes, with pale edges.
 pub(super) fn flakes(seed: u32) -> Tile {

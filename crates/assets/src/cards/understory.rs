@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
-use super::sketch::Sketch;
-use super::trees::{heading, stalk, varied};
-use crate::optics::{BRAMBLE, CURED, EVERGREEN, HERB};
-use crate::texture::canvas::{Leaf, Outline, Stroke};
+use super::card_raster::CardDrawing;
+use super::foliage::{heading, stalk, varied};
+use crate::materials::optics::{BRAMBLE, CURED, EVERGREEN, HERB};
+use crate::textures::canvas::{Leaf, Outline, Stroke};
 
 /// A leaf with the usual habits; change what differs.
 fn plain_leaf(outline: &Arc<Outline>, base: Vec2, angle: f32, length_m: f32, aspect: f32) -> Leaf {
@@ -28,12 +28,12 @@ fn plain_leaf(outline: &Arc<Outline>, base: Vec2, angle: f32, length_m: f32, asp
 }
 
 /// A branch end of gorse: green rods beset with stiff spines, some with flowers.
-pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let petal = Arc::new(Outline::ovate(0.8, 0.5));
     let green = Vec3::new(0.062, 0.098, 0.036);
     let main = stalk(0.26, 0.005, green * 0.9, rng);
-    sketch.stroke(main);
+    drawing.stroke(main);
     let mut rods = vec![main];
     for i in 0..9 {
         let t = 0.08 + 0.86 * i as f32 / 9.0;
@@ -54,7 +54,7 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
         rods.push(rod);
     }
     for (k, rod) in rods.iter().enumerate() {
-        sketch.stroke(*rod);
+        drawing.stroke(*rod);
         let spines = if k == 0 { 34 } else { 24 };
         let [a, _, c] = rod.points;
         let along = (c - a).normalize_or(Vec2::Y);
@@ -65,7 +65,7 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
             let out = along.rotate(heading(side * rng.range_f32(0.45, 1.15)).perp() * -1.0);
             let length = rng.range_f32(0.014, 0.032) * (1.1 - 0.4 * t);
             let colour = varied(EVERGREEN.albedo, rng) * rng.range_f32(0.6, 1.1);
-            sketch.stroke(Stroke {
+            drawing.stroke(Stroke {
                 points: [from, from + 0.5 * length * out, from + length * out],
                 width_m: [0.0024, 0.0008],
                 colour: [colour * 0.75, colour],
@@ -85,19 +85,19 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> Sketch {
                 flower.colour = Vec3::new(0.56, 0.40, 0.022) * rng.range_f32(0.7, 1.0);
                 flower.browning = 0.0;
                 flower.veins = 0.0;
-                sketch.leaf(flower);
+                drawing.leaf(flower);
             }
         }
     }
-    sketch
+    drawing
 }
 
 /// A bundle of heather: upright shoots with scale leaves, some with faded bells.
-pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     // All shoots rise from one woody foot.
     let wood = Vec3::new(0.10, 0.075, 0.05);
-    sketch.stroke(stalk(0.05, 0.006, wood, rng));
+    drawing.stroke(stalk(0.05, 0.006, wood, rng));
     for i in 0..17 {
         let angle = rng.range_f32(-0.42, 0.42);
         let base = Vec2::new(rng.range_f32(-0.006, 0.006), 0.0);
@@ -114,7 +114,7 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
             colour: [wood * shade, colour],
             level: 0.0,
         };
-        sketch.stroke(shoot);
+        drawing.stroke(shoot);
         let leaves = 46;
         for k in 0..leaves {
             let t = 0.16 + 0.84 * k as f32 / leaves as f32;
@@ -128,7 +128,7 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
                 colour * rng.range_f32(0.75, 1.2)
             };
             let length = if bell { 0.006 } else { 0.0085 };
-            sketch.stroke(Stroke::straight(
+            drawing.stroke(Stroke::straight(
                 from,
                 from + length * out,
                 if bell {
@@ -140,15 +140,15 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> Sketch {
             ));
         }
     }
-    sketch
+    drawing
 }
 
 /// A bramble leaf: three, sometimes five, toothed leaflets on a stalk.
-pub(crate) fn bramble(rng: &mut impl Rng, autumn: bool) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn bramble(rng: &mut impl Rng, autumn: bool) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let outline = Arc::new(Outline::ovate(0.65, 0.75).toothed(13.0, 0.10));
     let petiole = stalk(0.055, 0.0032, Vec3::new(0.10, 0.085, 0.04), rng);
-    sketch.stroke(petiole);
+    drawing.stroke(petiole);
     let tip = petiole.at(1.0);
     let five = rng.chance(0.4);
     let spread: &[f32] = if five {
@@ -175,20 +175,20 @@ pub(crate) fn bramble(rng: &mut impl Rng, autumn: bool) -> Sketch {
         leaf.veins = 0.34;
         leaf.browning = rng.range_f32(0.0, 0.35);
         leaf.bend = rng.range_f32(-0.06, 0.06);
-        sketch.stroke(Stroke::straight(
+        drawing.stroke(Stroke::straight(
             tip,
             at,
             [0.003; 2],
             Vec3::new(0.10, 0.085, 0.04),
         ));
-        sketch.leaf(leaf);
+        drawing.leaf(leaf);
     }
-    sketch
+    drawing
 }
 
 /// One pinna of a bracken frond: pinnules along a midrib, smaller to the tip.
-pub(crate) fn bracken_pinna(rng: &mut impl Rng, brown: bool) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn bracken_pinna(rng: &mut impl Rng, brown: bool) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let outline = Arc::new(Outline::ovate(0.30, 0.55).toothed(7.0, 0.28));
     let rib = stalk(0.30, 0.003, Vec3::new(0.13, 0.125, 0.05), rng);
     let colour = if brown {
@@ -208,16 +208,16 @@ pub(crate) fn bracken_pinna(rng: &mut impl Rng, brown: bool) -> Sketch {
             leaf.bend = -side * 0.10;
             leaf.browning = if brown { 0.5 } else { rng.range_f32(0.0, 0.25) };
             leaf.veins = 0.2;
-            sketch.leaf(leaf);
+            drawing.leaf(leaf);
         }
     }
-    sketch.stroke(rib);
-    sketch
+    drawing.stroke(rib);
+    drawing
 }
 
 /// A whole fern frond (male fern), to be cut into slices that an arching frond is bent from.
-pub(crate) fn fern_frond(rng: &mut impl Rng) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn fern_frond(rng: &mut impl Rng) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let outline = Arc::new(Outline::ovate(0.22, 0.75).toothed(15.0, 0.38));
     let rib = Stroke {
         points: [Vec2::ZERO, Vec2::new(0.0, 0.30), Vec2::new(0.0, 0.60)],
@@ -238,16 +238,16 @@ pub(crate) fn fern_frond(rng: &mut impl Rng) -> Sketch {
             leaf.colour = varied(HERB.albedo, rng) * (0.78 + 0.25 * t);
             leaf.bend = -side * 0.13;
             leaf.browning = rng.range_f32(0.0, 0.2);
-            sketch.leaf(leaf);
+            drawing.leaf(leaf);
         }
     }
-    sketch.stroke(rib);
-    sketch
+    drawing.stroke(rib);
+    drawing
 }
 
 /// A tuft of grass blades; `cured` is the share of dead blades, `heads` adds flowering stalks.
-pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let blades = rng.between(40, 48);
     for i in 0..blades {
         let front = i as f32 / blades as f32;
@@ -265,7 +265,7 @@ pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
             varied(HERB.albedo, rng)
         } * (0.62 + 0.42 * front);
         let width = rng.range_f32(0.0042, 0.0072);
-        sketch.stroke(Stroke {
+        drawing.stroke(Stroke {
             points: [base, middle, tip],
             width_m: [width, 0.0010],
             colour: [colour * 0.55, colour * 1.05],
@@ -287,12 +287,12 @@ pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
                 colour: [straw * 0.6, straw],
                 level: 0.0,
             };
-            sketch.stroke(stem);
+            drawing.stroke(stem);
             for k in 0..26 {
                 let t = 0.74 + 0.26 * k as f32 / 26.0;
                 let out = heading(-lean + if k % 2 == 0 { 0.5 } else { -0.5 });
                 let from = stem.at(t);
-                sketch.stroke(Stroke::straight(
+                drawing.stroke(Stroke::straight(
                     from,
                     from + 0.012 * out,
                     [0.0034, 0.0018],
@@ -301,19 +301,19 @@ pub(crate) fn grass(rng: &mut impl Rng, cured: f64, heads: bool) -> Sketch {
             }
         }
     }
-    // All blades start in one foot, so that the picture is attached.
-    sketch.stroke(Stroke::straight(
+    // All blades start in one foot, so that the image is attached.
+    drawing.stroke(Stroke::straight(
         Vec2::ZERO,
         Vec2::new(0.0, 0.10),
         [0.006, 0.002],
         HERB.albedo * 0.6,
     ));
-    sketch
+    drawing
 }
 
 /// Broad basal leaves on their stalks (plantain, dock, primrose): one in front of two.
-pub(crate) fn broad_leaf(rng: &mut impl Rng) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn broad_leaf(rng: &mut impl Rng) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let outline = Arc::new(Outline::ovate(0.75, 0.62));
     let length = rng.range_f32(0.10, 0.14);
     let aspect = rng.range_f32(0.34, 0.46);
@@ -321,7 +321,7 @@ pub(crate) fn broad_leaf(rng: &mut impl Rng) -> Sketch {
         let angle = angle + rng.range_f32(-0.12, 0.12);
         let out = heading(angle);
         let from = 0.035 * size * out;
-        sketch.stroke(Stroke::straight(
+        drawing.stroke(Stroke::straight(
             Vec2::ZERO,
             from,
             [0.004, 0.003],
@@ -338,25 +338,25 @@ pub(crate) fn broad_leaf(rng: &mut impl Rng) -> Sketch {
         leaf.bend = -0.12 * angle + rng.range_f32(-0.08, 0.08);
         leaf.veins = 0.30;
         leaf.browning = rng.range_f32(0.0, 0.40);
-        sketch.leaf(leaf);
+        drawing.leaf(leaf);
     }
     // The stalks meet in one foot.
-    sketch.stroke(Stroke::straight(
+    drawing.stroke(Stroke::straight(
         Vec2::ZERO,
         Vec2::new(0.0, 0.03),
         [0.005, 0.003],
         Vec3::new(0.11, 0.125, 0.05),
     ));
-    sketch
+    drawing
 }
 
 /// An upright stem with pairs of leaves and perhaps a few small flowers.
-pub(crate) fn leafy_stem(rng: &mut impl Rng, flowers: bool) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn leafy_stem(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let outline = Arc::new(Outline::ovate(0.6, 0.9).toothed(9.0, 0.12));
     let petal = Arc::new(Outline::ovate(0.7, 0.3));
     let stem = stalk(0.30, 0.0038, Vec3::new(0.10, 0.115, 0.045), rng);
-    sketch.stroke(stem);
+    drawing.stroke(stem);
     let pairs = 7;
     for i in 0..pairs {
         let t = 0.10 + 0.86 * i as f32 / pairs as f32;
@@ -367,7 +367,7 @@ pub(crate) fn leafy_stem(rng: &mut impl Rng, flowers: bool) -> Sketch {
             leaf.colour = varied(HERB.albedo, rng) * (0.75 + 0.28 * t);
             leaf.bend = -side * rng.range_f32(-0.05, 0.2);
             leaf.browning = rng.range_f32(0.0, 0.3);
-            sketch.leaf(leaf);
+            drawing.leaf(leaf);
         }
     }
     if flowers {
@@ -384,19 +384,19 @@ pub(crate) fn leafy_stem(rng: &mut impl Rng, flowers: bool) -> Sketch {
                 };
                 leaf.veins = 0.0;
                 leaf.browning = 0.0;
-                sketch.leaf(leaf);
+                drawing.leaf(leaf);
             }
         }
     }
-    sketch
+    drawing
 }
 
 /// A clover or wood-sorrel: three rounded leaflets on a thin stalk.
-pub(crate) fn trefoil(rng: &mut impl Rng) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn trefoil(rng: &mut impl Rng) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let outline = Arc::new(Outline::ovate(0.85, 0.42));
     let petiole = stalk(0.028, 0.002, Vec3::new(0.10, 0.12, 0.045), rng);
-    sketch.stroke(petiole);
+    drawing.stroke(petiole);
     for k in 0..3 {
         let angle = (k as f32 - 1.0) * 2.0 * PI / 3.0 * 0.92;
         let mut leaf = plain_leaf(
@@ -408,21 +408,21 @@ pub(crate) fn trefoil(rng: &mut impl Rng) -> Sketch {
         );
         leaf.colour = varied(HERB.albedo, rng);
         leaf.veins = 0.25;
-        sketch.leaf(leaf);
+        drawing.leaf(leaf);
     }
-    sketch
+    drawing
 }
 
 /// A fallen leaf: 0 oak, 1 eucalypt, 2 ovate.
-pub(crate) fn fallen_leaf(rng: &mut impl Rng, kind: u32) -> Sketch {
-    let mut sketch = Sketch::default();
+pub(crate) fn fallen_leaf(rng: &mut impl Rng, kind: u32) -> CardDrawing {
+    let mut drawing = CardDrawing::default();
     let (outline, length, aspect) = match kind % 3 {
         0 => (Outline::lobed(4.5, 0.45), 0.10, 0.55),
         1 => (Outline::ovate(0.6, 1.1), 0.16, 0.20),
         _ => (Outline::ovate(0.9, 0.8), 0.07, 0.58),
     };
     let petiole = stalk(0.012, 0.002, Vec3::new(0.10, 0.07, 0.045), rng);
-    sketch.stroke(petiole);
+    drawing.stroke(petiole);
     let mut leaf = plain_leaf(&Arc::new(outline), petiole.at(0.9), 0.0, length, aspect);
     let tones = [
         Vec3::new(0.19, 0.115, 0.068),
@@ -433,6 +433,6 @@ pub(crate) fn fallen_leaf(rng: &mut impl Rng, kind: u32) -> Sketch {
     leaf.bend = rng.range_f32(-0.25, 0.25);
     leaf.browning = 0.5;
     leaf.veins = 0.25;
-    sketch.leaf(leaf);
-    sketch
+    drawing.leaf(leaf);
+    drawing
 }

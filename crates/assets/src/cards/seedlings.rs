@@ -3,12 +3,12 @@
 use glam::Vec2;
 use nemoral_seed::{Draw, Rng};
 
-use super::sketch::Sketch;
-use super::trees::{Painter, heading, stalk, varied};
-use crate::texture::canvas::Stroke;
+use super::card_raster::CardDrawing;
+use super::foliage::{Painter, heading, stalk, varied};
+use crate::textures::canvas::Stroke;
 use crate::tree::{LeafKind, LeafLook};
 
-/// Pictures of each species. Of needles they are shoots of these lengths, metres, so that a shoot of any
+/// Images of each species. Of needles they are shoots of these lengths, metres, so that a shoot of any
 /// length bears needles of nearly the same.
 pub(crate) const VARIANTS: usize = 3;
 const SHOOTS_M: [f32; VARIANTS] = [0.035, 0.065, 0.11];
@@ -21,8 +21,8 @@ const NEEDLE_M: f32 = 0.045;
 const PITCH_M: f32 = 0.0016;
 const PITCHED_M: f32 = 0.03;
 
-/// The picture of a leaf on its stalk, or of a shoot with needles, as large as they grow.
-pub(crate) fn draw(look: &LeafLook, variant: usize, rng: &mut impl Rng) -> Sketch {
+/// The image of a leaf on its stalk, or of a shoot with needles, as large as they grow.
+pub(crate) fn draw(look: &LeafLook, variant: usize, rng: &mut impl Rng) -> CardDrawing {
     let painter = Painter::new(look);
     match look.kind {
         LeafKind::NeedleTuft | LeafKind::NeedleSpray => {
@@ -36,16 +36,16 @@ pub(crate) fn draw(look: &LeafLook, variant: usize, rng: &mut impl Rng) -> Sketc
 
 impl Painter<'_> {
     /// In the open: nothing is before it.
-    fn single_leaf(&self, rng: &mut impl Rng) -> Sketch {
-        let mut sketch = Sketch::default();
+    fn single_leaf(&self, rng: &mut impl Rng) -> CardDrawing {
+        let mut drawing = CardDrawing::default();
         let leaf = self.leaf(Vec2::ZERO, Vec2::Y, 1.0, rng);
-        sketch.stalked(leaf);
-        sketch
+        drawing.stalked(leaf);
+        drawing
     }
 
     /// Needles on all sides of a green shoot, that close over its bud.
-    fn young_shoot(&self, shoot_m: f32, rng: &mut impl Rng) -> Sketch {
-        let mut sketch = Sketch::default();
+    fn young_shoot(&self, shoot_m: f32, rng: &mut impl Rng) -> CardDrawing {
+        let mut drawing = CardDrawing::default();
         let shoot = stalk(shoot_m, 0.0022, self.wood.lerp(self.green, 0.5), rng);
         let longest = self.look.length_m[1] as f32;
         let young = (NEEDLE_M / longest).min(0.8);
@@ -54,7 +54,7 @@ impl Painter<'_> {
         for i in 0..needles {
             // The shoot is drawn once half of the needles are behind it.
             if i == needles / 2 {
-                sketch.stroke(shoot);
+                drawing.stroke(shoot);
             }
             let t = rng.unit_f32();
             let base = shoot.at(t);
@@ -64,7 +64,7 @@ impl Painter<'_> {
             let width = (self.ratio(rng) * self.length_m(rng)).min(0.0015);
             let shade = 0.72 + 0.28 * i as f32 / needles as f32;
             let green = varied(self.green, rng) * shade;
-            sketch.stroke(Stroke {
+            drawing.stroke(Stroke {
                 points: [
                     base,
                     base + 0.5 * length * heading(1.1 * angle),
@@ -75,6 +75,6 @@ impl Painter<'_> {
                 level: 0.0,
             });
         }
-        sketch
+        drawing
     }
 }

@@ -3,8 +3,10 @@
 use glam::{IVec2, Vec2, Vec3};
 
 use super::{HEIGHT, WIDTH};
-use crate::texture::noise::{Worley, fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
-use crate::texture::tile::{Texel, Tile};
+use crate::textures::noise::{
+    Worley, fbm, gradient, ridged, smoothstep, unit, value, warp, worley,
+};
+use crate::textures::tile::{Texel, Tile};
 
 /// Beech: smooth and silver grey, with level wrinkles, scars where branches were, and lichens.
 pub(super) fn beech(seed: u32) -> Tile {

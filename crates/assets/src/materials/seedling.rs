@@ -3,12 +3,13 @@
 use nemoral_scene::{MaterialId, MaterialLibrary, Semantic};
 use nemoral_seed::{Key, Stage};
 
-use super::{Barks, LEAVES_IN_SHADE, laser, register_leaves, solid};
-use crate::card::seedlings;
-use crate::card::sketch::Picture;
+use super::foliage::{LEAVES_IN_SHADE, register_leaves};
+use super::solid::{BarkTextures, laser, solid};
+use crate::cards::card_raster::CardImage;
+use crate::cards::seedlings;
 use crate::tree::{FoliageCard, LeafLook, Species};
 
-const PICTURES: Stage = Stage::new("assets.cards.seedling");
+const IMAGES: Stage = Stage::new("assets.cards.seedling");
 
 /// The materials of a species' seedlings.
 #[derive(Clone, Debug)]
@@ -18,24 +19,24 @@ pub(crate) struct SeedlingMaterials {
     pub(crate) stem: MaterialId,
 }
 
-pub(super) fn pictures(look: &LeafLook, key: Key) -> Vec<Picture> {
+pub(super) fn images(look: &LeafLook, key: Key) -> Vec<CardImage> {
     let mean = look.reflectance() * LEAVES_IN_SHADE;
-    let picture = |variant: usize| {
-        let mut rng = key.stage(PICTURES).item(variant as u64).rng();
-        let sketch = seedlings::draw(look, variant, &mut rng);
-        sketch.slices(1, mean).swap_remove(0)
+    let image = |variant: usize| {
+        let mut rng = key.stage(IMAGES).item(variant as u64).rng();
+        let drawing = seedlings::draw(look, variant, &mut rng);
+        drawing.slices(1, mean).swap_remove(0)
     };
-    (0..seedlings::VARIANTS).map(picture).collect()
+    (0..seedlings::VARIANTS).map(image).collect()
 }
 
 pub(super) fn register(
     library: &mut MaterialLibrary,
     species: &Species,
-    barks: &Barks,
-    pictures: Vec<Picture>,
+    barks: &BarkTextures,
+    images: Vec<CardImage>,
 ) -> SeedlingMaterials {
     let (name, bark) = (&species.name, &species.bark);
-    let leaves = pictures.into_iter().enumerate().map(|(number, picture)| {
+    let leaves = images.into_iter().enumerate().map(|(number, picture)| {
         let name = format!("{name}.seedling.{number}");
         register_leaves(library, &name, Semantic::Seedling, &species.leaves, picture)
     });

@@ -1,5 +1,6 @@
-//! Every species is recognised at a glance: by a few plain features of what is grown and painted, an individual is
-//! nearest to the mean of its own species among all nine. By its form alone, too, and by its leaves and bark alone.
+//! Every species can be recognised: by a few plain features of what is grown and painted, an
+//! individual is nearest to the mean of its own species among all nine; by its form alone, too, and by
+//! its leaves and bark alone.
 
 use super::common::{key, materials};
 use super::*;
