@@ -13,7 +13,7 @@ use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Node, Runner, Store};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ExtraTruth, Surface, Twist};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 use nemoral_terrain::{Terrain, TerrainParams};
 
 fn small(c: &mut Criterion) {
@@ -34,7 +34,7 @@ fn small(c: &mut Criterion) {
         });
     }
     let sensor = RangeSensor::new(RangeNoise::default()).expect("valid");
-    let key = Key::world(7).stage(Stage::new("bench.noise"));
+    let key = Key::world(7).domain(Domain::new("bench.noise"));
     c.bench_function("lidar-noise/measure", |b| {
         let o = Observation::at_angle(20.0, 0.7, 0.4);
         b.iter(|| {

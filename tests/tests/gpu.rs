@@ -19,7 +19,7 @@ use nemoral_scene::{
     Intrinsics, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray,
     RayCaster, RigidTransform, Semantic, Shutter, Triangle, TruthImages, Twist,
 };
-use nemoral_seed::{Draw, Key, PhiloxRng, Rng, Stage};
+use nemoral_seed::{Domain, Draw, Key, PhiloxRng, Rng};
 use nemoral_tests::World;
 use nemoral_tests::gpu::{Agreement, gpu};
 
@@ -55,7 +55,7 @@ fn mask(rng: &mut PhiloxRng, width: usize, height: usize) -> AlphaMask {
 
 impl Wood {
     fn new(seed: u64, change: impl Fn(AlphaMask) -> AlphaMask) -> Self {
-        let mut rng = Key::world(seed).stage(Stage::new("test.wood")).rng();
+        let mut rng = Key::world(seed).domain(Domain::new("test.wood")).rng();
         let rng = &mut rng;
         let mut materials = MaterialLibrary::new();
         let mut floor = |name, albedo| {
@@ -855,7 +855,7 @@ fn memory_is_bounded_and_reported() {
     let material = materials.add(Material::plain("stone", Semantic::Rock, Vec3::ONE));
     // Four shapes of 150,000 triangles: 48 MB.
     let heap = |seed: u64| {
-        let mut rng = Key::world(seed).stage(Stage::new("test.heap")).rng();
+        let mut rng = Key::world(seed).domain(Domain::new("test.heap")).rng();
         let rng = &mut rng;
         let instances = (0..4).map(|_| {
             let place = |i: u32| Vec3::new(3.0 + (i % 99) as f32, unit(rng) - 0.5, unit(rng) - 0.5);

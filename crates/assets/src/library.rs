@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nemoral_scene::{MaterialLibrary, Prototype};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
 use crate::ambient_occlusion::{MaskCoverage, OcclusionParams, near_light};
@@ -224,10 +224,10 @@ impl Library {
         let trees = grower.all(TreeKind::Living, params.individuals_per_species, key)?;
         let saplings = grower.all(TreeKind::Sapling, params.saplings_per_species, key)?;
         let snags = grower.all(TreeKind::Snag, params.snags_per_species, key)?;
-        let collect = |stage: Stage, count: u32, grow: &GrowOne<'_>| -> Vec<PlantAsset> {
+        let collect = |stage: Domain, count: u32, grow: &GrowOne<'_>| -> Vec<PlantAsset> {
             (0..count)
                 .into_par_iter()
-                .map(|i| grow(i, key.stage(stage).item(u64::from(i))))
+                .map(|i| grow(i, key.domain(stage).item(u64::from(i))))
                 .collect()
         };
         let finish = |name: &str, number: u32, shape: Shape, radius_m: f32| {
@@ -326,7 +326,7 @@ impl Library {
             let (of, number) = ((i / of_species) as usize, i % of_species);
             // Each species' are its own, whatever others there are.
             let name = &species[of].name;
-            let key = key.stage(SEEDLINGS).stage(Stage::new(name));
+            let key = key.domain(SEEDLINGS).domain(Domain::new(name));
             let key = key.item(u64::from(number));
             let rank = individual_rank(number, of_species, key) as f32;
             let (leaves, materials) = (&species[of].leaves, &materials.seedlings[of]);
@@ -365,19 +365,19 @@ impl Library {
     }
 }
 
-const TREES: Stage = Stage::new("assets.trees");
-const SAPLINGS: Stage = Stage::new("assets.saplings");
-const SNAGS: Stage = Stage::new("assets.snags");
-const SHRUBS: Stage = Stage::new("assets.shrubs");
-const STUMPS: Stage = Stage::new("assets.stumps");
-const ROCKS: Stage = Stage::new("assets.rocks");
-const GRASS: Stage = Stage::new("assets.grass");
-const HERBS: Stage = Stage::new("assets.herbs");
-const FERNS: Stage = Stage::new("assets.ferns");
-const SEEDLINGS: Stage = Stage::new("assets.seedlings");
-const LITTER: Stage = Stage::new("assets.litter");
-const TRAIL_TUFTS: Stage = Stage::new("assets.trail_tufts");
-const TRAIL_STONES: Stage = Stage::new("assets.trail_stones");
+const TREES: Domain = Domain::new("assets.trees");
+const SAPLINGS: Domain = Domain::new("assets.saplings");
+const SNAGS: Domain = Domain::new("assets.snags");
+const SHRUBS: Domain = Domain::new("assets.shrubs");
+const STUMPS: Domain = Domain::new("assets.stumps");
+const ROCKS: Domain = Domain::new("assets.rocks");
+const GRASS: Domain = Domain::new("assets.grass");
+const HERBS: Domain = Domain::new("assets.herbs");
+const FERNS: Domain = Domain::new("assets.ferns");
+const SEEDLINGS: Domain = Domain::new("assets.seedlings");
+const LITTER: Domain = Domain::new("assets.litter");
+const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
+const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
 
 const SHRUBS_PER_KIND: u32 = 4;
 const STUMP_COUNT: u32 = 9;
@@ -431,7 +431,7 @@ struct TreeGrower<'a> {
 impl TreeGrower<'_> {
     /// So many of each species: species in turn, individuals in turn; each has its own key.
     fn all(&self, kind: TreeKind, of: u32, key: Key) -> Result<Vec<TreeAsset>, ParamError> {
-        let key = key.stage(match kind {
+        let key = key.domain(match kind {
             TreeKind::Living => TREES,
             TreeKind::Sapling => SAPLINGS,
             TreeKind::Snag => SNAGS,
@@ -440,7 +440,7 @@ impl TreeGrower<'_> {
         let trees = (0..count).into_par_iter().map(|i| {
             let (species, number) = (i / of as usize, (i % of as usize) as u32);
             let name = &self.params.species[species].species.name;
-            self.one(kind, species, [number, of], key.stage(Stage::new(name)))
+            self.one(kind, species, [number, of], key.domain(Domain::new(name)))
         });
         trees.collect()
     }

@@ -5,15 +5,15 @@
 
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{LidarPoint, ObjectId, PointFlags, Ray, RigidTransform, Semantic, SurfaceHit};
-use nemoral_seed::{Draw, Stage};
+use nemoral_seed::{Domain, Draw};
 
 use crate::EchoObservation;
 use crate::echo::{Contact, Echo, group};
 use crate::scan::{Piece, Scan};
 
-const DROPOUT: Stage = Stage::new("lidar.dropout");
-const FALSE_ALARM: Stage = Stage::new("lidar.false_alarm");
-const LATER_ECHO: Stage = Stage::new("lidar.later_echo");
+const DROPOUT: Domain = Domain::new("lidar.dropout");
+const FALSE_ALARM: Domain = Domain::new("lidar.false_alarm");
+const LATER_ECHO: Domain = Domain::new("lidar.later_echo");
 
 /// A surface that is this far off the plane of the strongest one is another one, metres.
 const MIXED_M: f64 = 0.02;
@@ -144,7 +144,7 @@ impl Scan<'_> {
         let mut start = 0;
         for &(_, end) in ends {
             for (place, key) in (0..).zip(&mut keys[start..end]).skip(1) {
-                *key = key.stage(LATER_ECHO).item(place);
+                *key = key.domain(LATER_ECHO).item(place);
             }
             start = end;
         }

@@ -2,7 +2,7 @@
 
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{LidarPoint, MaterialLibrary, Ray, RayCaster, RigidTransform, SurfaceHit};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 use rayon::iter::repeat_n;
 use rayon::prelude::*;
 
@@ -16,7 +16,7 @@ const MOST_RAYS: u32 = 50 << 10;
 /// Pulses that one thread works on.
 const PIECE: usize = 1024;
 
-const JITTER: Stage = Stage::new("lidar.jitter");
+const JITTER: Domain = Domain::new("lidar.jitter");
 
 /// What the pulses of one scan have in common.
 pub(crate) struct Scan<'a> {
@@ -157,8 +157,8 @@ impl Scan<'_> {
     }
 
     /// A key of a pulse for one purpose.
-    pub(crate) fn key_of(&self, number: u32, stage: Stage) -> Key {
-        self.key.item(self.identity(number)).stage(stage)
+    pub(crate) fn key_of(&self, number: u32, domain: Domain) -> Key {
+        self.key.item(self.identity(number)).domain(domain)
     }
 
     /// The number in the pattern of a pulse of the scan.

@@ -9,9 +9,9 @@ use nemoral_scene::{
     ChunkCoord, Hit, LidarPoint, Material, MaterialId, MaterialLibrary, ObjectId, PointFlags, Ray,
     RayCaster, RigidTransform, Semantic,
 };
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
-const KEY: Key = Key::world(7).stage(Stage::new("lidar.beams"));
+const KEY: Key = Key::world(7).domain(Domain::new("lidar.beams"));
 
 fn materials() -> MaterialLibrary {
     let mut library = MaterialLibrary::new();

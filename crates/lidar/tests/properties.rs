@@ -9,10 +9,10 @@ use nemoral_scene::{
     ChunkCoord, Hit, LaserBand, LidarPoint, Material, MaterialId, MaterialLibrary, ObjectId,
     Optics, Ray, RayCaster, RigidTransform, Semantic,
 };
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 use proptest::prelude::*;
 
-const KEY: Key = Key::world(7).stage(Stage::new("lidar.test"));
+const KEY: Key = Key::world(7).domain(Domain::new("lidar.test"));
 
 /// Bark: 0.4 at 905 nm, 0.5 at 1550 nm.
 const BARK: MaterialId = MaterialId(0);

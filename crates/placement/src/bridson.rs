@@ -8,14 +8,14 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, PhiloxRng, Rng, Stage};
+use nemoral_seed::{Domain, Draw, Key, PhiloxRng, Rng};
 
 use crate::index::overlap;
 use crate::params::Variety;
 use crate::quadtree::QuadTree;
 
-const SEEDS: Stage = Stage::new("placement.seeds");
-const DARTS: Stage = Stage::new("placement.darts");
+const SEEDS: Domain = Domain::new("placement.seeds");
+const DARTS: Domain = Domain::new("placement.darts");
 
 /// The darts around each point (Bridson 2007: k, "typically 30").
 const DARTS_PER_POINT: u32 = 30;
@@ -233,7 +233,7 @@ impl Known<'_> {
             near.push((self.points[i].p, self.points[i].core));
             ControlFlow::Continue(())
         });
-        let mut rng = thrower.key.stage(DARTS).rng();
+        let mut rng = thrower.key.domain(DARTS).rng();
         for i in 0..DARTS_PER_POINT {
             let (variety, radius, core) = self.kinds.draw(&mut rng);
             // r is the distance that the two hard cores ask for.
@@ -303,7 +303,7 @@ fn seeds(kinds: &Kinds, key: Key, chunk: ChunkCoord, window: f64) -> Vec<Point> 
     }
     let edge = f64::from(1 << level);
     let mean = SEED_DENSITY * (edge / spacing) * (edge / spacing);
-    let stage = key.stage(SEEDS);
+    let stage = key.domain(SEEDS);
     let cells = |at: i32| {
         let low = (f64::from(at) + 0.5 - window).floor() as i64 >> level;
         let high = (f64::from(at) + 0.5 + window).floor() as i64 >> level;
@@ -385,7 +385,7 @@ mod tests {
     }
 
     fn key() -> Key {
-        Key::world(5).stage(Stage::new("placement.test"))
+        Key::world(5).domain(Domain::new("placement.test"))
     }
 
     fn sorted(mut points: Vec<Point>) -> Vec<(Key, DVec2, u16)> {
@@ -410,7 +410,7 @@ mod tests {
             }
             darts = Vec::new();
             for thrower in &points[first..] {
-                let mut rng = thrower.key.stage(DARTS).rng();
+                let mut rng = thrower.key.domain(DARTS).rng();
                 for i in 0..DARTS_PER_POINT {
                     let (variety, radius, core) = kinds.draw(&mut rng);
                     let p = thrower.p + annulus(&mut rng, thrower.core + core);

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::bridson::{Kinds, Point, fill, from_centre};
 use crate::params::{LayerParams, ParamError, PlacementParams};
@@ -14,7 +14,7 @@ use crate::placement::{THINNING, is_free, mean_over_radius};
 use crate::quadtree::QuadTree;
 use crate::rows::Rows;
 
-const CALIBRATION: Stage = Stage::new("placement.calibration");
+const CALIBRATION: Domain = Domain::new("placement.calibration");
 
 /// Points per square of the hard-core distance in a saturated pattern of one radius (five runs of
 /// 7·10⁷ points, spread 2·10⁻⁵).
@@ -85,7 +85,7 @@ impl Layer {
     }
 
     fn keeps_share(&self, point: &Point, factor: f64) -> bool {
-        let mut rng = point.key.stage(THINNING).rng();
+        let mut rng = point.key.domain(THINNING).rng();
         rng.chance(factor * self.keep[usize::from(point.variety)])
     }
 }
@@ -145,7 +145,7 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
                     })
             })
             .collect();
-        let key = Key::world(0).stage(CALIBRATION).item(number as u64);
+        let key = Key::world(0).domain(CALIBRATION).item(number as u64);
         let mut most = f64::INFINITY;
         let mut patterns: Vec<Pattern> = (1..=MAX_ROUNDS).map(Pattern::Fill).collect();
         if let Some(rows) = layer.rows {
@@ -376,7 +376,7 @@ impl Clearances {
         let index = standing.index();
         let largest = standing.points.iter().map(|p| p.radius).fold(0.0, f64::max);
         let half = standing.half - (most + standing.factor * largest);
-        let mut rng = Key::world(0).stage(CALIBRATION).rng();
+        let mut rng = Key::world(0).domain(CALIBRATION).rng();
         let mut clearances = Vec::new();
         for y in 0..PROBES {
             for x in 0..PROBES {

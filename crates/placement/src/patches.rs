@@ -5,13 +5,13 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::bridson::snap;
 use crate::params::{ParamError, within};
 use crate::quadtree::QuadTree;
 
-const PATCHES: Stage = Stage::new("placement.patches");
+const PATCHES: Domain = Domain::new("placement.patches");
 
 /// How far an outline swings about its mean radius, with two and with three waves around.
 const WAVES: [f64; 2] = [0.22, 0.14];
@@ -83,7 +83,7 @@ impl Patches {
                     ((cx << level) - i64::from(chunk.x)) as f64,
                     ((cy << level) - i64::from(chunk.y)) as f64,
                 );
-                let cell = key.stage(PATCHES).chunk([cx as i32, cy as i32]);
+                let cell = key.domain(PATCHES).chunk([cx as i32, cy as i32]);
                 let mut rng = cell.rng();
                 // A Poisson number: arrivals with exponential gaps until the mean is used up.
                 let mut arrival = rng.exponential();
@@ -186,7 +186,7 @@ mod tests {
     };
 
     fn key() -> Key {
-        Key::world(3).stage(Stage::new("patches.test"))
+        Key::world(3).domain(Domain::new("patches.test"))
     }
 
     fn grid(n: u32) -> impl Iterator<Item = DVec2> {

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::bridson::snap;
 use crate::calibrate::{Layer, calibrate};
@@ -13,10 +13,10 @@ use crate::patches::Clusters;
 use crate::quadtree::QuadTree;
 use crate::site::{Exclusion, Site};
 
-const ROCKS: Stage = Stage::new("placement.rocks");
-const LAYERS: Stage = Stage::new("placement.layers");
-const GAPS: Stage = Stage::new("placement.gaps");
-pub(crate) const THINNING: Stage = Stage::new("placement.thinning");
+const ROCKS: Domain = Domain::new("placement.rocks");
+const LAYERS: Domain = Domain::new("placement.layers");
+const GAPS: Domain = Domain::new("placement.gaps");
+pub(crate) const THINNING: Domain = Domain::new("placement.thinning");
 
 /// How many places are tried for a rock before the chunk has to do with fewer.
 const ROCK_TRIES: u64 = 500;
@@ -102,7 +102,7 @@ impl Placement {
             );
         }
         let weights: Vec<f64> = rocks.varieties.iter().map(|v| v.weight).collect();
-        let chunk = self.key.stage(ROCKS).chunk(coord);
+        let chunk = self.key.domain(ROCKS).chunk(coord);
         let number = chunk
             .rng()
             .between(rocks.min_per_chunk, rocks.max_per_chunk);
@@ -154,7 +154,7 @@ impl Placement {
         let gaps = self.params.gaps.filter(|_| minds).map(|gaps| {
             let window = 0.5 + self.reach * self.layers.len() as f64;
             gaps.around(
-                self.key.stage(GAPS),
+                self.key.domain(GAPS),
                 coord,
                 self.params.chunk_size_m,
                 window,
@@ -214,7 +214,7 @@ impl Placement {
     }
 
     fn layer_key(&self, layer: usize) -> Key {
-        self.key.stage(LAYERS).item(layer as u64)
+        self.key.domain(LAYERS).item(layer as u64)
     }
 
     fn in_chunks(&self, metres: f64) -> f64 {

@@ -2,14 +2,14 @@
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::bridson::{Kinds, Point, from_centre};
 use crate::params::{ParamError, within};
 
-const ROWS: Stage = Stage::new("placement.rows");
-const PHASE: Stage = Stage::new("placement.rows.phase");
-const VIGOUR: Stage = Stage::new("placement.rows.vigour");
+const ROWS: Domain = Domain::new("placement.rows");
+const PHASE: Domain = Domain::new("placement.rows.phase");
+const VIGOUR: Domain = Domain::new("placement.rows.vigour");
 
 /// A planter's hand strays no farther than this many standard deviations.
 const STRAY: f64 = 2.5;
@@ -95,8 +95,8 @@ impl Rows {
         let (sin, cos) = libm::sincos(self.heading_deg.to_radians());
         // A heading is clockwise from north.
         let (along, across) = (DVec2::new(sin, cos), DVec2::new(cos, -sin));
-        let vigour = key.stage(VIGOUR);
-        let mut rng = key.stage(PHASE).rng();
+        let vigour = key.domain(VIGOUR);
+        let mut rng = key.domain(PHASE).rng();
         let phase = DVec2::new(rng.unit_f64(), rng.unit_f64());
         let origin = DVec2::new(f64::from(chunk.x), f64::from(chunk.y));
         let centre = origin + DVec2::splat(0.5);
@@ -111,7 +111,7 @@ impl Rows {
         let mut points = Vec::new();
         for j in places(across, row, phase.y) {
             for i in places(along, step, phase.x) {
-                let key = key.stage(ROWS).item(i as u64).item(j as u64);
+                let key = key.domain(ROWS).item(i as u64).item(j as u64);
                 let mut rng = key.rng();
                 let (variety, radius, core) =
                     kinds.of_quantile(self.rank(COMPETITION, vigour, i, j));
@@ -189,7 +189,7 @@ mod tests {
     /// Of a square of places: the correlation of ranks along rows, across them, and along the diagonal.
     fn correlations(rows: &Rows, competition: f64) -> [f64; 3] {
         const SIDE: i64 = 160;
-        let key = Key::world(4).stage(VIGOUR);
+        let key = Key::world(4).domain(VIGOUR);
         let ranks: BTreeMap<(i64, i64), f64> = (0..SIDE * SIDE)
             .map(|k| (k % SIDE, k / SIDE))
             .map(|(i, j)| ((i, j), rows.rank(competition, key, i, j)))

@@ -8,7 +8,7 @@ use common::{Groups, cube, place, ray, rng, soup};
 use glam::{Mat3, Vec2, Vec3};
 use nemoral_raycast::{Forest, Group};
 use nemoral_scene::{Material, MaterialId, MaterialLibrary, Mesh, RayCaster, Semantic};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 const CELLS: i32 = 20;
 const CELL_M: f32 = 2.5;
@@ -16,7 +16,7 @@ const CELL_M: f32 = 2.5;
 /// Rough ground; the height belongs to the global grid point, so neighbours agree to the bit.
 fn height(i: i32, j: i32) -> f32 {
     Key::world(11)
-        .stage(Stage::new("height"))
+        .domain(Domain::new("height"))
         .chunk([i, j])
         .rng()
         .range_f32(0.0, 2.0)

@@ -2,15 +2,15 @@
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, Rng, Stage};
+use nemoral_seed::{Domain, Draw, Key, Rng};
 
 use crate::dressing::{DressingKind, TrailDressing};
 use crate::profile::Wobble;
 use crate::{TrailParams, TrailPath};
 
-const STONES: Stage = Stage::new("trails.stones");
-const GRASS: Stage = Stage::new("trails.grass");
-const VERGE: Stage = Stage::new("trails.verge");
+const STONES: Domain = Domain::new("trails.stones");
+const GRASS: Domain = Domain::new("trails.grass");
+const VERGE: Domain = Domain::new("trails.verge");
 
 /// How far from an edge the grass of the verge stands, metres.
 const VERGE_M: f64 = 0.5;
@@ -21,7 +21,7 @@ const VERGE_WAVE_M: f64 = 4.0;
 /// The stones of a trail: a uniform number up to the most, anywhere on the surface, but wheels
 /// have pushed most of them out of the ruts.
 pub(crate) fn stones(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<TrailDressing> {
-    let key = key.stage(STONES).chunk(path.id().birth);
+    let key = key.domain(STONES).chunk(path.id().birth);
     let count = key.rng().between(0, params.rocks_max_per_trail);
     let stone = |i: u32| {
         let mut rng = key.item(u64::from(i)).rng();
@@ -57,7 +57,7 @@ pub(crate) fn grass(
 ) {
     let most = params.grass_max_per_chunk;
     for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
-        let key = key.stage(GRASS).chunk(path.id().birth).item(index as u64);
+        let key = key.domain(GRASS).chunk(path.id().birth).item(index as u64);
         let last = knots.end.min(path.knots().len() - 1);
         let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
         for i in 0..key.rng().between(most / 2, most) {
@@ -89,7 +89,7 @@ pub(crate) fn verges(
     mut emit: impl FnMut(TrailDressing),
 ) {
     for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
-        let key = key.stage(VERGE).chunk(path.id().birth);
+        let key = key.domain(VERGE).chunk(path.id().birth);
         let last = knots.end.min(path.knots().len() - 1);
         let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
         for (side, sign) in [(0, 1.0), (1, -1.0)] {

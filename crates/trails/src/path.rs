@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 use crate::curve::{Cubic, stiffness};
 use crate::dressing::TrailDressing;
@@ -11,8 +11,8 @@ use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
 use crate::surface_kinds::{SurfaceKinds, rut_factor};
 use crate::{TrailParams, TrailSurfaceKind};
 
-const RUTS: Stage = Stage::new("trails.ruts");
-const KINDS: Stage = Stage::new("trails.kinds");
+const RUTS: Domain = Domain::new("trails.ruts");
+const KINDS: Domain = Domain::new("trails.kinds");
 
 /// Distance between knots, metres, about.
 const STEP_M: f64 = 1.0;
@@ -114,7 +114,7 @@ impl TrailPath {
         let (points, transits) = layout.points(STEP_M);
         let places: Vec<f64> = points.iter().map(|p| p.2).collect();
         let length = places[places.len() - 1];
-        let kinds = SurfaceKinds::draw(params, world.stage(KINDS).chunk(id.birth), length);
+        let kinds = SurfaceKinds::draw(params, world.domain(KINDS).chunk(id.birth), length);
 
         let ground: Vec<_> = points.iter().map(|p| base.sample(p.0)).collect();
         let section = &params.section;
@@ -130,7 +130,7 @@ impl TrailPath {
                 .collect(),
         );
 
-        let key = world.stage(RUTS).chunk(id.birth);
+        let key = world.domain(RUTS).chunk(id.birth);
         let depth = Wobble::new(key.item(0), length, 9.0);
         let wander = Wobble::new(key.item(1), length, 12.0);
         let taper = TAPER_M.min(length / 3.0);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 use crate::cache::Cache;
 use crate::dressing_placement::{grass, stones, verges};
@@ -14,7 +14,7 @@ use crate::layout::Layout;
 use crate::route::Router;
 use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
 
-const TRAILS: Stage = Stage::new("trails");
+const TRAILS: Domain = Domain::new("trails");
 
 /// The trails of an endless world, found from any chunk.
 ///
@@ -62,7 +62,7 @@ impl Trails {
         [births, paths]: [usize; 2],
     ) -> Result<Self, ParamError> {
         params.check(chunk_size_m)?;
-        let key = key.stage(TRAILS);
+        let key = key.domain(TRAILS);
         Ok(Self {
             router: Router::new(&params, key),
             params: Arc::new(params),

@@ -390,7 +390,7 @@ impl<'a> Painter<'a> {
 #[cfg(test)]
 mod tests {
     use nemoral_scene::MaterialId;
-    use nemoral_seed::{Key, Stage};
+    use nemoral_seed::{Domain, Key};
 
     use super::*;
     use crate::cards::card_raster::Mark;
@@ -405,7 +405,7 @@ mod tests {
             .filter(|s| !matches!(s.leaves.kind, LeafKind::NeedleTuft | LeafKind::NeedleSpray));
         let mut count = 0;
         for species in broad {
-            let key = Key::world(5).stage(Stage::new(&species.name));
+            let key = Key::world(5).domain(Domain::new(&species.name));
             // Of each image: its card, and leaf area over the card's.
             let images: Vec<(FoliageCard, f64)> = (0..5)
                 .map(|i| {

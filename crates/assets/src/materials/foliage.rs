@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use nemoral_scene::{Material, MaterialLibrary, Semantic};
-use nemoral_seed::{Key, PhiloxRng, Stage};
+use nemoral_seed::{Domain, Key, PhiloxRng};
 use rayon::prelude::*;
 
 use super::optics::{self, LeafOptics};
@@ -50,7 +50,7 @@ impl CardKind {
             .into_par_iter()
             .map(|variant| {
                 let mut rng = key
-                    .stage(Stage::new(self.name))
+                    .domain(Domain::new(self.name))
                     .item(u64::from(variant))
                     .rng();
                 (self.draw)(&mut rng, variant).slices(self.slices, mean)

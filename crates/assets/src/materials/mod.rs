@@ -10,7 +10,7 @@ mod trees;
 use std::sync::Arc;
 
 use nemoral_scene::{MaterialId, MaterialLibrary, Semantic, Texture};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
 use self::foliage::{KINDS, leaf_images, register_cards};
@@ -24,8 +24,8 @@ pub use self::ground::{GroundMaterials, TrailMaterials};
 pub(crate) use self::seedling::SeedlingMaterials;
 pub(crate) use self::solid::StumpMaterials;
 
-const TEXTURES: Stage = Stage::new("assets.textures");
-const CARDS: Stage = Stage::new("assets.cards");
+const TEXTURES: Domain = Domain::new("assets.textures");
+const CARDS: Domain = Domain::new("assets.cards");
 
 /// The materials that plants are made of, with the library that holds them.
 #[derive(Clone, Debug)]
@@ -65,8 +65,8 @@ impl WorldMaterials {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
     /// With what seedlings are made of, if they are wanted.
     pub(crate) fn bake(species: &[Species], seedlings: bool, key: Key) -> Self {
-        let textures = key.stage(TEXTURES);
-        let cards = key.stage(CARDS);
+        let textures = key.domain(TEXTURES);
+        let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
             || bake_trails(textures.item(100)),
             || {
@@ -78,7 +78,7 @@ impl WorldMaterials {
                             || {
                                 let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
                                 let trees = species.par_iter().map(|s| {
-                                    let key = cards.stage(Stage::new(&s.name));
+                                    let key = cards.domain(Domain::new(&s.name));
                                     leaf_images(&s.shoot(), key)
                                 });
                                 (kinds.collect::<Vec<_>>(), trees.collect::<Vec<_>>())
@@ -91,7 +91,7 @@ impl WorldMaterials {
         let young: Vec<_> = species
             .par_iter()
             .filter(|_| seedlings)
-            .map(|s| seedling::images(&s.leaves, cards.stage(Stage::new(&s.name))))
+            .map(|s| seedling::images(&s.leaves, cards.domain(Domain::new(&s.name))))
             .collect();
         Self::register(species, trails, floors, solids, images, leaves, young)
     }

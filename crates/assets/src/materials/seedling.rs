@@ -1,7 +1,7 @@
 //! What seedlings are made of: leaves and thin bark of their species, under a semantic of their own.
 
 use nemoral_scene::{MaterialId, MaterialLibrary, Semantic};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 use super::foliage::{LEAVES_IN_SHADE, register_leaves};
 use super::solid::{BarkTextures, laser, solid};
@@ -9,7 +9,7 @@ use crate::cards::card_raster::CardImage;
 use crate::cards::seedlings;
 use crate::tree::{FoliageCard, LeafLook, Species};
 
-const IMAGES: Stage = Stage::new("assets.cards.seedling");
+const IMAGES: Domain = Domain::new("assets.cards.seedling");
 
 /// The materials of a species' seedlings.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub(crate) struct SeedlingMaterials {
 pub(super) fn images(look: &LeafLook, key: Key) -> Vec<CardImage> {
     let mean = look.reflectance() * LEAVES_IN_SHADE;
     let image = |variant: usize| {
-        let mut rng = key.stage(IMAGES).item(variant as u64).rng();
+        let mut rng = key.domain(IMAGES).item(variant as u64).rng();
         let drawing = seedlings::draw(look, variant, &mut rng);
         drawing.slices(1, mean).swap_remove(0)
     };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
 use super::optics;
@@ -86,7 +86,7 @@ impl SolidTextures {
         let seed = |item: u64| key.item(item).to_u64() as u32;
         let barks = species
             .par_iter()
-            .map(|s| BarkTextures::bake(s, key.stage(Stage::new(&s.name))))
+            .map(|s| BarkTextures::bake(s, key.domain(Domain::new(&s.name))))
             .collect();
         let twigs = [
             Vec3::new(0.098, 0.078, 0.058),

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use super::{CrownForm, TreeSize};
 
-const ASYMMETRY: Stage = Stage::new("assets.tree.asymmetry");
+const ASYMMETRY: Domain = Domain::new("assets.tree.asymmetry");
 
 /// Branches keep so far above the ground.
 const CLEARANCE_M: f64 = 0.15;
@@ -39,7 +39,7 @@ impl Envelope {
         lean: DVec2,
         key: Key,
     ) -> Self {
-        let mut rng = key.stage(ASYMMETRY).rng();
+        let mut rng = key.domain(ASYMMETRY).rng();
         let harmonics: [[f64; 3]; 3] = std::array::from_fn(|k| {
             let order = (k + 1) as f64;
             let amplitude = form.asymmetry * rng.normal().clamp(-2.0, 2.0) / order;

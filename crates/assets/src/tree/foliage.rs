@@ -4,13 +4,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nemoral_scene::Card;
 use nemoral_scene::glam::DVec3;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use super::materials::FoliageCard;
 use super::skeleton::{Axis, beside, param_of_arc, turn};
 use super::{FoliageForm, TreeSize};
 
-const CARDS: Stage = Stage::new("assets.tree.cards");
+const CARDS: Domain = Domain::new("assets.tree.cards");
 
 /// Length of the longest leafy shoots over the height of the tree.
 const SHOOT_SHARE: f64 = 0.12;
@@ -138,7 +138,7 @@ pub(super) fn leaves(axes: &[Axis], density: &FoliageDensity<'_>, key: Key) -> V
     );
     let mut out = Vec::with_capacity(density.count);
     for cluster in 0..clusters {
-        let mut rng = key.stage(CARDS).item(cluster as u64).rng();
+        let mut rng = key.domain(CARDS).item(cluster as u64).rng();
         let at = total * (cluster as f64 + rng.unit_f64()) / clusters as f64;
         let &(end, i, leafy) = &stretches[stretches
             .partition_point(|s| s.0 <= at)

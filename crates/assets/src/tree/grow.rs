@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Card, Mesh};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use super::budget::{triangles, within_budget};
 use super::fit::{Crown, fit, set_height};
@@ -17,7 +17,7 @@ use super::sweep::{Flare, Tessellation, diameter_at, sweep};
 use super::{BarkLook, Species, TreeSize};
 use crate::error::ParamError;
 
-const LEAN: Stage = Stage::new("assets.tree.lean");
+const LEAN: Domain = Domain::new("assets.tree.lean");
 
 /// Nodes are at most so much sparser than the species' to keep a triangle budget: sparser crowns look
 /// thin, or like clouds of clumps.
@@ -80,7 +80,7 @@ pub fn grow(
     key: Key,
 ) -> Result<GrownTree, ParamError> {
     check(species, size, materials, params)?;
-    let heading = key.stage(LEAN).rng().range_f64(0.0, TAU);
+    let heading = key.domain(LEAN).rng().range_f64(0.0, TAU);
     let (sin, cos) = libm::sincos(heading);
     let lean = DVec2::new(cos, sin) * libm::tan(size.lean_rad);
     let flare = Flare::new(&species.stem, size, key);

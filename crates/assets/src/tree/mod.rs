@@ -14,13 +14,13 @@
 //! ```
 //! use nemoral_assets::{FoliageCard, GrowthParams, Species, TreeMaterials, grow};
 //! use nemoral_scene::MaterialId;
-//! use nemoral_seed::{Key, Stage};
+//! use nemoral_seed::{Key, Domain};
 //!
 //! let id = MaterialId(0);
 //! let leaf = FoliageCard { material: id, width_m: 0.45, height_m: 0.45, opaque_fraction: 0.5 };
 //! let materials = TreeMaterials { stem: id, flare: id, limb: id, branch: id, dead: id, snag: id, change: id, upper: id, foliage: vec![leaf] };
 //! let oak = Species::english_oak();
-//! let key = Key::world(7).stage(Stage::new("example.oak"));
+//! let key = Key::world(7).domain(Domain::new("example.oak"));
 //! let size = oak.draw_size(0.35, key);
 //! let tree = grow(&oak, &size, &materials, &GrowthParams::default(), key)?;
 //! assert!((tree.size.dbh_m - 0.35).abs() < 0.007);

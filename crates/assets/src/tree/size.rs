@@ -1,14 +1,14 @@
 //! How big a tree is: drawn from published allometry, handed to the generator as a demand.
 
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use super::Species;
 
-const DBH: Stage = Stage::new("assets.tree.dbh");
-const SAPLING: Stage = Stage::new("assets.tree.sapling");
-const SIZE: Stage = Stage::new("assets.tree.size");
-const INDIVIDUALS: Stage = Stage::new("assets.tree.individuals");
-const RANK: Stage = Stage::new("assets.tree.rank");
+const DBH: Domain = Domain::new("assets.tree.dbh");
+const SAPLING: Domain = Domain::new("assets.tree.sapling");
+const SIZE: Domain = Domain::new("assets.tree.size");
+const INDIVIDUALS: Domain = Domain::new("assets.tree.individuals");
+const RANK: Domain = Domain::new("assets.tree.rank");
 
 /// The size of one tree.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -62,7 +62,7 @@ impl SizeClass {
 /// of that one's part of the whole, for a few drawn from all of it do not tell a distribution's shape.
 #[must_use]
 pub(crate) fn individual_rank(number: u32, of: u32, key: Key) -> f64 {
-    let within = key.stage(RANK).rng().range_f64(0.25, 0.75);
+    let within = key.domain(RANK).rng().range_f64(0.25, 0.75);
     (f64::from(number) + within) / f64::from(of)
 }
 
@@ -102,7 +102,7 @@ impl Species {
     #[must_use]
     pub fn draw_sapling(&self, height_m: f64, key: Key) -> TreeSize {
         let height_m = height_m.clamp(2.0, 5.0);
-        let mut rng = key.stage(SAPLING).rng();
+        let mut rng = key.domain(SAPLING).rng();
         let dbh_m = (0.010 * (height_m - 1.3) * rng.range_f64(0.85, 1.25)).max(0.008);
         let width_m = self.mean_crown_width_m(dbh_m) * rng.range_f64(0.85, 1.15);
         let crown_radius_m = 0.5 * width_m.clamp(0.35 * height_m, 0.7 * height_m);
@@ -163,7 +163,7 @@ impl Species {
     /// inverting the distribution between them.
     #[must_use]
     pub fn draw_dbh(&self, mean_m: f64, shape: f64, limits_m: [f64; 2], key: Key) -> f64 {
-        let rank = key.stage(DBH).rng().unit_f64();
+        let rank = key.domain(DBH).rng().unit_f64();
         self.dbh_of_rank(mean_m, shape, limits_m, rank)
     }
 
@@ -212,7 +212,7 @@ impl Species {
         };
         let mean = ((0..STEPS).map(square).sum::<f64>() / f64::from(STEPS)).sqrt();
         let outer = matches!(number % 4, 0 | 3);
-        let aside = key.stage(INDIVIDUALS).rng().range_f64(-0.125, 0.125);
+        let aside = key.domain(INDIVIDUALS).rng().range_f64(-0.125, 0.125);
         let aside = if outer { aside } else { -aside };
         let dbh_m = mean * of_part(0.5 + aside) / of_part(0.5);
         dbh_m.max(of_part(0.0)).min(of_part(1.0))
@@ -225,7 +225,7 @@ impl Species {
         let al = &self.allometry;
         let [least, most] = al.dbh_range_m;
         let dbh_m = dbh_m.max(least).min(most);
-        let mut rng = key.stage(SIZE).rng();
+        let mut rng = key.domain(SIZE).rng();
         let mut normal = || rng.normal().clamp(-2.5, 2.5);
         let height_m = (self.mean_height_m(dbh_m) * (1.0 + al.height_sd * normal()))
             .clamp(al.slenderness[0] * dbh_m, al.slenderness[1] * dbh_m);

@@ -1,7 +1,7 @@
 //! Standing dead trees.
 
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 use std::f64::consts::TAU;
 
 use super::budget::within_budget;
@@ -13,7 +13,7 @@ use super::sweep::{Flare, Tessellation, diameter_at, sweep};
 use super::{Species, TreeSize};
 use crate::error::ParamError;
 
-const SNAG: Stage = Stage::new("assets.tree.snag");
+const SNAG: Domain = Domain::new("assets.tree.snag");
 
 /// Grows a standing dead tree: the wood of a tree that had the demanded size, its top broken off, its
 /// twigs gone, some of its limbs left as stubs. All wood at least as thick as the trunk threshold is
@@ -29,7 +29,7 @@ pub fn grow_snag(
     key: Key,
 ) -> Result<GrownTree, ParamError> {
     check(species, size, materials, params)?;
-    let mut rng = key.stage(SNAG).rng();
+    let mut rng = key.domain(SNAG).rng();
     let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
     let lean = DVec2::new(cos, sin) * libm::tan(size.lean_rad);
     let flare = Flare::new(&species.stem, size, key);

@@ -5,14 +5,14 @@ use std::ops::Range;
 
 use nemoral_scene::glam::{DVec3, Vec2};
 use nemoral_scene::{MaterialId, Mesh, Triangle};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use super::materials::TreeMaterials;
 use super::skeleton::{Axis, BREAST_M, beside};
 use super::{StemForm, TreeSize};
 
-const FLARE: Stage = Stage::new("assets.tree.flare");
-const BARK: Stage = Stage::new("assets.tree.bark");
+const FLARE: Domain = Domain::new("assets.tree.flare");
+const BARK: Domain = Domain::new("assets.tree.bark");
 
 /// What one repetition of bark covers, on stems of 0.2 to 0.8 m: across, along.
 const TILE_M: [f64; 2] = [1.0, 2.0];
@@ -55,7 +55,7 @@ pub(super) struct Flare {
 
 impl Flare {
     pub(super) fn new(stem: &StemForm, size: &TreeSize, key: Key) -> Self {
-        let mut rng = key.stage(FLARE).rng();
+        let mut rng = key.domain(FLARE).rng();
         let n = rng.between(stem.flare_lobes[0], stem.flare_lobes[1]);
         let first = rng.range_f64(0.0, TAU);
         let lobes = (0..n).map(|k| {
@@ -515,7 +515,7 @@ impl BarkMap {
         // Bark of thin wood is finer, of old trees coarser: keep the picture's proportions, within reason.
         let finer = (wraps * TILE_M[0] / around).clamp(0.4, 4.0);
         let per_m = finer / TILE_M[1];
-        let mut rng = tube.axis.key.stage(BARK).rng();
+        let mut rng = tube.axis.key.domain(BARK).rng();
         let (mut u0, mut v0) = (0.0, rng.unit_f64());
         let side = if rng.chance(0.5) { 1.0 } else { -1.0 };
         let spiral = side * rng.range_f64(SPIRAL[0], SPIRAL[1]);
@@ -609,7 +609,7 @@ mod tests {
     use crate::tree::{FoliageCard, GrownTree, GrowthParams, Species, grow};
 
     fn key(i: u64) -> Key {
-        Key::world(7).stage(Stage::new("test.sweep")).item(i)
+        Key::world(7).domain(Domain::new("test.sweep")).item(i)
     }
 
     /// Each part of a tree has its own, and the stem's come first.

@@ -2,7 +2,7 @@
 
 use super::*;
 use nemoral_assets::{GrowthParams, grow};
-use nemoral_seed::Stage;
+use nemoral_seed::Domain;
 
 /// Brightness less the mean of the square of 2 `half` texels' side around, row by row: patches larger than that
 /// are left out.
@@ -97,7 +97,7 @@ fn a_picture_is_not_seen_twice_beside_itself() {
     };
     for species in Species::all() {
         for (dbh_m, most) in [(0.1, 1), (0.3, 1), (0.5, 2), (0.55, 2), (0.9, 2)] {
-            let key = Key::world(3).stage(Stage::new("bark"));
+            let key = Key::world(3).domain(Domain::new("bark"));
             let size = species.draw_size(dbh_m, key);
             let tree = grow(&species, &size, &common::materials(), &params, key).expect("grows");
             // The stem's lowest ring, its seam twice.

@@ -6,7 +6,7 @@ use super::common::{key, materials};
 use super::*;
 use nemoral_assets::{GrowthParams, SizeClass, TreeSize, grow};
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 const INDIVIDUALS: u64 = 12;
 const OF_FORM: usize = 5;
@@ -147,7 +147,7 @@ fn a_glance_tells_the_species() {
         .iter()
         .map(|species| {
             let look = look(&species.name);
-            let of = Key::world(9).stage(Stage::new(&species.name));
+            let of = Key::world(9).domain(Domain::new(&species.name));
             (0..INDIVIDUALS)
                 .map(|i| {
                     let mut rng = of.item(i).rng();

@@ -8,7 +8,7 @@ use nemoral_raycast::{Forest, Group};
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, LidarPoint, RayCaster, RigidTransform, Twist};
-use nemoral_seed::{Key, Stage as Purpose};
+use nemoral_seed::{Domain, Key};
 
 use super::assets::WorldAssets;
 use super::chunk::{Low, Solid};
@@ -21,7 +21,7 @@ use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land, PoseTrack};
 
-const CAMERA: Purpose = Purpose::new("pipeline.camera");
+const CAMERA: Domain = Domain::new("pipeline.camera");
 
 /// Where the robot is, and how it moves while its LiDAR scans.
 #[derive(Debug)]
@@ -283,9 +283,9 @@ impl Stage for ImageStage {
             view.noise = rig.noise;
             view.shutter = rig.shutter;
             view.motion = pose.motion.of_mounted(&rig.body_from_camera);
-            let mut key = world.stage(CAMERA);
+            let mut key = world.domain(CAMERA);
             if i > 0 {
-                key = key.stage(Purpose::new(&rig.name));
+                key = key.domain(Domain::new(&rig.name));
             }
             rig.renderer.render(&seen, &view, key.item(at))
         };
@@ -331,7 +331,7 @@ impl Stage for ScanStage {
                 &assets.library.materials,
                 &scene_from_lidar,
                 &rig.noise,
-                world.stage(Purpose::new(&rig.name)).item(at),
+                world.domain(Domain::new(&rig.name)).item(at),
             )
         };
         Ok(rigs.iter().map(scan).collect())

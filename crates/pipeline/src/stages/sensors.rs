@@ -20,7 +20,7 @@ use nemoral_render::{
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, IntrinsicsError, RigidTransform, Shutter};
-use nemoral_seed::{Key, Stage as Purpose};
+use nemoral_seed::{Domain, Key};
 
 use super::assets::Recipe;
 use crate::config::{
@@ -30,7 +30,7 @@ use crate::plan::{Hasher, Stage};
 use crate::{Backend, Error, Renderer};
 
 /// Of the fixed patterns of sensors.
-const SPECIMEN: Purpose = Purpose::new("pipeline.camera.specimen");
+const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
 
 /// A camera with its place on the body.
 #[derive(Debug)]
@@ -317,7 +317,7 @@ impl Stage for CameraStage {
             // Before the first picture, and so before anything is written.
             renderer.check_size(camera.width_px, camera.height_px)?;
             let name = config::sensor_name(path);
-            let serial = world.stage(SPECIMEN).stage(Purpose::new(name));
+            let serial = world.domain(SPECIMEN).domain(Domain::new(name));
             rigs.push(CameraRig {
                 name: name.to_owned(),
                 intrinsics: intrinsics(path, camera)?,

@@ -9,12 +9,12 @@ use nemoral_scene::{
     AlphaMask, Card, ChunkCoord, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
     Prototype, Ray, Semantic, Triangle,
 };
-use nemoral_seed::{Draw, Key, PhiloxRng, Stage};
+use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
 
 pub type Groups = Vec<(Vec3, Arc<Group>)>;
 
 pub fn rng(seed: u64, purpose: &str) -> PhiloxRng {
-    Key::world(seed).stage(Stage::new(purpose)).rng()
+    Key::world(seed).domain(Domain::new(purpose)).rng()
 }
 
 pub fn cube(rng: &mut PhiloxRng, half: f32) -> Vec3 {

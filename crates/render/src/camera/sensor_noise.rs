@@ -1,7 +1,7 @@
 //! What a sensor adds to light.
 
 use glam::Vec3;
-use nemoral_seed::{Draw, Key, Rng, Stage};
+use nemoral_seed::{Domain, Draw, Key, Rng};
 
 use crate::error::{ParamError, check};
 
@@ -68,7 +68,7 @@ impl SensorNoise {
     }
 }
 
-const TEMPORAL: Stage = Stage::new("render.sensor");
+const TEMPORAL: Domain = Domain::new("render.sensor");
 
 /// A sensor that reads one picture.
 pub(crate) struct Sensor {
@@ -89,7 +89,7 @@ impl Sensor {
             saturation_e: noise.saturation_e(ev100),
             top: f64::from((1_u32 << noise.bits) - 1),
             white,
-            temporal: key.stage(TEMPORAL),
+            temporal: key.domain(TEMPORAL),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use nemoral_scene::TruthImages;
-use nemoral_seed::{Key, Rng, Stage};
+use nemoral_seed::{Domain, Key, Rng};
 use rayon::prelude::*;
 
 use super::context::{PictureContext, ShadowRays};
@@ -28,9 +28,9 @@ pub struct RayCastCamera {
     sun_disc: SunDisc,
 }
 
-const FIRST: Stage = Stage::new("render.first_sample");
-const ALL: Stage = Stage::new("render.all_pixels");
-const EDGES: Stage = Stage::new("render.edges");
+const FIRST: Domain = Domain::new("render.first_sample");
+const ALL: Domain = Domain::new("render.all_pixels");
+const EDGES: Domain = Domain::new("render.edges");
 
 impl RayCastCamera {
     /// A camera under a light.
@@ -93,7 +93,7 @@ impl PictureContext<'_> {
         );
         bands.into_par_iter().enumerate().for_each(
             |(index, (semantic, object, depth_m, normal, linear, sun, lit))| {
-                let mut rng = key.stage(FIRST).item(index as u64).rng();
+                let mut rng = key.domain(FIRST).item(index as u64).rng();
                 let mut shadows = ShadowRays::default();
                 cast_band(
                     self.scene,
@@ -163,7 +163,7 @@ impl CameraRenderer for RayCastCamera {
         let n = frame.linear.len();
         if additional.samples > 0 {
             let every: Vec<u32> = (0..n as u32).collect();
-            context.add_samples(&mut frame.linear, &every, additional, key.stage(ALL));
+            context.add_samples(&mut frame.linear, &every, additional, key.domain(ALL));
         }
         if p.edge_samples > 0 {
             let limit = f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples);
@@ -172,7 +172,7 @@ impl CameraRenderer for RayCastCamera {
                 &mut frame.linear,
                 &edges,
                 AdditionalSamples::beside(samples, p.edge_samples),
-                key.stage(EDGES),
+                key.domain(EDGES),
             );
         }
         p.lens.apply(&mut frame.linear, &view.intrinsics);

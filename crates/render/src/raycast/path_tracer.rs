@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray};
-use nemoral_seed::{Key, PhiloxRng, Stage};
+use nemoral_seed::{Domain, Key, PhiloxRng};
 
 use super::context::{PictureContext, ShadowRays, sums_per_pixel};
 use crate::light::shading::{SurfaceView, shade};
 
-const BOUNCES: Stage = Stage::new("render.bounces");
+const BOUNCES: Domain = Domain::new("render.bounces");
 
 /// The angle of the bundle that a bounced ray stands for: textures are averaged over it.
 const BUNDLE_RAD: f32 = 0.3;
@@ -35,7 +35,7 @@ impl PictureContext<'_> {
         samples: usize,
     ) -> Vec<Vec3> {
         let rngs = keys.flat_map(|key| {
-            let key = key.stage(BOUNCES);
+            let key = key.domain(BOUNCES);
             (0..samples as u64).map(move |k| key.item(k).rng())
         });
         let mut colours = vec![Vec3::ZERO; rays.len()];

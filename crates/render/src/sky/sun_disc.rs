@@ -1,7 +1,7 @@
 //! Points on the sun's disc.
 
 use glam::Vec3;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::Sun;
 
@@ -21,7 +21,7 @@ impl SunDisc {
     pub(crate) fn new(centre: Vec3) -> Self {
         let (x, y) = centre.any_orthonormal_pair();
         // The table is the same for every picture; a picture's key chooses from it.
-        let mut rng = Key::world(0).stage(Stage::new("render.sun_disc")).rng();
+        let mut rng = Key::world(0).domain(Domain::new("render.sun_disc")).rng();
         let directions = (0..PARTS * POINTS)
             .map(|i| {
                 let (part, _) = (i / POINTS, i % POINTS);

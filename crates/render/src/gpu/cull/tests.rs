@@ -6,7 +6,7 @@ use nemoral_scene::{
     Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform, Semantic, Shutter,
     Triangle, Twist,
 };
-use nemoral_seed::{Draw as _, Key, Stage};
+use nemoral_seed::{Domain, Draw as _, Key};
 
 use super::super::cascade::Cascade;
 use super::super::distortion_bounds::DistortionBounds;
@@ -54,7 +54,7 @@ fn bags() -> Bags {
         let shape = Prototype::new("shape", mesh, Vec::new(), &materials);
         Arc::new(shape.expect("a sound shape"))
     });
-    let mut rng = Key::world(3).stage(Stage::new("test.cull")).rng();
+    let mut rng = Key::world(3).domain(Domain::new("test.cull")).rng();
     let mut unit = || rng.unit_f64() as f32;
     let mut bag = |chunk: i32, count: u16| -> Arc<dyn InstanceGroup> {
         let instance = |item: u16| Instance {
