@@ -1,10 +1,11 @@
 //! How dark it is between near parts of a shape, baked once for all its instances.
 //!
-//! Leaves and wood are spread over a grid of cubes as if they hung there at random, turned to all sides alike: of
-//! light that goes s metres through a cube with a m² of one-sided area in each m³, exp(−a s / 2) passes (Beer and
-//! Lambert; Ross 1981). From each vertex, and each corner of each card, a few fixed directions are followed over
-//! a short way. Sides of a grid's cubes are wider than leaves are thick and stalks long, so what is closer to a surface
-//! than a cube is, above all the surface itself, is left out: a lone card or ball is as light as can be.
+//! Leaves and wood are spread over a grid of cubes as if they hung there at random, turned to all
+//! sides alike: of light that goes s metres through a cube with a m² of one-sided area in each m³,
+//! exp(−a s / 2) passes (Beer and Lambert; Ross 1981). From each vertex, and each corner of each
+//! card, a few fixed directions are followed over a short way. Sides of a grid's cubes are wider
+//! than leaves are thick and stalks long, so what is closer to a surface than a cube is, above all
+//! the surface itself, is left out: a lone card or ball is as light as can be.
 
 use glam::{IVec3, UVec3, Vec3};
 use nemoral_scene::{AlphaMask, Card, MaterialLibrary, Mesh, NearLight, Prototype};
@@ -18,8 +19,8 @@ pub(crate) struct OcclusionParams {
     pub(crate) reach_m: f32,
     /// Directions that light is looked for in, evenly over the sphere.
     pub(crate) directions: u32,
-    /// What leaves have, on average, of the light at a place among them, for shapes whose places' light is known
-    /// otherwise, with these leaves in it: shares are told from that. 0..=1.
+    /// What leaves have, on average, of the light at a place among them, for shapes whose places'
+    /// light is known otherwise, with these leaves in it: shares are told from that. 0..=1.
     pub(crate) among_leaves: Option<f32>,
 }
 
@@ -37,8 +38,8 @@ impl OcclusionParams {
         directions: 26,
         among_leaves: None,
     };
-    /// Of trees: how closed crowns are a place is known with, so all that counts is which leaves see more of
-    /// others than their like.
+    /// Of trees: how closed crowns are a place is known with, so all that counts is which leaves
+    /// see more of others than their like.
     pub(crate) const TREE: Self = Self {
         cell_m: 0.1,
         reach_m: 0.6,
@@ -138,7 +139,8 @@ fn directions(count: u32) -> Vec<Vec3> {
     (0..count).map(direction).collect()
 }
 
-/// The cell that a point lies in, wherever a shape begins: so what is left of a shape lies in the same ones.
+/// The cell that a point lies in, wherever a shape begins: so what is left of a shape lies in the
+/// same ones.
 #[inline]
 fn number(at: Vec3, cell_m: f32) -> IVec3 {
     // Positive, where rounding towards zero is rounding down.
@@ -213,7 +215,8 @@ impl AreaDensityGrid {
             let area_m2 = 0.25 * u.cross(v).length() / (n * n) as f32;
             let step = 1.0 / (3 * n) as f32;
             for (i, j) in (0..n).flat_map(|j| (0..n - j).map(move |i| (i, j))) {
-                // The middles of the small triangles that stand on their base, and of those on their tip.
+                // The middles of the small triangles that stand on their base, and of those on
+                // their tip.
                 let (x, y) = ((3 * i) as f32 * step, (3 * j) as f32 * step);
                 self.add(a + u * (x + step) + v * (y + step), area_m2);
                 if i + j + 1 < n {
@@ -223,8 +226,8 @@ impl AreaDensityGrid {
         }
     }
 
-    /// The share of light that reaches a point of a surface, over `steps` cells: by the cosine, on the side of its
-    /// normal or on both.
+    /// The share of light that reaches a point of a surface, over `steps` cells: by the cosine, on
+    /// the side of its normal or on both.
     fn light(&self, at: Vec3, normal: Vec3, both: bool, directions: &[Vec3], steps: u32) -> f32 {
         // So far off a plane none of the cells is that has a point of it.
         let off = normal * (1.01 * self.cell_m * normal.abs().element_sum());
@@ -345,11 +348,12 @@ mod tests {
 
     #[test]
     fn a_layer_of_leaves_passes_what_it_does_by_beer_and_lambert() {
-        // Of leaves turned to all sides, with an area of 1: twice the third exponential integral of a half.
+        // Of leaves turned to all sides, with an area of 1: twice the third exponential integral of
+        // a half.
         let layer = speck(vec![card(Vec3::Z * 0.65, 14.0 * Vec3::X, 14.0 * Vec3::Y)]);
         assert!((layer - 0.443).abs() < 0.02, "{layer}");
-        // Two parallel cards see half of their light come past each other, on their outer sides; from above more than
-        // from below.
+        // Two parallel cards see half of their light come past each other, on their outer sides;
+        // from above more than from below.
         let at = |z: f32| card(Vec3::Z * z, 14.0 * Vec3::X, 14.0 * Vec3::Y);
         let middle = |z: f32| card(Vec3::Z * z, 0.1 * Vec3::X, 0.1 * Vec3::Y);
         let two = shares(

@@ -1,6 +1,6 @@
-//! Procedural assets of a forest: trees, seedlings, shrubs, herbs, rocks, stumps and litter as meshes
-//! and leaf cards, and every texture and material that they are made of. All of it is grown from one
-//! key, without files.
+//! Procedural assets of a forest: trees, seedlings, shrubs, herbs, rocks, stumps and litter as
+//! meshes and leaf cards, and every texture and material that they are made of. All of it is grown
+//! from one key, without files.
 //!
 //! - [`Library::grow`] grows all prototypes and materials of a world.
 //! - [`grow`] and [`grow_snag`] grow one tree of a given size; [`Species`] is data, read from TOML.

@@ -25,8 +25,9 @@ use crate::tree::{
 pub struct AssetParams {
     /// The trees' species, 1 to 32, each with a name of its own.
     pub species: Vec<StandSpecies>,
-    /// Different living trees of each species, 1..=64. Their diameters stand for one of as many equal
-    /// parts of the stand's distribution each, so that few trees already show its spread and basal area.
+    /// Different living trees of each species, 1..=64. Their diameters stand for one of as many
+    /// equal parts of the stand's distribution each, so that few trees already show its spread and
+    /// basal area.
     pub individuals_per_species: u32,
     /// Different saplings of each species, 0..=64, 2 to 4.5 m high.
     pub saplings_per_species: u32,
@@ -202,8 +203,8 @@ impl AssetParams {
 }
 
 impl Library {
-    /// Grows a library, on all threads of the pool it is called in. The same key and parameters give
-    /// the same bytes on any number of threads.
+    /// Grows a library, on all threads of the pool it is called in. The same key and parameters
+    /// give the same bytes on any number of threads.
     ///
     /// # Errors
     /// If a parameter is out of its range.

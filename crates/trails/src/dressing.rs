@@ -9,7 +9,8 @@ pub enum DressingKind {
     Grass,
     /// A stone.
     Stone,
-    /// A tuft of grass just beside the surface, where light and water are, whose blades hang over the edge.
+    /// A tuft of grass just beside the surface, where light and water are, whose blades hang over
+    /// the edge.
     Verge,
 }
 
@@ -20,7 +21,8 @@ pub struct TrailDressing {
     pub position_m: DVec2,
     /// Turn about the vertical, 0..2π.
     pub yaw_rad: f64,
-    /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, stones lognormal, 0.4..2.5.
+    /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, stones lognormal,
+    /// 0.4..2.5.
     pub scale: f64,
     /// What it is.
     pub kind: DressingKind,

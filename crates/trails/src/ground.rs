@@ -40,10 +40,10 @@ const TOUCH_M: f64 = 0.02;
 /// z = min(max(t, f + p − F(d)), f + p + C(d)), with rounded corners,
 ///
 /// where F and C rise as 1 to the fill and the cut ratio, and beyond all bounds towards 12 m, so
-/// that a trail's influence ends there whatever the ground. Where trails meet, f is the mean of their
-/// formations weighted smoothly by distance, and their outlines join with rounded inner corners, so
-/// there are no steps. Every value depends on the world position and on what is within reach alone,
-/// so that grounds made for neighbouring chunks agree to the bit.
+/// that a trail's influence ends there whatever the ground. Where trails meet, f is the mean of
+/// their formations weighted smoothly by distance, and their outlines join with rounded inner
+/// corners, so there are no steps. Every value depends on the world position and on what is within
+/// reach alone, so that grounds made for neighbouring chunks agree to the bit.
 pub struct TrailGround {
     params: Arc<TrailParams>,
     base: Arc<dyn Surface>,
@@ -108,8 +108,8 @@ impl TrailGround {
 
     /// Signed distance to the nearest border between parts of trails, slopes counting as untouched
     /// ground, metres: negative on surface and strip, positive in ruts and off the trails,
-    /// `f64::INFINITY` farther than 12 m from all. So parts that touch differ in sign, and a mesh cut
-    /// where it is 0 follows every border.
+    /// `f64::INFINITY` farther than 12 m from all. So parts that touch differ in sign, and a mesh
+    /// cut where it is 0 follows every border.
     #[must_use]
     pub fn border_m(&self, world_m: DVec2) -> f64 {
         match self.part(world_m) {
@@ -119,8 +119,8 @@ impl TrailGround {
         }
     }
 
-    /// [`zone`](Self::zone) for a piece of a mesh cut along the borders: the nearest part on its side
-    /// of them, whatever rounding says of its middle.
+    /// [`zone`](Self::zone) for a piece of a mesh cut along the borders: the nearest part on its
+    /// side of them, whatever rounding says of its middle.
     #[must_use]
     pub fn zone_on_side(&self, world_m: DVec2, negative: bool) -> TrailZone {
         let zone = self.part(world_m).map(|p| {

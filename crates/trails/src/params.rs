@@ -24,8 +24,8 @@ pub struct TrailParams {
     pub grass_max_per_chunk: u32,
     /// How far from a trail's middle its grass grows, metres, 0..=10.
     pub grass_spread_m: f64,
-    /// Tufts of grass that a metre of each edge has room for, 0..=20; 0 for bare verges. About half of them
-    /// grow, in places.
+    /// Tufts of grass that a metre of each edge has room for, 0..=20; 0 for bare verges. About half
+    /// of them grow, in places.
     pub verge_tufts_per_m: f64,
     /// The most stones on one trail, over its whole length; 0 for none.
     pub rocks_max_per_trail: u32,

@@ -27,7 +27,8 @@ impl TrailParams {
         self.section.ruts.filter(|r| wide && r.depth_m > 0.0)
     }
 
-    /// Height of the section above the formation at a point, by its foot; constant beyond the edges.
+    /// Height of the section above the formation at a point, by its foot; constant beyond the
+    /// edges.
     pub(crate) fn profile(&self, foot: &Foot) -> Dual {
         let lane = |value: f64, rate: f64| Dual::new(value, rate * foot.along);
         let Lane {

@@ -12,8 +12,8 @@ pub(crate) struct SurfaceKinds {
 }
 
 impl SurfaceKinds {
-    /// A trail has a kind of its own, with stretches of others: two thirds of the stretches of 60 to
-    /// 180 m are of its own.
+    /// A trail has a kind of its own, with stretches of others: two thirds of the stretches of 60
+    /// to 180 m are of its own.
     pub(crate) fn draw(params: &TrailParams, key: Key, length_m: f64) -> Self {
         if let Some(kind) = params.surface {
             return Self {

@@ -142,9 +142,9 @@ impl Trails {
         best.1
     }
 
-    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then stones and
-    /// verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however many meet there;
-    /// where they meet, the verge of one does not grow on another.
+    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then
+    /// stones and verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however
+    /// many meet there; where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;

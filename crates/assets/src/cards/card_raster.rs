@@ -44,9 +44,9 @@ impl CardDrawing {
     }
 
     /// Crops to the content, draws, fills the colours on under the mask, and scales colours so that
-    /// the opaque texels' luminance is on average that of `mean` (hues are kept). The drawing is cut
-    /// across into `count` images of equal height and width, foot first, so that what is drawn can
-    /// be bent where they meet.
+    /// the opaque texels' luminance is on average that of `mean` (hues are kept). The drawing is
+    /// cut across into `count` images of equal height and width, foot first, so that what is drawn
+    /// can be bent where they meet.
     pub(crate) fn slices(&self, count: usize, mean: Vec3) -> Vec<CardImage> {
         let (half_width, top) = self.extent();
         let size_m = Vec2::new(2.0 * half_width, top / count as f32);

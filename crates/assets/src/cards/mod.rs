@@ -1,5 +1,5 @@
-//! Images of twigs, leaves and blades with one-bit masks, for the quads ("cards") that foliage is made
-//! of.
+//! Images of twigs, leaves and blades with one-bit masks, for the quads ("cards") that foliage is
+//! made of.
 
 pub(crate) mod card_raster;
 pub(crate) mod foliage;

@@ -68,7 +68,8 @@ const DEAD_FROND: LeafOptics = LeafOptics {
     transmittance: Vec3::new(0.09, 0.04, 0.005),
     laser: optics::CURED.laser,
 };
-/// Grass tufts under trees: between a herb's leaves and those of a beech in the shade, and some dead blades.
+/// Grass tufts under trees: between a herb's leaves and those of a beech in the shade, and some
+/// dead blades.
 const GRASS: LeafOptics = LeafOptics {
     albedo: Vec3::new(0.080, 0.120, 0.036),
     transmittance: Vec3::new(0.078, 0.125, 0.0),

@@ -1,8 +1,8 @@
 //! How leaves, wood and ground answer light and lasers.
 //!
-//! Leaves: PROSPECT-D with CIE 1931 observer, linear sRGB.
-//! Wood, soil and rock: ranges of published near-infrared reflectances, within which 905 nm leaves are at
-//! least as bright as bark, and 1550 nm bark brighter than leaves.
+//! Leaves: PROSPECT-D with CIE 1931 observer, linear sRGB. Wood, soil and rock: ranges of published
+//! near-infrared reflectances, within which 905 nm leaves are at least as bright as bark, and 1550
+//! nm bark brighter than leaves.
 
 use glam::Vec3;
 use nemoral_scene::{LaserBand, Optics};

@@ -1,4 +1,5 @@
-//! What seedlings are made of: leaves and thin bark of their species, under a semantic of their own.
+//! What seedlings are made of: leaves and thin bark of their species, under a semantic of their
+//! own.
 
 use nemoral_scene::{MaterialId, MaterialLibrary, Semantic};
 use nemoral_seed::{Domain, Key};

@@ -11,11 +11,12 @@ use super::undergrowth::{SUNK_M, arched, pick};
 use crate::materials::SeedlingMaterials;
 use crate::tree::{FoliageCard, LeafKind, LeafLook};
 
-/// Their heights, metres: those of one to about four years. Placed ones are a tenth smaller or larger.
+/// Their heights, metres: those of one to about four years. Placed ones are a tenth smaller or
+/// larger.
 pub(crate) const HEIGHT_M: [f32; 2] = [0.08, 0.26];
 
-/// Nothing but a stem is nearer to the ground, metres: blades that all but touch it belong to one thing for a
-/// camera and to another for a LiDAR that measures to two centimetres.
+/// Nothing but a stem is nearer to the ground, metres: blades that all but touch it belong to one
+/// thing for a camera and to another for a LiDAR that measures to two centimetres.
 const CLEAR_M: f32 = 0.05;
 
 /// How a broadleaf's leaves stand on its stem.
@@ -102,8 +103,8 @@ impl Growing {
         a.lerp(b, ((height_m - a.z) / (b.z - a.z)).clamp(0.0, 1.0))
     }
 
-    /// Hangs an image on the stem: higher than asked if it would not keep clear of the ground there, lower if
-    /// it would rise above all seedlings.
+    /// Hangs an image on the stem: higher than asked if it would not keep clear of the ground
+    /// there, lower if it would rise above all seedlings.
     fn card(&mut self, image: &FoliageCard, height_m: f32, along: Vec3, across: Vec3, size: f32) {
         let shape = &mut self.shape;
         shape.card(image, Vec3::ZERO, along, across, size);

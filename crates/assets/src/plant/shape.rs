@@ -49,9 +49,9 @@ impl Shape {
         });
     }
 
-    /// Sweeps a circle of `sides` corners along a line with rotation-minimising frames; both ends are
-    /// closed with a point. `radii` has one radius for each point; uv repeat every metre around and
-    /// every two metres along, at least once around.
+    /// Sweeps a circle of `sides` corners along a line with rotation-minimising frames; both ends
+    /// are closed with a point. `radii` has one radius for each point; uv repeat every metre around
+    /// and every two metres along, at least once around.
     pub(crate) fn tube(
         &mut self,
         points: &[Vec3],

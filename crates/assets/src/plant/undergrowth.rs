@@ -94,7 +94,8 @@ pub(crate) fn grass(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng
     shape
 }
 
-/// A patch of herbs: rosettes of broad leaves, leafy stems, trefoils; variants weigh them differently.
+/// A patch of herbs: rosettes of broad leaves, leafy stems, trefoils; variants weigh them
+/// differently.
 pub(crate) fn herbs(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let weights = match variant % 4 {

@@ -115,7 +115,8 @@ impl Leaf {
         (low, high)
     }
 
-    /// How deep it and another leaf lie in each other, metres: summed over three discs along each midrib.
+    /// How deep it and another leaf lie in each other, metres: summed over three discs along each
+    /// midrib.
     pub(crate) fn overlap_m(&self, other: &Self) -> f32 {
         let mut sum = 0.0;
         for (at, radius_m) in self.discs() {
@@ -135,7 +136,8 @@ impl Leaf {
         })
     }
 
-    /// One side of it, m²: its width summed along its midrib. A bend shears it, and changes nothing.
+    /// One side of it, m²: its width summed along its midrib. A bend shears it, and changes
+    /// nothing.
     #[cfg(test)]
     pub(crate) fn area_m2(&self) -> f64 {
         let widths = (0..500).map(|i| f64::from(self.outline.at((i as f32 + 0.5) / 500.0)));

@@ -1,8 +1,9 @@
 //! Periodic noise: everything repeats with the unit square, so every texture tiles.
 //!
-//! A frequency is the number of lattice cells along each side of the unit square; octaves double it,
-//! so sums of octaves keep the period, and so does warping the position by a periodic noise. Lattice
-//! values are integer hashes (`lowbias32`, C. Wellons 2018), never `sin`: the same bits everywhere.
+//! A frequency is the number of lattice cells along each side of the unit square; octaves double
+//! it, so sums of octaves keep the period, and so does warping the position by a periodic noise.
+//! Lattice values are integer hashes (`lowbias32`, C. Wellons 2018), never `sin`: the same bits
+//! everywhere.
 
 use glam::{IVec2, Vec2};
 

@@ -22,8 +22,8 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// Evaluates `f` at every texel's centre, (u, v) in 0..1. Rows are independent, so the number of
-    /// threads cannot matter.
+    /// Evaluates `f` at every texel's centre, (u, v) in 0..1. Rows are independent, so the number
+    /// of threads cannot matter.
     pub(crate) fn bake(width: usize, height: usize, f: impl Fn(Vec2) -> Texel + Sync) -> Self {
         let scale = Vec2::new(width as f32, height as f32).recip();
         let mut texels = vec![Texel::default(); width * height];
@@ -44,8 +44,8 @@ impl Tile {
     }
 
     /// Multiplies colours by a factor of the height above the mean of a square of 2 `radius` + 1
-    /// texels: 1 at and above it, falling with the depth below it, to 1 / (1 + `strength`) at `depth`
-    /// below. There are no normal maps and no ambient rays in cracks: this is their shadow.
+    /// texels: 1 at and above it, falling with the depth below it, to 1 / (1 + `strength`) at
+    /// `depth` below. There are no normal maps and no ambient rays in cracks: this is their shadow.
     pub(crate) fn darken_hollows(&mut self, radius: usize, depth: f32, strength: f32) {
         let around = self.blurred_heights(radius);
         let k = strength / depth;

@@ -17,7 +17,8 @@ pub enum SpeciesError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// It is not TOML, or a field is missing, unknown or of the wrong type; the message shows the line.
+    /// It is not TOML, or a field is missing, unknown or of the wrong type; the message shows the
+    /// line.
     #[error("{origin}: {message}")]
     Syntax {
         /// The file, or what the text was called.

@@ -27,8 +27,8 @@ pub(super) struct FoliageDensity<'a> {
 }
 
 impl<'a> FoliageDensity<'a> {
-    /// n = LA s / (A c): the number of cards whose opaque area is the silhouette of the leaf area. Fewer
-    /// and larger ones where that is more than `most`.
+    /// n = LA s / (A c): the number of cards whose opaque area is the silhouette of the leaf area.
+    /// Fewer and larger ones where that is more than `most`.
     pub(super) fn new(
         form: &'a FoliageForm,
         cards: &'a [FoliageCard],
@@ -79,7 +79,8 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
-    /// Turns the card, keeping its size and heading, until its tip is between the ground and `top_m`.
+    /// Turns the card, keeping its size and heading, until its tip is between the ground and
+    /// `top_m`.
     pub(super) fn keep_below(&mut self, top_m: f64) {
         let room = (-self.at.z).min(0.0)..(top_m - self.at.z).max(0.0);
         if room.contains(&self.along.z) {
@@ -111,8 +112,8 @@ impl Leaf {
     }
 }
 
-/// Clusters of cards along the leafy parts of the axes, evenly by length, with extra ones at the tips.
-/// The sum of their silhouettes is exactly what the leaf area demands.
+/// Clusters of cards along the leafy parts of the axes, evenly by length, with extra ones at the
+/// tips. The sum of their silhouettes is exactly what the leaf area demands.
 pub(super) fn leaves(axes: &[Axis], density: &FoliageDensity<'_>, key: Key) -> Vec<Leaf> {
     let form = density.form;
     let arcs: Vec<Vec<f64>> = axes.iter().map(Axis::arcs).collect();
@@ -197,8 +198,8 @@ pub(super) fn silhouette_m2(leaves: &[Leaf], cards: &[FoliageCard]) -> f64 {
         .sum()
 }
 
-/// A card's axis and normal with exactly the given inclination (angle between normal and vertical). The
-/// axis keeps its heading; it is laid down only if it is steeper than a card so flat can be.
+/// A card's axis and normal with exactly the given inclination (angle between normal and vertical).
+/// The axis keeps its heading; it is laid down only if it is steeper than a card so flat can be.
 fn incline(wanted: DVec3, inclination: f64, left: bool) -> (DVec3, DVec3) {
     let level = wanted
         .truncate()

@@ -19,8 +19,8 @@ use crate::error::ParamError;
 
 const LEAN: Domain = Domain::new("assets.tree.lean");
 
-/// Nodes are at most so much sparser than the species' to keep a triangle budget: sparser crowns look
-/// thin, or like clouds of clumps.
+/// Nodes are at most so much sparser than the species' to keep a triangle budget: sparser crowns
+/// look thin, or like clouds of clumps.
 const SPARSEST: f64 = 0.2;
 
 /// How finely to grow.
@@ -28,11 +28,12 @@ const SPARSEST: f64 = 0.2;
 pub struct GrowthParams {
     /// Wood of at least this radius counts as trunk, metres, 0.005..=0.5.
     pub trunk_radius_m: f64,
-    /// At most so many triangles of wood, 3,000..=200,000. Where a tree would have more, its twigs are
-    /// first coarser and fewer, then the wood of the thinnest is left out, those without leaves
+    /// At most so many triangles of wood, 3,000..=200,000. Where a tree would have more, its twigs
+    /// are first coarser and fewer, then the wood of the thinnest is left out, those without leaves
     /// first: the leaves of the others stay where they are.
     pub wood_triangles_max: usize,
-    /// At most so many cards, 50..=100,000. Where a tree would have more, they are larger: their silhouette is the same.
+    /// At most so many cards, 50..=100,000. Where a tree would have more, they are larger: their
+    /// silhouette is the same.
     pub cards_max: usize,
 }
 
@@ -66,12 +67,12 @@ pub struct GrownTree {
 /// Grows a tree of a demanded size.
 ///
 /// The same arguments give the same bytes. Diameter, height, crown and leaf area are met as
-/// [`GrownTree::size`] shows: the skeleton is grown into the demanded envelope, then stretched by the
-/// few per cent that are missing.
+/// [`GrownTree::size`] shows: the skeleton is grown into the demanded envelope, then stretched by
+/// the few per cent that are missing.
 ///
 /// # Errors
-/// If a size, material or parameter is out of its range. A budget is no reason: [`GrowthParams`] says
-/// what is left out.
+/// If a size, material or parameter is out of its range. A budget is no reason: [`GrowthParams`]
+/// says what is left out.
 pub fn grow(
     species: &Species,
     size: &TreeSize,

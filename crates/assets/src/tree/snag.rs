@@ -15,9 +15,9 @@ use crate::error::ParamError;
 
 const SNAG: Domain = Domain::new("assets.tree.snag");
 
-/// Grows a standing dead tree: the wood of a tree that had the demanded size, its top broken off, its
-/// twigs gone, some of its limbs left as stubs. All wood at least as thick as the trunk threshold is
-/// [`TreeMaterials::snag`].
+/// Grows a standing dead tree: the wood of a tree that had the demanded size, its top broken off,
+/// its twigs gone, some of its limbs left as stubs. All wood at least as thick as the trunk
+/// threshold is [`TreeMaterials::snag`].
 ///
 /// # Errors
 /// As [`super::grow::grow`].
@@ -65,7 +65,8 @@ pub fn grow_snag(
     })
 }
 
-/// What years leave of axes: the stem up to `broken_m`, most limbs as stubs, a few branches on them.
+/// What years leave of axes: the stem up to `broken_m`, most limbs as stubs, a few branches on
+/// them.
 fn weathered(
     axes: Vec<Axis>,
     radii: Vec<Vec<f64>>,

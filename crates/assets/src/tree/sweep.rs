@@ -201,8 +201,8 @@ fn parent_radius(axis: &Axis, radii: &[Vec<f64>]) -> Option<f64> {
         .map(|(p, s)| super::radii::at_param(&radii[p], s))
 }
 
-/// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not need,
-/// and one exactly where the trunk threshold is crossed.
+/// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not
+/// need, and one exactly where the trunk threshold is crossed.
 fn rings(
     axis: &Axis,
     radii: &[f64],
@@ -351,7 +351,8 @@ impl Tube<'_> {
     }
 
     /// Positions by ring and side, n + 1 a ring: the seam is there twice. Frames are carried along
-    /// without twist (rotation-minimising: Wang et al. 2008, by projection, enough for short joints).
+    /// without twist (rotation-minimising: Wang et al. 2008, by projection, enough for short
+    /// joints).
     fn grid(&self, rings: &[Ring], n: usize) -> Vec<DVec3> {
         let widen = equal_area(n);
         let mut grid = Vec::with_capacity(rings.len() * (n + 1));
@@ -488,15 +489,15 @@ enum Zone {
     Upper,
 }
 
-/// How bark lies on an axis: a whole number of repetitions around, the picture's proportions along. On
-/// a stem v is 0 at the ground, so that moss is at the foot, and one repetition of the picture is where
-/// the lower bark turns into the upper.
+/// How bark lies on an axis: a whole number of repetitions around, the picture's proportions along.
+/// On a stem v is 0 at the ground, so that moss is at the foot, and one repetition of the picture
+/// is where the lower bark turns into the upper.
 struct BarkMap {
     wraps: f64,
     u0: f64,
     v0: f64,
-    /// u per v: a spiral grain of 5 to 7 degrees. Without it one picture would repeat straight above
-    /// itself.
+    /// u per v: a spiral grain of 5 to 7 degrees. Without it one picture would repeat straight
+    /// above itself.
     spiral: f64,
     /// v per metre.
     per_m: f64,
@@ -512,7 +513,8 @@ impl BarkMap {
         let around = TAU * reference;
         // Three times round, two of them would be seen at once.
         let wraps = (around / TILE_M[0]).round().clamp(1.0, 2.0);
-        // Bark of thin wood is finer, of old trees coarser: keep the picture's proportions, within reason.
+        // Bark of thin wood is finer, of old trees coarser: keep the picture's proportions, within
+        // reason.
         let finer = (wraps * TILE_M[0] / around).clamp(0.4, 4.0);
         let per_m = finer / TILE_M[1];
         let mut rng = tube.axis.key.domain(BARK).rng();
@@ -576,8 +578,8 @@ fn tangent(rings: &[Ring], i: usize) -> DVec3 {
     }
 }
 
-/// Diameter of the circle with the area of a level cut through closed walls, metres: the shoelace sum
-/// over the pieces in which the triangles meet the plane.
+/// Diameter of the circle with the area of a level cut through closed walls, metres: the shoelace
+/// sum over the pieces in which the triangles meet the plane.
 pub(super) fn diameter_at(mesh: &Mesh, triangles: Range<usize>, z: f64) -> f64 {
     let mut twice_area = 0.0;
     for triangle in &mesh.triangles[triangles] {
@@ -675,7 +677,8 @@ mod tests {
         }
     }
 
-    /// Trees of species with one stem to the top, upright: a level cut of a leaning one is an ellipse.
+    /// Trees of species with one stem to the top, upright: a level cut of a leaning one is an
+    /// ellipse.
     fn upright() -> impl Iterator<Item = (Species, TreeSize, Flare, GrownTree)> {
         let species = [
             Species::maritime_pine(),

@@ -1,6 +1,6 @@
 //! Every species can be recognised: by a few plain features of what is grown and painted, an
-//! individual is nearest to the mean of its own species among all nine; by its form alone, too, and by
-//! its leaves and bark alone.
+//! individual is nearest to the mean of its own species among all nine; by its form alone, too, and
+//! by its leaves and bark alone.
 
 use super::common::{key, materials};
 use super::*;
@@ -19,8 +19,8 @@ fn at_rank(sorted: &[f64], rank: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * rank) as usize]
 }
 
-/// Of the grown shape: how high and how long for its width the crown is, whether it tapers, how its leaves are
-/// inclined, how slender the tree is.
+/// Of the grown shape: how high and how long for its width the crown is, whether it tapers, how its
+/// leaves are inclined, how slender the tree is.
 fn form(species: &Species, i: u64) -> [f64; OF_FORM] {
     let params = GrowthParams {
         wood_triangles_max: 3_000,
@@ -80,7 +80,8 @@ fn grain_m(m: &Material, width_m: f64) -> f64 {
     width_m / mask.width() as f64 * f64::from(opaque) / f64::from(runs)
 }
 
-/// Of the pictures, in logarithms: how wide leaves are, how bright they and bark are, how red bark is.
+/// Of the pictures, in logarithms: how wide leaves are, how bright they and bark are, how red bark
+/// is.
 fn look(species: &str) -> [f64; ALL - OF_FORM] {
     let tree = LIBRARY.trees.iter().find(|t| t.species == species);
     let card = &tree.expect("one of each").prototype.cards()[0];
@@ -94,8 +95,8 @@ fn look(species: &str) -> [f64; ALL - OF_FORM] {
     ]
 }
 
-/// The share of individuals that are nearest to their own species' mean, themselves left out, by some features,
-/// each over its spread within species; and which were taken for what.
+/// The share of individuals that are nearest to their own species' mean, themselves left out, by
+/// some features, each over its spread within species; and which were taken for what.
 fn recognised(
     individuals: &[Vec<[f64; ALL]>],
     features: std::ops::Range<usize>,

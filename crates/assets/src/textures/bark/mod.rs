@@ -54,8 +54,8 @@ fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
     albedo.lerp(Vec3::new(0.20, 0.22, 0.15) * tone, 0.7 * there)
 }
 
-/// The same bark with moss (`mossy` times as much as on an oak) and splashed soil around v = 0, the foot of a stem; equal to `bark` from
-/// v = 0.2 (0.4 m up) to 0.8, so that the two meet unseen.
+/// The same bark with moss (`mossy` times as much as on an oak) and splashed soil around v = 0, the
+/// foot of a stem; equal to `bark` from v = 0.2 (0.4 m up) to 0.8, so that the two meet unseen.
 pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
     bark.recolour(|p, t| {
         let from_foot = p.y.min(1.0 - p.y);

@@ -7,13 +7,17 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::bridson::{Kinds, Point, fill, from_centre};
-use crate::params::{LayerParams, ParamError, PlacementParams};
-use crate::patches::{PatchMap, Patches};
-use crate::placement::{THINNING, is_free, mean_over_radius};
-use crate::quadtree::QuadTree;
-use crate::rows::Rows;
+use super::params::{LayerParams, PlacementParams};
+use super::patches::{PatchMap, Patches};
+use super::rows::Rows;
+use crate::error::ParamError;
+use crate::sampler::fill::{SamplePoint, fill};
+use crate::sampler::quadtree::{QuadTree, is_free};
+use crate::sampler::sizes::DiskSizes;
+use crate::sampler::tile::from_centre;
+use crate::variety::mean_over_radius;
 
+const THINNING: Domain = Domain::new("placement.thinning");
 const CALIBRATION: Domain = Domain::new("placement.calibration");
 
 /// Points per square of the hard-core distance in a saturated pattern of one radius (five runs of
@@ -28,8 +32,8 @@ const PROBES: u32 = 64;
 
 /// A layer, ready to be placed.
 #[derive(Clone, Debug)]
-pub(crate) struct Layer {
-    kinds: Kinds,
+pub(crate) struct CalibratedLayer {
+    sizes: DiskSizes,
     pattern: Pattern,
     chunk_size_m: f64,
     /// In chunk edges.
@@ -48,13 +52,18 @@ enum Pattern {
     Rows(Rows),
 }
 
-impl Layer {
+impl CalibratedLayer {
     /// The pattern in the square of half edge `need` around a chunk's centre, before thinning.
-    pub(crate) fn fill(&self, key: Key, chunk: ChunkCoord, need: f64) -> Vec<Point> {
-        let (kinds, size_m) = (&self.kinds, self.chunk_size_m);
+    pub(crate) fn points_around(
+        &self,
+        key: Key,
+        chunk: ChunkCoord,
+        need: f64,
+    ) -> Vec<SamplePoint<Key>> {
+        let (sizes, size_m) = (&self.sizes, self.chunk_size_m);
         match self.pattern {
-            Pattern::Fill(rounds) => fill(kinds, rounds, key, chunk, need),
-            Pattern::Rows(rows) => rows.plant(kinds, key, chunk, size_m, need),
+            Pattern::Fill(rounds) => fill(sizes, rounds, key, chunk.into(), need),
+            Pattern::Rows(rows) => rows.plant(sizes, key, chunk, size_m, need),
         }
     }
 
@@ -72,7 +81,7 @@ impl Layer {
     /// The thinning: keyed by the point, blind to everything but the patches it stands in.
     pub(crate) fn keeps(
         &self,
-        point: &Point,
+        point: &SamplePoint<Key>,
         gaps: Option<&PatchMap>,
         clusters: Option<&PatchMap>,
     ) -> bool {
@@ -84,14 +93,14 @@ impl Layer {
         self.keeps_share(point, factor)
     }
 
-    fn keeps_share(&self, point: &Point, factor: f64) -> bool {
+    fn keeps_share(&self, point: &SamplePoint<Key>, factor: f64) -> bool {
         let mut rng = point.key.domain(THINNING).rng();
         rng.chance(factor * self.keep[usize::from(point.variety)])
     }
 }
 
-/// How unevenly a layer is asked for: the mean of its density over the plane and the most of it anywhere,
-/// relative to outside of gaps and inside of clusters.
+/// How unevenly a layer is asked for: the mean of its density over the plane and the most of it
+/// anywhere, relative to outside of gaps and inside of clusters.
 struct Unevenness {
     mean: f64,
     most: f64,
@@ -113,9 +122,11 @@ impl Unevenness {
 /// without things.
 ///
 /// The calibration's key is its own: equal parameters keep equal shares in every world.
-pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, ParamError> {
+pub(crate) fn calibrate(
+    params: &PlacementParams,
+) -> Result<Vec<Option<CalibratedLayer>>, ParamError> {
     let mut layers = Vec::new();
-    let mut standing = Standing {
+    let mut earlier = EarlierLayers {
         factor: params.factor(),
         half: f64::INFINITY,
         points: Vec::new(),
@@ -129,11 +140,11 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
             / (params.allowed_fraction * params.density_factor * params.density_factor);
         let uneven = Unevenness::of(params, layer);
         // What is asked for where most is asked for: there, too, hard cores must leave room.
-        let kinds = kinds(params, layer, target * uneven.most / uneven.mean);
-        let half = WINDOW * kinds.mean_core();
+        let sizes = sizes(params, layer, target * uneven.most / uneven.mean);
+        let half = WINDOW * sizes.mean_core();
         let max_radius = layer.max_radius_m() / params.chunk_size_m;
         // A hair more than will be asked for: rounding must not put a radius beyond the last probe.
-        let clearances = Clearances::of(&standing, 1.001 * params.factor() * max_radius);
+        let clearances = Clearances::of(&earlier, 1.001 * params.factor() * max_radius);
         // Of all darts of a variety, this share is neither beside a rock nor beside earlier layers.
         let room: Vec<f64> = layer
             .varieties
@@ -152,8 +163,8 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
             patterns = vec![Pattern::Rows(rows)];
         }
         for pattern in patterns {
-            let mut made = Layer {
-                kinds: kinds.clone(),
+            let mut made = CalibratedLayer {
+                sizes: sizes.clone(),
                 pattern,
                 chunk_size_m: params.chunk_size_m,
                 max_radius,
@@ -161,17 +172,17 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
                 in_gaps: layer.in_gaps,
                 clusters: layer.clusters,
             };
-            let points = made.fill(key, ChunkCoord::default(), half);
+            let points = made.points_around(key, ChunkCoord::default(), half);
             let (filled, bias) = match pattern {
                 Pattern::Fill(_) => (
                     points.len() as f64 / (4.0 * half * half),
-                    Bias::of(&kinds, layer, &points),
+                    Bias::of(&sizes, layer, &points),
                 ),
                 // Planted places are known, and take whatever is planted.
                 Pattern::Rows(rows) => (rows.per_chunk(params.chunk_size_m), Bias::NONE),
             };
             made.keep = (0..room.len())
-                .map(|i| target / (uneven.mean * filled * bias.acceptance(&kinds, i) * room[i]))
+                .map(|i| target / (uneven.mean * filled * bias.acceptance(&sizes, i) * room[i]))
                 .collect();
             let kept = made.keep.iter().zip(&layer.varieties);
             most = kept
@@ -179,7 +190,7 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
                 .map(|(keep, _)| *keep * uneven.most)
                 .fold(0.0, f64::max);
             if most <= 1.0 {
-                standing.add(points, &made, uneven.mean, half);
+                earlier.add(points, &made, uneven.mean, half);
                 layers.push(Some(made));
                 break;
             }
@@ -196,18 +207,24 @@ pub(crate) fn calibrate(params: &PlacementParams) -> Result<Vec<Option<Layer>>, 
     Ok(layers)
 }
 
-/// What the layers so far left standing in the calibration's window.
-struct Standing {
+/// What the layers so far left earlier in the calibration's window.
+struct EarlierLayers {
     factor: f64,
     /// Half the edge of the square where the points are complete.
     half: f64,
-    points: Vec<Point>,
+    points: Vec<SamplePoint<Key>>,
 }
 
-impl Standing {
-    /// `share` of the layer's density is everywhere: for the room that others find on the whole, that is
-    /// as good as all of it somewhere.
-    fn add(&mut self, mut points: Vec<Point>, layer: &Layer, share: f64, half: f64) {
+impl EarlierLayers {
+    /// `share` of the layer's density is everywhere: for the room that others find on the whole,
+    /// that is as good as all of it somewhere.
+    fn add(
+        &mut self,
+        mut points: Vec<SamplePoint<Key>>,
+        layer: &CalibratedLayer,
+        share: f64,
+        half: f64,
+    ) {
         let half = half.min(self.half);
         let index = self.index();
         points.retain(|p| {
@@ -230,7 +247,7 @@ impl Standing {
 }
 
 /// The hard cores of a layer: `hard_core` of what the target implies, more for big varieties.
-fn kinds(params: &PlacementParams, layer: &LayerParams, target: f64) -> Kinds {
+fn sizes(params: &PlacementParams, layer: &LayerParams, target: f64) -> DiskSizes {
     let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
     let mid = |i: usize| (layer.varieties[i].radius_m.0 + layer.varieties[i].radius_m.1) / 2.0;
     // The room a tree takes grows like its crown's width, about the root of its stem's: a stem four
@@ -250,7 +267,7 @@ fn kinds(params: &PlacementParams, layer: &LayerParams, target: f64) -> Kinds {
         .map(|(v, r)| v.weight / total * r * r)
         .sum();
     let core = params.hard_core * libm::sqrt(SATURATED / (target * mean_square)) / 2.0;
-    Kinds::new(
+    DiskSizes::new(
         &layer.varieties,
         relative.iter().map(|r| core * r).collect(),
         params.chunk_size_m,
@@ -279,8 +296,8 @@ fn rock_free(params: &PlacementParams, radius_m: f64) -> f64 {
 }
 
 /// Small things find more places than big ones. In a fill, the density of a hard core c over its
-/// share among the darts falls like exp(−a c − b c²), the form of a disc's chance to find room among
-/// others; a and b are fitted to the fill's first two moments (maximum likelihood).
+/// share among the darts falls like exp(−a c − b c²), the form of a disc's chance to find room
+/// among others; a and b are fitted to the fill's first two moments (maximum likelihood).
 struct Bias {
     theta: DVec2,
     norm: f64,
@@ -293,14 +310,14 @@ impl Bias {
         norm: 1.0,
     };
 
-    fn of(kinds: &Kinds, layer: &LayerParams, points: &[Point]) -> Self {
+    fn of(sizes: &DiskSizes, layer: &LayerParams, points: &[SamplePoint<Key>]) -> Self {
         let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
         let thrown: Vec<(f64, DVec2)> = (0..layer.varieties.len())
-            .map(|i| (layer.varieties[i].weight / total, core_powers(kinds, i)))
+            .map(|i| (layer.varieties[i].weight / total, core_powers(sizes, i)))
             .collect();
         let found = points
             .iter()
-            .map(|p| core_powers(kinds, usize::from(p.variety)))
+            .map(|p| core_powers(sizes, usize::from(p.variety)))
             .sum::<DVec2>()
             / points.len().max(1) as f64;
         // Newton's method on a convex function, halving steps that overshoot; the ridge stands in
@@ -353,14 +370,14 @@ impl Bias {
     }
 
     /// The density of a variety in the fill, over the fill's density and the variety's weight.
-    fn acceptance(&self, kinds: &Kinds, variety: usize) -> f64 {
-        libm::exp(-self.theta.dot(core_powers(kinds, variety))) / self.norm
+    fn acceptance(&self, sizes: &DiskSizes, variety: usize) -> f64 {
+        libm::exp(-self.theta.dot(core_powers(sizes, variety))) / self.norm
     }
 }
 
 /// The first two powers of a variety's hard core, from the mean and in its units.
-fn core_powers(kinds: &Kinds, variety: usize) -> DVec2 {
-    let x = kinds.typical_core(variety) / kinds.mean_core() - 1.0;
+fn core_powers(sizes: &DiskSizes, variety: usize) -> DVec2 {
+    let x = sizes.typical_core(variety) / sizes.mean_core() - 1.0;
     DVec2::new(x, x * x)
 }
 
@@ -369,13 +386,13 @@ struct Clearances(Vec<f64>);
 
 impl Clearances {
     /// `most` is the largest scaled radius that will be asked for.
-    fn of(standing: &Standing, most: f64) -> Self {
-        if standing.points.is_empty() {
+    fn of(earlier: &EarlierLayers, most: f64) -> Self {
+        if earlier.points.is_empty() {
             return Self(Vec::new());
         }
-        let index = standing.index();
-        let largest = standing.points.iter().map(|p| p.radius).fold(0.0, f64::max);
-        let half = standing.half - (most + standing.factor * largest);
+        let index = earlier.index();
+        let largest = earlier.points.iter().map(|p| p.radius).fold(0.0, f64::max);
+        let half = earlier.half - (most + earlier.factor * largest);
         let mut rng = Key::world(0).domain(CALIBRATION).rng();
         let mut clearances = Vec::new();
         for y in 0..PROBES {

@@ -4,8 +4,10 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::bridson::{Kinds, Point, from_centre};
-use crate::params::{ParamError, within};
+use crate::error::{ParamError, within};
+use crate::sampler::fill::SamplePoint;
+use crate::sampler::sizes::DiskSizes;
+use crate::sampler::tile::from_centre;
 
 const ROWS: Domain = Domain::new("placement.rows");
 const PHASE: Domain = Domain::new("placement.rows.phase");
@@ -16,18 +18,19 @@ const STRAY: f64 = 2.5;
 
 /// How much of its four neighbours' mean vigour a tree loses to them.
 ///
-/// In a square grid the sizes of two neighbours then correlate by -(c / 2) / (1 + c² / 4) = -0.19. Diameters of
-/// planted pines were found uncorrelated or negatively so, the more the denser and the older the stand (Liu
-/// and Burkhart 1994, "Spatial characteristics of diameter and total height in juvenile loblolly pine
-/// plantations"), while good and bad ground, which is not in here, makes neighbours alike. So it is a
-/// moderate one, -0.15 to -0.3; which, is our choice.
+/// In a square grid the sizes of two neighbours then correlate by -(c / 2) / (1 + c² / 4) = -0.19.
+/// Diameters of planted pines were found uncorrelated or negatively so, the more the denser and the
+/// older the stand (Liu and Burkhart 1994, "Spatial characteristics of diameter and total height in
+/// juvenile loblolly pine plantations"), while good and bad ground, which is not in here, makes
+/// neighbours alike. So it is a moderate one, -0.15 to -0.3; which, is our choice.
 const COMPETITION: f64 = 0.4;
 
-/// Rows of planted trees: a grid of the whole plane, turned, whose places are known by two integers.
+/// Rows of planted trees: a grid of the whole plane, turned, whose places are known by two
+/// integers.
 ///
-/// Neighbours keep each other small: a tree's size is the quantile of its own vigour less a share of its four
-/// neighbours', of which each is nearer the more (1 / distance, as in Hegyi's index of competition, 1974).
-/// All sizes together are as the varieties' weights have them.
+/// Neighbours keep each other small: a tree's size is the quantile of its own vigour less a share
+/// of its four neighbours', of which each is nearer the more (1 / distance, as in Hegyi's index of
+/// competition, 1974). All sizes together are as the varieties' weights have them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rows {
     /// From row to row, metres, 0.5 to 50.
@@ -76,16 +79,16 @@ impl Rows {
 
     /// All planted trees in the square of half edge `need` (chunk edges) around a chunk's centre.
     ///
-    /// A place's tree is a function of its two integers, computed in the plane's own coordinates and
-    /// snapped there: chunks that look from different origins see the same bits.
+    /// A place's tree is a function of its two integers, computed in the plane's own coordinates
+    /// and snapped there: chunks that look from different origins see the same bits.
     pub(crate) fn plant(
         &self,
-        kinds: &Kinds,
+        sizes: &DiskSizes,
         key: Key,
         chunk: ChunkCoord,
         chunk_size_m: f64,
         need: f64,
-    ) -> Vec<Point> {
+    ) -> Vec<SamplePoint<Key>> {
         let scale = 1.0 / chunk_size_m;
         let (row, step, jitter) = (
             self.row_m * scale,
@@ -114,7 +117,7 @@ impl Rows {
                 let key = key.domain(ROWS).item(i as u64).item(j as u64);
                 let mut rng = key.rng();
                 let (variety, radius, core) =
-                    kinds.of_quantile(self.rank(COMPETITION, vigour, i, j));
+                    sizes.of_quantile(self.rank(COMPETITION, vigour, i, j));
                 let mut stray = || jitter * rng.normal().clamp(-STRAY, STRAY);
                 let place = DVec2::new(
                     (i as f64 + phase.x) * step + stray(),
@@ -122,7 +125,7 @@ impl Rows {
                 );
                 let p = round(along * place.x + across * place.y) - origin;
                 if from_centre(p) <= need {
-                    points.push(Point {
+                    points.push(SamplePoint {
                         p,
                         core,
                         radius,
@@ -135,8 +138,8 @@ impl Rows {
         points
     }
 
-    /// The share of all trees that are smaller than the one at a place, if neighbours take `competition` of
-    /// each other: uniform in 0..1 over the plane.
+    /// The share of all trees that are smaller than the one at a place, if neighbours take
+    /// `competition` of each other: uniform in 0..1 over the plane.
     fn rank(&self, competition: f64, key: Key, i: i64, j: i64) -> f64 {
         let own = |i: i64, j: i64| key.item(i as u64).item(j as u64).rng().normal();
         let of_two = 0.5 * competition / (self.row_m + self.in_row_m);
@@ -150,7 +153,8 @@ impl Rows {
     }
 }
 
-/// Positions are multiples of 2⁻³⁰, here far from the origin too: the difference to a chunk's corner is exact.
+/// Positions are multiples of 2⁻³⁰, here far from the origin too: the difference to a chunk's
+/// corner is exact.
 fn round(p: DVec2) -> DVec2 {
     const PLACES: f64 = (1_u64 << 30) as f64;
     (p * PLACES).round() / PLACES
@@ -159,7 +163,7 @@ fn round(p: DVec2) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::Variety;
+    use crate::variety::Variety;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 
@@ -172,7 +176,7 @@ mod tests {
         }
     }
 
-    fn kinds(weights: &[f64]) -> Kinds {
+    fn sizes(weights: &[f64]) -> DiskSizes {
         let varieties: Vec<Variety> = (0..weights.len())
             .map(|i| {
                 // Neither small nor large ones first.
@@ -183,10 +187,11 @@ mod tests {
                 }
             })
             .collect();
-        Kinds::new(&varieties, vec![0.0; weights.len()], 50.0, 1.0)
+        DiskSizes::new(&varieties, vec![0.0; weights.len()], 50.0, 1.0)
     }
 
-    /// Of a square of places: the correlation of ranks along rows, across them, and along the diagonal.
+    /// Of a square of places: the correlation of ranks along rows, across them, and along the
+    /// diagonal.
     fn correlations(rows: &Rows, competition: f64) -> [f64; 3] {
         const SIDE: i64 = 160;
         let key = Key::world(4).domain(VIGOUR);
@@ -254,7 +259,7 @@ mod tests {
     fn value_stability() {
         let rows = rows(4.0, 2.2);
         let rank = rows.rank(COMPETITION, Key::world(7), -3, 12);
-        let member = kinds(&[2.0, 0.0, 1.0, 3.0]).of_quantile(rank);
+        let member = sizes(&[2.0, 0.0, 1.0, 3.0]).of_quantile(rank);
         assert_eq!(format!("{rank:?} {member:?}"), VALUES);
     }
     const VALUES: &str = "0.7505779041279994 (0, 0.004100693484953599, 0.004100693484953599)";
@@ -265,12 +270,12 @@ mod tests {
         fn varieties_have_their_weights(weights in proptest::collection::vec(0.0_f64..5.0, 1..9)) {
             prop_assume!(weights.iter().sum::<f64>() > 0.1);
             const STEPS: u32 = 4000;
-            let kinds = kinds(&weights);
+            let sizes = sizes(&weights);
             let total: f64 = weights.iter().sum();
             let mut counts = vec![0.0; weights.len()];
             let mut last = 0.0;
             for k in 0..STEPS {
-                let (variety, radius, _) = kinds.of_quantile((f64::from(k) + 0.5) / f64::from(STEPS));
+                let (variety, radius, _) = sizes.of_quantile((f64::from(k) + 0.5) / f64::from(STEPS));
                 prop_assert!(radius >= last, "{radius} after {last}");
                 last = radius;
                 counts[usize::from(variety)] += 1.0 / f64::from(STEPS);
@@ -278,7 +283,7 @@ mod tests {
             for (count, weight) in counts.iter().zip(&weights) {
                 prop_assert!((count - weight / total).abs() < 1.5 / f64::from(STEPS));
             }
-            prop_assert!(kinds.of_quantile(0.0).1 > 0.0 && kinds.of_quantile(1.0).1 >= last);
+            prop_assert!(sizes.of_quantile(0.0).1 > 0.0 && sizes.of_quantile(1.0).1 >= last);
         }
 
         /// Who looks, and from where, is nothing to a tree.
@@ -287,12 +292,12 @@ mod tests {
             seed: u64, x in -1000_i32..1000, row_m in 2.0_f64..6.0, in_row_m in 2.0_f64..6.0,
         ) {
             let rows = rows(row_m, in_row_m);
-            let kinds = kinds(&[1.0, 2.0, 0.5]);
+            let sizes = sizes(&[1.0, 2.0, 0.5]);
             let chunks = [ChunkCoord::new(x, -x), ChunkCoord::new(x + 1, -x)];
             let seen = chunks.map(|chunk| {
-                let points = rows.plant(&kinds, Key::world(seed), chunk, 50.0, 0.6);
+                let points = rows.plant(&sizes, Key::world(seed), chunk, 50.0, 0.6);
                 let points = points.into_iter().map(|p| (p.key, p));
-                points.collect::<BTreeMap<Key, Point>>()
+                points.collect::<BTreeMap<Key, SamplePoint<Key>>>()
             });
             let mut both = 0;
             for (key, a) in &seen[0] {

@@ -1,63 +1,9 @@
-//! What a user can ask for, and what is refused.
+//! The parameters of rocks and woody layers, and their ranges.
 
-use crate::patches::Patches;
-use crate::rows::Rows;
-
-/// Parameters that cannot be met, with the field, its value and what is allowed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ParamError {
-    /// A field is outside of its range (or not a number).
-    #[error("{field} = {value}: must be {allowed}")]
-    OutOfRange {
-        /// The field's path, such as `layers[0].per_chunk`.
-        field: String,
-        /// The value given.
-        value: String,
-        /// What is allowed.
-        allowed: String,
-    },
-    /// A layer's radii do not leave room for its number.
-    #[error(
-        "layers[{layer}].per_chunk = {per_chunk} ({name}): with these radii, spacing_factor and \
-         density_factor at most about {at_most:.1} per chunk find room; lower per_chunk, \
-         spacing_factor or the radii of this layer or of those before it"
-    )]
-    TooDense {
-        /// The layer's index.
-        layer: usize,
-        /// The layer's name.
-        name: String,
-        /// The number asked for.
-        per_chunk: f64,
-        /// About the largest number that fits.
-        at_most: f64,
-    },
-}
-
-impl ParamError {
-    pub(crate) fn range(
-        field: impl Into<String>,
-        value: impl std::fmt::Debug,
-        allowed: impl Into<String>,
-    ) -> Self {
-        Self::OutOfRange {
-            field: field.into(),
-            value: format!("{value:?}"),
-            allowed: allowed.into(),
-        }
-    }
-}
-
-/// One kind of thing inside a layer: a species, a prototype, a size class.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Variety {
-    /// Its share among the layer's sites, relative to the other varieties' weights; at least 0.
-    pub weight: f64,
-    /// The range of its occupancy radius in metres (a trunk's or a foot's, not a crown's): drawn
-    /// uniformly, more than 0.
-    pub radius_m: (f64, f64),
-}
+use super::patches::Patches;
+use super::rows::Rows;
+use crate::error::{ParamError, within};
+use crate::variety::{Variety, check_varieties};
 
 /// Rocks: scattered at random, a number per chunk (paper, section IV-D).
 #[derive(Clone, Debug, PartialEq)]
@@ -83,8 +29,8 @@ pub struct LayerParams {
     /// Planted in rows, or scattered (`None`). Rows give places; of them, as many as `per_chunk`
     /// asks for hold a thing: the rest failed, or was thinned.
     pub rows: Option<Rows>,
-    /// Density inside [`PlacementParams::gaps`] relative to outside, 0 to 20: 0 for a canopy, 1 for what does
-    /// not care, more for what needs light. The mean over the plane stays the target.
+    /// Density inside [`PlacementParams::gaps`] relative to outside, 0 to 20: 0 for a canopy, 1 for
+    /// what does not care, more for what needs light. The mean over the plane stays the target.
     pub in_gaps: f64,
     /// Stands in these patches only, each layer in its own; everywhere (`None`).
     pub clusters: Option<Patches>,
@@ -122,15 +68,16 @@ pub struct PlacementParams {
     pub layers: Vec<LayerParams>,
     /// Gaps, which layers avoid or seek; none (`None`).
     pub gaps: Option<Patches>,
-    /// Two sites p and q are at least `spacing_factor · density_factor · (r_p + r_q)` apart; 0 to 100.
+    /// Two sites p and q are at least `spacing_factor · density_factor · (r_p + r_q)` apart; 0 to
+    /// 100.
     pub spacing_factor: f64,
-    /// The paper's factor on all woody radii, those that the target implies included; 0.05 to 20.
-    /// A layer's mean number is `per_chunk / density_factor²`: larger is sparser. Rows stay where they
-    /// are, and fewer of their places hold a thing.
+    /// The paper's factor on all woody radii, those that the target implies included; 0.05 to 20. A
+    /// layer's mean number is `per_chunk / density_factor²`: larger is sparser. Rows stay where
+    /// they are, and fewer of their places hold a thing.
     pub density_factor: f64,
-    /// How evenly things are scattered: the hard core that a layer is filled at over the spacing of a saturated
-    /// pattern of its density; 0.05 to 0.75. At 0 points scatter like rain, at 1 they stand as evenly as a
-    /// plantation's; Clark and Evans's R is 1.07 at 0.25 and 1.2 at 0.5.
+    /// How evenly things are scattered: the hard core that a layer is filled at over the spacing of
+    /// a saturated pattern of its density; 0.05 to 0.75. At 0 points scatter like rain, at 1 they
+    /// stand as evenly as a plantation's; Clark and Evans's R is 1.07 at 0.25 and 1.2 at 0.5.
     pub hard_core: f64,
     /// The share of the plane where the exclusion lets things stand (1 without trails); more
     /// than 0, at most 1. The density there is raised by its inverse, so that the mean over the
@@ -254,59 +201,4 @@ impl PlacementParams {
         }
         Ok(())
     }
-}
-
-pub(crate) fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), ParamError> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(ParamError::range(
-        field,
-        value,
-        format!("from {low} to {high}"),
-    ))
-}
-
-fn check_varieties(path: &str, varieties: &[Variety], max_m: f64) -> Result<(), ParamError> {
-    check_weights(path, varieties.iter().map(|v| v.weight))?;
-    for (i, v) in varieties.iter().enumerate() {
-        let (low, high) = v.radius_m;
-        if !(low > 0.0 && low <= high && high <= max_m) {
-            return Err(ParamError::range(
-                format!("{path}[{i}].radius_m"),
-                v.radius_m,
-                format!(
-                    "a range (low, high) with 0 < low <= high <= {max_m} \
-                     (half a chunk over the factor of the distance rule)"
-                ),
-            ));
-        }
-    }
-    Ok(())
-}
-
-pub(crate) fn check_weights(
-    path: &str,
-    weights: impl ExactSizeIterator<Item = f64>,
-) -> Result<(), ParamError> {
-    if weights.len() > usize::from(u16::MAX) {
-        return Err(ParamError::range(
-            format!("{path}.len()"),
-            weights.len(),
-            "at most 65535",
-        ));
-    }
-    let mut total = 0.0;
-    for (i, weight) in weights.enumerate() {
-        within(&format!("{path}[{i}].weight"), weight, 0.0, 1e9)?;
-        total += weight;
-    }
-    if total > 0.0 {
-        return Ok(());
-    }
-    Err(ParamError::range(
-        path,
-        total,
-        "at least one variety with a positive weight",
-    ))
 }

@@ -1,22 +1,20 @@
 //! Rocks, then the woody layers.
 
-use std::ops::ControlFlow;
-
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::bridson::snap;
-use crate::calibrate::{Layer, calibrate};
-use crate::params::{ParamError, PlacementParams, Variety};
-use crate::patches::Clusters;
-use crate::quadtree::QuadTree;
-use crate::site::{Exclusion, Site};
+use super::calibrate::{CalibratedLayer, calibrate};
+use super::params::PlacementParams;
+use super::patches::Clusters;
+use super::site::{Exclusion, Site};
+use crate::error::ParamError;
+use crate::sampler::quadtree::{QuadTree, is_free};
+use crate::sampler::tile::snap;
 
 const ROCKS: Domain = Domain::new("placement.rocks");
 const LAYERS: Domain = Domain::new("placement.layers");
 const GAPS: Domain = Domain::new("placement.gaps");
-pub(crate) const THINNING: Domain = Domain::new("placement.thinning");
 
 /// How many places are tried for a rock before the chunk has to do with fewer.
 const ROCK_TRIES: u64 = 500;
@@ -29,7 +27,7 @@ const ROCK_TRIES: u64 = 500;
 pub struct Placement {
     params: PlacementParams,
     key: Key,
-    layers: Vec<Option<Layer>>,
+    layers: Vec<Option<CalibratedLayer>>,
     /// In chunk edges: how far a site of one layer keeps another layer's away, at most.
     reach: f64,
 }
@@ -150,7 +148,11 @@ impl Placement {
         }
         let factor = self.params.factor();
         let mut standing = QuadTree::new(DVec2::splat(-self.reach), 1.0 + 2.0 * self.reach);
-        let minds = self.layers.iter().flatten().any(Layer::minds_gaps);
+        let minds = self
+            .layers
+            .iter()
+            .flatten()
+            .any(CalibratedLayer::minds_gaps);
         let gaps = self.params.gaps.filter(|_| minds).map(|gaps| {
             let window = 0.5 + self.reach * self.layers.len() as f64;
             gaps.around(
@@ -169,7 +171,7 @@ impl Placement {
             let need = 0.5 + self.reach * (self.layers.len() - 1 - number) as f64;
             let key = self.layer_key(number);
             let clusters = layer.clusters(key, coord, need);
-            let mut points = layer.fill(key, coord, need);
+            let mut points = layer.points_around(key, coord, need);
             points.retain(|p| {
                 layer.keeps(p, gaps.as_ref(), clusters.as_ref())
                     && is_free(&standing, p.p, factor * p.radius)
@@ -200,8 +202,8 @@ impl Placement {
         sites
     }
 
-    /// Where a layer stands in a chunk, if it clusters: for what grows among its things and is too small to be
-    /// one of them. It is asked for a layer without things too.
+    /// Where a layer stands in a chunk, if it clusters: for what grows among its things and is too
+    /// small to be one of them. It is asked for a layer without things too.
     #[must_use]
     pub fn clusters(&self, coord: ChunkCoord, layer: usize) -> Option<Clusters> {
         let patches = self.params.layers.get(layer)?.clusters?;
@@ -230,18 +232,4 @@ impl Placement {
     fn local(&self, coord: ChunkCoord, site: &Site) -> DVec2 {
         (site.position_m - coord.origin_m(self.params.chunk_size_m)) / self.params.chunk_size_m
     }
-}
-
-pub(crate) fn is_free(index: &QuadTree, p: DVec2, radius: f64) -> bool {
-    index
-        .search(p, radius, &mut |_| ControlFlow::Break(()))
-        .is_continue()
-}
-
-/// The mean of a function of a variety's radius: uniform in its range.
-pub(crate) fn mean_over_radius(variety: &Variety, f: impl Fn(f64) -> f64) -> f64 {
-    const STEPS: u32 = 16;
-    let (low, high) = variety.radius_m;
-    let at = |i: u32| low + (high - low) * (f64::from(i) + 0.5) / f64::from(STEPS);
-    (0..STEPS).map(|i| f(at(i))).sum::<f64>() / f64::from(STEPS)
 }

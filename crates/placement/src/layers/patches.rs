@@ -7,9 +7,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::bridson::snap;
-use crate::params::{ParamError, within};
-use crate::quadtree::QuadTree;
+use crate::error::{ParamError, within};
+use crate::sampler::quadtree::QuadTree;
+use crate::sampler::tile::snap;
 
 const PATCHES: Domain = Domain::new("placement.patches");
 
@@ -42,7 +42,8 @@ impl Patches {
         ))
     }
 
-    /// Their mean number in a square metre: of a Boolean model, the share left free is e^(−number · area).
+    /// Their mean number in a square metre: of a Boolean model, the share left free is e^(−number ·
+    /// area).
     fn per_m2(&self) -> f64 {
         let (low, high) = self.radius_m;
         let mean_square = (low * low + low * high + high * high) / 3.0;
@@ -50,7 +51,8 @@ impl Patches {
         -libm::log(1.0 - self.share) / (PI * mean_square * (1.0 + waves))
     }
 
-    /// The patches that reach into the square of half edge `window` (chunk edges) around a chunk's centre.
+    /// The patches that reach into the square of half edge `window` (chunk edges) around a chunk's
+    /// centre.
     pub(crate) fn around(
         &self,
         key: Key,
@@ -139,8 +141,8 @@ struct Outline {
 }
 
 impl PatchMap {
-    /// Is a point, relative to the chunk's corner, in a patch? The same answer from any chunk: differences
-    /// of positions are exact.
+    /// Is a point, relative to the chunk's corner, in a patch? The same answer from any chunk:
+    /// differences of positions are exact.
     pub(crate) fn contain(&self, p: DVec2) -> bool {
         let verdict = self.index.search(p, 0.0, &mut |i| {
             let inside = self

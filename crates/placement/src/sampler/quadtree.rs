@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 
-use crate::index::{NeighbourIndex, overlap};
+use super::index::{NeighbourIndex, overlap};
 
 /// A leaf is split when it holds more than this.
 const LEAF: u32 = 12;
@@ -200,6 +200,13 @@ impl NeighbourIndex for QuadTree {
     }
 }
 
+/// Whether a disk would overlap none of those stored.
+pub(crate) fn is_free(index: &QuadTree, p: DVec2, radius: f64) -> bool {
+    index
+        .search(p, radius, &mut |_| ControlFlow::Break(()))
+        .is_continue()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -207,7 +214,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn disc() -> impl Strategy<Value = (f64, f64, f64)> {
-        // Coarse coordinates make coincident points and exact touches common; some are out of bounds.
+        // Coarse coordinates make coincident points and exact touches common; some are out of
+        // bounds.
         let coordinate = prop_oneof![(-40..140_i32).prop_map(|i| f64::from(i) / 100.0), -0.5..1.5];
         let radius = prop_oneof![Just(0.0), 0.0..0.02, 0.0..0.5];
         (coordinate.clone(), coordinate, radius)
