@@ -128,7 +128,9 @@ fn stage_crates_know_only_scene_and_seed() {
         let known = find(&all, name).ours(&["normal", "build", "dev"]);
         assert!(known.is_subset(&shared), "{name}: {known:?}");
     }
-    for name in ["nemoral-scene", "nemoral-seed", "nemoral-lidar-noise"] {
+    let noise = find(&all, "nemoral-lidar-noise").ours(&["normal", "build"]);
+    assert_eq!(noise, BTreeSet::from(["nemoral-scene"]));
+    for name in ["nemoral-scene", "nemoral-seed"] {
         let known = find(&all, name).ours(&["normal", "build"]);
         assert!(known.is_empty(), "{name}: {known:?}");
     }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use nemoral_assets::{AssetParams, Library, PlantAsset};
-use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, Lens, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, SkyParams,
     Sun, View,
@@ -26,7 +26,7 @@ const GROUND: f32 = 0.15;
 
 /// Plants in rows, a metre and a half apart, on open level ground: a forest of shapes as they are, or
 /// without what is known of the light between their parts.
-fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> Forest {
+fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> RayScene {
     let soil = materials
         .materials()
         .iter()
@@ -71,7 +71,7 @@ fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> 
             place(Arc::new(bare), at);
         }
     }
-    Forest::new(vec![(Vec3::ZERO, Arc::new(Group::build(instances)))])
+    RayScene::new(vec![(Vec3::ZERO, Arc::new(Group::build(instances)))])
 }
 
 /// From a man's height, down at the plants.
@@ -88,7 +88,7 @@ fn view() -> View {
     View::new(intrinsics, pose)
 }
 
-fn picture(forest: &Forest, materials: &MaterialLibrary, samples: u32, bounces: u32) -> Vec<f64> {
+fn picture(forest: &RayScene, materials: &MaterialLibrary, samples: u32, bounces: u32) -> Vec<f64> {
     let sun = Sun::from_angles(180.0, 50.0).expect("valid");
     let sky = SkyParams {
         overcast: 1.0,
@@ -110,6 +110,7 @@ fn picture(forest: &Forest, materials: &MaterialLibrary, samples: u32, bounces: 
         RayCastCamera::new(params, Lighting::new(&sun, &sky).expect("valid")).expect("valid");
     let scene = SceneView {
         caster: forest,
+        instances: None,
         materials,
         sky_visibility: &OpenSky,
     };
@@ -159,9 +160,9 @@ fn low_plants_are_dark_within_as_followed_light_has_it() {
         for (i, &light) in followed.iter().enumerate() {
             let pixel = DVec2::new((i % WIDTH) as f64, (i / WIDTH) as f64) + 0.5;
             let hit = known.closest_hit(&view.ray(pixel, 100.0));
-            let plant = |hit: &Hit| materials.get(hit.material).semantic != Semantic::Soil;
+            let plant = |hit: &Hit| materials.get(hit.surface.material).semantic != Semantic::Soil;
             if let Some(hit) = hit.filter(plant) {
-                let part = &mut parts[usize::from(hit.near_light > DARK)];
+                let part = &mut parts[usize::from(hit.shading.ambient_occlusion > DARK)];
                 part.pixels += 1;
                 let lights = [quick[i], without[i], light];
                 (part.light.iter_mut().zip(lights)).for_each(|(sum, light)| *sum += light);

@@ -1,4 +1,5 @@
-//! How dark it is between near parts of a shape, baked once for all its instances.
+//! Ambient occlusion: how much light from all around near parts of a shape take, baked once for all
+//! of its instances.
 //!
 //! Leaves and wood are spread over a grid of cubes as if they hung there at random, turned to all
 //! sides alike: of light that goes s metres through a cube with a m² of one-sided area in each m³,
@@ -8,16 +9,16 @@
 //! the surface itself, is left out: a lone card or ball is as light as can be.
 
 use glam::{IVec3, UVec3, Vec3};
-use nemoral_scene::{AlphaMask, Card, MaterialLibrary, Mesh, NearLight, Prototype};
+use nemoral_scene::{AlphaMask, AmbientOcclusion, Card, MaterialLibrary, Mesh, Prototype};
 
-/// What is near, and how finely it is looked at.
+/// How far occluders are looked for, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OcclusionParams {
-    /// Side of a cube, metres.
+    /// The side of a cube, metres.
     pub(crate) cell_m: f32,
-    /// What is farther away does not count, metres.
+    /// The distance beyond which occluders do not count, metres.
     pub(crate) reach_m: f32,
-    /// Directions that light is looked for in, evenly over the sphere.
+    /// The number of directions that are followed, evenly over the sphere.
     pub(crate) directions: u32,
     /// What leaves have, on average, of the light at a place among them, for shapes whose places'
     /// light is known otherwise, with these leaves in it: shares are told from that. 0..=1.
@@ -25,7 +26,7 @@ pub(crate) struct OcclusionParams {
 }
 
 impl OcclusionParams {
-    /// Of patches of low plants, and of seedlings: all of a tuft.
+    /// For patches of low plants and for seedlings: all of a tuft is near.
     pub(crate) const LOW: Self = Self {
         cell_m: 0.02,
         reach_m: 0.6,
@@ -92,12 +93,12 @@ fn summed(mask: &AlphaMask) -> Box<[[f32; PARTS + 1]; PARTS + 1]> {
     sums
 }
 
-/// The near light of a shape whose materials are those of `masks`.
-pub(crate) fn near_light(
+/// Bakes the ambient occlusion of a shape whose materials are those of `masks`.
+pub(crate) fn bake(
     prototype: &Prototype,
     masks: &MaskCoverage,
     near: &OcclusionParams,
-) -> NearLight {
+) -> AmbientOcclusion {
     let grid = AreaDensityGrid::of(prototype, masks, near.cell_m);
     let directions = directions(near.directions);
     let steps = (near.reach_m / near.cell_m).round() as u32;
@@ -122,9 +123,12 @@ pub(crate) fn near_light(
             .flatten()
             .for_each(|share| *share *= among / mean);
     }
-    NearLight {
-        vertices: vertices.into_iter().map(NearLight::code).collect(),
-        cards: leaves.into_iter().map(|c| c.map(NearLight::code)).collect(),
+    AmbientOcclusion {
+        vertices: vertices.into_iter().map(AmbientOcclusion::encode).collect(),
+        cards: leaves
+            .into_iter()
+            .map(|c| c.map(AmbientOcclusion::encode))
+            .collect(),
     }
 }
 
@@ -147,7 +151,7 @@ fn number(at: Vec3, cell_m: f32) -> IVec3 {
     (at * (1.0 / cell_m) + 4096.0).as_ivec3()
 }
 
-/// How much of a shape is where.
+/// The density of one-sided area over a grid of cubes.
 struct AreaDensityGrid {
     /// The cell of the lowest coordinates.
     low: IVec3,
@@ -287,10 +291,10 @@ mod tests {
         }
     }
 
-    fn shares(mesh: Mesh, cards: Vec<Card>, near: &OcclusionParams) -> NearLight {
+    fn shares(mesh: Mesh, cards: Vec<Card>, near: &OcclusionParams) -> AmbientOcclusion {
         let library = library();
         let shape = Prototype::new("grid", mesh, cards, &library).expect("sound");
-        near_light(&shape, &MaskCoverage::of(&library), near)
+        bake(&shape, &MaskCoverage::of(&library), near)
     }
 
     /// The share of light that cards leave a level speck at the origin.
@@ -305,7 +309,7 @@ mod tests {
             }],
             blends: Vec::new(),
         };
-        NearLight::share(shares(mesh, cards, &NEAR).vertices[0])
+        AmbientOcclusion::decode(shares(mesh, cards, &NEAR).vertices[0])
     }
 
     /// Leaves behind leaves, that nothing passes.
@@ -361,7 +365,7 @@ mod tests {
             vec![at(0.05), middle(0.05), at(0.65), middle(0.65)],
             &NEAR,
         );
-        let [low, high] = [1, 3].map(|card| NearLight::share(two.cards[card][0]));
+        let [low, high] = [1, 3].map(|card| AmbientOcclusion::decode(two.cards[card][0]));
         let expected = |above: f32, below: f32| (above + FROM_BELOW * below) / (1.0 + FROM_BELOW);
         assert!((low - expected(0.443, 1.0)).abs() < 0.03, "{low}");
         assert!((high - expected(1.0, 0.443)).abs() < 0.03, "{high}");
@@ -400,7 +404,7 @@ mod tests {
         let mean = cards
             .iter()
             .flatten()
-            .map(|&c| NearLight::share(c))
+            .map(|&c| AmbientOcclusion::decode(c))
             .sum::<f32>()
             / 1600.0;
         assert!((mean - 0.4).abs() < 0.01, "{mean}");

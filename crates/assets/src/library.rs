@@ -6,7 +6,7 @@ use nemoral_scene::{MaterialLibrary, Prototype};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
-use crate::ambient_occlusion::{MaskCoverage, OcclusionParams, near_light};
+use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::error::ParamError;
 use crate::materials::{GroundMaterials, WorldMaterials};
 use crate::plant::rock::{RockPlan, rock};
@@ -396,8 +396,9 @@ fn prototype(name: &str, number: u32, shape: Shape, library: &MaterialLibrary) -
 
 /// The same shape, dark between its leaves.
 fn between_leaves(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams) -> Prototype {
-    let light = near_light(&shape, masks, near);
-    (shape.with_near_light(light)).expect("one share of each vertex and corner, and no ground")
+    let occlusion = ambient_occlusion::bake(&shape, masks, near);
+    (shape.with_ambient_occlusion(occlusion))
+        .expect("one share of each vertex and corner, and no ground")
 }
 
 fn asset(name: &str, prototype: Prototype, radius_m: f32) -> PlantAsset {

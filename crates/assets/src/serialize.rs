@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use nemoral_scene::{
-    AlphaMask, Card, Material, MaterialLibrary, Mesh, NearLight, Optics, Prototype, PrototypeError,
-    Semantic, Texture,
+    AlphaMask, AmbientOcclusion, Card, Material, MaterialLibrary, Mesh, Optics, Prototype,
+    PrototypeError, Semantic, Texture,
 };
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +40,7 @@ struct StoredLibrary<'a> {
     materials: Vec<StoredMaterial<'a>>,
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
-    /// In the order of [`Library`]'s fields.
+    /// The kinds of plants, in the order of [`Library`]'s fields.
     plants: [Vec<StoredPlant<'a>>; 10],
     ground: Cow<'a, GroundMaterials>,
 }
@@ -65,7 +65,7 @@ struct StoredShape<'a> {
     name: Cow<'a, str>,
     mesh: Cow<'a, Mesh>,
     cards: Cow<'a, [Card]>,
-    near_light: Option<Cow<'a, NearLight>>,
+    ambient_occlusion: Option<Cow<'a, AmbientOcclusion>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -238,15 +238,15 @@ impl<'a> StoredShape<'a> {
             name: Cow::Borrowed(prototype.name()),
             mesh: Cow::Borrowed(prototype.mesh()),
             cards: Cow::Borrowed(prototype.cards()),
-            near_light: prototype.near_light().map(Cow::Borrowed),
+            ambient_occlusion: prototype.ambient_occlusion().map(Cow::Borrowed),
         }
     }
 
     fn restore(self, materials: &MaterialLibrary) -> Result<Arc<Prototype>, DeserializeError> {
         let (mesh, cards) = (self.mesh.into_owned(), self.cards.into_owned());
         let prototype = Prototype::new(self.name, mesh, cards, materials)?;
-        Ok(Arc::new(match self.near_light {
-            Some(near) => prototype.with_near_light(near.into_owned())?,
+        Ok(Arc::new(match self.ambient_occlusion {
+            Some(near) => prototype.with_ambient_occlusion(near.into_owned())?,
             None => prototype,
         }))
     }
@@ -354,7 +354,10 @@ mod tests {
         let shapes = |library: &Library| library.trees[1].prototype.clone();
         let (grown, back) = (shapes(&library), shapes(&back));
         assert!(grown.mesh() == back.mesh() && grown.cards() == back.cards());
-        assert!(grown.near_light().is_some() && grown.near_light() == back.near_light());
+        assert!(
+            grown.ambient_occlusion().is_some()
+                && grown.ambient_occlusion() == back.ambient_occlusion()
+        );
         for damaged in [&bytes[..bytes.len() / 2], &[], &bytes[1..]] {
             assert!(Library::from_bytes(damaged).is_err());
         }

@@ -12,7 +12,7 @@ use nemoral_dataset::{
 };
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
-    ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, Ontology,
+    AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, Ontology,
     PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist,
 };
 use nemoral_seed::{Domain, Draw, Key};
@@ -150,7 +150,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             name: "front".into(),
             intrinsics: Intrinsics::from_fov(W as u32, H as u32, 1.4)?,
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: ExtraKinds::default(),
+            extra: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
         }],
@@ -164,7 +164,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..DatasetHeader::new("measure", "0", 1, Ontology::paper())
     };
     let writer = Writer::create(Path::new(&out), OpenMode::Overwrite, header)?;
-    let extra = ExtraTruth::default();
+    let extra = Annotations::default();
     let frame = |index| FrameData {
         sequence: 0,
         index,

@@ -2,7 +2,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::error::check;
 use crate::pattern::direction;
 use crate::{ParamError, Pulse, ScanPattern};
 
@@ -55,27 +54,27 @@ impl RepeatingLines {
     /// If a parameter is out of its range.
     pub fn new(params: RepeatingLinesParams) -> Result<Self, ParamError> {
         let p = &params;
-        check(p.lines >= 1, "lines", p.lines.into(), "at least 1")?;
-        check(
+        ParamError::check(p.lines >= 1, "lines", p.lines, "at least 1")?;
+        ParamError::check(
             (-PI / 2.0..=PI / 2.0).contains(&p.bottom_rad),
             "bottom_rad",
             p.bottom_rad,
             "from −π/2 to π/2",
         )?;
-        check(
+        ParamError::check(
             (p.bottom_rad..=PI / 2.0).contains(&p.top_rad),
             "top_rad",
             p.top_rad,
             "from bottom_rad to π/2",
         )?;
-        check(
+        ParamError::check(
             p.horizontal_fov_rad > 0.0 && p.horizontal_fov_rad <= TAU,
             "horizontal_fov_rad",
             p.horizontal_fov_rad,
             "greater than 0 and at most 2π",
         )?;
-        check(p.columns >= 1, "columns", p.columns.into(), "at least 1")?;
-        check(
+        ParamError::check(p.columns >= 1, "columns", p.columns, "at least 1")?;
+        ParamError::check(
             p.rotation_hz.is_finite() && p.rotation_hz > 0.0,
             "rotation_hz",
             p.rotation_hz,

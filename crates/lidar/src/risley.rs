@@ -19,11 +19,13 @@ pub struct Mid40;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mid70;
 
-/// Livox Avia: non-repeating, 70.4° × 77.2°; six beams through three prisms, 240,000 pulses a second.
+/// Livox Avia: non-repeating, 70.4° × 77.2°; six beams through three prisms, 240,000 pulses a
+/// second.
 ///
 /// The prisms of HELIOS++'s model of it, found from its published pattern: wedges of 30.8856°,
 /// 29.7735° and 3.1351° in glass of index 1.51, each entered through its tilted face, at −131.5463,
-/// 40.8032 and 213.1611 turns a second; six beams above each other fire together 40,000 times a second.
+/// 40.8032 and 213.1611 turns a second; six beams above each other fire together 40,000 times a
+/// second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Avia;
 

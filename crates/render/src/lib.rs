@@ -21,7 +21,12 @@
 //! let lighting = Lighting::new(&sun, &SkyParams::default())?;
 //! let camera = RayCastCamera::new(RayCastParams::default(), lighting)?;
 //! let materials = MaterialLibrary::new();
-//! let scene = SceneView { caster: &Empty, materials: &materials, sky_visibility: &OpenSky };
+//! let scene = SceneView {
+//!     caster: &Empty,
+//!     instances: None,
+//!     materials: &materials,
+//!     sky_visibility: &OpenSky,
+//! };
 //! let view = View::new(Intrinsics::from_fov(64, 36, 1.2)?, RigidTransform::body_from_optical());
 //! let images = camera.render(&scene, &view, Key::world(7))?;
 //! assert_eq!(*images.truth.semantic.at(32, 18), Semantic::Sky);
@@ -49,7 +54,7 @@
 //! - No ambient-occlusion rays: the sky's share, the green light that leaves scatter down
 //!   (Goudriaan 1977) and the ground's bounce follow from one number per place, the crowns'
 //!   openness ([`SkyVisibility`]), and one that is baked with each shape, what its near parts leave
-//!   of that ([`NearLight`](nemoral_scene::NearLight)).
+//!   of that ([`AmbientOcclusion`](nemoral_scene::AmbientOcclusion)).
 //! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is kept:
 //!   a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
 //! - Behind the lens ([`Lens`]): veiling glare, a halo around what is bright, darker corners.

@@ -1,7 +1,7 @@
 //! What a renderer is given and what it gives back.
 
 use glam::Vec3;
-use nemoral_scene::{Image, MaterialLibrary, RayCaster, TruthImages};
+use nemoral_scene::{Image, InstancedScene, MaterialLibrary, RayCaster, TruthImages};
 use nemoral_seed::Key;
 
 use crate::camera::view::View;
@@ -37,6 +37,9 @@ impl<F: Fn(Vec3) -> f32 + Sync> SkyVisibility for F {
 pub struct SceneView<'a> {
     /// Decides what a ray hits; the LiDAR's own.
     pub caster: &'a dyn RayCaster,
+    /// The shapes that the caster casts at, for renderers that draw shapes. Renderers that cast
+    /// rays do not need it.
+    pub instances: Option<&'a dyn InstancedScene>,
     /// The library that made the hits' [`MaterialId`](nemoral_scene::MaterialId)s.
     pub materials: &'a MaterialLibrary,
     /// The crowns' shade.

@@ -12,8 +12,8 @@ use std::fmt;
 pub struct AlphaMask {
     width: u16,
     height: u16,
-    /// Columns of `height` words: 16 rows of 32 texels are one line of a processor's cache, and rays that
-    /// are neighbours find each other's texels there. Least significant bit first.
+    /// Columns of `height` words: 16 rows of 32 texels are one line of a processor's cache, and
+    /// rays that are neighbours find each other's texels there. Least significant bit first.
     words: Vec<u32>,
 }
 
@@ -70,14 +70,14 @@ impl AlphaMask {
         usize::from(self.width)
     }
 
-    /// Rows.
+    /// The number of rows.
     #[must_use]
     pub fn height(&self) -> usize {
         usize::from(self.height)
     }
 
-    /// The bits: `width().div_ceil(32)` columns of `height()` words, each of 32 texels of a row, least
-    /// significant bit first.
+    /// The bits: `width().div_ceil(32)` columns of `height()` words, each of 32 texels of a row,
+    /// least significant bit first.
     #[must_use]
     pub fn words(&self) -> &[u32] {
         &self.words

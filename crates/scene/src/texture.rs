@@ -4,7 +4,8 @@ use std::fmt;
 
 use glam::{Vec2, Vec3};
 
-/// An sRGB-encoded albedo texture with box-filtered mips, of what is opaque in it. Row 0 is at v = 0; it repeats.
+/// An sRGB-encoded albedo texture with box-filtered mips, of what is opaque in it. Row 0 is at v =
+/// 0; it repeats.
 ///
 /// Colour is for eyes only: what is opaque is decided by [`AlphaMask`](crate::AlphaMask)s.
 #[derive(Clone)]
@@ -58,8 +59,9 @@ impl Texture {
         Self::from_linear_where(width, height, linear, |_, _| true)
     }
 
-    /// The same, of a texture that is seen only where `opaque(column, row)` says so: a texel of a mip is the mean
-    /// of what is seen of it, so that a leaf far off has its own colour. Where nothing of it is, it is the mean.
+    /// The same, of a texture that is seen only where `opaque(column, row)` says so: a texel of a
+    /// mip is the mean of what is seen of it, so that a leaf far off has its own colour. Where
+    /// nothing of it is, it is the mean.
     ///
     /// # Errors
     /// As [`Self::from_linear`].
@@ -165,8 +167,8 @@ impl Texture {
     #[must_use]
     pub fn sample(&self, uv: Vec2, footprint_uv: f32) -> Vec3 {
         let texels = footprint_uv * self.levels[0].width.max(self.levels[0].height) as f32;
-        // Level of detail: texels per sample, rounded to the nearest power of two, which is the exponent
-        // of as many and a half octave.
+        // Level of detail: texels per sample, rounded to the nearest power of two, which is the
+        // exponent of as many and a half octave.
         let lod = if texels > 1.0 {
             ((texels * std::f32::consts::SQRT_2).to_bits() >> 23) as usize - 127
         } else {
@@ -259,7 +261,8 @@ mod kept {
     }
 }
 
-/// The mean of colours by how many opaque texels they stand for, the plain mean if for none; and of how many it is.
+/// The mean of colours by how many opaque texels they stand for, the plain mean if for none; and of
+/// how many it is.
 fn mean_seen(parts: impl Iterator<Item = (Vec3, f32)> + Clone) -> (Vec3, f32) {
     let seen: f32 = parts.clone().map(|(_, n)| n).sum();
     let weight = |n: f32| if seen > 0.0 { n } else { 1.0 };
@@ -285,8 +288,8 @@ static ENCODE: std::sync::LazyLock<[f32; 255]> = std::sync::LazyLock::new(|| {
     })
 });
 
-/// Of each code value but 0 the least light that is given it, exactly: the first float of which `code` is at
-/// least that value. `code` must not fall from 0 to `most`, and reach 255 there.
+/// Of each code value but 0 the least light that is given it, exactly: the first float of which
+/// `code` is at least that value. `code` must not fall from 0 to `most`, and reach 255 there.
 #[must_use]
 pub fn code_thresholds(most: f32, code: impl Fn(f32) -> f64) -> [f32; 255] {
     std::array::from_fn(|i| {

@@ -353,7 +353,7 @@ impl Cutter<'_> {
 
     /// The mesh vertex where the break-line crosses a lattice edge.
     fn cut(&mut self, work: &mut Work<'_>, mut ends: [Vertex; 2], mut e: [f64; 2]) -> u32 {
-        // In one direction whoever asks: by rising index.
+        // Always in the direction of rising indices, whichever side asks.
         if work.index(ends[0]) > work.index(ends[1]) {
             ends.reverse();
             e.reverse();

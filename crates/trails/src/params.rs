@@ -1,4 +1,4 @@
-//! What a user says about trails.
+//! The parameters of trails.
 
 use glam::DVec2;
 use nemoral_scene::TrailSurfaceKind;

@@ -32,7 +32,7 @@ const ROUNDING_M: f64 = 3.0;
 #[derive(Debug)]
 pub struct TrailPath {
     id: TrailId,
-    /// At least 2.
+    /// At least two knots.
     knots: Vec<Knot>,
     /// Chunks in order, each with the number of its first knot.
     transits: Vec<(ChunkCoord, usize)>,

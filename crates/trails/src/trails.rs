@@ -53,7 +53,7 @@ impl Trails {
         Self::with_memory(params, chunk_size_m, key, base, [16_384, 160])
     }
 
-    /// With room for so many chunks' births and so many paths.
+    /// Trails whose caches hold so many chunks' births and so many paths.
     fn with_memory(
         params: TrailParams,
         chunk_size_m: f64,

@@ -36,7 +36,7 @@ pub(crate) fn draw(look: &LeafLook, variant: usize, rng: &mut impl Rng) -> CardD
 }
 
 impl Painter<'_> {
-    /// In the open: nothing is before it.
+    /// A leaf in the open, with nothing before it.
     fn single_leaf(&self, rng: &mut impl Rng) -> CardDrawing {
         let mut drawing = CardDrawing::default();
         let leaf = self.leaf(Vec2::ZERO, Vec2::Y, 1.0, rng);

@@ -31,11 +31,11 @@ const CARDS: Domain = Domain::new("assets.cards");
 #[derive(Clone, Debug)]
 pub(crate) struct WorldMaterials {
     pub(crate) library: MaterialLibrary,
-    /// Of each species.
+    /// The materials of each species.
     pub(crate) trees: Vec<TreeMaterials>,
     /// Bark and face of stumps, of each species.
     pub(crate) stumps: Vec<StumpMaterials>,
-    /// Of seedlings, of each species; none if none are wanted.
+    /// The materials of the seedlings of each species; empty without seedlings.
     pub(crate) seedlings: Vec<SeedlingMaterials>,
     pub(crate) ground: GroundMaterials,
     pub(crate) rock: MaterialId,
@@ -63,7 +63,7 @@ pub(crate) struct WorldMaterials {
 
 impl WorldMaterials {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
-    /// With what seedlings are made of, if they are wanted.
+    /// The materials of seedlings are made if `seedlings` says so.
     pub(crate) fn bake(species: &[Species], seedlings: bool, key: Key) -> Self {
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);

@@ -1,4 +1,4 @@
-//! How leaves, wood and ground answer light and lasers.
+//! Optical properties of leaves, wood and ground, in visible light and at lasers' wavelengths.
 //!
 //! Leaves: PROSPECT-D with CIE 1931 observer, linear sRGB. Wood, soil and rock: ranges of published
 //! near-infrared reflectances, within which 905 nm leaves are at least as bright as bark, and 1550
@@ -7,14 +7,14 @@
 use glam::Vec3;
 use nemoral_scene::{LaserBand, Optics};
 
-/// A leaf's light.
+/// The optical properties of a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LeafOptics {
     /// Reflectance, linear RGB.
     pub(crate) albedo: Vec3,
     /// Transmittance, linear RGB.
     pub(crate) transmittance: Vec3,
-    /// At the laser's wavelengths.
+    /// Its optics at the lasers' wavelengths.
     pub(crate) laser: Optics,
 }
 

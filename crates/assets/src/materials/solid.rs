@@ -22,7 +22,7 @@ pub(crate) struct StumpMaterials {
 
 /// Textures of wood and stone, baked side by side.
 pub(super) struct SolidTextures {
-    /// Of each species.
+    /// The textures of each species.
     pub(super) barks: Vec<BarkTextures>,
     pub(super) dead: Arc<Texture>,
     pub(super) snag: Arc<Texture>,
@@ -38,7 +38,7 @@ pub(super) struct BarkTextures {
     pub(super) lower: Arc<Texture>,
     /// The lower bark with moss at its foot.
     pub(super) foot: Arc<Texture>,
-    /// From the lower to the upper bark.
+    /// The transition from the lower to the upper bark.
     pub(super) change: Arc<Texture>,
     pub(super) upper: Arc<Texture>,
     pub(super) branch: Arc<Texture>,

@@ -21,9 +21,9 @@ const CLEAR_M: f32 = 0.05;
 
 /// How a broadleaf's leaves stand on its stem.
 struct Habit {
-    /// From which share of the stem on there are leaves.
+    /// The share of the stem from which on there are leaves.
     from: f32,
-    /// From a leaf to the next around the stem, radians.
+    /// The angle from a leaf to the next around the stem, radians.
     turn: f32,
     /// How far the stem bends over at its tip, radians.
     nod: f32,

@@ -204,7 +204,7 @@ pub(crate) struct Worley {
     pub(crate) f1: f32,
     /// Distance to the second nearest.
     pub(crate) f2: f32,
-    /// From the nearest feature point to here, in cells.
+    /// The vector from the nearest feature point to here, in cells.
     pub(crate) offset: Vec2,
     /// A hash of the nearest feature point.
     pub(crate) id: u32,

@@ -35,7 +35,7 @@ fn mean_albedo(kind: Kind) -> Vec3 {
     }
 }
 
-/// What a wheel leaves of it.
+/// Mean albedo of a rut.
 fn rut_albedo(kind: Kind) -> Vec3 {
     match kind {
         Kind::Gravel => Vec3::new(0.180, 0.163, 0.140),
@@ -49,7 +49,7 @@ fn rut_albedo(kind: Kind) -> Vec3 {
     }
 }
 
-/// Roughness, and how it answers lasers.
+/// Roughness, and the optics at lasers' wavelengths.
 pub(crate) fn surface_optics(kind: Kind) -> (f32, Optics) {
     match kind {
         Kind::Gravel => (0.85, optics::ROCK),
@@ -105,7 +105,7 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
     let mut surface = strew(base.clone(), TRAIL_M, debris(kind), key.item(0));
     surface.darken_hollows(4, 0.010, 0.9);
     let surface = surface.with_luminance_of(mean_albedo(kind));
-    // In the rut, what lay on top is pressed into fine soil.
+    // Ruts: what lay on top is pressed into fine soil.
     let mut rut = surface.recolour(|p, t| {
         let pressed = smoothstep(-0.35, 0.25, fbm(p, IVec2::splat(9), 4, 0.55, seed ^ 0x301));
         let soil = EARTH * (0.80 + 0.20 * gradient(p, IVec2::splat(110), seed ^ 0x302));

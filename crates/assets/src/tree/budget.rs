@@ -77,7 +77,7 @@ fn pointed(axes: &[Axis]) -> Vec<bool> {
     pointed
 }
 
-/// At most so many triangles has the wood of every axis.
+/// An upper bound of the triangles of the wood, for every axis.
 pub(super) fn triangles(
     axes: &[Axis],
     radii: &[Vec<f64>],

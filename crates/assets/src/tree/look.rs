@@ -130,7 +130,7 @@ pub struct BarkLayer {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BarkLook {
-    /// At the foot.
+    /// The bark at the foot.
     pub lower: BarkLayer,
     /// Higher up and on limbs, if it is another.
     pub upper: Option<BarkLayer>,

@@ -27,7 +27,7 @@ pub(super) struct Axis {
     pub(super) points: Vec<DVec3>,
     /// The parent and where on it: points counted from its base, with a fraction.
     pub(super) parent: Option<(usize, f64)>,
-    /// From this share of its length on it bears leaves.
+    /// The share of its length from which on it bears leaves.
     pub(super) leafy_from: f64,
     pub(super) key: Key,
 }
@@ -153,7 +153,7 @@ fn grown_so_far(species: &Species, size: &TreeSize) -> Species {
     form
 }
 
-/// From this height on trees have shoots as long as their species'.
+/// The height from which on trees have shoots as long as their species'.
 const FULL_SHOOTS_M: f64 = 6.0;
 
 /// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of

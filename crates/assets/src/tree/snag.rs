@@ -20,7 +20,7 @@ const SNAG: Domain = Domain::new("assets.tree.snag");
 /// threshold is [`TreeMaterials::snag`].
 ///
 /// # Errors
-/// As [`super::grow::grow`].
+/// The errors of [`super::grow::grow`].
 pub fn grow_snag(
     species: &Species,
     size: &TreeSize,

@@ -178,7 +178,7 @@ pub(super) fn sweep(
     (mesh, stem)
 }
 
-/// At most how many triangles [`sweep`] makes of the `i`-th axis.
+/// An upper bound of the triangles that [`sweep`] makes of the `i`-th axis.
 pub(super) fn cost(
     axes: &[Axis],
     radii: &[Vec<f64>],
@@ -458,7 +458,7 @@ impl Tube<'_> {
         }
     }
 
-    /// By order and local radius; of a piece, its thicker end decides.
+    /// The material of a piece, by order and radius; its thicker end decides.
     fn material(&self, a: Ring, b: Ring, zone: Zone) -> MaterialId {
         let m = self.materials;
         if a.radius.max(b.radius) <= self.tessellation.trunk_radius_m {

@@ -1,4 +1,5 @@
-//! From a target to hard cores, and from a fill (or planted rows) to the share of it that is kept.
+//! Calibration: from a target to hard cores, and from a sample (or planted rows) to the share of it
+//! that is kept.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -30,13 +31,13 @@ const MAX_ROUNDS: u32 = 4;
 /// The edge of the grid of probes that measure the room that earlier layers leave.
 const PROBES: u32 = 64;
 
-/// A layer, ready to be placed.
+/// A layer that can be placed: its sampler and the share that is kept.
 #[derive(Clone, Debug)]
 pub(crate) struct CalibratedLayer {
     sizes: DiskSizes,
     pattern: Pattern,
     chunk_size_m: f64,
-    /// In chunk edges.
+    /// The largest occupancy radius, in chunk edges.
     pub(crate) max_radius: f64,
     /// Per variety: the share of the pattern that is kept outside of gaps and inside of clusters.
     keep: Vec<f64>,
@@ -44,7 +45,7 @@ pub(crate) struct CalibratedLayer {
     clusters: Option<Patches>,
 }
 
-/// Where a layer's things could stand.
+/// The pattern of places where a layer's plants could stand.
 #[derive(Clone, Copy, Debug)]
 enum Pattern {
     /// Bridson's fill; how often it works off its active list.

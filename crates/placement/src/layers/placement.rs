@@ -1,4 +1,4 @@
-//! Rocks, then the woody layers.
+//! Rocks, then the woody layers in their order.
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;

@@ -1,4 +1,4 @@
-//! Where a thing stands.
+//! The sites of plants and rocks, and where none may stand.
 
 use glam::DVec2;
 use nemoral_seed::Key;

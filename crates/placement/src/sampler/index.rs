@@ -1,4 +1,4 @@
-//! Finding what stands too close.
+//! Search for disks that overlap a disk.
 
 use std::ops::ControlFlow;
 

@@ -66,8 +66,9 @@ pub struct Disk<K> {
 /// - The disks are one set of the whole plane, a pure function of parameters and key. Whichever
 ///   part is asked for, in any order and from any thread, shows the same disks to the bit.
 /// - The law of the set is the same everywhere: it has no seams at the borders of tiles.
-/// - The set need not be maximal. With one radius r and 1, 2, 3 or 4 rounds there are about
-///   PLACEHOLDER
+/// - The set need not be maximal. With disks of one radius it has 80 % of the density of a
+///   saturated set after one round, and 88 % after two or more; a saturated set has 0.6966 disks
+///   per square of the least distance (`examples/poisson_disks.rs`).
 ///
 /// # Cost
 /// A call computes the disks of the part that is asked for and of a halo around it, `6 + 7 rounds`

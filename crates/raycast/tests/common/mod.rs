@@ -136,7 +136,8 @@ pub fn place(blas: &Arc<Blas>, position_m: Vec3, linear: Mat3, item: u16) -> (In
     (instance, Arc::clone(blas))
 }
 
-/// Any invertible map of moderate size: turned, scaled, sheared, sometimes mirrored or the identity.
+/// Any invertible map of moderate size: turned, scaled, sheared, sometimes mirrored or the
+/// identity.
 pub fn linear(rng: &mut PhiloxRng) -> Mat3 {
     if rng.chance(0.2) {
         return Mat3::IDENTITY;

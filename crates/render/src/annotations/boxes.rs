@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use super::pixel_centre;
 use crate::View;
 
-/// A thing that may get a box.
+/// An object that may get a box.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
-    /// Whose.
+    /// The object.
     pub object: ObjectId,
     /// What it is.
     pub kind: ObjectKind,

@@ -26,7 +26,7 @@ pub fn nearest_objects(
         caster.closest_hits(&rays, &mut hits);
         hits.into_iter().map(|hit| {
             hit.map_or((f32::INFINITY, ObjectId::NONE), |h| {
-                (h.distance_m, h.object)
+                (h.surface.distance_m, h.surface.object)
             })
         })
     };

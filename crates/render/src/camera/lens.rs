@@ -1,4 +1,4 @@
-//! What a lens does to light on its way to the sensor.
+//! Scattering and fall-off of light in the lens.
 
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::Intrinsics;

@@ -1,4 +1,4 @@
-//! What a sensor adds to light.
+//! The noise of a sensor.
 
 use glam::Vec3;
 use nemoral_seed::{Domain, Draw, Key, Rng};

@@ -12,7 +12,7 @@ use crate::error::{ParamError, check};
 /// A light meter's reading at EV 0, ISO 100: K / 100 with K = 12.5 (ISO 2720), cd/m².
 const LUMINANCE_AT_EV_0: f64 = 0.125;
 
-/// Where metered luminance comes to lie: the reflectance of a grey card.
+/// The displayed reflectance of the metered luminance: middle grey.
 const MIDDLE_GREY: f64 = 0.18;
 
 /// How bright a picture becomes.
@@ -212,7 +212,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// By a perfect sensor.
+    /// Code values of a perfect sensor.
     fn shown(linear: &Image<Vec3>, ev100: f64, tone: ToneCurve) -> Image<[u8; 3]> {
         encode(linear, ev100, tone, |_, light| light)
     }

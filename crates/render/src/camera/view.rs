@@ -136,11 +136,7 @@ impl View {
         for (field, centre) in [("view.cx", k.cx), ("view.cy", k.cy)] {
             check(field, centre, -1e9, 1e9, "-1e9..=1e9 pixels")?;
         }
-        k.check_distortion().map_err(|e| ParamError {
-            field: e.field,
-            value: e.value,
-            allowed: e.allowed,
-        })?;
+        k.check_distortion()?;
         let pose = &self.scene_from_camera;
         for c in pose.translation_m.to_array() {
             check(

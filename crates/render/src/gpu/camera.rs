@@ -168,7 +168,7 @@ impl GpuCamera {
         cascades: &[Cascade],
     ) -> Result<PreparedPicture, GpuError> {
         self.gpu.check()?;
-        let groups = scene.caster.placed_groups().ok_or(GpuError::NoShapes)?;
+        let groups = scene.instances.ok_or(GpuError::NoShapes)?.placed_groups();
         state.hold_materials(&self.gpu, scene)?;
         state.hold_targets(&self.gpu, view)?;
         let origin_m = origin_of(view);

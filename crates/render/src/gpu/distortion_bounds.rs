@@ -27,7 +27,8 @@ pub(crate) struct DistortionRecord {
     curvature: [f32; STEPS],
 }
 
-/// Of the angle to the axis, in which the curvature is told; as in `surface.wgsl`.
+/// The number of steps of the angle to the axis that the curvature is tabulated in. It must equal
+/// that in `surface.wgsl`.
 const STEPS: usize = 16;
 /// Primitives that look wider are drawn everywhere; as in `surface.wgsl`.
 const LARGE_RAD: f64 = 0.5;
@@ -51,7 +52,7 @@ pub(crate) struct DistortionBounds {
 }
 
 impl DistortionBounds {
-    /// Of a view; `None` if straight lines stay straight in it.
+    /// The bounds of a view; `None` if straight lines stay straight in it.
     pub(crate) fn of(view: &View) -> Option<Self> {
         let straight = view.intrinsics.distortion == Distortion::None;
         (!straight || view.rolls()).then(|| Self::new(view.intrinsics))
@@ -122,7 +123,7 @@ impl DistortionBounds {
         })
     }
 
-    /// For the shader, of a view whose bounds these are.
+    /// The record for the shader; `view` is the one that these bounds were made for.
     pub(crate) fn record(&self, view: &View) -> DistortionRecord {
         let k = &self.intrinsics;
         let readout_s = if view.rolls() {
@@ -168,7 +169,7 @@ fn rays(k: &Intrinsics) -> impl Iterator<Item = (DVec2, DVec3)> {
     })
 }
 
-/// To the optical axis, radians.
+/// The angle to the optical axis, radians.
 fn angle(ray: DVec3) -> f64 {
     libm::atan2(ray.truncate().length(), ray.z)
 }
@@ -229,7 +230,7 @@ mod tests {
             let margin = bounds.beside_px + bounds.curvature[step.min(STEPS - 1)] * width * width * 0.25;
             let drawn = rays.map(|ray| bounds.draw(ray));
 
-            // In the middles of borders they are farthest out.
+            // Points in the middles of borders are farthest out.
             let point = (corners[0] + corners[1]) * 0.5 + (corners[2] - corners[0]) * inwards;
             let place = k.project(point).filter(|p| p.cmpge(DVec2::ZERO).all() && p.cmple(DVec2::new(640.0, 480.0)).all());
             let across = (drawn[1] - drawn[0]).perp().normalize_or(DVec2::X);

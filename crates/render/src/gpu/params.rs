@@ -46,11 +46,11 @@ impl GpuParams {
         self.lens.check()?;
         // WebGPU promises these two.
         if ![1, 4].contains(&self.colour_samples) {
-            return Err(ParamError {
-                field: "camera.colour_samples",
-                value: self.colour_samples.into(),
-                allowed: "1 or 4",
-            });
+            return Err(ParamError::new(
+                "camera.colour_samples",
+                self.colour_samples,
+                "1 or 4",
+            ));
         }
         let instants = self.blur_samples.into();
         check("camera.blur_samples", instants, 2.0, 256.0, "2..=256")?;

@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use nemoral_scene::{Blend, NearLight, Prototype};
+use nemoral_scene::{AmbientOcclusion, Blend, Prototype};
 
 use super::buffer_pool::{BufferPool, Range, bytes_of_pages};
 use super::octahedral::octahedral;
@@ -28,7 +28,7 @@ struct TriangleRecord {
     uv_c: [f32; 2],
     normal_c: u32,
     /// The blend of a triangle that has one, otherwise the ambient occlusion of its corners: see
-    /// `packed_blend` and `packed_near_light`.
+    /// `packed_blend` and `packed_ambient_occlusion`.
     extra: u32,
 }
 
@@ -40,7 +40,7 @@ struct CardRecord {
     material: u32,
     edge_u: [f32; 3],
     /// A byte for each of the four corners, the first in the lowest byte.
-    near_light: u32,
+    ambient_occlusion: u32,
     edge_v: [f32; 3],
     unused_v: u32,
 }
@@ -229,9 +229,9 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
             uv_b,
             uv_c,
             normal_c,
-            extra: match (mesh.blends.get(i), prototype.near_light()) {
+            extra: match (mesh.blends.get(i), prototype.ambient_occlusion()) {
                 (Some(blend), _) => packed_blend(blend),
-                (None, Some(near)) => packed_near_light(near, t.corners),
+                (None, Some(near)) => packed_ambient_occlusion(near, t.corners),
                 (None, None) => 0,
             },
         }
@@ -248,13 +248,13 @@ fn packed_blend(blend: &Blend) -> u32 {
 }
 
 /// A byte for each corner, and bit 15, which no blend sets.
-fn packed_near_light(near: &NearLight, corners: [u32; 3]) -> u32 {
+fn packed_ambient_occlusion(near: &AmbientOcclusion, corners: [u32; 3]) -> u32 {
     let [a, b, c] = corners.map(|i| u32::from(near.vertices[i as usize]));
     c << 24 | b << 16 | 1 << 15 | a
 }
 
 fn cards(prototype: &Prototype) -> Vec<CardRecord> {
-    let near_light = |i: usize| match prototype.near_light() {
+    let ambient_occlusion = |i: usize| match prototype.ambient_occlusion() {
         Some(near) => u32::from_le_bytes(near.cards[i]),
         None => u32::MAX,
     };
@@ -262,7 +262,7 @@ fn cards(prototype: &Prototype) -> Vec<CardRecord> {
         corner: c.corner.to_array(),
         material: u32::from(c.material.0),
         edge_u: c.edge_u.to_array(),
-        near_light: near_light(i),
+        ambient_occlusion: ambient_occlusion(i),
         edge_v: c.edge_v.to_array(),
         unused_v: 0,
     };

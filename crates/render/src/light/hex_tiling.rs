@@ -20,23 +20,23 @@ const SPACING: f32 = 0.6;
 pub(crate) fn albedo(materials: &MaterialLibrary, hit: &Hit, footprint_m: f32) -> Vec3 {
     let of = |id: MaterialId| {
         let m = materials.get(id);
-        of_texture(&m.albedo, hit.uv, m.tile_m, footprint_m)
+        of_texture(&m.albedo, hit.shading.uv, m.tile_m, footprint_m)
     };
-    let Some((other, share)) = hit.blend else {
-        return of(hit.material);
+    let Some((other, share)) = hit.shading.blend else {
+        return of(hit.surface.material);
     };
     // From both sides of a border one and the same patches lie on top.
-    let share = if hit.material.0 < other.0 {
-        ragged(share, hit.uv)
+    let share = if hit.surface.material.0 < other.0 {
+        ragged(share, hit.shading.uv)
     } else {
-        1.0 - ragged(1.0 - share, hit.uv)
+        1.0 - ragged(1.0 - share, hit.shading.uv)
     };
     if share <= 0.0 {
-        of(hit.material)
+        of(hit.surface.material)
     } else if share >= 1.0 {
         of(other)
     } else {
-        of(hit.material).lerp(of(other), share)
+        of(hit.surface.material).lerp(of(other), share)
     }
 }
 
@@ -162,7 +162,7 @@ fn hash(x: u32, y: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nemoral_scene::{Material, ObjectId, Semantic};
+    use nemoral_scene::{Material, Semantic, Shading};
     use proptest::prelude::*;
 
     /// One bright spot in a dark tile.
@@ -218,26 +218,17 @@ mod tests {
                 materials.add(Material { ground: true, tile_m: 1.0, ..plain })
             };
             let (dark, light) = (add(0.1), add(0.5));
-            let colour = |material, blend| albedo(&materials, &Hit { material, blend, uv: at, ..HIT }, 0.0);
+            let colour = |material, blend| {
+                let mut hit = Hit::new(1.0, Vec3::Z, material);
+                hit.shading = Shading { blend, uv: at, ..hit.shading };
+                albedo(&materials, &hit, 0.0)
+            };
             let (here, there) = (colour(dark, Some((light, share))), colour(light, Some((dark, 1.0 - share))));
             prop_assert!(here.distance(there) < 1e-5, "{here} {there}");
             prop_assert_eq!(colour(dark, Some((light, 0.0))), colour(dark, None));
             prop_assert_eq!(colour(dark, Some((light, 1.0))), colour(light, None));
         }
     }
-
-    const HIT: Hit = Hit {
-        distance_m: 1.0,
-        geometric_normal: Vec3::Z,
-        shading_normal: Vec3::Z,
-        uv: Vec2::ZERO,
-        uv_per_m: 1.0,
-        material: MaterialId(0),
-        blend: None,
-        object: ObjectId::NONE,
-        variation: 0.5,
-        near_light: 1.0,
-    };
 
     #[test]
     fn half_and_half_on_the_line() {

@@ -1,4 +1,4 @@
-//! Sun, sky, and what crowns and ground make of them.
+//! All light of a scene: sun and sky, and what crowns and the ground scatter of it.
 
 use std::f32::consts::PI;
 
@@ -21,7 +21,7 @@ pub struct Lighting {
     sun_direction: Vec3,
     sun_irradiance: Vec3,
     sky: Sky,
-    /// Of the sky alone, by normal.
+    /// The irradiance of the sky alone, by normal.
     sky_irradiance: Irradiance,
     ground_albedo: Vec3,
     /// Sky and sun on open level ground.
@@ -31,7 +31,7 @@ pub struct Lighting {
     /// What comes through crowns of openness i / 256, as a share of what falls on them.
     through_crowns: Vec<Vec3>,
     haze: Layer,
-    /// At `fog_base_m`.
+    /// The fog at `fog_base_m`.
     fog: Layer,
     fog_base_m: f32,
 }
@@ -240,9 +240,9 @@ impl Lighting {
 pub(crate) struct Ambient<'a> {
     lighting: &'a Lighting,
     open: f32,
-    /// From all leaves above, irradiance on level ground.
+    /// The irradiance on level ground from all leaves above.
     scattered: Vec3,
-    /// From the ground, irradiance on a ceiling.
+    /// The irradiance from the ground on a surface that faces down.
     bounced: Vec3,
 }
 

@@ -1,4 +1,4 @@
-//! What a surface sends towards the camera.
+//! Shading: the radiance that a surface sends towards the camera.
 
 use std::f64::consts::TAU;
 
@@ -38,7 +38,7 @@ pub(crate) struct SurfaceView<'a> {
 impl SurfaceView<'_> {
     /// What turns the hit's normals to the viewer's side, 1 or -1.
     fn facing(&self) -> f32 {
-        if self.hit.geometric_normal.dot(self.ray.direction) > 0.0 {
+        if self.hit.surface.geometric_normal.dot(self.ray.direction) > 0.0 {
             -1.0
         } else {
             1.0
@@ -50,11 +50,12 @@ impl SurfaceView<'_> {
 pub(crate) struct Shaded {
     /// What it is.
     pub(crate) surface: Surface,
-    /// From sky, leaves and ground.
+    /// Radiance by the light of sky, leaves and ground.
     pub(crate) indirect: Vec3,
-    /// What of it glances off the skin.
+    /// The part of it that is reflected specularly.
     pub(crate) sheen: Vec3,
-    /// From the sun, as if nothing were between; zero if it shines on no side that counts.
+    /// Radiance by the sun as if nothing were between; zero if the sun shines on no side that
+    /// counts.
     pub(crate) direct: Vec3,
     /// The ray to the sun, if it counts: light that something blocks is not there.
     pub(crate) shadow: Option<Ray>,
@@ -65,10 +66,10 @@ pub(crate) struct Shaded {
 /// The light of a hit.
 pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceView<'_>) -> Shaded {
     let (ray, hit) = (seen.ray, seen.hit);
-    let point = ray.at(hit.distance_m);
+    let point = ray.at(hit.surface.distance_m);
     let facing = seen.facing();
-    let flat = hit.geometric_normal * facing;
-    let surface = surface(scene, seen, hit.shading_normal * facing);
+    let flat = hit.surface.geometric_normal * facing;
+    let surface = surface(scene, seen, hit.shading.normal * facing);
 
     let openness = scene.sky_visibility.openness(point);
     let (indirect, sheen) = indirect(
@@ -77,7 +78,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
         lighting,
         ray.direction,
         openness,
-        hit.near_light,
+        hit.shading.ambient_occlusion,
     );
 
     // The sun, if it shines on a side that passes light on and nothing is between.
@@ -104,9 +105,9 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
 
 /// The ray from a hit in a direction, on the side that `side` points to.
 fn leaving(seen: &SurfaceView<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
-    let point = seen.ray.at(seen.hit.distance_m);
+    let point = seen.ray.at(seen.hit.surface.distance_m);
     // Off the surface by more than the rounding of distance and coordinates.
-    let offset = 1e-4 * (1.0 + seen.hit.distance_m) + 2e-6 * point.abs().max_element();
+    let offset = 1e-4 * (1.0 + seen.hit.surface.distance_m) + 2e-6 * point.abs().max_element();
     Ray {
         origin: point + side * offset,
         direction,
@@ -140,7 +141,7 @@ impl Surface {
         let (sin, cos) = libm::sincos(turn);
         let lift = (1.0 - radius * radius).max(0.0).sqrt();
         let direction = (x * cos as f32 + y * sin as f32) * radius + self.normal * (side * lift);
-        let flat = seen.hit.geometric_normal * (seen.facing() * side);
+        let flat = seen.hit.surface.geometric_normal * (seen.facing() * side);
         // What a shading normal sends into the flat surface stays on its side: no light is lost.
         let under = flat.dot(direction).min(0.0);
         let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
@@ -187,7 +188,7 @@ fn indirect(
     lighting: &Lighting,
     view: Vec3,
     openness: f32,
-    near_light: f32,
+    ambient_occlusion: f32,
 ) -> (Vec3, Vec3) {
     const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
     let n = surface.normal;
@@ -195,7 +196,7 @@ fn indirect(
     if surface.transmittance != Vec3::ZERO {
         diffuse += surface.transmittance * ambient.irradiance(-n);
     }
-    diffuse *= among_near(near_light, surface.body + surface.transmittance);
+    diffuse *= among_near(ambient_occlusion, surface.body + surface.transmittance);
     let (glancing, entering) = surface.skin(view);
     if glancing == 0.0 {
         return (diffuse * PER_PI, Vec3::ZERO);
@@ -210,7 +211,7 @@ fn indirect(
     } else {
         blurred
     };
-    let sheen = reflected * (glancing * near_light);
+    let sheen = reflected * (glancing * ambient_occlusion);
     (diffuse * (PER_PI * entering) + sheen, sheen)
 }
 
@@ -220,8 +221,8 @@ fn indirect(
 /// indirect occlusion", before they fit it to scenes). They are taken for what the surface is, and
 /// half of what such `kept` goes back where it came from: leaves reflect about as much as they pass
 /// on, and most light comes from above.
-fn among_near(near_light: f32, kept: Vec3) -> Vec3 {
-    near_light / (Vec3::ONE - kept * (0.5 * (1.0 - near_light)))
+fn among_near(ambient_occlusion: f32, kept: Vec3) -> Vec3 {
+    ambient_occlusion / (Vec3::ONE - kept * (0.5 * (1.0 - ambient_occlusion)))
 }
 
 /// How much of the dielectric's sheen is seen as such; that of a matt surface looks like its body.
@@ -238,17 +239,22 @@ fn fresnel(f0: f32, f90: f32, cos: f32) -> f32 {
 
 fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surface {
     let hit = seen.hit;
-    let material = scene.materials.get(hit.material);
-    let cos = seen.ray.direction.dot(hit.geometric_normal).abs().max(0.05);
+    let material = scene.materials.get(hit.surface.material);
+    let cos = seen
+        .ray
+        .direction
+        .dot(hit.surface.geometric_normal)
+        .abs()
+        .max(0.05);
     // A sample's ellipse on the surface is 1 / cos longer than wide: take the mean. Of the ground,
     // which is looked at along itself, its width: or single leaves, a few pixels wide and one high,
     // would blur.
-    let width_m = hit.distance_m * seen.sample_rad;
+    let width_m = hit.surface.distance_m * seen.sample_rad;
     let texture = &material.albedo;
     let mut reflectance = if material.ground {
         hex_tiling::albedo(scene.materials, hit, width_m)
     } else {
-        texture.sample(hit.uv, width_m / cos.sqrt() * hit.uv_per_m)
+        texture.sample(hit.shading.uv, width_m / cos.sqrt() * hit.shading.uv_per_m)
     };
     let mut transmittance = material.transmittance;
     let leaf = transmittance != Vec3::ZERO;
@@ -258,7 +264,7 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
         transmittance *= (reflectance.dot(LUMINANCE) / blade).min(1.25);
     }
     if !material.ground {
-        let tint = variation(hit.variation, leaf);
+        let tint = variation(hit.shading.variation, leaf);
         reflectance *= tint;
         transmittance *= tint;
     }

@@ -91,8 +91,8 @@ impl PictureContext<'_> {
 
     /// What the air before a surface of this openness transmits, and what radiance it adds.
     pub(super) fn air(&self, ray: &Ray, hit: &Hit, openness: f32, background: Vec3) -> (f32, Vec3) {
-        let rise_m = ray.direction.z * hit.distance_m;
-        let (air, fade) = self.haze.transmittance(hit.distance_m, rise_m);
+        let rise_m = ray.direction.z * hit.surface.distance_m;
+        let (air, fade) = self.haze.transmittance(hit.surface.distance_m, rise_m);
         // Air under crowns is as dark as what it hides; at the end of the world it is the sky's.
         let openness = 0.5 * (openness + self.openness);
         let glow = openness * (1.0 - air) * fade;

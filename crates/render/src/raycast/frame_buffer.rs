@@ -4,7 +4,7 @@ use glam::Vec3;
 use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
 use rayon::prelude::*;
 
-/// A picture in the making, row by row.
+/// The images of a picture, row by row.
 pub(crate) struct FrameBuffer {
     pub(crate) width: usize,
     pub(crate) semantic: Vec<Semantic>,
@@ -16,7 +16,7 @@ pub(crate) struct FrameBuffer {
     /// The sun's radiance as if nothing were between; zero where it does not count. Empty, as is
     /// what follows, if the picture's light is followed.
     pub(crate) sun: Vec<Vec3>,
-    /// Is nothing between?
+    /// Whether the shadow ray reaches the sun.
     pub(crate) lit: Vec<bool>,
 }
 
@@ -35,7 +35,7 @@ impl FrameBuffer {
         }
     }
 
-    /// Of a picture that is black as yet.
+    /// A frame buffer with this truth and black colours.
     pub(crate) fn of_truth(truth: TruthImages) -> Self {
         let n = truth.depth_m.pixels().len();
         Self {

@@ -17,7 +17,7 @@ pub(super) const BATCH: usize = 4096;
 pub struct PixelTruth {
     /// The fine semantic; [`Semantic::Sky`] where nothing was hit.
     pub semantic: Semantic,
-    /// Whose surface it is.
+    /// The object that the surface belongs to.
     pub object: ObjectId,
     /// Planar depth: z in the optical frame, metres; 0 where nothing was hit.
     pub depth_m: f32,
@@ -47,12 +47,12 @@ pub(super) fn pixel_truth(
             normal: Vec3::ZERO,
         };
     };
-    let away = hit.geometric_normal.dot(ray.direction) > 0.0;
-    let normal = hit.geometric_normal * if away { -1.0 } else { 1.0 };
+    let away = hit.surface.geometric_normal.dot(ray.direction) > 0.0;
+    let normal = hit.surface.geometric_normal * if away { -1.0 } else { 1.0 };
     PixelTruth {
-        semantic: scene.materials.get(hit.material).semantic,
-        object: hit.object,
-        depth_m: (f64::from(hit.distance_m) * view.intrinsics.direction(pixel).z) as f32,
+        semantic: scene.materials.get(hit.surface.material).semantic,
+        object: hit.surface.object,
+        depth_m: (f64::from(hit.surface.distance_m) * view.intrinsics.direction(pixel).z) as f32,
         normal: view.to_optical(normal, pixel.y),
     }
 }

@@ -43,9 +43,9 @@ pub(crate) struct Atmosphere {
 /// they are sharper than the table these are kept in.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Scattered {
-    /// To be multiplied with the molecules' phase function.
+    /// The part to multiply with the molecules' phase function.
     pub(crate) rayleigh: DVec3,
-    /// To be multiplied with the aerosols' phase function.
+    /// The part to multiply with the aerosols' phase function.
     pub(crate) mie: DVec3,
     /// Scattered more than once, from all sides.
     pub(crate) multiple: DVec3,

@@ -6,7 +6,7 @@ pub(crate) const KOSCHMIEDER: f64 = 3.912;
 /// A layer of air that thins with height: extinction σ(z) = σ(camera) · e^(−(z − camera) / height).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Layer {
-    /// At the camera, 1/m.
+    /// The extinction at the camera, 1/m.
     pub(crate) extinction: f32,
     /// The height over which it thins by e, metres.
     pub(crate) height_m: f32,

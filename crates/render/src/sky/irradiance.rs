@@ -1,4 +1,4 @@
-//! Irradiance in nine numbers.
+//! Irradiance by normal, as spherical harmonics of nine coefficients a channel.
 
 use glam::{DVec3, Vec3};
 

@@ -1,4 +1,4 @@
-//! How the sky looks.
+//! The sky's radiance: modelled from the air, or photographed.
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -129,9 +129,9 @@ const OVERCAST_TRANSMITTANCE: f32 = 0.25;
 /// Radiance of the sky: linear sRGB with luminance in cd/m².
 #[derive(Clone, Debug)]
 pub(crate) enum Sky {
-    /// By the air that makes it.
+    /// A sky that is computed from the air.
     Modelled(Table),
-    /// From an image.
+    /// A sky from an image.
     Photographed(SkyImage),
 }
 
@@ -195,7 +195,7 @@ impl Sky {
         Self::Photographed(image.scaled(gain * wanted / given.max(f32::MIN_POSITIVE)))
     }
 
-    /// The inside of a lamp globe.
+    /// The same radiance from every direction.
     pub(crate) fn uniform(radiance: Vec3) -> Self {
         Self::Modelled(Table {
             sun_azimuth: Vec2::X,

@@ -22,7 +22,7 @@ pub struct SkyImage {
     width: usize,
     /// Rows from the zenith to the horizon.
     rows: usize,
-    /// Of the whole image.
+    /// The mean of the whole image.
     height: usize,
     radiance: Arc<[Vec3]>,
     /// The compass direction of the left edge, clockwise from north.

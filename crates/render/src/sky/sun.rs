@@ -1,4 +1,4 @@
-//! Where the sun is.
+//! The sun's position, from angles or from place and time.
 
 use glam::DVec3;
 

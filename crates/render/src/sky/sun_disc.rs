@@ -42,7 +42,7 @@ impl SunDisc {
         self.directions[part * POINTS + word as usize % POINTS]
     }
 
-    /// Anywhere on the disc.
+    /// A random point of the disc.
     pub(crate) fn at_random(&self, word: u32) -> Vec3 {
         // Lemire's multiplication: an index without bias to speak of.
         let index = (u64::from(word) * self.directions.len() as u64) >> 32;

@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    ChunkCoord, Distortion, Hit, Instance, InstanceGroup, Intrinsics, Material, MaterialLibrary,
-    Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform, Semantic, Shutter,
-    Triangle, Twist,
+    ChunkCoord, Distortion, Hit, Instance, InstanceGroup, InstancedScene, Intrinsics, Material,
+    MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform,
+    Semantic, Shutter, Triangle, Twist,
 };
 use nemoral_seed::{Domain, Draw as _, Key};
 
@@ -30,9 +30,11 @@ impl RayCaster for Bags {
     fn closest_hit(&self, _: &Ray) -> Option<Hit> {
         None
     }
+}
 
-    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
-        Some(self.0.clone())
+impl InstancedScene for Bags {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
+        self.0.clone()
     }
 }
 
@@ -216,6 +218,7 @@ fn draws_that_must_start_at_the_first_instance_draw_the_same() {
     let bags = bags();
     let scene = SceneView {
         caster: &bags,
+        instances: Some(&bags),
         materials: &bags.1,
         sky_visibility: &OpenSky,
     };

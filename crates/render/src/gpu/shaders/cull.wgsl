@@ -16,7 +16,7 @@ struct Frustum {
 struct Shape {
     first: u32,
     count: u32,
-    // In `draws_of`.
+    // Its first draw in `draws_of`.
     first_draw: u32,
     draws: u32,
 }
@@ -30,7 +30,7 @@ struct Draw {
 
 struct Counts {
     shapes: u32,
-    // Of one view.
+    // The number of instances of one view.
     instances: u32,
     draws: u32,
 }

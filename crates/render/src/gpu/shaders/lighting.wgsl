@@ -358,7 +358,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
         indirect += transmittance * irradiance(open, -n);
     }
     // What near parts of the shape leave of it, and send back.
-    indirect *= s.near_light / (1.0 - (body + transmittance) * (0.5 * (1.0 - s.near_light)));
+    indirect *= s.ambient_occlusion / (1.0 - (body + transmittance) * (0.5 * (1.0 - s.ambient_occlusion)));
     indirect /= PI;
     if gloss > 0.0 {
         let specular = gloss * fresnel(max(1.0 - roughness, F0), max(-dot(s.ray, n), 0.0));
@@ -369,7 +369,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
         if mirrored.z > 0.0 && smooth_share > 0.05 {
             seen = mix(blurred, mix(blurred, background(mirrored), open), smooth_share);
         }
-        indirect = indirect * (1.0 - (specular - gloss * F0)) + seen * (specular * s.near_light);
+        indirect = indirect * (1.0 - (specular - gloss * F0)) + seen * (specular * s.ambient_occlusion);
     }
 
     // The sun.

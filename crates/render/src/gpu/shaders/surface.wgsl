@@ -11,10 +11,10 @@ struct Frame {
     eye: vec4f,
     // The optical axis; w: the farthest distance that is seen, metres.
     forward: vec4f,
-    // To the next pixel, at z = 1; w: the principal point, pixels.
+    // The step to the next pixel at z = 1; w: the principal point, pixels.
     right: vec4f,
     down: vec4f,
-    // Of the target, pixels; z: the near plane.
+    // The size of the target in pixels; z: the near plane.
     size: vec4f,
     // The rest is for pictures that a lens or a rolling shutter distorts: distortion_bounds.rs.
     // Focal lengths and principal point, pixels.
@@ -118,7 +118,7 @@ struct Vertex {
     @location(1) @interpolate(flat, either) instance: u32,
 }
 
-// In the shape's axes: a triangle has three corners, a card four.
+// A corner in the shape's axes: a triangle has three corners, a card four.
 fn corner_of(index: u32, k: u32) -> vec3f {
     if CARDS {
         let p = primitive(index);
@@ -363,7 +363,7 @@ struct Surface {
     other: u32,
     other_share: f32,
     // The share of light from all around that near parts of the shape leave.
-    near_light: f32,
+    ambient_occlusion: f32,
 }
 
 fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
@@ -385,7 +385,7 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
     s.shading_normal = s.normal;
     s.uv = uv_at(vertex.primitive, m);
     s.uv_per_m = inverseSqrt(area);
-    s.near_light = 1.0;
+    s.ambient_occlusion = 1.0;
     if !CARDS {
         let b = primitives[vertex.primitive * 5u + 3u];
         let c = primitives[vertex.primitive * 5u + 4u];
@@ -398,7 +398,7 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
         }
         let weights = vec3f(1.0 - m.u - m.v, m.u, m.v);
         if (c.w >> 15u & 1u) == 1u {
-            s.near_light = dot(vec3f(vec3u(c.w, c.w >> 16u, c.w >> 24u) & vec3u(255u)) / 255.0, weights);
+            s.ambient_occlusion = dot(vec3f(vec3u(c.w, c.w >> 16u, c.w >> 24u) & vec3u(255u)) / 255.0, weights);
         } else {
             s.other = c.w >> 16u;
             s.other_share = dot(vec3f(vec3u(c.w, c.w >> 5u, c.w >> 10u) & vec3u(31u)) / 30.0, weights);
@@ -409,7 +409,7 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
         s.uv_per_m = sqrt(abs(eu.x * ev.y - eu.y * ev.x) / area);
     } else {
         let near = unpack4x8unorm(primitives[vertex.primitive * 3u + 1u].w);
-        s.near_light = mix(mix(near.x, near.y, s.uv.x), mix(near.w, near.z, s.uv.x), s.uv.y);
+        s.ambient_occlusion = mix(mix(near.x, near.y, s.uv.x), mix(near.w, near.z, s.uv.x), s.uv.y);
     }
     return s;
 }

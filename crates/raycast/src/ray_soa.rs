@@ -1,37 +1,38 @@
-//! Rays side by side, brought into the space of a shape eight at a time.
+//! Rays as a structure of arrays, transformed to the space of a shape eight at a time.
 //!
-//! What is computed is what [`Pose::local`] and [`LaneRay::new`] say, to the bit. Loops over eight
-//! numbers without a branch become a few instructions in a kernel; those of a ray on its own would not.
+//! The results are those of [`Pose::local`] and [`LaneRay::new`], to the bit. Loops over eight
+//! numbers without a branch become a few instructions in a kernel, which the transform of a single
+//! ray would not.
 
 use glam::{DMat3, DVec3, Vec3};
 use nemoral_scene::Ray;
 
-use crate::exact::LocalRay;
-use crate::grid::Grid;
 use crate::group::Pose;
+use crate::intersection::LocalRay;
 use crate::node::{BOX_SLACK, LaneRay, PRIMITIVE_SLACK};
-use crate::packet::{MOST, Set};
+use crate::quantization_grid::QuantizationGrid;
+use crate::ray_mask::{MAX_RAYS, RayMask};
 
-/// Vectors in f64, axis by axis.
-type Wide = [[f64; MOST]; 3];
+/// One vector for each ray in f64, axis by axis.
+type Wide = [[f64; MAX_RAYS]; 3];
 
 /// The same in f32.
-type Narrow = [[f32; MOST]; 3];
+type Narrow = [[f32; MAX_RAYS]; 3];
 
-/// Eight vectors of them.
+/// Eight vectors in f64, axis by axis.
 type Eight = [[f64; 8]; 3];
 
 /// Rays in one space.
 #[derive(Debug)]
-pub(crate) struct Rays {
+pub(crate) struct RaySoa {
     origin: Wide,
     direction: Wide,
 }
 
-impl Rays {
+impl RaySoa {
     pub(crate) const NONE: Self = Self {
-        origin: [[0.0; MOST]; 3],
-        direction: [[0.0; MOST]; 3],
+        origin: [[0.0; MAX_RAYS]; 3],
+        direction: [[0.0; MAX_RAYS]; 3],
     };
 
     #[inline(always)]
@@ -52,42 +53,42 @@ impl Rays {
     }
 }
 
-/// Rays in the space of a shape, as they are and ready for eight-wide tests (see [`LaneRay`]).
+/// Rays in the space of a shape, in f64 and prepared for eight-wide tests (see [`LaneRay`]).
 #[derive(Debug)]
-pub(crate) struct Lanes {
-    rays: Rays,
+pub(crate) struct LocalRaySoa {
+    rays: RaySoa,
     origin: Narrow,
     direction: Narrow,
     scale: Narrow,
     enter: Narrow,
     leave: Narrow,
-    slack: [f32; MOST],
-    reach: [f32; MOST],
+    slack: [f32; MAX_RAYS],
+    reach: [f32; MAX_RAYS],
 }
 
-impl Lanes {
+impl LocalRaySoa {
     pub(crate) const NONE: Self = Self {
-        rays: Rays::NONE,
-        origin: [[0.0; MOST]; 3],
-        direction: [[0.0; MOST]; 3],
-        scale: [[0.0; MOST]; 3],
-        enter: [[0.0; MOST]; 3],
-        leave: [[0.0; MOST]; 3],
-        slack: [0.0; MOST],
-        reach: [0.0; MOST],
+        rays: RaySoa::NONE,
+        origin: [[0.0; MAX_RAYS]; 3],
+        direction: [[0.0; MAX_RAYS]; 3],
+        scale: [[0.0; MAX_RAYS]; 3],
+        enter: [[0.0; MAX_RAYS]; 3],
+        leave: [[0.0; MAX_RAYS]; 3],
+        slack: [0.0; MAX_RAYS],
+        reach: [0.0; MAX_RAYS],
     };
 
-    /// Brings rays of the scene into the space of a shape, posed in a group at `offset`: those of the
-    /// set, and whoever shares eight lanes with one.
+    /// Transforms rays of the scene to the space of a shape, posed in a group at `offset`: the rays
+    /// of the set, and those that share eight lanes with one of them.
     #[inline(always)]
     pub(crate) fn place(
         &mut self,
-        (scene, set): (&Rays, Set),
+        (scene, set): (&RaySoa, RayMask),
         (offset, pose): (Vec3, &Pose),
-        (extent, grid): (f32, &Grid),
+        (extent, grid): (f32, &QuantizationGrid),
     ) {
         let offset = offset.as_dvec3();
-        for first in (0..MOST).step_by(8) {
+        for first in (0..MAX_RAYS).step_by(8) {
             if set >> first & 0xFF != 0 {
                 let from_offset = less(eight(&scene.origin, first), offset);
                 let from_position = less(from_offset, pose.position);
@@ -103,7 +104,7 @@ impl Lanes {
         &mut self,
         first: usize,
         (origin, direction): (Eight, Eight),
-        (extent, grid): (f32, &Grid),
+        (extent, grid): (f32, &QuantizationGrid),
     ) {
         let from_grid = less(origin, grid.origin);
         let (mut reach, mut largest) = ([0.0; 8], [0.0; 8]);
@@ -141,16 +142,16 @@ impl Lanes {
         }
     }
 
-    /// A ray as it is.
+    /// A ray in f64.
     #[inline(always)]
     pub(crate) fn ray(&self, i: usize) -> LocalRay {
-        self.rays.get(i & (MOST - 1))
+        self.rays.get(i & (MAX_RAYS - 1))
     }
 
-    /// A ray for eight-wide tests.
+    /// A ray prepared for eight-wide tests.
     #[inline(always)]
     pub(crate) fn lane(&self, i: usize) -> LaneRay {
-        let i = i & (MOST - 1);
+        let i = i & (MAX_RAYS - 1);
         let at = |v: &Narrow| [v[0][i], v[1][i], v[2][i]];
         LaneRay {
             origin: at(&self.origin),
@@ -183,7 +184,7 @@ fn less(mut v: Eight, b: DVec3) -> Eight {
     v
 }
 
-/// The sums in glam's order.
+/// Matrix times vectors, with the sums in glam's order.
 #[inline(always)]
 fn turned(m: &DMat3, v: Eight) -> Eight {
     let mut out = [[0.0; 8]; 3];
@@ -199,7 +200,6 @@ fn turned(m: &DMat3, v: Eight) -> Eight {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::forest::in_group;
     use nemoral_scene::Bounds;
     use proptest::prelude::*;
 
@@ -210,15 +210,15 @@ mod tests {
     proptest! {
         #[test]
         fn eight_rays_are_what_each_is_on_its_own(
-            rays in prop::collection::vec((vector(300.0), vector(1.0), 0_usize..6), MOST),
+            rays in prop::collection::vec((vector(300.0), vector(1.0), 0_usize..6), MAX_RAYS),
             (offset, position) in (vector(200.0), vector(50.0)),
             columns in prop::array::uniform3(vector(2.0)),
-            set: Set, extent in 0.1_f32..40.0,
+            set: RayMask, extent in 0.1_f32..40.0,
         ) {
             let [x, y, z] = columns.map(|c| c.as_dvec3());
             let pose = Pose { position: position.as_dvec3(), inverse: DMat3::from_cols(x, y, z) };
-            let grid = Grid::over(&Bounds { min: Vec3::splat(-extent), max: Vec3::splat(extent) });
-            let (mut scene, mut lanes) = (Rays::NONE, Lanes::NONE);
+            let grid = QuantizationGrid::over(&Bounds { min: Vec3::splat(-extent), max: Vec3::splat(extent) });
+            let (mut scene, mut lanes) = (RaySoa::NONE, LocalRaySoa::NONE);
             let rays: Vec<Ray> = rays.iter().map(|&(origin, mut direction, level)| {
                 // Some of them along the axes.
                 if level < 3 { direction[level] = 0.0; }
@@ -229,7 +229,7 @@ mod tests {
             }
             lanes.place((&scene, set), (offset, &pose), (extent, &grid));
             for (i, ray) in rays.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1) {
-                let alone = pose.local(&in_group(ray, offset));
+                let alone = pose.local(&LocalRay::in_group(ray, offset));
                 let lane = LaneRay::new(&alone, extent, &grid);
                 prop_assert_eq!(format!("{:?}", lanes.ray(i)), format!("{alone:?}"));
                 prop_assert_eq!(format!("{:?}", lanes.lane(i)), format!("{lane:?}"));

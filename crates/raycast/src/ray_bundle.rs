@@ -1,11 +1,11 @@
-//! Neighbouring rays that look for instances together.
+//! Bundles of neighbouring rays, which search the trees above the instances together.
 //!
-//! Half of a ray's steps are through the trees above the instances, and rays that start near each
-//! other in about one direction make the same ones. So a bundle of them makes these steps once, with
-//! bounds on its rays (as Wald et al. 2007, "Ray tracing deformable scenes using dynamic bounding
-//! volume hierarchies", do with frusta): it lists the parts of instances that any of them may meet,
-//! nearest first, no farther than its rays ask. Each ray tests the list, eight boxes at a time, and
-//! those that enter a part walk it as a [`Packet`].
+//! Half of a ray's steps are through these trees, and rays that start near each other in about one
+//! direction take the same ones. So a bundle takes these steps once, with bounds on its rays (as
+//! Wald et al. 2007, "Ray tracing deformable scenes using dynamic bounding volume hierarchies", do
+//! with frusta): it lists the parts of instances that any of its rays may hit, nearest first, and
+//! no farther than its rays look. Each ray tests the list, eight boxes at a time, and the rays that
+//! enter a part traverse it as a [`Packet`].
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,24 +13,27 @@ use std::collections::BinaryHeap;
 use glam::{DVec3, Vec3};
 use nemoral_scene::{Bounds, Ray};
 
-use crate::forest::{Forest, in_group};
-use crate::grid::Grid;
-use crate::lanes::Rays;
+use crate::intersection::LocalRay;
 use crate::nearest::Nearest;
+use crate::nearest_hits::NearestHits;
 use crate::node::{BOX_SLACK, Boxes, LEAF, LaneRay, Node, bounds_of, extent};
-use crate::packet::{Findings, MOST, Packet, Set, test};
+use crate::packet::{Packet, test};
+use crate::quantization_grid::QuantizationGrid;
+use crate::ray_mask::{MAX_RAYS, RayMask};
+use crate::ray_soa::RaySoa;
 use crate::simd::Isa;
+use crate::tlas::Tlas;
 
-/// Fewer rays do not pay.
+/// The least rays of a bundle: fewer do not pay.
 const LEAST: usize = 4;
 
-/// How far directions of a bundle may differ from its first, per axis.
+/// How far the directions of a bundle may differ from that of its first ray, per axis.
 const SPREAD: f32 = 0.1;
 
-/// How far origins of a bundle may differ from its first, per axis, metres.
+/// How far the origins of a bundle may differ from that of its first ray, per axis, metres.
 const DRIFT_M: f32 = 2.0;
 
-/// How many of the first rays make a bundle; 1 if they do not.
+/// How many of the first rays form a bundle; 1 if the first ray is to be cast alone.
 pub(crate) fn leading(rays: &[Ray], order: &[u32]) -> usize {
     let first = &rays[order[0] as usize];
     let alike = |&&i: &&u32| {
@@ -39,31 +42,31 @@ pub(crate) fn leading(rays: &[Ray], order: &[u32]) -> usize {
         let way = (ray.origin - first.origin).abs().max_element();
         turn <= SPREAD && way <= DRIFT_M && ray.t_min_m >= 0.0
     };
-    let n = order.iter().take(MOST).take_while(alike).count();
+    let n = order.iter().take(MAX_RAYS).take_while(alike).count();
     if n < LEAST { 1 } else { n }
 }
 
-/// A part of an instance that rays of a bundle may meet.
+/// A part of an instance that rays of a bundle may hit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Candidate {
     group: u32,
-    entry: u32,
+    part: u32,
 }
 
 /// Up to eight candidates.
 #[derive(Debug)]
-struct Page {
+struct Candidates {
     /// Their boxes in the scene.
     node: Node,
-    /// No ray meets these or later ones nearer than this.
+    /// No ray hits these or later candidates nearer than this.
     near: f32,
     candidates: [Candidate; 8],
 }
 
-/// What is yet to be opened, nearest first: distance bits, group, node or leaf. In place of the
-/// group, [`TOP`] says that it is of the forest's own tree.
+/// A node or leaf that is yet to be opened, ordered by distance: distance bits, group, node or
+/// leaf. In place of the group, [`TOP`] stands for the tree over the groups.
 ///
-/// One number: comparing three would be as many guesses of the processor.
+/// It is one number because comparing three takes as many branches, which are often mispredicted.
 type Waiting = Reverse<u128>;
 
 #[inline(always)]
@@ -75,40 +78,40 @@ const TOP: u32 = u32::MAX;
 
 /// A bundle's search, kept from one bundle to the next for its memory.
 #[derive(Debug)]
-pub(crate) struct Bundle {
+pub(crate) struct RayBundle {
     origins: (DVec3, DVec3),
     directions: (Vec3, Vec3),
     t_max: f32,
     waiting: BinaryHeap<Waiting>,
-    rays: Rays,
-    /// The same, ready for the scene's boxes.
-    lanes: [LaneRay; MOST],
-    findings: Findings,
+    rays: RaySoa,
+    /// The same rays, prepared for the scene's boxes.
+    lanes: [LaneRay; MAX_RAYS],
+    hits: NearestHits,
     packet: Packet,
 }
 
-impl Bundle {
+impl RayBundle {
     pub(crate) fn new() -> Self {
         Self {
             origins: (DVec3::ZERO, DVec3::ZERO),
             directions: (Vec3::ZERO, Vec3::ZERO),
             t_max: 0.0,
             waiting: BinaryHeap::new(),
-            rays: Rays::NONE,
-            lanes: [LaneRay::NONE; MOST],
-            findings: Findings::new(),
+            rays: RaySoa::NONE,
+            lanes: [LaneRay::NONE; MAX_RAYS],
+            hits: NearestHits::new(),
             packet: Packet::new(),
         }
     }
 
-    /// What ray `i` of the last bundle hits.
+    /// The nearest hit of ray `i` of the last bundle.
     pub(crate) fn nearest(&self, i: usize) -> &Nearest {
-        self.findings.of(i)
+        self.hits.of(i)
     }
 
-    /// Turns to other rays.
+    /// InterleavedTraversal to other rays.
     #[inline(always)]
-    fn aim(&mut self, forest: &Forest, rays: &[Ray], order: &[u32]) {
+    fn aim(&mut self, tlas: &Tlas, rays: &[Ray], order: &[u32]) {
         self.waiting.clear();
         let bundled = || order.iter().map(|&i| &rays[i as usize]);
         let origins = Bounds::of_points(bundled().map(|r| r.origin));
@@ -118,64 +121,68 @@ impl Bundle {
         self.t_max = bundled().fold(0.0, |t, r| r.t_max_m.max(t));
         for (i, ray) in bundled().enumerate() {
             self.rays.put(i, ray);
-            self.lanes[i] = LaneRay::new(&in_group(ray, Vec3::ZERO), forest.extent, &Grid::NONE);
-            self.findings.start(i, ray);
+            self.lanes[i] = LaneRay::new(
+                &LocalRay::in_group(ray, Vec3::ZERO),
+                tlas.extent,
+                &QuantizationGrid::IDENTITY,
+            );
+            self.hits.start(i, ray);
         }
-        if let Some(root) = forest.root {
+        if let Some(root) = tlas.root {
             self.waiting.push(waiting(0, TOP, root));
         }
     }
 
-    /// Finds what the rays hit first; with `ANY`, whether they hit anything.
+    /// Finds the nearest hit of each ray; with `ANY`, any hit.
     #[inline(always)]
     pub(crate) fn cast<I: Isa, const ANY: bool>(
         &mut self,
         isa: I,
-        forest: &Forest,
+        tlas: &Tlas,
         rays: &[Ray],
         order: &[u32],
     ) {
-        self.aim(forest, rays, order);
-        let all = Set::MAX >> (MOST - order.len());
-        while let Some(page) = self.next_page(isa, forest) {
-            let looking = all & self.findings.beyond(isa, page.near);
+        self.aim(tlas, rays, order);
+        let all = RayMask::MAX >> (MAX_RAYS - order.len());
+        while let Some(next) = self.next_candidates(isa, tlas) {
+            let looking = all & self.hits.beyond(isa, next.near);
             if looking == 0 {
                 break;
             }
-            let met = test(isa, &page.node, |i| self.lanes[i], looking, &self.findings);
+            let met = test(isa, &next.node, |i| self.lanes[i], looking, &self.hits);
             let columns = isa.columns(&met.rows);
             let distances = isa.store(met.near);
-            for (k, candidate) in page.candidates.iter().enumerate() {
-                let entering = columns[k] & self.findings.beyond(isa, distances.0[k]);
+            for (k, candidate) in next.candidates.iter().enumerate() {
+                let entering = columns[k] & self.hits.beyond(isa, distances.0[k]);
                 if entering != 0 {
-                    self.enter::<I, ANY>(isa, forest, candidate, entering);
+                    self.enter::<I, ANY>(isa, tlas, candidate, entering);
                 }
             }
         }
     }
 
-    /// Lets rays into a part of an instance.
+    /// Casts rays at a part of an instance.
     #[inline(always)]
     fn enter<I: Isa, const ANY: bool>(
         &mut self,
         isa: I,
-        forest: &Forest,
+        tlas: &Tlas,
         candidate: &Candidate,
-        entering: Set,
+        entering: RayMask,
     ) {
-        let (offset, group) = &forest.groups[candidate.group as usize];
-        let door = group.door(candidate.group, candidate.entry);
+        let (offset, group) = &tlas.groups[candidate.group as usize];
+        let instance = group.instance_ref(candidate.group, candidate.part);
         (self.packet).cast::<I, ANY>(
             isa,
-            (*offset, &door),
+            (*offset, &instance),
             (&self.rays, entering),
-            &mut self.findings,
+            &mut self.hits,
         );
     }
 
-    /// The next candidates; `None` if there are no more.
+    /// The next up to eight candidates; `None` if there are no more.
     #[inline(always)]
-    fn next_page<I: Isa>(&mut self, isa: I, forest: &Forest) -> Option<Page> {
+    fn next_candidates<I: Isa>(&mut self, isa: I, tlas: &Tlas) -> Option<Candidates> {
         let mut children = Vec::with_capacity(8);
         let mut candidates = [Candidate::default(); 8];
         let mut first = 0;
@@ -186,36 +193,36 @@ impl Bundle {
             let [near, group, at] = [64, 32, 0].map(|shift| (next >> shift) as u32);
             if group == TOP {
                 if at & LEAF == 0 {
-                    let node = &forest.nodes[at as usize];
-                    self.open(isa, node, TOP, Vec3::ZERO, forest.extent);
-                } else if let Some(root) = forest.groups[(at & !LEAF) as usize].1.root {
+                    let node = &tlas.nodes[at as usize];
+                    self.open(isa, node, TOP, Vec3::ZERO, tlas.extent);
+                } else if let Some(root) = tlas.groups[(at & !LEAF) as usize].1.root {
                     self.waiting.push(waiting(near, at & !LEAF, root));
                 }
                 continue;
             }
-            let (offset, placed) = &forest.groups[group as usize];
+            let (offset, placed) = &tlas.groups[group as usize];
             if at & LEAF == 0 {
                 let node = &placed.nodes[at as usize];
                 self.open(isa, node, group, *offset, extent(&placed.bounds));
                 continue;
             }
-            let entry = at & !LEAF;
+            let part = at & !LEAF;
             if children.is_empty() {
                 first = near;
             }
-            let b = &placed.boxes[entry as usize];
+            let b = &placed.boxes[part as usize];
             let in_scene = [b.min, b.max].map(|p| p.as_dvec3() + offset.as_dvec3());
-            candidates[children.len()] = Candidate { group, entry };
+            candidates[children.len()] = Candidate { group, part };
             children.push((bounds_of(in_scene), 0));
         }
-        (!children.is_empty()).then(|| Page {
+        (!children.is_empty()).then(|| Candidates {
             node: Node::new(&children),
             near: f32::from_bits(first),
             candidates,
         })
     }
 
-    /// Puts the children of a node that any ray may meet among those that wait.
+    /// Queues the children of a node that any ray may hit.
     #[inline(always)]
     fn open<I: Isa>(&mut self, isa: I, node: &Node, group: u32, offset: Vec3, extent: f32) {
         let beam = Beam::new(self.origins, self.directions, offset, extent);
@@ -231,21 +238,21 @@ impl Bundle {
     }
 }
 
-/// Bounds on the rays of a bundle, as they pass the planes of boxes.
+/// Bounds on the distances at which the rays of a bundle pass the planes of boxes.
 struct Beam {
     axes: [Axis; 3],
 }
 
-/// The distances of one axis: `plane · scale + shift`. Where the sign of the direction is known, rays
-/// enter by one plane and leave by the other; where it is not, they may enter by both and need not
-/// leave.
+/// The distances of one axis: `plane · scale + shift`. Where the sign of the direction is known,
+/// rays enter by one plane and leave by the other; where it is not, they may enter by both and need
+/// not leave.
 #[derive(Clone, Copy)]
 struct Axis {
-    /// 1 if rays run towards smaller coordinates.
+    /// The side of a box by which rays enter: 1 if they run towards smaller coordinates.
     near: usize,
     enter: [f32; 2],
     leave: [f32; 2],
-    /// By the other plane.
+    /// The distance to the other plane, where rays may enter by it.
     enter_far: [f32; 2],
 }
 
@@ -257,7 +264,7 @@ impl Beam {
         let (min, max) = (origins.0 - offset.as_dvec3(), origins.1 - offset.as_dvec3());
         let (min, max) = (min.as_vec3(), max.as_vec3());
         let reach = min.abs().max(max.abs()).max_element() + extent;
-        // Twice a ray's: the bounds themselves are rounded.
+        // Twice the margin of a ray, because the bounds themselves are rounded.
         let pad = 2.0 * BOX_SLACK * f32::EPSILON * reach;
         let axis = |k: usize| {
             let (low, high) = (min[k] - pad, max[k] + pad);
@@ -295,8 +302,8 @@ impl Beam {
         }
     }
 
-    /// Where rays may enter the boxes of a node at the earliest, and the mask of those that they may
-    /// meet.
+    /// The least distances at which rays may enter the boxes of a node, and the mask of the boxes
+    /// that they may pass through.
     #[inline(always)]
     fn test<I: Isa>(&self, isa: I, node: &Node, t_max: f32) -> (I::V, I::V) {
         let mut first = isa.splat(0.0);

@@ -1,48 +1,50 @@
-//! Any scanner, by a table of its pulses.
+//! Any scan pattern, read from a CSV table of its pulses.
 
 use std::io::BufRead;
 
 use crate::pattern::direction;
 use crate::{Pulse, ScanPattern};
 
-/// A pattern that replays a table, again and again.
+/// A pattern that replays a table of pulses again and again.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TablePattern {
+pub struct CsvPattern {
     pulses: Vec<Pulse>,
-    /// From the first pulse to the first of the next replay.
+    /// The time from the first pulse to the first pulse of the next replay, seconds.
     period_s: f64,
 }
 
-/// Why a table is no pattern.
+/// Why a table is not a pattern.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum TableError {
-    /// A row that cannot be understood.
+pub enum CsvPatternError {
+    /// A row is malformed.
     #[error("line {line}: {reason}")]
     Row {
-        /// From 1.
+        /// The line's number, from 1.
         line: usize,
         /// What is wrong.
         reason: String,
     },
-    /// Fewer than two pulses.
-    #[error("a pattern needs at least two pulses, and {0} is there")]
+    /// The table has fewer than two pulses.
+    #[error("a pattern needs at least two pulses, but the table has {0}")]
     TooFew(usize),
     /// The table cannot be read.
     #[error(transparent)]
     Read(#[from] std::io::Error),
 }
 
-impl TablePattern {
-    /// Reads rows of `time, azimuth, elevation` and, if there, `ring`: seconds, degrees to the left of x
-    /// forward, degrees up. Separated by commas; a first line that is no row is a header; empty lines and
-    /// lines that start with `#` are skipped. Times start anywhere and never decrease.
+impl CsvPattern {
+    /// Reads rows of `time, azimuth, elevation` and, if there, `ring`: seconds, degrees to the left
+    /// of x forward, degrees up. Separated by commas; a first line that is no row is a header;
+    /// empty lines and lines that start with `#` are skipped. Times start anywhere and never
+    /// decrease.
     ///
     /// Livox's own tables hold the zenith angle: elevation is 90° less it.
     ///
     /// # Errors
-    /// If the input cannot be read, a row is malformed, times decrease, or fewer than two are there.
-    pub fn from_csv(input: impl BufRead) -> Result<Self, TableError> {
+    /// If the input cannot be read, a row is malformed, times decrease, or fewer than two are
+    /// there.
+    pub fn from_csv(input: impl BufRead) -> Result<Self, CsvPatternError> {
         let mut pulses: Vec<Pulse> = Vec::new();
         let mut start_s = 0.0;
         for (i, line) in input.lines().enumerate() {
@@ -55,7 +57,7 @@ impl TablePattern {
                 Ok(pulse) => pulse,
                 Err(_) if i == 0 => continue,
                 Err(reason) => {
-                    return Err(TableError::Row {
+                    return Err(CsvPatternError::Row {
                         line: i + 1,
                         reason,
                     });
@@ -67,7 +69,7 @@ impl TablePattern {
             pulse.time_s -= start_s;
             if pulses.last().is_some_and(|last| pulse.time_s < last.time_s) {
                 let reason = "times must not decrease".to_owned();
-                return Err(TableError::Row {
+                return Err(CsvPatternError::Row {
                     line: i + 1,
                     reason,
                 });
@@ -76,20 +78,20 @@ impl TablePattern {
         }
         let last_s = pulses.last().map_or(0.0, |p| p.time_s);
         if pulses.len() < 2 || last_s <= 0.0 {
-            return Err(TableError::TooFew(pulses.len()));
+            return Err(CsvPatternError::TooFew(pulses.len()));
         }
         // The next replay follows after the mean interval.
         let period_s = last_s * pulses.len() as f64 / (pulses.len() - 1) as f64;
         Ok(Self { pulses, period_s })
     }
 
-    /// Pulses in the table.
+    /// The number of pulses in the table.
     #[must_use]
     pub fn len(&self) -> usize {
         self.pulses.len()
     }
 
-    /// Never: a pattern has at least two pulses.
+    /// Always false, because a pattern has at least two pulses.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pulses.is_empty()
@@ -107,7 +109,7 @@ fn row(text: &str) -> Result<Pulse, String> {
     let number = |name: &str, text: &str, low: f64, high: f64| {
         let value: f64 = text
             .parse()
-            .map_err(|_| format!("{name} is {text:?}, which is no number"))?;
+            .map_err(|_| format!("{name} is {text:?}, which is not a number"))?;
         if (low..=high).contains(&value) {
             Ok(value)
         } else {
@@ -130,7 +132,7 @@ fn row(text: &str) -> Result<Pulse, String> {
     })
 }
 
-impl ScanPattern for TablePattern {
+impl ScanPattern for CsvPattern {
     fn pulse(&self, number: u64) -> Pulse {
         let count = self.pulses.len() as u64;
         let mut pulse = self.pulses[(number % count) as usize];

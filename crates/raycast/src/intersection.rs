@@ -1,6 +1,7 @@
-//! Where a ray meets a primitive, in f64: the one place that decides what is hit.
+//! Ray-primitive intersection in f64: the one place that decides what is hit.
 
-use glam::{DVec3, Vec3Swizzles};
+use glam::{DVec3, Vec3, Vec3Swizzles};
+use nemoral_scene::Ray;
 
 /// A ray in the space of one shape. The direction is not normalised, so that `t` stays in metres of
 /// the scene.
@@ -10,9 +11,21 @@ pub(crate) struct LocalRay {
     pub(crate) direction: DVec3,
 }
 
-/// A point of a primitive on a ray.
+impl LocalRay {
+    /// A ray of the scene in the frame of a group at `offset`. An f64 holds the difference of two
+    /// f32 of like size exactly, so neighbouring groups see one ray.
+    #[inline(always)]
+    pub(crate) fn in_group(ray: &Ray, offset: Vec3) -> Self {
+        Self {
+            origin: ray.origin.as_dvec3() - offset.as_dvec3(),
+            direction: ray.direction.as_dvec3(),
+        }
+    }
+}
+
+/// The point of a primitive that a ray passes through.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Meeting {
+pub(crate) struct Intersection {
     /// Distance along the ray, metres of the scene.
     pub(crate) t: f64,
     /// Card: texture coordinate u. Triangle: weight of the second corner.
@@ -21,8 +34,8 @@ pub(crate) struct Meeting {
     pub(crate) v: f64,
 }
 
-impl Meeting {
-    /// None.
+impl Intersection {
+    /// A placeholder where nothing was intersected.
     pub(crate) const NONE: Self = Self {
         t: f64::NAN,
         u: f64::NAN,
@@ -30,9 +43,9 @@ impl Meeting {
     };
 }
 
-/// The parallelogram `corner + u · edge_u + v · edge_v`, borders included.
+/// Intersects the parallelogram `corner + u · edge_u + v · edge_v`, borders included.
 #[inline(always)]
-pub(crate) fn card(ray: &LocalRay, [corner, edge_u, edge_v]: [DVec3; 3]) -> Option<Meeting> {
+pub(crate) fn card(ray: &LocalRay, [corner, edge_u, edge_v]: [DVec3; 3]) -> Option<Intersection> {
     // Solve origin + t d = corner + u edge_u + v edge_v by Cramer's rule.
     let normal = edge_u.cross(edge_v);
     let det = normal.dot(ray.direction);
@@ -43,19 +56,19 @@ pub(crate) fn card(ray: &LocalRay, [corner, edge_u, edge_v]: [DVec3; 3]) -> Opti
     // A ray in the plane (det = 0) gives infinities and NaNs, which no comparison lets pass.
     let inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
     let t = normal.dot(to_corner) / det;
-    (inside && t.is_finite()).then_some(Meeting { t, u, v })
+    (inside && t.is_finite()).then_some(Intersection { t, u, v })
 }
 
-/// The triangle of three corners, both sides, borders included.
+/// Intersects the triangle of three corners from both sides, borders included.
 ///
 /// Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection", in f64: corners are sheared
 /// so that the ray becomes the third axis, then the origin is located in the 2-D triangle. A corner
 /// shared by two triangles lands on the same 2-D point in both, an edge function is the negative of
 /// its twin in the neighbour, and as rounding is monotonic its sign is right or zero. Zero counts
-/// as inside, so no ray passes between neighbours. (A triangle some 10¹⁶ times smaller than its distance
-/// has no shape left, and its answer no meaning.)
+/// as inside, so no ray passes between neighbours. (A triangle some 10¹⁶ times smaller than its
+/// distance has no shape left, and the result no meaning.)
 #[inline(always)]
-pub(crate) fn triangle(ray: &LocalRay, corners: [DVec3; 3]) -> Option<Meeting> {
+pub(crate) fn triangle(ray: &LocalRay, corners: [DVec3; 3]) -> Option<Intersection> {
     // Make the direction's largest axis the third; a cyclic change of axes mirrors nothing.
     let (o, d) = (ray.origin, ray.direction);
     let size = d.abs();
@@ -69,7 +82,7 @@ pub(crate) fn triangle(ray: &LocalRay, corners: [DVec3; 3]) -> Option<Meeting> {
 }
 
 #[inline(always)]
-fn sheared(origin: DVec3, d: DVec3, corners: [DVec3; 3]) -> Option<Meeting> {
+fn sheared(origin: DVec3, d: DVec3, corners: [DVec3; 3]) -> Option<Intersection> {
     let (shear_x, shear_y) = (d.x / d.z, d.y / d.z);
     let [a, b, c] = corners.map(|corner| {
         let p = corner - origin;
@@ -84,7 +97,7 @@ fn sheared(origin: DVec3, d: DVec3, corners: [DVec3; 3]) -> Option<Meeting> {
         return None;
     }
     let t = (u * a.z + v * b.z + w * c.z) / det / d.z;
-    t.is_finite().then_some(Meeting {
+    t.is_finite().then_some(Intersection {
         t,
         u: v / det,
         v: w / det,

@@ -1,36 +1,39 @@
-//! From what the rays of pulses met to points.
+//! The receiver: from the hits of pulses to echoes, returns and points.
 //!
-//! A thread does each step for all of its pulses before the next: what one pulse waits for (a division, a
-//! random word) is waited for beside the next ones'.
+//! A task does each step for all of its pulses before the next step, so that the processor computes
+//! what one pulse waits for (a division, a random word) beside that of the next pulses.
 
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{LidarPoint, ObjectId, PointFlags, Ray, RigidTransform, Semantic, SurfaceHit};
+use nemoral_scene::{
+    EchoObservation, LidarPoint, ObjectId, PointFlags, Ray, RigidTransform, Semantic, SurfaceHit,
+};
 use nemoral_seed::{Domain, Draw};
 
-use crate::EchoObservation;
-use crate::echo::{Contact, Echo, group};
-use crate::scan::{Piece, Scan};
+use crate::echo::{Echo, SubRayHit, group_hits};
+use crate::pulse_batch::{PulseBatch, ScanContext};
 
 const DROPOUT: Domain = Domain::new("lidar.dropout");
 const FALSE_ALARM: Domain = Domain::new("lidar.false_alarm");
 const LATER_ECHO: Domain = Domain::new("lidar.later_echo");
 
-/// A surface that is this far off the plane of the strongest one is another one, metres.
+/// A surface that is farther than this off the plane of the strongest one is another surface,
+/// metres.
 const MIXED_M: f64 = 0.02;
 
-/// Pulses and what their rays met.
-pub(crate) struct Answer<'a> {
-    pub(crate) piece: &'a Piece,
+/// A batch of pulses, their rays, and what the rays hit.
+pub(crate) struct BatchHits<'a> {
+    pub(crate) batch: &'a PulseBatch,
     pub(crate) rays: &'a [Ray],
     pub(crate) hits: &'a [Option<SurfaceHit>],
 }
 
-/// What becomes a point.
-pub(crate) struct Report {
+/// A return: an echo that is reported, or a false alarm.
+pub(crate) struct Return {
     measured_m: f64,
-    /// Which of the piece's pulses.
+    /// The number of the pulse in its batch.
     shot: u32,
-    /// Which of the piece's rays brought most of it; [`NO_RAY`] of a false alarm.
+    /// The number in the batch of the ray that brought most of the light; [`NO_RAY`] for a false
+    /// alarm.
     ray: u32,
     true_range_m: f32,
     intensity: f32,
@@ -43,25 +46,25 @@ pub(crate) struct Report {
 
 const NO_RAY: u32 = u32::MAX;
 
-/// Echoes of pulses.
+/// The echoes of a batch of pulses.
 #[derive(Default)]
 struct Echoes {
-    contacts: Vec<Contact>,
+    sub_ray_hits: Vec<SubRayHit>,
     echoes: Vec<Echo>,
-    /// The pulses that are not lost, and where the echoes of each end.
+    /// The numbers of the pulses that are not lost, and where the echoes of each one end.
     ends: Vec<(u32, usize)>,
 }
 
-impl Scan<'_> {
-    /// What a receiver reports of pulses, in their order.
-    pub(crate) fn receive(&self, answer: &Answer<'_>) -> Vec<Report> {
+impl ScanContext<'_> {
+    /// The returns of a batch of pulses, in their order.
+    pub(crate) fn detect(&self, cast: &BatchHits<'_>) -> Vec<Return> {
         let Echoes {
-            contacts,
+            sub_ray_hits,
             echoes,
             ends,
-        } = self.echoes(answer);
-        let measured = self.measured(answer.piece, &echoes, &ends);
-        let mut reports = Vec::with_capacity(ends.len());
+        } = self.echoes(cast);
+        let measured = self.measured(cast.batch, &echoes, &ends);
+        let mut reported = Vec::with_capacity(ends.len());
         let mut seen = Vec::new();
         let mut start = 0;
         for (shot, end) in ends {
@@ -79,34 +82,34 @@ impl Scan<'_> {
             self.params.returns.select(&mut seen);
             let returns = seen.len() as u8;
             for (return_number, echo) in (1..).zip(&seen) {
-                reports.push(Report {
+                reported.push(Return {
                     return_number,
                     returns,
-                    ..self.report(answer, shot, echo, &contacts)
+                    ..self.return_of(cast, shot, echo, &sub_ray_hits)
                 });
             }
             if returns == 0 && self.params.errors.false_alarm > 0.0 {
-                reports.extend(self.false_alarm(answer.piece, shot));
+                reported.extend(self.false_alarm(cast.batch, shot));
             }
         }
-        reports
+        reported
     }
 
-    /// What comes back to the receiver.
-    fn echoes(&self, answer: &Answer<'_>) -> Echoes {
+    /// Groups what comes back to the receiver into echoes.
+    fn echoes(&self, cast: &BatchHits<'_>) -> Echoes {
         let of_shot = self.sub_rays.len();
         let dropout = self.params.errors.dropout;
         let mut all = Echoes::default();
-        all.ends.reserve(answer.piece.pulses.len());
-        all.contacts.reserve(answer.piece.pulses.len());
-        all.echoes.reserve(answer.piece.pulses.len());
-        for (shot, hits) in (0_u32..).zip(answer.hits.chunks(of_shot)) {
-            let number = answer.piece.start + shot;
+        all.ends.reserve(cast.batch.pulses.len());
+        all.sub_ray_hits.reserve(cast.batch.pulses.len());
+        all.echoes.reserve(cast.batch.pulses.len());
+        for (shot, hits) in (0_u32..).zip(cast.hits.chunks(of_shot)) {
+            let number = cast.batch.start + shot;
             if dropout > 0.0 && self.key_of(number, DROPOUT).rng().chance(dropout) {
                 continue;
             }
-            let rays = &answer.rays[shot as usize * of_shot..][..of_shot];
-            let first = all.contacts.len();
+            let rays = &cast.rays[shot as usize * of_shot..][..of_shot];
+            let first = all.sub_ray_hits.len();
             for (i, hit) in hits.iter().enumerate() {
                 let Some(hit) = hit else { continue };
                 if hit.distance_m < self.params.min_range_m {
@@ -114,15 +117,15 @@ impl Scan<'_> {
                 }
                 let incidence_cos =
                     (-towards(hit, &rays[i]).dot(rays[i].direction.into())).clamp(0.0, 1.0);
-                all.contacts.push(Contact {
+                all.sub_ray_hits.push(SubRayHit {
                     ray: i,
                     range_m: hit.distance_m.into(),
                     sent_back: self.sub_rays[i].weight * (self.reflectance(hit) * incidence_cos),
                     incidence_cos,
                 });
             }
-            group(
-                &mut all.contacts,
+            group_hits(
+                &mut all.sub_ray_hits,
                 first,
                 self.params.beam.resolution_m,
                 &mut all.echoes,
@@ -132,12 +135,17 @@ impl Scan<'_> {
         all
     }
 
-    /// What the noise makes of the range of each echo.
-    fn measured(&self, piece: &Piece, echoes: &[Echo], ends: &[(u32, usize)]) -> Vec<Option<f64>> {
+    /// The measured range of each echo; `None` if it is not seen.
+    fn measured(
+        &self,
+        batch: &PulseBatch,
+        echoes: &[Echo],
+        ends: &[(u32, usize)],
+    ) -> Vec<Option<f64>> {
         let mut identities = Vec::with_capacity(echoes.len());
         for &(shot, end) in ends {
             if end > identities.len() {
-                identities.resize(end, self.identity(piece.start + shot));
+                identities.resize(end, self.identity(batch.start + shot));
             }
         }
         let mut keys = self.key.items(&identities);
@@ -153,13 +161,14 @@ impl Scan<'_> {
             EchoObservation {
                 range_m: echo.range_m,
                 incidence_cos: cos,
-                // Of a wide plate that would send back as much.
+                // That of a plate as wide as the beam that would reflect as much.
                 reflectance: if cos > 0.0 { echo.sent_back / cos } else { 0.0 },
             }
         };
         let observations: Vec<EchoObservation> = echoes.iter().map(observed).collect();
         let mut measured = vec![None; echoes.len()];
-        self.noise.measure_each(&observations, &keys, &mut measured);
+        self.range_model
+            .measure_each(&observations, &keys, &mut measured);
         measured
     }
 
@@ -168,16 +177,22 @@ impl Scan<'_> {
         self.params.wavelength.band(material).reflectance.into()
     }
 
-    /// The report of an echo, but for its number among its pulse's.
-    fn report(&self, answer: &Answer<'_>, shot: u32, echo: &Echo, contacts: &[Contact]) -> Report {
-        let strongest = &contacts[echo.strongest];
+    /// The return of an echo, without its number among those of its pulse.
+    fn return_of(
+        &self,
+        cast: &BatchHits<'_>,
+        shot: u32,
+        echo: &Echo,
+        sub_ray_hits: &[SubRayHit],
+    ) -> Return {
+        let strongest = &sub_ray_hits[echo.strongest];
         let of_pulse = shot as usize * self.sub_rays.len();
-        let (rays, hits) = (&answer.rays[of_pulse..], &answer.hits[of_pulse..]);
-        let pure = match &contacts[echo.first..echo.end] {
+        let (rays, hits) = (&cast.rays[of_pulse..], &cast.hits[of_pulse..]);
+        let pure = match &sub_ray_hits[echo.first..echo.end] {
             [only] => only.ray == 0,
             group => {
-                let hit_of = |c: &Contact| hits[c.ray].as_ref().expect("a contact is a hit");
-                let at = |c: &Contact| {
+                let hit_of = |c: &SubRayHit| hits[c.ray].as_ref().expect("it is a hit");
+                let at = |c: &SubRayHit| {
                     DVec3::from(rays[c.ray].direction) * f64::from(hit_of(c).distance_m)
                 };
                 let hit = hit_of(strongest);
@@ -191,7 +206,7 @@ impl Scan<'_> {
                     })
             }
         };
-        Report {
+        Return {
             measured_m: echo.measured_m,
             shot,
             ray: (of_pulse + strongest.ray) as u32,
@@ -205,13 +220,13 @@ impl Scan<'_> {
         }
     }
 
-    /// Something out of nothing.
-    fn false_alarm(&self, piece: &Piece, shot: u32) -> Option<Report> {
-        let mut rng = self.key_of(piece.start + shot, FALSE_ALARM).rng();
+    /// The return of a false alarm, if there is one.
+    fn false_alarm(&self, batch: &PulseBatch, shot: u32) -> Option<Return> {
+        let mut rng = self.key_of(batch.start + shot, FALSE_ALARM).rng();
         let raised = rng.chance(self.params.errors.false_alarm);
         let (near, far) = (self.params.min_range_m, self.params.max_range_m);
         let range_m = rng.range_f64(near.into(), far.into());
-        raised.then(|| Report {
+        raised.then(|| Return {
             measured_m: self.params.errors.quantised_m(range_m),
             shot,
             ray: NO_RAY,
@@ -225,23 +240,23 @@ impl Scan<'_> {
         })
     }
 
-    /// The point of a report.
-    pub(crate) fn point(&self, answer: &Answer<'_>, report: &Report) -> LidarPoint {
-        let shot = report.shot as usize;
-        let (pulse, pose) = (&answer.piece.pulses[shot], answer.piece.pose(shot));
+    /// The point of a return.
+    pub(crate) fn point(&self, cast: &BatchHits<'_>, reported: &Return) -> LidarPoint {
+        let shot = reported.shot as usize;
+        let (pulse, pose) = (&cast.batch.pulses[shot], cast.batch.pose(shot));
         // Along the pulse, not along its ray, whose f32 origin is micrometres beside the LiDAR: a
         // camera at the LiDAR's place, with the same f32 origin, looks along the pulse too.
-        let in_lidar = pulse.direction * report.measured_m;
+        let in_lidar = pulse.direction * reported.measured_m;
         let position = if self.params.deskew {
             let in_scene = pose.transform_point(in_lidar);
             self.lidar_from_scene.transform_point(in_scene)
         } else {
             in_lidar
         };
-        let met = (report.ray != NO_RAY).then(|| {
-            let ray = report.ray as usize;
-            let hit = answer.hits[ray].as_ref().expect("an echo is of a hit");
-            let normal = self.written(pose, towards(hit, &answer.rays[ray]));
+        let met = (reported.ray != NO_RAY).then(|| {
+            let ray = reported.ray as usize;
+            let hit = cast.hits[ray].as_ref().expect("an echo is of a hit");
+            let normal = self.written(pose, towards(hit, &cast.rays[ray]));
             (
                 self.materials.get(hit.material).semantic,
                 hit.object,
@@ -251,20 +266,20 @@ impl Scan<'_> {
         let (semantic, object, normal) = met.unwrap_or((Semantic::Sky, ObjectId::NONE, Vec3::ZERO));
         LidarPoint {
             position_m: position.as_vec3(),
-            true_range_m: report.true_range_m,
-            range_m: report.measured_m as f32,
-            intensity: report.intensity,
-            reflectivity: report.reflectivity,
+            true_range_m: reported.true_range_m,
+            range_m: reported.measured_m as f32,
+            intensity: reported.intensity,
+            reflectivity: reported.reflectivity,
             semantic,
             object,
             ring: pulse.ring,
-            return_number: report.return_number,
-            returns: report.returns,
+            return_number: reported.return_number,
+            returns: reported.returns,
             time_offset_ns: ((pulse.time_s - self.start_s) * 1e9).round() as u32,
-            pulse: answer.piece.start + report.shot,
-            incidence_cos: report.incidence_cos,
+            pulse: cast.batch.start + reported.shot,
+            incidence_cos: reported.incidence_cos,
             normal,
-            flags: report.flags,
+            flags: reported.flags,
         }
     }
 
@@ -279,8 +294,8 @@ impl Scan<'_> {
     }
 }
 
-/// The normal of what a ray hit, towards the sensor: the flat primitive's, for it is what stops the
-/// light. Its side is the shape's, so it is turned.
+/// The normal, towards the sensor, of the flat primitive that a ray hit, because that is what stops
+/// the light. Its side is the shape's, so it may have to be turned.
 fn towards(hit: &SurfaceHit, ray: &Ray) -> DVec3 {
     let normal: DVec3 = hit.geometric_normal.into();
     if normal.dot(ray.direction.into()) > 0.0 {

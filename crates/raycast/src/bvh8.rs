@@ -2,16 +2,17 @@
 
 use nemoral_scene::Bounds;
 
-use crate::binary::{self, Binary, Grown, Growth, Split};
+use crate::bvh2_build::{self, BuildParams, Bvh2, Bvh2Node, Split};
 use crate::node::{LEAF, Node, half_area};
-use crate::stack::LEVELS;
+use crate::traversal::MAX_LEVELS;
 
 /// Cost of a leaf relative to that of visiting one binary node.
 const LEAF_COST: f32 = 1.0;
 
-/// How much is done to better a tree: subtrees are moved, this share of them this often.
+/// How much is done to improve a tree by reinsertion: in each pass this share of all subtrees is
+/// moved.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
+pub(crate) struct BuildEffort {
     pub(crate) passes: usize,
     pub(crate) share: f32,
 }
@@ -24,44 +25,49 @@ pub(crate) struct Effort {
 pub(crate) fn build(
     boxes: &[Bounds],
     max_leaf: usize,
-    effort: Effort,
+    effort: BuildEffort,
     nodes: &mut Vec<Node>,
     leaf: impl FnMut(&[u32]) -> u32,
 ) -> u32 {
     let all: Vec<u32> = (0..boxes.len() as u32).collect();
-    Tree::over(boxes, &all, max_leaf, effort).write(nodes, Node::new, leaf)
+    Bvh8::over(boxes, &all, max_leaf, effort).write(nodes, Node::new, leaf)
 }
 
-/// A tree, before it is written as nodes and leaves.
-pub(crate) struct Tree {
+/// An eight-wide tree before it is written as nodes and leaves.
+pub(crate) struct Bvh8 {
     /// Children after their parents.
-    nodes: Vec<Binary>,
+    nodes: Vec<Bvh2Node>,
     /// The boxes' numbers, those of a leaf beside each other.
     order: Vec<u32>,
     is_leaf: Vec<bool>,
     split: Split,
 }
 
-impl Tree {
-    /// A tree over the boxes of these numbers, with so many in a leaf at the most.
+impl Bvh8 {
+    /// Builds a tree over the boxes with these numbers, with at most `max_leaf` in a leaf.
     ///
     /// # Panics
     /// If there are no numbers.
-    pub(crate) fn over(boxes: &[Bounds], numbers: &[u32], max_leaf: usize, effort: Effort) -> Self {
+    pub(crate) fn over(
+        boxes: &[Bounds],
+        numbers: &[u32],
+        max_leaf: usize,
+        effort: BuildEffort,
+    ) -> Self {
         assert!(!numbers.is_empty(), "a tree has at least one box");
-        let grow = |split, leaf| binary::grow(boxes, numbers, Growth { split, leaf });
-        let grown = if effort.passes > 0 {
-            // Each box is moved on its own.
-            binary::reinsert(grow(Split::Sah, 1), effort.passes, effort.share)
+        let build2 = |split, leaf| bvh2_build::build(boxes, numbers, BuildParams { split, leaf });
+        let binary = if effort.passes > 0 {
+            // Reinsertion moves each box on its own.
+            bvh2_build::reinsert(build2(Split::Sah, 1), effort.passes, effort.share)
         } else {
-            grow(Split::Sah, max_leaf)
+            build2(Split::Sah, max_leaf)
         };
-        let wide = Self::plan(grown, max_leaf, Split::Sah);
-        if wide.levels(0) <= LEVELS {
+        let wide = Self::collapse(binary, max_leaf, Split::Sah);
+        if wide.levels(0) <= MAX_LEVELS {
             return wide;
         }
         // Halves of halves are at most 11 wide levels deep.
-        Self::plan(grow(Split::Halves, max_leaf), max_leaf, Split::Halves)
+        Self::collapse(build2(Split::Halves, max_leaf), max_leaf, Split::Halves)
     }
 
     /// How many leaves there are.
@@ -78,12 +84,12 @@ impl Tree {
         leaves
     }
 
-    /// The box around all.
+    /// The box around everything.
     pub(crate) fn bounds(&self) -> Bounds {
         self.nodes[0].bounds
     }
 
-    /// At most 64 boxes that together hold all: two levels of wide nodes.
+    /// At most 64 boxes that together hold everything: two levels of wide nodes.
     pub(crate) fn cover(&self) -> Vec<Bounds> {
         let below = |node: u32| match self.is_leaf[node as usize] {
             true => vec![node],
@@ -93,8 +99,8 @@ impl Tree {
         cover.map(|node| self.nodes[node as usize].bounds).collect()
     }
 
-    /// Writes it and returns its root: a node or, with [`LEAF`] set, a leaf. `node` makes a node of up to
-    /// eight boxes and what is in them, `leaf` turns box numbers into a leaf number.
+    /// Writes the tree and returns its root: a node or, with [`LEAF`] set, a leaf. `node` makes a
+    /// node of up to eight boxes and their children, `leaf` turns box numbers into a leaf number.
     pub(crate) fn write<N>(
         &self,
         nodes: &mut Vec<N>,
@@ -104,8 +110,8 @@ impl Tree {
         self.emit(0, nodes, &node, &mut leaf)
     }
 
-    fn plan(Grown { nodes, order }: Grown, max_leaf: usize, split: Split) -> Self {
-        // Bottom-up: is one leaf cheaper than what is below?
+    fn collapse(Bvh2 { nodes, order }: Bvh2, max_leaf: usize, split: Split) -> Self {
+        // Bottom-up: a subtree becomes one leaf where that is cheaper.
         let mut cost = vec![0.0_f32; nodes.len()];
         let mut is_leaf = vec![true; nodes.len()];
         for (i, node) in nodes.iter().enumerate().rev() {
@@ -128,7 +134,7 @@ impl Tree {
         }
     }
 
-    /// The up to eight children of a wide node: the binary node's, the largest opened first.
+    /// The up to eight children of a wide node, found by opening the largest binary node first.
     fn children(&self, root: u32) -> Vec<u32> {
         let mut children = self.nodes[root as usize].below.to_vec();
         while children.len() < 8 {
@@ -150,7 +156,7 @@ impl Tree {
         children
     }
 
-    /// Wide nodes from one to the deepest below it.
+    /// The number of levels of wide nodes from one node down.
     fn levels(&self, root: u32) -> usize {
         if self.is_leaf[root as usize] {
             return 0;
@@ -222,7 +228,7 @@ mod tests {
         let root = build(
             boxes,
             1,
-            Effort {
+            BuildEffort {
                 passes: 2,
                 share: 1.0,
             },
@@ -230,7 +236,7 @@ mod tests {
             |b| b[0],
         );
         let mut found = Vec::new();
-        assert!(walk(&nodes, root, &mut found) <= LEVELS);
+        assert!(walk(&nodes, root, &mut found) <= MAX_LEVELS);
         found.sort_unstable();
         assert!(found.into_iter().eq(0..boxes.len() as u32));
     }
@@ -256,10 +262,10 @@ mod tests {
         let growing = |k: i32| cube(Vec3::splat(2.0_f32.powi(k)), 2.0_f32.powi(k - 1));
         let boxes: Vec<_> = (-60..60).flat_map(|k| [growing(k); 4]).collect();
         let all: Vec<u32> = (0..boxes.len() as u32).collect();
-        let grow = |split| binary::grow(&boxes, &all, Growth { split, leaf: 1 });
-        let levels = |split| Tree::plan(grow(split), 1, split).levels(0);
-        assert!(levels(Split::Sah) > LEVELS);
-        assert!(levels(Split::Halves) <= LEVELS);
+        let build2 = |split| bvh2_build::build(&boxes, &all, BuildParams { split, leaf: 1 });
+        let levels = |split| Bvh8::collapse(build2(split), 1, split).levels(0);
+        assert!(levels(Split::Sah) > MAX_LEVELS);
+        assert!(levels(Split::Halves) <= MAX_LEVELS);
         check(&boxes);
     }
 }

@@ -1,13 +1,13 @@
-//! Depth-first search through the nodes, nearest child first.
+//! Depth-first traversal of a tree by one ray, nearest child first.
 
 use crate::nearest::Nearest;
 use crate::node::{Boxes, LEAF, LaneRay, Slabs};
 use crate::simd::{F8, Isa, Keys};
 
-/// Levels that a tree may have. Builders keep to it.
-pub(crate) const LEVELS: usize = 16;
+/// The most levels that a tree may have. Builders keep to it.
+pub(crate) const MAX_LEVELS: usize = 16;
 
-/// A node on the way, and which of its children are yet to be visited.
+/// A node that has been opened, and which of its children are yet to be visited.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Visit {
@@ -15,15 +15,15 @@ struct Visit {
     distances: F8,
     keys: Keys,
     node: u32,
-    /// Children left.
+    /// How many children are left.
     left: u32,
 }
 
-/// The nodes from the root to where the search is. Three trees are nested: groups, instances,
-/// primitives.
+/// The opened nodes from the root to where the search is. Three trees are nested: groups,
+/// instances, primitives.
 #[derive(Debug)]
 pub(crate) struct Stack {
-    visits: [Visit; 3 * LEVELS],
+    visits: [Visit; 3 * MAX_LEVELS],
     len: usize,
 }
 
@@ -36,18 +36,18 @@ impl Stack {
             left: 0,
         };
         Self {
-            visits: [none; 3 * LEVELS],
+            visits: [none; 3 * MAX_LEVELS],
             len: 0,
         }
     }
 
-    /// Gives up a search that has it for itself.
+    /// Gives up a search that has the whole stack for itself.
     #[inline(always)]
     pub(crate) fn clear(&mut self) {
         self.len = 0;
     }
 
-    /// The nearest child left above `base`, leaving out those beyond the nearest hit.
+    /// Takes the nearest child that is left above `base`, skipping those beyond the nearest hit.
     #[inline(always)]
     fn take<I: Isa>(
         &mut self,
@@ -70,20 +70,20 @@ impl Stack {
     }
 }
 
-/// What is done at the leaves of a tree.
+/// What is done at the leaves of a tree during a traversal.
 ///
 /// A trait, not a closure: all code below a kernel must be inlined into it to be compiled for its
 /// instruction set, and closures cannot be told to.
-pub(crate) trait Leaves {
+pub(crate) trait LeafVisitor {
     fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, stack: &mut Stack);
 }
 
-/// Visits the leaves that a ray may meet, nearest first as far as boxes tell. With `ANY`, stops at
-/// the first hit.
+/// Visits the leaves whose boxes a ray passes through, in order of the boxes' distances. With
+/// `ANY`, stops at the first hit.
 ///
 /// Boxes at exactly the distance of the best hit are visited too: there may be one of lower rank.
 #[inline(always)]
-pub(crate) fn walk<I: Isa, B: Boxes, L: Leaves, const ANY: bool>(
+pub(crate) fn traverse<I: Isa, B: Boxes, L: LeafVisitor, const ANY: bool>(
     isa: I,
     (nodes, root): (&[B], u32),
     ray: &LaneRay,
@@ -99,9 +99,10 @@ pub(crate) fn walk<I: Isa, B: Boxes, L: Leaves, const ANY: bool>(
     }
 }
 
-/// One step of a search that has the stack above `base`: from a node or leaf to the next one, if there is one.
+/// One step of a search that owns the stack above `base`: from a node or leaf to the next one, if
+/// there is one.
 #[inline(always)]
-pub(crate) fn step<I: Isa, B: Boxes, L: Leaves, const ANY: bool>(
+pub(crate) fn step<I: Isa, B: Boxes, L: LeafVisitor, const ANY: bool>(
     isa: I,
     (nodes, at): (&[B], u32),
     slabs: &Slabs<I>,

@@ -1,34 +1,35 @@
-//! Binary trees over boxes: grown by the surface area heuristic, then improved by reinsertion.
+//! Binary trees over boxes: built by the surface area heuristic, then improved by reinsertion.
 
 use glam::Vec3A;
 use nemoral_scene::Bounds;
 
 use crate::node::half_area;
 
-/// How to halve a set of boxes.
+/// How to split a set of boxes in two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Split {
     /// Where the surface area heuristic is least.
     Sah,
-    /// In two equal numbers.
+    /// Into two halves of equal numbers.
     Halves,
 }
 
 /// An inner node has two children, a leaf some boxes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Binary {
+pub(crate) struct Bvh2Node {
     pub(crate) bounds: Bounds,
-    /// Boxes below.
+    /// The number of boxes below.
     pub(crate) count: u32,
     pub(crate) inner: bool,
-    /// Children of an inner node; for a leaf where its boxes start in the order of the tree, twice.
+    /// The children of an inner node; for a leaf, twice the place where its boxes start in the
+    /// tree's order.
     pub(crate) below: [u32; 2],
 }
 
 /// A tree over boxes.
-pub(crate) struct Grown {
+pub(crate) struct Bvh2 {
     /// Children after their parents.
-    pub(crate) nodes: Vec<Binary>,
+    pub(crate) nodes: Vec<Bvh2Node>,
     /// The numbers of the boxes, those of a leaf beside each other.
     pub(crate) order: Vec<u32>,
 }
@@ -37,13 +38,13 @@ pub(crate) struct Grown {
 const BINS: usize = 16;
 const FEW_BINS: usize = 8;
 
-/// So many boxes are few: sweeping more bins than boxes takes longer than it gains.
+/// Up to so many boxes get few bins: sweeping more bins than boxes costs more than it gains.
 const FEW: usize = 32;
 
 /// Beyond this depth halves are taken, whatever they cost: it bounds the recursion.
 const SAH_DEPTH: usize = 64;
 
-/// Trees of fewer boxes are grown by one thread.
+/// Trees of fewer boxes are built by one thread.
 const PARALLEL: usize = 4096;
 
 /// A box on its way into a tree, with its number.
@@ -53,7 +54,7 @@ struct Item {
     number: u32,
 }
 
-/// What a node is over.
+/// The bounds of what a node holds.
 #[derive(Clone, Copy)]
 struct Extent {
     boxes: BoundsA,
@@ -128,17 +129,17 @@ impl From<BoundsA> for Bounds {
     }
 }
 
-/// How a tree is grown.
+/// How a tree is built.
 #[derive(Clone, Copy)]
-pub(crate) struct Growth {
+pub(crate) struct BuildParams {
     pub(crate) split: Split,
-    /// So many boxes or fewer make a leaf.
+    /// The most boxes in a leaf.
     pub(crate) leaf: usize,
 }
 
-/// A tree over some of the boxes, at least one. Large ones are grown on all threads of the current rayon
-/// pool, to the same bits.
-pub(crate) fn grow(boxes: &[Bounds], numbers: &[u32], growth: Growth) -> Grown {
+/// Builds a tree over some of the boxes, at least one. Large trees are built on all threads of the
+/// current rayon pool; the result is the same to the bit.
+pub(crate) fn build(boxes: &[Bounds], numbers: &[u32], params: BuildParams) -> Bvh2 {
     // The boxes themselves are sorted, not their numbers: they are read many times, in order.
     let item = |&number: &u32| Item {
         bounds: boxes[number as usize],
@@ -147,34 +148,40 @@ pub(crate) fn grow(boxes: &[Bounds], numbers: &[u32], growth: Growth) -> Grown {
     let mut items: Vec<Item> = numbers.iter().map(item).collect();
     let mut nodes = Vec::new();
     let all = Extent::of(&items);
-    growth.grow(&mut items, all, Spot { start: 0, depth: 0 }, &mut nodes);
+    params.build(
+        &mut items,
+        all,
+        SubtreeSlot { start: 0, depth: 0 },
+        &mut nodes,
+    );
     let order = items.into_iter().map(|item| item.number).collect();
-    Grown { nodes, order }
+    Bvh2 { nodes, order }
 }
 
-/// Where a subtree is.
+/// Where a subtree is stored.
 #[derive(Clone, Copy)]
-struct Spot {
-    /// Its first item among all.
+struct SubtreeSlot {
+    /// The number of its first item among all items.
     start: u32,
     depth: usize,
 }
 
-impl Growth {
-    /// Adds the tree over the items, which it permutes; children are numbered from the start of `nodes`.
-    fn grow(self, items: &mut [Item], all: Extent, spot: Spot, nodes: &mut Vec<Binary>) {
+impl BuildParams {
+    /// Adds the tree over the items, which it permutes; children are numbered from the start of
+    /// `nodes`.
+    fn build(self, items: &mut [Item], all: Extent, slot: SubtreeSlot, nodes: &mut Vec<Bvh2Node>) {
         let (n, at) = (items.len(), nodes.len());
-        nodes.push(Binary {
+        nodes.push(Bvh2Node {
             bounds: all.boxes.into(),
             count: n as u32,
             inner: n > self.leaf,
-            below: [spot.start; 2],
+            below: [slot.start; 2],
         });
         if n <= self.leaf {
             return;
         }
         let cut = match self.split {
-            Split::Sah if spot.depth < SAH_DEPTH => {
+            Split::Sah if slot.depth < SAH_DEPTH => {
                 sah_cut(items, &all.centres.into(), self.leaf as u32)
             }
             _ => None,
@@ -183,22 +190,22 @@ impl Growth {
             let (left, right) = items.split_at(n / 2);
             (n / 2, [left, right].map(Extent::of))
         });
-        let depth = spot.depth + 1;
-        let start = spot.start + cut as u32;
-        let spots = [Spot { depth, ..spot }, Spot { start, depth }];
+        let depth = slot.depth + 1;
+        let start = slot.start + cut as u32;
+        let spots = [SubtreeSlot { depth, ..slot }, SubtreeSlot { start, depth }];
         let (left, right) = items.split_at_mut(cut);
         if n < PARALLEL {
             nodes[at].below[0] = nodes.len() as u32;
-            self.grow(left, extents[0], spots[0], nodes);
+            self.build(left, extents[0], spots[0], nodes);
             nodes[at].below[1] = nodes.len() as u32;
-            self.grow(right, extents[1], spots[1], nodes);
+            self.build(right, extents[1], spots[1], nodes);
             return;
         }
         nodes[at].below[0] = nodes.len() as u32;
         let mut of_right = Vec::new();
         rayon::join(
-            || self.grow(left, extents[0], spots[0], nodes),
-            || self.grow(right, extents[1], spots[1], &mut of_right),
+            || self.build(left, extents[0], spots[0], nodes),
+            || self.build(right, extents[1], spots[1], &mut of_right),
         );
         let first = nodes.len() as u32;
         nodes[at].below[1] = first;
@@ -212,10 +219,11 @@ impl Growth {
 }
 
 /// Partitions the items where the surface area heuristic (Wald 2007, binned) is least; returns the
-/// number of those on the left and the extents of both sides, or `None` if all centres, which `centres`
-/// bounds, fall together.
+/// number of those on the left and the extents of both sides, or `None` if all centres, which
+/// `centres` bounds, fall together.
 ///
-/// What costs is leaves, not items: a ray tests all of one at once, and full ones are fewer to fetch.
+/// The cost counts leaves, not items: a ray tests all items of a leaf at once, and full leaves are
+/// fewer to fetch.
 fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [Extent; 2])> {
     let count_of_bins = if items.len() <= FEW { FEW_BINS } else { BINS };
     let size = centres.max - centres.min;
@@ -223,7 +231,8 @@ fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [E
         Vec3A::splat(count_of_bins as f32) / Vec3A::from(size),
         Vec3A::from(centres.min),
     );
-    // An axis without extent scales by infinity or not at all: whatever bins it has, it is not cut.
+    // An axis without extent scales by infinity or not at all; whatever its bins are, it is not
+    // cut.
     let bins_of = |b: BoundsA| {
         ((b.min + b.max - low) * scale)
             .to_array()
@@ -279,29 +288,29 @@ fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [E
     Some((left, extents))
 }
 
-/// A place for a subtree: beside a node, and by how much that lessens the tree's area.
+/// Where a subtree can be inserted (beside a node), and by how much that lessens the tree's area.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct InsertPosition {
     gain: f32,
     beside: u32,
 }
 
-/// A tree whose subtrees are moved.
-struct Moving {
-    nodes: Vec<Binary>,
+/// A tree whose subtrees are being moved.
+struct Reinsertion {
+    nodes: Vec<Bvh2Node>,
     parents: Vec<u32>,
 }
 
 /// Moves subtrees to where they cost least, the largest first: `share` of all nodes, `passes` times
 /// (Meister and Bittner 2018, "Parallel reinsertion for bounding volume hierarchy optimization",
 /// one after the other). Children come after their parents again.
-pub(crate) fn reinsert(grown: Grown, passes: usize, share: f32) -> Grown {
-    let Grown { nodes, order } = grown;
+pub(crate) fn reinsert(tree: Bvh2, passes: usize, share: f32) -> Bvh2 {
+    let Bvh2 { nodes, order } = tree;
     let mut parents = vec![0; nodes.len()];
     for (i, node) in (0..).zip(&nodes).filter(|(_, node)| node.inner) {
         node.below.iter().for_each(|&c| parents[c as usize] = i);
     }
-    let mut tree = Moving { nodes, parents };
+    let mut tree = Reinsertion { nodes, parents };
     let mut stack = Vec::new();
     for _ in 0..passes {
         let mut largest: Vec<(f32, u32)> = (0..)
@@ -311,7 +320,7 @@ pub(crate) fn reinsert(grown: Grown, passes: usize, share: f32) -> Grown {
         largest.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         largest.truncate((largest.len() as f32 * share).ceil() as usize);
         for (_, node) in largest {
-            // The root has no place but its own, and its children's parent must stay the root.
+            // The root cannot be moved, and its children's parent must stay the root.
             if node != 0
                 && tree.parents[node as usize] != 0
                 && let Some(place) = tree.best_place(node, &mut stack)
@@ -321,10 +330,10 @@ pub(crate) fn reinsert(grown: Grown, passes: usize, share: f32) -> Grown {
         }
     }
     let nodes = tree.in_order();
-    Grown { nodes, order }
+    Bvh2 { nodes, order }
 }
 
-impl Moving {
+impl Reinsertion {
     fn area(&self, node: u32) -> f32 {
         half_area(&self.nodes[node as usize].bounds)
     }
@@ -334,21 +343,22 @@ impl Moving {
         if l == node { r } else { l }
     }
 
-    /// Where a subtree would lessen the tree's area most; none if nowhere.
-    fn best_place(&self, node: u32, stack: &mut Vec<Place>) -> Option<Place> {
+    /// The insert position that lessens the tree's area most; `None` if there is none.
+    fn best_place(&self, node: u32, stack: &mut Vec<InsertPosition>) -> Option<InsertPosition> {
         let bounds = self.nodes[node as usize].bounds;
         let area = half_area(&bounds);
         let parent = self.parents[node as usize];
-        let mut best = Place {
+        let mut best = InsertPosition {
             gain: 1e-5 * area,
             beside: 0,
         };
-        // What taking the node out of all below `pivot` gains, and what is left there.
+        // What taking the node out of everything below `pivot` gains, and the box that is left
+        // there.
         let mut gain = self.area(parent);
         let mut left = Bounds::EMPTY;
         let (mut pivot, mut sibling) = (parent, self.sibling(node));
         loop {
-            stack.push(Place {
+            stack.push(InsertPosition {
                 gain,
                 beside: sibling,
             });
@@ -359,11 +369,11 @@ impl Moving {
                 let there = &self.nodes[place.beside as usize];
                 let gain = place.gain - half_area(&there.bounds.union(bounds));
                 if gain > best.gain {
-                    best = Place { gain, ..place };
+                    best = InsertPosition { gain, ..place };
                 }
                 let below = gain + half_area(&there.bounds);
                 if there.inner && below - area > best.gain {
-                    stack.extend(there.below.map(|beside| Place {
+                    stack.extend(there.below.map(|beside| InsertPosition {
                         gain: below,
                         beside,
                     }));
@@ -382,7 +392,8 @@ impl Moving {
         (best.beside != 0).then_some(best)
     }
 
-    /// The node's parent moves with it; its sibling takes the parent's place.
+    /// Moves a node beside another. Its parent moves with it, and its sibling takes the parent's
+    /// place.
     fn move_beside(&mut self, node: u32, beside: u32) {
         let parent = self.parents[node as usize];
         let sibling = self.sibling(node);
@@ -397,7 +408,7 @@ impl Moving {
         self.refit(parent);
     }
 
-    /// Hangs `new` where `old` hangs.
+    /// Makes `new` the child of the parent of `old`.
     fn replace(&mut self, old: u32, new: u32) {
         let above = self.parents[old as usize];
         let below = &mut self.nodes[above as usize].below;
@@ -405,7 +416,7 @@ impl Moving {
         self.parents[new as usize] = above;
     }
 
-    /// Makes a node and those above it fit what is below them.
+    /// Recomputes the boxes of a node and of those above it.
     fn refit(&mut self, mut node: u32) {
         loop {
             let [l, r] = self.nodes[node as usize].below;
@@ -420,16 +431,16 @@ impl Moving {
         }
     }
 
-    fn in_order(self) -> Vec<Binary> {
+    fn in_order(self) -> Vec<Bvh2Node> {
         let mut sorted = Vec::with_capacity(self.nodes.len());
         // A node, and where its number is wanted.
         let mut stack = vec![(0, 0, 0)];
         while let Some((old, above, side)) = stack.pop() {
             let me = sorted.len() as u32;
-            let node: Binary = self.nodes[old as usize];
+            let node: Bvh2Node = self.nodes[old as usize];
             sorted.push(node);
             if me != 0 {
-                let above: &mut Binary = &mut sorted[above as usize];
+                let above: &mut Bvh2Node = &mut sorted[above as usize];
                 above.below[side] = me;
             }
             if node.inner {
@@ -447,7 +458,7 @@ mod tests {
     use super::*;
 
     /// The area of the inner nodes; the boxes found.
-    fn measure(Grown { nodes, order }: &Grown) -> (f32, Vec<u32>) {
+    fn measure(Bvh2 { nodes, order }: &Bvh2) -> (f32, Vec<u32>) {
         let mut found = Vec::new();
         let mut area = 0.0;
         for (i, node) in nodes.iter().enumerate() {
@@ -485,11 +496,11 @@ mod tests {
                 .collect();
             let split = Split::Halves;
             let numbers: Vec<u32> = (0..n).collect();
-            let grown = grow(&boxes, &numbers, Growth { split, leaf: 1 });
-            let (before, all) = measure(&grown);
-            let (_, in_fives) = measure(&grow(&boxes, &numbers, Growth { split, leaf: 5 }));
+            let tree = build(&boxes, &numbers, BuildParams { split, leaf: 1 });
+            let (before, all) = measure(&tree);
+            let (_, in_fives) = measure(&build(&boxes, &numbers, BuildParams { split, leaf: 5 }));
             assert_eq!(in_fives, all);
-            let (after, kept) = measure(&reinsert(grown, 2, 1.0));
+            let (after, kept) = measure(&reinsert(tree, 2, 1.0));
             assert_eq!(kept, all);
             assert_eq!(kept.len(), n as usize);
             // Halves of an unordered list are a bad tree.

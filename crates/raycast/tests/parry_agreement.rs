@@ -4,7 +4,7 @@ mod common;
 
 use common::{Groups, scene};
 use glam::{DMat3, DVec2, DVec3};
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::{
     AlphaMask, Card, Hit, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray, RayCaster,
 };
@@ -163,12 +163,12 @@ fn agree(a: &Option<Hit>, b: &Option<Found>) -> bool {
     match (a, b) {
         (None, None) => true,
         (Some(a), Some(b)) => {
-            let t = f64::from(a.distance_m);
-            let same = a.object == b.object && a.material == b.material;
-            let normal = a.geometric_normal.as_dvec3();
+            let t = f64::from(a.surface.distance_m);
+            let same = a.surface.object == b.object && a.surface.material == b.material;
+            let normal = a.surface.geometric_normal.as_dvec3();
             same && (t - b.t).abs() <= 1e-4 * t.abs().max(b.t.abs())
                 && normal.distance(b.normal) < 1e-4
-                && (f64::from(a.uv_per_m) - b.uv_per_m).abs() <= 1e-4 * b.uv_per_m
+                && (f64::from(a.shading.uv_per_m) - b.uv_per_m).abs() <= 1e-4 * b.uv_per_m
         }
         _ => false,
     }
@@ -180,14 +180,15 @@ fn parry_and_an_f64_solver_agree() {
     for seed in 0..60 {
         let (groups, targets) = scene(seed);
         let library = common::library(seed);
-        let forest = Forest::new(groups.clone());
+        let forest = RayScene::new(groups.clone());
         for ray in common::rays(seed, &targets, 120) {
             let ours = forest.closest_hit(&ray);
             let things = placed(&groups, &library, &ray);
             let d = ray.direction.as_dvec3();
             rays += 1;
             hits += u32::from(ours.is_some());
-            masked += u32::from(ours.is_some_and(|h| library.get(h.material).mask.is_some()));
+            masked +=
+                u32::from(ours.is_some_and(|h| library.get(h.surface.material).mask.is_some()));
 
             // A decision is delicate if some primitive on the way is met within a millionth of its
             // size of a border or texel edge, or two are met at all but the same distance, or at

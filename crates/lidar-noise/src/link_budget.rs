@@ -1,7 +1,8 @@
-//! The laser range equation: how strong an echo is, and whether it is seen.
+//! The link budget: how strong an echo is by the laser range equation, and whether it is seen.
 
-use crate::error::{at_least_zero, check, positive};
-use crate::{Detection, Observation, ParamError, Sigma};
+use nemoral_scene::{EchoObservation, ParamError};
+
+use crate::model::{Detection, Sigma};
 
 /// Parameters of [`RangeEquation`]: one row of a data sheet, "range at reflectance".
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,7 +11,8 @@ pub struct RangeEquationParams {
     pub reference_range_m: f64,
     /// The diffuse reflectance of the reference target, greater than 0, at most 1.
     pub reference_reflectance: f64,
-    /// Extinction of the air, per metre, at least 0: about 1e-4 in clear air, 3 / visibility in fog.
+    /// Extinction of the air, per metre, at least 0: about 1e-4 in clear air, 3 / visibility in
+    /// fog.
     pub extinction_per_m: f64,
 }
 
@@ -44,29 +46,29 @@ impl RangeEquation {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(params: RangeEquationParams) -> Result<Self, ParamError> {
-        positive("reference_range_m", params.reference_range_m)?;
-        check(
+        ParamError::check_positive("reference_range_m", params.reference_range_m)?;
+        ParamError::check(
             params.reference_reflectance > 0.0 && params.reference_reflectance <= 1.0,
             "reference_reflectance",
             params.reference_reflectance,
             "greater than 0 and at most 1",
         )?;
-        at_least_zero("extinction_per_m", params.extinction_per_m)?;
-        let reference = Observation {
+        ParamError::check_at_least_zero("extinction_per_m", params.extinction_per_m)?;
+        let reference = EchoObservation {
             range_m: params.reference_range_m,
             incidence_cos: 1.0,
             reflectance: params.reference_reflectance,
         };
         Ok(Self {
             extinction_per_m: params.extinction_per_m,
-            // Data sheets are measured in clear air: what the weather takes is taken from the range.
+            // Data sheets are measured in clear air, so the weather's extinction reduces the range.
             power_min: power(0.0, &reference),
         })
     }
 
     /// Received power over the weakest that is seen; at least 0, infinite at range 0.
     #[must_use]
-    pub fn signal_to_noise(&self, o: &Observation) -> f64 {
+    pub fn signal_to_noise(&self, o: &EchoObservation) -> f64 {
         power(self.extinction_per_m, o) / self.power_min
     }
 }
@@ -77,16 +79,16 @@ impl Default for RangeEquation {
     }
 }
 
-fn power(extinction_per_m: f64, o: &Observation) -> f64 {
+fn power(extinction_per_m: f64, o: &EchoObservation) -> f64 {
     let sent_back = o.reflectance * o.incidence_cos.max(0.0);
     if sent_back <= 0.0 {
-        return 0.0; // also at range 0
+        return 0.0; // at range 0 too
     }
     sent_back * libm::exp(-2.0 * extinction_per_m * o.range_m) / (o.range_m * o.range_m)
 }
 
 impl Detection for RangeEquation {
-    fn probability(&self, o: &Observation) -> f64 {
+    fn probability(&self, o: &EchoObservation) -> f64 {
         if self.signal_to_noise(o) >= 1.0 {
             1.0
         } else {
@@ -108,8 +110,8 @@ pub struct SoftThreshold {
 }
 
 impl SoftThreshold {
-    /// Detection at a probability of false alarm per pulse, between 0 and 0.5 (both excluded); Livox
-    /// writes less than 1e-4.
+    /// Detection at a probability of false alarm per pulse, between 0 and 0.5 (both excluded);
+    /// Livox writes less than 1e-4.
     ///
     /// # Errors
     /// If the probability is out of its range.
@@ -117,7 +119,7 @@ impl SoftThreshold {
         range_equation: RangeEquation,
         false_alarm_probability: f64,
     ) -> Result<Self, ParamError> {
-        check(
+        ParamError::check(
             false_alarm_probability > 0.0 && false_alarm_probability < 0.5,
             "false_alarm_probability",
             false_alarm_probability,
@@ -131,7 +133,7 @@ impl SoftThreshold {
 }
 
 impl Detection for SoftThreshold {
-    fn probability(&self, o: &Observation) -> f64 {
+    fn probability(&self, o: &EchoObservation) -> f64 {
         // erfc(0) = 1 where SNR + ½ = −ln P_fa: that is the threshold's own ratio in noise units.
         let in_noise_units = self.range_equation.signal_to_noise(o) * (self.threshold - 0.5);
         let margin = self.threshold.sqrt() - (in_noise_units + 0.5).sqrt();
@@ -159,11 +161,11 @@ impl Default for SnrSigmaParams {
     }
 }
 
-/// `σ = √(floor² + k² / SNR)`: strong echoes are timed better.
+/// `σ = √(floor² + k² / SNR)`: strong echoes are timed more precisely.
 ///
 /// The `1/√SNR` law is that of LISA (Kilic et al. 2021) and fits the rows that Livox and Ouster
-/// publish. An echo below the threshold of detection has no range; its spread is taken as that at the
-/// threshold, so the value is always finite.
+/// publish. An echo below the threshold of detection has no range; its spread is taken as that at
+/// the threshold, so the value is always finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SnrSigma {
     params: SnrSigmaParams,
@@ -176,8 +178,8 @@ impl SnrSigma {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(params: SnrSigmaParams, range_equation: RangeEquation) -> Result<Self, ParamError> {
-        at_least_zero("floor_m", params.floor_m)?;
-        at_least_zero("at_threshold_m", params.at_threshold_m)?;
+        ParamError::check_at_least_zero("floor_m", params.floor_m)?;
+        ParamError::check_at_least_zero("at_threshold_m", params.at_threshold_m)?;
         Ok(Self {
             params,
             range_equation,
@@ -186,7 +188,7 @@ impl SnrSigma {
 }
 
 impl Sigma for SnrSigma {
-    fn sigma_m(&self, o: &Observation) -> f64 {
+    fn sigma_m(&self, o: &EchoObservation) -> f64 {
         let SnrSigmaParams {
             floor_m,
             at_threshold_m,
@@ -200,8 +202,8 @@ impl Sigma for SnrSigma {
 mod tests {
     use super::*;
 
-    fn at(range_m: f64, reflectance: f64) -> Observation {
-        Observation {
+    fn at(range_m: f64, reflectance: f64) -> EchoObservation {
+        EchoObservation {
             range_m,
             incidence_cos: 1.0,
             reflectance,

@@ -1,27 +1,27 @@
-//! The order in which the rays of a batch are cast.
+//! Sorting the rays of a batch, so that neighbours in the order take similar paths.
 
 use glam::{Vec2, Vec3};
 use nemoral_scene::{Bounds, Ray};
 use rayon::prelude::*;
 
-/// Fewer rays are keyed by one thread.
+/// Batches of fewer rays are keyed by one thread.
 const LEAST: usize = 4096;
 
-/// Ray numbers, neighbours in direction near each other: what one ray has brought to the cache
-/// serves the next. A permutation of `0..rays.len()`.
+/// Ray numbers sorted so that rays of similar direction are near each other, because what one ray
+/// has brought to the cache serves the next. A permutation of `0..rays.len()`.
 pub(crate) fn by_direction(rays: &[Ray]) -> Vec<u32> {
     sorted(rays, |ray| morton(octahedral(ray.direction)))
 }
 
-/// Ray numbers, neighbours in origin near each other: for rays in about one direction, as shadow
-/// rays are. A permutation of `0..rays.len()`.
-pub(crate) fn by_place(rays: &[Ray]) -> Vec<u32> {
+/// Ray numbers sorted so that rays of similar origin are near each other, for rays of about one
+/// direction, as shadow rays are. A permutation of `0..rays.len()`.
+pub(crate) fn by_origin(rays: &[Ray]) -> Vec<u32> {
     let bounds = Bounds::of_points(rays.iter().map(|r| r.origin));
     let size = (bounds.max - bounds.min).max_element().max(1e-3);
     sorted(rays, |ray| morton_3d((ray.origin - bounds.min) / size))
 }
 
-/// Ray numbers by the lower 20 bits of a key; equal keys keep their order.
+/// Ray numbers sorted by the lower 20 bits of a key; rays with equal keys keep their order.
 fn sorted(rays: &[Ray], key: impl Fn(&Ray) -> u32 + Sync) -> Vec<u32> {
     let key = |(i, ray): (usize, &Ray)| u64::from(key(ray)) << 32 | i as u64;
     let mut keys = Vec::new();
@@ -35,7 +35,7 @@ fn sorted(rays: &[Ray], key: impl Fn(&Ray) -> u32 + Sync) -> Vec<u32> {
     keys.into_iter().map(|key| key as u32).collect()
 }
 
-/// Sorts by ten bits of the keys; keys that are alike there keep their order.
+/// Sorts by ten bits of the keys; keys that are equal there keep their order.
 fn pass(keys: &[u64], shift: u32, sorted: &mut [u64]) {
     let digit = |key: u64| (key >> shift) as usize & 1023;
     let mut starts = [0_u32; 1025];
@@ -52,8 +52,8 @@ fn pass(keys: &[u64], shift: u32, sorted: &mut [u64]) {
     }
 }
 
-/// The sphere unfolded on the unit square (Cigolle et al. 2014, "A survey of efficient
-/// representations for independent unit vectors").
+/// The point of a direction on the sphere unfolded to the unit square (Cigolle et al. 2014, "A
+/// survey of efficient representations for independent unit vectors").
 fn octahedral(d: Vec3) -> Vec2 {
     let p = Vec2::new(d.x, d.y) / (d.x.abs() + d.y.abs() + d.z.abs());
     let folded = if d.z >= 0.0 {
@@ -114,8 +114,8 @@ mod tests {
         let rays: Vec<Ray> = [6, 3, 0, 5, 1, 7, 2, 4]
             .map(|k| Ray::new(corner(k) * 40.0 - 7.0, Vec3::Z))
             .to_vec();
-        assert_eq!(by_place(&rays), [2, 4, 6, 1, 7, 3, 0, 5]);
-        assert!(by_place(&[]).is_empty());
+        assert_eq!(by_origin(&rays), [2, 4, 6, 1, 7, 3, 0, 5]);
+        assert!(by_origin(&[]).is_empty());
         assert_eq!(morton_3d(Vec3::ONE), 0xF_FFFF);
     }
 }
