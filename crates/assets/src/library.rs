@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use nemoral_scene::{MaterialId, MaterialLibrary, Prototype};
+use nemoral_scene::{MaterialLibrary, Prototype};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
+use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::error::ParamError;
-use crate::near::{Masks, Nearness, ambient_occlusion};
-use crate::palette::Palette;
+use crate::materials::{GroundMaterials, WorldMaterials};
 use crate::plant::rock::{RockPlan, rock};
 use crate::plant::seedling::seedling;
 use crate::plant::shape::Shape;
@@ -25,8 +25,9 @@ use crate::tree::{
 pub struct AssetParams {
     /// The trees' species, 1 to 32, each with a name of its own.
     pub species: Vec<StandSpecies>,
-    /// Different living trees of each species, 1..=64. Their diameters stand for one of as many equal
-    /// parts of the stand's distribution each, so that few trees already show its spread and basal area.
+    /// Different living trees of each species, 1..=64. Their diameters stand for one of as many
+    /// equal parts of the stand's distribution each, so that few trees already show its spread and
+    /// basal area.
     pub individuals_per_species: u32,
     /// Different saplings of each species, 0..=64, 2 to 4.5 m high.
     pub saplings_per_species: u32,
@@ -91,28 +92,6 @@ pub struct PlantAsset {
     pub radius_m: f64,
     /// Height above z = 0, metres.
     pub height_m: f64,
-}
-
-/// The materials of the ground and of trails; all of them `ground`, uv in metres.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-pub struct GroundMaterials {
-    /// The forest floor: leaf litter, needle litter, moss and soil.
-    pub floor: Vec<MaterialId>,
-    /// Slopes that a trail has cut or filled.
-    pub cut_slope: MaterialId,
-    /// Gravel, dry earth, mud, grassy, leaf litter, needles, sand, rock.
-    pub trails: [TrailMaterials; 8],
-}
-
-/// The three bands of a trail's section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct TrailMaterials {
-    /// Most of it.
-    pub surface: MaterialId,
-    /// Where wheels run.
-    pub rut: MaterialId,
-    /// Between the ruts.
-    pub strip: MaterialId,
 }
 
 /// All prototypes and materials of a world.
@@ -224,19 +203,19 @@ impl AssetParams {
 }
 
 impl Library {
-    /// Grows a library, on all threads of the pool it is called in. The same key and parameters give
-    /// the same bytes on any number of threads.
+    /// Grows a library, on all threads of the pool it is called in. The same key and parameters
+    /// give the same bytes on any number of threads.
     ///
     /// # Errors
     /// If a parameter is out of its range.
     pub fn grow(params: &AssetParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
-        let palette = Palette::bake(&species, params.seedlings_per_species > 0, key);
-        let masks = Masks::of(&palette.library);
+        let materials = WorldMaterials::bake(&species, params.seedlings_per_species > 0, key);
+        let masks = MaskCoverage::of(&materials.library);
         let grower = TreeGrower {
             params,
-            palette: &palette,
+            materials: &materials,
             masks: &masks,
             growth: GrowthParams {
                 trunk_radius_m: params.trunk_radius_m,
@@ -246,35 +225,36 @@ impl Library {
         let trees = grower.all(TreeKind::Living, params.individuals_per_species, key)?;
         let saplings = grower.all(TreeKind::Sapling, params.saplings_per_species, key)?;
         let snags = grower.all(TreeKind::Snag, params.snags_per_species, key)?;
-        let collect = |domain: Domain, count: u32, grow: &GrowOne<'_>| -> Vec<PlantAsset> {
+        let collect = |stage: Domain, count: u32, grow: &GrowOne<'_>| -> Vec<PlantAsset> {
             (0..count)
                 .into_par_iter()
-                .map(|i| grow(i, key.domain(domain).item(u64::from(i))))
+                .map(|i| grow(i, key.domain(stage).item(u64::from(i))))
                 .collect()
         };
         let finish = |name: &str, number: u32, shape: Shape, radius_m: f32| {
-            let shape = prototype(name, number, shape, &palette.library);
+            let shape = prototype(name, number, shape, &materials.library);
             asset(name, shape, radius_m)
         };
-        let leafy = |name: &str, number: u32, shape: Shape, radius_m: f32, near: &Nearness| {
-            let shape = prototype(name, number, shape, &palette.library);
-            asset(name, between_leaves(shape, &masks, near), radius_m)
-        };
+        let leafy =
+            |name: &str, number: u32, shape: Shape, radius_m: f32, near: &OcclusionParams| {
+                let shape = prototype(name, number, shape, &materials.library);
+                asset(name, between_leaves(shape, &masks, near), radius_m)
+            };
         let patch = |name: &str, number: u32, shape: Shape| {
             let radius_m = shape.reach_m();
-            leafy(name, number, shape, radius_m, &Nearness::LOW)
+            leafy(name, number, shape, radius_m, &OcclusionParams::LOW)
         };
         let shrubs = collect(SHRUBS, SHRUBS_PER_KIND * 3, &|i, key| {
             let kind = ShrubKind::ALL[(i / SHRUBS_PER_KIND) as usize];
             let rank = (i % SHRUBS_PER_KIND) as f32 / (SHRUBS_PER_KIND - 1) as f32;
-            let shape = kind.grow(rank, &palette, &mut key.rng());
+            let shape = kind.grow(rank, &materials, &mut key.rng());
             // Crowns of shrubs may touch; their lower halves may not.
             let radius_m = 0.6 * shape.reach_m();
-            leafy(kind.name(), i, shape, radius_m, &Nearness::SHRUB)
+            leafy(kind.name(), i, shape, radius_m, &OcclusionParams::SHRUB)
         });
         let stumps = collect(STUMPS, STUMP_COUNT, &|i, key| {
             let mut rng = key.rng();
-            let species = i as usize % palette.stumps.len();
+            let species = i as usize % materials.stumps.len();
             // Diameters of 0.2 to 0.6 m, in even steps so that a library has them all.
             let radius_m = 0.10 + 0.20 * (i as f32 + rng.unit_f32()) / STUMP_COUNT as f32;
             let height_m = rng.range_f32(0.14, 0.38);
@@ -283,7 +263,7 @@ impl Library {
                 radius_m,
                 height_m,
                 old,
-                &palette.stumps[species],
+                &materials.stumps[species],
                 key.item(0),
             );
             let foot = foot_radius_m(&shape);
@@ -299,7 +279,7 @@ impl Library {
                 subdivisions: if radius_m < 0.45 { 3 } else { 4 },
                 sunk: rng.range_f32(0.30, 0.60),
                 roughness: rng.range_f32(0.05, 0.11),
-                material: palette.rock,
+                material: materials.rock,
                 tile_m: 1.0,
             };
             let shape = rock(&plan, key.item(0));
@@ -313,7 +293,7 @@ impl Library {
                 subdivisions: 2,
                 sunk: rng.range_f32(0.25, 0.45),
                 roughness: rng.range_f32(0.03, 0.08),
-                material: palette.stone,
+                material: materials.stone,
                 tile_m: 0.5,
             };
             let shape = rock(&plan, key.item(0));
@@ -321,17 +301,25 @@ impl Library {
             finish("stone", i, shape, foot)
         });
         let grass = collect(GRASS, PATCHES, &|i, key| {
-            patch("grass", i, undergrowth::grass(i, &palette, &mut key.rng()))
+            patch(
+                "grass",
+                i,
+                undergrowth::grass(i, &materials, &mut key.rng()),
+            )
         });
         let herbs = collect(HERBS, PATCHES, &|i, key| {
-            patch("herbs", i, undergrowth::herbs(i, &palette, &mut key.rng()))
+            patch(
+                "herbs",
+                i,
+                undergrowth::herbs(i, &materials, &mut key.rng()),
+            )
         });
         let ferns = collect(FERNS, 2 * PATCHES, &|i, key| {
             let mut rng = key.rng();
             if i % 2 == 0 {
-                patch("bracken", i, undergrowth::bracken(&palette, &mut rng))
+                patch("bracken", i, undergrowth::bracken(&materials, &mut rng))
             } else {
-                patch("male_fern", i, undergrowth::male_fern(&palette, &mut rng))
+                patch("male_fern", i, undergrowth::male_fern(&materials, &mut rng))
             }
         });
         let of_species = params.seedlings_per_species;
@@ -342,12 +330,12 @@ impl Library {
             let key = key.domain(SEEDLINGS).domain(Domain::new(name));
             let key = key.item(u64::from(number));
             let rank = individual_rank(number, of_species, key) as f32;
-            let (leaves, materials) = (&species[of].leaves, &palette.seedlings[of]);
+            let (leaves, materials) = (&species[of].leaves, &materials.seedlings[of]);
             let shape = seedling(rank, leaves, materials, &mut key.rng());
             patch(&format!("{name}_seedling"), number, shape)
         });
         let litter = collect(LITTER, PATCHES, &|i, key| {
-            let shape = floor::litter(i, &palette, &mut key.rng());
+            let shape = floor::litter(i, &materials, &mut key.rng());
             let radius_m = shape.reach_m();
             finish("litter", i, shape, radius_m)
         });
@@ -355,7 +343,7 @@ impl Library {
             patch(
                 "trail_tufts",
                 i,
-                undergrowth::trail_tuft(i, &palette, &mut key.rng()),
+                undergrowth::trail_tuft(i, &materials, &mut key.rng()),
             )
         });
         Ok(Self {
@@ -372,8 +360,8 @@ impl Library {
             litter,
             trail_tufts,
             trail_stones,
-            ground: palette.ground,
-            materials: palette.library,
+            ground: materials.ground,
+            materials: materials.library,
         })
     }
 }
@@ -407,9 +395,9 @@ fn prototype(name: &str, number: u32, shape: Shape, library: &MaterialLibrary) -
 }
 
 /// The same shape, dark between its leaves.
-fn between_leaves(shape: Prototype, masks: &Masks, near: &Nearness) -> Prototype {
-    let light = ambient_occlusion(&shape, masks, near);
-    (shape.with_ambient_occlusion(light))
+fn between_leaves(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams) -> Prototype {
+    let occlusion = ambient_occlusion::bake(&shape, masks, near);
+    (shape.with_ambient_occlusion(occlusion))
         .expect("one share of each vertex and corner, and no ground")
 }
 
@@ -437,8 +425,8 @@ enum TreeKind {
 
 struct TreeGrower<'a> {
     params: &'a AssetParams,
-    palette: &'a Palette,
-    masks: &'a Masks,
+    materials: &'a WorldMaterials,
+    masks: &'a MaskCoverage,
     growth: GrowthParams,
 }
 
@@ -485,12 +473,12 @@ impl TreeGrower<'_> {
             TreeKind::Snag => (grow_snag, "snag."),
             _ => (grow, part),
         };
-        let materials = &self.palette.trees[index];
+        let materials = &self.materials.trees[index];
         let tree = grow(species, &size, materials, &self.growth, key.item(2))?;
         let name = format!("{}.{part}{number}", species.name);
-        let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.palette.library)
+        let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
-        let prototype = between_leaves(prototype, self.masks, &Nearness::TREE);
+        let prototype = between_leaves(prototype, self.masks, &OcclusionParams::TREE);
         Ok(TreeAsset {
             prototype: Arc::new(prototype),
             species: species.name.clone(),

@@ -6,8 +6,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::params::{ParamError, check_weights, within};
-use crate::site::Exclusion;
+use crate::error::{ParamError, within};
+use crate::layers::site::Exclusion;
+use crate::variety::check_weights;
 
 const COVER: Domain = Domain::new("placement.cover");
 

@@ -50,6 +50,7 @@ mod ray_caster;
 mod semantic;
 mod surface;
 mod texture;
+mod trail_surface;
 mod transform;
 
 pub use ambient_occlusion::AmbientOcclusion;
@@ -78,6 +79,7 @@ pub use ray_caster::RayCaster;
 pub use semantic::Semantic;
 pub use surface::{FlatSurface, Surface, SurfaceSample};
 pub use texture::{Texture, TextureError, code_thresholds};
+pub use trail_surface::TrailSurfaceKind;
 pub use transform::RigidTransform;
 
 #[cfg(doctest)]

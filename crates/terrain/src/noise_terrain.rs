@@ -32,7 +32,7 @@ struct Octave {
     /// Octave space from world metres: a turn and a scale.
     linear: DMat2,
     shift: DVec2,
-    /// In units of the sum's standard deviation.
+    /// The height in units of the sum's standard deviation.
     amplitude: f64,
 }
 

@@ -5,7 +5,6 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::curve::Cubic;
-use crate::path::TrailId;
 use crate::route::Step;
 
 const CROSSING: Domain = Domain::new("trails.crossing");
@@ -16,6 +15,13 @@ const CANDIDATES: usize = 4;
 
 /// Most a trail leans from the border's normal where it crosses, radians.
 const LEAN_RAD: f64 = 0.5;
+
+/// The identity of a trail: the chunk that it starts in. At most one trail starts in a chunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TrailId {
+    /// The chunk that the trail starts in.
+    pub birth: ChunkCoord,
+}
 
 /// The crossings of a trail: points and directions, its ends included.
 #[derive(Clone, Debug)]

@@ -22,7 +22,8 @@ pub(super) struct Envelope {
     top_m: f64,
     /// Greatest radius.
     radius_m: f64,
-    /// Radius over relative height, as a share of the greatest: 0 is the base, the last entry the top.
+    /// Radius over relative height, as a share of the greatest: 0 is the base, the last entry the
+    /// top.
     profile: [f64; CELLS + 1],
     /// Radius over azimuth relative to the mean, once round.
     sides: [f64; CELLS + 1],
@@ -62,8 +63,8 @@ impl Envelope {
         }
     }
 
-    /// Is the point in the crown's space? The space goes on below the crown's base as wide as there, down
-    /// to just above the ground.
+    /// Is the point in the crown's space? The space goes on below the crown's base as wide as
+    /// there, down to just above the ground.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         if p.z < CLEARANCE_M {
             return false;
@@ -78,7 +79,8 @@ impl Envelope {
         }
     }
 
-    /// How far it is from `p` along `direction` to the outline, within a twentieth of the radius; 0 outside.
+    /// How far it is from `p` along `direction` to the outline, within a twentieth of the radius; 0
+    /// outside.
     pub(super) fn reach(&self, p: DVec3, direction: DVec3) -> f64 {
         let step = 0.05 * self.radius_m;
         let most = self.top_m + 2.0 * self.radius_m;

@@ -27,7 +27,7 @@ pub(super) struct Axis {
     pub(super) points: Vec<DVec3>,
     /// The parent and where on it: points counted from its base, with a fraction.
     pub(super) parent: Option<(usize, f64)>,
-    /// From this share of its length on it bears leaves.
+    /// The share of its length from which on it bears leaves.
     pub(super) leafy_from: f64,
     pub(super) key: Key,
 }
@@ -135,7 +135,8 @@ pub(super) struct Grower<'a> {
     axes: Vec<Axis>,
 }
 
-/// The species' form at this size: young trees keep their leading shoot, and saplings' shoots are short.
+/// The species' form at this size: young trees keep their leading shoot, and saplings' shoots are
+/// short.
 fn grown_so_far(species: &Species, size: &TreeSize) -> Species {
     let mut form = species.clone();
     let young = 1.0 - species.maturity(size.dbh_m);
@@ -152,10 +153,11 @@ fn grown_so_far(species: &Species, size: &TreeSize) -> Species {
     form
 }
 
-/// From this height on trees have shoots as long as their species'.
+/// The height from which on trees have shoots as long as their species'.
 const FULL_SHOOTS_M: f64 = 6.0;
 
-/// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of its foot.
+/// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of
+/// its foot.
 pub(super) fn skeleton(
     species: &Species,
     size: &TreeSize,
@@ -377,7 +379,8 @@ impl Grower<'_> {
     }
 }
 
-/// The branches of a parent's zone of length `span_m`: (number, distance from the zone's start, azimuth).
+/// The branches of a parent's zone of length `span_m`: (number, distance from the zone's start,
+/// azimuth).
 fn nodes(level: &BranchLevel, span_m: f64, density: f64, key: Key) -> Vec<(u64, f64, f64)> {
     let mut rng = key.domain(SHAPE).rng();
     let spacing = level.node_spacing_m / density;

@@ -6,7 +6,9 @@ use nemoral_assets::GroundMaterials;
 use nemoral_placement::CoverPoint;
 use nemoral_raycast::{Blas, Group};
 use nemoral_scene::glam::{DVec2, Mat3, Vec2, Vec3};
-use nemoral_scene::{ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface};
+use nemoral_scene::{
+    ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface, TrailSurfaceKind,
+};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_terrain::{GroundMesher, MeshParams, Terrain, TerrainParams};
 use nemoral_trails::{DressingKind, TrailZone};
@@ -180,7 +182,10 @@ impl FloorPlan {
         p: DVec2,
         inside: bool,
     ) -> MaterialId {
-        let trail = || &materials.trails[ground.trail_kind(p).map_or(0, |k| k as usize)];
+        let trail = || {
+            let kind = ground.trail_kind(p).unwrap_or(TrailSurfaceKind::Gravel);
+            materials.trail(kind)
+        };
         match ground.trail_zone(p, inside) {
             TrailZone::Surface => return trail().surface,
             TrailZone::Rut => return trail().rut,

@@ -9,7 +9,7 @@ use nemoral_seed::{Domain, Key};
 
 use super::ground::ChunkGround;
 use super::openness::Openness;
-use super::placement::SAPLINGS;
+use super::placement::StandLayer;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
@@ -94,7 +94,7 @@ impl Stage for SeedlingStage {
             }],
         };
         let grid = GroundCover::new(grid, world.domain(SEEDLINGS)).map_err(Error::of_stage)?;
-        let clusters = placement.clusters(at, SAPLINGS);
+        let clusters = placement.clusters(at, StandLayer::Saplings.index());
         let density = |p: DVec2| {
             let inside = clusters.as_ref().is_some_and(|c| c.contain(p));
             let most = self.per_m2 * CELL_M * CELL_M * if inside { 1.0 } else { STRAYS };

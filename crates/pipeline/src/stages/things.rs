@@ -16,6 +16,7 @@ use nemoral_trails::DressingKind;
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
 use super::looks::{Look, Looks, grown_scale, sapling_scale};
+use super::placement::StandLayer;
 use crate::Error;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
 
@@ -174,11 +175,11 @@ impl Stage for ThingStage {
             placed.push(Placed::new(ObjectKind::Rock, site));
         }
         for site in woody.iter() {
-            placed.push(match site.layer {
-                0 => Placed::new(ObjectKind::Tree, site),
-                1 => Placed::new(ObjectKind::Stump, site),
-                2 => Placed::new(ObjectKind::Shrub, site),
-                _ => Placed::sapling(site, assets.first_sapling),
+            placed.push(match StandLayer::of(site) {
+                StandLayer::Trees => Placed::new(ObjectKind::Tree, site),
+                StandLayer::Stumps => Placed::new(ObjectKind::Stump, site),
+                StandLayer::Shrubs => Placed::new(ObjectKind::Shrub, site),
+                StandLayer::Saplings => Placed::sapling(site, assets.first_sapling),
             });
         }
         let stones = model.trails().map(|t| t.dressing(at)).unwrap_or_default();

@@ -1,4 +1,5 @@
-//! The pass, and what it is drawn of. The workspace's tests hold its map against rays (`tests/tests/gpu.rs`).
+//! The pass, and what it is drawn of. The workspace's tests hold its map against rays
+//! (`tests/tests/gpu.rs`).
 
 use std::error::Error;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! Worlds of exact shapes, cast at in f64: the oracle of the camera's tests, and its example's scene.
+//! Worlds of exact shapes, cast at in f64: the oracle of the camera's tests, and its example's
+//! scene.
 #![allow(
     dead_code,
     unreachable_pub,
