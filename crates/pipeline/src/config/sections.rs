@@ -97,7 +97,7 @@ section! {
         /// Are there trails?
         enabled: bool = true, Flag, "paper, IV-C: can be switched off";
         /// Width.
-        width_m: f64 = 2.6, Real(0.8, 6.0), "a forest track, vegetation.md 4.1";
+        width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
         /// Surface texture: one for all, or varied from trail to trail.
         surface: String = "varied".into(), OneOf(&["varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand", "rock"]), "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
@@ -107,9 +107,9 @@ section! {
         /// A trail ends after this many chunks.
         max_length_chunks: u32 = 40, Whole(1, 200), "2 km; bounds the search for trails";
         /// Depth of the wheel ruts.
-        rut_depth_m: f64 = 0.05, Real(0.0, 0.4), "vegetation.md 4.1: 2-8 cm dry";
+        rut_depth_m: f64 = 0.05, Real(0.0, 0.4), "our choice: 2-8 cm when dry";
         /// Height of the crown in the middle over the edges.
-        crown_m: f64 = 0.04, Real(-0.3, 0.3), "vegetation.md 4.1: 4 %";
+        crown_m: f64 = 0.04, Real(-0.3, 0.3), "our choice: some 4 %";
         /// Most tufts of grass along the trails in a chunk; 0 for none.
         grass_max: u32 = 120, Whole(0, 2000), "paper, IV-C";
         /// How far from the middle a tuft may stand.
@@ -127,9 +127,9 @@ section! {
         /// Mean number of trees in a chunk.
         trees: f64 = 96.0, Real(0.0, 400.0), "paper, VI: medium";
         /// Mean number of stumps in a chunk.
-        stumps: f64 = 5.0, Real(0.0, 200.0), "managed stands, vegetation.md 2.5";
+        stumps: f64 = 5.0, Real(0.0, 200.0), "our choice: managed stands";
         /// Mean number of shrubs in a chunk.
-        shrubs: f64 = 60.0, Real(0.0, 400.0), "vegetation.md 2.5";
+        shrubs: f64 = 60.0, Real(0.0, 400.0), "our choice";
         /// Fewest rocks in a chunk.
         rocks_min: u32 = 2, Whole(0, 400), "paper, IV-D";
         /// Most rocks in a chunk.
@@ -139,7 +139,7 @@ section! {
         /// Two things keep this times the sum of their radii between them.
         spacing_factor: f64 = 1.3, Real(1.0, 10.0), "trunks apart, crowns may overlap";
         /// How evenly scattered things stand: the least distance over the spacing of a pattern with no room left; 0.3 as natural stands, 0.5 as thinned ones.
-        hard_core: f64 = 0.5, Real(0.1, 0.7), "vegetation.md 2.4: 0.4-0.6";
+        hard_core: f64 = 0.5, Real(0.1, 0.7), "our choice: 0.4-0.6";
     }
     plus {
         /// Planted rows.
@@ -157,9 +157,9 @@ section! {
         /// From row to row; 0: no rows, trees are scattered.
         spacing_m: f64 = 0.0, Real(0.0, 20.0), "scattered; eucalypts are planted 3 x 3 m";
         /// From tree to tree in a row.
-        in_row_m: f64 = 3.0, Real(0.8, 20.0), "vegetation.md 2.4";
+        in_row_m: f64 = 3.0, Real(0.8, 20.0), "our choice";
         /// Standard deviation of a tree about its place, each way.
-        jitter_m: f64 = 0.2, Real(0.0, 1.0), "vegetation.md 2.4: 0.15-0.3";
+        jitter_m: f64 = 0.2, Real(0.0, 1.0), "our choice: 0.15-0.3";
         /// Where rows head, clockwise from north.
         heading_deg: f64 = 25.0, Real(-180.0, 180.0), "any";
     }
@@ -171,11 +171,11 @@ section! {
         /// Share of the forest that is gap; 0 for none.
         share: f64 = 0.0, Real(0.0, 0.6), "none, as the paper's forests";
         /// Smallest mean radius.
-        radius_min_m: f64 = 5.0, Real(1.0, 10.0), "vegetation.md 5: 5-15";
+        radius_min_m: f64 = 5.0, Real(1.0, 10.0), "our choice: 5-15";
         /// Largest mean radius.
         radius_max_m: f64 = 9.0, Real(1.0, 10.0), "at most half a chunk of 20 m";
         /// Density of shrubs in a gap, relative to outside.
-        shrubs: f64 = 2.0, Real(0.0, 10.0), "light-driven, vegetation.md 2.5";
+        shrubs: f64 = 2.0, Real(0.0, 10.0), "our choice: driven by light";
         /// Density of saplings in a gap, relative to outside.
         saplings: f64 = 4.0, Real(0.0, 10.0), "gaps regenerate";
     }
@@ -185,15 +185,15 @@ section! {
     /// Regeneration: saplings (0.7 to 4.5 m high) and seedlings (under 0.3 m) of the stand's species, in clusters.
     Regeneration at "placement.regeneration" {
         /// Mean number of saplings in a chunk.
-        saplings: f64 = 0.0, Real(0.0, 400.0), "none, as the paper's forests; vegetation.md 2.5: 25-500";
+        saplings: f64 = 0.0, Real(0.0, 400.0), "none, as the paper's forests; our choice for others: 25-500";
         /// Seedlings on a square metre of a cluster in full light; down to a tenth of that in deep shade, 6 % of it outside clusters, none on trails.
         seedlings: f64 = 0.4, Real(0.0, 2.0), "our choice: some; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
         /// Share of the ground that clusters cover.
-        share: f64 = 0.2, Real(0.02, 0.9), "vegetation.md 5";
+        share: f64 = 0.2, Real(0.02, 0.9), "our choice";
         /// Smallest mean radius of a cluster.
-        radius_min_m: f64 = 2.0, Real(0.5, 10.0), "vegetation.md 5: sigma 1-4";
+        radius_min_m: f64 = 2.0, Real(0.5, 10.0), "our choice: 1-5";
         /// Largest mean radius of a cluster.
-        radius_max_m: f64 = 5.0, Real(0.5, 10.0), "vegetation.md 5: sigma 1-4";
+        radius_max_m: f64 = 5.0, Real(0.5, 10.0), "our choice: 1-5";
     }
 }
 
@@ -203,9 +203,9 @@ section! {
         /// Side of a grid cell; each may hold a patch of plants.
         cell_m: f64 = 1.25, Real(0.5, 10.0), "patches are 1-2 m wide";
         /// Share of cells that hold a patch in full light.
-        cover: f64 = 0.9, Real(0.0, 1.0), "vegetation.md 2.5";
+        cover: f64 = 0.9, Real(0.0, 1.0), "our choice";
         /// Patches of fallen twigs per cell.
-        litter: f64 = 0.12, Real(0.0, 1.0), "vegetation.md 2.5";
+        litter: f64 = 0.12, Real(0.0, 1.0), "our choice";
         /// Weight of grass among the patches.
         grass: f64 = 0.45, Real(0.0, 100.0), "open forests of the south";
         /// Weight of herbs.
@@ -235,17 +235,17 @@ section! {
     /// What is grown.
     Assets at "assets" {
         /// Individuals of each tree species.
-        individuals: u32 = 8, Whole(1, 64), "vegetation.md 1.5: 8-16";
+        individuals: u32 = 8, Whole(1, 64), "our choice: 8-16 look varied";
         /// Wood thicker than this radius is trunk, thinner wood is canopy.
-        trunk_radius_m: f64 = 0.04, Real(0.005, 1.0), "design: configurable";
+        trunk_radius_m: f64 = 0.04, Real(0.005, 1.0), "our choice";
         /// Mean stem diameter at breast height.
-        dbh_mean_m: f64 = 0.26, Real(0.08, 0.8), "managed stands, vegetation.md 2.1";
+        dbh_mean_m: f64 = 0.26, Real(0.08, 0.8), "our choice: managed stands";
         /// Shape of the Weibull distribution of diameters: 1.2 of all ages, 3 of one age.
-        dbh_shape: f64 = 2.5, Real(1.0, 6.0), "vegetation.md 2.4";
+        dbh_shape: f64 = 2.5, Real(1.0, 6.0), "our choice";
         /// Thinnest tree.
         dbh_min_m: f64 = 0.10, Real(0.07, 0.5), "callipered from here";
         /// Thickest tree.
-        dbh_max_m: f64 = 0.60, Real(0.1, 1.5), "managed stands, vegetation.md 2.1";
+        dbh_max_m: f64 = 0.60, Real(0.1, 1.5), "our choice: managed stands";
         /// Share of maritime pines.
         maritime_pine: f64 = 0.6, Real(0.0, 1000.0), "the paper's Portuguese forests";
         /// Share of eucalypts.
@@ -271,11 +271,11 @@ section! {
         /// Share of the trees that are dead and still stand.
         snags: f64 = 0.03, Real(0.0, 0.9), "managed European stands: a few in a hundred";
         /// Share of gorse among the shrubs.
-        gorse: f64 = 1.0, Real(0.0, 1000.0), "vegetation.md 2.5";
+        gorse: f64 = 1.0, Real(0.0, 1000.0), "our choice";
         /// Share of heather.
-        heather: f64 = 1.0, Real(0.0, 1000.0), "vegetation.md 2.5";
+        heather: f64 = 1.0, Real(0.0, 1000.0), "our choice";
         /// Share of bramble.
-        bramble: f64 = 1.0, Real(0.0, 1000.0), "vegetation.md 2.5";
+        bramble: f64 = 1.0, Real(0.0, 1000.0), "our choice";
     }
 }
 
@@ -597,13 +597,13 @@ section! {
     /// The LiDAR (paper, V-B).
     Lidar at "lidar" {
         /// A scanner by its data sheet: sets the pattern, the pulses of 0.1 s, ranges, beam, errors and noise below; what is set besides stays as set.
-        device: String = "custom".into(), OneOf(super::devices::NAMES), "lidar.md 1";
+        device: String = "custom".into(), OneOf(super::devices::NAMES), "the makers' data sheets, each named in the handbook";
         /// Pulses fired in a scan.
         pulses: u32 = 50_000, Whole(1, 10_000_000), "paper, VI";
         /// Pulses that hit something nearer give no return.
-        min_range_m: f64 = 0.5, Real(0.0, 10.0), "blind zone, lidar.md 1.1";
+        min_range_m: f64 = 0.5, Real(0.0, 10.0), "blind zone: Livox";
         /// Nothing farther gives a return.
-        max_range_m: f64 = 260.0, Real(1.0, 2000.0), "Livox at 80 % reflectance, lidar.md 1.1";
+        max_range_m: f64 = 260.0, Real(1.0, 2000.0), "Livox wiki, at 80 % reflectance";
         /// Laser wavelength.
         wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
         /// Which echoes of a pulse become points.
@@ -611,7 +611,7 @@ section! {
         /// Of `all`, at most so many.
         max_returns: u32 = 5, Whole(1, 15), "LAS numbers 15";
         /// Write points in the LiDAR frame of the frame's time; else raw, each in the frame of its pulse.
-        deskew: bool = true, Flag, "design";
+        deskew: bool = true, Flag, "our choice";
         /// Mounted this far in front of the body's origin.
         mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "above the camera";
         /// This far to its left.
@@ -690,11 +690,11 @@ section! {
         /// Lines.
         lines: u32 = 32, Whole(1, 128), "a common spinning scanner";
         /// Lowest line, above the horizon.
-        low_deg: f64 = -15.0, Real(-90.0, 90.0), "VLP-16, lidar.md 1.5";
+        low_deg: f64 = -15.0, Real(-90.0, 90.0), "VLP-16 user manual";
         /// Highest line.
-        high_deg: f64 = 15.0, Real(-90.0, 90.0), "VLP-16, lidar.md 1.5";
+        high_deg: f64 = 15.0, Real(-90.0, 90.0), "VLP-16 user manual";
         /// Turns a second.
-        rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "lidar.md 1.5";
+        rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
     }
 }
 
@@ -722,9 +722,9 @@ section! {
     /// A spinning head, with its beam table and firing times.
     LidarSpinning at "lidar.spinning", one of "the scan pattern" {
         /// Whose.
-        head: String = "vlp16".into(), OneOf(&["vlp16", "hdl64e", "ouster"]), "lidar.md 1.5";
+        head: String = "vlp16".into(), OneOf(&["vlp16", "hdl64e", "ouster"]), "Velodyne and Ouster manuals, ros-drivers/velodyne";
         /// Turns a second.
-        rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "lidar.md 1.5";
+        rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
         /// Beams of an `ouster`.
         beams: u32 = 64, Whole(1, 255), "OS1-64";
         /// Vertical field of view of an `ouster`.
@@ -758,13 +758,13 @@ section! {
     /// The laser beam: cast as sub-rays, whose echoes mix or part as in a real pulse.
     LidarBeam at "lidar.beam" {
         /// Divergence sideways, full width at half maximum.
-        horizontal_deg: f64 = 0.28, Real(0.0, 5.0), "Livox Horizon, lidar.md 1.1";
+        horizontal_deg: f64 = 0.28, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
         /// Divergence upwards, full width at half maximum.
-        vertical_deg: f64 = 0.03, Real(0.0, 5.0), "Livox Horizon, lidar.md 1.1";
+        vertical_deg: f64 = 0.03, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
         /// Rings of sub-rays around the middle: 0, 1, 2, 3 make 1, 7, 19, 37 rays a pulse.
         rings: u32 = 0, Whole(0, 8), "a line, as the paper's; 2 is HELIOS++'s";
         /// Length of the pulse: surfaces half of it apart melt into one echo.
-        pulse_ns: f64 = 4.0, Real(0.0, 100.0), "Livox, lidar.md 1.1";
+        pulse_ns: f64 = 4.0, Real(0.0, 100.0), "Livox scanners in HELIOS++";
     }
 }
 
@@ -786,25 +786,25 @@ section! {
     /// How measured ranges err (paper, V-B).
     Noise at "lidar.noise" {
         /// The model: none; the paper's; Laconte's bias; a spread by incidence, by range, or by signal to noise with a threshold of detection.
-        model: String = "paper".into(), OneOf(&["off", "paper", "laconte", "incidence", "linear", "snr"]), "paper, V-B; lidar.md 2";
+        model: String = "paper".into(), OneOf(&["off", "paper", "laconte", "incidence", "linear", "snr"]), "paper, V-B; each model's source is named in the handbook";
         /// Standard deviation of `paper` and `laconte`.
-        sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox Mid-40 at 20 m, lidar.md 1.1";
+        sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox wiki: Mid-40 at 20 m";
         /// Whose bias `laconte` has.
-        laconte_device: String = "hdl32e".into(), OneOf(&["hdl32e", "lms1xx"]), "lidar.md 2.1";
+        laconte_device: String = "hdl32e".into(), OneOf(&["hdl32e", "lms1xx"]), "Laconte et al. 2019, in libpointmatcher";
         /// `laconte` by its closed form: within 2 % for narrow beams, and faster.
         laconte_closed: bool = false, Flag, "as published";
         /// `snr` sees this far …
-        reference_range_m: f64 = 90.0, RealAbove(0.0, 10_000.0), "Livox, lidar.md 1.1";
+        reference_range_m: f64 = 90.0, RealAbove(0.0, 10_000.0), "Livox wiki: 90 m at 10 %";
         /// … a target of this reflectance.
-        reference_reflectance: f64 = 0.1, RealAbove(0.0, 1.0), "Livox, lidar.md 1.1";
+        reference_reflectance: f64 = 0.1, RealAbove(0.0, 1.0), "Livox wiki: 90 m at 10 %";
         /// Extinction of the air for `snr`: 3 / visibility.
-        extinction_per_m: f64 = 0.0, Real(0.0, 1.0), "clear air, lidar.md 2.6";
+        extinction_per_m: f64 = 0.0, Real(0.0, 1.0), "clear air";
         /// Spread of strong echoes for `snr`; the least one for `linear`; head-on at 20 m for `incidence`.
-        floor_m: f64 = 0.007, Real(0.0, 1.0), "lidar.md 2.3";
+        floor_m: f64 = 0.007, Real(0.0, 1.0), "our choice: some millimetres";
         /// Spread that `snr` adds at its threshold.
-        at_threshold_m: f64 = 0.09, Real(0.0, 1.0), "LISA, lidar.md 2.3";
+        at_threshold_m: f64 = 0.09, Real(0.0, 1.0), "LISA (Kilic et al. 2021)";
         /// Spread that `linear` adds per metre of range.
-        per_metre: f64 = 0.0006, Real(0.0, 1.0), "Hokuyo UTM-30LX, lidar.md 2.3";
+        per_metre: f64 = 0.0006, Real(0.0, 1.0), "Hokuyo UTM-30LX, in libpointmatcher";
     }
 }
 
@@ -872,7 +872,7 @@ section! {
     /// Along the nearest trail; a wander if there is none.
     PathTrail at "robot.trail", one of "the robot's path" {
         /// A trail is looked for this far from the start.
-        search_radius_m: f64 = 500.0, Real(0.0, 2000.0), "design";
+        search_radius_m: f64 = 500.0, Real(0.0, 2000.0), "our choice";
     }
 }
 
