@@ -212,7 +212,8 @@ fn lines_of_prose_are_short() {
     let mut long = Vec::new();
     for (page, text) in &pages() {
         let is_prose = PROSE.iter().any(|p| Path::new(page).starts_with(p));
-        if !is_prose {
+        // What the program prints is held to that below.
+        if !is_prose || page == "docs/reference/config.md" {
             continue;
         }
         for (number, line) in prose(text) {
