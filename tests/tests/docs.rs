@@ -191,10 +191,15 @@ fn faults_of_links_are_found() {
     assert!(fault("../glossary.md#no-such-heading").is_some());
     assert!(fault("no-such-page.md").is_some());
     assert!(fault("../../../elsewhere.md").is_some());
-    assert_eq!(targets("[a](b.md), `[c](d.md)` ![e](f.png)"), ["b.md", "f.png"]);
+    assert_eq!(
+        targets("[a](b.md), `[c](d.md)` ![e](f.png)"),
+        ["b.md", "f.png"]
+    );
     assert_eq!(
         anchors("# Of `code`, and [links](x.md)!\n## Twice\n## Twice\n"),
-        ["of-code-and-links", "twice", "twice-1"].map(str::to_owned).into()
+        ["of-code-and-links", "twice", "twice-1"]
+            .map(str::to_owned)
+            .into()
     );
 }
 
