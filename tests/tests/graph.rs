@@ -1,4 +1,4 @@
-//! Who may know whom (design, section 4), from cargo's own account of the workspace.
+//! Who may know whom (ARCHITECTURE.md), from cargo's own account of the workspace.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -94,7 +94,7 @@ fn head(stands: &[Stand]) -> String {
     format!(
         "# Realism, measured\n\nMade by `cargo run --release -p nemoral-tests --example realism`: what foresters, people who scan woods and people who measure \
          pictures would check, for each stand preset, with no photograph needed. Ranges in which no source is named are \
-         what we hold for right, from the literature as remembered. What is out of its range is marked ✗ with the range, and listed first. \
+         assumptions: what we hold to be usual, without a publication that we have read for it. What is out of its range is marked ✗ with the range, and listed first. \
          The estimators are in `tests/src/realism`; only what was asked for (the relations, the diameters' distribution) comes of the generator's own code, and `crates/assets/tests/measured.rs` and `trees.rs` hold that \
          to the meshes and to the published formulas written out anew. `dbh.rs`, `pictures.rs`, `realism.rs` and `relations.rs` in `tests/tests` break causes on purpose and see each measure leave its range there, the same range (`tests/src/realism/ranges.rs`).\n\nEach stand: all trees on {metres:.0} m x {metres:.0} m, five pictures of 640 x 360 and scans of 20,000 pulses along 96 m of trail.\n",
     )
@@ -232,7 +232,7 @@ impl Page {
              of the part's share of leaf area q, so it is free with the product of all 1 - q (Nilson's positive binomial within the shoot, 1971), P is the mean over 8,000 lines, and Ω = -ln P / mean of the sum of q.\n\n\
              Beside it the share of the same lines, as rays through the one-bit masks, that meet no leaf: within 15 % of the law. And those that meet nothing, wood included: closed beech and spruce 5–15 %, pine 25–45 %, montado over 50 %. \
              No instrument in the field counts leaves: Ω there comes of photographs or of gaps along a line, and with LAI 6, 5 to 15 % of sky leave of the Ω of all levels no more than .34 to .54. \
-             So the range of field studies (closed stands of broad leaves .7–.95, in rows to 1, of needles .5–.75, remembered) is held against Ω as photographs have it: of each the shares of sky P in sectors of 15° of the ring at 57.5° (10° wide, wood included), \
+             So the range of field studies (closed stands of broad leaves .7–.95, in rows to 1, of needles .5–.75: an assumption, no publication was read for it) is held against Ω as photographs have it: of each the shares of sky P in sectors of 15° of the ring at 57.5° (10° wide, wood included), \
              ln(mean P) / mean(ln P) (Lang and Xiang 1986), the mean of 200 photographs; of needles times that of shoots, as is usual (Chen and Cihlar 1995).\n",
         );
         self.table(stands, CANOPIES);
@@ -318,14 +318,14 @@ impl Page {
     fn pictures(&mut self, stands: &[Stand]) {
         self.add(
             "\n## Pictures\n\nMeans of five pictures. The slope of the amplitude spectrum over frequency on logarithmic axes: photographs of nature have -1.2 on average, -0.8 to -1.5 (Tolhurst et al. \
-             1992); isotropy, the amplitude of waves along the horizontal over that of waves along the vertical, more than 1 where upright things are many. Its range is remembered, and nothing that was read bears it out: in photographs, also of a wood alone, vertical and horizontal contours prevail (Coppola et al. 1998), natural scenes have most at the horizontal, \
+             1992); isotropy, the amplitude of waves along the horizontal over that of waves along the vertical, more than 1 where upright things are many. Its range is an assumption, and nothing that was read bears it out: in photographs, also of a wood alone, vertical and horizontal contours prevail (Coppola et al. 1998), natural scenes have most at the horizontal, \
              next at the vertical and least between (Hansen and Essock 2004), and how they are aligned depends strongly on what they are of, with a difference between the two on average (Keil and Cristóbal 2000). We leave it as it is: a range is not moved to what was found. Further: how much the ground repeats: the greatest correlation of its brightness with that one tile's width away, in sixteen directions, of the kind of ground that does most; the spread of the logarithm of luminance (of the light itself, before the sensor clips): \
-             photographs of town and country have .8 on average (Huang and Mumford 1999, remembered), and followed light in beech and spruce as much as ours, within a twentieth, once its noise is averaged away (docs/explanation/light.md; 1.0 to 1.6 under canopies are remembered, and most of ours are a little less); the kurtosis of steps from pixel to pixel.\n",
+             photographs of town and country have .8 on average (Huang and Mumford 1999, quoted at second hand), and followed light in beech and spruce as much as ours, within a twentieth, once its noise is averaged away (docs/explanation/light.md; 1.0 to 1.6 under canopies would be an assumption, and most of ours are a little less); the kurtosis of steps from pixel to pixel.\n",
         );
         self.table(stands, PICTURES);
         self.add(
             "\nOf foliage: the green chromatic coordinate G / (R + G + B), the median hue, the share that glares (saturation over .7, value over .6). What is known of them is of crowns seen from above, by PhenoCams on towers (Richardson et al. 2018: summer leaves .40–.46, needles \
-             .36–.40, eucalyptus and cork oak .36–.42, remembered): so a camera looks down on them, 45 m over the robot, 60° below the horizon. Beside it what the robot sees: leaves in the light of shade are greyer, and those with the sun behind them glare, as their transmittance has no blue; \
+             .36–.40, eucalyptus and cork oak .36–.42: the ranges are assumptions, the definition is theirs): so a camera looks down on them, 45 m over the robot, 60° below the horizon. Beside it what the robot sees: leaves in the light of shade are greyer, and those with the sun behind them glare, as their transmittance has no blue; \
              followed light shows as many of both (docs/explanation/light.md).\n",
         );
         self.table(stands, COLOURS);
@@ -361,10 +361,10 @@ fn why(measure: &str) -> &'static str {
         }
         "GCC" => "PROSPECT's pine needle alone has .45",
         "kurtosis of steps" => {
-            "twigs and small leaves everywhere: few even surfaces; the range is remembered, not read"
+            "twigs and small leaves everywhere: few even surfaces; the range is an assumption"
         }
         "isotropy" => {
-            "upright stems, or level ground and boughs; real woods are not isotropic either (Coppola et al. 1998), and the range is remembered, not read"
+            "upright stems, or level ground and boughs; real woods are not isotropic either (Coppola et al. 1998), and the range is an assumption"
         }
         _ => "",
     }

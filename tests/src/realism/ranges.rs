@@ -66,7 +66,7 @@ pub const DBH_BIAS_M: Range = (-0.003, 0.003);
 /// Standard deviation of heights about the height curve, metres, of Scots pine, Norway spruce and birch: Pukkala et
 /// al. 2009 have 2.36, 2.10 and 2.00 for all of Finland.
 const HEIGHT_SD_M: Range = (2.0, 2.4);
-/// And of other species, over the curve's height: what is usual (remembered).
+/// And of other species, over the curve's height: an assumption.
 const HEIGHT_SD_SHARE: Range = (0.08, 0.10);
 
 /// The range of [`HeightScatter::sd_m`](super::HeightScatter::sd_m), of the species that have one in metres.
@@ -109,8 +109,7 @@ pub fn is_of_needles(stand: &str) -> bool {
     ["spruce", "maritime-pine"].contains(&stand)
 }
 
-/// Ω as photographs have it, where one is known: remembered as .8 to .95 and as .7 to .9 for broad leaves, as .5 to
-/// .7 and .75 for needles; both together.
+/// Ω as photographs have it: an assumption, .7 to .95 for broad leaves and .5 to .75 for needles.
 #[must_use]
 pub fn photographed(stand: &str) -> Option<Range> {
     match stand {
@@ -152,9 +151,10 @@ pub const BREADTH: Range = (0.4, 0.9);
 
 /// The slope of the amplitude spectrum: photographs of nature (Tolhurst et al. 1992).
 pub const SLOPE: Range = (-1.5, -0.8);
-/// Waves along the horizontal over those along the vertical. Remembered: photographs of nature that were read of have
-/// more of both than of what is between, and not equally (Coppola et al. 1998, PNAS 95:4002; Hansen and Essock 2004, J.
-/// Vision 4(12):5; Keil and Cristóbal 2000, JOSA A 17:697).
+/// Waves along the horizontal over those along the vertical. The range is an assumption: photographs
+/// of nature that were read of have more of both than of what is between, and not equally (Coppola et
+/// al. 1998, PNAS 95:4002; Hansen and Essock 2004, J. Vision 4(12):5; Keil and Cristóbal 2000, JOSA A
+/// 17:697).
 pub const ISOTROPY: Range = (0.9, 1.1);
 /// Correlation of ground with itself a tile away.
 pub const GROUND_REPEATS: Range = (-1.0, 0.15);

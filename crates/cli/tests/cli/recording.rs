@@ -25,7 +25,7 @@ fn a_data_set_is_complete_checked_and_counted() {
     assert!(done.stderr.contains("2 frames in"), "{}", done.stderr);
     assert!(done.stderr.contains("2 of 2"), "progress: {}", done.stderr);
 
-    // The layout of the design, and nothing else.
+    // The layout of docs/reference/files.md, and nothing else.
     let mut expected: Vec<String> = [
         "README.md",
         "config.toml",
