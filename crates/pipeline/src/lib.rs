@@ -32,6 +32,9 @@ pub mod config;
 mod error;
 mod estimate;
 mod forest;
+#[cfg(feature = "fuzz")]
+#[doc(hidden)]
+pub mod fuzz;
 mod generate;
 pub mod plan;
 mod preview;
