@@ -5,6 +5,8 @@
 
 mod canvas;
 
+use std::path::Path;
+
 use std::time::Instant;
 
 use nemoral_assets::{

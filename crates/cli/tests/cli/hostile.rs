@@ -288,15 +288,16 @@ fn previews() {
         .iter()
         .flat_map(|setting| ["--set", setting])
         .collect();
-    let preview =
-        |arguments: &[&str]| [&["preview", "--preset", "demo"], &*settings, arguments].concat();
-    let arguments = ["--frame", "40", "--out", &name("beyond.png")];
-    refused(
-        &preview(&arguments),
+    let refused_preview = |arguments: &[&str], says: &[&str]| {
+        let before = ["preview", "--preset", "demo"];
+        refused(&[&before, &*settings, arguments].concat(), says);
+    };
+    refused_preview(
+        &["--frame", "40", "--out", &name("beyond.png")],
         &["frame 40", "the sequence has 40 frames"],
     );
     for picture in ["x.jpg", "x", ".png", "x.png.bmp"] {
-        refused(&preview(&["--out", &name(picture)]), &[picture, ".png"]);
+        refused_preview(&["--out", &name(picture)], &[picture, ".png"]);
     }
     assert_eq!(fs::read_dir(&out).expect("a folder").count(), 0);
 }
