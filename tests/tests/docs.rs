@@ -263,6 +263,23 @@ fn the_readme_is_short_and_names_both_commands() {
 }
 
 #[test]
+fn contributing_names_tests_that_are_there() {
+    let pages = pages();
+    let lines = pages["CONTRIBUTING.md"].lines();
+    let table = lines.skip_while(|l| !l.starts_with("| you change |"));
+    let mut named = 0;
+    for row in table.skip(2).take_while(|l| l.starts_with('|')) {
+        let column = row.split('|').nth(3).expect("three columns");
+        for name in column.split('`').skip(1).step_by(2) {
+            let test = root().join(format!("tests/tests/{name}.rs"));
+            assert!(test.exists(), "{name}");
+            named += 1;
+        }
+    }
+    assert!(named > 20, "{named} tests");
+}
+
+#[test]
 fn the_reference_is_what_the_program_prints() {
     let written = &pages()["docs/reference/config.md"];
     let printed = nemoral_pipeline::config::reference_page();

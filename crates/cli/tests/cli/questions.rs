@@ -122,6 +122,33 @@ fn a_config_survives_writing_and_reading() {
 }
 
 #[test]
+fn the_reference_has_the_help_of_every_command() {
+    // What the environment says of the cache is each machine's own.
+    let plain = |text: &str| -> String {
+        let of_cache = |line: &&str| !line.contains("NEMORAL_CACHE");
+        text.lines()
+            .map(str::trim_end)
+            .filter(of_cache)
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/cli.md");
+    let page = plain(&fs::read_to_string(page).expect("the handbook's page"));
+    let commands = [
+        "", "generate", "preview", "config", "plan", "check", "stats", "merge", "cloud",
+    ];
+    for command in commands {
+        let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
+        let help = plain(&answer(&words));
+        let block = format!("```text\n{}\n```", help.trim());
+        assert!(
+            page.contains(&block),
+            "docs/reference/cli.md lacks\n{block}"
+        );
+    }
+}
+
+#[test]
 fn the_schema_and_the_reference_know_every_key() {
     let schema = answer(&["config", "schema"]);
     let schema: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
