@@ -7,6 +7,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{RigidTransform, Twist};
 use serde::{Deserialize, Serialize};
 
+use crate::formats::kitti;
 use crate::header::is_place;
 use crate::{DatasetHeader, Error, FileRecord, layout, limits, seal};
 
@@ -74,7 +75,7 @@ impl SequenceRecord {
     /// [`SequenceRecord::world_from_frame0`] as a transform.
     #[must_use]
     pub fn world_from_frame0(&self) -> RigidTransform {
-        crate::text::from_rows(&self.world_from_frame0)
+        kitti::from_rows(&self.world_from_frame0)
     }
 }
 
@@ -82,7 +83,7 @@ impl FrameRecord {
     /// [`FrameRecord::world_from_body`] as a transform.
     #[must_use]
     pub fn world_from_body(&self) -> RigidTransform {
-        crate::text::from_rows(&self.world_from_body)
+        kitti::from_rows(&self.world_from_body)
     }
 
     /// Size of all its files.
