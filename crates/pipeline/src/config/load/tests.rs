@@ -147,7 +147,12 @@ fn impossible_combinations_are_refused_where_they_stand() {
 fn presets_are_valid_and_survive_a_round_trip() {
     for preset in Preset::ALL {
         let config = preset.config();
-        assert_eq!(config.problems(&InputFiles::default()), [], "{}", preset.name);
+        assert_eq!(
+            config.problems(&InputFiles::default()),
+            [],
+            "{}",
+            preset.name
+        );
         assert_eq!(Config::from_toml(&config.to_toml()).expect("fine"), config);
         let annotated = crate::config::annotated_toml(&config);
         assert_eq!(
