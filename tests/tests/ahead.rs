@@ -4,9 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::OpenMode;
-use nemoral_pipeline::{
-    Backend, BackendChoice, Done, FrameSelection, InputFiles, Observer, Request, generate,
-};
+use nemoral_pipeline::{Backend, BackendChoice, Done, InputFiles, Observer, Request, generate};
 use nemoral_tests::config;
 use nemoral_tests::gpu::gpu;
 

@@ -13,7 +13,7 @@ use nemoral_pipeline::{
     Backend, BackendChoice, Done, FrameSelection, InputFiles, Observer, Request, generate,
 };
 use nemoral_scene::{
-    ChunkCoord, ExtraKinds, ExtraTruth, Image, LidarPoint, ObjectId, Ontology, Semantic,
+    AnnotationKinds, Annotations, ChunkCoord, Image, LidarPoint, ObjectId, Ontology, Semantic,
     TruthImages, Twist, glam::DVec3,
 };
 use nemoral_tests::config;
@@ -173,7 +173,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
     let dataset = Dataset::open(recorded).expect("a data set");
     let mut header = dataset.manifest().header.clone();
     for camera in &mut header.cameras {
-        camera.extra = ExtraKinds::default();
+        camera.extra = AnnotationKinds::default();
     }
     let ontology: &Ontology = &header.ontology;
     // A surface of each class, and the thing of each image id.
@@ -193,7 +193,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         let frame = dataset.read_frame(i).expect("a frame");
         let camera = &frame.cameras[0];
         let columns = usize::from(matches!(lie, Lie::Labels));
-        let extra = ExtraTruth::default();
+        let extra = Annotations::default();
         let truth = TruthImages {
             semantic: shifted(&camera.semantic, columns).map(|class| semantics[class]),
             object: shifted(&camera.instance, columns)

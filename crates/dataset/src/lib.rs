@@ -86,6 +86,9 @@ mod exr;
 mod extra;
 mod file_record;
 mod frame;
+#[cfg(feature = "fuzz")]
+#[doc(hidden)]
+pub mod fuzz;
 mod header;
 mod images;
 mod layout;

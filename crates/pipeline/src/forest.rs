@@ -3,7 +3,7 @@
 use nemoral_assets::Library;
 use nemoral_placement::{CoverPoint, Placement, Site};
 use nemoral_render::CameraImages;
-use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint};
+use nemoral_scene::{Annotations, ChunkCoord, LidarPoint};
 use nemoral_seed::Key;
 
 use crate::config::Config;
@@ -70,7 +70,7 @@ pub struct ForestPlan {
     /// Chunk: ground and trunks alone.
     pub bare: Node<ChunkCoord, Bare>,
     /// Frame: the further truth that each camera was asked for.
-    pub extra: Node<u64, Vec<ExtraTruth>>,
+    pub extra: Node<u64, Vec<Annotations>>,
     /// Frame: the points of each LiDAR.
     pub scans: Node<u64, Vec<Vec<LidarPoint>>>,
 }

@@ -11,7 +11,7 @@ use nemoral_dataset::{
     OpenMode, Track, WorldTables, Writer,
 };
 use nemoral_render::CameraImages;
-use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint, ObjectRecord, Ontology, TreeRecord};
+use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, ObjectRecord, Ontology, TreeRecord};
 
 use crate::chunks::ChunkManager;
 use crate::config::{self, Config};
@@ -74,7 +74,7 @@ struct Finished {
     frame: u64,
     pose: Arc<FramePose>,
     images: Arc<Vec<CameraImages>>,
-    extra: Arc<Vec<ExtraTruth>>,
+    extra: Arc<Vec<Annotations>>,
     scans: Arc<Vec<Vec<LidarPoint>>>,
     key: [u8; 32],
 }

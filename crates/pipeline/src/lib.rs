@@ -34,6 +34,9 @@ mod error;
 mod estimate;
 mod forest;
 mod frames;
+#[cfg(feature = "fuzz")]
+#[doc(hidden)]
+pub mod fuzz;
 mod generate;
 mod inputs;
 pub mod plan;

@@ -11,6 +11,7 @@ use crate::index::{Index, Stretch};
 use crate::path::Foot;
 use crate::profile::smoothstep;
 use crate::section::Part;
+use crate::zone::TrailZone;
 use crate::{TrailParams, TrailPath, TrailSurfaceKind};
 
 /// Inner corners between the edges of two trails that meet have this radius, metres.
@@ -31,21 +32,6 @@ const REACH_M: f64 = 12.0;
 /// A slope that changed the ground by less than this is no slope, metres.
 const TOUCH_M: f64 = 0.02;
 
-/// Which part of a trail a point is on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum TrailZone {
-    /// Ground that no trail has touched.
-    Off,
-    /// A slope that a trail has cut or filled, beside its surface.
-    CutSlope,
-    /// The surface of a trail, apart from ruts and strip.
-    Surface,
-    /// A wheel rut.
-    Rut,
-    /// The strip between the ruts.
-    Strip,
-}
-
 /// The ground near a chunk with its trails carved in.
 ///
 /// With t the height of the ground, d the distance to the edge of a trail, f the formation (the
@@ -54,10 +40,10 @@ pub enum TrailZone {
 /// z = min(max(t, f + p − F(d)), f + p + C(d)), with rounded corners,
 ///
 /// where F and C rise as 1 to the fill and the cut ratio, and beyond all bounds towards 12 m, so
-/// that a trail's influence ends there whatever the ground. Where trails meet, f is the mean of their
-/// formations weighted smoothly by distance, and their outlines join with rounded inner corners, so
-/// there are no steps. Every value depends on the world position and on what is within reach alone,
-/// so that grounds made for neighbouring chunks agree to the bit.
+/// that a trail's influence ends there whatever the ground. Where trails meet, f is the mean of
+/// their formations weighted smoothly by distance, and their outlines join with rounded inner
+/// corners, so there are no steps. Every value depends on the world position and on what is within
+/// reach alone, so that grounds made for neighbouring chunks agree to the bit.
 pub struct TrailGround {
     params: Arc<TrailParams>,
     base: Arc<dyn Surface>,
@@ -131,8 +117,8 @@ impl TrailGround {
 
     /// Signed distance to the nearest border between parts of trails, slopes counting as untouched
     /// ground, metres: negative on surface and strip, positive in ruts and off the trails,
-    /// `f64::INFINITY` farther than 12 m from all. So parts that touch differ in sign, and a mesh cut
-    /// where it is 0 follows every border.
+    /// `f64::INFINITY` farther than 12 m from all. So parts that touch differ in sign, and a mesh
+    /// cut where it is 0 follows every border.
     #[must_use]
     pub fn border_m(&self, world_m: DVec2) -> f64 {
         match self.part(world_m) {
@@ -142,8 +128,8 @@ impl TrailGround {
         }
     }
 
-    /// [`zone`](Self::zone) for a piece of a mesh cut along the borders: the nearest part on its side
-    /// of them, whatever rounding says of its middle.
+    /// [`zone`](Self::zone) for a piece of a mesh cut along the borders: the nearest part on its
+    /// side of them, whatever rounding says of its middle.
     #[must_use]
     pub fn zone_on_side(&self, world_m: DVec2, negative: bool) -> TrailZone {
         let zone = self.part(world_m).map(|p| {

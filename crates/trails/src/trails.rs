@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 use crate::cache::Cache;
-use crate::dressing::{grass, verges};
+use crate::dressing_placement::{grass, stones, verges};
 use crate::ground::reach_m;
 use crate::layout::Layout;
 use crate::route::Router;
 use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
 
-const TRAILS: Stage = Stage::new("trails");
+const TRAILS: Domain = Domain::new("trails");
 
 /// The trails of an endless world, found from any chunk.
 ///
@@ -66,7 +66,7 @@ impl Trails {
         Self::with_memory(params, chunk_size_m, key, base, [16_384, 160])
     }
 
-    /// With room for so many chunks' births and so many paths.
+    /// Trails whose caches hold so many chunks' births and so many paths.
     fn with_memory(
         params: TrailParams,
         chunk_size_m: f64,
@@ -75,7 +75,7 @@ impl Trails {
         [births, paths]: [usize; 2],
     ) -> Result<Self, ParamError> {
         params.check(chunk_size_m)?;
-        let key = key.stage(TRAILS);
+        let key = key.domain(TRAILS);
         Ok(Self {
             router: Router::new(&params, key),
             params: Arc::new(params),
@@ -182,9 +182,9 @@ impl Trails {
         best.1
     }
 
-    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then stones and
-    /// verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however many meet there;
-    /// where they meet, the verge of one does not grow on another.
+    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then
+    /// stones and verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however
+    /// many meet there; where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;
@@ -248,7 +248,9 @@ impl Trails {
     fn path(&self, birth: ChunkCoord) -> Arc<TrailPath> {
         self.paths.get_or_make(birth, || {
             let layout = self.layout(birth);
-            Arc::new(TrailPath::new(&self.params, self.key, &layout, &*self.base))
+            let path = TrailPath::new(&self.params, self.key, &layout, &*self.base);
+            let stones = stones(&self.params, self.key, &path);
+            Arc::new(path.with_stones(stones))
         })
     }
 

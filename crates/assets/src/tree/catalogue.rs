@@ -7,7 +7,8 @@ use crate::error::ParamError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpeciesError {
-    /// It is not TOML, or a field is missing, unknown or of the wrong type; the message shows the line.
+    /// It is not TOML, or a field is missing, unknown or of the wrong type; the message shows the
+    /// line.
     #[error("{origin}: {message}")]
     Syntax {
         /// The file, or what the text was called.

@@ -1,13 +1,13 @@
 //! Numbers drawn once for a world, from ranges.
 
-use nemoral_seed::{Draw, Key, Stage as Purpose};
+use nemoral_seed::{Domain, Draw, Key};
 use toml::{Table, Value};
 
 use super::load::{ConfigError, ConfigErrors, Source, join, section};
 use super::schema::{Allowed, SectionSpec};
 use super::words::{cut, shown};
 
-const RANGES: Purpose = Purpose::new("pipeline.ranges");
+const RANGES: Domain = Domain::new("pipeline.ranges");
 
 /// Ranges.
 pub(super) const SECTION: SectionSpec = SectionSpec {
@@ -74,7 +74,7 @@ pub(super) fn draw(
     errors: &mut ConfigErrors,
 ) {
     let seed = merged.get("seed").and_then(Value::as_integer).unwrap_or(0);
-    let world = Key::world(seed.unsigned_abs()).stage(RANGES);
+    let world = Key::world(seed.unsigned_abs()).domain(RANGES);
     for Range {
         path,
         low,
@@ -83,7 +83,7 @@ pub(super) fn draw(
         source,
     } in ranges
     {
-        let mut rng = world.stage(Purpose::new(path)).rng();
+        let mut rng = world.domain(Domain::new(path)).rng();
         let drawn = if *whole {
             let drawn = (low + rng.unit_f64() * (high - low + 1.0)).floor();
             Value::Integer(drawn.min(*high) as i64)

@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use nemoral_raycast::{Forest, Group};
+use nemoral_lidar::ScanRequest;
+use nemoral_raycast::{Group, RayScene};
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, LidarPoint, RayCaster, RigidTransform, Twist};
-use nemoral_seed::{Key, Stage as Purpose};
+use nemoral_scene::{
+    ChunkCoord, InstancedScene, LidarPoint, PlacedGroup, RayCaster, RigidTransform, Twist,
+};
+use nemoral_seed::{Domain, Key};
 
 use super::assets::WorldAssets;
 use super::chunk::{Low, Solid};
@@ -21,7 +24,7 @@ use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land, PoseTrack};
 
-const CAMERA: Purpose = Purpose::new("pipeline.camera");
+const CAMERA: Domain = Domain::new("pipeline.camera");
 
 /// Where the robot is, and how it moves while its LiDAR scans.
 #[derive(Debug)]
@@ -145,6 +148,13 @@ pub struct FrameScene {
     openness: BTreeMap<ChunkCoord, Arc<Openness>>,
 }
 
+impl InstancedScene for FrameScene {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
+        let place = |(offset, group): &(Vec3, Arc<Group>)| (*offset, Arc::clone(group) as _);
+        self.groups.iter().map(place).collect()
+    }
+}
+
 impl fmt::Debug for FrameScene {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("FrameScene")
@@ -240,7 +250,7 @@ impl Stage for SceneStage {
             .zip(openness.all(&visible)?)
             .collect();
         Ok(FrameScene {
-            caster: Arc::new(Forest::new(groups.clone())),
+            caster: Arc::new(RayScene::new(groups.clone())),
             groups,
             origin_m: pose.chunk.origin_m(size).extend(0.0),
             chunk_size_m: size,
@@ -282,6 +292,7 @@ impl Stage for ImageStage {
         let openness = |p: Vec3| scene.openness(p);
         let seen = SceneView {
             caster: &*scene.caster,
+            instances: Some(&*scene),
             materials: &assets.library.materials,
             sky_visibility: &openness,
         };
@@ -292,9 +303,9 @@ impl Stage for ImageStage {
             view.noise = rig.noise;
             view.shutter = rig.shutter;
             view.motion = pose.motion.of_mounted(&rig.body_from_camera);
-            let mut key = world.stage(CAMERA);
+            let mut key = world.domain(CAMERA);
             if i > 0 {
-                key = key.stage(Purpose::new(&rig.name));
+                key = key.domain(Domain::new(&rig.name));
             }
             rig.renderer.render(&seen, &view, key.item(at))
         };
@@ -334,14 +345,14 @@ impl Stage for ScanStage {
         let track = pose.track.relative_to(scene.origin_m);
         let scan = |rig: &LidarRig| {
             let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
-            rig.scanner.scan(
-                rig.scanner.first_pulse_at(pose.time_s),
-                &*scene.caster,
-                &assets.library.materials,
-                &scene_from_lidar,
-                &rig.noise,
-                world.stage(Purpose::new(&rig.name)).item(at),
-            )
+            rig.scanner.scan(&ScanRequest {
+                first_pulse: rig.scanner.first_pulse_at(pose.time_s),
+                caster: &*scene.caster,
+                materials: &assets.library.materials,
+                scene_from_lidar_at: &scene_from_lidar,
+                range_model: &rig.noise,
+                key: world.domain(Domain::new(&rig.name)).item(at),
+            })
         };
         Ok(rigs.iter().map(scan).collect())
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, Ray, RayCaster, Surface};
 use nemoral_seed::Key;
@@ -165,7 +165,7 @@ impl Stage for OpennessStage {
         let groups = around.iter().zip(solid.all(&chunks)?);
         let offset = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0) * self.chunk_size_m as f32;
         let groups = groups.map(|(&(x, y), solid)| (offset(x, y), Arc::clone(&solid.0)));
-        let crowns = Forest::new(groups.collect());
+        let crowns = RayScene::new(groups.collect());
         let cells = (self.chunk_size_m / 5.0).ceil() as usize;
         let (side, cell_m) = (cells + 1, self.chunk_size_m / cells as f64);
         let directions = directions();

@@ -4,21 +4,21 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nemoral_lidar::{
-    Avia, Beam, EchoObservation, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors,
-    RangeModel, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner, ScannerParams,
-    Spinning, TablePattern, Wavelength,
+    Avia, Beam, CsvPattern, EchoObservation, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams,
+    PulseErrors, RangeModel, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner,
+    ScannerParams, Spinning, Wavelength,
 };
 use nemoral_lidar_noise::{
-    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, Observation,
-    RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams,
+    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
+    RangeNoise, RangeSensor, SnrSigmaParams,
 };
 use nemoral_render::{
     Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SensorNoise, SkyParams, Sun, ToneCurve,
     UtcTime,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, IntrinsicsError, RigidTransform, Shutter};
-use nemoral_seed::{Key, Stage as Purpose};
+use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTransform, Shutter};
+use nemoral_seed::{Domain, Key};
 
 use super::assets::Recipe;
 use crate::config::{
@@ -28,7 +28,7 @@ use crate::plan::{Encode, Encoder, Hasher, Stage};
 use crate::{Backend, Error, InputFile, InputFiles, Renderer};
 
 /// Of the fixed patterns of sensors.
-const SPECIMEN: Purpose = Purpose::new("pipeline.camera.specimen");
+const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
 
 /// A camera with its place on the body.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ pub struct CameraRig {
     /// What its sensor adds.
     pub noise: Option<SensorNoise>,
     /// What else is to be known of a picture.
-    pub extra: ExtraKinds,
+    pub extra: AnnotationKinds,
     /// Boxes of things up to so far, metres.
     pub boxes_range_m: f64,
 }
@@ -74,21 +74,12 @@ pub struct Noise(RangeSensor);
 
 impl RangeModel for Noise {
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
-        self.0.measure(&observation(o), &mut key.rng())
+        self.0.measure(o, &mut key.rng())
     }
 
     fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
-        let os: Vec<Observation> = os.iter().map(observation).collect();
         let rngs = keys.iter().map(|key| key.rng());
-        self.0.measure_each(&os, rngs, ranges_m);
-    }
-}
-
-fn observation(o: &EchoObservation) -> Observation {
-    Observation {
-        range_m: o.range_m,
-        incidence_cos: o.incidence_cos,
-        reflectance: o.reflectance,
+        self.0.measure_each(os, rngs, ranges_m);
     }
 }
 
@@ -101,7 +92,7 @@ pub fn intrinsics(path: &str, camera: &config::Camera) -> Result<Intrinsics, Err
 }
 
 /// The camera's pinhole and lens; the error names the key below the camera's table.
-pub(crate) fn lens(camera: &config::Camera) -> Result<Intrinsics, IntrinsicsError> {
+pub(crate) fn lens(camera: &config::Camera) -> Result<Intrinsics, ParamError> {
     let (width, height) = (camera.width_px, camera.height_px);
     let distortion = match &camera.lens {
         CameraLens::Pinhole(_) => Distortion::None,
@@ -138,8 +129,8 @@ pub(crate) fn lens(camera: &config::Camera) -> Result<Intrinsics, IntrinsicsErro
 
 /// What a camera writes besides its pictures and their truth.
 #[must_use]
-pub fn extra_kinds(c: &config::Camera) -> ExtraKinds {
-    ExtraKinds {
+pub fn extra_kinds(c: &config::Camera) -> AnnotationKinds {
+    AnnotationKinds {
         sky: c.sky,
         flow: c.flow,
         trunks: c.trunks,
@@ -304,7 +295,7 @@ impl Stage for CameraStage {
             // Before the first picture, and so before anything is written.
             renderer.check_size(camera.width_px, camera.height_px)?;
             let name = config::sensor_name(path);
-            let serial = world.stage(SPECIMEN).stage(Purpose::new(name));
+            let serial = world.domain(SPECIMEN).domain(Domain::new(name));
             rigs.push(CameraRig {
                 name: name.to_owned(),
                 intrinsics: intrinsics(path, camera)?,
@@ -596,7 +587,7 @@ impl LidarMaker {
             }
             LidarPattern::Table(table) => {
                 let file = self.inputs.get(&table.path);
-                let pattern = TablePattern::from_csv(file.map_or(&[][..], InputFile::bytes));
+                let pattern = CsvPattern::from_csv(file.map_or(&[][..], InputFile::bytes));
                 Box::new(pattern.map_err(|e| {
                     Error::request(format!("{}.table: {}: {e}", self.path, table.path))
                 })?)
@@ -683,8 +674,7 @@ impl LidarMaker {
 #[cfg(test)]
 mod tests {
     use nemoral_render::{CameraRenderer, OpenSky, SceneView, View};
-    use nemoral_scene::{Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster};
-    use nemoral_scene::{Semantic, glam::Vec2};
+    use nemoral_scene::{Hit, Material, MaterialId, MaterialLibrary, Ray, RayCaster, Semantic};
 
     use super::*;
 
@@ -693,18 +683,7 @@ mod tests {
 
     impl RayCaster for GreyCard {
         fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-            Some(Hit {
-                distance_m: 1.0,
-                geometric_normal: -ray.direction,
-                shading_normal: -ray.direction,
-                uv: Vec2::ZERO,
-                uv_per_m: 1.0,
-                material: MaterialId(0),
-                object: ObjectId::NONE,
-                blend: None,
-                variation: 0.5,
-                near_light: 1.0,
-            })
+            Some(Hit::new(1.0, -ray.direction, MaterialId(0)))
         }
     }
 
@@ -720,6 +699,7 @@ mod tests {
         materials.add(Material::plain("card", Semantic::Rock, Vec3::splat(0.18)));
         let scene = SceneView {
             caster: &GreyCard,
+            instances: None,
             materials: &materials,
             sky_visibility: &OpenSky,
         };

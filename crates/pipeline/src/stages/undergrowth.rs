@@ -6,7 +6,7 @@ use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Draw, Key, Stage as Purpose};
+use nemoral_seed::{Domain, Draw, Key};
 use nemoral_terrain::{Terrain, TerrainParams};
 
 use super::ground::ChunkGround;
@@ -15,8 +15,8 @@ use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
 use crate::{Error, InputFiles};
 
-const KIND: Purpose = Purpose::new("pipeline.undergrowth.kind");
-const PATCHES: Purpose = Purpose::new("pipeline.undergrowth.patches");
+const KIND: Domain = Domain::new("pipeline.undergrowth.kind");
+const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
 
 /// What grows in a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +91,7 @@ impl Stage for FloraStage {
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Flora, Error> {
-        let key = world.stage(PATCHES);
+        let key = world.domain(PATCHES);
         let field = |scale_m: f64, number: u64| {
             let params = TerrainParams {
                 octaves: 3,
@@ -158,7 +158,7 @@ impl Stage for UndergrowthStage {
         };
         let points = flora.cover.points(at, &off_trail, &density);
         let patches = points.into_iter().map(|point| {
-            let mut rng = point.key.stage(KIND).rng();
+            let mut rng = point.key.domain(KIND).rng();
             let fern = contrast(&flora.ferns, point.position_m);
             let all = density(point.position_m);
             let params = &flora.params;
