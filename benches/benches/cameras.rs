@@ -101,6 +101,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let view = View::new(rig.intrinsics, body * rig.body_from_camera);
         let seen = SceneView {
             caster: &*scene.caster,
+            instances: Some(&*scene),
             materials: &assets.library.materials,
             sky_visibility: &OpenSky,
         };

@@ -17,8 +17,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use nemoral_lidar::{Beam, ExactRange, Panorama, PanoramaParams, Returns, Scanner, ScannerParams};
-use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_lidar::{
+    Beam, ExactRange, Panorama, PanoramaParams, Returns, ScanRequest, Scanner, ScannerParams,
+};
+use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec3, Mat3, Vec3};
 use nemoral_scene::{
     Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, RigidTransform,
@@ -53,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         variation: 0.0,
     };
     let group = Arc::new(Group::build(vec![(instance, blas)]));
-    let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+    let forest = RayScene::new(vec![(Vec3::ZERO, group)]);
     let start_s = start.elapsed().as_secs_f64();
     println!("start: {start_s:.2} s, {read_s:.2} of it reading");
     say_peak();
@@ -87,7 +89,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let scanner = Scanner::new(params, Box::new(Panorama::new(pattern)?))?;
         for _ in 0..3 {
             let (start, used) = (Instant::now(), ProcessTime::now());
-            let points = scanner.scan(0, &forest, &materials, &pose, &ExactRange, Key::world(1));
+            let points = scanner.scan(&ScanRequest {
+                first_pulse: 0,
+                caster: &forest,
+                materials: &materials,
+                scene_from_lidar_at: &pose,
+                range_model: &ExactRange,
+                key: Key::world(1),
+            });
             let (wall, processor) = (start.elapsed().as_secs_f64(), used.elapsed().as_secs_f64());
             println!(
                 "{name}: {:.0} k pulses/s by the wall, {:.0} k per second of processor, {} points",

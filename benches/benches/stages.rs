@@ -7,13 +7,13 @@ use nemoral_assets::Library;
 use nemoral_benches::{Grown, config};
 use nemoral_dataset::{CameraData, DatasetHeader, FrameData, LidarData, OpenMode, Writer};
 use nemoral_lidar::{HorizonLike, Mid40, ScanPattern};
-use nemoral_lidar_noise::{Observation, RangeNoise, RangeSensor};
+use nemoral_lidar_noise::{EchoObservation, RangeNoise, RangeSensor};
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Node, Runner, Store};
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, ExtraTruth, Surface, Twist};
-use nemoral_seed::{Key, Stage};
+use nemoral_scene::{Annotations, ChunkCoord, Surface, Twist};
+use nemoral_seed::{Domain, Key};
 use nemoral_terrain::{Terrain, TerrainParams};
 
 fn small(c: &mut Criterion) {
@@ -34,9 +34,9 @@ fn small(c: &mut Criterion) {
         });
     }
     let sensor = RangeSensor::new(RangeNoise::default()).expect("valid");
-    let key = Key::world(7).stage(Stage::new("bench.noise"));
+    let key = Key::world(7).domain(Domain::new("bench.noise"));
     c.bench_function("lidar-noise/measure", |b| {
-        let o = Observation::at_angle(20.0, 0.7, 0.4);
+        let o = EchoObservation::at_angle(20.0, 0.7, 0.4);
         b.iter(|| {
             pulse += 1;
             black_box(sensor.measure(&o, &mut key.item(pulse).rng()))
@@ -103,7 +103,7 @@ fn files(c: &mut Criterion) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let writer = Writer::create(folder.path(), OpenMode::Fresh, header(&config, &grown))
         .expect("an empty folder");
-    let extra = ExtraTruth::default();
+    let extra = Annotations::default();
     let frame = FrameData {
         sequence: 0,
         index: 0,

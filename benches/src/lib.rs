@@ -3,6 +3,7 @@
 //! The LiDAR and frame groups are laid out as the paper's Tables I and II: 31, 96 and 210 trees in a
 //! 50 m chunk, 25,000, 50,000 and 100,000 points, everything visible to 100 m.
 
+use nemoral_lidar::ScanRequest;
 use nemoral_pipeline::config::{Config, Layers};
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{Error, ForestPlan};
@@ -72,14 +73,14 @@ impl Grown {
         let track = pose.track.relative_to(scene.origin_m);
         Ok(move || {
             let rig = &rigs[0];
-            rig.scanner.scan(
-                rig.scanner.first_pulse_at(pose.time_s),
-                &*scene.caster,
-                &assets.library.materials,
-                &|offset_s| track.at(offset_s) * rig.body_from_lidar,
-                &rig.noise,
-                Key::world(1),
-            )
+            rig.scanner.scan(&ScanRequest {
+                first_pulse: rig.scanner.first_pulse_at(pose.time_s),
+                caster: &*scene.caster,
+                materials: &assets.library.materials,
+                scene_from_lidar_at: &|offset_s| track.at(offset_s) * rig.body_from_lidar,
+                range_model: &rig.noise,
+                key: Key::world(1),
+            })
         })
     }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec3, Mat3, Vec3};
 use nemoral_scene::{
     AlphaMask, Card, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype,
@@ -156,7 +156,7 @@ impl LeafKind {
 /// A slab or block without edges: a tile of this size, and its copies this often to each side along each
 /// axis.
 #[must_use]
-pub fn periodic(tile: &Arc<Group>, size_m: f64, around: [i32; 3]) -> Forest {
+pub fn periodic(tile: &Arc<Group>, size_m: f64, around: [i32; 3]) -> RayScene {
     let [nx, ny, nz] = around;
     let mut groups = Vec::new();
     for z in -nz..=nz {
@@ -167,7 +167,7 @@ pub fn periodic(tile: &Arc<Group>, size_m: f64, around: [i32; 3]) -> Forest {
             }
         }
     }
-    Forest::new(groups)
+    RayScene::new(groups)
 }
 
 /// A group of one shape, as it is.

@@ -79,6 +79,7 @@ impl Frame {
     ) -> impl Iterator<Item = (&'a LidarPoint, Seen)> {
         let scene = SceneView {
             caster: &*self.scene.caster,
+            instances: Some(&*self.scene),
             materials: &self.assets.library.materials,
             sky_visibility: &OpenSky,
         };
@@ -226,6 +227,7 @@ fn images_are_made_of_the_same_answers() {
     let images = &runner.get(WORLD.forest.images, 1).expect("images")[0];
     let scene = SceneView {
         caster: &*frame.scene.caster,
+        instances: Some(&*frame.scene),
         materials: &frame.assets.library.materials,
         sky_visibility: &OpenSky,
     };

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::OpenMode;
-use nemoral_pipeline::{Backend, BackendChoice, Done, Observer, Request, generate};
+use nemoral_pipeline::{Backend, BackendChoice, Done, InputFiles, Observer, Request, generate};
 use nemoral_tests::config;
 use nemoral_tests::gpu::gpu;
 
@@ -47,7 +47,8 @@ fn frames_drawn_ahead_are_those_drawn_in_turn() {
     let notes = Notes::default();
     let make = |frames: &[u64], name: &str, mode| {
         let request = Request {
-            frames: frames.to_vec(),
+            frames: frames.iter().map(|&frame| frame..frame + 1).collect(),
+            inputs: InputFiles::default(),
             config: config.clone(),
             out: folder.join(name),
             mode,

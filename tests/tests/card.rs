@@ -4,8 +4,8 @@ use std::f32::consts::FRAC_PI_2;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use nemoral_lidar::{ExactRange, Pulse, ScanPattern, Scanner, ScannerParams};
-use nemoral_raycast::{Blas, BruteForce, Forest, Group};
+use nemoral_lidar::{ExactRange, Pulse, ScanPattern, ScanRequest, Scanner, ScannerParams};
+use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, GpuCamera, GpuParams, Lighting, OpenSky, RayCastCamera, RayCastParams,
     SceneView, View,
@@ -166,6 +166,7 @@ fn pictures(
     let camera = RayCastCamera::new(RayCastParams::draft(), light).expect("allowed");
     let scene = SceneView {
         caster,
+        instances: None,
         materials,
         sky_visibility: &OpenSky,
     };
@@ -181,7 +182,14 @@ fn pictures(
         ..ScannerParams::default()
     };
     let scanner = Scanner::new(params, Box::new(Raster)).expect("allowed");
-    let scan = scanner.scan(0, caster, materials, &|_| body, &ExactRange, Key::world(1));
+    let scan = scanner.scan(&ScanRequest {
+        first_pulse: 0,
+        caster,
+        materials,
+        scene_from_lidar_at: &|_| body,
+        range_model: &ExactRange,
+        key: Key::world(1),
+    });
     let mut returned = [false; 81];
     for point in &scan {
         assert_eq!(point.semantic, Semantic::Leaf);
@@ -232,7 +240,7 @@ fn the_letter_f_is_the_same_for_everything_that_sees() {
     let (library, ink) = library();
     for (kind, shape) in [("card", as_card(ink)), ("triangles", as_triangles(ink))] {
         let groups = groups(shape, &library);
-        let fast = Forest::new(groups.clone());
+        let fast = RayScene::new(groups.clone());
         let portable = fast.clone().portable();
         let brute = BruteForce::new(groups);
         let casters: [(&str, &dyn RayCaster); 3] = [
@@ -262,9 +270,10 @@ fn the_letter_f_is_the_same_on_a_gpu() {
     let light = Lighting::uniform(Vec3::splat(100.0));
     let camera = GpuCamera::new(gpu, GpuParams::default(), light).unwrap_or_else(|e| panic!("{e}"));
     for (kind, shape) in [("card", as_card(ink)), ("triangles", as_triangles(ink))] {
-        let forest = Forest::new(groups(shape, &library));
+        let forest = RayScene::new(groups(shape, &library));
         let scene = SceneView {
             caster: &forest,
+            instances: Some(&forest),
             materials: &library,
             sky_visibility: &OpenSky,
         };

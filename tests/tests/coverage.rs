@@ -4,7 +4,7 @@
 use std::sync::{Arc, LazyLock};
 
 use nemoral_assets::{AssetParams, Library, Species, StandSpecies};
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_render::{
     CameraImages, CameraRenderer, Lens, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView,
     View,
@@ -74,7 +74,7 @@ fn seen(
         material,
     });
     let wall = Prototype::new("wall", Mesh::default(), cards.collect(), materials);
-    let forest = Forest::of_shape(Arc::new(wall.expect("sound")), materials);
+    let forest = RayScene::of_shape(Arc::new(wall.expect("sound")), materials);
     let fov = 2.0 * HALF_VIEW_DEG.to_radians();
     let intrinsics = Intrinsics::from_fov(PIXELS, PIXELS, fov).expect("a pinhole");
     let ahead = RigidTransform::from_xyz_rpy(DVec3::ZERO, 0.0, 0.0, 0.0);
@@ -87,6 +87,7 @@ fn seen(
     let camera = RayCastCamera::new(params, Lighting::uniform(Vec3::ONE)).expect("valid");
     let scene = SceneView {
         caster: &forest,
+        instances: None,
         materials,
         sky_visibility: &OpenSky,
     };

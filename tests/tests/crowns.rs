@@ -97,6 +97,7 @@ fn a_wood_is_as_light_by_both_renderers() {
     let body = pose.track.relative_to(scene.origin_m).middle();
     let bare = SceneView {
         caster: &*scene.caster,
+        instances: Some(&*scene),
         materials: &assets.library.materials,
         sky_visibility: &OpenSky,
     };

@@ -9,7 +9,7 @@ use nemoral_pipeline::stages::frame::FrameScene;
 use nemoral_pipeline::stages::sensors::CameraRig;
 use nemoral_render::{CameraImages, OpenSky, SceneView, View};
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ExtraTruth, Hit, ObjectId, Ontology, PixelBox, Ray, Semantic};
+use nemoral_scene::{Annotations, Hit, ObjectId, Ontology, PixelBox, Ray, Semantic};
 use nemoral_tests::World;
 
 static WORLD: LazyLock<World> = LazyLock::new(|| {
@@ -56,14 +56,18 @@ struct Seen {
     scene: Arc<FrameScene>,
     assets: Arc<WorldAssets>,
     images: Arc<Vec<CameraImages>>,
-    extra: Arc<Vec<ExtraTruth>>,
+    extra: Arc<Vec<Annotations>>,
     view: View,
     next: View,
 }
 
 impl Seen {
     fn semantic(&self, hit: &Hit) -> Semantic {
-        self.assets.library.materials.get(hit.material).semantic
+        self.assets
+            .library
+            .materials
+            .get(hit.surface.material)
+            .semantic
     }
 
     /// Every surface on a ray, the nearest first, until `stop` says it is enough.
@@ -72,7 +76,7 @@ impl Seen {
             if stop(&hit) {
                 return;
             }
-            ray.t_min_m = hit.distance_m.next_up();
+            ray.t_min_m = hit.surface.distance_m.next_up();
         }
     }
 
@@ -107,7 +111,7 @@ fn range_m() -> f32 {
 #[test]
 fn who_asks_for_nothing_gets_nothing() {
     assert_eq!(SEEN.rigs[1].name, "plain");
-    assert_eq!(SEEN.extra[1], ExtraTruth::default());
+    assert_eq!(SEEN.extra[1], Annotations::default());
 }
 
 #[test]
@@ -117,6 +121,7 @@ fn flow_leads_to_the_same_surface_in_the_next_frame() {
     let truth = &seen.images[0].truth;
     let scene = SceneView {
         caster: &*seen.scene.caster,
+        instances: Some(&*seen.scene),
         materials: &seen.assets.library.materials,
         sky_visibility: &OpenSky,
     };
@@ -174,11 +179,11 @@ fn trunks_are_the_nearest_before_the_ground() {
         let mut expected = ObjectId::NONE;
         seen.walk(seen.view.ray(centre((x, y)), range_m()), |hit| {
             let semantic = seen.semantic(hit);
-            if ontology.class(semantic).id == trunk && !hit.object.is_none() {
-                expected = hit.object;
+            if ontology.class(semantic).id == trunk && !hit.surface.object.is_none() {
+                expected = hit.surface.object;
                 return true;
             }
-            is_ground(semantic) && hit.object.is_none()
+            is_ground(semantic) && hit.surface.object.is_none()
         });
         assert_eq!(*trunks.at(x, y), expected, "pixel ({x}, {y})");
         all += usize::from(!expected.is_none());
@@ -208,16 +213,17 @@ fn boxes_hold_what_their_things_cover() {
         let ray = seen.view.ray(centre(pixel), range_m());
         let mut met = BTreeSet::new();
         seen.walk(ray, |hit| {
-            if let Some(b) = of_box.get(&hit.object) {
-                let p = camera_from_scene.transform_point(ray.at(hit.distance_m).as_dvec3());
+            if let Some(b) = of_box.get(&hit.surface.object) {
+                let p =
+                    camera_from_scene.transform_point(ray.at(hit.surface.distance_m).as_dvec3());
                 let inside = b.camera_from_box.inverse() * (p - b.centre_m) / (b.size_m / 2.0);
-                let most = corners.entry(hit.object).or_insert(0.0);
+                let most = corners.entry(hit.surface.object).or_insert(0.0);
                 *most = most.max(inside.abs().max_element());
             }
-            if !hit.object.is_none() && met.insert(hit.object) {
-                count(&mut whole, hit.object, pixel);
+            if !hit.surface.object.is_none() && met.insert(hit.surface.object) {
+                count(&mut whole, hit.surface.object, pixel);
             }
-            is_ground(seen.semantic(hit)) && hit.object.is_none()
+            is_ground(seen.semantic(hit)) && hit.surface.object.is_none()
         });
         let object = *truth.object.at(pixel.0, pixel.1);
         if !object.is_none() {

@@ -9,9 +9,11 @@ use nemoral_dataset::{
     Agreement, CameraData, CheckReport, Dataset, FrameData, LidarData, OpenMode, Track,
     WorldTables, Writer, check,
 };
-use nemoral_pipeline::{Backend, BackendChoice, Done, Observer, Request, generate};
+use nemoral_pipeline::{
+    Backend, BackendChoice, Done, FrameSelection, InputFiles, Observer, Request, generate,
+};
 use nemoral_scene::{
-    ChunkCoord, ExtraKinds, ExtraTruth, Image, LidarPoint, ObjectId, Ontology, Semantic,
+    AnnotationKinds, Annotations, ChunkCoord, Image, LidarPoint, ObjectId, Ontology, Semantic,
     TruthImages, Twist, glam::DVec3,
 };
 use nemoral_tests::config;
@@ -33,7 +35,8 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
     let (backend, _) = Backend::for_config(choice, &config).expect("a renderer");
     let request = Request {
         cache: None,
-        frames: (0..config.frames).collect(),
+        frames: FrameSelection::first(config.frames),
+        inputs: InputFiles::read(&config).expect("readable files"),
         config,
         out: folder.path().join("recorded"),
         mode: OpenMode::Fresh,
@@ -170,7 +173,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
     let dataset = Dataset::open(recorded).expect("a data set");
     let mut header = dataset.manifest().header.clone();
     for camera in &mut header.cameras {
-        camera.extra = ExtraKinds::default();
+        camera.extra = AnnotationKinds::default();
     }
     let ontology: &Ontology = &header.ontology;
     // A surface of each class, and the thing of each image id.
@@ -190,7 +193,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         let frame = dataset.read_frame(i).expect("a frame");
         let camera = &frame.cameras[0];
         let columns = usize::from(matches!(lie, Lie::Labels));
-        let extra = ExtraTruth::default();
+        let extra = Annotations::default();
         let truth = TruthImages {
             semantic: shifted(&camera.semantic, columns).map(|class| semantics[class]),
             object: shifted(&camera.instance, columns)

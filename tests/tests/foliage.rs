@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use nemoral_assets::{AssetParams, Library, Species, StandSpecies};
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{Card, MaterialId, Mesh, Prototype, Ray, RayCaster};
 use nemoral_seed::{Draw, Key, PhiloxRng};
@@ -96,7 +96,7 @@ fn the_gap_fraction_of_a_round_crown_is_known() {
             let in_ball =
                 |rng: &mut PhiloxRng| any_direction(rng) * RADIUS_M * rng.unit_f64().cbrt();
             let crown = leaf.group(leaves, Inclination::Spherical, in_ball, &mut rng);
-            let forest = Forest::new(vec![(Vec3::ZERO, crown)]);
+            let forest = RayScene::new(vec![(Vec3::ZERO, crown)]);
             // From a side of its own for each seed.
             let ahead = any_direction(&mut rng);
             let (a, b) = ahead.any_orthonormal_pair();
@@ -130,7 +130,7 @@ fn first_hits_m(leaf: &LeafKind, density: f64, clumped: bool) -> Vec<f64> {
         let first_hit_m = |_| {
             let start = DVec3::from_array([0; 3].map(|_| SIDE_M * rng.unit_f64()));
             let hit = block.closest_hit(&ray(start, any_direction(&mut rng)));
-            hit.map_or(f64::INFINITY, |h| f64::from(h.distance_m))
+            hit.map_or(f64::INFINITY, |h| f64::from(h.surface.distance_m))
         };
         (0..400).map(first_hit_m).collect::<Vec<_>>()
     };
@@ -193,7 +193,7 @@ fn every_card_of_the_library_lets_through_what_its_mask_does_not_stop() {
         };
         let shape = Prototype::new("card", Mesh::default(), vec![card], &library.materials)
             .expect("a card is sound");
-        let forest = Forest::of_shape(Arc::new(shape), &library.materials);
+        let forest = RayScene::of_shape(Arc::new(shape), &library.materials);
         let passed = (0..RAYS).filter(|_| {
             // Not at the very borders, where rounding may miss the card.
             let [u, v] = [0; 2].map(|_| rng.range_f64(1e-5, 1.0 - 1e-5));

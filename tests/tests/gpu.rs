@@ -8,7 +8,7 @@ use std::sync::Arc;
 use avenue::{Avenue, SPECIES};
 use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_pipeline::stages::frame::FrameScene;
-use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, Gpu, GpuCamera, GpuError, GpuParams, Lighting, OpenSky, Pass, RayCastCamera,
     RayCastParams, SceneView, SkyImage, SkyParams, SkyVisibility, Sun, View,
@@ -16,10 +16,10 @@ use nemoral_render::{
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
     AlphaMask, Blend, Card, ChunkCoord, Distortion, Hit, Image, Instance, InstanceGroup,
-    Intrinsics, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray,
-    RayCaster, RigidTransform, Semantic, Shutter, Triangle, TruthImages, Twist,
+    InstancedScene, Intrinsics, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, PlacedGroup,
+    Prototype, Ray, RayCaster, RigidTransform, Semantic, Shutter, Triangle, TruthImages, Twist,
 };
-use nemoral_seed::{Draw, Key, PhiloxRng, Rng, Stage};
+use nemoral_seed::{Domain, Draw, Key, PhiloxRng, Rng};
 use nemoral_tests::World;
 use nemoral_tests::gpu::{Agreement, gpu};
 
@@ -40,7 +40,7 @@ fn cast(scene: &SceneView<'_>, view: &View) -> TruthImages {
 /// mirrored, in two chunks.
 struct Wood {
     materials: MaterialLibrary,
-    forest: Forest,
+    forest: RayScene,
 }
 
 /// Any mask: blobs of some texels, so that borders are everywhere.
@@ -55,7 +55,7 @@ fn mask(rng: &mut PhiloxRng, width: usize, height: usize) -> AlphaMask {
 
 impl Wood {
     fn new(seed: u64, change: impl Fn(AlphaMask) -> AlphaMask) -> Self {
-        let mut rng = Key::world(seed).stage(Stage::new("test.wood")).rng();
+        let mut rng = Key::world(seed).domain(Domain::new("test.wood")).rng();
         let rng = &mut rng;
         let mut materials = MaterialLibrary::new();
         let mut floor = |name, albedo| {
@@ -103,13 +103,14 @@ impl Wood {
         ];
         Self {
             materials,
-            forest: Forest::new(groups),
+            forest: RayScene::new(groups),
         }
     }
 
     fn scene(&self) -> SceneView<'_> {
         SceneView {
             caster: &self.forest,
+            instances: Some(&self.forest),
             materials: &self.materials,
             sky_visibility: &OpenSky,
         }
@@ -415,7 +416,7 @@ fn plane(foot: Vec3, u: Vec3, v: Vec3) -> Wood {
     let instance = placed(&shape, foot, Mat3::IDENTITY, ObjectId::NONE);
     Wood {
         materials,
-        forest: Forest::new(vec![(Vec3::ZERO, Arc::new(Group::build(vec![instance])))]),
+        forest: RayScene::new(vec![(Vec3::ZERO, Arc::new(Group::build(vec![instance])))]),
     }
 }
 
@@ -508,6 +509,7 @@ impl Frame {
     fn scene(&self) -> SceneView<'_> {
         SceneView {
             caster: &*self.scene.caster,
+            instances: Some(&*self.scene),
             materials: &self.assets.library.materials,
             sky_visibility: &OpenSky,
         }
@@ -724,9 +726,10 @@ fn the_examples_species_map_is_what_rays_hit() {
         (tree.clone(), Arc::new(shape))
     });
     let group = Arc::new(Group::build(trees.collect()));
-    let forest = Forest::new(vec![(Vec3::ZERO, group)]);
+    let forest = RayScene::new(vec![(Vec3::ZERO, group)]);
     let scene = SceneView {
         caster: &forest,
+        instances: Some(&forest),
         materials: &avenue.materials,
         sky_visibility: &OpenSky,
     };
@@ -739,7 +742,7 @@ fn the_examples_species_map_is_what_rays_hit() {
         let centre = DVec2::new((i % 640) as f64 + 0.5, (i / 640) as f64 + 0.5);
         let hit = forest.closest_hit(&view.ray(centre, 300.0));
         let number = hit.map_or(0, |hit| {
-            let name = &avenue.materials.get(hit.material).name;
+            let name = &avenue.materials.get(hit.surface.material).name;
             let is_its = |s: &&str| name.starts_with(*s);
             1 + SPECIES.iter().position(is_its).expect("a tree's material")
         });
@@ -834,10 +837,12 @@ impl RayCaster for Bags {
     fn closest_hit(&self, _: &Ray) -> Option<Hit> {
         None
     }
+}
 
-    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
+impl InstancedScene for Bags {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
         let place = |bag: &Arc<Bag>| (Vec3::ZERO, Arc::clone(bag) as Arc<dyn InstanceGroup>);
-        Some(self.0.iter().map(place).collect())
+        self.0.iter().map(place).collect()
     }
 }
 
@@ -855,7 +860,7 @@ fn memory_is_bounded_and_reported() {
     let material = materials.add(Material::plain("stone", Semantic::Rock, Vec3::ONE));
     // Four shapes of 150,000 triangles: 48 MB.
     let heap = |seed: u64| {
-        let mut rng = Key::world(seed).stage(Stage::new("test.heap")).rng();
+        let mut rng = Key::world(seed).domain(Domain::new("test.heap")).rng();
         let rng = &mut rng;
         let instances = (0..4).map(|_| {
             let place = |i: u32| Vec3::new(3.0 + (i % 99) as f32, unit(rng) - 0.5, unit(rng) - 0.5);
@@ -887,6 +892,7 @@ fn memory_is_bounded_and_reported() {
     let draw_with = |camera: &GpuCamera, bags: &Bags| {
         let scene = SceneView {
             caster: bags,
+            instances: Some(bags),
             materials: &materials,
             sky_visibility: &OpenSky,
         };
@@ -932,7 +938,7 @@ fn memory_is_bounded_and_reported() {
 }
 
 #[test]
-fn a_caster_that_hides_its_shapes_is_refused() {
+fn a_scene_without_its_shapes_is_refused() {
     struct Secret;
     impl RayCaster for Secret {
         fn closest_hit(&self, _: &Ray) -> Option<Hit> {
@@ -945,6 +951,7 @@ fn a_caster_that_hides_its_shapes_is_refused() {
     let camera = camera(gpu, GpuParams::default());
     let scene = SceneView {
         caster: &Secret,
+        instances: None,
         materials: &MaterialLibrary::new(),
         sky_visibility: &OpenSky,
     };

@@ -131,7 +131,9 @@ fn stage_crates_know_only_scene_seed_and_files() {
         let known = find(&all, name).ours(&["normal", "build", "dev"]);
         assert!(known.is_subset(&shared), "{name}: {known:?}");
     }
-    for name in LEAVES.into_iter().chain(["nemoral-lidar-noise"]) {
+    let noise = find(&all, "nemoral-lidar-noise").ours(&["normal", "build"]);
+    assert_eq!(noise, BTreeSet::from(["nemoral-scene"]));
+    for name in LEAVES {
         let known = find(&all, name).ours(&["normal", "build"]);
         assert!(known.is_empty(), "{name}: {known:?}");
     }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nemoral_assets::{AssetParams, Library, StandParams, TreeAsset};
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{Bounds, Hit, MaterialLibrary, Ray, RayCaster, Semantic};
 use nemoral_seed::{Draw, Key};
@@ -70,7 +70,7 @@ fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
 
 /// First returns of all rays.
 fn record(tree: &TreeAsset, materials: &MaterialLibrary, rays: &[Ray]) -> Vec<Option<Hit>> {
-    let forest = Forest::of_shape(Arc::clone(&tree.prototype), materials);
+    let forest = RayScene::of_shape(Arc::clone(&tree.prototype), materials);
     let mut hits = vec![None; rays.len()];
     forest.closest_hits(rays, &mut hits);
     hits
@@ -87,10 +87,10 @@ fn find(
     voxels.add_truth(&tree.prototype, materials);
     for (i, (ray, hit)) in (0_u32..).zip(rays.iter().zip(hits)) {
         // Wood stops rays too, and is no leaf.
-        let semantic = hit.map(|h| materials.get(h.material).semantic);
+        let semantic = hit.map(|h| materials.get(h.surface.material).semantic);
         let is_leaf = matches!(semantic, Some(Semantic::Leaf | Semantic::Needle));
-        let leaf = hit.filter(|_| is_leaf).map(|h| h.geometric_normal);
-        let end_m = hit.map_or(f64::INFINITY, |h| h.distance_m.into());
+        let leaf = hit.filter(|_| is_leaf).map(|h| h.surface.geometric_normal);
+        let end_m = hit.map_or(f64::INFINITY, |h| h.surface.distance_m.into());
         let ray = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         voxels.add_ray(i / (RASTER[0] * RASTER[1]), ray, end_m, leaf);
     }

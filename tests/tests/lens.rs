@@ -5,7 +5,10 @@ use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, OpenMode, check};
 use nemoral_pipeline::plan::{Runner, Store};
-use nemoral_pipeline::{Backend, BackendChoice, Done, ForestPlan, Observer, Request, generate};
+use nemoral_pipeline::{
+    Backend, BackendChoice, Done, ForestPlan, FrameSelection, InputFiles, Observer, Request,
+    generate,
+};
 use nemoral_scene::Shutter;
 use nemoral_tests::config;
 use nemoral_tests::gpu::{Agreement, gpu};
@@ -43,7 +46,8 @@ fn a_rolling_shutter_in_a_wood_passes_the_check() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("recorded");
     let request = Request {
-        frames: vec![0, 1],
+        frames: FrameSelection::first(2),
+        inputs: InputFiles::read(&config).expect("readable files"),
         config,
         out: out.clone(),
         mode: OpenMode::Fresh,

@@ -6,10 +6,10 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use nemoral_pipeline::ChunkManager;
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::stages::things::Thing;
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, ObjectKind, Ray, RayCaster};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 use nemoral_tests::{World, record};
 
 /// Small views that still reach over chunk borders; frames 30 m apart, so that chunks come and go.
@@ -256,9 +256,9 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
         let solid = runner.get(world.forest.solid, chunk).expect("geometry");
         // Rust prints floats so that they can be read back: equal texts are equal things.
         let things: Vec<String> = things.0.iter().map(|t: &Thing| format!("{t:?}")).collect();
-        let forest = Forest::new(vec![(Vec3::ZERO, solid.0.clone())]);
+        let forest = RayScene::new(vec![(Vec3::ZERO, solid.0.clone())]);
         let mut hits = Vec::new();
-        let key = Key::world(1).stage(Stage::new("tests.rays"));
+        let key = Key::world(1).domain(Domain::new("tests.rays"));
         for i in 0..500 {
             let mut rng = key.item(i).rng();
             let mut coordinate = |low: f64, high: f64| rng.range_f64(low, high);

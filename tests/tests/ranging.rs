@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use nemoral_lidar::{
     Beam, EchoObservation, Laser, Mid40, Pulse, PulseErrors, RangeModel, Returns, ScanPattern,
-    Scanner, ScannerParams, Spinning,
+    ScanRequest, Scanner, ScannerParams, Spinning,
 };
 use nemoral_lidar_noise::{
-    LaconteDevice, LaconteForm, MeanError, Observation, PaperMeanError, RangeNoise, RangeSensor,
+    LaconteDevice, LaconteForm, MeanError, PaperMeanError, RangeNoise, RangeSensor,
 };
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
     Card, LaserBand, LidarPoint, Material, MaterialLibrary, Mesh, Optics, PointFlags, Prototype,
@@ -21,7 +21,7 @@ use nemoral_seed::Key;
 /// A plate: where its middle is, its normal, half its width, its reflectance.
 type Plate = (DVec3, DVec3, f64, f32);
 
-fn plates(plates: &[Plate]) -> (Forest, MaterialLibrary) {
+fn plates(plates: &[Plate]) -> (RayScene, MaterialLibrary) {
     let mut materials = MaterialLibrary::new();
     let mut cards = Vec::new();
     for &(middle, normal, half_m, reflectance) in plates {
@@ -45,25 +45,18 @@ fn plates(plates: &[Plate]) -> (Forest, MaterialLibrary) {
         });
     }
     let shape = Prototype::new("plates", Mesh::default(), cards, &materials).expect("sound");
-    (Forest::of_shape(Arc::new(shape), &materials), materials)
+    (RayScene::of_shape(Arc::new(shape), &materials), materials)
 }
 
 fn receiver(noise: RangeNoise) -> impl RangeModel {
     let sensor = RangeSensor::new(noise).expect("in range");
-    move |o: &EchoObservation, key: Key| {
-        let o = Observation {
-            range_m: o.range_m,
-            incidence_cos: o.incidence_cos,
-            reflectance: o.reflectance,
-        };
-        sensor.measure(&o, &mut key.rng())
-    }
+    move |o: &EchoObservation, key: Key| sensor.measure(o, &mut key.rng())
 }
 
 fn scan(
     pattern: Box<dyn ScanPattern>,
     pulses: u32,
-    (forest, materials): &(Forest, MaterialLibrary),
+    (forest, materials): &(RayScene, MaterialLibrary),
     noise: RangeNoise,
 ) -> Vec<LidarPoint> {
     let params = ScannerParams {
@@ -77,7 +70,7 @@ fn scan_by(
     params: ScannerParams,
     pattern: Box<dyn ScanPattern>,
     pulses: u32,
-    (forest, materials): (&Forest, &MaterialLibrary),
+    (forest, materials): (&RayScene, &MaterialLibrary),
     noise: RangeNoise,
 ) -> Vec<LidarPoint> {
     let params = ScannerParams {
@@ -86,14 +79,14 @@ fn scan_by(
     };
     let scanner = Scanner::new(params, pattern).expect("in range");
     let still = |_: f64| RigidTransform::IDENTITY;
-    scanner.scan(
-        0,
-        forest,
+    scanner.scan(&ScanRequest {
+        first_pulse: 0,
+        caster: forest,
         materials,
-        &still,
-        &receiver(noise),
-        Key::world(11),
-    )
+        scene_from_lidar_at: &still,
+        range_model: &receiver(noise),
+        key: Key::world(11),
+    })
 }
 
 /// Straight ahead, again and again.
@@ -159,7 +152,7 @@ fn the_mean_error_over_a_field_of_view_is_the_models() {
     let (mut sum_m, mut expected_m) = (0.0, 0.0);
     for p in &points {
         let direction = Mid40.pulse(p.pulse.into()).direction;
-        let truth = Observation {
+        let truth = EchoObservation {
             range_m: middle.dot(normal) / direction.dot(normal),
             incidence_cos: direction.dot(-normal),
             reflectance: 0.5,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 use nemoral_pipeline::plan::Runner;
-use nemoral_pipeline::stages::placement::SAPLINGS;
+use nemoral_pipeline::stages::placement::StandLayer;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Instance, ObjectId, Semantic, Surface};
 use nemoral_tests::{World, config};
@@ -57,7 +57,9 @@ impl Strata {
         for at in square(side) {
             let openness = runner.get(world.forest.openness, at).expect("openness");
             let ground = runner.get(world.forest.ground, at).expect("ground");
-            let clusters = placement.clusters(at, SAPLINGS).expect("clusters");
+            let clusters = placement
+                .clusters(at, StandLayer::Saplings.index())
+                .expect("clusters");
             let mut count = |p: DVec2, m2: f64, seedlings: f64| {
                 let part = if clusters.contain(p) {
                     &mut strata.inside

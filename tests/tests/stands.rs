@@ -104,7 +104,7 @@ fn an_own_species_stands_in_the_forest() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("low_beech.toml");
     std::fs::write(&path, &low).expect("written");
-    let species = Species::read(&path).expect("a species");
+    let species = Species::from_toml(&low, "low_beech.toml").expect("a species");
     let beech = Species::built_in("beech").expect("built in");
 
     let shares = Config::default().assets.shares();

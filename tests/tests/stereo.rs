@@ -60,6 +60,7 @@ struct Compared {
 fn compare(frame: &Frame, a: &Eye<'_>, b: &Eye<'_>) -> Compared {
     let scene = SceneView {
         caster: &*frame.scene.caster,
+        instances: Some(&*frame.scene),
         materials: &frame.assets.library.materials,
         sky_visibility: &OpenSky,
     };

@@ -8,17 +8,17 @@
 
 mod clock;
 mod embree;
+mod f64_solver;
 mod parry;
 mod placed;
 mod rays;
-mod referee;
 mod reference;
 mod report;
 mod world;
 
 use std::time::Instant;
 
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::{Ray, RayCaster};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
@@ -155,7 +155,7 @@ fn rows<'a>(
         let single = move |rays: &[Ray], out: &mut [f32]| {
             for (ray, out) in rays.iter().zip(out) {
                 let hit = caster.closest_hit(ray);
-                *out = hit.map_or(f32::INFINITY, |hit| hit.distance_m);
+                *out = hit.map_or(f32::INFINITY, |hit| hit.surface.distance_m);
             }
         };
         rows.push(Row::new(
@@ -196,7 +196,7 @@ fn batch(caster: &dyn RayCaster, rays: &[Ray], out: &mut [f32]) {
 }
 
 /// What a second thread brings to each scan, by the wall's clock: the median of ratios within a round.
-fn two_threads(forest: &Forest, work: &Work, rounds: usize) -> Result<(), ThreadPoolBuildError> {
+fn two_threads(forest: &RayScene, work: &Work, rounds: usize) -> Result<(), ThreadPoolBuildError> {
     let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build();
     let pools = [pool(1)?, pool(2)?];
     let mut hits = vec![None; work.fired.iter().map(Vec::len).max().unwrap_or(0)];
@@ -240,12 +240,12 @@ fn agreement(placed: &Placed, work: &Work, rows: &[Row<'_>]) {
             .collect();
         let (mut we, mut they) = (0, 0);
         for &i in differ.iter().take(200) {
-            let truth = referee::nearest(placed, &rays[i]) as f32;
+            let truth = f64_solver::nearest(placed, &rays[i]) as f32;
             we += u32::from(same(own[i], truth));
             they += u32::from(same(theirs[i], truth));
         }
         println!(
-            "    {name}: {} of {} rays differ ({:.1e}); of {} the referee sides {we} : {they}",
+            "    {name}: {} of {} rays differ ({:.1e}); of {} the f64 solver sides {we} : {they}",
             differ.len(),
             rays.len(),
             differ.len() as f64 / rays.len() as f64,

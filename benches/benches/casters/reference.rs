@@ -12,9 +12,9 @@ use nemoral_scene::{
     AlphaMask, Card, ChunkCoord, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
     Prototype, Semantic, Triangle,
 };
-use nemoral_seed::{Draw, Key, PhiloxRng, Stage};
+use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
 
-const STAGE: Stage = Stage::new("bench.casters");
+const STAGE: Domain = Domain::new("bench.casters");
 const CHUNK_M: f32 = 50.0;
 const CHUNKS: i32 = 5;
 
@@ -31,7 +31,7 @@ const TREES: [(u32, u32); 6] = [
 pub(crate) type Forest = (Vec<(Vec3, Arc<Group>)>, MaterialLibrary);
 
 pub(crate) fn grow() -> Result<Forest, Box<dyn Error>> {
-    let key = Key::world(7).stage(STAGE);
+    let key = Key::world(7).domain(STAGE);
     let mut library = MaterialLibrary::new();
     library.add(Material::plain("soil", Semantic::Soil, Vec3::splat(0.2)));
     library.add(Material::plain("bark", Semantic::Stem, Vec3::splat(0.3)));

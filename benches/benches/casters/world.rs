@@ -4,7 +4,7 @@ use std::error::Error;
 use std::sync::Arc;
 
 use nemoral_benches::{Grown, config};
-use nemoral_raycast::{Forest, Group};
+use nemoral_raycast::{Group, RayScene};
 use nemoral_scene::MaterialLibrary;
 use nemoral_scene::glam::{DMat3, Mat3, Vec3};
 
@@ -70,7 +70,7 @@ impl World {
         })
     }
 
-    pub(crate) fn forest(&self) -> Forest {
-        Forest::new(self.groups.clone())
+    pub(crate) fn forest(&self) -> RayScene {
+        RayScene::new(self.groups.clone())
     }
 }

@@ -1,22 +1,33 @@
-//! Procedural trees, shrubs, herbs, rocks, stumps and their textures.
+//! Procedural assets of a forest: trees, seedlings, shrubs, herbs, rocks, stumps and litter as
+//! meshes and leaf cards, and every texture and material that they are made of. All of it is grown
+//! from one key, without files.
+//!
+//! - [`Library::grow`] grows all prototypes and materials of a world.
+//! - [`grow`] and [`grow_snag`] grow one tree of a given size; [`Species`] is data, read from TOML.
+//! - [`Library::to_bytes`] and [`Library::from_bytes`] store a library between runs.
+//!
+//! The parts of the source: `tree` (growth and allometry), `plant` (everything smaller), `cards`
+//! (images of leaves), `textures` (bark, ground, stone), `materials` (all of them registered),
+//! `ambient_occlusion` (what near parts of a shape take of the light), `serialize`.
 
-mod card;
+mod ambient_occlusion;
+mod cards;
 mod error;
-mod kept;
 mod library;
-mod near;
-mod optics;
-mod palette;
+mod materials;
 mod plant;
-mod texture;
+mod serialize;
+mod textures;
 mod tree;
 
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
+
 pub use error::ParamError;
-pub use kept::KeptError;
-pub use library::{
-    AssetParams, GroundMaterials, Library, PlantAsset, StandParams, StandSpecies, TrailMaterials,
-    TreeAsset,
-};
+pub use library::{AssetParams, Library, PlantAsset, StandParams, StandSpecies, TreeAsset};
+pub use materials::{GroundMaterials, TrailMaterials};
+pub use serialize::DeserializeError;
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,
     FoliageForm, GrownTree, GrowthParams, LeafKind, LeafLook, SizeClass, Species, SpeciesError,

@@ -1,20 +1,18 @@
 //! The library: everything a world is made of, grown from one key.
 
+mod plants;
+
 use std::sync::Arc;
 
-use nemoral_scene::{MaterialId, MaterialLibrary, Prototype};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_scene::{MaterialLibrary, Prototype};
+use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
+use self::plants::PlantGrower;
+use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::error::ParamError;
-use crate::near::{Masks, Nearness, near_light};
-use crate::palette::Palette;
-use crate::plant::rock::{RockPlan, rock};
-use crate::plant::seedling::seedling;
+use crate::materials::{GroundMaterials, WorldMaterials};
 use crate::plant::shape::Shape;
-use crate::plant::shrub::ShrubKind;
-use crate::plant::stump::stump;
-use crate::plant::{floor, undergrowth};
 use crate::tree::{
     GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
     individual_rank,
@@ -25,8 +23,9 @@ use crate::tree::{
 pub struct AssetParams {
     /// The trees' species, 1 to 32, each with a name of its own.
     pub species: Vec<StandSpecies>,
-    /// Different living trees of each species, 1..=64. Their diameters stand for one of as many equal
-    /// parts of the stand's distribution each, so that few trees already show its spread and basal area.
+    /// Different living trees of each species, 1..=64. Their diameters stand for one of as many
+    /// equal parts of the stand's distribution each, so that few trees already show its spread and
+    /// basal area.
     pub individuals_per_species: u32,
     /// Different saplings of each species, 0..=64, 2 to 4.5 m high.
     pub saplings_per_species: u32,
@@ -91,28 +90,6 @@ pub struct PlantAsset {
     pub radius_m: f64,
     /// Height above z = 0, metres.
     pub height_m: f64,
-}
-
-/// The materials of the ground and of trails; all of them `ground`, uv in metres.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-pub struct GroundMaterials {
-    /// The forest floor: leaf litter, needle litter, moss and soil.
-    pub floor: Vec<MaterialId>,
-    /// Slopes that a trail has cut or filled.
-    pub cut_slope: MaterialId,
-    /// Gravel, dry earth, mud, grassy, leaf litter, needles, sand, rock.
-    pub trails: [TrailMaterials; 8],
-}
-
-/// The three bands of a trail's section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct TrailMaterials {
-    /// Most of it.
-    pub surface: MaterialId,
-    /// Where wheels run.
-    pub rut: MaterialId,
-    /// Between the ruts.
-    pub strip: MaterialId,
 }
 
 /// All prototypes and materials of a world.
@@ -224,19 +201,19 @@ impl AssetParams {
 }
 
 impl Library {
-    /// Grows a library, on all threads of the pool it is called in. The same key and parameters give
-    /// the same bytes on any number of threads.
+    /// Grows a library, on all threads of the pool it is called in. The same key and parameters
+    /// give the same bytes on any number of threads.
     ///
     /// # Errors
     /// If a parameter is out of its range.
     pub fn grow(params: &AssetParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
-        let palette = Palette::bake(&species, params.seedlings_per_species > 0, key);
-        let masks = Masks::of(&palette.library);
+        let materials = WorldMaterials::bake(&species, params.seedlings_per_species > 0, key);
+        let masks = MaskCoverage::of(&materials.library);
         let grower = TreeGrower {
             params,
-            palette: &palette,
+            materials: &materials,
             masks: &masks,
             growth: GrowthParams {
                 trunk_radius_m: params.trunk_radius_m,
@@ -246,185 +223,46 @@ impl Library {
         let trees = grower.all(TreeKind::Living, params.individuals_per_species, key)?;
         let saplings = grower.all(TreeKind::Sapling, params.saplings_per_species, key)?;
         let snags = grower.all(TreeKind::Snag, params.snags_per_species, key)?;
-        let collect = |stage: Stage, count: u32, grow: &GrowOne<'_>| -> Vec<PlantAsset> {
-            (0..count)
-                .into_par_iter()
-                .map(|i| grow(i, key.stage(stage).item(u64::from(i))))
-                .collect()
+        let plants = PlantGrower {
+            species: &species,
+            materials: &materials,
+            masks: &masks,
+            key,
         };
-        let finish = |name: &str, number: u32, shape: Shape, radius_m: f32| {
-            let shape = prototype(name, number, shape, &palette.library);
-            asset(name, shape, radius_m)
-        };
-        let leafy = |name: &str, number: u32, shape: Shape, radius_m: f32, near: &Nearness| {
-            let shape = prototype(name, number, shape, &palette.library);
-            asset(name, between_leaves(shape, &masks, near), radius_m)
-        };
-        let patch = |name: &str, number: u32, shape: Shape| {
-            let radius_m = shape.reach_m();
-            leafy(name, number, shape, radius_m, &Nearness::LOW)
-        };
-        let shrubs = collect(SHRUBS, SHRUBS_PER_KIND * 3, &|i, key| {
-            let kind = ShrubKind::ALL[(i / SHRUBS_PER_KIND) as usize];
-            let rank = (i % SHRUBS_PER_KIND) as f32 / (SHRUBS_PER_KIND - 1) as f32;
-            let shape = kind.grow(rank, &palette, &mut key.rng());
-            // Crowns of shrubs may touch; their lower halves may not.
-            let radius_m = 0.6 * shape.reach_m();
-            leafy(kind.name(), i, shape, radius_m, &Nearness::SHRUB)
-        });
-        let stumps = collect(STUMPS, STUMP_COUNT, &|i, key| {
-            let mut rng = key.rng();
-            let species = i as usize % palette.stumps.len();
-            // Diameters of 0.2 to 0.6 m, in even steps so that a library has them all.
-            let radius_m = 0.10 + 0.20 * (i as f32 + rng.unit_f32()) / STUMP_COUNT as f32;
-            let height_m = rng.range_f32(0.14, 0.38);
-            let old = rng.chance(0.6);
-            let shape = stump(
-                radius_m,
-                height_m,
-                old,
-                &palette.stumps[species],
-                key.item(0),
-            );
-            let foot = foot_radius_m(&shape);
-            finish("stump", i, shape, foot)
-        });
-        let rocks = collect(ROCKS, ROCK_COUNT, &|i, key| {
-            let mut rng = key.rng();
-            // Radii of 0.15 to 1.2 m in a geometric series, smallest first.
-            let step = f64::from(i) / f64::from(ROCK_COUNT - 1);
-            let radius_m = (0.15 * libm::pow(8.0, step)) as f32 * rng.range_f32(0.93, 1.07);
-            let plan = RockPlan {
-                radius_m,
-                subdivisions: if radius_m < 0.45 { 3 } else { 4 },
-                sunk: rng.range_f32(0.30, 0.60),
-                roughness: rng.range_f32(0.05, 0.11),
-                material: palette.rock,
-                tile_m: 1.0,
-            };
-            let shape = rock(&plan, key.item(0));
-            let foot = foot_radius_m(&shape);
-            finish("rock", i, shape, foot)
-        });
-        let trail_stones = collect(TRAIL_STONES, 16, &|i, key| {
-            let mut rng = key.rng();
-            let plan = RockPlan {
-                radius_m: rng.range_f32(0.028, 0.072),
-                subdivisions: 2,
-                sunk: rng.range_f32(0.25, 0.45),
-                roughness: rng.range_f32(0.03, 0.08),
-                material: palette.stone,
-                tile_m: 0.5,
-            };
-            let shape = rock(&plan, key.item(0));
-            let foot = foot_radius_m(&shape);
-            finish("stone", i, shape, foot)
-        });
-        let grass = collect(GRASS, PATCHES, &|i, key| {
-            patch("grass", i, undergrowth::grass(i, &palette, &mut key.rng()))
-        });
-        let herbs = collect(HERBS, PATCHES, &|i, key| {
-            patch("herbs", i, undergrowth::herbs(i, &palette, &mut key.rng()))
-        });
-        let ferns = collect(FERNS, 2 * PATCHES, &|i, key| {
-            let mut rng = key.rng();
-            if i % 2 == 0 {
-                patch("bracken", i, undergrowth::bracken(&palette, &mut rng))
-            } else {
-                patch("male_fern", i, undergrowth::male_fern(&palette, &mut rng))
-            }
-        });
-        let of_species = params.seedlings_per_species;
-        let seedlings = collect(SEEDLINGS, of_species * species.len() as u32, &|i, _| {
-            let (of, number) = ((i / of_species) as usize, i % of_species);
-            // Each species' are its own, whatever others there are.
-            let name = &species[of].name;
-            let key = key.stage(SEEDLINGS).stage(Stage::new(name));
-            let key = key.item(u64::from(number));
-            let rank = individual_rank(number, of_species, key) as f32;
-            let (leaves, materials) = (&species[of].leaves, &palette.seedlings[of]);
-            let shape = seedling(rank, leaves, materials, &mut key.rng());
-            patch(&format!("{name}_seedling"), number, shape)
-        });
-        let litter = collect(LITTER, PATCHES, &|i, key| {
-            let shape = floor::litter(i, &palette, &mut key.rng());
-            let radius_m = shape.reach_m();
-            finish("litter", i, shape, radius_m)
-        });
-        let trail_tufts = collect(TRAIL_TUFTS, PATCHES, &|i, key| {
-            patch(
-                "trail_tufts",
-                i,
-                undergrowth::trail_tuft(i, &palette, &mut key.rng()),
-            )
-        });
         Ok(Self {
             trees,
             saplings,
             snags,
-            shrubs,
-            stumps,
-            rocks,
-            grass,
-            herbs,
-            ferns,
-            seedlings,
-            litter,
-            trail_tufts,
-            trail_stones,
-            ground: palette.ground,
-            materials: palette.library,
+            shrubs: plants.shrubs(),
+            stumps: plants.stumps(),
+            rocks: plants.rocks(),
+            grass: plants.grass(),
+            herbs: plants.herbs(),
+            ferns: plants.ferns(),
+            seedlings: plants.seedlings(params.seedlings_per_species),
+            litter: plants.litter(),
+            trail_tufts: plants.trail_tufts(),
+            trail_stones: plants.trail_stones(),
+            ground: materials.ground,
+            materials: materials.library,
         })
     }
 }
 
-const TREES: Stage = Stage::new("assets.trees");
-const SAPLINGS: Stage = Stage::new("assets.saplings");
-const SNAGS: Stage = Stage::new("assets.snags");
-const SHRUBS: Stage = Stage::new("assets.shrubs");
-const STUMPS: Stage = Stage::new("assets.stumps");
-const ROCKS: Stage = Stage::new("assets.rocks");
-const GRASS: Stage = Stage::new("assets.grass");
-const HERBS: Stage = Stage::new("assets.herbs");
-const FERNS: Stage = Stage::new("assets.ferns");
-const SEEDLINGS: Stage = Stage::new("assets.seedlings");
-const LITTER: Stage = Stage::new("assets.litter");
-const TRAIL_TUFTS: Stage = Stage::new("assets.trail_tufts");
-const TRAIL_STONES: Stage = Stage::new("assets.trail_stones");
-
-const SHRUBS_PER_KIND: u32 = 4;
-const STUMP_COUNT: u32 = 9;
-const ROCK_COUNT: u32 = 12;
-/// Variants of each kind of patch.
-const PATCHES: u32 = 16;
-
-/// Grows the i-th of a kind from its own key.
-type GrowOne<'a> = dyn Fn(u32, Key) -> PlantAsset + Sync + 'a;
+const TREES: Domain = Domain::new("assets.trees");
+const SAPLINGS: Domain = Domain::new("assets.saplings");
+const SNAGS: Domain = Domain::new("assets.snags");
 
 fn prototype(name: &str, number: u32, shape: Shape, library: &MaterialLibrary) -> Prototype {
     Prototype::new(format!("{name}.{number}"), shape.mesh, shape.cards, library)
         .expect("shapes are made of finite points and of this library's materials")
 }
 
-/// The same shape, dark between its leaves.
-fn between_leaves(shape: Prototype, masks: &Masks, near: &Nearness) -> Prototype {
-    let light = near_light(&shape, masks, near);
-    (shape.with_near_light(light)).expect("one share of each vertex and corner, and no ground")
-}
-
-fn asset(name: &str, prototype: Prototype, radius_m: f32) -> PlantAsset {
-    PlantAsset {
-        height_m: f64::from(prototype.bounds().max.z),
-        prototype: Arc::new(prototype),
-        name: name.to_owned(),
-        radius_m: f64::from(radius_m),
-    }
-}
-
-/// The largest distance from the axis at or above the ground.
-fn foot_radius_m(shape: &Shape) -> f32 {
-    let above = shape.mesh.positions.iter().filter(|p| p.z > -0.02);
-    above.fold(0.0, |r, p| r.max(p.truncate().length()))
+/// The same shape with its ambient occlusion.
+fn with_occlusion(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams) -> Prototype {
+    let occlusion = ambient_occlusion::bake(&shape, masks, near);
+    (shape.with_ambient_occlusion(occlusion))
+        .expect("one share of each vertex and corner, and no ground")
 }
 
 #[derive(Clone, Copy)]
@@ -436,15 +274,15 @@ enum TreeKind {
 
 struct TreeGrower<'a> {
     params: &'a AssetParams,
-    palette: &'a Palette,
-    masks: &'a Masks,
+    materials: &'a WorldMaterials,
+    masks: &'a MaskCoverage,
     growth: GrowthParams,
 }
 
 impl TreeGrower<'_> {
     /// So many of each species: species in turn, individuals in turn; each has its own key.
     fn all(&self, kind: TreeKind, of: u32, key: Key) -> Result<Vec<TreeAsset>, ParamError> {
-        let key = key.stage(match kind {
+        let key = key.domain(match kind {
             TreeKind::Living => TREES,
             TreeKind::Sapling => SAPLINGS,
             TreeKind::Snag => SNAGS,
@@ -453,7 +291,7 @@ impl TreeGrower<'_> {
         let trees = (0..count).into_par_iter().map(|i| {
             let (species, number) = (i / of as usize, (i % of as usize) as u32);
             let name = &self.params.species[species].species.name;
-            self.one(kind, species, [number, of], key.stage(Stage::new(name)))
+            self.one(kind, species, [number, of], key.domain(Domain::new(name)))
         });
         trees.collect()
     }
@@ -484,12 +322,12 @@ impl TreeGrower<'_> {
             TreeKind::Snag => (grow_snag, "snag."),
             _ => (grow, part),
         };
-        let materials = &self.palette.trees[index];
+        let materials = &self.materials.trees[index];
         let tree = grow(species, &size, materials, &self.growth, key.item(2))?;
         let name = format!("{}.{part}{number}", species.name);
-        let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.palette.library)
+        let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
-        let prototype = between_leaves(prototype, self.masks, &Nearness::TREE);
+        let prototype = with_occlusion(prototype, self.masks, &OcclusionParams::TREE);
         Ok(TreeAsset {
             prototype: Arc::new(prototype),
             species: species.name.clone(),

@@ -1,7 +1,8 @@
 //! What the inventory says of a tree is what a forester would measure on its triangles and leaves.
 //!
-//! Measured here on whole library trees with their own pictures, by other means than the generator's:
-//! height over wood and the opaque texels of cards, diameter by calipers and tape around a slice.
+//! Measured here on whole library trees with their own pictures, by other means than the
+//! generator's: height over wood and the opaque texels of cards, diameter by calipers and tape
+//! around a slice.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

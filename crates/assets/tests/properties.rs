@@ -106,7 +106,8 @@ fn textures_tile_without_a_seam() {
                     / w as f64
             })
             .collect();
-        // What lies between two barks does not repeat upwards: it ends as one, and begins as the other.
+        // What lies between two barks does not repeat upwards: it ends as one, and begins as the
+        // other.
         let changes = m.name.ends_with(".change");
         for lines in [columns, rows].into_iter().take(2 - usize::from(changes)) {
             let (border, inside) = lines.split_last().expect("not empty");

@@ -1,4 +1,5 @@
-//! Tree seedlings, looked at from outside: how high they are, what is near the ground, what they are made of.
+//! Tree seedlings, looked at from outside: how high they are, what is near the ground, what they
+//! are made of.
 
 use std::sync::LazyLock;
 
@@ -79,8 +80,8 @@ fn they_stand_in_the_ground_and_are_under_30_cm_high() {
     }
 }
 
-/// Blades nearer to the ground than the LiDAR measures would be the ground's for one sensor and the seedling's for
-/// the other.
+/// Blades nearer to the ground than the LiDAR measures would be the ground's for one sensor and the
+/// seedling's for the other.
 #[test]
 fn leaves_keep_clear_of_the_ground() {
     for s in &ALL.seedlings {

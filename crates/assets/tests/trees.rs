@@ -110,8 +110,8 @@ fn sizes_are_as_demanded() {
     }
 }
 
-/// Crown radius measured another way: the circle with the area of the foliage's convex hull from above. The
-/// hull of a few branches' ends lies inside (an octagon's is 5 % smaller).
+/// Crown radius measured another way: the circle with the area of the foliage's convex hull from
+/// above. The hull of a few branches' ends lies inside (an octagon's is 5 % smaller).
 #[test]
 fn the_crown_keeps_to_its_envelope() {
     for (species, size, tree) in sample() {
@@ -284,7 +284,8 @@ fn wood_is_sorted_by_the_trunk_threshold() {
                     .max()
                     .expect("an axis has triangles");
                 for i in 0..axis.len() {
-                    // The end of an axis is closed at its last vertex: straight in is along the axis there.
+                    // The end of an axis is closed at its last vertex: straight in is along the
+                    // axis there.
                     if axis[i].corners.contains(&apex) {
                         continue;
                     }
@@ -729,7 +730,8 @@ fn straight(change: impl Fn(&mut StemForm)) -> (TreeSize, GrownTree) {
 
 #[test]
 fn stems_are_bowed_by_their_basal_sweep() {
-    // How far the stem's middle is beside its foot, where the bow is widest: at a fifth of its height.
+    // How far the stem's middle is beside its foot, where the bow is widest: at a fifth of its
+    // height.
     let bow_m = |sweep_deg: f64| {
         let (size, tree) = straight(|stem| stem.sweep_deg = sweep_deg);
         let cut = stem_cut(&tree.mesh, 0.2 * size.height_m);
@@ -742,7 +744,8 @@ fn stems_are_bowed_by_their_basal_sweep() {
         slight > 0.01 && middle > slight && strong > middle,
         "{slight} {middle} {strong}"
     );
-    // One tree, swept more and more: as the tangent of the angle, but for what the crown's fit draws along.
+    // One tree, swept more and more: as the tangent of the angle, but for what the crown's fit
+    // draws along.
     let tangent = |deg: f64| deg.to_radians().tan();
     for (bow, deg) in [(slight, 3.0), (middle, 6.0)] {
         let ratio = strong / bow * tangent(deg) / tangent(12.0);
@@ -764,7 +767,8 @@ fn the_foot_is_as_wide_as_its_flare() {
     assert!((1.0..1.3).contains(&none), "the taper's butt alone: {none}");
     for flare in [0.1, 0.2, 0.4, 0.8] {
         let more = swelling(flare) / none - 1.0;
-        // Lobes fall to nothing between them: half their height all round, and more for going in and out.
+        // Lobes fall to nothing between them: half their height all round, and more for going in
+        // and out.
         assert!((0.4..1.0).contains(&(more / flare)), "{flare}: {more}");
     }
 }
@@ -834,7 +838,8 @@ fn snags_are_dead_wood_of_the_demanded_diameter() {
     }
 }
 
-/// From 120 trees of each species as grown: what stands in the inventory follows the published relations.
+/// From 120 trees of each species as grown: what stands in the inventory follows the published
+/// relations.
 #[test]
 fn allometry_is_recovered_from_grown_trees() {
     allometry_is_recovered_from(120);
@@ -968,7 +973,8 @@ proptest! {
         let [low, high] = species.allometry.dbh_range_m;
         let key = Key::world(seed);
         let mut size = species.draw_size(low + share * (high - low), key);
-        // Demands off the allometry must be met as well, if not by far: squat saplings are all card.
+        // Demands off the allometry must be met as well, if not by far: squat saplings are all
+        // card.
         size.height_m = (size.height_m * odd).clamp(2.0, 70.0);
         size.crown_radius_m = (size.crown_radius_m / odd).clamp(0.3, 15.0);
         size.crown_base_m = size.crown_base_m.min(0.85 * size.height_m);

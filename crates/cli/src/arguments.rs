@@ -8,9 +8,16 @@ use nemoral_pipeline::BackendChoice;
 
 use crate::frames::{Frames, Shard};
 
+/// What the program's exit codes say.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  failed while running, was interrupted (SIGINT, SIGTERM), or `check` found something wrong
+  2  the request was wrong: nothing was done";
+
 /// Grows virtual forests and records them with virtual cameras and LiDAR, perfectly labelled.
 #[derive(Debug, Parser)]
-#[command(name = "nemoral", version, max_term_width = 100)]
+#[command(name = "nemoral", version, max_term_width = 100, after_help = EXIT_CODES)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -86,7 +93,8 @@ pub(crate) struct Cloud {
 pub(crate) struct Generate {
     #[command(flatten)]
     pub(crate) world: World,
-    /// `N` frames, or which of the sequence's frames to make: `A..B` (B not included) or `A,B,C`.
+    /// `N` frames, or which of the sequence's frames to make: `A..B` (B not
+    /// included), or a list of frames and such ranges.
     #[arg(long, value_name = "N|A..B|LIST")]
     pub(crate) frames: Option<Frames>,
     /// The output folder.
@@ -147,7 +155,7 @@ pub(crate) struct Preview {
     /// Which renderer takes the picture.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,
-    /// The picture.
+    /// The picture, a PNG.
     #[arg(long, short, value_name = "FILE", default_value = "preview.png")]
     pub(crate) out: PathBuf,
 }
@@ -160,8 +168,13 @@ pub(crate) enum ConfigCommand {
     Init(World),
     /// Prints the config that a run would use, every key.
     Show(World),
-    /// Proves a config.
-    Check(World),
+    /// Proves a config: refuses all that `generate` would refuse before its first frame.
+    Check {
+        #[command(flatten)]
+        world: World,
+        #[command(flatten)]
+        keeping: Keeping,
+    },
     /// Prints the JSON schema, for editors that complete TOML.
     Schema,
     /// Prints the reference page, Markdown.

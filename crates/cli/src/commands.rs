@@ -12,7 +12,8 @@ use nemoral_pipeline::config::{
 };
 use nemoral_pipeline::plan::{Cache, GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, Error, ForestPlan, Request, estimate, generate, preview, write_png,
+    Backend, Error, ForestPlan, FrameSelection, InputFiles, Request, check, check_png_name,
+    estimate, generate, preview, write_png,
 };
 
 use crate::arguments::{
@@ -114,7 +115,7 @@ fn open_mode(resume: bool, overwrite: bool) -> OpenMode {
     }
 }
 
-fn load(world: &World) -> Result<Config, Failure> {
+fn load(world: &World) -> Result<(Config, InputFiles), Failure> {
     let mut settings = world.settings.clone();
     settings.extend(world.seed.map(|seed| format!("seed={seed}")));
     let layers = Layers {
@@ -122,7 +123,7 @@ fn load(world: &World) -> Result<Config, Failure> {
         file: world.config.clone(),
         settings,
     };
-    Ok(layers.load()?)
+    Ok(layers.load_with_inputs()?)
 }
 
 /// How many threads to use; tells rayon.
@@ -166,16 +167,14 @@ fn cache(keeping: &Keeping) -> (Option<Arc<Cache>>, Option<String>) {
 }
 
 fn run_generate(a: &Generate) -> Result<bool, Failure> {
-    let mut config = load(&a.world)?;
+    let mut world = a.world.clone();
     if let Some(Frames::Length(n)) = a.frames {
-        config = load(&World {
-            settings: [a.world.settings.clone(), vec![format!("frames={n}")]].concat(),
-            ..a.world.clone()
-        })?;
+        world.settings.push(format!("frames={n}"));
     }
-    let mut frames: Vec<u64> = match &a.frames {
-        Some(Frames::These(list)) => list.clone(),
-        _ => (0..config.frames).collect(),
+    let (config, inputs) = load(&world)?;
+    let mut frames = match &a.frames {
+        Some(Frames::These(frames)) => frames.clone(),
+        _ => FrameSelection::first(config.frames),
     };
     if let Some(shard) = a.shard {
         frames = shard.of(&frames);
@@ -184,16 +183,16 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     ctrlc::set_handler(move || {
-        // A second Ctrl-C does not wait for the frame in hand.
+        // Ctrl-C, or SIGTERM of whoever manages the machine. A second one does not wait for the frame in hand.
         if asked.swap(true, Ordering::Relaxed) {
             std::process::exit(1);
         }
     })
     .map_err(|e| Failure {
-        message: format!("cannot listen for Ctrl-C: {e}"),
+        message: format!("cannot listen for signals: {e}"),
         is_request: false,
     })?;
-    let reporter = Reporter::new(frames.len(), a.quiet);
+    let reporter = Reporter::new(frames.count(), a.quiet);
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
     if config.camera.enabled {
         reporter.note_with_first(of_backend);
@@ -205,6 +204,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     let request = Request {
         cache,
         config,
+        inputs,
         frames,
         out: a.out.clone(),
         mode,
@@ -223,10 +223,12 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
 }
 
 fn run_preview(a: &Preview) -> Result<bool, Failure> {
-    let config = load(&a.world)?;
+    check_png_name(&a.out)?;
+    let (config, inputs) = load(&a.world)?;
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
     let (cache, no_cache) = cache(&a.keeping);
-    let sheet = preview(&config, backend, a.frame, threads(&a.world)?, cache)?;
+    let threads = threads(&a.world)?;
+    let sheet = preview(&config, &inputs, backend, a.frame, threads, cache)?;
     write_png(&sheet, &a.out)?;
     note(&of_backend);
     if let Some(no_cache) = no_cache {
@@ -243,10 +245,15 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
                 say(&format!("{:<21} {}", preset.name, preset.doc))?;
             }
         }
-        ConfigCommand::Init(world) => say(annotated_toml(&load(world)?).trim_end())?,
-        ConfigCommand::Show(world) => say(load(world)?.to_toml().trim_end())?,
-        ConfigCommand::Check(world) => {
-            ForestPlan::new(&load(world)?)?;
+        ConfigCommand::Init(world) => say(annotated_toml(&load(world)?.0).trim_end())?,
+        ConfigCommand::Show(world) => say(load(world)?.0.to_toml().trim_end())?,
+        ConfigCommand::Check { world, keeping } => {
+            let (config, inputs) = load(world)?;
+            let (cache, no_cache) = cache(keeping);
+            let known = check(&config, &inputs, threads(world)?, cache)?;
+            for message in known.into_iter().chain(no_cache) {
+                note(&message);
+            }
             say("fine")?;
         }
         ConfigCommand::Schema => {
@@ -258,8 +265,8 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
 }
 
 fn run_plan(a: &Plan) -> Result<bool, Failure> {
-    let config = load(&a.world)?;
-    let forest = ForestPlan::new(&config)?;
+    let (config, inputs) = load(&a.world)?;
+    let forest = ForestPlan::with_inputs(&config, &inputs, Backend::Cpu)?;
     if a.explain {
         let (cache, no_cache) = cache(&a.keeping);
         if let Some(no_cache) = no_cache {

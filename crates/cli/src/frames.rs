@@ -1,44 +1,68 @@
 //! `--frames` and `--shard`.
 
-use std::collections::BTreeSet;
+use std::ops::Range;
 use std::str::FromStr;
+
+use nemoral_pipeline::FrameSelection;
 
 /// What `--frames` asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Frames {
     /// `N`: the sequence has N frames, make all of them.
     Length(u64),
-    /// `A..B` or a list: make these of the sequence's frames.
-    These(Vec<u64>),
+    /// `A..B` or a list of frames and such ranges: make these of the sequence's frames.
+    These(FrameSelection),
 }
 
 impl FromStr for Frames {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |word: &str| {
-            word.trim()
-                .parse::<u64>()
-                .map_err(|_| format!("{word:?}: must be a frame's number, 0 or more"))
-        };
-        if let Some((from, to)) = text.split_once("..") {
+        if !text.contains(',') && !text.contains("..") {
+            return match number(text)? {
+                0 => Err("0: must be at least 1".to_owned()),
+                n => Ok(Self::Length(n)),
+            };
+        }
+        let ranges = text.split(',').map(range).collect::<Result<_, _>>()?;
+        Ok(Self::These(ranges))
+    }
+}
+
+fn number(word: &str) -> Result<u64, String> {
+    word.trim()
+        .parse::<u64>()
+        .map_err(|_| format!("{}: must be a frame's number, 0 or more", quoted(word)))
+}
+
+/// `A..B`, or one frame.
+fn range(item: &str) -> Result<Range<u64>, String> {
+    match item.split_once("..") {
+        None => {
+            let frame = number(item)?;
+            let end = frame.checked_add(1);
+            end.map(|end| frame..end)
+                .ok_or_else(|| format!("{frame}: no sequence has so many frames"))
+        }
+        Some((from, to)) => {
             let (from, to) = (number(from)?, number(to)?);
             if from >= to {
-                return Err(format!("{text}: holds no frame; A..B ends before B"));
+                return Err(format!(
+                    "{}: holds no frame; A..B ends before B",
+                    item.trim()
+                ));
             }
-            return Ok(Self::These((from..to).collect()));
+            Ok(from..to)
         }
-        if text.contains(',') {
-            let list = text
-                .split(',')
-                .map(number)
-                .collect::<Result<BTreeSet<_>, _>>()?;
-            return Ok(Self::These(list.into_iter().collect()));
-        }
-        match number(text)? {
-            0 => Err("0: must be at least 1".to_owned()),
-            n => Ok(Self::Length(n)),
-        }
+    }
+}
+
+/// What somebody wrote, in quotes; what goes on for ever is cut.
+fn quoted(word: &str) -> String {
+    const SHOWN: usize = 40;
+    match word.char_indices().nth(SHOWN) {
+        Some((at, _)) => format!("{:?}", format!("{}…", &word[..at])),
+        None => format!("{word:?}"),
     }
 }
 
@@ -50,11 +74,9 @@ pub(crate) struct Shard {
 }
 
 impl Shard {
-    /// The frames of this shard: whole frames in blocks, so that a worker's chunks stay together.
-    pub(crate) fn of(self, frames: &[u64]) -> Vec<u64> {
-        let n = frames.len() as u64;
-        let cut = |i: u64| (n * i / self.count) as usize;
-        frames[cut(self.index)..cut(self.index + 1)].to_vec()
+    /// The frames of this shard.
+    pub(crate) fn of(self, frames: &FrameSelection) -> FrameSelection {
+        frames.shard(self.index, self.count)
     }
 }
 
@@ -67,7 +89,10 @@ impl FromStr for Shard {
             .and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
         match parts {
             Some((index, count)) if index < count => Ok(Self { index, count }),
-            _ => Err(format!("{text:?}: must be I/N with I from 0 to N - 1")),
+            _ => Err(format!(
+                "{}: must be I/N with I from 0 to N - 1",
+                quoted(text)
+            )),
         }
     }
 }
@@ -76,24 +101,39 @@ impl FromStr for Shard {
 mod tests {
     use super::*;
 
-    #[test]
-    fn frames_in_three_ways() {
-        assert_eq!("12".parse(), Ok(Frames::Length(12)));
-        assert_eq!("3..6".parse(), Ok(Frames::These(vec![3, 4, 5])));
-        assert_eq!("9, 2,2".parse(), Ok(Frames::These(vec![2, 9])));
-        for bad in ["", "0", "x", "5..5", "6..2", "1,,2", "-1"] {
-            assert!(bad.parse::<Frames>().is_err(), "{bad}");
-        }
+    fn these(ranges: &[Range<u64>]) -> Frames {
+        Frames::These(ranges.iter().cloned().collect())
     }
 
     #[test]
-    fn shards_share_the_frames() {
-        let frames: Vec<u64> = (5..28).collect();
-        for count in 1..30 {
-            let shards = (0..count).flat_map(|index| Shard { index, count }.of(&frames));
-            assert_eq!(shards.collect::<Vec<_>>(), frames);
+    fn frames_in_three_ways() {
+        assert_eq!("12".parse(), Ok(Frames::Length(12)));
+        assert_eq!("3..6".parse(), Ok(these(&[3..6])));
+        assert_eq!("9, 2,2".parse(), Ok(these(&[2..3, 9..10])));
+        assert_eq!("0..2,5".parse(), Ok(these(&[0..2, 5..6])));
+        let all = format!("0..{}", u64::MAX);
+        assert_eq!(all.parse(), Ok(these(&[0..u64::MAX])));
+        for bad in [
+            "",
+            "0",
+            "x",
+            "5..5",
+            "6..2",
+            "1,,2",
+            "-1",
+            "1,18446744073709551615",
+        ] {
+            assert!(bad.parse::<Frames>().is_err(), "{bad}");
         }
-        assert_eq!("1/4".parse(), Ok(Shard { index: 1, count: 4 }));
+        let long = "9".repeat(300).parse::<Frames>().expect_err("no number");
+        assert!(long.chars().count() < 100, "{long}");
+    }
+
+    #[test]
+    fn shards() {
+        let frames = FrameSelection::first(10);
+        let shard: Shard = "1/4".parse().expect("fine");
+        assert_eq!(shard.of(&frames), FrameSelection::from_iter([2..5]));
         for bad in ["4/4", "1", "a/b", "0/0", "-1/2"] {
             assert!(bad.parse::<Shard>().is_err(), "{bad}");
         }

@@ -38,9 +38,9 @@ pub(crate) struct Reporter {
 }
 
 impl Reporter {
-    pub(crate) fn new(frames: usize, quiet: bool) -> Self {
+    pub(crate) fn new(frames: u64, quiet: bool) -> Self {
         let bar = (!quiet && io::stderr().is_terminal()).then(|| {
-            let bar = ProgressBar::new(frames as u64);
+            let bar = ProgressBar::new(frames);
             let template = "{bar:32} {pos}/{len} frames  {msg}  {eta} left";
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style);
@@ -119,7 +119,7 @@ impl Observer for Reporter {
         let elapsed = self.started.elapsed().as_secs_f64();
         let rate = elapsed / done.count as f64;
         if let Some(bar) = &self.bar {
-            bar.set_position(done.count as u64);
+            bar.set_position(done.count);
             bar.set_message(format!("{rate:.2} s a frame"));
             return;
         }

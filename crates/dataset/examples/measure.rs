@@ -12,10 +12,10 @@ use nemoral_dataset::{
 };
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
-    ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, Ontology,
+    AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, Ontology,
     PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist,
 };
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 const W: usize = 1280;
 const H: usize = 720;
@@ -31,7 +31,7 @@ struct Pixel {
 
 /// Ground, trunks as columns, and some 60,000 leaves as discs, far ones first.
 fn picture() -> Image<Pixel> {
-    let mut rng = Key::world(1).stage(Stage::new("dataset.measure")).rng();
+    let mut rng = Key::world(1).domain(Domain::new("dataset.measure")).rng();
     let sky = Pixel {
         semantic: Semantic::Sky,
         object: ObjectId::NONE,
@@ -111,7 +111,7 @@ fn picture() -> Image<Pixel> {
 }
 
 fn points() -> Vec<LidarPoint> {
-    let mut rng = Key::world(2).stage(Stage::new("dataset.measure")).rng();
+    let mut rng = Key::world(2).domain(Domain::new("dataset.measure")).rng();
     (0..50_000)
         .map(|pulse| LidarPoint {
             position_m: Vec3::new(rng.unit_f32(), rng.unit_f32(), rng.unit_f32()) * 40.0,
@@ -150,7 +150,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             name: "front".into(),
             intrinsics: Intrinsics::from_fov(W as u32, H as u32, 1.4)?,
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: ExtraKinds::default(),
+            extra: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
         }],
@@ -164,7 +164,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..DatasetHeader::new("measure", "0", 1, Ontology::paper())
     };
     let writer = Writer::create(Path::new(&out), OpenMode::Overwrite, header)?;
-    let extra = ExtraTruth::default();
+    let extra = Annotations::default();
     let frame = |index| FrameData {
         sequence: 0,
         index,

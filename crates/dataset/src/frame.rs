@@ -2,7 +2,7 @@
 
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
-    ChunkCoord, ExtraTruth, Image, LidarPoint, ObjectRecord, RigidTransform, TreeRecord,
+    Annotations, ChunkCoord, Image, LidarPoint, ObjectRecord, RigidTransform, TreeRecord,
     TruthImages, Twist,
 };
 
@@ -41,7 +41,7 @@ pub struct CameraData<'a> {
     /// What is at each pixel's centre; the same size.
     pub truth: &'a TruthImages,
     /// The further truth that the header asks for.
-    pub extra: &'a ExtraTruth,
+    pub extra: &'a Annotations,
 }
 
 /// What a LiDAR saw.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nemoral_scene::glam::DVec3;
-use nemoral_scene::{ExtraKinds, Intrinsics, Ontology, RigidTransform, Shutter};
+use nemoral_scene::{AnnotationKinds, Intrinsics, Ontology, RigidTransform, Shutter};
 use serde::{Deserialize, Serialize};
 
 use crate::serde_scene;
@@ -35,7 +35,7 @@ pub struct CameraSpec {
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_camera: RigidTransform,
     /// What else it writes: `sky`, `flow`, `trunks`, `boxes`, `radiance`.
-    pub extra: ExtraKinds,
+    pub extra: AnnotationKinds,
     /// When its rows see light; absent from `dataset.json` if all do at once.
     #[serde(default, skip_serializing_if = "Shutter::is_instant")]
     pub shutter: Shutter,

@@ -59,17 +59,24 @@ impl Writer {
     pub fn probe(out: &Path, mode: OpenMode, header: &DatasetHeader) -> Result<(), Error> {
         header.validate()?;
         let folder = Folder::new(out);
-        Self::admit(out, mode, header, &output::look(&folder)?)?;
+        Self::admit(&folder, mode, header, &output::look(&folder)?)?;
         Ok(folder.probe()?)
     }
 
     /// May this folder be written to?
     fn admit(
-        out: &Path,
+        folder: &Folder,
         mode: OpenMode,
         header: &DatasetHeader,
         content: &Content,
     ) -> Result<(), Error> {
+        let out = folder.root();
+        if let (Content::Dataset { header, .. }, OpenMode::Resume | OpenMode::Overwrite) =
+            (content, mode)
+        {
+            // A link among the folders is refused before anything is changed.
+            output::owned_files(folder, header)?;
+        }
         match (content, mode) {
             (Content::Dataset { finished, .. }, OpenMode::Fresh) => Err(Error::Exists {
                 path: out.to_owned(),
@@ -92,11 +99,11 @@ impl Writer {
     pub fn create(out: &Path, mode: OpenMode, header: DatasetHeader) -> Result<Self, Error> {
         header.validate()?;
         let folder = Folder::new(out);
-        Self::admit(out, mode, &header, &output::look(&folder)?)?;
+        Self::admit(&folder, mode, &header, &output::look(&folder)?)?;
         let lock = state::lock(&folder)?;
         // Another writer may have ended between the look and the lock.
         let content = output::look(&folder)?;
-        Self::admit(out, mode, &header, &content)?;
+        Self::admit(&folder, mode, &header, &content)?;
         let mut records = BTreeMap::new();
         if let Content::Dataset {
             finished,
@@ -117,6 +124,8 @@ impl Writer {
                 }
             }
         }
+        // Of a writer that was killed before its header was whole, too.
+        output::remove_leftovers(&folder, &header)?;
         state::put_header(&folder, &header)?;
         Ok(Self {
             class_ids: images::class_ids(&header.ontology),

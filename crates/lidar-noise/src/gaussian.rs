@@ -1,12 +1,13 @@
-//! A Gaussian range measurement, and the plain spreads.
+//! The Gaussian range measurement, and spreads that depend on range alone.
 
+use nemoral_scene::{EchoObservation, ParamError};
 use rand::Rng;
 
-use crate::error::{at_least_zero, check};
-use crate::{Detection, MeanError, Observation, ParamError, Sigma};
+use crate::model::{Detection, MeanError, Sigma};
+use crate::uniform::{open_unit, quantile};
 
-/// A range measured with a mean error and a spread that may both depend on what was met: the
-/// paper's noise model, for any pair of functions.
+/// A range measured with a mean error and a spread that may both depend on the echo: the paper's
+/// noise model, for any pair of functions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GaussianRange<M, S> {
     /// The systematic error.
@@ -18,22 +19,24 @@ pub struct GaussianRange<M, S> {
 impl<M: MeanError, S: Sigma> GaussianRange<M, S> {
     /// One measurement of the range, metres, at least 0: true range + mean + σ · standard normal.
     ///
-    /// Takes one 64-bit word from the generator, always.
-    pub fn measure(&self, o: &Observation, rng: &mut (impl Rng + ?Sized)) -> f64 {
+    /// Always takes one 64-bit word from the generator.
+    pub fn measure(&self, o: &EchoObservation, rng: &mut (impl Rng + ?Sized)) -> f64 {
         let share = open_unit(rng);
         self.measured_m(o, self.mean.mean_error_m(o), share)
     }
 
-    /// The measurement that a share of all with this mean error are nearer than.
-    fn measured_m(&self, o: &Observation, mean_error_m: f64, share: f64) -> f64 {
+    /// The measurement at a quantile: the range that a share of all measurements with this mean
+    /// error are below.
+    fn measured_m(&self, o: &EchoObservation, mean_error_m: f64, share: f64) -> f64 {
         let error_m = mean_error_m + self.sigma.sigma_m(o) * quantile(share);
         (o.range_m + error_m).max(0.0)
     }
 
-    /// The same of many, each with its generator: step by step for all, so that none waits for another.
+    /// Measures many echoes, each with its generator. Each step is done for all echoes before the
+    /// next step, so that none waits for another.
     pub(crate) fn measure_each(
         &self,
-        os: &[Observation],
+        os: &[EchoObservation],
         rngs: impl Iterator<Item = impl Rng>,
         ranges_m: &mut [Option<f64>],
     ) {
@@ -52,7 +55,7 @@ impl<M: MeanError, S: Sigma> GaussianRange<M, S> {
 pub struct DetectedRange<D, M, S> {
     /// Which echoes are seen.
     pub detection: D,
-    /// What is measured of those.
+    /// How the range of a seen echo is measured.
     pub range: GaussianRange<M, S>,
 }
 
@@ -60,22 +63,22 @@ impl<D: Detection, M: MeanError, S: Sigma> DetectedRange<D, M, S> {
     /// One measurement: the range in metres, at least 0, or `None` if the echo is not seen.
     ///
     /// Takes one 64-bit word from the generator, and another if the echo is seen.
-    pub fn measure(&self, o: &Observation, rng: &mut (impl Rng + ?Sized)) -> Option<f64> {
+    pub fn measure(&self, o: &EchoObservation, rng: &mut (impl Rng + ?Sized)) -> Option<f64> {
         (self.detection.detects(o, rng)).then(|| self.range.measure(o, rng))
     }
 }
 
-/// No systematic error.
+/// The absence of a systematic error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoMeanError;
 
 impl MeanError for NoMeanError {
-    fn mean_error_m(&self, _: &Observation) -> f64 {
+    fn mean_error_m(&self, _: &EchoObservation) -> f64 {
         0.0
     }
 }
 
-/// The same spread everywhere: the paper's configurable sigma.
+/// A constant spread: the paper's configurable sigma.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ConstantSigma {
     sigma_m: f64,
@@ -87,13 +90,13 @@ impl ConstantSigma {
     /// # Errors
     /// If it is negative or not finite.
     pub fn new(sigma_m: f64) -> Result<Self, ParamError> {
-        at_least_zero("sigma_m", sigma_m)?;
+        ParamError::check_at_least_zero("sigma_m", sigma_m)?;
         Ok(Self { sigma_m })
     }
 }
 
 impl Sigma for ConstantSigma {
-    fn sigma_m(&self, _: &Observation) -> f64 {
+    fn sigma_m(&self, _: &EchoObservation) -> f64 {
         self.sigma_m
     }
 }
@@ -103,7 +106,7 @@ impl Sigma for ConstantSigma {
 pub struct LinearSigmaParams {
     /// The least spread, metres, at least 0.
     pub min_m: f64,
-    /// Spread at range 0 of the line, metres; may be negative.
+    /// The line's spread at range 0, metres; it may be negative.
     pub base_m: f64,
     /// Growth per metre of range, at least 0.
     pub per_metre: f64,
@@ -136,147 +139,16 @@ impl LinearSigma {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(params: LinearSigmaParams) -> Result<Self, ParamError> {
-        at_least_zero("min_m", params.min_m)?;
-        check(params.base_m.is_finite(), "base_m", params.base_m, "finite")?;
-        at_least_zero("per_metre", params.per_metre)?;
+        ParamError::check_at_least_zero("min_m", params.min_m)?;
+        ParamError::check(params.base_m.is_finite(), "base_m", params.base_m, "finite")?;
+        ParamError::check_at_least_zero("per_metre", params.per_metre)?;
         Ok(Self { params })
     }
 }
 
 impl Sigma for LinearSigma {
-    fn sigma_m(&self, o: &Observation) -> f64 {
+    fn sigma_m(&self, o: &EchoObservation) -> f64 {
         let p = &self.params;
         (p.base_m + p.per_metre * o.range_m).max(p.min_m)
-    }
-}
-
-/// Uniform between 0 and 1: the middle of one of 2⁵² cells, so never 0 nor 1.
-fn open_unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
-    ((rng.next_u64() >> 12) as f64 + 0.5) * (1.0 / (1_u64 << 52) as f64)
-}
-
-/// The number that a standard normal one is below with probability `p`, between 0 and 1, to 16
-/// digits (Wichura 1988, "Algorithm AS 241: The percentage points of the normal distribution",
-/// PPND16): of a uniform one it is standard normal. Sums, products and quotients but for the tails, so
-/// the same bits on every platform, in half the time of Box and Muller's.
-fn quantile(p: f64) -> f64 {
-    let q = p - 0.5;
-    if q.abs() <= 0.425 {
-        return q * ratio(&MIDDLE, 0.180_625 - q * q);
-    }
-    let tail = (-libm::log(if q < 0.0 { p } else { 1.0 - p })).sqrt();
-    let size = if tail <= 5.0 {
-        ratio(&TAIL, tail - 1.6)
-    } else {
-        ratio(&FAR_TAIL, tail - 5.0)
-    };
-    size.copysign(q)
-}
-
-/// Coefficients of a numerator and of a denominator, the lowest power first.
-type Ratio = [[f64; 8]; 2];
-
-fn ratio(of: &Ratio, x: f64) -> f64 {
-    let [above, below] = of.map(|c| c.into_iter().rev().fold(0.0, |sum, c| sum * x + c));
-    above / below
-}
-
-const MIDDLE: Ratio = [
-    [
-        3.387_132_872_796_366_5,
-        133.141_667_891_784_38,
-        1_971.590_950_306_551_3,
-        13_731.693_765_509_46,
-        45_921.953_931_549_87,
-        67_265.770_927_008_7,
-        33_430.575_583_588_13,
-        2_509.080_928_730_122_7,
-    ],
-    [
-        1.0,
-        42.313_330_701_600_91,
-        687.187_007_492_057_9,
-        5_394.196_021_424_751,
-        21_213.794_301_586_597,
-        39_307.895_800_092_71,
-        28_729.085_735_721_943,
-        5_226.495_278_852_854,
-    ],
-];
-const TAIL: Ratio = [
-    [
-        1.423_437_110_749_683_5,
-        4.630_337_846_156_546,
-        5.769_497_221_460_691,
-        3.647_848_324_763_204_5,
-        1.270_458_252_452_368_4,
-        0.241_780_725_177_450_6,
-        0.022_723_844_989_269_184,
-        7.745_450_142_783_414e-4,
-    ],
-    [
-        1.0,
-        2.053_191_626_637_759,
-        1.676_384_830_183_803_8,
-        0.689_767_334_985_1,
-        0.148_103_976_427_480_08,
-        0.015_198_666_563_616_457,
-        5.475_938_084_995_345e-4,
-        1.050_750_071_644_416_9e-9,
-    ],
-];
-const FAR_TAIL: Ratio = [
-    [
-        6.657_904_643_501_103,
-        5.463_784_911_164_114,
-        1.784_826_539_917_291_3,
-        0.296_560_571_828_504_87,
-        0.026_532_189_526_576_124,
-        0.001_242_660_947_388_078_4,
-        2.711_555_568_743_487_6e-5,
-        2.010_334_399_292_288_1e-7,
-    ],
-    [
-        1.0,
-        0.599_832_206_555_888,
-        0.136_929_880_922_735_8,
-        0.014_875_361_290_850_615,
-        7.868_691_311_456_133e-4,
-        1.846_318_317_510_054_8e-5,
-        1.421_511_758_316_446e-7,
-        2.044_263_103_389_939_8e-15,
-    ],
-];
-
-/// Uniform in `[0, 1)`, 53 bits.
-pub(crate) fn unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
-    (rng.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_are_those_of_the_tables() {
-        for (p, expected) in [
-            (0.5, 0.0),
-            (0.6, 0.253_347_103_135_799_8),
-            (0.841_344_746_068_542_9, 1.0),
-            (0.975, 1.959_963_984_540_054),
-            (0.999, 3.090_232_306_167_813_5),
-            (1e-9, -5.997_807_015_007_687),
-            (1e-20, -9.262_340_089_798_408),
-        ] {
-            assert!(
-                (quantile(p) - expected).abs() < 1e-14,
-                "{p}: {}",
-                quantile(p)
-            );
-            // As the distribution function has it.
-            let back = 0.5 * libm::erfc(-quantile(p) * std::f64::consts::FRAC_1_SQRT_2);
-            assert!((back / p - 1.0).abs() < 1e-13, "{p}: {back}");
-        }
-        assert!(quantile(0.5 / (1_u64 << 52) as f64).is_finite());
     }
 }

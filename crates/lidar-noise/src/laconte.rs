@@ -1,9 +1,12 @@
 //! The incidence bias of Laconte et al. 2019 (\[20\] in the paper).
 
-use crate::{MeanError, Observation};
+use nemoral_scene::EchoObservation;
 
-/// Beyond this incidence, 85°, the bias is held. The authors' filter drops points from 88° on; in the last
-/// degrees before, the expansion runs away to metres, far beyond the 20 cm they measured.
+use crate::model::MeanError;
+
+/// Beyond this incidence, 85°, the bias stays constant. The authors' filter drops points from 88°
+/// on; in the last degrees before, the expansion grows to metres, far beyond the 20 cm that they
+/// measured.
 const MIN_INCIDENCE_COS: f64 = 0.087_155_742_747_658_18;
 
 /// The sensors that Laconte et al. measured and published coefficients for.
@@ -68,11 +71,11 @@ pub struct LaconteWaveform {
 
 impl MeanError for LaconteWaveform {
     /// The published coefficients a₁, a₂ and a₃, divided by what they share: with incidence θ, half
-    /// aperture a, the pulse's length P and the depth of the footprint D = d tan θ / P in pulse lengths,
-    /// `x = (a D)²`, `q = 1 + x` and `h = 3 a² D sin θ`, they are as `−h (1 − g(x))` to `−cos θ` to
-    /// `h / (2 q)`, where g is the share of the beam's edge.
-    fn mean_error_m(&self, o: &Observation) -> f64 {
-        let cos = held(o.incidence_cos);
+    /// aperture a, the pulse's length P and the depth of the footprint D = d tan θ / P in pulse
+    /// lengths, `x = (a D)²`, `q = 1 + x` and `h = 3 a² D sin θ`, they are as `−h (1 − g(x))` to
+    /// `−cos θ` to `h / (2 q)`, where g is the share of the beam's edge.
+    fn mean_error_m(&self, o: &EchoObservation) -> f64 {
+        let cos = clamped(o.incidence_cos);
         let sin = (1.0 - cos * cos).sqrt();
         let depth = o.range_m * sin / (cos * PULSE_M);
         let a = self.half_aperture_rad;
@@ -97,12 +100,13 @@ const PULSE_M: f64 = 50e-9 * 0.398_942_280_401_432_7 * 299_792_458.0;
 /// erf(√2).
 const ERF_ROOT_2: f64 = 0.954_499_736_103_641_6;
 
-/// What the width of the beam does, for the square `x` of the footprint's depth in pulse lengths and
-/// beam widths: g, the share of the beam's edge, and by what the waveform's curvature is less than
-/// head-on. With `q = 1 + x` and `E = erf √(2 q)`: `g = √(2/π) · 2 √q e^(−2 q) / E` and
-/// `q √q · erf √2 / E`.
+/// The effect of the beam's width, for the square `x` of the footprint's depth in pulse lengths and
+/// beam widths: g, the share of the beam's edge, and the factor by which the waveform's curvature
+/// is less than head-on. With `q = 1 + x` and `E = erf √(2 q)`: `g = √(2/π) · 2 √q e^(−2 q) / E`
+/// and `q √q · erf √2 / E`.
 fn edge_and_flatness(x: f64) -> (f64, f64) {
-    // All returns but a few: narrow beams and footprints that are not deep. The next terms are below 1e-9.
+    // This is the case of nearly all returns: narrow beams and footprints that are not deep. The
+    // next terms of the series are below 1e-9.
     if x < 1.0 / 64.0 {
         let edge = series(EDGE, x);
         return (edge, series(FLATNESS, x));
@@ -114,7 +118,7 @@ fn edge_and_flatness(x: f64) -> (f64, f64) {
     (edge, q * root * ERF_ROOT_2 / e)
 }
 
-/// Powers of x, around 0.
+/// Coefficients of the powers of x, around 0.
 const EDGE: [f64; 5] = [
     0.226_258_696_450_076_75,
     -0.364_984_543_534_759_2,
@@ -137,8 +141,8 @@ fn series([c0, c1, c2, c3, c4]: [f64; 5], x: f64) -> f64 {
 /// `−(per_metre · d · tan²θ + curvature_m · (sec θ − 1))`: what [`LaconteWaveform`] reduces to.
 ///
 /// Within 2 % of the waveform up to 85° and 50 m for the narrow beam of the HDL-32E; for the wide
-/// beam of the LMS1xx within 15 % there, and much closer at smaller angles. Incidence is taken as at
-/// most 85°.
+/// beam of the LMS1xx within 15 % there, and much closer at smaller angles. Incidence is taken as
+/// at most 85°.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaconteClosedForm {
     /// Bias per metre of range at 45°, metres per metre.
@@ -148,14 +152,14 @@ pub struct LaconteClosedForm {
 }
 
 impl MeanError for LaconteClosedForm {
-    fn mean_error_m(&self, o: &Observation) -> f64 {
-        let sec = 1.0 / held(o.incidence_cos);
+    fn mean_error_m(&self, o: &EchoObservation) -> f64 {
+        let sec = 1.0 / clamped(o.incidence_cos);
         let tan_squared = sec * sec - 1.0;
         -(self.per_metre * o.range_m * tan_squared + self.curvature_m * (sec - 1.0))
     }
 }
 
-fn held(incidence_cos: f64) -> f64 {
+fn clamped(incidence_cos: f64) -> f64 {
     incidence_cos.clamp(MIN_INCIDENCE_COS, 1.0)
 }
 
@@ -164,8 +168,8 @@ mod tests {
     use super::*;
     use LaconteDevice::{SickLms1xx, VelodyneHdl32e};
 
-    fn at(range_m: f64, incidence_deg: f64) -> Observation {
-        Observation::at_angle(range_m, incidence_deg.to_radians(), 0.5)
+    fn at(range_m: f64, incidence_deg: f64) -> EchoObservation {
+        EchoObservation::at_angle(range_m, incidence_deg.to_radians(), 0.5)
     }
 
     /// The published filter as it is published, but for its constant factors.

@@ -1,18 +1,20 @@
 //! Named noise models for configurations.
 
+use nemoral_scene::{EchoObservation, ParamError};
 use rand::Rng;
 
-use crate::{
-    ConstantSigma, DetectedRange, GaussianRange, IncidenceLaw, IncidenceLawParams,
-    LaconteClosedForm, LaconteDevice, LaconteWaveform, LinearSigma, LinearSigmaParams, MeanError,
-    NoMeanError, Observation, ParamError, RangeEquation, RangeEquationParams, SnrSigma,
-    SnrSigmaParams,
+use crate::gaussian::{
+    ConstantSigma, DetectedRange, GaussianRange, LinearSigma, LinearSigmaParams, NoMeanError,
 };
+use crate::laconte::{LaconteClosedForm, LaconteDevice, LaconteWaveform};
+use crate::link_budget::{RangeEquation, RangeEquationParams, SnrSigma, SnrSigmaParams};
+use crate::model::MeanError;
+use crate::soudarissanane::{IncidenceLaw, IncidenceLawParams};
 
 /// A noise model as plain data, so that a configuration can name it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RangeNoise {
-    /// The true range, every echo seen.
+    /// The true range; every echo is seen.
     Off,
     /// The paper's: a Gaussian whose mean is the error function of its three sources combined
     /// ([`PaperMeanError`]), with a configurable sigma. Every echo is seen.
@@ -24,18 +26,18 @@ pub enum RangeNoise {
     Laconte {
         /// The device.
         device: LaconteDevice,
-        /// By the waveform as published, or by its closed form?
+        /// Whether the bias is that of the published waveform or of its closed form.
         form: LaconteForm,
         /// Standard deviation, metres, at least 0.
         sigma_m: f64,
     },
-    /// Soudarissanane's law as what it is, a spread: it grows as 1 / cos of the incidence. No bias,
-    /// every echo is seen.
+    /// Soudarissanane's law as its authors mean it, as a spread, which grows as 1 / cos of the
+    /// incidence. There is no bias, and every echo is seen.
     Incidence(IncidenceLawParams),
-    /// A spread that grows with range alone. No bias, every echo is seen.
+    /// A spread that grows with range alone. There is no bias, and every echo is seen.
     Linear(LinearSigmaParams),
-    /// No bias, a spread by signal-to-noise ratio, and no echo below the threshold of detection: the
-    /// behaviour that Livox's data sheets describe.
+    /// A spread by signal-to-noise ratio without bias, and no echo below the threshold of
+    /// detection: the behaviour that Livox's data sheets describe.
     SignalToNoise {
         /// The row of the data sheet.
         range: RangeEquationParams,
@@ -94,12 +96,12 @@ impl Default for PaperMeanError {
 }
 
 impl MeanError for PaperMeanError {
-    fn mean_error_m(&self, o: &Observation) -> f64 {
+    fn mean_error_m(&self, o: &EchoObservation) -> f64 {
         self.bias.mean_error_m(o) + self.law.mean_error_m(o)
     }
 }
 
-/// A [`RangeNoise`] whose parameters are proved valid: what measures.
+/// A [`RangeNoise`] whose parameters have been checked, ready to measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeSensor {
     model: Model,
@@ -165,7 +167,7 @@ impl RangeSensor {
     }
 
     /// One measurement: the range in metres, at least 0, or `None` if the echo is not seen.
-    pub fn measure(&self, o: &Observation, rng: &mut (impl Rng + ?Sized)) -> Option<f64> {
+    pub fn measure(&self, o: &EchoObservation, rng: &mut (impl Rng + ?Sized)) -> Option<f64> {
         match &self.model {
             Model::Off => Some(o.range_m),
             Model::Paper(range) => Some(range.measure(o, rng)),
@@ -177,11 +179,11 @@ impl RangeSensor {
         }
     }
 
-    /// The measurements of many echoes, each with its generator: what [`measure`](Self::measure) says of each, to
-    /// the bit, in less time.
+    /// Measures many echoes, each with its generator. Each range is what [`measure`](Self::measure)
+    /// returns, to the bit, in less time.
     pub fn measure_each(
         &self,
-        os: &[Observation],
+        os: &[EchoObservation],
         rngs: impl Iterator<Item = impl Rng>,
         ranges_m: &mut [Option<f64>],
     ) {
@@ -213,7 +215,7 @@ mod tests {
             form,
             sigma_m: 0.01,
         };
-        let o = Observation::at_angle(12.0, 1.0, 0.4);
+        let o = EchoObservation::at_angle(12.0, 1.0, 0.4);
         let got = [
             RangeNoise::Off,
             RangeNoise::default(),
@@ -238,7 +240,7 @@ mod tests {
 
     #[test]
     fn only_signal_to_noise_loses_echoes() {
-        let far = Observation {
+        let far = EchoObservation {
             range_m: 91.0,
             incidence_cos: 1.0,
             reflectance: 0.1,
@@ -259,7 +261,7 @@ mod tests {
         let error = RangeSensor::new(RangeNoise::Paper { sigma_m: -0.5 }).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "sigma_m is -0.5, but must be finite and at least 0"
+            "sigma_m = -0.5: must be finite and at least 0"
         );
         assert!(RangeSensor::new(RangeNoise::Paper { sigma_m: f64::NAN }).is_err());
     }

@@ -1,7 +1,8 @@
 //! The incidence law of Soudarissanane et al. (\[18\], \[19\] in the paper).
 
-use crate::error::{check, positive};
-use crate::{MeanError, Observation, ParamError, Sigma};
+use nemoral_scene::{EchoObservation, ParamError};
+
+use crate::model::{MeanError, Sigma};
 
 /// Parameters of [`IncidenceLaw`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,9 +34,9 @@ impl Default for IncidenceLawParams {
 ///
 /// Source: S. Soudarissanane, R. Lindenbergh, M. Menenti, P. Teunissen, "Incidence angle influence
 /// on the quality of terrestrial laser scanning points", 2009, and the study of range and incidence
-/// of 2008: the error follows the signal-to-noise ratio, whose range equation has `cos α`; above 60°
-/// incidence dominates. Theirs is a law of *spread*: use it as a [`Sigma`]. The paper uses it as the
-/// *mean* of a Gaussian, which it is here too, as a positive error: a weak echo crosses the
+/// of 2008: the error follows the signal-to-noise ratio, whose range equation has `cos α`; above
+/// 60° incidence dominates. Theirs is a law of *spread*: use it as a [`Sigma`]. The paper uses it
+/// as the *mean* of a Gaussian, which it is here too, as a positive error: a weak echo crosses the
 /// receiver's threshold late. The default numbers are of the size they report (millimetres), not
 /// read off a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,15 +51,15 @@ impl IncidenceLaw {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(params: IncidenceLawParams) -> Result<Self, ParamError> {
-        positive("error_m", params.error_m)?;
-        positive("reference_range_m", params.reference_range_m)?;
-        check(
+        ParamError::check_positive("error_m", params.error_m)?;
+        ParamError::check_positive("reference_range_m", params.reference_range_m)?;
+        ParamError::check(
             (0.0..=4.0).contains(&params.range_exponent),
             "range_exponent",
             params.range_exponent,
             "from 0 to 4",
         )?;
-        check(
+        ParamError::check(
             (0.0..std::f64::consts::FRAC_PI_2).contains(&params.max_incidence_rad),
             "max_incidence_rad",
             params.max_incidence_rad,
@@ -70,7 +71,7 @@ impl IncidenceLaw {
         })
     }
 
-    fn error_m(&self, o: &Observation) -> f64 {
+    fn error_m(&self, o: &EchoObservation) -> f64 {
         let p = &self.params;
         let cos = o.incidence_cos.max(self.min_cos);
         let ratio = o.range_m / p.reference_range_m;
@@ -90,13 +91,13 @@ impl Default for IncidenceLaw {
 }
 
 impl MeanError for IncidenceLaw {
-    fn mean_error_m(&self, o: &Observation) -> f64 {
+    fn mean_error_m(&self, o: &EchoObservation) -> f64 {
         self.error_m(o)
     }
 }
 
 impl Sigma for IncidenceLaw {
-    fn sigma_m(&self, o: &Observation) -> f64 {
+    fn sigma_m(&self, o: &EchoObservation) -> f64 {
         self.error_m(o)
     }
 }
@@ -109,7 +110,7 @@ mod tests {
     fn doubles_at_sixty_degrees_and_with_the_range() {
         let law = IncidenceLaw::default();
         let at = |range_m: f64, deg: f64| {
-            law.sigma_m(&Observation::at_angle(range_m, deg.to_radians(), 0.5))
+            law.sigma_m(&EchoObservation::at_angle(range_m, deg.to_radians(), 0.5))
         };
         assert!((at(20.0, 0.0) - 0.002).abs() < 1e-15);
         assert!((at(20.0, 60.0) / at(20.0, 0.0) - 2.0).abs() < 1e-12);

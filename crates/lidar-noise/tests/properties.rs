@@ -1,9 +1,9 @@
 //! What every noise model must hold to, whatever it is pointed at.
 
 use nemoral_lidar_noise::{
-    ConstantSigma, DetectedRange, Detection, GaussianRange, IncidenceLaw, IncidenceLawParams,
-    LaconteDevice, LaconteForm, LinearSigma, LinearSigmaParams, MeanError, NoMeanError,
-    Observation, PaperMeanError, RangeEquation, RangeNoise, RangeSensor, Sigma, SnrSigma,
+    ConstantSigma, DetectedRange, Detection, EchoObservation, GaussianRange, IncidenceLaw,
+    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigma, LinearSigmaParams, MeanError,
+    NoMeanError, PaperMeanError, RangeEquation, RangeNoise, RangeSensor, Sigma, SnrSigma,
     SoftThreshold,
 };
 use proptest::prelude::*;
@@ -12,11 +12,11 @@ use rand::rngs::Xoshiro256PlusPlus;
 
 const DEVICES: [LaconteDevice; 2] = [LaconteDevice::SickLms1xx, LaconteDevice::VelodyneHdl32e];
 
-fn observation(range_m: f64, incidence_deg: f64, reflectance: f64) -> Observation {
-    Observation::at_angle(range_m, incidence_deg.to_radians(), reflectance)
+fn observation(range_m: f64, incidence_deg: f64, reflectance: f64) -> EchoObservation {
+    EchoObservation::at_angle(range_m, incidence_deg.to_radians(), reflectance)
 }
 
-fn observations() -> impl Strategy<Value = Observation> {
+fn observations() -> impl Strategy<Value = EchoObservation> {
     (0.0_f64..300.0, 0.0_f64..90.0, 0.0_f64..=1.0)
         .prop_map(|(range_m, deg, reflectance)| observation(range_m, deg, reflectance))
 }
@@ -24,7 +24,7 @@ fn observations() -> impl Strategy<Value = Observation> {
 /// Mean and standard deviation of `n` measurements minus the true range.
 fn moments<M: MeanError, S: Sigma>(
     sensor: &GaussianRange<M, S>,
-    o: &Observation,
+    o: &EchoObservation,
     n: u32,
 ) -> (f64, f64) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
@@ -41,7 +41,7 @@ fn moments<M: MeanError, S: Sigma>(
 #[test]
 fn measurements_have_the_mean_and_the_spread_of_their_model() {
     let n = 100_000;
-    let check = |mean_m: f64, sigma_m: f64, (mean, std): (f64, f64), o: &Observation| {
+    let check = |mean_m: f64, sigma_m: f64, (mean, std): (f64, f64), o: &EchoObservation| {
         let n = f64::from(n);
         assert!(
             (mean - mean_m).abs() < 4.0 * sigma_m / n.sqrt(),
@@ -78,15 +78,16 @@ fn measurements_have_the_mean_and_the_spread_of_their_model() {
             &o,
         );
         let livox = GaussianRange {
-            mean: |_: &Observation| 0.003,
+            mean: |_: &EchoObservation| 0.003,
             sigma: SnrSigma::default(),
         };
         check(0.003, livox.sigma.sigma_m(&o), moments(&livox, &o, n), &o);
     }
 }
 
-/// The errors of 10⁵ measurements by a named model, and what its parts say of their mean and spread.
-fn errors_of(noise: RangeNoise, o: &Observation) -> (Vec<f64>, f64, f64) {
+/// The errors of 10⁵ measurements by a named model, and what its parts say of their mean and
+/// spread.
+fn errors_of(noise: RangeNoise, o: &EchoObservation) -> (Vec<f64>, f64, f64) {
     use LaconteForm::{Closed, Waveform};
     let waveform = |d: LaconteDevice| d.waveform().mean_error_m(o);
     let (mean_m, sigma_m) = match noise {
@@ -120,8 +121,8 @@ fn errors_of(noise: RangeNoise, o: &Observation) -> (Vec<f64>, f64, f64) {
     (measured.into_iter().map(error).collect(), mean_m, sigma_m)
 }
 
-/// Every named model draws what its parts say: mean within 4 σ/√n, spread within 4 σ/√(2n), and as many
-/// below the mean as above it, as far.
+/// Every named model draws what its parts say: mean within 4 σ/√n, spread within 4 σ/√(2n), and as
+/// many below the mean as above it, as far.
 #[test]
 fn every_named_model_draws_around_its_mean_evenly() {
     let laconte = |device, form| RangeNoise::Laconte {
@@ -203,7 +204,7 @@ fn mean_spread_and_detection_compose() {
         );
     }
     let exact = DetectedRange {
-        detection: |_: &Observation| 1.0,
+        detection: |_: &EchoObservation| 1.0,
         range: GaussianRange {
             mean: NoMeanError,
             sigma: ConstantSigma::default(),
@@ -261,7 +262,7 @@ proptest! {
     fn laconte_is_continuous(range_m in 0.0_f64..300.0, rad in 0.0_f64..1.57) {
         for device in DEVICES {
             let model = device.waveform();
-            let step = |rad: f64| model.mean_error_m(&Observation::at_angle(range_m, rad, 0.5));
+            let step = |rad: f64| model.mean_error_m(&EchoObservation::at_angle(range_m, rad, 0.5));
             let near = (step(rad) - step(rad + 1e-9)).abs();
             // The steepest slope, at 85° and 400 m, is below 1e4 m per radian.
             prop_assert!(near < 1e-5, "{near}");
@@ -285,8 +286,8 @@ proptest! {
             &IncidenceLaw::default(),
             &LinearSigma::new(LinearSigmaParams::SICK_LMS1XX).unwrap(),
         ];
-        let farther = Observation { range_m: o.range_m + farther_m, ..o };
-        let grazing = Observation { incidence_cos: 0.9 * o.incidence_cos, ..o };
+        let farther = EchoObservation { range_m: o.range_m + farther_m, ..o };
+        let grazing = EchoObservation { incidence_cos: 0.9 * o.incidence_cos, ..o };
         for sigma in spreads {
             let here = sigma.sigma_m(&o);
             prop_assert!(here.is_finite() && here >= 0.0);
@@ -303,9 +304,9 @@ proptest! {
     ) {
         let hard = RangeEquation::default();
         let soft = SoftThreshold::new(hard, false_alarm).unwrap();
-        let farther = Observation { range_m: o.range_m + farther_m, ..o };
-        let darker = Observation { reflectance: o.reflectance / 2.0, ..o };
-        let receivers: [&dyn Fn(&Observation) -> f64; 2] =
+        let farther = EchoObservation { range_m: o.range_m + farther_m, ..o };
+        let darker = EchoObservation { reflectance: o.reflectance / 2.0, ..o };
+        let receivers: [&dyn Fn(&EchoObservation) -> f64; 2] =
             [&|o| hard.probability(o), &|o| soft.probability(o)];
         for receiver in receivers {
             let here = receiver(&o);

@@ -1,5 +1,5 @@
-//! Draws what each device lights in a tenth of a second: azimuth by elevation, a line each 10°, blue at
-//! the start and orange at the end; of a whole turn the quarter straight ahead.
+//! Draws what each device lights in a tenth of a second: azimuth by elevation, a line each 10°,
+//! blue at the start and orange at the end; of a whole turn the quarter straight ahead.
 //!
 //! `cargo run --release -p nemoral-lidar --example devices -- FOLDER` writes a PNG for each device.
 

@@ -1,7 +1,8 @@
-//! Draws the three patterns as in Fig. 6 of the paper (a wall 10 m ahead with a tree before it), and
-//! coverage over time against the curves that Livox publishes.
+//! Draws the three patterns as in Fig. 6 of the paper (a wall 10 m ahead with a tree before it),
+//! and coverage over time against the curves that Livox publishes.
 //!
-//! `cargo run --release --example patterns -- FOLDER` writes `patterns.png` and `coverage.svg` there.
+//! `cargo run --release --example patterns -- FOLDER` writes `patterns.png` and `coverage.svg`
+//! there.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -12,12 +13,12 @@ use std::path::Path;
 use common::{Cell, coverage, disc, lit};
 use image::{Rgb, RgbImage};
 use nemoral_lidar::{
-    ExactRange, HorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern, Scanner,
-    ScannerParams,
+    ExactRange, HorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern, ScanRequest,
+    Scanner, ScannerParams,
 };
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{
-    Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster, RigidTransform, Semantic,
+    Hit, Material, MaterialId, MaterialLibrary, Ray, RayCaster, RigidTransform, Semantic,
 };
 use nemoral_seed::Key;
 
@@ -50,22 +51,12 @@ impl RayCaster for WallAndTree {
             .filter(|&t| (flat * t - Vec2::new(5.0, 0.0)).length() < 0.08);
         let wall_m = (d.x > 0.0).then(|| 10.0 / d.x);
         let tree_m = crown_m.or(stem_m);
-        Some(Hit {
-            distance_m: tree_m.or(wall_m)?,
-            geometric_normal: Vec3::NEG_X,
-            shading_normal: Vec3::NEG_X,
-            uv: Vec2::ZERO,
-            uv_per_m: 1.0,
-            material: if tree_m.is_some() {
-                self.tree
-            } else {
-                self.wall
-            },
-            object: ObjectId::NONE,
-            blend: None,
-            variation: 0.0,
-            near_light: 1.0,
-        })
+        let material = if tree_m.is_some() {
+            self.tree
+        } else {
+            self.wall
+        };
+        Some(Hit::new(tree_m.or(wall_m)?, Vec3::NEG_X, material))
     }
 }
 
@@ -94,7 +85,14 @@ fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
         };
         let scanner = Scanner::new(params, pattern)?;
         let standing = |_: f64| RigidTransform::IDENTITY;
-        let points = scanner.scan(0, &scene, &materials, &standing, &ExactRange, Key::world(1));
+        let points = scanner.scan(&ScanRequest {
+            first_pulse: 0,
+            caster: &scene,
+            materials: &materials,
+            scene_from_lidar_at: &standing,
+            range_model: &ExactRange,
+            key: Key::world(1),
+        });
         let top = row * (height + 10);
         let dark = Rgb([12, 14, 20]);
         for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {

@@ -3,24 +3,23 @@
 use nemoral_scene::glam::DVec3;
 
 use crate::ParamError;
-use crate::error::check;
 
 /// A laser beam: how wide it is, how long its pulse, and how finely it is cast.
 ///
-/// The beam has an elliptical Gaussian section and is cast as sub-rays: one in the middle, and 6 k on
-/// the k-th of [`rings`](Self::rings) rings, each standing for the light of its piece of the ellipse
-/// out to 1/e² (the arrangement of HELIOS++, with exact weights).
+/// The beam has an elliptical Gaussian section and is cast as sub-rays: one in the middle, and 6 k
+/// on the k-th of [`rings`](Self::rings) rings, each standing for the light of its part of the
+/// ellipse out to 1/e² (the arrangement of HELIOS++, with exact weights).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
     /// Divergence, full width at half maximum, horizontally, radians, 0..=0.1.
     pub horizontal_fwhm_rad: f64,
     /// Divergence, full width at half maximum, vertically, radians, 0..=0.1.
     pub vertical_fwhm_rad: f64,
-    /// Rings of sub-rays around the middle, 0..=8: 1, 7, 19, 37 … rays a pulse. With 0 the beam is a
-    /// line without width.
+    /// Rings of sub-rays around the middle, 0..=8: 1, 7, 19, 37 … rays a pulse. With 0 the beam is
+    /// a line without width.
     pub rings: u8,
-    /// Half the length of the pulse, metres, at least 0: echoes of surfaces that lie this near behind
-    /// each other melt into one between them (0.6 m for 4 ns).
+    /// Half the length of the pulse, metres, at least 0: echoes of surfaces no farther behind each
+    /// other are merged into one between them (0.6 m for 4 ns).
     pub resolution_m: f64,
 }
 
@@ -36,13 +35,13 @@ impl Default for Beam {
     }
 }
 
-/// A piece of the beam's section.
+/// A part of the beam's section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SubRay {
     /// Tangents of the angles to the beam's middle.
     left: f64,
     up: f64,
-    /// What makes its direction one of unit length.
+    /// The factor that gives its direction unit length.
     scale: f64,
     /// Its share of the beam's light.
     pub(crate) weight: f64,
@@ -72,15 +71,10 @@ impl Beam {
             ("beam.horizontal_fwhm_rad", self.horizontal_fwhm_rad),
             ("beam.vertical_fwhm_rad", self.vertical_fwhm_rad),
         ] {
-            check((0.0..=0.1).contains(&width), field, width, "0..=0.1 rad")?;
+            ParamError::check((0.0..=0.1).contains(&width), field, width, "0..=0.1 rad")?;
         }
-        check(
-            self.rings <= 8,
-            "beam.rings",
-            self.rings.into(),
-            "at most 8",
-        )?;
-        check(
+        ParamError::check(self.rings <= 8, "beam.rings", self.rings, "at most 8")?;
+        ParamError::check(
             self.resolution_m.is_finite() && self.resolution_m >= 0.0,
             "beam.resolution_m",
             self.resolution_m,
@@ -88,11 +82,11 @@ impl Beam {
         )
     }
 
-    /// The middle first, then ring by ring.
+    /// The sub-rays: the middle first, then ring by ring.
     pub(crate) fn sub_rays(&self) -> Vec<SubRay> {
         let rings = i32::from(self.rings);
         let step = REACH / (f64::from(rings) + 0.5);
-        // What of a round Gaussian lies outside a radius.
+        // The share of a round Gaussian that lies outside a radius.
         let outside = |radius: f64| libm::exp(-0.5 * radius * radius);
         let all = 1.0 - outside(REACH);
         let mut rays = Vec::new();
@@ -116,7 +110,7 @@ impl Beam {
     }
 }
 
-/// A beam's direction with what is to its left and above, all of unit length.
+/// A beam's direction and the directions to its left and upwards, all of unit length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BeamAxes {
     forward: DVec3,
@@ -125,7 +119,7 @@ pub(crate) struct BeamAxes {
 }
 
 impl BeamAxes {
-    /// Of a beam of the LiDAR frame.
+    /// The axes of a beam, in the LiDAR frame.
     pub(crate) fn along(forward: DVec3) -> Self {
         let left = DVec3::Z.cross(forward).try_normalize().unwrap_or(DVec3::Y);
         let up = forward.cross(left);
@@ -141,14 +135,15 @@ impl BeamAxes {
         }
     }
 
-    /// The direction of a part of the beam; the middle's is the beam's to the bit.
+    /// The direction of a part of the beam. That of the middle is the beam's own, to the bit.
     pub(crate) fn towards(&self, part: &SubRay) -> DVec3 {
         let aside = self.left * part.left + self.up * part.up;
         (self.forward + aside) * part.scale
     }
 }
 
-/// A unit vector turned by small angles to its left and up; the same bits for none.
+/// A unit vector turned by small angles to its left and upwards. Angles of 0 leave its bits as they
+/// are.
 pub(crate) fn turned(direction: DVec3, left_rad: f64, up_rad: f64) -> DVec3 {
     BeamAxes::along(direction).towards(&SubRay::new(left_rad, up_rad, 1.0))
 }

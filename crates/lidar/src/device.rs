@@ -7,7 +7,7 @@ use crate::{
     Wavelength,
 };
 
-/// A scanner that one can buy, or could.
+/// A real scanner that is or was on sale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Device {
@@ -33,22 +33,23 @@ pub enum Device {
     Os1x128,
 }
 
-/// What is published of a [`Device`] and is not in its [`ScannerParams`].
+/// What is published about a [`Device`] beyond its [`ScannerParams`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceSheet {
     /// Maker and model.
     pub title: &'static str,
     /// Field of view, degrees, horizontally and vertically.
     pub field_of_view_deg: [f64; 2],
-    /// A row of the ladder of ranges: so far, metres, …
+    /// The greatest range that the data sheet gives for a target of the reference reflectance,
+    /// metres.
     pub reference_range_m: f64,
-    /// … at this reflectance.
+    /// The reflectance of that target, 0..1.
     pub reference_reflectance: f64,
-    /// Spread of strong echoes, metres.
+    /// The spread of strong echoes, metres.
     pub sigma_floor_m: f64,
-    /// What weak signals add to it at the threshold of detection, metres.
+    /// The spread that noise adds at the threshold of detection, metres.
     pub sigma_at_threshold_m: f64,
-    /// Where all this, and what is in the parameters, is from, and what is not certain.
+    /// The sources of these numbers and of the parameters, and what is uncertain about them.
     pub source: &'static str,
 }
 
@@ -84,7 +85,7 @@ impl Device {
         }
     }
 
-    /// The device of a name.
+    /// The device with a name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|d| d.name() == name)
@@ -111,11 +112,12 @@ impl Device {
         }
     }
 
-    /// Its numbers, for scans of 0.1 s: ranges, wavelength, beam, quantisation. The beam is cast with 19
-    /// sub-rays.
+    /// Its parameters for scans of 0.1 s: ranges, wavelength, beam, quantisation. The beam is cast
+    /// with 19 sub-rays.
     #[must_use]
     pub fn params(self) -> ScannerParams {
-        // Divergence sideways and up, degrees; nearest and farthest range; steps of range; pulse, ns.
+        // Divergence sideways and up, degrees; nearest and farthest range; steps of range; pulse,
+        // ns.
         let (width_deg, ranges_m, step_m, pulse_ns, angular_deg) = match self {
             Self::Mid40 => ([0.03, 0.28], [1.0, 260.0], 0.001, 4.0, 0.1),
             Self::Mid70 => ([0.03, 0.28], [0.05, 260.0], 0.001, 4.0, 0.1),

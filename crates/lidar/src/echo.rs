@@ -1,91 +1,94 @@
-//! From what the sub-rays of a pulse meet to the echoes of that pulse.
+//! Grouping the hits of a pulse's sub-rays into echoes, and choosing which echoes are reported.
 
 /// Which echoes of a pulse a scanner reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Returns {
-    /// The one that brings back most light.
+    /// The echo with the most received power.
     #[default]
     Strongest,
-    /// The nearest.
+    /// The nearest echo.
     First,
-    /// The farthest.
+    /// The farthest echo.
     Last,
-    /// The strongest and the last; if they are one, the second strongest (Velodyne's dual mode).
+    /// The strongest and the last echo; where these are the same, the strongest and the second
+    /// strongest (Velodyne's dual mode).
     Dual,
-    /// All, nearest first, at most so many, 1..=15 (what LAS can number).
+    /// All echoes, nearest first, at most so many, 1..=15 (as many as LAS can number).
     All(u8),
 }
 
-/// What one sub-ray met.
+/// What one sub-ray hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Contact {
-    /// Which sub-ray.
+pub(crate) struct SubRayHit {
+    /// The number of the sub-ray.
     pub(crate) ray: usize,
     pub(crate) range_m: f64,
-    /// Its share of the pulse, as sent back: weight × reflectance × cos(incidence).
+    /// The share of the pulse's light that it reflects: weight × reflectance × cos(incidence).
     pub(crate) sent_back: f64,
     /// Cosine of the angle between beam and surface normal.
     pub(crate) incidence_cos: f64,
 }
 
-impl Contact {
-    /// Received power, up to a factor that all share.
+impl SubRayHit {
+    /// Received power, up to a factor that all hits share.
     fn power(&self) -> f64 {
         self.sent_back / (self.range_m * self.range_m).max(1e-12)
     }
 }
 
-/// Light that comes back as one.
+/// Light of one or several hits that the receiver cannot tell apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Echo {
     /// True range: the mean, weighted by received power.
     pub(crate) range_m: f64,
     /// Cosine of the incidence, the same mean.
     pub(crate) incidence_cos: f64,
-    /// What the receiver makes of the range; the true one until it has measured.
+    /// The measured range; the true one until the range model has measured.
     pub(crate) measured_m: f64,
-    /// The contact that brings most of it, by its place in the sorted contacts.
+    /// The place in the sorted hits of the one with the most power.
     pub(crate) strongest: usize,
-    /// All of it, by place in the sorted contacts.
+    /// The place in the sorted hits of the first one.
     pub(crate) first: usize,
+    /// The place after the last one.
     pub(crate) end: usize,
-    /// Sum of what is sent back.
+    /// The sum of what its hits reflect.
     pub(crate) sent_back: f64,
+    /// The sum of their received powers.
     pub(crate) power: f64,
 }
 
-/// Groups a pulse's contacts, those from `first` on, into echoes, nearest first, which it adds. Sorts the
-/// contacts by range.
+/// Groups the hits of a pulse, which are those from `first` on, into echoes, and adds these,
+/// nearest first. Sorts the hits by range.
 ///
-/// A receiver that has been raised by a surface is busy for the pulse's length: whatever lies within
-/// `resolution_m` behind the first surface of an echo melts into it. The measured range is the
+/// A receiver that a surface has triggered is busy for the pulse's length: whatever lies within
+/// `resolution_m` behind the first surface of an echo is merged into it. The measured range is the
 /// centroid, "a beam-weighted average over the footprint" (Chaudhry et al. 2021).
-pub(crate) fn group(
-    contacts: &mut [Contact],
+pub(crate) fn group_hits(
+    hits: &mut [SubRayHit],
     mut first: usize,
     resolution_m: f64,
     echoes: &mut Vec<Echo>,
 ) {
-    contacts[first..]
-        .sort_unstable_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.ray.cmp(&b.ray)));
-    while first < contacts.len() {
-        let reach = contacts[first].range_m + resolution_m;
-        let end = first + contacts[first..].partition_point(|c| c.range_m <= reach);
-        let group = &contacts[first..end];
-        let power: f64 = group.iter().map(Contact::power).sum();
-        let sent_back = group.iter().map(|c| c.sent_back).sum();
-        // The first of equals. Light that is not sent back weighs nothing; then the nearest counts.
+    hits[first..].sort_unstable_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.ray.cmp(&b.ray)));
+    while first < hits.len() {
+        let reach = hits[first].range_m + resolution_m;
+        let end = first + hits[first..].partition_point(|c| c.range_m <= reach);
+        let merged = &hits[first..end];
+        let power: f64 = merged.iter().map(SubRayHit::power).sum();
+        let sent_back = merged.iter().map(|c| c.sent_back).sum();
+        // The first of equals. Where nothing is reflected all have no power, and the nearest
+        // counts.
         let mut strongest = first;
         for i in first + 1..end {
-            if contacts[i].power() > contacts[strongest].power() {
+            if hits[i].power() > hits[strongest].power() {
                 strongest = i;
             }
         }
-        let mean = |of: fn(&Contact) -> f64| {
-            if group.len() == 1 || power <= 0.0 {
-                return of(&contacts[strongest]);
+        let mean = |of: fn(&SubRayHit) -> f64| {
+            if merged.len() == 1 || power <= 0.0 {
+                return of(&hits[strongest]);
             }
-            group.iter().map(|c| c.power() * of(c)).sum::<f64>() / power
+            merged.iter().map(|hit| hit.power() * of(hit)).sum::<f64>() / power
         };
         let range_m = mean(|c| c.range_m);
         echoes.push(Echo {
@@ -103,7 +106,7 @@ pub(crate) fn group(
 }
 
 impl Returns {
-    /// Keeps what is reported of echoes that are sorted by range.
+    /// Keeps the reported ones of echoes that are sorted by range.
     pub(crate) fn select(self, echoes: &mut Vec<Echo>) {
         if echoes.len() < 2 {
             return;
@@ -152,10 +155,10 @@ mod tests {
     use proptest::prelude::*;
 
     fn grouped(list: &[(f64, f64)], resolution_m: f64) -> Vec<Echo> {
-        let mut contacts: Vec<Contact> = list
+        let mut hits: Vec<SubRayHit> = list
             .iter()
             .enumerate()
-            .map(|(ray, &(range_m, sent_back))| Contact {
+            .map(|(ray, &(range_m, sent_back))| SubRayHit {
                 ray,
                 range_m,
                 sent_back,
@@ -163,18 +166,18 @@ mod tests {
             })
             .collect();
         let mut found = Vec::new();
-        super::group(&mut contacts, 0, resolution_m, &mut found);
+        group_hits(&mut hits, 0, resolution_m, &mut found);
         found
     }
 
     #[test]
-    fn near_surfaces_melt_and_far_ones_do_not() {
+    fn near_surfaces_merge_and_far_ones_do_not() {
         let one = grouped(&[(10.0, 0.5), (10.4, 0.5)], 0.6);
         assert_eq!(one.len(), 1);
         assert!(one[0].range_m > 10.0 && one[0].range_m < 10.4);
         let two = grouped(&[(10.0, 0.2), (10.7, 0.5)], 0.6);
         assert_eq!((two[0].range_m, two[1].range_m), (10.0, 10.7));
-        // A chain does not melt into one without end.
+        // A chain of surfaces does not merge into one echo without end.
         let chain: Vec<_> = (0..20).map(|i| (10.0 + 0.29 * f64::from(i), 0.1)).collect();
         assert_eq!(grouped(&chain, 0.6).len(), 7);
     }
@@ -214,7 +217,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn echoes_share_out_all_contacts(
+        fn every_hit_is_in_one_echo(
             list in prop::collection::vec((0.5_f64..40.0, 0.0_f64..0.1), 0..40), resolution in 0.0_f64..2.0,
         ) {
             let found = grouped(&list, resolution);

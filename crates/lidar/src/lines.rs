@@ -1,8 +1,7 @@
-//! The traditional pattern: lines, again and again.
+//! The traditional pattern: repeating lines.
 
 use std::f64::consts::{PI, TAU};
 
-use crate::error::check;
 use crate::pattern::direction;
 use crate::{ParamError, Pulse, ScanPattern};
 
@@ -41,8 +40,8 @@ impl Default for RepeatingLinesParams {
 ///
 /// Every sweep is the same: it runs from right to left (counter-clockwise from above), with the
 /// middle of the sweep straight ahead, so a turn starts and ends at the back. The lines fire one
-/// after the other, from the lowest, at equal intervals, while the head turns on: the columns lean,
-/// as in a real scanner.
+/// after the other, from the lowest, at equal intervals, while the head keeps turning, so the
+/// columns lean as in a real scanner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepeatingLines {
     params: RepeatingLinesParams,
@@ -55,27 +54,27 @@ impl RepeatingLines {
     /// If a parameter is out of its range.
     pub fn new(params: RepeatingLinesParams) -> Result<Self, ParamError> {
         let p = &params;
-        check(p.lines >= 1, "lines", p.lines.into(), "at least 1")?;
-        check(
+        ParamError::check(p.lines >= 1, "lines", p.lines, "at least 1")?;
+        ParamError::check(
             (-PI / 2.0..=PI / 2.0).contains(&p.bottom_rad),
             "bottom_rad",
             p.bottom_rad,
             "from −π/2 to π/2",
         )?;
-        check(
+        ParamError::check(
             (p.bottom_rad..=PI / 2.0).contains(&p.top_rad),
             "top_rad",
             p.top_rad,
             "from bottom_rad to π/2",
         )?;
-        check(
+        ParamError::check(
             p.horizontal_fov_rad > 0.0 && p.horizontal_fov_rad <= TAU,
             "horizontal_fov_rad",
             p.horizontal_fov_rad,
             "greater than 0 and at most 2π",
         )?;
-        check(p.columns >= 1, "columns", p.columns.into(), "at least 1")?;
-        check(
+        ParamError::check(p.columns >= 1, "columns", p.columns, "at least 1")?;
+        ParamError::check(
             p.rotation_hz.is_finite() && p.rotation_hz > 0.0,
             "rotation_hz",
             p.rotation_hz,
@@ -116,7 +115,7 @@ impl ScanPattern for RepeatingLines {
         }
     }
 
-    /// By column and line.
+    /// The direction of the pulse of a column and line.
     fn identity(&self, number: u64) -> u64 {
         let lines = u64::from(self.params.lines);
         (number / lines) << 8 | (number % lines)

@@ -2,7 +2,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::error::check;
 use crate::pattern::direction;
 use crate::{ParamError, Pulse, ScanPattern};
 
@@ -22,8 +21,8 @@ pub struct PanoramaParams {
 }
 
 impl Default for PanoramaParams {
-    /// A phase-shift scanner of two million pulses a second, a pulse each 0.15°: 2.4 million from 60°
-    /// below the horizon to the zenith.
+    /// A phase-shift scanner of two million pulses a second, a pulse each 0.15°: 2.4 million from
+    /// 60° below the horizon to the zenith.
     fn default() -> Self {
         Self {
             rows: 1000,
@@ -48,21 +47,21 @@ impl Panorama {
     /// If a parameter is out of its range.
     pub fn new(params: PanoramaParams) -> Result<Self, ParamError> {
         let p = &params;
-        check(p.rows >= 1, "rows", p.rows.into(), "at least 1")?;
-        check(p.columns >= 1, "columns", p.columns.into(), "at least 1")?;
-        check(
+        ParamError::check(p.rows >= 1, "rows", p.rows, "at least 1")?;
+        ParamError::check(p.columns >= 1, "columns", p.columns, "at least 1")?;
+        ParamError::check(
             (-PI / 2.0..=PI / 2.0).contains(&p.bottom_rad),
             "bottom_rad",
             p.bottom_rad,
             "from −π/2 to π/2",
         )?;
-        check(
+        ParamError::check(
             (p.bottom_rad..=PI / 2.0).contains(&p.top_rad),
             "top_rad",
             p.top_rad,
             "from bottom_rad to π/2",
         )?;
-        check(
+        ParamError::check(
             p.rate_hz.is_finite() && p.rate_hz > 0.0,
             "rate_hz",
             p.rate_hz,
@@ -82,7 +81,7 @@ impl ScanPattern for Panorama {
     fn pulse(&self, number: u64) -> Pulse {
         let p = &self.params;
         let in_turn = number % self.pulses_per_turn();
-        // The head turns on while the mirror sweeps: columns lean by one step.
+        // The head keeps turning while the mirror sweeps, so columns lean by one step.
         let turned = (in_turn as f64 + 0.5) / self.pulses_per_turn() as f64;
         let row = (in_turn % u64::from(p.rows)) as f64 + 0.5;
         let elevation_rad = p.bottom_rad + (p.top_rad - p.bottom_rad) * row / f64::from(p.rows);

@@ -2,10 +2,11 @@
 
 use nemoral_scene::glam::DVec3;
 
-/// One shot of a laser.
+/// One pulse of a laser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// When it is fired, seconds after the start of the pattern: good to a nanosecond for three weeks.
+    /// When it is fired, seconds after the start of the pattern: good to a nanosecond for three
+    /// weeks.
     pub time_s: f64,
     /// Where it goes: unit vector in the LiDAR frame (x forward, y left, z up).
     pub direction: DVec3,
@@ -15,21 +16,21 @@ pub struct Pulse {
 
 /// An endless sequence of pulses.
 ///
-/// A pattern is a pure function of the pulse's number, so a scan can start anywhere in it, and pulse
-/// times never decrease. Any `Fn(u64) -> Pulse` is a pattern.
+/// A pattern is a pure function of the pulse's number, so a scan can start anywhere in it, and
+/// pulse times never decrease. Any `Fn(u64) -> Pulse` is a pattern.
 pub trait ScanPattern: Send + Sync {
     /// The pulse with this number; number 0 is fired at time 0.
     fn pulse(&self, number: u64) -> Pulse;
 
-    /// The pulses from `first` on, so many. Patterns whose pulses share work override this; each is what
-    /// [`pulse`](Self::pulse) says, to the bit.
+    /// The `count` pulses from `first` on. Patterns whose pulses share work override this; each
+    /// pulse must be what [`pulse`](Self::pulse) returns, to the bit.
     fn pulses(&self, first: u64, count: u32) -> Vec<Pulse> {
         let number = |i: u32| first.wrapping_add(i.into());
         (0..count).map(|i| self.pulse(number(i))).collect()
     }
 
-    /// What keys a pulse's randomness, different for every pulse: its number, unless the pattern has a
-    /// name for it that stays when a laser is added.
+    /// A number that keys a pulse's randomness and is different for every pulse: the pulse's
+    /// number, unless the pattern has an identity for it that stays the same when a laser is added.
     fn identity(&self, number: u64) -> u64 {
         number
     }
@@ -52,7 +53,7 @@ pub(crate) fn direction(azimuth_rad: f64, elevation_rad: f64) -> DVec3 {
     sloped(azimuth_rad, libm::sincos(elevation_rad))
 }
 
-/// The same by the elevation's sine and cosine.
+/// The same vector, given the elevation's sine and cosine.
 pub(crate) fn sloped(azimuth_rad: f64, (sin_el, cos_el): (f64, f64)) -> DVec3 {
     let (sin_az, cos_az) = libm::sincos(azimuth_rad);
     DVec3::new(cos_el * cos_az, cos_el * sin_az, sin_el)
@@ -60,7 +61,8 @@ pub(crate) fn sloped(azimuth_rad: f64, (sin_el, cos_el): (f64, f64)) -> DVec3 {
 
 /// Sine and cosine after `ticks` of a rotor that makes `turns` turns in `per` ticks.
 ///
-/// Whole turns are taken out in integers: the phase is as exact after a year as in the first second.
+/// Whole turns are removed in integers, so the phase is as exact after a year as in the first
+/// second.
 pub(crate) fn rotor(ticks: u64, turns: u64, per: u64, phase_rad: f64) -> (f64, f64) {
     let rest = match ticks.checked_mul(turns) {
         Some(all) => all % per,
@@ -69,8 +71,8 @@ pub(crate) fn rotor(ticks: u64, turns: u64, per: u64, phase_rad: f64) -> (f64, f
     libm::sincos(std::f64::consts::TAU * (rest as f64 / per as f64) + phase_rad)
 }
 
-/// The pulses from `first` on of lasers that fire together, so many at each shot: `shot` does what they
-/// share, `pulse` the rest.
+/// The pulses from `first` on of lasers that fire together, `lasers` at each shot: `shot` computes
+/// what they share, `pulse` the rest.
 pub(crate) fn together<S>(
     (first, count): (u64, u32),
     lasers: u64,

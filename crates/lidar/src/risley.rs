@@ -19,11 +19,13 @@ pub struct Mid40;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mid70;
 
-/// Livox Avia: non-repeating, 70.4° × 77.2°; six beams through three prisms, 240,000 pulses a second.
+/// Livox Avia: non-repeating, 70.4° × 77.2°; six beams through three prisms, 240,000 pulses a
+/// second.
 ///
 /// The prisms of HELIOS++'s model of it, found from its published pattern: wedges of 30.8856°,
 /// 29.7735° and 3.1351° in glass of index 1.51, each entered through its tilted face, at −131.5463,
-/// 40.8032 and 213.1611 turns a second; six beams above each other fire together 40,000 times a second.
+/// 40.8032 and 213.1611 turns a second; six beams above each other fire together 40,000 times a
+/// second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Avia;
 
@@ -43,7 +45,7 @@ impl ScanPattern for Mid40 {
     }
 }
 
-/// What the Avia's beams have upwards when they reach the first prism, direction cosines.
+/// The upward direction cosines of the Avia's beams when they reach the first prism.
 const AVIA_BEAMS: [f64; 6] = [
     -0.052_160_7,
     -0.032_376_35,
@@ -150,7 +152,7 @@ fn pulse(number: u64, faces: [DVec3; 4], refractive_index: f64) -> Pulse {
 }
 
 /// Snell's law for unit vectors; `normal` faces the beam, `ratio` is the refractive index before
-/// over the one behind. These prisms are far from total reflection, or, the Avia's, short of it.
+/// over the one behind. The Mid prisms are far from total reflection, the Avia's just short of it.
 fn refract(direction: DVec3, normal: DVec3, ratio: f64) -> DVec3 {
     let cos = -direction.dot(normal);
     let cos_behind = (1.0 - ratio * ratio * (1.0 - cos * cos)).sqrt();

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 
-use crate::error::check;
 use crate::pattern::sloped;
 use crate::{ParamError, Pulse, ScanPattern};
 
@@ -14,67 +13,60 @@ pub struct Laser {
     pub elevation_rad: f64,
     /// Angle to the left of the head's, radians, −π..=π.
     pub azimuth_rad: f64,
-    /// When it fires after the start of the firing sequence, seconds, from 0 to the sequence's length.
+    /// When it fires after the start of the firing sequence, seconds, from 0 to the sequence's
+    /// length.
     pub delay_s: f64,
     /// Its ring: rings are counted from the lowest laser.
     pub ring: u8,
 }
 
-/// A head of lasers that fire in turn while it spins, clockwise from above as Velodyne's and Ouster's
-/// do. It starts at the back, so that a turn's middle is straight ahead.
+/// A head of lasers that fire one after the other while it spins, clockwise from above as
+/// Velodyne's and Ouster's do. It starts at the back, so that a turn's middle is straight ahead.
 ///
-/// Lasers stand at the sensor's origin: the centimetre between them on the real head is left out.
+/// All lasers are at the sensor's origin; the centimetres between them on a real head are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spinning {
-    /// By the time they fire.
+    /// The lasers in order of the time at which they fire.
     lasers: Vec<Laser>,
-    /// Sine and cosine of their elevations.
+    /// The sines and cosines of their elevations.
     slopes: Vec<(f64, f64)>,
     sequence_s: f64,
     rotation_hz: f64,
-    /// Is each laser alone on its ring?
+    /// Whether each laser is alone on its ring.
     rings_differ: bool,
 }
 
 impl Spinning {
-    /// A scanner by its lasers (1 to 255), the length of a firing sequence in seconds, and its turns per
-    /// second.
+    /// A scanner by its lasers (1 to 255), the length of a firing sequence in seconds, and its
+    /// turns per second.
     ///
     /// # Errors
-    /// If there are too few or too many lasers, or one is out of its ranges, or a duration or rate is not
-    /// positive.
+    /// If there are too few or too many lasers, or one is out of its ranges, or a duration or rate
+    /// is not positive.
     pub fn new(
         mut lasers: Vec<Laser>,
         sequence_s: f64,
         rotation_hz: f64,
     ) -> Result<Self, ParamError> {
         let count = lasers.len() as f64;
-        check(
+        ParamError::check(
             (1.0..=255.0).contains(&count),
             "lasers",
             count,
             "1..=255 of them",
         )?;
-        let positive = |field, value: f64| {
-            check(
-                value.is_finite() && value > 0.0,
-                field,
-                value,
-                "finite and greater than 0",
-            )
-        };
-        positive("sequence_s", sequence_s)?;
-        positive("rotation_hz", rotation_hz)?;
+        ParamError::check_positive("sequence_s", sequence_s)?;
+        ParamError::check_positive("rotation_hz", rotation_hz)?;
         for laser in &lasers {
             let (up, left, delay) = (laser.elevation_rad, laser.azimuth_rad, laser.delay_s);
-            check(
+            ParamError::check(
                 (-PI / 2.0..=PI / 2.0).contains(&up),
                 "elevation_rad",
                 up,
                 "−π/2..=π/2",
             )?;
-            check((-PI..=PI).contains(&left), "azimuth_rad", left, "−π..=π")?;
-            check(
+            ParamError::check((-PI..=PI).contains(&left), "azimuth_rad", left, "−π..=π")?;
+            ParamError::check(
                 (0.0..sequence_s).contains(&delay),
                 "delay_s",
                 delay,
@@ -95,8 +87,9 @@ impl Spinning {
         })
     }
 
-    /// Velodyne VLP-16: ±15°, one laser each 2.304 µs in its interleaved order, 55.296 µs a sequence
-    /// (elevations: ros-drivers/velodyne; timing: the user manual), so 289,352 pulses a second.
+    /// Velodyne VLP-16: ±15°, one laser each 2.304 µs in its interleaved order, 55.296 µs a
+    /// sequence (elevations: ros-drivers/velodyne; timing: the user manual), so 289,352 pulses a
+    /// second.
     ///
     /// # Errors
     /// If `rotation_hz` is not positive.
@@ -113,9 +106,9 @@ impl Spinning {
         Self::new(lasers, 55.296e-6, rotation_hz)
     }
 
-    /// Velodyne HDL-64E S2: 32 lasers each ⅓° from +2° down and 32 each ½° below, 1.333 million pulses a
-    /// second (rate: HELIOS++; blocks: the data sheet). They fire one after the other, upper and lower
-    /// in turn.
+    /// Velodyne HDL-64E S2: 32 lasers each ⅓° from +2° down and 32 each ½° below, 1.333 million
+    /// pulses a second (rate: HELIOS++; blocks: the data sheet). They fire one after the other,
+    /// upper and lower in turn.
     ///
     /// # Errors
     /// If `rotation_hz` is not positive.
@@ -138,8 +131,8 @@ impl Spinning {
         Self::new((0..64).map(laser).collect(), sequence_s, rotation_hz)
     }
 
-    /// An Ouster with evenly spaced beams over its vertical field of view (OS0: 90°, OS1: 45°), which all
-    /// fire together in each of so many columns a turn.
+    /// An Ouster with evenly spaced beams over its vertical field of view (OS0: 90°, OS1: 45°),
+    /// which all fire together in each of so many columns a turn.
     ///
     /// # Errors
     /// If there are no beams or more than 255, or a value is not positive.
@@ -149,13 +142,13 @@ impl Spinning {
         columns: u32,
         rotation_hz: f64,
     ) -> Result<Self, ParamError> {
-        check(
+        ParamError::check(
             vertical_fov_rad > 0.0 && vertical_fov_rad <= PI,
             "vertical_fov_rad",
             vertical_fov_rad,
             "greater than 0 and at most π",
         )?;
-        check(columns >= 1, "columns", columns.into(), "at least 1")?;
+        ParamError::check(columns >= 1, "columns", columns, "at least 1")?;
         let step = vertical_fov_rad / f64::from(beams.max(2) - 1);
         let laser = |ring: u8| Laser {
             elevation_rad: if beams == 1 {
@@ -178,7 +171,7 @@ impl ScanPattern for Spinning {
         let index = (number % count) as usize;
         let (laser, slope) = (&self.lasers[index], self.slopes[index]);
         let time_s = (number / count) as f64 * self.sequence_s + laser.delay_s;
-        // A millionth of a turn after a year at 20 Hz.
+        // The error is a millionth of a turn after a year at 20 Hz.
         let turned = (time_s * self.rotation_hz).fract();
         Pulse {
             time_s,
@@ -187,7 +180,8 @@ impl ScanPattern for Spinning {
         }
     }
 
-    /// By firing sequence and ring; by number where rings are shared.
+    /// The identity is made of firing sequence and ring, or of the laser's number where lasers
+    /// share a ring.
     fn identity(&self, number: u64) -> u64 {
         if !self.rings_differ {
             return number;

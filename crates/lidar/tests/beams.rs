@@ -2,16 +2,16 @@
 
 use nemoral_lidar::{
     Beam, EchoObservation, ExactRange, PulseErrors, RepeatingLines, RepeatingLinesParams, Returns,
-    Scanner, ScannerParams,
+    ScanRequest, Scanner, ScannerParams,
 };
-use nemoral_scene::glam::{DVec3, Vec2, Vec3};
+use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
     ChunkCoord, Hit, LidarPoint, Material, MaterialId, MaterialLibrary, ObjectId, PointFlags, Ray,
     RayCaster, RigidTransform, Semantic,
 };
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
-const KEY: Key = Key::world(7).stage(Stage::new("lidar.beams"));
+const KEY: Key = Key::world(7).domain(Domain::new("lidar.beams"));
 
 fn materials() -> MaterialLibrary {
     let mut library = MaterialLibrary::new();
@@ -28,18 +28,9 @@ fn materials() -> MaterialLibrary {
 }
 
 fn hit(ray: &Ray, distance_m: f32, material: u16) -> Option<Hit> {
-    (distance_m <= ray.t_max_m).then(|| Hit {
-        distance_m,
-        geometric_normal: Vec3::NEG_X,
-        shading_normal: Vec3::NEG_X,
-        uv: Vec2::ZERO,
-        uv_per_m: 1.0,
-        material: MaterialId(material),
-        object: ObjectId::new(ChunkCoord::new(0, 0), material + 1).expect("in range"),
-        blend: None,
-        variation: 0.0,
-        near_light: 1.0,
-    })
+    let object = ObjectId::new(ChunkCoord::new(0, 0), material + 1).expect("in range");
+    (distance_m <= ray.t_max_m)
+        .then(|| Hit::new(distance_m, Vec3::NEG_X, MaterialId(material)).with_object(object))
 }
 
 /// A wall at x = `far`; before it, where y > 0, another at x = `near`.
@@ -93,7 +84,14 @@ fn wide() -> Beam {
 fn scan_with(params: ScannerParams, caster: &dyn RayCaster) -> Vec<LidarPoint> {
     let scanner = Scanner::new(params, Box::new(ahead())).expect("valid");
     let still = |_: f64| RigidTransform::IDENTITY;
-    scanner.scan(0, caster, &materials(), &still, &ExactRange, KEY)
+    scanner.scan(&ScanRequest {
+        first_pulse: 0,
+        caster,
+        materials: &materials(),
+        scene_from_lidar_at: &still,
+        range_model: &ExactRange,
+        key: KEY,
+    })
 }
 
 fn params(beam: Beam, returns: Returns) -> ScannerParams {
@@ -241,7 +239,14 @@ fn a_weak_echo_gives_way() {
         near: 8.0,
         far: 12.0,
     };
-    let points = scanner.scan(0, &step, &materials(), &still, &deaf_to_near, KEY);
+    let points = scanner.scan(&ScanRequest {
+        first_pulse: 0,
+        caster: &step,
+        materials: &materials(),
+        scene_from_lidar_at: &still,
+        range_model: &deaf_to_near,
+        key: KEY,
+    });
     assert!(points.len() > 1000);
     assert!(points.iter().all(|p| p.semantic == Semantic::Stem && p.returns == 1
         || p.position_m.length() > 10.0));
@@ -362,17 +367,17 @@ fn raw_points_are_where_the_moving_sensor_saw_them() {
         };
         let scanner = Scanner::new(p, Box::new(ahead())).expect("valid");
         let half_s = scanner.duration_s() / 2.0;
-        let points = scanner.scan(
-            0,
-            &Step {
+        let points = scanner.scan(&ScanRequest {
+            first_pulse: 0,
+            caster: &Step {
                 near: 8.0,
                 far: 9.0,
             },
-            &materials(),
-            &drive,
-            &ExactRange,
-            KEY,
-        );
+            materials: &materials(),
+            scene_from_lidar_at: &drive,
+            range_model: &ExactRange,
+            key: KEY,
+        });
         (points, half_s)
     };
     let ((raw, half_s), (deskewed, _)) = (scan(false), scan(true));

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 
 use common::azimuth_elevation_deg;
 use nemoral_lidar::{
-    Avia, Device, Laser, Panorama, PanoramaParams, ScanPattern, Scanner, Spinning, TableError,
-    TablePattern,
+    Avia, CsvPattern, CsvPatternError, Device, Laser, Panorama, PanoramaParams, ScanPattern,
+    Scanner, Spinning,
 };
 
 #[test]
@@ -139,7 +139,7 @@ fn bad_heads_are_refused_by_name() {
 #[test]
 fn a_table_replays_itself() {
     let csv = "time/s,azimuth/deg,elevation/deg,ring\n# a comment\n5.0, 10, 0, 1\n5.1, -10, 20, 2\n\n5.3, 0, -20, 3\n";
-    let table = TablePattern::from_csv(csv.as_bytes()).expect("a table");
+    let table = CsvPattern::from_csv(csv.as_bytes()).expect("a table");
     assert_eq!(table.len(), 3);
     // 0.3 s between first and last of three: 0.15 s more to the next.
     let times: Vec<f64> = (0..6).map(|i| table.pulse(i).time_s).collect();
@@ -155,7 +155,7 @@ fn a_table_replays_itself() {
 #[test]
 fn bad_tables_are_refused_by_line() {
     let error = |csv: &str| {
-        TablePattern::from_csv(csv.as_bytes())
+        CsvPattern::from_csv(csv.as_bytes())
             .expect_err("bad")
             .to_string()
     };
@@ -177,8 +177,8 @@ fn bad_tables_are_refused_by_line() {
     );
     assert!(error("0,0,0\n1,0,0,256\n").contains("ring is \"256\""));
     assert!(matches!(
-        TablePattern::from_csv("1,2,3\n".as_bytes()),
-        Err(TableError::TooFew(1))
+        CsvPattern::from_csv("1,2,3\n".as_bytes()),
+        Err(CsvPatternError::TooFew(1))
     ));
 }
 

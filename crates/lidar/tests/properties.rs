@@ -2,17 +2,17 @@
 
 use nemoral_lidar::{
     EchoObservation, ExactRange, HorizonLike, Mid40, RangeModel, RepeatingLines, ScanPattern,
-    Scanner, ScannerParams, Wavelength,
+    ScanRequest, Scanner, ScannerParams, Wavelength,
 };
-use nemoral_scene::glam::{DVec3, Vec2, Vec3};
+use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
     ChunkCoord, Hit, LaserBand, LidarPoint, Material, MaterialId, MaterialLibrary, ObjectId,
     Optics, Ray, RayCaster, RigidTransform, Semantic,
 };
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 use proptest::prelude::*;
 
-const KEY: Key = Key::world(7).stage(Stage::new("lidar.test"));
+const KEY: Key = Key::world(7).domain(Domain::new("lidar.test"));
 
 /// Bark: 0.4 at 905 nm, 0.5 at 1550 nm.
 const BARK: MaterialId = MaterialId(0);
@@ -38,18 +38,8 @@ fn tree() -> ObjectId {
 
 fn hit(ray: &Ray, distance_m: f64, normal: DVec3) -> Option<Hit> {
     let range = f64::from(ray.t_min_m)..=f64::from(ray.t_max_m);
-    range.contains(&distance_m).then(|| Hit {
-        distance_m: distance_m as f32,
-        geometric_normal: normal.as_vec3(),
-        shading_normal: normal.as_vec3(),
-        uv: Vec2::ZERO,
-        uv_per_m: 1.0,
-        material: BARK,
-        object: tree(),
-        blend: None,
-        variation: 0.0,
-        near_light: 1.0,
-    })
+    let hit = || Hit::new(distance_m as f32, normal.as_vec3(), BARK).with_object(tree());
+    range.contains(&distance_m).then(hit)
 }
 
 /// All points with `normal · p = offset_m`.
@@ -128,7 +118,14 @@ fn scan(
     pose: &(dyn Fn(f64) -> RigidTransform + Sync),
     noise: &dyn RangeModel,
 ) -> Vec<LidarPoint> {
-    scanner.scan(first_pulse, caster, &materials(), pose, noise, KEY)
+    scanner.scan(&ScanRequest {
+        first_pulse,
+        caster,
+        materials: &materials(),
+        scene_from_lidar_at: pose,
+        range_model: noise,
+        key: KEY,
+    })
 }
 
 #[test]

@@ -2,9 +2,9 @@
 //! `cargo run --release -p nemoral-pipeline --example scan_obj -- IN.obj OUT.xyz`
 use std::{env::args, error::Error, fs, sync::Arc};
 
-use nemoral_lidar::{Device, EchoObservation, Scanner};
-use nemoral_lidar_noise::{Observation, RangeNoise, RangeSensor};
-use nemoral_raycast::Forest;
+use nemoral_lidar::{Device, EchoObservation, ScanRequest, Scanner};
+use nemoral_lidar_noise::{RangeNoise, RangeSensor};
+use nemoral_raycast::RayScene;
 use nemoral_scene::{glam::Vec3, *};
 use nemoral_seed::Key;
 
@@ -25,15 +25,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     let shape = Arc::new(Prototype::new("obj", mesh, vec![], &materials)?);
     let Bounds { min, max } = shape.bounds();
     let front = (0.5 * (min + max)).with_x(min.x - 10.0).as_dvec3();
-    let forest = Forest::of_shape(shape, &materials);
+    let forest = RayScene::of_shape(shape, &materials);
     let pose = |_| RigidTransform::from_xyz_rpy(front, 0.0, 0.0, 0.0);
     let sensor = RangeSensor::new(RangeNoise::livox())?;
-    let noise = |echo: &EchoObservation, key: Key| {
-        let echo = Observation::at_angle(echo.range_m, echo.incidence_cos.acos(), echo.reflectance);
-        sensor.measure(&echo, &mut key.rng())
-    };
+    let noise = |echo: &EchoObservation, key: Key| sensor.measure(echo, &mut key.rng());
     let mid40 = Scanner::new(Device::Mid40.params(), Device::Mid40.pattern())?;
-    let points = mid40.scan(0, &forest, &materials, &pose, &noise, Key::world(1));
+    let points = mid40.scan(&ScanRequest {
+        first_pulse: 0,
+        caster: &forest,
+        materials: &materials,
+        scene_from_lidar_at: &pose,
+        range_model: &noise,
+        key: Key::world(1),
+    });
     let row = |p: &LidarPoint| p.position_m.to_array().map(|c| c.to_string()).join(" ") + "\n";
     Ok(fs::write(to?, points.iter().map(row).collect::<String>())?)
 }

@@ -1,6 +1,5 @@
 //! What can go wrong between a request and a data set.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::config::ConfigErrors;
@@ -32,14 +31,9 @@ pub enum Error {
     /// A stage panicked on another thread, which has reported it.
     #[error("a stage that this one waited for panicked")]
     StagePanicked,
-    /// A file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: Arc<std::io::Error>,
-    },
+    /// A file that the request names could not be read.
+    #[error("cannot read {0}")]
+    Read(Arc<nemoral_files::Error>),
     /// A data set could not be written, opened or resumed.
     #[error("{0}")]
     Dataset(Arc<nemoral_dataset::Error>),
@@ -85,7 +79,7 @@ impl Error {
     pub fn is_request(&self) -> bool {
         match self {
             // Files are read because the request names them.
-            Self::Config(_) | Self::Request(_) | Self::Read { .. } => true,
+            Self::Config(_) | Self::Request(_) | Self::Read(_) => true,
             Self::Dataset(e) => {
                 use nemoral_dataset::Error as E;
                 matches!(
@@ -107,6 +101,12 @@ impl Error {
 impl From<nemoral_dataset::Error> for Error {
     fn from(error: nemoral_dataset::Error) -> Self {
         Self::Dataset(Arc::new(error))
+    }
+}
+
+impl From<nemoral_files::Error> for Error {
+    fn from(error: nemoral_files::Error) -> Self {
+        Self::Read(Arc::new(error))
     }
 }
 

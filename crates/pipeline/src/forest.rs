@@ -3,7 +3,7 @@
 use nemoral_assets::Library;
 use nemoral_placement::{CoverPoint, Placement, Site};
 use nemoral_render::CameraImages;
-use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint};
+use nemoral_scene::{Annotations, ChunkCoord, LidarPoint};
 use nemoral_seed::Key;
 
 use crate::config::Config;
@@ -22,7 +22,7 @@ use crate::stages::sensors::{CameraRig, CameraStage, LidarRig, LidarStage};
 use crate::stages::things::{ThingStage, Things};
 use crate::stages::truth::{Bare, BareStage, ExtraStage, TrunkStage};
 use crate::stages::undergrowth::{FloraStage, Patch, UndergrowthStage};
-use crate::{Backend, Error};
+use crate::{Backend, Error, InputFiles};
 
 /// The world, chunk and frame plans of a config.
 #[derive(Debug)]
@@ -70,7 +70,7 @@ pub struct ForestPlan {
     /// Chunk: ground and trunks alone.
     pub bare: Node<ChunkCoord, Bare>,
     /// Frame: the further truth that each camera was asked for.
-    pub extra: Node<u64, Vec<ExtraTruth>>,
+    pub extra: Node<u64, Vec<Annotations>>,
     /// Frame: the points of each LiDAR.
     pub scans: Node<u64, Vec<Vec<LidarPoint>>>,
 }
@@ -84,25 +84,40 @@ impl ForestPlan {
         Self::on(config, Backend::Cpu)
     }
 
-    /// Wires the plans of a config; `backend` takes the pictures.
+    /// Wires the plans of a config; `backend` takes the pictures. The files that the config names are
+    /// read now.
     ///
     /// # Errors
-    /// If the config asks for something impossible that only a stage's crate knows to be so.
+    /// As [`ForestPlan::with_inputs`], and if a file cannot be read.
     pub fn on(config: &Config, backend: Backend) -> Result<Self, Error> {
+        Self::with_inputs(config, &InputFiles::read(config)?, backend)
+    }
+
+    /// Wires the plans of a config and the files that it names, which were read with it.
+    ///
+    /// # Errors
+    /// If the config asks for something impossible that only a stage's crate knows to be so, or names
+    /// a file that is not among `inputs`.
+    pub fn with_inputs(
+        config: &Config,
+        inputs: &InputFiles,
+        backend: Backend,
+    ) -> Result<Self, Error> {
+        inputs.check(config)?;
         let chunk_size_m = config.chunks.size_m;
         let mut plan = Plan::new(Key::world(config.seed));
 
         let ground_model = plan.add(GroundStage::new(config), ());
-        let library = plan.add(LibraryStage::new(config), ());
-        let assets = plan.add(AssetStage::new(config), (library.of_world(),));
+        let library = plan.add(LibraryStage::new(config, inputs), ());
+        let assets = plan.add(AssetStage::new(config, inputs), (library.of_world(),));
         let placement = plan.add(
             PlacementStage::new(config),
             (assets.of_world(), ground_model.of_world()),
         );
         let flora = plan.add(FloraStage::new(config), ());
-        let guide = plan.add(GuideStage::new(config), (ground_model.of_world(),));
-        let cameras = plan.add(CameraStage::new(config, backend.clone()), ());
-        let lidars = plan.add(LidarStage::new(config), ());
+        let guide = plan.add(GuideStage::new(config, inputs), (ground_model.of_world(),));
+        let cameras = plan.add(CameraStage::new(config, inputs, backend.clone()), ());
+        let lidars = plan.add(LidarStage::new(config, inputs), ());
 
         let ground = plan.add(ChunkGroundStage, (ground_model.of_world(),));
         // Rocks of a phase see those of lower phases: four nodes, so the plan stays acyclic.

@@ -3,16 +3,17 @@
 
 use std::path::Path;
 
-use crate::Error;
-use crate::config::Config;
+use crate::config::{Config, InputPath};
 use crate::stages::sky_image;
+use crate::{Error, InputFiles};
 
 /// A sky image.
 ///
 /// # Errors
 /// If the file is no image of a sky.
 pub fn sky(path: &Path) -> Result<(), Error> {
-    let mut sky = Config::default().sky;
-    sky.image = path.display().to_string();
-    sky_image::read(&sky).map(drop)
+    let mut config = Config::default();
+    config.sky.image = InputPath::from(&*path.to_string_lossy());
+    let inputs = InputFiles::read(&config)?;
+    sky_image::read(&config.sky, &inputs).map(drop)
 }

@@ -1,9 +1,9 @@
 //! From a request to a data set.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
 
 use nemoral_dataset::{
@@ -11,14 +11,16 @@ use nemoral_dataset::{
     OpenMode, Track, WorldTables, Writer,
 };
 use nemoral_render::CameraImages;
-use nemoral_scene::{ChunkCoord, ExtraTruth, LidarPoint, ObjectRecord, Ontology, TreeRecord};
+use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, ObjectRecord, Ontology, TreeRecord};
 
 use crate::chunks::ChunkManager;
 use crate::config::{self, Config};
 use crate::plan::{At, Cache, Hasher, Runner, Store};
+use crate::prove::{prove, within_sequence};
+use crate::robot::Land;
 use crate::stages::frame::{FramePose, visible_chunks};
 use crate::stages::sensors;
-use crate::{Backend, Error, ForestPlan};
+use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
 
 /// The number of the one sequence of a data set.
 const SEQUENCE: u32 = 0;
@@ -27,8 +29,10 @@ const SEQUENCE: u32 = 0;
 pub struct Request {
     /// The world and its sensors.
     pub config: Config,
-    /// Which frames of the sequence; in this order.
-    pub frames: Vec<u64>,
+    /// The files that the config names, read with it.
+    pub inputs: InputFiles,
+    /// Which frames of the sequence.
+    pub frames: FrameSelection,
     /// The output folder.
     pub out: PathBuf,
     /// What to do if it holds something.
@@ -56,9 +60,9 @@ pub struct Done {
     /// The frame.
     pub frame: u64,
     /// How many are on disk now, of this run's.
-    pub count: usize,
+    pub count: u64,
     /// How many there will be.
-    pub total: usize,
+    pub total: u64,
     /// Size of its files.
     pub bytes: u64,
     /// True if it was there already.
@@ -70,7 +74,7 @@ struct Finished {
     frame: u64,
     pose: Arc<FramePose>,
     images: Arc<Vec<CameraImages>>,
-    extra: Arc<Vec<ExtraTruth>>,
+    extra: Arc<Vec<Annotations>>,
     scans: Arc<Vec<Vec<LidarPoint>>>,
     key: [u8; 32],
 }
@@ -88,34 +92,20 @@ pub fn generate(
     stop: &AtomicBool,
 ) -> Result<Manifest, Error> {
     let config = &request.config;
-    let forest = ForestPlan::on(config, request.backend.clone())?;
+    let forest = ForestPlan::with_inputs(config, &request.inputs, request.backend.clone())?;
     let store = Store::unlimited().with_cache(request.cache.clone());
     let runner = Runner::new(forest.plan(), &store, request.threads);
 
     // What can be refused is refused before anything is written.
     let header = header(config, &forest)?;
     Writer::probe(&request.out, request.mode, &header)?;
-    for &frame in &request.frames {
-        if frame >= config.frames {
-            return Err(Error::request(format!(
-                "frame {frame}: the sequence has {} frames, 0..{}; --frames N or --set frames=N makes it longer",
-                config.frames, config.frames
-            )));
-        }
+    if let Some(last) = request.frames.last() {
+        within_sequence(config, last)?;
     }
-    let guide = runner.get(forest.guide, ())?;
-    if let Some(note) = guide.note() {
-        observer.note(note);
-    }
-    if let Some(frames) = guide.frames().filter(|&f| f < config.frames) {
-        return Err(Error::request(format!(
-            "frames = {}: the robot's path has {frames}",
-            config.frames
-        )));
+    if let Some(note) = prove(config, &forest, &runner)? {
+        observer.note(&note);
     }
     let rigs = runner.get(forest.cameras, ())?;
-    runner.get(forest.lidars, ())?;
-    runner.get(forest.placement, ())?;
 
     let writer = Writer::create(&request.out, request.mode, header)?;
     record(request, &forest, &runner, &writer, observer, stop)?;
@@ -151,7 +141,7 @@ fn record(
     observer: &dyn Observer,
     stop: &AtomicBool,
 ) -> Result<(), Error> {
-    let total = request.frames.len();
+    let total = request.frames.count();
     let manager = ChunkManager::new(request.config.chunks.clone());
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
@@ -159,7 +149,7 @@ fn record(
         let (sender, receiver) = mpsc::sync_channel::<Result<Finished, u64>>(2);
         let (writer, failed) = (&writer, &failed);
         let writing = scope.spawn(move || {
-            for (before, item) in receiver.into_iter().enumerate() {
+            for (before, item) in (0_u64..).zip(receiver) {
                 let (frame, bytes, resumed) = match item {
                     Err(frame) => (frame, 0, true),
                     Ok(finished) => {
@@ -180,7 +170,7 @@ fn record(
             Ok::<_, Error>(())
         });
         let made = (|| {
-            let mut frames = request.frames.iter().copied().peekable();
+            let mut frames = request.frames.iter().peekable();
             while let Some(frame) = frames.next() {
                 if stop.load(Ordering::Relaxed) {
                     return Err(Error::Interrupted);
@@ -334,20 +324,56 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
     })
 }
 
-/// The poses of the whole sequence, whichever frames are made here.
+/// So many poses are computed by a thread before it takes the next ones.
+const BLOCK: u64 = 256;
+/// And by each thread before chunks are forgotten.
+const ROUND: u64 = 4 * BLOCK;
+
+/// The poses of the whole sequence, whichever frames are made here: the middle of a frame's track
+/// alone, by all threads.
 fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<Track, Error> {
     let manager = ChunkManager::new(config.chunks.clone());
-    let poses = (0..config.frames).map(|frame| {
-        let pose = runner.get(forest.pose, frame)?;
-        let body = pose.world_from_body();
-        if frame % 64 == 63 {
+    let guide = runner.get(forest.guide, ())?;
+    let pose = |frame: u64| {
+        let land = Land {
+            ground: runner.demand(forest.ground),
+            things: runner.demand(forest.things),
+        };
+        let pose = guide.pose(frame, 0.0, land)?;
+        Ok::<_, Error>((guide.time_s(frame), pose))
+    };
+    let mut poses = Vec::new();
+    while (poses.len() as u64) < config.frames {
+        let first = poses.len() as u64;
+        let end = (first + ROUND * runner.threads() as u64).min(config.frames);
+        let next = AtomicU64::new(first);
+        let blocks = std::thread::scope(|scope| {
+            let work = || {
+                let mut done = Vec::new();
+                loop {
+                    let from = next.fetch_add(BLOCK, Ordering::Relaxed);
+                    if from >= end {
+                        return Ok::<_, Error>(done);
+                    }
+                    let block = (from..end.min(from + BLOCK)).map(pose);
+                    done.push((from, block.collect::<Result<Vec<_>, _>>()?));
+                }
+            };
+            let workers: Vec<_> = (0..runner.threads()).map(|_| scope.spawn(work)).collect();
+            let done = workers
+                .into_iter()
+                .map(|w| w.join().unwrap_or(Err(Error::StagePanicked)));
+            done.collect::<Result<Vec<_>, Error>>()
+        })?;
+        let blocks: BTreeMap<u64, Vec<_>> = blocks.into_iter().flatten().collect();
+        poses.extend(blocks.into_values().flatten());
+        if let Some((_, body)) = poses.last() {
             manager.evict(runner.store(), body.translation_m.truncate(), &[]);
         }
-        Ok((pose.time_s, body))
-    });
+    }
     Ok(Track {
         sequence: SEQUENCE,
-        poses: poses.collect::<Result<_, Error>>()?,
+        poses,
     })
 }
 

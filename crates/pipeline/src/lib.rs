@@ -21,7 +21,8 @@
 //! - [`stages`]: thin adapters from the stage crates to the plan.
 //! - [`robot`]: where the robot goes and how it lies on the ground.
 //! - [`ForestPlan`]: all of it wired, on one page.
-//! - [`generate`], [`preview`]: from a request to files.
+//! - [`InputFiles`]: the files that a config names, each read once.
+//! - [`check`], [`generate`], [`preview`]: from a request to a verdict, and to files.
 //!
 //! The chunk manager of the paper (section IV-A) is [`ChunkManager`]: the eviction policy of the
 //! plan's store. A forest is endless; what is kept of it is what is near the robot.
@@ -32,12 +33,15 @@ pub mod config;
 mod error;
 mod estimate;
 mod forest;
+mod frames;
 #[cfg(feature = "fuzz")]
 #[doc(hidden)]
 pub mod fuzz;
 mod generate;
+mod inputs;
 pub mod plan;
 mod preview;
+mod prove;
 pub mod robot;
 pub mod stages;
 
@@ -46,5 +50,8 @@ pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
 pub use estimate::{Estimate, estimate};
 pub use forest::ForestPlan;
+pub use frames::FrameSelection;
 pub use generate::{Done, Observer, Request, generate, header};
-pub use preview::{preview, write_png};
+pub use inputs::{InputFile, InputFiles};
+pub use preview::{check_png_name, preview, write_png};
+pub use prove::check;

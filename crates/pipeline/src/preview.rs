@@ -9,8 +9,9 @@ use nemoral_scene::{Image, Intrinsics, LidarPoint, ObjectId, Ontology, RigidTran
 
 use crate::config::Config;
 use crate::plan::{Cache, Runner, Store};
+use crate::prove::within_sequence;
 use crate::stages::sensors;
-use crate::{Backend, Error, ForestPlan};
+use crate::{Backend, Error, ForestPlan, InputFiles};
 
 /// The sheet's paper, between the pictures.
 const PAPER: [u8; 3] = [18, 20, 22];
@@ -21,15 +22,17 @@ const GAP: usize = 12;
 /// `cache` may keep what is grown from run to run.
 ///
 /// # Errors
-/// If the frame cannot be made.
+/// If the frame is beyond the sequence or cannot be made.
 pub fn preview(
     config: &Config,
+    inputs: &InputFiles,
     backend: Backend,
     frame: u64,
     threads: usize,
     cache: Option<Arc<Cache>>,
 ) -> Result<Image<[u8; 3]>, Error> {
-    let forest = ForestPlan::on(config, backend)?;
+    within_sequence(config, frame)?;
+    let forest = ForestPlan::with_inputs(config, inputs, backend)?;
     let store = Store::unlimited().with_cache(cache);
     let runner = Runner::new(forest.plan(), &store, threads);
     let images = runner.get(forest.images, frame)?;
@@ -52,11 +55,27 @@ pub fn preview(
     ))
 }
 
+/// Refuses the name of a picture that does not end as PNG files do: what is written is one.
+///
+/// # Errors
+/// If it ends otherwise, or not at all.
+pub fn check_png_name(path: &Path) -> Result<(), Error> {
+    let ending = path.extension();
+    if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+        return Ok(());
+    }
+    let path = path.display();
+    Err(Error::request(format!(
+        "{path}: pictures are PNG files: the name must end in .png"
+    )))
+}
+
 /// Writes an image as PNG, under its name only when it is whole.
 ///
 /// # Errors
-/// If the file cannot be written.
+/// As [`check_png_name`], and if the file cannot be written.
 pub fn write_png(image: &Image<[u8; 3]>, path: &Path) -> Result<(), Error> {
+    check_png_name(path)?;
     nemoral_dataset::write_png(path, image).map_err(Error::from)
 }
 

@@ -1,6 +1,7 @@
 //! Measures what chunk borders and phases do to the pattern, over many chunks.
 //!
-//! `cargo run --release -p nemoral-placement --example uniformity -- [chunks per side] [trees per chunk]`
+//! `cargo run --release -p nemoral-placement --example uniformity -- [chunks per side] [trees per
+//! chunk]`
 
 #![allow(clippy::print_stdout, reason = "this program prints a table")]
 

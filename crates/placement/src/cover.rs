@@ -4,12 +4,13 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
-use crate::params::{ParamError, check_weights, within};
-use crate::site::Exclusion;
+use crate::error::{ParamError, within};
+use crate::layers::site::Exclusion;
+use crate::variety::check_weights;
 
-const COVER: Stage = Stage::new("placement.cover");
+const COVER: Domain = Domain::new("placement.cover");
 
 /// One kind of undergrowth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,7 +105,7 @@ impl GroundCover {
         Ok(Self {
             weights,
             params,
-            key: key.stage(COVER),
+            key: key.domain(COVER),
         })
     }
 
@@ -178,7 +179,7 @@ impl GroundCover {
         let radius_m = self.params.varieties[usize::from(point.variety)].radius_m * point.scale;
         point
             .key
-            .stage(COVER)
+            .domain(COVER)
             .rng()
             .chance(density(point.position_m))
             && allowed.allows(point.position_m, radius_m)

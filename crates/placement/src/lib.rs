@@ -1,5 +1,11 @@
-//! This crate decides where rocks, trees, stumps, shrubs and undergrowth stand on an endless plane
-//! of square chunks, so that a chunk's content depends on its seed and coordinate alone.
+//! This crate decides where rocks, trees, stumps, shrubs and undergrowth stand on an endless plane,
+//! so that the content of a place depends on a key and its coordinates alone.
+//!
+//! - [`PoissonDisks`] samples variable-radius Poisson disks of the plane, in metres; it can be used
+//!   alone.
+//! - [`Placement`] is a user of the same sampler: rocks and ordered layers of woody plants, with a
+//!   target number for each square chunk.
+//! - [`GroundCover`] is a jittered grid of undergrowth.
 //!
 //! ```
 //! use nemoral_placement::{Placement, PlacementParams, Site};
@@ -9,7 +15,7 @@
 //! let placement = Placement::new(PlacementParams::default(), Key::world(7))?;
 //! // A trail 3 m wide along the x axis.
 //! let beside_trail = |p: DVec2, radius_m: f64| p.y.abs() > 1.5 + radius_m;
-//! // Chunk (0, 0) is of phase 0: its rocks see nobody's.
+//! // Chunk (0, 0) is of phase 0: its rocks do not depend on those of neighbours.
 //! let chunk = ChunkCoord::new(0, 0);
 //! assert!(Placement::lower_phase_neighbours(chunk).is_empty());
 //! let rocks: Vec<Site> = placement.rocks(chunk, &beside_trail, &[]);
@@ -26,30 +32,30 @@
 //!   sampling (Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions": an active list,
 //!   k = 30 darts in the annulus r..2r) with a quadtree for the neighbour search. The paper's
 //!   density factor multiplies radii: larger is sparser.
-//! - A layer may be planted instead, in [`Rows`] over the whole plane, where neighbours keep each other small, may avoid or seek the gaps of
-//!   the canopy, and may stand in clusters only: both are [`Patches`] of the plane, and decide
-//!   nothing but how many points of the pattern are kept where, so the distance rule and the
-//!   independence of any order hold as before.
+//! - A layer may be planted instead, in [`Rows`] over the whole plane, where neighbours keep each
+//!   other small, may avoid or seek the gaps of the canopy, and may stand in clusters only: both
+//!   are [`Patches`] of the plane, and decide nothing but how many points of the pattern are kept
+//!   where, so the distance rule and the independence of any order hold as before.
 //! - **Undergrowth** is a jittered grid of the whole plane, everywhere but on trails.
 //!
-//! **No order.** Bridson's list is worked off one point after the other, which an endless plane cannot
-//! have. Here the initial samples are a keyed sparse Poisson process, the active list is worked
-//! off breadth-first for as many rounds as the target needs (at the paper's densities one), and the
-//! darts of one round are settled in the order of their keys. That
-//! defines one point set of the plane, and a chunk computes its part of it exactly, with a halo and
-//! three states (point, no point, unknown until the halo is wider). So there is no chunk border
-//! in it at all. The usual way, to let chunks fill up in phases around their neighbours' points,
-//! leaves a seam: 1.13 and 0.90 of the mean density in the first two strips beside a border near
-//! saturation. This has none: over 4096 chunks with 31, 96 and 210 trees each, the eight strips of
-//! 0.5 m from a border inwards hold 1.00 of the mean within 2.5 σ (σ is 0.5 % at 210), and so does
-//! each phase.
+//! **No order.** Bridson's list is worked off one point after the other, which an endless plane
+//! cannot have. Here the initial samples are a keyed sparse Poisson process, the active list is
+//! worked off breadth-first for as many rounds as the target needs (at the paper's densities one),
+//! and the darts of one round are resolved in the order of their keys. This defines one point set
+//! of the plane, and a chunk computes its part of it exactly, with a halo and three states (point,
+//! no point, unknown until the halo is wider), so that it has no chunk borders at all. The usual
+//! way, to let chunks fill up in phases around their neighbours' points, leaves a seam: 1.13 and
+//! 0.90 of the mean density in the first two strips beside a border near saturation. This has none:
+//! over 4096 chunks with 31, 96 and 210 trees each, the eight strips of 0.5 m from a border inwards
+//! hold 1.00 of the mean within 2.5 σ (σ is 0.5 % at 210), and so does each phase.
 //!
-//! **Not saturated.** A saturated pattern is as even as a plantation (Clark and Evans's R = 1.7) and
-//! has the same number in every chunk. So a layer fills up at a hard core of half the spacing that a
-//! saturated pattern of its target would have, and a keyed thinning then brings it to the target.
-//! R is 1.18 to 1.20, and the variance of a chunk's number about 0.75 of its mean. Bigger varieties
-//! have bigger hard cores; the share kept of each makes up for the places it does not find, so that
-//! weights are met (numbers within 1 %, a rare variety's share within a tenth). The shares come from growing a window of each layer once, in [`Placement::new`].
+//! **Not saturated.** A saturated pattern is as even as a plantation (Clark and Evans's R = 1.7)
+//! and has the same number in every chunk. So a layer fills up at a hard core of half the spacing
+//! that a saturated pattern of its target would have, and a keyed thinning then brings it to the
+//! target. R is 1.18 to 1.20, and the variance of a chunk's number about 0.75 of its mean. Bigger
+//! varieties have bigger hard cores; the share kept of each makes up for the places it does not
+//! find, so that weights are met (numbers within 1 %, a rare variety's share within a tenth). The
+//! shares come from growing a window of each layer once, in [`Placement::new`].
 //!
 //! **The rule** for every pair of sites, across borders too: `|p − q| ≥ f · (r_p + r_q)` with
 //! `f = spacing_factor · density_factor`, and at least `r_p + r_q` if one is a rock. Radii are
@@ -57,22 +63,25 @@
 //!
 //! All lengths are metres, all positions are in the world's ground plane (x east, y north).
 
-mod bridson;
-mod calibrate;
 mod cover;
-mod index;
-mod params;
-mod patches;
-mod placement;
-mod quadtree;
-mod rows;
-mod site;
+mod error;
+mod layers;
+mod sampler;
+mod variety;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
 
 pub use cover::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
-pub use index::{LinearScan, NeighbourIndex};
-pub use params::{LayerParams, ParamError, PlacementParams, RockParams, Variety};
-pub use patches::{Clusters, Patches};
-pub use placement::Placement;
-pub use quadtree::QuadTree;
-pub use rows::Rows;
-pub use site::{Exclusion, Site};
+pub use error::ParamError;
+pub use layers::params::{LayerParams, PlacementParams, RockParams};
+pub use layers::patches::{Clusters, Patches};
+pub use layers::placement::Placement;
+pub use layers::rows::Rows;
+pub use layers::site::{Exclusion, Site};
+pub use sampler::index::{LinearScan, NeighbourIndex};
+pub use sampler::key::SampleKey;
+pub use sampler::quadtree::QuadTree;
+pub use sampler::{Disk, PoissonDiskParams, PoissonDisks};
+pub use variety::Variety;

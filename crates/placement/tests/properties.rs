@@ -11,7 +11,7 @@ use nemoral_placement::{
     LayerParams, ParamError, Placement, PlacementParams, RockParams, Site, Variety,
 };
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 use proptest::prelude::*;
 
 /// Every pair of a window, rocks included, by brute force.
@@ -90,7 +90,7 @@ fn order_and_eviction_do_not_show() {
         .iter()
         .map(|c| (world.rocks(*c), world.woody(*c)))
         .collect();
-    let mut rng = Key::world(1).stage(Stage::new("test.shuffle")).rng();
+    let mut rng = Key::world(1).domain(Domain::new("test.shuffle")).rng();
     for _ in 0..3 {
         let mut order: Vec<usize> = (0..chunks.len()).collect();
         for i in (1..order.len()).rev() {

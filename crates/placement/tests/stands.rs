@@ -51,7 +51,8 @@ fn woody(params: PlacementParams, side: i32, seed: u64) -> Vec<Site> {
     chunks.into_iter().flat_map(|c| world.woody(c)).collect()
 }
 
-/// Ripley's pair correlation in rings of `step_m`, of a square of `edge_m` (translation correction).
+/// Ripley's pair correlation in rings of `step_m`, of a square of `edge_m` (translation
+/// correction).
 fn pair_correlation(points: &[DVec2], edge_m: f64, step_m: f64, rings: usize) -> Vec<f64> {
     let mut sums = vec![0.0; rings];
     for (i, p) in points.iter().enumerate() {
@@ -98,7 +99,8 @@ fn rows_are_rows() {
         DVec2::new(heading.sin(), heading.cos()),
         DVec2::new(heading.cos(), -heading.sin()),
     );
-    // Waves of the spacing stand out of the projections' spectrum: of scattered points their power is about 1.
+    // Waves of the spacing stand out of the projections' spectrum: of scattered points their power
+    // is about 1.
     let power = |axis: DVec2, period_m: f64| {
         let wave: DVec2 = sites
             .iter()
@@ -175,7 +177,8 @@ fn rows_keep_their_weights() {
         let found = sites.iter().filter(|s| usize::from(s.variety) == i).count();
         (found as f64 - expected).powi(2) / expected
     });
-    // Chi-square of 7 degrees of freedom: 24.3 in one of a thousand, and less where neighbours are unlike.
+    // Chi-square of 7 degrees of freedom: 24.3 in one of a thousand, and less where neighbours are
+    // unlike.
     let square: f64 = square.sum();
     assert!(square < 24.3, "{square}");
 }
@@ -190,7 +193,8 @@ fn neighbours_in_rows_keep_each_other_small() {
         .map(|s| (s.radius_m - mean).powi(2))
         .sum::<f64>()
         / n;
-    // The correlation of neighbours that share their chunk, and of those with a border between them.
+    // The correlation of neighbours that share their chunk, and of those with a border between
+    // them.
     let mut sums = [[0.0; 2]; 2];
     for (i, a) in sites.iter().enumerate() {
         for b in &sites[..i] {

@@ -1,21 +1,21 @@
-//! A prototype, ready for rays.
+//! The bottom-level acceleration structure: a prototype with its tree.
 
 use std::sync::Arc;
 
 use glam::{DVec3, Vec2};
-use nemoral_scene::{AlphaMask, Bounds, MaterialId, MaterialLibrary, Prototype};
+use nemoral_scene::{AlphaMask, Bounds, MaterialId, MaterialLibrary, Mesh, Prototype, Triangle};
 use rayon::prelude::*;
 
-use crate::block::{Block, Packed, Shape};
-use crate::exact::{self, LocalRay, Meeting};
-use crate::grid::{Grid, GridNode};
+use crate::block::{Block, PackedPrimitive, Shape};
+use crate::bvh8::{BuildEffort, Bvh8};
 use crate::hull::opaque_hull;
-use crate::nearest::{Found, Nearest, Place, Rank};
+use crate::intersection::{self, Intersection, LocalRay};
+use crate::nearest::{Nearest, PrimitiveHit, PrimitiveRef, Rank};
 use crate::node::{LEAF, LaneRay, Node, bounds_of, extent};
+use crate::quantization_grid::QuantizationGrid;
+use crate::quantized_node::QuantizedNode;
 use crate::simd::Isa;
-use crate::stack::{Leaves, Stack, walk};
-use crate::surface;
-use crate::tree::{Effort, Tree};
+use crate::traversal::{LeafVisitor, Stack, traverse};
 
 /// A prototype with its acceleration structure: made once, shared by all its instances.
 ///
@@ -24,11 +24,11 @@ use crate::tree::{Effort, Tree};
 #[derive(Debug)]
 pub struct Blas {
     prototype: Arc<Prototype>,
-    /// By material id.
+    /// The masks, by material id.
     masks: Vec<Option<Arc<AlphaMask>>>,
     parts: Vec<Part>,
-    grid: Grid,
-    nodes: Vec<GridNode>,
+    grid: QuantizationGrid,
+    nodes: Vec<QuantizedNode>,
     blocks: Vec<Block>,
     /// The largest coordinate, in absolute value.
     extent: f32,
@@ -40,19 +40,19 @@ pub enum Quality {
     /// For shapes that are cast at for a moment: about 1 ms for 1,000 primitives.
     #[default]
     Fast,
-    /// For shapes that are instanced often, cast at for long or kept: several times slower to build,
-    /// about a tenth faster to cast at.
+    /// For shapes that are instanced often, cast at for long or kept: several times slower to
+    /// build, about a tenth faster to cast at.
     High,
 }
 
 impl Quality {
-    fn effort(self) -> Effort {
+    fn effort(self) -> BuildEffort {
         match self {
-            Self::Fast => Effort {
+            Self::Fast => BuildEffort {
                 passes: 0,
                 share: 0.0,
             },
-            Self::High => Effort {
+            Self::High => BuildEffort {
                 passes: 2,
                 share: 1.0,
             },
@@ -75,7 +75,7 @@ impl Blas {
         Self::with_quality(prototype, materials, Quality::Fast)
     }
 
-    /// The same, built with this much care. Answers do not depend on it, only their speed.
+    /// The same, built with this quality. Results do not depend on it, only their speed.
     #[must_use]
     pub fn with_quality(
         prototype: Arc<Prototype>,
@@ -92,24 +92,24 @@ impl Blas {
             prototype,
             masks,
             parts: Vec::new(),
-            grid: Grid::NONE,
+            grid: QuantizationGrid::IDENTITY,
             nodes: Vec::new(),
             blocks: Vec::new(),
         };
         let (primitives, boxes) = blas.pack();
-        let grow = |part: Vec<u32>| Tree::over(&boxes, &part, 8, quality.effort());
-        let trees: Vec<Tree> = parts(&boxes).into_iter().map(grow).collect();
-        // Gone before the blocks are there: shapes may be large.
+        let grow = |part: Vec<u32>| Bvh8::over(&boxes, &part, 8, quality.effort());
+        let trees: Vec<Bvh8> = parts(&boxes).into_iter().map(grow).collect();
+        // Freed before the blocks are built, because shapes may be large.
         drop(boxes);
-        let whole = trees.iter().map(Tree::bounds);
-        let grid = Grid::over(&whole.fold(Bounds::EMPTY, Bounds::union));
-        let (mut nodes, mut blocks): (Vec<GridNode>, Vec<Block>) = (Vec::new(), Vec::new());
-        blocks.reserve_exact(trees.iter().map(Tree::leaves).sum());
+        let whole = trees.iter().map(Bvh8::bounds);
+        let grid = QuantizationGrid::over(&whole.fold(Bounds::EMPTY, Bounds::union));
+        let (mut nodes, mut blocks): (Vec<QuantizedNode>, Vec<Block>) = (Vec::new(), Vec::new());
+        blocks.reserve_exact(trees.iter().map(Bvh8::leaves).sum());
         for tree in trees {
-            let node = |children: &[(Bounds, u32)]| GridNode::new(&Node::new(children), &grid);
+            let node = |children: &[(Bounds, u32)]| QuantizedNode::new(&Node::new(children), &grid);
             let root = tree.write(&mut nodes, node, |lanes| {
                 let lanes = lanes.iter().map(|&i| primitives[i as usize]);
-                let lanes: Vec<Packed> = lanes.filter_map(|p| blas.packed(p)).collect();
+                let lanes: Vec<PackedPrimitive> = lanes.filter_map(|p| blas.packed(p)).collect();
                 blocks.push(Block::new(&lanes));
                 (blocks.len() - 1) as u32
             });
@@ -154,8 +154,13 @@ impl Blas {
         (u.cross(v) != DVec3::ZERO).then_some((shape, material))
     }
 
-    /// A primitive that was met, from the block that casting has just looked at where there is one.
-    pub(crate) fn shape_at(&self, primitive: u32, place: &Place) -> Option<(Shape, MaterialId)> {
+    /// The primitive of a hit, from the block that the traversal has just looked at if there is
+    /// one.
+    pub(crate) fn shape_at(
+        &self,
+        primitive: u32,
+        place: &PrimitiveRef,
+    ) -> Option<(Shape, MaterialId)> {
         let Some(block) = self.block(place.block) else {
             return self.shape(primitive as usize);
         };
@@ -163,10 +168,10 @@ impl Blas {
         Some((block.shape(lane), MaterialId(block.primitive(lane).1)))
     }
 
-    /// The same, as a block holds it.
-    fn packed(&self, primitive: u32) -> Option<Packed> {
+    /// A primitive as a block stores it, unless it is degenerate.
+    fn packed(&self, primitive: u32) -> Option<PackedPrimitive> {
         let (shape, material) = self.shape(primitive as usize)?;
-        Some(Packed {
+        Some(PackedPrimitive {
             primitive,
             material: material.0,
             shape,
@@ -208,31 +213,40 @@ impl Blas {
         (primitives, boxes)
     }
 
-    /// Where the ray meets an opaque point of a primitive, whatever the distance.
-    pub(crate) fn meet(&self, primitive: u32, ray: &LocalRay) -> Option<Meeting> {
+    /// The intersection of a ray with an opaque point of a primitive, at any distance.
+    pub(crate) fn intersect(&self, primitive: u32, ray: &LocalRay) -> Option<Intersection> {
         let (shape, material) = self.shape(primitive as usize)?;
-        let (is_triangle, meeting) = match shape {
-            Shape::Triangle(corners) => (true, exact::triangle(ray, corners.map(|p| p.as_dvec3()))),
-            Shape::Card(card) => (false, exact::card(ray, card.map(|p| p.as_dvec3()))),
+        let (is_triangle, intersection) = match shape {
+            Shape::Triangle(corners) => (
+                true,
+                intersection::triangle(ray, corners.map(|p| p.as_dvec3())),
+            ),
+            Shape::Card(card) => (false, intersection::card(ray, card.map(|p| p.as_dvec3()))),
         };
-        meeting.filter(|m| self.is_opaque(is_triangle, primitive, material.0, m))
+        intersection.filter(|m| self.is_opaque(is_triangle, primitive, material.0, m))
     }
 
     #[inline(always)]
-    fn is_opaque(&self, is_triangle: bool, primitive: u32, material: u16, m: &Meeting) -> bool {
+    fn is_opaque(
+        &self,
+        is_triangle: bool,
+        primitive: u32,
+        material: u16,
+        m: &Intersection,
+    ) -> bool {
         let Some(mask) = &self.masks[usize::from(material)] else {
             return true;
         };
         let uv = if is_triangle {
             let mesh = self.prototype.mesh();
-            surface::triangle_uv(mesh, &mesh.triangles[primitive as usize], m)
+            triangle_uv(mesh, &mesh.triangles[primitive as usize], m)
         } else {
             Vec2::new(m.u as f32, m.v as f32)
         };
         mask.is_opaque(uv.x, uv.y)
     }
 
-    /// Offers the hits below one of the parts' roots.
+    /// Offers the hits below one of the parts' roots to the search of a ray.
     #[inline(always)]
     pub(crate) fn cast<I: Isa, const ANY: bool>(
         &self,
@@ -250,7 +264,7 @@ impl Blas {
             lanes: &lanes,
             source,
         };
-        walk::<I, _, _, ANY>(isa, (&self.nodes, root), &lanes, &blocks, nearest, stack);
+        traverse::<I, _, _, ANY>(isa, (&self.nodes, root), &lanes, &blocks, nearest, stack);
     }
 
     /// Offers the hits of a block that are among the proposed lanes; with `ANY`, one of them.
@@ -269,9 +283,9 @@ impl Blas {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let (meeting, counts) = self.meeting(block, lane, ray);
+            let (intersection, counts) = self.intersect_lane(block, lane, ray);
             if counts {
-                nearest.offer(source.found(block, (number, lane), meeting));
+                nearest.offer(source.hit(block, (number, lane), intersection));
                 if ANY && nearest.found().is_some() {
                     return;
                 }
@@ -279,46 +293,52 @@ impl Blas {
         }
     }
 
-    /// Where a ray meets the primitive of a lane, whatever the distance, and whether there is something opaque.
+    /// The intersection of a ray with the primitive of a lane, at any distance, and whether the
+    /// point is opaque.
     #[inline(always)]
-    pub(crate) fn meeting(&self, block: &Block, lane: usize, ray: &LocalRay) -> (Meeting, bool) {
+    pub(crate) fn intersect_lane(
+        &self,
+        block: &Block,
+        lane: usize,
+        ray: &LocalRay,
+    ) -> (Intersection, bool) {
         let points = block.points(lane);
         let is_triangle = block.is_triangle(lane);
-        let meeting = if is_triangle {
-            exact::triangle(ray, points)
+        let intersection = if is_triangle {
+            intersection::triangle(ray, points)
         } else {
-            exact::card(ray, points)
+            intersection::card(ray, points)
         };
-        let Some(m) = meeting else {
-            return (Meeting::NONE, false);
+        let Some(m) = intersection else {
+            return (Intersection::NONE, false);
         };
         let (primitive, material) = block.primitive(lane);
         (m, self.is_opaque(is_triangle, primitive, material, &m))
     }
 
-    /// Asks for a node or a block.
+    /// Asks the processor to fetch a node or a block.
     #[inline(always)]
-    pub(crate) fn fetch<I: Isa>(&self, isa: I, at: u32) {
+    pub(crate) fn prefetch<I: Isa>(&self, isa: I, at: u32) {
         if at & LEAF == 0 {
-            isa.fetch(&self.nodes[at as usize]);
+            isa.prefetch(&self.nodes[at as usize]);
         } else if let Some(block) = self.block(at & !LEAF) {
-            isa.fetch(block);
+            isa.prefetch(block);
         }
     }
 
     #[inline(always)]
-    pub(crate) fn nodes(&self) -> &[GridNode] {
+    pub(crate) fn nodes(&self) -> &[QuantizedNode] {
         &self.nodes
     }
 
-    /// A block; none of a node's lane without a child.
+    /// A block; `None` for the number in a node's lane without a child.
     #[inline(always)]
     pub(crate) fn block(&self, number: u32) -> Option<&Block> {
         self.blocks.get(number as usize)
     }
 
     #[inline(always)]
-    pub(crate) fn grid(&self) -> &Grid {
+    pub(crate) fn grid(&self) -> &QuantizationGrid {
         &self.grid
     }
 
@@ -329,33 +349,33 @@ impl Blas {
     }
 }
 
-/// What primitives are part of.
+/// The part of an instance that primitives belong to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source {
-    /// Of what is hit there, but for the primitive.
+    /// The rank of what is hit there, without the primitive's number.
     pub(crate) rank: Rank,
-    /// The part of an instance, in its group.
-    pub(crate) entry: u32,
+    /// The number of the instance part in its group.
+    pub(crate) part: u32,
 }
 
 impl Source {
     /// A hit of the primitive in a lane of a block.
     #[inline(always)]
-    pub(crate) fn found(
+    pub(crate) fn hit(
         &self,
         block: &Block,
         (number, lane): (u32, usize),
-        meeting: Meeting,
-    ) -> Found {
+        intersection: Intersection,
+    ) -> PrimitiveHit {
         let (primitive, _) = block.primitive(lane);
-        Found {
+        PrimitiveHit {
             rank: Rank {
                 primitive,
                 ..self.rank
             },
-            meeting,
-            place: Place {
-                entry: self.entry,
+            intersection,
+            primitive: PrimitiveRef {
+                part: self.part,
                 block: number,
                 lane: lane as u32,
             },
@@ -363,7 +383,7 @@ impl Source {
     }
 }
 
-/// The blocks of primitives.
+/// The leaves of a shape's tree: blocks of primitives.
 pub(crate) struct Blocks<'a, const ANY: bool> {
     pub(crate) blas: &'a Blas,
     pub(crate) ray: &'a LocalRay,
@@ -371,19 +391,20 @@ pub(crate) struct Blocks<'a, const ANY: bool> {
     pub(crate) source: Source,
 }
 
-impl<const ANY: bool> Leaves for Blocks<'_, ANY> {
+impl<const ANY: bool> LeafVisitor for Blocks<'_, ANY> {
     #[inline(always)]
     fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, _: &mut Stack) {
         let Some(block) = self.blas.block(leaf) else {
             return;
         };
-        let lanes = block.sides(isa).candidates(isa, self.lanes, nearest);
+        let lanes = block.edges(isa).candidates(isa, self.lanes, nearest);
         (self.blas).decide::<ANY>(leaf, lanes, self.ray, self.source, nearest);
     }
 }
 
-/// Cuts a shape at one height, if that takes away much of the side that rays see: a trunk under its
-/// crown. Returns the box numbers of each part; none if there are no boxes.
+/// Cuts a shape at one height if that takes away much of the area that rays see from the side, as
+/// for a trunk under its crown. Returns the box numbers of each part; no part if there are no
+/// boxes.
 fn parts(boxes: &[Bounds]) -> Vec<Vec<u32>> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     if order.is_empty() {
@@ -416,3 +437,10 @@ fn parts(boxes: &[Bounds]) -> Vec<Vec<u32>> {
 
 /// Parts are entered twice as often as a whole of the same size: the cut must save this much.
 const WORTH_CUTTING: f32 = 0.8;
+
+/// The texture coordinate of a triangle at an intersection, interpolated.
+#[inline(always)]
+pub(crate) fn triangle_uv(mesh: &Mesh, triangle: &Triangle, at: &Intersection) -> Vec2 {
+    let [a, b, c] = triangle.corners.map(|i| mesh.uv(i).as_dvec2());
+    (a * (1.0 - at.u - at.v) + b * at.u + c * at.v).as_vec2()
+}

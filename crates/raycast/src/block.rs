@@ -4,7 +4,7 @@
 //! `s = p − origin`, Cramer's rule gives (Möller and Trumbore 1997)
 //! `u = (s × d)·f / D`, `v = −(s × d)·e / D`, `t = (e × f)·s / D` with `D = (e × f)·d`.
 //! The filter compares the numerators with `D`, loosened by a bound on their rounding error; what
-//! passes is decided by [`crate::exact`].
+//! passes is decided by [`crate::intersection`].
 //!
 //! The bound: with unit roundoff `r` (half of `f32::EPSILON`), `|s| ≤ R`, `|d| ≤ d₀`, edges ≤ `E`
 //! per axis and inputs rounded once, `s × d` errs by at most 10 r R d₀, each numerator by
@@ -39,7 +39,7 @@ pub(crate) struct Block {
 
 /// A primitive as a block holds it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Packed {
+pub(crate) struct PackedPrimitive {
     pub(crate) primitive: u32,
     pub(crate) material: u16,
     pub(crate) shape: Shape,
@@ -69,7 +69,7 @@ impl Shape {
 
 impl Block {
     /// A block of at most eight primitives.
-    pub(crate) fn new(primitives: &[Packed]) -> Self {
+    pub(crate) fn new(primitives: &[PackedPrimitive]) -> Self {
         let mut block = Self {
             corner: [F8::splat(f32::INFINITY); 3],
             second: [F8::splat(0.0); 3],
@@ -100,15 +100,15 @@ impl Block {
         block
     }
 
-    /// What is the same for all rays.
+    /// The block's edges and normals, which are the same for all rays.
     #[inline(always)]
-    pub(crate) fn sides<I: Isa>(&self, isa: I) -> Sides<I> {
+    pub(crate) fn edges<I: Isa>(&self, isa: I) -> BlockEdges<I> {
         let triangle = isa.load(&self.triangle);
         let corner = V3::load(isa, &self.corner);
         let base = corner.scale(isa, triangle);
         let e = V3::load(isa, &self.second).sub(isa, base);
         let f = V3::load(isa, &self.third).sub(isa, base);
-        Sides {
+        BlockEdges {
             corner,
             e,
             f,
@@ -135,7 +135,7 @@ impl Block {
         }
     }
 
-    /// Is it a triangle?
+    /// Whether a lane's primitive is a triangle.
     #[inline(always)]
     pub(crate) fn is_triangle(&self, lane: usize) -> bool {
         self.triangle.0[lane & 7] != 0.0
@@ -152,9 +152,9 @@ impl Block {
     }
 }
 
-/// The primitives of a block, ready for rays.
+/// The primitives of a block in registers: corners, edges and normals.
 #[derive(Clone, Copy)]
-pub(crate) struct Sides<I: Isa> {
+pub(crate) struct BlockEdges<I: Isa> {
     corner: V3<I>,
     e: V3<I>,
     f: V3<I>,
@@ -163,8 +163,8 @@ pub(crate) struct Sides<I: Isa> {
     edge: f32,
 }
 
-impl<I: Isa> Sides<I> {
-    /// The lanes that the ray may meet in the range that is still of interest.
+impl<I: Isa> BlockEdges<I> {
+    /// The lanes whose primitives the ray may hit within the range still of interest.
     #[inline(always)]
     pub(crate) fn candidates(&self, isa: I, ray: &LaneRay, nearest: &Nearest) -> u32 {
         let Self {
@@ -195,7 +195,7 @@ impl<I: Isa> Sides<I> {
         // Minus v.
         let v = isa.xor(moment.dot(isa, e), sign);
         let (low, slack) = (isa.splat(-slack), isa.splat(slack));
-        // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is asked for.
+        // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is tested.
         let zero = isa.splat(0.0);
         let limit = isa.mul_add(size, isa.splat(1.0), slack);
         let sum = isa.sub(u, isa.mul(triangle, v));

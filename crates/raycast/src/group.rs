@@ -6,24 +6,25 @@ use glam::{DMat3, DVec3};
 use nemoral_scene::{Bounds, Instance, InstanceGroup, ObjectId};
 
 use crate::blas::{Blas, Source};
-use crate::exact::LocalRay;
-use crate::grid::Grid;
+use crate::bvh8::{self, BuildEffort};
+use crate::intersection::LocalRay;
 use crate::nearest::{Nearest, Rank};
 use crate::node::{LaneRay, Node, bounds_of, extent};
+use crate::quantization_grid::QuantizationGrid;
 use crate::simd::Isa;
-use crate::stack::{Leaves, Stack, walk};
-use crate::tree::{self, Effort};
+use crate::traversal::{LeafVisitor, Stack, traverse};
 
-/// The instances of one chunk with their acceleration structure, in the chunk's own frame: made
-/// once a chunk, kept while the chunk is, placed in the scene of each frame by a
-/// [`Forest`](crate::Forest).
+/// The instances of one chunk with their acceleration structure, in the chunk's own frame.
+///
+/// A group is built once, kept as long as its chunk, and placed in the scene of each frame by a
+/// [`RayScene`](crate::RayScene).
 #[derive(Debug)]
 pub struct Group {
     instances: Vec<(Instance, Arc<Blas>)>,
     /// `None` where the linear map cannot be inverted: such an instance is flat and never hit.
     poses: Vec<Option<Pose>>,
-    entries: Vec<Entry>,
-    /// Of the entries.
+    parts: Vec<InstancePart>,
+    /// The boxes of the parts.
     pub(crate) boxes: Vec<Bounds>,
     pub(crate) nodes: Vec<Node>,
     /// `None` if there is nothing to hit.
@@ -31,7 +32,7 @@ pub struct Group {
     pub(crate) bounds: Bounds,
 }
 
-/// From the group's frame to an instance's.
+/// The transform from the group's frame to an instance's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose {
     pub(crate) position: DVec3,
@@ -40,19 +41,19 @@ pub(crate) struct Pose {
 
 /// A part of an instance: a leaf of the group's tree.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct InstancePart {
     pose: Pose,
     object: ObjectId,
     instance: u32,
-    /// In the instance's [`Blas`].
+    /// The root of the part in the instance's [`Blas`].
     root: u32,
 }
 
-/// What a ray needs to enter a part of an instance.
-pub(crate) struct Door<'a> {
+/// A reference to a part of an instance, with all that a ray needs to enter it.
+pub(crate) struct InstanceRef<'a> {
     pub(crate) pose: &'a Pose,
     pub(crate) blas: &'a Blas,
-    /// In the shape.
+    /// The root of the part in the shape's tree.
     pub(crate) root: u32,
     pub(crate) source: Source,
 }
@@ -100,12 +101,12 @@ impl Group {
     #[must_use]
     pub fn build(instances: Vec<(Instance, Arc<Blas>)>) -> Self {
         let poses: Vec<Option<Pose>> = instances.iter().map(|(i, _)| Pose::of(i)).collect();
-        let mut entries = Vec::new();
+        let mut parts = Vec::new();
         let mut boxes = Vec::new();
         for (i, ((instance, blas), pose)) in instances.iter().zip(&poses).enumerate() {
             let Some(pose) = pose else { continue };
             for part in blas.parts() {
-                entries.push(Entry {
+                parts.push(InstancePart {
                     pose: *pose,
                     object: instance.object,
                     instance: i as u32,
@@ -116,12 +117,12 @@ impl Group {
         }
         let mut nodes = Vec::new();
         let root =
-            (!boxes.is_empty()).then(|| tree::build(&boxes, 1, EFFORT, &mut nodes, |e| e[0]));
+            (!boxes.is_empty()).then(|| bvh8::build(&boxes, 1, EFFORT, &mut nodes, |e| e[0]));
         let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
         Self {
             instances,
             poses,
-            entries,
+            parts,
             boxes,
             nodes,
             root,
@@ -139,12 +140,12 @@ impl Group {
         self.poses[instance].as_ref()
     }
 
-    /// The box of all that can be hit; `None` if there is nothing.
+    /// The box of everything that can be hit; `None` if there is nothing.
     pub(crate) fn bounds(&self) -> Option<Bounds> {
         self.root.map(|_| self.bounds)
     }
 
-    /// Offers the group's hits.
+    /// Offers the hits of a ray with the group's instances to its search.
     #[inline(always)]
     pub(crate) fn cast<I: Isa, const ANY: bool>(
         &self,
@@ -155,68 +156,68 @@ impl Group {
         stack: &mut Stack,
     ) {
         let Some(root) = self.root else { return };
-        let lanes = LaneRay::new(ray, extent(&self.bounds), &Grid::NONE);
+        let lanes = LaneRay::new(ray, extent(&self.bounds), &QuantizationGrid::IDENTITY);
         let parts = Parts::<ANY> {
             group: self,
             number,
             ray,
         };
-        walk::<I, _, _, ANY>(isa, (&self.nodes, root), &lanes, &parts, nearest, stack);
+        traverse::<I, _, _, ANY>(isa, (&self.nodes, root), &lanes, &parts, nearest, stack);
     }
 
-    /// Offers the hits of an entry. The ray is in the group's frame.
+    /// Offers the hits of a ray, given in the group's frame, with one part of an instance.
     #[inline(always)]
     pub(crate) fn enter<I: Isa, const ANY: bool>(
         &self,
         isa: I,
         number: u32,
-        entry: u32,
+        part: u32,
         ray: &LocalRay,
         nearest: &mut Nearest,
         stack: &mut Stack,
     ) {
-        let door = self.door(number, entry);
-        let local = door.pose.local(ray);
-        (door.blas).cast::<I, ANY>(isa, door.root, &local, door.source, nearest, stack);
+        let instance = self.instance_ref(number, part);
+        let local = instance.pose.local(ray);
+        (instance.blas).cast::<I, ANY>(isa, instance.root, &local, instance.source, nearest, stack);
     }
 
-    /// How to enter a part. `number` is the group's.
+    /// The part with a number in this group; `number` is the group's own.
     #[inline(always)]
-    pub(crate) fn door(&self, number: u32, entry_number: u32) -> Door<'_> {
-        let entry = &self.entries[entry_number as usize];
-        let (_, blas) = &self.instances[entry.instance as usize];
+    pub(crate) fn instance_ref(&self, number: u32, part_number: u32) -> InstanceRef<'_> {
+        let part = &self.parts[part_number as usize];
+        let (_, blas) = &self.instances[part.instance as usize];
         let rank = Rank {
-            object: entry.object,
+            object: part.object,
             group: number,
-            instance: entry.instance,
+            instance: part.instance,
             primitive: 0,
         };
-        Door {
-            pose: &entry.pose,
+        InstanceRef {
+            pose: &part.pose,
             blas,
-            root: entry.root,
+            root: part.root,
             source: Source {
                 rank,
-                entry: entry_number,
+                part: part_number,
             },
         }
     }
 }
 
-/// A chunk's tree is met by every ray nearby, and must be there within milliseconds.
-const EFFORT: Effort = Effort {
+/// A chunk's tree is traversed by every ray nearby, and must be built within milliseconds.
+const EFFORT: BuildEffort = BuildEffort {
     passes: 1,
     share: 1.0,
 };
 
-/// The parts of instances.
+/// The leaves of a group's tree: parts of instances.
 struct Parts<'a, const ANY: bool> {
     group: &'a Group,
     number: u32,
     ray: &'a LocalRay,
 }
 
-impl<const ANY: bool> Leaves for Parts<'_, ANY> {
+impl<const ANY: bool> LeafVisitor for Parts<'_, ANY> {
     #[inline(always)]
     fn visit<I: Isa>(&self, isa: I, leaf: u32, nearest: &mut Nearest, stack: &mut Stack) {
         let Self { group, number, ray } = *self;
@@ -224,7 +225,7 @@ impl<const ANY: bool> Leaves for Parts<'_, ANY> {
     }
 }
 
-/// The box, in the group's frame, of boxes of an instance.
+/// The box in the group's frame around boxes of an instance.
 fn placed(boxes: &[Bounds], instance: &Instance) -> Bounds {
     let linear = instance.linear.as_dmat3();
     let position = instance.position_m.as_dvec3();

@@ -1,10 +1,10 @@
-//! The convex hull of what is opaque in a mask.
+//! The convex hull of the opaque texels of a mask.
 
 use glam::DVec2;
 use nemoral_scene::AlphaMask;
 
-/// The corners, in uv, of the convex hull of the opaque texels, counter-clockwise; none if nothing is
-/// opaque. (Andrew's monotone chain.)
+/// The corners, in uv, of the convex hull of the opaque texels, counter-clockwise; none if nothing
+/// is opaque. (Andrew's monotone chain.)
 pub(crate) fn opaque_hull(mask: &AlphaMask) -> Vec<DVec2> {
     // The outermost texels of each column are enough; columns ascend, as the chain wants them.
     let (width, height) = (mask.width(), mask.height());

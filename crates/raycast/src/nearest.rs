@@ -1,10 +1,11 @@
-//! The nearest hit so far, and who wins a tie.
+//! The nearest hit so far of a ray, and the ranking that decides ties.
 
 use nemoral_scene::{ObjectId, Ray};
 
-use crate::exact::Meeting;
+use crate::intersection::Intersection;
 
-/// What decides between hits at the same distance, the most significant first.
+/// The numbers that decide between hits at the same distance, the most significant first; the lowest
+/// wins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Rank {
     pub(crate) object: ObjectId,
@@ -13,31 +14,31 @@ pub(crate) struct Rank {
     pub(crate) primitive: u32,
 }
 
-/// Where a primitive was met: enough to describe the hit without its shape's vertices.
+/// Where the primitive of a hit is stored: enough to describe the hit without its shape's vertices.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
-    /// The part of an instance, in its group.
-    pub(crate) entry: u32,
+pub(crate) struct PrimitiveRef {
+    /// The number of the instance part in its group.
+    pub(crate) part: u32,
     /// The block and the lane in the instance's [`Blas`](crate::Blas).
     pub(crate) block: u32,
     pub(crate) lane: u32,
 }
 
-impl Place {
-    /// Of primitives met without a tree.
+impl PrimitiveRef {
+    /// The place of primitives that were found without a tree.
     pub(crate) const NONE: Self = Self {
-        entry: u32::MAX,
+        part: u32::MAX,
         block: u32::MAX,
         lane: 0,
     };
 }
 
-/// A hit.
+/// A hit of a primitive.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Found {
+pub(crate) struct PrimitiveHit {
     pub(crate) rank: Rank,
-    pub(crate) meeting: Meeting,
-    pub(crate) place: Place,
+    pub(crate) intersection: Intersection,
+    pub(crate) primitive: PrimitiveRef,
 }
 
 /// The nearest hit so far of one ray.
@@ -46,11 +47,11 @@ pub(crate) struct Nearest {
     t_min: f32,
     /// The distance to beat: the ray's `t_max_m` until something is found.
     t: f32,
-    found: Option<Found>,
+    found: Option<PrimitiveHit>,
 }
 
 impl Nearest {
-    /// Of no ray.
+    /// The search of no ray: nothing is ever near enough.
     pub(crate) const fn none() -> Self {
         Self {
             t_min: 0.0,
@@ -59,6 +60,7 @@ impl Nearest {
         }
     }
 
+    /// The search of a ray before anything is found.
     #[inline(always)]
     pub(crate) fn of(ray: &Ray) -> Self {
         Self {
@@ -78,13 +80,13 @@ impl Nearest {
         self.t
     }
 
-    /// What is hit.
+    /// The nearest hit so far.
     #[inline(always)]
-    pub(crate) fn found(&self) -> Option<&Found> {
+    pub(crate) fn found(&self) -> Option<&PrimitiveHit> {
         self.found.as_ref()
     }
 
-    /// Would a hit at this distance count, rank permitting? Never for NaN.
+    /// Whether a hit at this distance would count if its rank allows. NaN never does.
     #[inline(always)]
     pub(crate) fn wants(&self, t: f32) -> bool {
         t >= self.t_min && t <= self.t
@@ -93,8 +95,8 @@ impl Nearest {
     /// Takes a hit if it is in range and nearer, or as near and of lower rank: the outcome does not
     /// depend on the order of the calls.
     #[inline(always)]
-    pub(crate) fn offer(&mut self, found: Found) {
-        let t = found.meeting.t as f32;
+    pub(crate) fn offer(&mut self, found: PrimitiveHit) {
+        let t = found.intersection.t as f32;
         let wins = t < self.t || self.found.is_none_or(|best| found.rank < best.rank);
         if self.wants(t) && wins {
             self.t = t;

@@ -1,11 +1,11 @@
-//! Eight boxes at once.
+//! Eight-wide nodes, and rays prepared to be tested with eight boxes at once.
 
 use glam::{DVec3, Vec3};
 use nemoral_scene::Bounds;
 
-use crate::exact::LocalRay;
-use crate::grid::Grid;
+use crate::intersection::LocalRay;
 use crate::nearest::Nearest;
+use crate::quantization_grid::QuantizationGrid;
 use crate::simd::{F8, Isa, V3};
 
 /// Set in a child that is a leaf; the other bits are the leaf's number.
@@ -13,7 +13,7 @@ pub(crate) const LEAF: u32 = 1 << 31;
 
 /// How much farther boxes reach for a ray, in units of f32's epsilon times the largest coordinate
 /// involved. Rounding of the ray to f32 (1/2), of the box (1/2, or none on a grid), of the slab
-/// arithmetic (3, with the grid's step times the inverse) and of the f64 meeting point to an f32
+/// arithmetic (3, with the grid's step times the inverse) and of the f64 intersection to an f32
 /// distance (1/2, times √3) stay well below.
 pub(crate) const BOX_SLACK: f32 = 8.0;
 
@@ -25,12 +25,13 @@ pub(crate) const PRIMITIVE_SLACK: f32 = 128.0;
 pub(crate) struct LaneRay {
     pub(crate) origin: [f32; 3],
     pub(crate) direction: [f32; 3],
-    /// Of the direction, finite, times the grid's step: the distance from plane to plane, negative where
-    /// the ray runs towards smaller coordinates.
+    /// The direction's inverse, kept finite, times the grid's step: the distance along the ray from
+    /// plane to plane, negative where the ray runs towards smaller coordinates.
     pub(crate) scale: [f32; 3],
-    /// The origin times the direction's inverse, more by what makes boxes be entered early enough.
+    /// The origin times the direction's inverse, plus a margin so that boxes are entered early
+    /// enough.
     pub(crate) enter: [f32; 3],
-    /// The same, less by what makes boxes be left late enough.
+    /// The same, minus the margin so that boxes are left late enough.
     pub(crate) leave: [f32; 3],
     /// Bound on the rounding error of the primitive filter, per metre of edge.
     pub(crate) slack: f32,
@@ -39,7 +40,7 @@ pub(crate) struct LaneRay {
 }
 
 impl LaneRay {
-    /// No ray.
+    /// A placeholder before a ray is set.
     pub(crate) const NONE: Self = Self {
         origin: [0.0; 3],
         direction: [0.0; 3],
@@ -50,10 +51,10 @@ impl LaneRay {
         reach: 0.0,
     };
 
-    /// `extent` is the largest coordinate, in absolute value, of what is in this space; boxes are on the
-    /// grid.
+    /// Prepares a ray. `extent` is the largest coordinate, in absolute value, of what is in this
+    /// space; boxes are on the grid.
     #[inline(always)]
-    pub(crate) fn new(ray: &LocalRay, extent: f32, grid: &Grid) -> Self {
+    pub(crate) fn new(ray: &LocalRay, extent: f32, grid: &QuantizationGrid) -> Self {
         let origin = ray.origin.as_vec3();
         let direction = ray.direction.as_vec3();
         let reach = origin.abs().max_element() + extent;
@@ -86,7 +87,7 @@ impl LaneRay {
     }
 }
 
-/// A ray ready for eight boxes at a time.
+/// A ray in registers, ready to be tested with eight boxes at a time.
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs<I: Isa> {
     scale: V3<I>,
@@ -110,7 +111,7 @@ impl<I: Isa> Slabs<I> {
     }
 }
 
-/// Eight boxes and what is in them.
+/// Eight boxes and the child in each of them.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
@@ -142,7 +143,7 @@ impl Node {
         node
     }
 
-    /// The boxes with a child, and the children.
+    /// The children with their boxes.
     pub(crate) fn children(&self) -> impl Iterator<Item = (Bounds, u32)> + '_ {
         let corner = |lane: usize, side: usize| {
             Vec3::from_array([0, 1, 2].map(|k| self.planes[2 * k + side].0[lane]))
@@ -155,7 +156,7 @@ impl Node {
             .filter(|(bounds, _)| bounds.min.x <= bounds.max.x)
     }
 
-    /// A node of these planes and children.
+    /// A node with these planes and children.
     #[inline(always)]
     pub(crate) fn of(planes: [F8; 6], children: [u32; 8]) -> Self {
         Self { planes, children }
@@ -174,12 +175,12 @@ impl Boxes for Node {
     }
 }
 
-/// Eight boxes and what is in them, however they are written.
+/// Eight boxes and the child in each of them, however they are stored.
 pub(crate) trait Boxes {
     /// The lower or upper planes of an axis.
     fn plane<I: Isa>(&self, isa: I, axis: usize, side: usize) -> I::V;
 
-    /// What is in a box.
+    /// The child in a box.
     fn child(&self, lane: usize) -> u32;
 
     /// Distances of the ray to one plane of each axis, `sides` saying which.
@@ -192,8 +193,8 @@ pub(crate) trait Boxes {
         )
     }
 
-    /// Where the ray enters the boxes, never later than in truth, and the mask of those that it meets
-    /// in the range that is still of interest.
+    /// The distances at which the ray enters the boxes, never too large, and the mask of the boxes
+    /// that it passes through within the range still of interest.
     #[inline(always)]
     fn test<I: Isa>(&self, isa: I, ray: &Slabs<I>, nearest: &Nearest) -> (I::V, I::V) {
         let [x, y, z] = ray.negative;
@@ -206,7 +207,7 @@ pub(crate) trait Boxes {
     }
 }
 
-/// Half the surface of a box: proportional to the chance that a ray meets it.
+/// Half the surface area of a box, which is proportional to the chance that a ray hits it.
 pub(crate) fn half_area(b: &Bounds) -> f32 {
     let d = b.max - b.min;
     d.x * (d.y + d.z) + d.y * d.z

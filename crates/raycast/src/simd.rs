@@ -1,8 +1,9 @@
 //! Eight f32 lanes, and the choice of instruction set.
 //!
 //! Kernels are written once, over [`Isa`], and compiled twice: over arrays for any processor, and
-//! over AVX2 registers. What the lanes compute only proposes (see the crate's documentation), so
-//! products and sums may be fused where the processor can: no answer depends on it.
+//! over AVX2 registers. What the lanes compute is only a conservative filter (see the crate's
+//! documentation), so products and sums may be fused where the processor can: no result depends on
+//! it.
 #![allow(
     unsafe_code,
     reason = "calling code compiled for AVX2 is unsafe; each block says why it is sound"
@@ -29,13 +30,13 @@ pub(crate) struct U8(pub(crate) [u16; 8]);
 #[repr(C, align(16))]
 pub(crate) struct Keys([u16; 8]);
 
-/// The key of a lane that is done, after all others.
+/// The key of a lane that is done, which sorts after all others.
 const DONE: u16 = u16::MAX;
 
 impl Keys {
     pub(crate) const NONE: Self = Self([DONE; 8]);
 
-    /// Strikes a lane out.
+    /// Marks a lane as done.
     #[inline(always)]
     pub(crate) fn remove(&mut self, lane: usize) {
         const STRIKE: [[u16; 8]; 8] = {
@@ -64,13 +65,13 @@ impl Rows {
 
 /// An instruction set: arithmetic on eight lanes.
 pub(crate) trait Isa: Copy {
-    /// Eight numbers in hand. Masks have all bits of a lane set, or none.
+    /// Eight numbers in a register. Masks have all bits of a lane set, or none.
     type V: Copy;
 
     fn load(self, memory: &F8) -> Self::V;
     fn store(self, v: Self::V) -> F8;
     fn splat(self, x: f32) -> Self::V;
-    /// Small numbers as f32, exactly.
+    /// Converts small numbers to f32, exactly.
     fn widen(self, memory: &U8) -> Self::V;
     fn sub(self, a: Self::V, b: Self::V) -> Self::V;
     fn mul(self, a: Self::V, b: Self::V) -> Self::V;
@@ -82,30 +83,30 @@ pub(crate) trait Isa: Copy {
     fn max(self, a: Self::V, b: Self::V) -> Self::V;
     /// The smaller; `b` if either is NaN.
     fn min(self, a: Self::V, b: Self::V) -> Self::V;
-    /// The mask of `a <= b`; not for NaN.
+    /// The mask of `a <= b`, which is false for NaN.
     fn le(self, a: Self::V, b: Self::V) -> Self::V;
     fn and(self, a: Self::V, b: Self::V) -> Self::V;
     fn xor(self, a: Self::V, b: Self::V) -> Self::V;
     /// The sign bits of the lanes, lane 0 lowest.
     fn signs(self, v: Self::V) -> u32;
-    /// The keys of distances, all but those in the mask done.
+    /// The keys of distances; lanes outside the mask are done.
     fn keys(self, distances: Self::V, mask: Self::V) -> Keys;
-    /// A lane with the least key; any if all are done.
+    /// A lane with the least key; any lane if all are done.
     fn first(self, keys: &Keys) -> usize;
-    /// NaN outside the mask.
+    /// The lanes in the mask, and NaN outside of it.
     fn only(self, v: Self::V, mask: Self::V) -> Self::V;
     /// The keys of all distances.
     fn all_keys(self, distances: Self::V) -> Keys;
-    /// Turns rows into columns: bit `i` of number `k` for lane `k` of ray `i`.
+    /// InterleavedTraversal rows into columns: bit `i` of number `k` for lane `k` of ray `i`.
     fn columns(self, rows: &Rows) -> [u64; 8];
-    /// Asks for a value that is wanted soon.
-    fn fetch<T>(self, value: &T);
+    /// Asks the processor to fetch a value that is needed soon.
+    fn prefetch<T>(self, value: &T);
 }
 
 /// Eight vectors of three.
 ///
-/// Plain functions: closures, and so `array::map`, cannot be told to be inlined, and code that is not
-/// inlined into a kernel is not compiled for its instruction set.
+/// Plain functions: closures, and so `array::map`, cannot be told to be inlined, and code that is
+/// not inlined into a kernel is not compiled for its instruction set.
 #[derive(Clone, Copy)]
 pub(crate) struct V3<I: Isa>(pub(crate) I::V, pub(crate) I::V, pub(crate) I::V);
 
@@ -165,7 +166,7 @@ pub(crate) enum Level {
 }
 
 impl Level {
-    /// The best of this processor.
+    /// The best instruction set of this processor.
     pub(crate) fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = Avx2::detect() {
@@ -184,7 +185,7 @@ impl Level {
     }
 }
 
-/// Any processor.
+/// The instruction set of any processor: loops over arrays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
 
@@ -320,7 +321,7 @@ impl Isa for Portable {
     }
 
     #[inline(always)]
-    fn fetch<T>(self, _: &T) {}
+    fn prefetch<T>(self, _: &T) {}
 }
 
 /// Invariant: a value exists only where the processor has AVX2, FMA, POPCNT and BMI1.
@@ -483,7 +484,7 @@ impl Isa for Avx2 {
     }
 
     #[inline(always)]
-    fn fetch<T>(self, value: &T) {
+    fn prefetch<T>(self, value: &T) {
         let first: *const i8 = std::ptr::from_ref(value).cast();
         for line in (0..size_of::<T>()).step_by(64) {
             // SAFETY: SSE, by the invariant of `Self`; the line is one of the value's.

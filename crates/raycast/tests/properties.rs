@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use common::{Groups, cube, direction, place, ray, rng, scene, soup};
 use glam::{Mat3, Vec2, Vec3};
-use nemoral_raycast::{Blas, BruteForce, Forest, Group};
+use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_scene::{
     AlphaMask, Blend, Card, Hit, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray,
     RayCaster, Semantic, SurfaceHit,
@@ -28,7 +28,7 @@ fn bits(hits: &[Option<Hit>]) -> Vec<String> {
 fn a_batch_of_any_size_is_its_rays() {
     let (groups, targets) = scene(5);
     let few = common::rays(5, &targets, 150);
-    let forest = Forest::new(groups);
+    let forest = RayScene::new(groups);
     let each: Vec<Option<SurfaceHit>> = all(&forest, &few)
         .into_iter()
         .map(|hit| hit.map(SurfaceHit::from))
@@ -48,7 +48,7 @@ proptest! {
         let (groups, targets) = scene(seed);
         let rays = common::rays(seed, &targets, 150);
         let brute = all(&BruteForce::new(groups.clone()), &rays);
-        let forest = Forest::new(groups);
+        let forest = RayScene::new(groups);
         let found = all(&forest, &rays);
         prop_assert_eq!(bits(&found), bits(&brute));
         // Without special instructions, in a batch, and any hit instead of the nearest.
@@ -96,7 +96,7 @@ proptest! {
             })
             .collect();
         let brute = all(&BruteForce::new(groups.clone()), &rays);
-        let forest = Forest::new(groups);
+        let forest = RayScene::new(groups);
         for forest in [forest.clone(), forest.portable()] {
             let mut batch = vec![None; rays.len()];
             forest.closest_hits(&rays, &mut batch);
@@ -107,10 +107,10 @@ proptest! {
     #[test]
     fn ranges_are_closed_and_exact(seed: u64) {
         let (groups, targets) = scene(seed);
-        let (brute, forest) = (BruteForce::new(groups.clone()), Forest::new(groups));
+        let (brute, forest) = (BruteForce::new(groups.clone()), RayScene::new(groups));
         for ray in common::rays(seed, &targets, 40) {
             let Some(hit) = forest.closest_hit(&ray) else { continue };
-            let t = hit.distance_m;
+            let t = hit.surface.distance_m;
             prop_assert!(t >= ray.t_min_m && t <= ray.t_max_m);
             for exact in [Ray { t_max_m: t, ..ray }, Ray { t_min_m: t, ..ray }, Ray { t_min_m: t, t_max_m: t, ..ray }] {
                 prop_assert_eq!(forest.closest_hit(&exact), Some(hit));
@@ -119,20 +119,20 @@ proptest! {
             let beyond = Ray { t_min_m: t.next_up(), ..ray };
             let next = forest.closest_hit(&beyond);
             prop_assert_eq!(&next, &brute.closest_hit(&beyond));
-            prop_assert!(next.is_none_or(|n| n.distance_m > t));
+            prop_assert!(next.is_none_or(|n| n.surface.distance_m > t));
         }
     }
 
     #[test]
     fn normals_face_as_the_shape_does(seed: u64) {
         let (groups, targets) = scene(seed);
-        let forest = Forest::new(groups);
+        let forest = RayScene::new(groups);
         for ray in common::rays(seed, &targets, 60) {
             let Some(hit) = forest.closest_hit(&ray) else { continue };
-            let (g, s) = (hit.geometric_normal, hit.shading_normal);
+            let (g, s) = (hit.surface.geometric_normal, hit.shading.normal);
             prop_assert!((g.length() - 1.0).abs() < 1e-5 && (s.length() - 1.0).abs() < 1e-5);
             prop_assert!(g.dot(s) >= -1e-6);
-            prop_assert!(hit.uv_per_m.is_finite() && hit.uv_per_m >= 0.0);
+            prop_assert!(hit.shading.uv_per_m.is_finite() && hit.shading.uv_per_m >= 0.0);
         }
     }
 }
@@ -178,13 +178,13 @@ fn colours_pass_over_between_the_corners() {
     let other = library.add(Material::plain("other", Semantic::Soil, Vec3::ONE));
     let shares = [0.0, 0.5, 1.0];
     mesh.blends = vec![Blend { other, shares }, Blend::NONE];
-    let forest = Forest::new(alone(
+    let forest = RayScene::new(alone(
         &common::blas(mesh, Vec::new(), &library),
         Mat3::IDENTITY,
     ));
     let seen = |x: f32, y: f32| {
         let ray = Ray::new(Vec3::new(x, y, 3.0), -Vec3::Z);
-        forest.closest_hit(&ray).expect("a hit").blend
+        forest.closest_hit(&ray).expect("a hit").shading.blend
     };
     assert_eq!(seen(2.0, 1.0), Some((other, 0.5)));
     assert_eq!(seen(1.0, 2.5), Some((other, 0.75)));
@@ -197,19 +197,23 @@ fn a_card_is_hit_where_and_as_it_is() {
     let blas = common::blas(Mesh::default(), vec![square()], &plain());
     // Twice as wide, mirrored in x: the normal stays with the shape's side.
     let linear = Mat3::from_diagonal(Vec3::new(-2.0, 2.0, 5.0));
-    let forest = Forest::new(alone(&blas, linear));
+    let forest = RayScene::new(alone(&blas, linear));
     let hit = forest
         .closest_hit(&Ray::new(Vec3::new(0.5, 0.25, 3.0), -Vec3::Z))
         .unwrap();
-    assert_eq!(hit.distance_m, 3.0);
+    assert_eq!(hit.surface.distance_m, 3.0);
     assert_eq!(
-        (hit.geometric_normal, hit.shading_normal),
+        (hit.surface.geometric_normal, hit.shading.normal),
         (Vec3::Z, Vec3::Z)
     );
-    assert_eq!(hit.uv, Vec2::new(0.25, 0.625));
-    assert_eq!(hit.uv_per_m, 0.5);
+    assert_eq!(hit.shading.uv, Vec2::new(0.25, 0.625));
+    assert_eq!(hit.shading.uv_per_m, 0.5);
     assert_eq!(
-        (hit.material, hit.object.item(), hit.variation),
+        (
+            hit.surface.material,
+            hit.surface.object.item(),
+            hit.shading.variation
+        ),
         (OPAQUE, 1, 1.0 / 16.0)
     );
     // The border belongs to the card, what is beyond does not; both sides are seen.
@@ -230,18 +234,21 @@ fn a_triangle_interpolates_and_shades_on_its_own_side() {
     let mut mesh = soup([([Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0], uvs, OPAQUE)]);
     let tilted = Vec3::new(0.6, 0.0, 0.8);
     mesh.normals = vec![tilted, tilted, -tilted];
-    let forest = Forest::new(alone(
+    let forest = RayScene::new(alone(
         &common::blas(mesh, Vec::new(), &plain()),
         Mat3::IDENTITY,
     ));
     let at = |x: f32, y: f32| forest.closest_hit(&Ray::new(Vec3::new(x, y, 1.0), -Vec3::Z));
     let hit = at(0.5, 0.25).unwrap();
-    assert_eq!((hit.uv, hit.uv_per_m), (Vec2::new(1.0, 0.5), 2.0));
-    assert!(hit.shading_normal.distance(tilted) < 1e-6);
+    assert_eq!(
+        (hit.shading.uv, hit.shading.uv_per_m),
+        (Vec2::new(1.0, 0.5), 2.0)
+    );
+    assert!(hit.shading.normal.distance(tilted) < 1e-6);
     // Near the third corner the vertex normals point below: the shading normal is turned up.
     let hit = at(0.1, 1.8).unwrap();
-    assert_eq!(hit.geometric_normal, Vec3::Z);
-    assert!(hit.shading_normal.distance(tilted) < 1e-6);
+    assert_eq!(hit.surface.geometric_normal, Vec3::Z);
+    assert!(hit.shading.normal.distance(tilted) < 1e-6);
     assert!(at(1.2, 0.9).is_none());
 }
 
@@ -250,18 +257,19 @@ fn a_mesh_of_points_alone_is_shaded_flat() {
     let corners = [Vec3::ZERO, Vec3::X * 2.0, Vec3::new(0.0, 2.0, 2.0)];
     let mut mesh = soup([(corners, [Vec2::ONE; 3], OPAQUE)]);
     (mesh.normals, mesh.uvs) = (Vec::new(), Vec::new());
-    let forest = Forest::new(alone(
+    let forest = RayScene::new(alone(
         &common::blas(mesh, Vec::new(), &plain()),
         Mat3::IDENTITY,
     ));
     let hit = (forest.closest_hit(&Ray::new(Vec3::new(0.5, 0.5, 3.0), -Vec3::Z))).expect("a hit");
     assert!(
-        hit.shading_normal
+        hit.shading
+            .normal
             .distance(Vec3::new(0.0, -0.5, 0.5) * 2.0_f32.sqrt())
             < 1e-6
     );
-    assert_eq!(hit.shading_normal, hit.geometric_normal);
-    assert_eq!((hit.uv, hit.uv_per_m), (Vec2::ZERO, 0.0));
+    assert_eq!(hit.shading.normal, hit.surface.geometric_normal);
+    assert_eq!((hit.shading.uv, hit.shading.uv_per_m), (Vec2::ZERO, 0.0));
 }
 
 #[test]
@@ -292,9 +300,14 @@ fn ties_go_to_the_lowest_id_whatever_the_order() {
     let rays = common::rays(5, &[Vec3::ZERO], 2000);
     let expected = all(&BruteForce::new(orders[0].clone()), &rays);
     assert!(expected.iter().flatten().count() > 300);
-    assert!(expected.iter().flatten().all(|h| h.object.item() == 3));
+    assert!(
+        expected
+            .iter()
+            .flatten()
+            .all(|h| h.surface.object.item() == 3)
+    );
     for order in orders {
-        assert_eq!(all(&Forest::new(order), &rays), expected);
+        assert_eq!(all(&RayScene::new(order), &rays), expected);
     }
     // Without ids, the first instance of the first group wins, here told by its variation.
     let unnamed = |variation: f32| {
@@ -309,13 +322,16 @@ fn ties_go_to_the_lowest_id_whatever_the_order() {
         ),
         (zero, Arc::new(Group::build(vec![unnamed(0.75)]))),
     ];
-    let hits = all(&Forest::new(groups), &rays);
+    let hits = all(&RayScene::new(groups), &rays);
     assert_eq!(
         hits.iter().flatten().count(),
         expected.iter().flatten().count()
     );
     for hit in hits.iter().flatten() {
-        assert_eq!((hit.object, hit.variation), (ObjectId::NONE, 0.25));
+        assert_eq!(
+            (hit.surface.object, hit.shading.variation),
+            (ObjectId::NONE, 0.25)
+        );
     }
 }
 
@@ -343,7 +359,7 @@ fn a_card_lets_through_what_its_mask_says() {
             edge_v: cube(&mut rng, 0.3),
             material,
         };
-        let forest = Forest::new(alone(
+        let forest = RayScene::new(alone(
             &common::blas(Mesh::default(), vec![card], &library),
             Mat3::IDENTITY,
         ));
@@ -393,7 +409,7 @@ fn what_has_no_area_is_never_hit_and_never_breaks_anything() {
         ]
     };
     let rays = common::rays(1, &[Vec3::ZERO, a, -Vec3::ONE, Vec3::ONE], 2000);
-    let nothing = Forest::new(alone(
+    let nothing = RayScene::new(alone(
         &common::blas(degenerate(), cards(), &library),
         Mat3::IDENTITY,
     ));
@@ -401,13 +417,13 @@ fn what_has_no_area_is_never_hit_and_never_breaks_anything() {
 
     // Among sound ones they change nothing.
     let blas = |mesh, cards| common::blas(mesh, cards, &library);
-    let only = Forest::new(alone(
+    let only = RayScene::new(alone(
         &blas(Mesh::default(), vec![square()]),
         Mat3::IDENTITY,
     ));
     let mut mixed_cards = cards();
     mixed_cards.push(square());
-    let mixed = Forest::new(alone(&blas(degenerate(), mixed_cards), Mat3::IDENTITY));
+    let mixed = RayScene::new(alone(&blas(degenerate(), mixed_cards), Mat3::IDENTITY));
     let expected = all(&only, &rays);
     assert!(expected.iter().flatten().count() > 50);
     assert_eq!(all(&mixed, &rays), expected);
@@ -425,13 +441,17 @@ fn what_has_no_area_is_never_hit_and_never_breaks_anything() {
     let group = Arc::new(Group::build(instances));
     let empty = Arc::new(Group::build(Vec::new()));
     for groups in [vec![(Vec3::ZERO, group), (Vec3::ZERO, empty)], Vec::new()] {
-        assert!(all(&Forest::new(groups), &rays).iter().all(Option::is_none));
+        assert!(
+            all(&RayScene::new(groups), &rays)
+                .iter()
+                .all(Option::is_none)
+        );
     }
 }
 
 #[test]
 fn rays_that_are_none_hit_nothing() {
-    let forest = Forest::new(alone(
+    let forest = RayScene::new(alone(
         &common::blas(Mesh::default(), vec![square()], &plain()),
         Mat3::IDENTITY,
     ));
@@ -490,7 +510,7 @@ fn sizes_over_many_decades_still_find_everything() {
         &common::blas(soup(shapes), Vec::new(), &plain()),
         Mat3::IDENTITY,
     );
-    let (brute, forest) = (BruteForce::new(groups.clone()), Forest::new(groups));
+    let (brute, forest) = (BruteForce::new(groups.clone()), RayScene::new(groups));
     let mut rng = rng(8, "decades");
     let mut found = 0;
     for k in (-20..20).flat_map(|k| [k; 60]) {
@@ -509,14 +529,14 @@ fn everything_may_be_shared_between_threads() {
     fn shared<T: Send + Sync>() {}
     shared::<Blas>();
     shared::<Group>();
-    shared::<Forest>();
+    shared::<RayScene>();
     shared::<BruteForce>();
 }
 
 #[test]
 fn a_scan_is_cast_alike_on_any_number_of_threads() {
     let (groups, targets) = scene(7);
-    let forest = Forest::new(groups);
+    let forest = RayScene::new(groups);
     let rays = common::rays(7, &targets, 20_000);
     let one_by_one = all(&forest, &rays);
     for threads in [1, 2, 5] {

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use common::{Groups, cube, place, ray, rng, soup};
 use glam::{Mat3, Vec2, Vec3};
-use nemoral_raycast::{Forest, Group};
+use nemoral_raycast::{Group, RayScene};
 use nemoral_scene::{Material, MaterialId, MaterialLibrary, Mesh, RayCaster, Semantic};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 const CELLS: i32 = 20;
 const CELL_M: f32 = 2.5;
@@ -16,7 +16,7 @@ const CELL_M: f32 = 2.5;
 /// Rough ground; the height belongs to the global grid point, so neighbours agree to the bit.
 fn height(i: i32, j: i32) -> f32 {
     Key::world(11)
-        .stage(Stage::new("height"))
+        .domain(Domain::new("height"))
         .chunk([i, j])
         .rng()
         .range_f32(0.0, 2.0)
@@ -56,7 +56,7 @@ fn no_ray_leaks_through_one_ground() {
         (turned, Vec3::new(-371.3, 288.7, 3.1)),
     ] {
         let group = Group::build(vec![place(&blas, Vec3::new(0.7, -0.3, 0.1), linear, 0)]);
-        let forest = Forest::new(vec![(offset, Arc::new(group))]);
+        let forest = RayScene::new(vec![(offset, Arc::new(group))]);
         let to_scene = |p: Vec3| linear * p + Vec3::new(0.7, -0.3, 0.1) + offset;
         for k in 0..50_000 {
             let (i, j) = (rng.between(2, 18) as i32, rng.between(2, 18) as i32);
@@ -98,7 +98,7 @@ fn no_ray_leaks_between_grounds_of_neighbouring_groups() {
             })
             .collect();
         let centre = groups[3].0;
-        let forest = Forest::new(groups);
+        let forest = RayScene::new(groups);
         let mut rng = rng(far.unsigned_abs().into(), "borders");
         for k in 0..20_000 {
             // A point of the border between two or all four of the groups.

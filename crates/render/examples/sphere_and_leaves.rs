@@ -13,9 +13,9 @@ use nemoral_render::{
     CameraRenderer, Lighting, RayCastCamera, RayCastParams, SceneView, SkyParams, Sun,
 };
 use nemoral_scene::{AlphaMask, Card, Material, MaterialId, Semantic, Texture};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
-const GROW: Stage = Stage::new("example.grow");
+const GROW: Domain = Domain::new("example.grow");
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| ".".into()));
@@ -153,7 +153,7 @@ fn smooth(x: f32) -> f32 {
 
 /// A litter-like ground: dots of many browns.
 fn litter() -> Result<Material, Box<dyn std::error::Error>> {
-    let mut rng = Key::world(1).stage(GROW).rng();
+    let mut rng = Key::world(1).domain(GROW).rng();
     let n = 256_usize;
     let mut data = vec![Vec3::new(0.09, 0.06, 0.04); n * n];
     for _ in 0..5000 {
@@ -271,7 +271,7 @@ fn add_trees(
     high: bool,
 ) {
     for (k, &(x, y)) in places.iter().enumerate() {
-        let mut rng = Key::world(3).stage(GROW).item(k as u64).rng();
+        let mut rng = Key::world(3).domain(GROW).item(k as u64).rng();
         let item = k as u16 + 10;
         let height = if high {
             rng.range_f64(13.0, 17.0)
@@ -318,7 +318,7 @@ fn add_trees(
 
 fn materials(world: &mut World) -> Result<(MaterialId, MaterialId), Box<dyn std::error::Error>> {
     let leaves = world.materials.add(leaves()?);
-    let mut rng = Key::world(2).stage(GROW).rng();
+    let mut rng = Key::world(2).domain(GROW).rng();
     let bark: Vec<Vec3> = (0..64 * 64)
         .map(|i| {
             let stripe = ((i % 64) as f32 * 0.8 + (i / 64) as f32 * 0.05).sin() * 0.5 + 0.5;
@@ -378,7 +378,7 @@ fn glade() -> Result<World, Box<dyn std::error::Error>> {
 fn forest() -> Result<World, Box<dyn std::error::Error>> {
     let mut world = World::default();
     let (leaves, bark) = materials(&mut world)?;
-    let mut rng = Key::world(5).stage(GROW).rng();
+    let mut rng = Key::world(5).domain(GROW).rng();
     let mut places: Vec<(f64, f64)> = Vec::new();
     while places.len() < 90 {
         let p = (rng.range_f64(-30.0, 30.0), rng.range_f64(-30.0, 30.0));

@@ -3,14 +3,15 @@
 //!
 //! ```
 //! use nemoral_render::{
-//!     CameraRenderer, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, SkyParams, Sun, View,
+//!     CameraRenderer, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, SkyParams, Sun,
+//!     View,
 //! };
 //! use nemoral_scene::{Hit, Intrinsics, MaterialLibrary, Ray, RayCaster, RigidTransform, Semantic};
 //! use nemoral_seed::Key;
 //!
-//! /// A world without things: a BVH in earnest.
-//! struct Nothing;
-//! impl RayCaster for Nothing {
+//! /// An empty world. A real one is a bounding volume hierarchy.
+//! struct Empty;
+//! impl RayCaster for Empty {
 //!     fn closest_hit(&self, _: &Ray) -> Option<Hit> {
 //!         None
 //!     }
@@ -19,7 +20,13 @@
 //! let sun = Sun::from_angles(135.0, 40.0)?;
 //! let lighting = Lighting::new(&sun, &SkyParams::default())?;
 //! let camera = RayCastCamera::new(RayCastParams::default(), lighting)?;
-//! let scene = SceneView { caster: &Nothing, materials: &MaterialLibrary::new(), sky_visibility: &OpenSky };
+//! let materials = MaterialLibrary::new();
+//! let scene = SceneView {
+//!     caster: &Empty,
+//!     instances: None,
+//!     materials: &materials,
+//!     sky_visibility: &OpenSky,
+//! };
 //! let view = View::new(Intrinsics::from_fov(64, 36, 1.2)?, RigidTransform::body_from_optical());
 //! let images = camera.render(&scene, &view, Key::world(7))?;
 //! assert_eq!(*images.truth.semantic.at(32, 18), Semantic::Sky);
@@ -30,9 +37,9 @@
 //!
 //! # One truth
 //! Class, object, depth and normal come from the ray through the pixel's centre and are never
-//! blended, filtered or taken from more samples; colour may be anti-aliased. It is the caster that the
-//! LiDAR uses, so both sensors see the same world. [`RayCastCamera::truth_at`] answers for any image
-//! position. The paper (Nunes, Ferreira, Peixoto, sections V-C and V-D) draws classes with a
+//! blended, filtered or taken from more samples; colour may be anti-aliased. It is the caster that
+//! the LiDAR uses, so both sensors see the same world. [`RayCastCamera::truth_at`] answers for any
+//! image position. The paper (Nunes, Ferreira, Peixoto, sections V-C and V-D) draws classes with a
 //! replacement shader and recovers metres from a fitted depth curve; here depth is what was cast.
 //!
 //! # Light
@@ -44,57 +51,55 @@
 //!   height, integrated in closed form along every ray.
 //! - One shadow ray per sample to a point of the sun's disc; neighbouring pixels look at different
 //!   parts of the disc, so penumbrae are smooth.
-//! - No ambient-occlusion rays: the sky's share, the green light that leaves scatter down (Goudriaan
-//!   1977) and the ground's bounce follow from one number per place, the crowns' openness
-//!   ([`SkyVisibility`]), and one that is baked with each shape, what its near parts leave of that
-//!   ([`NearLight`](nemoral_scene::NearLight)).
-//! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is kept: a
-//!   white surface in a uniform world ([`Lighting::uniform`]) is invisible.
+//! - No ambient-occlusion rays: the sky's share, the green light that leaves scatter down
+//!   (Goudriaan 1977) and the ground's bounce follow from one number per place, the crowns'
+//!   openness ([`SkyVisibility`]), and one that is baked with each shape, what its near parts leave
+//!   of that ([`AmbientOcclusion`](nemoral_scene::AmbientOcclusion)).
+//! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is kept:
+//!   a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
 //! - Behind the lens ([`Lens`]): veiling glare, a halo around what is bright, darker corners.
 //! - Exposure as a light meter sets it ([`Exposure`]), a filmic curve ([`ToneCurve`]), sRGB.
 //!
-//! # A camera's faults
-//! None unless a [`View`] asks for them. [`SensorNoise`] is EMVA 1288's. A shutter
-//! ([`nemoral_scene::Shutter`]) of a camera that moves ([`nemoral_scene::Twist`]) reads row after row,
-//! each from where the camera is by then, and blurs what passes while a row is exposed. Truth is that
-//! of the middle of each row's exposure, so labels fit the picture.
+//! # Imperfections of a camera
+//! A camera is perfect unless a [`View`] says otherwise. [`SensorNoise`] is EMVA 1288's. A shutter
+//! ([`nemoral_scene::Shutter`]) of a camera that moves ([`nemoral_scene::Twist`]) reads row after
+//! row, each from where the camera is by then, and blurs what passes while a row is exposed. Truth
+//! is that of the middle of each row's exposure, so labels fit the picture.
 //!
 //! # Units
 //! Light is linear sRGB, scaled so that radiance has its luminance in cd/m² and irradiance its
 //! illuminance in lux. Frames and axes are those of [`nemoral_scene`].
 
-mod atmosphere;
+mod annotations;
+mod camera;
+mod colour;
 mod error;
-mod extra;
 #[cfg(feature = "gpu")]
 mod gpu;
-mod ground;
-mod haze;
-mod lens;
-mod lighting;
-mod maps;
-mod noise;
+mod light;
 mod raycast;
-mod sh;
-mod shade;
+mod renderer;
 mod sky;
-mod sky_image;
-mod sun;
-mod sun_disc;
-mod sunlit;
-mod tone;
-mod view;
 
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
+
+pub use annotations::boxes::{Candidate, object_boxes};
+pub use annotations::nearest::nearest_objects;
+pub use annotations::optical_flow::optical_flow;
+pub use camera::lens::Lens;
+pub use camera::sensor_noise::SensorNoise;
+pub use camera::tone::{Exposure, ToneCurve};
+pub use camera::view::View;
 pub use error::ParamError;
-pub use extra::{Candidate, nearest_objects, object_boxes, optical_flow};
 #[cfg(feature = "gpu")]
 pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};
-pub use lens::Lens;
-pub use lighting::Lighting;
-pub use noise::SensorNoise;
-pub use raycast::{PixelTruth, RayCastCamera, RayCastParams};
-pub use sky::SkyParams;
-pub use sky_image::SkyImage;
-pub use sun::{Sun, UtcTime};
-pub use tone::{Exposure, ToneCurve};
-pub use view::{CameraImages, CameraRenderer, OpenSky, SceneView, SkyVisibility, View};
+pub use light::lighting::Lighting;
+pub use raycast::camera::RayCastCamera;
+pub use raycast::params::RayCastParams;
+pub use raycast::primary_rays::PixelTruth;
+pub use renderer::{CameraImages, CameraRenderer, OpenSky, SceneView, SkyVisibility};
+pub use sky::model::SkyParams;
+pub use sky::photograph::SkyImage;
+pub use sky::sun::{Sun, UtcTime};

@@ -1,4 +1,5 @@
-//! Shutters against closed forms: how far rows lean, how wide edges blur, and what truth is of them.
+//! Shutters against closed forms: how far rows lean, how wide edges blur, and what truth is of
+//! them.
 
 mod analytic;
 
@@ -41,7 +42,8 @@ fn moving(shutter: Shutter, linear: DVec3, angular: DVec3) -> View {
     }
 }
 
-/// Sideways at v past an edge at z, the row at time t sees it shifted by f v t / z: picture and truth.
+/// Sideways at v past an edge at z, the row at time t sees it shifted by f v t / z: picture and
+/// truth.
 #[test]
 fn a_rolling_shutter_leans_edges_and_truth_leans_with_them() {
     let shutter = Shutter {
@@ -150,7 +152,8 @@ fn an_edge_blurs_into_a_ramp() {
     assert!(worst < 0.008, "{worst}");
 }
 
-/// A camera that stands still has no use for a shutter: not a bit changes. Nor does an instant move.
+/// A camera that stands still has no use for a shutter: not a bit changes. Nor does an instant
+/// move.
 #[test]
 fn still_cameras_and_instants_take_the_plain_picture() {
     let plain = shoot(

@@ -403,8 +403,8 @@ fn the_shadow_of_a_ball_is_where_it_must_be() {
     assert!(dark > 300 && compared > 5000, "{dark} {compared}");
 }
 
-/// The upper half space x > 0 at height 10 is a roof; its edge throws a penumbra as wide as the sun's
-/// angle times the distance.
+/// The upper half space x > 0 at height 10 is a roof; its edge throws a penumbra as wide as the
+/// sun's angle times the distance.
 struct Roof {
     ground: World,
     height: f32,
@@ -421,7 +421,8 @@ impl RayCaster for Roof {
     }
 }
 
-/// How wide the sun's disc makes a shadow's edge below a roof so high, metres: as pictures of so many rows show it.
+/// How wide the sun's disc makes a shadow's edge below a roof so high, metres: as pictures of so
+/// many rows show it.
 fn penumbra_m(height: f32, rows: u32, params: RayCastParams) -> f64 {
     let mut ground = World::default();
     ground.add(

@@ -1,27 +1,25 @@
 //! What is inside a camera: a pinhole, and the lens before it.
 
-use std::fmt;
-
 use glam::{DVec2, DVec3};
 
-use crate::Distortion;
+use crate::{Distortion, ParamError};
 
-/// A camera with a pinhole or a lens in its optical frame (x right, y down, z forward). Pixel (column c, row r) covers
-/// c..c+1 by r..r+1; its centre is (c + 0.5, r + 0.5).
+/// A camera with a pinhole or a lens in its optical frame (x right, y down, z forward). Pixel
+/// (column c, row r) covers c..c+1 by r..r+1; its centre is (c + 0.5, r + 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Intrinsics {
-    /// Columns.
+    /// The number of columns.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
     /// Focal length in pixels, along x.
     pub fx: f64,
     /// Focal length in pixels, along y.
     pub fy: f64,
-    /// Principal point, pixels.
+    /// The principal point's column, pixels from the left edge.
     pub cx: f64,
-    /// Principal point, pixels.
+    /// The principal point's row, pixels from the top edge.
     pub cy: f64,
     /// What the lens does.
     #[cfg_attr(
@@ -31,39 +29,12 @@ pub struct Intrinsics {
     pub distortion: Distortion,
 }
 
-/// Impossible intrinsics.
-#[derive(Clone, Debug, PartialEq)]
-pub struct IntrinsicsError {
-    /// The offending field.
-    pub field: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// What is allowed.
-    pub allowed: &'static str,
-}
-
-impl fmt::Display for IntrinsicsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} = {}: must be {}",
-            self.field, self.value, self.allowed
-        )
-    }
-}
-
-impl std::error::Error for IntrinsicsError {}
-
 impl Intrinsics {
     /// Square pixels and a centred principal point, by the horizontal field of view.
     ///
     /// # Errors
     /// If a side is not 1..=16384 or the field of view is not between 1° and 179°.
-    pub fn from_fov(
-        width: u32,
-        height: u32,
-        horizontal_fov_rad: f64,
-    ) -> Result<Self, IntrinsicsError> {
+    pub fn from_fov(width: u32, height: u32, horizontal_fov_rad: f64) -> Result<Self, ParamError> {
         Self::through_lens(width, height, horizontal_fov_rad, Distortion::None)
     }
 
@@ -77,7 +48,7 @@ impl Intrinsics {
         height: u32,
         horizontal_fov_rad: f64,
         distortion: Distortion,
-    ) -> Result<Self, IntrinsicsError> {
+    ) -> Result<Self, ParamError> {
         check(
             "horizontal_fov_deg",
             horizontal_fov_rad.to_degrees(),
@@ -105,7 +76,7 @@ impl Intrinsics {
         height: u32,
         focal_px: DVec2,
         centre_px: DVec2,
-    ) -> Result<Self, IntrinsicsError> {
+    ) -> Result<Self, ParamError> {
         check("fx_px", focal_px.x, 1.0, 1e6, "1..=1e6")?;
         check("fy_px", focal_px.y, 1.0, 1e6, "1..=1e6")?;
         let (w, h) = (f64::from(width), f64::from(height));
@@ -123,19 +94,19 @@ impl Intrinsics {
     /// The same behind a lens.
     ///
     /// # Errors
-    /// If a coefficient is beyond ±100, or the lens folds inside the picture: if two rays were drawn
-    /// at one place of it, or one of its places showed no ray within 89° of the axis.
-    pub fn with_distortion(self, distortion: Distortion) -> Result<Self, IntrinsicsError> {
+    /// If a coefficient is beyond ±100, or the lens folds inside the picture: if two rays were
+    /// drawn at one place of it, or one of its places showed no ray within 89° of the axis.
+    pub fn with_distortion(self, distortion: Distortion) -> Result<Self, ParamError> {
         let lens = Self { distortion, ..self };
         lens.check_distortion()?;
         Ok(lens)
     }
 
-    /// Is the lens sound all over the picture? As [`Intrinsics::with_distortion`] asks.
+    /// Checks that the lens is sound all over the picture, as [`Intrinsics::with_distortion`] asks.
     ///
     /// # Errors
-    /// The coefficient to blame.
-    pub fn check_distortion(&self) -> Result<(), IntrinsicsError> {
+    /// If it is not, naming the coefficient to blame.
+    pub fn check_distortion(&self) -> Result<(), ParamError> {
         /// Places along a side: a fold is a curve, and comes in from the corners or the border.
         const PLACES: u32 = 32;
         for (field, value) in self.distortion.coefficients() {
@@ -175,7 +146,7 @@ impl Intrinsics {
         height: u32,
         sensor_mm: DVec2,
         focal_length_mm: f64,
-    ) -> Result<Self, IntrinsicsError> {
+    ) -> Result<Self, ParamError> {
         check("sensor_width_mm", sensor_mm.x, 0.1, 1000.0, "0.1..=1000")?;
         check("sensor_height_mm", sensor_mm.y, 0.1, 1000.0, "0.1..=1000")?;
         check(
@@ -189,7 +160,7 @@ impl Intrinsics {
         Self::centred(width, height, f.x, Some(f.y))
     }
 
-    fn centred(width: u32, height: u32, fx: f64, fy: Option<f64>) -> Result<Self, IntrinsicsError> {
+    fn centred(width: u32, height: u32, fx: f64, fy: Option<f64>) -> Result<Self, ParamError> {
         check("width_px", f64::from(width), 1.0, 16384.0, "1..=16384")?;
         check("height_px", f64::from(height), 1.0, 16384.0, "1..=16384")?;
         let (cx, cy) = (f64::from(width) / 2.0, f64::from(height) / 2.0);
@@ -250,36 +221,20 @@ impl Intrinsics {
     }
 }
 
-/// The lens folds: its strongest coefficient is to blame.
-fn folded(distortion: &Distortion) -> IntrinsicsError {
+/// The error of a lens that folds, which blames its strongest coefficient.
+fn folded(distortion: &Distortion) -> ParamError {
     let strongest = distortion
         .coefficients()
         .into_iter()
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (field, value) = strongest.unwrap_or(("distortion", 0.0));
-    IntrinsicsError {
-        field,
-        value,
-        allowed: "such that, with the others, each place of the picture shows one ray, within 89° of the axis: the lens folds inside the picture",
-    }
+    let allowed = "such that, with the others, each place of the picture shows one ray, within 89° of \
+                   the axis: the lens folds inside the picture";
+    ParamError::new(field, value, allowed)
 }
 
-fn check(
-    field: &'static str,
-    value: f64,
-    low: f64,
-    high: f64,
-    allowed: &'static str,
-) -> Result<(), IntrinsicsError> {
-    if (low..=high).contains(&value) {
-        Ok(())
-    } else {
-        Err(IntrinsicsError {
-            field,
-            value,
-            allowed,
-        })
-    }
+fn check(field: &str, value: f64, low: f64, high: f64, allowed: &str) -> Result<(), ParamError> {
+    ParamError::check_range(field, value, low..=high, allowed)
 }
 
 #[cfg(test)]

@@ -2,40 +2,40 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-/// How a lens bends rays, OpenCV's models and coefficients. A ray is told by where a pinhole of focal
-/// length 1 would draw it (x/z, y/z of the optical frame), or by its angle to the axis.
+/// How a lens bends rays, OpenCV's models and coefficients. A ray is told by where a pinhole of
+/// focal length 1 would draw it (x/z, y/z of the optical frame), or by its angle to the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(tag = "model", rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Distortion {
-    /// Not at all: a pinhole.
+    /// No distortion: a pinhole.
     #[default]
     None,
     /// Brown (1966) and Conrady (1919): with r² = x² + y², the point is drawn at
     /// (x, y) (1 + k1 r² + k2 r⁴ + k3 r⁶) + (2 p1 x y + p2 (r² + 2 x²), p1 (r² + 2 y²) + 2 p2 x y).
     BrownConrady {
-        /// Radial, second power.
+        /// Radial coefficient of the second power.
         k1: f64,
-        /// Radial, fourth power.
+        /// Radial coefficient of the fourth power.
         k2: f64,
-        /// Radial, sixth power.
+        /// Radial coefficient of the sixth power.
         k3: f64,
-        /// Tangential, upwards.
+        /// Tangential coefficient p1.
         p1: f64,
-        /// Tangential, sideways.
+        /// Tangential coefficient p2.
         p2: f64,
     },
     /// Kannala and Brandt (2006): a ray at the angle θ to the axis is drawn at the distance
     /// θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) from the middle; all zero is the equidistant fisheye.
     Fisheye {
-        /// Third power.
+        /// Coefficient of the third power of the angle.
         k1: f64,
-        /// Fifth power.
+        /// Coefficient of the fifth power of the angle.
         k2: f64,
-        /// Seventh power.
+        /// Coefficient of the seventh power of the angle.
         k3: f64,
-        /// Ninth power.
+        /// Coefficient of the ninth power of the angle.
         k4: f64,
     },
 }
@@ -44,14 +44,14 @@ pub enum Distortion {
 const STEPS: usize = 50;
 
 impl Distortion {
-    /// Is there none?
+    /// Whether there is no distortion.
     #[must_use]
     pub fn is_none(&self) -> bool {
         *self == Self::None
     }
 
-    /// Where a ray at this angle to the axis is drawn: its distance from the middle at focal length 1,
-    /// without the tangential part.
+    /// Where a ray at this angle to the axis is drawn: its distance from the middle at focal length
+    /// 1, without the tangential part.
     #[must_use]
     pub fn radius(&self, angle_rad: f64) -> f64 {
         match *self {
@@ -82,8 +82,9 @@ impl Distortion {
         }
     }
 
-    /// Where a point before the camera (z > 0) is drawn at focal length 1; `None` beyond the angle where
-    /// the lens folds: such a ray is not in the picture, though the formula has a place for it.
+    /// Where a point before the camera (z > 0) is drawn at focal length 1; `None` beyond the angle
+    /// where the lens folds: such a ray is not in the picture, though the formula has a place for
+    /// it.
     pub(crate) fn draw(&self, point: DVec3) -> Option<DVec2> {
         let flat = point.truncate() / point.z;
         let drawn = match *self {
@@ -109,7 +110,8 @@ impl Distortion {
             Self::None => Some(drawn.extend(1.0).normalize()),
             Self::BrownConrady { k1, k2, k3, p1, p2 } => {
                 // From the drawn point Newton's method goes straight to the near side: radii grow
-                // under barrels, whose curve is concave, and shrink under pincushions, whose is convex.
+                // under barrels, whose curve is concave, and shrink under pincushions, whose is
+                // convex.
                 let mut flat = drawn;
                 for _ in 0..STEPS {
                     let (there, slope) = brown(flat, [k1, k2, k3], [p1, p2]);

@@ -31,13 +31,13 @@ impl<T> Image<T> {
         }
     }
 
-    /// Columns.
+    /// The number of columns.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// The number of rows.
     #[must_use]
     pub fn height(&self) -> usize {
         self.height
@@ -77,7 +77,7 @@ impl<T> Image<T> {
 pub struct TruthImages {
     /// The fine semantic; [`Semantic::Sky`] where nothing was hit.
     pub semantic: Image<Semantic>,
-    /// Whose surface it is.
+    /// The object that the surface belongs to.
     pub object: Image<ObjectId>,
     /// Planar depth: z in the optical frame, metres; 0 where nothing was hit.
     pub depth_m: Image<f32>,

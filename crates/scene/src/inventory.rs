@@ -1,10 +1,10 @@
-//! What is known of the things in a world.
+//! The inventory of a world: what is known of its objects.
 
 use glam::DVec3;
 
 use crate::ObjectId;
 
-/// What kind of thing an object is.
+/// What an object is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum ObjectKind {
@@ -39,11 +39,11 @@ impl ObjectKind {
 pub struct ObjectRecord {
     /// The true id.
     pub object: ObjectId,
-    /// What it is.
+    /// Its kind.
     pub kind: ObjectKind,
     /// Species or variety, `snake_case`.
     pub species: String,
-    /// World position of its foot.
+    /// World position of its foot, metres.
     pub position_m: DVec3,
     /// Radius it occupies at the ground, metres.
     pub radius_m: f64,
@@ -58,13 +58,14 @@ pub struct TreeRecord {
     pub object: ObjectId,
     /// Species, `snake_case`.
     pub species: String,
-    /// World position of the stem's foot.
+    /// World position of the stem's foot, metres.
     pub position_m: DVec3,
     /// Diameter at breast height (1.3 m), over bark, metres.
     pub dbh_m: f64,
     /// Height, metres.
     pub height_m: f64,
-    /// Height of the crown's base, metres: 98 % of the foliage is above. Of a dead tree its height.
+    /// Height of the crown's base, metres: 98 % of the foliage is above it. A dead tree has
+    /// its height here.
     pub crown_base_m: f64,
     /// Mean crown radius, metres.
     pub crown_radius_m: f64,
@@ -76,6 +77,6 @@ pub struct TreeRecord {
     pub lean_rad: f64,
     /// How grown up it is: `sapling`, `young`, `middle` or `mature`.
     pub age_class: String,
-    /// Is it alive?
+    /// Whether it is alive.
     pub alive: bool,
 }

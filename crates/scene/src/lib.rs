@@ -2,15 +2,16 @@
 //! ids, classes, rays, cameras and point clouds. It holds data and its invariants, no algorithms.
 //!
 //! # Conventions, said once
-//! - **World:** right-handed, metres, **z up**, x east, y north (REP-103, ENU). The ground plane that
-//!   the paper calls X and Z is our x and y.
+//! - **World:** right-handed, metres, **z up**, x east, y north (REP-103, ENU). The ground plane
+//!   that the paper calls X and Z is our x and y.
 //! - **Sensors:** LiDAR and body frames have x forward, y left, z up; a camera's optical frame has
 //!   x right, y down, z forward. A transform that takes points of frame `a` to frame `b` is called
 //!   `b_from_a`.
 //! - **Units** are in names (`_m`, `_rad`) or in types. World positions are f64; geometry is f32,
 //!   local to a chunk or to a frame's scene.
 //! - **A frame's scene** has its origin at the south-west corner of the robot's chunk, at height 0.
-//! - **Every surface has one fine [`Semantic`]**; what is written to disk is an [`Ontology`]'s view.
+//! - **Every surface has one fine [`Semantic`]**; what is written to disk is an [`Ontology`]'s
+//!   view.
 //!
 //! # Example
 //! ```
@@ -24,43 +25,63 @@
 //! assert_eq!(paper.class(Semantic::RootFlare).name, "Trunks");
 //! ```
 
+mod ambient_occlusion;
+mod annotations;
+mod bounds;
 mod camera;
 mod chunk;
 mod distortion;
-mod extra;
+mod echo;
+mod hit;
 mod image;
+mod instanced;
 mod inventory;
 mod mask;
 mod material;
+mod mesh;
 mod motion;
-mod near_light;
 mod object;
 mod ontology;
+mod param_error;
 mod points;
 mod prototype;
 mod ray;
+mod ray_caster;
 mod semantic;
 mod surface;
 mod texture;
+mod trail_surface;
 mod transform;
 
-pub use camera::{Intrinsics, IntrinsicsError};
+pub use ambient_occlusion::AmbientOcclusion;
+pub use annotations::{AnnotationKinds, Annotations, Flow, ObjectBox, PixelBox};
+pub use bounds::Bounds;
+pub use camera::Intrinsics;
 pub use chunk::ChunkCoord;
 pub use distortion::Distortion;
-pub use extra::{ExtraKinds, ExtraTruth, Flow, ObjectBox, PixelBox};
+pub use echo::EchoObservation;
 pub use glam;
+pub use hit::{Hit, Shading, SurfaceHit};
 pub use image::{Image, TruthImages};
+pub use instanced::{InstanceGroup, InstancedScene, PlacedGroup};
 pub use inventory::{ObjectKind, ObjectRecord, TreeRecord};
 pub use mask::{AlphaMask, MaskError};
 pub use material::{LaserBand, Material, MaterialId, MaterialLibrary, Optics};
+pub use mesh::{Blend, Card, Mesh, Triangle};
 pub use motion::{Shutter, Twist};
-pub use near_light::NearLight;
 pub use object::ObjectId;
 pub use ontology::{Class, Ontology};
+pub use param_error::ParamError;
 pub use points::{LidarPoint, PointFlags};
-pub use prototype::{Blend, Bounds, Card, Instance, Mesh, Prototype, PrototypeError, Triangle};
-pub use ray::{Hit, InstanceGroup, PlacedGroup, Ray, RayCaster, SurfaceHit};
+pub use prototype::{Instance, Prototype, PrototypeError};
+pub use ray::Ray;
+pub use ray_caster::RayCaster;
 pub use semantic::Semantic;
 pub use surface::{FlatSurface, Surface, SurfaceSample};
 pub use texture::{Texture, TextureError, code_thresholds};
+pub use trail_surface::TrailSurfaceKind;
 pub use transform::RigidTransform;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,9 +1,10 @@
-//! One-bit alpha masks: the truth about which texels of a card are there.
+//! One-bit alpha masks, which decide where a card or a triangle is opaque.
 
 use std::fmt;
 
-/// Where a card or triangle is opaque: one bit a texel, at most 256 × 256, cut off once when the
-/// asset is made. Every camera and every laser reads this mask, nearest texel, on every backend.
+/// Where a card or triangle is opaque: one bit for each of at most 256 × 256 texels, decided once
+/// when the asset is made. Every camera and every laser reads this mask, nearest texel, on every
+/// backend.
 ///
 /// Row 0 is at v = 0. A texel is `min(floor(u · width), width − 1)`; u and v outside 0..1 clamp.
 #[derive(Clone, PartialEq, Eq)]
@@ -12,8 +13,8 @@ use std::fmt;
 pub struct AlphaMask {
     width: u16,
     height: u16,
-    /// Columns of `height` words: 16 rows of 32 texels are one line of a processor's cache, and rays that
-    /// are neighbours find each other's texels there. Least significant bit first.
+    /// Columns of `height` words: 16 rows of 32 texels are one line of a processor's cache, and
+    /// rays that are neighbours find each other's texels there. Least significant bit first.
     words: Vec<u32>,
 }
 
@@ -70,20 +71,20 @@ impl AlphaMask {
         usize::from(self.width)
     }
 
-    /// Rows.
+    /// The number of rows.
     #[must_use]
     pub fn height(&self) -> usize {
         usize::from(self.height)
     }
 
-    /// The bits: `width().div_ceil(32)` columns of `height()` words, each of 32 texels of a row, least
-    /// significant bit first.
+    /// The bits: `width().div_ceil(32)` columns of `height()` words, each of 32 texels of a row,
+    /// least significant bit first.
     #[must_use]
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Is the texel at (column, row) opaque?
+    /// Whether the texel at (column, row) is opaque.
     #[inline]
     #[must_use]
     pub fn texel(&self, column: usize, row: usize) -> bool {
@@ -91,7 +92,7 @@ impl AlphaMask {
         word >> (column % 32) & 1 == 1
     }
 
-    /// Is the nearest texel to (u, v) opaque?
+    /// Whether the texel nearest to (u, v) is opaque.
     #[inline]
     #[must_use]
     pub fn is_opaque(&self, u: f32, v: f32) -> bool {
@@ -125,7 +126,7 @@ impl fmt::Debug for AlphaMask {
 mod kept {
     use super::{AlphaMask, MaskError};
 
-    /// A mask from a file, not yet proved one.
+    /// A mask as read from a file, before its size is checked.
     #[derive(serde::Deserialize)]
     pub(super) struct KeptMask {
         width: u16,

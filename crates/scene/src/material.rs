@@ -1,4 +1,4 @@
-//! Materials: what a surface is, how it looks, how it answers a laser.
+//! Materials: what a surface is, how it looks, and how it reflects lasers.
 
 use std::sync::Arc;
 
@@ -15,9 +15,9 @@ pub struct MaterialId(pub u16);
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LaserBand {
-    /// Share of the light sent back.
+    /// The share of the light that is reflected.
     pub reflectance: f32,
-    /// Share of the light let through.
+    /// The share of the light that is transmitted.
     pub transmittance: f32,
 }
 
@@ -31,10 +31,10 @@ pub struct Optics {
     pub nm1550: LaserBand,
 }
 
-/// A surface: one semantic, one mask, one look.
+/// What a surface is and how it looks: one semantic, one mask, one appearance.
 #[derive(Clone, Debug)]
 pub struct Material {
-    /// For logs and exports, such as `maritime_pine.bark`.
+    /// A name for logs and exports, such as `maritime_pine.bark`.
     pub name: String,
     /// What the surface is.
     pub semantic: Semantic,
@@ -42,19 +42,19 @@ pub struct Material {
     pub support: Option<Semantic>,
     /// Diffuse albedo, linear when sampled.
     pub albedo: Arc<Texture>,
-    /// Diffuse light let through, linear RGB, relative to the world's leaves being two-sided: a
-    /// leaf reflects `albedo` and transmits `transmittance`; their sum is at most 1 per channel.
+    /// The share of light that is diffusely transmitted, linear RGB. Leaves are two-sided: a leaf
+    /// reflects `albedo` and transmits `transmittance`, whose sum is at most 1 per channel.
     pub transmittance: Vec3,
-    /// 0 mirror .. 1 matt.
+    /// Roughness from 0, a mirror, to 1, matt.
     pub roughness: f32,
-    /// Where the surface is there; `None` is everywhere.
+    /// Where the surface is opaque; `None` is everywhere.
     pub mask: Option<Arc<AlphaMask>>,
-    /// True for the ground: uv are world x and y in metres (modulo 1024), `tile_m` apart, and the
-    /// renderer hides the repetition.
+    /// True for the ground, whose uv are world x and y in metres (modulo 1024). The texture repeats
+    /// every `tile_m`, and the renderer hides the repetition.
     pub ground: bool,
     /// Metres of surface that one repetition of the texture covers (1 for cards, whose uv is 0..1).
     pub tile_m: f32,
-    /// How it answers lasers.
+    /// Its reflectances and transmittances at laser wavelengths.
     pub optics: Optics,
 }
 

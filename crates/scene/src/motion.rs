@@ -4,8 +4,8 @@ use glam::{DQuat, DVec2, DVec3};
 
 use crate::{Intrinsics, RigidTransform};
 
-/// How a frame moves about a time: its origin along a straight line, its axes about a fixed one, both
-/// at a constant rate. Over the hundredth of a second of a picture a robot does little else.
+/// How a frame moves about a time: its origin along a straight line, its axes about a fixed one,
+/// both at a constant rate. Over the hundredth of a second of a picture a robot does little else.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
@@ -16,20 +16,20 @@ pub struct Twist {
 }
 
 impl Twist {
-    /// Nothing moves.
+    /// No motion.
     pub const STILL: Self = Self {
         linear_m_s: DVec3::ZERO,
         angular_rad_s: DVec3::ZERO,
     };
 
-    /// Does nothing move?
+    /// Whether nothing moves.
     #[must_use]
     pub fn is_still(&self) -> bool {
         *self == Self::STILL
     }
 
-    /// The motion from one pose to another in `duration_s`, about the time halfway between. Less than
-    /// half a turn lies between them.
+    /// The motion from one pose to another in `duration_s`, about the time halfway between. Less
+    /// than half a turn lies between them.
     #[must_use]
     pub fn between(first: &RigidTransform, last: &RigidTransform, duration_s: f64) -> Self {
         if first == last {
@@ -73,8 +73,8 @@ impl Twist {
 pub struct Shutter {
     /// How long a row is exposed, seconds; 0 for an instant.
     pub exposure_s: f64,
-    /// From the first row's edge of the picture to the last one's, seconds; 0 if all rows are exposed
-    /// together (a global shutter).
+    /// From the first row's edge of the picture to the last one's, seconds; 0 if all rows are
+    /// exposed together (a global shutter).
     pub readout_s: f64,
 }
 
@@ -85,13 +85,14 @@ impl Shutter {
         readout_s: 0.0,
     };
 
-    /// Do all rows see one instant?
+    /// Whether all rows see one instant.
     #[must_use]
     pub fn is_instant(&self) -> bool {
         *self == Self::INSTANT
     }
 
-    /// The middle of the exposure at an image position `y_px` from the top, after the picture's time.
+    /// The middle of the exposure at an image position `y_px` from the top, after the picture's
+    /// time.
     #[inline]
     #[must_use]
     pub fn row_time_s(&self, y_px: f64, height_px: u32) -> f64 {
@@ -106,12 +107,12 @@ impl Shutter {
 }
 
 impl Intrinsics {
-    /// The image position of a point of the optical frame at the picture's time, if the camera moves
-    /// while its rows are read: where the row that sees the point is exposed as the point passes. As
-    /// [`Intrinsics::project`] if the shutter is global.
+    /// The image position of a point of the optical frame at the picture's time, if the camera
+    /// moves while its rows are read: where the row that sees the point is exposed as the point
+    /// passes. As [`Intrinsics::project`] if the shutter is global.
     ///
-    /// `None` behind the camera. What crosses the picture faster than its rows are read, so that no row
-    /// or several see it, is not found.
+    /// `None` behind the camera. What crosses the picture faster than its rows are read, so that no
+    /// row or several see it, is not found.
     #[must_use]
     pub fn project_moving(&self, point: DVec3, shutter: &Shutter, motion: &Twist) -> Option<DVec2> {
         /// Each step leaves of the error the share of the picture that the point crosses meanwhile.
@@ -169,7 +170,8 @@ mod tests {
             prop_assert!(close(&(middle * twist.after(-duration / 2.0)), &first));
         }
 
-        /// What is mounted on a moving body goes where the body takes it, to the second order in time.
+        /// What is mounted on a moving body goes where the body takes it, to the second order in
+        /// time.
         #[test]
         fn what_is_mounted_moves_with_its_carrier(
             linear in vector(5.0), angular in vector(1.0), at in vector(1.0), rpy in vector(1.5),

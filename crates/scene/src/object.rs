@@ -1,9 +1,9 @@
-//! True ids of things.
+//! True ids of objects.
 
 use crate::ChunkCoord;
 
-/// The true id of a thing: its chunk and its number there. 0 is "no thing": ground, litter and
-/// undergrowth.
+/// The true id of an object: its chunk and its number there. 0 stands for no object: ground, litter
+/// and undergrowth.
 ///
 /// 22 bits of signed chunk x, 22 bits of signed chunk y, 16 bits of item (1..=65535, unique in the
 /// chunk over all layers); a chunk coordinate reaches ±2,097,151 (about 100,000 km at 50 m). Ids
@@ -14,10 +14,10 @@ pub struct ObjectId(u64);
 const BIAS: i32 = 1 << 21;
 
 impl ObjectId {
-    /// Ground, litter, undergrowth, sky.
+    /// The id of what is no object: ground, litter, undergrowth, sky.
     pub const NONE: Self = Self(0);
 
-    /// The `item`-th thing of a chunk; `None` for item 0 or a chunk beyond ±2,097,151.
+    /// The `item`-th object of a chunk; `None` for item 0 or a chunk beyond ±2,097,151.
     #[must_use]
     pub const fn new(chunk: ChunkCoord, item: u16) -> Option<Self> {
         let (x, y) = (chunk.x.wrapping_add(BIAS), chunk.y.wrapping_add(BIAS));
@@ -33,7 +33,7 @@ impl ObjectId {
         self.0 == 0
     }
 
-    /// The chunk the thing stands in; (0, 0) for [`ObjectId::NONE`].
+    /// The chunk the object stands in; (0, 0) for [`ObjectId::NONE`].
     #[must_use]
     pub const fn chunk(self) -> ChunkCoord {
         if self.is_none() {
@@ -46,7 +46,7 @@ impl ObjectId {
         )
     }
 
-    /// The thing's number in its chunk, 1..=65535; 0 for [`ObjectId::NONE`].
+    /// The object's number in its chunk, 1..=65535; 0 for [`ObjectId::NONE`].
     #[must_use]
     pub const fn item(self) -> u16 {
         self.0 as u16
@@ -78,8 +78,8 @@ impl ObjectId {
         (c.x.rem_euclid(16) as u32) << 20 | (c.y.rem_euclid(16) as u32) << 16 | self.item() as u32
     }
 
-    /// The 16-bit id of `.label` files: chunk x mod 8, chunk y mod 8, item 1..=1023, for things at
-    /// most 3 chunks from the sensor's chunk; 0 for none, farther things and higher items.
+    /// The 16-bit id of `.label` files: chunk x mod 8, chunk y mod 8, item 1..=1023, for objects at
+    /// most 3 chunks from the sensor's chunk; 0 for none, farther objects and higher items.
     #[must_use]
     pub const fn to_label_id(self, sensor_chunk: ChunkCoord) -> u16 {
         let c = self.chunk();

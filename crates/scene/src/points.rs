@@ -9,13 +9,13 @@ use crate::{ObjectId, Semantic};
 pub struct PointFlags(pub u8);
 
 impl PointFlags {
-    /// The return is made of more than one surface, or of one beside the beam's middle, where the point
-    /// is written: no surface need be there.
+    /// The return is made of more than one surface, or of one beside the beam's middle. The point
+    /// is written on the middle, where there need not be a surface.
     pub const MIXED: u8 = 1;
     /// No surface is there: a false alarm.
     pub const FALSE_ALARM: u8 = 2;
 
-    /// Is a flag set?
+    /// Whether a flag is set.
     #[must_use]
     pub const fn has(self, flag: u8) -> bool {
         self.0 & flag != 0
@@ -28,19 +28,22 @@ pub struct LidarPoint {
     /// Measured position, metres: in the LiDAR frame at the frame's time (deskewed), or, of a raw
     /// scan, at the pulse's.
     pub position_m: Vec3,
-    /// Range without error, metres: the light's mean where the return is mixed, 0 of a false alarm.
+    /// Range without error, metres: the mean weighted by received power where the return is mixed,
+    /// 0 for a false alarm.
     pub true_range_m: f32,
     /// Measured range, metres.
     pub range_m: f32,
-    /// Received power relative to a perfect Lambertian plate at the same place, facing the sensor and
-    /// filling the beam: reflectance × cos(incidence), 0..1, of the part of the beam that met it.
+    /// Received power relative to a perfect Lambertian plate at the same place, facing the sensor
+    /// and filling the beam: reflectance × cos(incidence), 0..1, of the part of the beam that met
+    /// it.
     pub intensity: f32,
     /// Livox convention: 0..150 is 0..100 % diffuse reflectance, range-calibrated; 151..255 is
     /// retroreflective.
     pub reflectivity: u8,
-    /// What was hit, of a mixed return what gave most light; [`Semantic::Sky`] of a false alarm.
+    /// What was hit; for a mixed return what gave most of the light; [`Semantic::Sky`] for a false
+    /// alarm.
     pub semantic: Semantic,
-    /// Whose it is.
+    /// The object that was hit.
     pub object: ObjectId,
     /// Laser line or ring.
     pub ring: u8,
@@ -54,8 +57,8 @@ pub struct LidarPoint {
     pub pulse: u32,
     /// Cosine of the angle between beam and surface normal, 0..1.
     pub incidence_cos: f32,
-    /// Unit surface normal in the frame of `position_m`, towards the sensor; 0 of a false alarm.
+    /// Unit surface normal in the frame of `position_m`, towards the sensor; 0 for a false alarm.
     pub normal: Vec3,
-    /// What is special about it.
+    /// What is special about this return.
     pub flags: PointFlags,
 }

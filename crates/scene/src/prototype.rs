@@ -5,125 +5,7 @@ use std::sync::Arc;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use crate::{MaterialId, MaterialLibrary, NearLight, ObjectId};
-
-/// A corner-indexed triangle with its material. Counter-clockwise seen from outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Triangle {
-    /// Indices into the mesh's vertices.
-    pub corners: [u32; 3],
-    /// Its material.
-    pub material: MaterialId,
-}
-
-/// Colour that a triangle takes over from its neighbours: no border between two grounds is sharp.
-///
-/// Of the triangle's own material is everything else: class, roughness, what a laser gets back.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Blend {
-    /// The neighbours' material.
-    pub other: MaterialId,
-    /// Its share at the triangle's corners, 0..=1.
-    pub shares: [f32; 3],
-}
-
-impl Blend {
-    /// Nothing is taken over.
-    pub const NONE: Self = Self {
-        other: MaterialId(0),
-        shares: [0.0; 3],
-    };
-}
-
-/// Indexed triangles with per-vertex normals and texture coordinates.
-///
-/// Invariant of a [`Prototype`]: normals and texture coordinates are as many as positions or none,
-/// indices are in range, and blends are as many as triangles or none.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Mesh {
-    /// Positions, metres.
-    pub positions: Vec<Vec3>,
-    /// Unit shading normals; without them triangles are shaded flat.
-    pub normals: Vec<Vec3>,
-    /// Texture coordinates, in repetitions of the texture (metres for ground materials); without them 0
-    /// everywhere. A LiDAR asks for them only where a triangle's material has a mask.
-    pub uvs: Vec<Vec2>,
-    /// The triangles.
-    pub triangles: Vec<Triangle>,
-    /// One of each triangle, in their order, or none at all. Only ground materials blend.
-    pub blends: Vec<Blend>,
-}
-
-impl Mesh {
-    /// The shading normal of a vertex; `None` if the mesh has none.
-    #[inline]
-    #[must_use]
-    pub fn normal(&self, vertex: u32) -> Option<Vec3> {
-        self.normals.get(vertex as usize).copied()
-    }
-
-    /// The texture coordinate of a vertex.
-    #[inline]
-    #[must_use]
-    pub fn uv(&self, vertex: u32) -> Vec2 {
-        self.uvs.get(vertex as usize).copied().unwrap_or(Vec2::ZERO)
-    }
-}
-
-/// A flat parallelogram with a whole texture and mask on it: leaves, needles, blades.
-///
-/// The point at (u, v) is `corner + u · edge_u + v · edge_v`, u and v in 0..1. Both sides are seen;
-/// the normal is `edge_u × edge_v`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Card {
-    /// The point at u = v = 0, metres.
-    pub corner: Vec3,
-    /// The way to u = 1.
-    pub edge_u: Vec3,
-    /// The way to v = 1.
-    pub edge_v: Vec3,
-    /// Its material.
-    pub material: MaterialId,
-}
-
-/// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// The smallest coordinates.
-    pub min: Vec3,
-    /// The largest coordinates.
-    pub max: Vec3,
-}
-
-impl Bounds {
-    /// The box of no points.
-    pub const EMPTY: Self = Self {
-        min: Vec3::INFINITY,
-        max: Vec3::NEG_INFINITY,
-    };
-
-    /// The box of some points.
-    #[must_use]
-    pub fn of_points(points: impl IntoIterator<Item = Vec3>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |b, p| Self {
-            min: b.min.min(p),
-            max: b.max.max(p),
-        })
-    }
-
-    /// The smallest box around both.
-    #[must_use]
-    pub fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
-    }
-}
+use crate::{AmbientOcclusion, Bounds, Card, MaterialId, MaterialLibrary, Mesh, ObjectId};
 
 /// A shape that instances share: a tree, a rock, a patch of grass, a chunk's ground.
 #[derive(Clone, Debug)]
@@ -132,7 +14,7 @@ pub struct Prototype {
     mesh: Mesh,
     cards: Vec<Card>,
     bounds: Bounds,
-    near_light: Option<NearLight>,
+    ambient_occlusion: Option<AmbientOcclusion>,
 }
 
 /// Why a shape is not a [`Prototype`].
@@ -180,11 +62,11 @@ pub enum PrototypeError {
         /// How many vertices there are.
         vertices: usize,
     },
-    /// Its near light is another shape's, or a ground's: what blends has none.
-    NearLight {
+    /// Its ambient occlusion belongs to another shape, or to a ground: meshes that blend have none.
+    AmbientOcclusion {
         /// The shape's name.
         name: String,
-        /// Of how many vertices and cards there are shares.
+        /// For how many vertices and cards there are shares.
         shares: [usize; 2],
         /// How many vertices and cards there are.
         lengths: [usize; 2],
@@ -215,7 +97,8 @@ impl fmt::Display for PrototypeError {
             } => {
                 write!(
                     f,
-                    "shape `{name}` has {p} positions, {n} normals and {t} uvs: give one of each, or none"
+                    "shape `{name}` has {p} positions, {n} normals and {t} uvs: give one of each, \
+                     or none"
                 )
             }
             Self::Blends {
@@ -224,7 +107,8 @@ impl fmt::Display for PrototypeError {
                 triangles,
             } => write!(
                 f,
-                "shape `{name}` has {blends} blends for {triangles} triangles: give one of each, or none"
+                "shape `{name}` has {blends} blends for {triangles} triangles: give one of each, \
+                 or none"
             ),
             Self::Share {
                 name,
@@ -232,7 +116,8 @@ impl fmt::Display for PrototypeError {
                 share,
             } => write!(
                 f,
-                "shape `{name}`, triangle {triangle}: its blend has a share of {share}, allowed is 0..=1"
+                "shape `{name}`, triangle {triangle}: its blend has a share of {share}, allowed is \
+                 0..=1"
             ),
             Self::Index {
                 name,
@@ -243,14 +128,14 @@ impl fmt::Display for PrototypeError {
                 f,
                 "shape `{name}`, triangle {triangle}: vertex {index} of {vertices} does not exist"
             ),
-            Self::NearLight {
+            Self::AmbientOcclusion {
                 name,
                 shares: [of_vertices, of_cards],
                 lengths: [vertices, cards],
             } => write!(
                 f,
-                "shape `{name}` has near light of {of_vertices} vertices and {of_cards} cards for {vertices} and {cards}: \
-                 give one of each, and none to shapes that blend"
+                "shape `{name}` has ambient occlusion of {of_vertices} vertices and {of_cards} cards \
+                 for {vertices} and {cards}: give one of each, and none to shapes that blend"
             ),
             Self::NotFinite { name } => {
                 write!(f, "shape `{name}` has a coordinate that is not finite")
@@ -273,11 +158,11 @@ impl fmt::Display for PrototypeError {
 impl std::error::Error for PrototypeError {}
 
 impl Prototype {
-    /// Proves a shape sound.
+    /// Checks that a shape is sound.
     ///
     /// # Errors
-    /// If it is empty, its vertex arrays differ in length (but for empty ones), blends are missing, an index or material is out of range, or
-    /// a coordinate is not finite.
+    /// If it is empty, its vertex arrays differ in length (but for empty ones), blends are missing,
+    /// an index or material is out of range, or a coordinate is not finite.
     pub fn new(
         name: impl Into<String>,
         mesh: Mesh,
@@ -348,31 +233,38 @@ impl Prototype {
             mesh,
             cards,
             bounds,
-            near_light: None,
+            ambient_occlusion: None,
         })
     }
 
-    /// The same shape, dark between its parts.
+    /// The same shape with ambient occlusion.
     ///
     /// # Errors
-    /// If there is not one share of each vertex and one of each corner of each card, or if the mesh blends.
-    pub fn with_near_light(self, near_light: NearLight) -> Result<Self, PrototypeError> {
-        let shares = [near_light.vertices.len(), near_light.cards.len()];
+    /// If there is not one share for each vertex and for each corner of each card, or if the mesh
+    /// blends.
+    pub fn with_ambient_occlusion(
+        self,
+        ambient_occlusion: AmbientOcclusion,
+    ) -> Result<Self, PrototypeError> {
+        let shares = [
+            ambient_occlusion.vertices.len(),
+            ambient_occlusion.cards.len(),
+        ];
         let lengths = [self.mesh.positions.len(), self.cards.len()];
         if shares != lengths || !self.mesh.blends.is_empty() {
-            return Err(PrototypeError::NearLight {
+            return Err(PrototypeError::AmbientOcclusion {
                 name: self.name,
                 shares,
                 lengths,
             });
         }
         Ok(Self {
-            near_light: Some(near_light),
+            ambient_occlusion: Some(ambient_occlusion),
             ..self
         })
     }
 
-    /// For logs and exports.
+    /// The name, for logs and exports.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -390,31 +282,16 @@ impl Prototype {
         &self.cards
     }
 
-    /// What near parts of it leave of the light around them; `None` is all, everywhere.
+    /// The ambient occlusion between its parts; `None` if nothing is known, which counts as none.
     #[must_use]
-    pub fn near_light(&self) -> Option<&NearLight> {
-        self.near_light.as_ref()
+    pub fn ambient_occlusion(&self) -> Option<&AmbientOcclusion> {
+        self.ambient_occlusion.as_ref()
     }
 
     /// The box around everything, transparent texels included.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         self.bounds
-    }
-}
-
-impl Card {
-    /// The four corners.
-    #[must_use]
-    pub fn corners(&self) -> [Vec3; 4] {
-        let (a, u, v) = (self.corner, self.edge_u, self.edge_v);
-        [a, a + u, a + u + v, a + v]
-    }
-
-    /// Area of the whole parallelogram, m².
-    #[must_use]
-    pub fn area_m2(&self) -> f32 {
-        self.edge_u.cross(self.edge_v).length()
     }
 }
 
@@ -427,9 +304,9 @@ pub struct Instance {
     pub position_m: Vec3,
     /// Chunk axes from the shape's axes: rotation, scale, and shear along the ground.
     pub linear: Mat3,
-    /// Whose it is; [`ObjectId::NONE`] for ground and undergrowth.
+    /// The object that it is; [`ObjectId::NONE`] for ground and undergrowth.
     pub object: ObjectId,
-    /// 0..1, a keyed number that varies the colour of this instance.
+    /// A keyed number, 0..1, that varies the colour of this instance.
     pub variation: f32,
 }
 
@@ -452,6 +329,7 @@ impl Instance {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Blend, Triangle};
     use crate::{Material, Semantic};
 
     /// What is said of a triangle that somebody has spoilt.
@@ -476,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn near_light_is_of_every_vertex_and_card() {
+    fn ambient_occlusion_is_of_every_vertex_and_card() {
         let mut library = MaterialLibrary::new();
         library.add(Material::plain("leaf", Semantic::Leaf, Vec3::ONE));
         let card = Card {
@@ -486,18 +364,21 @@ mod tests {
             material: MaterialId(0),
         };
         let shape = Prototype::new("heap", Mesh::default(), vec![card], &library).expect("sound");
-        assert_eq!(shape.near_light(), None);
-        let of = |vertices: usize, cards: usize| NearLight {
+        assert_eq!(shape.ambient_occlusion(), None);
+        let of = |vertices: usize, cards: usize| AmbientOcclusion {
             vertices: vec![9; vertices],
             cards: vec![[9; 4]; cards],
         };
         let lit = shape
             .clone()
-            .with_near_light(of(0, 1))
+            .with_ambient_occlusion(of(0, 1))
             .expect("one of each");
-        assert_eq!(lit.near_light(), Some(&of(0, 1)));
-        let error = shape.with_near_light(of(1, 2)).expect_err("another's");
-        let said = "shape `heap` has near light of 1 vertices and 2 cards for 0 and 1: give one of each, and none to shapes \
+        assert_eq!(lit.ambient_occlusion(), Some(&of(0, 1)));
+        let error = shape
+            .with_ambient_occlusion(of(1, 2))
+            .expect_err("another's");
+        let said = "shape `heap` has ambient occlusion of 1 vertices and 2 cards for 0 and 1: give one \
+                    of each, and none to shapes \
                     that blend";
         assert_eq!(error.to_string(), said);
     }

@@ -51,7 +51,7 @@ impl<S: Surface + ?Sized> Surface for std::sync::Arc<S> {
 pub struct FlatSurface {
     /// Height at the world's origin, metres.
     pub height_m: f64,
-    /// (dz/dx, dz/dy).
+    /// (dz/dx, dz/dy), metres per metre.
     pub gradient: DVec2,
 }
 

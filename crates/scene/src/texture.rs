@@ -4,9 +4,10 @@ use std::fmt;
 
 use glam::{Vec2, Vec3};
 
-/// An sRGB-encoded albedo texture with box-filtered mips, of what is opaque in it. Row 0 is at v = 0; it repeats.
+/// An sRGB-encoded albedo texture that repeats, with box-filtered mips of its opaque texels. Row 0
+/// is at v = 0.
 ///
-/// Colour is for eyes only: what is opaque is decided by [`AlphaMask`](crate::AlphaMask)s.
+/// It holds colour alone: what is opaque is decided by [`AlphaMask`](crate::AlphaMask)s.
 #[derive(Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -41,7 +42,8 @@ impl fmt::Display for TextureError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "texture of {} x {} with {} texels: sides must be powers of two up to 8192, texels width x height",
+            "texture of {} x {} with {} texels: sides must be powers of two up to 8192, texels \
+             width x height",
             self.width, self.height, self.texels
         )
     }
@@ -58,8 +60,9 @@ impl Texture {
         Self::from_linear_where(width, height, linear, |_, _| true)
     }
 
-    /// The same, of a texture that is seen only where `opaque(column, row)` says so: a texel of a mip is the mean
-    /// of what is seen of it, so that a leaf far off has its own colour. Where nothing of it is, it is the mean.
+    /// The same for a texture that is visible only where `opaque(column, row)` is true. A texel of
+    /// a mip is the mean of the visible texels under it, so that a leaf far off has its own colour.
+    /// Where no texel under it is visible, it is the mean of all.
     ///
     /// # Errors
     /// As [`Self::from_linear`].
@@ -161,12 +164,12 @@ impl Texture {
     }
 
     /// Linear colour at (u, v) for a footprint of `footprint_uv` (the width, in uv, that one sample
-    /// covers): bilinear in the nearest mip. Repeats.
+    /// covers): bilinear in the nearest mip. The texture repeats.
     #[must_use]
     pub fn sample(&self, uv: Vec2, footprint_uv: f32) -> Vec3 {
         let texels = footprint_uv * self.levels[0].width.max(self.levels[0].height) as f32;
-        // Level of detail: texels per sample, rounded to the nearest power of two, which is the exponent
-        // of as many and a half octave.
+        // Level of detail: texels per sample, rounded to the nearest power of two, which is the
+        // exponent of as many and a half octave.
         let lod = if texels > 1.0 {
             ((texels * std::f32::consts::SQRT_2).to_bits() >> 23) as usize - 127
         } else {
@@ -259,7 +262,8 @@ mod kept {
     }
 }
 
-/// The mean of colours by how many opaque texels they stand for, the plain mean if for none; and of how many it is.
+/// The mean of colours weighted by the opaque texels that they stand for (the plain mean if there
+/// are none), and the number of these texels.
 fn mean_seen(parts: impl Iterator<Item = (Vec3, f32)> + Clone) -> (Vec3, f32) {
     let seen: f32 = parts.clone().map(|(_, n)| n).sum();
     let weight = |n: f32| if seen > 0.0 { n } else { 1.0 };
@@ -273,7 +277,7 @@ fn encode(linear: Vec3) -> [u8; 4] {
     [channel(linear.x), channel(linear.y), channel(linear.z), 255]
 }
 
-/// IEC 61966-2-1 the other way: of each byte but 0 the least light that becomes it.
+/// The inverse of IEC 61966-2-1: for each byte but 0 the least light that is encoded as it.
 static ENCODE: std::sync::LazyLock<[f32; 255]> = std::sync::LazyLock::new(|| {
     code_thresholds(1.0, |c| {
         let s = if c <= 0.003_130_8 {
@@ -285,8 +289,9 @@ static ENCODE: std::sync::LazyLock<[f32; 255]> = std::sync::LazyLock::new(|| {
     })
 });
 
-/// Of each code value but 0 the least light that is given it, exactly: the first float of which `code` is at
-/// least that value. `code` must not fall from 0 to `most`, and reach 255 there.
+/// For each code value but 0 the least light that is encoded as it, exactly: the first float whose
+/// `code` is at least that value. `code` must not decrease from 0 to `most`, where it must reach
+/// 255.
 #[must_use]
 pub fn code_thresholds(most: f32, code: impl Fn(f32) -> f64) -> [f32; 255] {
     std::array::from_fn(|i| {

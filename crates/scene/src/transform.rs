@@ -14,7 +14,7 @@ pub struct RigidTransform {
 }
 
 impl RigidTransform {
-    /// Nothing moves.
+    /// The identity: both frames are one.
     pub const IDENTITY: Self = Self {
         rotation: DQuat::IDENTITY,
         translation_m: DVec3::ZERO,
@@ -44,7 +44,7 @@ impl RigidTransform {
         }
     }
 
-    /// The way back.
+    /// The transform from the target frame to the source frame.
     #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.inverse();
@@ -54,14 +54,14 @@ impl RigidTransform {
         }
     }
 
-    /// A point of the source frame in the target frame.
+    /// Transforms a point from the source frame to the target frame.
     #[inline]
     #[must_use]
     pub fn transform_point(&self, point: DVec3) -> DVec3 {
         self.rotation * point + self.translation_m
     }
 
-    /// A direction of the source frame in the target frame.
+    /// Transforms a direction from the source frame to the target frame.
     #[inline]
     #[must_use]
     pub fn transform_vector(&self, vector: DVec3) -> DVec3 {

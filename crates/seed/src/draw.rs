@@ -28,7 +28,8 @@ pub trait Draw: Rng {
         low + (high - low) * self.unit_f32()
     }
 
-    /// Uniform in `0..n` without bias (Lemire 2019, "Fast random integer generation in an interval").
+    /// Uniform in `0..n` without bias (Lemire 2019, "Fast random integer generation in an
+    /// interval").
     ///
     /// # Panics
     /// If `n` is 0.
@@ -99,11 +100,11 @@ impl<R: Rng + ?Sized> Draw for R {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Key, Stage};
+    use crate::{Domain, Key};
     use proptest::prelude::*;
 
     fn rng(seed: u64) -> crate::PhiloxRng {
-        Key::world(seed).stage(Stage::new("draw.test")).rng()
+        Key::world(seed).domain(Domain::new("draw.test")).rng()
     }
 
     #[test]

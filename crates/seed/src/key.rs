@@ -2,15 +2,15 @@
 
 use crate::philox::{PhiloxRng, philox4x32};
 
-/// The purpose of a family of keys: a literal constant of the stage that owns it.
+/// The purpose of a family of keys: a literal constant of whoever draws the numbers.
 ///
-/// The tag is a 64-bit hash of the name, so a stage's numbers do not change when others are added,
-/// reordered or removed.
+/// The tag is a 64-bit hash of the name, so the numbers of one domain do not change when others are
+/// added, reordered or removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Stage(u64);
+pub struct Domain(u64);
 
-impl Stage {
-    /// A stage by its name, `"crate.purpose"` by convention.
+impl Domain {
+    /// A domain by its name, `"crate.purpose"` by convention.
     #[must_use]
     pub const fn new(name: &str) -> Self {
         // FNV-1a, 64 bits: the mixing is Philox's, this only has to tell names apart.
@@ -32,7 +32,7 @@ impl Stage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Key([u32; 4]);
 
-/// Domain tags, so that `chunk([1, 0])` and `item(1)` differ.
+/// Tags of the other steps, so that `chunk([1, 0])` and `item(1)` differ.
 const CHUNK: u32 = 0x6368_756E;
 const ITEM: u32 = 0x6974_656D;
 
@@ -46,10 +46,13 @@ impl Key {
         ))
     }
 
-    /// The key of a stage in this world (or of a purpose inside a stage).
+    /// The key of one domain below this key: separates the numbers of one purpose from all others.
     #[must_use]
-    pub const fn stage(self, stage: Stage) -> Self {
-        Self(philox4x32(self.0, [stage.0 as u32, (stage.0 >> 32) as u32]))
+    pub const fn domain(self, domain: Domain) -> Self {
+        Self(philox4x32(
+            self.0,
+            [domain.0 as u32, (domain.0 >> 32) as u32],
+        ))
     }
 
     /// The key of a chunk, by its integer coordinate.
@@ -67,8 +70,11 @@ impl Key {
         Self(philox4x32(first, [ITEM, (index >> 32) as u32]))
     }
 
-    /// The keys of many things, each what [`item`](Self::item) says. A key is made of two blocks, one after
-    /// the other; here the first ones of many are made side by side, and then the second ones.
+    /// The keys of many things, each equal to what [`item`](Self::item) returns for its index.
+    ///
+    /// A key takes two Philox blocks, the second of which needs the first. Here the first blocks of
+    /// all keys are computed side by side, and then the second blocks, which a processor does
+    /// faster.
     #[must_use]
     pub fn items(self, indices: &[u64]) -> Vec<Self> {
         let first = |&index: &u64| Self(philox4x32(self.0, [ITEM, index as u32]));
@@ -107,15 +113,15 @@ mod tests {
     use super::*;
     use std::collections::HashSet;
 
-    const A: Stage = Stage::new("a");
-    const B: Stage = Stage::new("b");
+    const A: Domain = Domain::new("a");
+    const B: Domain = Domain::new("b");
 
     #[test]
     fn no_two_chunks_share_a_key() {
         let mut seen = HashSet::new();
         for x in -128..128 {
             for y in -128..128 {
-                assert!(seen.insert(Key::world(7).stage(A).chunk([x, y]).to_u64()));
+                assert!(seen.insert(Key::world(7).domain(A).chunk([x, y]).to_u64()));
             }
         }
     }
@@ -124,7 +130,7 @@ mod tests {
     fn the_world_seed_matters_in_every_chunk() {
         // A linear chunk hash loses the seed at x = -1; see Feather's worldgen.
         let seen: HashSet<_> = (0..1000)
-            .map(|seed| Key::world(seed).stage(A).chunk([-1, 5]))
+            .map(|seed| Key::world(seed).domain(A).chunk([-1, 5]))
             .collect();
         assert_eq!(seen.len(), 1000);
     }
@@ -132,7 +138,7 @@ mod tests {
     #[test]
     fn steps_do_not_commute_or_coincide() {
         let w = Key::world(1);
-        assert_ne!(w.stage(A).stage(B), w.stage(B).stage(A));
+        assert_ne!(w.domain(A).domain(B), w.domain(B).domain(A));
         assert_ne!(w.chunk([1, 2]), w.chunk([2, 1]));
         assert_ne!(w.chunk([1, 0]), w.item(1));
         assert_ne!(w.item(0), w);
@@ -142,14 +148,14 @@ mod tests {
     #[test]
     fn many_keys_are_those_of_each() {
         let indices = [0, 1, 12, u64::MAX, 1 << 32, 0x1234_5678_9ABC];
-        let key = Key::world(3).stage(A);
+        let key = Key::world(3).domain(A);
         assert_eq!(key.items(&indices), indices.map(|index| key.item(index)));
     }
 
     #[test]
     fn value_stability() {
         let key = Key::world(7)
-            .stage(Stage::new("seed.test"))
+            .domain(Domain::new("seed.test"))
             .chunk([-3, 5])
             .item(9);
         assert_eq!(key.to_u64(), VALUE);

@@ -1,18 +1,19 @@
 //! This crate gives every random decision its own key, so that order cannot matter.
 //!
 //! Nothing is ever drawn from a shared stream. A [`Key`] names *what a number is for*: the world,
-//! the stage, the chunk, the item. Keys are `Copy`, cannot be advanced, only derived; the same
-//! path gives the same numbers whichever thread asks first, and whatever else was asked before.
+//! the purpose (its *domain*, as in domain separation), the chunk, the item. Keys are `Copy`,
+//! cannot be advanced, only derived; the same path gives the same numbers whichever thread asks
+//! first, and whatever else was asked before.
 //!
 //! ```
-//! use nemoral_seed::{Draw, Key, Stage};
+//! use nemoral_seed::{Draw, Key, Domain};
 //!
-//! const TREES: Stage = Stage::new("example.trees");
+//! const TREES: Domain = Domain::new("example.trees");
 //! let world = Key::world(7);
-//! let mut rng = world.stage(TREES).chunk([3, -1]).item(12).rng();
+//! let mut rng = world.domain(TREES).chunk([3, -1]).item(12).rng();
 //! let height_m = rng.range_f64(8.0, 25.0);
 //! // Asking again, later, from another thread, gives the same tree.
-//! let mut again = world.stage(TREES).chunk([3, -1]).item(12).rng();
+//! let mut again = world.domain(TREES).chunk([3, -1]).item(12).rng();
 //! assert_eq!(height_m, again.range_f64(8.0, 25.0));
 //! ```
 //!
@@ -26,6 +27,10 @@ mod key;
 mod philox;
 
 pub use draw::Draw;
-pub use key::{Key, Stage};
+pub use key::{Domain, Key};
 pub use philox::{PhiloxRng, philox4x32};
 pub use rand::Rng;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

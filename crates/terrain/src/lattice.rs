@@ -12,8 +12,8 @@ pub(crate) struct Vertex {
 /// Squares have a side of `1 << level` fine cells. A square is two right triangles on a common
 /// hypotenuse; splitting at its *centre* makes four triangles whose hypotenuses are its sides;
 /// splitting these at the *middles of sides* makes four squares of half the side. Invariant after
-/// [`Lattice::refine`]: a marked vertex is on the hypotenuse of triangles that exist, on both sides,
-/// so that there is no vertex in the middle of an unsplit side (a T-junction).
+/// [`Lattice::refine`]: a marked vertex is on the hypotenuse of triangles that exist, on both
+/// sides, so that there is no vertex in the middle of an unsplit side (a T-junction).
 pub(crate) struct Lattice {
     cells: u32,
     levels: u32,

@@ -17,19 +17,19 @@
 //!
 //! # Terrain
 //! [`Terrain`] sums octaves of gradient noise, controlled by the five parameters of Nunes, Ferreira
-//! and Peixoto (section IV-B): number of octaves, scale, lacunarity, persistence and maximum height.
-//! It is a pure function of the world position, so chunks have no seams, and its gradient is exact.
-//! We differ from the paper in normalising by variance and squashing smoothly: heights are always in
-//! range, use most of it, are never cut off, and roughness rises with persistence and lacunarity.
-//! [`PerlinTerrain`] is the same on the `noise` crate's generator. Other grounds implement
-//! [`Surface`](nemoral_scene::Surface).
+//! and Peixoto (section IV-B): number of octaves, scale, lacunarity, persistence and maximum
+//! height. It is a pure function of the world position, so chunks have no seams, and its gradient
+//! is exact. We differ from the paper in normalising by variance and squashing smoothly: heights
+//! are always in range, use most of it, are never cut off, and roughness rises with persistence and
+//! lacunarity. [`PerlinTerrain`] is the same on the `noise` crate's generator. Other grounds
+//! implement [`Surface`](nemoral_scene::Surface).
 //!
 //! # Mesh
-//! [`GroundMesher`] turns any `Surface` into triangles. It follows break-lines, the zero contour of a
-//! [`GroundZones`]' signed distance, with edges of the mesh, so that a class border is where it is
-//! and no two surfaces overlap. The error against a contour of curvature radius r is at most
-//! `fine_cell_m`² / (4 r) (1.6 cm for 0.25 m and 1 m), plus 1 mm. Colours know no such borders: each
-//! triangle says what it takes over from its neighbours, as a [`Blend`](nemoral_scene::Blend).
+//! [`GroundMesher`] turns any `Surface` into triangles. It follows break-lines, the zero contour of
+//! a [`GroundZones`]' signed distance, with edges of the mesh, so that a class border is where it
+//! is and no two surfaces overlap. The error against a contour of curvature radius r is at most
+//! `fine_cell_m`² / (4 r) (1.6 cm for 0.25 m and 1 m), plus 1 mm. Colours know no such borders:
+//! each triangle says what it takes over from its neighbours, as a [`Blend`](nemoral_scene::Blend).
 //!
 //! All lengths are metres, z is up.
 
@@ -41,6 +41,10 @@ mod noise_terrain;
 mod params;
 mod perlin;
 mod zones;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
 
 pub use error::ParamError;
 pub use mesher::{GroundMesher, MeshParams};

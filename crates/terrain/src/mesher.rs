@@ -50,7 +50,8 @@ impl Default for MeshParams {
 ///
 /// Right triangles on a lattice of global integer indices, halved (newest-vertex bisection) until
 /// the zones and the surface's curvature are content; the border of a chunk is always at the finest
-/// level, so that neighbours need not know each other. Then triangles are cut along the break-lines.
+/// level, so that neighbours need not know each other. Then triangles are cut along the
+/// break-lines.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundMesher {
     chunk_size_m: f64,
@@ -121,8 +122,8 @@ impl GroundMesher {
     /// are the surface's, uv are metres: x and y from the chunk's corner, plus the corner's world
     /// position modulo 1024 m. Triangles are counter-clockwise seen from above. `material` is asked
     /// for each triangle, with its world centroid and whether it is inside the zone; and for each
-    /// vertex, on both sides if it is on a break-line: where materials meet they blend, within a cell,
-    /// half and half on the line.
+    /// vertex, on both sides if it is on a break-line: where materials meet they blend, within a
+    /// cell, half and half on the line.
     ///
     /// Vertices on a border shared by two chunks have the same bits on both sides, if `surface` and
     /// `zones` are pure functions of the world position there.
@@ -352,7 +353,7 @@ impl Cutter<'_> {
 
     /// The mesh vertex where the break-line crosses a lattice edge.
     fn cut(&mut self, work: &mut Work<'_>, mut ends: [Vertex; 2], mut e: [f64; 2]) -> u32 {
-        // In one direction whoever asks: by rising index.
+        // Always in the direction of rising indices, whichever side asks.
         if work.index(ends[0]) > work.index(ends[1]) {
             ends.reverse();
             e.reverse();
@@ -413,8 +414,9 @@ fn blend(material: MaterialId, corners: [[MaterialId; 2]; 3]) -> Blend {
     Blend { other, shares }
 }
 
-/// A zero of `f` in 0..1 between values of different signs, to within `step` or [`ROOT_M`] of value: false position with
-/// Illinois' halving, and bisection whenever that is slow or the values are not finite.
+/// A zero of `f` in 0..1 between values of different signs, to within `step` or [`ROOT_M`] of
+/// value: false position with Illinois' halving, and bisection whenever that is slow or the values
+/// are not finite.
 fn root([mut low, mut high]: [f64; 2], step: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut a, mut b) = (0.0, 1.0);
     let rising = low < 0.0;

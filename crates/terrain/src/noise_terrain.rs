@@ -2,12 +2,12 @@
 
 use glam::{DMat2, DVec2};
 use nemoral_scene::{Surface, SurfaceSample};
-use nemoral_seed::{Draw, Key, Rng, Stage};
+use nemoral_seed::{Domain, Draw, Key, Rng};
 
 use crate::gradient_noise::{SIGMA, gradient_noise};
 use crate::{ParamError, TerrainParams};
 
-const OCTAVE: Stage = Stage::new("terrain.octave");
+const OCTAVE: Domain = Domain::new("terrain.octave");
 
 /// How far the ground swings: the largest value for which heights still cluster around the middle
 /// rather than at the ends of the range is √⅓.
@@ -32,7 +32,7 @@ struct Octave {
     /// Octave space from world metres: a turn and a scale.
     linear: DMat2,
     shift: DVec2,
-    /// In units of the sum's standard deviation.
+    /// The height in units of the sum's standard deviation.
     amplitude: f64,
 }
 
@@ -47,7 +47,7 @@ impl Terrain {
         let mut amplitude = 1.0;
         let octaves = (0..params.octaves)
             .map(|i| {
-                let mut rng = key.stage(OCTAVE).item(u64::from(i)).rng();
+                let mut rng = key.domain(OCTAVE).item(u64::from(i)).rng();
                 let angle = rng.range_f64(0.0, std::f64::consts::TAU);
                 let (sin, cos) = (libm::sin(angle), libm::cos(angle));
                 let turn = DMat2::from_cols(DVec2::new(cos, sin), DVec2::new(-sin, cos));

@@ -7,7 +7,8 @@ use crate::error::{ParamError, check};
 pub struct TerrainParams {
     /// Layers of noise, 1..=16.
     pub octaves: u32,
-    /// Wavelength of the first octave, metres, 1..=100,000: the distance between its lattice points.
+    /// Wavelength of the first octave, metres, 1..=100,000: the distance between its lattice
+    /// points.
     pub scale_m: f64,
     /// Factor of frequency from octave to octave, above 1 and up to 16.
     pub lacunarity: f64,

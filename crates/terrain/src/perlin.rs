@@ -4,13 +4,13 @@ use std::fmt;
 
 use glam::DVec2;
 use nemoral_scene::{Surface, SurfaceSample};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 use noise::{Fbm, MultiFractal, NoiseFn, PerlinSurflet};
 
 use crate::noise_terrain::{deviation, squash};
 use crate::{ParamError, TerrainParams};
 
-const SEED: Stage = Stage::new("terrain.perlin");
+const SEED: Domain = Domain::new("terrain.perlin");
 
 /// Standard deviation of `PerlinSurflet` over the plane, measured.
 const SIGMA: f64 = 0.42;
@@ -44,7 +44,7 @@ impl PerlinTerrain {
         } else {
             (1, 1.0)
         };
-        let fbm = Fbm::new(key.stage(SEED).to_u64() as u32)
+        let fbm = Fbm::new(key.domain(SEED).to_u64() as u32)
             .set_octaves(octaves as usize)
             .set_frequency(1.0 / params.scale_m)
             .set_lacunarity(params.lacunarity)

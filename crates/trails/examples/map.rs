@@ -1,5 +1,5 @@
-//! Draws trails from above: the carved ground's hillshade with trail surfaces, ruts, strips, slopes,
-//! grass and stones; then a close-up of a chunk with contour lines every half metre.
+//! Draws trails from above: the carved ground's hillshade with trail surfaces, ruts, strips,
+//! slopes, grass and stones; then a close-up of a chunk with contour lines every half metre.
 //!
 //! `cargo run --release -p nemoral-trails --example map -- FOLDER`
 

@@ -11,6 +11,7 @@ use crate::index::{Index, Stretch};
 use crate::path::Foot;
 use crate::profile::smoothstep;
 use crate::section::Part;
+use crate::zone::TrailZone;
 use crate::{TrailParams, TrailPath, TrailSurfaceKind};
 
 /// Inner corners between the edges of two trails that meet have this radius, metres.
@@ -31,21 +32,6 @@ const REACH_M: f64 = 12.0;
 /// A slope that changed the ground by less than this is no slope, metres.
 const TOUCH_M: f64 = 0.02;
 
-/// Which part of a trail a point is on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum TrailZone {
-    /// Ground that no trail has touched.
-    Off,
-    /// A slope that a trail has cut or filled, beside its surface.
-    CutSlope,
-    /// The surface of a trail, apart from ruts and strip.
-    Surface,
-    /// A wheel rut.
-    Rut,
-    /// The strip between the ruts.
-    Strip,
-}
-
 /// The ground near a chunk with its trails carved in.
 ///
 /// With t the height of the ground, d the distance to the edge of a trail, f the formation (the
@@ -54,15 +40,17 @@ pub enum TrailZone {
 /// z = min(max(t, f + p − F(d)), f + p + C(d)), with rounded corners,
 ///
 /// where F and C rise as 1 to the fill and the cut ratio, and beyond all bounds towards 12 m, so
-/// that a trail's influence ends there whatever the ground. Where trails meet, f is the mean of their
-/// formations weighted smoothly by distance, and their outlines join with rounded inner corners, so
-/// there are no steps. Every value depends on the world position and on what is within reach alone,
-/// so that grounds made for neighbouring chunks agree to the bit.
+/// that a trail's influence ends there whatever the ground. Where trails meet, f is the mean of
+/// their formations weighted smoothly by distance, and their outlines join with rounded inner
+/// corners, so there are no steps. Every value depends on the world position and on what is within
+/// reach alone, so that grounds made for neighbouring chunks agree to the bit.
 pub struct TrailGround {
     params: Arc<TrailParams>,
     base: Arc<dyn Surface>,
     paths: Vec<Arc<TrailPath>>,
     index: Index,
+    /// Of the knots that are close: where trails are dense, a few of many.
+    close: Index,
 }
 
 impl fmt::Debug for TrailGround {
@@ -78,6 +66,11 @@ struct Strand<'a> {
     path: &'a TrailPath,
     foot: Foot,
     edge: Dual,
+}
+
+/// A knot nearer than this may be of a trail that shapes the ground here.
+fn close_m(params: &TrailParams) -> f64 {
+    0.5 * params.width_m + SHOULDER_M.max(FILLET_M) + 0.5
 }
 
 /// How far from a chunk trails must be known to carve its ground.
@@ -96,11 +89,13 @@ impl TrailGround {
         near: &dyn Fn(ChunkCoord) -> bool,
     ) -> Self {
         let index = Index::new(&paths, low, high, reach_m(&params), near);
+        let close = Index::new(&paths, low, high, close_m(&params), near);
         Self {
             params,
             base,
             paths,
             index,
+            close,
         }
     }
 
@@ -122,8 +117,8 @@ impl TrailGround {
 
     /// Signed distance to the nearest border between parts of trails, slopes counting as untouched
     /// ground, metres: negative on surface and strip, positive in ruts and off the trails,
-    /// `f64::INFINITY` farther than 12 m from all. So parts that touch differ in sign, and a mesh cut
-    /// where it is 0 follows every border.
+    /// `f64::INFINITY` farther than 12 m from all. So parts that touch differ in sign, and a mesh
+    /// cut where it is 0 follows every border.
     #[must_use]
     pub fn border_m(&self, world_m: DVec2) -> f64 {
         match self.part(world_m) {
@@ -133,8 +128,8 @@ impl TrailGround {
         }
     }
 
-    /// [`zone`](Self::zone) for a piece of a mesh cut along the borders: the nearest part on its side
-    /// of them, whatever rounding says of its middle.
+    /// [`zone`](Self::zone) for a piece of a mesh cut along the borders: the nearest part on its
+    /// side of them, whatever rounding says of its middle.
     #[must_use]
     pub fn zone_on_side(&self, world_m: DVec2, negative: bool) -> TrailZone {
         let zone = self.part(world_m).map(|p| {
@@ -197,9 +192,8 @@ impl TrailGround {
     /// The nearest points of all stretches of trails that are close, or of the nearest one.
     fn strands(&self, p: DVec2) -> Vec<Strand<'_>> {
         let mut strands = Vec::new();
-        let close = 0.5 * self.params.width_m + SHOULDER_M.max(FILLET_M) + 0.5;
-        let mut nearest = (f64::INFINITY, None);
-        for &Stretch { path, first, end } in self.index.at(p) {
+        let close = close_m(&self.params);
+        for &Stretch { path, first, end } in self.close.at(p) {
             let path = &*self.paths[path as usize];
             // Each run of knots that are close is a strand of its own.
             let mut run = (close * close, None);
@@ -207,13 +201,9 @@ impl TrailGround {
                 .iter()
                 .enumerate()
             {
-                let i = first as usize + i;
                 let square = knot.position.distance_squared(p);
-                if square < nearest.0 {
-                    nearest = (square, Some((path, i)));
-                }
                 if square < run.0 {
-                    run = (square, Some(i));
+                    run = (square, Some(first as usize + i));
                 } else if square >= close * close {
                     strands.extend(run.1.take().map(|i| Strand::new(path, p, i)));
                     run.0 = close * close;
@@ -222,9 +212,24 @@ impl TrailGround {
             strands.extend(run.1.map(|i| Strand::new(path, p, i)));
         }
         if strands.is_empty() {
-            strands.extend(nearest.1.map(|(path, i)| Strand::new(path, p, i)));
+            strands.extend(self.nearest_strand(p));
         }
         strands
+    }
+
+    /// The nearest point of all trails within reach.
+    fn nearest_strand(&self, p: DVec2) -> Option<Strand<'_>> {
+        let mut nearest = (f64::INFINITY, None);
+        for &Stretch { path, first, end } in self.index.at(p) {
+            let path = &*self.paths[path as usize];
+            for i in first as usize..end as usize {
+                let square = path.knots()[i].position.distance_squared(p);
+                if square < nearest.0 {
+                    nearest = (square, Some((path, i)));
+                }
+            }
+        }
+        nearest.1.map(|(path, i)| Strand::new(path, p, i))
     }
 
     /// Height of the formation; `None` beyond reach. Each knot continues its height along its

@@ -2,20 +2,26 @@
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::curve::Cubic;
-use crate::path::TrailId;
 use crate::route::Step;
 
-const CROSSING: Stage = Stage::new("trails.crossing");
-const END: Stage = Stage::new("trails.end");
+const CROSSING: Domain = Domain::new("trails.crossing");
+const END: Domain = Domain::new("trails.end");
 
 /// Places on a border from which a trail takes the one with the least climb.
 const CANDIDATES: usize = 4;
 
 /// Most a trail leans from the border's normal where it crosses, radians.
 const LEAN_RAD: f64 = 0.5;
+
+/// The identity of a trail: the chunk that it starts in. At most one trail starts in a chunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TrailId {
+    /// The chunk that the trail starts in.
+    pub birth: ChunkCoord,
+}
 
 /// The crossings of a trail: points and directions, its ends included.
 #[derive(Clone, Debug)]
@@ -41,7 +47,7 @@ impl Layout {
         let birth = steps[0].chunk;
         let last = steps.len() - 1;
         let end = |step: &Step, side: f64, index: u64| {
-            let mut rng = key.stage(END).chunk(birth).item(index).rng();
+            let mut rng = key.domain(END).chunk(birth).item(index).rng();
             let jitter = DVec2::new(rng.range_f64(-0.1, 0.1), rng.range_f64(-0.1, 0.1));
             let offset = step.exit.vector() * (0.25 * side) + jitter;
             step.chunk.centre_m(chunk_size_m) + offset * chunk_size_m
@@ -53,7 +59,7 @@ impl Layout {
         };
         let mut points = vec![end(&steps[0], -1.0, 0)];
         for (i, step) in steps[..last].iter().enumerate() {
-            let mut rng = border_key(key.stage(CROSSING).chunk(birth), step)
+            let mut rng = border_key(key.domain(CROSSING).chunk(birth), step)
                 .item(i as u64)
                 .rng();
             let before = points[i];
@@ -78,7 +84,7 @@ impl Layout {
             let direction = if inner {
                 // The border's normal, turned towards the way of the neighbours, plus a little.
                 let normal = steps[i - 1].exit.vector();
-                let mut rng = border_key(key.stage(CROSSING).chunk(birth), &steps[i - 1])
+                let mut rng = border_key(key.domain(CROSSING).chunk(birth), &steps[i - 1])
                     .item(i as u64 - 1)
                     .item(0)
                     .rng();

@@ -18,24 +18,25 @@
 //! ```
 //!
 //! # The model
-//! Nunes, Ferreira and Peixoto (section IV-C) start trails in chunks with a probability, lead them on
-//! to the opposite border with another, lay a strip of a given width and section over the ground, and
-//! grow grass along its middle and small rocks on it. (Grass on the verges is ours.) They name the carving of the ground as what is
-//! missing. Here:
-//! - A trail is born in a chunk and walks on for up to 40 chunks. A chunk finds its trails by asking
-//!   every chunk within that reach whether a trail is born there and comes by; so no order of visits
-//!   matters.
+//! Nunes, Ferreira and Peixoto (section IV-C) start trails in chunks with a probability, lead them
+//! on to the opposite border with another, lay a strip of a given width and section over the
+//! ground, and grow grass along its middle and small rocks on it. (Grass on the verges is ours.)
+//! They name the carving of the ground as what is missing. Here:
+//! - A trail is born in a chunk and walks on for up to 40 chunks. A chunk finds its trails by
+//!   asking every chunk within that reach whether a trail is born there and comes by; so no order
+//!   of visits matters.
 //! - Trails cross borders at keyed places and directions, and run along cubic curves between.
 //! - [`TrailGround`] carves them: formation by low-passing and grade-limiting the ground along the
 //!   trail, cut and fill slopes of given ratios, crossfall, crown, wheel ruts, a ridge between.
-//! - A trail's material varies from trail to trail and along each ([`TrailSurfaceKind`]): the paper's
-//!   segmentation failed on trails that looked other than its one texture.
+//! - A trail's material varies from trail to trail and along each ([`TrailSurfaceKind`]): the
+//!   paper's segmentation failed on trails that looked other than its one texture.
 //!
 //! All lengths are metres; offsets are positive to the left of a trail's direction.
 
 mod cache;
 mod curve;
 mod dressing;
+mod dressing_placement;
 mod dual;
 mod error;
 mod ground;
@@ -46,11 +47,20 @@ mod path;
 mod profile;
 mod route;
 mod section;
+mod surface_kinds;
 mod trails;
+mod zone;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
 
 pub use dressing::{DressingKind, TrailDressing};
 pub use error::ParamError;
-pub use ground::{TrailGround, TrailZone};
-pub use params::{Ruts, Section, TrailParams, TrailSurfaceKind};
-pub use path::{TrailId, TrailPath};
-pub use trails::Trails;
+pub use ground::TrailGround;
+pub use layout::TrailId;
+pub use nemoral_scene::TrailSurfaceKind;
+pub use params::{Ruts, Section, TrailParams};
+pub use path::TrailPath;
+pub use trails::{TrailEdges, Trails};
+pub use zone::TrailZone;

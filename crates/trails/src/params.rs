@@ -1,6 +1,7 @@
-//! What a user says about trails.
+//! The parameters of trails.
 
 use glam::DVec2;
+use nemoral_scene::TrailSurfaceKind;
 
 use crate::error::{ParamError, check};
 
@@ -23,8 +24,8 @@ pub struct TrailParams {
     pub grass_max_per_chunk: u32,
     /// How far from a trail's middle its grass grows, metres, 0..=10.
     pub grass_spread_m: f64,
-    /// Tufts of grass that a metre of each edge has room for, 0..=20; 0 for bare verges. About half of them
-    /// grow, in places.
+    /// Tufts of grass that a metre of each edge has room for, 0..=20; 0 for bare verges. About half
+    /// of them grow, in places.
     pub verge_tufts_per_m: f64,
     /// The most stones on one trail, over its whole length; 0 for none.
     pub rocks_max_per_trail: u32,
@@ -67,56 +68,6 @@ pub struct Ruts {
     pub gauge_m: f64,
     /// Standard deviation of a rut's bell-shaped section, metres, 0.05..=0.5.
     pub sigma_m: f64,
-}
-
-/// What a trail is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum TrailSurfaceKind {
-    /// Crushed stone.
-    Gravel,
-    /// Bare, dry soil.
-    DryEarth,
-    /// Wet soil.
-    Mud,
-    /// Short grass.
-    Grassy,
-    /// Fallen leaves.
-    LeafLitter,
-    /// Fallen needles.
-    Needles,
-    /// Sand.
-    Sand,
-    /// Bed rock and slabs.
-    Rock,
-}
-
-impl TrailSurfaceKind {
-    /// All kinds.
-    pub const ALL: [Self; 8] = [
-        Self::Gravel,
-        Self::DryEarth,
-        Self::Mud,
-        Self::Grassy,
-        Self::LeafLitter,
-        Self::Needles,
-        Self::Sand,
-        Self::Rock,
-    ];
-
-    /// The name used in configurations and files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Gravel => "gravel",
-            Self::DryEarth => "dry_earth",
-            Self::Mud => "mud",
-            Self::Grassy => "grassy",
-            Self::LeafLitter => "leaf_litter",
-            Self::Needles => "needles",
-            Self::Sand => "sand",
-            Self::Rock => "rock",
-        }
-    }
 }
 
 impl Default for TrailParams {

@@ -2,16 +2,17 @@
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 use crate::curve::{Cubic, stiffness};
-use crate::dressing::stones;
-use crate::layout::Layout;
+use crate::dressing::TrailDressing;
+use crate::layout::{Layout, TrailId};
 use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
-use crate::{TrailDressing, TrailParams, TrailSurfaceKind};
+use crate::surface_kinds::{SurfaceKinds, rut_factor};
+use crate::{TrailParams, TrailSurfaceKind};
 
-const RUTS: Stage = Stage::new("trails.ruts");
-const KINDS: Stage = Stage::new("trails.kinds");
+const RUTS: Domain = Domain::new("trails.ruts");
+const KINDS: Domain = Domain::new("trails.kinds");
 
 /// Distance between knots, metres, about.
 const STEP_M: f64 = 1.0;
@@ -25,25 +26,17 @@ const END_WIDTH: f64 = 0.3;
 /// Standard deviation of the last smoothing of heights and of depths, metres.
 const ROUNDING_M: f64 = 3.0;
 
-/// The name of a trail: the chunk it was born in (at most one trail a chunk).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct TrailId {
-    /// Where it was born.
-    pub birth: ChunkCoord,
-}
-
 /// The run of one trail: a smooth curve by arc length, with what varies along it.
 ///
 /// Its tangent is continuous everywhere. Arc lengths are within 0.1 % of true ones.
 #[derive(Debug)]
 pub struct TrailPath {
     id: TrailId,
-    /// At least 2.
+    /// At least two knots.
     knots: Vec<Knot>,
     /// Chunks in order, each with the number of its first knot.
     transits: Vec<(ChunkCoord, usize)>,
-    /// Where a stretch of a material begins, arc length in metres, and which; from 0 on.
-    kinds: Vec<(f64, TrailSurfaceKind)>,
+    kinds: SurfaceKinds,
     stones: Vec<TrailDressing>,
 }
 
@@ -121,7 +114,7 @@ impl TrailPath {
         let (points, transits) = layout.points(STEP_M);
         let places: Vec<f64> = points.iter().map(|p| p.2).collect();
         let length = places[places.len() - 1];
-        let kinds = draw_kinds(params, world.stage(KINDS).chunk(id.birth), length);
+        let kinds = SurfaceKinds::draw(params, world.domain(KINDS).chunk(id.birth), length);
 
         let ground: Vec<_> = points.iter().map(|p| base.sample(p.0)).collect();
         let section = &params.section;
@@ -137,14 +130,13 @@ impl TrailPath {
                 .collect(),
         );
 
-        let key = world.stage(RUTS).chunk(id.birth);
+        let key = world.domain(RUTS).chunk(id.birth);
         let depth = Wobble::new(key.item(0), length, 9.0);
         let wander = Wobble::new(key.item(1), length, 12.0);
-        let taper = TAPER_M.min(length / 3.0);
-        let fade = |s: f64| smoothstep(s.min(length - s) / taper);
+        let fade = |s: f64| fade(s, length);
         let ruts = places
             .iter()
-            .map(|&s| fade(s) * kind_at(&kinds, s).rut_factor() * (1.0 + 0.6 * depth.at(s)));
+            .map(|&s| fade(s) * rut_factor(kinds.at(s)) * (1.0 + 0.6 * depth.at(s)));
         let ruts = smooth(&ruts.collect::<Vec<_>>(), ROUNDING_M / STEP_M);
 
         let last = points.len() - 1;
@@ -159,9 +151,7 @@ impl TrailPath {
                     height: heights[i],
                     grade: (heights[b] - heights[a]) / (places[b] - places[a]),
                     lane: Lane {
-                        half_width: 0.5
-                            * params.width_m
-                            * (END_WIDTH + (1.0 - END_WIDTH) * fade(arc)),
+                        half_width: half_width_m(params, fade(arc)),
                         tilt: tilts[i],
                         rut: ruts[i].max(0.0),
                         wander: 0.1 * wander.at(arc),
@@ -169,15 +159,40 @@ impl TrailPath {
                 }
             })
             .collect();
-        let mut path = Self {
+        Self {
             id,
             knots,
             transits,
             kinds,
             stones: Vec::new(),
+        }
+    }
+
+    /// The same trail where it is on the map alone: all heights are 0, and nothing lies on it. A
+    /// small part of the work.
+    pub(crate) fn outline(params: &TrailParams, layout: &Layout) -> Self {
+        let (points, transits) = layout.points(STEP_M);
+        let length = points[points.len() - 1].2;
+        let knot = |(position, tangent, arc): (DVec2, DVec2, f64)| Knot {
+            position,
+            tangent,
+            arc,
+            height: 0.0,
+            grade: 0.0,
+            lane: Lane {
+                half_width: half_width_m(params, fade(arc, length)),
+                tilt: 0.0,
+                rut: 0.0,
+                wander: 0.0,
+            },
         };
-        path.stones = stones(params, world, &path);
-        path
+        Self {
+            id: layout.id(),
+            knots: points.into_iter().map(knot).collect(),
+            transits,
+            kinds: SurfaceKinds::default(),
+            stones: Vec::new(),
+        }
     }
 
     /// Which trail it is.
@@ -226,12 +241,18 @@ impl TrailPath {
     /// The material at arc length `s_m` (clamped to the trail).
     #[must_use]
     pub fn kind(&self, s_m: f64) -> TrailSurfaceKind {
-        kind_at(&self.kinds, s_m)
+        self.kinds.at(s_m)
     }
 
     /// The chunks the trail goes through, in order; a chunk is there as often as it is entered.
     pub fn chunks(&self) -> impl Iterator<Item = ChunkCoord> + '_ {
         self.transits.iter().map(|t| t.0)
+    }
+
+    /// Gives the trail the stones that lie on it.
+    pub(crate) fn with_stones(mut self, stones: Vec<TrailDressing>) -> Self {
+        self.stones = stones;
+        self
     }
 
     pub(crate) fn stones(&self) -> &[TrailDressing] {
@@ -326,28 +347,12 @@ impl TrailPath {
     }
 }
 
-fn kind_at(kinds: &[(f64, TrailSurfaceKind)], s_m: f64) -> TrailSurfaceKind {
-    kinds[kinds.partition_point(|k| k.0 <= s_m).max(1) - 1].1
+/// How far a trail of this length has come to its full width and depth, 0..1.
+fn fade(s_m: f64, length_m: f64) -> f64 {
+    let taper = TAPER_M.min(length_m / 3.0);
+    smoothstep(s_m.min(length_m - s_m) / taper)
 }
 
-/// A trail has one material, with stretches of others: two thirds of the stretches of 60-180 m are
-/// of the trail's own.
-fn draw_kinds(params: &TrailParams, key: Key, length_m: f64) -> Vec<(f64, TrailSurfaceKind)> {
-    if let Some(kind) = params.surface {
-        return vec![(0.0, kind)];
-    }
-    let mut rng = key.rng();
-    let own = TrailSurfaceKind::draw(&mut rng);
-    let mut kinds = vec![(0.0, own)];
-    let mut s = rng.range_f64(60.0, 180.0);
-    while s < length_m {
-        let kind = if rng.chance(2.0 / 3.0) {
-            own
-        } else {
-            TrailSurfaceKind::draw(&mut rng)
-        };
-        kinds.push((s, kind));
-        s += rng.range_f64(60.0, 180.0);
-    }
-    kinds
+fn half_width_m(params: &TrailParams, fade: f64) -> f64 {
+    0.5 * params.width_m * (END_WIDTH + (1.0 - END_WIDTH) * fade)
 }

@@ -2,11 +2,11 @@
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::TrailParams;
 
-const ROUTE: Stage = Stage::new("trails.route");
+const ROUTE: Domain = Domain::new("trails.route");
 
 /// A compass direction: 0 east, 1 north, 2 west, 3 south.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +52,7 @@ pub(crate) struct Router {
 impl Router {
     pub(crate) fn new(params: &TrailParams, key: Key) -> Self {
         Self {
-            key: key.stage(ROUTE),
+            key: key.domain(ROUTE),
             spawn_probability: params.spawn_probability,
             forward_probability: params.forward_probability,
             max_length: params.max_length_chunks,

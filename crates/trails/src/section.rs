@@ -1,11 +1,11 @@
 //! The shape of a trail across its run.
 
 use glam::DVec2;
-use nemoral_seed::Draw;
 
 use crate::dual::Dual;
 use crate::path::{Foot, Lane};
-use crate::{Ruts, Section, TrailParams, TrailSurfaceKind, TrailZone};
+use crate::zone::TrailZone;
+use crate::{Ruts, Section, TrailParams};
 
 /// Trails narrower than this have no wheel ruts, metres.
 const RUT_WIDTH_M: f64 = 2.0;
@@ -20,26 +20,6 @@ const RUT_EDGE: f64 = 1.25;
 /// the diagonal of a fine cell of the ground's mesh, which could step over less.
 const BAND_M: f64 = 0.36;
 
-impl TrailSurfaceKind {
-    /// How deep ruts get, relative to the mean.
-    pub(crate) fn rut_factor(self) -> f64 {
-        match self {
-            Self::Mud => 2.5,
-            Self::Sand => 1.4,
-            Self::DryEarth | Self::Grassy => 1.0,
-            Self::LeafLitter | Self::Needles => 0.8,
-            Self::Gravel => 0.5,
-            Self::Rock => 0.1,
-        }
-    }
-
-    /// One kind, the commoner ones more often.
-    pub(crate) fn draw(rng: &mut impl Draw) -> Self {
-        const WEIGHTS: [f64; 8] = [0.2, 0.2, 0.13, 0.14, 0.13, 0.1, 0.05, 0.05];
-        Self::ALL[rng.weighted(&WEIGHTS).unwrap_or(0)]
-    }
-}
-
 impl TrailParams {
     /// The ruts, where the trail is wide enough for a vehicle.
     pub(crate) fn ruts(&self) -> Option<Ruts> {
@@ -47,7 +27,8 @@ impl TrailParams {
         self.section.ruts.filter(|r| wide && r.depth_m > 0.0)
     }
 
-    /// Height of the section above the formation at a point, by its foot; constant beyond the edges.
+    /// Height of the section above the formation at a point, by its foot; constant beyond the
+    /// edges.
     pub(crate) fn profile(&self, foot: &Foot) -> Dual {
         let lane = |value: f64, rate: f64| Dual::new(value, rate * foot.along);
         let Lane {

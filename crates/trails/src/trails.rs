@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 use crate::cache::Cache;
-use crate::dressing::{grass, verges};
+use crate::dressing_placement::{grass, stones, verges};
 use crate::ground::reach_m;
 use crate::layout::Layout;
 use crate::route::Router;
 use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
 
-const TRAILS: Stage = Stage::new("trails");
+const TRAILS: Domain = Domain::new("trails");
 
 /// The trails of an endless world, found from any chunk.
 ///
@@ -28,6 +28,19 @@ pub struct Trails {
     router: Router,
     births: Cache<ChunkCoord, Arc<[ChunkCoord]>>,
     paths: Cache<ChunkCoord, Arc<TrailPath>>,
+}
+
+/// Where the edges of trails are near a chunk.
+#[derive(Debug)]
+pub struct TrailEdges(TrailGround);
+
+impl TrailEdges {
+    /// Signed distance to the edge of the union of trail surfaces, metres: negative on a trail,
+    /// `f64::INFINITY` farther than 12 m from all.
+    #[must_use]
+    pub fn edge_m(&self, world_m: DVec2) -> f64 {
+        self.0.edge_m(world_m)
+    }
 }
 
 impl fmt::Debug for Trails {
@@ -53,7 +66,7 @@ impl Trails {
         Self::with_memory(params, chunk_size_m, key, base, [16_384, 160])
     }
 
-    /// With room for so many chunks' births and so many paths.
+    /// Trails whose caches hold so many chunks' births and so many paths.
     fn with_memory(
         params: TrailParams,
         chunk_size_m: f64,
@@ -62,7 +75,7 @@ impl Trails {
         [births, paths]: [usize; 2],
     ) -> Result<Self, ParamError> {
         params.check(chunk_size_m)?;
-        let key = key.stage(TRAILS);
+        let key = key.domain(TRAILS);
         Ok(Self {
             router: Router::new(&params, key),
             params: Arc::new(params),
@@ -93,6 +106,33 @@ impl Trails {
     /// the base ground.
     #[must_use]
     pub fn ground_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailGround {
+        self.near(coord, margin_m, |birth| self.path(birth))
+    }
+
+    /// Does any trail touch a chunk?
+    #[must_use]
+    pub fn is_crossed(&self, coord: ChunkCoord) -> bool {
+        !self.births_through(coord).is_empty()
+    }
+
+    /// Where the edges of trails are, for points at most `margin_m` from a chunk: as
+    /// [`ground_near`](Self::ground_near) says, without the work that heights take.
+    #[must_use]
+    pub fn edges_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailEdges {
+        let outline = |birth| {
+            let layout = self.layout(birth);
+            Arc::new(TrailPath::outline(&self.params, &layout))
+        };
+        TrailEdges(self.near(coord, margin_m, outline))
+    }
+
+    /// The ground near a chunk, of paths that `path` makes.
+    fn near(
+        &self,
+        coord: ChunkCoord,
+        margin_m: f64,
+        path: impl Fn(ChunkCoord) -> Arc<TrailPath>,
+    ) -> TrailGround {
         let margin_m = margin_m.max(0.0);
         let size = self.chunk_size_m;
         // A hair more: vertices on the border are computed in other ways.
@@ -109,7 +149,7 @@ impl Trails {
             .collect();
         births.sort_unstable();
         births.dedup();
-        let paths = births.into_iter().map(|birth| self.path(birth)).collect();
+        let paths = births.into_iter().map(path).collect();
         TrailGround::new(
             Arc::clone(&self.params),
             Arc::clone(&self.base),
@@ -142,9 +182,9 @@ impl Trails {
         best.1
     }
 
-    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then stones and
-    /// verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however many meet there;
-    /// where they meet, the verge of one does not grow on another.
+    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then
+    /// stones and verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however
+    /// many meet there; where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;
@@ -207,11 +247,16 @@ impl Trails {
 
     fn path(&self, birth: ChunkCoord) -> Arc<TrailPath> {
         self.paths.get_or_make(birth, || {
-            let walk = self.router.walk(birth).into_iter().flatten();
-            let base = &*self.base;
-            let layout = Layout::new(self.key, walk.collect(), self.chunk_size_m, base);
-            Arc::new(TrailPath::new(&self.params, self.key, &layout, base))
+            let layout = self.layout(birth);
+            let path = TrailPath::new(&self.params, self.key, &layout, &*self.base);
+            let stones = stones(&self.params, self.key, &path);
+            Arc::new(path.with_stones(stones))
         })
+    }
+
+    fn layout(&self, birth: ChunkCoord) -> Layout {
+        let walk = self.router.walk(birth).into_iter().flatten();
+        Layout::new(self.key, walk.collect(), self.chunk_size_m, &*self.base)
     }
 }
 
@@ -247,5 +292,32 @@ mod tests {
             });
             assert_eq!(a, b);
         }
+    }
+
+    #[test]
+    fn edges_are_where_the_ground_has_them() {
+        let params = TrailParams {
+            spawn_probability: 0.5,
+            max_length_chunks: 10,
+            ..TrailParams::default()
+        };
+        let base = Arc::new(FlatSurface::default());
+        let trails = Trails::new(params, 50.0, Key::world(3), base).expect("valid");
+        let mut on_trails = 0;
+        for i in 0..9 {
+            let chunk = ChunkCoord::new(i % 3 * 4, i / 3 * 4);
+            assert_eq!(trails.is_crossed(chunk), !trails.in_chunk(chunk).is_empty());
+            let (ground, edges) = (
+                trails.ground_near(chunk, 1.0),
+                trails.edges_near(chunk, 1.0),
+            );
+            for k in 0..400 {
+                let cell = DVec2::new(f64::from(k % 20), f64::from(k / 20)) + 0.37;
+                let p = chunk.origin_m(50.0) + cell * 2.5;
+                assert_eq!(edges.edge_m(p).to_bits(), ground.edge_m(p).to_bits(), "{p}");
+                on_trails += u32::from(edges.edge_m(p) < 0.0);
+            }
+        }
+        assert!(on_trails > 400, "{on_trails}");
     }
 }

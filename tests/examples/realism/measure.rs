@@ -267,7 +267,7 @@ fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
         scene.caster.closest_hits(&rays, &mut hits);
         for (ray, hit) in rays.iter().zip(hits) {
             let Some(hit) = hit else { continue };
-            let at = scene.origin_m + ray.at(hit.distance_m).as_dvec3();
+            let at = scene.origin_m + ray.at(hit.surface.distance_m).as_dvec3();
             let chunk = ChunkCoord::containing(at.truncate(), world.config.chunks.size_m);
             let ground = runner.get(world.forest.ground, chunk).expect("ground");
             heights_m.push(at.z - ground.height_m(at.truncate()));
@@ -298,7 +298,7 @@ fn low_cover(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> LowCov
         scene.caster.closest_hits(&rays, &mut hits);
         let materials = assets.library.materials.materials();
         for hit in hits {
-            cover.add(hit.and_then(|h| materials.get(h.material.0 as usize)));
+            cover.add(hit.and_then(|h| materials.get(h.surface.material.0 as usize)));
         }
     }
     cover

@@ -12,9 +12,9 @@ use nemoral_dataset::{
 };
 use nemoral_scene::glam::{DQuat, DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
-    ChunkCoord, ExtraKinds, ExtraTruth, Flow, Image, Intrinsics, LidarPoint, ObjectBox, ObjectId,
-    ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic, Shutter,
-    TreeRecord, TruthImages, Twist,
+    AnnotationKinds, Annotations, ChunkCoord, Flow, Image, Intrinsics, LidarPoint, ObjectBox,
+    ObjectId, ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic,
+    Shutter, TreeRecord, TruthImages, Twist,
 };
 
 use crate::scratch::Scratch;
@@ -117,7 +117,7 @@ fn header(depth_format: DepthFormat) -> DatasetHeader {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(SIZE.0, SIZE.1, 1.2).expect("valid"),
             body_from_camera: mount(0.2) * RigidTransform::body_from_optical(),
-            extra: ExtraKinds {
+            extra: AnnotationKinds {
                 sky: true,
                 flow: true,
                 trunks: true,
@@ -163,7 +163,7 @@ fn write_frame(writer: &Writer, header: &DatasetHeader, index: u64) {
         seen: true,
     };
     let seen = PixelBox::EMPTY.with(5, 1).with(6, h as u32 - 1);
-    let extra = ExtraTruth {
+    let extra = Annotations {
         flow: Some(truth.semantic.map(|s| there(s).then_some(still))),
         trunks: Some(truth.object.clone()),
         boxes: Some(vec![ObjectBox {

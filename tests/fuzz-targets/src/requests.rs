@@ -1,7 +1,7 @@
 //! What a user asks for, and the files that a request names.
 
 use nemoral_assets::Species;
-use nemoral_lidar::{ScanPattern, TablePattern};
+use nemoral_lidar::{CsvPattern, ScanPattern};
 use nemoral_pipeline::config::{Config, Layers};
 use nemoral_pipeline::{fuzz, robot};
 
@@ -49,9 +49,10 @@ pub fn settings(input: &[u8]) {
 
 /// A species file.
 pub fn species(input: &[u8]) {
-    let scratch = Scratch::new();
-    let path = scratch.put("species.toml", input);
-    if let Err(e) = Species::read(&path) {
+    let Ok(text) = std::str::from_utf8(input) else {
+        return;
+    };
+    if let Err(e) = Species::from_toml(text, "species.toml") {
         let length = e.to_string().len();
         assert!(length <= MESSAGE_BYTES, "a message of {length} bytes");
     }
@@ -59,7 +60,7 @@ pub fn species(input: &[u8]) {
 
 /// A table of pulses.
 pub fn pattern(input: &[u8]) {
-    match TablePattern::from_csv(input) {
+    match CsvPattern::from_csv(input) {
         Ok(pattern) => {
             let last = pattern.len() as u64 - 1;
             for number in [0, 1, last, last + 1, u64::from(u32::MAX), u64::MAX] {
@@ -82,9 +83,10 @@ pub fn robot_poses(input: &[u8]) {
         return;
     };
     let format = if format % 2 == 0 { "tum" } else { "kitti" };
-    let scratch = Scratch::new();
-    let path = scratch.put("poses.txt", bytes);
-    match robot::read_poses(&path, format) {
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        return;
+    };
+    match robot::read_poses(text, "poses.txt", format) {
         Ok(poses) => {
             for (_, pose) in poses {
                 let length = pose.rotation.length();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec3};
 use nemoral_scene::{
     AlphaMask, Card, Instance, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, Ray,
@@ -166,8 +166,8 @@ pub struct Canopy {
     pub lines: Vec<(DVec3, DVec3)>,
     square: (DVec2, f64),
     trees: Vec<Tree>,
-    leaves: Forest,
-    everything: Forest,
+    leaves: RayScene,
+    everything: RayScene,
 }
 
 /// A tree, for lines.
@@ -353,7 +353,7 @@ impl Canopy {
         let mut hits = vec![None; rays.len()];
         self.everything.closest_hits(&rays, &mut hits);
         hits.iter()
-            .map(|h| h.map_or(0.0, |h| TOP_M - f64::from(h.distance_m)))
+            .map(|h| h.map_or(0.0, |h| TOP_M - f64::from(h.surface.distance_m)))
             .collect()
     }
 
@@ -366,13 +366,13 @@ impl Canopy {
 }
 
 /// The share of lines that meet nothing.
-fn open(forest: &Forest, lines: &[(DVec3, DVec3)]) -> f64 {
+fn open(forest: &RayScene, lines: &[(DVec3, DVec3)]) -> f64 {
     let free = free(forest, lines);
     free.iter().filter(|f| **f).count() as f64 / lines.len() as f64
 }
 
 /// Which lines meet nothing.
-fn free(forest: &Forest, lines: &[(DVec3, DVec3)]) -> Vec<bool> {
+fn free(forest: &RayScene, lines: &[(DVec3, DVec3)]) -> Vec<bool> {
     let ray = |(o, d): &(DVec3, DVec3)| Ray::new(o.as_vec3(), d.as_vec3());
     let rays: Vec<Ray> = lines.iter().map(ray).collect();
     let mut hits = vec![None; rays.len()];
@@ -383,7 +383,7 @@ fn free(forest: &Forest, lines: &[(DVec3, DVec3)]) -> Vec<bool> {
 /// Groups of so many trees next to each other, metres a side.
 const GROUP_M: f64 = 25.0;
 
-fn forest(trees: &[Standing], materials: &MaterialLibrary, leaves_only: bool) -> Forest {
+fn forest(trees: &[Standing], materials: &MaterialLibrary, leaves_only: bool) -> RayScene {
     let mut shapes: BTreeMap<*const Prototype, Arc<Blas>> = BTreeMap::new();
     let mut groups: BTreeMap<[i64; 2], Vec<(Instance, Arc<Blas>)>> = BTreeMap::new();
     for tree in trees {
@@ -416,7 +416,7 @@ fn forest(trees: &[Standing], materials: &MaterialLibrary, leaves_only: bool) ->
         let origin: Vec3 = origin.as_vec2().extend(0.0);
         (origin, Arc::new(Group::build(instances)))
     });
-    Forest::new(placed.collect())
+    RayScene::new(placed.collect())
 }
 
 /// A shape's leaves, as areas at places.

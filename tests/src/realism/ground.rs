@@ -5,8 +5,7 @@ use nemoral_render::{
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
-    Hit, Image, Intrinsics, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster,
-    RigidTransform,
+    Hit, Image, Intrinsics, Material, MaterialId, MaterialLibrary, Ray, RayCaster, RigidTransform,
 };
 use nemoral_seed::Key;
 
@@ -28,20 +27,13 @@ impl RayCaster for Level {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let distance_m = -ray.origin.z / ray.direction.z;
         let at = ray.at(distance_m).truncate();
-        (ray.t_min_m..=ray.t_max_m)
-            .contains(&distance_m)
-            .then_some(Hit {
-                distance_m,
-                geometric_normal: Vec3::Z,
-                shading_normal: Vec3::Z,
-                uv: at.rem_euclid(Vec2::splat(1024.0)) / self.unit_m,
-                uv_per_m: 1.0 / self.unit_m,
-                material: MaterialId(0),
-                object: ObjectId::NONE,
-                blend: None,
-                variation: 0.5,
-                near_light: 1.0,
-            })
+        ray.reaches(distance_m).then(|| {
+            let mut hit = Hit::new(distance_m, Vec3::Z, MaterialId(0));
+            hit.shading.uv = at.rem_euclid(Vec2::splat(1024.0)) / self.unit_m;
+            hit.shading.uv_per_m = 1.0 / self.unit_m;
+            hit.shading.variation = 0.5;
+            hit
+        })
     }
 }
 
@@ -77,6 +69,7 @@ fn from_above(material: &Material, unit_m: f32) -> Image<f64> {
     let camera = RayCastCamera::new(params, Lighting::uniform(Vec3::ONE)).expect("valid");
     let scene = SceneView {
         caster: &Level { unit_m },
+        instances: None,
         materials: &materials,
         sky_visibility: &OpenSky,
     };

@@ -2,7 +2,7 @@
 
 use nemoral_assets::{FoliageCard, GrowthParams, Species, TreeMaterials, TreeSize, grow};
 use nemoral_scene::MaterialId;
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 /// Trees of a species, grown, and what a tape and a ruler say of them.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ impl Relations {
             cards_max: 200,
             ..GrowthParams::default()
         };
-        let key = Key::world(21).stage(Stage::new(&species.name));
+        let key = Key::world(21).domain(Domain::new(&species.name));
         let grown = |(i, dbh_m): (usize, &f64)| {
             let key = key.item(i as u64);
             let size = species.draw_size(*dbh_m, key);

@@ -9,7 +9,7 @@ use nemoral_dataset::{
     Track, WorldTables, Writer, check, merge, stats,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, Ontology, PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist};
+use nemoral_scene::{ChunkCoord, AnnotationKinds, Annotations, Image, Intrinsics, LidarPoint, ObjectId, Ontology, PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist};
 
 /// A wall 8 m ahead, seen by a camera and by a LiDAR at the same place.
 fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>> {
@@ -19,7 +19,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
             name: "eye".into(),
             intrinsics,
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: ExtraKinds::default(),
+            extra: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
         }],
@@ -42,7 +42,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
     let rgb = whole(0.0).map(|_| [90, 80, 70]);
     let points: Vec<LidarPoint> = (0..100_u16).map(point).collect();
     let writer = Writer::create(out, OpenMode::Fresh, header)?;
-    let extra = ExtraTruth::default();
+    let extra = Annotations::default();
     for index in frames {
         writer.write_frame(&FrameData {
             sequence: 0,

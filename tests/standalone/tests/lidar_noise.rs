@@ -1,6 +1,6 @@
 //! `nemoral-lidar-noise` alone: errors for somebody else's scanner.
 
-use nemoral_lidar_noise::{GaussianRange, Observation, RangeNoise, RangeSensor};
+use nemoral_lidar_noise::{GaussianRange, EchoObservation, RangeNoise, RangeSensor};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
@@ -15,9 +15,9 @@ fn moments(values: &[f64]) -> (f64, f64) {
 #[test]
 fn a_livox_sees_a_leaf() {
     let sensor = RangeSensor::new(RangeNoise::livox()).expect("a model");
-    let leaf = Observation::at_angle(20.0, 0.5, 0.45);
+    let leaf = EchoObservation::at_angle(20.0, 0.5, 0.45);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-    let measure = |o: &Observation, rng: &mut _| -> Vec<f64> {
+    let measure = |o: &EchoObservation, rng: &mut _| -> Vec<f64> {
         (0..1000).filter_map(|_| sensor.measure(o, rng)).collect()
     };
     let ranges = measure(&leaf, &mut rng);
@@ -26,17 +26,17 @@ fn a_livox_sees_a_leaf() {
     assert!((mean - 20.0).abs() < 0.1, "{mean} m");
     assert!((0.001..0.1).contains(&spread), "{spread} m");
     // Something dark and far does not answer.
-    let coal = Observation::at_angle(500.0, 1.2, 0.03);
+    let coal = EchoObservation::at_angle(500.0, 1.2, 0.03);
     assert!(measure(&coal, &mut rng).len() < 50);
 }
 
 #[test]
 fn a_model_of_ones_own_is_two_closures() {
     let sensor = GaussianRange {
-        mean: |o: &Observation| 0.001 * o.range_m,
-        sigma: |o: &Observation| 0.01 / o.reflectance,
+        mean: |o: &EchoObservation| 0.001 * o.range_m,
+        sigma: |o: &EchoObservation| 0.01 / o.reflectance,
     };
-    let grey = Observation {
+    let grey = EchoObservation {
         range_m: 50.0,
         incidence_cos: 1.0,
         reflectance: 0.5,

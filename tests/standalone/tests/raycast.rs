@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_raycast::{Blas, BruteForce, Forest, Group};
+use nemoral_raycast::{Blas, BruteForce, RayScene, Group};
 use nemoral_scene::glam::{Mat3, Vec3};
 use nemoral_scene::{
     AlphaMask, Card, ChunkCoord, Instance, Material, MaterialLibrary, Mesh, ObjectId, Prototype,
@@ -44,21 +44,21 @@ fn groups() -> Vec<(Vec3, Arc<Group>)> {
 
 #[test]
 fn light_falls_through_holes() {
-    let forest = Forest::new(groups());
+    let forest = RayScene::new(groups());
     let up = |x_m: f32| Ray::new(Vec3::new(x_m, 0.3, 0.0), Vec3::Z);
     assert_eq!(forest.closest_hit(&up(0.25)), None);
     assert!(!forest.is_occluded(&up(0.25)));
     let hit = forest.closest_hit(&up(0.75)).expect("a leaf");
-    assert_eq!((hit.distance_m, hit.object.item()), (2.0, 1));
+    assert_eq!((hit.surface.distance_m, hit.surface.object.item()), (2.0, 1));
     assert!(forest.is_occluded(&up(0.75)));
     let down = Ray::new(Vec3::new(0.75, 0.3, 1000.0), Vec3::NEG_Z);
     let hit = forest.closest_hit(&down).expect("the other end");
-    assert_eq!((hit.distance_m, hit.object.item()), (800.0, 100));
+    assert_eq!((hit.surface.distance_m, hit.surface.object.item()), (800.0, 100));
 }
 
 #[test]
 fn it_is_what_a_loop_over_everything_gives() {
-    let (forest, oracle) = (Forest::new(groups()), BruteForce::new(groups()));
+    let (forest, oracle) = (RayScene::new(groups()), BruteForce::new(groups()));
     let rays: Vec<Ray> = (0..2000_u16)
         .map(|i| {
             let turn = f32::from(i) * 0.1;

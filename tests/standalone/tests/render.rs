@@ -6,7 +6,7 @@ use nemoral_render::{
     CameraImages, CameraRenderer, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView,
     SkyParams, Sun, View,
 };
-use nemoral_scene::glam::{Vec2, Vec3};
+use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
     ChunkCoord, Hit, Intrinsics, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster,
     RigidTransform, Semantic,
@@ -24,22 +24,12 @@ impl RayCaster for Ball {
         let along = from.dot(ray.direction);
         let discriminant = along * along - from.length_squared() + 1.0;
         let distance_m = -along - discriminant.max(0.0).sqrt();
-        if discriminant < 0.0 || !(ray.t_min_m..=ray.t_max_m).contains(&distance_m) {
+        if discriminant < 0.0 || !ray.reaches(distance_m) {
             return None;
         }
         let normal = ray.at(distance_m) - CENTRE_M;
-        Some(Hit {
-            distance_m,
-            geometric_normal: normal,
-            shading_normal: normal,
-            uv: Vec2::ZERO,
-            uv_per_m: 1.0,
-            material: self.0,
-            object: ObjectId::new(ChunkCoord::new(0, 0), 9).expect("in range"),
-            blend: None,
-            variation: 0.0,
-            near_light: 1.0,
-        })
+        let ball = ObjectId::new(ChunkCoord::new(0, 0), 9).expect("in range");
+        Some(Hit::new(distance_m, normal, self.0).with_object(ball))
     }
 }
 
@@ -52,6 +42,7 @@ fn picture(azimuth_deg: f64) -> Result<CameraImages, Box<dyn Error>> {
     let camera = RayCastCamera::new(RayCastParams::default(), lighting)?;
     let scene = SceneView {
         caster: &ball,
+        instances: None,
         materials: &materials,
         sky_visibility: &OpenSky,
     };

@@ -1,12 +1,12 @@
 //! `nemoral-seed` alone: numbers for a game's loot, say.
 
-use nemoral_seed::{Draw, Key, Rng, Stage};
+use nemoral_seed::{Draw, Key, Rng, Domain};
 
-const TREES: Stage = Stage::new("example.trees");
-const LOOT: Stage = Stage::new("example.loot");
+const TREES: Domain = Domain::new("example.trees");
+const LOOT: Domain = Domain::new("example.loot");
 
 fn height_m(item: u64) -> f64 {
-    let mut rng = Key::world(7).stage(TREES).chunk([3, -1]).item(item).rng();
+    let mut rng = Key::world(7).domain(TREES).chunk([3, -1]).item(item).rng();
     rng.range_f64(8.0, 25.0)
 }
 
@@ -29,9 +29,9 @@ fn a_generator_is_one_of_rands() {
         [rng.next_u64(), rng.next_u64()]
     }
     let key = Key::world(7);
-    let [a, b] = any(&mut key.stage(TREES).rng());
+    let [a, b] = any(&mut key.domain(TREES).rng());
     assert_ne!(a, b);
-    assert_ne!([a, b], any(&mut key.stage(LOOT).rng()));
-    assert_ne!([a, b], any(&mut Key::world(8).stage(TREES).rng()));
-    assert_eq!(a, key.stage(TREES).rng().next_u64());
+    assert_ne!([a, b], any(&mut key.domain(LOOT).rng()));
+    assert_ne!([a, b], any(&mut Key::world(8).domain(TREES).rng()));
+    assert_eq!(a, key.domain(TREES).rng().next_u64());
 }

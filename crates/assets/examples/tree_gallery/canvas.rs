@@ -85,7 +85,8 @@ impl Depths {
             && self.depth[y as usize * self.width + x as usize] < p.dot(self.into) - 0.12
     }
 
-    /// Where `cover`, given barycentric weights and place, is something, keeps the depth and paints.
+    /// Where `cover`, given barycentric weights and place, is something, keeps the depth and
+    /// paints.
     fn triangle<T>(
         &mut self,
         p: [Vec3; 3],

@@ -1,11 +1,12 @@
-//! Draws every species from sapling to snag beside a board of 1.8 m, with its bark and leaves close by,
-//! and one sheet of all species, `species.png`: `tree_gallery FOLDER [SPECIES | FILE.toml]...`.
+//! Draws every species from sapling to snag beside a board of 1.8 m, with its bark and leaves close
+//! by, and one sheet of all species, `species.png`: `tree_gallery FOLDER [SPECIES | FILE.toml]...`.
 //!
 //! Orthographic, from the south; sun from the upper left, behind the viewer, and a grey sky.
 
 mod canvas;
 
 use std::path::Path;
+
 use std::time::Instant;
 
 use nemoral_assets::{
@@ -27,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for name in arguments {
         species.push(match Species::built_in(&name) {
             Some(species) => species,
-            None => Species::read(Path::new(&name))?,
+            None => Species::from_toml(&std::fs::read_to_string(&name)?, &name)?,
         });
     }
     if species.is_empty() {
@@ -189,7 +190,8 @@ fn close(tree: (&TreeAsset, &MaterialLibrary)) -> image::RgbImage {
     ])
 }
 
-/// One tree of each species; below them, in the same order, its bark at breast height and its leaves.
+/// One tree of each species; below them, in the same order, its bark at breast height and its
+/// leaves.
 fn sheet(trees: &[(&TreeAsset, &MaterialLibrary)]) -> image::RgbImage {
     let whole = whole(trees, 1440.0);
     let tile_px = whole.width() as f32 / trees.len() as f32 - 8.0;

@@ -7,16 +7,16 @@ use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around};
 use super::undergrowth::{pick, scatter};
-use crate::palette::Palette;
+use crate::materials::WorldMaterials;
 
 /// Radius of a litter patch, metres.
 const PATCH_M: f32 = 0.8;
 
 /// A patch of fallen twigs (3-14 mm thick), cones and curled leaves.
-pub(crate) fn litter(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+pub(crate) fn litter(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     for at in scatter(7 + rng.below(9), PATCH_M - 0.25, 0.08, rng) {
-        twig(&mut shape, at, palette, rng);
+        twig(&mut shape, at, materials, rng);
     }
     // Cones lie where pines stand: in every other patch.
     let cones = if variant.is_multiple_of(2) {
@@ -25,28 +25,28 @@ pub(crate) fn litter(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Sha
         0
     };
     for at in scatter(cones, PATCH_M - 0.1, 0.12, rng) {
-        cone(&mut shape, at, palette, rng);
+        cone(&mut shape, at, materials, rng);
     }
     for at in scatter(30 + rng.below(40), PATCH_M - 0.12, 0.03, rng) {
-        leaf(&mut shape, at, palette, rng);
+        leaf(&mut shape, at, materials, rng);
     }
     shape
 }
 
 /// A crooked twig with a fork or two, resting on the ground.
-fn twig(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
+fn twig(shape: &mut Shape, at: Vec2, materials: &WorldMaterials, rng: &mut impl Rng) {
     let length = 0.12 + 0.40 * rng.unit_f32() * rng.unit_f32();
     let radius = rng.range_f32(0.0016, 0.0055) * (0.6 + 1.2 * length);
     let mut heading = rng.range_f32(0.0, TAU);
     let line = crooked(at.extend(radius), &mut heading, length, 5, rng);
     let radii: Vec<f32> = (0..5).map(|i| radius * (1.0 - 0.16 * i as f32)).collect();
-    shape.tube(&line, &radii, 5, palette.fallen_twig);
+    shape.tube(&line, &radii, 5, materials.fallen_twig);
     for _ in 0..rng.below(3) {
         let from = 1 + rng.below(3) as usize;
         let mut turn = heading + if rng.chance(0.5) { 0.7 } else { -0.7 };
         let side = crooked(line[from], &mut turn, 0.45 * length, 3, rng);
         let r = radii[from] * 0.7;
-        shape.tube(&side, &[r, 0.75 * r, 0.5 * r], 4, palette.fallen_twig);
+        shape.tube(&side, &[r, 0.75 * r, 0.5 * r], 4, materials.fallen_twig);
     }
 }
 
@@ -72,7 +72,7 @@ fn crooked(
 }
 
 /// A pine cone of 9-16 cm on its side: an egg of whorled scales.
-fn cone(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
+fn cone(shape: &mut Shape, at: Vec2, materials: &WorldMaterials, rng: &mut impl Rng) {
     let length = rng.range_f32(0.09, 0.16);
     let thick = length * rng.range_f32(0.20, 0.27);
     let heading = rng.range_f32(0.0, TAU);
@@ -103,20 +103,20 @@ fn cone(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
                 let (r, k) = corners[i];
                 shape.push(p[i], normal, Vec2::new(0.02 * k as f32, 0.02 * r as f32))
             });
-            shape.triangle([v[0], v[2], v[1]], palette.cone);
-            shape.triangle([v[0], v[3], v[2]], palette.cone);
+            shape.triangle([v[0], v[2], v[1]], materials.cone);
+            shape.triangle([v[0], v[3], v[2]], materials.cone);
         }
     }
 }
 
 /// A leaf lying nearly flat, one end lifted.
-fn leaf(shape: &mut Shape, at: Vec2, palette: &Palette, rng: &mut impl Rng) {
+fn leaf(shape: &mut Shape, at: Vec2, materials: &WorldMaterials, rng: &mut impl Rng) {
     let heading = rng.range_f32(0.0, TAU);
     let lift = rng.range_f32(-0.05, 0.45);
     let along = around(heading) + Vec3::Z * lift;
     let roll = rng.range_f32(-0.5, 0.5);
     let across = around(heading + 0.25 * TAU) + Vec3::Z * roll;
-    let kind = pick(&palette.fallen_leaf, rng);
+    let kind = pick(&materials.fallen_leaf, rng);
     // High enough that the lower edge of the rolled leaf is above the ground.
     let height = 0.004 + 0.5 * roll.abs() * kind.width_m + 0.05 * kind.height_m;
     shape.card(

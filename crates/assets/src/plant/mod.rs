@@ -1,4 +1,4 @@
-//! Everything that stands or lies in a wood and is not a tree.
+//! Everything that stands or lies in a forest and is not a tree.
 
 pub(crate) mod floor;
 pub(crate) mod rock;

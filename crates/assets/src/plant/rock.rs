@@ -7,7 +7,7 @@ use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key};
 
 use super::shape::{Shape, leaning};
-use crate::texture::noise::{scramble, unit};
+use crate::textures::noise::{scramble, unit};
 
 /// What rock to make.
 #[derive(Clone, Copy, Debug)]

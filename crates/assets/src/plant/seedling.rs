@@ -8,21 +8,22 @@ use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around, leaning};
 use super::undergrowth::{SUNK_M, arched, pick};
-use crate::palette::SeedlingMaterials;
+use crate::materials::SeedlingMaterials;
 use crate::tree::{FoliageCard, LeafKind, LeafLook};
 
-/// Their heights, metres: those of one to about four years. Placed ones are a tenth smaller or larger.
+/// Their heights, metres: those of one to about four years. Placed ones are a tenth smaller or
+/// larger.
 pub(crate) const HEIGHT_M: [f32; 2] = [0.08, 0.26];
 
-/// Nothing but a stem is nearer to the ground, metres: blades that all but touch it belong to one thing for a
-/// camera and to another for a LiDAR that measures to two centimetres.
+/// Nothing but a stem is nearer to the ground, metres: blades that all but touch it belong to one
+/// thing for a camera and to another for a LiDAR that measures to two centimetres.
 const CLEAR_M: f32 = 0.05;
 
 /// How a broadleaf's leaves stand on its stem.
 struct Habit {
-    /// From which share of the stem on there are leaves.
+    /// The share of the stem from which on there are leaves.
     from: f32,
-    /// From a leaf to the next around the stem, radians.
+    /// The angle from a leaf to the next around the stem, radians.
     turn: f32,
     /// How far the stem bends over at its tip, radians.
     nod: f32,
@@ -102,11 +103,11 @@ impl Growing {
         a.lerp(b, ((height_m - a.z) / (b.z - a.z)).clamp(0.0, 1.0))
     }
 
-    /// Hangs a picture on the stem: higher than asked if it would not keep clear of the ground there, lower if
-    /// it would rise above all seedlings.
-    fn card(&mut self, picture: &FoliageCard, height_m: f32, along: Vec3, across: Vec3, size: f32) {
+    /// Hangs an image on the stem: higher than asked if it would not keep clear of the ground
+    /// there, lower if it would rise above all seedlings.
+    fn card(&mut self, image: &FoliageCard, height_m: f32, along: Vec3, across: Vec3, size: f32) {
         let shape = &mut self.shape;
-        shape.card(picture, Vec3::ZERO, along, across, size);
+        shape.card(image, Vec3::ZERO, along, across, size);
         let Some(mut card) = shape.cards.pop() else {
             return;
         };
@@ -140,13 +141,13 @@ fn broadleaf(
         // Two rows stand left and right of the way that the stem leans.
         let azimuth = heading + 0.5 * PI + habit.turn * i as f32 + rng.range_f32(-0.35, 0.35);
         let tilt = rng.range_f32(1.25, 1.60) - 0.12 * up;
-        let picture = pick(&materials.leaves, rng);
+        let image = pick(&materials.leaves, rng);
         // No leaf is out of proportion to its stem, whatever a tree of the species bears.
-        let most = (0.45 * height_m + 0.02) / picture.height_m;
+        let most = (0.45 * height_m + 0.02) / image.height_m;
         let size = (vigour * rng.range_f32(0.85, 1.15)).min(most);
         let along = leaning(azimuth, tilt);
         let across = along.cross(Vec3::Z) + 0.2 * rng.range_f32(-1.0, 1.0) * Vec3::Z;
-        growing.card(picture, at_m, along, across, size);
+        growing.card(image, at_m, along, across, size);
     }
     growing.shape
 }
@@ -183,12 +184,12 @@ fn conifer(
     let mut growing = Growing::stem(0.85 * height_m, heading, nod, materials.stem);
     let mut shoot = |at_m: f32, along: Vec3, across: Vec3, length_m: f32| {
         let off = |card: &FoliageCard| (card.height_m - length_m).abs();
-        let pictures = materials.leaves.iter();
-        if let Some(nearest) = pictures.min_by(|a, b| off(a).total_cmp(&off(b))) {
+        let images = materials.leaves.iter();
+        if let Some(nearest) = images.min_by(|a, b| off(a).total_cmp(&off(b))) {
             growing.card(nearest, at_m, along, across, length_m / nearest.height_m);
         }
     };
-    // The leader is seen from all sides: two pictures at right angles.
+    // The leader is seen from all sides: two images at right angles.
     let bare_m = (0.36 * height_m).max(CLEAR_M);
     let along = leaning(heading, nod);
     let side = around(rng.range_f32(0.0, TAU));
@@ -219,7 +220,7 @@ mod tests {
     use super::*;
     use crate::tree::Species;
 
-    /// Pictures as large as a species' leaves, or as shoots, and one as large as any.
+    /// Images as large as a species' leaves, or as shoots, and one as large as any.
     fn materials(look: &LeafLook) -> SeedlingMaterials {
         let long = look.length_m[1] as f32;
         let card = |height_m: f32, ratio: f32| FoliageCard {

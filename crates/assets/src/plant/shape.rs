@@ -27,11 +27,11 @@ pub(crate) fn leaning(azimuth: f32, tilt: f32) -> Vec3 {
 }
 
 impl Shape {
-    /// Hangs a picture at `base`, growing `along`, with its flat side across `across`; both are made
+    /// Hangs an image at `base`, growing `along`, with its flat side across `across`; both are made
     /// unit and perpendicular.
     pub(crate) fn card(
         &mut self,
-        picture: &FoliageCard,
+        image: &FoliageCard,
         base: Vec3,
         along: Vec3,
         across: Vec3,
@@ -40,18 +40,18 @@ impl Shape {
         let along = along.normalize_or(Vec3::Z);
         let side =
             (across - along * across.dot(along)).normalize_or(along.any_orthonormal_vector());
-        let edge_u = side * picture.width_m * scale;
+        let edge_u = side * image.width_m * scale;
         self.cards.push(Card {
             corner: base - 0.5 * edge_u,
             edge_u,
-            edge_v: along * picture.height_m * scale,
-            material: picture.material,
+            edge_v: along * image.height_m * scale,
+            material: image.material,
         });
     }
 
-    /// Sweeps a circle of `sides` corners along a line with rotation-minimising frames; both ends are
-    /// closed with a point. `radii` has one radius for each point; uv repeat every metre around and
-    /// every two metres along, at least once around.
+    /// Sweeps a circle of `sides` corners along a line with rotation-minimising frames; both ends
+    /// are closed with a point. `radii` has one radius for each point; uv repeat every metre around
+    /// and every two metres along, at least once around.
     pub(crate) fn tube(
         &mut self,
         points: &[Vec3],
@@ -174,14 +174,14 @@ mod tests {
 
     #[test]
     fn a_card_is_attached_at_the_middle_of_its_foot() {
-        let picture = FoliageCard {
+        let image = FoliageCard {
             material: MaterialId(3),
             width_m: 0.2,
             height_m: 0.4,
             opaque_fraction: 0.4,
         };
         let mut shape = Shape::default();
-        shape.card(&picture, Vec3::ONE, Vec3::Y, Vec3::new(1.0, 1.0, 0.0), 2.0);
+        shape.card(&image, Vec3::ONE, Vec3::Y, Vec3::new(1.0, 1.0, 0.0), 2.0);
         let c = shape.cards[0];
         assert!((c.corner + 0.5 * c.edge_u).distance(Vec3::ONE) < 1e-6);
         assert!(

@@ -7,7 +7,7 @@ use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around, leaning};
 use super::undergrowth::{SUNK_M, arched, on_line, pick};
-use crate::palette::Palette;
+use crate::materials::WorldMaterials;
 
 /// A shrub's kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,17 +29,17 @@ impl ShrubKind {
     }
 
     /// Grows an individual; `rank` 0..1 runs from the smallest to the tallest of the kind.
-    pub(crate) fn grow(self, rank: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+    pub(crate) fn grow(self, rank: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
         match self {
-            Self::Gorse => gorse(0.65 + 1.35 * rank, palette, rng),
-            Self::Heather => heather(0.45 + 0.65 * rank, palette, rng),
-            Self::Bramble => bramble(0.50 + 0.60 * rank, palette, rng),
+            Self::Gorse => gorse(0.65 + 1.35 * rank, materials, rng),
+            Self::Heather => heather(0.45 + 0.65 * rank, materials, rng),
+            Self::Bramble => bramble(0.50 + 0.60 * rank, materials, rng),
         }
     }
 }
 
 /// Stems that fork twice; the outer forks carry spiny branch ends, the inside is bare and brown.
-fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+fn gorse(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let stems = 7 + (4.0 * height) as u32 + rng.below(4);
     let turn = rng.range_f32(0.0, TAU);
@@ -52,7 +52,7 @@ fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
         let line = arched(base, azimuth, length, tilt + 0.25, 0.55 * tilt, 6);
         let r = 0.011 * height.sqrt() * rng.range_f32(0.8, 1.2);
         let radii: Vec<f32> = (0..6).map(|k| r * (1.0 - 0.15 * k as f32)).collect();
-        shape.tube(&line, &radii, 5, palette.shrub_wood);
+        shape.tube(&line, &radii, 5, materials.shrub_wood);
         let forks = 5 + (6.0 * height) as u32;
         for k in 0..forks {
             let t = 0.25 + 0.75 * (k as f32 + rng.unit_f32()) / forks as f32;
@@ -66,7 +66,7 @@ fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
                 &[from, from.lerp(to, 0.5) + 0.04 * reach * spread, to],
                 &[twig, 0.8 * twig, 0.5 * twig],
                 4,
-                palette.shrub_wood,
+                materials.shrub_wood,
             );
             let ends = 5 + rng.below(3);
             for e in 0..ends {
@@ -76,7 +76,7 @@ fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
                     .normalize_or(way);
                 let across = around(rng.range_f32(0.0, TAU));
                 shape.card(
-                    pick(&palette.gorse, rng),
+                    pick(&materials.gorse, rng),
                     at,
                     out,
                     across,
@@ -89,7 +89,7 @@ fn gorse(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
 }
 
 /// A broom of thin upright stems, green for the upper two thirds.
-fn heather(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+fn heather(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let stems = 20 + rng.below(10);
     for i in 0..stems {
@@ -100,7 +100,7 @@ fn heather(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
         let line = arched(base, azimuth, length, 1.1 * tilt, 0.65 * tilt, 5);
         let r = rng.range_f32(0.0028, 0.0045);
         let radii: Vec<f32> = (0..5).map(|k| r * (1.0 - 0.18 * k as f32)).collect();
-        shape.tube(&line, &radii, 4, palette.shrub_wood);
+        shape.tube(&line, &radii, 4, materials.shrub_wood);
         let bundles = 9 + (9.0 * height) as u32;
         for k in 0..bundles {
             let t = 0.22 + 0.78 * (k as f32 + rng.unit_f32()) / bundles as f32;
@@ -109,7 +109,7 @@ fn heather(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
             let way = along + 0.55 * spread + 0.2 * Vec3::Z;
             let size = rng.range_f32(0.6, 0.95);
             shape.card(
-                pick(&palette.heather, rng),
+                pick(&materials.heather, rng),
                 at,
                 way,
                 around(rng.range_f32(0.0, TAU)),
@@ -121,7 +121,7 @@ fn heather(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
 }
 
 /// A mound of arching canes; leaves turn their faces up and out.
-fn bramble(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+fn bramble(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let canes = 20 + rng.below(8);
     for i in 0..canes {
@@ -142,7 +142,7 @@ fn bramble(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
         }
         let r = rng.range_f32(0.0030, 0.0055);
         let radii: Vec<f32> = (0..14).map(|k| r * (1.0 - 0.055 * k as f32)).collect();
-        shape.tube(&line, &radii, 5, palette.cane);
+        shape.tube(&line, &radii, 5, materials.cane);
         let nodes = (length / 0.040) as u32;
         for k in 0..nodes {
             let t = 0.10 + 0.90 * (k as f32 + rng.unit_f32()) / nodes as f32;
@@ -154,7 +154,7 @@ fn bramble(height: f32, palette: &Palette, rng: &mut impl Rng) -> Shape {
             let flat = (out - face * out.dot(face)).normalize_or(along);
             let across = flat.cross(face);
             let size = rng.range_f32(0.85, 1.35);
-            shape.card(pick(&palette.bramble, rng), at, flat, across, size);
+            shape.card(pick(&materials.bramble, rng), at, flat, across, size);
         }
     }
     shape

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Key};
 
 use super::shape::{Shape, around};
-use crate::palette::StumpMaterials;
+use crate::materials::StumpMaterials;
 
 /// Corners around a stump.
 const SIDES: u32 = 28;
@@ -99,7 +99,7 @@ pub(crate) fn stump(
             let u = (k % SIDES) as f32 / SIDES as f32;
             let out = around(u * TAU);
             let p = rim(out, share * radius(u * TAU, height_m), &top);
-            // The picture has wood up to 0.46 and bark to 0.5.
+            // The image has wood up to 0.46 and bark to 0.5.
             let uv = Vec2::splat(0.5) + 0.495 * share * out.truncate();
             shape.push(p, Vec3::Z - askew, uv);
         }

@@ -6,13 +6,13 @@ use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around, leaning};
-use crate::palette::Palette;
+use crate::materials::WorldMaterials;
 use crate::tree::FoliageCard;
 
 /// How deep everything is planted, so that no foot hangs over rough ground.
 pub(crate) const SUNK_M: f32 = 0.03;
 
-/// One of some pictures, with equal chances.
+/// One of some images, with equal chances.
 pub(crate) fn pick<'a>(cards: &'a [FoliageCard], rng: &mut impl Rng) -> &'a FoliageCard {
     &cards[rng.below(cards.len() as u32) as usize]
 }
@@ -41,14 +41,14 @@ pub(crate) fn scatter(count: u32, radius_m: f32, spacing_m: f32, rng: &mut impl 
 /// How far blades lean that nobody has trodden on, radians: the least and the most.
 const UPRIGHT: [f32; 2] = [0.05, 0.55];
 
-/// A tuft of grass: pictures of blades around a foot, leaning out.
+/// A tuft of grass: images of blades around a foot, leaning out.
 fn tuft(
     shape: &mut Shape,
     foot: Vec2,
     cards: u32,
     lean: [f32; 2],
     scale: f32,
-    palette: &Palette,
+    materials: &WorldMaterials,
     rng: &mut impl Rng,
 ) {
     let turn = rng.range_f32(0.0, TAU);
@@ -60,7 +60,7 @@ fn tuft(
         // The flat side faces partly outwards, partly along the rim, so that no view is all edges.
         let across = around(azimuth + rng.range_f32(0.9, 2.2));
         let size = scale * rng.range_f32(0.8, 1.2);
-        let (heads, blades) = palette
+        let (heads, blades) = materials
             .grass
             .split_last()
             .expect("there are cards of grass");
@@ -74,7 +74,7 @@ fn tuft(
 }
 
 /// A patch of grass; `variant` runs from sparse and low to dense and tall.
-pub(crate) fn grass(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+pub(crate) fn grass(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let lush = (variant % 4) as f32 / 3.0;
     let tufts = 14 + (34.0 * lush) as u32 + rng.below(10);
@@ -87,15 +87,16 @@ pub(crate) fn grass(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shap
             4 + rng.below(3),
             UPRIGHT,
             scale * edge * rng.range_f32(0.7, 1.15),
-            palette,
+            materials,
             rng,
         );
     }
     shape
 }
 
-/// A patch of herbs: rosettes of broad leaves, leafy stems, trefoils; variants weigh them differently.
-pub(crate) fn herbs(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+/// A patch of herbs: rosettes of broad leaves, leafy stems, trefoils; variants weigh them
+/// differently.
+pub(crate) fn herbs(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let weights = match variant % 4 {
         0 => [0.7, 0.2, 0.1],
@@ -106,19 +107,25 @@ pub(crate) fn herbs(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shap
     let plants = 16 + rng.below(14);
     for foot in scatter(plants, 0.65, 0.05, rng) {
         match rng.weighted(&weights) {
-            Some(0) => rosette(&mut shape, foot, [0.7, 1.35], palette, rng),
-            Some(1) => stems(&mut shape, foot, palette, rng),
-            _ => trefoils(&mut shape, foot, [0.8, 1.3], palette, rng),
+            Some(0) => rosette(&mut shape, foot, [0.7, 1.35], materials, rng),
+            Some(1) => stems(&mut shape, foot, materials, rng),
+            _ => trefoils(&mut shape, foot, [0.8, 1.3], materials, rng),
         }
     }
     shape
 }
 
-/// `sizes` are the least and the most, over the pictures'.
-fn rosette(shape: &mut Shape, foot: Vec2, sizes: [f32; 2], palette: &Palette, rng: &mut impl Rng) {
+/// `sizes` are the least and the most, over the images'.
+fn rosette(
+    shape: &mut Shape,
+    foot: Vec2,
+    sizes: [f32; 2],
+    materials: &WorldMaterials,
+    rng: &mut impl Rng,
+) {
     let leaves = 6 + rng.below(5);
     let turn = rng.range_f32(0.0, TAU);
-    let kind = pick(&palette.broad_leaf, rng);
+    let kind = pick(&materials.broad_leaf, rng);
     let size = rng.range_f32(sizes[0], sizes[1]);
     for i in 0..leaves {
         let azimuth = turn + 2.4 * i as f32;
@@ -129,14 +136,14 @@ fn rosette(shape: &mut Shape, foot: Vec2, sizes: [f32; 2], palette: &Palette, rn
     }
 }
 
-fn stems(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng) {
+fn stems(shape: &mut Shape, foot: Vec2, materials: &WorldMaterials, rng: &mut impl Rng) {
     for _ in 0..2 + rng.below(3) {
-        let kind = pick(&palette.leafy_stem, rng);
+        let kind = pick(&materials.leafy_stem, rng);
         let azimuth = rng.range_f32(0.0, TAU);
         let base = foot.extend(-SUNK_M) + around(azimuth) * rng.range_f32(0.0, 0.03);
         let along = leaning(azimuth, rng.range_f32(0.0, 0.45));
         let size = rng.range_f32(0.55, 1.25);
-        // Two pictures at right angles: pairs of leaves are crossed on real stems too.
+        // Two images at right angles: pairs of leaves are crossed on real stems too.
         let across = around(rng.range_f32(0.0, TAU));
         shape.card(kind, base, along, across, size);
         shape.card(
@@ -149,7 +156,13 @@ fn stems(shape: &mut Shape, foot: Vec2, palette: &Palette, rng: &mut impl Rng) {
     }
 }
 
-fn trefoils(shape: &mut Shape, foot: Vec2, sizes: [f32; 2], palette: &Palette, rng: &mut impl Rng) {
+fn trefoils(
+    shape: &mut Shape,
+    foot: Vec2,
+    sizes: [f32; 2],
+    materials: &WorldMaterials,
+    rng: &mut impl Rng,
+) {
     for _ in 0..6 + rng.below(6) {
         let azimuth = rng.range_f32(0.0, TAU);
         let at = foot + around(azimuth).truncate() * 0.11 * rng.unit_f32().sqrt();
@@ -159,7 +172,7 @@ fn trefoils(shape: &mut Shape, foot: Vec2, sizes: [f32; 2], palette: &Palette, r
         let across = along.cross(Vec3::Z) + 0.3 * rng.range_f32(-1.0, 1.0) * Vec3::Z;
         let size = rng.range_f32(sizes[0], sizes[1]);
         shape.card(
-            pick(&palette.trefoil, rng),
+            pick(&materials.trefoil, rng),
             at.extend(height),
             along,
             across,
@@ -169,13 +182,13 @@ fn trefoils(shape: &mut Shape, foot: Vec2, sizes: [f32; 2], palette: &Palette, r
             &[at.extend(-SUNK_M), at.extend(height)],
             &[0.0012, 0.0009],
             3,
-            palette.herb_stalk,
+            materials.herb_stalk,
         );
     }
 }
 
 /// A patch of bracken: arching stalks that carry pairs of pinnae, some of them last year's.
-pub(crate) fn bracken(palette: &Palette, rng: &mut impl Rng) -> Shape {
+pub(crate) fn bracken(materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let fronds = 8 + rng.below(7);
     let tall = rng.range_f32(0.75, 1.40);
@@ -184,7 +197,9 @@ pub(crate) fn bracken(palette: &Palette, rng: &mut impl Rng) -> Shape {
         let length = tall * rng.range_f32(0.7, 1.15);
         let azimuth = rng.range_f32(0.0, TAU);
         let arch = rng.range_f32(1.35, 1.85) + if dead { 0.5 } else { 0.0 };
-        bracken_frond(&mut shape, foot, azimuth, length, arch, dead, palette, rng);
+        bracken_frond(
+            &mut shape, foot, azimuth, length, arch, dead, materials, rng,
+        );
     }
     shape
 }
@@ -198,18 +213,18 @@ fn bracken_frond(
     length: f32,
     arch: f32,
     dead: bool,
-    palette: &Palette,
+    materials: &WorldMaterials,
     rng: &mut impl Rng,
 ) {
     let line = arched(foot.extend(-SUNK_M), azimuth, length, 0.10, arch, 9);
     let radii: Vec<f32> = (0..9)
         .map(|i| 0.0045 * length * (1.15 - 0.11 * i as f32))
         .collect();
-    shape.tube(&line, &radii, 4, palette.frond_stalk);
+    shape.tube(&line, &radii, 4, materials.frond_stalk);
     let cards = if dead {
-        &palette.bracken_dead
+        &materials.bracken_dead
     } else {
-        &palette.bracken
+        &materials.bracken
     };
     let pairs = 9;
     for i in 0..pairs {
@@ -230,7 +245,7 @@ fn bracken_frond(
 }
 
 /// A patch of male ferns: one to three shuttlecocks of arching fronds.
-pub(crate) fn male_fern(palette: &Palette, rng: &mut impl Rng) -> Shape {
+pub(crate) fn male_fern(materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     let plants = 1 + rng.below(3);
     for foot in scatter(plants, 0.40, 0.30, rng) {
@@ -239,7 +254,7 @@ pub(crate) fn male_fern(palette: &Palette, rng: &mut impl Rng) -> Shape {
         let size = rng.range_f32(0.75, 1.25);
         for i in 0..fronds {
             let azimuth = turn + TAU * (i as f32 + rng.range_f32(-0.3, 0.3)) / fronds as f32;
-            let frond = &palette.fronds[rng.below(palette.fronds.len() as u32) as usize];
+            let frond = &materials.fronds[rng.below(materials.fronds.len() as u32) as usize];
             let scale = size * rng.range_f32(0.75, 1.15);
             let mut tilt = rng.range_f32(0.25, 0.65);
             let mut base = foot.extend(-SUNK_M) + 0.02 * around(azimuth);
@@ -256,36 +271,36 @@ pub(crate) fn male_fern(palette: &Palette, rng: &mut impl Rng) -> Shape {
 }
 
 /// What grows on trails: grass, trodden grass, plantain, clover with some blades.
-pub(crate) fn trail_tuft(variant: u32, palette: &Palette, rng: &mut impl Rng) -> Shape {
+pub(crate) fn trail_tuft(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     match variant % 4 {
         0 => {
             let scale = rng.range_f32(0.30, 0.65);
             for foot in scatter(1 + rng.below(4), 0.09, 0.03, rng) {
                 let cards = 4 + rng.below(4);
-                tuft(&mut shape, foot, cards, UPRIGHT, scale, palette, rng);
+                tuft(&mut shape, foot, cards, UPRIGHT, scale, materials, rng);
             }
         }
         1 => {
             let scale = rng.range_f32(0.35, 0.75);
             for foot in scatter(2 + rng.below(5), 0.18, 0.05, rng) {
                 let cards = 4 + rng.below(4);
-                tuft(&mut shape, foot, cards, [0.3, 0.95], scale, palette, rng);
+                tuft(&mut shape, foot, cards, [0.3, 0.95], scale, materials, rng);
             }
         }
         2 => {
             for foot in scatter(2 + rng.below(5), 0.20, 0.07, rng) {
-                rosette(&mut shape, foot, [0.3, 0.7], palette, rng);
+                rosette(&mut shape, foot, [0.3, 0.7], materials, rng);
             }
         }
         _ => {
             for foot in scatter(1 + rng.below(2), 0.14, 0.08, rng) {
-                trefoils(&mut shape, foot, [0.5, 0.9], palette, rng);
+                trefoils(&mut shape, foot, [0.5, 0.9], materials, rng);
             }
             for foot in scatter(1 + rng.below(2), 0.18, 0.05, rng) {
                 let cards = 4 + rng.below(4);
                 let scale = rng.range_f32(0.25, 0.5);
-                tuft(&mut shape, foot, cards, [0.1, 0.8], scale, palette, rng);
+                tuft(&mut shape, foot, cards, [0.1, 0.8], scale, materials, rng);
             }
         }
     }

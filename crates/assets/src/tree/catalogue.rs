@@ -1,7 +1,5 @@
 //! The species there are: data files in `species/`, and the reader of one's own.
 
-use std::path::{Path, PathBuf};
-
 use super::Species;
 use crate::error::ParamError;
 
@@ -9,15 +7,8 @@ use crate::error::ParamError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpeciesError {
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// It is not TOML, or a field is missing, unknown or of the wrong type; the message shows the line.
+    /// It is not TOML, or a field is missing, unknown or of the wrong type; the message shows the
+    /// line.
     #[error("{origin}: {message}")]
     Syntax {
         /// The file, or what the text was called.
@@ -125,18 +116,6 @@ impl Species {
         })?;
         Ok(species)
     }
-
-    /// Reads a species file.
-    ///
-    /// # Errors
-    /// If it cannot be read, and as [`Species::from_toml`].
-    pub fn read(path: &Path) -> Result<Self, SpeciesError> {
-        let text = std::fs::read_to_string(path).map_err(|source| SpeciesError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-        Self::from_toml(&text, &path.display().to_string())
-    }
 }
 
 #[cfg(test)]
@@ -205,11 +184,5 @@ mod tests {
             message("name = \"beech\"", "name = \"My Beech\""),
             &["name = My Beech", "snake_case"],
         );
-    }
-
-    #[test]
-    fn a_missing_file_is_named() {
-        let e = Species::read(Path::new("no/such.toml")).expect_err("there is none");
-        assert!(e.to_string().contains("such.toml"), "{e}");
     }
 }

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use super::{CrownForm, TreeSize};
 
-const ASYMMETRY: Stage = Stage::new("assets.tree.asymmetry");
+const ASYMMETRY: Domain = Domain::new("assets.tree.asymmetry");
 
 /// Branches keep so far above the ground.
 const CLEARANCE_M: f64 = 0.15;
@@ -22,7 +22,8 @@ pub(super) struct Envelope {
     top_m: f64,
     /// Greatest radius.
     radius_m: f64,
-    /// Radius over relative height, as a share of the greatest: 0 is the base, the last entry the top.
+    /// Radius over relative height, as a share of the greatest: 0 is the base, the last entry the
+    /// top.
     profile: [f64; CELLS + 1],
     /// Radius over azimuth relative to the mean, once round.
     sides: [f64; CELLS + 1],
@@ -39,7 +40,7 @@ impl Envelope {
         lean: DVec2,
         key: Key,
     ) -> Self {
-        let mut rng = key.stage(ASYMMETRY).rng();
+        let mut rng = key.domain(ASYMMETRY).rng();
         let harmonics: [[f64; 3]; 3] = std::array::from_fn(|k| {
             let order = (k + 1) as f64;
             let amplitude = form.asymmetry * rng.normal().clamp(-2.0, 2.0) / order;
@@ -62,8 +63,8 @@ impl Envelope {
         }
     }
 
-    /// Is the point in the crown's space? The space goes on below the crown's base as wide as there, down
-    /// to just above the ground.
+    /// Is the point in the crown's space? The space goes on below the crown's base as wide as
+    /// there, down to just above the ground.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         if p.z < CLEARANCE_M {
             return false;
@@ -78,7 +79,8 @@ impl Envelope {
         }
     }
 
-    /// How far it is from `p` along `direction` to the outline, within a twentieth of the radius; 0 outside.
+    /// How far it is from `p` along `direction` to the outline, within a twentieth of the radius; 0
+    /// outside.
     pub(super) fn reach(&self, p: DVec3, direction: DVec3) -> f64 {
         let step = 0.05 * self.radius_m;
         let most = self.top_m + 2.0 * self.radius_m;

@@ -53,8 +53,8 @@ fn fixed_m(size: &TreeSize) -> f64 {
     BREAST_M.min(0.2 * size.height_m)
 }
 
-/// Stretches what is above [`fixed_m`] once more, by the one factor that puts the highest of all twigs
-/// and leaves exactly at the demanded height.
+/// Stretches what is above [`fixed_m`] once more, by the one factor that puts the highest of all
+/// twigs and leaves exactly at the demanded height.
 pub(super) fn set_height(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
     let fixed = fixed_m(size);
     let room = size.height_m - fixed;
@@ -85,7 +85,8 @@ pub(super) fn set_height(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize
 }
 
 /// Stretches axes and leaves so that the crown has the demanded base, top and radius. One map of
-/// space moves everything, so what was attached stays attached; below breast height it is the identity.
+/// space moves everything, so what was attached stays attached; below breast height it is the
+/// identity.
 pub(super) fn fit(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
     let fixed = fixed_m(size);
     for _ in 0..6 {

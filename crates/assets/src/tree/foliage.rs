@@ -4,20 +4,20 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nemoral_scene::Card;
 use nemoral_scene::glam::DVec3;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
-use super::grow::FoliageCard;
+use super::materials::FoliageCard;
 use super::skeleton::{Axis, beside, param_of_arc, turn};
 use super::{FoliageForm, TreeSize};
 
-const CARDS: Stage = Stage::new("assets.tree.cards");
+const CARDS: Domain = Domain::new("assets.tree.cards");
 
 /// Length of the longest leafy shoots over the height of the tree.
 const SHOOT_SHARE: f64 = 0.12;
 
 /// A card before it has a place: everything about it but the twig.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leafing<'a> {
+pub(super) struct FoliageDensity<'a> {
     pub(super) form: &'a FoliageForm,
     pub(super) cards: &'a [FoliageCard],
     /// How many cards the tree has.
@@ -26,9 +26,9 @@ pub(super) struct Leafing<'a> {
     pub(super) scale: f64,
 }
 
-impl<'a> Leafing<'a> {
-    /// n = LA s / (A c): the number of cards whose opaque area is the silhouette of the leaf area. Fewer
-    /// and larger ones where that is more than `most`.
+impl<'a> FoliageDensity<'a> {
+    /// n = LA s / (A c): the number of cards whose opaque area is the silhouette of the leaf area.
+    /// Fewer and larger ones where that is more than `most`.
     pub(super) fn new(
         form: &'a FoliageForm,
         cards: &'a [FoliageCard],
@@ -64,13 +64,6 @@ impl<'a> Leafing<'a> {
     }
 }
 
-impl FoliageCard {
-    /// The opaque area of a card of nominal size, m².
-    pub(super) fn silhouette_m2(&self) -> f64 {
-        f64::from(self.width_m) * f64::from(self.height_m) * f64::from(self.opaque_fraction)
-    }
-}
-
 /// A card on its twig.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
@@ -86,7 +79,8 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
-    /// Turns the card, keeping its size and heading, until its tip is between the ground and `top_m`.
+    /// Turns the card, keeping its size and heading, until its tip is between the ground and
+    /// `top_m`.
     pub(super) fn keep_below(&mut self, top_m: f64) {
         let room = (-self.at.z).min(0.0)..(top_m - self.at.z).max(0.0);
         if room.contains(&self.along.z) {
@@ -101,8 +95,8 @@ impl Leaf {
         self.across = across.unwrap_or_else(|| beside(self.along / length)) * width;
     }
 
-    /// How far the picture reaches above the point it springs from, metres: as far as an ellipse that
-    /// fills the card, for pictures are empty in the corners.
+    /// How far the image reaches above the point it springs from, metres: as far as an ellipse that
+    /// fills the card, for images are empty in the corners.
     pub(super) fn above_m(&self) -> f64 {
         let (along, across) = (self.along.z, self.across.z);
         (0.5 * along + 0.5 * (along * along + across * across).sqrt()).max(0.0)
@@ -118,10 +112,10 @@ impl Leaf {
     }
 }
 
-/// Clusters of cards along the leafy parts of the axes, evenly by length, with extra ones at the tips.
-/// The sum of their silhouettes is exactly what the leaf area demands.
-pub(super) fn leaves(axes: &[Axis], leafing: &Leafing<'_>, key: Key) -> Vec<Leaf> {
-    let form = leafing.form;
+/// Clusters of cards along the leafy parts of the axes, evenly by length, with extra ones at the
+/// tips. The sum of their silhouettes is exactly what the leaf area demands.
+pub(super) fn leaves(axes: &[Axis], density: &FoliageDensity<'_>, key: Key) -> Vec<Leaf> {
+    let form = density.form;
     let arcs: Vec<Vec<f64>> = axes.iter().map(Axis::arcs).collect();
     // Running sum of leafy length: (sum at its end, axis, leafy length).
     let mut total = 0.0;
@@ -138,14 +132,14 @@ pub(super) fn leaves(axes: &[Axis], leafing: &Leafing<'_>, key: Key) -> Vec<Leaf
         return Vec::new();
     }
     let per_cluster = form.cards_per_cluster as usize;
-    let clusters = leafing.count.div_ceil(per_cluster);
+    let clusters = density.count.div_ceil(per_cluster);
     let inclinations = Quantiles::beta(
         form.inclination_mean_deg / 90.0,
         form.inclination_sd_deg / 90.0,
     );
-    let mut out = Vec::with_capacity(leafing.count);
+    let mut out = Vec::with_capacity(density.count);
     for cluster in 0..clusters {
-        let mut rng = key.stage(CARDS).item(cluster as u64).rng();
+        let mut rng = key.domain(CARDS).item(cluster as u64).rng();
         let at = total * (cluster as f64 + rng.unit_f64()) / clusters as f64;
         let &(end, i, leafy) = &stretches[stretches
             .partition_point(|s| s.0 <= at)
@@ -156,7 +150,7 @@ pub(super) fn leaves(axes: &[Axis], leafing: &Leafing<'_>, key: Key) -> Vec<Leaf
         let s = param_of_arc(arcs, arcs[arcs.len() - 1] - before_tip);
         let (point, twig) = (axis.at(s), axis.direction(s));
         let first = rng.range_f64(0.0, TAU);
-        for k in 0..per_cluster.min(leafing.count - out.len()) {
+        for k in 0..per_cluster.min(density.count - out.len()) {
             let azimuth = first + TAU * (k as f64 + rng.range_f64(-0.2, 0.2)) / per_cluster as f64;
             let spread = form.spread_deg.to_radians() * rng.range_f64(0.5, 1.3);
             let side = turn(beside(twig), twig, azimuth);
@@ -164,9 +158,9 @@ pub(super) fn leaves(axes: &[Axis], leafing: &Leafing<'_>, key: Key) -> Vec<Leaf
             let wanted = twig * cos + side * sin + DVec3::Z * form.tropism;
             let inclination = FRAC_PI_2 * inclinations.at(rng.unit_f64());
             let (along, normal) = incline(wanted.normalize_or(twig), inclination, rng.chance(0.5));
-            let kind = rng.below(leafing.cards.len() as u32) as usize;
-            let scale = leafing.scale * rng.range_f64(0.8, 1.2);
-            let card = &leafing.cards[kind];
+            let kind = rng.below(density.cards.len() as u32) as usize;
+            let scale = density.scale * rng.range_f64(0.8, 1.2);
+            let card = &density.cards[kind];
             out.push(Leaf {
                 axis: i,
                 s,
@@ -178,16 +172,16 @@ pub(super) fn leaves(axes: &[Axis], leafing: &Leafing<'_>, key: Key) -> Vec<Leaf
         }
     }
     // The draws of kind and scale leave a small error: take it out of all cards alike.
-    let wanted = leafing.scale
-        * leafing.scale
-        * leafing.count as f64
-        * leafing
+    let wanted = density.scale
+        * density.scale
+        * density.count as f64
+        * density
             .cards
             .iter()
             .map(FoliageCard::silhouette_m2)
             .sum::<f64>()
-        / leafing.cards.len() as f64;
-    let correction = (wanted / silhouette_m2(&out, leafing.cards)).sqrt();
+        / density.cards.len() as f64;
+    let correction = (wanted / silhouette_m2(&out, density.cards)).sqrt();
     for leaf in &mut out {
         leaf.across *= correction;
         leaf.along *= correction;
@@ -204,8 +198,8 @@ pub(super) fn silhouette_m2(leaves: &[Leaf], cards: &[FoliageCard]) -> f64 {
         .sum()
 }
 
-/// A card's axis and normal with exactly the given inclination (angle between normal and vertical). The
-/// axis keeps its heading; it is laid down only if it is steeper than a card so flat can be.
+/// A card's axis and normal with exactly the given inclination (angle between normal and vertical).
+/// The axis keeps its heading; it is laid down only if it is steeper than a card so flat can be.
 fn incline(wanted: DVec3, inclination: f64, left: bool) -> (DVec3, DVec3) {
     let level = wanted
         .truncate()

@@ -1,73 +1,39 @@
-//! From a size to a tree.
+//! Grows a tree of a given size.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::ops::Range;
 
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{Card, MaterialId, Mesh};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_scene::{Card, Mesh};
+use nemoral_seed::{Domain, Draw, Key};
 
-use super::budget::{Wood, triangles};
+use super::budget::{triangles, within_budget};
 use super::fit::{Crown, fit, set_height};
-use super::foliage::{Leaf, Leafing, leaves, silhouette_m2};
+use super::foliage::{FoliageDensity, Leaf, leaves, silhouette_m2};
+use super::materials::TreeMaterials;
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
-use super::sweep::{Fineness, Flare, diameter_at, sweep};
+use super::sweep::{Flare, Tessellation, diameter_at, sweep};
 use super::{BarkLook, Species, TreeSize};
 use crate::error::ParamError;
 
-const LEAN: Stage = Stage::new("assets.tree.lean");
+const LEAN: Domain = Domain::new("assets.tree.lean");
 
-/// Nodes are at most so much sparser than the species' to keep a triangle budget: sparser crowns look
-/// thin, or like clouds of clumps.
+/// Nodes are at most so much sparser than the species' to keep a triangle budget: sparser crowns
+/// look thin, or like clouds of clumps.
 const SPARSEST: f64 = 0.2;
-
-/// The materials of one species' trees.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TreeMaterials {
-    /// Stem at least as thick as the trunk threshold.
-    pub stem: MaterialId,
-    /// The stem where its lower bark turns into the upper one; v = 0 below, 1 above.
-    pub change: MaterialId,
-    /// The stem above that.
-    pub upper: MaterialId,
-    /// The foot of the stem.
-    pub flare: MaterialId,
-    /// Limbs at least as thick as the trunk threshold.
-    pub limb: MaterialId,
-    /// Living wood thinner than the trunk threshold.
-    pub branch: MaterialId,
-    /// Dead branches thinner than the trunk threshold.
-    pub dead: MaterialId,
-    /// Dead stems and limbs at least as thick as the trunk threshold.
-    pub snag: MaterialId,
-    /// The pictures of leaves to choose from, with equal chances.
-    pub foliage: Vec<FoliageCard>,
-}
-
-/// A picture of a leafy twig. The twig enters at (u, v) = (0.5, 0); v grows towards its tip.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FoliageCard {
-    /// Its material, with the mask.
-    pub material: MaterialId,
-    /// Size along u, metres, before the generator's variation.
-    pub width_m: f32,
-    /// Size along v, metres, before the generator's variation.
-    pub height_m: f32,
-    /// The opaque share of its mask, 0..=1.
-    pub opaque_fraction: f32,
-}
 
 /// How finely to grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GrowthParams {
     /// Wood of at least this radius counts as trunk, metres, 0.005..=0.5.
     pub trunk_radius_m: f64,
-    /// At most so many triangles of wood, 3,000..=200,000. Where a tree would have more, its twigs are
-    /// first coarser and fewer, then the wood of the thinnest is left out, those without leaves
+    /// At most so many triangles of wood, 3,000..=200,000. Where a tree would have more, its twigs
+    /// are first coarser and fewer, then the wood of the thinnest is left out, those without leaves
     /// first: the leaves of the others stay where they are.
     pub wood_triangles_max: usize,
-    /// At most so many cards, 50..=100,000. Where a tree would have more, they are larger: their silhouette is the same.
+    /// At most so many cards, 50..=100,000. Where a tree would have more, they are larger: their
+    /// silhouette is the same.
     pub cards_max: usize,
 }
 
@@ -101,12 +67,12 @@ pub struct GrownTree {
 /// Grows a tree of a demanded size.
 ///
 /// The same arguments give the same bytes. Diameter, height, crown and leaf area are met as
-/// [`GrownTree::size`] shows: the skeleton is grown into the demanded envelope, then stretched by the
-/// few per cent that are missing.
+/// [`GrownTree::size`] shows: the skeleton is grown into the demanded envelope, then stretched by
+/// the few per cent that are missing.
 ///
 /// # Errors
-/// If a size, material or parameter is out of its range. A budget is no reason: [`GrowthParams`] says
-/// what is left out.
+/// If a size, material or parameter is out of its range. A budget is no reason: [`GrowthParams`]
+/// says what is left out.
 pub fn grow(
     species: &Species,
     size: &TreeSize,
@@ -115,36 +81,36 @@ pub fn grow(
     key: Key,
 ) -> Result<GrownTree, ParamError> {
     check(species, size, materials, params)?;
-    let heading = key.stage(LEAN).rng().range_f64(0.0, TAU);
+    let heading = key.domain(LEAN).rng().range_f64(0.0, TAU);
     let (sin, cos) = libm::sincos(heading);
     let lean = DVec2::new(cos, sin) * libm::tan(size.lean_rad);
     let flare = Flare::new(&species.stem, size, key);
-    let leafing = Leafing::new(&species.foliage, &materials.foliage, size, params.cards_max);
+    let foliage = FoliageDensity::new(&species.foliage, &materials.foliage, size, params.cards_max);
     // Leaves reach about this far beyond the wood; the fit below finds out exactly.
-    let margin_m = (0.6 * leafing.card_m()).min(0.3 * size.crown_radius_m);
+    let margin_m = (0.6 * foliage.card_m()).min(0.3 * size.crown_radius_m);
     let upper_from_m = species.bark.upper_from_m(size);
     let most = params.wood_triangles_max;
     let mut density = 1.0;
-    let (mut axes, fineness) = loop {
+    let (mut axes, tessellation) = loop {
         let axes = skeleton(species, size, margin_m, sunk_m(size), density, lean, key);
-        let fineness = Fineness {
+        let tessellation = Tessellation {
             trunk_radius_m: params.trunk_radius_m,
             tolerance: 1.0 / f64::sqrt(density),
         };
-        let triangles = triangles(&axes, &radii(&axes, species, size), fineness);
+        let triangles = triangles(&axes, &radii(&axes, species, size), tessellation);
         let triangles: usize = triangles.iter().sum();
         // The fit below can bend joints enough to need a few rings more.
         if triangles as f64 <= 0.98 * most as f64 || density <= SPARSEST {
-            break (axes, fineness);
+            break (axes, tessellation);
         }
         let thinner = (0.96 * libm::pow(most as f64 / triangles as f64, 0.7)).max(0.4);
         density = (density * thinner).max(SPARSEST);
     };
-    let mut leaves = leaves(&axes, &leafing, key);
+    let mut leaves = leaves(&axes, &foliage, key);
     fit(&mut axes, &mut leaves, size, lean);
     set_height(&mut axes, &mut leaves, size, lean);
     let radii = radii(&axes, species, size);
-    let wood = Wood::within(most, &axes, &radii, &leaves, fineness);
+    let wood = within_budget(most, &axes, &radii, &leaves, tessellation);
     let (mesh, stem) = sweep(&axes, &radii, &flare, materials, upper_from_m, &wood);
     let parts = Parts {
         axes,
@@ -243,23 +209,6 @@ impl BarkLook {
         } else {
             f64::INFINITY
         }
-    }
-}
-
-impl TreeMaterials {
-    fn check(&self) -> Result<(), ParamError> {
-        if self.foliage.is_empty() {
-            return Err(ParamError::new("foliage", "[]", "at least one card"));
-        }
-        for (i, card) in self.foliage.iter().enumerate() {
-            let range = |name: &str, value: f32, low, high| {
-                ParamError::check_range(format!("foliage[{i}].{name}"), f64::from(value), low, high)
-            };
-            range("width_m", card.width_m, 0.02, 3.0)?;
-            range("height_m", card.height_m, 0.02, 3.0)?;
-            range("opaque_fraction", card.opaque_fraction, 0.01, 1.0)?;
-        }
-        Ok(())
     }
 }
 

@@ -3,10 +3,9 @@
 use glam::Vec3;
 use serde::Deserialize;
 
-use super::Species;
 use crate::error::ParamError;
 
-/// How the leaves of a picture are arranged.
+/// How the leaves of an image are arranged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LeafKind {
@@ -22,7 +21,7 @@ pub enum LeafKind {
     HangingLeaves,
 }
 
-/// The picture of a leafy twig.
+/// The image of a leafy twig.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeafLook {
@@ -47,7 +46,7 @@ pub struct LeafLook {
     /// How deep the teeth are cut, 0..=0.5.
     #[serde(default)]
     pub tooth_depth: f64,
-    /// Leaves, needles or side shoots in a picture, least and most, 1..=600.
+    /// Leaves, needles or side shoots in an image, least and most, 1..=600.
     pub count: [u32; 2],
     /// Length of the twig, metres, 0.03..=1.
     pub twig_m: f64,
@@ -67,14 +66,15 @@ pub struct LeafLook {
     /// Share of a bluish wax (.30, .34, .33) over it, 0..=0.6.
     #[serde(default)]
     pub glaucous: f64,
-    /// Linear RGB transmittance of a leaf, 0..=0.7; with its reflectance, wax included, at most 0.99.
+    /// Linear RGB transmittance of a leaf, 0..=0.7; with its reflectance, wax included, at most
+    /// 0.99.
     pub transmittance: [f64; 3],
     /// Reflectance and transmittance at 905 nm, together at most 1.
     pub nm905: [f64; 2],
     /// Reflectance and transmittance at 1550 nm, together at most 1.
     pub nm1550: [f64; 2],
-    /// 0 a mirror .. 1 matt: of needles, that face all ways, nearly 1. How much of the skin's sheen, which the
-    /// reflectance contains, is seen as such.
+    /// 0 a mirror .. 1 matt: of needles, that face all ways, nearly 1. How much of the skin's
+    /// sheen, which the reflectance contains, is seen as such.
     pub roughness: f64,
 }
 
@@ -130,12 +130,12 @@ pub struct BarkLayer {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BarkLook {
-    /// At the foot.
+    /// The bark at the foot.
     pub lower: BarkLayer,
     /// Higher up and on limbs, if it is another.
     pub upper: Option<BarkLayer>,
-    /// Share of the tree's height from which on the upper bark begins to show, 0..=1. One repetition
-    /// of the picture (2 m on a thick stem) lies between the two.
+    /// Share of the tree's height from which on the upper bark begins to show, 0..=1. One
+    /// repetition of the image (2 m on a thick stem) lies between the two.
     #[serde(default)]
     pub upper_from: f64,
     /// Linear RGB albedo of wood too thin for a bark, 0.005..=0.7.
@@ -148,14 +148,6 @@ pub struct BarkLook {
     pub nm905: f64,
     /// Reflectance at 1550 nm, 0..=1.
     pub nm1550: f64,
-}
-
-impl Species {
-    /// The leaves as a shoot of them answers light.
-    #[must_use]
-    pub fn shoot(&self) -> LeafLook {
-        self.leaves.in_shoot(self.foliage.silhouette_factor)
-    }
 }
 
 /// The bluish wax of glaucous leaves.
@@ -174,12 +166,13 @@ impl LeafLook {
         self.reflectance() + linear(self.transmittance)
     }
 
-    /// These leaves as their shoot answers light, `silhouette_factor` being its silhouette over their
-    /// area: what leaves one meets others of the shoot with a probability of p = 1 - `silhouette_factor`,
-    /// and of those leaves again or not, so that (1 - p) / (1 - p w) of a share w is seen (Smolander and
-    /// Stenberg 2003, "A method to account for shoot scale clumping in coniferous canopy reflectance
-    /// models"). Needles make dark trees of leaves that are not. Lasers look from where they shine and see
-    /// no shadow of one leaf on another: their bands stay.
+    /// These leaves as their shoot answers light, `silhouette_factor` being its silhouette over
+    /// their area: what leaves one meets others of the shoot with a probability of p = 1 -
+    /// `silhouette_factor`, and of those leaves again or not, so that (1 - p) / (1 - p w) of a
+    /// share w is seen (Smolander and Stenberg 2003, "A method to account for shoot scale clumping
+    /// in coniferous canopy reflectance models"). Needles make dark trees of leaves that are not.
+    /// Lasers look from where they shine and see no shadow of one leaf on another: their bands
+    /// stay.
     #[must_use]
     pub fn in_shoot(&self, silhouette_factor: f64) -> Self {
         let out = silhouette_factor.min(1.0);
@@ -281,6 +274,7 @@ pub(crate) fn linear(rgb: [f64; 3]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tree::Species;
 
     /// Photons that wander from leaf to leaf of a shoot: the series that the closed form sums up.
     #[test]

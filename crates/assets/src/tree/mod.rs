@@ -1,26 +1,28 @@
 //! Trees: one generator for all species, driven by allometry.
 //!
-//! A [`Species`] is data: a file in `species/`, or the user's own. [`Species::draw_size`] draws what a forester would measure from published
-//! relations; [`grow`] makes a tree of exactly that size, so diameter, height, crown and leaf area
-//! are never outcomes of luck. The branching follows Weber and Penn 1995, "Creation and rendering of
-//! realistic trees" (levels, whorls or alternate nodes, insertion angles that change with height,
-//! curvature, tropism), with these differences:
-//! - branch lengths come from a crown envelope of the demanded size, not from the parent's length alone;
+//! A [`Species`] is data: a file in `species/`, or the user's own. [`Species::draw_size`] draws
+//! what a forester would measure from published relations; [`grow`] makes a tree of exactly that
+//! size, so diameter, height, crown and leaf area are never outcomes of luck. The branching follows
+//! Weber and Penn 1995, "Creation and rendering of realistic trees" (levels, whorls or alternate
+//! nodes, insertion angles that change with height, curvature, tropism), with these differences:
+//! - branch lengths come from a crown envelope of the demanded size, not from the parent's length
+//!   alone;
 //! - stem radii follow a published taper curve through the diameter at breast height; the radii of
 //!   higher orders follow the pipe model (Shinozaki et al. 1964) with an exponent near 2.3;
-//! - decurrent trees (oak) are those whose stem ends low in the crown: their first nodes are the fork;
+//! - decurrent trees (oak) are those whose stem ends low in the crown: their first nodes are the
+//!   fork;
 //! - leaf cards carry the *silhouette* of the demanded leaf area and its inclination distribution.
 //!
 //! ```
 //! use nemoral_assets::{FoliageCard, GrowthParams, Species, TreeMaterials, grow};
 //! use nemoral_scene::MaterialId;
-//! use nemoral_seed::{Key, Stage};
+//! use nemoral_seed::{Key, Domain};
 //!
 //! let id = MaterialId(0);
 //! let leaf = FoliageCard { material: id, width_m: 0.45, height_m: 0.45, opaque_fraction: 0.5 };
 //! let materials = TreeMaterials { stem: id, flare: id, limb: id, branch: id, dead: id, snag: id, change: id, upper: id, foliage: vec![leaf] };
 //! let oak = Species::english_oak();
-//! let key = Key::world(7).stage(Stage::new("example.oak"));
+//! let key = Key::world(7).domain(Domain::new("example.oak"));
 //! let size = oak.draw_size(0.35, key);
 //! let tree = grow(&oak, &size, &materials, &GrowthParams::default(), key)?;
 //! assert!((tree.size.dbh_m - 0.35).abs() < 0.007);
@@ -34,6 +36,7 @@ mod fit;
 mod foliage;
 mod grow;
 mod look;
+mod materials;
 mod radii;
 mod size;
 mod skeleton;
@@ -42,9 +45,10 @@ mod species;
 mod sweep;
 
 pub use catalogue::SpeciesError;
-pub use grow::{FoliageCard, GrownTree, GrowthParams, TreeMaterials, grow};
+pub use grow::{GrownTree, GrowthParams, grow};
 pub(crate) use look::linear;
 pub use look::{BarkKind, BarkLayer, BarkLook, LeafKind, LeafLook};
+pub use materials::{FoliageCard, TreeMaterials};
 pub(crate) use size::individual_rank;
 pub use size::{SizeClass, TreeSize};
 pub use snag::grow_snag;

@@ -10,8 +10,8 @@ const SHOOT_M: f64 = 0.4;
 const LEADER_RATIO: f64 = 0.92;
 
 impl Taper {
-    /// Stem radius over bark at height z, metres, without the root flare: exactly half the diameter at
-    /// 1.3 m there.
+    /// Stem radius over bark at height z, metres, without the root flare: exactly half the diameter
+    /// at 1.3 m there.
     pub(super) fn radius_m(&self, size: &TreeSize, z: f64) -> f64 {
         let slenderness = size.height_m / size.dbh_m;
         let shape = |z: f64| {
@@ -123,8 +123,8 @@ pub(super) fn at_param(radii: &[f64], s: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Diameters of maritime pine relative to breast height over x = z/H, from the segmented curve of Fang et
-    /// al. for the Galician coast.
+    /// Diameters of maritime pine relative to breast height over x = z/H, from the segmented curve
+    /// of Fang et al. for the Galician coast.
     const PINASTER: [(f64, f64); 9] = [
         (0.01, 1.20),
         (0.03, 1.12),

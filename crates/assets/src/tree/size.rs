@@ -1,14 +1,14 @@
 //! How big a tree is: drawn from published allometry, handed to the generator as a demand.
 
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use super::Species;
 
-const DBH: Stage = Stage::new("assets.tree.dbh");
-const SAPLING: Stage = Stage::new("assets.tree.sapling");
-const SIZE: Stage = Stage::new("assets.tree.size");
-const INDIVIDUALS: Stage = Stage::new("assets.tree.individuals");
-const RANK: Stage = Stage::new("assets.tree.rank");
+const DBH: Domain = Domain::new("assets.tree.dbh");
+const SAPLING: Domain = Domain::new("assets.tree.sapling");
+const SIZE: Domain = Domain::new("assets.tree.size");
+const INDIVIDUALS: Domain = Domain::new("assets.tree.individuals");
+const RANK: Domain = Domain::new("assets.tree.rank");
 
 /// The size of one tree.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -23,7 +23,8 @@ pub struct TreeSize {
     pub crown_radius_m: f64,
     /// One-sided leaf area, m².
     pub leaf_area_m2: f64,
-    /// Angle between the vertical and the line from the foot to the top of the crown's axis, radians.
+    /// Angle between the vertical and the line from the foot to the top of the crown's axis,
+    /// radians.
     pub lean_rad: f64,
 }
 
@@ -58,11 +59,12 @@ impl SizeClass {
     }
 }
 
-/// Which share of all (0..=1) is smaller than the `number`th of `of` that stand for them: in the middle half
-/// of that one's part of the whole, for a few drawn from all of it do not tell a distribution's shape.
+/// Which share of all (0..=1) is smaller than the `number`th of `of` that stand for them: in the
+/// middle half of that one's part of the whole, for a few drawn from all of it do not tell a
+/// distribution's shape.
 #[must_use]
 pub(crate) fn individual_rank(number: u32, of: u32, key: Key) -> f64 {
-    let within = key.stage(RANK).rng().range_f64(0.25, 0.75);
+    let within = key.domain(RANK).rng().range_f64(0.25, 0.75);
     (f64::from(number) + within) / f64::from(of)
 }
 
@@ -75,7 +77,8 @@ impl Species {
         SizeClass::ALL[limits.iter().filter(|&&l| dbh_m >= l).count()]
     }
 
-    /// A typical diameter of a class, metres: its middle, of the mature a third above where they begin.
+    /// A typical diameter of a class, metres: its middle, of the mature a third above where they
+    /// begin.
     #[must_use]
     pub fn class_dbh_m(&self, class: SizeClass) -> f64 {
         let [least, most] = self.allometry.dbh_range_m;
@@ -96,13 +99,14 @@ impl Species {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// The size of a sapling of this height (clamped to 2..=5 m). It is thinner than the relations of
-    /// grown trees reach: its diameter follows from a slenderness of 100 above breast height (our choice),
-    /// crown width and leaf area from the relations carried on to it, held in proportion to its height.
+    /// The size of a sapling of this height (clamped to 2..=5 m). It is thinner than the relations
+    /// of grown trees reach: its diameter follows from a slenderness of 100 above breast height
+    /// (our choice), crown width and leaf area from the relations carried on to it, held in
+    /// proportion to its height.
     #[must_use]
     pub fn draw_sapling(&self, height_m: f64, key: Key) -> TreeSize {
         let height_m = height_m.clamp(2.0, 5.0);
-        let mut rng = key.stage(SAPLING).rng();
+        let mut rng = key.domain(SAPLING).rng();
         let dbh_m = (0.010 * (height_m - 1.3) * rng.range_f64(0.85, 1.25)).max(0.008);
         let width_m = self.mean_crown_width_m(dbh_m) * rng.range_f64(0.85, 1.15);
         let crown_radius_m = 0.5 * width_m.clamp(0.35 * height_m, 0.7 * height_m);
@@ -128,7 +132,8 @@ impl Species {
         let al = &self.allometry;
         let [a, b] = al.height_curve;
         let [d0, h0] = al.dominant;
-        // The limit of the quotient below as a goes to nothing: where it is taken it is off by 1e-7.
+        // The limit of the quotient below as a goes to nothing: where it is taken it is off by
+        // 1e-7.
         let share = if a.abs() < 1e-9 {
             100.0 * dbh_m / d0
         } else {
@@ -159,11 +164,11 @@ impl Species {
     }
 
     /// A diameter at breast height, metres: Weibull with this mean and shape (`vegetation` stands:
-    /// about 3 even-aged, 1.2 uneven-aged), truncated to `limits_m` and to the species' own range by
-    /// inverting the distribution between them.
+    /// about 3 even-aged, 1.2 uneven-aged), truncated to `limits_m` and to the species' own range
+    /// by inverting the distribution between them.
     #[must_use]
     pub fn draw_dbh(&self, mean_m: f64, shape: f64, limits_m: [f64; 2], key: Key) -> f64 {
-        let rank = key.stage(DBH).rng().unit_f64();
+        let rank = key.domain(DBH).rng().unit_f64();
         self.dbh_of_rank(mean_m, shape, limits_m, rank)
     }
 
@@ -185,13 +190,14 @@ impl Species {
         }
     }
 
-    /// The diameter of the `number`th (from thin to thick) of `of` trees that are to stand for all of such a
-    /// stand's, metres: the quadratic mean of its equal part of the distribution, so that basal area is the
-    /// stand's. (Medians of the parts are short of thick trees, as tails are longer above.)
+    /// The diameter of the `number`th (from thin to thick) of `of` trees that are to stand for all
+    /// of such a stand's, metres: the quadratic mean of its equal part of the distribution, so that
+    /// basal area is the stand's. (Medians of the parts are short of thick trees, as tails are
+    /// longer above.)
     ///
-    /// `key` is of all of them together: each is up to an eighth of its part's trees thinner or thicker than that
-    /// mean, and of any four in turn the outer two one way and the inner two the other, so that no two keys' trees
-    /// are alike, but their mean and spread are.
+    /// `key` is of all of them together: each is up to an eighth of its part's trees thinner or
+    /// thicker than that mean, and of any four in turn the outer two one way and the inner two the
+    /// other, so that no two keys' trees are alike, but their mean and spread are.
     #[must_use]
     pub fn dbh_of_individual(
         &self,
@@ -212,20 +218,21 @@ impl Species {
         };
         let mean = ((0..STEPS).map(square).sum::<f64>() / f64::from(STEPS)).sqrt();
         let outer = matches!(number % 4, 0 | 3);
-        let aside = key.stage(INDIVIDUALS).rng().range_f64(-0.125, 0.125);
+        let aside = key.domain(INDIVIDUALS).rng().range_f64(-0.125, 0.125);
         let aside = if outer { aside } else { -aside };
         let dbh_m = mean * of_part(0.5 + aside) / of_part(0.5);
         dbh_m.max(of_part(0.0)).min(of_part(1.0))
     }
 
     /// The size of a tree of this diameter (clamped to the species' range): means of the published
-    /// relations with their scatter. A tree with a wide crown also has more leaves (correlation 0.6).
+    /// relations with their scatter. A tree with a wide crown also has more leaves (correlation
+    /// 0.6).
     #[must_use]
     pub fn draw_size(&self, dbh_m: f64, key: Key) -> TreeSize {
         let al = &self.allometry;
         let [least, most] = al.dbh_range_m;
         let dbh_m = dbh_m.max(least).min(most);
-        let mut rng = key.stage(SIZE).rng();
+        let mut rng = key.domain(SIZE).rng();
         let mut normal = || rng.normal().clamp(-2.5, 2.5);
         let height_m = (self.mean_height_m(dbh_m) * (1.0 + al.height_sd * normal()))
             .clamp(al.slenderness[0] * dbh_m, al.slenderness[1] * dbh_m);

@@ -3,16 +3,16 @@
 use std::f64::consts::TAU;
 
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
 use super::envelope::Envelope;
 use super::{BranchLevel, Species, TreeSize};
 
-const STEM: Stage = Stage::new("assets.tree.stem");
-const BRANCH: Stage = Stage::new("assets.tree.branch");
-const LEADER: Stage = Stage::new("assets.tree.leader");
-const DEAD: Stage = Stage::new("assets.tree.dead");
-const SHAPE: Stage = Stage::new("assets.tree.shape");
+const STEM: Domain = Domain::new("assets.tree.stem");
+const BRANCH: Domain = Domain::new("assets.tree.branch");
+const LEADER: Domain = Domain::new("assets.tree.leader");
+const DEAD: Domain = Domain::new("assets.tree.dead");
+const SHAPE: Domain = Domain::new("assets.tree.shape");
 
 /// Breast height: the stem is never bent or stretched up to here, so that its diameter stays true.
 pub(super) const BREAST_M: f64 = 1.3;
@@ -27,7 +27,7 @@ pub(super) struct Axis {
     pub(super) points: Vec<DVec3>,
     /// The parent and where on it: points counted from its base, with a fraction.
     pub(super) parent: Option<(usize, f64)>,
-    /// From this share of its length on it bears leaves.
+    /// The share of its length from which on it bears leaves.
     pub(super) leafy_from: f64,
     pub(super) key: Key,
 }
@@ -93,7 +93,7 @@ struct CentreLine {
 
 impl CentreLine {
     fn new(species: &Species, top_m: f64, lean: DVec2, key: Key) -> Self {
-        let mut rng = key.stage(STEM).rng();
+        let mut rng = key.domain(STEM).rng();
         let mut heading = |length: f64| {
             let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
             DVec2::new(cos, sin) * length * rng.range_f64(0.2, 1.0)
@@ -135,7 +135,8 @@ pub(super) struct Grower<'a> {
     axes: Vec<Axis>,
 }
 
-/// The species' form at this size: young trees keep their leading shoot, and saplings' shoots are short.
+/// The species' form at this size: young trees keep their leading shoot, and saplings' shoots are
+/// short.
 fn grown_so_far(species: &Species, size: &TreeSize) -> Species {
     let mut form = species.clone();
     let young = 1.0 - species.maturity(size.dbh_m);
@@ -152,10 +153,11 @@ fn grown_so_far(species: &Species, size: &TreeSize) -> Species {
     form
 }
 
-/// From this height on trees have shoots as long as their species'.
+/// The height from which on trees have shoots as long as their species'.
 const FULL_SHOOTS_M: f64 = 6.0;
 
-/// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of its foot.
+/// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of
+/// its foot.
 pub(super) fn skeleton(
     species: &Species,
     size: &TreeSize,
@@ -221,11 +223,12 @@ impl Grower<'_> {
         let stem = &self.axes[0];
         let (base, top) = (self.size.crown_base_m, stem.points[stem.points.len() - 1].z);
         let [from, to] = level.zone.map(|t| base + t * (top - base));
-        for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.stage(BRANCH)) {
+        for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.domain(BRANCH))
+        {
             let (z, t) = (from + z, z / (to - from));
             let s = self.stem_param(z);
             let (origin, along) = (self.axes[0].at(s), self.axes[0].direction(s));
-            let branch_key = key.stage(BRANCH).item(node);
+            let branch_key = key.domain(BRANCH).item(node);
             let mut rng = branch_key.rng();
             let direction = insertion(&level, along, t, azimuth, &mut rng);
             // The branch bends: half-way through its bend is where it is heading.
@@ -248,7 +251,7 @@ impl Grower<'_> {
 
     /// The limb that goes on where the stem of a decurrent tree ends.
     fn leader(&mut self, key: Key) {
-        let key = key.stage(LEADER);
+        let key = key.domain(LEADER);
         let mut rng = key.rng();
         let s = (self.axes[0].points.len() - 1) as f64;
         let (origin, along) = (self.axes[0].at(s), self.axes[0].direction(s));
@@ -337,8 +340,8 @@ impl Grower<'_> {
             leafy_from: 2.0,
             ..level
         };
-        for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.stage(DEAD)) {
-            let branch_key = key.stage(DEAD).item(node);
+        for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.domain(DEAD)) {
+            let branch_key = key.domain(DEAD).item(node);
             let mut rng = branch_key.rng();
             if !rng.chance(dead.persistence) {
                 continue;
@@ -376,9 +379,10 @@ impl Grower<'_> {
     }
 }
 
-/// The branches of a parent's zone of length `span_m`: (number, distance from the zone's start, azimuth).
+/// The branches of a parent's zone of length `span_m`: (number, distance from the zone's start,
+/// azimuth).
 fn nodes(level: &BranchLevel, span_m: f64, density: f64, key: Key) -> Vec<(u64, f64, f64)> {
-    let mut rng = key.stage(SHAPE).rng();
+    let mut rng = key.domain(SHAPE).rng();
     let spacing = level.node_spacing_m / density;
     let mut azimuth = rng.range_f64(0.0, TAU);
     if level.planar {
@@ -435,7 +439,7 @@ fn bent_up(direction: DVec3, angle: f64) -> DVec3 {
 
 /// The points of a branch: joints of equal length, bent, gnarled and zig-zagging.
 fn walk(level: &BranchLevel, start: DVec3, direction: DVec3, length: f64, key: Key) -> Vec<DVec3> {
-    let mut rng = key.stage(SHAPE).item(1).rng();
+    let mut rng = key.domain(SHAPE).item(1).rng();
     let joints = (length / level.joint_m).round().clamp(2.0, 14.0);
     let mut direction = direction;
     let mut position = start;

@@ -1,25 +1,26 @@
 //! Standing dead trees.
 
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 use std::f64::consts::TAU;
 
-use super::budget::Wood;
-use super::grow::{check, sunk_m, volume_m3};
+use super::budget::within_budget;
+use super::grow::{GrownTree, GrowthParams, check, sunk_m, volume_m3};
+use super::materials::TreeMaterials;
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
-use super::sweep::{Fineness, Flare, diameter_at, sweep};
-use super::{GrownTree, GrowthParams, Species, TreeMaterials, TreeSize};
+use super::sweep::{Flare, Tessellation, diameter_at, sweep};
+use super::{Species, TreeSize};
 use crate::error::ParamError;
 
-const SNAG: Stage = Stage::new("assets.tree.snag");
+const SNAG: Domain = Domain::new("assets.tree.snag");
 
-/// Grows a standing dead tree: the wood of a tree that had the demanded size, its top broken off, its
-/// twigs gone, some of its limbs left as stubs. All wood at least as thick as the trunk threshold is
-/// [`TreeMaterials::snag`].
+/// Grows a standing dead tree: the wood of a tree that had the demanded size, its top broken off,
+/// its twigs gone, some of its limbs left as stubs. All wood at least as thick as the trunk
+/// threshold is [`TreeMaterials::snag`].
 ///
 /// # Errors
-/// As [`super::grow::grow`].
+/// The errors of [`super::grow::grow`].
 pub fn grow_snag(
     species: &Species,
     size: &TreeSize,
@@ -28,7 +29,7 @@ pub fn grow_snag(
     key: Key,
 ) -> Result<GrownTree, ParamError> {
     check(species, size, materials, params)?;
-    let mut rng = key.stage(SNAG).rng();
+    let mut rng = key.domain(SNAG).rng();
     let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
     let lean = DVec2::new(cos, sin) * libm::tan(size.lean_rad);
     let flare = Flare::new(&species.stem, size, key);
@@ -39,11 +40,11 @@ pub fn grow_snag(
         .max(BREAST_M + 0.7)
         .min(0.97 * stem_top);
     let (axes, radii) = weathered(axes, radii, broken_m, &mut rng);
-    let fineness = Fineness {
+    let tessellation = Tessellation {
         trunk_radius_m: params.trunk_radius_m,
         tolerance: 1.0,
     };
-    let wood = Wood::within(params.wood_triangles_max, &axes, &radii, &[], fineness);
+    let wood = within_budget(params.wood_triangles_max, &axes, &radii, &[], tessellation);
     let (mesh, stem) = sweep(&axes, &radii, &flare, materials, f64::INFINITY, &wood);
     let end = axes[0].points[axes[0].points.len() - 1];
     let height_m = mesh.positions.iter().fold(0.0_f32, |m, p| m.max(p.z));
@@ -64,7 +65,8 @@ pub fn grow_snag(
     })
 }
 
-/// What years leave of axes: the stem up to `broken_m`, most limbs as stubs, a few branches on them.
+/// What years leave of axes: the stem up to `broken_m`, most limbs as stubs, a few branches on
+/// them.
 fn weathered(
     axes: Vec<Axis>,
     radii: Vec<Vec<f64>>,

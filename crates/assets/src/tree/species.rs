@@ -56,10 +56,11 @@ pub struct Allometry {
     pub crown_width: [f64; 3],
     /// Standard deviation of ln(crown width) about that.
     pub crown_width_sd: f64,
-    /// Crown length = `[0]` + `[1]` · d^`[2]`, metres. Without it the mean of the crown ratio counts.
+    /// Crown length = `[0]` + `[1]` · d^`[2]`, metres. Without it the mean of the crown ratio
+    /// counts.
     pub crown_length: Option<[f64; 3]>,
-    /// Crown length / height: mean (unless [`Allometry::crown_length`] gives it), standard deviation,
-    /// least, greatest.
+    /// Crown length / height: mean (unless [`Allometry::crown_length`] gives it), standard
+    /// deviation, least, greatest.
     pub crown_ratio: [f64; 4],
     /// One-sided leaf area = `[0]` · d^`[1]`, m².
     pub leaf_area: [f64; 2],
@@ -71,9 +72,9 @@ pub struct Allometry {
     pub lean_sd_deg: f64,
 }
 
-/// Relative stem diameter over relative height x = z/H:
-/// (1 + `butt` e^(−`butt_decay` x)) (1 − x)^(`power` + `slenderness_power` · H/d + `top_power` (1 − x)),
-/// then scaled through the diameter at 1.3 m. H/d is in m/m.
+/// Relative stem diameter over relative height x = z/H: (1 + `butt` e^(−`butt_decay` x)) (1 −
+/// x)^(`power` + `slenderness_power` · H/d + `top_power` (1 − x)), then scaled through the diameter
+/// at 1.3 m. H/d is in m/m.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Taper {
@@ -134,8 +135,8 @@ pub struct BranchLevel {
     pub per_node: [u32; 2],
     /// Distance between nodes on the parent.
     pub node_spacing_m: f64,
-    /// The part of the parent that has nodes, 0 its base .. 1 its tip (first order: of its length in
-    /// the crown).
+    /// The part of the parent that has nodes, 0 its base .. 1 its tip (first order: of its length
+    /// in the crown).
     pub zone: [f64; 2],
     /// Turn about the parent from node to node: 137.5 spiral, 180 two rows.
     pub divergence_deg: f64,
@@ -190,7 +191,8 @@ pub struct DeadBranches {
 #[serde(deny_unknown_fields)]
 pub struct FoliageForm {
     /// Silhouette of a shoot over its one-sided leaf area: of needles 4 · STAR (Stenberg), of broad
-    /// leaves what its own leaves do not hide of each other in its picture, 1 if they lie side by side.
+    /// leaves what its own leaves do not hide of each other in its picture, 1 if they lie side by
+    /// side.
     pub silhouette_factor: f64,
     /// Mean of the leaves' inclination (0 flat, 90 upright).
     pub inclination_mean_deg: f64,
@@ -243,6 +245,14 @@ impl Species {
         self.foliage.check(&self.name)?;
         self.leaves.check(&self.name)?;
         self.bark.check(&self.name)
+    }
+}
+
+impl Species {
+    /// The leaves as a shoot of them answers light.
+    #[must_use]
+    pub fn shoot(&self) -> LeafLook {
+        self.leaves.in_shoot(self.foliage.silhouette_factor)
     }
 }
 

@@ -5,14 +5,14 @@ use std::ops::Range;
 
 use nemoral_scene::glam::{DVec3, Vec2};
 use nemoral_scene::{MaterialId, Mesh, Triangle};
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
-use super::budget::Wood;
+use super::materials::TreeMaterials;
 use super::skeleton::{Axis, BREAST_M, beside};
-use super::{StemForm, TreeMaterials, TreeSize};
+use super::{StemForm, TreeSize};
 
-const FLARE: Stage = Stage::new("assets.tree.flare");
-const BARK: Stage = Stage::new("assets.tree.bark");
+const FLARE: Domain = Domain::new("assets.tree.flare");
+const BARK: Domain = Domain::new("assets.tree.bark");
 
 /// What one repetition of bark covers, on stems of 0.2 to 0.8 m: across, along.
 const TILE_M: [f64; 2] = [1.0, 2.0];
@@ -24,9 +24,20 @@ const CHORD_M: f64 = 0.004;
 /// Thinner branches have no collar: nobody would see it.
 const COLLAR_RADIUS_M: f64 = 0.008;
 
+/// The wood of a tree that is drawn.
+#[derive(Clone, Debug)]
+pub(super) struct DrawnWood {
+    /// How finely it is drawn.
+    pub(super) tessellation: Tessellation,
+    /// For every axis, whether it is drawn.
+    pub(super) drawn: Vec<bool>,
+    /// For every axis, whether it ends in a point. Living twigs that bear no others do.
+    pub(super) pointed: Vec<bool>,
+}
+
 /// How finely to sweep.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fineness {
+pub(super) struct Tessellation {
     /// Where stems and limbs end and branches begin.
     pub(super) trunk_radius_m: f64,
     /// Factor on all tolerances: above 1 for trees that would be over their budget.
@@ -44,7 +55,7 @@ pub(super) struct Flare {
 
 impl Flare {
     pub(super) fn new(stem: &StemForm, size: &TreeSize, key: Key) -> Self {
-        let mut rng = key.stage(FLARE).rng();
+        let mut rng = key.domain(FLARE).rng();
         let n = rng.between(stem.flare_lobes[0], stem.flare_lobes[1]);
         let first = rng.range_f64(0.0, TAU);
         let lobes = (0..n).map(|k| {
@@ -140,16 +151,16 @@ pub(super) fn sweep(
     flare: &Flare,
     materials: &TreeMaterials,
     upper_from_m: f64,
-    wood: &Wood,
+    wood: &DrawnWood,
 ) -> (Mesh, Range<usize>) {
     let mut mesh = Mesh::default();
     let mut stem = 0..0;
-    let fineness = wood.fineness;
+    let tessellation = wood.tessellation;
     for (i, (axis, r)) in axes.iter().zip(radii).enumerate() {
         if !wood.drawn[i] {
             continue;
         }
-        let rings = rings(axis, r, parent_radius(axis, radii), fineness);
+        let rings = rings(axis, r, parent_radius(axis, radii), tessellation);
         let tube = Tube {
             axis,
             pointed: wood.pointed[i],
@@ -157,7 +168,7 @@ pub(super) fn sweep(
             snag: axes[0].dead,
             upper_from_m,
             materials,
-            fineness,
+            tessellation,
         };
         tube.mesh(&rings, &mut mesh);
         if axis.order == 0 {
@@ -167,18 +178,18 @@ pub(super) fn sweep(
     (mesh, stem)
 }
 
-/// At most how many triangles [`sweep`] makes of the `i`-th axis.
+/// An upper bound of the triangles that [`sweep`] makes of the `i`-th axis.
 pub(super) fn cost(
     axes: &[Axis],
     radii: &[Vec<f64>],
     i: usize,
     pointed: bool,
-    fineness: Fineness,
+    tessellation: Tessellation,
 ) -> usize {
     let axis = &axes[i];
-    let rings = rings(axis, &radii[i], parent_radius(axis, radii), fineness);
+    let rings = rings(axis, &radii[i], parent_radius(axis, radii), tessellation);
     let greatest = rings.iter().fold(0.0_f64, |m, r| m.max(r.radius));
-    let n = sides(axis.order, greatest, fineness.tolerance);
+    let n = sides(axis.order, greatest, tessellation.tolerance);
     // A stem's change of bark takes two rings more.
     let rings = rings.len() + if axis.order == 0 { 2 } else { 0 };
     n * (2 * rings - if pointed { 3 } else { 1 })
@@ -190,18 +201,23 @@ fn parent_radius(axis: &Axis, radii: &[Vec<f64>]) -> Option<f64> {
         .map(|(p, s)| super::radii::at_param(&radii[p], s))
 }
 
-/// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not need,
-/// and one exactly where the trunk threshold is crossed.
-fn rings(axis: &Axis, radii: &[f64], parent_radius: Option<f64>, fineness: Fineness) -> Vec<Ring> {
-    let trunk_radius_m = fineness.trunk_radius_m;
+/// The rings of an axis: a collar where it leaves its parent, no ring that bend and taper do not
+/// need, and one exactly where the trunk threshold is crossed.
+fn rings(
+    axis: &Axis,
+    radii: &[f64],
+    parent_radius: Option<f64>,
+    tessellation: Tessellation,
+) -> Vec<Ring> {
+    let trunk_radius_m = tessellation.trunk_radius_m;
     let all: Vec<Ring> = axis
         .points
         .iter()
         .zip(radii)
         .map(|(&centre, &radius)| Ring { centre, radius })
         .collect();
-    let mut kept = simplify(&all, axis.order == 0, fineness.tolerance);
-    let thick = kept[0].radius > COLLAR_RADIUS_M * fineness.tolerance;
+    let mut kept = simplify(&all, axis.order == 0, tessellation.tolerance);
+    let thick = kept[0].radius > COLLAR_RADIUS_M * tessellation.tolerance;
     if let Some(parent_radius) = parent_radius.filter(|_| axis.order == 1 && thick) {
         collar(&mut kept, parent_radius);
     }
@@ -298,7 +314,7 @@ struct Tube<'a> {
     /// Height at which the upper bark begins.
     upper_from_m: f64,
     materials: &'a TreeMaterials,
-    fineness: Fineness,
+    tessellation: Tessellation,
 }
 
 impl Tube<'_> {
@@ -306,7 +322,7 @@ impl Tube<'_> {
         let bark = BarkMap::new(self, rings);
         let rings = &bark.with_borders(rings);
         let greatest = rings.iter().fold(0.0_f64, |m, r| m.max(r.radius));
-        let n = sides(self.axis.order, greatest, self.fineness.tolerance);
+        let n = sides(self.axis.order, greatest, self.tessellation.tolerance);
         let first = mesh.positions.len() as u32;
         let columns = n as u32 + 1;
         let grid = self.grid(rings, n);
@@ -335,7 +351,8 @@ impl Tube<'_> {
     }
 
     /// Positions by ring and side, n + 1 a ring: the seam is there twice. Frames are carried along
-    /// without twist (rotation-minimising: Wang et al. 2008, by projection, enough for short joints).
+    /// without twist (rotation-minimising: Wang et al. 2008, by projection, enough for short
+    /// joints).
     fn grid(&self, rings: &[Ring], n: usize) -> Vec<DVec3> {
         let widen = equal_area(n);
         let mut grid = Vec::with_capacity(rings.len() * (n + 1));
@@ -441,10 +458,10 @@ impl Tube<'_> {
         }
     }
 
-    /// By order and local radius; of a piece, its thicker end decides.
+    /// The material of a piece, by order and radius; its thicker end decides.
     fn material(&self, a: Ring, b: Ring, zone: Zone) -> MaterialId {
         let m = self.materials;
-        if a.radius.max(b.radius) <= self.fineness.trunk_radius_m {
+        if a.radius.max(b.radius) <= self.tessellation.trunk_radius_m {
             if self.axis.dead { m.dead } else { m.branch }
         } else if self.snag {
             m.snag
@@ -472,15 +489,15 @@ enum Zone {
     Upper,
 }
 
-/// How bark lies on an axis: a whole number of repetitions around, the picture's proportions along. On
-/// a stem v is 0 at the ground, so that moss is at the foot, and one repetition of the picture is where
-/// the lower bark turns into the upper.
+/// How bark lies on an axis: a whole number of repetitions around, the picture's proportions along.
+/// On a stem v is 0 at the ground, so that moss is at the foot, and one repetition of the picture
+/// is where the lower bark turns into the upper.
 struct BarkMap {
     wraps: f64,
     u0: f64,
     v0: f64,
-    /// u per v: a spiral grain of 5 to 7 degrees. Without it one picture would repeat straight above
-    /// itself.
+    /// u per v: a spiral grain of 5 to 7 degrees. Without it one picture would repeat straight
+    /// above itself.
     spiral: f64,
     /// v per metre.
     per_m: f64,
@@ -496,10 +513,11 @@ impl BarkMap {
         let around = TAU * reference;
         // Three times round, two of them would be seen at once.
         let wraps = (around / TILE_M[0]).round().clamp(1.0, 2.0);
-        // Bark of thin wood is finer, of old trees coarser: keep the picture's proportions, within reason.
+        // Bark of thin wood is finer, of old trees coarser: keep the picture's proportions, within
+        // reason.
         let finer = (wraps * TILE_M[0] / around).clamp(0.4, 4.0);
         let per_m = finer / TILE_M[1];
-        let mut rng = tube.axis.key.stage(BARK).rng();
+        let mut rng = tube.axis.key.domain(BARK).rng();
         let (mut u0, mut v0) = (0.0, rng.unit_f64());
         let side = if rng.chance(0.5) { 1.0 } else { -1.0 };
         let spiral = side * rng.range_f64(SPIRAL[0], SPIRAL[1]);
@@ -560,8 +578,8 @@ fn tangent(rings: &[Ring], i: usize) -> DVec3 {
     }
 }
 
-/// Diameter of the circle with the area of a level cut through closed walls, metres: the shoelace sum
-/// over the pieces in which the triangles meet the plane.
+/// Diameter of the circle with the area of a level cut through closed walls, metres: the shoelace
+/// sum over the pieces in which the triangles meet the plane.
 pub(super) fn diameter_at(mesh: &Mesh, triangles: Range<usize>, z: f64) -> f64 {
     let mut twice_area = 0.0;
     for triangle in &mesh.triangles[triangles] {
@@ -593,7 +611,7 @@ mod tests {
     use crate::tree::{FoliageCard, GrownTree, GrowthParams, Species, grow};
 
     fn key(i: u64) -> Key {
-        Key::world(7).stage(Stage::new("test.sweep")).item(i)
+        Key::world(7).domain(Domain::new("test.sweep")).item(i)
     }
 
     /// Each part of a tree has its own, and the stem's come first.
@@ -634,7 +652,7 @@ mod tests {
             snag: false,
             upper_from_m: f64::INFINITY,
             materials: &materials(),
-            fineness: Fineness {
+            tessellation: Tessellation {
                 trunk_radius_m: 0.04,
                 tolerance: 1.0,
             },
@@ -659,7 +677,8 @@ mod tests {
         }
     }
 
-    /// Trees of species with one stem to the top, upright: a level cut of a leaning one is an ellipse.
+    /// Trees of species with one stem to the top, upright: a level cut of a leaning one is an
+    /// ellipse.
     fn upright() -> impl Iterator<Item = (Species, TreeSize, Flare, GrownTree)> {
         let species = [
             Species::maritime_pine(),

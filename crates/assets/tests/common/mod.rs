@@ -8,7 +8,7 @@
 use nemoral_assets::{FoliageCard, TreeMaterials};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Card, Material, MaterialId, MaterialLibrary, Mesh, Semantic, Triangle};
-use nemoral_seed::{Key, Stage};
+use nemoral_seed::{Domain, Key};
 
 pub const STEM: MaterialId = MaterialId(0);
 pub const FLARE: MaterialId = MaterialId(1);
@@ -59,7 +59,7 @@ pub fn materials() -> TreeMaterials {
 }
 
 pub fn key(i: u64) -> Key {
-    Key::world(7).stage(Stage::new("test.trees")).item(i)
+    Key::world(7).domain(Domain::new("test.trees")).item(i)
 }
 
 pub fn corners(mesh: &Mesh, t: &Triangle) -> [DVec3; 3] {

@@ -2,10 +2,10 @@
 
 use super::*;
 use nemoral_assets::{GrowthParams, grow};
-use nemoral_seed::Stage;
+use nemoral_seed::Domain;
 
-/// Brightness less the mean of the square of 2 `half` texels' side around, row by row: patches larger than that
-/// are left out.
+/// Brightness less the mean of the square of 2 `half` texels' side around, row by row: patches
+/// larger than that are left out.
 fn detail(m: &Material, half: usize) -> Vec<f32> {
     let (w, h) = (m.albedo.width(), m.albedo.height());
     let light: Vec<f32> = opaque(m)
@@ -53,8 +53,8 @@ fn alike(detail: &[f32], width: usize, [right, up]: [usize; 2]) -> f64 {
     product / square
 }
 
-/// No recipe repeats inside its own picture, by the lattice of its noise say: beside and above itself, from an
-/// eighth of the picture to its half, detail is like nothing.
+/// No recipe repeats inside its own picture, by the lattice of its noise say: beside and above
+/// itself, from an eighth of the picture to its half, detail is like nothing.
 #[test]
 fn recipes_have_no_period_of_their_own() {
     let mut count = 0;
@@ -86,8 +86,8 @@ fn recipes_have_no_period_of_their_own() {
     assert_eq!(count, 13);
 }
 
-/// A picture goes round a stem a whole number of times. What is round twice is on the far side when it is on the
-/// near one: no eye sees it twice.
+/// A picture goes round a stem a whole number of times. What is round twice is on the far side when
+/// it is on the near one: no eye sees it twice.
 #[test]
 fn a_picture_is_not_seen_twice_beside_itself() {
     let params = GrowthParams {
@@ -97,7 +97,7 @@ fn a_picture_is_not_seen_twice_beside_itself() {
     };
     for species in Species::all() {
         for (dbh_m, most) in [(0.1, 1), (0.3, 1), (0.5, 2), (0.55, 2), (0.9, 2)] {
-            let key = Key::world(3).stage(Stage::new("bark"));
+            let key = Key::world(3).domain(Domain::new("bark"));
             let size = species.draw_size(dbh_m, key);
             let tree = grow(&species, &size, &common::materials(), &params, key).expect("grows");
             // The stem's lowest ring, its seam twice.

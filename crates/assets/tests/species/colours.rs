@@ -2,9 +2,9 @@
 
 use super::*;
 
-/// Mips of what is cut out are of its opaque texels: neither what is drawn under a mask nor a twig's colour that
-/// was filled on under it comes in. What is left is filtering across the mask's border; most of it from the one
-/// picture that is thick below and thin above, of grass in flower.
+/// Mips of what is cut out are of its opaque texels: neither what is drawn under a mask nor a
+/// twig's colour that was filled on under it comes in. What is left is filtering across the mask's
+/// border; most of it from the one picture that is thick below and thin above, of grass in flower.
 #[test]
 fn colour_does_not_depend_on_distance() {
     let (mut leaves, mut solids) = (0, 0);
@@ -37,8 +37,8 @@ fn colour_does_not_depend_on_distance() {
     assert!(leaves >= 9 * 5 && solids > 9 * 6 + 28, "{leaves} {solids}");
 }
 
-/// How much light goes through a leaf's vein or twig goes by how dark it is beside the texture's mean: that of
-/// what can be hit.
+/// How much light goes through a leaf's vein or twig goes by how dark it is beside the texture's
+/// mean: that of what can be hit.
 #[test]
 fn the_mean_is_of_what_is_opaque() {
     for m in LIBRARY.materials.materials() {

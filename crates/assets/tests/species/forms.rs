@@ -1,5 +1,5 @@
-//! Every species in all the forms that a wood has it in: individuals of three size classes, saplings, standing dead
-//! trees, and dead branches below the crown where it keeps them.
+//! Every species in all the forms that a wood has it in: individuals of three size classes,
+//! saplings, standing dead trees, and dead branches below the crown where it keeps them.
 
 use super::common::{DEAD, corners, key, materials};
 use super::*;
@@ -45,7 +45,8 @@ fn grown(species: &Species, size: &TreeSize, params: &GrowthParams, i: u64) -> G
     tree.unwrap_or_else(|e| panic!("{}: {e}", species.name))
 }
 
-/// Eight individuals of a stand of all ages, as a preset grows at least: each another tree, in three classes.
+/// Eight individuals of a stand of all ages, as a preset grows at least: each another tree, in
+/// three classes.
 #[test]
 fn eight_individuals_of_three_classes() {
     let params = GrowthParams {

@@ -7,8 +7,8 @@ mod common;
 mod bark;
 mod colours;
 mod forms;
-mod glance;
 mod optics;
+mod recognition;
 
 use std::sync::LazyLock;
 
@@ -56,7 +56,8 @@ fn opaque(m: &Material) -> Vec<Vec2> {
         .collect()
 }
 
-/// The mean linear colour at some places of a texture, as a sample sees it that covers `texels` of them.
+/// The mean linear colour at some places of a texture, as a sample sees it that covers `texels` of
+/// them.
 fn mean_colour(m: &Material, at: &[Vec2], texels: f32) -> Vec3 {
     let footprint = texels / m.albedo.width().max(m.albedo.height()) as f32;
     let sum = |sum: [f64; 3], &uv: &Vec2| {

@@ -1,9 +1,10 @@
-//! What leaves and bark send back and let through, against the numbers they were measured or computed to have.
+//! What leaves and bark send back and let through, against the numbers they were measured or
+//! computed to have.
 //!
-//! Leaves: PROSPECT-D under a CIE 1931 observer, as tabled in the project's reference on vegetation (section 3.4),
-//! linear sRGB; a shoot's silhouette over its leaf area of pines and spruces: four times Stenberg's STAR. Bark:
-//! ranges of the same section, and of published reflectances of bark at 905 and 1550 nm. At 905 nm leaves send back
-//! more than bark, but for birch's.
+//! Leaves: PROSPECT-D under a CIE 1931 observer, as tabled in the project's reference on vegetation
+//! (section 3.4), linear sRGB; a shoot's silhouette over its leaf area of pines and spruces: four
+//! times Stenberg's STAR. Bark: ranges of the same section, and of published reflectances of bark
+//! at 905 and 1550 nm. At 905 nm leaves send back more than bark, but for birch's.
 
 use super::*;
 
@@ -122,11 +123,13 @@ const ALL: [Expected; 9] = [
         name: "cork_oak",
         leaf: [[0.068, 0.127, 0.033], [0.028, 0.068, 0.0]],
         silhouette: 0.935,
-        // Its file's reflectance is .058 .104 .036, a sixth darker than the table's, with the table's transmittance.
+        // Its file's reflectance is .058 .104 .036, a sixth darker than the table's, with the
+        // table's transmittance.
         off: OFF,
         nm905: [0.48, 0.38],
         nm1550: [0.23, 0.19],
-        // Stripped (.28 .10 .05) to nine years later (.12 .08 .06); the file's is redder by a sixth.
+        // Stripped (.28 .10 .05) to nine years later (.12 .08 .06); the file's is redder by a
+        // sixth.
         lower: [[0.12, 0.066, 0.040], [0.28, 0.10, 0.06]],
         upper: about([0.20, 0.17, 0.14], 0.10),
         bark905: BARK_905,
@@ -163,8 +166,8 @@ fn all_species_are_expected() {
     assert!(ALL.iter().map(|e| e.name).eq(Species::names()));
 }
 
-/// What is seen of a leaf's two sides in its shoot, by photons that wander from leaf to leaf (Smolander and
-/// Stenberg 2003): written out a second time.
+/// What is seen of a leaf's two sides in its shoot, by photons that wander from leaf to leaf
+/// (Smolander and Stenberg 2003): written out a second time.
 fn in_shoot([r, t]: [[f32; 3]; 2], silhouette: f32) -> [Vec3; 2] {
     let (r, t) = (Vec3::from(r), Vec3::from(t));
     let share = silhouette / (Vec3::ONE - (1.0 - silhouette) * (r + t));
@@ -246,7 +249,8 @@ fn bark_answers_lasers_as_real_bark() {
             let within = |[low, high]: [f32; 2], r: f32| (low..=high).contains(&r);
             assert!(within(e.bark905, r905), "{}: {r905} at 905 nm", m.name);
             assert!(within(BARK_1550, r1550), "{}: {r1550} at 1550 nm", m.name);
-            // What scanners tell leaves from wood by. A birch's white paper is brighter than its leaves.
+            // What scanners tell leaves from wood by. A birch's white paper is brighter than its
+            // leaves.
             let white = e.name == "silver_birch";
             assert!(r905 <= e.nm905[0] || white, "{}: {r905} at 905 nm", m.name);
             assert!(r1550 > e.nm1550[0] + 0.1, "{}: {r1550} at 1550 nm", m.name);

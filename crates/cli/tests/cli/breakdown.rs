@@ -80,11 +80,12 @@ fn signal(child: &Child, signal: &str) {
     assert!(status.expect("kill runs").success());
 }
 
-#[test]
-fn ctrl_c_leaves_a_data_set_that_goes_on() {
-    let out = folder("interrupted").join("out");
+/// A run that was asked to stop, by a signal, finishes the frames in hand.
+#[track_caller]
+fn asked_to_stop(name: &str, by: &str) -> PathBuf {
+    let out = folder(name).join("out");
     let held = Held::after_a_frame(small(&out, &["--threads", "2"]), &out);
-    signal(&held.child, "-INT");
+    signal(&held.child, by);
     // It may hear it late, but does not get far meanwhile.
     sleep(Duration::from_millis(300));
     let ended = held.released();
@@ -100,7 +101,18 @@ fn ctrl_c_leaves_a_data_set_that_goes_on() {
     let temporary = files(&out).into_keys().find(|name| name.ends_with(".tmp"));
     assert_eq!(temporary, None);
     assert!(!out.join("dataset.json").exists(), "it is not finished");
+    out
+}
 
+/// Of whoever manages the machine, before it is switched off or given to somebody else.
+#[test]
+fn sigterm_is_as_good_as_ctrl_c() {
+    asked_to_stop("terminated", "-TERM");
+}
+
+#[test]
+fn ctrl_c_leaves_a_data_set_that_goes_on() {
+    let out = asked_to_stop("interrupted", "-INT");
     // Without a word about what to do with it, it is left alone.
     let before = files(&out);
     let again = outcome(&mut small(&out, &[]));

@@ -2,6 +2,7 @@
 
 mod breakdown;
 mod common;
+mod hostile;
 mod questions;
 mod recording;
 mod refusals;

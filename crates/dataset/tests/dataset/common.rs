@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use nemoral_dataset::{
-    CameraData, CameraSpec, Dataset, DatasetHeader, DepthFormat, FrameData, LidarData, LidarSpec,
-    Manifest, OpenMode, Track, WorldTables, Writer,
+    CameraData, CameraSpec, Dataset, DatasetHeader, DepthFormat, Error, FrameData, LidarData,
+    LidarSpec, Manifest, OpenMode, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
-    ChunkCoord, ExtraKinds, ExtraTruth, Flow, Image, Intrinsics, LidarPoint, ObjectBox, ObjectId,
-    ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic, Shutter,
-    TreeRecord, TruthImages, Twist,
+    AnnotationKinds, Annotations, ChunkCoord, Flow, Image, Intrinsics, LidarPoint, ObjectBox,
+    ObjectId, ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic,
+    Shutter, TreeRecord, TruthImages, Twist,
 };
 
 pub(crate) const CHUNK_M: f64 = 50.0;
@@ -116,7 +116,7 @@ pub(crate) fn header() -> DatasetHeader {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(320, 240, 1.3).expect("valid"),
             body_from_camera: mount(0.25, 0.05, 1.3) * optical,
-            extra: ExtraKinds::default(),
+            extra: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
         }],
@@ -177,7 +177,7 @@ pub(crate) struct Seen {
     /// As bright as the pictures.
     pub(crate) radiance: Vec<Image<Vec3>>,
     pub(crate) truth: Vec<TruthImages>,
-    pub(crate) extra: Vec<ExtraTruth>,
+    pub(crate) extra: Vec<Annotations>,
     pub(crate) points: Vec<Vec<LidarPoint>>,
     pub(crate) chunk: ChunkCoord,
     pub(crate) key: [u8; 32],
@@ -301,7 +301,7 @@ fn light(rgb: &Image<[u8; 3]>) -> Image<Vec3> {
 }
 
 /// The further truth that a camera is asked for, by closed forms.
-fn extra_of(camera: &CameraSpec, frame: usize) -> ExtraTruth {
+fn extra_of(camera: &CameraSpec, frame: usize) -> Annotations {
     let k = camera.intrinsics;
     let (w, h) = (k.width as usize, k.height as usize);
     let poses = track(frame + 2).poses;
@@ -366,7 +366,7 @@ fn extra_of(camera: &CameraSpec, frame: usize) -> ExtraTruth {
     };
     boxes.sort_by_key(|b| b.object);
     let image = |asked: bool| asked.then_some(0..w * h);
-    ExtraTruth {
+    Annotations {
         flow: image(asked.flow).map(|i| Image::new(w, h, i.map(flow).collect())),
         trunks: image(asked.trunks)
             .map(|i| Image::new(w, h, i.map(|i| owner(i, &stems)).collect())),
@@ -460,12 +460,17 @@ pub(crate) fn trees() -> Vec<TreeRecord> {
 }
 
 pub(crate) fn finish(writer: Writer, length: usize) -> Manifest {
+    try_finish(writer, length).expect("finish")
+}
+
+/// The same if the disk may fail.
+pub(crate) fn try_finish(writer: Writer, length: usize) -> Result<Manifest, Error> {
     let (trees, objects) = (trees(), objects());
     let world = WorldTables {
         trees: &trees,
         objects: &objects,
     };
-    writer.finish(&world, &[track(length)]).expect("finish")
+    writer.finish(&world, &[track(length)])
 }
 
 /// Writes frames of a drive of four.

@@ -6,6 +6,8 @@ mod atomic;
 mod check;
 mod cloud;
 mod common;
+mod faults;
+mod hostile;
 mod properties;
 mod resume;
 mod round_trip;

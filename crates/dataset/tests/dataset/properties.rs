@@ -3,7 +3,7 @@
 use nemoral_dataset::{CameraSpec, Dataset, FrameData, OpenMode, Writer};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
-    ChunkCoord, ExtraKinds, ExtraTruth, Image, Intrinsics, LidarPoint, ObjectId, PointFlags,
+    AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, PointFlags,
     RigidTransform, Semantic, Shutter, TruthImages, Twist,
 };
 use proptest::prelude::*;
@@ -96,7 +96,7 @@ proptest! {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(w, h, 1.0).expect("valid"),
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: ExtraKinds::default(),
+            extra: AnnotationKinds::default(),
         shutter: Shutter::INSTANT,
         noisy: false,
         }];
@@ -109,7 +109,7 @@ proptest! {
         };
         let rgb = all.map(|p| p.4);
         let chunk = ChunkCoord::new(cx, cy);
-        let extra = ExtraTruth::default();
+        let extra = Annotations::default();
         let frame = FrameData {
             sequence: 3,
             index,

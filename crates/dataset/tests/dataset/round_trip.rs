@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::common::{header, see, small, write};
 use nemoral_dataset::{Agreement, Dataset, DepthFormat, OpenMode, Writer, stats};
 use nemoral_scene::glam::DVec3;
-use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, Ontology, RigidTransform, Shutter};
+use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, Ontology, RigidTransform, Shutter};
 
 #[test]
 fn a_data_set_comes_back() {
@@ -322,7 +322,7 @@ fn further_truth_comes_back_and_lies_are_found() {
     let dir = tempfile::tempdir().expect("a folder");
     let mut header = small();
     header.cameras[0].intrinsics = Intrinsics::from_fov(96, 72, 1.3).expect("valid");
-    header.cameras[0].extra = ExtraKinds {
+    header.cameras[0].extra = AnnotationKinds {
         sky: true,
         flow: true,
         trunks: true,
@@ -369,7 +369,7 @@ fn further_truth_comes_back_and_lies_are_found() {
     assert!(report.passed(), "{report}");
 
     // Lies, each where it stands.
-    let lie = |name: &str, change: &dyn Fn(&mut nemoral_scene::ExtraTruth)| {
+    let lie = |name: &str, change: &dyn Fn(&mut nemoral_scene::Annotations)| {
         let out = dir.path().join(name);
         let writer = Writer::create(&out, OpenMode::Fresh, header.clone()).expect("create");
         let mut seen = see(&header, 0);

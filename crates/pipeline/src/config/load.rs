@@ -8,8 +8,17 @@ use serde::Serialize;
 use toml::{Table, Value};
 
 use super::schema::SectionSpec;
-use super::{Config, Lidar, Preset, SECTIONS, devices, ranges};
-use crate::Error;
+use super::words::{cut, did_you_mean, shown};
+use super::{Allowed, Config, Lidar, Preset, SECTIONS, devices, ranges};
+use crate::{Error, InputFiles};
+
+/// The largest config file.
+const FILE_BYTES: u64 = 4 << 20;
+/// So many of a request's errors are told, and of the rest their number.
+const TOLD: usize = 10;
+/// So many characters of a long line are shown, and so many of them before the error.
+const LINE: usize = 100;
+const BEFORE: usize = 30;
 
 /// One thing that is wrong with a request.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +55,7 @@ impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.place {
             None => f.write_str(&self.message),
-            Some(Place::Argument(argument)) => write!(f, "{argument}: {}", self.message),
+            Some(Place::Argument(argument)) => write!(f, "{}: {}", cut(argument), self.message),
             Some(Place::File {
                 name,
                 line,
@@ -56,33 +65,85 @@ impl fmt::Display for ConfigError {
             }) => {
                 writeln!(f, "{name}:{line}:{column}: {}", self.message)?;
                 let margin = line.to_string().len();
-                let carets = "^".repeat((*length).max(1));
+                let (text, indent, most) = part_of_line(text, column - 1);
+                let carets = "^".repeat((*length).clamp(1, most.max(1)));
                 writeln!(f, "{:margin$} |\n{line} | {text}", "")?;
-                write!(
-                    f,
-                    "{:margin$} | {:indent$}{carets}",
-                    "",
-                    "",
-                    indent = column - 1
-                )
+                write!(f, "{:margin$} | {:indent$}{carets}", "", "",)
             }
         }
     }
 }
 
-/// Everything that is wrong with a request.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ConfigErrors(pub Vec<ConfigError>);
+/// The part of a line that is shown, how far in it something stands that is at `start` of the whole, and
+/// how many characters there are from there on.
+fn part_of_line(line: &str, start: usize) -> (String, usize, usize) {
+    let length = line.chars().count();
+    if length <= LINE {
+        return (line.to_owned(), start, length.saturating_sub(start));
+    }
+    let from = start.saturating_sub(BEFORE).min(length - LINE);
+    let (before, after) = (from > 0, from + LINE < length);
+    let mut part: String = if before { "…" } else { "" }.to_owned();
+    part.extend(line.chars().skip(from).take(LINE));
+    if after {
+        part.push('…');
+    }
+    let indent = start - from + usize::from(before);
+    let shown = LINE - (start - from).min(LINE);
+    (part, indent, shown)
+}
+
+/// What is wrong with a request: all of it, or the first of much and how much more there is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ConfigErrors {
+    /// At most ten.
+    pub errors: Vec<ConfigError>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+impl ConfigErrors {
+    /// Adds an error, which is made only if it is told.
+    pub(super) fn add(&mut self, make: impl FnOnce() -> ConfigError) {
+        if self.errors.len() < TOLD {
+            self.errors.push(make());
+        } else {
+            self.more += 1;
+        }
+    }
+
+    fn into_result(self) -> Result<(), Error> {
+        if self.errors.is_empty() {
+            Ok(())
+        } else {
+            Err(self.into())
+        }
+    }
+}
+
+impl FromIterator<ConfigError> for ConfigErrors {
+    fn from_iter<T: IntoIterator<Item = ConfigError>>(errors: T) -> Self {
+        let mut all = Self::default();
+        for error in errors {
+            all.add(|| error);
+        }
+        all
+    }
+}
 
 impl fmt::Display for ConfigErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, error) in self.0.iter().enumerate() {
+        for (i, error) in self.errors.iter().enumerate() {
             if i > 0 {
                 writeln!(f)?;
             }
             write!(f, "{error}")?;
         }
-        Ok(())
+        match self.more {
+            0 => Ok(()),
+            1 => write!(f, "\n… and one more error"),
+            more => write!(f, "\n… and {more} more errors"),
+        }
     }
 }
 
@@ -104,8 +165,17 @@ impl Layers {
     ///
     /// # Errors
     /// Everything that is wrong: unreadable or malformed files, unknown keys, values that are not
-    /// allowed, combinations that cannot be, with the numbers that `[ranges]` drew.
+    /// allowed, combinations that cannot be, with the numbers that `[ranges]` drew, files that are
+    /// named and cannot be read.
     pub fn load(&self) -> Result<Config, Error> {
+        self.load_with_inputs().map(|(config, _)| config)
+    }
+
+    /// The same, with the files that the config names: they are read only here.
+    ///
+    /// # Errors
+    /// As [`Layers::load`].
+    pub fn load_with_inputs(&self) -> Result<(Config, InputFiles), Error> {
         let mut sources = Vec::new();
         if let Some(path) = &self.file {
             sources.push(Source::file(path)?);
@@ -119,29 +189,20 @@ impl Layers {
 
     /// The preset, asked for by argument or by the file.
     fn base(&self, sources: &mut [Source]) -> Result<Preset, Error> {
-        let mut name = self.preset.clone();
-        let mut place = None;
+        // The argument wins over the file; what the file says must be right all the same.
+        let argument = self.preset.as_deref().map(|name| by_name(name, None));
+        let mut preset = argument.transpose()?;
         for source in sources {
             if let Some(value) = source.table.remove("preset") {
-                place = source.place_of("preset");
-                let text = value
-                    .as_str()
-                    .map_or_else(|| value.to_string(), str::to_owned);
-                // The argument wins over the file.
-                name = name.or(Some(text));
+                let place = source.place_of("preset");
+                let named = match value.as_str() {
+                    Some(name) => by_name(name, place)?,
+                    None => return Err(no_preset(&shown(&value), &[], place)),
+                };
+                preset = preset.or(Some(named));
             }
         }
-        let name = name.unwrap_or_else(|| "default".to_owned());
-        Preset::by_name(&name).ok_or_else(|| {
-            let names: Vec<_> = Preset::ALL.iter().map(|p| p.name).collect();
-            let message = format!("preset = \"{name}\": must be one of {}", names.join(", "));
-            ConfigErrors(vec![ConfigError {
-                path: "preset".to_owned(),
-                message,
-                place,
-            }])
-            .into()
-        })
+        Ok(preset.unwrap_or(Preset::ALL[0]))
     }
 }
 
@@ -160,13 +221,38 @@ impl Config {
         let mut source = Source::parse("config.toml", false, text.to_owned())?;
         let layers = Layers::default();
         let preset = layers.base(std::slice::from_mut(&mut source))?;
-        resolve(&preset, std::slice::from_mut(&mut source))
+        resolve(&preset, std::slice::from_mut(&mut source)).map(|(config, _)| config)
     }
 }
 
+fn by_name(name: &str, place: Option<Place>) -> Result<Preset, Error> {
+    let names: Vec<&str> = Preset::ALL.iter().map(|p| p.name).collect();
+    let quoted = format!("\"{}\"", cut(name));
+    Preset::by_name(name).ok_or_else(|| {
+        let near: Vec<&str> = did_you_mean(name, &names).into_iter().collect();
+        no_preset(&quoted, &near, place)
+    })
+}
+
+fn no_preset(value: &str, near: &[&str], place: Option<Place>) -> Error {
+    let names: Vec<_> = Preset::ALL.iter().map(|p| p.name).collect();
+    let near = near.iter().map(|name| format!("; did you mean `{name}`?"));
+    let message = format!(
+        "preset = {value}: must be one of {}{}",
+        names.join(", "),
+        near.collect::<String>()
+    );
+    let error = ConfigError {
+        path: "preset".to_owned(),
+        message,
+        place,
+    };
+    ConfigErrors::from_iter([error]).into()
+}
+
 /// A preset with the sources over it, their ranges drawn, proved possible.
-fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<Config, Error> {
-    let mut errors = Vec::new();
+fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<(Config, InputFiles), Error> {
+    let mut errors = ConfigErrors::default();
     let ranges = ranges::take(sources, &mut errors);
     let sources: &[Source] = sources;
     let mut merged = with_sensors(preset, sources);
@@ -175,9 +261,7 @@ fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<Config, Error> {
         merge("", &mut merged, &source.table);
     }
     ranges::draw(&ranges, sources, &mut merged, &mut errors);
-    if !errors.is_empty() {
-        return Err(ConfigErrors(errors).into());
-    }
+    errors.into_result()?;
     let config: Config = Value::Table(merged)
         .try_into()
         .expect("a table that passed the checks is a config");
@@ -185,20 +269,22 @@ fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<Config, Error> {
         let said = sources.iter().rev().find_map(|s| s.place_of(path));
         ranges::place_of(&ranges, sources, path).or(said)
     };
-    let errors: Vec<_> = config
-        .problems()
-        .into_iter()
-        .map(|(path, message)| ConfigError {
+    let (inputs, unreadable) = InputFiles::read_all(&config);
+    let problems = if unreadable.is_empty() {
+        config.problems(&inputs)
+    } else {
+        unreadable
+    };
+    let mut errors = ConfigErrors::default();
+    for (path, message) in problems {
+        errors.add(|| ConfigError {
             place: place(&path),
             path,
             message,
-        })
-        .collect();
-    if errors.is_empty() {
-        Ok(config)
-    } else {
-        Err(ConfigErrors(errors).into())
+        });
     }
+    errors.into_result()?;
+    Ok((config, inputs))
 }
 
 /// A preset, and over it what the sensors bring along that the sources name: LiDARs what is in their
@@ -264,12 +350,7 @@ pub(super) struct Source {
 
 impl Source {
     fn file(path: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(path).map_err(|source| Error::Read {
-            path: path.to_owned(),
-            source: source.into(),
-        })?;
-        let text = String::from_utf8(bytes)
-            .map_err(|_| Error::request(format!("{}: not UTF-8 text", path.display())))?;
+        let text = nemoral_files::read_text(path, FILE_BYTES)?;
         Self::parse(&path.display().to_string(), false, text)
     }
 
@@ -277,7 +358,7 @@ impl Source {
     fn setting(setting: &str) -> Result<Self, Error> {
         let name = format!("--set {setting}");
         let Some((key, value)) = setting.split_once('=') else {
-            return Err(Error::request(format!("{name}: must be KEY=VALUE")));
+            return Err(Error::request(format!("{}: must be KEY=VALUE", cut(&name))));
         };
         let as_is = format!("{} = {}", key.trim(), value.trim());
         Self::parse(&name, true, as_is).or_else(|error| {
@@ -299,13 +380,12 @@ impl Source {
                     _ if is_argument => Some(Place::Argument(name.to_owned())),
                     span => Some(place(name, &text, span.unwrap_or_default())),
                 };
-                let message = error.message().to_owned();
-                Err(ConfigErrors(vec![ConfigError {
+                let error = ConfigError {
                     path: String::new(),
-                    message,
+                    message: cut(error.message()),
                     place,
-                }])
-                .into())
+                };
+                Err(ConfigErrors::from_iter([error]).into())
             }
         }
     }
@@ -331,7 +411,7 @@ impl Source {
         let mut table = parsed.get_ref();
         let mut parts = parts.iter().peekable();
         while let Some(part) = parts.next() {
-            let (key, value) = table.iter().find(|(k, _)| k.get_ref().as_ref() == *part)?;
+            let (key, value) = table.get_key_value(*part)?;
             if parts.peek().is_none() {
                 if self.is_argument {
                     return Some(Place::Argument(self.name.clone()));
@@ -382,10 +462,22 @@ pub(super) fn join(path: &str, key: &str) -> String {
     }
 }
 
+/// The most bytes of the file that a key names; 0 of a key that names none.
+pub(crate) fn most_bytes(key: &str) -> u64 {
+    let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == name));
+    match spec.map(|k| k.allowed) {
+        Some(Allowed::File(most)) => most,
+        _ => 0,
+    }
+}
+
 /// Collects everything that is wrong with one layer.
-fn check_table(path: &str, table: &Table, source: &Source, errors: &mut Vec<ConfigError>) {
+fn check_table(path: &str, table: &Table, source: &Source, errors: &mut ConfigErrors) {
     let spec = section(path).expect("only sections are entered");
-    let mut wrong = |path: &str, message: String| errors.push(source.error(path, message));
+    let mut wrong = |path: &str, message: &dyn Fn() -> String| {
+        errors.add(|| source.error(path, message()));
+    };
     let mut inner = Vec::new();
     let mut chosen: Vec<(&str, String)> = Vec::new();
     for (key, value) in table {
@@ -393,31 +485,28 @@ fn check_table(path: &str, table: &Table, source: &Source, errors: &mut Vec<Conf
         if let Some(sub) = section(&full) {
             match value {
                 Value::Table(sub_table) => inner.push((full.clone(), sub_table)),
-                _ => wrong(
-                    &full,
-                    format!("{full} = {value}: must be a table, [{full}]"),
-                ),
+                _ => wrong(&full, &|| {
+                    let (key, value) = (cut(&full), shown(value));
+                    format!("{key} = {value}: must be a table, [{key}]")
+                }),
             }
             if let Some(choice) = sub.choice {
                 match chosen.iter().find(|(c, _)| *c == choice) {
-                    Some((_, other)) => {
-                        wrong(
-                            &full,
-                            format!("[{full}] and [{other}] both give {choice}: keep one"),
-                        );
-                    }
+                    Some((_, other)) => wrong(&full, &|| {
+                        format!("[{full}] and [{other}] both give {choice}: keep one")
+                    }),
                     None => chosen.push((choice, full.clone())),
                 }
             }
         } else if let Some(spec) = spec.keys.iter().find(|k| k.name == key) {
             if !spec.allowed.allows(value) {
-                wrong(
-                    &full,
-                    format!("{full} = {value}: must be {}", spec.allowed.describe()),
-                );
+                wrong(&full, &|| {
+                    let allowed = spec.allowed.describe();
+                    format!("{full} = {}: must be {allowed}", shown(value))
+                });
             }
         } else {
-            wrong(&full, unknown(path, key, spec));
+            wrong(&full, &|| unknown(path, key, value, spec));
         }
     }
     for (path, table) in inner {
@@ -425,43 +514,34 @@ fn check_table(path: &str, table: &Table, source: &Source, errors: &mut Vec<Conf
     }
 }
 
-fn unknown(path: &str, key: &str, spec: &SectionSpec) -> String {
+fn unknown(path: &str, key: &str, value: &Value, spec: &SectionSpec) -> String {
     // A further sensor's path is not its definition's.
     let prefix = if spec.path.is_empty() {
         String::new()
     } else {
         format!("{}.", spec.path)
     };
-    let subs = SECTIONS.iter().filter_map(|s| {
+    let tables = SECTIONS.iter().filter_map(|s| {
         s.path
             .strip_prefix(&prefix)
             .filter(|rest| !rest.is_empty() && !rest.contains('.'))
     });
-    let names: Vec<&str> = spec.keys.iter().map(|k| k.name).chain(subs).collect();
-    let nearest = names.iter().min_by_key(|name| edit_distance(name, key));
-    let full = join(path, key);
-    match nearest {
-        Some(name) if edit_distance(name, key) <= 1 + key.len() / 3 => {
-            format!("{full}: no such key; did you mean `{name}`?")
-        }
-        _ => format!("{full}: no such key; there are {}", names.join(", ")),
+    let keys = spec.keys.iter().map(|k| k.name);
+    let full = cut(&join(path, key));
+    // Somebody who sets a value means no table, and the other way round.
+    let alike: Vec<&str> = if value.is_table() {
+        tables.clone().collect()
+    } else {
+        keys.clone().collect()
+    };
+    if let Some(name) = did_you_mean(key, &alike) {
+        return format!("{full}: no such key; did you mean `{name}`?");
     }
-}
-
-/// Levenshtein's distance.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
+    let names: Vec<&str> = keys.chain(tables).collect();
+    if names.is_empty() {
+        return format!("{full}: no such key; [{path}] has none");
     }
-    row[b.len()]
+    format!("{full}: no such key; there are {}", names.join(", "))
 }
 
 /// Lays `over` on `base`. Choosing a variant of a choice removes the others.

@@ -1,12 +1,13 @@
 //! Numbers drawn once for a world, from ranges.
 
-use nemoral_seed::{Draw, Key, Stage as Purpose};
+use nemoral_seed::{Domain, Draw, Key};
 use toml::{Table, Value};
 
-use super::load::{ConfigError, Source, join, section};
+use super::load::{ConfigError, ConfigErrors, Source, join, section};
 use super::schema::{Allowed, SectionSpec};
+use super::words::{cut, shown};
 
-const RANGES: Purpose = Purpose::new("pipeline.ranges");
+const RANGES: Domain = Domain::new("pipeline.ranges");
 
 /// Ranges.
 pub(super) const SECTION: SectionSpec = SectionSpec {
@@ -28,7 +29,7 @@ pub(super) struct Range {
 }
 
 /// Takes the ranges out of the sources. A later source's range or value replaces an earlier range.
-pub(super) fn take(sources: &mut [Source], errors: &mut Vec<ConfigError>) -> Vec<Range> {
+pub(super) fn take(sources: &mut [Source], errors: &mut ConfigErrors) -> Vec<Range> {
     let mut ranges: Vec<Range> = Vec::new();
     for (number, source) in sources.iter_mut().enumerate() {
         let said = source.table.remove("ranges");
@@ -38,8 +39,8 @@ pub(super) fn take(sources: &mut [Source], errors: &mut Vec<ConfigError>) -> Vec
             None => continue,
             Some(Value::Table(table)) => flatten("", table, &mut found),
             Some(other) => {
-                let message = format!("ranges = {other}: must be a table, [ranges]");
-                errors.push(source.error("ranges", message));
+                let message = format!("ranges = {}: must be a table, [ranges]", shown(&other));
+                errors.add(|| source.error("ranges", message));
             }
         }
         for (path, value) in found {
@@ -54,7 +55,7 @@ pub(super) fn take(sources: &mut [Source], errors: &mut Vec<ConfigError>) -> Vec
                         source: number,
                     });
                 }
-                Err(message) => errors.push(ConfigError {
+                Err(message) => errors.add(|| ConfigError {
                     place: place(source, &path),
                     message,
                     path: join("ranges", &path),
@@ -70,10 +71,10 @@ pub(super) fn draw(
     ranges: &[Range],
     sources: &[Source],
     merged: &mut Table,
-    errors: &mut Vec<ConfigError>,
+    errors: &mut ConfigErrors,
 ) {
     let seed = merged.get("seed").and_then(Value::as_integer).unwrap_or(0);
-    let world = Key::world(seed.unsigned_abs()).stage(RANGES);
+    let world = Key::world(seed.unsigned_abs()).domain(RANGES);
     for Range {
         path,
         low,
@@ -82,7 +83,7 @@ pub(super) fn draw(
         source,
     } in ranges
     {
-        let mut rng = world.stage(Purpose::new(path)).rng();
+        let mut rng = world.domain(Domain::new(path)).rng();
         let drawn = if *whole {
             let drawn = (low + rng.unit_f64() * (high - low + 1.0)).floor();
             Value::Integer(drawn.min(*high) as i64)
@@ -100,7 +101,7 @@ pub(super) fn draw(
                 inside.insert(key.to_owned(), drawn);
             }
             None => {
-                errors.push(ConfigError {
+                errors.add(|| ConfigError {
                     path: join("ranges", path),
                     message: format!(
                         "ranges.\"{path}\": there is no [{table}] in this config; name it to choose it"
@@ -129,6 +130,7 @@ fn ends(path: &str, value: &Value, source: &Source) -> Result<(f64, f64, bool), 
     let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
     let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == key));
     let Some(spec) = spec else {
+        let path = cut(path);
         return Err(format!("ranges.\"{path}\": there is no key {path}"));
     };
     let number = matches!(
@@ -165,7 +167,8 @@ fn ends(path: &str, value: &Value, source: &Source) -> Result<(f64, f64, bool), 
         _ => {}
     }
     Err(format!(
-        "ranges.\"{path}\" = {value}: must be [least, most], each {}",
+        "ranges.\"{path}\" = {}: must be [least, most], each {}",
+        shown(value),
         spec.allowed.describe()
     ))
 }

@@ -20,6 +20,8 @@ pub enum Allowed {
     OneOf(&'static [&'static str]),
     /// Any text.
     Text,
+    /// The path of a file of at most so many bytes.
+    File(u64),
     /// Three real numbers, both ends included.
     Triple(f64, f64),
 }
@@ -38,6 +40,10 @@ impl Allowed {
                 format!("one of {}", quoted.join(", "))
             }
             Self::Text => "text in quotes".to_owned(),
+            Self::File(most) => {
+                let mib = most >> 20;
+                format!("the path of a file of at most {mib} MiB, in quotes")
+            }
             Self::Triple(low, high) => format!("three numbers from {low} to {high}, [a, b, c]"),
         }
     }
@@ -49,7 +55,9 @@ impl Allowed {
             (Self::Real(low, high), v) => number(v).is_some_and(|x| (*low..=*high).contains(&x)),
             (Self::RealAbove(low, high), v) => number(v).is_some_and(|x| x > *low && x <= *high),
             (Self::Whole(low, high), Value::Integer(i)) => (low..=high).contains(&i),
-            (Self::Flag, Value::Boolean(_)) | (Self::Text, Value::String(_)) => true,
+            (Self::Flag, Value::Boolean(_)) | (Self::Text | Self::File(_), Value::String(_)) => {
+                true
+            }
             (Self::OneOf(words), Value::String(s)) => words.contains(&s.as_str()),
             (Self::Triple(low, high), Value::Array(a)) => {
                 let inside = |v| number(v).is_some_and(|x| (*low..=*high).contains(&x));
@@ -71,7 +79,7 @@ impl Allowed {
             Self::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
             Self::Flag => json!({"type": "boolean"}),
             Self::OneOf(words) => json!({"enum": words}),
-            Self::Text => json!({"type": "string"}),
+            Self::Text | Self::File(_) => json!({"type": "string"}),
             Self::Triple(low, high) => json!({
                 "type": "array", "minItems": 3, "maxItems": 3,
                 "items": {"type": "number", "minimum": low, "maximum": high},
@@ -139,6 +147,16 @@ macro_rules! section {
             }
         }
 
+        impl $crate::plan::Encode for $name {
+            fn encode(&self, encoder: &mut dyn $crate::plan::Encoder) {
+                // All fields, or it does not compile.
+                let Self { $( $field, )* $($( $sub, )*)? } = self;
+                let _ = &encoder;
+                $( encoder.field(stringify!($field), $field); )*
+                $($( section!(@encode encoder, $sub $(, $serde)?); )*)?
+            }
+        }
+
         impl $name {
             /// This section's definition.
             pub const SPEC: $crate::config::SectionSpec = $crate::config::SectionSpec {
@@ -154,8 +172,26 @@ macro_rules! section {
             };
         }
     };
+    // What is flattened has the names of its variants.
+    (@encode $encoder:ident, $sub:ident, flatten) => {
+        $crate::plan::Encode::encode($sub, $encoder)
+    };
+    (@encode $encoder:ident, $sub:ident) => { $encoder.field(stringify!($sub), $sub) };
     (@choice $choice:literal) => { Some($choice) };
     (@choice) => { None };
 }
 
-pub(super) use section;
+/// Encodes an enum whose variants hold a section each, by the names that TOML has for them.
+macro_rules! encode_variants {
+    ($name:ident $( $variant:ident: $tag:literal; )*) => {
+        impl $crate::plan::Encode for $name {
+            fn encode(&self, encoder: &mut dyn $crate::plan::Encoder) {
+                match self {
+                    $( Self::$variant(inner) => encoder.field($tag, inner), )*
+                }
+            }
+        }
+    };
+}
+
+pub(super) use {encode_variants, section};

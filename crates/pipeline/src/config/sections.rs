@@ -4,8 +4,14 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::schema::Allowed::{Flag, OneOf, Real, RealAbove, Text, Triple, Whole};
-use super::schema::{SectionSpec, section};
+use super::InputPath;
+use super::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Text, Triple, Whole};
+use super::schema::{SectionSpec, encode_variants, section};
+
+/// The largest text file that a config may name.
+const TEXT: u64 = 1 << 20;
+/// The largest table, list of poses or image.
+const DATA: u64 = 256 << 20;
 
 section! {
     /// A whole request: what world, what robot, what is recorded.
@@ -259,7 +265,7 @@ section! {
         /// Share of silver birches.
         silver_birch: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
         /// A species file of one's own (TOML, as those in crates/assets/species); empty for none.
-        own_species: String = String::new(), Text, "none";
+        own_species: InputPath = InputPath::default(), File(TEXT), "none";
         /// Its share.
         own_share: f64 = 0.0, Real(0.0, 1000.0), "none";
         /// Share of the trees that are dead and still stand.
@@ -297,6 +303,11 @@ pub enum SunPosition {
     Angles(SunAngles),
     /// By place, date and time.
     Date(SunDate),
+}
+
+encode_variants! { SunPosition
+    Angles: "angles";
+    Date: "date";
 }
 
 impl Default for SunPosition {
@@ -337,7 +348,7 @@ section! {
         /// Share of cloud: 0 clear, 1 overcast.
         overcast: f64 = 0.0, Real(0.0, 1.0), "clear";
         /// A photographed sky instead: an equirectangular Radiance (.hdr) or OpenEXR file, zenith on top. It is seen in the gaps and lights the scene, as brightly as the modelled sky would; the sun stays that of `[sun]`, and the one in the image is cut.
-        image: String = String::new(), Text, "none";
+        image: InputPath = InputPath::default(), File(DATA), "none";
         /// Where the middle column of that image looks, clockwise from north.
         image_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north";
         /// Multiplies that image's light.
@@ -476,6 +487,12 @@ pub enum CameraOptics {
     Calibration(CameraCalibration),
 }
 
+encode_variants! { CameraOptics
+    Fov: "fov";
+    Sensor: "sensor";
+    Calibration: "calibration";
+}
+
 impl Default for CameraOptics {
     fn default() -> Self {
         Self::Fov(CameraFov::default())
@@ -527,6 +544,12 @@ pub enum CameraLens {
     BrownConrady(CameraBrownConrady),
     /// Draws angles.
     Fisheye(CameraFisheye),
+}
+
+encode_variants! { CameraLens
+    Pinhole: "pinhole";
+    BrownConrady: "brown_conrady";
+    Fisheye: "fisheye";
 }
 
 impl Default for CameraLens {
@@ -636,6 +659,17 @@ pub enum LidarPattern {
     Table(LidarTable),
 }
 
+encode_variants! { LidarPattern
+    Lines: "lines";
+    Mid40: "mid40";
+    Horizon: "horizon";
+    Mid70: "mid70";
+    Avia: "avia";
+    Spinning: "spinning";
+    Panorama: "panorama";
+    Table: "table";
+}
+
 impl Default for LidarPattern {
     fn default() -> Self {
         Self::Horizon(LidarHorizon::default())
@@ -716,7 +750,7 @@ section! {
     /// A table of pulses, replayed: rows of `time, azimuth, elevation[, ring]` in seconds and degrees.
     LidarTable at "lidar.table", one of "the scan pattern" {
         /// The CSV file.
-        path: String = String::new(), Text, "none";
+        path: InputPath = InputPath::default(), File(DATA), "none";
     }
 }
 
@@ -820,6 +854,14 @@ pub enum RobotPath {
     File(PathFile),
 }
 
+encode_variants! { RobotPath
+    Trail: "trail";
+    Wander: "wander";
+    Straight: "straight";
+    Stations: "stations";
+    File: "file";
+}
+
 impl Default for RobotPath {
     fn default() -> Self {
         Self::Trail(PathTrail::default())
@@ -863,7 +905,7 @@ section! {
     /// Poses from a file; frame k takes pose k.
     PathFile at "robot.file", one of "the robot's path" {
         /// The file.
-        path: String = String::new(), Text, "none";
+        path: InputPath = InputPath::default(), File(DATA), "none";
         /// Its format: TUM (`t x y z qx qy qz qw`) or KITTI (a 3 x 4 matrix a line).
         format: String = "tum".into(), OneOf(&["tum", "kitti"]), "TUM carries times";
         /// Take height, pitch and roll from the ground instead of the file.

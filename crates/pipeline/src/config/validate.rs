@@ -1,14 +1,13 @@
 //! Combinations that cannot be, though each key is allowed.
 
-use std::path::Path;
-
 use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
 use crate::stages::sensors;
 
-use super::{Assets, Camera, Config, Lidar, LidarPattern, RobotPath};
+use super::{Assets, Camera, Config, Lidar, LidarPattern, RobotPath, SunPosition};
+use crate::{Error, InputFiles};
 
 /// Names of other sensors and of their folders.
 const RESERVED: [&str; 16] = [
@@ -59,7 +58,7 @@ impl Config {
     }
 
     /// Every impossible combination: the key to blame and what is wrong.
-    pub(super) fn problems(&self) -> Vec<(String, String)> {
+    pub(super) fn problems(&self, inputs: &InputFiles) -> Vec<(String, String)> {
         let mut out = Vec::new();
         let mut wrong = |path: &str, message: String| out.push((path.to_owned(), message));
         let c = &self.chunks;
@@ -192,15 +191,28 @@ impl Config {
             let message = "undergrowth: the weights of grass, herbs and ferns are all 0, and undergrowth.cover asks for plants";
             wrong("undergrowth", message.to_owned());
         }
-        if a.own_share > 0.0 {
-            if a.own_species.is_empty() {
+        match inputs.get(&a.own_species) {
+            Some(file) => {
+                let species = file.text().and_then(|text| {
+                    let origin = file.path().display().to_string();
+                    Species::from_toml(text, &origin).map_err(|e| Error::request(e.to_string()))
+                });
+                if let Err(e) = species {
+                    wrong("assets.own_species", format!("assets.own_species: {e}"));
+                }
+            }
+            None if a.own_share > 0.0 => {
                 let message = "assets.own_species = \"\": must name a species file, as assets.own_share is above 0";
                 wrong("assets.own_species", message.to_owned());
-            } else if let Err(e) = Species::read(Path::new(&a.own_species)) {
-                wrong("assets.own_species", format!("assets.own_species: {e}"));
             }
+            None => {}
         }
-        if let Err(e) = crate::stages::sky_image::read(&self.sky) {
+        if let SunPosition::Date(date) = &self.sun.position
+            && let Err(e) = sensors::utc(date)
+        {
+            wrong("sun.date.utc", e.to_string());
+        }
+        if let Err(e) = crate::stages::sky_image::read(&self.sky, inputs) {
             wrong("sky.image", e.to_string());
         }
         for (path, camera) in self.all_cameras() {

@@ -1,9 +1,16 @@
 //! Values kept on disk from run to run.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "the one module of this crate that looks after files of its own: their ages and sizes"
+)]
+
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
+
+use nemoral_files::{Folder, InnerPath, is_temporary_name};
 
 use super::{Fingerprint, Hasher};
 
@@ -15,7 +22,7 @@ use super::{Fingerprint, Hasher};
 /// It is a help and never needed: what cannot be read or written is passed over in silence.
 #[derive(Debug)]
 pub struct Cache {
-    folder: PathBuf,
+    folder: Folder,
     /// The program that makes the values.
     maker: Fingerprint,
     limit_bytes: u64,
@@ -33,33 +40,45 @@ pub struct Kept<T> {
 const ENDING: &str = "nemoral";
 /// When more is kept, what was not used for longest goes.
 const LIMIT_BYTES: u64 = 2_000_000_000;
+/// The largest program that has a hash.
+const PROGRAM_BYTES: u64 = 4 << 30;
+/// A file is written in seconds; what is not done after this was left by a process that was killed.
+const ABANDONED: Duration = Duration::from_secs(3600);
 
 impl Cache {
-    /// The cache in a folder, made if it is not there, of the values that this program makes.
+    /// The cache in a folder, made if it is not there, of the values that this program makes. What writes
+    /// that were killed have left there goes.
     ///
     /// # Errors
     /// If the folder cannot be made, or the program cannot read itself.
     pub fn open(folder: impl Into<PathBuf>) -> io::Result<Self> {
-        let program = fs::read(std::env::current_exe()?)?;
+        let program = nemoral_files::read(&std::env::current_exe()?, PROGRAM_BYTES);
         let mut hasher = Hasher::new("maker");
-        hasher.write_bytes(&program);
+        hasher.write_bytes(&program.map_err(io::Error::other)?);
         Self::of_maker(folder.into(), hasher.finish())
     }
 
     fn of_maker(folder: PathBuf, maker: Fingerprint) -> io::Result<Self> {
         fs::create_dir_all(&folder)?;
-        Ok(Self {
-            folder,
+        let cache = Self {
+            folder: Folder::new(&folder),
             maker,
             limit_bytes: LIMIT_BYTES,
-        })
+        };
+        cache.remove_abandoned();
+        Ok(cache)
     }
 
-    fn path(&self, key: Fingerprint) -> PathBuf {
+    fn name(&self, key: Fingerprint) -> InnerPath {
         let mut hasher = Hasher::new("kept");
         hasher.write_bytes(&self.maker.0);
         hasher.write_bytes(&key.0);
-        self.folder.join(format!("{}.{ENDING}", hasher.finish()))
+        let name = format!("{}.{ENDING}", hasher.finish());
+        InnerPath::new(name).expect("hexadecimal digits and an ending")
+    }
+
+    fn path(&self, key: Fingerprint) -> PathBuf {
+        self.name(key).below(self.folder.root())
     }
 
     /// Is there a file for this key?
@@ -69,8 +88,7 @@ impl Cache {
 
     /// The bytes that were put, if they are all there.
     pub(super) fn get(&self, key: Fingerprint) -> Option<Vec<u8>> {
-        let path = self.path(key);
-        let mut bytes = fs::read(&path).ok()?;
+        let mut bytes = self.folder.read(&self.name(key), self.limit_bytes).ok()?;
         let whole = bytes.len().checked_sub(blake3::OUT_LEN)?;
         let hash = blake3::hash(&bytes[..whole]);
         if bytes[whole..] != *hash.as_bytes() {
@@ -78,7 +96,7 @@ impl Cache {
         }
         bytes.truncate(whole);
         // Used now: it goes last. A reader of a folder that is not its own cannot say so.
-        if let Ok(file) = File::options().append(true).open(&path) {
+        if let Ok(file) = File::options().append(true).open(self.path(key)) {
             let _ = file.set_modified(now());
         }
         Some(bytes)
@@ -86,35 +104,34 @@ impl Cache {
 
     /// Keeps bytes, if there is room.
     pub(super) fn put(&self, key: Fingerprint, bytes: &[u8]) {
-        let path = self.path(key);
-        // A name of this process alone; one that was killed leaves it, and it goes when its time comes.
-        let part = path.with_extension(format!("{}.{ENDING}", std::process::id()));
-        let write = || {
-            let mut file = File::create(&part)?;
-            file.write_all(bytes)?;
-            file.write_all(blake3::hash(bytes).as_bytes())?;
-            drop(file);
-            fs::rename(&part, &path)
-        };
-        if write().is_err() {
-            let _ = fs::remove_file(&part);
+        let whole = [bytes, blake3::hash(bytes).as_bytes()].concat();
+        // The folder may be gone: then nothing is kept any more.
+        if self.folder.root().is_dir() {
+            let _ = self.folder.put(&self.name(key), &whole);
         }
-        self.tidy(&path);
+        self.tidy(&self.path(key));
+    }
+
+    /// Every file with a name that `is_ours`, its age first.
+    fn files(&self, is_ours: fn(&str) -> bool) -> Vec<(SystemTime, PathBuf, u64)> {
+        let Ok(folder) = fs::read_dir(self.folder.root()) else {
+            return Vec::new();
+        };
+        let file = |entry: io::Result<fs::DirEntry>| {
+            let entry = entry.ok()?;
+            // Of the entry itself: links are nobody's.
+            let meta = entry.metadata().ok()?;
+            let known = is_ours(entry.file_name().to_str()?) && meta.is_file();
+            known.then_some((meta.modified().ok()?, entry.path(), meta.len()))
+        };
+        let mut files: Vec<_> = folder.filter_map(file).collect();
+        files.sort();
+        files
     }
 
     /// Deletes what was not used for longest until the rest is within the limit; never `newest`.
     fn tidy(&self, newest: &Path) {
-        let Ok(folder) = fs::read_dir(&self.folder) else {
-            return;
-        };
-        let file = |entry: io::Result<fs::DirEntry>| {
-            let path = entry.ok()?.path();
-            let meta = fs::metadata(&path).ok()?;
-            let is_ours = path.extension()? == ENDING && meta.is_file();
-            is_ours.then_some((meta.modified().ok()?, path, meta.len()))
-        };
-        let mut files: Vec<_> = folder.filter_map(file).collect();
-        files.sort();
+        let files = self.files(is_value);
         let mut total: u64 = files.iter().map(|(_, _, size)| size).sum();
         for (_, path, size) in files {
             if total <= self.limit_bytes {
@@ -125,6 +142,37 @@ impl Cache {
             }
         }
     }
+
+    /// Deletes what was begun and never finished.
+    fn remove_abandoned(&self) {
+        let now = now();
+        for (time, path, _) in self.files(is_unfinished) {
+            if now.duration_since(time).is_ok_and(|age| age > ABANDONED) {
+                let _ = fs::remove_file(&path);
+            }
+        }
+    }
+}
+
+/// Is this the name of a value: 64 hexadecimal digits and our ending?
+fn is_value(name: &str) -> bool {
+    let digits = name.strip_suffix(ENDING).and_then(|n| n.strip_suffix('.'));
+    digits.is_some_and(is_hash)
+}
+
+/// Is this the name of a file that is being written, by this version or by an earlier one?
+fn is_unfinished(name: &str) -> bool {
+    let stem = name.strip_suffix(ENDING).and_then(|n| n.strip_suffix('.'));
+    let by_process = stem
+        .and_then(|n| n.split_once('.'))
+        .is_some_and(|(hash, process)| {
+            is_hash(hash) && process.bytes().all(|b| b.is_ascii_digit())
+        });
+    by_process || is_temporary_name(name)
+}
+
+fn is_hash(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit())
 }
 
 #[expect(
@@ -162,7 +210,12 @@ mod tests {
         assert_eq!(cache(dir.path(), 2).get(key(7)), None);
         let again = cache(dir.path(), 1);
         assert_eq!(again.get(key(7)).as_deref(), Some(b"a wood".as_slice()));
-        assert_eq!(fs::read_dir(&of_one.folder).expect("a folder").count(), 1);
+        assert_eq!(
+            fs::read_dir(of_one.folder.root())
+                .expect("a folder")
+                .count(),
+            1
+        );
     }
 
     #[test]
@@ -186,7 +239,7 @@ mod tests {
     fn what_was_not_used_for_longest_goes_first() {
         let dir = tempfile::tempdir().expect("a folder");
         let mut cache = cache(dir.path(), 1);
-        fs::write(cache.folder.join("not ours.txt"), [0; 500]).expect("a file");
+        fs::write(cache.folder.root().join("not ours.txt"), [0; 500]).expect("a file");
         cache.limit_bytes = 3 * (100 + 32);
         for n in 0..3 {
             cache.put(key(n), &[n as u8; 100]);
@@ -200,14 +253,47 @@ mod tests {
         cache.put(key(3), &[3; 100]);
         let left: Vec<bool> = (0..4).map(|n| cache.has(key(n))).collect();
         assert_eq!(left, [true, false, true, true]);
-        assert!(cache.folder.join("not ours.txt").exists());
+        assert!(cache.folder.root().join("not ours.txt").exists());
+    }
+
+    #[test]
+    fn what_killed_writes_left_goes_when_it_is_old() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let folder = dir.path().join("new");
+        fs::create_dir_all(&folder).expect("a folder");
+        let hash = "0123456789abcdef".repeat(4);
+        let unfinished = [
+            format!("{hash}.4711.{ENDING}"),
+            ".nemoral-Ab3x9Q.tmp".to_owned(),
+        ];
+        let others = [
+            format!("{hash}.{ENDING}"),
+            format!("{hash}.of-mine.{ENDING}"),
+            "notes.4711.nemoral".to_owned(),
+            "nemoral-Ab3x9Q.tmp".to_owned(),
+        ];
+        let write = |name: &str, age_s: u64| {
+            let file = File::create(folder.join(name)).expect("a file");
+            let time = now() - Duration::from_secs(age_s);
+            file.set_modified(time).expect("a file");
+        };
+        let is_there = |name: &String| folder.join(name).exists();
+        for age_s in [60, 7200] {
+            for name in unfinished.iter().chain(&others) {
+                write(name, age_s);
+            }
+            cache(dir.path(), 1);
+            // Another process may be at it still.
+            assert_eq!(unfinished.iter().any(is_there), age_s < 3600);
+            assert!(others.iter().all(is_there));
+        }
     }
 
     #[test]
     fn without_a_folder_nothing_is_kept_and_nothing_fails() {
         let dir = tempfile::tempdir().expect("a folder");
         let cache = cache(dir.path(), 1);
-        fs::remove_dir_all(&cache.folder).expect("was there");
+        fs::remove_dir_all(cache.folder.root()).expect("was there");
         cache.put(key(7), b"a wood");
         assert_eq!(cache.get(key(7)), None);
         let file = dir.path().join("file");

@@ -43,6 +43,11 @@ impl Hasher {
         self.write_bytes(text.as_bytes());
     }
 
+    /// One byte that says what follows.
+    pub fn write_tag(&mut self, tag: u8) {
+        self.0.update(&[tag]);
+    }
+
     /// An unsigned number.
     pub fn write_u64(&mut self, value: u64) {
         self.0.update(&value.to_le_bytes());

@@ -13,6 +13,7 @@
 mod cache;
 mod drawing;
 mod edge;
+mod encode;
 mod fingerprint;
 mod store;
 
@@ -23,6 +24,7 @@ use std::sync::Arc;
 pub use cache::{Cache, Kept};
 pub use drawing::GraphFormat;
 pub use edge::{AnyChunk, Demand, Edge, Inputs, OfWorld};
+pub use encode::{Encode, Encoder, KeyEncoder};
 pub use fingerprint::{Fingerprint, Hasher};
 pub use store::Store;
 
@@ -308,6 +310,12 @@ impl<'a> Runner<'a> {
     #[must_use]
     pub fn plan(&self) -> &'a Plan {
         self.plan
+    }
+
+    /// How many nodes are computed at once.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.threads
     }
 
     /// The store.

@@ -1,29 +1,33 @@
 //! Poses from a file: TUM or KITTI.
 
-use std::path::Path;
-
 use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DMat3, DQuat, DVec3};
 
 use crate::Error;
 
-/// Reads world poses of the body with their times in seconds (a KITTI file has none: `None`).
+/// Reads world poses of the body with their times in seconds (a KITTI file has none: `None`) from the
+/// text of a file; `origin` is what errors call it.
 ///
 /// # Errors
-/// If the file cannot be read, or a line is not a pose: with its number and what is expected.
-pub fn read_poses(path: &Path, format: &str) -> Result<Vec<(Option<f64>, RigidTransform)>, Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
-        path: path.to_owned(),
-        source: source.into(),
-    })?;
+/// If a line is not a pose: with its number and what is expected.
+pub fn read_poses(
+    text: &str,
+    origin: &str,
+    format: &str,
+) -> Result<Vec<(Option<f64>, RigidTransform)>, Error> {
     let mut poses = Vec::new();
     for (i, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
             continue;
         }
         let wrong = |expected: &str| {
-            let place = format!("{}:{}", path.display(), i + 1);
-            Error::request(format!("{place}: {line:?}: must be {expected}"))
+            // A line of megabytes is no message.
+            let (end, cut) = match line.char_indices().nth(80) {
+                Some((end, _)) => (end, "…"),
+                None => (line.len(), ""),
+            };
+            let shown = format!("{:?}{cut}", &line[..end]);
+            Error::request(format!("{origin}:{}: {shown}: must be {expected}", i + 1))
         };
         let numbers: Option<Vec<f64>> = line
             .split_whitespace()
@@ -64,7 +68,7 @@ pub fn read_poses(path: &Path, format: &str) -> Result<Vec<(Option<f64>, RigidTr
         });
     }
     if poses.is_empty() {
-        return Err(Error::request(format!("{}: holds no pose", path.display())));
+        return Err(Error::request(format!("{origin}: holds no pose")));
     }
     Ok(poses)
 }
@@ -74,10 +78,7 @@ mod tests {
     use super::*;
 
     fn read(format: &str, text: &str) -> Result<Vec<(Option<f64>, RigidTransform)>, Error> {
-        let dir = tempfile::tempdir().expect("a temporary folder");
-        let path = dir.path().join("poses.txt");
-        std::fs::write(&path, text).expect("written");
-        read_poses(&path, format)
+        read_poses(text, "poses.txt", format)
     }
 
     #[test]

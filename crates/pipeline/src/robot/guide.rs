@@ -1,6 +1,5 @@
 //! The line a robot follows.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use nemoral_scene::glam::{DVec2, DVec3};
@@ -12,11 +11,11 @@ use super::body::Body;
 use super::file::read_poses;
 use super::stations::Stations;
 use super::wander::{Obstacle, Wander};
-use crate::Error;
 use crate::config::{self, Config, RobotPath};
-use crate::plan::{Demand, Hasher, OfWorld, Stage};
+use crate::plan::{Demand, Encode, Encoder, Hasher, OfWorld, Stage};
 use crate::stages::ground::{ChunkGround, GroundModel};
 use crate::stages::things::Things;
+use crate::{Error, InputFile, InputFiles};
 
 /// At the end of a trail the robot turns on the spot within this way, metres.
 const TURN_M: f64 = 2.0;
@@ -207,20 +206,27 @@ fn interpolate(times_s: &[f64], poses: &[RigidTransform], time_s: f64) -> RigidT
 pub struct GuideStage {
     robot: config::Robot,
     chunk_size_m: f64,
+    inputs: InputFiles,
 }
 
 impl GuideStage {
-    /// The stage of a config.
+    /// The stage of a config and the files that it names.
     #[must_use]
-    pub fn new(config: &Config) -> Self {
+    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
         Self {
             robot: config.robot.clone(),
             chunk_size_m: config.chunks.size_m,
+            inputs: inputs.clone(),
         }
     }
 
     fn file_path(&self, file: &config::PathFile) -> Result<Path, Error> {
-        let read = read_poses(&PathBuf::from(&file.path), &file.format)?;
+        let origin = file.path.as_str();
+        let text = self
+            .inputs
+            .get(&file.path)
+            .map_or(Ok(""), InputFile::text)?;
+        let read = read_poses(text, origin, &file.format)?;
         let step = if self.robot.spacing_s > 0.0 {
             self.robot.spacing_s
         } else {
@@ -247,6 +253,18 @@ impl GuideStage {
     }
 }
 
+impl Encode for GuideStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            robot,
+            chunk_size_m,
+            inputs: _,
+        } = self;
+        encoder.field("robot", robot);
+        encoder.field("chunk_size_m", chunk_size_m);
+    }
+}
+
 impl Stage for GuideStage {
     type At = ();
     type Inputs = (OfWorld<GroundModel>,);
@@ -255,12 +273,7 @@ impl Stage for GuideStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", self.robot));
-        hasher.write_f64(self.chunk_size_m);
-        if let RobotPath::File(file) = &self.robot.path {
-            // The poses decide, not the file's name; a missing file is an error when it runs.
-            hasher.write_bytes(&std::fs::read(&file.path).unwrap_or_default());
-        }
+        self.inputs.encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (ground,): (Arc<GroundModel>,)) -> Result<Guide, Error> {

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
-const WANDER: Stage = Stage::new("pipeline.wander");
+const WANDER: Domain = Domain::new("pipeline.wander");
 
 /// Distance between knots along the guide line, metres.
 const KNOT_M: f64 = 3.0;
@@ -45,7 +45,7 @@ impl Wander {
         clearance_m: f64,
         key: Key,
     ) -> Self {
-        let key = key.stage(WANDER);
+        let key = key.domain(WANDER);
         Self {
             start_m,
             forward: forward.normalize_or(DVec2::X),

@@ -1,11 +1,9 @@
 //! What is grown once for a world, with a ray-casting tree for each shape.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use nemoral_assets::{
-    AssetParams, Library, PlantAsset, SizeClass, Species, SpeciesError, StandParams, StandSpecies,
-    TreeAsset,
+    AssetParams, Library, PlantAsset, SizeClass, Species, StandParams, StandSpecies, TreeAsset,
 };
 use nemoral_raycast::Blas;
 use nemoral_scene::Prototype;
@@ -14,9 +12,9 @@ use nemoral_seed::Key;
 use rayon::prelude::*;
 
 use super::looks::Looks;
-use crate::Error;
 use crate::config::{self, Config};
-use crate::plan::{Hasher, Kept, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Hasher, Kept, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
 /// The library and, in the same order, each shape's ray-casting tree.
 #[derive(Debug)]
@@ -90,8 +88,62 @@ pub(super) struct Recipe {
     assets: config::Assets,
     saplings: bool,
     seedlings: bool,
-    /// The text of one's own species, if it can be read: what counts is what is in it.
-    own: Option<String>,
+    inputs: InputFiles,
+}
+
+impl Encode for Recipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            assets,
+            saplings,
+            seedlings,
+            inputs: _,
+        } = self;
+        let config::Assets {
+            individuals,
+            trunk_radius_m,
+            dbh_mean_m,
+            dbh_shape,
+            dbh_min_m,
+            dbh_max_m,
+            maritime_pine,
+            eucalyptus,
+            english_oak,
+            scots_pine,
+            norway_spruce,
+            douglas_fir,
+            cork_oak,
+            beech,
+            silver_birch,
+            own_species,
+            own_share,
+            snags,
+            // How often a shrub is placed makes no difference to how it is grown.
+            gorse: _,
+            heather: _,
+            bramble: _,
+        } = assets;
+        encoder.field("individuals", individuals);
+        encoder.field("trunk_radius_m", trunk_radius_m);
+        encoder.field("dbh_mean_m", dbh_mean_m);
+        encoder.field("dbh_shape", dbh_shape);
+        encoder.field("dbh_min_m", dbh_min_m);
+        encoder.field("dbh_max_m", dbh_max_m);
+        encoder.field("maritime_pine", maritime_pine);
+        encoder.field("eucalyptus", eucalyptus);
+        encoder.field("english_oak", english_oak);
+        encoder.field("scots_pine", scots_pine);
+        encoder.field("norway_spruce", norway_spruce);
+        encoder.field("douglas_fir", douglas_fir);
+        encoder.field("cork_oak", cork_oak);
+        encoder.field("beech", beech);
+        encoder.field("silver_birch", silver_birch);
+        encoder.field("own_species", own_species);
+        encoder.field("own_share", own_share);
+        encoder.field("snags", snags);
+        encoder.field("saplings", saplings);
+        encoder.field("seedlings", seedlings);
+    }
 }
 
 /// One dead tree is grown for so many living ones.
@@ -104,38 +156,34 @@ const SEEDLINGS: u32 = 8;
 const LIVING_PER_SAPLING: u32 = 2;
 
 impl Recipe {
-    pub(super) fn new(config: &Config) -> Self {
+    pub(super) fn new(config: &Config, inputs: &InputFiles) -> Self {
         Self {
             assets: config.assets.clone(),
             saplings: config.placement.regeneration.saplings > 0.0,
             seedlings: config.placement.regeneration.seedlings > 0.0,
-            own: std::fs::read_to_string(&config.assets.own_species).ok(),
+            inputs: inputs.clone(),
         }
     }
 
     pub(super) fn fingerprint(&self, hasher: &mut Hasher) {
-        let a = &self.assets;
-        hasher.write_str(&format!("{:?}", (a.shares(), a.snags, &self.own)));
-        hasher.write_u64(u64::from(a.individuals));
-        hasher.write_f64(a.trunk_radius_m);
-        for diameter in [a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m] {
-            hasher.write_f64(diameter);
-        }
-        hasher.write_u64(u64::from(self.saplings));
-        hasher.write_u64(u64::from(self.seedlings));
+        self.inputs.encode(hasher, self);
     }
 
     /// The species with a share, and their shares.
-    fn species(&self) -> Result<Vec<(Species, f64)>, SpeciesError> {
-        let path = &self.assets.own_species;
+    fn species(&self) -> Result<Vec<(Species, f64)>, Error> {
+        let own = || {
+            let file = self.inputs.get(&self.assets.own_species);
+            let (text, path) = match file {
+                Some(file) => (file.text()?, file.path().display().to_string()),
+                None => ("", "assets.own_species".to_owned()),
+            };
+            Species::from_toml(text, &path).map_err(Error::of_stage)
+        };
         let wanted = self.assets.shares().into_iter().filter(|(_, s)| *s > 0.0);
         let species = wanted.map(|(name, share)| {
             let species = match name.and_then(Species::built_in) {
                 Some(species) => species,
-                None => match &self.own {
-                    Some(text) => Species::from_toml(text, path)?,
-                    None => Species::read(Path::new(path))?,
-                },
+                None => own()?,
             };
             Ok((species, share))
         });
@@ -144,7 +192,7 @@ impl Recipe {
 
     /// Share of the light on leaves that leaves their shoot again, linear sRGB: the mean over all leaf
     /// area, as the species' shares and their leaf area at the stand's mean diameter have it.
-    pub(super) fn foliage_albedo(&self) -> Result<Vec3, SpeciesError> {
+    pub(super) fn foliage_albedo(&self) -> Result<Vec3, Error> {
         let named = self.species()?;
         let share = |name: &str| {
             named
@@ -200,10 +248,10 @@ impl Recipe {
 }
 
 impl LibraryStage {
-    /// The stage of a config.
+    /// The stage of a config and the files that it names.
     #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self(Recipe::new(config))
+    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
+        Self(Recipe::new(config, inputs))
     }
 }
 
@@ -219,7 +267,7 @@ impl Stage for LibraryStage {
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Library, Error> {
-        let species = self.0.species().map_err(Error::of_stage)?;
+        let species = self.0.species()?;
         Library::grow(&self.0.params(&species), world).map_err(Error::of_stage)
     }
 
@@ -232,10 +280,10 @@ impl Stage for LibraryStage {
 }
 
 impl AssetStage {
-    /// The stage of a config.
+    /// The stage of a config and the files that it names.
     #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self(Recipe::new(config))
+    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
+        Self(Recipe::new(config, inputs))
     }
 }
 
@@ -251,7 +299,7 @@ impl Stage for AssetStage {
     }
 
     fn run(&self, (): (), world: Key, (library,): (Arc<Library>,)) -> Result<WorldAssets, Error> {
-        let species = self.0.species().map_err(Error::of_stage)?;
+        let species = self.0.species()?;
         let params = self.0.params(&species);
         let snags = self.0.assets.snags;
         // Of each species as many looks, one species after the other.

@@ -6,8 +6,10 @@ use nemoral_assets::GroundMaterials;
 use nemoral_placement::CoverPoint;
 use nemoral_raycast::{Blas, Group};
 use nemoral_scene::glam::{DVec2, Mat3, Vec2, Vec3};
-use nemoral_scene::{ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface};
-use nemoral_seed::{Draw, Key, Stage as Purpose};
+use nemoral_scene::{
+    ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface, TrailSurfaceKind,
+};
+use nemoral_seed::{Domain, Draw, Key};
 use nemoral_terrain::{GroundMesher, MeshParams, Terrain, TerrainParams};
 use nemoral_trails::{DressingKind, TrailZone};
 
@@ -15,12 +17,12 @@ use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
 use super::things::Things;
 use super::undergrowth::{Patch, PatchKind};
-use crate::Error;
 use crate::config::Config;
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
-const FLOOR: Purpose = Purpose::new("pipeline.floor");
-const LOOK: Purpose = Purpose::new("pipeline.low.look");
+const FLOOR: Domain = Domain::new("pipeline.floor");
+const LOOK: Domain = Domain::new("pipeline.low.look");
 
 /// What stands in a chunk, ground included.
 #[derive(Debug)]
@@ -66,6 +68,30 @@ impl SolidStage {
     }
 }
 
+impl Encode for SolidStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            // Made of the parameters.
+            mesher: _,
+            params,
+            floor,
+            // One of the parameters.
+            chunk_size_m: _,
+        } = self;
+        let MeshParams {
+            chunk_size_m,
+            cell_m,
+            fine_cell_m,
+            tolerance_m,
+        } = params;
+        encoder.field("chunk_size_m", chunk_size_m);
+        encoder.field("cell_m", cell_m);
+        encoder.field("fine_cell_m", fine_cell_m);
+        encoder.field("tolerance_m", tolerance_m);
+        encoder.field("floor", floor);
+    }
+}
+
 impl Stage for SolidStage {
     type At = ChunkCoord;
     type Inputs = (
@@ -78,7 +104,7 @@ impl Stage for SolidStage {
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", (self.params, self.floor)));
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(
@@ -135,7 +161,7 @@ impl FloorPlan {
             persistence: 0.6,
             max_height_m: 1.0,
         };
-        let patches = Terrain::new(params, world.stage(FLOOR)).map_err(Error::of_stage)?;
+        let patches = Terrain::new(params, world.domain(FLOOR)).map_err(Error::of_stage)?;
         let places = (0..FLOOR_SAMPLES * FLOOR_SAMPLES)
             .map(|i| DVec2::new(f64::from(i % FLOOR_SAMPLES), f64::from(i / FLOOR_SAMPLES)) * 37.0);
         let mut field: Vec<f64> = places.map(|p| patches.height_m(p)).collect();
@@ -156,7 +182,10 @@ impl FloorPlan {
         p: DVec2,
         inside: bool,
     ) -> MaterialId {
-        let trail = || &materials.trails[ground.trail_kind(p).map_or(0, |k| k as usize)];
+        let trail = || {
+            let kind = ground.trail_kind(p).unwrap_or(TrailSurfaceKind::Gravel);
+            materials.trail(kind)
+        };
         match ground.trail_zone(p, inside) {
             TrailZone::Surface => return trail().surface,
             TrailZone::Rut => return trail().rut,
@@ -191,7 +220,8 @@ impl Stage for LowStage {
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
+        let Self { chunk_size_m } = self;
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(
@@ -210,7 +240,7 @@ impl Stage for LowStage {
         let mut instances = Vec::new();
         // One of the shapes, with these chances, or with equal ones.
         let mut plant = |shapes: &[Arc<Blas>], weights: Option<&[f64]>, place: &Place| {
-            let mut rng = place.key.stage(LOOK).rng();
+            let mut rng = place.key.domain(LOOK).rng();
             let chosen = match weights {
                 Some(weights) => rng.weighted(weights),
                 None if shapes.is_empty() => None,
@@ -248,7 +278,7 @@ impl Stage for LowStage {
         let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
         let tufts = dressing.iter().filter(|d| d.kind != DressingKind::Stone);
         for (i, d) in tufts.enumerate() {
-            let key = world.stage(LOOK).chunk(at).item(i as u64);
+            let key = world.domain(LOOK).chunk(at).item(i as u64);
             let place = Place {
                 position_m: d.position_m,
                 yaw_rad: d.yaw_rad,

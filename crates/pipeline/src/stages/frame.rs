@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use nemoral_raycast::{Forest, Group};
+use nemoral_lidar::ScanRequest;
+use nemoral_raycast::{Group, RayScene};
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, LidarPoint, RayCaster, RigidTransform, Twist};
-use nemoral_seed::{Key, Stage as Purpose};
+use nemoral_scene::{
+    ChunkCoord, InstancedScene, LidarPoint, PlacedGroup, RayCaster, RigidTransform, Twist,
+};
+use nemoral_seed::{Domain, Key};
 
 use super::assets::WorldAssets;
 use super::chunk::{Low, Solid};
@@ -21,7 +24,7 @@ use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land, PoseTrack};
 
-const CAMERA: Purpose = Purpose::new("pipeline.camera");
+const CAMERA: Domain = Domain::new("pipeline.camera");
 
 /// Where the robot is, and how it moves while its LiDAR scans.
 #[derive(Debug)]
@@ -91,8 +94,12 @@ impl Stage for PoseStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
-        hasher.write_f64(self.pictures_s);
+        let Self {
+            chunk_size_m,
+            pictures_s,
+        } = self;
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*pictures_s);
     }
 
     fn run(
@@ -139,6 +146,13 @@ pub struct FrameScene {
     pub origin_m: DVec3,
     chunk_size_m: f64,
     openness: BTreeMap<ChunkCoord, Arc<Openness>>,
+}
+
+impl InstancedScene for FrameScene {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
+        let place = |(offset, group): &(Vec3, Arc<Group>)| (*offset, Arc::clone(group) as _);
+        self.groups.iter().map(place).collect()
+    }
 }
 
 impl fmt::Debug for FrameScene {
@@ -189,9 +203,14 @@ impl Stage for SceneStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
-        hasher.write_f64(self.visible_radius_m);
-        hasher.write_f64(self.undergrowth_radius_m);
+        let Self {
+            chunk_size_m,
+            visible_radius_m,
+            undergrowth_radius_m,
+        } = self;
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*visible_radius_m);
+        hasher.write_f64(*undergrowth_radius_m);
     }
 
     fn run(
@@ -231,7 +250,7 @@ impl Stage for SceneStage {
             .zip(openness.all(&visible)?)
             .collect();
         Ok(FrameScene {
-            caster: Arc::new(Forest::new(groups.clone())),
+            caster: Arc::new(RayScene::new(groups.clone())),
             groups,
             origin_m: pose.chunk.origin_m(size).extend(0.0),
             chunk_size_m: size,
@@ -273,6 +292,7 @@ impl Stage for ImageStage {
         let openness = |p: Vec3| scene.openness(p);
         let seen = SceneView {
             caster: &*scene.caster,
+            instances: Some(&*scene),
             materials: &assets.library.materials,
             sky_visibility: &openness,
         };
@@ -283,9 +303,9 @@ impl Stage for ImageStage {
             view.noise = rig.noise;
             view.shutter = rig.shutter;
             view.motion = pose.motion.of_mounted(&rig.body_from_camera);
-            let mut key = world.stage(CAMERA);
+            let mut key = world.domain(CAMERA);
             if i > 0 {
-                key = key.stage(Purpose::new(&rig.name));
+                key = key.domain(Domain::new(&rig.name));
             }
             rig.renderer.render(&seen, &view, key.item(at))
         };
@@ -325,14 +345,14 @@ impl Stage for ScanStage {
         let track = pose.track.relative_to(scene.origin_m);
         let scan = |rig: &LidarRig| {
             let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
-            rig.scanner.scan(
-                rig.scanner.first_pulse_at(pose.time_s),
-                &*scene.caster,
-                &assets.library.materials,
-                &scene_from_lidar,
-                &rig.noise,
-                world.stage(Purpose::new(&rig.name)).item(at),
-            )
+            rig.scanner.scan(&ScanRequest {
+                first_pulse: rig.scanner.first_pulse_at(pose.time_s),
+                caster: &*scene.caster,
+                materials: &assets.library.materials,
+                scene_from_lidar_at: &scene_from_lidar,
+                range_model: &rig.noise,
+                key: world.domain(Domain::new(&rig.name)).item(at),
+            })
         };
         Ok(rigs.iter().map(scan).collect())
     }

@@ -10,9 +10,9 @@ use nemoral_trails::{
     Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
 };
 
-use crate::Error;
 use crate::config::{self, Config};
-use crate::plan::{Hasher, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Hasher, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
 /// Ground is asked for this far outside of its chunk: robots, openness and placement look over the
 /// border.
@@ -59,14 +59,13 @@ impl GroundModel {
             // Every fifth chunk of a square: births reach over 40, so neighbours tell little new.
             let chunk = centre.offset(5 * (i % 16 - 8), 5 * (i / 16 - 8));
             let origin = chunk.origin_m(self.chunk_size_m);
-            let ground =
-                (!trails.in_chunk(chunk).is_empty()).then(|| trails.ground_near(chunk, 1.0));
+            let edges = (trails.is_crossed(chunk)).then(|| trails.edges_near(chunk, 1.0));
             for j in 0..64 {
                 all += 1;
                 let cell = DVec2::new(f64::from(j % 8) + 0.5, f64::from(j / 8) + 0.5) / 8.0;
-                let edge = ground
+                let edge = edges
                     .as_ref()
-                    .map(|g| g.edge_m(origin + cell * self.chunk_size_m));
+                    .map(|e| e.edge_m(origin + cell * self.chunk_size_m));
                 near += u32::from(edge.is_some_and(|e| e < clearance_m));
             }
         }
@@ -179,6 +178,19 @@ impl GroundStage {
     }
 }
 
+impl Encode for GroundStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            terrain,
+            trails,
+            chunk_size_m,
+        } = self;
+        encoder.field("terrain", terrain);
+        encoder.field("trails", trails);
+        encoder.field("chunk_size_m", chunk_size_m);
+    }
+}
+
 impl Stage for GroundStage {
     type At = ();
     type Inputs = ();
@@ -187,8 +199,7 @@ impl Stage for GroundStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", (&self.terrain, &self.trails)));
-        hasher.write_f64(self.chunk_size_m);
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<GroundModel, Error> {

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Draw, Key, Stage};
+use nemoral_seed::{Domain, Draw, Key};
 
-const LOOKS: Stage = Stage::new("pipeline.looks");
+const LOOKS: Domain = Domain::new("pipeline.looks");
 
 /// What tells copies of one kind apart.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +68,7 @@ pub(super) struct Looks {
 
 impl Looks {
     pub(super) fn new(world: Key) -> Self {
-        let key = world.stage(LOOKS);
+        let key = world.domain(LOOKS);
         Self {
             trees: Pattern::new(TREES, key),
             saplings: Pattern::new(SAPLINGS, key.item(1)),

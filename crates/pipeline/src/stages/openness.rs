@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_raycast::Forest;
+use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, Ray, RayCaster, Surface};
 use nemoral_seed::Key;
@@ -145,7 +145,8 @@ impl Stage for OpennessStage {
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
+        let Self { chunk_size_m } = self;
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(
@@ -164,7 +165,7 @@ impl Stage for OpennessStage {
         let groups = around.iter().zip(solid.all(&chunks)?);
         let offset = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0) * self.chunk_size_m as f32;
         let groups = groups.map(|(&(x, y), solid)| (offset(x, y), Arc::clone(&solid.0)));
-        let crowns = Forest::new(groups.collect());
+        let crowns = RayScene::new(groups.collect());
         let cells = (self.chunk_size_m / 5.0).ceil() as usize;
         let (side, cell_m) = (cells + 1, self.chunk_size_m / cells as f64);
         let directions = directions();

@@ -11,15 +11,50 @@ use nemoral_seed::Key;
 
 use super::assets::{Standing, WorldAssets};
 use super::ground::{ChunkGround, GroundModel};
-use crate::Error;
 use crate::config::{self, Config};
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
-/// The woody layers, in the paper's order, and after them saplings: [`Site::layer`] is an index into this.
-pub const LAYERS: [&str; 4] = ["trees", "stumps", "shrubs", "regeneration.saplings"];
+/// The woody layers of a stand, in the order in which they are placed: the paper's, then saplings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StandLayer {
+    /// Living and dead standing trees.
+    Trees,
+    /// Stumps.
+    Stumps,
+    /// Shrubs.
+    Shrubs,
+    /// Saplings of the trees' species.
+    Saplings,
+}
 
-/// The place of saplings among the layers.
-pub const SAPLINGS: usize = 3;
+impl StandLayer {
+    /// All layers, by [`index`](Self::index).
+    pub const ALL: [Self; 4] = [Self::Trees, Self::Stumps, Self::Shrubs, Self::Saplings];
+
+    /// The place of the layer in [`PlacementParams::layers`].
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// The layer of a site that [`PlacementStage`]'s placement made.
+    #[must_use]
+    pub fn of(site: &Site) -> Self {
+        Self::ALL[usize::from(site.layer)]
+    }
+
+    /// The config key of its number of plants, below `placement`.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Trees => "trees",
+            Self::Stumps => "stumps",
+            Self::Shrubs => "shrubs",
+            Self::Saplings => "regeneration.saplings",
+        }
+    }
+}
 
 /// Shrubs grow into each other: they keep apart by this share of their spread.
 const SHRUB_CORE: f64 = 0.4;
@@ -61,6 +96,22 @@ fn exactly(radius_m: f64) -> Variety {
     }
 }
 
+impl Encode for PlacementStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            placement,
+            shrubs,
+            chunk_size_m,
+            centre,
+        } = self;
+        let ChunkCoord { x, y } = centre;
+        encoder.field("placement", placement);
+        encoder.field("shrubs", shrubs);
+        encoder.field("chunk_size_m", chunk_size_m);
+        encoder.field("centre", &[*x, *y]);
+    }
+}
+
 impl Stage for PlacementStage {
     type At = ();
     type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
@@ -69,11 +120,7 @@ impl Stage for PlacementStage {
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!(
-            "{:?}",
-            (&self.placement, self.shrubs, self.centre)
-        ));
-        hasher.write_f64(self.chunk_size_m);
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(
@@ -112,21 +159,23 @@ impl Stage for PlacementStage {
         let trail_share = ground.trail_share(self.centre, mean_radius + VERGE_M);
         let counts = [p.trees, p.stumps, p.shrubs, p.regeneration.saplings];
         let varieties = [trees, stumps, shrubs, saplings];
-        let layers = LAYERS.into_iter().zip(counts).zip(varieties);
+        let layers = StandLayer::ALL.into_iter().zip(counts).zip(varieties);
         let mut layers: Vec<LayerParams> = layers
-            .map(|((name, per_chunk), varieties)| LayerParams::new(name, per_chunk, varieties))
+            .map(|((layer, per_chunk), varieties)| {
+                LayerParams::new(layer.key(), per_chunk, varieties)
+            })
             .collect();
         let in_gaps = [0.0, 1.0, p.gaps.shrubs, p.gaps.saplings];
         for (layer, in_gaps) in layers.iter_mut().zip(in_gaps) {
             layer.in_gaps = in_gaps;
         }
-        layers[0].rows = (p.rows.spacing_m > 0.0).then_some(Rows {
+        layers[StandLayer::Trees.index()].rows = (p.rows.spacing_m > 0.0).then_some(Rows {
             row_m: p.rows.spacing_m,
             in_row_m: p.rows.in_row_m,
             jitter_m: p.rows.jitter_m,
             heading_deg: p.rows.heading_deg,
         });
-        layers[SAPLINGS].clusters = Some(Patches {
+        layers[StandLayer::Saplings.index()].clusters = Some(Patches {
             share: p.regeneration.share,
             radius_m: (p.regeneration.radius_min_m, p.regeneration.radius_max_m),
         });
@@ -155,7 +204,7 @@ impl Stage for PlacementStage {
                 at_most,
                 ..
             } => {
-                let rows = name == LAYERS[0] && p.rows.spacing_m > 0.0;
+                let rows = name == StandLayer::Trees.key() && p.rows.spacing_m > 0.0;
                 let lower = if rows {
                     "its rows have no more places; lower it, placement.rows.spacing_m or placement.rows.in_row_m"
                 } else {

@@ -5,16 +5,16 @@ use std::sync::Arc;
 use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams, Placement};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Key, Stage as Purpose};
+use nemoral_seed::{Domain, Key};
 
 use super::ground::ChunkGround;
 use super::openness::Openness;
-use super::placement::SAPLINGS;
+use super::placement::StandLayer;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
 
-const SEEDLINGS: Purpose = Purpose::new("pipeline.seedlings");
+const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
 
 /// Side of a grid cell: each may hold one seedling.
 const CELL_M: f64 = 0.7;
@@ -65,8 +65,12 @@ impl Stage for SeedlingStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.per_m2);
-        hasher.write_f64(self.chunk_size_m);
+        let Self {
+            per_m2,
+            chunk_size_m,
+        } = self;
+        hasher.write_f64(*per_m2);
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(
@@ -89,8 +93,8 @@ impl Stage for SeedlingStage {
                 scale: (0.9, 1.1),
             }],
         };
-        let grid = GroundCover::new(grid, world.stage(SEEDLINGS)).map_err(Error::of_stage)?;
-        let clusters = placement.clusters(at, SAPLINGS);
+        let grid = GroundCover::new(grid, world.domain(SEEDLINGS)).map_err(Error::of_stage)?;
+        let clusters = placement.clusters(at, StandLayer::Saplings.index());
         let density = |p: DVec2| {
             let inside = clusters.as_ref().is_some_and(|c| c.contain(p));
             let most = self.per_m2 * CELL_M * CELL_M * if inside { 1.0 } else { STRAYS };

@@ -1,36 +1,34 @@
 //! The robot's sensors, made from a config.
 
 use std::f64::consts::TAU;
-use std::fs::File;
-use std::io::BufReader;
 use std::sync::Arc;
 
 use nemoral_lidar::{
-    Avia, Beam, EchoObservation, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors,
-    RangeModel, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner, ScannerParams,
-    Spinning, TableError, TablePattern, Wavelength,
+    Avia, Beam, CsvPattern, EchoObservation, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams,
+    PulseErrors, RangeModel, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, Scanner,
+    ScannerParams, Spinning, Wavelength,
 };
 use nemoral_lidar_noise::{
-    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, Observation,
-    RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams,
+    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
+    RangeNoise, RangeSensor, SnrSigmaParams,
 };
 use nemoral_render::{
     Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SensorNoise, SkyParams, Sun, ToneCurve,
     UtcTime,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{Distortion, ExtraKinds, Intrinsics, IntrinsicsError, RigidTransform, Shutter};
-use nemoral_seed::{Key, Stage as Purpose};
+use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTransform, Shutter};
+use nemoral_seed::{Domain, Key};
 
 use super::assets::Recipe;
 use crate::config::{
     self, CameraLens, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition,
 };
-use crate::plan::{Hasher, Stage};
-use crate::{Backend, Error, Renderer};
+use crate::plan::{Encode, Encoder, Hasher, Stage};
+use crate::{Backend, Error, InputFile, InputFiles, Renderer};
 
 /// Of the fixed patterns of sensors.
-const SPECIMEN: Purpose = Purpose::new("pipeline.camera.specimen");
+const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
 
 /// A camera with its place on the body.
 #[derive(Debug)]
@@ -52,7 +50,7 @@ pub struct CameraRig {
     /// What its sensor adds.
     pub noise: Option<SensorNoise>,
     /// What else is to be known of a picture.
-    pub extra: ExtraKinds,
+    pub extra: AnnotationKinds,
     /// Boxes of things up to so far, metres.
     pub boxes_range_m: f64,
 }
@@ -76,21 +74,12 @@ pub struct Noise(RangeSensor);
 
 impl RangeModel for Noise {
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
-        self.0.measure(&observation(o), &mut key.rng())
+        self.0.measure(o, &mut key.rng())
     }
 
     fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
-        let os: Vec<Observation> = os.iter().map(observation).collect();
         let rngs = keys.iter().map(|key| key.rng());
-        self.0.measure_each(&os, rngs, ranges_m);
-    }
-}
-
-fn observation(o: &EchoObservation) -> Observation {
-    Observation {
-        range_m: o.range_m,
-        incidence_cos: o.incidence_cos,
-        reflectance: o.reflectance,
+        self.0.measure_each(os, rngs, ranges_m);
     }
 }
 
@@ -103,7 +92,7 @@ pub fn intrinsics(path: &str, camera: &config::Camera) -> Result<Intrinsics, Err
 }
 
 /// The camera's pinhole and lens; the error names the key below the camera's table.
-pub(crate) fn lens(camera: &config::Camera) -> Result<Intrinsics, IntrinsicsError> {
+pub(crate) fn lens(camera: &config::Camera) -> Result<Intrinsics, ParamError> {
     let (width, height) = (camera.width_px, camera.height_px);
     let distortion = match &camera.lens {
         CameraLens::Pinhole(_) => Distortion::None,
@@ -140,8 +129,8 @@ pub(crate) fn lens(camera: &config::Camera) -> Result<Intrinsics, IntrinsicsErro
 
 /// What a camera writes besides its pictures and their truth.
 #[must_use]
-pub fn extra_kinds(c: &config::Camera) -> ExtraKinds {
-    ExtraKinds {
+pub fn extra_kinds(c: &config::Camera) -> AnnotationKinds {
+    AnnotationKinds {
         sky: c.sky,
         flow: c.flow,
         trunks: c.trunks,
@@ -207,28 +196,25 @@ pub struct CameraStage {
     sun: config::Sun,
     sky: config::Sky,
     weather: config::Weather,
-    /// Of the sky image, if there is one and it can be read: what counts is what is in it.
-    sky_image: Option<blake3::Hash>,
     max_range_m: f64,
     backend: Backend,
     /// Whose leaves light passes.
     trees: Recipe,
+    inputs: InputFiles,
 }
 
 impl CameraStage {
-    /// The stage of a config.
+    /// The stage of a config and the files that it names.
     #[must_use]
-    pub fn new(config: &Config, backend: Backend) -> Self {
+    pub fn new(config: &Config, inputs: &InputFiles, backend: Backend) -> Self {
         Self {
             backend,
-            trees: Recipe::new(config),
+            trees: Recipe::new(config, inputs),
+            inputs: inputs.clone(),
             cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
             sun: config.sun.clone(),
             sky: config.sky.clone(),
             weather: config.weather.clone(),
-            sky_image: std::fs::read(&config.sky.image)
-                .ok()
-                .map(|b| blake3::hash(&b)),
             max_range_m: config.chunks.visible_radius_m,
         }
     }
@@ -236,19 +222,20 @@ impl CameraStage {
     fn sun(&self) -> Result<Sun, Error> {
         match &self.sun.position {
             SunPosition::Angles(a) => Sun::from_angles(a.azimuth_deg, a.elevation_deg),
-            SunPosition::Date(d) => {
-                let time = parse_utc(&d.utc).ok_or_else(|| {
-                    let utc = &d.utc;
-                    Error::request(format!(
-                        "sun.date.utc = \"{utc}\": must be a date and time, YYYY-MM-DDThh:mm:ss"
-                    ))
-                })?;
-                time.later(d.later_h)
-                    .and_then(|time| Sun::at(d.latitude_deg, d.longitude_deg, time))
-            }
+            SunPosition::Date(d) => Sun::at(d.latitude_deg, d.longitude_deg, utc(d)?),
         }
         .map_err(|e| Error::request(format!("sun: {e}")))
     }
+}
+
+/// The date and time of a sun by its date.
+pub(crate) fn utc(date: &config::SunDate) -> Result<UtcTime, Error> {
+    let refused = |why: &dyn std::fmt::Display| {
+        Error::request(format!("sun.date.utc = \"{}\": {why}", date.utc))
+    };
+    let time = parse_utc(&date.utc)
+        .ok_or_else(|| refused(&"must be a date and time, YYYY-MM-DDThh:mm:ss"))?;
+    time.later(date.later_h).map_err(|e| refused(&e))
 }
 
 /// `YYYY-MM-DDThh:mm:ss`, with or without a `Z`.
@@ -279,16 +266,7 @@ impl Stage for CameraStage {
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!(
-            "{:?}",
-            (&self.cameras, &self.sun, &self.sky, &self.weather)
-        ));
-        hasher.write_f64(self.max_range_m);
-        hasher.write_str(&format!("{:?}", self.sky_image));
-        self.trees.fingerprint(hasher);
-        if !matches!(self.backend, Backend::Cpu) {
-            hasher.write_str(&self.backend.name());
-        }
+        self.inputs.encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Vec<CameraRig>, Error> {
@@ -302,11 +280,11 @@ impl Stage for CameraStage {
             fog_per_m: self.weather.fog_per_m,
             fog_base_m: self.weather.fog_base_m,
             fog_height_m: self.weather.fog_height_m,
-            foliage_albedo: self.trees.foliage_albedo().map_err(Error::of_stage)?,
+            foliage_albedo: self.trees.foliage_albedo()?,
             ..SkyParams::default()
         };
         let sun = self.sun()?;
-        let lighting = match super::sky_image::read(&self.sky)? {
+        let lighting = match super::sky_image::read(&self.sky, &self.inputs)? {
             None => Lighting::new(&sun, &sky),
             Some(image) => Lighting::photographed(&sun, &sky, &image, self.sky.image_gain),
         }
@@ -317,7 +295,7 @@ impl Stage for CameraStage {
             // Before the first picture, and so before anything is written.
             renderer.check_size(camera.width_px, camera.height_px)?;
             let name = config::sensor_name(path);
-            let serial = world.stage(SPECIMEN).stage(Purpose::new(name));
+            let serial = world.domain(SPECIMEN).domain(Domain::new(name));
             rigs.push(CameraRig {
                 name: name.to_owned(),
                 intrinsics: intrinsics(path, camera)?,
@@ -332,6 +310,30 @@ impl Stage for CameraStage {
             });
         }
         Ok(rigs)
+    }
+}
+
+impl Encode for CameraStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            cameras,
+            sun,
+            sky,
+            weather,
+            max_range_m,
+            backend,
+            trees,
+            inputs: _,
+        } = self;
+        for (path, camera) in cameras {
+            encoder.field(path, camera);
+        }
+        encoder.field("sun", sun);
+        encoder.field("sky", sky);
+        encoder.field("weather", weather);
+        encoder.field("max_range_m", max_range_m);
+        encoder.field("backend", &backend.name());
+        encoder.field("trees", trees);
     }
 }
 
@@ -470,16 +472,18 @@ struct LidarMaker {
     path: String,
     params: config::Lidar,
     visible_radius_m: f64,
+    inputs: InputFiles,
 }
 
 impl LidarStage {
-    /// The stage of a config.
+    /// The stage of a config and the files that it names.
     #[must_use]
-    pub fn new(config: &Config) -> Self {
+    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
         let maker = |(path, lidar): (String, &config::Lidar)| LidarMaker {
             path,
             params: lidar.clone(),
             visible_radius_m: config.chunks.visible_radius_m,
+            inputs: inputs.clone(),
         };
         Self {
             lidars: config.all_lidars().map(maker).collect(),
@@ -496,13 +500,25 @@ impl Stage for LidarStage {
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         for lidar in &self.lidars {
-            hasher.write_str(&format!("{:?}", (&lidar.path, &lidar.params)));
-            hasher.write_f64(lidar.visible_radius_m);
+            lidar.inputs.encode(hasher, lidar);
         }
     }
 
     fn run(&self, (): (), _: Key, (): ()) -> Result<Vec<LidarRig>, Error> {
         self.lidars.iter().map(LidarMaker::make).collect()
+    }
+}
+
+impl Encode for LidarMaker {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            path,
+            params,
+            visible_radius_m,
+            inputs: _,
+        } = self;
+        encoder.field(path, params);
+        encoder.field("visible_radius_m", visible_radius_m);
     }
 }
 
@@ -570,15 +586,10 @@ impl LidarMaker {
                 Box::new(Panorama::new(params).map_err(refused)?)
             }
             LidarPattern::Table(table) => {
-                let read = |source| Error::Read {
-                    path: table.path.clone().into(),
-                    source,
-                };
-                let file = File::open(&table.path).map_err(|e| read(e.into()))?;
-                let pattern = TablePattern::from_csv(BufReader::new(file));
-                Box::new(pattern.map_err(|e| match e {
-                    TableError::Read(e) => read(e.into()),
-                    other => Error::request(format!("{}: {other}", table.path)),
+                let file = self.inputs.get(&table.path);
+                let pattern = CsvPattern::from_csv(file.map_or(&[][..], InputFile::bytes));
+                Box::new(pattern.map_err(|e| {
+                    Error::request(format!("{}.table: {}: {e}", self.path, table.path))
                 })?)
             }
         })
@@ -663,8 +674,7 @@ impl LidarMaker {
 #[cfg(test)]
 mod tests {
     use nemoral_render::{CameraRenderer, OpenSky, SceneView, View};
-    use nemoral_scene::{Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster};
-    use nemoral_scene::{Semantic, glam::Vec2};
+    use nemoral_scene::{Hit, Material, MaterialId, MaterialLibrary, Ray, RayCaster, Semantic};
 
     use super::*;
 
@@ -673,18 +683,7 @@ mod tests {
 
     impl RayCaster for GreyCard {
         fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-            Some(Hit {
-                distance_m: 1.0,
-                geometric_normal: -ray.direction,
-                shading_normal: -ray.direction,
-                uv: Vec2::ZERO,
-                uv_per_m: 1.0,
-                material: MaterialId(0),
-                object: ObjectId::NONE,
-                blend: None,
-                variation: 0.5,
-                near_light: 1.0,
-            })
+            Some(Hit::new(1.0, -ray.direction, MaterialId(0)))
         }
     }
 
@@ -700,6 +699,7 @@ mod tests {
         materials.add(Material::plain("card", Semantic::Rock, Vec3::splat(0.18)));
         let scene = SceneView {
             caster: &GreyCard,
+            instances: None,
             materials: &materials,
             sky_visibility: &OpenSky,
         };

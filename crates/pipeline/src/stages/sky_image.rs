@@ -1,35 +1,31 @@
 //! A photographed sky from its file.
 
-use std::path::Path;
-use std::sync::Arc;
+use std::io::Cursor;
 
-use image::{ImageFormat, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use nemoral_render::SkyImage;
 use nemoral_scene::Image;
 use nemoral_scene::glam::Vec3;
 
-use crate::Error;
 use crate::config::Sky;
+use crate::{Error, InputFiles};
+
+/// The most pixels of a sky image; decoded, each takes twelve bytes.
+const MOST_PIXELS: u64 = 8192 * 4096;
 
 /// The sky image that a config names, if it names one.
 ///
 /// # Errors
-/// [`Error::Read`] if the file cannot be read, [`Error::Request`] if it is no Radiance or OpenEXR
-/// image of a sky; both name it.
-pub(crate) fn read(sky: &Sky) -> Result<Option<SkyImage>, Error> {
-    if sky.image.is_empty() {
+/// If the file is no Radiance or OpenEXR image of a sky, or a larger one than is decoded.
+pub(crate) fn read(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImage>, Error> {
+    let Some(file) = inputs.get(&sky.image) else {
         return Ok(None);
-    }
-    let path = Path::new(&sky.image);
-    let unreadable = |source: std::io::Error| Error::Read {
-        path: path.to_owned(),
-        source: Arc::new(source),
     };
     let refused = |why: &dyn std::fmt::Display| {
         Error::request(format!("sky.image = \"{}\": {why}", sky.image))
     };
-    let reader = ImageReader::open(path).map_err(unreadable)?;
-    let reader = reader.with_guessed_format().map_err(unreadable)?;
+    let reader = ImageReader::new(Cursor::new(file.bytes()));
+    let reader = reader.with_guessed_format().map_err(|e| refused(&e))?;
     // Pictures for screens have no light beyond their white.
     if !matches!(
         reader.format(),
@@ -37,7 +33,19 @@ pub(crate) fn read(sky: &Sky) -> Result<Option<SkyImage>, Error> {
     ) {
         return Err(refused(&"must be a Radiance (.hdr) or OpenEXR (.exr) file"));
     }
-    let pixels = reader.decode().map_err(|e| refused(&e))?.into_rgb32f();
+    let mut decoder = reader.into_decoder().map_err(|e| refused(&e))?;
+    // The header is asked before room is made for what it says.
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        return Err(refused(&format!(
+            "has {width} x {height} pixels: at most {MOST_PIXELS}, as of 8192 x 4096"
+        )));
+    }
+    decoder
+        .set_limits(Limits::default())
+        .map_err(|e| refused(&e))?;
+    let pixels = DynamicImage::from_decoder(decoder).map_err(|e| refused(&e))?;
+    let pixels = pixels.into_rgb32f();
     let (width, height) = (pixels.width() as usize, pixels.height() as usize);
     let light = pixels.pixels().map(|p| Vec3::from_array(p.0)).collect();
     SkyImage::new(&Image::new(width, height, light), sky.image_azimuth_deg)
@@ -49,11 +57,12 @@ pub(crate) fn read(sky: &Sky) -> Result<Option<SkyImage>, Error> {
 mod tests {
     use super::*;
     use crate::config::Config;
+    use std::path::Path;
 
-    fn sky(path: &Path) -> Sky {
-        let mut sky = Config::default().sky;
-        sky.image = path.display().to_string();
-        sky
+    fn read(path: &Path) -> Result<Option<SkyImage>, Error> {
+        let mut config = Config::default();
+        config.sky.image = path.to_string_lossy().as_ref().into();
+        super::read(&config.sky, &InputFiles::read(&config)?)
     }
 
     #[test]
@@ -72,7 +81,7 @@ mod tests {
         for name in ["sky.hdr", "sky.exr"] {
             let path = folder.path().join(name);
             pixels.save(&path).expect("written");
-            let image = read(&sky(&path)).unwrap_or_else(|e| panic!("{e}"));
+            let image = read(&path).unwrap_or_else(|e| panic!("{e}"));
             let image = image.expect("it names one");
             let sun = nemoral_render::Sun::from_angles(180.0, 40.0).expect("valid");
             let params = nemoral_render::SkyParams::default();
@@ -104,7 +113,7 @@ mod tests {
             if let Some(content) = content {
                 std::fs::write(&path, content).expect("written");
             }
-            let e = read(&sky(&path)).expect_err("no sky");
+            let e = read(&path).expect_err("no sky");
             assert!(e.is_request());
             let text = e.to_string();
             assert!(text.contains(name), "{text}");
@@ -123,6 +132,6 @@ mod tests {
             .expect("written");
         let text = message("black.hdr", None);
         assert!(text.contains("above the horizon"), "{text}");
-        assert!(read(&Config::default().sky).expect("none named").is_none());
+        assert!(read(Path::new("")).expect("none named").is_none());
     }
 }

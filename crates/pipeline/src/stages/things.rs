@@ -10,16 +10,17 @@ use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2};
 use nemoral_scene::{
     ChunkCoord, Instance, ObjectId, ObjectKind, ObjectRecord, Surface, TreeRecord,
 };
-use nemoral_seed::{Draw, Key, Stage as Purpose};
+use nemoral_seed::{Domain, Draw, Key};
 use nemoral_trails::DressingKind;
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
 use super::looks::{Look, Looks, grown_scale, sapling_scale};
+use super::placement::StandLayer;
 use crate::Error;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
 
-const LOOK: Purpose = Purpose::new("pipeline.look");
+const LOOK: Domain = Domain::new("pipeline.look");
 
 /// One rock, tree, stump, shrub or stone.
 #[derive(Clone, Debug)]
@@ -174,11 +175,11 @@ impl Stage for ThingStage {
             placed.push(Placed::new(ObjectKind::Rock, site));
         }
         for site in woody.iter() {
-            placed.push(match site.layer {
-                0 => Placed::new(ObjectKind::Tree, site),
-                1 => Placed::new(ObjectKind::Stump, site),
-                2 => Placed::new(ObjectKind::Shrub, site),
-                _ => Placed::sapling(site, assets.first_sapling),
+            placed.push(match StandLayer::of(site) {
+                StandLayer::Trees => Placed::new(ObjectKind::Tree, site),
+                StandLayer::Stumps => Placed::new(ObjectKind::Stump, site),
+                StandLayer::Shrubs => Placed::new(ObjectKind::Shrub, site),
+                StandLayer::Saplings => Placed::sapling(site, assets.first_sapling),
             });
         }
         let stones = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
@@ -188,7 +189,7 @@ impl Stage for ThingStage {
             .filter(|d| d.kind == DressingKind::Stone)
             .enumerate()
         {
-            let key = world.stage(LOOK).chunk(at).item(i as u64);
+            let key = world.domain(LOOK).chunk(at).item(i as u64);
             let asset = key.rng().below(kinds) as usize;
             placed.push(Placed {
                 kind: ObjectKind::Rock,
@@ -266,7 +267,7 @@ impl Placed {
     }
 
     fn stand(&self, object: ObjectId, ground: &ChunkGround, looks: &Looks) -> Thing {
-        let mut rng = self.key.stage(LOOK).rng();
+        let mut rng = self.key.domain(LOOK).rng();
         let look = match self.kind {
             ObjectKind::Tree => {
                 let pattern = match self.size {

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use nemoral_raycast::{Blas, Forest, Group};
+use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{CameraImages, Candidate, View, nearest_objects, object_boxes, optical_flow};
 use nemoral_scene::glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 use nemoral_scene::{
-    ChunkCoord, ExtraTruth, Image, Instance, MaterialId, Mesh, ObjectId, ObjectKind, Ontology,
+    Annotations, ChunkCoord, Image, Instance, MaterialId, Mesh, ObjectId, ObjectKind, Ontology,
     Prototype, RigidTransform, Semantic, TruthImages, Twist,
 };
 use nemoral_seed::Key;
@@ -55,7 +55,8 @@ impl Stage for TrunkStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&self.ontology);
+        let Self { ontology } = self;
+        hasher.write_str(ontology);
     }
 
     fn run(&self, (): (), _: Key, (assets,): (Arc<WorldAssets>,)) -> Result<Trunks, Error> {
@@ -121,7 +122,8 @@ impl Stage for BareStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_f64(self.chunk_size_m);
+        let Self { chunk_size_m } = self;
+        hasher.write_f64(*chunk_size_m);
     }
 
     fn run(
@@ -194,14 +196,21 @@ impl Stage for ExtraStage {
         AnyChunk<Things>,
         AnyChunk<Bare>,
     );
-    type Output = Vec<ExtraTruth>;
+    type Output = Vec<Annotations>;
     const ID: &'static str = "frame.extra";
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&self.ontology);
-        hasher.write_f64(self.chunk_size_m);
-        hasher.write_f64(self.visible_radius_m);
+        let Self {
+            ontology,
+            chunk_size_m,
+            visible_radius_m,
+            pictures_s,
+        } = self;
+        hasher.write_str(ontology);
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*visible_radius_m);
+        hasher.write_f64(*pictures_s);
     }
 
     fn run(
@@ -218,7 +227,7 @@ impl Stage for ExtraStage {
             Demand<'_, Things>,
             Demand<'_, Bare>,
         ),
-    ) -> Result<Vec<ExtraTruth>, Error> {
+    ) -> Result<Vec<Annotations>, Error> {
         let view = |rig: &CameraRig, (body, motion): (RigidTransform, Twist)| View {
             shutter: rig.shutter,
             motion: motion.of_mounted(&rig.body_from_camera),
@@ -264,7 +273,7 @@ impl Stage for ExtraStage {
                 let alone = |i: usize| near[i].alone();
                 object_boxes(&candidates, alone, &ground_m, truth, &seen, max_range_m)
             });
-            ExtraTruth {
+            Annotations {
                 flow,
                 trunks,
                 boxes,
@@ -292,8 +301,8 @@ fn with_seen(
 
 /// A frame's scene without what hides.
 struct StrippedScene {
-    ground: Forest,
-    trunks: Forest,
+    ground: RayScene,
+    trunks: RayScene,
     things: Vec<Stripped>,
 }
 
@@ -325,9 +334,9 @@ impl Stripped {
     }
 
     /// A scene of nothing else.
-    fn alone(&self) -> Forest {
+    fn alone(&self) -> RayScene {
         let group = Group::build(vec![(self.instance.clone(), Arc::clone(&self.shape))]);
-        Forest::new(vec![(self.offset, Arc::new(group))])
+        RayScene::new(vec![(self.offset, Arc::new(group))])
     }
 }
 
@@ -387,8 +396,8 @@ impl ExtraStage {
             things.extend(bare.things.iter().map(|t| Stripped::new(offset, t)));
         }
         Ok(StrippedScene {
-            ground: Forest::new(ground),
-            trunks: Forest::new(trunks),
+            ground: RayScene::new(ground),
+            trunks: RayScene::new(trunks),
             things,
         })
     }

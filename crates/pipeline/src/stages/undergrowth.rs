@@ -6,17 +6,17 @@ use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Draw, Key, Stage as Purpose};
+use nemoral_seed::{Domain, Draw, Key};
 use nemoral_terrain::{Terrain, TerrainParams};
 
 use super::ground::ChunkGround;
 use super::openness::Openness;
-use crate::Error;
 use crate::config::{self, Config};
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::{Error, InputFiles};
 
-const KIND: Purpose = Purpose::new("pipeline.undergrowth.kind");
-const PATCHES: Purpose = Purpose::new("pipeline.undergrowth.patches");
+const KIND: Domain = Domain::new("pipeline.undergrowth.kind");
+const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
 
 /// What grows in a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +68,17 @@ impl FloraStage {
     }
 }
 
+impl Encode for FloraStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            params,
+            chunk_size_m,
+        } = self;
+        encoder.field("undergrowth", params);
+        encoder.field("chunk_size_m", chunk_size_m);
+    }
+}
+
 impl Stage for FloraStage {
     type At = ();
     type Inputs = ();
@@ -76,12 +87,11 @@ impl Stage for FloraStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        hasher.write_str(&format!("{:?}", self.params));
-        hasher.write_f64(self.chunk_size_m);
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Flora, Error> {
-        let key = world.stage(PATCHES);
+        let key = world.domain(PATCHES);
         let field = |scale_m: f64, number: u64| {
             let params = TerrainParams {
                 octaves: 3,
@@ -148,7 +158,7 @@ impl Stage for UndergrowthStage {
         };
         let points = flora.cover.points(at, &off_trail, &density);
         let patches = points.into_iter().map(|point| {
-            let mut rng = point.key.stage(KIND).rng();
+            let mut rng = point.key.domain(KIND).rng();
             let fern = contrast(&flora.ferns, point.position_m);
             let all = density(point.position_m);
             let params = &flora.params;

@@ -9,12 +9,12 @@ use nemoral_scene::{
     AlphaMask, Card, ChunkCoord, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
     Prototype, Ray, Semantic, Triangle,
 };
-use nemoral_seed::{Draw, Key, PhiloxRng, Stage};
+use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
 
 pub type Groups = Vec<(Vec3, Arc<Group>)>;
 
 pub fn rng(seed: u64, purpose: &str) -> PhiloxRng {
-    Key::world(seed).stage(Stage::new(purpose)).rng()
+    Key::world(seed).domain(Domain::new(purpose)).rng()
 }
 
 pub fn cube(rng: &mut PhiloxRng, half: f32) -> Vec3 {
@@ -136,7 +136,8 @@ pub fn place(blas: &Arc<Blas>, position_m: Vec3, linear: Mat3, item: u16) -> (In
     (instance, Arc::clone(blas))
 }
 
-/// Any invertible map of moderate size: turned, scaled, sheared, sometimes mirrored or the identity.
+/// Any invertible map of moderate size: turned, scaled, sheared, sometimes mirrored or the
+/// identity.
 pub fn linear(rng: &mut PhiloxRng) -> Mat3 {
     if rng.chance(0.2) {
         return Mat3::IDENTITY;

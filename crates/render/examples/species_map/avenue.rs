@@ -1,4 +1,5 @@
-//! The pass, and what it is drawn of. The workspace's tests hold its map against rays (`tests/tests/gpu.rs`).
+//! The pass, and what it is drawn of. The workspace's tests hold its map against rays
+//! (`tests/tests/gpu.rs`).
 
 use std::error::Error;
 use std::sync::Arc;
@@ -8,9 +9,9 @@ use nemoral_render::{
 };
 use nemoral_scene::glam::{DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Hit, Instance, InstanceGroup, Intrinsics, Material, MaterialId,
-    MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform,
-    Semantic, Triangle,
+    AlphaMask, Card, ChunkCoord, Hit, Instance, InstanceGroup, InstancedScene, Intrinsics,
+    Material, MaterialId, MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster,
+    RigidTransform, Semantic, Triangle,
 };
 
 pub(crate) const SPECIES: [&str; 3] = ["beech", "oak", "pine"];
@@ -55,12 +56,14 @@ impl RayCaster for Avenue {
     fn closest_hit(&self, _: &Ray) -> Option<Hit> {
         None
     }
+}
 
-    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
-        Some(vec![(
+impl InstancedScene for Avenue {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
+        vec![(
             Vec3::ZERO,
             Arc::clone(&self.trees) as Arc<dyn InstanceGroup>,
-        )])
+        )]
     }
 }
 
@@ -116,6 +119,7 @@ impl Avenue {
         camera.add_pass(Box::new(SpeciesMap))?;
         let scene = SceneView {
             caster: self,
+            instances: Some(self),
             materials: &self.materials,
             sky_visibility: &OpenSky,
         };

@@ -1,4 +1,4 @@
-//! The camera itself.
+//! The course of a picture: what is uploaded, drawn and read back.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,74 +8,40 @@ use glam::{DVec3, Vec3};
 use nemoral_scene::{Image, ObjectId, TruthImages};
 use nemoral_seed::Key;
 
-use super::bend::Bend;
+use super::accumulation::{AccumulatedLight, PendingReadback, instants};
 use super::cascade::Cascade;
-use super::cull::{Aim, Culled, Culler};
-use super::exposure::{Coming, Exposure, instants};
+use super::cull::{Culled, Culler, ViewBindings};
+use super::distortion_bounds::DistortionBounds;
 use super::frame::{FrameRecord, origin_of};
-use super::lit::{Lit, LitShot};
-use super::pages::GpuMemory;
+use super::frustum::Frustum;
+use super::lighting::{LightingInputs, LightingPass};
+use super::memory::{GpuMemory, MemoryReservation};
+use super::params::GpuParams;
 use super::pass::TruthPass;
 use super::pipeline::{ExactPass, Layouts, group};
 use super::readback::Readback;
 use super::shapes::Shapes;
-use super::sight::Sight;
-use super::state::{Loan, State};
+use super::state::State;
 use super::targets::{reversed, texels, truth_images, view_of};
 use super::{Gpu, GpuError, Pass};
-use crate::error::{ParamError, check};
-use crate::tone::{develop, log_mean_luminance};
-use crate::{CameraImages, CameraRenderer, Lens, Lighting, SceneView, View};
+use crate::camera::tone::{develop, log_mean_luminance};
+use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
 
-/// How the GPU's pictures are made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GpuParams {
-    /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
-    pub max_range_m: f32,
-    /// What the lens does to the light.
-    pub lens: Lens,
-    /// Return the radiance image too?
-    pub keep_linear: bool,
-    /// Colour samples of a pixel: 1, at its centre, or 4.
-    pub colour_samples: u32,
-    /// Instants of a picture that blurs because the camera moves, 2..=256, in as many equal parts of
-    /// the exposure; each is drawn with as many samples a pixel.
-    pub blur_samples: u32,
-    /// Sides of each shadow map, texels, 256..=8192.
-    pub shadow_px: u32,
-    /// The most device memory that is used, MiB, 128..=1,048,576.
-    pub memory_mib: u32,
-}
-
-impl Default for GpuParams {
-    fn default() -> Self {
-        Self {
-            max_range_m: 300.0,
-            lens: Lens::default(),
-            keep_linear: false,
-            colour_samples: 4,
-            blur_samples: 9,
-            shadow_px: 2048,
-            memory_mib: 4096,
-        }
-    }
-}
-
-/// What the exact passes drew.
+/// The images of the truth pass and of the passes that were added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpuImages {
     /// What is exactly at each pixel's centre.
     pub truth: TruthImages,
-    /// Of each pass that was added, in order: what its `paint` gave.
+    /// For each pass that was added, in order, what its `paint` returned.
     pub passes: Vec<Image<[u32; 4]>>,
 }
 
 /// The camera that draws on a GPU.
 ///
 /// It keeps shapes, instances and materials on the GPU between pictures, within
-/// [`memory_mib`](GpuParams::memory_mib); the GPU decides which instances a picture shows. While one
-/// picture comes back, another thread's is drawn. The truth is the ray-cast camera's but for rounding: on
-/// borders of surfaces a pixel in some thousands sees the neighbour.
+/// [`memory_mib`](GpuParams::memory_mib); the GPU decides which instances a picture shows. While
+/// one picture comes back, another thread's is drawn. The truth is the ray-cast camera's but for
+/// rounding: on borders of surfaces a pixel in some thousands sees the neighbour.
 pub struct GpuCamera {
     gpu: Gpu,
     params: GpuParams,
@@ -83,8 +49,8 @@ pub struct GpuCamera {
     layouts: Layouts,
     culler: Culler,
     state: Mutex<State>,
-    /// Device memory of pictures under way, bytes.
-    on_loan: Arc<AtomicU64>,
+    /// Bytes of device memory that pictures in progress have reserved.
+    reserved: Arc<AtomicU64>,
 }
 
 impl fmt::Debug for GpuCamera {
@@ -102,41 +68,18 @@ impl GpuCamera {
     /// # Errors
     /// If a parameter is out of its range, or the GPU refuses.
     pub fn new(gpu: &Gpu, params: GpuParams, lighting: Lighting) -> Result<Self, GpuError> {
-        let p = &params;
-        let range = p.max_range_m.into();
-        check("camera.max_range_m", range, 1.0, 1e5, "1..=100,000 m")?;
-        p.lens.check()?;
-        // WebGPU promises these two.
-        if ![1, 4].contains(&p.colour_samples) {
-            Err(ParamError {
-                field: "camera.colour_samples",
-                value: p.colour_samples.into(),
-                allowed: "1 or 4",
-            })?;
-        }
-        let instants = p.blur_samples.into();
-        check("camera.blur_samples", instants, 2.0, 256.0, "2..=256")?;
-        let shadow = p.shadow_px.into();
-        check("camera.shadow_px", shadow, 256.0, 8192.0, "256..=8192")?;
-        let memory = p.memory_mib.into();
-        check(
-            "camera.memory_mib",
-            memory,
-            128.0,
-            1_048_576.0,
-            "128..=1,048,576 MiB",
-        )?;
+        params.check()?;
         let layouts = Layouts::new(gpu);
         let truth = ExactPass::new(gpu, &layouts, Box::new(TruthPass))?;
-        let lit = Lit::new(gpu, &layouts, &lighting, p)?;
+        let lighting_pass = LightingPass::new(gpu, &layouts, &lighting, &params)?;
         let culler = Culler::new(gpu);
         gpu.check()?;
         let state = State {
             materials: None,
-            herd: None,
+            instances: None,
             shapes: Shapes::new(u64::from(params.memory_mib) << 20),
             passes: vec![truth],
-            lit,
+            lighting: lighting_pass,
             targets: None,
             transient: 0,
         };
@@ -147,7 +90,7 @@ impl GpuCamera {
             layouts,
             culler,
             state: Mutex::new(state),
-            on_loan: Arc::default(),
+            reserved: Arc::default(),
         })
     }
 
@@ -157,14 +100,14 @@ impl GpuCamera {
         &self.lighting
     }
 
-    /// Where it draws.
+    /// The GPU that it draws on.
     #[must_use]
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
     }
 
-    /// Can it draw pictures of this size, pixels? Every picture asks; who asks before the first knows
-    /// sooner.
+    /// Checks that the GPU can draw pictures of this size in pixels. Every picture is checked; this
+    /// is for those who want to know before the first one.
     ///
     /// # Errors
     /// If the GPU is too small for them.
@@ -189,7 +132,7 @@ impl GpuCamera {
     pub fn memory(&self) -> GpuMemory {
         let state = self.state();
         GpuMemory {
-            bytes: state.fixed() + self.on_loan() + state.shapes.pages.bytes(),
+            bytes: state.fixed() + self.reserved_bytes() + state.shapes.pool.bytes(),
             limit_bytes: self.limit(),
             shapes: state.shapes.len(),
             evicted: state.shapes.evicted,
@@ -203,75 +146,82 @@ impl GpuCamera {
     pub fn draw(&self, scene: &SceneView<'_>, view: &View) -> Result<GpuImages, GpuError> {
         view.check()?;
         let mut state = self.state();
-        let mut shot = self.prepare(&mut state, scene, view, &[])?;
-        let (readbacks, submission) = self.draw_exact(&mut state, &mut shot, usize::MAX);
+        let mut picture = self.prepare(&mut state, scene, view, &[])?;
+        let (readbacks, submission) = self.draw_exact(&mut state, &mut picture, usize::MAX);
         drop(state);
         let mut images = readbacks
             .iter()
             .map(|readback| readback.read(&self.gpu, &submission, |rows| texels(rows, view)));
         let truth = images.next().expect("the truth is the first pass")?;
         Ok(GpuImages {
-            truth: truth_images(&truth, view, &shot.objects),
+            truth: truth_images(&truth, view, &picture.objects),
             passes: images.collect::<Result<_, _>>()?,
         })
     }
 
-    /// Brings all that a picture needs to the GPU.
+    /// Uploads all that a picture needs, and culls it.
     fn prepare(
         &self,
         state: &mut State,
         scene: &SceneView<'_>,
         view: &View,
         cascades: &[Cascade],
-    ) -> Result<Shot, GpuError> {
+    ) -> Result<PreparedPicture, GpuError> {
         self.gpu.check()?;
-        let groups = scene.caster.placed_groups().ok_or(GpuError::NoShapes)?;
+        let groups = scene.instances.ok_or(GpuError::NoShapes)?.placed_groups();
         state.hold_materials(&self.gpu, scene)?;
         state.hold_targets(&self.gpu, view)?;
         let origin_m = origin_of(view);
         let range_m = self.params.max_range_m;
-        let bend = Bend::of(view);
-        if bend.is_some() {
-            state.bend(&self.gpu, &self.layouts)?;
+        let distortion = DistortionBounds::of(view);
+        if distortion.is_some() {
+            state.prepare_distorted(&self.gpu, &self.layouts)?;
         }
-        state.hold_herd(&self.gpu, &groups, origin_m)?;
-        let mut loan = Loan::new(&self.on_loan);
-        state.shapes.held = state.fixed() + self.on_loan() + state.transient;
+        state.hold_instances(&self.gpu, &groups, origin_m)?;
+        let mut reservation = MemoryReservation::new(&self.reserved);
+        state.shapes.held = state.fixed() + self.reserved_bytes() + state.transient;
 
-        let camera = Sight::of_view(view, bend.as_ref(), origin_m, range_m.into());
-        let shadows = cascades.iter().map(Cascade::sight);
-        let sights: Vec<Sight> = std::iter::once(camera).chain(shadows).collect();
-        let herd = state.herd.as_ref().expect("it was gathered");
-        let seen = herd.seen(&sights, origin_m);
+        let camera = Frustum::of_view(view, distortion.as_ref(), origin_m, range_m.into());
+        let shadows = cascades.iter().map(Cascade::frustum);
+        let frustums: Vec<Frustum> = std::iter::once(camera).chain(shadows).collect();
+        let instances = state.instances.as_ref().expect("it was gathered");
+        let seen = instances.visible_prototypes(&frustums, origin_m);
         state
             .shapes
             .ensure(&self.gpu, &self.layouts.page, seen.iter().map(|(p, _)| p))?;
-        let culled = (self.culler).ask(&self.gpu, herd, &state.shapes, &seen, &sights, origin_m)?;
-        loan.take(culled.bytes);
+        let culled = (self.culler).cull(
+            &self.gpu,
+            instances,
+            &state.shapes,
+            &seen,
+            &frustums,
+            origin_m,
+        )?;
+        reservation.add(culled.bytes);
 
-        let origin = origin_m - herd.origin_m;
-        let frame = FrameRecord::new(view, bend.as_ref(), origin_m, origin, range_m);
+        let origin = origin_m - instances.origin_m;
+        let frame = FrameRecord::new(view, distortion.as_ref(), origin_m, origin, range_m);
         let materials = state.materials.as_ref().expect("they were uploaded");
         let frame = bytemuck::bytes_of(&frame);
-        let aim = Aim::new(&self.gpu, &self.layouts, materials, herd, 0, frame)?;
+        let bindings = ViewBindings::new(&self.gpu, &self.layouts, materials, instances, 0, frame)?;
         let targets = state.targets.as_ref().expect("they were made");
         targets.cast_rays(&self.gpu, view, origin_m);
-        Ok(Shot {
+        Ok(PreparedPicture {
             origin_m,
             origin,
-            bend,
+            distortion,
             culled,
-            aim,
-            objects: Arc::clone(&herd.objects),
-            loan,
+            bindings,
+            objects: Arc::clone(&instances.objects),
+            reservation,
         })
     }
 
-    /// Draws the first `count` exact passes, and sends the pictures on their way back.
+    /// Draws the first `count` exact passes, and starts to read their images back.
     fn draw_exact(
         &self,
         state: &mut State,
-        shot: &mut Shot,
+        picture: &mut PreparedPicture,
         count: usize,
     ) -> (Vec<Readback>, wgpu::SubmissionIndex) {
         let targets = state.targets.as_ref().expect("they were made");
@@ -304,31 +254,40 @@ impl GpuCamera {
                 targets.eyes.as_entire_binding(),
             ];
             let group = group(&self.gpu, own.pass.name(), &self.layouts.exact, &resources);
-            let pages = &state.shapes.pages;
-            let pipelines = own.pipelines.of(shot.bend.is_some());
-            (shot.culled).draw(&self.gpu, &mut pass, pages, pipelines, &shot.aim, &group);
+            let pool = &state.shapes.pool;
+            let pipelines = own.pipelines.of(picture.distortion.is_some());
+            (picture.culled).draw(
+                &self.gpu,
+                &mut pass,
+                pool,
+                pipelines,
+                &picture.bindings,
+                &group,
+            );
             drop(pass);
             let readback = Readback::encode(&self.gpu, &mut encoder, &targets.exact, 16);
             readbacks.push(readback);
         }
         let submission = self.gpu.queue().submit([encoder.finish()]);
-        shot.loan.take(readbacks.iter().map(Readback::bytes).sum());
-        state.transient = shot.loan.bytes;
+        picture
+            .reservation
+            .add(readbacks.iter().map(Readback::bytes).sum());
+        state.transient = picture.reservation.bytes;
         (readbacks, submission)
     }
 
-    /// Draws what light comes to the pixels over the exposure. All of its pictures but the last are
-    /// back then.
+    /// Draws the light that comes to the pixels over the exposure. On return, all of its instants
+    /// but the last are read back.
     fn expose(
         &self,
         state: &mut State,
-        shot: &mut Shot,
+        picture: &mut PreparedPicture,
         scene: &SceneView<'_>,
         view: &View,
         cascades: &[Cascade],
-    ) -> Result<Exposure, GpuError> {
+    ) -> Result<AccumulatedLight, GpuError> {
         let targets = state.targets.as_ref().expect("they were made");
-        let lit = LitShot {
+        let inputs = LightingInputs {
             gpu: &self.gpu,
             layouts: &self.layouts,
             materials: state.materials.as_ref().expect("they were uploaded"),
@@ -337,59 +296,67 @@ impl GpuCamera {
             view,
             scene,
             cascades,
-            origin: shot.origin,
-            herd: state.herd.as_ref().expect("it was gathered"),
-            culled: &shot.culled,
-            aim: &shot.aim,
-            bent: shot.bend.is_some(),
+            origin: picture.origin,
+            instances: state.instances.as_ref().expect("it was gathered"),
+            culled: &picture.culled,
+            bindings: &picture.bindings,
+            distorted: picture.distortion.is_some(),
             rays: &targets.rays,
             eyes: &targets.eyes,
         };
-        let (light, bytes) = state.lit.light_up(&lit)?;
-        shot.loan.take(bytes);
+        let (light, bytes) = state.lighting.upload(&inputs)?;
+        picture.reservation.add(bytes);
         let views = instants(&self.gpu, &self.params, view);
         let mut sum = vec![Vec3::ZERO; targets.pixels()];
-        let mut last: Option<Coming> = None;
+        let mut last: Option<PendingReadback> = None;
         for (i, instant) in views.iter().enumerate() {
             if views.len() > 1 {
-                let (bend, range_m) = (shot.bend.as_ref(), self.params.max_range_m);
-                let frame = FrameRecord::new(instant, bend, shot.origin_m, shot.origin, range_m);
-                shot.aim.at(&self.gpu, bytemuck::bytes_of(&frame));
-                targets.cast_rays(&self.gpu, instant, shot.origin_m);
+                let (distortion, range_m) = (picture.distortion.as_ref(), self.params.max_range_m);
+                let frame = FrameRecord::new(
+                    instant,
+                    distortion,
+                    picture.origin_m,
+                    picture.origin,
+                    range_m,
+                );
+                picture
+                    .bindings
+                    .set_frame(&self.gpu, bytemuck::bytes_of(&frame));
+                targets.cast_rays(&self.gpu, instant, picture.origin_m);
             }
-            let (readback, drawn) = state.lit.draw(&lit, &light)?;
+            let (readback, submission) = state.lighting.draw(&inputs, &light)?;
             // One is read while the GPU is at the next.
             if i < 2 {
-                shot.loan.take(readback.bytes());
+                picture.reservation.add(readback.bytes());
             }
-            let coming = Coming {
+            let coming = PendingReadback {
                 view: *instant,
                 readback,
-                drawn,
+                submission,
             };
             if let Some(before) = last.replace(coming) {
-                let behind = (&self.lighting, state.lit.backdrop);
+                let behind = (&self.lighting, state.lighting.backdrop);
                 before.add(&self.gpu, behind, &mut sum)?;
             }
         }
-        state.transient = shot.loan.bytes;
-        Ok(Exposure {
-            backdrop: state.lit.backdrop,
+        state.transient = picture.reservation.bytes;
+        Ok(AccumulatedLight {
+            backdrop: state.lighting.backdrop,
             sum,
             count: views.len(),
             last: last.expect("there is an instant at least"),
         })
     }
 
-    fn on_loan(&self) -> u64 {
-        self.on_loan.load(Ordering::Relaxed)
+    fn reserved_bytes(&self) -> u64 {
+        self.reserved.load(Ordering::Relaxed)
     }
 
     fn limit(&self) -> u64 {
         u64::from(self.params.memory_mib) << 20
     }
 
-    /// A picture that panicked left nothing half done that the next one would use.
+    /// A panic while a picture was rendered left nothing half done that the next one would use.
     fn state(&self) -> std::sync::MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -398,7 +365,7 @@ impl GpuCamera {
 impl CameraRenderer for GpuCamera {
     type Error = GpuError;
 
-    /// The key is for the sensor's noise: nothing else in the picture is left to chance.
+    /// The key is for the sensor's noise alone: nothing else in the picture is random.
     fn render(
         &self,
         scene: &SceneView<'_>,
@@ -415,14 +382,14 @@ impl CameraRenderer for GpuCamera {
             self.lighting.sun_direction(),
             self.params.shadow_px,
         );
-        state.lit.hold_targets(&self.gpu, view)?;
-        let mut shot = self.prepare(state, scene, view, &cascades)?;
-        let (truth, truth_drawn) = self.draw_exact(state, &mut shot, 1);
-        let exposure = self.expose(state, &mut shot, scene, view, &cascades)?;
+        state.lighting.hold_targets(&self.gpu, view)?;
+        let mut picture = self.prepare(state, scene, view, &cascades)?;
+        let (truth, truth_drawn) = self.draw_exact(state, &mut picture, 1);
+        let exposure = self.expose(state, &mut picture, scene, view, &cascades)?;
         // From here on the next picture may be drawn.
         drop(guard);
         let truth = truth[0].read(&self.gpu, &truth_drawn, |rows| texels(rows, view))?;
-        let truth = truth_images(&truth, view, &shot.objects);
+        let truth = truth_images(&truth, view, &picture.objects);
         let linear = exposure.read(&self.gpu, &self.lighting)?;
         let (width, height) = (linear.width(), linear.height());
         let mut pixels = linear.into_pixels();
@@ -430,7 +397,7 @@ impl CameraRenderer for GpuCamera {
         let ev100 = view.exposure.ev100(log_mean_luminance(&pixels));
         let linear = Image::new(width, height, pixels);
         Ok(CameraImages {
-            rgb: develop(&linear, ev100, view, key),
+            rgb: develop(&linear, ev100, view.tone, view.noise, key),
             linear: self.params.keep_linear.then_some(linear),
             truth,
             ev100,
@@ -438,16 +405,16 @@ impl CameraRenderer for GpuCamera {
     }
 }
 
-/// A picture in the making.
-struct Shot {
+/// A picture whose scene is on the GPU, culled and ready to draw.
+struct PreparedPicture {
     origin_m: DVec3,
-    /// About the herd's.
+    /// Relative to the instance buffer's origin.
     origin: DVec3,
-    bend: Option<Bend>,
+    distortion: Option<DistortionBounds>,
     culled: Culled,
-    /// The camera's.
-    aim: Aim,
-    /// Of the herd's instances.
+    /// The camera's frame.
+    bindings: ViewBindings,
+    /// The objects of the instance buffer's instances.
     objects: Arc<[ObjectId]>,
-    loan: Loan,
+    reservation: MemoryReservation,
 }

@@ -1,14 +1,14 @@
-//! What shadow maps see.
+//! Cascaded shadow maps: which part of the scene each of them covers.
 
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3, Mat4, Vec3, Vec4};
 
-use super::bend::BendRecord;
+use super::distortion_bounds::DistortionRecord;
 use super::frame::FrameRecord;
-use super::sight::Sight;
+use super::frustum::Frustum;
 use crate::View;
 
-/// How far above what they shade things cast shadows from, metres.
+/// How far towards the sun a caster may be from what it shades, metres.
 const CASTERS_M: f64 = 200.0;
 
 /// What a shadow map sees: a square prism along the sun's light, about the frame's origin.
@@ -16,16 +16,16 @@ const CASTERS_M: f64 = 200.0;
 pub(crate) struct Cascade {
     /// Across, up the map, and towards the sun; unit.
     axes: [DVec3; 3],
-    /// In these axes.
+    /// The centre in these axes.
     centre: DVec3,
     half_m: f64,
     pub(crate) end_m: f64,
-    /// Texels of a side.
+    /// The number of texels of a side.
     side: u32,
 }
 
 impl Cascade {
-    /// Those of a view, the nearest first.
+    /// The cascades of a view, the nearest first.
     pub(crate) fn all(
         view: &View,
         origin_m: DVec3,
@@ -70,12 +70,12 @@ impl Cascade {
             .collect()
     }
 
-    /// What may cast a shadow on what is seen.
-    pub(crate) fn sight(&self) -> Sight {
+    /// The space of all that may cast a shadow on what is seen.
+    pub(crate) fn frustum(&self) -> Frustum {
         let [x, y, z] = self.axes;
         let c = self.centre;
         let above = |n: DVec3, least: f64| n.extend(-least);
-        Sight::between([
+        Frustum::from_planes([
             above(x, c.x - self.half_m),
             above(-x, -c.x - self.half_m),
             above(y, c.y - self.half_m),
@@ -85,7 +85,7 @@ impl Cascade {
         ])
     }
 
-    /// Metres of a texel.
+    /// The side of a texel, metres.
     pub(crate) fn texel_m(&self) -> f64 {
         2.0 * self.half_m / f64::from(self.side)
     }
@@ -107,7 +107,8 @@ impl Cascade {
         .transpose()
     }
 
-    /// `origin` is the frame's about the herd's.
+    /// What the shaders know of the cascade; `origin` is the frame's origin relative to the
+    /// instance buffer's.
     pub(crate) fn frame(&self, origin: DVec3) -> FrameRecord {
         let [x, y, z] = self.axes;
         let corner = x * (self.centre.x - self.half_m)
@@ -123,7 +124,7 @@ impl Cascade {
             right: (x * texel).as_vec3().extend(0.0).to_array(),
             down: (-y * texel).as_vec3().extend(0.0).to_array(),
             size: [side, side, 0.0, 0.0],
-            bend: BendRecord::zeroed(),
+            distortion: DistortionRecord::zeroed(),
         }
     }
 }

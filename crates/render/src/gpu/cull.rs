@@ -1,4 +1,4 @@
-//! The GPU decides what each view draws: which instances, and so how many of each shape.
+//! GPU culling: a compute pass decides which instances each view draws, and writes the draws.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,15 +7,16 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use nemoral_scene::Prototype;
 
-use super::herd::{Alike, Herd};
+use super::buffer_pool::BufferPool;
+use super::frustum::Frustum;
+use super::instance_buffer::{InstanceBuffer, InstanceRange};
 use super::materials::Materials;
-use super::pages::{Kind, Pages};
 use super::pipeline::{Layouts, Pipelines, buffer, group, storage};
+use super::primitive::PrimitiveKind;
 use super::shapes::Shapes;
-use super::sight::Sight;
 use super::{Gpu, GpuError};
 
-/// `Alike` in `cull.wgsl`.
+/// `Shape` in `cull.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct ShapeRecord {
@@ -35,42 +36,43 @@ struct Draw {
     first_instance: u32,
 }
 
-/// The draws of a page.
+/// The draws of a page of the pool.
 #[derive(Debug)]
-struct OfPage {
+struct PageDraws {
     page: usize,
     first_draw: usize,
-    /// Of each draw, the first of its shape's instances.
+    /// For each draw, the first of its prototype's instances.
     first_instances: Vec<u32>,
 }
 
-/// The draws of a view before anything is culled, page by page, and which of them are a shape's.
-struct Arrangement {
+/// The draws of a view before anything is culled, page by page, and which of them draw each
+/// prototype.
+struct DrawList {
     draws: Vec<Draw>,
-    of_pages: Vec<OfPage>,
+    of_pages: Vec<PageDraws>,
     shapes: Vec<ShapeRecord>,
-    /// Numbers of draws, shape by shape.
+    /// The numbers of the draws, prototype by prototype.
     of_shapes: Vec<u32>,
 }
 
-impl Arrangement {
-    fn of(gpu: &Gpu, shapes: &Shapes, seen: &[(Arc<Prototype>, Alike)]) -> Self {
+impl DrawList {
+    fn of(gpu: &Gpu, shapes: &Shapes, seen: &[(Arc<Prototype>, InstanceRange)]) -> Self {
         let mut by_page: BTreeMap<usize, Vec<(Draw, usize)>> = BTreeMap::new();
-        for (shape, (prototype, alike)) in seen.iter().enumerate() {
+        for (shape, (prototype, range)) in seen.iter().enumerate() {
             let first = if gpu.starts_anywhere() {
-                alike.first
+                range.first
             } else {
                 0
             };
-            for kind in Kind::ALL {
-                for range in shapes.ranges(prototype, kind) {
+            for kind in PrimitiveKind::ALL {
+                for part in shapes.ranges(prototype, kind) {
                     let draw = Draw {
-                        vertices: range.count * kind.vertices(),
+                        vertices: part.count * kind.vertices(),
                         instances: 0,
-                        first_vertex: range.first * kind.vertices(),
+                        first_vertex: part.first * kind.vertices(),
                         first_instance: first,
                     };
-                    by_page.entry(range.page).or_default().push((draw, shape));
+                    by_page.entry(part.page).or_default().push((draw, shape));
                 }
             }
         }
@@ -78,7 +80,7 @@ impl Arrangement {
         let mut of_shapes = vec![Vec::new(); seen.len()];
         for (page, of_page) in by_page {
             let first = |(_, shape): &(Draw, usize)| seen[*shape].1.first;
-            of_pages.push(OfPage {
+            of_pages.push(PageDraws {
                 page,
                 first_draw: draws.len(),
                 first_instances: of_page.iter().map(first).collect(),
@@ -89,12 +91,12 @@ impl Arrangement {
             }
         }
         let mut first_draw = 0;
-        let record = |((_, alike), draws): (&(_, Alike), &Vec<u32>)| {
+        let record = |((_, range), draws): (&(_, InstanceRange), &Vec<u32>)| {
             let draws = draws.len() as u32;
             first_draw += draws;
             ShapeRecord {
-                first: alike.first,
-                count: alike.count,
+                first: range.first,
+                count: range.count,
                 first_draw: first_draw - draws,
                 draws,
             }
@@ -108,18 +110,18 @@ impl Arrangement {
     }
 }
 
-/// Asks which instances are seen.
+/// The compute pass that culls.
 #[derive(Debug)]
 pub(crate) struct Culler {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
 }
 
-/// What a picture's views draw: what the camera sees first, then what each shadow map does.
+/// What the views of a picture draw: the camera first, then each shadow map.
 #[derive(Debug)]
 pub(crate) struct Culled {
-    of_pages: Vec<OfPage>,
-    /// Of a view.
+    of_pages: Vec<PageDraws>,
+    /// The numbers of instances and draws of one view.
     instances: u64,
     draws: u64,
     visible: wgpu::Buffer,
@@ -127,7 +129,7 @@ pub(crate) struct Culled {
     pub(crate) bytes: u64,
 }
 
-/// Bytes of a number and of the arguments of a draw.
+/// Bytes of an instance's number, and of the arguments of a draw.
 const NUMBER: u64 = size_of::<u32>() as u64;
 const DRAW: u64 = size_of::<Draw>() as u64;
 
@@ -170,34 +172,37 @@ impl Culler {
         Self { layout, pipeline }
     }
 
-    /// Asks for each sight, told from `origin_m`, which instances of these shapes it may see; the
-    /// shapes are resident, and nothing of others is seen.
-    pub(crate) fn ask(
+    /// Finds for each frustum, relative to `origin_m`, the instances of these prototypes that it
+    /// may see. The prototypes are resident; no others are drawn.
+    pub(crate) fn cull(
         &self,
         gpu: &Gpu,
-        herd: &Herd,
+        instances: &InstanceBuffer,
         shapes: &Shapes,
-        seen: &[(Arc<Prototype>, Alike)],
-        sights: &[Sight],
+        seen: &[(Arc<Prototype>, InstanceRange)],
+        frustums: &[Frustum],
         origin_m: DVec3,
     ) -> Result<Culled, GpuError> {
-        let plan = Arrangement::of(gpu, shapes, seen);
-        let away = herd.origin_m - origin_m;
-        let sights: Vec<_> = sights.iter().map(|sight| sight.record(away)).collect();
-        let counts = [seen.len(), herd.objects.len(), plan.draws.len(), 0];
+        let plan = DrawList::of(gpu, shapes, seen);
+        let away = instances.origin_m - origin_m;
+        let frustums: Vec<_> = frustums
+            .iter()
+            .map(|frustum| frustum.record(away))
+            .collect();
+        let counts = [seen.len(), instances.objects.len(), plan.draws.len(), 0];
         let counts = counts.map(|n| n as u32);
 
         use wgpu::BufferUsages as U;
-        let views = sights.len();
+        let views = frustums.len();
         let counts = buffer(gpu, "counts", bytemuck::cast_slice(&counts), U::UNIFORM)?;
-        let sights = storage(gpu, "sights", bytemuck::cast_slice(&sights))?;
+        let frustums = storage(gpu, "frustums", bytemuck::cast_slice(&frustums))?;
         let records = storage(gpu, "shapes", bytemuck::cast_slice(&plan.shapes))?;
         let of_shapes = bytemuck::cast_slice(&plan.of_shapes);
         let of_shapes = storage(gpu, "draws of shapes", of_shapes)?;
-        let instances = herd.objects.len() as u64;
+        let instance_count = instances.objects.len() as u64;
         let visible = gpu.device().create_buffer(&wgpu::BufferDescriptor {
             label: Some("visible"),
-            size: (instances * NUMBER * views as u64).max(64),
+            size: (instance_count * NUMBER * views as u64).max(64),
             usage: U::STORAGE | U::VERTEX | U::COPY_SRC,
             mapped_at_creation: false,
         });
@@ -206,8 +211,8 @@ impl Culler {
         let arguments = buffer(gpu, "draws", bytemuck::cast_slice(&arguments), usage)?;
         let resources = [
             &counts,
-            &sights,
-            &herd.balls,
+            &frustums,
+            &instances.bounding_spheres,
             &records,
             &of_shapes,
             &visible,
@@ -224,10 +229,12 @@ impl Culler {
             pass.dispatch_workgroups(most.min(seen.len() as u32), views as u32, 1);
         }
         gpu.queue().submit([encoder.finish()]);
-        let bytes = [&counts, &sights, &records, &of_shapes, &visible, &arguments];
+        let bytes = [
+            &counts, &frustums, &records, &of_shapes, &visible, &arguments,
+        ];
         Ok(Culled {
             of_pages: plan.of_pages,
-            instances,
+            instances: instance_count,
             draws: plan.draws.len() as u64,
             bytes: bytes.iter().map(|b| b.size()).sum(),
             visible,
@@ -237,25 +244,25 @@ impl Culler {
 }
 
 impl Culled {
-    /// Draws what a view sees with a pass's pipelines.
+    /// Draws what a view sees, with the pipelines of a pass.
     pub(crate) fn draw(
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::RenderPass<'_>,
-        pages: &Pages,
+        pool: &BufferPool,
         pipelines: &Pipelines,
-        aim: &Aim,
+        bindings: &ViewBindings,
         own: &wgpu::BindGroup,
     ) {
-        let numbers = aim.view * self.instances * NUMBER;
-        pass.set_bind_group(0, &aim.scene, &[]);
+        let numbers = bindings.view * self.instances * NUMBER;
+        pass.set_bind_group(0, &bindings.scene, &[]);
         pass.set_bind_group(2, own, &[]);
         for of_page in &self.of_pages {
-            let page = pages.pages[of_page.page].as_ref();
+            let page = pool.pages[of_page.page].as_ref();
             let page = page.expect("a page that is drawn");
             pass.set_pipeline(pipelines.of(page.kind));
             pass.set_bind_group(1, &page.group, &[]);
-            let at = (aim.view * self.draws + of_page.first_draw as u64) * DRAW;
+            let at = (bindings.view * self.draws + of_page.first_draw as u64) * DRAW;
             if gpu.starts_anywhere() {
                 let draws = of_page.first_instances.len() as u32;
                 pass.set_vertex_buffer(0, self.visible.slice(numbers..));
@@ -271,28 +278,28 @@ impl Culled {
     }
 }
 
-/// Where a view looks from, on the GPU.
+/// The bindings of a view: its frame and the scene.
 #[derive(Debug)]
-pub(crate) struct Aim {
-    /// Among those that were culled for.
+pub(crate) struct ViewBindings {
+    /// The number of the view among those that were culled for.
     view: u64,
     frame: wgpu::Buffer,
     scene: wgpu::BindGroup,
 }
 
-impl Aim {
+impl ViewBindings {
     pub(crate) fn new(
         gpu: &Gpu,
         layouts: &Layouts,
         materials: &Materials,
-        herd: &Herd,
+        instances: &InstanceBuffer,
         view: u64,
         frame: &[u8],
     ) -> Result<Self, GpuError> {
         let frame = buffer(gpu, "frame", frame, wgpu::BufferUsages::UNIFORM)?;
         let resources = [
             &frame,
-            &herd.instances,
+            &instances.instances,
             &materials.records,
             &materials.masks,
         ]
@@ -304,8 +311,8 @@ impl Aim {
         })
     }
 
-    /// From now on as another frame sees it.
-    pub(crate) fn at(&self, gpu: &Gpu, frame: &[u8]) {
+    /// Replaces the frame.
+    pub(crate) fn set_frame(&self, gpu: &Gpu, frame: &[u8]) {
         gpu.queue().write_buffer(&self.frame, 0, frame);
     }
 }

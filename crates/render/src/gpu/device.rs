@@ -5,7 +5,7 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::{GpuError, needs};
+use super::{GpuError, requirements};
 
 /// Which GPUs will do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +100,7 @@ impl Gpu {
         let name = adapter.get_info().name;
         let flags = adapter.get_downlevel_capabilities().flags;
         let limits = adapter.limits();
-        needs::check(&name, flags, &limits)?;
+        requirements::check(&name, flags, &limits)?;
         Self::request(adapter, limits)
     }
 
@@ -186,7 +186,8 @@ impl Gpu {
         }
     }
 
-    /// Shaders may choose samples of a pixel. Not in GL: naga's GLSL has their mask in a type of its own.
+    /// Shaders may choose samples of a pixel. Not in GL: naga's GLSL has their mask in a type of
+    /// its own.
     pub(crate) fn chooses_samples(&self) -> bool {
         self.inner.info.backend != wgpu::Backend::Gl
     }
@@ -217,7 +218,7 @@ impl Gpu {
     /// # Errors
     /// If pictures of this size, pixels, are too large.
     pub(crate) fn check_size(&self, size: [u32; 2]) -> Result<(), GpuError> {
-        needs::check_size(&self.name(), size, &self.inner.device.limits())
+        requirements::check_size(&self.name(), size, &self.inner.device.limits())
     }
 
     /// Loses the GPU, as if its driver had failed once all that was asked for is done.
@@ -229,28 +230,28 @@ impl Gpu {
     }
 }
 
-/// Waits. Of a GPU that is lost meanwhile wgpu tells by a panic, when it has locked nothing and told
-/// the callback: an error like others.
+/// Waits. Of a GPU that is lost meanwhile wgpu tells by a panic, when it has locked nothing and
+/// told the callback: an error like others.
 fn survived(
     poll: impl FnOnce() -> Result<wgpu::PollStatus, wgpu::PollError>,
 ) -> Result<(), GpuError> {
     let reason = match catch_unwind(AssertUnwindSafe(poll)) {
         Ok(Ok(_)) => return Ok(()),
         Ok(Err(e)) => e.to_string(),
-        Err(panic) => words(&*panic),
+        Err(panic) => message_of(&*panic),
     };
     Err(GpuError::Lost { reason })
 }
 
 /// What a panic said.
-fn words(panic: &(dyn Any + Send)) -> String {
+fn message_of(panic: &(dyn Any + Send)) -> String {
     let literal = panic.downcast_ref::<&str>().copied();
     let said = literal.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     said.unwrap_or("waiting for it failed").to_owned()
 }
 
-/// Could there be a GPU? Asking its drivers costs a third of a second, and they talk to the standard
-/// error of machines without a display.
+/// Could there be a GPU? Asking its drivers costs a third of a second, and they talk to the
+/// standard error of machines without a display.
 fn has_hardware() -> bool {
     if !cfg!(target_os = "linux") {
         return true;

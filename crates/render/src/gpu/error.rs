@@ -74,8 +74,8 @@ pub enum GpuError {
         /// What the compiler said.
         reason: String,
     },
-    /// The caster keeps its shapes to itself.
-    #[error("the ray caster does not tell its shapes (RayCaster::placed_groups)")]
+    /// The scene was given without its shapes.
+    #[error("the scene is given without its shapes (SceneView::instances)")]
     NoShapes,
     /// The view or a parameter is impossible.
     #[error(transparent)]

@@ -3,10 +3,10 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3, Mat4, Vec4};
 
-use super::bend::{Bend, BendRecord};
+use super::distortion_bounds::{DistortionBounds, DistortionRecord};
 use crate::View;
 
-/// Things nearer than this are not drawn.
+/// Surfaces nearer than this are not drawn.
 const NEAR_M: f64 = 0.01;
 
 /// A frame's origin lies on a grid of this step, so that places of chunks are exact in f32.
@@ -16,7 +16,7 @@ pub(crate) const GRID_PER_M: f64 = 1024.0;
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(crate) struct FrameRecord {
-    /// By columns.
+    /// Column by column.
     pub(crate) clip: [[f32; 4]; 4],
     pub(crate) origin: [f32; 4],
     pub(crate) eye: [f32; 4],
@@ -24,14 +24,14 @@ pub(crate) struct FrameRecord {
     pub(crate) right: [f32; 4],
     pub(crate) down: [f32; 4],
     pub(crate) size: [f32; 4],
-    pub(crate) bend: BendRecord,
+    pub(crate) distortion: DistortionRecord,
 }
 
 impl FrameRecord {
-    /// Of a view about `origin_m`, which lies at `origin` from the herd's.
+    /// Of a view about `origin_m`, which lies at `origin` from the instance buffer's origin.
     pub(crate) fn new(
         view: &View,
-        bend: Option<&Bend>,
+        distortion: Option<&DistortionBounds>,
         origin_m: DVec3,
         origin: DVec3,
         max_range_m: f32,
@@ -63,12 +63,14 @@ impl FrameRecord {
             right: (x / k.fx).as_vec3().extend(k.cx as f32).to_array(),
             down: (y / k.fy).as_vec3().extend(k.cy as f32).to_array(),
             size: [w as f32, h as f32, NEAR_M as f32, 0.0],
-            bend: bend.map_or_else(BendRecord::zeroed, |bend| bend.record(view)),
+            distortion: distortion.map_or_else(DistortionRecord::zeroed, |distortion| {
+                distortion.record(view)
+            }),
         }
     }
 }
 
-/// The point of the grid next to the camera.
+/// The point of the grid that is nearest to the camera.
 pub(crate) fn origin_of(view: &View) -> DVec3 {
     (view.scene_from_camera.translation_m * GRID_PER_M).round() / GRID_PER_M
 }

@@ -30,7 +30,7 @@ use nemoral_scene::MaterialLibrary;
 ///
 /// and `table: array<u32>` holds what [`table`](Self::table) gives.
 pub trait Pass: std::fmt::Debug + Send + Sync {
-    /// For error messages.
+    /// A name for error messages.
     fn name(&self) -> &str;
 
     /// WGSL that defines `paint`, and what it needs beside it.

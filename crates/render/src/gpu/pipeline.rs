@@ -2,12 +2,12 @@
 
 use nemoral_scene::MaterialLibrary;
 
-use super::pages::Kind;
+use super::primitive::PrimitiveKind;
 use super::{Gpu, GpuError, Pass};
 
-/// Shaders of all passes.
+/// The part of the shaders that all passes share.
 const SURFACE: &str = include_str!("shaders/surface.wgsl");
-/// Those with one sample a pixel.
+/// The part that passes with one sample a pixel share.
 const EXACT: &str = include_str!("shaders/exact.wgsl");
 
 /// What the passes' target holds.
@@ -201,11 +201,11 @@ pub(crate) struct Stage<'a> {
     pub(crate) samples: u32,
     /// How far primitives are drawn over their borders.
     pub(crate) margin_px: f64,
-    /// For pictures that a lens or a shutter bends?
-    pub(crate) bent: bool,
+    /// Are they for pictures that a lens or a rolling shutter distorts?
+    pub(crate) distorted: bool,
 }
 
-/// The pipelines of a pass, for each kind of page.
+/// The pipelines of a pass, one for each kind of primitive.
 #[derive(Debug)]
 pub(crate) struct Pipelines([wgpu::RenderPipeline; 2]);
 
@@ -228,11 +228,11 @@ impl Pipelines {
             ],
             immediate_size: 0,
         });
-        let pipelines = Kind::ALL.map(|kind| {
+        let pipelines = PrimitiveKind::ALL.map(|kind| {
             let constants = [
-                ("CARDS", f64::from(u8::from(kind == Kind::Cards))),
+                ("CARDS", f64::from(u8::from(kind == PrimitiveKind::Cards))),
                 ("MARGIN_PX", stage.margin_px),
-                ("BENT", f64::from(u8::from(stage.bent))),
+                ("DISTORTED", f64::from(u8::from(stage.distorted))),
                 ("SINGLE", f64::from(u8::from(stage.samples == 1))),
             ];
             let options = wgpu::PipelineCompilationOptions {
@@ -292,75 +292,79 @@ impl Pipelines {
 }
 
 impl Pipelines {
-    pub(crate) fn of(&self, kind: Kind) -> &wgpu::RenderPipeline {
+    pub(crate) fn of(&self, kind: PrimitiveKind) -> &wgpu::RenderPipeline {
         &self.0[kind as usize]
     }
 }
 
-/// A pass's pipelines for straight pictures, and for bent ones once there is one.
+/// A pass's pipelines for undistorted pictures, and for distorted ones once there is one.
 #[derive(Debug)]
-pub(crate) struct Bendable {
-    straight: Pipelines,
-    bent: Option<Pipelines>,
+pub(crate) struct DistortionVariants {
+    undistorted: Pipelines,
+    distorted: Option<Pipelines>,
 }
 
-impl Bendable {
-    pub(crate) fn new(straight: Pipelines) -> Self {
+impl DistortionVariants {
+    pub(crate) fn new(undistorted: Pipelines) -> Self {
         Self {
-            straight,
-            bent: None,
+            undistorted,
+            distorted: None,
         }
     }
 
-    /// Makes them for bent pictures, if there are none.
-    pub(crate) fn bend(
+    /// Makes them for distorted pictures, if there are none.
+    pub(crate) fn prepare_distorted(
         &mut self,
         make: impl FnOnce() -> Result<Pipelines, GpuError>,
     ) -> Result<(), GpuError> {
-        if self.bent.is_none() {
-            self.bent = Some(make()?);
+        if self.distorted.is_none() {
+            self.distorted = Some(make()?);
         }
         Ok(())
     }
 
-    pub(crate) fn of(&self, bent: bool) -> &Pipelines {
-        if !bent {
-            return &self.straight;
+    pub(crate) fn of(&self, distorted: bool) -> &Pipelines {
+        if !distorted {
+            return &self.undistorted;
         }
-        let made = self.bent.as_ref();
-        made.expect("made before a bent picture is drawn")
+        let made = self.distorted.as_ref();
+        made.expect("made before a distorted picture is drawn")
     }
 }
 
-/// A pass with one exact sample a pixel.
+/// A pass with one sample at each pixel's centre.
 #[derive(Debug)]
 pub(crate) struct ExactPass {
     pub(crate) pass: Box<dyn Pass>,
-    pub(crate) pipelines: Bendable,
-    /// Its table, made for the materials that are uploaded.
+    pub(crate) pipelines: DistortionVariants,
+    /// Its table for the materials that are uploaded.
     pub(crate) table: Option<wgpu::Buffer>,
 }
 
 impl ExactPass {
     pub(crate) fn new(gpu: &Gpu, layouts: &Layouts, pass: Box<dyn Pass>) -> Result<Self, GpuError> {
-        let straight = Self::pipelines(gpu, layouts, pass.as_ref(), false)?;
+        let undistorted = Self::pipelines(gpu, layouts, pass.as_ref(), false)?;
         Ok(Self {
             pass,
-            pipelines: Bendable::new(straight),
+            pipelines: DistortionVariants::new(undistorted),
             table: None,
         })
     }
 
-    pub(crate) fn bend(&mut self, gpu: &Gpu, layouts: &Layouts) -> Result<(), GpuError> {
+    pub(crate) fn prepare_distorted(
+        &mut self,
+        gpu: &Gpu,
+        layouts: &Layouts,
+    ) -> Result<(), GpuError> {
         let pass = self.pass.as_ref();
-        (self.pipelines).bend(|| Self::pipelines(gpu, layouts, pass, true))
+        (self.pipelines).prepare_distorted(|| Self::pipelines(gpu, layouts, pass, true))
     }
 
     fn pipelines(
         gpu: &Gpu,
         layouts: &Layouts,
         pass: &dyn Pass,
-        bent: bool,
+        distorted: bool,
     ) -> Result<Pipelines, GpuError> {
         let stage = Stage {
             label: pass.name(),
@@ -370,7 +374,7 @@ impl ExactPass {
             target: Some(EXACT_FORMAT),
             samples: 1,
             margin_px: MARGIN_PX,
-            bent,
+            distorted,
         };
         Pipelines::new(gpu, layouts, &stage)
     }

@@ -70,7 +70,8 @@ impl Readback {
             });
         gpu.wait(submission.clone())?;
         let refused = |reason: String| GpuError::Refused { reason };
-        // The copy is done; another thread that polls the same device may have the news and be about to tell.
+        // The copy is done; another thread that polls the same device may have the news and be
+        // about to tell.
         match receiver.recv() {
             Ok(Ok(())) => {}
             Ok(Err(e)) => return Err(refused(e.to_string())),

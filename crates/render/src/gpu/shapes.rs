@@ -1,17 +1,19 @@
-//! Prototypes on the GPU: uploaded when first drawn, dropped when nobody has them any more, or when
-//! others need the room.
+//! Prototypes on the GPU: they are uploaded when they are first drawn, and dropped when no chunk
+//! has them any more or when others need the room.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3};
-use nemoral_scene::{Blend, NearLight, Prototype};
+use glam::Vec3;
+use nemoral_scene::{AmbientOcclusion, Blend, Prototype};
 
-use super::pages::{Kind, Pages, Range};
+use super::buffer_pool::{BufferPool, Range, bytes_of_pages};
+use super::octahedral::octahedral;
+use super::primitive::PrimitiveKind;
 use super::{Gpu, GpuError};
 
-/// Five vectors of `primitives` in `surface.wgsl`.
+/// A triangle: five vectors of `primitives` in `surface.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct TriangleRecord {
@@ -25,50 +27,51 @@ struct TriangleRecord {
     uv_b: [f32; 2],
     uv_c: [f32; 2],
     normal_c: u32,
-    /// Of what blends its blend, of others their near light: `packed_blend`, `packed_near_light`.
+    /// The blend of a triangle that has one, otherwise the ambient occlusion of its corners: see
+    /// `packed_blend` and `packed_ambient_occlusion`.
     extra: u32,
 }
 
-/// Three of them.
+/// A card: three vectors of `primitives` in `surface.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct CardRecord {
     corner: [f32; 3],
     material: u32,
     edge_u: [f32; 3],
-    /// Of the four corners, the first in the lowest byte.
-    near_light: u32,
+    /// A byte for each of the four corners, the first in the lowest byte.
+    ambient_occlusion: u32,
     edge_v: [f32; 3],
     unused_v: u32,
 }
 
 #[derive(Debug)]
 struct Shape {
-    /// As long as it is here, no other prototype can take its address.
+    /// While this is held, no other prototype can take its address.
     prototype: Weak<Prototype>,
-    /// Of `Kind::ALL`.
+    /// By `PrimitiveKind`.
     ranges: [Vec<Range>; 2],
-    /// The frame that last drew it.
+    /// The last frame that drew it.
     used: u64,
 }
 
 #[derive(Debug)]
 pub(crate) struct Shapes {
-    pub(crate) pages: Pages,
-    /// By address.
+    pub(crate) pool: BufferPool,
+    /// By the address of the prototype.
     shapes: BTreeMap<usize, Shape>,
     frame: u64,
     pub(crate) evicted: u64,
-    /// For all of the camera, bytes.
+    /// Bytes that all of the camera may use.
     pub(crate) limit: u64,
-    /// Of it, what is not pages.
+    /// Bytes of them that are used outside of the pool.
     pub(crate) held: u64,
 }
 
 impl Shapes {
     pub(crate) fn new(limit: u64) -> Self {
         Self {
-            pages: Pages::default(),
+            pool: BufferPool::default(),
             shapes: BTreeMap::new(),
             frame: 0,
             evicted: 0,
@@ -81,7 +84,7 @@ impl Shapes {
         self.shapes.len()
     }
 
-    /// Makes prototypes resident; afterwards all of them are, whatever else had to go.
+    /// Makes all of these prototypes resident, and evicts others if it must.
     pub(crate) fn ensure<'a>(
         &mut self,
         gpu: &Gpu,
@@ -104,15 +107,19 @@ impl Shapes {
             let mut ranges = [Vec::new(), Vec::new()];
             let parts = [
                 (
-                    Kind::Triangles,
+                    PrimitiveKind::Triangles,
                     triangles.len(),
                     bytemuck::cast_slice(&triangles),
                 ),
-                (Kind::Cards, cards.len(), bytemuck::cast_slice(&cards)),
+                (
+                    PrimitiveKind::Cards,
+                    cards.len(),
+                    bytemuck::cast_slice(&cards),
+                ),
             ];
             for (ranges, (kind, count, bytes)) in ranges.iter_mut().zip(parts) {
                 *ranges = self.room(gpu, layout, kind, count as u32, prototypes.clone())?;
-                self.pages.write(gpu, kind, ranges, bytes)?;
+                self.pool.write(gpu, kind, ranges, bytes)?;
             }
             let shape = Shape {
                 prototype: Arc::downgrade(prototype),
@@ -125,7 +132,7 @@ impl Shapes {
     }
 
     /// Where a resident prototype's primitives of a kind are.
-    pub(crate) fn ranges(&self, prototype: &Arc<Prototype>, kind: Kind) -> &[Range] {
+    pub(crate) fn ranges(&self, prototype: &Arc<Prototype>, kind: PrimitiveKind) -> &[Range] {
         &self.shapes[&address(prototype)].ranges[kind as usize]
     }
 
@@ -133,26 +140,26 @@ impl Shapes {
         &mut self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
-        kind: Kind,
+        kind: PrimitiveKind,
         count: u32,
         wanted: impl Iterator<Item = &'a Arc<Prototype>> + Clone,
     ) -> Result<Vec<Range>, GpuError> {
         loop {
-            if let Some(ranges) = self.pages.take(kind, count) {
+            if let Some(ranges) = self.pool.take(kind, count) {
                 return Ok(ranges);
             }
-            if self.held + self.pages.bytes() + Pages::COST <= self.limit {
-                self.pages.grow(gpu, kind, layout);
+            if self.held + self.pool.bytes() + BufferPool::PAGE_COST <= self.limit {
+                self.pool.grow(gpu, kind, layout);
                 gpu.check()?;
             } else if !self.evict_oldest() {
                 let count = |kind| -> u64 {
                     let of = |p: &Arc<Prototype>| match kind {
-                        Kind::Triangles => p.mesh().triangles.len() as u64,
-                        Kind::Cards => p.cards().len() as u64,
+                        PrimitiveKind::Triangles => p.mesh().triangles.len() as u64,
+                        PrimitiveKind::Cards => p.cards().len() as u64,
                     };
                     wanted.clone().map(of).sum()
                 };
-                let pages = Kind::ALL.map(|kind| kind.bytes_of_pages(count(kind)));
+                let pages = PrimitiveKind::ALL.map(|kind| bytes_of_pages(kind, count(kind)));
                 let needed = self.held + pages.iter().sum::<u64>();
                 let allowed_mib = self.limit >> 20;
                 return Err(GpuError::OutOfMemory {
@@ -164,7 +171,7 @@ impl Shapes {
         }
     }
 
-    /// Drops what was drawn longest ago; false if all that is left is drawn now.
+    /// Evicts the prototype that was drawn longest ago; false if all that are left are drawn now.
     fn evict_oldest(&mut self) -> bool {
         let oldest = self.shapes.iter().min_by_key(|(_, shape)| shape.used);
         match oldest {
@@ -193,7 +200,7 @@ impl Shapes {
     fn forget(&mut self, at: usize) {
         if let Some(shape) = self.shapes.remove(&at) {
             for range in shape.ranges.into_iter().flatten() {
-                self.pages.give_back(range);
+                self.pool.give_back(range);
             }
         }
     }
@@ -222,9 +229,9 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
             uv_b,
             uv_c,
             normal_c,
-            extra: match (mesh.blends.get(i), prototype.near_light()) {
+            extra: match (mesh.blends.get(i), prototype.ambient_occlusion()) {
                 (Some(blend), _) => packed_blend(blend),
-                (None, Some(near)) => packed_near_light(near, t.corners),
+                (None, Some(near)) => packed_ambient_occlusion(near, t.corners),
                 (None, None) => 0,
             },
         }
@@ -240,14 +247,14 @@ fn packed_blend(blend: &Blend) -> u32 {
     u32::from(blend.other.0) << 16 | c << 10 | b << 5 | a
 }
 
-/// A byte of each corner around bit 15, which no blend has.
-fn packed_near_light(near: &NearLight, corners: [u32; 3]) -> u32 {
+/// A byte for each corner, and bit 15, which no blend sets.
+fn packed_ambient_occlusion(near: &AmbientOcclusion, corners: [u32; 3]) -> u32 {
     let [a, b, c] = corners.map(|i| u32::from(near.vertices[i as usize]));
     c << 24 | b << 16 | 1 << 15 | a
 }
 
 fn cards(prototype: &Prototype) -> Vec<CardRecord> {
-    let near_light = |i: usize| match prototype.near_light() {
+    let ambient_occlusion = |i: usize| match prototype.ambient_occlusion() {
         Some(near) => u32::from_le_bytes(near.cards[i]),
         None => u32::MAX,
     };
@@ -255,66 +262,9 @@ fn cards(prototype: &Prototype) -> Vec<CardRecord> {
         corner: c.corner.to_array(),
         material: u32::from(c.material.0),
         edge_u: c.edge_u.to_array(),
-        near_light: near_light(i),
+        ambient_occlusion: ambient_occlusion(i),
         edge_v: c.edge_v.to_array(),
         unused_v: 0,
     };
     prototype.cards().iter().enumerate().map(record).collect()
-}
-
-/// A unit vector in 32 bits (Cigolle et al. 2014, "A survey of efficient representations for
-/// independent unit vectors"): two signed normalised 16-bit numbers.
-pub(crate) fn octahedral(n: Vec3) -> u32 {
-    let sum = n.x.abs() + n.y.abs() + n.z.abs();
-    if sum.is_nan() || sum <= 0.0 {
-        return 0;
-    }
-    let p = n.truncate() / sum;
-    let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
-    let p = if n.z >= 0.0 {
-        p
-    } else {
-        Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
-    };
-    let pack = |x: f32| u32::from((x.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
-    pack(p.x) | pack(p.y) << 16
-}
-
-/// The way back.
-pub(crate) fn from_octahedral(packed: u32) -> Vec3 {
-    let unpack = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
-    let p = Vec2::new(unpack(packed), unpack(packed >> 16));
-    let z = 1.0 - p.x.abs() - p.y.abs();
-    let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
-    let p = if z >= 0.0 {
-        p
-    } else {
-        Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
-    };
-    // Of length at least 1 / sqrt 3.
-    let n = p.extend(z);
-    n / n.length()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn directions_survive_packing(x in -1.0_f32..1.0, y in -1.0_f32..1.0, z in -1.0_f32..1.0) {
-            let n = Vec3::new(x, y, z).normalize_or(Vec3::Z);
-            prop_assert!(n.distance(from_octahedral(octahedral(n))) < 1e-4);
-        }
-    }
-
-    #[test]
-    fn poles_and_nothing() {
-        for n in [Vec3::Z, -Vec3::Z, Vec3::X, -Vec3::Y] {
-            assert!(n.distance(from_octahedral(octahedral(n))) < 1e-4, "{n}");
-        }
-        assert_eq!(octahedral(Vec3::ZERO), 0);
-        assert_eq!(octahedral(Vec3::NAN), 0);
-    }
 }

@@ -1,13 +1,10 @@
-//! What a GPU camera keeps between pictures, and what pictures under way borrow.
-
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+//! What a GPU camera keeps between pictures.
 
 use glam::DVec3;
 use nemoral_scene::PlacedGroup;
 
-use super::herd::Herd;
-use super::lit::Lit;
+use super::instance_buffer::InstanceBuffer;
+use super::lighting::LightingPass;
 use super::materials::Materials;
 use super::pipeline::{ExactPass, Layouts};
 use super::shapes::Shapes;
@@ -15,70 +12,42 @@ use super::targets::Targets;
 use super::{Gpu, GpuError};
 use crate::{SceneView, View};
 
-/// All that one picture leaves to the next.
+/// All resources that pictures share.
 pub(crate) struct State {
     pub(crate) materials: Option<Materials>,
-    pub(crate) herd: Option<Herd>,
+    pub(crate) instances: Option<InstanceBuffer>,
     pub(crate) shapes: Shapes,
-    /// The truth first.
+    /// The truth is the first.
     pub(crate) passes: Vec<ExactPass>,
-    pub(crate) lit: Lit,
+    pub(crate) lighting: LightingPass,
     pub(crate) targets: Option<Targets>,
-    /// What the last picture borrowed, bytes: the next one will, too.
+    /// Bytes that the last picture reserved: the next one will need about as many.
     pub(crate) transient: u64,
 }
 
-/// Device memory of a picture under way; given back when it is done.
-#[derive(Debug)]
-pub(crate) struct Loan {
-    pub(crate) bytes: u64,
-    of: Arc<AtomicU64>,
-}
-
-impl Loan {
-    /// Nothing yet, of what all together have borrowed.
-    pub(crate) fn new(of: &Arc<AtomicU64>) -> Self {
-        Self {
-            bytes: 0,
-            of: Arc::clone(of),
-        }
-    }
-
-    pub(crate) fn take(&mut self, bytes: u64) {
-        self.bytes += bytes;
-        self.of.fetch_add(bytes, Ordering::Relaxed);
-    }
-}
-
-impl Drop for Loan {
-    fn drop(&mut self) {
-        self.of.fetch_sub(self.bytes, Ordering::Relaxed);
-    }
-}
-
 impl State {
-    /// All but the pages, bytes.
+    /// Bytes of all resources but the pool of primitives.
     pub(crate) fn fixed(&self) -> u64 {
         let targets = self.targets.as_ref().map_or(0, Targets::bytes);
         let materials = self.materials.as_ref().map_or(0, Materials::bytes);
-        let herd = self.herd.as_ref().map_or(0, Herd::bytes);
-        targets + materials + herd + self.lit.bytes()
+        let instances = self.instances.as_ref().map_or(0, InstanceBuffer::bytes);
+        targets + materials + instances + self.lighting.bytes()
     }
 
-    pub(crate) fn hold_herd(
+    pub(crate) fn hold_instances(
         &mut self,
         gpu: &Gpu,
         groups: &[PlacedGroup],
         origin_m: DVec3,
     ) -> Result<(), GpuError> {
         if !self
-            .herd
+            .instances
             .as_ref()
-            .is_some_and(|h| h.is_of(groups, origin_m))
+            .is_some_and(|held| held.holds(groups, origin_m))
         {
             // The old one first: both need not fit.
-            self.herd = None;
-            self.herd = Some(Herd::gather(gpu, groups, origin_m)?);
+            self.instances = None;
+            self.instances = Some(InstanceBuffer::upload(gpu, groups, origin_m)?);
             gpu.check()?;
         }
         Ok(())
@@ -102,12 +71,16 @@ impl State {
         Ok(())
     }
 
-    /// Makes what bent pictures are drawn with.
-    pub(crate) fn bend(&mut self, gpu: &Gpu, layouts: &Layouts) -> Result<(), GpuError> {
+    /// Makes the pipelines that distorted pictures are drawn with.
+    pub(crate) fn prepare_distorted(
+        &mut self,
+        gpu: &Gpu,
+        layouts: &Layouts,
+    ) -> Result<(), GpuError> {
         for pass in &mut self.passes {
-            pass.bend(gpu, layouts)?;
+            pass.prepare_distorted(gpu, layouts)?;
         }
-        self.lit.bend(gpu, layouts)
+        self.lighting.prepare_distorted(gpu, layouts)
     }
 
     pub(crate) fn hold_targets(&mut self, gpu: &Gpu, view: &View) -> Result<(), GpuError> {

@@ -4,8 +4,8 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
 use rayon::prelude::*;
 
+use super::octahedral::from_octahedral;
 use super::pipeline::{DEPTH_FORMAT, EXACT_FORMAT, storage, texture};
-use super::shapes::from_octahedral;
 use super::{Gpu, GpuError};
 use crate::View;
 

@@ -1,4 +1,5 @@
-//! Worlds of exact shapes, cast at in f64: the oracle of the camera's tests, and its example's scene.
+//! Worlds of exact shapes, cast at in f64: the oracle of the camera's tests, and its example's
+//! scene.
 #![allow(
     dead_code,
     unreachable_pub,
@@ -13,7 +14,7 @@ use nemoral_render::{
 };
 use nemoral_scene::{
     Card, ChunkCoord, Hit, Intrinsics, Material, MaterialId, MaterialLibrary, ObjectId, Ray,
-    RayCaster, RigidTransform,
+    RayCaster, RigidTransform, Shading, SurfaceHit,
 };
 use nemoral_seed::Key;
 
@@ -98,6 +99,7 @@ impl World {
     pub fn view(&self) -> SceneView<'_> {
         SceneView {
             caster: self,
+            instances: None,
             materials: &self.materials,
             sky_visibility: &OpenSky,
         }
@@ -130,16 +132,18 @@ impl World {
                 if found.t >= low && found.t < *best {
                     *best = found.t;
                     *hit = Some(Hit {
-                        distance_m: found.t as f32,
-                        geometric_normal: found.normal.as_vec3(),
-                        shading_normal: found.normal.as_vec3(),
-                        uv: found.uv,
-                        uv_per_m: found.uv_per_m,
-                        material: item.material,
-                        object: item.object,
-                        blend: None,
-                        variation: item.variation,
-                        near_light: 1.0,
+                        surface: SurfaceHit {
+                            distance_m: found.t as f32,
+                            geometric_normal: found.normal.as_vec3(),
+                            material: item.material,
+                            object: item.object,
+                        },
+                        shading: Shading {
+                            uv: found.uv,
+                            uv_per_m: found.uv_per_m,
+                            variation: item.variation,
+                            ..Shading::flat(found.normal.as_vec3())
+                        },
                     });
                 }
             }

@@ -147,7 +147,12 @@ fn impossible_combinations_are_refused_where_they_stand() {
 fn presets_are_valid_and_survive_a_round_trip() {
     for preset in Preset::ALL {
         let config = preset.config();
-        assert_eq!(config.problems(), [], "{}", preset.name);
+        assert_eq!(
+            config.problems(&InputFiles::default()),
+            [],
+            "{}",
+            preset.name
+        );
         assert_eq!(Config::from_toml(&config.to_toml()).expect("fine"), config);
         let annotated = crate::config::annotated_toml(&config);
         assert_eq!(
@@ -216,9 +221,9 @@ fn every_default_is_allowed_and_every_key_is_defined() {
         text: String::new(),
         table: table.clone(),
     };
-    let mut errors = Vec::new();
+    let mut errors = ConfigErrors::default();
     check_table("", &table, &source, &mut errors);
-    assert_eq!(errors, []);
+    assert_eq!(errors, ConfigErrors::default());
     let schema = crate::config::json_schema();
     assert_eq!(
         schema["properties"]["terrain"]["properties"]["octaves"]["maximum"],

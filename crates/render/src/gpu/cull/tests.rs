@@ -2,16 +2,16 @@
 
 use glam::{DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    ChunkCoord, Distortion, Hit, Instance, InstanceGroup, Intrinsics, Material, MaterialLibrary,
-    Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform, Semantic, Shutter,
-    Triangle, Twist,
+    ChunkCoord, Distortion, Hit, Instance, InstanceGroup, InstancedScene, Intrinsics, Material,
+    MaterialLibrary, Mesh, ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform,
+    Semantic, Shutter, Triangle, Twist,
 };
-use nemoral_seed::{Draw as _, Key, Stage};
+use nemoral_seed::{Domain, Draw as _, Key};
 
-use super::super::bend::Bend;
 use super::super::cascade::Cascade;
-use super::super::herd::ball;
-use super::super::sight::{Ball, NOWHERE};
+use super::super::distortion_bounds::DistortionBounds;
+use super::super::frustum::{BoundingSphere, NO_PLANE};
+use super::super::instance_buffer::bounding_sphere;
 use super::super::testing::gpu;
 use super::*;
 use crate::{GpuCamera, GpuParams, Lighting, OpenSky, SceneView, View};
@@ -30,9 +30,11 @@ impl RayCaster for Bags {
     fn closest_hit(&self, _: &Ray) -> Option<Hit> {
         None
     }
+}
 
-    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
-        Some(self.0.clone())
+impl InstancedScene for Bags {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
+        self.0.clone()
     }
 }
 
@@ -54,7 +56,7 @@ fn bags() -> Bags {
         let shape = Prototype::new("shape", mesh, Vec::new(), &materials);
         Arc::new(shape.expect("a sound shape"))
     });
-    let mut rng = Key::world(3).stage(Stage::new("test.cull")).rng();
+    let mut rng = Key::world(3).domain(Domain::new("test.cull")).rng();
     let mut unit = || rng.unit_f64() as f32;
     let mut bag = |chunk: i32, count: u16| -> Arc<dyn InstanceGroup> {
         let instance = |item: u16| Instance {
@@ -133,31 +135,32 @@ fn the_gpu_keeps_what_is_seen_in_order() {
         ..bent
     };
     let origin_m = DVec3::new(-3.25, 2.0, 1.0);
-    let sight = |view: &View| Sight::of_view(view, Bend::of(view).as_ref(), origin_m, 30.0);
+    let frustum =
+        |view: &View| Frustum::of_view(view, DistortionBounds::of(view).as_ref(), origin_m, 30.0);
     let cascade = Cascade::all(&straight, origin_m, 30.0, Vec3::new(0.3, 0.4, 0.8), 512);
-    let sights = [
-        sight(&straight),
-        sight(&bent),
-        sight(&spun),
-        cascade[1].sight(),
+    let frustums = [
+        frustum(&straight),
+        frustum(&bent),
+        frustum(&spun),
+        cascade[1].frustum(),
         // Everything, also what lies straight against the axis that it does not have.
-        Sight::between([NOWHERE; 6]),
+        Frustum::from_planes([NO_PLANE; 6]),
     ];
 
     let far = origin_m + DVec3::new(-70.5, 3.0, 0.25);
-    let herd = Herd::gather(&gpu, &bags.0, far).expect("it fits");
-    assert!(herd.is_of(&bags.0, origin_m) && !herd.is_of(&bags.0[1..], origin_m));
-    assert!(!herd.is_of(&bags.0, origin_m + DVec3::X * 5e3));
+    let instances = InstanceBuffer::upload(&gpu, &bags.0, far).expect("it fits");
+    assert!(instances.holds(&bags.0, origin_m) && !instances.holds(&bags.0[1..], origin_m));
+    assert!(!instances.holds(&bags.0, origin_m + DVec3::X * 5e3));
     let layouts = Layouts::new(&gpu);
     let mut shapes = Shapes::new(1 << 30);
-    let seen = herd.seen(&sights, origin_m);
+    let seen = instances.visible_prototypes(&frustums, origin_m);
     assert_eq!(seen.len(), 3);
     shapes
         .ensure(&gpu, &layouts.page, seen.iter().map(|(p, _)| p))
         .expect("room");
     let culler = Culler::new(&gpu);
     let ask = || {
-        let culled = culler.ask(&gpu, &herd, &shapes, &seen, &sights, origin_m);
+        let culled = culler.cull(&gpu, &instances, &shapes, &seen, &frustums, origin_m);
         culled.unwrap_or_else(|e| panic!("{e}"))
     };
     let culled = ask();
@@ -165,25 +168,25 @@ fn the_gpu_keeps_what_is_seen_in_order() {
     let placed = |object: &ObjectId| {
         let of_group = |(offset, group): &PlacedGroup| {
             let own = group.instances().find(|i| i.object == *object)?;
-            ball(own, offset.as_dvec3() - origin_m)
+            bounding_sphere(own, offset.as_dvec3() - origin_m)
         };
         bags.0.iter().find_map(of_group).expect("one of them")
     };
-    let balls: Vec<Ball> = herd.objects.iter().map(placed).collect();
-    for (v, sight) in sights.iter().enumerate() {
+    let balls: Vec<BoundingSphere> = instances.objects.iter().map(placed).collect();
+    for (v, frustum) in frustums.iter().enumerate() {
         let (mut kept, mut all, mut on_border) = (0, 0, 0);
         for (shape, (_, alike)) in seen.iter().enumerate() {
             // Three draws, of one page: in order of the shapes.
             let draw = &arguments[(v * 3 + shape) * 4..][..4];
             assert_eq!([draw[0], draw[3]], [3, alike.first], "{v} {shape}");
             let numbers = alike.first..alike.first + alike.count;
-            let first = v * herd.objects.len() + alike.first as usize;
+            let first = v * instances.objects.len() + alike.first as usize;
             let drawn = &visible[first..first + draw[1] as usize];
             assert!(drawn.is_sorted_by(|a, b| a < b));
             for n in numbers {
                 let sees = |more: f64| {
                     let ball = balls[n as usize];
-                    sight.sees(&Ball {
+                    frustum.may_see(&BoundingSphere {
                         radius: ball.radius + more,
                         ..ball
                     })
@@ -215,6 +218,7 @@ fn draws_that_must_start_at_the_first_instance_draw_the_same() {
     let bags = bags();
     let scene = SceneView {
         caster: &bags,
+        instances: Some(&bags),
         materials: &bags.1,
         sky_visibility: &OpenSky,
     };

@@ -2,8 +2,8 @@
 
 use glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    Hit, Instance, InstanceGroup, Intrinsics, Material, MaterialLibrary, Mesh, ObjectId,
-    PlacedGroup, Prototype, Ray, RayCaster, RigidTransform, Semantic, Triangle,
+    Hit, Instance, InstanceGroup, InstancedScene, Intrinsics, Material, MaterialLibrary, Mesh,
+    ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform, Semantic, Triangle,
 };
 use nemoral_seed::Key;
 
@@ -41,12 +41,14 @@ impl RayCaster for Stone {
     fn closest_hit(&self, _: &Ray) -> Option<Hit> {
         None
     }
+}
 
-    fn placed_groups(&self) -> Option<Vec<PlacedGroup>> {
+impl InstancedScene for Stone {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
         if self.loss == Loss::WhilePreparing {
             self.gpu.lose();
         }
-        Some(vec![(Vec3::ZERO, Arc::clone(&self.group) as _)])
+        vec![(Vec3::ZERO, Arc::clone(&self.group) as _)]
     }
 }
 
@@ -92,6 +94,7 @@ impl Stone {
     fn scene(&self) -> SceneView<'_> {
         SceneView {
             caster: self,
+            instances: Some(self),
             materials: &self.materials,
             sky_visibility: self,
         }

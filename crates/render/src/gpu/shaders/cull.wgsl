@@ -1,22 +1,22 @@
-// Which instances each view draws. A workgroup goes through the instances of a shape for a view, and
-// writes the numbers of those that may be seen one after the other, in their order: which thread is
-// when reaches nothing.
+// Finds the instances that each view draws. A workgroup goes through the instances of a prototype
+// for a view, and writes the numbers of those that may be seen in their order, so that the result
+// does not depend on the order of threads.
 
-struct Sight {
+struct Frustum {
     // Inwards, unit; w: how far inside the origin is.
     planes: array<vec4f, 6>,
     // w: how far is seen.
     eye: vec4f,
-    // w: how far the eye may be from where it is said to be.
+    // w: how far the eye may be from there while the picture is taken.
     axis: vec4f,
     // Cosine and sine of the angle to the axis that is seen.
     half_angle: vec4f,
 }
 
-struct Alike {
+struct Shape {
     first: u32,
     count: u32,
-    // In `draws_of`.
+    // Its first draw in `draws_of`.
     first_draw: u32,
     draws: u32,
 }
@@ -30,16 +30,16 @@ struct Draw {
 
 struct Counts {
     shapes: u32,
-    // Of one view.
+    // The number of instances of one view.
     instances: u32,
     draws: u32,
 }
 
 @group(0) @binding(0) var<uniform> counts: Counts;
-@group(0) @binding(1) var<storage, read> sights: array<Sight>;
-// About the herd's origin; w: radius.
-@group(0) @binding(2) var<storage, read> balls: array<vec4f>;
-@group(0) @binding(3) var<storage, read> shapes: array<Alike>;
+@group(0) @binding(1) var<storage, read> frustums: array<Frustum>;
+// About the instance buffer's origin; w: radius.
+@group(0) @binding(2) var<storage, read> bounding_spheres: array<vec4f>;
+@group(0) @binding(3) var<storage, read> shapes: array<Shape>;
 // Which draws are a shape's.
 @group(0) @binding(4) var<storage, read> draws_of: array<u32>;
 // View by view: numbers of instances, and what is drawn with them.
@@ -48,27 +48,27 @@ struct Counts {
 
 const LANES = 64u;
 
-// Sight::sees without trigonometry.
-fn sees(view: u32, ball: vec4f) -> bool {
+// Frustum::may_see without trigonometry.
+fn may_see(view: u32, sphere: vec4f) -> bool {
     for (var k = 0; k < 6; k++) {
-        if dot(sights[view].planes[k], vec4f(ball.xyz, 1.0)) < -ball.w {
+        if dot(frustums[view].planes[k], vec4f(sphere.xyz, 1.0)) < -sphere.w {
             return false;
         }
     }
-    let at = ball.xyz - sights[view].eye.xyz;
-    let axis = sights[view].axis;
-    let radius = ball.w + axis.w;
+    let at = sphere.xyz - frustums[view].eye.xyz;
+    let axis = frustums[view].axis;
+    let radius = sphere.w + axis.w;
     let distance_m = length(at);
-    if distance_m - radius > sights[view].eye.w {
+    if distance_m - radius > frustums[view].eye.w {
         return false;
     }
     // What looks wider than all that is behind the cone is in it.
-    let cosine = sights[view].half_angle.x;
-    let sine = sights[view].half_angle.y;
+    let cosine = frustums[view].half_angle.x;
+    let sine = frustums[view].half_angle.y;
     if distance_m <= radius || (cosine < 0.0 && radius >= sine * distance_m) {
         return true;
     }
-    // The cosine of the half angle and half the angle that the ball takes, together.
+    // The cosine of the half angle and half the angle that the sphere takes, together.
     let tangent_m = sqrt((distance_m - radius) * (distance_m + radius));
     return dot(at, axis.xyz) >= cosine * tangent_m - sine * radius;
 }
@@ -82,12 +82,12 @@ fn cull(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let view = workgroup.y;
-    for (var shape = workgroup.x; shape < counts.shapes; shape += workgroups.x) {
-        let alike = shapes[shape];
+    for (var index = workgroup.x; index < counts.shapes; index += workgroups.x) {
+        let shape = shapes[index];
         var before = 0u;
-        for (var strip = 0u; strip < alike.count; strip += LANES) {
-            let number = alike.first + strip + lane;
-            let seen = strip + lane < alike.count && sees(view, balls[number]);
+        for (var strip = 0u; strip < shape.count; strip += LANES) {
+            let number = shape.first + strip + lane;
+            let seen = strip + lane < shape.count && may_see(view, bounding_spheres[number]);
             // Hillis and Steele's (1986) running sums.
             var sum = u32(seen);
             for (var reach = 1u; reach < LANES; reach *= 2u) {
@@ -99,15 +99,15 @@ fn cull(
                 workgroupBarrier();
             }
             if seen {
-                visible[view * counts.instances + alike.first + before + sum - 1u] = number;
+                visible[view * counts.instances + shape.first + before + sum - 1u] = number;
             }
             sums[lane] = sum;
             workgroupBarrier();
             before += sums[LANES - 1u];
             workgroupBarrier();
         }
-        for (var k = lane; k < alike.draws; k += LANES) {
-            draws[view * counts.draws + draws_of[alike.first_draw + k]].instances = before;
+        for (var k = lane; k < shape.draws; k += LANES) {
+            draws[view * counts.draws + draws_of[shape.first_draw + k]].instances = before;
         }
     }
 }

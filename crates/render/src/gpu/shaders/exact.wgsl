@@ -8,7 +8,7 @@
 
 struct Painted {
     @location(0) value: vec4u,
-    // Of the meeting itself: what is nearer is decided as the ray caster decides it.
+    // Of the intersection itself: what is nearer is decided as the ray caster decides it.
     @builtin(frag_depth) depth: f32,
 }
 
@@ -17,7 +17,7 @@ fn fragment(v: Vertex) -> Painted {
     let ray = textureLoad(rays, vec2u(v.position.xy), 0);
     let eye = eyes[u32(v.position.y)].xyz;
     let p = primitive(v.primitive);
-    let m = meet(instances[v.instance], p, eye, ray.xyz);
+    let m = intersect(instances[v.instance], p, eye, ray.xyz);
     let seen = is_inside(m) && m.t <= frame.forward.w;
     if !seen || !is_opaque(p.material, uv_at(v.primitive, m)) {
         discard;

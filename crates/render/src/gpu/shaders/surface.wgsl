@@ -3,37 +3,37 @@
 struct Frame {
     // Clip coordinates from scene axes about the frame's origin; depth is near / z.
     clip: mat4x4f,
-    // The frame's origin about the herd's, which instances are told from. Both lie on a grid, and so do
-    // places of instances: what is left of them is exact, and neighbouring chunks round their common
-    // vertices alike.
+    // The frame's origin about the origin that instances are stored relative to. Both lie on a
+    // grid, and so do places of instances: what is left of them is exact, and neighbouring chunks
+    // round their common vertices alike.
     origin: vec4f,
     // The camera, next to the origin.
     eye: vec4f,
     // The optical axis; w: the farthest distance that is seen, metres.
     forward: vec4f,
-    // To the next pixel, at z = 1; w: the principal point, pixels.
+    // The step to the next pixel at z = 1; w: the principal point, pixels.
     right: vec4f,
     down: vec4f,
-    // Of the target, pixels; z: the near plane.
+    // The size of the target in pixels; z: the near plane.
     size: vec4f,
-    // The rest is for pictures that are bent, by a lens or by a shutter that rolls: bend.rs.
+    // The rest is for pictures that a lens or a rolling shutter distorts: distortion_bounds.rs.
     // Focal lengths and principal point, pixels.
     lens: vec4f,
     // Of the odd powers from the third on, in the radius that a ray is drawn at.
     radial: vec4f,
-    // The widest ray: its angle, its radius, the radius' slope by the angle; w: 1 if radii are powers
-    // of the angle, 0 if of its tangent.
+    // The widest ray: its angle, its radius, the radius' slope by the angle; w: 1 if radii are
+    // powers of the angle, 0 if of its tangent.
     widest: vec4f,
-    // How far the camera goes and turns while the rows are read: metres, radians, optical axes; w of
-    // the first: pixels that the lens draws beside this model.
+    // How far the camera goes and turns while the rows are read: metres, radians, optical axes; w
+    // of the first: pixels that the lens draws beside this model.
     linear: vec4f,
     angular: vec4f,
-    // Pixels by the square of an angle that straight lines are bent, up to each sixteenth of the
+    // Pixels by the square of an angle that straight lines bend, up to each sixteenth of the
     // widest angle and half a radian.
     curvature: array<vec4f, 4>,
 }
 
-// Scene axes about the herd's origin from the shape's: three columns and the place.
+// Scene axes about the instance buffer's origin from the shape's: three columns and the place.
 struct Instance {
     // w: what is left of the place beside the grid.
     x: vec4f,
@@ -89,7 +89,7 @@ fn primitive(index: u32) -> Primitive {
     return Primitive(a, b - a, c - a, word.w);
 }
 
-// On the grid, about the frame's origin.
+// The place on the grid, relative to the frame's origin.
 fn place_of(i: Instance) -> vec3f {
     return i.place.xyz - frame.origin.xyz;
 }
@@ -118,7 +118,7 @@ struct Vertex {
     @location(1) @interpolate(flat, either) instance: u32,
 }
 
-// In the shape's axes: a triangle has three corners, a card four.
+// A corner in the shape's axes: a triangle has three corners, a card four.
 fn corner_of(index: u32, k: u32) -> vec3f {
     if CARDS {
         let p = primitive(index);
@@ -134,8 +134,8 @@ fn corner_of(index: u32, k: u32) -> vec3f {
 override MARGIN_PX: f32 = 0.0;
 // Has a pixel one sample, at its centre?
 override SINGLE: bool = true;
-// Is the picture bent? Then boxes about the primitives are drawn, and fragments decide.
-override BENT: bool = false;
+// Is the picture distorted? Then boxes around the primitives are drawn, and fragments decide.
+override DISTORTED: bool = false;
 
 // Where a point of the optical axes is drawn, pixels. Beyond the widest ray radii grow evenly.
 fn drawn(p: vec3f) -> vec2f {
@@ -176,8 +176,8 @@ fn drawn_by_row(p: vec3f) -> vec3f {
     return vec3f(at, 2.0 * step);
 }
 
-// Clip coordinates of a corner of the box that a primitive's picture lies in: around the pictures of its
-// corners, and as much more as its borders may bend.
+// Clip coordinates of a corner of the box that a primitive's picture lies in: around the pictures
+// of its corners, and as much more as its borders may bend.
 fn box(i: Instance, index: u32, v: u32) -> vec4f {
     let corners = select(3u, 4u, CARDS);
     var rays: array<vec3f, 4>;
@@ -232,7 +232,7 @@ fn box(i: Instance, index: u32, v: u32) -> vec4f {
 fn vertex(@builtin(vertex_index) v: u32, @location(0) number: u32) -> Vertex {
     let i = instances[number];
     let index = v / select(3u, 6u, CARDS);
-    if BENT {
+    if DISTORTED {
         return Vertex(box(i, index, v), index, number);
     }
     // A card is the triangles 0 1 2 and 0 2 3.
@@ -265,7 +265,7 @@ fn vertex(@builtin(vertex_index) v: u32, @location(0) number: u32) -> Vertex {
     return Vertex(at, index, number);
 }
 
-struct Meeting {
+struct Intersection {
     // Along the ray, metres.
     t: f32,
     // Weights of the edges.
@@ -292,7 +292,7 @@ fn product_minus(a: vec3f, b: f32, c: vec3f) -> vec3f {
 // The ray from the eye along a unit vector with the plane of a primitive, by Cramer's rule as the
 // ray caster has it. Places on the primitive are told from a point of the ray close to it: a
 // hundred metres away, f32 would miss a leaf's texels by a hundredth of their size.
-fn meet(i: Instance, p: Primitive, eye: vec3f, d: vec3f) -> Meeting {
+fn intersect(i: Instance, p: Primitive, eye: vec3f, d: vec3f) -> Intersection {
     let corner = to_scene(i, p.corner);
     let eu = to_scene(i, p.edge_u);
     let ev = to_scene(i, p.edge_v);
@@ -304,17 +304,18 @@ fn meet(i: Instance, p: Primitive, eye: vec3f, d: vec3f) -> Meeting {
     let q = product_minus(d, t, place) - rest - corner;
     let moment = cross(d, q);
     // What is left of the distance to the plane, and the edges' weights.
-    return Meeting(t - dot(normal, q) / det, dot(moment, ev) / det, -dot(moment, eu) / det, normal);
+    return Intersection(t - dot(normal, q) / det, dot(moment, ev) / det, -dot(moment, eu) / det, normal);
 }
 
-// Does the ray meet the primitive itself? A hair more than it: of neighbours one is always met.
-fn is_inside(m: Meeting) -> bool {
+// Does the ray intersect the primitive itself? A hair more than it: of neighbours one is always
+// met.
+fn is_inside(m: Intersection) -> bool {
     const HAIR = 2e-5;
     let third = select(1.0 - m.u - m.v, min(1.0 - m.u, 1.0 - m.v), CARDS);
     return m.t > 0.0 && min(min(m.u, m.v), third) >= -HAIR;
 }
 
-fn uv_at(index: u32, m: Meeting) -> vec2f {
+fn uv_at(index: u32, m: Intersection) -> vec2f {
     if CARDS {
         return clamp(vec2f(m.u, m.v), vec2f(0.0), vec2f(1.0));
     }
@@ -362,13 +363,13 @@ struct Surface {
     other: u32,
     other_share: f32,
     // The share of light from all around that near parts of the shape leave.
-    near_light: f32,
+    ambient_occlusion: f32,
 }
 
 fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
     let i = instances[vertex.instance];
     let p = primitive(vertex.primitive);
-    let m = meet(i, p, eye, ray.xyz);
+    let m = intersect(i, p, eye, ray.xyz);
     var s: Surface;
     s.material = p.material;
     s.semantic = materials[p.material].semantic;
@@ -384,7 +385,7 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
     s.shading_normal = s.normal;
     s.uv = uv_at(vertex.primitive, m);
     s.uv_per_m = inverseSqrt(area);
-    s.near_light = 1.0;
+    s.ambient_occlusion = 1.0;
     if !CARDS {
         let b = primitives[vertex.primitive * 5u + 3u];
         let c = primitives[vertex.primitive * 5u + 4u];
@@ -397,7 +398,7 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
         }
         let weights = vec3f(1.0 - m.u - m.v, m.u, m.v);
         if (c.w >> 15u & 1u) == 1u {
-            s.near_light = dot(vec3f(vec3u(c.w, c.w >> 16u, c.w >> 24u) & vec3u(255u)) / 255.0, weights);
+            s.ambient_occlusion = dot(vec3f(vec3u(c.w, c.w >> 16u, c.w >> 24u) & vec3u(255u)) / 255.0, weights);
         } else {
             s.other = c.w >> 16u;
             s.other_share = dot(vec3f(vec3u(c.w, c.w >> 5u, c.w >> 10u) & vec3u(31u)) / 30.0, weights);
@@ -408,7 +409,7 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
         s.uv_per_m = sqrt(abs(eu.x * ev.y - eu.y * ev.x) / area);
     } else {
         let near = unpack4x8unorm(primitives[vertex.primitive * 3u + 1u].w);
-        s.near_light = mix(mix(near.x, near.y, s.uv.x), mix(near.w, near.z, s.uv.x), s.uv.y);
+        s.ambient_occlusion = mix(mix(near.x, near.y, s.uv.x), mix(near.w, near.z, s.uv.x), s.uv.y);
     }
     return s;
 }

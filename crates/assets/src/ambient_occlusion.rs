@@ -1,0 +1,419 @@
+//! Ambient occlusion: how much light from all around near parts of a shape take, baked once for all
+//! of its instances.
+//!
+//! Leaves and wood are spread over a grid of cubes as if they hung there at random, turned to all
+//! sides alike: of light that goes s metres through a cube with a m² of one-sided area in each m³,
+//! exp(−a s / 2) passes (Beer and Lambert; Ross 1981). From each vertex, and each corner of each
+//! card, a few fixed directions are followed over a short way. Sides of a grid's cubes are wider
+//! than leaves are thick and stalks long, so what is closer to a surface than a cube is, above all
+//! the surface itself, is left out: a lone card or ball is as light as can be.
+
+use glam::{IVec3, UVec3, Vec3};
+use nemoral_scene::{AlphaMask, AmbientOcclusion, Card, MaterialLibrary, Mesh, Prototype};
+
+/// How far occluders are looked for, and how finely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OcclusionParams {
+    /// The side of a cube, metres.
+    pub(crate) cell_m: f32,
+    /// The distance beyond which occluders do not count, metres.
+    pub(crate) reach_m: f32,
+    /// The number of directions that are followed, evenly over the sphere.
+    pub(crate) directions: u32,
+    /// What leaves have, on average, of the light at a place among them, for shapes whose places'
+    /// light is known otherwise, with these leaves in it: shares are told from that. 0..=1.
+    pub(crate) among_leaves: Option<f32>,
+}
+
+impl OcclusionParams {
+    /// For patches of low plants and for seedlings: all of a tuft is near.
+    pub(crate) const LOW: Self = Self {
+        cell_m: 0.02,
+        reach_m: 0.6,
+        directions: 26,
+        among_leaves: None,
+    };
+    pub(crate) const SHRUB: Self = Self {
+        cell_m: 0.04,
+        reach_m: 0.6,
+        directions: 26,
+        among_leaves: None,
+    };
+    /// Of trees: how closed crowns are a place is known with, so all that counts is which leaves
+    /// see more of others than their like.
+    pub(crate) const TREE: Self = Self {
+        cell_m: 0.1,
+        reach_m: 0.6,
+        directions: 20,
+        among_leaves: Some(0.8),
+    };
+}
+
+/// Light from below, from ground and lower leaves, against that from above: what ground reflects.
+const FROM_BELOW: f32 = 0.2;
+
+/// Parts of a mask's side whose opaque shares are told apart.
+const PARTS: usize = 16;
+
+/// The opaque shares of the masks of a library's materials.
+pub(crate) struct MaskCoverage(Vec<Option<Box<[[f32; PARTS + 1]; PARTS + 1]>>>);
+
+impl MaskCoverage {
+    pub(crate) fn of(library: &MaterialLibrary) -> Self {
+        let materials = library.materials().iter();
+        Self(materials.map(|m| m.mask.as_deref().map(summed)).collect())
+    }
+
+    /// The opaque share of a material between two parts of the way along u, and two along v.
+    fn opaque(&self, material: usize, [u0, u1]: [usize; 2], [v0, v1]: [usize; 2]) -> f32 {
+        let Some(sums) = &self.0[material] else {
+            return 1.0;
+        };
+        let sum = sums[v1][u1] - sums[v0][u1] - sums[v1][u0] + sums[v0][u0];
+        sum / ((u1 - u0) * (v1 - v0)) as f32
+    }
+}
+
+/// Sums of the opaque shares of all parts below a row and left of a column.
+fn summed(mask: &AlphaMask) -> Box<[[f32; PARTS + 1]; PARTS + 1]> {
+    let mut sums = Box::new([[0.0; PARTS + 1]; PARTS + 1]);
+    // Parts of masks that are no multiple of them have texels in common.
+    let range = |part: usize, of: usize| part * of / PARTS..((part + 1) * of).div_ceil(PARTS);
+    for row in 0..PARTS {
+        let mut line = 0.0;
+        for column in 0..PARTS {
+            let (us, vs) = (range(column, mask.width()), range(row, mask.height()));
+            let texels = us.len() * vs.len();
+            let opaque = vs.flat_map(|v| us.clone().map(move |u| (u, v)));
+            let opaque = opaque.filter(|&(u, v)| mask.texel(u, v)).count();
+            line += opaque as f32 / texels as f32;
+            sums[row + 1][column + 1] = sums[row][column + 1] + line;
+        }
+    }
+    sums
+}
+
+/// Bakes the ambient occlusion of a shape whose materials are those of `masks`.
+pub(crate) fn bake(
+    prototype: &Prototype,
+    masks: &MaskCoverage,
+    near: &OcclusionParams,
+) -> AmbientOcclusion {
+    let grid = AreaDensityGrid::of(prototype, masks, near.cell_m);
+    let directions = directions(near.directions);
+    let steps = (near.reach_m / near.cell_m).round() as u32;
+    let (mesh, cards) = (prototype.mesh(), prototype.cards());
+    let wood = mesh.positions.iter().zip(&mesh.normals);
+    let mut vertices: Vec<f32> = wood
+        .map(|(&at, &normal)| grid.light(at, normal, false, &directions, steps))
+        .collect();
+    let mut leaves: Vec<[f32; 4]> = cards
+        .iter()
+        .map(|card| {
+            let normal = card.edge_u.cross(card.edge_v).normalize_or(Vec3::Z);
+            (card.corners()).map(|at| grid.light(at, normal, true, &directions, steps))
+        })
+        .collect();
+    if let (Some(among), false) = (near.among_leaves, leaves.is_empty()) {
+        let mean = leaves.iter().flatten().sum::<f32>() / (4 * leaves.len()) as f32;
+        // Wood sees as much of the leaves as they of each other, and that is its places' light.
+        vertices.iter_mut().for_each(|share| *share /= mean);
+        leaves
+            .iter_mut()
+            .flatten()
+            .for_each(|share| *share *= among / mean);
+    }
+    AmbientOcclusion {
+        vertices: vertices.into_iter().map(AmbientOcclusion::encode).collect(),
+        cards: leaves
+            .into_iter()
+            .map(|c| c.map(AmbientOcclusion::encode))
+            .collect(),
+    }
+}
+
+/// A Fibonacci lattice of the sphere.
+fn directions(count: u32) -> Vec<Vec3> {
+    let direction = |i: u32| {
+        let z = 1.0 - f64::from(2 * i + 1) / f64::from(count);
+        let (s, c) = libm::sincos(f64::from(i) * 2.399_963_229_728_653);
+        let r = (1.0 - z * z).sqrt();
+        Vec3::new((r * c) as f32, (r * s) as f32, z as f32)
+    };
+    (0..count).map(direction).collect()
+}
+
+/// The cell that a point lies in, wherever a shape begins: so what is left of a shape lies in the
+/// same ones.
+#[inline]
+fn number(at: Vec3, cell_m: f32) -> IVec3 {
+    // Positive, where rounding towards zero is rounding down.
+    (at * (1.0 / cell_m) + 4096.0).as_ivec3()
+}
+
+/// The density of one-sided area over a grid of cubes.
+struct AreaDensityGrid {
+    /// The cell of the lowest coordinates.
+    low: IVec3,
+    cell_m: f32,
+    cells: UVec3,
+    /// By how much a cell dims what goes through it along a side, as an optical depth.
+    depths: Vec<f32>,
+}
+
+impl AreaDensityGrid {
+    fn of(prototype: &Prototype, masks: &MaskCoverage, cell_m: f32) -> Self {
+        let bounds = prototype.bounds();
+        let low = number(bounds.min, cell_m);
+        let cells = (number(bounds.max, cell_m) - low).as_uvec3() + 1;
+        let mut grid = Self {
+            low,
+            cell_m,
+            cells,
+            depths: vec![0.0; (cells.x * cells.y * cells.z) as usize],
+        };
+        for card in prototype.cards() {
+            grid.add_card(card, masks);
+        }
+        grid.add_mesh(prototype.mesh());
+        grid
+    }
+
+    /// The number of the cell around a point, if it has one.
+    #[inline]
+    fn cell(&self, at: Vec3) -> Option<usize> {
+        let c = (number(at, self.cell_m) - self.low).as_uvec3();
+        let inside = c.x < self.cells.x && c.y < self.cells.y && c.z < self.cells.z;
+        inside.then(|| ((c.z * self.cells.y + c.y) * self.cells.x + c.x) as usize)
+    }
+
+    /// Adds a piece of one-sided area.
+    fn add(&mut self, at: Vec3, area_m2: f32) {
+        if let Some(cell) = self.cell(at) {
+            self.depths[cell] += 0.5 * area_m2 / (self.cell_m * self.cell_m);
+        }
+    }
+
+    fn add_card(&mut self, card: &Card, masks: &MaskCoverage) {
+        let pieces = |edge: Vec3| ((edge.length() / self.cell_m).ceil() as usize).clamp(1, 256);
+        let (nu, nv) = (pieces(card.edge_u), pieces(card.edge_v));
+        // The mask's parts that a piece has something of.
+        let parts = |i: usize, of: usize| [i * PARTS / of, ((i + 1) * PARTS).div_ceil(of)];
+        let area_m2 = card.area_m2() / (nu * nv) as f32;
+        for (i, j) in (0..nv).flat_map(|j| (0..nu).map(move |i| (i, j))) {
+            let material = usize::from(card.material.0);
+            let opaque = masks.opaque(material, parts(i, nu), parts(j, nv));
+            let middle = |i: usize, of: usize| (i as f32 + 0.5) / of as f32;
+            let at = card.corner + card.edge_u * middle(i, nu) + card.edge_v * middle(j, nv);
+            self.add(at, area_m2 * opaque);
+        }
+    }
+
+    /// Of what is closed, half the surface counts: the other half is its back.
+    fn add_mesh(&mut self, mesh: &Mesh) {
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.corners.map(|i| mesh.positions[i as usize]);
+            let (u, v) = (b - a, c - a);
+            let longest = u.length().max(v.length()).max((c - b).length());
+            let n = ((longest / self.cell_m).ceil() as u32).clamp(1, 64);
+            let area_m2 = 0.25 * u.cross(v).length() / (n * n) as f32;
+            let step = 1.0 / (3 * n) as f32;
+            for (i, j) in (0..n).flat_map(|j| (0..n - j).map(move |i| (i, j))) {
+                // The middles of the small triangles that stand on their base, and of those on
+                // their tip.
+                let (x, y) = ((3 * i) as f32 * step, (3 * j) as f32 * step);
+                self.add(a + u * (x + step) + v * (y + step), area_m2);
+                if i + j + 1 < n {
+                    self.add(a + u * (x + 2.0 * step) + v * (y + 2.0 * step), area_m2);
+                }
+            }
+        }
+    }
+
+    /// The share of light that reaches a point of a surface, over `steps` cells: by the cosine, on
+    /// the side of its normal or on both.
+    fn light(&self, at: Vec3, normal: Vec3, both: bool, directions: &[Vec3], steps: u32) -> f32 {
+        // So far off a plane none of the cells is that has a point of it.
+        let off = normal * (1.01 * self.cell_m * normal.abs().element_sum());
+        let (mut sum, mut all) = (0.0, 0.0);
+        for &direction in directions {
+            let cosine = normal.dot(direction);
+            if cosine <= 0.0 && !both {
+                continue;
+            }
+            let weight = cosine.abs() * if direction.z > 0.0 { 1.0 } else { FROM_BELOW };
+            let start = at + if cosine > 0.0 { off } else { -off };
+            let step = direction * self.cell_m;
+            let mut depth = 0.0;
+            let mut p = start + 0.5 * step;
+            for _ in 0..steps {
+                depth += self.cell(p).map_or(0.0, |cell| self.depths[cell]);
+                p += step;
+            }
+            all += weight;
+            sum += if depth > 0.0 {
+                weight * libm::expf(-depth)
+            } else {
+                weight
+            };
+        }
+        if all > 0.0 { sum / all } else { 1.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+    use nemoral_scene::{Material, MaterialId, Semantic, Triangle};
+    use nemoral_seed::{Draw, Key};
+
+    use super::*;
+
+    const NEAR: OcclusionParams = OcclusionParams {
+        cell_m: 0.1,
+        reach_m: 6.0,
+        directions: 500,
+        among_leaves: None,
+    };
+
+    fn library() -> MaterialLibrary {
+        let mut library = MaterialLibrary::new();
+        library.add(Material::plain("leaf", Semantic::Leaf, Vec3::ONE));
+        library
+    }
+
+    fn card(middle: Vec3, edge_u: Vec3, edge_v: Vec3) -> Card {
+        Card {
+            corner: middle - 0.5 * (edge_u + edge_v),
+            edge_u,
+            edge_v,
+            material: MaterialId(0),
+        }
+    }
+
+    fn shares(mesh: Mesh, cards: Vec<Card>, near: &OcclusionParams) -> AmbientOcclusion {
+        let library = library();
+        let shape = Prototype::new("grid", mesh, cards, &library).expect("sound");
+        bake(&shape, &MaskCoverage::of(&library), near)
+    }
+
+    /// The share of light that cards leave a level speck at the origin.
+    fn speck(cards: Vec<Card>) -> f32 {
+        let mesh = Mesh {
+            positions: [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p * 1e-3).to_vec(),
+            normals: vec![Vec3::Z; 3],
+            uvs: vec![Vec2::ZERO; 3],
+            triangles: vec![Triangle {
+                corners: [0, 1, 2],
+                material: MaterialId(0),
+            }],
+            blends: Vec::new(),
+        };
+        AmbientOcclusion::decode(shares(mesh, cards, &NEAR).vertices[0])
+    }
+
+    /// Leaves behind leaves, that nothing passes.
+    fn wall(across: Vec3) -> Vec<Card> {
+        let (u, v) = across.any_orthonormal_pair();
+        let middle = |k: i32| across * (0.3 + 0.01 * k as f32);
+        (0..50)
+            .map(|k| card(middle(k), 14.0 * u, 14.0 * v))
+            .collect()
+    }
+
+    #[test]
+    fn a_lone_card_is_in_the_open() {
+        for (u, v) in [
+            (Vec3::X, Vec3::Y),
+            (Vec3::X, Vec3::Z),
+            (Vec3::new(0.3, -0.2, 0.1), Vec3::new(0.1, 0.5, 0.7)),
+        ] {
+            for cell_m in [0.02, 0.1, 0.7] {
+                let near = OcclusionParams { cell_m, ..NEAR };
+                let alone = shares(
+                    Mesh::default(),
+                    vec![card(Vec3::new(0.4, -0.1, 0.23), u, v)],
+                    &near,
+                );
+                assert_eq!(alone.cards, [[255; 4]], "{u} {v} {cell_m}");
+            }
+        }
+    }
+
+    #[test]
+    fn walls_hide_what_they_hide_of_the_sky() {
+        assert_eq!(speck(Vec::new()), 1.0);
+        // By the cosine, a wall at the side hides a half, two in a corner leave a quarter.
+        let beside = speck(wall(Vec3::X));
+        assert!((beside - 0.5).abs() < 0.03, "{beside}");
+        let corner = speck([wall(Vec3::X), wall(Vec3::Y)].concat());
+        assert!((corner - 0.25).abs() < 0.03, "{corner}");
+    }
+
+    #[test]
+    fn a_layer_of_leaves_passes_what_it_does_by_beer_and_lambert() {
+        // Of leaves turned to all sides, with an area of 1: twice the third exponential integral of
+        // a half.
+        let layer = speck(vec![card(Vec3::Z * 0.65, 14.0 * Vec3::X, 14.0 * Vec3::Y)]);
+        assert!((layer - 0.443).abs() < 0.02, "{layer}");
+        // Two parallel cards see half of their light come past each other, on their outer sides;
+        // from above more than from below.
+        let at = |z: f32| card(Vec3::Z * z, 14.0 * Vec3::X, 14.0 * Vec3::Y);
+        let middle = |z: f32| card(Vec3::Z * z, 0.1 * Vec3::X, 0.1 * Vec3::Y);
+        let two = shares(
+            Mesh::default(),
+            vec![at(0.05), middle(0.05), at(0.65), middle(0.65)],
+            &NEAR,
+        );
+        let [low, high] = [1, 3].map(|card| AmbientOcclusion::decode(two.cards[card][0]));
+        let expected = |above: f32, below: f32| (above + FROM_BELOW * below) / (1.0 + FROM_BELOW);
+        assert!((low - expected(0.443, 1.0)).abs() < 0.03, "{low}");
+        assert!((high - expected(1.0, 0.443)).abs() < 0.03, "{high}");
+    }
+
+    fn grid(cards: u64) -> Vec<Card> {
+        let mut rng = Key::world(11).rng();
+        let mut point =
+            |size: f32| Vec3::from_array(std::array::from_fn(|_| rng.range_f32(-size, size)));
+        (0..cards)
+            .map(|_| card(point(0.5), point(0.2), point(0.2)))
+            .collect()
+    }
+
+    #[test]
+    fn taking_leaves_away_never_darkens() {
+        let all = grid(400);
+        let of = |cards: &[Card]| shares(Mesh::default(), cards.to_vec(), &NEAR).cards;
+        let (before, after) = (of(&all), of(&all[..250]));
+        for (before, after) in before.iter().zip(&after) {
+            assert!(
+                before.iter().zip(after).all(|(b, a)| a >= b),
+                "{before:?} {after:?}"
+            );
+        }
+        assert!(before[..250] != after[..]);
+    }
+
+    #[test]
+    fn shares_among_leaves_are_told_from_their_mean() {
+        let near = OcclusionParams {
+            among_leaves: Some(0.4),
+            ..NEAR
+        };
+        let cards = shares(Mesh::default(), grid(400), &near).cards;
+        let mean = cards
+            .iter()
+            .flatten()
+            .map(|&c| AmbientOcclusion::decode(c))
+            .sum::<f32>()
+            / 1600.0;
+        assert!((mean - 0.4).abs() < 0.01, "{mean}");
+    }
+
+    #[test]
+    fn value_stability() {
+        let cards = shares(Mesh::default(), grid(400), &OcclusionParams::LOW).cards;
+        let sum: u32 = cards.iter().flatten().map(|&c| u32::from(c)).sum();
+        assert_eq!((cards[0], sum), ([107, 40, 71, 60], 167_590));
+    }
+}

@@ -1,0 +1,7 @@
+//! Images of twigs, leaves and blades with one-bit masks, for the quads ("cards") that foliage is
+//! made of.
+
+pub(crate) mod card_raster;
+pub(crate) mod foliage;
+pub(crate) mod seedlings;
+pub(crate) mod understory;

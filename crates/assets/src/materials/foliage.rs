@@ -1,0 +1,227 @@
+//! Foliage: images of leaves on cards, drawn and registered as materials.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use nemoral_scene::{Material, MaterialLibrary, Semantic};
+use nemoral_seed::{Domain, Key, PhiloxRng};
+use rayon::prelude::*;
+
+use super::optics::{self, LeafOptics};
+use super::solid::{laser, solid};
+use crate::cards::card_raster::{CardDrawing, CardImage};
+use crate::cards::{foliage, understory};
+use crate::tree::{FoliageCard, LeafLook, linear};
+
+/// A kind of card: what to draw, how often, and what it is.
+pub(super) struct CardKind {
+    name: &'static str,
+    variants: u32,
+    slices: usize,
+    semantic: Semantic,
+    optics: LeafOptics,
+    roughness: f32,
+    draw: fn(&mut PhiloxRng, u32) -> CardDrawing,
+}
+
+impl CardKind {
+    const fn new(
+        name: &'static str,
+        variants: u32,
+        semantic: Semantic,
+        optics: LeafOptics,
+        draw: fn(&mut PhiloxRng, u32) -> CardDrawing,
+    ) -> Self {
+        Self {
+            name,
+            variants,
+            slices: 1,
+            semantic,
+            optics,
+            roughness: 0.6,
+            draw,
+        }
+    }
+
+    /// The variants' images, each in its slices.
+    pub(super) fn images(&self, key: Key) -> Vec<Vec<CardImage>> {
+        let mean = self.optics.albedo * LEAVES_IN_SHADE;
+        (0..self.variants)
+            .into_par_iter()
+            .map(|variant| {
+                let mut rng = key
+                    .domain(Domain::new(self.name))
+                    .item(u64::from(variant))
+                    .rng();
+                (self.draw)(&mut rng, variant).slices(self.slices, mean)
+            })
+            .collect()
+    }
+}
+
+/// Leaves in an image shade each other, which the mean of single leaves does not know.
+pub(super) const LEAVES_IN_SHADE: f32 = 0.92;
+
+/// Dead fronds of bracken.
+const DEAD_FROND: LeafOptics = LeafOptics {
+    albedo: Vec3::new(0.215, 0.125, 0.058),
+    transmittance: Vec3::new(0.09, 0.04, 0.005),
+    laser: optics::CURED.laser,
+};
+/// Grass tufts under trees: between a herb's leaves and those of a beech in the shade, and some
+/// dead blades.
+const GRASS: LeafOptics = LeafOptics {
+    albedo: Vec3::new(0.080, 0.120, 0.036),
+    transmittance: Vec3::new(0.078, 0.125, 0.0),
+    laser: optics::HERB.laser,
+};
+
+pub(super) const KINDS: [CardKind; 11] = [
+    CardKind::new(
+        "gorse.foliage",
+        4,
+        Semantic::Shrub,
+        optics::EVERGREEN,
+        |r, v| understory::gorse(r, v == 3),
+    ),
+    CardKind::new(
+        "heather.foliage",
+        4,
+        Semantic::Shrub,
+        optics::EVERGREEN,
+        |r, v| understory::heather(r, v >= 2),
+    ),
+    CardKind::new(
+        "bramble.foliage",
+        6,
+        Semantic::Bramble,
+        optics::BRAMBLE,
+        |r, v| understory::bramble(r, v == 5),
+    ),
+    CardKind::new("bracken.pinna", 3, Semantic::Fern, optics::HERB, |r, _| {
+        understory::bracken_pinna(r, false)
+    }),
+    CardKind::new(
+        "bracken.dead_pinna",
+        3,
+        Semantic::Fern,
+        DEAD_FROND,
+        |r, _| understory::bracken_pinna(r, true),
+    ),
+    CardKind {
+        slices: 3,
+        ..CardKind::new(
+            "male_fern.frond",
+            3,
+            Semantic::Fern,
+            optics::HERB,
+            |r, _| understory::fern_frond(r),
+        )
+    },
+    CardKind::new("grass.blades", 6, Semantic::Grass, GRASS, |r, v| {
+        understory::grass(
+            r,
+            [0.05, 0.10, 0.16, 0.30, 0.55, 0.2][v as usize % 6],
+            v == 5,
+        )
+    }),
+    CardKind::new(
+        "herb.broad_leaf",
+        4,
+        Semantic::Herb,
+        optics::HERB,
+        |r, _| understory::broad_leaf(r),
+    ),
+    CardKind::new(
+        "herb.leafy_stem",
+        4,
+        Semantic::Herb,
+        optics::HERB,
+        |r, v| understory::leafy_stem(r, v >= 2),
+    ),
+    CardKind::new("herb.trefoil", 3, Semantic::Herb, optics::HERB, |r, _| {
+        understory::trefoil(r)
+    }),
+    CardKind::new(
+        "fallen.leaf",
+        6,
+        Semantic::FallenTwig,
+        optics::LITTER_LEAF,
+        understory::fallen_leaf,
+    ),
+];
+
+/// Variants of each species' leafy twig.
+const LEAF_VARIANTS: u64 = 5;
+
+/// The images of a species' leafy twigs, as bright as the shoot is.
+pub(super) fn leaf_images(look: &LeafLook, key: Key) -> Vec<CardImage> {
+    let mean = look.reflectance();
+    let image = |variant| {
+        let mut rng = key.item(variant).rng();
+        foliage::draw(look, &mut rng).slices(1, mean).swap_remove(0)
+    };
+    (0..LEAF_VARIANTS).into_par_iter().map(image).collect()
+}
+
+/// Registers an image of a species' leaves, with the optics of its leaves whatever it is part of.
+pub(super) fn register_leaves(
+    library: &mut MaterialLibrary,
+    name: &str,
+    semantic: Semantic,
+    leaves: &LeafLook,
+    picture: CardImage,
+) -> FoliageCard {
+    let opaque_fraction = picture.mask.opaque_fraction() as f32;
+    let (roughness, optics) = (leaves.roughness as f32, laser(leaves.nm905, leaves.nm1550));
+    let material = library.add(Material {
+        transmittance: linear(leaves.transmittance),
+        mask: Some(Arc::new(picture.mask)),
+        ..solid(name, semantic, Arc::new(picture.texture), roughness, optics)
+    });
+    FoliageCard {
+        material,
+        width_m: picture.width_m,
+        height_m: picture.height_m,
+        opaque_fraction,
+    }
+}
+
+/// Registers a kind's variants; each comes back as its slices.
+pub(super) fn register_cards(
+    library: &mut MaterialLibrary,
+    kind: &CardKind,
+    variants: Vec<Vec<CardImage>>,
+) -> Vec<Vec<FoliageCard>> {
+    let mut number = 0;
+    variants
+        .into_iter()
+        .map(|slices| {
+            slices
+                .into_iter()
+                .map(|picture| {
+                    let opaque_fraction = picture.mask.opaque_fraction() as f32;
+                    let material = library.add(Material {
+                        name: format!("{}.{number}", kind.name),
+                        semantic: kind.semantic,
+                        support: None,
+                        albedo: Arc::new(picture.texture),
+                        transmittance: kind.optics.transmittance,
+                        roughness: kind.roughness,
+                        mask: Some(Arc::new(picture.mask)),
+                        ground: false,
+                        tile_m: 1.0,
+                        optics: kind.optics.laser,
+                    });
+                    number += 1;
+                    FoliageCard {
+                        material,
+                        width_m: picture.width_m,
+                        height_m: picture.height_m,
+                        opaque_fraction,
+                    }
+                })
+                .collect()
+        })
+        .collect()
+}

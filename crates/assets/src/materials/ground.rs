@@ -1,0 +1,125 @@
+//! The ground and the surfaces of trails.
+
+use std::sync::Arc;
+
+use nemoral_scene::{Material, MaterialId, MaterialLibrary, Semantic, Texture, TrailSurfaceKind};
+use nemoral_seed::Key;
+use rayon::prelude::*;
+
+use super::optics;
+use super::solid::solid;
+use crate::textures::ground;
+use crate::textures::tile::Tile;
+use crate::textures::trail::{self, TRAIL_M};
+
+/// The materials of the ground and of trails; all of them `ground`, uv in metres.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct GroundMaterials {
+    /// The forest floor: leaf litter, needle litter, moss and soil.
+    pub floor: Vec<MaterialId>,
+    /// Slopes that a trail has cut or filled.
+    pub cut_slope: MaterialId,
+    /// Trails, by [`TrailSurfaceKind::index`]; see [`trail`](Self::trail).
+    pub trails: [TrailMaterials; TrailSurfaceKind::ALL.len()],
+}
+
+impl GroundMaterials {
+    /// The materials of a kind of trail.
+    #[must_use]
+    pub fn trail(&self, kind: TrailSurfaceKind) -> &TrailMaterials {
+        &self.trails[kind.index()]
+    }
+}
+
+/// The three bands of a trail's section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct TrailMaterials {
+    /// Most of it.
+    pub surface: MaterialId,
+    /// Where wheels run.
+    pub rut: MaterialId,
+    /// Between the ruts.
+    pub strip: MaterialId,
+}
+
+/// Surface, rut and strip of each kind of trail.
+pub(super) fn bake_trails(key: Key) -> Vec<[Texture; 3]> {
+    TrailSurfaceKind::ALL
+        .into_par_iter()
+        .map(|kind| {
+            let tiles = trail::bake(kind, key.item(kind.index() as u64));
+            [&tiles.surface, &tiles.rut, &tiles.strip].map(Tile::texture)
+        })
+        .collect()
+}
+
+/// Leaf litter, needle litter, moss and soil, bare soil.
+pub(super) fn bake_floors(key: Key) -> Vec<Texture> {
+    let recipes: [fn(Key) -> Tile; 4] = [
+        ground::leaf_litter,
+        ground::needle_litter,
+        ground::moss_and_soil,
+        ground::bare_soil,
+    ];
+    recipes
+        .par_iter()
+        .enumerate()
+        .map(|(i, recipe)| recipe(key.item(i as u64)).texture())
+        .collect()
+}
+
+pub(super) fn register_ground(
+    library: &mut MaterialLibrary,
+    floors: Vec<Texture>,
+    trails: Vec<[Texture; 3]>,
+) -> GroundMaterials {
+    let mut add = |name: String, semantic, albedo, roughness, tile_m, optics| {
+        library.add(Material {
+            ground: true,
+            tile_m,
+            ..solid(&name, semantic, Arc::new(albedo), roughness, optics)
+        })
+    };
+    let looks = [
+        ("ground.leaf_litter", Semantic::Litter, optics::LITTER),
+        ("ground.needle_litter", Semantic::Litter, optics::LITTER),
+        ("ground.moss", Semantic::GroundMoss, optics::MOSS),
+        ("ground.cut_slope", Semantic::CutSlope, optics::DRY_SOIL),
+    ];
+    let mut floor: Vec<MaterialId> = floors
+        .into_iter()
+        .zip(looks)
+        .map(|(texture, (name, semantic, optics))| {
+            add(
+                name.to_owned(),
+                semantic,
+                texture,
+                0.92,
+                ground::FLOOR_M,
+                optics,
+            )
+        })
+        .collect();
+    let cut_slope = floor.pop().expect("there are four floors");
+    let trails: Vec<TrailMaterials> = TrailSurfaceKind::ALL
+        .into_iter()
+        .zip(trails)
+        .map(|(kind, [surface, rut, strip])| {
+            let (roughness, optics) = trail::surface_optics(kind);
+            let mut band = |band: &str, semantic, albedo, optics| {
+                let name = format!("trail.{}.{band}", kind.name());
+                add(name, semantic, albedo, roughness, TRAIL_M, optics)
+            };
+            TrailMaterials {
+                surface: band("surface", Semantic::TrailSurface, surface, optics),
+                rut: band("rut", Semantic::TrailRut, rut, optics),
+                strip: band("strip", Semantic::TrailStrip, strip, optics),
+            }
+        })
+        .collect();
+    GroundMaterials {
+        floor,
+        cut_slope,
+        trails: trails.try_into().expect("one entry for each kind"),
+    }
+}

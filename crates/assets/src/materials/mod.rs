@@ -1,0 +1,227 @@
+//! All materials of a world, baked and registered.
+
+mod foliage;
+mod ground;
+pub(crate) mod optics;
+mod seedling;
+mod solid;
+mod trees;
+
+use std::sync::Arc;
+
+use nemoral_scene::{MaterialId, MaterialLibrary, Semantic, Texture};
+use nemoral_seed::{Domain, Key};
+use rayon::prelude::*;
+
+use self::foliage::{KINDS, leaf_images, register_cards};
+use self::ground::{bake_floors, bake_trails, register_ground};
+use self::solid::{SolidTextures, register_stump, solid};
+use self::trees::register_tree;
+use crate::cards::card_raster::CardImage;
+use crate::tree::{FoliageCard, Species, TreeMaterials};
+
+pub use self::ground::{GroundMaterials, TrailMaterials};
+pub(crate) use self::seedling::SeedlingMaterials;
+pub(crate) use self::solid::StumpMaterials;
+
+const TEXTURES: Domain = Domain::new("assets.textures");
+const CARDS: Domain = Domain::new("assets.cards");
+
+/// The materials that plants are made of, with the library that holds them.
+#[derive(Clone, Debug)]
+pub(crate) struct WorldMaterials {
+    pub(crate) library: MaterialLibrary,
+    /// The materials of each species.
+    pub(crate) trees: Vec<TreeMaterials>,
+    /// Bark and face of stumps, of each species.
+    pub(crate) stumps: Vec<StumpMaterials>,
+    /// The materials of the seedlings of each species; empty without seedlings.
+    pub(crate) seedlings: Vec<SeedlingMaterials>,
+    pub(crate) ground: GroundMaterials,
+    pub(crate) rock: MaterialId,
+    pub(crate) stone: MaterialId,
+    pub(crate) shrub_wood: MaterialId,
+    pub(crate) cane: MaterialId,
+    pub(crate) frond_stalk: MaterialId,
+    pub(crate) herb_stalk: MaterialId,
+    pub(crate) fallen_twig: MaterialId,
+    pub(crate) cone: MaterialId,
+    pub(crate) gorse: Vec<FoliageCard>,
+    pub(crate) heather: Vec<FoliageCard>,
+    pub(crate) bramble: Vec<FoliageCard>,
+    pub(crate) bracken: Vec<FoliageCard>,
+    pub(crate) bracken_dead: Vec<FoliageCard>,
+    /// Fronds; each is its slices, foot first.
+    pub(crate) fronds: Vec<Vec<FoliageCard>>,
+    /// The last one bears flowering stalks.
+    pub(crate) grass: Vec<FoliageCard>,
+    pub(crate) broad_leaf: Vec<FoliageCard>,
+    pub(crate) leafy_stem: Vec<FoliageCard>,
+    pub(crate) trefoil: Vec<FoliageCard>,
+    pub(crate) fallen_leaf: Vec<FoliageCard>,
+}
+
+impl WorldMaterials {
+    /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
+    /// The materials of seedlings are made if `seedlings` says so.
+    pub(crate) fn bake(species: &[Species], seedlings: bool, key: Key) -> Self {
+        let textures = key.domain(TEXTURES);
+        let cards = key.domain(CARDS);
+        let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
+            || bake_trails(textures.item(100)),
+            || {
+                rayon::join(
+                    || bake_floors(textures.item(200)),
+                    || {
+                        rayon::join(
+                            || SolidTextures::bake(species, textures.item(300)),
+                            || {
+                                let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
+                                let trees = species.par_iter().map(|s| {
+                                    let key = cards.domain(Domain::new(&s.name));
+                                    leaf_images(&s.shoot(), key)
+                                });
+                                (kinds.collect::<Vec<_>>(), trees.collect::<Vec<_>>())
+                            },
+                        )
+                    },
+                )
+            },
+        );
+        let young: Vec<_> = species
+            .par_iter()
+            .filter(|_| seedlings)
+            .map(|s| seedling::images(&s.leaves, cards.domain(Domain::new(&s.name))))
+            .collect();
+        Self::register(species, trails, floors, solids, images, leaves, young)
+    }
+
+    fn register(
+        species: &[Species],
+        trails: Vec<[Texture; 3]>,
+        floors: Vec<Texture>,
+        solids: SolidTextures,
+        images: Vec<Vec<Vec<CardImage>>>,
+        leaves: Vec<Vec<CardImage>>,
+        young: Vec<Vec<CardImage>>,
+    ) -> Self {
+        let mut library = MaterialLibrary::new();
+        let ground = register_ground(&mut library, floors, trails);
+        let mut foliage: Vec<Vec<Vec<FoliageCard>>> = KINDS
+            .iter()
+            .zip(images)
+            .map(|(kind, variants)| register_cards(&mut library, kind, variants))
+            .collect();
+        // Kinds with one slice are lists of cards.
+        let mut flat = |i: usize| -> Vec<FoliageCard> {
+            std::mem::take(&mut foliage[i])
+                .into_iter()
+                .flatten()
+                .collect()
+        };
+        let gorse = flat(0);
+        let heather = flat(1);
+        let bramble = flat(2);
+        let bracken = flat(3);
+        let bracken_dead = flat(4);
+        let grass = flat(6);
+        let broad_leaf = flat(7);
+        let leafy_stem = flat(8);
+        let trefoil = flat(9);
+        let fallen_leaf = flat(10);
+        let fronds = std::mem::take(&mut foliage[5]);
+
+        let mut trees = Vec::new();
+        let mut stumps = Vec::new();
+        for ((species, barks), images) in species.iter().zip(&solids.barks).zip(leaves) {
+            trees.push(register_tree(&mut library, species, barks, &solids, images));
+            stumps.push(register_stump(&mut library, species, barks));
+        }
+        let mut add = |name: &str, semantic, albedo: &Arc<Texture>, roughness, optics| {
+            library.add(solid(name, semantic, albedo.clone(), roughness, optics))
+        };
+        let rock = add("rock", Semantic::Rock, &solids.rock, 0.8, optics::ROCK);
+        let shrub_wood = add(
+            "shrub.wood",
+            Semantic::Shrub,
+            &solids.shrub_wood,
+            0.9,
+            optics::BARK,
+        );
+        let cane = add(
+            "bramble.cane",
+            Semantic::Bramble,
+            &solids.cane,
+            0.7,
+            optics::BARK,
+        );
+        let frond_stalk = add(
+            "fern.stalk",
+            Semantic::Fern,
+            &solids.cane,
+            0.7,
+            optics::HERB.laser,
+        );
+        let herb_stalk = add(
+            "herb.stalk",
+            Semantic::Herb,
+            &solids.cane,
+            0.7,
+            optics::HERB.laser,
+        );
+        let fallen_twig = add(
+            "fallen.twig",
+            Semantic::FallenTwig,
+            &solids.dead,
+            0.9,
+            optics::BARK,
+        );
+        let cone = add(
+            "fallen.cone",
+            Semantic::FallenTwig,
+            &solids.cone,
+            0.9,
+            optics::BARK,
+        );
+        let mut stone = solid(
+            "trail.stone",
+            Semantic::Stone,
+            solids.stone.clone(),
+            0.85,
+            optics::ROCK,
+        );
+        stone.tile_m = 0.5;
+        let stone = library.add(stone);
+        // Last, so that with seedlings or without everything else has the same number.
+        let of_species = species.iter().zip(&solids.barks).zip(young);
+        let seedlings = of_species
+            .map(|((s, barks), young)| seedling::register(&mut library, s, barks, young))
+            .collect();
+        Self {
+            library,
+            trees,
+            stumps,
+            seedlings,
+            ground,
+            rock,
+            stone,
+            shrub_wood,
+            cane,
+            frond_stalk,
+            herb_stalk,
+            fallen_twig,
+            cone,
+            gorse,
+            heather,
+            bramble,
+            bracken,
+            bracken_dead,
+            fronds,
+            grass,
+            broad_leaf,
+            leafy_stem,
+            trefoil,
+            fallen_leaf,
+        }
+    }
+}

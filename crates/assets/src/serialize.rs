@@ -1,0 +1,365 @@
+//! A library as bytes, to be stored between runs.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use nemoral_scene::{
+    AlphaMask, AmbientOcclusion, Card, Material, MaterialLibrary, Mesh, Optics, Prototype,
+    PrototypeError, Semantic, Texture,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::{GroundMaterials, Library, PlantAsset, SizeClass, TreeAsset, TreeSize};
+
+/// Why bytes are not those of a [`Library`].
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DeserializeError {
+    /// They are not in the format of this version.
+    #[error("not a library: {0}")]
+    Format(#[from] postcard::Error),
+    /// A material has an unknown semantic, or its texture is missing.
+    #[error("not a library: material {name:?} is not whole")]
+    Material {
+        /// The material's name.
+        name: String,
+    },
+    /// The ground refers to a material that is missing.
+    #[error("not a library: a material of the ground is missing")]
+    Ground,
+    /// A prototype is not valid.
+    #[error("not a library: {0}")]
+    Shape(#[from] PrototypeError),
+}
+
+/// What [`Library::to_bytes`] writes: borrowed there, owned when it is read.
+#[derive(Serialize, Deserialize)]
+struct StoredLibrary<'a> {
+    /// Each texture once: several materials may share one.
+    textures: Vec<Cow<'a, Texture>>,
+    materials: Vec<StoredMaterial<'a>>,
+    /// Trees, saplings and snags.
+    trees: [Vec<StoredTree<'a>>; 3],
+    /// The kinds of plants, in the order of [`Library`]'s fields.
+    plants: [Vec<StoredPlant<'a>>; 10],
+    ground: Cow<'a, GroundMaterials>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredMaterial<'a> {
+    name: Cow<'a, str>,
+    semantic: u8,
+    support: Option<u8>,
+    /// Index into `textures`.
+    albedo: usize,
+    transmittance: [f32; 3],
+    roughness: f32,
+    mask: Option<Cow<'a, AlphaMask>>,
+    ground: bool,
+    tile_m: f32,
+    optics: Optics,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredShape<'a> {
+    name: Cow<'a, str>,
+    mesh: Cow<'a, Mesh>,
+    cards: Cow<'a, [Card]>,
+    ambient_occlusion: Option<Cow<'a, AmbientOcclusion>>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredTree<'a> {
+    shape: StoredShape<'a>,
+    species: Cow<'a, str>,
+    size: TreeSize,
+    class: SizeClass,
+    alive: bool,
+    stem_volume_m3: f64,
+    radius_m: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredPlant<'a> {
+    shape: StoredShape<'a>,
+    name: Cow<'a, str>,
+    radius_m: f64,
+    height_m: f64,
+}
+
+impl Library {
+    /// The library as bytes for [`Library::from_bytes`] of the same version of this crate.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut textures: Vec<&Arc<Texture>> = Vec::new();
+        let mut materials = Vec::new();
+        for material in self.materials.materials() {
+            let known = textures
+                .iter()
+                .position(|t| Arc::ptr_eq(t, &material.albedo));
+            let albedo = known.unwrap_or_else(|| {
+                textures.push(&material.albedo);
+                textures.len() - 1
+            });
+            materials.push(StoredMaterial {
+                name: Cow::Borrowed(&material.name),
+                semantic: material.semantic as u8,
+                support: material.support.map(|s| s as u8),
+                albedo,
+                transmittance: material.transmittance.to_array(),
+                roughness: material.roughness,
+                mask: material.mask.as_deref().map(Cow::Borrowed),
+                ground: material.ground,
+                tile_m: material.tile_m,
+                optics: material.optics,
+            });
+        }
+        let stored = StoredLibrary {
+            textures: textures.into_iter().map(|t| Cow::Borrowed(&**t)).collect(),
+            materials,
+            trees: [&self.trees, &self.saplings, &self.snags]
+                .map(|trees| trees.iter().map(StoredTree::of).collect()),
+            plants: [
+                &self.shrubs,
+                &self.stumps,
+                &self.rocks,
+                &self.grass,
+                &self.herbs,
+                &self.ferns,
+                &self.seedlings,
+                &self.litter,
+                &self.trail_tufts,
+                &self.trail_stones,
+            ]
+            .map(|plants| plants.iter().map(StoredPlant::of).collect()),
+            ground: Cow::Borrowed(&self.ground),
+        };
+        postcard::to_stdvec(&stored).expect("plain data can be written")
+    }
+
+    /// The library of [`Library::to_bytes`], to the bit.
+    ///
+    /// # Errors
+    /// If the bytes are not a library's, or another version's.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, DeserializeError> {
+        let stored: StoredLibrary = postcard::from_bytes(bytes)?;
+        let mut materials = MaterialLibrary::new();
+        let textures = stored.textures.into_iter();
+        let textures: Vec<_> = textures.map(|t| Arc::new(t.into_owned())).collect();
+        for material in stored.materials {
+            materials.add(material.restore(&textures)?);
+        }
+        let ground = &stored.ground;
+        let trails = ground
+            .trails
+            .iter()
+            .flat_map(|t| [t.surface, t.rut, t.strip]);
+        let mut of_ground = ground
+            .floor
+            .iter()
+            .copied()
+            .chain([ground.cut_slope])
+            .chain(trails);
+        if of_ground.any(|m| usize::from(m.0) >= materials.materials().len()) {
+            return Err(DeserializeError::Ground);
+        }
+        let [trees, saplings, snags] = stored.trees.map(|trees| {
+            let trees = trees.into_iter().map(|tree| tree.restore(&materials));
+            trees.collect::<Result<Vec<_>, _>>()
+        });
+        let plants = stored.plants.map(|plants| {
+            let plants = plants.into_iter().map(|plant| plant.restore(&materials));
+            plants.collect::<Result<Vec<_>, _>>()
+        });
+        let [
+            shrubs,
+            stumps,
+            rocks,
+            grass,
+            herbs,
+            ferns,
+            seedlings,
+            litter,
+            trail_tufts,
+            trail_stones,
+        ] = plants;
+        Ok(Self {
+            trees: trees?,
+            saplings: saplings?,
+            snags: snags?,
+            shrubs: shrubs?,
+            stumps: stumps?,
+            rocks: rocks?,
+            grass: grass?,
+            herbs: herbs?,
+            ferns: ferns?,
+            seedlings: seedlings?,
+            litter: litter?,
+            trail_tufts: trail_tufts?,
+            trail_stones: trail_stones?,
+            ground: stored.ground.into_owned(),
+            materials,
+        })
+    }
+}
+
+impl StoredMaterial<'_> {
+    fn restore(self, textures: &[Arc<Texture>]) -> Result<Material, DeserializeError> {
+        let semantic = Semantic::from_u8(self.semantic);
+        let support = self.support.map(Semantic::from_u8);
+        let (Some(semantic), Some(albedo)) = (semantic, textures.get(self.albedo)) else {
+            return Err(DeserializeError::Material {
+                name: self.name.into_owned(),
+            });
+        };
+        if support == Some(None) {
+            return Err(DeserializeError::Material {
+                name: self.name.into_owned(),
+            });
+        }
+        Ok(Material {
+            name: self.name.into_owned(),
+            semantic,
+            support: support.flatten(),
+            albedo: Arc::clone(albedo),
+            transmittance: self.transmittance.into(),
+            roughness: self.roughness,
+            mask: self.mask.map(|mask| Arc::new(mask.into_owned())),
+            ground: self.ground,
+            tile_m: self.tile_m,
+            optics: self.optics,
+        })
+    }
+}
+
+impl<'a> StoredShape<'a> {
+    fn of(prototype: &'a Prototype) -> Self {
+        Self {
+            name: Cow::Borrowed(prototype.name()),
+            mesh: Cow::Borrowed(prototype.mesh()),
+            cards: Cow::Borrowed(prototype.cards()),
+            ambient_occlusion: prototype.ambient_occlusion().map(Cow::Borrowed),
+        }
+    }
+
+    fn restore(self, materials: &MaterialLibrary) -> Result<Arc<Prototype>, DeserializeError> {
+        let (mesh, cards) = (self.mesh.into_owned(), self.cards.into_owned());
+        let prototype = Prototype::new(self.name, mesh, cards, materials)?;
+        Ok(Arc::new(match self.ambient_occlusion {
+            Some(near) => prototype.with_ambient_occlusion(near.into_owned())?,
+            None => prototype,
+        }))
+    }
+}
+
+impl<'a> StoredTree<'a> {
+    fn of(tree: &'a TreeAsset) -> Self {
+        Self {
+            shape: StoredShape::of(&tree.prototype),
+            species: Cow::Borrowed(&tree.species),
+            size: tree.size,
+            class: tree.class,
+            alive: tree.alive,
+            stem_volume_m3: tree.stem_volume_m3,
+            radius_m: tree.radius_m,
+        }
+    }
+
+    fn restore(self, materials: &MaterialLibrary) -> Result<TreeAsset, DeserializeError> {
+        Ok(TreeAsset {
+            prototype: self.shape.restore(materials)?,
+            species: self.species.into_owned(),
+            size: self.size,
+            class: self.class,
+            alive: self.alive,
+            stem_volume_m3: self.stem_volume_m3,
+            radius_m: self.radius_m,
+        })
+    }
+}
+
+impl<'a> StoredPlant<'a> {
+    fn of(plant: &'a PlantAsset) -> Self {
+        Self {
+            shape: StoredShape::of(&plant.prototype),
+            name: Cow::Borrowed(&plant.name),
+            radius_m: plant.radius_m,
+            height_m: plant.height_m,
+        }
+    }
+
+    fn restore(self, materials: &MaterialLibrary) -> Result<PlantAsset, DeserializeError> {
+        Ok(PlantAsset {
+            prototype: self.shape.restore(materials)?,
+            name: self.name.into_owned(),
+            radius_m: self.radius_m,
+            height_m: self.height_m,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::AssetParams;
+    use nemoral_seed::Key;
+
+    #[test]
+    fn a_library_comes_back_to_the_bit() {
+        let params = AssetParams {
+            individuals_per_species: 1,
+            saplings_per_species: 1,
+            seedlings_per_species: 1,
+            snags_per_species: 1,
+            ..AssetParams::default()
+        };
+        let library = Library::grow(&params, Key::world(3)).expect("valid");
+        let bytes = library.to_bytes();
+        let back = Library::from_bytes(&bytes).expect("its own bytes");
+        assert!(bytes == back.to_bytes());
+        let texts = |library: &Library| {
+            let trees = [&library.trees, &library.saplings, &library.snags].into_iter();
+            let trees = trees.flatten().map(|t| {
+                let name = t.prototype.name();
+                format!(
+                    "{:?}",
+                    (
+                        name,
+                        &t.species,
+                        t.size,
+                        t.class,
+                        t.alive,
+                        t.stem_volume_m3,
+                        t.radius_m
+                    )
+                )
+            });
+            let plants = [
+                &library.shrubs,
+                &library.ferns,
+                &library.seedlings,
+                &library.rocks,
+            ];
+            let plants = plants.into_iter().flatten().map(|p| {
+                format!(
+                    "{:?}",
+                    (p.prototype.name(), &p.name, p.radius_m, p.height_m)
+                )
+            });
+            let mut texts: Vec<String> = trees.chain(plants).collect();
+            texts.push(format!("{:?}", (&library.ground, &library.materials)));
+            texts
+        };
+        assert_eq!(texts(&library), texts(&back));
+        let shapes = |library: &Library| library.trees[1].prototype.clone();
+        let (grown, back) = (shapes(&library), shapes(&back));
+        assert!(grown.mesh() == back.mesh() && grown.cards() == back.cards());
+        assert!(
+            grown.ambient_occlusion().is_some()
+                && grown.ambient_occlusion() == back.ambient_occlusion()
+        );
+        for damaged in [&bytes[..bytes.len() / 2], &[], &bytes[1..]] {
+            assert!(Library::from_bytes(damaged).is_err());
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Bark, on tiles of 1 m × 2 m.
+
+mod conifer;
+mod rough;
+mod smooth;
+
+use glam::{IVec2, Vec2, Vec3};
+
+pub(crate) use rough::{dead, twig};
+
+use super::noise::{fbm, gradient, smoothstep, value};
+use super::tile::Tile;
+use crate::tree::{BarkKind, BarkLayer, linear};
+
+const WIDTH: usize = 512;
+const HEIGHT: usize = 1024;
+
+/// A bark whose mean colour is that of `layer`.
+pub(crate) fn bake(layer: &BarkLayer, seed: u32) -> Tile {
+    let recipe: fn(u32) -> Tile = match layer.kind {
+        BarkKind::Plates => rough::plates,
+        BarkKind::Patches => rough::patches,
+        BarkKind::Ridges => rough::ridges,
+        BarkKind::Flakes => conifer::flakes,
+        BarkKind::Scales => conifer::scales,
+        BarkKind::Furrows => conifer::furrows,
+        BarkKind::Fibrous => conifer::fibrous,
+        BarkKind::Smooth => smooth::beech,
+        BarkKind::Birch => smooth::birch,
+        BarkKind::Fissured => smooth::birch_foot,
+        BarkKind::Cork => smooth::cork,
+        BarkKind::StrippedCork => smooth::stripped_cork,
+    };
+    recipe(seed).with_mean(linear(layer.albedo))
+}
+
+/// From one bark at v = 0 to the other at v = 1, along a torn border; `soft` (0..0.3) is its width.
+pub(crate) fn between(lower: &Tile, upper: &Tile, soft: f32, seed: u32) -> Tile {
+    lower.blend(upper, |p| {
+        // Tongues of either reach far into the other, but not beyond the ends.
+        let room = 4.0 * p.y * (1.0 - p.y);
+        let tongues = 0.34 * fbm(p, IVec2::new(5, 3), 4, 0.55, seed);
+        let torn = 0.12 * fbm(p, IVec2::new(40, 30), 2, 0.6, seed ^ 0x11);
+        smoothstep(0.5 - soft, 0.5 + soft, p.y + room * (tongues + torn))
+    })
+}
+
+/// Lichen: blotches with crisp edges, pale grey-green.
+fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
+    let field =
+        fbm(p, IVec2::new(9, 18), 4, 0.6, seed) + 0.25 * gradient(p, IVec2::new(70, 140), seed ^ 5);
+    let there = smoothstep(0.62 - cover, 0.70 - cover, field);
+    let tone = 0.75 + 0.5 * value(p, IVec2::new(90, 180), seed ^ 9);
+    albedo.lerp(Vec3::new(0.20, 0.22, 0.15) * tone, 0.7 * there)
+}
+
+/// The same bark with moss (`mossy` times as much as on an oak) and splashed soil around v = 0, the
+/// foot of a stem; equal to `bark` from v = 0.2 (0.4 m up) to 0.8, so that the two meet unseen.
+pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
+    bark.recolour(|p, t| {
+        let from_foot = p.y.min(1.0 - p.y);
+        if from_foot >= 0.2 {
+            return t.albedo;
+        }
+        let fade = 1.0 - from_foot / 0.2;
+        let noise = fbm(p, IVec2::new(7, 14), 4, 0.55, seed);
+        let moss =
+            smoothstep(0.30, 0.62, 0.85 * fade + 0.75 * noise - 0.10) * smoothstep(0.0, 0.35, fade);
+        let soil = smoothstep(
+            0.55,
+            1.0,
+            fade + 0.35 * gradient(p, IVec2::new(30, 60), seed ^ 1),
+        );
+        let cushion = 0.7 + 0.6 * value(p, IVec2::new(110, 220), seed ^ 2);
+        let soiled = t.albedo.lerp(Vec3::new(0.060, 0.045, 0.032), 0.55 * soil);
+        soiled.lerp(
+            Vec3::new(0.050, 0.064, 0.023) * cushion,
+            0.85 * mossy * moss,
+        )
+    })
+}

@@ -1,0 +1,171 @@
+//! Bark of maritime pine, eucalypt and oak, of thin and dead wood.
+
+use glam::{IVec2, Vec2, Vec3};
+
+use super::{HEIGHT, WIDTH, with_lichen};
+use crate::textures::noise::{fbm, gradient, ridged, smoothstep, unit, warp, worley};
+use crate::textures::tile::{Texel, Tile};
+
+/// Maritime pine: long plates of flaking layers between dark, deep fissures.
+pub(super) fn plates(seed: u32) -> Tile {
+    let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
+        let q = warp(p, IVec2::new(5, 6), Vec2::new(0.045, 0.04), seed);
+        // Torn edges: the fine warp is as wide as a fissure.
+        let q = warp(q, IVec2::new(40, 52), Vec2::new(0.007, 0.007), seed ^ 0x11);
+        let plates = worley(q, IVec2::new(12, 9), 1.0, seed ^ 0x22);
+        // Fissures close here and there, so that plates run together.
+        let open = 0.085 + 0.12 * gradient(p, IVec2::new(8, 10), seed ^ 0x33);
+        let plate = if open > 0.0 {
+            smoothstep(0.15 * open, open, plates.border())
+        } else {
+            1.0
+        };
+        // Long flakes peel off in steps; each step shows an edge.
+        let flakes =
+            0.75 * fbm(q, IVec2::new(11, 12), 3, 0.5, seed ^ 0x55) + 0.55 * plates.border();
+        let layers = 6.0 * flakes;
+        let layer = layers.floor();
+        let step = layers - layer;
+        let lift = smoothstep(0.0, 0.22, step);
+        let mottle = fbm(p, IVec2::new(9, 12), 4, 0.6, seed ^ 0x44);
+        let grain = fbm(p, IVec2::new(120, 90), 2, 0.6, seed ^ 0x66);
+        let height = plate * (0.70 + 0.05 * layer + 0.05 * lift) + 0.03 * grain;
+        // Layers differ in how long they have seen the weather.
+        let age = unit(plates.id ^ (layer as i32 as u32).wrapping_mul(0x9E37_79B1));
+        let tone =
+            (0.30 + 0.75 * (age - 0.5) + 0.25 * unit(plates.id) + 0.55 * mottle).clamp(0.0, 1.0);
+        let weathered = Vec3::new(0.146, 0.122, 0.102);
+        let fresh = Vec3::new(0.158, 0.092, 0.058);
+        let mut top = fresh.lerp(weathered, tone);
+        top *= (0.72 + 0.28 * lift) * (1.0 + 0.20 * mottle + 0.22 * grain);
+        let top = with_lichen(p, top, 0.03, seed ^ 0x77);
+        let fissure = Vec3::new(0.034, 0.025, 0.020) * (1.0 + 0.4 * grain);
+        Texel {
+            albedo: fissure.lerp(top, plate),
+            height,
+        }
+    });
+    tile.darken_hollows(10, 0.6, 1.1);
+    tile
+}
+
+/// Eucalypt: smooth skin in patches of several ages, shed in long strips.
+pub(super) fn patches(seed: u32) -> Tile {
+    let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
+        let q = warp(p, IVec2::new(4, 3), Vec2::new(0.05, 0.05), seed);
+        let skins = [
+            Vec3::new(0.46, 0.40, 0.31),
+            Vec3::new(0.36, 0.31, 0.25),
+            Vec3::new(0.285, 0.255, 0.215),
+            Vec3::new(0.37, 0.25, 0.155),
+            Vec3::new(0.235, 0.205, 0.175),
+        ];
+        let streak = fbm(p, IVec2::new(40, 5), 3, 0.55, seed ^ 0x12);
+        let fine = gradient(p, IVec2::new(150, 60), seed ^ 0x13);
+        let mut colour = skins[0];
+        let mut height = 0.0_f32;
+        let mut rim = 0.0_f32;
+        for (layer, &skin) in skins.iter().enumerate().skip(1) {
+            let salt = seed ^ (0x100 * layer as u32);
+            // Long patches: wide noise, stretched along the stem, with torn edges.
+            let field = fbm(q, IVec2::new(4, 2), 4, 0.5, salt)
+                + 0.16 * fbm(q, IVec2::new(36, 10), 2, 0.5, salt ^ 0x31);
+            let edge = field - 0.04 - 0.055 * layer as f32;
+            let there = smoothstep(-0.008, 0.012, edge);
+            colour = colour.lerp(skin * (1.0 + 0.10 * streak), there);
+            height += 0.25 * there;
+            rim = rim.max(1.0 - (edge.abs() / 0.018).min(1.0))
+                * if edge > -0.018 { 1.0 } else { 0.8 };
+        }
+        colour *= 1.0 + 0.10 * streak + 0.05 * fine;
+        colour *= 1.0 - 0.28 * rim;
+        // Grey-green algae and dark weeping stains.
+        let stain = smoothstep(0.25, 0.75, fbm(p, IVec2::new(14, 2), 3, 0.55, seed ^ 0x21));
+        colour = colour.lerp(colour * Vec3::new(0.66, 0.66, 0.62), 0.8 * stain);
+        let spots = worley(p, IVec2::new(40, 80), 1.0, seed ^ 0x25);
+        let spot = (1.0 - smoothstep(0.08, 0.20, spots.f1)) * f32::from(unit(spots.id) < 0.04);
+        colour *= 1.0 - 0.35 * spot;
+        Texel {
+            albedo: colour,
+            height: height + 0.04 * streak,
+        }
+    });
+    tile.darken_hollows(6, 0.5, 0.5);
+    tile
+}
+
+/// Oak: grey ridges that run together and part again, with dark furrows.
+pub(super) fn ridges(seed: u32) -> Tile {
+    let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
+        let q = warp(p, IVec2::new(7, 6), Vec2::new(0.030, 0.03), seed);
+        let q = warp(q, IVec2::new(44, 40), Vec2::new(0.005, 0.005), seed ^ 0x11);
+        // Furrows are the zero lines of stretched noise: they never end, they meet.
+        let wide = gradient(q, IVec2::new(17, 6), seed ^ 0x10);
+        let narrow = gradient(q, IVec2::new(34, 11), seed ^ 0x20);
+        let wandering = (wide + 0.55 * narrow).abs();
+        let depth = 0.34 + 0.14 * gradient(p, IVec2::new(6, 5), seed ^ 0x40);
+        let ridge = smoothstep(0.03, depth, wandering);
+        // Ridges are broken across into blocks of a few centimetres.
+        let blocks = worley(q, IVec2::new(26, 34), 1.0, seed ^ 0x30);
+        let broken = smoothstep(0.0, 0.10, blocks.border());
+        let grain = fbm(p, IVec2::new(70, 50), 3, 0.6, seed ^ 0x50);
+        let fibre = fbm(q, IVec2::new(120, 16), 2, 0.5, seed ^ 0x60);
+        let height = ridge * (0.74 + 0.14 * broken + 0.16 * grain) + 0.06 * fibre;
+        let tone = 0.5
+            + 0.6 * fbm(p, IVec2::new(8, 8), 4, 0.55, seed ^ 0x70)
+            + 0.25 * (unit(blocks.id) - 0.5);
+        let top = Vec3::new(0.140, 0.112, 0.086)
+            .lerp(Vec3::new(0.185, 0.162, 0.136), tone.clamp(0.0, 1.0))
+            * (1.0 + 0.30 * grain + 0.12 * fibre)
+            * (0.82 + 0.18 * broken);
+        let top = with_lichen(p, top, 0.10, seed ^ 0x80);
+        // Algae tints the grey a little green.
+        let green = smoothstep(0.1, 0.6, fbm(p, IVec2::new(3, 4), 3, 0.5, seed ^ 0x90));
+        let top = top.lerp(Vec3::new(0.105, 0.115, 0.060), 0.25 * green);
+        Texel {
+            albedo: Vec3::new(0.040, 0.032, 0.025).lerp(top, ridge),
+            height,
+        }
+    });
+    tile.darken_hollows(8, 0.6, 0.9);
+    tile
+}
+
+/// Young bark of branches and shrubs: fine, streaked along the stem.
+pub(crate) fn twig(seed: u32, mean: Vec3) -> Tile {
+    let mut tile = Tile::bake(WIDTH / 2, HEIGHT / 2, |p| {
+        let streak = fbm(p, IVec2::new(40, 9), 3, 0.6, seed);
+        let crack = ridged(p, IVec2::new(30, 14), 2, 0.5, seed ^ 0x10);
+        let scars = worley(p, IVec2::new(24, 60), 1.0, seed ^ 0x20);
+        let scar = 1.0 - smoothstep(0.10, 0.24, scars.f1);
+        let crack = smoothstep(0.80, 0.97, crack);
+        Texel {
+            albedo: mean * (1.0 + 0.35 * streak + 0.35 * scar) * (1.0 - 0.45 * crack),
+            height: 0.3 * streak - 0.7 * crack + 0.3 * scar,
+        }
+    });
+    tile.darken_hollows(4, 0.8, 0.6);
+    tile.with_luminance_of(mean)
+}
+
+/// Dead wood: bark lost in places, silver grey with long drying cracks.
+pub(crate) fn dead(seed: u32) -> Tile {
+    let mut tile = Tile::bake(WIDTH / 2, HEIGHT / 2, |p| {
+        let fibre = fbm(p, IVec2::new(60, 4), 3, 0.6, seed);
+        let crack = smoothstep(
+            0.82,
+            0.97,
+            ridged(p, IVec2::new(16, 2), 2, 0.5, seed ^ 0x10),
+        );
+        let bark = smoothstep(0.02, 0.10, fbm(p, IVec2::new(6, 5), 4, 0.55, seed ^ 0x20));
+        let wood = Vec3::new(0.205, 0.180, 0.152) * (1.0 + 0.3 * fibre);
+        let flake = Vec3::new(0.095, 0.076, 0.060)
+            * (1.0 + 0.5 * fbm(p, IVec2::new(40, 40), 2, 0.5, seed ^ 0x30));
+        Texel {
+            albedo: wood.lerp(flake, bark) * (1.0 - 0.5 * crack),
+            height: 0.2 * fibre + 0.6 * bark - crack,
+        }
+    });
+    tile.darken_hollows(4, 0.8, 0.8);
+    tile.with_luminance_of(Vec3::new(0.138, 0.118, 0.098))
+}

@@ -1,0 +1,224 @@
+//! Baking: from a colour and a height at every texel to a texture with its hollows darkened.
+
+use glam::{Vec2, Vec3};
+use nemoral_scene::Texture;
+use rayon::prelude::*;
+
+/// A colour and a height at one texel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Texel {
+    /// Linear albedo.
+    pub(crate) albedo: Vec3,
+    /// Height above the base, in any unit that [`Tile::darken_hollows`] is told.
+    pub(crate) height: f32,
+}
+
+/// A tile while it is being made; it repeats.
+#[derive(Clone, Debug)]
+pub(crate) struct Tile {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) texels: Vec<Texel>,
+}
+
+impl Tile {
+    /// Evaluates `f` at every texel's centre, (u, v) in 0..1. Rows are independent, so the number
+    /// of threads cannot matter.
+    pub(crate) fn bake(width: usize, height: usize, f: impl Fn(Vec2) -> Texel + Sync) -> Self {
+        let scale = Vec2::new(width as f32, height as f32).recip();
+        let mut texels = vec![Texel::default(); width * height];
+        texels
+            .par_chunks_exact_mut(width)
+            .enumerate()
+            .for_each(|(row, line)| {
+                for (column, texel) in line.iter_mut().enumerate() {
+                    let at = Vec2::new(column as f32, row as f32) + Vec2::splat(0.5);
+                    *texel = f(at * scale);
+                }
+            });
+        Self {
+            width,
+            height,
+            texels,
+        }
+    }
+
+    /// Multiplies colours by a factor of the height above the mean of a square of 2 `radius` + 1
+    /// texels: 1 at and above it, falling with the depth below it, to 1 / (1 + `strength`) at
+    /// `depth` below. There are no normal maps and no ambient rays in cracks: this is their shadow.
+    pub(crate) fn darken_hollows(&mut self, radius: usize, depth: f32, strength: f32) {
+        let around = self.blurred_heights(radius);
+        let k = strength / depth;
+        self.texels
+            .par_iter_mut()
+            .zip(around)
+            .for_each(|(t, around)| {
+                let below = around - t.height;
+                // Crests are a little lighter than the mean: worn, dry, in the light.
+                let factor = if below > 0.0 {
+                    1.0 / (1.0 + k * below)
+                } else {
+                    1.0 + 0.12 * (-k * below).min(1.0)
+                };
+                t.albedo *= factor;
+            });
+    }
+
+    /// The mean height of the square around each texel.
+    fn blurred_heights(&self, radius: usize) -> Vec<f32> {
+        let (w, h) = (self.width, self.height);
+        let heights: Vec<f32> = self.texels.iter().map(|t| t.height).collect();
+        let mut rows = vec![0.0; w * h];
+        rows.par_chunks_exact_mut(w)
+            .zip(heights.par_chunks_exact(w))
+            .for_each(|(out, line)| running_mean(line, radius, out));
+        let columns = transposed(&rows, w);
+        rows.par_chunks_exact_mut(h)
+            .zip(columns.par_chunks_exact(h))
+            .for_each(|(out, line)| running_mean(line, radius, out));
+        transposed(&rows, h)
+    }
+
+    /// Scales colours so that their mean has the luminance of `albedo`; hues are the recipe's.
+    pub(crate) fn with_luminance_of(mut self, albedo: Vec3) -> Self {
+        let sum: f64 = self
+            .texels
+            .iter()
+            .map(|t| f64::from(luminance(t.albedo)))
+            .sum();
+        let mean = (sum / self.texels.len() as f64) as f32;
+        let factor = luminance(albedo) / mean.max(1e-6);
+        self.texels
+            .par_iter_mut()
+            .for_each(|t| t.albedo = (t.albedo * factor).clamp(Vec3::ZERO, Vec3::splat(0.9)));
+        self
+    }
+
+    /// Scales each channel so that the mean colour is `albedo`.
+    pub(crate) fn with_mean(mut self, albedo: Vec3) -> Self {
+        let mean = |texels: &[Texel]| {
+            let sum = texels.iter().fold([0.0_f64; 3], |s, t| {
+                let c = t.albedo.to_array();
+                [0, 1, 2].map(|k| s[k] + f64::from(c[k]))
+            });
+            Vec3::from_array(sum.map(|s| (s / texels.len() as f64) as f32))
+        };
+        // Twice, for what the first round clamps.
+        for _ in 0..2 {
+            let factor = albedo / mean(&self.texels).max(Vec3::splat(1e-6));
+            self.texels
+                .par_iter_mut()
+                .for_each(|t| t.albedo = (t.albedo * factor).clamp(Vec3::ZERO, Vec3::splat(0.9)));
+        }
+        self
+    }
+
+    /// This tile where `share` is 0, `other` where it is 1. Both have one size.
+    pub(crate) fn blend(&self, other: &Self, share: impl Fn(Vec2) -> f32 + Sync) -> Self {
+        let scale = Vec2::new(self.width as f32, self.height as f32).recip();
+        let mixed = self.texels.par_iter().zip(&other.texels).enumerate();
+        let texels = mixed.map(|(i, (a, b))| {
+            let at = Vec2::new((i % self.width) as f32, (i / self.width) as f32);
+            let t = share((at + Vec2::splat(0.5)) * scale);
+            Texel {
+                albedo: a.albedo.lerp(b.albedo, t),
+                height: a.height + (b.height - a.height) * t,
+            }
+        });
+        Self {
+            texels: texels.collect(),
+            ..*self
+        }
+    }
+
+    /// The same tile with every colour changed by its position and height.
+    pub(crate) fn recolour(&self, f: impl Fn(Vec2, Texel) -> Vec3 + Sync) -> Self {
+        let scale = Vec2::new(self.width as f32, self.height as f32).recip();
+        let texels = self
+            .texels
+            .par_iter()
+            .enumerate()
+            .map(|(i, &t)| {
+                let at = Vec2::new((i % self.width) as f32, (i / self.width) as f32);
+                Texel {
+                    albedo: f((at + Vec2::splat(0.5)) * scale, t),
+                    height: t.height,
+                }
+            })
+            .collect();
+        Self { texels, ..*self }
+    }
+
+    /// The finished texture.
+    pub(crate) fn texture(&self) -> Texture {
+        let linear: Vec<Vec3> = self.texels.iter().map(|t| t.albedo).collect();
+        Texture::from_linear(self.width, self.height, &linear)
+            .expect("tiles have power-of-two sides")
+    }
+}
+
+/// Luminance of linear sRGB (Rec. 709).
+pub(crate) fn luminance(c: Vec3) -> f32 {
+    c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Rows of `width` as columns.
+fn transposed(values: &[f32], width: usize) -> Vec<f32> {
+    let height = values.len() / width;
+    let mut out = vec![0.0; values.len()];
+    out.par_chunks_exact_mut(height)
+        .enumerate()
+        .for_each(|(x, column)| {
+            for (y, value) in column.iter_mut().enumerate() {
+                *value = values[y * width + x];
+            }
+        });
+    out
+}
+
+/// The mean of the 2 `radius` + 1 values around each, on a ring.
+fn running_mean(line: &[f32], radius: usize, out: &mut [f32]) {
+    let n = line.len();
+    let at = |i: usize| f64::from(line[i % n]);
+    // Sums of f32 in f64 are exact enough that the ring closes without drift.
+    let mut sum: f64 = (0..=2 * radius).map(|i| at(i + n * radius - radius)).sum();
+    let share = 1.0 / (2 * radius + 1) as f64;
+    for (i, mean) in out.iter_mut().enumerate() {
+        *mean = (sum * share) as f32;
+        sum += at(i + radius + 1) - at(i + n * (radius + 1) - radius);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_running_mean_is_the_brute_force_one() {
+        let line: Vec<f32> = (0..17).map(|i| ((i * 7) % 5) as f32).collect();
+        for radius in [0, 1, 4] {
+            let mut got = vec![0.0; 17];
+            running_mean(&line, radius, &mut got);
+            for i in 0..17_usize {
+                let want = (0..=2 * radius)
+                    .map(|k| line[(i + 17 * 4 + k - radius) % 17])
+                    .sum::<f32>()
+                    / (2 * radius + 1) as f32;
+                assert!((got[i] - want).abs() < 1e-5, "{i} of {radius}");
+            }
+        }
+    }
+
+    #[test]
+    fn hollows_are_dark_and_the_mean_is_met() {
+        let mut tile = Tile::bake(16, 16, |p| Texel {
+            albedo: Vec3::splat(0.2),
+            height: if (p.x - 0.5).abs() < 0.1 { -1.0 } else { 0.0 },
+        });
+        tile.darken_hollows(3, 1.0, 2.0);
+        assert!(tile.texels[8].albedo.x < 0.6 * tile.texels[0].albedo.x);
+        let target = Vec3::new(0.1, 0.2, 0.05);
+        let texture = tile.with_luminance_of(target).texture();
+        assert!((luminance(texture.mean()) - luminance(target)).abs() < 0.003);
+    }
+}

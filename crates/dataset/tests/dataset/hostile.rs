@@ -1,0 +1,474 @@
+//! Data sets from strangers: nothing outside the folder is touched, nobody's files are lost, nothing is
+//! believed before it is checked. `SECURITY.md` has the threats by name.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use nemoral_dataset::{
+    CloudParams, Dataset, Error, MergeParams, OpenMode, Writer, check, cloud, merge,
+};
+use serde_json::{Value, json};
+
+use crate::common::{finish, reseal, see, small, stamp, tree, write};
+
+/// Everything below the folder in which the data sets of a test lie, so that a change anywhere shows.
+fn everything(dir: &tempfile::TempDir) -> std::collections::BTreeMap<PathBuf, Vec<u8>> {
+    tree(dir.path())
+}
+
+fn manifest(root: &Path) -> Value {
+    serde_json::from_slice(&fs::read(root.join("dataset.json")).expect("read")).expect("JSON")
+}
+
+/// Changes `dataset.json` and stamps it, as a stranger can.
+fn tamper(root: &Path, change: impl Fn(&mut Value)) {
+    let mut json = manifest(root);
+    change(&mut json);
+    stamp(root, &mut json);
+}
+
+fn merged(parts: &[&Path], out: &Path) -> Result<(), Error> {
+    let params = MergeParams {
+        partial: true,
+        ..MergeParams::default()
+    };
+    merge(parts, out, params).map(drop)
+}
+
+/// An unfinished data set with frame 0.
+fn killed(out: &Path) {
+    let writer = Writer::create(out, OpenMode::Fresh, small()).expect("create");
+    (writer.write_frame(&see(&small(), 0).data(&small()))).expect("frame");
+}
+
+const MODES: [OpenMode; 3] = [OpenMode::Fresh, OpenMode::Resume, OpenMode::Overwrite];
+
+#[test]
+fn a_sensors_name_that_leads_outside_deletes_nothing() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let victim = dir.path().join("vict/velodyne/000000.bin");
+    fs::create_dir_all(victim.parent().expect("below")).expect("mkdir");
+    fs::write(&victim, "theirs").expect("write");
+    for name in [
+        "../../../vict",
+        "../..",
+        "/tmp",
+        "a/b",
+        "A",
+        "velodyne",
+        "con\u{0}",
+    ] {
+        for finished in [true, false] {
+            let out = dir.path().join("out");
+            let _ = fs::remove_dir_all(&out);
+            let further = |lidars: &mut Value| {
+                let mut second = lidars[0].clone();
+                second["name"] = name.into();
+                lidars.as_array_mut().expect("a list").push(second);
+            };
+            if finished {
+                write(&out, &small(), &[0]);
+                tamper(&out, |json| further(&mut json["lidars"]));
+            } else {
+                killed(&out);
+                let path = out.join(".nemoral/header.json");
+                let text = fs::read_to_string(&path).expect("read");
+                let mut sealed: Value = serde_json::from_str(&text).expect("JSON");
+                further(&mut sealed["content"]["header"]["lidars"]);
+                let content = sealed["content"].to_string();
+                let digest = blake3::hash(content.as_bytes()).to_hex();
+                let text = format!("{{\"blake3\":\"{digest}\",\"content\":{content}}}\n");
+                fs::write(&path, text).expect("write");
+            }
+            let before = everything(&dir);
+            for mode in MODES {
+                let e = Writer::create(&out, mode, small()).expect_err("a stranger's name");
+                assert!(e.to_string().contains("sensor name"), "{name:?}: {e}");
+            }
+            assert!(Dataset::open(&out).is_err());
+            assert!(check(&out).is_err());
+            assert!(everything(&dir) == before, "{name:?}");
+        }
+    }
+}
+
+#[test]
+fn a_files_path_that_is_not_the_layouts_writes_and_reads_nothing() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (part, out) = (dir.path().join("part"), dir.path().join("out"));
+    fs::write(dir.path().join("victim.txt"), "theirs").expect("write");
+    write(&part, &small(), &[0]);
+    let whole = fs::read(part.join("dataset.json")).expect("read");
+    let paths = [
+        "../victim.txt",
+        "/etc/hostname",
+        "sequences/00/../../../victim.txt",
+        "dataset.json",
+        "README.md",
+        ".nemoral/header.json",
+        "sequences/00/image_2/000001.png",
+        "",
+    ];
+    for path in paths {
+        for list in ["frames", "files"] {
+            fs::write(part.join("dataset.json"), &whole).expect("write");
+            tamper(&part, |json| {
+                let files = match list {
+                    "frames" => &mut json["frames"][0]["files"],
+                    _ => &mut json["files"],
+                };
+                files[1]["path"] = path.into();
+            });
+            let before = everything(&dir);
+            merged(&[&part], &out).expect_err(path);
+            check(&part).expect_err(path);
+            assert!(cloud(&part, &dir.path().join("c.ply"), CloudParams::default()).is_err());
+            assert!(everything(&dir) == before, "{path}");
+        }
+    }
+}
+
+#[test]
+fn merge_verifies_every_byte_that_it_reads() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (part, out) = (dir.path().join("part"), dir.path().join("out"));
+    write(&part, &small(), &[0, 1, 2, 3]);
+    let files = tree(&part);
+    let common = |p: &Path| !p.to_string_lossy().contains("/0000");
+    for (name, bytes) in &files {
+        let path = part.join(name);
+        for damage in ["changed", "cut", "gone"] {
+            match damage {
+                "changed" => {
+                    let mut changed = bytes.clone();
+                    let middle = changed.len() / 2;
+                    changed[middle] ^= 1;
+                    fs::write(&path, changed).expect("write");
+                }
+                "cut" => fs::write(&path, &bytes[..bytes.len() - 1]).expect("write"),
+                _ => fs::remove_file(&path).expect("remove"),
+            }
+            let e = merged(&[&part], &out).expect_err("damaged").to_string();
+            // Damage to a manifest's text can be an error of its syntax, or of what it says.
+            let is_manifest = name.ends_with("dataset.json");
+            let last = name
+                .file_name()
+                .expect("a name")
+                .to_string_lossy()
+                .into_owned();
+            assert!(is_manifest || e.contains(&last), "{damage}: {e}");
+            assert!(
+                !common(name) || !out.exists(),
+                "{damage}: nothing was written"
+            );
+            let passed = check(&part).is_ok_and(|report| report.passed());
+            assert!(!passed, "{} {damage}: check passes", name.display());
+            let _ = fs::remove_dir_all(&out);
+        }
+        fs::write(&path, bytes).expect("write");
+    }
+    merged(&[&part], &out).expect("whole again");
+    assert!(tree(&out) == files);
+}
+
+#[test]
+fn a_folder_that_no_whole_header_claims_is_nobodys() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let sealed = {
+        killed(&dir.path().join("made"));
+        fs::read(dir.path().join("made/.nemoral/header.json")).expect("read")
+    };
+    let headers: [Option<&[u8]>; 4] = [None, Some(b""), Some(b"{}"), Some(&sealed[..700])];
+    for (i, header) in headers.into_iter().enumerate() {
+        let out = dir.path().join(i.to_string());
+        let mine = ["README.md", "trees.csv", "sequences/00/image_2/000000.png"];
+        for name in mine {
+            let path = out.join(name);
+            fs::create_dir_all(path.parent().expect("below")).expect("mkdir");
+            fs::write(path, "mine").expect("write");
+        }
+        fs::create_dir_all(out.join(".nemoral/frames")).expect("mkdir");
+        if let Some(header) = header {
+            fs::write(out.join(".nemoral/header.json"), header).expect("write");
+        }
+        let before = tree(&out);
+        for mode in MODES {
+            let e = Writer::create(&out, mode, small()).expect_err("nobody's");
+            assert!(matches!(e, Error::Unowned { .. }), "{e}");
+            assert!(e.to_string().contains("remove this folder"), "{e}");
+        }
+        assert!(tree(&out) == before);
+        // Where nothing but that lies, a writer had just begun: it goes on.
+        for name in mine {
+            fs::remove_file(out.join(name)).expect("remove");
+        }
+        fs::remove_dir_all(out.join("sequences")).expect("remove");
+        finish(
+            Writer::create(&out, OpenMode::Fresh, small()).expect("create"),
+            4,
+        );
+        assert!(!out.join(".nemoral").exists());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_to_the_folder_and_nowhere_below() {
+    use std::os::unix::fs::symlink;
+    let dir = tempfile::tempdir().expect("a folder");
+    let theirs = dir.path().join("theirs");
+    fs::create_dir(&theirs).expect("mkdir");
+    fs::write(theirs.join("000000.png"), "theirs").expect("write");
+    fs::write(theirs.join("dataset.json"), "theirs").expect("write");
+    let real = dir.path().join("real");
+    fs::create_dir(&real).expect("mkdir");
+    let out = dir.path().join("out");
+    symlink(&real, &out).expect("link");
+    write(&out, &small(), &[0]);
+    assert!(
+        check(&out).expect("a data set").problems.is_empty(),
+        "OUT may be a link"
+    );
+
+    let linked = |name: &str, to: &Path| {
+        let (path, aside) = (real.join(name), dir.path().join("aside"));
+        fs::rename(&path, &aside).expect("moved");
+        symlink(to, &path).expect("link");
+        let before = everything(&dir);
+        let overwritten = Writer::create(&out, OpenMode::Overwrite, small()).expect_err(name);
+        assert!(
+            overwritten.to_string().contains("link"),
+            "{name}: {overwritten}"
+        );
+        let passed = check(&out).is_ok_and(|report| report.passed());
+        assert!(!passed, "{name}");
+        merged(&[&real], &dir.path().join("merged")).expect_err(name);
+        let _ = fs::remove_dir_all(dir.path().join("merged"));
+        let after = everything(&dir);
+        let changed = after
+            .iter()
+            .filter(|(path, bytes)| before.get(*path) != Some(*bytes));
+        let changed: Vec<_> = changed.map(|(path, _)| path).collect();
+        // A writer that is refused may leave its lock and header.
+        assert!(
+            changed
+                .iter()
+                .all(|p| p.to_string_lossy().contains(".nemoral")),
+            "{changed:?}"
+        );
+        assert!(
+            before.keys().all(|path| after.contains_key(path)),
+            "{name}: something is gone"
+        );
+        let _ = fs::remove_dir_all(real.join(".nemoral"));
+        fs::remove_file(&path).expect("unlinked");
+        fs::rename(&aside, &path).expect("moved back");
+    };
+    linked("sequences/00/image_2", &theirs);
+    linked("sequences", &theirs);
+    linked("dataset.json", &theirs.join("dataset.json"));
+    let mode = OpenMode::Overwrite;
+    drop(Writer::create(&out, mode, small()).expect("without links it is overwritten"));
+    assert_eq!(
+        fs::read(theirs.join("000000.png")).expect("there"),
+        b"theirs"
+    );
+}
+
+#[test]
+fn what_cannot_be_is_not_accepted() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let root = dir.path().join("set");
+    write(&root, &small(), &[0, 1]);
+    let whole = fs::read(root.join("dataset.json")).expect("read");
+    let lies: [(&str, &dyn Fn(&mut Value)); 16] = [
+        ("world_from_body", &|j| {
+            j["frames"][0]["world_from_body"][0][3] = json!(1e308)
+        }),
+        ("world_from_body", &|j| {
+            j["frames"][0]["world_from_body"][0][0] = json!(2.0)
+        }),
+        ("world_from_frame0", &|j| {
+            j["sequences"][0]["world_from_frame0"][1][3] = json!(-1e300)
+        }),
+        ("one of the sequence's", &|j| {
+            j["frames"][1]["index"] = json!(77)
+        }),
+        ("of a sequence that exists", &|j| {
+            j["frames"][1]["sequence"] = json!(3)
+        }),
+        ("order", &|j| j["frames"][1] = j["frames"][0].clone()),
+        ("frames", &|j| j["sequences"][0]["frames"] = json!([[0, 4]])),
+        ("length", &|j| j["sequences"][0]["length"] = json!(0)),
+        ("length", &|j| j["sequences"][0]["length"] = json!(u64::MAX)),
+        ("chunk_size_m", &|j| j["chunk_size_m"] = json!(0.0)),
+        ("sensor name", &|j| j["cameras"][0]["name"] = json!("../..")),
+        ("width", &|j| {
+            j["cameras"][0]["intrinsics"]["width"] = json!(60_000)
+        }),
+        ("fx", &|j| j["cameras"][0]["intrinsics"]["fx"] = json!(0.0)),
+        ("sensor_chunks", &|j| {
+            j["frames"][0]["sensor_chunks"] = json!([])
+        }),
+        ("bytes", &|j| {
+            j["frames"][0]["files"][0]["bytes"] = json!(u64::MAX)
+        }),
+        ("number of sensors", &|j| {
+            let camera = j["cameras"][0].clone();
+            let named = |i: usize| {
+                let mut camera = camera.clone();
+                camera["name"] = json!(format!("c{i}"));
+                camera
+            };
+            j["cameras"] = (0..300).map(named).collect();
+        }),
+    ];
+    for (field, lie) in lies {
+        fs::write(root.join("dataset.json"), &whole).expect("write");
+        tamper(&root, lie);
+        for e in [
+            check(&root).expect_err(field),
+            Dataset::open(&root).expect_err(field),
+            merged(&[&root], &dir.path().join("out")).expect_err(field),
+        ] {
+            assert!(e.to_string().contains(field), "{field}: {e}");
+        }
+    }
+    // One that could be, but is not what was written, is found by its checksum.
+    fs::write(root.join("dataset.json"), &whole).expect("write");
+    let mut json = manifest(&root);
+    json["licence"] = "mine".into();
+    fs::write(root.join("dataset.json"), json.to_string()).expect("write");
+    let report = check(&root).expect("it can be read");
+    assert!(
+        report
+            .problems
+            .iter()
+            .any(|p| p.message.contains("was changed")),
+        "{report}"
+    );
+    assert!(merged(&[&root], &dir.path().join("out")).is_err());
+}
+
+#[test]
+fn pictures_and_scans_that_lie_about_their_size_take_no_memory() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dataset = write(dir.path(), &small(), &[0]);
+    let picture = "sequences/00/image_2/000000.png";
+    let mut huge = Vec::new();
+    {
+        let mut encoder = png::Encoder::new(&mut huge, 60_000, 60_000);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.write_header().expect("a header");
+    }
+    let vertex = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nend_header\n";
+    let vertex = [&vertex[..], &[0; 30]].concat();
+    for (name, lie, says) in [
+        (
+            picture,
+            huge,
+            "is 60000 × 60000 pixels, the camera has 32 × 24",
+        ),
+        ("sequences/00/points/000000.ply", vertex, "other fields"),
+    ] {
+        let whole = fs::read(dir.path().join(name)).expect("read");
+        fs::write(dir.path().join(name), lie).expect("write");
+        reseal(dir.path(), name);
+        let report = check(dir.path()).expect("a data set");
+        assert!(
+            report.problems.iter().any(|p| p.message.contains(says)),
+            "{report}"
+        );
+        // Opened before, it holds the file against its old checksum.
+        assert!(dataset.read_frame(0).is_err());
+        fs::write(dir.path().join(name), whole).expect("write");
+        reseal(dir.path(), name);
+    }
+    assert!(check(dir.path()).expect("a data set").problems.is_empty());
+}
+
+#[test]
+fn a_broken_manifest_says_what_to_do() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let root = dir.path().join("set");
+    write(&root, &small(), &[0]);
+    let whole = fs::read(root.join("dataset.json")).expect("read");
+    for broken in [&b""[..], b"{", &whole[..whole.len() / 2]] {
+        fs::write(root.join("dataset.json"), broken).expect("write");
+        let before = tree(&root);
+        for mode in [OpenMode::Resume, OpenMode::Overwrite] {
+            let e = Writer::create(&root, mode, small()).expect_err("damaged");
+            assert!(matches!(e, Error::Damaged { .. }), "{e}");
+            assert!(e.to_string().contains("remove this folder"), "{e}");
+        }
+        let opened = Dataset::open(&root).expect_err("damaged").to_string();
+        assert!(opened.contains("dataset.json: "), "{opened}");
+        assert!(tree(&root) == before);
+    }
+    // While it is unfinished the state folder says whose it is, and a broken manifest is made anew.
+    let other = dir.path().join("other");
+    killed(&other);
+    fs::write(other.join("dataset.json"), "").expect("write");
+    let writer = Writer::create(&other, OpenMode::Resume, small()).expect("resume");
+    assert_eq!(writer.frames(), [(0, 0)]);
+    finish(writer, 4);
+    assert!(
+        tree(&other) == {
+            fs::write(root.join("dataset.json"), whole).expect("write");
+            tree(&root)
+        }
+    );
+}
+
+#[test]
+fn merge_says_which_frames_are_missing() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| dir.path().join(name);
+    write(&path("0"), &small(), &[0]);
+    write(&path("2"), &small(), &[2]);
+    let (first, third, out) = (path("0"), path("2"), path("out"));
+    let e = merge(&[&first, &third], &out, MergeParams::default()).expect_err("incomplete");
+    assert!(
+        e.to_string()
+            .contains("frames 1..2, 3..4 of its 4; --partial"),
+        "{e}"
+    );
+    assert!(!out.exists());
+    merged(&[&first, &third], &out).expect("as asked");
+    assert_eq!(Dataset::open(&out).expect("open").frames().len(), 2);
+}
+
+#[test]
+fn a_cloud_never_takes_the_place_of_a_file_of_the_data_set() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let root = dir.path().join("set");
+    write(&root, &small(), &[0]);
+    let before = tree(&root);
+    let at = |out: &Path, voxel_m| {
+        cloud(
+            &root,
+            out,
+            CloudParams {
+                voxel_m,
+                pure: false,
+            },
+        )
+    };
+    for own in [
+        "sequences/00/points/000000.ply",
+        "sequences/00/new.ply",
+        "sequences/00/../00/points/000000.ply",
+        "dataset.json",
+        "trees.csv",
+        ".nemoral.txt",
+    ] {
+        at(&root.join(own), None).expect_err(own);
+    }
+    for voxel_m in [1e-300, 0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
+        let e = at(&dir.path().join("c.ply"), Some(voxel_m)).expect_err("no side");
+        assert!(e.to_string().contains("0.0001 to 1000 m"), "{e}");
+    }
+    assert!(tree(&root) == before);
+    assert!(at(&root.join("cloud.ply"), Some(0.1)).expect("beside the data set's files") > 0);
+    assert!(check(&root).expect("a data set").problems.is_empty());
+}

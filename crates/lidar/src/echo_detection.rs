@@ -1,0 +1,306 @@
+//! The receiver: from the hits of pulses to echoes, returns and points.
+//!
+//! A task does each step for all of its pulses before the next step, so that the processor computes
+//! what one pulse waits for (a division, a random word) beside that of the next pulses.
+
+use nemoral_scene::glam::{DVec3, Vec3};
+use nemoral_scene::{
+    EchoObservation, LidarPoint, ObjectId, PointFlags, Ray, RigidTransform, Semantic, SurfaceHit,
+};
+use nemoral_seed::{Domain, Draw};
+
+use crate::echo::{Echo, SubRayHit, group_hits};
+use crate::pulse_batch::{PulseBatch, ScanContext};
+
+const DROPOUT: Domain = Domain::new("lidar.dropout");
+const FALSE_ALARM: Domain = Domain::new("lidar.false_alarm");
+const LATER_ECHO: Domain = Domain::new("lidar.later_echo");
+
+/// A surface that is farther than this off the plane of the strongest one is another surface,
+/// metres.
+const MIXED_M: f64 = 0.02;
+
+/// A batch of pulses, their rays, and what the rays hit.
+pub(crate) struct BatchHits<'a> {
+    pub(crate) batch: &'a PulseBatch,
+    pub(crate) rays: &'a [Ray],
+    pub(crate) hits: &'a [Option<SurfaceHit>],
+}
+
+/// A return: an echo that is reported, or a false alarm.
+pub(crate) struct Return {
+    measured_m: f64,
+    /// The number of the pulse in its batch.
+    shot: u32,
+    /// The number in the batch of the ray that brought most of the light; [`NO_RAY`] for a false
+    /// alarm.
+    ray: u32,
+    true_range_m: f32,
+    intensity: f32,
+    incidence_cos: f32,
+    reflectivity: u8,
+    return_number: u8,
+    returns: u8,
+    flags: PointFlags,
+}
+
+const NO_RAY: u32 = u32::MAX;
+
+/// The echoes of a batch of pulses.
+#[derive(Default)]
+struct Echoes {
+    sub_ray_hits: Vec<SubRayHit>,
+    echoes: Vec<Echo>,
+    /// The numbers of the pulses that are not lost, and where the echoes of each one end.
+    ends: Vec<(u32, usize)>,
+}
+
+impl ScanContext<'_> {
+    /// The returns of a batch of pulses, in their order.
+    pub(crate) fn detect(&self, cast: &BatchHits<'_>) -> Vec<Return> {
+        let Echoes {
+            sub_ray_hits,
+            echoes,
+            ends,
+        } = self.echoes(cast);
+        let measured = self.measured(cast.batch, &echoes, &ends);
+        let mut reported = Vec::with_capacity(ends.len());
+        let mut seen = Vec::new();
+        let mut start = 0;
+        for (shot, end) in ends {
+            seen.clear();
+            for (echo, measured) in echoes[start..end].iter().zip(&measured[start..end]) {
+                if let Some(range_m) = *measured {
+                    let measured_m = self.params.errors.quantised_m(range_m);
+                    seen.push(Echo {
+                        measured_m,
+                        ..*echo
+                    });
+                }
+            }
+            start = end;
+            self.params.returns.select(&mut seen);
+            let returns = seen.len() as u8;
+            for (return_number, echo) in (1..).zip(&seen) {
+                reported.push(Return {
+                    return_number,
+                    returns,
+                    ..self.return_of(cast, shot, echo, &sub_ray_hits)
+                });
+            }
+            if returns == 0 && self.params.errors.false_alarm > 0.0 {
+                reported.extend(self.false_alarm(cast.batch, shot));
+            }
+        }
+        reported
+    }
+
+    /// Groups what comes back to the receiver into echoes.
+    fn echoes(&self, cast: &BatchHits<'_>) -> Echoes {
+        let of_shot = self.sub_rays.len();
+        let dropout = self.params.errors.dropout;
+        let mut all = Echoes::default();
+        all.ends.reserve(cast.batch.pulses.len());
+        all.sub_ray_hits.reserve(cast.batch.pulses.len());
+        all.echoes.reserve(cast.batch.pulses.len());
+        for (shot, hits) in (0_u32..).zip(cast.hits.chunks(of_shot)) {
+            let number = cast.batch.start + shot;
+            if dropout > 0.0 && self.key_of(number, DROPOUT).rng().chance(dropout) {
+                continue;
+            }
+            let rays = &cast.rays[shot as usize * of_shot..][..of_shot];
+            let first = all.sub_ray_hits.len();
+            for (i, hit) in hits.iter().enumerate() {
+                let Some(hit) = hit else { continue };
+                if hit.distance_m < self.params.min_range_m {
+                    continue;
+                }
+                let incidence_cos =
+                    (-towards(hit, &rays[i]).dot(rays[i].direction.into())).clamp(0.0, 1.0);
+                all.sub_ray_hits.push(SubRayHit {
+                    ray: i,
+                    range_m: hit.distance_m.into(),
+                    sent_back: self.sub_rays[i].weight * (self.reflectance(hit) * incidence_cos),
+                    incidence_cos,
+                });
+            }
+            group_hits(
+                &mut all.sub_ray_hits,
+                first,
+                self.params.beam.resolution_m,
+                &mut all.echoes,
+            );
+            all.ends.push((shot, all.echoes.len()));
+        }
+        all
+    }
+
+    /// The measured range of each echo; `None` if it is not seen.
+    fn measured(
+        &self,
+        batch: &PulseBatch,
+        echoes: &[Echo],
+        ends: &[(u32, usize)],
+    ) -> Vec<Option<f64>> {
+        let mut identities = Vec::with_capacity(echoes.len());
+        for &(shot, end) in ends {
+            if end > identities.len() {
+                identities.resize(end, self.identity(batch.start + shot));
+            }
+        }
+        let mut keys = self.key.items(&identities);
+        let mut start = 0;
+        for &(_, end) in ends {
+            for (place, key) in (0..).zip(&mut keys[start..end]).skip(1) {
+                *key = key.domain(LATER_ECHO).item(place);
+            }
+            start = end;
+        }
+        let observed = |echo: &Echo| {
+            let cos = echo.incidence_cos;
+            EchoObservation {
+                range_m: echo.range_m,
+                incidence_cos: cos,
+                // That of a plate as wide as the beam that would reflect as much.
+                reflectance: if cos > 0.0 { echo.sent_back / cos } else { 0.0 },
+            }
+        };
+        let observations: Vec<EchoObservation> = echoes.iter().map(observed).collect();
+        let mut measured = vec![None; echoes.len()];
+        self.range_model
+            .measure_each(&observations, &keys, &mut measured);
+        measured
+    }
+
+    fn reflectance(&self, hit: &SurfaceHit) -> f64 {
+        let material = self.materials.get(hit.material);
+        self.params.wavelength.band(material).reflectance.into()
+    }
+
+    /// The return of an echo, without its number among those of its pulse.
+    fn return_of(
+        &self,
+        cast: &BatchHits<'_>,
+        shot: u32,
+        echo: &Echo,
+        sub_ray_hits: &[SubRayHit],
+    ) -> Return {
+        let strongest = &sub_ray_hits[echo.strongest];
+        let of_pulse = shot as usize * self.sub_rays.len();
+        let (rays, hits) = (&cast.rays[of_pulse..], &cast.hits[of_pulse..]);
+        let pure = match &sub_ray_hits[echo.first..echo.end] {
+            [only] => only.ray == 0,
+            group => {
+                let hit_of = |c: &SubRayHit| hits[c.ray].as_ref().expect("it is a hit");
+                let at = |c: &SubRayHit| {
+                    DVec3::from(rays[c.ray].direction) * f64::from(hit_of(c).distance_m)
+                };
+                let hit = hit_of(strongest);
+                let normal = towards(hit, &rays[strongest.ray]);
+                // The point is on the beam's middle: there must be what it says, and nothing else.
+                group.iter().any(|c| c.ray == 0)
+                    && group.iter().all(|c| {
+                        hit_of(c).object == hit.object
+                            && hit_of(c).material == hit.material
+                            && (at(c) - at(strongest)).dot(normal).abs() <= MIXED_M
+                    })
+            }
+        };
+        Return {
+            measured_m: echo.measured_m,
+            shot,
+            ray: (of_pulse + strongest.ray) as u32,
+            true_range_m: echo.range_m as f32,
+            intensity: echo.sent_back as f32,
+            incidence_cos: echo.incidence_cos as f32,
+            reflectivity: (150.0 * echo.sent_back).round() as u8,
+            return_number: 0,
+            returns: 0,
+            flags: PointFlags(if pure { 0 } else { PointFlags::MIXED }),
+        }
+    }
+
+    /// The return of a false alarm, if there is one.
+    fn false_alarm(&self, batch: &PulseBatch, shot: u32) -> Option<Return> {
+        let mut rng = self.key_of(batch.start + shot, FALSE_ALARM).rng();
+        let raised = rng.chance(self.params.errors.false_alarm);
+        let (near, far) = (self.params.min_range_m, self.params.max_range_m);
+        let range_m = rng.range_f64(near.into(), far.into());
+        raised.then(|| Return {
+            measured_m: self.params.errors.quantised_m(range_m),
+            shot,
+            ray: NO_RAY,
+            true_range_m: 0.0,
+            intensity: 0.0,
+            incidence_cos: 0.0,
+            reflectivity: 0,
+            return_number: 1,
+            returns: 1,
+            flags: PointFlags(PointFlags::FALSE_ALARM),
+        })
+    }
+
+    /// The point of a return.
+    pub(crate) fn point(&self, cast: &BatchHits<'_>, reported: &Return) -> LidarPoint {
+        let shot = reported.shot as usize;
+        let (pulse, pose) = (&cast.batch.pulses[shot], cast.batch.pose(shot));
+        // Along the pulse, not along its ray, whose f32 origin is micrometres beside the LiDAR: a
+        // camera at the LiDAR's place, with the same f32 origin, looks along the pulse too.
+        let in_lidar = pulse.direction * reported.measured_m;
+        let position = if self.params.deskew {
+            let in_scene = pose.transform_point(in_lidar);
+            self.lidar_from_scene.transform_point(in_scene)
+        } else {
+            in_lidar
+        };
+        let met = (reported.ray != NO_RAY).then(|| {
+            let ray = reported.ray as usize;
+            let hit = cast.hits[ray].as_ref().expect("an echo is of a hit");
+            let normal = self.written(pose, towards(hit, &cast.rays[ray]));
+            (
+                self.materials.get(hit.material).semantic,
+                hit.object,
+                normal,
+            )
+        });
+        let (semantic, object, normal) = met.unwrap_or((Semantic::Sky, ObjectId::NONE, Vec3::ZERO));
+        LidarPoint {
+            position_m: position.as_vec3(),
+            true_range_m: reported.true_range_m,
+            range_m: reported.measured_m as f32,
+            intensity: reported.intensity,
+            reflectivity: reported.reflectivity,
+            semantic,
+            object,
+            ring: pulse.ring,
+            return_number: reported.return_number,
+            returns: reported.returns,
+            time_offset_ns: ((pulse.time_s - self.start_s) * 1e9).round() as u32,
+            pulse: cast.batch.start + reported.shot,
+            incidence_cos: reported.incidence_cos,
+            normal,
+            flags: reported.flags,
+        }
+    }
+
+    /// A vector of the scene in the frame that points are written in.
+    fn written(&self, pose: &RigidTransform, in_scene: DVec3) -> Vec3 {
+        let lidar_from_scene = if self.params.deskew {
+            self.lidar_from_scene
+        } else {
+            pose.inverse()
+        };
+        lidar_from_scene.transform_vector(in_scene).as_vec3()
+    }
+}
+
+/// The normal, towards the sensor, of the flat primitive that a ray hit, because that is what stops
+/// the light. Its side is the shape's, so it may have to be turned.
+fn towards(hit: &SurfaceHit, ray: &Ray) -> DVec3 {
+    let normal: DVec3 = hit.geometric_normal.into();
+    if normal.dot(ray.direction.into()) > 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}

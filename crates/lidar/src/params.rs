@@ -1,0 +1,92 @@
+//! The parameters of a scanner.
+
+use nemoral_scene::{LaserBand, Material, ParamError};
+
+use crate::beam::Beam;
+use crate::echo::Returns;
+use crate::pulse_errors::PulseErrors;
+
+/// The laser's wavelength: which of a material's reflectances counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Wavelength {
+    /// 905 nm (Livox, Velodyne): leaves are bright.
+    #[default]
+    Nm905,
+    /// 1550 nm (terrestrial scanners): bark is brighter than leaves.
+    Nm1550,
+}
+
+impl Wavelength {
+    /// A material's reflectance and transmittance at this wavelength.
+    #[must_use]
+    pub fn band(self, material: &Material) -> LaserBand {
+        match self {
+            Self::Nm905 => material.optics.nm905,
+            Self::Nm1550 => material.optics.nm1550,
+        }
+    }
+}
+
+/// Parameters of a [`Scanner`](crate::Scanner).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScannerParams {
+    /// Pulses fired in one scan, at least 1. The points are those that come back.
+    pub pulses_per_scan: u32,
+    /// The blind zone, metres, at least 0: what is nearer blocks the pulse and is not seen.
+    pub min_range_m: f32,
+    /// The farthest echo, metres, greater than `min_range_m`.
+    pub max_range_m: f32,
+    /// The laser's wavelength.
+    pub wavelength: Wavelength,
+    /// The laser's width.
+    pub beam: Beam,
+    /// Which echoes of a pulse become points.
+    pub returns: Returns,
+    /// Errors of pointing and detection.
+    pub errors: PulseErrors,
+    /// Whether points are written in the LiDAR frame of the frame's time (`true`), or of the moment
+    /// each was measured (`false`: raw, as the sensor sends them).
+    pub deskew: bool,
+}
+
+impl Default for ScannerParams {
+    /// The paper's 50,000 pulses, each a line, deskewed, without errors. The range is that of the
+    /// Livox Mid-40 and Horizon (260 m at 80 %), with the blind zone of 0.5 m that Livox gives for
+    /// its rectangular scanners.
+    fn default() -> Self {
+        Self {
+            pulses_per_scan: 50_000,
+            min_range_m: 0.5,
+            max_range_m: 260.0,
+            wavelength: Wavelength::Nm905,
+            beam: Beam::default(),
+            returns: Returns::default(),
+            errors: PulseErrors::default(),
+            deskew: true,
+        }
+    }
+}
+
+impl ScannerParams {
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        ParamError::check(
+            self.pulses_per_scan >= 1,
+            "pulses_per_scan",
+            self.pulses_per_scan,
+            "at least 1",
+        )?;
+        ParamError::check_at_least_zero("min_range_m", self.min_range_m.into())?;
+        ParamError::check(
+            self.max_range_m.is_finite() && self.max_range_m > self.min_range_m,
+            "max_range_m",
+            self.max_range_m,
+            "finite and greater than min_range_m",
+        )?;
+        self.beam.check()?;
+        self.errors.check()?;
+        if let Returns::All(most) = self.returns {
+            ParamError::check((1..=15).contains(&most), "returns", most, "1..=15 for all")?;
+        }
+        Ok(())
+    }
+}

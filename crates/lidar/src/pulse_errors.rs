@@ -1,0 +1,53 @@
+//! Errors of pointing and of detection.
+
+use crate::ParamError;
+
+/// Errors of pointing and of detection. All are off by default; errors of range are a
+/// [`RangeModel`](crate::RangeModel)'s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PulseErrors {
+    /// Standard deviation of a pulse's direction, to the side and up, radians, 0..=0.1. The pulse
+    /// is cast where it really goes and written where the scanner believes it went.
+    pub angular_sigma_rad: f64,
+    /// Written ranges are multiples of this, metres, at least 0; 0 for none (Velodyne 0.002, Livox
+    /// 0.001).
+    pub range_step_m: f64,
+    /// Probability that a pulse is lost, whatever it hits, 0..=1.
+    pub dropout: f64,
+    /// Probability that a pulse from which nothing comes back gives a point all the same, 0..=1, at
+    /// any range the scanner has. Livox writes less than 1e-4.
+    pub false_alarm: f64,
+}
+
+impl PulseErrors {
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        ParamError::check(
+            (0.0..=0.1).contains(&self.angular_sigma_rad),
+            "errors.angular_sigma_rad",
+            self.angular_sigma_rad,
+            "0..=0.1 rad",
+        )?;
+        ParamError::check(
+            self.range_step_m.is_finite() && self.range_step_m >= 0.0,
+            "errors.range_step_m",
+            self.range_step_m,
+            "finite and at least 0",
+        )?;
+        for (field, share) in [
+            ("errors.dropout", self.dropout),
+            ("errors.false_alarm", self.false_alarm),
+        ] {
+            ParamError::check((0.0..=1.0).contains(&share), field, share, "0..=1")?;
+        }
+        Ok(())
+    }
+
+    /// A range rounded to the written resolution.
+    pub(crate) fn quantised_m(&self, range_m: f64) -> f64 {
+        if self.range_step_m > 0.0 {
+            libm::round(range_m / self.range_step_m) * self.range_step_m
+        } else {
+            range_m
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Names of files in a config.
+
+use serde::{Deserialize, Serialize};
+
+use crate::plan::{Encode, Encoder};
+
+/// The path of a file that a config names; empty for none. Keys of this type are all there is that
+/// leads to a file: [`InputFiles`](crate::InputFiles) finds each of them by itself, reads it, and keys of
+/// plans go by what is in it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(transparent)]
+pub struct InputPath(String);
+
+impl InputPath {
+    /// The path, as it was written.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// Is no file named?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl From<&str> for InputPath {
+    fn from(path: &str) -> Self {
+        Self(path.to_owned())
+    }
+}
+
+impl std::fmt::Display for InputPath {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl Encode for InputPath {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        encoder.file(&self.0);
+    }
+}

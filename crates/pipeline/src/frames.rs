@@ -1,0 +1,140 @@
+//! Which frames of a sequence are asked for.
+
+use std::ops::Range;
+
+/// A set of frames, kept as ranges: as small for a thousand million frames as for one.
+///
+/// ```
+/// use nemoral_pipeline::FrameSelection;
+///
+/// let frames: FrameSelection = [0..3, 8..9].into_iter().collect();
+/// assert_eq!(frames.iter().collect::<Vec<_>>(), [0, 1, 2, 8]);
+/// assert_eq!(frames.shard(1, 2), FrameSelection::from_iter([2..3, 8..9]));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FrameSelection {
+    /// Invariant: none is empty, they increase, and between two lies at least one frame.
+    ranges: Vec<Range<u64>>,
+}
+
+impl FrameSelection {
+    /// The first `count` frames.
+    #[must_use]
+    pub fn first(count: u64) -> Self {
+        std::iter::once(0..count).collect()
+    }
+
+    /// How many frames these are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        // Disjoint parts of 0..u64::MAX: their lengths sum up to u64::MAX at most.
+        self.ranges.iter().map(|r| r.end - r.start).sum()
+    }
+
+    /// Holds it no frame?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ranges.is_empty()
+    }
+
+    /// The last frame; `None` if there is none.
+    #[must_use]
+    pub fn last(&self) -> Option<u64> {
+        self.ranges.last().map(|r| r.end - 1)
+    }
+
+    /// Is a frame among them?
+    #[must_use]
+    pub fn contains(&self, frame: u64) -> bool {
+        let after = self.ranges.partition_point(|r| r.start <= frame);
+        after > 0 && self.ranges[after - 1].contains(&frame)
+    }
+
+    /// The frames, in order.
+    pub fn iter(&self) -> impl Iterator<Item = u64> + Clone + '_ {
+        self.ranges.iter().cloned().flatten()
+    }
+
+    /// The part `index` of `count` equal parts, `index` from 0: whole frames in blocks, so that the
+    /// chunks of a worker stay together. All parts together hold each frame once.
+    ///
+    /// # Panics
+    /// If `index` is not below `count`.
+    #[must_use]
+    pub fn shard(&self, index: u64, count: u64) -> Self {
+        assert!(index < count, "shard {index} of {count}");
+        let all = u128::from(self.count());
+        let cut = |i: u128| (all * i / u128::from(count)) as u64;
+        let (from, to) = (cut(index.into()), cut(u128::from(index) + 1));
+        let mut before = 0;
+        let parts = self.ranges.iter().map(|range| {
+            let length = range.end - range.start;
+            // As numbers within this range.
+            let low = from.saturating_sub(before).min(length);
+            let high = to.saturating_sub(before).min(length);
+            before += length;
+            range.start + low..range.start + high
+        });
+        parts.collect()
+    }
+}
+
+impl FromIterator<Range<u64>> for FrameSelection {
+    /// The union of ranges in any order; empty ones add nothing.
+    fn from_iter<T: IntoIterator<Item = Range<u64>>>(ranges: T) -> Self {
+        let mut all: Vec<Range<u64>> = ranges.into_iter().filter(|r| !r.is_empty()).collect();
+        all.sort_unstable_by_key(|r| r.start);
+        let mut ranges: Vec<Range<u64>> = Vec::new();
+        for range in all {
+            match ranges.last_mut() {
+                Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+                _ => ranges.push(range),
+            }
+        }
+        Self { ranges }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeSet;
+
+    proptest! {
+        #[test]
+        fn it_is_the_set_of_its_frames(pairs in prop::collection::vec((0_u64..60, 0_u64..9), 0..6), count in 1_u64..12) {
+            let expected: BTreeSet<u64> = pairs.iter().flat_map(|&(a, n)| a..a + n).collect();
+            let frames: FrameSelection = pairs.iter().map(|&(a, n)| a..a + n).collect();
+            let listed: Vec<u64> = expected.iter().copied().collect();
+            prop_assert_eq!(frames.iter().collect::<Vec<_>>(), &listed[..]);
+            prop_assert_eq!(frames.count(), listed.len() as u64);
+            prop_assert_eq!(frames.last(), listed.last().copied());
+            prop_assert_eq!(frames.is_empty(), listed.is_empty());
+            for frame in 0..80 {
+                prop_assert_eq!(frames.contains(frame), expected.contains(&frame));
+            }
+            let shards: Vec<FrameSelection> = (0..count).map(|i| frames.shard(i, count)).collect();
+            let joined: Vec<u64> = shards.iter().flat_map(FrameSelection::iter).collect();
+            prop_assert_eq!(joined, listed);
+            let sizes: Vec<u64> = shards.iter().map(FrameSelection::count).collect();
+            let (least, most) = (sizes.iter().min(), sizes.iter().max());
+            prop_assert!(most.zip(least).is_some_and(|(a, b)| a - b <= 1));
+        }
+    }
+
+    #[test]
+    fn the_largest_numbers_are_numbers_like_others() {
+        let all = FrameSelection::first(u64::MAX);
+        assert_eq!((all.count(), all.last()), (u64::MAX, Some(u64::MAX - 1)));
+        assert_eq!(all.iter().next(), Some(0));
+        let shard = all.shard(6_148_914_691_236_517_205, 9_223_372_036_854_775_808);
+        assert_eq!(shard.count(), 2);
+        assert_eq!(shard.iter().next(), Some(12_297_829_382_473_034_408));
+        let last = all.shard(u64::MAX - 1, u64::MAX);
+        assert_eq!(last, FrameSelection::from_iter([u64::MAX - 1..u64::MAX]));
+        let few = FrameSelection::first(10);
+        assert!(few.shard(3, u64::MAX).is_empty());
+        assert_eq!(few.shard(u64::MAX - 1, u64::MAX).last(), Some(9));
+    }
+}

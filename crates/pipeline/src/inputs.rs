@@ -1,0 +1,186 @@
+//! The files that a config names, each read once.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::Error;
+use crate::config::{Config, ConfigError, ConfigErrors, InputPath, most_bytes};
+use crate::plan::{Encode, Encoder, Hasher, KeyEncoder};
+
+/// A file: where it was, what was in it, and a digest of that.
+#[derive(Clone)]
+pub struct InputFile {
+    path: PathBuf,
+    bytes: Arc<[u8]>,
+    digest: [u8; 32],
+}
+
+impl InputFile {
+    fn new(path: &Path, bytes: Vec<u8>) -> Self {
+        Self {
+            path: path.to_owned(),
+            digest: *blake3::hash(&bytes).as_bytes(),
+            bytes: bytes.into(),
+        }
+    }
+
+    /// What messages call it.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What was in it.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// What was in it, as text.
+    ///
+    /// # Errors
+    /// If it is not UTF-8.
+    pub fn text(&self) -> Result<&str, Error> {
+        std::str::from_utf8(&self.bytes).map_err(|e| {
+            let (path, at) = (self.path.display(), e.valid_up_to());
+            Error::request(format!("{path}: is not UTF-8 text (byte {at})"))
+        })
+    }
+
+    /// BLAKE3 of its bytes.
+    #[must_use]
+    pub fn digest(&self) -> [u8; 32] {
+        self.digest
+    }
+}
+
+impl fmt::Debug for InputFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "InputFile({}, {} bytes)",
+            self.path.display(),
+            self.bytes.len()
+        )
+    }
+}
+
+/// All files that a config names, by their paths.
+///
+/// They are read when a config becomes a plan, before anything else is done; no stage opens a file. So
+/// what was checked, what decides a plan's keys and what a stage uses are the same bytes, whatever
+/// happens to the file meanwhile.
+#[derive(Clone, Debug, Default)]
+pub struct InputFiles(Arc<BTreeMap<String, InputFile>>);
+
+impl InputFiles {
+    /// Reads the files that a config names.
+    ///
+    /// # Errors
+    /// All that cannot be read: what is not there, is not a regular file, or is larger than such a file
+    /// may be.
+    pub fn read(config: &Config) -> Result<Self, Error> {
+        let (files, problems) = Self::read_all(config);
+        if problems.is_empty() {
+            return Ok(files);
+        }
+        let errors = problems.into_iter().map(|(path, message)| ConfigError {
+            path,
+            message,
+            place: None,
+        });
+        Err(ConfigErrors::from_iter(errors).into())
+    }
+
+    /// What can be read, and of the rest the key that names it and why not.
+    pub(crate) fn read_all(config: &Config) -> (Self, Vec<(String, String)>) {
+        let (mut files, mut problems) = (BTreeMap::new(), Vec::new());
+        for (key, name) in named(config) {
+            let Entry::Vacant(vacant) = files.entry(name) else {
+                continue;
+            };
+            let path = PathBuf::from(vacant.key());
+            match nemoral_files::read(&path, most_bytes(&key)) {
+                Ok(bytes) => {
+                    vacant.insert(InputFile::new(&path, bytes));
+                }
+                Err(e) => problems.push((key.clone(), format!("{key}: cannot read {e}"))),
+            }
+        }
+        (Self(Arc::new(files)), problems)
+    }
+
+    /// Are these the files of a config?
+    pub(crate) fn check(&self, config: &Config) -> Result<(), Error> {
+        match named(config)
+            .into_iter()
+            .find(|(_, name)| !self.0.contains_key(name))
+        {
+            None => Ok(()),
+            Some((key, name)) => Err(Error::request(format!(
+                "{key} = \"{name}\": the file was not read with the config"
+            ))),
+        }
+    }
+
+    /// A file that the config names; `None` of the empty name.
+    ///
+    /// # Panics
+    /// If it was not read: these are another config's files.
+    #[must_use]
+    pub fn get(&self, path: &InputPath) -> Option<&InputFile> {
+        (!path.is_empty()).then(|| self.named(path.as_str()))
+    }
+
+    fn named(&self, path: &str) -> &InputFile {
+        let file = self.0.get(path);
+        file.expect("a plan checks that the files of its config were read")
+    }
+
+    /// Writes a part of the config, files by what is in them.
+    pub(crate) fn encode(&self, hasher: &mut Hasher, value: &dyn Encode) {
+        value.encode(&mut KeyEncoder::new(hasher, &|path| {
+            self.named(path).digest
+        }));
+    }
+}
+
+/// The files that a config names, each with its key.
+fn named(config: &Config) -> Vec<(String, String)> {
+    let mut found = Found::default();
+    config.encode(&mut found);
+    found.files
+}
+
+/// Finds files in all that is encoded.
+#[derive(Default)]
+struct Found {
+    key: Vec<String>,
+    files: Vec<(String, String)>,
+}
+
+impl Encoder for Found {
+    fn open(&mut self, name: &str) {
+        self.key.push(name.to_owned());
+    }
+
+    fn close(&mut self) {
+        self.key.pop();
+    }
+
+    fn file(&mut self, path: &str) {
+        if !path.is_empty() {
+            self.files.push((self.key.join("."), path.to_owned()));
+        }
+    }
+
+    fn count(&mut self, _: usize) {}
+    fn whole(&mut self, _: u64) {}
+    fn signed(&mut self, _: i64) {}
+    fn real(&mut self, _: f64) {}
+    fn flag(&mut self, _: bool) {}
+    fn text(&mut self, _: &str) {}
+}

@@ -1,0 +1,161 @@
+//! Keys of plans: what decides a value decides its key, and nothing else does.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use nemoral_pipeline::config::{Config, Layers, Preset};
+use nemoral_pipeline::{Error, ForestPlan, InputFiles};
+
+/// Each stage's key, numbered as they repeat.
+fn keys(config: &Config) -> Result<BTreeMap<String, String>, Error> {
+    let forest = ForestPlan::new(config)?;
+    let provenance = forest.plan().provenance().into_iter().enumerate();
+    Ok(provenance
+        .map(|(i, (id, key))| (format!("{i:02} {id}"), key.to_string()))
+        .collect())
+}
+
+fn load(settings: &[String]) -> Config {
+    let layers = Layers {
+        preset: Some("demo".to_owned()),
+        file: None,
+        settings: settings.to_vec(),
+    };
+    layers.load().unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The stages whose keys differ.
+fn differing(a: &Config, b: &Config) -> Vec<String> {
+    let (a, b) = (keys(a).expect("readable"), keys(b).expect("readable"));
+    let differ = |(name, key): (&String, &String)| (b[name] != *key).then(|| name[3..].to_owned());
+    a.iter().filter_map(differ).collect()
+}
+
+/// One table, and every variant of a choice, in a config whose keys are written down below.
+const VARIED: &str = r#"
+preset = "demo"
+seed = 11
+[sun.date]
+later_h = 1.5
+[camera.calibration]
+[camera.fisheye]
+k1 = 0.01
+[cameras.left.sensor]
+[cameras.left.brown_conrady]
+[cameras.right.fov]
+[cameras.right.pinhole]
+[lidar.lines]
+[lidars.a.mid40]
+[lidars.b.mid70]
+[lidars.c.avia]
+[lidars.d.spinning]
+[lidars.e.panorama]
+[lidars.f.horizon]
+[robot.stations]
+rows = 5
+"#;
+
+/// A key that changes where nothing else did breaks `--resume` and `merge` of what users have. If a
+/// stage's output changed, or what it depends on, write the new keys down here and say so under
+/// *Dataset-changing* in the change log.
+#[test]
+fn keys_are_as_they_were() {
+    let varied = Config::from_toml(VARIED).expect("a config");
+    let presets = [Preset::ALL[0].config(), varied];
+    let mut text = String::new();
+    for (name, config) in ["default", "varied"].iter().zip(presets) {
+        for (stage, key) in keys(&config).expect("a plan") {
+            // 64 bits tell keys apart well enough to be looked at.
+            text += &format!("{name} {stage} {}\n", &key[..16]);
+        }
+    }
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/keys.txt");
+    if std::env::var_os("NEMORAL_BLESS").is_some() {
+        fs::write(&golden, &text).expect("a writable source tree");
+    }
+    let expected = fs::read_to_string(&golden).expect("it is beside this file");
+    for (is, was) in text.lines().zip(expected.lines()) {
+        assert_eq!(is, was);
+    }
+    assert_eq!(text.lines().count(), expected.lines().count());
+}
+
+/// What a file is called makes no difference, what is in it does.
+#[test]
+fn files_count_by_what_is_in_them() {
+    const BEECH: &str = include_str!("../../assets/species/beech.toml");
+    let folder = tempfile::tempdir().expect("a folder");
+    let sky = |name: &str, blue: f32| {
+        let image = image::Rgb32FImage::from_pixel(16, 8, image::Rgb([1.0, 1.0, blue]));
+        let path = folder.path().join(name);
+        image.save(&path).expect("written");
+        fs::read(path).expect("it was written")
+    };
+    let species = BEECH.replace("apical_dominance = 0.7", "apical_dominance = 0.6");
+    let cases = [
+        (
+            "lidar.table.path",
+            "world.lidars",
+            b"0, 0, 0\n0.001, 1, 0\n".to_vec(),
+            b"0, 0, 0\n0.001, 2, 0\n".to_vec(),
+        ),
+        (
+            "robot.file.path",
+            "world.guide",
+            b"0 0 0 0 0 0 0 1\n9 1 0 0 0 0 0 1\n".to_vec(),
+            b"0 0 0 0 0 0 0 1\n9 2 0 0 0 0 0 1\n".to_vec(),
+        ),
+        (
+            "assets.own_species",
+            "world.library",
+            BEECH.as_bytes().to_vec(),
+            species.into_bytes(),
+        ),
+        (
+            "sky.image",
+            "world.cameras",
+            sky("a.hdr", 1.0),
+            sky("b.hdr", 2.0),
+        ),
+    ];
+    for (key, stage, one, other) in cases {
+        let ending = if key == "sky.image" { "hdr" } else { "txt" };
+        let write = |name: &str, bytes: &[u8]| {
+            let path = folder.path().join(format!("{name}.{ending}"));
+            fs::write(&path, bytes).expect("written");
+            format!("{key}={}", path.display())
+        };
+        let first = load(&[write("first", &one)]);
+        let moved = load(&[write("moved", &one)]);
+        assert_eq!(differing(&first, &moved), [""; 0], "{key}");
+        let edited = load(&[write("edited", &other)]);
+        let changed = differing(&first, &edited);
+        assert!(changed.iter().any(|id| id == stage), "{key}: {changed:?}");
+        // In place as well: nothing remembers what was there.
+        let before = keys(&first).expect("readable");
+        write("first", &other);
+        assert_ne!(keys(&first).expect("readable"), before, "{key}");
+    }
+}
+
+#[test]
+fn what_was_not_read_with_the_config_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("pulses.csv");
+    fs::write(&path, "0, 0, 0\n0.001, 1, 0\n").expect("written");
+    let config = load(&[format!("lidar.table.path={}", path.display())]);
+    let read = InputFiles::read(&config).expect("readable");
+    fs::remove_file(&path).expect("it is there");
+    // Nothing opens it again.
+    let backend = nemoral_pipeline::Backend::Cpu;
+    assert!(ForestPlan::with_inputs(&config, &read, backend.clone()).is_ok());
+    let refused = ForestPlan::with_inputs(&config, &InputFiles::default(), backend);
+    let message = refused.expect_err("it has no file").to_string();
+    assert!(message.contains("lidar.table.path"), "{message}");
+    let gone = ForestPlan::new(&config).expect_err("the file is gone");
+    assert!(
+        gone.is_request() && gone.to_string().contains("lidar.table.path"),
+        "{gone}"
+    );
+}

@@ -1,0 +1,426 @@
+//! Calibration: from a target to hard cores, and from a sample (or planted rows) to the share of it
+//! that is kept.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+use glam::DVec2;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::{Domain, Draw, Key};
+
+use super::params::{LayerParams, PlacementParams};
+use super::patches::{PatchMap, Patches};
+use super::rows::Rows;
+use crate::error::ParamError;
+use crate::sampler::fill::{SamplePoint, fill};
+use crate::sampler::quadtree::{QuadTree, is_free};
+use crate::sampler::sizes::DiskSizes;
+use crate::sampler::tile::from_centre;
+use crate::variety::mean_over_radius;
+
+const THINNING: Domain = Domain::new("placement.thinning");
+const CALIBRATION: Domain = Domain::new("placement.calibration");
+
+/// Points per square of the hard-core distance in a saturated pattern of one radius (five runs of
+/// 7·10⁷ points, spread 2·10⁻⁵).
+const SATURATED: f64 = 0.6966;
+/// The edge of the calibration's window in mean hard-core distances: some 3000 points.
+const WINDOW: f64 = 72.0;
+/// More rounds than this bring next to nothing.
+const MAX_ROUNDS: u32 = 4;
+/// The edge of the grid of probes that measure the room that earlier layers leave.
+const PROBES: u32 = 64;
+
+/// A layer that can be placed: its sampler and the share that is kept.
+#[derive(Clone, Debug)]
+pub(crate) struct CalibratedLayer {
+    sizes: DiskSizes,
+    pattern: Pattern,
+    chunk_size_m: f64,
+    /// The largest occupancy radius, in chunk edges.
+    pub(crate) max_radius: f64,
+    /// Per variety: the share of the pattern that is kept outside of gaps and inside of clusters.
+    keep: Vec<f64>,
+    in_gaps: f64,
+    clusters: Option<Patches>,
+}
+
+/// The pattern of places where a layer's plants could stand.
+#[derive(Clone, Copy, Debug)]
+enum Pattern {
+    /// Bridson's fill; how often it works off its active list.
+    Fill(u32),
+    Rows(Rows),
+}
+
+impl CalibratedLayer {
+    /// The pattern in the square of half edge `need` around a chunk's centre, before thinning.
+    pub(crate) fn points_around(
+        &self,
+        key: Key,
+        chunk: ChunkCoord,
+        need: f64,
+    ) -> Vec<SamplePoint<Key>> {
+        let (sizes, size_m) = (&self.sizes, self.chunk_size_m);
+        match self.pattern {
+            Pattern::Fill(rounds) => fill(sizes, rounds, key, chunk.into(), need),
+            Pattern::Rows(rows) => rows.plant(sizes, key, chunk, size_m, need),
+        }
+    }
+
+    /// Where it clusters, if it does.
+    pub(crate) fn clusters(&self, key: Key, chunk: ChunkCoord, need: f64) -> Option<PatchMap> {
+        let clusters = self.clusters.as_ref()?;
+        Some(clusters.around(key, chunk, self.chunk_size_m, need))
+    }
+
+    /// Do gaps matter to it?
+    pub(crate) fn minds_gaps(&self) -> bool {
+        self.in_gaps != 1.0
+    }
+
+    /// The thinning: keyed by the point, blind to everything but the patches it stands in.
+    pub(crate) fn keeps(
+        &self,
+        point: &SamplePoint<Key>,
+        gaps: Option<&PatchMap>,
+        clusters: Option<&PatchMap>,
+    ) -> bool {
+        if clusters.is_some_and(|c| !c.contain(point.p)) {
+            return false;
+        }
+        let in_gap = self.minds_gaps() && gaps.is_some_and(|g| g.contain(point.p));
+        let factor = if in_gap { self.in_gaps } else { 1.0 };
+        self.keeps_share(point, factor)
+    }
+
+    fn keeps_share(&self, point: &SamplePoint<Key>, factor: f64) -> bool {
+        let mut rng = point.key.domain(THINNING).rng();
+        rng.chance(factor * self.keep[usize::from(point.variety)])
+    }
+}
+
+/// How unevenly a layer is asked for: the mean of its density over the plane and the most of it
+/// anywhere, relative to outside of gaps and inside of clusters.
+struct Unevenness {
+    mean: f64,
+    most: f64,
+}
+
+impl Unevenness {
+    fn of(params: &PlacementParams, layer: &LayerParams) -> Self {
+        let gap_share = params.gaps.map_or(0.0, |g| g.share);
+        let cluster_share = layer.clusters.map_or(1.0, |c| c.share);
+        let in_gaps = params.gaps.map_or(1.0, |_| layer.in_gaps);
+        Self {
+            mean: (1.0 - gap_share + gap_share * in_gaps) * cluster_share,
+            most: in_gaps.max(1.0),
+        }
+    }
+}
+
+/// Makes every layer of valid parameters, in order, by growing a window of each; `None` for a layer
+/// without things.
+///
+/// The calibration's key is its own: equal parameters keep equal shares in every world.
+pub(crate) fn calibrate(
+    params: &PlacementParams,
+) -> Result<Vec<Option<CalibratedLayer>>, ParamError> {
+    let mut layers = Vec::new();
+    let mut earlier = EarlierLayers {
+        factor: params.factor(),
+        half: f64::INFINITY,
+        points: Vec::new(),
+    };
+    for (number, layer) in params.layers.iter().enumerate() {
+        if layer.per_chunk == 0.0 {
+            layers.push(None);
+            continue;
+        }
+        let target = layer.per_chunk
+            / (params.allowed_fraction * params.density_factor * params.density_factor);
+        let uneven = Unevenness::of(params, layer);
+        // What is asked for where most is asked for: there, too, hard cores must leave room.
+        let sizes = sizes(params, layer, target * uneven.most / uneven.mean);
+        let half = WINDOW * sizes.mean_core();
+        let max_radius = layer.max_radius_m() / params.chunk_size_m;
+        // A hair more than will be asked for: rounding must not put a radius beyond the last probe.
+        let clearances = Clearances::of(&earlier, 1.001 * params.factor() * max_radius);
+        // Of all darts of a variety, this share is neither beside a rock nor beside earlier layers.
+        let room: Vec<f64> = layer
+            .varieties
+            .iter()
+            .map(|v| {
+                mean_over_radius(v, |r| rock_free(params, r))
+                    * mean_over_radius(v, |r| {
+                        clearances.share(params.factor() * r / params.chunk_size_m)
+                    })
+            })
+            .collect();
+        let key = Key::world(0).domain(CALIBRATION).item(number as u64);
+        let mut most = f64::INFINITY;
+        let mut patterns: Vec<Pattern> = (1..=MAX_ROUNDS).map(Pattern::Fill).collect();
+        if let Some(rows) = layer.rows {
+            patterns = vec![Pattern::Rows(rows)];
+        }
+        for pattern in patterns {
+            let mut made = CalibratedLayer {
+                sizes: sizes.clone(),
+                pattern,
+                chunk_size_m: params.chunk_size_m,
+                max_radius,
+                keep: Vec::new(),
+                in_gaps: layer.in_gaps,
+                clusters: layer.clusters,
+            };
+            let points = made.points_around(key, ChunkCoord::default(), half);
+            let (filled, bias) = match pattern {
+                Pattern::Fill(_) => (
+                    points.len() as f64 / (4.0 * half * half),
+                    Bias::of(&sizes, layer, &points),
+                ),
+                // Planted places are known, and take whatever is planted.
+                Pattern::Rows(rows) => (rows.per_chunk(params.chunk_size_m), Bias::NONE),
+            };
+            made.keep = (0..room.len())
+                .map(|i| target / (uneven.mean * filled * bias.acceptance(&sizes, i) * room[i]))
+                .collect();
+            let kept = made.keep.iter().zip(&layer.varieties);
+            most = kept
+                .filter(|(_, v)| v.weight > 0.0)
+                .map(|(keep, _)| *keep * uneven.most)
+                .fold(0.0, f64::max);
+            if most <= 1.0 {
+                earlier.add(points, &made, uneven.mean, half);
+                layers.push(Some(made));
+                break;
+            }
+        }
+        if layers.len() == number {
+            return Err(ParamError::TooDense {
+                layer: number,
+                name: layer.name.clone(),
+                per_chunk: layer.per_chunk,
+                at_most: layer.per_chunk / most,
+            });
+        }
+    }
+    Ok(layers)
+}
+
+/// What the layers so far left earlier in the calibration's window.
+struct EarlierLayers {
+    factor: f64,
+    /// Half the edge of the square where the points are complete.
+    half: f64,
+    points: Vec<SamplePoint<Key>>,
+}
+
+impl EarlierLayers {
+    /// `share` of the layer's density is everywhere: for the room that others find on the whole,
+    /// that is as good as all of it somewhere.
+    fn add(
+        &mut self,
+        mut points: Vec<SamplePoint<Key>>,
+        layer: &CalibratedLayer,
+        share: f64,
+        half: f64,
+    ) {
+        let half = half.min(self.half);
+        let index = self.index();
+        points.retain(|p| {
+            from_centre(p.p) <= half
+                && layer.keeps_share(p, share)
+                && is_free(&index, p.p, self.factor * p.radius)
+        });
+        self.half = half;
+        self.points.retain(|p| from_centre(p.p) <= half);
+        self.points.append(&mut points);
+    }
+
+    fn index(&self) -> QuadTree {
+        let mut index = QuadTree::new(DVec2::splat(0.5 - self.half), 2.0 * self.half);
+        for point in &self.points {
+            index.insert(point.p, self.factor * point.radius);
+        }
+        index
+    }
+}
+
+/// The hard cores of a layer: `hard_core` of what the target implies, more for big varieties.
+fn sizes(params: &PlacementParams, layer: &LayerParams, target: f64) -> DiskSizes {
+    let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
+    let mid = |i: usize| (layer.varieties[i].radius_m.0 + layer.varieties[i].radius_m.1) / 2.0;
+    // The room a tree takes grows like its crown's width, about the root of its stem's: a stem four
+    // times as thick keeps twice the distance. Beyond that, its own occupancy decides.
+    let relative: Vec<f64> = {
+        let mean = (0..layer.varieties.len())
+            .map(|i| layer.varieties[i].weight / total * mid(i))
+            .sum::<f64>();
+        (0..layer.varieties.len())
+            .map(|i| libm::sqrt(mid(i) / mean).clamp(0.5, 2.0))
+            .collect()
+    };
+    let mean_square: f64 = layer
+        .varieties
+        .iter()
+        .zip(&relative)
+        .map(|(v, r)| v.weight / total * r * r)
+        .sum();
+    let core = params.hard_core * libm::sqrt(SATURATED / (target * mean_square)) / 2.0;
+    DiskSizes::new(
+        &layer.varieties,
+        relative.iter().map(|r| core * r).collect(),
+        params.chunk_size_m,
+        params.factor(),
+    )
+}
+
+/// The share of the plane where rocks leave room for a radius (m): rocks fall nearly independently.
+fn rock_free(params: &PlacementParams, radius_m: f64) -> f64 {
+    let rocks = &params.rocks;
+    if rocks.max_per_chunk == 0 {
+        return 1.0;
+    }
+    let total: f64 = rocks.varieties.iter().map(|v| v.weight).sum();
+    let area_m2 = |rock_m: f64| {
+        let reach = params.rock_factor() * (rock_m + radius_m);
+        PI * reach * reach
+    };
+    let mean_area_m2: f64 = rocks
+        .varieties
+        .iter()
+        .map(|v| v.weight / total * mean_over_radius(v, area_m2))
+        .sum();
+    let number = f64::from(rocks.min_per_chunk + rocks.max_per_chunk) / 2.0;
+    libm::exp(-number * mean_area_m2 / (params.chunk_size_m * params.chunk_size_m))
+}
+
+/// Small things find more places than big ones. In a fill, the density of a hard core c over its
+/// share among the darts falls like exp(−a c − b c²), the form of a disc's chance to find room
+/// among others; a and b are fitted to the fill's first two moments (maximum likelihood).
+struct Bias {
+    theta: DVec2,
+    norm: f64,
+}
+
+impl Bias {
+    /// Everything finds a place.
+    const NONE: Self = Self {
+        theta: DVec2::ZERO,
+        norm: 1.0,
+    };
+
+    fn of(sizes: &DiskSizes, layer: &LayerParams, points: &[SamplePoint<Key>]) -> Self {
+        let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
+        let thrown: Vec<(f64, DVec2)> = (0..layer.varieties.len())
+            .map(|i| (layer.varieties[i].weight / total, core_powers(sizes, i)))
+            .collect();
+        let found = points
+            .iter()
+            .map(|p| core_powers(sizes, usize::from(p.variety)))
+            .sum::<DVec2>()
+            / points.len().max(1) as f64;
+        // Newton's method on a convex function, halving steps that overshoot; the ridge stands in
+        // where fewer than three hard cores leave the fit open.
+        const RIDGE: f64 = 1e-4;
+        let norm_at = |theta: DVec2| -> f64 {
+            thrown
+                .iter()
+                .map(|&(share, x)| share * libm::exp(-theta.dot(x)))
+                .sum()
+        };
+        let loss = |theta: DVec2| {
+            libm::log(norm_at(theta)) + theta.dot(found) + RIDGE / 2.0 * theta.length_squared()
+        };
+        let mut theta = DVec2::ZERO;
+        for _ in 0..30 {
+            let (mut sum, mut mean, mut square, mut cross) = (0.0, DVec2::ZERO, DVec2::ZERO, 0.0);
+            for &(share, x) in &thrown {
+                let w = share * libm::exp(-theta.dot(x));
+                sum += w;
+                mean += w * x;
+                square += w * x * x;
+                cross += w * x.x * x.y;
+            }
+            mean /= sum;
+            let variance = square / sum - mean * mean + RIDGE;
+            let covariance = cross / sum - mean.x * mean.y;
+            let gradient = mean - found - RIDGE * theta;
+            let determinant = variance.x * variance.y - covariance * covariance;
+            let mut step = DVec2::new(
+                variance.y * gradient.x - covariance * gradient.y,
+                variance.x * gradient.y - covariance * gradient.x,
+            ) / determinant;
+            let here = loss(theta);
+            // Not at all downhill any more, to the last digits: found.
+            let halved = (0..40).find(|_| {
+                let better = loss(theta + step) < here;
+                if !better {
+                    step *= 0.5;
+                }
+                better
+            });
+            if halved.is_none() {
+                break;
+            }
+            theta += step;
+        }
+        let norm = norm_at(theta);
+        Self { theta, norm }
+    }
+
+    /// The density of a variety in the fill, over the fill's density and the variety's weight.
+    fn acceptance(&self, sizes: &DiskSizes, variety: usize) -> f64 {
+        libm::exp(-self.theta.dot(core_powers(sizes, variety))) / self.norm
+    }
+}
+
+/// The first two powers of a variety's hard core, from the mean and in its units.
+fn core_powers(sizes: &DiskSizes, variety: usize) -> DVec2 {
+    let x = sizes.typical_core(variety) / sizes.mean_core() - 1.0;
+    DVec2::new(x, x * x)
+}
+
+/// How far probes are from the nearest thing that stands, ascending; up to a distance that matters.
+struct Clearances(Vec<f64>);
+
+impl Clearances {
+    /// `most` is the largest scaled radius that will be asked for.
+    fn of(earlier: &EarlierLayers, most: f64) -> Self {
+        if earlier.points.is_empty() {
+            return Self(Vec::new());
+        }
+        let index = earlier.index();
+        let largest = earlier.points.iter().map(|p| p.radius).fold(0.0, f64::max);
+        let half = earlier.half - (most + earlier.factor * largest);
+        let mut rng = Key::world(0).domain(CALIBRATION).rng();
+        let mut clearances = Vec::new();
+        for y in 0..PROBES {
+            for x in 0..PROBES {
+                let cell = DVec2::new(f64::from(x), f64::from(y));
+                let at = (cell + DVec2::new(rng.unit_f64(), rng.unit_f64())) / f64::from(PROBES);
+                let p = DVec2::splat(0.5 - half) + at * (2.0 * half);
+                let mut clearance = most;
+                let _ = index.search(p, most, &mut |i| {
+                    if let Some((q, r)) = index.get(i) {
+                        clearance = clearance.min(p.distance(q) - r);
+                    }
+                    ControlFlow::Continue(())
+                });
+                clearances.push(clearance);
+            }
+        }
+        clearances.sort_unstable_by(f64::total_cmp);
+        Self(clearances)
+    }
+
+    /// The share of the plane where a disc finds room.
+    fn share(&self, radius: f64) -> f64 {
+        if self.0.is_empty() {
+            return 1.0;
+        }
+        let blocked = self.0.partition_point(|c| *c < radius);
+        1.0 - blocked as f64 / self.0.len() as f64
+    }
+}

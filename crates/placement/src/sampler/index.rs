@@ -1,0 +1,71 @@
+//! Search for disks that overlap a disk.
+
+use std::ops::ControlFlow;
+
+use glam::DVec2;
+
+/// Discs that can be asked which of them overlap another disc.
+pub trait NeighbourIndex {
+    /// Calls `visit` with the number (in order of insertion) of every stored disc q with
+    /// `|p − q| < radius + r_q`, in no particular order, until it breaks.
+    fn visit_overlaps(
+        &self,
+        p: DVec2,
+        radius: f64,
+        visit: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> ControlFlow<()>;
+
+    /// Whether a disc would overlap none of the stored ones.
+    fn is_free(&self, p: DVec2, radius: f64) -> bool {
+        self.visit_overlaps(p, radius, &mut |_| ControlFlow::Break(()))
+            .is_continue()
+    }
+
+    /// The numbers of all stored discs that a disc would overlap, ascending.
+    fn overlaps(&self, p: DVec2, radius: f64) -> Vec<usize> {
+        let mut found = Vec::new();
+        let _ = self.visit_overlaps(p, radius, &mut |i| {
+            found.push(i);
+            ControlFlow::Continue(())
+        });
+        found.sort_unstable();
+        found
+    }
+}
+
+/// The obvious index: it looks at every disc. Best for a handful, and the quadtree's oracle.
+#[derive(Clone, Debug, Default)]
+pub struct LinearScan {
+    discs: Vec<(DVec2, f64)>,
+}
+
+impl LinearScan {
+    /// Stores a disc and returns its number.
+    pub fn insert(&mut self, p: DVec2, radius: f64) -> usize {
+        self.discs.push((p, radius));
+        self.discs.len() - 1
+    }
+}
+
+impl NeighbourIndex for LinearScan {
+    fn visit_overlaps(
+        &self,
+        p: DVec2,
+        radius: f64,
+        visit: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        for (i, &(q, r)) in self.discs.iter().enumerate() {
+            if overlap(p, radius, q, r) {
+                visit(i)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// The sum rule, the same expression everywhere: both indexes agree to the bit.
+#[inline]
+pub(crate) fn overlap(p: DVec2, radius_p: f64, q: DVec2, radius_q: f64) -> bool {
+    let reach = radius_p + radius_q;
+    p.distance_squared(q) < reach * reach
+}

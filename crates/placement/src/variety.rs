@@ -1,0 +1,71 @@
+//! Varieties: the kinds of disks or plants that are drawn by weight.
+
+use crate::error::{ParamError, within};
+
+/// One kind of thing inside a layer: a species, a prototype, a size class.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variety {
+    /// Its share among the layer's sites, relative to the other varieties' weights; at least 0.
+    pub weight: f64,
+    /// The range of its occupancy radius in metres (a trunk's or a foot's, not a crown's): drawn
+    /// uniformly, more than 0.
+    pub radius_m: (f64, f64),
+}
+
+/// Checks weights and radii; no radius may be larger than `max_m`.
+pub(crate) fn check_varieties(
+    path: &str,
+    varieties: &[Variety],
+    max_m: f64,
+) -> Result<(), ParamError> {
+    check_weights(path, varieties.iter().map(|v| v.weight))?;
+    for (i, v) in varieties.iter().enumerate() {
+        let (low, high) = v.radius_m;
+        if !(low > 0.0 && low <= high && high <= max_m) {
+            return Err(ParamError::range(
+                format!("{path}[{i}].radius_m"),
+                v.radius_m,
+                format!(
+                    "a range (low, high) with 0 < low <= high <= {max_m} \
+                     (half a chunk over the factor of the distance rule)"
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that weights are at least 0, and one of them more.
+pub(crate) fn check_weights(
+    path: &str,
+    weights: impl ExactSizeIterator<Item = f64>,
+) -> Result<(), ParamError> {
+    if weights.len() > usize::from(u16::MAX) {
+        return Err(ParamError::range(
+            format!("{path}.len()"),
+            weights.len(),
+            "at most 65535",
+        ));
+    }
+    let mut total = 0.0;
+    for (i, weight) in weights.enumerate() {
+        within(&format!("{path}[{i}].weight"), weight, 0.0, 1e9)?;
+        total += weight;
+    }
+    if total > 0.0 {
+        return Ok(());
+    }
+    Err(ParamError::range(
+        path,
+        total,
+        "at least one variety with a positive weight",
+    ))
+}
+
+/// The mean of a function of a variety's radius: uniform in its range.
+pub(crate) fn mean_over_radius(variety: &Variety, f: impl Fn(f64) -> f64) -> f64 {
+    const STEPS: u32 = 16;
+    let (low, high) = variety.radius_m;
+    let at = |i: u32| low + (high - low) * (f64::from(i) + 0.5) / f64::from(STEPS);
+    (0..STEPS).map(|i| f(at(i))).sum::<f64>() / f64::from(STEPS)
+}

@@ -1,0 +1,118 @@
+//! From the nearest primitive to what a sensor wants to know of it.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use nemoral_scene::{Hit, Instance, Shading, SurfaceHit};
+
+use crate::blas::{Blas, triangle_uv};
+use crate::block::Shape;
+use crate::group::{Group, Pose};
+use crate::nearest::{Nearest, PrimitiveHit};
+
+/// What a sensor can ask to know of a hit.
+pub(crate) trait ResolvedHit: Copy + Send + Sync {
+    /// The description of the nearest hit of a ray, if there is one.
+    fn of(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Self>;
+}
+
+impl ResolvedHit for Hit {
+    fn of(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Self> {
+        let found = nearest.found()?;
+        let group = &groups[found.rank.group as usize].1;
+        let number = found.rank.instance as usize;
+        let (instance, blas) = &group.instances()[number];
+        shaded_hit(blas, instance, group.pose(number)?, found, nearest.t())
+    }
+}
+
+impl ResolvedHit for SurfaceHit {
+    fn of(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Self> {
+        let PrimitiveHit {
+            rank, primitive, ..
+        } = nearest.found()?;
+        let instance = (groups[rank.group as usize].1).instance_ref(rank.group, primitive.part);
+        let (shape, material) = instance.blas.shape_at(rank.primitive, primitive)?;
+        let [u, v] = shape.edges();
+        let normal = instance.pose.normal_to_group(u.cross(v)).try_normalize();
+        Some(Self {
+            distance_m: nearest.t(),
+            geometric_normal: normal.unwrap_or(DVec3::Z).as_vec3(),
+            material,
+            object: rank.object,
+        })
+    }
+}
+
+/// The hit at the intersection of a ray with a primitive of an instance.
+fn shaded_hit(
+    blas: &Blas,
+    instance: &Instance,
+    pose: &Pose,
+    found: &PrimitiveHit,
+    distance_m: f32,
+) -> Option<Hit> {
+    let (primitive, m) = (found.rank.primitive, &found.intersection);
+    let (shape, material) = blas.shape_at(primitive, &found.primitive)?;
+    let linear = instance.linear.as_dmat3();
+    let [edge_u, edge_v] = shape.edges();
+    let mut blend = None;
+    let mut ambient_occlusion = 1.0;
+    let (vertex_normal, uv, uv_area) = match shape {
+        Shape::Triangle(_) => {
+            let mesh = blas.prototype().mesh();
+            let triangle = &mesh.triangles[primitive as usize];
+            let normal = match triangle.corners.map(|i| mesh.normal(i)) {
+                [Some(a), Some(b), Some(c)] => {
+                    let [a, b, c] = [a, b, c].map(|n| n.as_dvec3());
+                    Some(a * (1.0 - m.u - m.v) + b * m.u + c * m.v)
+                }
+                _ => None,
+            };
+            let [a, b, c] = triangle.corners.map(|i| mesh.uv(i).as_dvec2());
+            let uv_area = (b - a).perp_dot(c - a).abs();
+            blend = mesh.blends.get(primitive as usize).and_then(|blend| {
+                let [a, b, c] = blend.shares.map(f64::from);
+                let share = (a * (1.0 - m.u - m.v) + b * m.u + c * m.v) as f32;
+                (share > 0.0).then_some((blend.other, share))
+            });
+            if let Some(occlusion) = blas.prototype().ambient_occlusion() {
+                ambient_occlusion = occlusion.in_triangle(triangle.corners, m.u as f32, m.v as f32);
+            }
+            (normal, triangle_uv(mesh, triangle, m), uv_area)
+        }
+        Shape::Card(_) => {
+            let uv = DVec3::new(m.u, m.v, 0.0).as_vec3().truncate();
+            if let Some(occlusion) = blas.prototype().ambient_occlusion() {
+                let card = primitive as usize - blas.prototype().mesh().triangles.len();
+                ambient_occlusion = occlusion.on_card(card, uv.x, uv.y);
+            }
+            (None, uv, 1.0)
+        }
+    };
+    let normal_to_scene = |n: DVec3| pose.normal_to_group(n).try_normalize();
+    let geometric = normal_to_scene(edge_u.cross(edge_v)).unwrap_or(DVec3::Z);
+    let shading = vertex_normal.and_then(normal_to_scene).unwrap_or(geometric);
+    let side = if shading.dot(geometric) < 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    let area = (linear * edge_u).cross(linear * edge_v).length();
+    Some(Hit {
+        surface: SurfaceHit {
+            distance_m,
+            geometric_normal: geometric.as_vec3(),
+            material,
+            object: instance.object,
+        },
+        shading: Shading {
+            normal: (shading * side).as_vec3(),
+            uv,
+            uv_per_m: (uv_area / area).sqrt() as f32,
+            blend,
+            variation: instance.variation,
+            ambient_occlusion,
+        },
+    })
+}

@@ -1,0 +1,13 @@
+//! Annotations beyond a picture's pixels: optical flow, what is behind, and boxes. They are found
+//! by casting rays, whatever renderer took the picture.
+
+pub(crate) mod boxes;
+pub(crate) mod nearest;
+pub(crate) mod optical_flow;
+
+use glam::DVec2;
+
+/// The centre of a pixel.
+fn pixel_centre(column: usize, row: usize) -> DVec2 {
+    DVec2::new(column as f64 + 0.5, row as f64 + 0.5)
+}

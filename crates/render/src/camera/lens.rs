@@ -1,0 +1,265 @@
+//! Scattering and fall-off of light in the lens.
+
+use glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::Intrinsics;
+use rayon::prelude::*;
+
+use crate::colour::in_parts;
+use crate::error::{ParamError, check};
+
+/// Scattering and fall-off. In a forest they decide how trunks look against the sky: its gaps are
+/// stops brighter than anything before them, and what they spill washes out edges nearby.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// The share of all light that is spread evenly over the picture, 0..=0.5; a clean lens has
+    /// 0.01.
+    pub veiling_glare: f32,
+    /// The share of light that is scattered around where it should go, 0..=0.5: half of it within a
+    /// hundredth of the picture's width, a fifth within a tenth and more (two of the components of
+    /// the glare of optics and eyes; Spencer et al. 1995, "Physically-based glare effects").
+    pub halo: f32,
+    /// How much corners darken: 0 not at all, 1 by the fourth power of the cosine, as behind a
+    /// plain lens. 0..=1.
+    pub vignetting: f32,
+}
+
+impl Default for Lens {
+    /// A clean lens, well corrected.
+    fn default() -> Self {
+        Self {
+            veiling_glare: 0.01,
+            halo: 0.0,
+            vignetting: 0.0,
+        }
+    }
+}
+
+/// The halo's parts: the spread of a Gaussian as a share of the picture's width, and its weight.
+const HALO: [(f32, f32); 3] = [(0.004, 0.5), (0.02, 0.3), (0.08, 0.2)];
+
+/// Light around is worked out on blocks of this many pixels a side.
+const BLOCK: usize = 4;
+
+impl Lens {
+    pub(crate) const NONE: Self = Self {
+        veiling_glare: 0.0,
+        halo: 0.0,
+        vignetting: 0.0,
+    };
+
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        for (field, value, most, allowed) in [
+            ("lens.veiling_glare", self.veiling_glare, 0.5, "0..=0.5"),
+            ("lens.halo", self.halo, 0.5, "0..=0.5"),
+            ("lens.vignetting", self.vignetting, 1.0, "0..=1"),
+        ] {
+            check(field, value.into(), 0.0, most, allowed)?;
+        }
+        Ok(())
+    }
+
+    /// Turns the light before the lens, row by row, into the light behind it.
+    pub(crate) fn apply(&self, light: &mut [Vec3], intrinsics: &Intrinsics) {
+        if *self == Self::NONE {
+            return;
+        }
+        let width = intrinsics.width as usize;
+        let part = |light: &[Vec3]| light.iter().map(|c| c.as_dvec3()).sum::<DVec3>();
+        let sum: DVec3 = in_parts(light, part).into_iter().sum();
+        let veil = (sum / light.len() as f64).as_vec3() * self.veiling_glare;
+        let kept = 1.0 - self.veiling_glare - self.halo;
+        let around = (self.halo > 0.0).then(|| Coarse::around(light, width));
+        light
+            .par_chunks_mut(width)
+            .enumerate()
+            .for_each(|(y, row)| {
+                for (x, c) in row.iter_mut().enumerate() {
+                    let mut behind = *c * kept + veil;
+                    if let Some(around) = &around {
+                        behind += around.at(x, y) * self.halo;
+                    }
+                    let pixel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                    let cos = intrinsics.direction(pixel).z as f32;
+                    let falls_off = 1.0 - cos * cos * cos * cos;
+                    *c = behind * (1.0 - self.vignetting * falls_off);
+                }
+            });
+    }
+}
+
+/// A picture of blocks.
+struct Coarse {
+    width: usize,
+    light: Vec<Vec3>,
+}
+
+impl Coarse {
+    /// The light that is scattered to each place.
+    fn around(light: &[Vec3], width: usize) -> Self {
+        let blocks = Self::of(light, width);
+        let blurred = HALO.par_iter().map(|&(spread, weight)| {
+            let mut part = blocks.clone();
+            part.blur(spread * width as f32 / BLOCK as f32);
+            (part.light, weight)
+        });
+        let mut sum = vec![Vec3::ZERO; blocks.light.len()];
+        for (part, weight) in blurred.collect::<Vec<_>>() {
+            for (sum, c) in sum.iter_mut().zip(part) {
+                *sum += c * weight;
+            }
+        }
+        Self {
+            width: blocks.width,
+            light: sum,
+        }
+    }
+
+    /// Means of blocks; at the borders of fewer pixels.
+    fn of(light: &[Vec3], width: usize) -> Self {
+        let height = light.len() / width;
+        let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
+        let mean = |k: usize| {
+            let (left, top) = (k % columns * BLOCK, k / columns * BLOCK);
+            let (right, bottom) = ((left + BLOCK).min(width), (top + BLOCK).min(height));
+            let pixels = (top..bottom).flat_map(|y| &light[y * width + left..y * width + right]);
+            pixels.sum::<Vec3>() / ((right - left) * (bottom - top)) as f32
+        };
+        Self {
+            width: columns,
+            light: (0..columns * rows).into_par_iter().map(mean).collect(),
+        }
+    }
+
+    /// Three running means along rows and along columns: a Gaussian to a few percent (Wells 1986,
+    /// "Efficient synthesis of Gaussian filters by cascaded uniform filters"), of whole reach:
+    /// small spreads are rounded. Beyond the border the picture goes on as at it.
+    fn blur(&mut self, sigma: f32) {
+        let reach = (0.5 * ((4.0 * sigma * sigma + 1.0).sqrt() - 1.0)).round() as usize;
+        let (width, height) = (self.width, self.light.len() / self.width);
+        for _ in 0..3 {
+            for row in self.light.chunks_mut(width) {
+                running_mean(row, reach);
+            }
+        }
+        let mut column = vec![Vec3::ZERO; height];
+        for x in 0..width {
+            for (y, c) in column.iter_mut().enumerate() {
+                *c = self.light[y * width + x];
+            }
+            for _ in 0..3 {
+                running_mean(&mut column, reach);
+            }
+            for (y, c) in column.iter().enumerate() {
+                self.light[y * width + x] = *c;
+            }
+        }
+    }
+
+    /// Between the blocks' middles.
+    fn at(&self, x: usize, y: usize) -> Vec3 {
+        let height = self.light.len() / self.width;
+        let split = |i: usize, n: usize| {
+            let at = ((i as f32 + 0.5) / BLOCK as f32 - 0.5).clamp(0.0, (n - 1) as f32);
+            let low = (at as usize).min(n.saturating_sub(2));
+            (low, (low + 1).min(n - 1), at - low as f32)
+        };
+        let (left, right, u) = split(x, self.width);
+        let (top, bottom, v) = split(y, height);
+        let row = |y: usize| {
+            let y = y * self.width;
+            self.light[y + left].lerp(self.light[y + right], u)
+        };
+        row(top).lerp(row(bottom), v)
+    }
+}
+
+impl Clone for Coarse {
+    fn clone(&self) -> Self {
+        Self {
+            width: self.width,
+            light: self.light.clone(),
+        }
+    }
+}
+
+/// The mean of each place and `reach` more to both sides.
+fn running_mean(line: &mut [Vec3], reach: usize) {
+    let before = line.to_vec();
+    let at = |i: isize| before[i.clamp(0, before.len() as isize - 1) as usize];
+    let reach = reach as isize;
+    let mut sum: Vec3 = (-reach..=reach).map(at).sum();
+    for (i, out) in (0..).zip(line.iter_mut()) {
+        *out = (sum / (2 * reach + 1) as f32).max(Vec3::ZERO);
+        sum += at(i + reach + 1) - at(i - reach);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(width: u32, height: u32) -> Intrinsics {
+        Intrinsics::from_fov(width, height, 90_f64.to_radians()).expect("valid")
+    }
+
+    #[test]
+    fn no_light_is_lost_but_in_the_corners() {
+        let optics = view(160, 96);
+        let mut light = vec![Vec3::ZERO; 160 * 96];
+        light[48 * 160 + 80] = Vec3::splat(15360.0);
+        let lens = Lens {
+            veiling_glare: 0.05,
+            halo: 0.1,
+            vignetting: 0.0,
+        };
+        lens.apply(&mut light, &optics);
+        let total: f32 = light.iter().map(|c| c.y).sum();
+        assert!((total / 15360.0 - 1.0).abs() < 2e-3, "{total}");
+        // The point stays, near it is more than far from it, and nowhere less than the veil.
+        let at = |x: usize, y: usize| light[y * 160 + x].y;
+        assert!((at(80, 48) / 15360.0 - 0.85).abs() < 0.01);
+        assert!(at(84, 48) > 2.0 * at(100, 48) && at(100, 48) > at(140, 48));
+        assert!(at(0, 0) >= 0.05 * 0.999);
+    }
+
+    #[test]
+    fn an_even_picture_stays_even_and_corners_fall_off_by_the_fourth_power() {
+        let optics = view(160, 96);
+        let even = vec![Vec3::new(3.0, 2.0, 1.0); 160 * 96];
+        let lens = |vignetting| Lens {
+            veiling_glare: 0.02,
+            halo: 0.08,
+            vignetting,
+        };
+        let mut light = even.clone();
+        lens(0.0).apply(&mut light, &optics);
+        let off = |a: &Vec3, b: &Vec3| (*a - *b).abs().max_element();
+        assert!(light.iter().zip(&even).all(|(a, b)| off(a, b) < 1e-4));
+        lens(1.0).apply(&mut light, &optics);
+        let cos = optics.direction(DVec2::new(0.5, 0.5)).z as f32;
+        assert!((light[0].x / 3.0 - cos.powi(4)).abs() < 1e-4);
+        assert!((light[48 * 160 + 80].x / 3.0 - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_blur_has_its_spread() {
+        for sigma in [4.5, 7.0, 16.0] {
+            let mut line = Coarse {
+                width: 201,
+                light: vec![Vec3::ZERO; 201],
+            };
+            line.light[100] = Vec3::ONE;
+            line.blur(sigma);
+            let moment = |k: i32| -> f32 {
+                let x = |i: usize| (i as f32 - 100.0).powi(k);
+                line.light.iter().enumerate().map(|(i, c)| c.x * x(i)).sum()
+            };
+            assert!((moment(0) - 1.0).abs() < 1e-4);
+            assert!(
+                (moment(2).sqrt() / sigma - 1.0).abs() < 0.12,
+                "{}",
+                moment(2).sqrt()
+            );
+        }
+    }
+}

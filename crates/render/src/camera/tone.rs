@@ -1,0 +1,299 @@
+//! From luminance to code values: exposure, tone curve, transfer function.
+
+use glam::Vec3;
+use nemoral_scene::{Image, code_thresholds};
+use nemoral_seed::Key;
+use rayon::prelude::*;
+
+use super::sensor_noise::{Sensor, SensorNoise};
+use crate::colour::{LUMINANCE, in_parts};
+use crate::error::{ParamError, check};
+
+/// A light meter's reading at EV 0, ISO 100: K / 100 with K = 12.5 (ISO 2720), cd/m².
+const LUMINANCE_AT_EV_0: f64 = 0.125;
+
+/// The displayed reflectance of the metered luminance: middle grey.
+const MIDDLE_GREY: f64 = 0.18;
+
+/// How bright a picture becomes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// As a camera does it: the picture's log-mean luminance becomes `key` (0.18 is middle grey),
+    /// then `bias_ev` stops brighter.
+    Auto {
+        /// 0.01..=1.
+        key: f64,
+        /// −10..=10 stops.
+        bias_ev: f64,
+    },
+    /// By hand: a luminance of 0.125 · 2^ev100 cd/m² becomes middle grey. Sunny 15, shade 12,
+    /// under closed crowns 7..10.
+    Fixed {
+        /// −10..=25.
+        ev100: f64,
+    },
+}
+
+impl Default for Exposure {
+    fn default() -> Self {
+        Self::Auto {
+            key: MIDDLE_GREY,
+            bias_ev: 0.0,
+        }
+    }
+}
+
+impl Exposure {
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        match *self {
+            Self::Auto { key, bias_ev } => {
+                check("exposure.key", key, 0.01, 1.0, "0.01..=1")?;
+                check("exposure.bias_ev", bias_ev, -10.0, 10.0, "-10..=10 stops")
+            }
+            Self::Fixed { ev100 } => check("exposure.ev100", ev100, -10.0, 25.0, "-10..=25"),
+        }
+    }
+
+    /// The EV at ISO 100 for a picture with this log-mean luminance, cd/m².
+    pub(crate) fn ev100(&self, log_mean: f64) -> f64 {
+        match *self {
+            Self::Fixed { ev100 } => ev100,
+            Self::Auto { key, bias_ev } => {
+                libm::log2(log_mean / LUMINANCE_AT_EV_0 * (MIDDLE_GREY / key)) - bias_ev
+            }
+        }
+    }
+}
+
+/// What luminance is multiplied with, so that the metered one becomes middle grey.
+pub(crate) fn scale_of(ev100: f64) -> f32 {
+    (MIDDLE_GREY / (LUMINANCE_AT_EV_0 * libm::exp2(ev100))) as f32
+}
+
+/// exp(mean(ln Y)) over the pixels that are not black; 1e-3 cd/m² (starlight) if all are.
+pub(crate) fn log_mean_luminance(linear: &[Vec3]) -> f64 {
+    let part = |linear: &[Vec3]| {
+        let lit = linear.iter().map(|c| c.dot(LUMINANCE)).filter(|&y| y > 0.0);
+        lit.fold((0.0, 0_u32), |(sum, n), y| {
+            (sum + f64::from(libm::logf(y)), n + 1)
+        })
+    };
+    let (sum, n) = in_parts(linear, part)
+        .into_iter()
+        .fold((0.0, 0), |(sum, n), part| (sum + part.0, n + part.1));
+    if n == 0 {
+        1e-3
+    } else {
+        libm::exp(sum / f64::from(n))
+    }
+}
+
+/// How exposed light becomes brightness on the screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ToneCurve {
+    /// A camera's picture: a soft toe, a long shoulder (Hable 2010, "Uncharted 2", with his
+    /// constants, white at 5.6), channel by channel, so that highlights lose their colour before
+    /// they clip.
+    #[default]
+    Filmic,
+    /// Light clipped at 1: brightness stays proportional to radiance.
+    Linear,
+}
+
+impl ToneCurve {
+    /// The exposed light that just clips.
+    pub(crate) fn white(self) -> f64 {
+        match self {
+            Self::Linear => 1.0,
+            Self::Filmic => 5.6,
+        }
+    }
+
+    /// Exposed linear light to displayed linear light, one channel; monotone, 0 stays 0.
+    fn apply(self, x: f64) -> f64 {
+        match self {
+            Self::Linear => x.min(1.0),
+            Self::Filmic => {
+                const WHITE: f64 = 11.2;
+                let hable = |x: f64| {
+                    (x * (0.22 * x + 0.03) + 0.002) / (x * (0.22 * x + 0.3) + 0.06) - 0.01 / 0.3
+                };
+                // The factor is Hable's exposure bias.
+                (hable((2.0 * x).min(WHITE)) / hable(WHITE)).clamp(0.0, 1.0)
+            }
+        }
+    }
+}
+
+/// IEC 61966-2-1: linear to sRGB.
+fn srgb_oetf(x: f64) -> f64 {
+    if x <= 0.003_130_8 {
+        12.92 * x
+    } else {
+        1.055 * libm::pow(x, 1.0 / 2.4) - 0.055
+    }
+}
+
+/// The encoder's table goes from 2^-14, where all codes are 0, to 2^6, where all are 255.
+const FIRST_EXPONENT: u32 = 127 - 14;
+const OCTAVES: u32 = 20;
+
+/// Light to code values, exactly and fast: for each code value the smallest light that reaches it.
+struct Encoder {
+    thresholds: [f32; 255],
+    /// For each 1/64 of an octave, the code at its lower end.
+    starts: Vec<u8>,
+}
+
+impl Encoder {
+    fn new(tone: ToneCurve) -> Self {
+        let code = |x: f32| 255.0 * srgb_oetf(tone.apply(f64::from(x))) + 0.5;
+        let thresholds = code_thresholds(64.0, code);
+        let starts = (0..OCTAVES << 6)
+            .map(|i| {
+                let low = f32::from_bits(((FIRST_EXPONENT << 6) + i) << 17);
+                thresholds.partition_point(|&t| t <= low) as u8
+            })
+            .collect();
+        Self { thresholds, starts }
+    }
+
+    #[inline]
+    fn code(&self, x: f32) -> u8 {
+        // The exponent and six bits of the mantissa say nearly all; what is left is counted.
+        let cell = (x.max(0.0).to_bits() >> 17).saturating_sub(FIRST_EXPONENT << 6);
+        let mut code = self.starts[(cell as usize).min(self.starts.len() - 1)];
+        while code < 255 && self.thresholds[usize::from(code)] <= x {
+            code += 1;
+        }
+        code
+    }
+
+    fn encode(&self, exposed: Vec3) -> [u8; 3] {
+        exposed.to_array().map(|x| self.code(x))
+    }
+}
+
+/// The picture of a radiance image at an exposure, as a sensor with this noise reads it.
+/// `key` is for the noise alone.
+pub(crate) fn develop(
+    linear: &Image<Vec3>,
+    ev100: f64,
+    tone: ToneCurve,
+    noise: Option<SensorNoise>,
+    key: Key,
+) -> Image<[u8; 3]> {
+    let sensor = noise.map(|noise| Sensor::new(noise, ev100, tone.white(), key));
+    match sensor {
+        None => encode(linear, ev100, tone, |_, light| light),
+        Some(sensor) => encode(linear, ev100, tone, |i, light| sensor.read(i, light)),
+    }
+}
+
+/// Code values of what is `read` of the exposed light of each pixel.
+fn encode(
+    linear: &Image<Vec3>,
+    ev100: f64,
+    tone: ToneCurve,
+    read: impl Fn(usize, Vec3) -> Vec3 + Sync,
+) -> Image<[u8; 3]> {
+    let (encoder, scale) = (Encoder::new(tone), scale_of(ev100));
+    let pixels = linear
+        .pixels()
+        .par_iter()
+        .enumerate()
+        .map(|(i, &c)| encoder.encode(read(i, c * scale)))
+        .collect();
+    Image::new(linear.width(), linear.height(), pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Code values of a perfect sensor.
+    fn shown(linear: &Image<Vec3>, ev100: f64, tone: ToneCurve) -> Image<[u8; 3]> {
+        encode(linear, ev100, tone, |_, light| light)
+    }
+
+    #[test]
+    fn white_is_where_the_curve_ends() {
+        for tone in [ToneCurve::Linear, ToneCurve::Filmic] {
+            let (at, below) = (tone.apply(tone.white()), tone.apply(0.99 * tone.white()));
+            assert!(at > 1.0 - 1e-9 && below < 1.0, "{tone:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_table_is_the_formula(x in 0.0_f32..8.0, filmic: bool) {
+            let tone = if filmic { ToneCurve::Filmic } else { ToneCurve::Linear };
+            let got = Encoder::new(tone).encode(Vec3::splat(x))[1];
+            let exact = 255.0 * srgb_oetf(tone.apply(f64::from(x)));
+            prop_assert!((f64::from(got) - exact).abs() <= 0.501, "{got} for {exact}");
+        }
+
+        #[test]
+        fn more_light_is_never_darker(x in 0.0_f32..20.0, more in 0.0_f32..2.0, filmic: bool) {
+            let e = Encoder::new(if filmic { ToneCurve::Filmic } else { ToneCurve::Linear });
+            prop_assert!(e.encode(Vec3::splat(x + more))[0] >= e.encode(Vec3::splat(x))[0]);
+        }
+
+        #[test]
+        fn auto_exposure_cancels_the_strength_of_the_light(scale in 0.001_f32..1000.0) {
+            let pixels: Vec<Vec3> = (1..200).map(|i| Vec3::new(1.0, 0.5, 0.2) * i as f32).collect();
+            let dim: Vec<Vec3> = pixels.iter().map(|&p| p * scale).collect();
+            let shot = |p: Vec<Vec3>| {
+                let ev = Exposure::default().ev100(log_mean_luminance(&p));
+                shown(&Image::new(p.len(), 1, p), ev, ToneCurve::Filmic)
+            };
+            for (a, b) in shot(pixels).pixels().iter().zip(shot(dim).pixels()) {
+                for i in 0..3 { prop_assert!(a[i].abs_diff(b[i]) <= 1); }
+            }
+        }
+    }
+
+    #[test]
+    fn ends_and_order() {
+        for tone in [ToneCurve::Filmic, ToneCurve::Linear] {
+            let e = Encoder::new(tone);
+            assert_eq!(e.encode(Vec3::ZERO), [0; 3]);
+            assert_eq!(e.encode(Vec3::splat(6.0)), [255; 3]);
+            assert!(
+                e.thresholds.windows(2).all(|w| w[0] < w[1]),
+                "each code is reached"
+            );
+        }
+        // sRGB's well-known pair.
+        assert_eq!(
+            Encoder::new(ToneCurve::Linear).encode(Vec3::splat(0.2140)),
+            [127; 3]
+        );
+    }
+
+    #[test]
+    fn middle_grey_has_its_place() {
+        let ev = 12.0;
+        let grey = Vec3::splat(0.125 * 4096.0);
+        let shot = |tone| *shown(&Image::new(1, 1, vec![grey]), ev, tone).at(0, 0);
+        assert_eq!(shot(ToneCurve::Linear), [118; 3]);
+        assert_eq!(shot(ToneCurve::Filmic), [125; 3]);
+        let auto = Exposure::default().ev100(log_mean_luminance(&[grey; 9]));
+        assert!((auto - ev).abs() < 1e-5, "{auto}");
+    }
+
+    #[test]
+    fn black_pictures_and_bad_settings() {
+        assert!(log_mean_luminance(&[Vec3::ZERO; 4]) > 0.0);
+        assert!(Exposure::Fixed { ev100: f64::NAN }.check().is_err());
+        assert!(
+            Exposure::Auto {
+                key: 0.0,
+                bias_ev: 0.0
+            }
+            .check()
+            .is_err()
+        );
+    }
+}

@@ -1,0 +1,298 @@
+//! Ground that does not repeat.
+//!
+//! The texture is laid out anew around each vertex of a triangular lattice, shifted and turned by
+//! the vertex's hash, and blended between the three nearest (Mikkelsen 2022, "Practical real-time
+//! hex-tiling"), with the variance that blending loses given back (Deliot and Heitz 2019,
+//! "Procedural stochastic textures by tiling and blending"). Lattice and tint have a period of
+//! 1024 m, like ground coordinates, so they have no seam.
+
+use glam::{Vec2, Vec3};
+use nemoral_scene::{Hit, MaterialId, MaterialLibrary, Texture};
+
+/// The period of ground coordinates, metres.
+const PERIOD_M: f32 = 1024.0;
+
+/// Distance of lattice vertices over the side of the texture's tile: near 1 one sees whole copies,
+/// near 0 only their blend.
+const SPACING: f32 = 0.6;
+
+/// The albedo of the ground at a hit, of its material and of what that passes over into there.
+pub(crate) fn albedo(materials: &MaterialLibrary, hit: &Hit, footprint_m: f32) -> Vec3 {
+    let of = |id: MaterialId| {
+        let m = materials.get(id);
+        of_texture(&m.albedo, hit.shading.uv, m.tile_m, footprint_m)
+    };
+    let Some((other, share)) = hit.shading.blend else {
+        return of(hit.surface.material);
+    };
+    // From both sides of a border one and the same patches lie on top.
+    let share = if hit.surface.material.0 < other.0 {
+        ragged(share, hit.shading.uv)
+    } else {
+        1.0 - ragged(1.0 - share, hit.shading.uv)
+    };
+    if share <= 0.0 {
+        of(hit.surface.material)
+    } else if share >= 1.0 {
+        of(other)
+    } else {
+        of(hit.surface.material).lerp(of(other), share)
+    }
+}
+
+/// What is seen of a share: needles and crumbs of one ground lie on the other, in patches as wide
+/// as a hand and as a finger. 0, 1/2 and 1 stay so on average, and 0 and 1 everywhere.
+fn ragged(share: f32, at_m: Vec2) -> f32 {
+    let noise = 0.6 * value_noise(at_m, 8192, 4) + 0.4 * value_noise(at_m, 32768, 5);
+    let lifted = share + 2.0 * share * (1.0 - share) * noise;
+    let t = (2.5 * (lifted - 0.5) + 0.5).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// The albedo of a ground texture whose tile is `tile_m` wide at (x, y) metres, for a sample that
+/// covers `footprint_m`.
+fn of_texture(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Vec3 {
+    let base = if footprint_m > tile_m {
+        texture.mean()
+    } else {
+        laid_anew(texture, at_m, tile_m, footprint_m)
+    };
+    base * macro_tint(at_m)
+}
+
+fn laid_anew(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Vec3 {
+    // A whole number of vertices in each direction: equilateral up to rounding.
+    let columns = (PERIOD_M / (SPACING * tile_m)).round().max(2.0);
+    let half_rows = (PERIOD_M / (SPACING * tile_m * 1.732)).round().max(1.0);
+    let step = Vec2::new(PERIOD_M / columns, PERIOD_M / (2.0 * half_rows));
+    let y = at_m.y / step.y;
+    let x = at_m.x / step.x - 0.5 * y;
+    let (ix, iy) = (x.floor(), y.floor());
+    let (fx, fy) = (x - ix, y - iy);
+    let upper = fx + fy >= 1.0;
+    let corner = if upper {
+        (1.0, 1.0, fx + fy - 1.0)
+    } else {
+        (0.0, 0.0, 1.0 - fx - fy)
+    };
+    let (right, top) = if upper {
+        (1.0 - fy, 1.0 - fx)
+    } else {
+        (fx, fy)
+    };
+    let vertices = [corner, (1.0, 0.0, right), (0.0, 1.0, top)];
+
+    // Sharpened weights keep two thirds of the ground a single copy.
+    let sharp = vertices.map(|(_, _, w): (f32, f32, f32)| (w * w) * (w * w));
+    let total: f32 = sharp.iter().sum();
+    let mean = texture.mean();
+    let (mut sum, mut squares, mut kept) = (Vec3::ZERO, 0.0, 0.0);
+    for ((dx, dy, _), w) in vertices.into_iter().zip(sharp) {
+        let w = w / total;
+        if w < 0.02 {
+            continue;
+        }
+        let (vx, vy) = (ix + dx, iy + dy);
+        let hash = hash(
+            (2.0 * vx + vy).rem_euclid(2.0 * columns) as u32,
+            vy.rem_euclid(2.0 * half_rows) as u32,
+        );
+        let from_vertex = at_m - Vec2::new((vx + 0.5 * vy) * step.x, vy * step.y);
+        let uv = turn(hash).rotate(from_vertex / tile_m)
+            + Vec2::new((hash & 0xFFF) as f32, (hash >> 12 & 0xFFF) as f32) / 4096.0;
+        sum += (texture.sample(uv, footprint_m / tile_m) - mean) * w;
+        squares += w * w;
+        kept += w;
+    }
+    // The few dropped percent go to the others.
+    let deviation = sum / kept;
+    (mean + deviation * (kept / squares.sqrt())).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// A unit vector (cosine, sine) from a hash's upper bits.
+fn turn(hash: u32) -> Vec2 {
+    // The rational circle: no trigonometry.
+    let t = (hash >> 24 & 0x7F) as f32 / 64.0 - 1.0;
+    let c = Vec2::new(1.0 - t * t, 2.0 * t) / (1.0 + t * t);
+    if hash >> 31 == 1 { -c } else { c }
+}
+
+/// Dry and damp, worn and fresh: slow changes of brightness (±15 %) and warmth (±5 %) over 4..16 m.
+fn macro_tint(at_m: Vec2) -> Vec3 {
+    let slow = value_noise(at_m, 64, 1);
+    let middle = value_noise(at_m, 128, 2);
+    let fast = value_noise(at_m, 256, 3);
+    let light = 1.0 + 0.15 * (0.5 * slow + 0.3 * middle + 0.2 * fast);
+    let warm = 0.05 * middle;
+    Vec3::new(1.0 + warm, 1.0, 1.0 - warm) * light
+}
+
+/// Periodic value noise in −1..1 with `cells` cells in a period.
+fn value_noise(at_m: Vec2, cells: u32, salt: u32) -> f32 {
+    let p = at_m * (cells as f32 / PERIOD_M);
+    let (ix, iy) = (floor(p.x), floor(p.y));
+    let f = p - Vec2::new(ix as f32, iy as f32);
+    let f = f * f * (Vec2::splat(3.0) - 2.0 * f);
+    let at = |dx: i32, dy: i32| {
+        let (x, y) = (
+            (ix + dx) as u32 & (cells - 1),
+            (iy + dy) as u32 & (cells - 1),
+        );
+        (hash(x | salt << 16, y) >> 8) as f32 * (2.0 / (1_u32 << 24) as f32) - 1.0
+    };
+    let low = at(0, 0) + (at(1, 0) - at(0, 0)) * f.x;
+    let high = at(0, 1) + (at(1, 1) - at(0, 1)) * f.x;
+    low + (high - low) * f.y
+}
+
+/// `f32::floor` is a function call on processors without SSE 4.1.
+fn floor(x: f32) -> i32 {
+    let i = x as i32;
+    i - i32::from(x < i as f32)
+}
+
+/// A pair of integers, mixed (the finaliser of MurmurHash3).
+fn hash(x: u32, y: u32) -> u32 {
+    let mut h = x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77).rotate_left(15);
+    h = (h ^ h >> 16).wrapping_mul(0x85EB_CA6B);
+    h = (h ^ h >> 13).wrapping_mul(0xC2B2_AE35);
+    h ^ h >> 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nemoral_scene::{Material, Semantic, Shading};
+    use proptest::prelude::*;
+
+    /// One bright spot in a dark tile.
+    fn spot() -> Texture {
+        let data: Vec<Vec3> = (0..64 * 64)
+            .map(|i| {
+                let (x, y) = (i % 64, i / 64);
+                Vec3::splat(if (x - 20_i32).pow(2) + (y - 33_i32).pow(2) < 150 {
+                    0.6
+                } else {
+                    0.1
+                })
+            })
+            .collect();
+        Texture::from_linear(64, 64, &data).expect("size")
+    }
+
+    proptest! {
+        #[test]
+        fn there_is_no_seam_at_1024_m(x in 0.0_f32..1024.0, y in 0.0_f32..1024.0, tile in 0.5_f32..8.0) {
+            let t = spot();
+            // A multiple of 1/64 m survives the shift exactly.
+            let p = (Vec2::new(x, y) * 64.0).round() / 64.0;
+            let here = of_texture(&t, p, tile, 0.0);
+            for shift in [Vec2::X, Vec2::Y, Vec2::ONE] {
+                let there = of_texture(&t, p + 1024.0 * shift, tile, 0.0);
+                prop_assert!((here - there).length() < 0.02, "{here} {there}");
+            }
+        }
+
+        #[test]
+        fn it_is_continuous(x in 1.0_f32..1000.0, y in 1.0_f32..1000.0) {
+            // A smooth texture, so that only lattice edges could jump.
+            let data: Vec<Vec3> = (0..64).map(|i| Vec3::splat(0.3 + 0.2 * (i as f32 * std::f32::consts::TAU / 64.0).sin())).collect();
+            let t = Texture::from_linear(64, 1, &data).expect("size");
+            let (a, b) = (of_texture(&t, Vec2::new(x, y), 4.0, 0.0), of_texture(&t, Vec2::new(x + 0.002, y), 4.0, 0.0));
+            prop_assert!((a - b).length() < 0.03, "{a} {b}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_border_is_ragged_and_no_line(x in 0.0_f32..1024.0, y in 0.0_f32..1024.0, share in 0.0_f32..1.0) {
+            let at = Vec2::new(x, y);
+            prop_assert_eq!([ragged(0.0, at), ragged(1.0, at)], [0.0, 1.0]);
+            let more = ragged((share + 0.05).min(1.0), at);
+            prop_assert!((0.0..=1.0).contains(&more) && more >= ragged(share, at), "more is not less");
+
+            // Two grounds seen from both of their sides.
+            let mut materials = MaterialLibrary::new();
+            let mut add = |value: f32| {
+                let plain = Material::plain(&format!("{value}"), Semantic::Soil, Vec3::splat(value));
+                materials.add(Material { ground: true, tile_m: 1.0, ..plain })
+            };
+            let (dark, light) = (add(0.1), add(0.5));
+            let colour = |material, blend| {
+                let mut hit = Hit::new(1.0, Vec3::Z, material);
+                hit.shading = Shading { blend, uv: at, ..hit.shading };
+                albedo(&materials, &hit, 0.0)
+            };
+            let (here, there) = (colour(dark, Some((light, share))), colour(light, Some((dark, 1.0 - share))));
+            prop_assert!(here.distance(there) < 1e-5, "{here} {there}");
+            prop_assert_eq!(colour(dark, Some((light, 0.0))), colour(dark, None));
+            prop_assert_eq!(colour(dark, Some((light, 1.0))), colour(light, None));
+        }
+    }
+
+    #[test]
+    fn half_and_half_on_the_line() {
+        let n = 200_i32;
+        let at = |i: i32| Vec2::new((i % n) as f32, (i / n) as f32) * 0.037;
+        let seen: Vec<f32> = (0..n * n).map(|i| ragged(0.5, at(i))).collect();
+        let mean = seen.iter().sum::<f32>() / seen.len() as f32;
+        assert!((mean - 0.5).abs() < 0.02, "{mean}");
+        // In patches: a half of it is seen nearly as it is.
+        let clear = seen.iter().filter(|&&s| !(0.2..=0.8).contains(&s)).count();
+        assert!(clear > seen.len() / 3, "{clear} of {}", seen.len());
+    }
+
+    #[test]
+    fn the_repetition_is_gone_and_the_contrast_is_kept() {
+        let t = spot();
+        let n = 120_i32;
+        let plain = |i: i32, j: i32| t.sample(Vec2::new(i as f32, j as f32) / 16.0, 0.0).x;
+        let ours = |i: i32, j: i32| laid_anew(&t, Vec2::new(i as f32, j as f32) / 8.0, 2.0, 0.0).x;
+        // Autocorrelation at one tile (16 samples), and the variance.
+        let statistics = |f: &dyn Fn(i32, i32) -> f32| {
+            let samples: Vec<(f32, f32)> = (0..n * n)
+                .map(|k| (f(k % n, k / n), f(k % n + 16, k / n)))
+                .collect();
+            let mean = samples.iter().map(|s| s.0).sum::<f32>() / samples.len() as f32;
+            let variance =
+                samples.iter().map(|s| (s.0 - mean).powi(2)).sum::<f32>() / samples.len() as f32;
+            let covariance = samples
+                .iter()
+                .map(|s| (s.0 - mean) * (s.1 - mean))
+                .sum::<f32>()
+                / samples.len() as f32;
+            (covariance / variance, variance)
+        };
+        let (tiled, variance) = statistics(&plain);
+        let (hidden, kept) = statistics(&ours);
+        assert!(tiled > 0.99, "{tiled}");
+        assert!(hidden.abs() < 0.15, "{hidden}");
+        assert!((kept / variance - 1.0).abs() < 0.25, "{kept} of {variance}");
+    }
+
+    #[test]
+    fn a_plain_texture_keeps_its_colour_on_average() {
+        let colour = Vec3::new(0.2, 0.15, 0.1);
+        let t = Texture::plain(colour);
+        let n = 4096;
+        let mean = (0..n)
+            .map(|i| {
+                of_texture(
+                    &t,
+                    Vec2::new((i % 64) as f32, (i / 64) as f32) * 16.0,
+                    4.0,
+                    0.0,
+                )
+            })
+            .sum::<Vec3>()
+            / n as f32;
+        assert!((mean / t.mean() - Vec3::ONE).length() < 0.03, "{mean}");
+    }
+
+    #[test]
+    fn value_stability() {
+        let a = of_texture(&spot(), Vec2::new(123.25, 456.5), 2.0, 0.001);
+        assert_eq!(format!("{a:.6}"), VALUE);
+    }
+    const VALUE: &str = "[0.072263, 0.073857, 0.075450]";
+}

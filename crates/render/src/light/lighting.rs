@@ -1,0 +1,314 @@
+//! All light of a scene: sun and sky, and what crowns and the ground scatter of it.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use crate::error::{ParamError, check};
+use crate::sky::atmosphere::mie_phase;
+use crate::sky::haze::{Haze, KOSCHMIEDER, Layer};
+use crate::sky::irradiance::Irradiance;
+use crate::sky::model::Sky;
+use crate::{SkyImage, SkyParams, Sun};
+
+/// Haze that the sky's aerosols explain, 1/m: a visibility of 20 km.
+const CLEAR_EXTINCTION: f32 = (KOSCHMIEDER / 20_000.0) as f32;
+
+/// All light there is in a scene: linear sRGB, scaled so that luminance is in cd/m² and illuminance
+/// in lux.
+#[derive(Clone, Debug)]
+pub struct Lighting {
+    sun_direction: Vec3,
+    sun_irradiance: Vec3,
+    sky: Sky,
+    /// The irradiance of the sky alone, by normal.
+    sky_irradiance: Irradiance,
+    ground_albedo: Vec3,
+    /// Sky and sun on open level ground.
+    global: Vec3,
+    /// The sky alone on open level ground.
+    diffuse: Vec3,
+    /// What comes through crowns of openness i / 256, as a share of what falls on them.
+    through_crowns: Vec<Vec3>,
+    haze: Layer,
+    /// The fog at `fog_base_m`.
+    fog: Layer,
+    fog_base_m: f32,
+}
+
+impl Lighting {
+    /// The light of a sun and a sky. Takes some 20 ms: make one for many pictures.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range, or the sun is more than 6° below the horizon, where a
+    /// camera sees nothing.
+    pub fn new(sun: &Sun, sky: &SkyParams) -> Result<Self, ParamError> {
+        Self::under(sun, sky, None)
+    }
+
+    /// The same with the sky of an image: seen in the gaps, and lighting the scene. The sun is
+    /// still that of the angles (`overcast` dims it, as ever). The image's own unit does not
+    /// matter: its sky gives level ground the light that the modelled one would, times `gain`
+    /// (0.001..=1000).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and if `gain` is out of its range.
+    pub fn photographed(
+        sun: &Sun,
+        sky: &SkyParams,
+        image: &SkyImage,
+        gain: f64,
+    ) -> Result<Self, ParamError> {
+        check("sky_image.gain", gain, 1e-3, 1e3, "0.001..=1000")?;
+        Self::under(sun, sky, Some((image, gain)))
+    }
+
+    fn under(
+        sun: &Sun,
+        sky: &SkyParams,
+        image: Option<(&SkyImage, f64)>,
+    ) -> Result<Self, ParamError> {
+        check(
+            "sun.elevation_deg",
+            sun.elevation_deg(),
+            -6.0,
+            90.0,
+            "-6..=90 (not night)",
+        )?;
+        sky.check()?;
+        let (mut table, mut sun_irradiance) = Sky::new(sun, sky);
+        if let Some((image, gain)) = image {
+            table = table.replaced_by(image, gain as f32);
+        }
+        // Mist and fog spread the beam: droplets send 70 % of it on within a few degrees, and the
+        // ground gets most of the rest from all over the sky.
+        let z = sun.direction().z.max(0.02);
+        let mist = (KOSCHMIEDER / sky.visibility_m - f64::from(CLEAR_EXTINCTION)).max(0.0);
+        let depth = 0.3 * (mist * sky.haze_height_m + sky.fog_per_m * sky.fog_height_m) / z;
+        let through = libm::exp(-depth) as f32;
+        table.add_veil(sun_irradiance * ((1.0 - through) * 0.8 * z as f32));
+        sun_irradiance *= through;
+        Ok(Self::assemble(
+            sun.direction().as_vec3(),
+            sun_irradiance,
+            table,
+            sky,
+        ))
+    }
+
+    /// The same radiance from every direction, above and below, and no sun: the inside of an
+    /// integrating sphere, to calibrate and to test with.
+    #[must_use]
+    pub fn uniform(radiance: Vec3) -> Self {
+        let params = SkyParams {
+            ground_albedo: Vec3::ONE,
+            foliage_albedo: Vec3::ZERO,
+            ..SkyParams::default()
+        };
+        Self::assemble(Vec3::Z, Vec3::ZERO, Sky::uniform(radiance), &params)
+    }
+
+    fn assemble(sun_direction: Vec3, sun_irradiance: Vec3, sky: Sky, params: &SkyParams) -> Self {
+        let sky_irradiance = Irradiance::of_sky(|d| sky.radiance(d));
+        let diffuse = sky_irradiance.at(Vec3::Z);
+        // Leaves that keep a share w of the light are to all orders of scattering as leaves that
+        // absorb sqrt(1 - w) as much (Goudriaan 1977). Of clumped foliage, whose depth is spread by
+        // a gamma distribution around its mean d, (1 + d / k)^-k passes (Nilson 1971, negative
+        // binomial), and most of what does goes by gaps, without a colour. Followed light
+        // (`RayCastParams::bounces`) has k = 1/2.
+        let exponent = params.foliage_albedo.map(|w| (1.0 - w).sqrt());
+        let through_crowns = (0..=256)
+            .map(|i| {
+                let open = i as f32 / 256.0;
+                let squared = open * open;
+                exponent.map(|e| open / (squared + e * (1.0 - squared)).sqrt())
+            })
+            .collect();
+        Self {
+            sun_direction,
+            sun_irradiance,
+            sky,
+            sky_irradiance,
+            ground_albedo: params.ground_albedo,
+            global: diffuse + sun_irradiance * sun_direction.z.max(0.0),
+            diffuse,
+            through_crowns,
+            haze: Layer {
+                extinction: (KOSCHMIEDER / params.visibility_m) as f32,
+                height_m: params.haze_height_m as f32,
+            },
+            fog: Layer {
+                extinction: params.fog_per_m as f32,
+                height_m: params.fog_height_m as f32,
+            },
+            fog_base_m: params.fog_base_m as f32,
+        }
+    }
+
+    /// The unit vector towards the sun's centre.
+    #[must_use]
+    pub fn sun_direction(&self) -> Vec3 {
+        self.sun_direction
+    }
+
+    /// The sun on a plane that faces it: linear sRGB, lux.
+    #[must_use]
+    pub fn sun_irradiance(&self) -> Vec3 {
+        self.sun_irradiance
+    }
+
+    /// What the sky sends from a unit direction, without the sun's disc; below the horizon, the
+    /// horizon's haze. Linear sRGB, cd/m².
+    #[must_use]
+    pub fn sky_radiance(&self, direction: Vec3) -> Vec3 {
+        self.sky.radiance(direction)
+    }
+
+    /// What the open sky gives a surface with this unit normal: linear sRGB, lux.
+    #[must_use]
+    pub fn sky_irradiance(&self, normal: Vec3) -> Vec3 {
+        self.sky_irradiance.at(normal)
+    }
+
+    /// What thick mist sends from a unit direction: the sun's light by the droplets' phase
+    /// function, the sky's and the ground's from all sides.
+    pub(crate) fn mist_radiance(&self, direction: Vec3) -> Vec3 {
+        let cos = direction.dot(self.sun_direction).clamp(-1.0, 1.0);
+        self.sun_irradiance * mie_phase(cos)
+            + self.diffuse * (0.5 / PI)
+            + self.global * self.ground_albedo * (0.5 / PI)
+    }
+
+    /// What is behind everything: the sky, or as much of it as the mist lets through.
+    pub(crate) fn background(&self, haze: &Haze, direction: Vec3) -> Vec3 {
+        let through = haze.sky_transmittance(direction.z);
+        let sky = self.sky_radiance(direction);
+        if through < 1.0 {
+            sky.lerp(self.mist_radiance(direction), 1.0 - through)
+        } else {
+            sky
+        }
+    }
+
+    /// The sun itself in a direction, as radiance; black beside its disc.
+    pub(crate) fn sun_disc(&self, haze: &Haze, direction: Vec3) -> Vec3 {
+        let r = Sun::ANGULAR_RADIUS_RAD as f32;
+        // The difference of unit vectors is the angle, to a part in 10^6 here.
+        if (direction - self.sun_direction).length() >= r {
+            return Vec3::ZERO;
+        }
+        self.sun_irradiance / (PI * r * r) * haze.sky_transmittance(direction.z)
+    }
+
+    /// The air around a camera at a height, in a world that ends at `range_m`.
+    pub(crate) fn haze(&self, camera_z_m: f32, range_m: f32) -> Haze {
+        let air = self.haze;
+        // Far below its base the fog would overflow; e^20 times as thick is a wall already.
+        let above = (camera_z_m - self.fog_base_m) / self.fog.height_m;
+        Haze {
+            air,
+            mist: (1.0 - CLEAR_EXTINCTION / air.extinction).max(0.0),
+            fog: Layer {
+                extinction: self.fog.extinction * libm::expf(-above.max(-20.0)),
+                ..self.fog
+            },
+            range_m,
+        }
+    }
+
+    /// The share of daylight under crowns of this openness.
+    fn through_crowns(&self, openness: f32) -> Vec3 {
+        let x = openness.clamp(0.0, 1.0) * 256.0;
+        let i = (x as usize).min(255);
+        self.through_crowns[i].lerp(self.through_crowns[i + 1], x - i as f32)
+    }
+
+    /// The indirect light where crowns leave `openness` of the sky.
+    pub(crate) fn ambient(&self, openness: f32) -> Ambient<'_> {
+        let open = openness.clamp(0.0, 1.0);
+        let through = self.through_crowns(open);
+        Ambient {
+            lighting: self,
+            open,
+            scattered: (through - Vec3::splat(open)).max(Vec3::ZERO) * self.global,
+            bounced: through * self.global * self.ground_albedo,
+        }
+    }
+}
+
+/// The indirect light at a place.
+pub(crate) struct Ambient<'a> {
+    lighting: &'a Lighting,
+    open: f32,
+    /// The irradiance on level ground from all leaves above.
+    scattered: Vec3,
+    /// The irradiance from the ground on a surface that faces down.
+    bounced: Vec3,
+}
+
+impl Ambient<'_> {
+    /// Irradiance on a surface with this unit normal.
+    ///
+    /// The gaps of a canopy are seen overhead, because a slanting ray passes more leaves: so the
+    /// less open, the steeper the sky's light comes down, here as a lobe ((n.z + 0.65) / 1.65)².
+    pub(crate) fn irradiance(&self, n: Vec3) -> Vec3 {
+        let l = self.lighting;
+        let lobe = ((n.z + 0.65) * (1.0 / 1.65)).max(0.0);
+        let sky =
+            l.sky_irradiance.at(n) * self.open + l.diffuse * (lobe * lobe * (1.0 - self.open));
+        let up = 0.5 + 0.5 * n.z;
+        sky * self.open + self.scattered * up + self.bounced * (1.0 - up)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_under_crowns_is_dim_and_green() {
+        let sun = Sun::from_angles(180.0, 50.0).expect("valid");
+        let l = Lighting::new(&sun, &SkyParams::default()).expect("valid");
+        let open = l.ambient(1.0).irradiance(Vec3::Z);
+        assert!((open - l.sky_irradiance(Vec3::Z)).length() < 1e-3 * open.length());
+        let closed = l.ambient(0.05).irradiance(Vec3::Z);
+        assert!(
+            closed.y < 0.3 * open.y && closed.y > 0.05 * open.y,
+            "{closed} of {open}"
+        );
+        assert!(closed.y / closed.x > open.y / open.x && closed.y / closed.z > open.y / open.z);
+        // Energy: no more comes through than falls on top.
+        for i in 0..=20 {
+            let o = i as f32 / 20.0;
+            assert!(l.through_crowns(o).max_element() <= 1.0);
+        }
+    }
+
+    #[test]
+    fn a_uniform_world_is_uniform() {
+        let l = Lighting::uniform(Vec3::splat(3.0));
+        for n in [Vec3::Z, -Vec3::Z, Vec3::X, Vec3::new(0.0, 0.6, -0.8)] {
+            let e = l.ambient(1.0).irradiance(n);
+            assert!((e / (3.0 * PI) - Vec3::ONE).length() < 2e-3, "{n}: {e}");
+        }
+        assert_eq!(l.sky_radiance(-Vec3::Z), Vec3::splat(3.0));
+    }
+
+    #[test]
+    fn night_is_refused() {
+        let sun = Sun::from_angles(0.0, -7.0).expect("valid");
+        let e = Lighting::new(&sun, &SkyParams::default()).expect_err("night");
+        assert_eq!(e.field, "sun.elevation_deg");
+        let sun = Sun::from_angles(0.0, 7.0).expect("valid");
+        assert!(
+            Lighting::new(
+                &sun,
+                &SkyParams {
+                    turbidity: 0.5,
+                    ..SkyParams::default()
+                }
+            )
+            .is_err()
+        );
+    }
+}

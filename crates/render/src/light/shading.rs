@@ -1,0 +1,293 @@
+//! Shading: the radiance that a surface sends towards the camera.
+
+use std::f64::consts::TAU;
+
+use glam::Vec3;
+use nemoral_scene::{Hit, Ray};
+use nemoral_seed::Draw;
+
+use crate::SceneView;
+use crate::colour::LUMINANCE;
+use crate::light::hex_tiling;
+use crate::light::lighting::{Ambient, Lighting};
+
+/// Reflectance of a dielectric at right angles (refractive index 1.5).
+const F0: f32 = 0.04;
+
+/// A surface with everything a shader needs to know of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Surface {
+    /// Towards the viewer's side.
+    normal: Vec3,
+    /// What is reflected from below the skin, and what comes through; with the sheen at most 1.
+    body: Vec3,
+    transmittance: Vec3,
+    roughness: f32,
+}
+
+/// Where and how a surface is seen.
+pub(crate) struct SurfaceView<'a> {
+    pub(crate) ray: &'a Ray,
+    pub(crate) hit: &'a Hit,
+    /// The width of one sample at 1 m.
+    pub(crate) sample_rad: f32,
+    /// The point of the sun's disc that the shadow ray goes to.
+    pub(crate) sun: Vec3,
+}
+
+impl SurfaceView<'_> {
+    /// What turns the hit's normals to the viewer's side, 1 or -1.
+    fn facing(&self) -> f32 {
+        if self.hit.surface.geometric_normal.dot(self.ray.direction) > 0.0 {
+            -1.0
+        } else {
+            1.0
+        }
+    }
+}
+
+/// A surface under its light, without the air before it.
+pub(crate) struct Shaded {
+    /// What it is.
+    pub(crate) surface: Surface,
+    /// Radiance by the light of sky, leaves and ground.
+    pub(crate) indirect: Vec3,
+    /// The part of it that is reflected specularly.
+    pub(crate) sheen: Vec3,
+    /// Radiance by the sun as if nothing were between; zero if the sun shines on no side that
+    /// counts.
+    pub(crate) direct: Vec3,
+    /// The ray to the sun, if it counts: light that something blocks is not there.
+    pub(crate) shadow: Option<Ray>,
+    /// The sky's openness at the surface.
+    pub(crate) openness: f32,
+}
+
+/// The light of a hit.
+pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceView<'_>) -> Shaded {
+    let (ray, hit) = (seen.ray, seen.hit);
+    let point = ray.at(hit.surface.distance_m);
+    let facing = seen.facing();
+    let flat = hit.surface.geometric_normal * facing;
+    let surface = surface(scene, seen, hit.shading.normal * facing);
+
+    let openness = scene.sky_visibility.openness(point);
+    let (indirect, sheen) = indirect(
+        &surface,
+        &lighting.ambient(openness),
+        lighting,
+        ray.direction,
+        openness,
+        hit.shading.ambient_occlusion,
+    );
+
+    // The sun, if it shines on a side that passes light on and nothing is between.
+    let irradiance = lighting.sun_irradiance();
+    let cos = surface.normal.dot(seen.sun);
+    let lit_front = cos > 0.0 && flat.dot(seen.sun) > 0.0;
+    let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
+    let mut shaded = Shaded {
+        surface,
+        indirect,
+        sheen,
+        direct: Vec3::ZERO,
+        shadow: None,
+        openness,
+    };
+    if irradiance != Vec3::ZERO && (lit_front || lit_back) {
+        let side = if flat.dot(seen.sun) > 0.0 { 1.0 } else { -1.0 };
+        let shadow = leaving(seen, flat * side, seen.sun, f32::INFINITY);
+        shaded.direct = irradiance * direct(&shaded.surface, cos, seen.sun, ray.direction);
+        shaded.shadow = Some(shadow);
+    }
+    shaded
+}
+
+/// The ray from a hit in a direction, on the side that `side` points to.
+fn leaving(seen: &SurfaceView<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
+    let point = seen.ray.at(seen.hit.surface.distance_m);
+    // Off the surface by more than the rounding of distance and coordinates.
+    let offset = 1e-4 * (1.0 + seen.hit.surface.distance_m) + 2e-6 * point.abs().max_element();
+    Ray {
+        origin: point + side * offset,
+        direction,
+        t_min_m: offset,
+        t_max_m,
+    }
+}
+
+impl Surface {
+    /// A ray to somewhere that light may come from, drawn by how much of it the surface sends on
+    /// from below its skin, and what the radiance found there is to be multiplied with; `None` if
+    /// it sends on nothing.
+    pub(crate) fn bounce(
+        &self,
+        seen: &SurfaceView<'_>,
+        reach_m: f32,
+        rng: &mut impl Draw,
+    ) -> Option<(Ray, Vec3)> {
+        let (back, through) = (self.body.dot(LUMINANCE), self.transmittance.dot(LUMINANCE));
+        let drawn = rng.unit_f32() * (back + through);
+        let (side, weight) = if drawn < back {
+            (1.0, self.body * ((back + through) / back))
+        } else if through > 0.0 {
+            (-1.0, self.transmittance * ((back + through) / through))
+        } else {
+            return None;
+        };
+        // By the cosine (Malley's method): a point of the disc, lifted.
+        let (x, y) = self.normal.any_orthonormal_pair();
+        let (radius, turn) = (rng.unit_f32().sqrt(), rng.unit_f64() * TAU);
+        let (sin, cos) = libm::sincos(turn);
+        let lift = (1.0 - radius * radius).max(0.0).sqrt();
+        let direction = (x * cos as f32 + y * sin as f32) * radius + self.normal * (side * lift);
+        let flat = seen.hit.surface.geometric_normal * (seen.facing() * side);
+        // What a shading normal sends into the flat surface stays on its side: no light is lost.
+        let under = flat.dot(direction).min(0.0);
+        let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
+        let (_, entering) = self.skin(seen.ray.direction);
+        Some((leaving(seen, flat, direction, reach_m), weight * entering))
+    }
+
+    /// Of light from all around, what glances off towards who looks along `view`, and what enters
+    /// as far as what is below the skin knows: all but what glances off besides the sheen of a
+    /// straight seen.
+    fn skin(&self, view: Vec3) -> (f32, f32) {
+        let gloss = gloss(self.roughness);
+        let cos = (-view.dot(self.normal)).max(0.0);
+        let glancing = gloss * fresnel(F0, (1.0 - self.roughness).max(F0), cos);
+        (glancing, 1.0 - (glancing - gloss * F0))
+    }
+}
+
+/// Radiance for a unit of irradiance on a plane that faces the sun.
+fn direct(surface: &Surface, cos: f32, sun: Vec3, view: Vec3) -> Vec3 {
+    const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
+    if cos <= 0.0 {
+        return surface.transmittance * (-cos * PER_PI);
+    }
+    let gloss = gloss(surface.roughness);
+    let diffuse = surface.body * PER_PI;
+    if gloss == 0.0 {
+        return diffuse * cos;
+    }
+    // GGX with Kelemen's visibility; never sharper than a 2 degree highlight.
+    let half = (sun - view).normalize_or(surface.normal);
+    let (nh, vh) = (surface.normal.dot(half), (-view).dot(half).max(0.1));
+    let alpha = (surface.roughness * surface.roughness).max(0.05);
+    let d = nh * nh * (alpha * alpha - 1.0) + 1.0;
+    let distribution = alpha * alpha * PER_PI / (d * d);
+    let specular = gloss * fresnel(F0, 1.0, vh) * distribution / (4.0 * vh * vh);
+    (diffuse + Vec3::splat(specular)) * cos
+}
+
+/// Radiance from sky, leaves and ground, and what of it glances off.
+fn indirect(
+    surface: &Surface,
+    ambient: &Ambient<'_>,
+    lighting: &Lighting,
+    view: Vec3,
+    openness: f32,
+    ambient_occlusion: f32,
+) -> (Vec3, Vec3) {
+    const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
+    let n = surface.normal;
+    let mut diffuse = surface.body * ambient.irradiance(n);
+    if surface.transmittance != Vec3::ZERO {
+        diffuse += surface.transmittance * ambient.irradiance(-n);
+    }
+    diffuse *= among_near(ambient_occlusion, surface.body + surface.transmittance);
+    let (glancing, entering) = surface.skin(view);
+    if glancing == 0.0 {
+        return (diffuse * PER_PI, Vec3::ZERO);
+    }
+    let mirrored = view - n * (2.0 * view.dot(n));
+    // The smoother, the more of the sky itself is seen in the surface.
+    let smooth = (1.0 - surface.roughness) * (1.0 - surface.roughness);
+    let blurred = ambient.irradiance(mirrored) * PER_PI;
+    let reflected = if mirrored.z > 0.0 && smooth > 0.05 {
+        let sharp = lighting.sky_radiance(mirrored);
+        blurred.lerp(sharp * openness + blurred * (1.0 - openness), smooth)
+    } else {
+        blurred
+    };
+    let sheen = reflected * (glancing * ambient_occlusion);
+    (diffuse * (PER_PI * entering) + sheen, sheen)
+}
+
+/// What is left of light from all around where near parts of the same shape leave a share of it.
+/// They send back some of what they get, and if they get what the surface gets, all orders of that
+/// are a geometric series (Jimenez et al. 2016, "Practical real-time strategies for accurate
+/// indirect occlusion", before they fit it to scenes). They are taken for what the surface is, and
+/// half of what such `kept` goes back where it came from: leaves reflect about as much as they pass
+/// on, and most light comes from above.
+fn among_near(ambient_occlusion: f32, kept: Vec3) -> Vec3 {
+    ambient_occlusion / (Vec3::ONE - kept * (0.5 * (1.0 - ambient_occlusion)))
+}
+
+/// How much of the dielectric's sheen is seen as such; that of a matt surface looks like its body.
+fn gloss(roughness: f32) -> f32 {
+    let gloss = 1.0 - roughness * roughness;
+    if gloss < 0.05 { 0.0 } else { gloss }
+}
+
+/// Schlick's approximation, from `f0` at right angles to `f90` at grazing.
+fn fresnel(f0: f32, f90: f32, cos: f32) -> f32 {
+    let x = (1.0 - cos).clamp(0.0, 1.0);
+    f0 + (f90 - f0) * (x * x) * (x * x) * x
+}
+
+fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surface {
+    let hit = seen.hit;
+    let material = scene.materials.get(hit.surface.material);
+    let cos = seen
+        .ray
+        .direction
+        .dot(hit.surface.geometric_normal)
+        .abs()
+        .max(0.05);
+    // A sample's ellipse on the surface is 1 / cos longer than wide: take the mean. Of the ground,
+    // which is looked at along itself, its width: or single leaves, a few pixels wide and one high,
+    // would blur.
+    let width_m = hit.surface.distance_m * seen.sample_rad;
+    let texture = &material.albedo;
+    let mut reflectance = if material.ground {
+        hex_tiling::albedo(scene.materials, hit, width_m)
+    } else {
+        texture.sample(hit.shading.uv, width_m / cos.sqrt() * hit.shading.uv_per_m)
+    };
+    let mut transmittance = material.transmittance;
+    let leaf = transmittance != Vec3::ZERO;
+    let blade = texture.mean().dot(LUMINANCE);
+    if leaf && blade > 1e-3 {
+        // Veins and twigs on the card reflect less than the blade and pass less on.
+        transmittance *= (reflectance.dot(LUMINANCE) / blade).min(1.25);
+    }
+    if !material.ground {
+        let tint = variation(hit.shading.variation, leaf);
+        reflectance *= tint;
+        transmittance *= tint;
+    }
+    let reflectance = reflectance.min(Vec3::ONE);
+    let roughness = material.roughness.clamp(0.0, 1.0);
+    Surface {
+        normal,
+        // An albedo as measured is of all that comes back, the sheen of the skin included: of a
+        // leaf's blue, most.
+        body: (reflectance - gloss(roughness) * F0).max(Vec3::ZERO),
+        transmittance: transmittance.min(Vec3::ONE - reflectance),
+        roughness,
+    }
+}
+
+/// No two plants have one colour: brightness ±12 %, leaves also ±5 degrees of hue. 0.5 is neutral.
+fn variation(v: f32, leaf: bool) -> Vec3 {
+    let light = 1.0 + 0.24 * (v - 0.5);
+    if !leaf {
+        return Vec3::splat(light);
+    }
+    // A second number that does not follow the first; 0.5 stays 0.5.
+    let w = v * 7.0;
+    let yellow = 0.2 * (w - w.floor() - 0.5);
+    Vec3::new(1.0 + yellow, 1.0, 1.0 - yellow) * light
+}

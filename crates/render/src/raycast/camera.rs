@@ -1,0 +1,189 @@
+//! The camera that casts rays.
+
+use glam::DVec2;
+use nemoral_scene::TruthImages;
+use nemoral_seed::{Domain, Key, Rng};
+use rayon::prelude::*;
+
+use super::context::{PictureContext, ShadowRays};
+use super::frame_buffer::FrameBuffer;
+use super::params::RayCastParams;
+use super::primary_rays::{PixelTruth, ROWS, cast_band, pixel_centre, pixel_truth, truth_images};
+use super::shadow_filter::add_filtered_sun;
+use super::silhouettes::silhouettes;
+use super::supersampling::AdditionalSamples;
+use crate::camera::tone::{develop, log_mean_luminance};
+use crate::error::ParamError;
+use crate::sky::sun_disc::SunDisc;
+use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
+
+/// The camera that casts rays on the CPU, through the caster that the LiDAR uses.
+///
+/// Pictures depend on scene, view, parameters, light and key alone, not on the number of threads
+/// (it works in the current rayon pool).
+#[derive(Clone, Debug)]
+pub struct RayCastCamera {
+    params: RayCastParams,
+    lighting: Lighting,
+    sun_disc: SunDisc,
+}
+
+const FIRST: Domain = Domain::new("render.first_sample");
+const ALL: Domain = Domain::new("render.all_pixels");
+const EDGES: Domain = Domain::new("render.edges");
+
+impl RayCastCamera {
+    /// A camera under a light.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range.
+    pub fn new(params: RayCastParams, lighting: Lighting) -> Result<Self, ParamError> {
+        params.check()?;
+        let sun_disc = SunDisc::new(lighting.sun_direction());
+        Ok(Self {
+            params,
+            lighting,
+            sun_disc,
+        })
+    }
+
+    /// The light it takes pictures in.
+    #[must_use]
+    pub fn lighting(&self) -> &Lighting {
+        &self.lighting
+    }
+
+    /// What is exactly at each pixel's centre, without colour: as in
+    /// [`render`](CameraRenderer::render).
+    ///
+    /// # Errors
+    /// If the view is impossible.
+    pub fn truth(&self, scene: &SceneView<'_>, view: &View) -> Result<TruthImages, ParamError> {
+        view.check()?;
+        Ok(truth_images(scene, view, self.params.max_range_m))
+    }
+
+    /// What is exactly at an image position in pixels (not only at pixel centres): the same ray and
+    /// the same hit as in [`render`](CameraRenderer::render).
+    #[must_use]
+    pub fn truth_at(&self, scene: &SceneView<'_>, view: &View, pixel: DVec2) -> PixelTruth {
+        let ray = view.ray(pixel, self.params.max_range_m);
+        let hit = scene.caster.closest_hit(&ray);
+        pixel_truth(scene, view, pixel, &ray, hit.as_ref())
+    }
+}
+
+impl PictureContext<'_> {
+    /// The truth and the first colour sample of every pixel, both of the ray through its centre.
+    fn first_samples(&self, key: Key) -> FrameBuffer {
+        let (width, height) = (
+            self.view.intrinsics.width as usize,
+            self.view.intrinsics.height as usize,
+        );
+        let mut frame = FrameBuffer::new(width, height);
+        let band = ROWS * width;
+        let bands = (
+            frame.semantic.par_chunks_mut(band),
+            frame.object.par_chunks_mut(band),
+            frame.depth_m.par_chunks_mut(band),
+            frame.normal.par_chunks_mut(band),
+            frame.linear.par_chunks_mut(band),
+            frame.sun.par_chunks_mut(band),
+            frame.lit.par_chunks_mut(band),
+        );
+        bands.into_par_iter().enumerate().for_each(
+            |(index, (semantic, object, depth_m, normal, linear, sun, lit))| {
+                let mut rng = key.domain(FIRST).item(index as u64).rng();
+                let mut shadows = ShadowRays::default();
+                cast_band(
+                    self.scene,
+                    self.view,
+                    self.params.max_range_m,
+                    index,
+                    |i, pixel, ray, hit| {
+                        let t = pixel_truth(self.scene, self.view, pixel_centre(pixel), ray, hit);
+                        semantic[i] = t.semantic;
+                        object[i] = t.object;
+                        depth_m[i] = t.depth_m;
+                        normal[i] = t.normal;
+                        // One word for every pixel, hit or not, so that none shifts the others.
+                        let sun_point = self.sun_disc.of_pixel(pixel, rng.next_u32());
+                        let c = self.radiance(ray, hit, sun_point);
+                        linear[i] = c.rest;
+                        sun[i] = c.sun;
+                        shadows.add(i, c.shadow);
+                    },
+                );
+                for i in shadows.lit(self.scene.caster) {
+                    lit[i] = true;
+                }
+            },
+        );
+        frame
+    }
+}
+
+impl CameraRenderer for RayCastCamera {
+    type Error = ParamError;
+
+    fn render(
+        &self,
+        scene: &SceneView<'_>,
+        view: &View,
+        key: Key,
+    ) -> Result<CameraImages, ParamError> {
+        view.check()?;
+        let p = &self.params;
+        let position = view.scene_from_camera.translation_m.as_vec3();
+        let focal_px = 0.5 * (view.intrinsics.fx + view.intrinsics.fy);
+        let context = PictureContext {
+            params: &self.params,
+            lighting: &self.lighting,
+            sun_disc: &self.sun_disc,
+            scene,
+            view,
+            haze: self.lighting.haze(position.z, p.max_range_m),
+            sample_rad: (1.0 / focal_px) as f32,
+            openness: scene.sky_visibility.openness(position),
+        };
+        let samples = if view.blurs() {
+            p.colour_samples.max(p.blur_samples)
+        } else {
+            p.colour_samples
+        };
+        // All samples of every pixel, or those after the first; then more for the silhouettes.
+        let (mut frame, additional) = if p.bounces > 0 {
+            let frame = FrameBuffer::of_truth(self.truth(scene, view)?);
+            (frame, AdditionalSamples::beside(0, samples))
+        } else {
+            let mut frame = context.first_samples(key);
+            add_filtered_sun(&mut frame);
+            (frame, AdditionalSamples::after_the_first(samples - 1))
+        };
+        let n = frame.linear.len();
+        if additional.samples > 0 {
+            let every: Vec<u32> = (0..n as u32).collect();
+            context.add_samples(&mut frame.linear, &every, additional, key.domain(ALL));
+        }
+        if p.edge_samples > 0 {
+            let limit = f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples);
+            let edges = silhouettes(&frame, log_mean_luminance(&frame.linear), limit as usize);
+            context.add_samples(
+                &mut frame.linear,
+                &edges,
+                AdditionalSamples::beside(samples, p.edge_samples),
+                key.domain(EDGES),
+            );
+        }
+        p.lens.apply(&mut frame.linear, &view.intrinsics);
+
+        let ev100 = view.exposure.ev100(log_mean_luminance(&frame.linear));
+        let (linear, truth) = frame.into_images();
+        Ok(CameraImages {
+            rgb: develop(&linear, ev100, view.tone, view.noise, key),
+            linear: p.keep_linear.then_some(linear),
+            truth,
+            ev100,
+        })
+    }
+}

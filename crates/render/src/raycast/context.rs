@@ -1,0 +1,109 @@
+//! The radiance along single rays of a picture.
+
+use glam::Vec3;
+use nemoral_scene::{Hit, Ray, RayCaster};
+
+use super::params::RayCastParams;
+use crate::light::lighting::Lighting;
+use crate::light::shading::{SurfaceView, shade};
+use crate::sky::haze::Haze;
+use crate::sky::sun_disc::SunDisc;
+use crate::{SceneView, View};
+
+/// What all rays of one picture share.
+pub(super) struct PictureContext<'a> {
+    pub(super) params: &'a RayCastParams,
+    pub(super) lighting: &'a Lighting,
+    pub(super) sun_disc: &'a SunDisc,
+    pub(super) scene: &'a SceneView<'a>,
+    pub(super) view: &'a View,
+    pub(super) haze: Haze,
+    /// The angle of a sample at the image's centre.
+    pub(super) sample_rad: f32,
+    /// The sky's openness at the camera.
+    pub(super) openness: f32,
+}
+
+/// The radiance along a ray in two parts, so that shadows can be smoothed before they are summed.
+pub(super) struct RayRadiance {
+    /// All light but the sun's.
+    pub(super) rest: Vec3,
+    /// The sun's light as if nothing were between.
+    pub(super) sun: Vec3,
+    /// The ray to the sun, if the surface reflects or transmits any of its light.
+    pub(super) shadow: Option<Ray>,
+}
+
+/// Shadow rays of many samples, cast together.
+#[derive(Default)]
+pub(super) struct ShadowRays {
+    rays: Vec<Ray>,
+    /// The sample that each ray belongs to.
+    of: Vec<usize>,
+    occluded: Vec<bool>,
+}
+
+impl ShadowRays {
+    /// Adds the shadow ray of the sample `of`, if it has one.
+    pub(super) fn add(&mut self, of: usize, ray: Option<Ray>) {
+        if let Some(ray) = ray {
+            self.rays.push(ray);
+            self.of.push(of);
+        }
+    }
+
+    /// Casts the rays; the samples that the sun reaches.
+    pub(super) fn lit(&mut self, caster: &dyn RayCaster) -> impl Iterator<Item = usize> + '_ {
+        self.occluded.clear();
+        self.occluded.resize(self.rays.len(), false);
+        caster.are_occluded(&self.rays, &mut self.occluded);
+        let results = self.of.iter().zip(&self.occluded);
+        results.filter_map(|(&of, &occluded)| (!occluded).then_some(of))
+    }
+}
+
+impl PictureContext<'_> {
+    /// The radiance along a ray whose shadow ray goes to a point of the sun.
+    pub(super) fn radiance(&self, ray: &Ray, hit: Option<&Hit>, sun: Vec3) -> RayRadiance {
+        let lighting = self.lighting;
+        let background = lighting.background(&self.haze, ray.direction);
+        let Some(hit) = hit else {
+            return RayRadiance {
+                rest: background + lighting.sun_disc(&self.haze, ray.direction),
+                sun: Vec3::ZERO,
+                shadow: None,
+            };
+        };
+        let view = SurfaceView {
+            ray,
+            hit,
+            sample_rad: self.sample_rad,
+            sun,
+        };
+        let surface = shade(self.scene, lighting, &view);
+        let (through, air) = self.air(ray, hit, surface.openness, background);
+        RayRadiance {
+            rest: surface.indirect * through + air,
+            sun: surface.direct * through,
+            shadow: surface.shadow,
+        }
+    }
+
+    /// What the air before a surface of this openness transmits, and what radiance it adds.
+    pub(super) fn air(&self, ray: &Ray, hit: &Hit, openness: f32, background: Vec3) -> (f32, Vec3) {
+        let rise_m = ray.direction.z * hit.surface.distance_m;
+        let (air, fade) = self.haze.transmittance(hit.surface.distance_m, rise_m);
+        // Air under crowns is as dark as what it hides; at the end of the world it is the sky's.
+        let openness = 0.5 * (openness + self.openness);
+        let glow = openness * (1.0 - air) * fade;
+        (air * fade, background * (1.0 - fade + glow))
+    }
+}
+
+/// The sum of each pixel's samples.
+pub(super) fn sums_per_pixel(colours: &[Vec3], samples: usize) -> Vec<Vec3> {
+    colours
+        .chunks_exact(samples)
+        .map(|c| c.iter().sum())
+        .collect()
+}

@@ -1,0 +1,73 @@
+//! The images of a picture that is being rendered.
+
+use glam::Vec3;
+use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
+use rayon::prelude::*;
+
+/// The images of a picture, row by row.
+pub(crate) struct FrameBuffer {
+    pub(crate) width: usize,
+    pub(crate) semantic: Vec<Semantic>,
+    pub(crate) object: Vec<ObjectId>,
+    pub(crate) depth_m: Vec<f32>,
+    pub(crate) normal: Vec<Vec3>,
+    /// Radiance, at first without the sun's.
+    pub(crate) linear: Vec<Vec3>,
+    /// The sun's radiance as if nothing were between; zero where it does not count. Empty, as is
+    /// what follows, if the picture's light is followed.
+    pub(crate) sun: Vec<Vec3>,
+    /// Whether the shadow ray reaches the sun.
+    pub(crate) lit: Vec<bool>,
+}
+
+impl FrameBuffer {
+    pub(crate) fn new(width: usize, height: usize) -> Self {
+        let n = width * height;
+        Self {
+            width,
+            semantic: filled(Semantic::Sky, n),
+            object: filled(ObjectId::NONE, n),
+            depth_m: filled(0.0, n),
+            normal: filled(Vec3::ZERO, n),
+            linear: filled(Vec3::ZERO, n),
+            sun: filled(Vec3::ZERO, n),
+            lit: filled(false, n),
+        }
+    }
+
+    /// A frame buffer with this truth and black colours.
+    pub(crate) fn of_truth(truth: TruthImages) -> Self {
+        let n = truth.depth_m.pixels().len();
+        Self {
+            width: truth.depth_m.width(),
+            semantic: truth.semantic.into_pixels(),
+            object: truth.object.into_pixels(),
+            depth_m: truth.depth_m.into_pixels(),
+            normal: truth.normal.into_pixels(),
+            linear: filled(Vec3::ZERO, n),
+            sun: Vec::new(),
+            lit: Vec::new(),
+        }
+    }
+
+    pub(crate) fn into_images(self) -> (Image<Vec3>, TruthImages) {
+        let (width, height) = (self.width, self.linear.len() / self.width);
+        let truth = TruthImages {
+            semantic: Image::new(width, height, self.semantic),
+            object: Image::new(width, height, self.object),
+            depth_m: Image::new(width, height, self.depth_m),
+            normal: Image::new(width, height, self.normal),
+        };
+        (Image::new(width, height, self.linear), truth)
+    }
+}
+
+/// A map of one value. That its memory is touched for the first time costs more than to write it:
+/// all threads share that.
+pub(crate) fn filled<T: Copy + Send + Sync>(value: T, n: usize) -> Vec<T> {
+    let mut map = Vec::new();
+    rayon::iter::repeat_n(value, n)
+        .with_min_len(1 << 16)
+        .collect_into_vec(&mut map);
+    map
+}

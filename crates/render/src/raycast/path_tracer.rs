@@ -1,0 +1,118 @@
+//! A path tracer: light by way of other surfaces, ray by ray.
+
+use glam::Vec3;
+use nemoral_scene::{Hit, Ray};
+use nemoral_seed::{Domain, Key, PhiloxRng};
+
+use super::context::{PictureContext, ShadowRays, sums_per_pixel};
+use crate::light::shading::{SurfaceView, shade};
+
+const BOUNCES: Domain = Domain::new("render.bounces");
+
+/// The angle of the bundle that a bounced ray stands for: textures are averaged over it.
+const BUNDLE_RAD: f32 = 0.3;
+
+/// A path from the camera towards the lights.
+struct Path {
+    /// The sample that it belongs to.
+    sample: usize,
+    ray: Ray,
+    hit: Option<Hit>,
+    /// The path's throughput: what the radiance along the ray is multiplied with.
+    throughput: Vec3,
+    rng: PhiloxRng,
+}
+
+impl PictureContext<'_> {
+    /// The colours of rays by paths (Kajiya 1986), summed by pixel: from each surface one ray to
+    /// where light may come from, drawn by what the surface sends on of it, and one to the sun.
+    pub(super) fn path_traced(
+        &self,
+        rays: &[Ray],
+        hits: &[Option<Hit>],
+        suns: &[Vec3],
+        keys: impl Iterator<Item = Key>,
+        samples: usize,
+    ) -> Vec<Vec3> {
+        let rngs = keys.flat_map(|key| {
+            let key = key.domain(BOUNCES);
+            (0..samples as u64).map(move |k| key.item(k).rng())
+        });
+        let mut colours = vec![Vec3::ZERO; rays.len()];
+        let mut paths: Vec<Path> = (rays.iter().zip(hits).zip(rngs).enumerate())
+            .map(|(sample, ((&ray, &hit), rng))| Path {
+                sample,
+                ray,
+                hit,
+                throughput: Vec3::ONE,
+                rng,
+            })
+            .collect();
+        for surface in 0..=self.params.bounces {
+            self.gather(&mut paths, surface, suns, &mut colours);
+            let rays: Vec<Ray> = paths.iter().map(|p| p.ray).collect();
+            let mut hits = vec![None; rays.len()];
+            self.scene.caster.closest_hits(&rays, &mut hits);
+            for (path, hit) in paths.iter_mut().zip(hits) {
+                path.hit = hit;
+            }
+        }
+        sums_per_pixel(&colours, samples)
+    }
+
+    /// Adds the light at the paths' ends to their samples, and keeps those that go on.
+    fn gather(&self, paths: &mut Vec<Path>, surface: u32, suns: &[Vec3], colours: &mut [Vec3]) {
+        let lighting = self.lighting;
+        let last = surface == self.params.bounces;
+        let (mut shadows, mut lights) = (ShadowRays::default(), Vec::new());
+        paths.retain_mut(|path| {
+            let colour = &mut colours[path.sample];
+            let ray = path.ray;
+            let background = lighting.background(&self.haze, ray.direction);
+            let Some(hit) = path.hit else {
+                // By way of surfaces, the disc itself is what the rays to the sun are for.
+                let disc = (surface == 0).then(|| lighting.sun_disc(&self.haze, ray.direction));
+                *colour += path.throughput * (background + disc.unwrap_or_default());
+                return false;
+            };
+            let view = SurfaceView {
+                ray: &ray,
+                hit: &hit,
+                sample_rad: if surface == 0 {
+                    self.sample_rad
+                } else {
+                    BUNDLE_RAD
+                },
+                sun: suns[path.sample],
+            };
+            let shaded = shade(self.scene, lighting, &view);
+            if surface == 0 {
+                let (through, air) = self.air(&ray, &hit, shaded.openness, background);
+                *colour += air;
+                path.throughput = Vec3::splat(through);
+            }
+            if shaded.shadow.is_some() {
+                shadows.add(lights.len(), shaded.shadow);
+                lights.push((path.sample, path.throughput * shaded.direct));
+            }
+            if last {
+                *colour += path.throughput * shaded.indirect;
+                return false;
+            }
+            // What mirrors is seen in the mean light.
+            *colour += path.throughput * shaded.sheen;
+            let reach_m = self.params.max_range_m;
+            let Some((ray, throughput)) = shaded.surface.bounce(&view, reach_m, &mut path.rng)
+            else {
+                return false;
+            };
+            path.ray = ray;
+            path.throughput *= throughput;
+            true
+        });
+        for i in shadows.lit(self.scene.caster) {
+            let (sample, light) = lights[i];
+            colours[sample] += light;
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! Soft shadows: one shadow ray a pixel, filtered over the neighbours on the same surface.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::frame_buffer::FrameBuffer;
+
+/// Rows that are worked on together: they share the rows around them.
+const ROWS: usize = 16;
+/// How many pixels away others tell of a pixel's shadow.
+const REACH: usize = 2;
+/// What a pixel weighs by its distance along a row or a column: the mean of three, taken twice.
+const WEIGHTS: [f32; 2 * REACH + 1] = [1.0, 2.0, 3.0, 2.0, 1.0];
+/// The farthest two depths of one surface are apart, as a share of the depth.
+const SAME_DEPTH: f32 = 0.03;
+/// The least cosine between two normals of one surface.
+const SAME_NORMAL: f32 = 0.8;
+
+/// Adds the sun, as much of its disc as the pixels around see that lie on the same surface.
+pub(super) fn add_filtered_sun(frame: &mut FrameBuffer) {
+    let mut linear = std::mem::take(&mut frame.linear);
+    let width = frame.width;
+    linear
+        .par_chunks_mut(width * ROWS)
+        .enumerate()
+        .for_each(|(strip, rows)| {
+            let first = strip * ROWS;
+            let share = sun_fractions(frame, first, rows.len() / width);
+            let frame = &*frame;
+            let sun = &frame.sun[first * width..];
+            for ((out, sun), share) in rows.iter_mut().zip(sun).zip(share) {
+                *out += *sun * share;
+            }
+        });
+    frame.linear = linear;
+}
+
+/// The share of the sun's disc that each pixel of `rows` rows from the `first` on sees: of the 5 ×
+/// 5 pixels around it, those that lie on the same surface, the nearer the more, as if the mean of 3
+/// × 3 were taken twice.
+///
+/// The shadow rays of any 3 × 3 go to nine different parts of the disc (see `SunDisc`), which so
+/// all weigh the same: one ray per pixel gives smooth penumbrae. A mean of 3 × 3 would, too, but
+/// where light comes through needles it shows each ray that arrives as a square.
+fn sun_fractions(frame: &FrameBuffer, first: usize, rows: usize) -> Vec<f32> {
+    let width = frame.width;
+    let strip = Strip::new(frame, first, rows);
+    let (mut seen, mut all) = (vec![0.0; width], vec![0.0; width]);
+    let mut shares = Vec::with_capacity(width * rows);
+    for row in 0..rows {
+        seen.fill(0.0);
+        all.fill(0.0);
+        let here = strip.pixels(row + REACH, REACH);
+        for (v, down) in WEIGHTS.iter().enumerate() {
+            for (u, right) in WEIGHTS.iter().enumerate() {
+                let there = strip.pixels(row + v, u);
+                add(&here, &there, down * right, &mut seen, &mut all);
+            }
+        }
+        // A pixel that the sun does not count for lies on no surface, not even its own.
+        shares.extend(seen.iter().zip(&all).map(|(s, a)| s / a.max(1.0)));
+    }
+    shares
+}
+
+/// Adds the pixels `there` of weight `weight` to all that lie on the surfaces of those `here`, and
+/// to those seen by the sun. One pass over plain rows without a branch, as compilers can make wide.
+fn add(here: &Pixels, there: &Pixels, weight: f32, seen: &mut [f32], all: &mut [f32]) {
+    let n = seen.len();
+    let (a, b) = (here.cut(n), there.cut(n));
+    let all = &mut all[..n];
+    for i in 0..n {
+        let cosine = a.normal[0][i] * b.normal[0][i]
+            + a.normal[1][i] * b.normal[1][i]
+            + a.normal[2][i] * b.normal[2][i];
+        let same = (a.object[0][i] == b.object[0][i])
+            & (a.object[1][i] == b.object[1][i])
+            & ((a.depth_m[i] - b.depth_m[i]).abs() < SAME_DEPTH * a.depth_m[i])
+            & (cosine > SAME_NORMAL);
+        let weight = if same { weight } else { 0.0 };
+        all[i] += weight;
+        seen[i] += weight * b.lit[i];
+    }
+}
+
+/// Some rows of a picture with [`REACH`] pixels of no surface on all sides (or those rows that are
+/// there).
+struct Strip {
+    stride: usize,
+    /// Low and high bits of the id.
+    object: [Vec<u32>; 2],
+    /// Not a number, which is near none, where the sun does not count.
+    depth_m: Vec<f32>,
+    normal: [Vec<f32>; 3],
+    lit: Vec<f32>,
+}
+
+/// Pixels of a row, from some column on.
+struct Pixels<'a> {
+    object: [&'a [u32]; 2],
+    depth_m: &'a [f32],
+    normal: [&'a [f32]; 3],
+    lit: &'a [f32],
+}
+
+impl Strip {
+    fn new(frame: &FrameBuffer, first: usize, rows: usize) -> Self {
+        let (width, height) = (frame.width, frame.semantic.len() / frame.width);
+        let stride = width + 2 * REACH;
+        let n = stride * (rows + 2 * REACH);
+        let mut strip = Self {
+            stride,
+            object: [(); 2].map(|()| vec![0; n]),
+            depth_m: vec![f32::NAN; n],
+            normal: [(); 3].map(|()| vec![0.0; n]),
+            lit: vec![0.0; n],
+        };
+        for y in first.saturating_sub(REACH)..(first + rows + REACH).min(height) {
+            let (from, to) = (y * width, (y + REACH - first) * stride + REACH);
+            for x in 0..width {
+                let (i, o) = (from + x, to + x);
+                let id = frame.object[i].to_u64();
+                strip.object[0][o] = id as u32;
+                strip.object[1][o] = (id >> 32) as u32;
+                if frame.sun[i] != Vec3::ZERO {
+                    strip.depth_m[o] = frame.depth_m[i];
+                }
+                for (axis, out) in strip.normal.iter_mut().enumerate() {
+                    out[o] = frame.normal[i][axis];
+                }
+                strip.lit[o] = f32::from(u8::from(frame.lit[i]));
+            }
+        }
+        strip
+    }
+
+    fn pixels(&self, row: usize, column: usize) -> Pixels<'_> {
+        let from = row * self.stride + column;
+        Pixels {
+            object: [0, 1].map(|half| &self.object[half][from..]),
+            depth_m: &self.depth_m[from..],
+            normal: [0, 1, 2].map(|axis| &self.normal[axis][from..]),
+            lit: &self.lit[from..],
+        }
+    }
+}
+
+impl<'a> Pixels<'a> {
+    /// The first `n`, which tells the compiler that there are so many.
+    fn cut(&self, n: usize) -> Pixels<'a> {
+        Pixels {
+            object: self.object.map(|half| &half[..n]),
+            depth_m: &self.depth_m[..n],
+            normal: self.normal.map(|axis| &axis[..n]),
+            lit: &self.lit[..n],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nemoral_scene::{ChunkCoord, ObjectId};
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_ray_that_arrives_alone_is_a_soft_spot() {
+        let mut frame = FrameBuffer::new(9, 9);
+        frame.depth_m.fill(3.0);
+        frame.normal.fill(Vec3::Z);
+        frame.sun.fill(Vec3::ONE);
+        frame.lit[4 * 9 + 4] = true;
+        add_filtered_sun(&mut frame);
+        let at = |x: usize, y: usize| frame.linear[y * 9 + x].x * 81.0;
+        let along: Vec<f32> = (0..9).map(|x| at(x, 4).round()).collect();
+        assert_eq!(along, [0.0, 0.0, 3.0, 6.0, 9.0, 6.0, 3.0, 0.0, 0.0]);
+        assert!((at(2, 2) - 1.0).abs() < 1e-5 && (at(3, 5) - 4.0).abs() < 1e-5);
+        // No light is lost.
+        let sum: Vec3 = frame.linear.iter().sum();
+        assert!((sum - Vec3::ONE).length() < 1e-5, "{sum}");
+    }
+
+    /// The oracle: pixel by pixel as the words say it.
+    fn share(frame: &FrameBuffer, x: usize, y: usize) -> f32 {
+        let (width, height) = (frame.width, frame.semantic.len() / frame.width);
+        let i = y * width + x;
+        if frame.sun[i] == Vec3::ZERO {
+            return 0.0;
+        }
+        let (mut seen, mut all) = (0.0, 0.0);
+        for v in y.saturating_sub(2)..(y + 3).min(height) {
+            for u in x.saturating_sub(2)..(x + 3).min(width) {
+                let j = v * width + u;
+                let same = frame.object[i] == frame.object[j]
+                    && frame.sun[j] != Vec3::ZERO
+                    && (frame.depth_m[i] - frame.depth_m[j]).abs() < 0.03 * frame.depth_m[i]
+                    && frame.normal[i].dot(frame.normal[j]) > 0.8;
+                if same {
+                    let weight = ((3 - u.abs_diff(x)) * (3 - v.abs_diff(y))) as f32;
+                    all += weight;
+                    seen += if frame.lit[j] { weight } else { 0.0 };
+                }
+            }
+        }
+        seen / all
+    }
+
+    proptest! {
+        #[test]
+        fn shares_are_what_the_words_say(
+            width in 1_usize..9,
+            pixels in prop::collection::vec((0_u32..2, 0_u8..4, 0_usize..3, any::<bool>(), 0_u8..8), 1..300),
+        ) {
+            let height = pixels.len().div_ceil(width);
+            let mut frame = FrameBuffer::new(width, height);
+            for (i, (object, depth, normal, lit, sun)) in pixels.into_iter().enumerate() {
+                frame.object[i] = ObjectId::new(ChunkCoord::new(object as i32, 0), 1).unwrap();
+                frame.depth_m[i] = 10.0 + 0.2 * f32::from(depth);
+                frame.normal[i] = [Vec3::Z, Vec3::new(0.6, 0.0, 0.8).normalize_or(Vec3::Z), Vec3::X][normal];
+                frame.lit[i] = lit;
+                frame.sun[i] = Vec3::splat(f32::from(sun.min(1)));
+            }
+            add_filtered_sun(&mut frame);
+            for i in 0..width * height {
+                let expected = frame.sun[i] * share(&frame, i % width, i / width);
+                prop_assert_eq!(frame.linear[i], expected, "pixel {}", i);
+            }
+        }
+    }
+}

@@ -1,0 +1,371 @@
+//! The sky's radiance: modelled from the air, or photographed.
+
+use glam::{DVec3, Vec2, Vec3};
+
+use crate::SkyImage;
+use crate::Sun;
+use crate::error::{ParamError, check};
+use crate::sky::atmosphere::{Atmosphere, Scattered, mie_phase, rayleigh_phase};
+use crate::sky::irradiance::Irradiance;
+
+/// The air and the clouds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyParams {
+    /// How hazy: optical thickness of the air over that of clean air, at 550 nm, 1..=10. 2 is very
+    /// clear, 3 clear, 5 hazy, 10 fog.
+    pub turbidity: f64,
+    /// Cloud cover as an even veil: 0 clear ..= 1 overcast, without a sun.
+    pub overcast: f64,
+    /// Multiplies the strength of the sun above the atmosphere, 0..=100; 1 is ours.
+    pub sun_intensity: f64,
+    /// Multiplies its colour, linear sRGB, each 0..=10.
+    pub sun_tint: Vec3,
+    /// Mean albedo of the ground around, linear sRGB, each 0..=1.
+    pub ground_albedo: Vec3,
+    /// Share of the light on a leaf that leaves it again on either side (reflectance +
+    /// transmittance), linear sRGB, each 0..=0.99: the green of the light under crowns.
+    pub foliage_albedo: Vec3,
+    /// Meteorological visibility at the camera's height, metres, 10..=1,000,000: where 2 % of the
+    /// contrast is left. Mist is below 1000.
+    pub visibility_m: f64,
+    /// The height over which that haze thins by e, metres, 1..=10,000.
+    pub haze_height_m: f64,
+    /// Fog on the ground: its extinction at its base, 1/m, 0..=1; 3.912 / visibility in it
+    /// (Koschmieder 1924). 0 for none.
+    pub fog_per_m: f64,
+    /// The height in the scene at which the fog has that extinction, metres, −10,000..=10,000.
+    /// Below it is thicker, above thinner.
+    pub fog_base_m: f64,
+    /// The height over which it thins by e, metres, 0.5..=1000.
+    pub fog_height_m: f64,
+}
+
+impl Default for SkyParams {
+    /// A clear day; the leaves are beech (PROSPECT-D).
+    fn default() -> Self {
+        Self {
+            turbidity: 2.2,
+            overcast: 0.0,
+            sun_intensity: 1.0,
+            sun_tint: Vec3::ONE,
+            ground_albedo: Vec3::new(0.11, 0.10, 0.06),
+            foliage_albedo: Vec3::new(0.13, 0.24, 0.034),
+            visibility_m: 20_000.0,
+            haze_height_m: 100.0,
+            fog_per_m: 0.0,
+            fog_base_m: 0.0,
+            fog_height_m: 8.0,
+        }
+    }
+}
+
+impl SkyParams {
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        check("sky.turbidity", self.turbidity, 1.0, 10.0, "1..=10")?;
+        check("sky.overcast", self.overcast, 0.0, 1.0, "0..=1")?;
+        check(
+            "sky.sun_intensity",
+            self.sun_intensity,
+            0.0,
+            100.0,
+            "0..=100",
+        )?;
+        for c in self.sun_tint.to_array() {
+            check("sky.sun_tint", c.into(), 0.0, 10.0, "0..=10 per channel")?;
+        }
+        for c in self.ground_albedo.to_array() {
+            check("sky.ground_albedo", c.into(), 0.0, 1.0, "0..=1 per channel")?;
+        }
+        for c in self.foliage_albedo.to_array() {
+            check(
+                "sky.foliage_albedo",
+                c.into(),
+                0.0,
+                0.99,
+                "0..=0.99 per channel",
+            )?;
+        }
+        check(
+            "sky.visibility_m",
+            self.visibility_m,
+            10.0,
+            1e6,
+            "10..=1,000,000 m",
+        )?;
+        check(
+            "sky.haze_height_m",
+            self.haze_height_m,
+            1.0,
+            1e4,
+            "1..=10,000 m",
+        )?;
+        check("sky.fog_per_m", self.fog_per_m, 0.0, 1.0, "0..=1 per metre")?;
+        check(
+            "sky.fog_base_m",
+            self.fog_base_m,
+            -1e4,
+            1e4,
+            "-10,000..=10,000 m",
+        )?;
+        check(
+            "sky.fog_height_m",
+            self.fog_height_m,
+            0.5,
+            1e3,
+            "0.5..=1000 m",
+        )
+    }
+}
+
+/// Illuminance of the sun above the air, lux.
+const SOLAR_CONSTANT_LX: f64 = 128_000.0;
+
+/// The sun's colour above the air (5900 K) in linear sRGB, luminance 1.
+const SOLAR_COLOUR: DVec3 = DVec3::new(1.08, 0.98, 0.95);
+
+/// What an overcast sky lets through of a clear day's light (Kasten and Czeplak 1980).
+const OVERCAST_TRANSMITTANCE: f32 = 0.25;
+
+/// Radiance of the sky: linear sRGB with luminance in cd/m².
+#[derive(Clone, Debug)]
+pub(crate) enum Sky {
+    /// A sky that is computed from the air.
+    Modelled(Table),
+    /// A sky from an image.
+    Photographed(SkyImage),
+}
+
+/// A modelled sky.
+#[derive(Clone, Debug)]
+pub(crate) struct Table {
+    /// The sun's direction without its height, unit length (any, for a sun in the zenith).
+    sun_azimuth: Vec2,
+    /// `ROWS` of `COLUMNS`. Row v has elevation v² · 90°, column u has sin(azimuth from the sun /
+    /// 2) = u: fine near the horizon and near the sun.
+    table: Vec<Vec3>,
+}
+
+const ROWS: usize = 96;
+const COLUMNS: usize = 96;
+/// Scattering without phase functions is smooth: one in so many rows and columns is integrated.
+const COARSE: usize = 4;
+
+impl Sky {
+    /// The sky, and the sun's irradiance on a plane that faces it.
+    pub(crate) fn new(sun: &Sun, params: &SkyParams) -> (Self, Vec3) {
+        let air = Atmosphere::new(params.turbidity, params.ground_albedo.as_dvec3());
+        let beam =
+            SOLAR_CONSTANT_LX * params.sun_intensity * SOLAR_COLOUR * params.sun_tint.as_dvec3();
+        let elevation = sun.elevation_deg().to_radians();
+        let clear_sun = (beam * air.sun_transmittance(elevation)).as_vec3();
+        let flat = sun.direction().truncate().as_vec2();
+        let mut sky = Table {
+            sun_azimuth: flat.try_normalize().unwrap_or(Vec2::X),
+            table: clear_table(&air, elevation, beam),
+        };
+        if params.overcast > 0.0 {
+            // The veil passes on a share of what a clear sky and its sun would give the ground;
+            // droplets scatter all colours alike, so most of the blue comes back as white.
+            let global = Irradiance::of_sky(|d| sky.radiance(d)).at(Vec3::Z)
+                + clear_sun * sun.direction().z.max(0.0) as f32;
+            let white = Vec3::splat(global.dot(crate::colour::LUMINANCE));
+            let overcast = params.overcast as f32;
+            let ground = global.lerp(white, 0.7) * (overcast * OVERCAST_TRANSMITTANCE);
+            // CIE overcast sky: three times brighter overhead than at the horizon.
+            let zenith = ground * (9.0 / (7.0 * std::f32::consts::PI));
+            for (i, l) in sky.table.iter_mut().enumerate() {
+                let v = (i / COLUMNS) as f32 / (ROWS - 1) as f32;
+                let sine = libm::sinf(v * v * std::f32::consts::FRAC_PI_2);
+                *l = *l * (1.0 - overcast) + zenith * ((1.0 + 2.0 * sine) / 3.0);
+            }
+        }
+        (
+            Self::Modelled(sky),
+            clear_sun * (1.0 - params.overcast) as f32,
+        )
+    }
+
+    /// The sky of an image, `gain` times as bright as this one: by illuminance on level ground.
+    pub(crate) fn replaced_by(&self, image: &SkyImage, gain: f32) -> Self {
+        let level = |sky: &Self| {
+            let e = Irradiance::of_sky(|d| sky.radiance(d)).at(Vec3::Z);
+            e.dot(crate::colour::LUMINANCE)
+        };
+        let (wanted, given) = (level(self), level(&Self::Photographed(image.clone())));
+        Self::Photographed(image.scaled(gain * wanted / given.max(f32::MIN_POSITIVE)))
+    }
+
+    /// The same radiance from every direction.
+    pub(crate) fn uniform(radiance: Vec3) -> Self {
+        Self::Modelled(Table {
+            sun_azimuth: Vec2::X,
+            table: vec![radiance; ROWS * COLUMNS],
+        })
+    }
+
+    /// Adds an even veil that gives level ground this much light.
+    pub(crate) fn add_veil(&mut self, irradiance: Vec3) {
+        let veil = irradiance / std::f32::consts::PI;
+        match self {
+            Self::Modelled(sky) => sky.table.iter_mut().for_each(|l| *l += veil),
+            Self::Photographed(image) => *image = image.veiled(veil),
+        }
+    }
+
+    /// What comes from a unit direction, without the sun's disc; below the horizon, the horizon's
+    /// haze.
+    #[inline]
+    pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::Modelled(sky) => sky.radiance(direction),
+            Self::Photographed(image) => image.radiance(direction),
+        }
+    }
+}
+
+impl Table {
+    #[inline]
+    fn radiance(&self, direction: Vec3) -> Vec3 {
+        let flat = direction.truncate();
+        // 1e-12 keeps the zenith, where all azimuths are one, from dividing by zero.
+        let cos_azimuth = flat.dot(self.sun_azimuth) / (flat.length_squared() + 1e-12).sqrt();
+        let u = (0.5 - 0.5 * cos_azimuth).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f32;
+        // Abramowitz and Stegun 4.4.45: the zenith angle over 90°, to 5e-5.
+        let z = direction.z.clamp(0.0, 1.0);
+        let polynomial = 0.999_957 + z * (-0.135_036 + z * (0.047_276 - z * 0.011_923));
+        let elevation = 1.0 - (1.0 - z).sqrt() * polynomial;
+        let v = elevation.max(0.0).sqrt() * (ROWS - 1) as f32;
+        let (i, j) = ((v as usize).min(ROWS - 2), (u as usize).min(COLUMNS - 2));
+        let (fv, fu) = (v - i as f32, u - j as f32);
+        let (low, high) = (
+            &self.table[i * COLUMNS + j..][..2],
+            &self.table[(i + 1) * COLUMNS + j..][..2],
+        );
+        let (low, high) = (low[0].lerp(low[1], fu), high[0].lerp(high[1], fu));
+        low.lerp(high, fv)
+    }
+}
+
+/// The clear sky's table for a beam above the air.
+fn clear_table(air: &Atmosphere, sun_elevation_rad: f64, beam: DVec3) -> Vec<Vec3> {
+    // In a frame whose x axis lies below the sun.
+    let (sin, cos) = libm::sincos(sun_elevation_rad);
+    let sun = DVec3::new(cos, 0.0, sin);
+    let direction = |u: f64, v: f64| {
+        let (z, flat) = libm::sincos(v * v * std::f64::consts::FRAC_PI_2);
+        let (sin_half, cos_half) = (u, libm::sqrt(1.0 - u * u));
+        DVec3::new(
+            flat * (1.0 - 2.0 * u * u),
+            flat * 2.0 * sin_half * cos_half,
+            z,
+        )
+    };
+    let multiple = air.multiple_scattering(sun_elevation_rad);
+    let (rows, columns) = (ROWS / COARSE, COLUMNS / COARSE);
+    let coarse: Vec<Scattered> = (0..rows * columns)
+        .map(|i| {
+            let v = (i / columns) as f64 / (rows - 1) as f64;
+            let u = (i % columns) as f64 / (columns - 1) as f64;
+            air.scattered(direction(u, v), sun, &multiple)
+        })
+        .collect();
+    (0..ROWS * COLUMNS)
+        .map(|i| {
+            let v = (i / COLUMNS) as f64 / (ROWS - 1) as f64;
+            let u = (i % COLUMNS) as f64 / (COLUMNS - 1) as f64;
+            let (y, x) = (v * (rows - 1) as f64, u * (columns - 1) as f64);
+            let (r, c) = ((y as usize).min(rows - 2), (x as usize).min(columns - 2));
+            let (fy, fx) = (y - r as f64, x - c as f64);
+            let blend = |part: fn(&Scattered) -> DVec3| {
+                let at = |dr: usize, dc: usize| part(&coarse[(r + dr) * columns + c + dc]);
+                let (low, high) = (at(0, 0).lerp(at(0, 1), fx), at(1, 0).lerp(at(1, 1), fx));
+                low.lerp(high, fy)
+            };
+            let cos = direction(u, v).dot(sun).clamp(-1.0, 1.0) as f32;
+            let radiance = blend(|s| s.rayleigh) * f64::from(rayleigh_phase(cos))
+                + blend(|s| s.mie) * f64::from(mie_phase(cos))
+                + blend(|s| s.multiple);
+            (radiance * beam).as_vec3()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::colour::LUMINANCE;
+
+    fn sky(elevation: f64, overcast: f64) -> (Sky, Vec3) {
+        let sun = Sun::from_angles(180.0, elevation).expect("valid");
+        Sky::new(
+            &sun,
+            &SkyParams {
+                overcast,
+                ..SkyParams::default()
+            },
+        )
+    }
+
+    fn luminance(c: Vec3) -> f32 {
+        c.dot(LUMINANCE)
+    }
+
+    fn towards(azimuth_deg: f64, elevation_deg: f64) -> Vec3 {
+        Sun::from_angles(azimuth_deg, elevation_deg)
+            .expect("valid")
+            .direction()
+            .as_vec3()
+    }
+
+    #[test]
+    fn a_clear_sky_has_daylight_levels() {
+        let (s, sun) = sky(60.0, 0.0);
+        assert!((70e3..110e3).contains(&luminance(sun)), "{sun}");
+        let diffuse =
+            luminance(crate::sky::irradiance::Irradiance::of_sky(|d| s.radiance(d)).at(Vec3::Z));
+        assert!((9e3..25e3).contains(&diffuse), "{diffuse}");
+    }
+
+    #[test]
+    fn the_zenith_is_blue_and_the_horizon_bright_and_pale() {
+        let (s, _) = sky(40.0, 0.0);
+        let (zenith, horizon) = (s.radiance(Vec3::Z), s.radiance(towards(90.0, 1.0)));
+        assert!(zenith.z > 1.5 * zenith.x, "{zenith}");
+        assert!(
+            luminance(horizon) > 1.5 * luminance(zenith),
+            "{horizon} {zenith}"
+        );
+        assert!(horizon.z / horizon.x < zenith.z / zenith.x);
+        // The aureole, and the sunward half against the other.
+        assert!(luminance(s.radiance(towards(180.0, 36.0))) > 4.0 * luminance(zenith));
+        // Nothing but haze below the horizon.
+        let (at, below) = (
+            s.radiance(towards(10.0, 0.0)),
+            s.radiance(towards(10.0, -30.0)),
+        );
+        assert!((below / at - Vec3::ONE).length() < 1e-3, "{at} {below}");
+    }
+
+    #[test]
+    fn the_evening_glows_and_the_dusk_is_blue() {
+        let (s, _) = sky(1.0, 0.0);
+        let glow = s.radiance(towards(180.0, 2.0));
+        assert!(glow.x > 1.5 * glow.z, "{glow}");
+        let (dusk, sun) = sky(-4.0, 0.0);
+        assert_eq!(sun, Vec3::ZERO);
+        let zenith = dusk.radiance(Vec3::Z);
+        assert!(zenith.z > zenith.x && luminance(zenith) > 0.0, "{zenith}");
+        assert!(luminance(zenith) < 0.1 * luminance(s.radiance(Vec3::Z)));
+    }
+
+    #[test]
+    fn an_overcast_sky_is_three_times_brighter_overhead() {
+        let (s, sun) = sky(45.0, 1.0);
+        assert_eq!(sun, Vec3::ZERO);
+        let ratio = luminance(s.radiance(Vec3::Z)) / luminance(s.radiance(towards(77.0, 0.0)));
+        assert!((ratio - 3.0).abs() < 1e-3, "{ratio}");
+        let e =
+            luminance(crate::sky::irradiance::Irradiance::of_sky(|d| s.radiance(d)).at(Vec3::Z));
+        assert!((8e3..25e3).contains(&e), "{e}");
+    }
+}

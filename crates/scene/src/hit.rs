@@ -1,0 +1,94 @@
+//! What a ray hits.
+
+use glam::{Vec2, Vec3};
+
+use crate::{MaterialId, ObjectId};
+
+/// The nearest opaque surface point on a ray: where it is and whose, and how it is to be shaded.
+///
+/// A caster whose shapes have neither textures nor smooth normals needs [`Hit::new`] alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Where the surface is, what it is and whose.
+    pub surface: SurfaceHit,
+    /// What its colour depends on besides its material.
+    pub shading: Shading,
+}
+
+/// Where a ray meets a surface, of what it is, and whose: all that a range sensor and a label need.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    /// Distance from the ray's origin, metres.
+    pub distance_m: f32,
+    /// Unit normal of the flat primitive; its side is the shape's, not the ray's.
+    pub geometric_normal: Vec3,
+    /// The surface's material, whose semantic is the truth.
+    pub material: MaterialId,
+    /// The object that the surface belongs to; [`ObjectId::NONE`] for the ground and the like.
+    pub object: ObjectId,
+}
+
+/// What the colour of a surface point depends on besides its material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shading {
+    /// Unit interpolated normal, on the same side as [`SurfaceHit::geometric_normal`].
+    pub normal: Vec3,
+    /// Texture coordinate.
+    pub uv: Vec2,
+    /// Texture repetitions per metre of surface at the hit.
+    pub uv_per_m: f32,
+    /// The ground material that the colour passes over into here, and its share, 0..=1, before the
+    /// border is roughened.
+    pub blend: Option<(MaterialId, f32)>,
+    /// The instance's colour variation, 0..1.
+    pub variation: f32,
+    /// The share of the light from all around that other parts of the same shape let through,
+    /// 0..=1: see [`AmbientOcclusion`](crate::AmbientOcclusion). It is 1 where nothing is known.
+    pub ambient_occlusion: f32,
+}
+
+impl Hit {
+    /// A hit at a distance in metres on a flat surface with a unit normal, of no object, in the
+    /// material's plain colour.
+    #[must_use]
+    pub const fn new(distance_m: f32, normal: Vec3, material: MaterialId) -> Self {
+        Self {
+            surface: SurfaceHit {
+                distance_m,
+                geometric_normal: normal,
+                material,
+                object: ObjectId::NONE,
+            },
+            shading: Shading::flat(normal),
+        }
+    }
+
+    /// The same hit on the surface of an object.
+    #[must_use]
+    pub const fn with_object(mut self, object: ObjectId) -> Self {
+        self.surface.object = object;
+        self
+    }
+}
+
+impl Shading {
+    /// The shading of a flat surface with a unit normal: the texture's corner at one repetition per
+    /// metre, no blending, no variation, nothing occluded.
+    #[must_use]
+    pub const fn flat(normal: Vec3) -> Self {
+        Self {
+            normal,
+            uv: Vec2::ZERO,
+            uv_per_m: 1.0,
+            blend: None,
+            variation: 0.0,
+            ambient_occlusion: 1.0,
+        }
+    }
+}
+
+impl From<Hit> for SurfaceHit {
+    fn from(hit: Hit) -> Self {
+        hit.surface
+    }
+}

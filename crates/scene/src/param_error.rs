@@ -1,0 +1,110 @@
+//! The error of a parameter that is refused.
+
+use std::error::Error;
+use std::fmt;
+use std::ops::RangeInclusive;
+
+/// A parameter is outside of what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ParamError {
+    /// The refused field, as a path such as `errors.dropout` or `layers[0].per_chunk`.
+    pub field: String,
+    /// Its value, as text.
+    pub value: String,
+    /// What is allowed, with units.
+    pub allowed: String,
+}
+
+impl ParamError {
+    /// An error about one field.
+    #[must_use]
+    pub fn new(
+        field: impl Into<String>,
+        value: impl fmt::Display,
+        allowed: impl Into<String>,
+    ) -> Self {
+        Self {
+            field: field.into(),
+            value: value.to_string(),
+            allowed: allowed.into(),
+        }
+    }
+
+    /// Refuses a value unless a condition holds.
+    ///
+    /// # Errors
+    /// If `holds` is false.
+    pub fn check(
+        holds: bool,
+        field: &str,
+        value: impl fmt::Display,
+        allowed: &str,
+    ) -> Result<(), Self> {
+        if holds {
+            Ok(())
+        } else {
+            Err(Self::new(field, value, allowed))
+        }
+    }
+
+    /// Refuses a number outside of a range; NaN is outside of every range.
+    ///
+    /// # Errors
+    /// If `value` is not in `range`.
+    pub fn check_range(
+        field: &str,
+        value: f64,
+        range: RangeInclusive<f64>,
+        allowed: &str,
+    ) -> Result<(), Self> {
+        Self::check(range.contains(&value), field, value, allowed)
+    }
+
+    /// Refuses a number that is negative, infinite or NaN.
+    ///
+    /// # Errors
+    /// If `value` is not finite or below 0.
+    pub fn check_at_least_zero(field: &str, value: f64) -> Result<(), Self> {
+        let holds = value.is_finite() && value >= 0.0;
+        Self::check(holds, field, value, "finite and at least 0")
+    }
+
+    /// Refuses a number that is not above 0, infinite or NaN.
+    ///
+    /// # Errors
+    /// If `value` is not finite or not above 0.
+    pub fn check_positive(field: &str, value: f64) -> Result<(), Self> {
+        let holds = value.is_finite() && value > 0.0;
+        Self::check(holds, field, value, "finite and greater than 0")
+    }
+}
+
+impl fmt::Display for ParamError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            field,
+            value,
+            allowed,
+        } = self;
+        write!(f, "{field} = {value}: must be {allowed}")
+    }
+}
+
+impl Error for ParamError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_message_names_field_value_and_range() {
+        let error = ParamError::check_range("dropout", 1.5, 0.0..=1.0, "0..=1").expect_err("1.5");
+        assert_eq!(error.to_string(), "dropout = 1.5: must be 0..=1");
+        assert!(ParamError::check_range("dropout", f64::NAN, 0.0..=1.0, "0..=1").is_err());
+        assert!(ParamError::check_range("dropout", 1.0, 0.0..=1.0, "0..=1").is_ok());
+        assert!(ParamError::check_positive("range_m", 0.0).is_err());
+        assert!(ParamError::check_at_least_zero("range_m", 0.0).is_ok());
+        assert!(ParamError::check_at_least_zero("range_m", f64::INFINITY).is_err());
+    }
+}

@@ -1,0 +1,98 @@
+//! The port between sensors and ray casters.
+
+use crate::{Hit, Ray, SurfaceHit};
+
+/// Anything that rays can be cast at. A texel that a mask declares transparent does not exist.
+///
+/// Hits at equal distance are decided by object id, then by instance and primitive number, never
+/// by the order of traversal.
+///
+/// One method is enough for a caster of one's own:
+///
+/// ```
+/// use nemoral_scene::glam::Vec3;
+/// use nemoral_scene::{Hit, MaterialId, Ray, RayCaster};
+///
+/// /// A ground at height 0.
+/// struct Level(MaterialId);
+///
+/// impl RayCaster for Level {
+///     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+///         let distance_m = -ray.origin.z / ray.direction.z;
+///         ray.reaches(distance_m).then(|| Hit::new(distance_m, Vec3::Z, self.0))
+///     }
+/// }
+///
+/// let down = Ray::new(Vec3::Z * 1.5, Vec3::NEG_Z);
+/// let hit = Level(MaterialId(0)).closest_hit(&down);
+/// assert_eq!(hit.map(|hit| hit.surface.distance_m), Some(1.5));
+/// ```
+pub trait RayCaster: Sync {
+    /// The nearest hit with `t_min_m <= distance <= t_max_m`.
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
+
+    /// Whether there is any hit.
+    fn is_occluded(&self, ray: &Ray) -> bool {
+        self.closest_hit(ray).is_some()
+    }
+
+    /// Whether there is any hit, for each ray: shadows. Casters that are faster with many rays at
+    /// once override this. The result for a ray never depends on the other rays.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len(), "one result for each ray");
+        for (ray, occluded) in rays.iter().zip(occluded) {
+            *occluded = self.is_occluded(ray);
+        }
+    }
+
+    /// The nearest hit of each ray. Casters that are faster with many rays at once override this.
+    /// The result for a ray never depends on the other rays.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.closest_hit(ray);
+        }
+    }
+
+    /// The surface part of what [`closest_hits`](Self::closest_hits) finds. Casters for which that
+    /// is less work override this.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    fn closest_surfaces(&self, rays: &[Ray], surfaces: &mut [Option<SurfaceHit>]) {
+        assert_eq!(rays.len(), surfaces.len(), "one surface for each ray");
+        let mut hits = vec![None; rays.len()];
+        self.closest_hits(rays, &mut hits);
+        for (surface, hit) in surfaces.iter_mut().zip(hits) {
+            *surface = hit.map(SurfaceHit::from);
+        }
+    }
+}
+
+impl<C: RayCaster + ?Sized> RayCaster for &C {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        (**self).closest_hit(ray)
+    }
+
+    fn is_occluded(&self, ray: &Ray) -> bool {
+        (**self).is_occluded(ray)
+    }
+
+    fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        (**self).are_occluded(rays, occluded);
+    }
+
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        (**self).closest_hits(rays, hits);
+    }
+
+    fn closest_surfaces(&self, rays: &[Ray], surfaces: &mut [Option<SurfaceHit>]) {
+        (**self).closest_surfaces(rays, surfaces);
+    }
+}

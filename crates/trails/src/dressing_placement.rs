@@ -1,0 +1,121 @@
+//! The grass and stones of the trails themselves, and the grass of their verges.
+
+use glam::DVec2;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::{Domain, Draw, Key, Rng};
+
+use crate::dressing::{DressingKind, TrailDressing};
+use crate::profile::Wobble;
+use crate::{TrailParams, TrailPath};
+
+const STONES: Domain = Domain::new("trails.stones");
+const GRASS: Domain = Domain::new("trails.grass");
+const VERGE: Domain = Domain::new("trails.verge");
+
+/// How far from an edge the grass of the verge stands, metres.
+const VERGE_M: f64 = 0.5;
+
+/// The verge is overgrown here and bare there, metres from one to the other.
+const VERGE_WAVE_M: f64 = 4.0;
+
+/// The stones of a trail: a uniform number up to the most, anywhere on the surface, but wheels
+/// have pushed most of them out of the ruts.
+pub(crate) fn stones(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<TrailDressing> {
+    let key = key.domain(STONES).chunk(path.id().birth);
+    let count = key.rng().between(0, params.rocks_max_per_trail);
+    let stone = |i: u32| {
+        let mut rng = key.item(u64::from(i)).rng();
+        let s = rng.range_f64(0.0, path.length_m());
+        let reach = 0.48 * path.width_m(s);
+        let mut offset = rng.range_f64(-reach, reach);
+        for _ in 0..2 {
+            let in_rut = params
+                .ruts()
+                .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 2.0 * r.sigma_m);
+            if in_rut {
+                offset = rng.range_f64(-reach, reach);
+            }
+        }
+        TrailDressing {
+            position_m: beside(path, s, offset),
+            yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+            scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 2.5),
+            kind: DressingKind::Stone,
+        }
+    };
+    (0..count).map(stone).collect()
+}
+
+/// The grass that a trail would have in a chunk, from each time it goes through: half of the most
+/// to the most, denser in the middle, none in the ruts.
+pub(crate) fn grass(
+    params: &TrailParams,
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(u64, TrailDressing),
+) {
+    let most = params.grass_max_per_chunk;
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = key.domain(GRASS).chunk(path.id().birth).item(index as u64);
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        for i in 0..key.rng().between(most / 2, most) {
+            let mut rng = key.item(u64::from(i)).rng();
+            let s = rng.range_f64(from, to);
+            let offset = params.grass_spread_m * (rng.unit_f64() - rng.unit_f64());
+            let worn = params
+                .ruts()
+                .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 1.5 * r.sigma_m);
+            if !worn {
+                let tuft = TrailDressing {
+                    position_m: beside(path, s, offset),
+                    yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+                    scale: rng.range_f64(0.6, 1.2),
+                    kind: DressingKind::Grass,
+                };
+                emit(rng.next_u64(), tuft);
+            }
+        }
+    }
+}
+
+/// The grass of a trail's verges along its way through a chunk, thick at the edge and in places.
+pub(crate) fn verges(
+    params: &TrailParams,
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = key.domain(VERGE).chunk(path.id().birth);
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        for (side, sign) in [(0, 1.0), (1, -1.0)] {
+            let key = key.item(side);
+            let growth = Wobble::new(key, path.length_m(), VERGE_WAVE_M);
+            let key = key.item(index as u64);
+            let count = (params.verge_tufts_per_m * (to - from)).round() as u32;
+            for i in 0..count {
+                let mut rng = key.item(u64::from(i)).rng();
+                let s = rng.range_f64(from, to);
+                let near = rng.unit_f64();
+                let offset = 0.5 * path.width_m(s) + VERGE_M * near * near;
+                let tuft = TrailDressing {
+                    position_m: beside(path, s, sign * offset),
+                    yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+                    scale: rng.range_f64(0.6, 1.6),
+                    kind: DressingKind::Verge,
+                };
+                if rng.chance(0.6 + 0.7 * growth.at(s)) {
+                    emit(tuft);
+                }
+            }
+        }
+    }
+}
+
+fn beside(path: &TrailPath, s_m: f64, offset_m: f64) -> DVec2 {
+    path.position_m(s_m) + path.tangent(s_m).perp() * offset_m
+}
