@@ -219,6 +219,16 @@ impl FrameRecord {
     /// Names, numbers and files of one frame; also of one that no manifest lists yet.
     pub(crate) fn validate(&self, header: &DatasetHeader) -> Result<(), Error> {
         let name = format!("frame {} of sequence {}", self.index, self.sequence);
+        if self.index >= limits::MAX_FRAMES {
+            let allowed = format!("less than {}", limits::MAX_FRAMES);
+            return Err(Error::invalid(name, self.index, allowed));
+        }
+        // So that sums over all frames are numbers too.
+        let most = limits::MAX_POINTS * header.lidars.len() as u64;
+        if let Some((class, count)) = self.point_classes.iter().find(|(_, n)| **n > most) {
+            let field = format!("{name}.point_classes.{class}");
+            return Err(Error::invalid(field, count, format!("at most {most}")));
+        }
         if !(self.time_s.is_finite() && self.time_s.abs() <= 1e12) {
             return Err(Error::invalid(
                 format!("{name}.time_s"),

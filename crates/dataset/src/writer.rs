@@ -322,6 +322,8 @@ impl Writer {
             let record = FileRecord::put(&self.folder, layout::inner(&path), text.as_bytes())?;
             manifest.files.push(record);
         }
+        // A resumed folder may hold frames that no track knows.
+        manifest.validate()?;
         let syncer = self
             .syncer
             .into_inner()
