@@ -5,12 +5,12 @@ use std::path::Path;
 
 use nemoral_files::Folder;
 
-use crate::reader::Size;
-use crate::text::Calibration;
-use crate::{
-    DatasetHeader, Error, Manifest, card, csv, exr, extra, images, npy, ply, scan, seal, state,
-    text, yaml,
+use crate::formats::Size;
+use crate::formats::kitti::Calibration;
+use crate::formats::{
+    annotations, data_card, exr, images, kitti, npy, ontology_yaml, ply, scan, tables,
 };
+use crate::{DatasetHeader, Error, Manifest, output::state, seal};
 
 /// What errors call the file.
 const NAME: &str = "input";
@@ -82,10 +82,10 @@ pub fn labels(bytes: &[u8]) -> Result<(), Error> {
 /// # Errors
 /// If a line is no matrix.
 pub fn poses(text: &str) -> Result<(), Error> {
-    let rows = text::decode_poses(name(), text)?;
-    let poses: Vec<_> = rows.iter().map(text::from_rows).collect();
+    let rows = kitti::decode_poses(name(), text)?;
+    let poses: Vec<_> = rows.iter().map(kitti::from_rows).collect();
     for pair in poses.windows(2) {
-        std::hint::black_box(text::relative(&pair[0], &pair[1]));
+        std::hint::black_box(kitti::relative(&pair[0], &pair[1]));
     }
     Ok(())
 }
@@ -95,7 +95,7 @@ pub fn poses(text: &str) -> Result<(), Error> {
 /// # Errors
 /// If lines are missing or are no matrices.
 pub fn calibration(text: &str) -> Result<String, Error> {
-    text::decode_calibration(name(), text).map(|c| text::encode_calibration(&c))
+    kitti::decode_calibration(name(), text).map(|c| kitti::encode_calibration(&c))
 }
 
 /// `times.txt`.
@@ -103,7 +103,7 @@ pub fn calibration(text: &str) -> Result<String, Error> {
 /// # Errors
 /// If a line is no number.
 pub fn times(text: &str) -> Result<(), Error> {
-    text::decode_times(name(), text).map(drop)
+    kitti::decode_times(name(), text).map(drop)
 }
 
 /// `trees.csv`; returns what is written of what was read.
@@ -111,9 +111,9 @@ pub fn times(text: &str) -> Result<(), Error> {
 /// # Errors
 /// If the text is no such table.
 pub fn trees(text: &str) -> Result<String, Error> {
-    let rows = csv::read_tree_rows(name(), text)?;
-    csv::trees(name(), &rows)?;
-    Ok(csv::encode_trees(&rows))
+    let rows = tables::read_tree_rows(name(), text)?;
+    tables::trees(name(), &rows)?;
+    Ok(tables::encode_trees(&rows))
 }
 
 /// `instances.csv`; returns what is written of what was read.
@@ -121,9 +121,9 @@ pub fn trees(text: &str) -> Result<String, Error> {
 /// # Errors
 /// If the text is no such table.
 pub fn objects(text: &str) -> Result<String, Error> {
-    let rows = csv::read_object_rows(name(), text)?;
-    csv::objects(name(), &rows)?;
-    Ok(csv::encode_objects(&rows))
+    let rows = tables::read_object_rows(name(), text)?;
+    tables::objects(name(), &rows)?;
+    Ok(tables::encode_objects(&rows))
 }
 
 /// Boxes.
@@ -131,8 +131,8 @@ pub fn objects(text: &str) -> Result<String, Error> {
 /// # Errors
 /// If the bytes are no such table.
 pub fn boxes(bytes: &[u8]) -> Result<(), Error> {
-    let boxes = extra::decode_boxes(name(), bytes)?;
-    std::hint::black_box(extra::encode_boxes(&boxes));
+    let boxes = annotations::decode_boxes(name(), bytes)?;
+    std::hint::black_box(annotations::encode_boxes(&boxes));
     Ok(())
 }
 
@@ -144,9 +144,9 @@ pub fn texts(manifest: &Manifest) -> [String; 4] {
     let ontology = &manifest.header.ontology;
     [
         manifest.to_json(),
-        card::encode(manifest),
-        yaml::encode(ontology, &classes.unwrap_or_default(), &numbers),
-        text::encode_calibration(&Calibration::of(&manifest.header)),
+        data_card::encode(manifest),
+        ontology_yaml::encode(ontology, &classes.unwrap_or_default(), &numbers),
+        kitti::encode_calibration(&Calibration::of(&manifest.header)),
     ]
 }
 

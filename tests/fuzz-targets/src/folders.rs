@@ -55,6 +55,11 @@ pub fn merge(input: &[u8]) {
     }
     look(&a, &scratch, tasks);
     unite(&[&a, &b], &out, tasks);
+    if tasks.has(6) {
+        let mode = mode(tasks);
+        let partial = tasks.has(4);
+        let _ = nemoral_dataset::merge(&[&a], &b, MergeParams { mode, partial });
+    }
     go_on(&a, tasks);
     assert_untouched(scratch.path());
 }
@@ -93,7 +98,7 @@ fn link(_: &str, _: &Path) -> std::io::Result<()> {
 
 /// Reads all of a data set.
 fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
-    if let Ok(dataset) = Dataset::open(root) {
+    if let (true, Ok(dataset)) = (tasks.has(0), Dataset::open(root)) {
         for i in 0..dataset.frames().len() {
             let _ = dataset.read_frame(i);
         }
@@ -125,20 +130,17 @@ fn unite(parts: &[&Path], out: &Path, tasks: Tasks) {
     if nemoral_dataset::merge(parts, out, params(OpenMode::Fresh)).is_ok() {
         let merged = Dataset::open(out).expect("what was merged can be opened");
         assert!(merged.is_untouched());
-        let whole = files(out);
-        let again = nemoral_dataset::merge(parts, out, params(OpenMode::Resume));
-        again.expect("a merge can be repeated");
-        assert!(files(out) == whole, "a repeated merge gives the same bytes");
+        if tasks.has(7) {
+            let whole = files(out);
+            let again = nemoral_dataset::merge(parts, out, params(OpenMode::Resume));
+            again.expect("a merge can be repeated");
+            assert!(files(out) == whole, "a repeated merge gives the same bytes");
+        }
     }
 }
 
 /// Goes on with a part, or replaces it, as its own header says.
 fn go_on(root: &Path, tasks: Tasks) {
-    let mode = if tasks.has(5) {
-        OpenMode::Overwrite
-    } else {
-        OpenMode::Resume
-    };
     let of_manifest = Dataset::open(root)
         .map(|d| d.manifest().header.clone())
         .ok();
@@ -148,12 +150,20 @@ fn go_on(root: &Path, tasks: Tasks) {
     let Some(header) = of_state.or(of_manifest).or(ours) else {
         return;
     };
-    if let Ok(writer) = Writer::create(root, mode, header) {
+    if let Ok(writer) = Writer::create(root, mode(tasks), header) {
         for (sequence, index) in writer.frames() {
             std::hint::black_box(writer.has_frame(sequence, index, &[0; 32]));
         }
         let tables = nemoral_dataset::WorldTables::default();
         let _ = writer.finish(&tables, &[]);
+    }
+}
+
+fn mode(tasks: Tasks) -> OpenMode {
+    if tasks.has(5) {
+        OpenMode::Overwrite
+    } else {
+        OpenMode::Resume
     }
 }
 

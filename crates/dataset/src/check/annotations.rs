@@ -6,12 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{Flow, PixelBox, RigidTransform, Semantic, Twist};
 
-use crate::layout::CameraFolders;
 use crate::reader::CameraFrame;
-use crate::{CameraSpec, DatasetHeader, DepthFormat};
+use crate::{CameraFile, CameraSpec, DatasetHeader, DepthFormat};
 
 /// One camera's frame, to be checked.
-pub(crate) struct ExtraView<'a> {
+pub(crate) struct AnnotationView<'a> {
     pub(crate) header: &'a DatasetHeader,
     pub(crate) spec: &'a CameraSpec,
     pub(crate) camera: &'a CameraFrame,
@@ -25,24 +24,20 @@ pub(crate) struct ExtraView<'a> {
     pub(crate) ids: &'a BTreeSet<u32>,
 }
 
-/// A folder, the extension of its files, what is wrong.
-type Found = (String, &'static str, String);
-
-impl ExtraView<'_> {
-    pub(crate) fn problems(&self, folders: &CameraFolders) -> Vec<Found> {
-        let problem = |folder: &str, extension, message: Option<String>| {
-            message.map(|m| (folder.to_owned(), extension, m))
-        };
-        [
-            problem(&folders.sky, "png", self.sky()),
-            problem(&folders.flow, "png", self.flow()),
-            problem(&folders.trunks, "png", self.trunks()),
-            problem(&folders.boxes, "csv", self.boxes()),
-            problem(&folders.radiance, "exr", self.radiance()),
-        ]
-        .into_iter()
-        .flatten()
-        .collect()
+impl AnnotationView<'_> {
+    /// Which files are wrong, and how.
+    pub(crate) fn problems(&self) -> Vec<(CameraFile, String)> {
+        let found = [
+            (CameraFile::Sky, self.sky()),
+            (CameraFile::Flow, self.flow()),
+            (CameraFile::Trunks, self.trunks()),
+            (CameraFile::Boxes, self.boxes()),
+            (CameraFile::Radiance, self.radiance()),
+        ];
+        found
+            .into_iter()
+            .filter_map(|(file, message)| Some((file, message?)))
+            .collect()
     }
 
     fn sky(&self) -> Option<String> {
@@ -169,7 +164,7 @@ impl ExtraView<'_> {
     }
 }
 
-impl ExtraView<'_> {
+impl AnnotationView<'_> {
     /// Radiance is light, and without a sensor's noise the picture follows it: whatever the curve, more
     /// light is never a lower code.
     fn radiance(&self) -> Option<String> {

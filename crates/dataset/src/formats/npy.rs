@@ -5,7 +5,7 @@ use std::path::Path;
 use nemoral_scene::Image;
 
 use crate::Error;
-use crate::reader::Size;
+use crate::formats::Size;
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 

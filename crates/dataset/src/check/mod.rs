@@ -1,5 +1,8 @@
 //! Is a data set right? Answered from its files alone.
 
+mod agreement;
+mod annotations;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
@@ -9,11 +12,14 @@ use nemoral_scene::{
     ChunkCoord, Distortion, ObjectId, ObjectKind, RigidTransform, Semantic, TreeRecord,
 };
 
-use crate::agreement::View;
-use crate::check_extra::ExtraView;
+pub use self::agreement::{Agreement, ClassAgreement, Residual};
+
+use self::agreement::View;
+use self::annotations::AnnotationView;
+use crate::formats::{images, kitti, ontology_yaml};
 use crate::{
-    Agreement, Calibration, CameraCalibration, Dataset, Error, FileRecord, Frame, FrameRecord,
-    PlyPoint, images, layout, output, reader, text, yaml,
+    Calibration, CameraCalibration, CameraFile, Dataset, Error, FileRecord, Frame, FrameRecord,
+    PlyPoint, layout, output, reader,
 };
 
 /// Something wrong with a data set.
@@ -214,7 +220,7 @@ impl Checker<'_> {
             *point_classes.entry(class).or_insert(0) += count;
         }
         let numbers: Vec<u32> = manifest.sequences.iter().map(|s| s.number).collect();
-        let yaml = yaml::encode(&manifest.header.ontology, &point_classes, &numbers);
+        let yaml = ontology_yaml::encode(&manifest.header.ontology, &point_classes, &numbers);
         let found = self.dataset.read_text(layout::ONTOLOGY);
         if self
             .read(layout::ONTOLOGY, found)
@@ -251,7 +257,7 @@ impl Checker<'_> {
                     self.problem(path, message);
                 }
             }
-            let camera_from_lidar = text::from_rows(&calibration.camera_from_lidar);
+            let camera_from_lidar = kitti::from_rows(&calibration.camera_from_lidar);
             self.calibration(&calib, &calibration);
             let track = Track {
                 poses: pose_list,
@@ -266,8 +272,8 @@ impl Checker<'_> {
     /// `calib.txt` against the intrinsics and mounts of `dataset.json`.
     fn calibration(&mut self, path: &str, found: &Calibration) {
         let asked = Calibration::of(&self.dataset.manifest().header);
-        let mut mount = |name: &str, asked: &text::Rows, found: &text::Rows| {
-            if let Some(distance) = differs(&text::from_rows(asked), &text::from_rows(found)) {
+        let mut mount = |name: &str, asked: &kitti::Rows, found: &kitti::Rows| {
+            if let Some(distance) = differs(&kitti::from_rows(asked), &kitti::from_rows(found)) {
                 let message = format!("{name} is {distance} off the mounts in dataset.json");
                 self.problem(path, message);
             }
@@ -290,7 +296,7 @@ impl Checker<'_> {
         if asked.projections != found.projections {
             self.problem(path, "P0 to P3 differ from the cameras in dataset.json");
         }
-        let lines = |c: &Calibration| -> Vec<(String, text::Rows)> {
+        let lines = |c: &Calibration| -> Vec<(String, kitti::Rows)> {
             let line = |c: &CameraCalibration| (c.name.clone(), c.projection);
             c.further.iter().map(line).collect()
         };
@@ -350,15 +356,14 @@ impl Checker<'_> {
         let index = usize::try_from(record.index).unwrap_or(usize::MAX);
         let next = index.checked_add(1).and_then(|next| track.poses.get(next));
         let step = track.poses.get(index).zip(next);
-        let next_from_here = step.map(|(here, next)| text::relative(next, here));
+        let next_from_here = step.map(|(here, next)| kitti::relative(next, here));
         let next_motion = next_record
             .filter(|f| {
                 (f.sequence, Some(f.index)) == (record.sequence, record.index.checked_add(1))
             })
             .map(|f| f.body_motion);
         for (i, camera) in frame.cameras.iter().enumerate() {
-            let f = layout::camera_folders(header, i);
-            let view = ExtraView {
+            let view = AnnotationView {
                 header,
                 spec: &header.cameras[i],
                 camera,
@@ -367,8 +372,8 @@ impl Checker<'_> {
                 next_motion,
                 ids: &self.image_ids,
             };
-            for (folder, extension, message) in view.problems(&f) {
-                let path = layout::frame_file(record.sequence, &folder, record.index, extension);
+            for (file, message) in view.problems() {
+                let path = layout::camera_file(header, (record.sequence, record.index), i, file);
                 self.problems.push(Problem { path, message });
             }
         }
@@ -392,7 +397,7 @@ impl Checker<'_> {
         }
         let sequence = self.dataset.sequence(record.sequence).ok()?;
         let mount = self.dataset.manifest().header.body_from_reference();
-        let expected = text::relative(
+        let expected = kitti::relative(
             &sequence.world_from_frame0(),
             &(record.world_from_body() * mount),
         );
@@ -411,10 +416,7 @@ impl Checker<'_> {
         let known: BTreeSet<u8> = header.ontology.classes().iter().map(|c| c.id).collect();
         let sky = header.ontology.class(Semantic::Sky).id;
         for (i, camera) in frame.cameras.iter().enumerate() {
-            let f = layout::camera_folders(header, i);
-            let path = |folder, extension| {
-                layout::frame_file(record.sequence, folder, record.index, extension)
-            };
+            let path = |file| layout::camera_file(header, (record.sequence, record.index), i, file);
             let pixels = || {
                 let classes = camera
                     .semantic
@@ -423,7 +425,7 @@ impl Checker<'_> {
                     .zip(camera.instance.pixels());
                 classes.zip(camera.depth_m.pixels().iter().zip(camera.normal.pixels()))
             };
-            let semantic = path(&f.semantic, "png");
+            let semantic = path(CameraFile::Semantic);
             let unknown = pixels().filter(|((class, _), _)| !known.contains(class));
             self.count(
                 &semantic,
@@ -436,7 +438,7 @@ impl Checker<'_> {
                 surfaces.map(|((c, _), _)| *c),
                 "pixels without depth have a class",
             );
-            let instance = path(&f.instance, "png");
+            let instance = path(CameraFile::Instance);
             let ids = &self.image_ids;
             let strangers: Vec<u32> = pixels()
                 .map(|((_, id), _)| *id)
@@ -453,7 +455,7 @@ impl Checker<'_> {
                 floating.map(|((_, id), _)| *id),
                 "pixels without depth have an id",
             );
-            let normals = path(&f.normals, "png");
+            let normals = path(CameraFile::Normals);
             let lone = pixels().filter(|(_, (z, n))| (**z == 0.0) != (n.length_squared() == 0.0));
             self.count(
                 &normals,
@@ -579,14 +581,14 @@ impl Checker<'_> {
                 let camera_from_lidar = if (c, l) == (0, 0) {
                     track.camera_from_lidar
                 } else {
-                    text::relative(&camera.body_from_camera, &lidar.body_from_lidar)
+                    kitti::relative(&camera.body_from_camera, &lidar.body_from_lidar)
                 };
                 self.agreement
                     .add(&view, &frame.lidars[l].ply, &camera_from_lidar);
                 if (c, l) == (0, 0)
                     && let (Some(pose), Some((_, before, points))) = (pose, before)
                 {
-                    let step = text::relative(&pose, before);
+                    let step = kitti::relative(&pose, before);
                     let next_camera_from_lidar = step * camera_from_lidar;
                     self.agreement
                         .add_next(&view, &points.lidars[l].ply, &next_camera_from_lidar);

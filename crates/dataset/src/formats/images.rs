@@ -13,8 +13,9 @@ use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Flow, Image, ObjectId, Ontology, Semantic};
 use png::{BitDepth, ColorType, DeflateCompression, Filter};
 
-use crate::reader::Size;
-use crate::{Error, extra};
+use crate::Error;
+use crate::formats::Size;
+use crate::formats::annotations;
 
 #[derive(Clone, Copy)]
 enum Content {
@@ -197,7 +198,7 @@ pub(crate) fn encode_flow(flow: &Image<Option<Flow>>) -> Vec<u8> {
     for sample in flow
         .pixels()
         .iter()
-        .flat_map(|f| extra::flow_to_samples(*f))
+        .flat_map(|f| annotations::flow_to_samples(*f))
     {
         data.extend_from_slice(&sample.to_be_bytes());
     }
@@ -293,7 +294,7 @@ pub(crate) fn decode_flow(
     let (samples, _) = words.as_chunks::<3>();
     let flow = samples
         .iter()
-        .map(|s| extra::flow_from_samples(s.map(u16::from_be_bytes)));
+        .map(|s| annotations::flow_from_samples(s.map(u16::from_be_bytes)));
     Ok(Image::new(size.0, size.1, flow.collect()))
 }
 

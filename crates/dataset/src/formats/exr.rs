@@ -12,7 +12,7 @@ use nemoral_scene::Image;
 use nemoral_scene::glam::Vec3;
 
 use crate::Error;
-use crate::reader::Size;
+use crate::formats::Size;
 
 /// Three channels, lines of sixteen deflated together, which every reader knows.
 pub(crate) fn encode(radiance: &Image<Vec3>) -> Vec<u8> {

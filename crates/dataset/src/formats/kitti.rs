@@ -6,7 +6,8 @@ use std::path::Path;
 use nemoral_scene::glam::{DMat3, DQuat, DVec3};
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 
-use crate::{DatasetHeader, Error, layout};
+use crate::header::RIGHT;
+use crate::{DatasetHeader, Error};
 
 /// A 3 × 4 matrix, row-major.
 pub(crate) type Rows = [[f64; 4]; 3];
@@ -60,7 +61,7 @@ impl Calibration {
             distortion: c.intrinsics.distortion,
         });
         let further: Vec<_> = further.collect();
-        let right = further.iter().find(|c| c.name == layout::RIGHT);
+        let right = further.iter().find(|c| c.name == RIGHT);
         Self {
             projections: [first, first, first, right.map_or(first, |c| c.projection)],
             camera_from_lidar: relative(&reference, &lidar).to_rows(),

@@ -3,11 +3,14 @@
 //! A file is a data set's if a whole `dataset.json` or a sealed header says so: by the layout of the
 //! sensors that it names. A folder with neither holds nothing of ours, whatever its files are called.
 
+pub(crate) mod compare;
+pub(crate) mod state;
+
 use std::collections::BTreeSet;
 
 use nemoral_files::{EntryKind, Folder, InnerPath, is_temporary_name};
 
-use crate::{DatasetHeader, Error, Manifest, layout, state};
+use crate::{DatasetHeader, Error, Manifest, layout};
 
 /// What an output folder holds.
 pub(crate) enum Content {
