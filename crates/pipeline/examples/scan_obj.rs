@@ -1,12 +1,11 @@
 //! Scans an OBJ (z up, metres) with a Livox Mid-40 10 m before it; writes x y z, a line a point:
 //! `cargo run --release -p nemoral-pipeline --example scan_obj -- IN.obj OUT.xyz`
-use std::{env::args, error::Error, fs, sync::Arc};
-
 use nemoral_lidar::{Device, EchoObservation, ScanRequest, Scanner};
 use nemoral_lidar_noise::{RangeNoise, RangeSensor};
 use nemoral_raycast::RayScene;
 use nemoral_scene::{glam::Vec3, *};
 use nemoral_seed::Key;
+use std::{env::args, error::Error, fs, sync::Arc};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let [from, to] = [1, 2].map(|i| args().nth(i).ok_or("usage: scan_obj IN.obj OUT.xyz"));
@@ -25,17 +24,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let shape = Arc::new(Prototype::new("obj", mesh, vec![], &materials)?);
     let Bounds { min, max } = shape.bounds();
     let front = (0.5 * (min + max)).with_x(min.x - 10.0).as_dvec3();
-    let forest = RayScene::of_shape(shape, &materials);
-    let pose = |_| RigidTransform::from_xyz_rpy(front, 0.0, 0.0, 0.0);
     let sensor = RangeSensor::new(RangeNoise::livox())?;
-    let noise = |echo: &EchoObservation, key: Key| sensor.measure(echo, &mut key.rng());
     let mid40 = Scanner::new(Device::Mid40.params(), Device::Mid40.pattern())?;
     let points = mid40.scan(&ScanRequest {
         first_pulse: 0,
-        caster: &forest,
+        caster: &RayScene::of_shape(shape, &materials),
         materials: &materials,
-        scene_from_lidar_at: &pose,
-        range_model: &noise,
+        scene_from_lidar_at: &|_| RigidTransform::from_xyz_rpy(front, 0.0, 0.0, 0.0),
+        range_model: &|echo: &EchoObservation, key: Key| sensor.measure(echo, &mut key.rng()),
         key: Key::world(1),
     });
     let row = |p: &LidarPoint| p.position_m.to_array().map(|c| c.to_string()).join(" ") + "\n";
