@@ -52,7 +52,7 @@ fn chunk(c: &mut Criterion) {
     let f = &grown.forest;
     node(c, &grown, "chunk.woody", f.woody, at);
     node(c, &grown, "chunk.things", f.things, at);
-    node(c, &grown, "chunk.openness", f.openness, at);
+    node(c, &grown, "chunk.openness", f.sky_view_factor, at);
     node(c, &grown, "chunk.undergrowth", f.undergrowth, at);
     node(c, &grown, "chunk.seedlings", f.seedlings, at);
     node(c, &grown, "chunk.solid", f.solid, at);

@@ -55,7 +55,9 @@ impl Strata {
         let placement = runner.get(world.forest.placement, ()).expect("placement");
         let mut strata = Self::default();
         for at in square(side) {
-            let openness = runner.get(world.forest.openness, at).expect("openness");
+            let openness = runner
+                .get(world.forest.sky_view_factor, at)
+                .expect("openness");
             let ground = runner.get(world.forest.ground, at).expect("ground");
             let clusters = placement
                 .clusters(at, StandLayer::Saplings.index())

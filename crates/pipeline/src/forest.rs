@@ -5,6 +5,7 @@ use nemoral_placement::{CoverPoint, Placement, Site};
 use nemoral_render::CameraImages;
 use nemoral_scene::{Annotations, ChunkCoord, LidarPoint};
 use nemoral_seed::Key;
+use nemoral_stand::SkyViewFactor;
 
 use crate::config::Config;
 use crate::plan::{Node, Plan};
@@ -15,10 +16,10 @@ use crate::stages::frame::{
     FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage, pictures_s,
 };
 use crate::stages::ground::{ChunkGround, ChunkGroundStage, GroundModel, GroundStage};
-use crate::stages::openness::{Openness, OpennessStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::seedlings::SeedlingStage;
 use crate::stages::sensors::{CameraRig, CameraStage, LidarRig, LidarStage};
+use crate::stages::sky_view_factor::SkyViewStage;
 use crate::stages::things::{ThingStage, Things};
 use crate::stages::truth::{Bare, BareStage, ExtraStage, TrunkStage};
 use crate::stages::undergrowth::{FloraStage, Patch, UndergrowthStage};
@@ -51,8 +52,8 @@ pub struct ForestPlan {
     pub woody: Node<ChunkCoord, Vec<Site>>,
     /// Chunk: everything with an id.
     pub things: Node<ChunkCoord, Things>,
-    /// Chunk: light under its crowns.
-    pub openness: Node<ChunkCoord, Openness>,
+    /// Chunk: how much of the sky is seen past its crowns.
+    pub sky_view_factor: Node<ChunkCoord, SkyViewFactor>,
     /// Chunk: where low plants are.
     pub undergrowth: Node<ChunkCoord, Vec<Patch>>,
     /// Chunk: where seedlings of trees are.
@@ -145,12 +146,15 @@ impl ForestPlan {
             SolidStage::new(config)?,
             (assets.of_world(), ground, things),
         );
-        let openness = plan.add(
-            OpennessStage { chunk_size_m },
+        let sky_view_factor = plan.add(
+            SkyViewStage { chunk_size_m },
             (assets.of_world(), ground, solid.anywhere()),
         );
-        let undergrowth = plan.add(UndergrowthStage, (flora.of_world(), ground, openness));
-        let seedlings = plan.add(SeedlingStage::new(config), (world, ground, openness));
+        let undergrowth = plan.add(
+            UndergrowthStage,
+            (flora.of_world(), ground, sky_view_factor),
+        );
+        let seedlings = plan.add(SeedlingStage::new(config), (world, ground, sky_view_factor));
         let low = plan.add(
             LowStage { chunk_size_m },
             (
@@ -180,7 +184,12 @@ impl ForestPlan {
                 visible_radius_m: config.chunks.visible_radius_m,
                 undergrowth_radius_m: config.chunks.undergrowth_radius_m,
             },
-            (pose, solid.anywhere(), low.anywhere(), openness.anywhere()),
+            (
+                pose,
+                solid.anywhere(),
+                low.anywhere(),
+                sky_view_factor.anywhere(),
+            ),
         );
         let images = plan.add(
             ImageStage,
@@ -223,7 +232,7 @@ impl ForestPlan {
             rocks,
             woody,
             things,
-            openness,
+            sky_view_factor,
             undergrowth,
             seedlings,
             solid,

@@ -9,9 +9,9 @@ use nemoral_raycast::Blas;
 use nemoral_scene::Prototype;
 use nemoral_scene::glam::Vec3;
 use nemoral_seed::Key;
+use nemoral_stand::InstanceVariation;
 use rayon::prelude::*;
 
-use super::looks::Looks;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher, Kept, OfWorld, Stage};
 use crate::{Error, InputFiles};
@@ -48,7 +48,7 @@ pub struct WorldAssets {
     /// Of `library.trail_stones`.
     pub trail_stones: Vec<Arc<Blas>>,
     /// How copies of trees are turned and sized.
-    pub(super) looks: Looks,
+    pub(super) variation: InstanceVariation,
 }
 
 /// A tree that can be placed.
@@ -347,7 +347,7 @@ impl Stage for AssetStage {
             litter: plants(&library.litter),
             trail_tufts: plants(&library.trail_tufts),
             trail_stones: plants(&library.trail_stones),
-            looks: Looks::new(world),
+            variation: InstanceVariation::new(world),
             library,
         })
     }

@@ -10,11 +10,12 @@ use nemoral_scene::{
     ChunkCoord, Instance, MaterialId, ObjectId, Prototype, Surface, TrailSurfaceKind,
 };
 use nemoral_seed::{Domain, Draw, Key};
-use nemoral_terrain::{GroundMesher, MeshParams, Terrain, TerrainParams};
+use nemoral_stand::{FLOOR_FIELD, Field, FloorComposition};
+use nemoral_terrain::{GroundMesher, MeshParams};
 use nemoral_trails::{DressingKind, TrailZone};
 
 use super::assets::WorldAssets;
-use super::ground::{ChunkGround, GroundModel};
+use super::ground::{ChunkGround, GroundModel, field};
 use super::things::Things;
 use super::undergrowth::{Patch, PatchKind};
 use crate::config::Config;
@@ -114,8 +115,9 @@ impl Stage for SolidStage {
         (assets, ground, things): (Arc<WorldAssets>, Arc<ChunkGround>, Arc<Things>),
     ) -> Result<Solid, Error> {
         let library = &assets.library;
-        let floor = FloorPlan::new(self.floor, world)?;
-        let material = |p: DVec2, inside: bool| floor.material(&library.ground, &ground, p, inside);
+        let floor = FloorComposition::new(self.floor, field(FLOOR_FIELD, world.domain(FLOOR))?);
+        let material =
+            |p: DVec2, inside: bool| ground_material(&library.ground, &floor, &ground, p, inside);
         let mesh = self.mesher.mesh(at, &*ground, &*ground, &material);
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
             .map_err(Error::of_stage)?;
@@ -141,61 +143,24 @@ impl Stage for SolidStage {
     }
 }
 
-/// Which ground lies where: fields that choose between the floor's materials.
-struct FloorPlan {
-    patches: Terrain,
-    /// Below the i-th of these the field has the i-th material, above the last the last.
-    limits: [f64; 2],
-}
-
-/// Places along a side of the grid, in steps of some patches, that a floor's field is sampled at.
-const FLOOR_SAMPLES: u32 = 48;
-
-impl FloorPlan {
-    /// `shares`, positive in sum, are met by the field's own quantiles.
-    fn new(shares: [f64; 3], world: Key) -> Result<Self, Error> {
-        let params = TerrainParams {
-            octaves: 4,
-            scale_m: 14.0,
-            lacunarity: 2.1,
-            persistence: 0.6,
-            max_height_m: 1.0,
-        };
-        let patches = Terrain::new(params, world.domain(FLOOR)).map_err(Error::of_stage)?;
-        let places = (0..FLOOR_SAMPLES * FLOOR_SAMPLES)
-            .map(|i| DVec2::new(f64::from(i % FLOOR_SAMPLES), f64::from(i / FLOOR_SAMPLES)) * 37.0);
-        let mut field: Vec<f64> = places.map(|p| patches.height_m(p)).collect();
-        field.sort_unstable_by(f64::total_cmp);
-        let total: f64 = shares.iter().sum();
-        let limit = |share: f64| {
-            let rank = share / total * field.len() as f64;
-            field.get(rank as usize).copied().unwrap_or(f64::INFINITY)
-        };
-        let limits = [limit(shares[0]), limit(shares[0] + shares[1])];
-        Ok(Self { patches, limits })
-    }
-
-    fn material(
-        &self,
-        materials: &GroundMaterials,
-        ground: &ChunkGround,
-        p: DVec2,
-        inside: bool,
-    ) -> MaterialId {
-        let trail = || {
-            let kind = ground.trail_kind(p).unwrap_or(TrailSurfaceKind::Gravel);
-            materials.trail(kind)
-        };
-        match ground.trail_zone(p, inside) {
-            TrailZone::Surface => return trail().surface,
-            TrailZone::Rut => return trail().rut,
-            TrailZone::Strip => return trail().strip,
-            TrailZone::CutSlope => return materials.cut_slope,
-            TrailZone::Off => {}
-        }
-        let field = self.patches.height_m(p);
-        let below = self.limits.iter().filter(|&&limit| field >= limit).count();
-        materials.floor[below.min(materials.floor.len() - 1)]
+/// The material of a piece of ground: the trail's, or the floor's.
+fn ground_material<F: Field>(
+    materials: &GroundMaterials,
+    floor: &FloorComposition<F>,
+    ground: &ChunkGround,
+    p: DVec2,
+    inside: bool,
+) -> MaterialId {
+    let trail = || {
+        let kind = ground.trail_kind(p).unwrap_or(TrailSurfaceKind::Gravel);
+        materials.trail(kind)
+    };
+    match ground.trail_zone(p, inside) {
+        TrailZone::Surface => trail().surface,
+        TrailZone::Rut => trail().rut,
+        TrailZone::Strip => trail().strip,
+        TrailZone::CutSlope => materials.cut_slope,
+        TrailZone::Off => materials.floor[floor.cover(p).index()],
     }
 }
 

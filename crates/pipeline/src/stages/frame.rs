@@ -12,11 +12,11 @@ use nemoral_scene::{
     ChunkCoord, InstancedScene, LidarPoint, PlacedGroup, RayCaster, RigidTransform, Twist,
 };
 use nemoral_seed::{Domain, Key};
+use nemoral_stand::SkyViewFactor;
 
 use super::assets::WorldAssets;
 use super::chunk::{Low, Solid};
 use super::ground::ChunkGround;
-use super::openness::Openness;
 use super::sensors::{CameraRig, LidarRig, shutter};
 use super::things::Things;
 use crate::Error;
@@ -145,7 +145,7 @@ pub struct FrameScene {
     /// Where the scene's origin is in the world.
     pub origin_m: DVec3,
     chunk_size_m: f64,
-    openness: BTreeMap<ChunkCoord, Arc<Openness>>,
+    sky_view: BTreeMap<ChunkCoord, Arc<SkyViewFactor>>,
 }
 
 impl InstancedScene for FrameScene {
@@ -166,10 +166,10 @@ impl fmt::Debug for FrameScene {
 impl FrameScene {
     /// Share of the sky seen at a point of the scene.
     #[must_use]
-    pub fn openness(&self, scene_point: Vec3) -> f32 {
+    pub fn sky_view_factor(&self, scene_point: Vec3) -> f32 {
         let world = self.origin_m + scene_point.as_dvec3();
         let chunk = ChunkCoord::containing(world.truncate(), self.chunk_size_m);
-        self.openness.get(&chunk).map_or(1.0, |grid| grid.at(world))
+        self.sky_view.get(&chunk).map_or(1.0, |grid| grid.at(world))
     }
 }
 
@@ -196,7 +196,7 @@ impl Stage for SceneStage {
         Node<u64, FramePose>,
         AnyChunk<Solid>,
         AnyChunk<Low>,
-        AnyChunk<Openness>,
+        AnyChunk<SkyViewFactor>,
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.scene";
@@ -217,11 +217,11 @@ impl Stage for SceneStage {
         &self,
         _: u64,
         _: Key,
-        (pose, solid, low, openness): (
+        (pose, solid, low, sky_view): (
             Arc<FramePose>,
             Demand<'_, Solid>,
             Demand<'_, Low>,
-            Demand<'_, Openness>,
+            Demand<'_, SkyViewFactor>,
         ),
     ) -> Result<FrameScene, Error> {
         let size = self.chunk_size_m;
@@ -244,17 +244,17 @@ impl Stage for SceneStage {
                 groups.push((offset(*chunk), Arc::clone(group)));
             }
         }
-        let openness = visible
+        let sky_view = visible
             .iter()
             .copied()
-            .zip(openness.all(&visible)?)
+            .zip(sky_view.all(&visible)?)
             .collect();
         Ok(FrameScene {
             caster: Arc::new(RayScene::new(groups.clone())),
             groups,
             origin_m: pose.chunk.origin_m(size).extend(0.0),
             chunk_size_m: size,
-            openness,
+            sky_view,
         })
     }
 }
@@ -289,12 +289,12 @@ impl Stage for ImageStage {
         ),
     ) -> Result<Vec<CameraImages>, Error> {
         let scene_from_body = pose.track.relative_to(scene.origin_m).middle();
-        let openness = |p: Vec3| scene.openness(p);
+        let sky_view = |p: Vec3| scene.sky_view_factor(p);
         let seen = SceneView {
             caster: &*scene.caster,
             instances: Some(&*scene),
             materials: &assets.library.materials,
-            sky_visibility: &openness,
+            sky_visibility: &sky_view,
         };
         let picture = |(i, rig): (usize, &CameraRig)| {
             let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);

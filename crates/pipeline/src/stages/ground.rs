@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
 use nemoral_seed::Key;
+use nemoral_stand::{Field, FieldParams};
 use nemoral_terrain::{GroundZones, PerlinTerrain, Terrain, TerrainParams, ZoneSample};
 use nemoral_trails::{
     Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
@@ -14,7 +15,7 @@ use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher, OfWorld, Stage};
 use crate::{Error, InputFiles};
 
-/// Ground is asked for this far outside of its chunk: robots, openness and placement look over the
+/// Ground is asked for this far outside of its chunk: robots, light and placement look over the
 /// border.
 const MARGIN_M: f64 = 12.0;
 
@@ -129,6 +130,25 @@ impl GroundZones for ChunkGround {
         let detail_m = if edge_m < 1.0 { 0.0 } else { f64::INFINITY };
         ZoneSample { edge_m, detail_m }
     }
+}
+
+/// The terrain's noise as a field of the plane.
+pub(super) fn field(params: FieldParams, key: Key) -> Result<impl Field, Error> {
+    let FieldParams {
+        octaves,
+        scale_m,
+        lacunarity,
+        persistence,
+    } = params;
+    let params = TerrainParams {
+        octaves,
+        scale_m,
+        lacunarity,
+        persistence,
+        max_height_m: 1.0,
+    };
+    let noise = Terrain::new(params, key).map_err(Error::of_stage)?;
+    Ok(move |p: DVec2| noise.height_m(p))
 }
 
 /// Makes the [`GroundModel`].

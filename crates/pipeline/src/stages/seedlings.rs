@@ -6,9 +6,9 @@ use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Key};
+use nemoral_stand::SkyViewFactor;
 
 use super::ground::ChunkGround;
-use super::openness::Openness;
 use super::placement::StandLayer;
 use crate::Error;
 use crate::config::Config;
@@ -58,7 +58,7 @@ impl Stage for SeedlingStage {
     type Inputs = (
         OfWorld<Placement>,
         Node<ChunkCoord, ChunkGround>,
-        Node<ChunkCoord, Openness>,
+        Node<ChunkCoord, SkyViewFactor>,
     );
     type Output = Vec<CoverPoint>;
     const ID: &'static str = "chunk.seedlings";
@@ -77,7 +77,7 @@ impl Stage for SeedlingStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (placement, ground, openness): (Arc<Placement>, Arc<ChunkGround>, Arc<Openness>),
+        (placement, ground, sky_view): (Arc<Placement>, Arc<ChunkGround>, Arc<SkyViewFactor>),
     ) -> Result<Vec<CoverPoint>, Error> {
         if self.per_m2 <= 0.0 {
             return Ok(Vec::new());
@@ -98,7 +98,7 @@ impl Stage for SeedlingStage {
         let density = |p: DVec2| {
             let inside = clusters.as_ref().is_some_and(|c| c.contain(p));
             let most = self.per_m2 * CELL_M * CELL_M * if inside { 1.0 } else { STRAYS };
-            let sky = f64::from(openness.at(p.extend(ground.height_m(p) + 0.3)));
+            let sky = f64::from(sky_view.at(p.extend(ground.height_m(p) + 0.3)));
             most * (sky / LIGHT_ENOUGH).clamp(IN_SHADE, 1.0)
         };
         let off_trail = |p: DVec2, verge_m: f64| ground.trail_edge_m(p) > verge_m;

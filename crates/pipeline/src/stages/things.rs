@@ -11,11 +11,11 @@ use nemoral_scene::{
     ChunkCoord, Instance, ObjectId, ObjectKind, ObjectRecord, Surface, TreeRecord,
 };
 use nemoral_seed::{Domain, Draw, Key};
+use nemoral_stand::{InstanceVariation, Variation, grown_scale, sapling_scale};
 use nemoral_trails::DressingKind;
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
-use super::looks::{Look, Looks, grown_scale, sapling_scale};
 use super::placement::StandLayer;
 use crate::Error;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
@@ -209,7 +209,7 @@ impl Stage for ThingStage {
                 let message = format!("{} things: a chunk holds at most 65,535", placed.len());
                 Error::of_stage(std::io::Error::other(message))
             })?;
-            Ok(p.stand(object, &ground, &assets.looks))
+            Ok(p.stand(object, &ground, &assets.variation))
         });
         Ok(Things(things.collect::<Result<_, Error>>()?))
     }
@@ -266,17 +266,22 @@ impl Placed {
         }
     }
 
-    fn stand(&self, object: ObjectId, ground: &ChunkGround, looks: &Looks) -> Thing {
+    fn stand(
+        &self,
+        object: ObjectId,
+        ground: &ChunkGround,
+        variations: &InstanceVariation,
+    ) -> Thing {
         let mut rng = self.key.domain(LOOK).rng();
         let look = match self.kind {
             ObjectKind::Tree => {
                 let pattern = match self.size {
-                    Size::Sapling => &looks.saplings,
-                    _ => &looks.trees,
+                    Size::Sapling => &variations.saplings,
+                    _ => &variations.trees,
                 };
                 pattern.at(self.position_m, &mut rng)
             }
-            _ => Look {
+            _ => Variation {
                 yaw_rad: rng.range_f64(0.0, TAU),
                 size: rng.unit_f64(),
             },

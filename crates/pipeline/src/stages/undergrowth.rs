@@ -7,10 +7,10 @@ use nemoral_scene::ChunkCoord;
 use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
+use nemoral_stand::SkyViewFactor;
 use nemoral_terrain::{Terrain, TerrainParams};
 
 use super::ground::ChunkGround;
-use super::openness::Openness;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
 use crate::{Error, InputFiles};
@@ -130,7 +130,7 @@ impl Stage for UndergrowthStage {
     type Inputs = (
         OfWorld<Flora>,
         Node<ChunkCoord, ChunkGround>,
-        Node<ChunkCoord, Openness>,
+        Node<ChunkCoord, SkyViewFactor>,
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
@@ -142,7 +142,7 @@ impl Stage for UndergrowthStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (flora, ground, openness): (Arc<Flora>, Arc<ChunkGround>, Arc<Openness>),
+        (flora, ground, sky_view): (Arc<Flora>, Arc<ChunkGround>, Arc<SkyViewFactor>),
     ) -> Result<Vec<Patch>, Error> {
         let radius_m = flora.params.cell_m * 0.5;
         let off_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) > radius_m;
@@ -151,7 +151,7 @@ impl Stage for UndergrowthStage {
             |field: &Terrain, p: DVec2| ((field.height_m(p) - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0);
         let density = |p: DVec2| {
             // Light: little grows in deep shade (vegetation.md 2.5).
-            let light = f64::from(openness.at(p.extend(ground.height_m(p) + 0.3)));
+            let light = f64::from(sky_view.at(p.extend(ground.height_m(p) + 0.3)));
             let light = (light / 0.3).clamp(0.2, 1.0);
             let plants = flora.params.cover * light * (0.4 + 0.6 * contrast(&flora.clumps, p));
             (plants + flora.params.litter).min(1.0)
