@@ -6,8 +6,8 @@ mod avenue;
 use std::sync::Arc;
 
 use avenue::{Avenue, SPECIES};
-use nemoral_pipeline::stages::assets::WorldAssets;
 use nemoral_pipeline::stages::frame::FrameScene;
+use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, Gpu, GpuCamera, GpuError, GpuParams, Lighting, OpenSky, Pass, RayCastCamera,

@@ -74,7 +74,7 @@ struct Finished {
     frame: u64,
     pose: Arc<FramePose>,
     images: Arc<Vec<CameraImages>>,
-    extra: Arc<Vec<Annotations>>,
+    annotations: Arc<Vec<Annotations>>,
     scans: Arc<Vec<Vec<LidarPoint>>>,
     key: [u8; 32],
 }
@@ -216,7 +216,7 @@ fn make(
 ) -> Result<Finished, Error> {
     let pose = runner.get(forest.pose, frame)?;
     let images = runner.get(forest.images, frame)?;
-    let extra = runner.get(forest.extra, frame)?;
+    let annotations = runner.get(forest.annotations, frame)?;
     let scans = runner.get(forest.scans, frame)?;
     manager.evict(
         runner.store(),
@@ -227,14 +227,14 @@ fn make(
         frame,
         pose,
         images,
-        extra,
+        annotations,
         scans,
         key,
     })
 }
 
 fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
-    let pictures = finished.images.iter().zip(&*finished.extra);
+    let pictures = finished.images.iter().zip(&*finished.annotations);
     let cameras = writer.header().cameras.iter().zip(pictures);
     let cameras = cameras.map(|(spec, (image, extra))| CameraData {
         name: &spec.name,
@@ -265,7 +265,7 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
 /// The key of all that goes into a frame.
 fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
     let mut hasher = Hasher::new("frame");
-    hasher.write_bytes(&forest.plan().key(forest.extra, frame).0);
+    hasher.write_bytes(&forest.plan().key(forest.annotations, frame).0);
     hasher.write_bytes(&forest.plan().key(forest.scans, frame).0);
     hasher.finish().0
 }
@@ -337,7 +337,7 @@ fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<T
     let pose = |frame: u64| {
         let land = Land {
             ground: runner.demand(forest.ground),
-            things: runner.demand(forest.things),
+            objects: runner.demand(forest.objects),
         };
         let pose = guide.pose(frame, 0.0, land)?;
         Ok::<_, Error>((guide.time_s(frame), pose))
@@ -401,9 +401,9 @@ fn inventory(
     let assets = runner.get(forest.assets, ())?;
     let (mut trees, mut objects) = (Vec::new(), Vec::new());
     for &chunk in &visible {
-        for thing in &runner.get(forest.things, chunk)?.0 {
-            objects.push(thing.object_record(&assets));
-            trees.extend(thing.tree_record(&assets));
+        for object in &runner.get(forest.objects, chunk)?.0 {
+            objects.push(assets.object_record(object));
+            trees.extend(assets.tree_record(object));
         }
         // Chunks come column by column: those of two columns back are done with.
         runner

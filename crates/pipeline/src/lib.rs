@@ -19,6 +19,7 @@
 //! - [`config`]: requests in layers (preset, file, settings), checked key by key, one definition each.
 //! - [`plan`]: the engine: stages, typed handles, keys known before anything runs, a store.
 //! - [`stages`]: thin adapters from the stage crates to the plan.
+//! - [`world`]: what stands in a world, made from a config.
 //! - [`robot`]: where the robot goes and how it lies on the ground.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
@@ -41,6 +42,7 @@ mod preview;
 mod prove;
 pub mod robot;
 pub mod stages;
+pub mod world;
 
 pub use backend::{Backend, BackendChoice, Renderer};
 pub use chunks::{ChunkManager, ChunkState};

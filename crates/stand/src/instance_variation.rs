@@ -63,17 +63,21 @@ pub fn sapling_scale(place: f64) -> f64 {
     libm::exp(-(a * place + b * place * place))
 }
 
-/// VariationPatterns of looks over the plane, of grown trees and of saplings.
+/// Patterns of variations over the plane, of grown trees and of saplings.
 ///
-/// A tree is recognised by its branches: its copy, equally large and turned alike, by anybody. Drawn by
-/// chance, one pair in 2,000 is such a pair; here none is within 30 m.
-#[derive(Debug)]
+/// A tree is recognised by its branches, and so is a copy that is equally large and turned alike.
+/// Drawn by chance, one pair in 2,000 is such a pair; here none is within 30 m.
+#[derive(Clone, Debug)]
 pub struct InstanceVariation {
+    /// Of grown trees.
     pub trees: VariationPattern,
+    /// Of saplings, which stand nearer to each other and are of more sizes.
     pub saplings: VariationPattern,
 }
 
 impl InstanceVariation {
+    /// The patterns of a world.
+    #[must_use]
     pub fn new(world: Key) -> Self {
         let key = world.domain(VARIATION);
         Self {

@@ -10,21 +10,40 @@
 //!   [`RayCaster`](nemoral_scene::RayCaster).
 //! - [`InstanceVariation`]: turns and sizes such that no two copies of a tree within 30 m look
 //!   alike.
+//! - [`Undergrowth`]: the chance of a patch of low plants, and which grows there, by the light.
+//! - [`Seedlings`]: the chance of a tree seedling.
+//! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
+//! - [`SceneObjects`]: what has an id in a chunk, numbered and stood on the ground; [`StandLayer`]
+//!   names the woody layers.
 //!
 //! All lengths are metres; world positions are x east, y north, z up.
 
+mod error;
 mod field;
 mod floor_composition;
 mod instance_variation;
+mod layer;
+mod low_plants;
+mod scene_objects;
+mod seedlings;
 mod sky_view_factor;
+mod undergrowth;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+pub use error::Error;
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
 pub use instance_variation::{
     InstanceVariation, Variation, VariationPattern, grown_scale, sapling_scale,
 };
+pub use layer::StandLayer;
+pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
+pub use scene_objects::{OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject, SceneObjects};
+pub use seedlings::Seedlings;
 pub use sky_view_factor::{REACH_M, SkyViewArea, SkyViewFactor};
+pub use undergrowth::{
+    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, Undergrowth, UndergrowthParams,
+};

@@ -74,10 +74,10 @@ impl ScannedDiameters {
             let from_lidar = pose.world_from_body() * body_from_lidar(&config.lidar);
             let here = from_lidar.translation_m;
             let near = ChunkCoord::within(here.truncate(), FARTHEST_M, config.chunks.size_m);
-            let things = runner.demand(forest.things).all(&near).expect("things");
+            let things = runner.demand(forest.objects).all(&near).expect("things");
             let records = things.iter().flat_map(|t| t.0.iter());
             let trees: BTreeMap<ObjectId, TreeRecord> = records
-                .filter_map(|t| t.tree_record(&assets))
+                .filter_map(|t| assets.tree_record(t))
                 .filter(|t| t.alive && t.dbh_m >= LEAST_DBH_M)
                 .map(|t| (t.object, t))
                 .collect();

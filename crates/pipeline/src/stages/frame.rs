@@ -12,17 +12,17 @@ use nemoral_scene::{
     ChunkCoord, InstancedScene, LidarPoint, PlacedGroup, RayCaster, RigidTransform, Twist,
 };
 use nemoral_seed::{Domain, Key};
-use nemoral_stand::SkyViewFactor;
+use nemoral_stand::{SceneObjects, SkyViewFactor};
 
-use super::assets::WorldAssets;
-use super::chunk::{Low, Solid};
-use super::ground::ChunkGround;
+use super::object_geometry::ObjectGeometry;
 use super::sensors::{CameraRig, LidarRig, shutter};
-use super::things::Things;
+use super::undergrowth_geometry::UndergrowthGeometry;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land, PoseTrack};
+use crate::world::assets::WorldAssets;
+use crate::world::ground::ChunkGround;
 
 const CAMERA: Domain = Domain::new("pipeline.camera");
 
@@ -87,7 +87,7 @@ impl Stage for PoseStage {
         OfWorld<Guide>,
         OfWorld<Vec<LidarRig>>,
         AnyChunk<ChunkGround>,
-        AnyChunk<Things>,
+        AnyChunk<SceneObjects>,
     );
     type Output = FramePose;
     const ID: &'static str = "frame.pose";
@@ -106,11 +106,11 @@ impl Stage for PoseStage {
         &self,
         at: u64,
         _: Key,
-        (guide, lidars, ground, things): (
+        (guide, lidars, ground, objects): (
             Arc<Guide>,
             Arc<Vec<LidarRig>>,
             Demand<'_, ChunkGround>,
-            Demand<'_, Things>,
+            Demand<'_, SceneObjects>,
         ),
     ) -> Result<FramePose, Error> {
         if let Some(frames) = guide.frames().filter(|&frames| at >= frames) {
@@ -123,7 +123,7 @@ impl Stage for PoseStage {
             .map(|l| l.scanner.duration_s())
             .fold(0.0, f64::max);
         let half_s = longest_s / 2.0;
-        let land = Land { ground, things };
+        let land = Land { ground, objects };
         let track = PoseTrack::sample(half_s, |offset_s| guide.pose(at, offset_s, land))?;
         let position = track.middle().translation_m.truncate();
         let chunk = ChunkCoord::containing(position, self.chunk_size_m);
@@ -194,8 +194,8 @@ impl Stage for SceneStage {
     type At = u64;
     type Inputs = (
         Node<u64, FramePose>,
-        AnyChunk<Solid>,
-        AnyChunk<Low>,
+        AnyChunk<ObjectGeometry>,
+        AnyChunk<UndergrowthGeometry>,
         AnyChunk<SkyViewFactor>,
     );
     type Output = FrameScene;
@@ -217,10 +217,10 @@ impl Stage for SceneStage {
         &self,
         _: u64,
         _: Key,
-        (pose, solid, low, sky_view): (
+        (pose, objects, undergrowth, sky_view): (
             Arc<FramePose>,
-            Demand<'_, Solid>,
-            Demand<'_, Low>,
+            Demand<'_, ObjectGeometry>,
+            Demand<'_, UndergrowthGeometry>,
             Demand<'_, SkyViewFactor>,
         ),
     ) -> Result<FrameScene, Error> {
@@ -236,11 +236,11 @@ impl Stage for SceneStage {
             ) * size as f32
         };
         let mut groups = Vec::new();
-        for (chunk, solid) in visible.iter().zip(solid.all(&visible)?) {
-            groups.push((offset(*chunk), Arc::clone(&solid.0)));
+        for (chunk, geometry) in visible.iter().zip(objects.all(&visible)?) {
+            groups.push((offset(*chunk), Arc::clone(&geometry.0)));
         }
-        for (chunk, low) in near.iter().zip(low.all(&near)?) {
-            if let Some(group) = &low.0 {
+        for (chunk, geometry) in near.iter().zip(undergrowth.all(&near)?) {
+            if let Some(group) = &geometry.0 {
                 groups.push((offset(*chunk), Arc::clone(group)));
             }
         }

@@ -1,14 +1,15 @@
 //! Stage adapters: each wraps one call of a stage crate for the plan.
 
+pub mod annotations;
 pub mod assets;
-pub mod chunk;
 pub mod frame;
 pub mod ground;
+pub mod object_geometry;
 pub mod placement;
+pub mod scene_objects;
 pub mod seedlings;
 pub mod sensors;
 pub(crate) mod sky_image;
 pub mod sky_view_factor;
-pub mod things;
-pub mod truth;
 pub mod undergrowth;
+pub mod undergrowth_geometry;

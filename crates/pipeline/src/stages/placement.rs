@@ -8,51 +8,21 @@ use nemoral_placement::{
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
+use nemoral_stand::StandLayer;
 
-use super::assets::{Standing, WorldAssets};
-use super::ground::{ChunkGround, GroundModel};
 use crate::config::{self, Config};
 use crate::plan::{AnyChunk, Demand, Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::world::assets::{Standing, WorldAssets};
+use crate::world::ground::{ChunkGround, GroundModel};
 use crate::{Error, InputFiles};
 
-/// The woody layers of a stand, in the order in which they are placed: the paper's, then saplings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StandLayer {
-    /// Living and dead standing trees.
-    Trees,
-    /// Stumps.
-    Stumps,
-    /// Shrubs.
-    Shrubs,
-    /// Saplings of the trees' species.
-    Saplings,
-}
-
-impl StandLayer {
-    /// All layers, by [`index`](Self::index).
-    pub const ALL: [Self; 4] = [Self::Trees, Self::Stumps, Self::Shrubs, Self::Saplings];
-
-    /// The place of the layer in [`PlacementParams::layers`].
-    #[must_use]
-    pub const fn index(self) -> usize {
-        self as usize
-    }
-
-    /// The layer of a site that [`PlacementStage`]'s placement made.
-    #[must_use]
-    pub fn of(site: &Site) -> Self {
-        Self::ALL[usize::from(site.layer)]
-    }
-
-    /// The config key of its number of plants, below `placement`.
-    #[must_use]
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Trees => "trees",
-            Self::Stumps => "stumps",
-            Self::Shrubs => "shrubs",
-            Self::Saplings => "regeneration.saplings",
-        }
+/// The config key of the number of plants of a layer, below `placement`.
+const fn layer_key(layer: StandLayer) -> &'static str {
+    match layer {
+        StandLayer::Trees => "trees",
+        StandLayer::Stumps => "stumps",
+        StandLayer::Shrubs => "shrubs",
+        StandLayer::Saplings => "regeneration.saplings",
     }
 }
 
@@ -162,7 +132,7 @@ impl Stage for PlacementStage {
         let layers = StandLayer::ALL.into_iter().zip(counts).zip(varieties);
         let mut layers: Vec<LayerParams> = layers
             .map(|((layer, per_chunk), varieties)| {
-                LayerParams::new(layer.key(), per_chunk, varieties)
+                LayerParams::new(layer_key(layer), per_chunk, varieties)
             })
             .collect();
         let in_gaps = [0.0, 1.0, p.gaps.shrubs, p.gaps.saplings];
@@ -204,7 +174,7 @@ impl Stage for PlacementStage {
                 at_most,
                 ..
             } => {
-                let rows = name == StandLayer::Trees.key() && p.rows.spacing_m > 0.0;
+                let rows = name == layer_key(StandLayer::Trees) && p.rows.spacing_m > 0.0;
                 let lower = if rows {
                     "its rows have no more places; lower it, placement.rows.spacing_m or placement.rows.in_row_m"
                 } else {

@@ -6,36 +6,16 @@ use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Key};
-use nemoral_stand::SkyViewFactor;
+use nemoral_stand::{Seedlings, SkyViewFactor, StandLayer};
 
-use super::ground::ChunkGround;
-use super::placement::StandLayer;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::world::ground::ChunkGround;
 
 const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
 
-/// Side of a grid cell: each may hold one seedling.
-const CELL_M: f64 = 0.7;
-
-/// How far one stands from its cell's middle at most, in cells: so far that no row of the grid is seen.
-const JITTER: f64 = 2.0;
-
-/// The share of a cluster's seedlings that comes up outside of clusters.
-const STRAYS: f64 = 0.06;
-
-/// Under so open a sky, seen past the crowns, there are as many as in full light ...
-const LIGHT_ENOUGH: f64 = 0.4;
-
-/// ... and in deep shade this share of them: seeds sprout there too, and few live on.
-const IN_SHADE: f64 = 0.1;
-
-/// Nearer to a trail's edge they are driven over or mown.
-const VERGE_M: f64 = 0.4;
-
-/// Sows the tree seedlings of a chunk: in the clusters where saplings stand, if there are any, and where
-/// light is; single ones elsewhere.
+/// Sows the tree seedlings of a chunk.
 #[derive(Clone, Copy, Debug)]
 pub struct SeedlingStage {
     per_m2: f64,
@@ -77,31 +57,32 @@ impl Stage for SeedlingStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (placement, ground, sky_view): (Arc<Placement>, Arc<ChunkGround>, Arc<SkyViewFactor>),
+        (placement, ground, sky): (Arc<Placement>, Arc<ChunkGround>, Arc<SkyViewFactor>),
     ) -> Result<Vec<CoverPoint>, Error> {
         if self.per_m2 <= 0.0 {
             return Ok(Vec::new());
         }
+        let seedlings = Seedlings {
+            per_m2: self.per_m2,
+        };
         let grid = GroundCoverParams {
             chunk_size_m: self.chunk_size_m,
-            cell_m: CELL_M,
-            jitter: JITTER,
+            cell_m: Seedlings::CELL_M,
+            jitter: Seedlings::JITTER,
             varieties: vec![CoverVariety {
                 weight: 1.0,
-                radius_m: VERGE_M,
-                // With their own heights, under 0.3 m.
-                scale: (0.9, 1.1),
+                radius_m: Seedlings::VERGE_M,
+                scale: Seedlings::SCALE,
             }],
         };
         let grid = GroundCover::new(grid, world.domain(SEEDLINGS)).map_err(Error::of_stage)?;
         let clusters = placement.clusters(at, StandLayer::Saplings.index());
-        let density = |p: DVec2| {
-            let inside = clusters.as_ref().is_some_and(|c| c.contain(p));
-            let most = self.per_m2 * CELL_M * CELL_M * if inside { 1.0 } else { STRAYS };
-            let sky = f64::from(sky_view.at(p.extend(ground.height_m(p) + 0.3)));
-            most * (sky / LIGHT_ENOUGH).clamp(IN_SHADE, 1.0)
+        let chance = |p: DVec2| {
+            let in_cluster = clusters.as_ref().is_some_and(|c| c.contain(p));
+            let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
+            seedlings.chance(in_cluster, sky_view)
         };
         let off_trail = |p: DVec2, verge_m: f64| ground.trail_edge_m(p) > verge_m;
-        Ok(grid.points(at, &off_trail, &density))
+        Ok(grid.points(at, &off_trail, &chance))
     }
 }

@@ -20,11 +20,11 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTransform, Shutter};
 use nemoral_seed::{Domain, Key};
 
-use super::assets::Recipe;
 use crate::config::{
     self, CameraLens, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition,
 };
 use crate::plan::{Encode, Encoder, Hasher, Stage};
+use crate::world::recipe::Recipe;
 use crate::{Backend, Error, InputFile, InputFiles, Renderer};
 
 /// Of the fixed patterns of sensors.

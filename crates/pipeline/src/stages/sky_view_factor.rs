@@ -8,11 +8,11 @@ use nemoral_scene::glam::Vec3;
 use nemoral_seed::Key;
 use nemoral_stand::{REACH_M, SkyViewArea, SkyViewFactor};
 
-use super::assets::WorldAssets;
-use super::chunk::Solid;
-use super::ground::ChunkGround;
+use super::object_geometry::ObjectGeometry;
 use crate::Error;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::world::assets::WorldAssets;
+use crate::world::ground::ChunkGround;
 
 /// Measures the [`SkyViewFactor`] of a chunk at what stands in it and in its neighbours.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ impl Stage for SkyViewStage {
     type Inputs = (
         OfWorld<WorldAssets>,
         Node<ChunkCoord, ChunkGround>,
-        AnyChunk<Solid>,
+        AnyChunk<ObjectGeometry>,
     );
     type Output = SkyViewFactor;
     const ID: &'static str = "chunk.openness";
@@ -41,7 +41,11 @@ impl Stage for SkyViewStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (assets, ground, solid): (Arc<WorldAssets>, Arc<ChunkGround>, Demand<'_, Solid>),
+        (assets, ground, objects): (
+            Arc<WorldAssets>,
+            Arc<ChunkGround>,
+            Demand<'_, ObjectGeometry>,
+        ),
     ) -> Result<SkyViewFactor, Error> {
         // Whole chunks until the reach of the rays is covered.
         let rings = (REACH_M / self.chunk_size_m).ceil() as i32;
@@ -49,9 +53,9 @@ impl Stage for SkyViewStage {
             .flat_map(|x| (-rings..=rings).map(move |y| (x, y)))
             .collect();
         let chunks: Vec<ChunkCoord> = around.iter().map(|&(x, y)| at.offset(x, y)).collect();
-        let groups = around.iter().zip(solid.all(&chunks)?);
+        let groups = around.iter().zip(objects.all(&chunks)?);
         let offset = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0) * self.chunk_size_m as f32;
-        let groups = groups.map(|(&(x, y), solid)| (offset(x, y), Arc::clone(&solid.0)));
+        let groups = groups.map(|(&(x, y), objects)| (offset(x, y), Arc::clone(&objects.0)));
         let crowns = RayScene::new(groups.collect());
         let area = SkyViewArea {
             origin_m: at.origin_m(self.chunk_size_m),

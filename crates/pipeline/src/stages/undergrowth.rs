@@ -3,33 +3,20 @@
 use std::sync::Arc;
 
 use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
-use nemoral_scene::ChunkCoord;
-use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Domain, Draw, Key};
-use nemoral_stand::SkyViewFactor;
-use nemoral_terrain::{Terrain, TerrainParams};
+use nemoral_scene::{ChunkCoord, Surface};
+use nemoral_seed::{Domain, Key};
+use nemoral_stand::{
+    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, SkyViewFactor, Undergrowth,
+    UndergrowthParams,
+};
 
-use super::ground::ChunkGround;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::world::ground::{ChunkGround, TerrainField};
 use crate::{Error, InputFiles};
 
-const KIND: Domain = Domain::new("pipeline.undergrowth.kind");
 const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
-
-/// What grows in a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PatchKind {
-    /// Grass.
-    Grass,
-    /// Herbs.
-    Herbs,
-    /// Ferns.
-    Ferns,
-    /// Fallen twigs and cones.
-    Litter,
-}
 
 /// A patch of low plants.
 #[derive(Clone, Debug)]
@@ -40,14 +27,12 @@ pub struct Patch {
     pub point: CoverPoint,
 }
 
-/// The undergrowth of a world: the grid, and where which plants like to grow.
+/// The undergrowth of a world: its grid, and where which plants like to grow.
 #[derive(Debug)]
 pub struct Flora {
-    cover: GroundCover,
-    /// Smooth fields, 0..1: where plants cluster, where ferns do.
-    clumps: Terrain,
-    ferns: Terrain,
-    params: config::Undergrowth,
+    grid: GroundCover,
+    undergrowth: Undergrowth<TerrainField>,
+    cell_m: f64,
 }
 
 /// Makes the [`Flora`].
@@ -92,31 +77,31 @@ impl Stage for FloraStage {
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Flora, Error> {
         let key = world.domain(PATCHES);
-        let field = |scale_m: f64, number: u64| {
-            let params = TerrainParams {
-                octaves: 3,
-                scale_m,
-                lacunarity: 2.0,
-                persistence: 0.5,
-                max_height_m: 1.0,
-            };
-            Terrain::new(params, key.item(number)).map_err(Error::of_stage)
-        };
-        let cover = GroundCoverParams {
+        let p = &self.params;
+        let grid = GroundCoverParams {
             chunk_size_m: self.chunk_size_m,
-            cell_m: self.params.cell_m,
-            jitter: 0.6,
+            cell_m: p.cell_m,
+            jitter: PATCH_JITTER,
             varieties: vec![CoverVariety {
                 weight: 1.0,
                 radius_m: 0.0,
-                scale: (0.75, 1.25),
+                scale: PATCH_SCALE,
             }],
         };
         Ok(Flora {
-            cover: GroundCover::new(cover, key).map_err(Error::of_stage)?,
-            clumps: field(9.0, 1)?,
-            ferns: field(24.0, 2)?,
-            params: self.params.clone(),
+            grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
+            undergrowth: Undergrowth {
+                params: UndergrowthParams {
+                    cover: p.cover,
+                    litter: p.litter,
+                    grass: p.grass,
+                    herbs: p.herbs,
+                    ferns: p.ferns,
+                },
+                clumps: TerrainField::new(CLUMP_FIELD, key.item(1))?,
+                ferns: TerrainField::new(FERN_FIELD, key.item(2))?,
+            },
+            cell_m: p.cell_m,
         })
     }
 }
@@ -142,38 +127,18 @@ impl Stage for UndergrowthStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (flora, ground, sky_view): (Arc<Flora>, Arc<ChunkGround>, Arc<SkyViewFactor>),
+        (flora, ground, sky): (Arc<Flora>, Arc<ChunkGround>, Arc<SkyViewFactor>),
     ) -> Result<Vec<Patch>, Error> {
-        let radius_m = flora.params.cell_m * 0.5;
+        let radius_m = flora.cell_m * 0.5;
         let off_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) > radius_m;
-        // Contrast: a field of octaves keeps to its middle; patches have an edge.
-        let contrast =
-            |field: &Terrain, p: DVec2| ((field.height_m(p) - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0);
-        let density = |p: DVec2| {
-            // Light: little grows in deep shade (vegetation.md 2.5).
-            let light = f64::from(sky_view.at(p.extend(ground.height_m(p) + 0.3)));
-            let light = (light / 0.3).clamp(0.2, 1.0);
-            let plants = flora.params.cover * light * (0.4 + 0.6 * contrast(&flora.clumps, p));
-            (plants + flora.params.litter).min(1.0)
+        let chance = |p: DVec2| {
+            let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
+            flora.undergrowth.chance(p, sky_view)
         };
-        let points = flora.cover.points(at, &off_trail, &density);
-        let patches = points.into_iter().map(|point| {
-            let mut rng = point.key.domain(KIND).rng();
-            let fern = contrast(&flora.ferns, point.position_m);
-            let all = density(point.position_m);
-            let params = &flora.params;
-            let weights = [params.grass, params.herbs, params.ferns * fern];
-            let kind = if rng.chance(flora.params.litter / all.max(1e-9)) {
-                PatchKind::Litter
-            } else {
-                match rng.weighted(&weights) {
-                    Some(0) => PatchKind::Grass,
-                    Some(1) => PatchKind::Herbs,
-                    Some(_) => PatchKind::Ferns,
-                    // Ferns alone, where ferns do not like to grow.
-                    None => PatchKind::Litter,
-                }
-            };
+        let points = flora.grid.points(at, &off_trail, &chance).into_iter();
+        let patches = points.map(|point| {
+            let chance = chance(point.position_m);
+            let kind = flora.undergrowth.kind(point.position_m, chance, point.key);
             Patch { kind, point }
         });
         Ok(patches.collect())

@@ -1,26 +1,28 @@
-//! Further truth of a picture: flow, hidden trunks, boxes.
+//! Further annotations of a picture: flow, hidden trunks, boxes.
 
 use std::sync::Arc;
 
 use nemoral_raycast::{Blas, Group, RayScene};
-use nemoral_render::{CameraImages, Candidate, View, nearest_objects, object_boxes, optical_flow};
-use nemoral_scene::glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
+use nemoral_render::{
+    CameraImages, Candidate, View, nearest_objects, object_boxes, optical_flow, with_visible,
+};
+use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
-    Annotations, ChunkCoord, Image, Instance, MaterialId, Mesh, ObjectId, ObjectKind, Ontology,
-    Prototype, RigidTransform, Semantic, TruthImages, Twist,
+    Annotations, ChunkCoord, Instance, MaterialId, ObjectKind, Ontology, RigidTransform, Semantic,
+    Twist,
 };
 use nemoral_seed::Key;
+use nemoral_stand::{SceneObject, SceneObjects};
 
-use super::assets::WorldAssets;
-use super::chunk::Solid;
 use super::frame::{FramePose, FrameScene, motion, pictures_s, visible_chunks};
-use super::ground::ChunkGround;
+use super::object_geometry::ObjectGeometry;
 use super::sensors::CameraRig;
-use super::things::{Thing, Things};
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land};
+use crate::world::assets::WorldAssets;
+use crate::world::ground::ChunkGround;
 
 /// Trees and stumps without all that is no trunk.
 #[derive(Debug)]
@@ -66,25 +68,9 @@ impl Stage for TrunkStage {
         let materials = &assets.library.materials;
         let is_trunk = |m: MaterialId| ontology.class(materials.get(m).semantic).id == trunk;
         let strip = |shape: &Arc<Blas>| -> Result<Option<Arc<Blas>>, Error> {
-            let whole = shape.prototype();
-            let mesh = whole.mesh();
-            let kept: Vec<_> = (mesh.triangles.iter().copied())
-                .filter(|t| is_trunk(t.material))
-                .collect();
-            let cards: Vec<_> = (whole.cards().iter().copied())
-                .filter(|c| is_trunk(c.material))
-                .collect();
-            if kept.is_empty() && cards.is_empty() {
-                return Ok(None);
-            }
-            let mesh = Mesh {
-                triangles: kept,
-                blends: Vec::new(),
-                ..mesh.clone()
-            };
-            let stripped = Prototype::new(whole.name(), mesh, cards, materials);
-            let stripped = Arc::new(stripped.map_err(Error::of_stage)?);
-            Ok(Some(Arc::new(Blas::build(stripped, materials))))
+            let stripped = shape.prototype().retaining(is_trunk, materials);
+            let stripped = stripped.map_err(Error::of_stage)?;
+            Ok(stripped.map(|trunk| Arc::new(Blas::build(Arc::new(trunk), materials))))
         };
         let standing = assets.standing.iter().map(|s| strip(&s.blas));
         Ok(Trunks {
@@ -94,30 +80,31 @@ impl Stage for TrunkStage {
     }
 }
 
-/// A chunk without what hides: its ground, its trunks on the ground, its things one by one.
+/// The geometry of a chunk without what hides it: its ground, its trunks on the ground, and its
+/// objects one by one.
 #[derive(Debug)]
-pub struct Bare {
+pub struct UncoveredGeometry {
     ground: Arc<Group>,
     trunks: Arc<Group>,
-    things: Vec<(Thing, Instance, Arc<Blas>)>,
+    objects: Vec<(SceneObject, Instance, Arc<Blas>)>,
 }
 
 /// Strips a chunk.
 #[derive(Clone, Copy, Debug)]
-pub struct BareStage {
+pub struct UncoveredGeometryStage {
     /// Side of a chunk.
     pub chunk_size_m: f64,
 }
 
-impl Stage for BareStage {
+impl Stage for UncoveredGeometryStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Trunks>,
         OfWorld<WorldAssets>,
-        Node<ChunkCoord, Solid>,
-        Node<ChunkCoord, Things>,
+        Node<ChunkCoord, ObjectGeometry>,
+        Node<ChunkCoord, SceneObjects>,
     );
-    type Output = Bare;
+    type Output = UncoveredGeometry;
     const ID: &'static str = "chunk.bare";
     const VERSION: u32 = 1;
 
@@ -130,48 +117,52 @@ impl Stage for BareStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (trunks, assets, solid, things): (Arc<Trunks>, Arc<WorldAssets>, Arc<Solid>, Arc<Things>),
-    ) -> Result<Bare, Error> {
-        // All that has no id in a solid chunk is its ground.
-        let ground: Vec<_> = (solid.0.instances().iter())
+        (trunks, assets, geometry, objects): (
+            Arc<Trunks>,
+            Arc<WorldAssets>,
+            Arc<ObjectGeometry>,
+            Arc<SceneObjects>,
+        ),
+    ) -> Result<UncoveredGeometry, Error> {
+        // All that has no id there is the chunk's ground.
+        let ground: Vec<_> = (geometry.0.instances().iter())
             .filter(|(instance, _)| instance.object.is_none())
             .cloned()
             .collect();
         let mut with_trunks = ground.clone();
-        for thing in &things.0 {
-            let shape = match thing.kind {
-                ObjectKind::Tree => &trunks.standing[thing.asset],
-                ObjectKind::Stump => &trunks.stumps[thing.asset],
+        for object in &objects.0 {
+            let shape = match object.kind {
+                ObjectKind::Tree => &trunks.standing[object.asset],
+                ObjectKind::Stump => &trunks.stumps[object.asset],
                 _ => &None,
             };
             if let Some(shape) = shape {
-                let instance = thing.instance(shape, at, self.chunk_size_m);
+                let instance = object.instance(shape.prototype(), at, self.chunk_size_m);
                 with_trunks.push((instance, Arc::clone(shape)));
             }
         }
-        let things = things.0.iter().map(|thing| {
-            let shape = thing.shape(&assets);
-            let instance = thing.instance(shape, at, self.chunk_size_m);
-            (thing.clone(), instance, Arc::clone(shape))
+        let objects = objects.0.iter().map(|object| {
+            let (instance, shape) = assets.instance(object, at, self.chunk_size_m);
+            (object.clone(), instance, shape)
         });
-        Ok(Bare {
+        Ok(UncoveredGeometry {
             ground: Arc::new(Group::build(ground)),
             trunks: Arc::new(Group::build(with_trunks)),
-            things: things.collect(),
+            objects: objects.collect(),
         })
     }
 }
 
 /// Finds out what the pictures were asked for besides.
 #[derive(Clone, Debug)]
-pub struct ExtraStage {
+pub struct AnnotationStage {
     ontology: String,
     chunk_size_m: f64,
     visible_radius_m: f64,
     pictures_s: f64,
 }
 
-impl ExtraStage {
+impl AnnotationStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
@@ -184,7 +175,7 @@ impl ExtraStage {
     }
 }
 
-impl Stage for ExtraStage {
+impl Stage for AnnotationStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<CameraRig>>,
@@ -193,8 +184,8 @@ impl Stage for ExtraStage {
         Node<u64, FrameScene>,
         Node<u64, Vec<CameraImages>>,
         AnyChunk<ChunkGround>,
-        AnyChunk<Things>,
-        AnyChunk<Bare>,
+        AnyChunk<SceneObjects>,
+        AnyChunk<UncoveredGeometry>,
     );
     type Output = Vec<Annotations>;
     const ID: &'static str = "frame.extra";
@@ -217,15 +208,15 @@ impl Stage for ExtraStage {
         &self,
         at: u64,
         _: Key,
-        (rigs, guide, pose, scene, images, ground, things, bare): (
+        (rigs, guide, pose, scene, images, ground, objects, uncovered): (
             Arc<Vec<CameraRig>>,
             Arc<Guide>,
             Arc<FramePose>,
             Arc<FrameScene>,
             Arc<Vec<CameraImages>>,
             Demand<'_, ChunkGround>,
-            Demand<'_, Things>,
-            Demand<'_, Bare>,
+            Demand<'_, SceneObjects>,
+            Demand<'_, UncoveredGeometry>,
         ),
     ) -> Result<Vec<Annotations>, Error> {
         let view = |rig: &CameraRig, (body, motion): (RigidTransform, Twist)| View {
@@ -236,13 +227,13 @@ impl Stage for ExtraStage {
         let body = pose.track.relative_to(scene.origin_m).middle();
         let body = (body, pose.motion);
         let next = if rigs.iter().any(|r| r.extra.flow) {
-            let land = Land { ground, things };
+            let land = Land { ground, objects };
             self.next_body(at, &guide, land, scene.origin_m)?
         } else {
             None
         };
         let stripped = if rigs.iter().any(|r| r.extra.trunks || r.extra.boxes) {
-            Some(self.strip(&pose, bare)?)
+            Some(self.strip(&pose, uncovered)?)
         } else {
             None
         };
@@ -261,12 +252,12 @@ impl Stage for ExtraStage {
             let stripped = stripped.as_ref();
             let trunks = stripped.filter(|_| rig.extra.trunks).map(|s| {
                 let cast = nearest_objects(&s.trunks, &seen, max_range_m);
-                with_seen(&cast.map(|(_, object)| *object), truth, is_trunk)
+                with_visible(&cast.map(|(_, object)| *object), truth, is_trunk)
             });
             let boxes = stripped.filter(|_| rig.extra.boxes).map(|s| {
                 let ground_m = nearest_objects(&s.ground, &seen, max_range_m);
                 let eye = seen.scene_from_camera.translation_m;
-                let near: Vec<&Stripped> = (s.things.iter())
+                let near: Vec<&Stripped> = (s.objects.iter())
                     .filter(|t| t.foot_m.distance(eye) <= rig.boxes_range_m)
                     .collect();
                 let candidates: Vec<Candidate> = near.iter().map(|t| t.candidate).collect();
@@ -283,27 +274,11 @@ impl Stage for ExtraStage {
     }
 }
 
-/// The trunks on rays, and those that the picture shows: on a trunk's border a GPU's pixel may show what
-/// the ray just misses.
-fn with_seen(
-    cast: &Image<ObjectId>,
-    truth: &TruthImages,
-    is_trunk: impl Fn(Semantic) -> bool,
-) -> Image<ObjectId> {
-    let seen = truth.semantic.pixels().iter().zip(truth.object.pixels());
-    let pixels = cast.pixels().iter().zip(seen);
-    let pixels = pixels.map(|(cast, (semantic, seen))| {
-        let shows = !seen.is_none() && is_trunk(*semantic);
-        if shows { *seen } else { *cast }
-    });
-    Image::new(cast.width(), cast.height(), pixels.collect())
-}
-
 /// A frame's scene without what hides.
 struct StrippedScene {
     ground: RayScene,
     trunks: RayScene,
-    things: Vec<Stripped>,
+    objects: Vec<Stripped>,
 }
 
 /// A thing of the scene.
@@ -316,16 +291,12 @@ struct Stripped {
 }
 
 impl Stripped {
-    fn new(offset: Vec3, (thing, instance, shape): &(Thing, Instance, Arc<Blas>)) -> Self {
+    fn new(offset: Vec3, (object, instance, shape): &(SceneObject, Instance, Arc<Blas>)) -> Self {
         let foot_m = (offset + instance.position_m).as_dvec3();
-        let (scene_from_box, size_m) = upright_box(foot_m, &instance.linear, shape.prototype());
+        let bounds = shape.prototype().bounds();
+        let (object, kind) = (object.object, object.kind);
         Self {
-            candidate: Candidate {
-                object: thing.object,
-                kind: thing.kind,
-                scene_from_box,
-                size_m,
-            },
+            candidate: Candidate::around(object, kind, foot_m, &instance.linear, bounds),
             foot_m,
             offset,
             instance: instance.clone(),
@@ -340,32 +311,7 @@ impl Stripped {
     }
 }
 
-/// The upright box around a placed shape, turned as the shape is turned.
-fn upright_box(foot_m: DVec3, linear: &Mat3, shape: &Prototype) -> (RigidTransform, DVec3) {
-    let linear: DMat3 = linear.as_dmat3();
-    let yaw_rad = libm::atan2(linear.x_axis.y, linear.x_axis.x);
-    let turned = RigidTransform::from_xyz_rpy(DVec3::ZERO, 0.0, 0.0, yaw_rad).rotation;
-    let back: DQuat = turned.inverse();
-    let b = shape.bounds();
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for i in 0..8 {
-        let pick = |bit: u32, low: f32, high: f32| if i >> bit & 1 == 0 { low } else { high };
-        let corner = Vec3::new(
-            pick(0, b.min.x, b.max.x),
-            pick(1, b.min.y, b.max.y),
-            pick(2, b.min.z, b.max.z),
-        );
-        let p = back * (linear * corner.as_dvec3());
-        (low, high) = (low.min(p), high.max(p));
-    }
-    let scene_from_box = RigidTransform {
-        rotation: turned,
-        translation_m: foot_m + turned * ((low + high) / 2.0),
-    };
-    (scene_from_box, high - low)
-}
-
-impl ExtraStage {
+impl AnnotationStage {
     /// The body's pose at the next frame, in this frame's scene, and how it moves then; `None` where the
     /// path ends.
     fn next_body(
@@ -383,46 +329,26 @@ impl ExtraStage {
         Ok(Some((body, motion(guide, at + 1, self.pictures_s, land)?)))
     }
 
-    fn strip(&self, pose: &FramePose, bare: Demand<'_, Bare>) -> Result<StrippedScene, Error> {
+    fn strip(
+        &self,
+        pose: &FramePose,
+        uncovered: Demand<'_, UncoveredGeometry>,
+    ) -> Result<StrippedScene, Error> {
         let size = self.chunk_size_m;
         let position = pose.world_from_body().translation_m.truncate();
         let visible = visible_chunks(position, self.visible_radius_m, size);
-        let (mut ground, mut trunks, mut things) = (Vec::new(), Vec::new(), Vec::new());
-        for (chunk, bare) in visible.iter().zip(bare.all(&visible)?) {
+        let (mut ground, mut trunks, mut objects) = (Vec::new(), Vec::new(), Vec::new());
+        for (chunk, uncovered) in visible.iter().zip(uncovered.all(&visible)?) {
             let steps = (chunk.x - pose.chunk.x, chunk.y - pose.chunk.y);
             let offset = Vec3::new(steps.0 as f32, steps.1 as f32, 0.0) * size as f32;
-            ground.push((offset, Arc::clone(&bare.ground)));
-            trunks.push((offset, Arc::clone(&bare.trunks)));
-            things.extend(bare.things.iter().map(|t| Stripped::new(offset, t)));
+            ground.push((offset, Arc::clone(&uncovered.ground)));
+            trunks.push((offset, Arc::clone(&uncovered.trunks)));
+            objects.extend(uncovered.objects.iter().map(|t| Stripped::new(offset, t)));
         }
         Ok(StrippedScene {
             ground: RayScene::new(ground),
             trunks: RayScene::new(trunks),
-            things,
+            objects,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_trunk_that_is_seen_is_the_nearest() {
-        let tree = |item| ObjectId::new(ChunkCoord::new(0, 0), item).expect("in range");
-        let (none, near, far) = (ObjectId::NONE, tree(1), tree(2));
-        // The ray hits and the pixel shows, it misses, a leaf is before, a stem of nobody.
-        let cast = [near, far, far, far];
-        let shown = [near, near, near, none];
-        use Semantic::{Leaf, Stem};
-        let row = |objects: [ObjectId; 4]| Image::new(4, 1, objects.to_vec());
-        let truth = TruthImages {
-            semantic: Image::new(4, 1, vec![Stem, Stem, Leaf, Stem]),
-            object: row(shown),
-            depth_m: Image::new(4, 1, vec![1.0; 4]),
-            normal: Image::new(4, 1, vec![Vec3::Z; 4]),
-        };
-        let trunks = with_seen(&row(cast), &truth, |s| s == Stem);
-        assert_eq!(trunks, row([near, near, far, far]));
     }
 }
