@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, LazyLock};
 
 use nemoral_pipeline::stages::frame::FrameScene;
-use nemoral_pipeline::stages::sensors::CameraRig;
 use nemoral_pipeline::world::assets::WorldAssets;
+use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_render::{CameraImages, OpenSky, SceneView, View};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Annotations, Hit, ObjectId, Ontology, PixelBox, Ray, Semantic};

@@ -22,12 +22,14 @@ use crate::stages::object_geometry::{ObjectGeometry, ObjectGeometryStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::scene_objects::SceneObjectStage;
 use crate::stages::seedlings::SeedlingStage;
-use crate::stages::sensors::{CameraRig, CameraStage, LidarRig, LidarStage};
+use crate::stages::sensors::{CameraStage, LidarStage};
 use crate::stages::sky_view_factor::SkyViewStage;
 use crate::stages::undergrowth::{FloraStage, Patch, UndergrowthStage};
 use crate::stages::undergrowth_geometry::{UndergrowthGeometry, UndergrowthGeometryStage};
 use crate::world::assets::WorldAssets;
+use crate::world::cameras::CameraRig;
 use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::lidars::LidarRig;
 use crate::{Backend, Error, InputFiles};
 
 /// The world, chunk and frame plans of a config.

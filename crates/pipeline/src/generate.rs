@@ -19,7 +19,7 @@ use crate::plan::{At, Cache, Hasher, Runner, Store};
 use crate::prove::{prove, within_sequence};
 use crate::robot::Land;
 use crate::stages::frame::{FramePose, visible_chunks};
-use crate::stages::sensors;
+use crate::world::cameras::intrinsics;
 use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
 
 /// The number of the one sequence of a data set.
@@ -289,16 +289,16 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
     let camera = |(path, camera): (String, &config::Camera)| {
         Ok::<_, Error>(CameraSpec {
             name: config::sensor_name(&path).to_owned(),
-            intrinsics: sensors::intrinsics(&path, camera)?,
-            body_from_camera: sensors::body_from_camera(camera),
-            extra: sensors::extra_kinds(camera),
-            shutter: sensors::shutter(camera),
+            intrinsics: intrinsics(&path, camera)?,
+            body_from_camera: camera.body_from_camera(),
+            extra: camera.annotation_kinds(),
+            shutter: camera.shutter_times(),
             noisy: camera.noise.enabled,
         })
     };
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {
         name: config::sensor_name(&path).to_owned(),
-        body_from_lidar: sensors::body_from_lidar(lidar),
+        body_from_lidar: lidar.body_from_lidar(),
         deskewed: lidar.deskew,
         pointing_errors: lidar.errors.angular_deg > 0.0,
         ply: config.output.ply,

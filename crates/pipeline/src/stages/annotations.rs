@@ -16,12 +16,12 @@ use nemoral_stand::{SceneObject, SceneObjects};
 
 use super::frame::{FramePose, FrameScene, motion, pictures_s, visible_chunks};
 use super::object_geometry::ObjectGeometry;
-use super::sensors::CameraRig;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land};
 use crate::world::assets::WorldAssets;
+use crate::world::cameras::CameraRig;
 use crate::world::ground::ChunkGround;
 
 /// Trees and stumps without all that is no trunk.
@@ -226,13 +226,16 @@ impl Stage for AnnotationStage {
         };
         let body = pose.track.relative_to(scene.origin_m).middle();
         let body = (body, pose.motion);
-        let next = if rigs.iter().any(|r| r.extra.flow) {
+        let next = if rigs.iter().any(|r| r.annotations.flow) {
             let land = Land { ground, objects };
             self.next_body(at, &guide, land, scene.origin_m)?
         } else {
             None
         };
-        let stripped = if rigs.iter().any(|r| r.extra.trunks || r.extra.boxes) {
+        let stripped = if rigs
+            .iter()
+            .any(|r| r.annotations.trunks || r.annotations.boxes)
+        {
             Some(self.strip(&pose, uncovered)?)
         } else {
             None
@@ -244,17 +247,17 @@ impl Stage for AnnotationStage {
         let is_trunk = |s: Semantic| ontology.class(s).id == trunk;
         let of = |(rig, images): (&CameraRig, &CameraImages)| {
             let (truth, seen) = (&images.truth, view(rig, body));
-            let flow = rig.extra.flow.then(|| match next {
+            let flow = rig.annotations.flow.then(|| match next {
                 Some(next) => optical_flow(&*scene.caster, truth, &seen, &view(rig, next)),
                 // The path ends here.
                 None => truth.depth_m.map(|_| None),
             });
             let stripped = stripped.as_ref();
-            let trunks = stripped.filter(|_| rig.extra.trunks).map(|s| {
+            let trunks = stripped.filter(|_| rig.annotations.trunks).map(|s| {
                 let cast = nearest_objects(&s.trunks, &seen, max_range_m);
                 with_visible(&cast.map(|(_, object)| *object), truth, is_trunk)
             });
-            let boxes = stripped.filter(|_| rig.extra.boxes).map(|s| {
+            let boxes = stripped.filter(|_| rig.annotations.boxes).map(|s| {
                 let ground_m = nearest_objects(&s.ground, &seen, max_range_m);
                 let eye = seen.scene_from_camera.translation_m;
                 let near: Vec<&Stripped> = (s.objects.iter())

@@ -15,14 +15,15 @@ use nemoral_seed::{Domain, Key};
 use nemoral_stand::{SceneObjects, SkyViewFactor};
 
 use super::object_geometry::ObjectGeometry;
-use super::sensors::{CameraRig, LidarRig, shutter};
 use super::undergrowth_geometry::UndergrowthGeometry;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land, PoseTrack};
 use crate::world::assets::WorldAssets;
+use crate::world::cameras::CameraRig;
 use crate::world::ground::ChunkGround;
+use crate::world::lidars::LidarRig;
 
 const CAMERA: Domain = Domain::new("pipeline.camera");
 
@@ -77,7 +78,7 @@ pub(super) fn motion(
 #[must_use]
 pub fn pictures_s(config: &Config) -> f64 {
     let cameras = config.all_cameras();
-    let durations = cameras.map(|(_, camera)| shutter(camera).duration_s());
+    let durations = cameras.map(|(_, camera)| camera.shutter_times().duration_s());
     durations.fold(0.0, f64::max)
 }
 

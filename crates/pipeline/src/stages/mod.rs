@@ -9,7 +9,6 @@ pub mod placement;
 pub mod scene_objects;
 pub mod seedlings;
 pub mod sensors;
-pub(crate) mod sky_image;
 pub mod sky_view_factor;
 pub mod undergrowth;
 pub mod undergrowth_geometry;

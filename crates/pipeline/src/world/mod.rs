@@ -1,5 +1,7 @@
-//! What stands in a world: the values of the plan's world and chunk nodes, made from a config.
+//! What a world is made of, from a config: its ground and plants, and the robot's sensors.
 
 pub mod assets;
+pub mod cameras;
 pub mod ground;
+pub mod lidars;
 pub(crate) mod recipe;
