@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, LazyLock};
 
-use nemoral_pipeline::stages::frame::FrameScene;
+use nemoral_pipeline::recording::scene::FrameScene;
 use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_render::{CameraImages, OpenSky, SceneView, View};

@@ -6,7 +6,7 @@ mod avenue;
 use std::sync::Arc;
 
 use avenue::{Avenue, SPECIES};
-use nemoral_pipeline::stages::frame::FrameScene;
+use nemoral_pipeline::recording::scene::FrameScene;
 use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{

@@ -9,27 +9,26 @@ use nemoral_stand::{SceneObjects, SkyViewFactor};
 
 use crate::config::Config;
 use crate::plan::{Node, Plan};
+use crate::recording::pose::{FramePose, pictures_s};
+use crate::recording::scene::FrameScene;
 use crate::robot::{Guide, GuideStage};
-use crate::stages::annotations::{
-    AnnotationStage, TrunkStage, UncoveredGeometry, UncoveredGeometryStage,
-};
+use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryStage};
 use crate::stages::assets::{AssetStage, LibraryStage};
-use crate::stages::frame::{
-    FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage, pictures_s,
-};
+use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
 use crate::stages::object_geometry::{ObjectGeometry, ObjectGeometryStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::scene_objects::SceneObjectStage;
-use crate::stages::seedlings::SeedlingStage;
 use crate::stages::sensors::{CameraStage, LidarStage};
 use crate::stages::sky_view_factor::SkyViewStage;
-use crate::stages::undergrowth::{FloraStage, Patch, UndergrowthStage};
+use crate::stages::undergrowth::{FloraStage, SeedlingStage, UndergrowthStage};
 use crate::stages::undergrowth_geometry::{UndergrowthGeometry, UndergrowthGeometryStage};
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
+use crate::world::flora::Patch;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::lidars::LidarRig;
+use crate::world::uncovered::UncoveredGeometry;
 use crate::{Backend, Error, InputFiles};
 
 /// The world, chunk and frame plans of a config.

@@ -17,8 +17,9 @@ use crate::chunks::ChunkManager;
 use crate::config::{self, Config};
 use crate::plan::{At, Cache, Hasher, Runner, Store};
 use crate::prove::{prove, within_sequence};
+use crate::recording::pose::FramePose;
+use crate::recording::scene::visible_chunks;
 use crate::robot::Land;
-use crate::stages::frame::{FramePose, visible_chunks};
 use crate::world::cameras::intrinsics;
 use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
 

@@ -20,6 +20,7 @@
 //! - [`plan`]: the engine: stages, typed handles, keys known before anything runs, a store.
 //! - [`stages`]: thin adapters from the stage crates to the plan.
 //! - [`world`]: what stands in a world, made from a config.
+//! - [`recording`]: what a frame is recorded from.
 //! - [`robot`]: where the robot goes and how it lies on the ground.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
@@ -40,6 +41,7 @@ mod inputs;
 pub mod plan;
 mod preview;
 mod prove;
+pub mod recording;
 pub mod robot;
 pub mod stages;
 pub mod world;

@@ -7,7 +7,6 @@ pub mod ground;
 pub mod object_geometry;
 pub mod placement;
 pub mod scene_objects;
-pub mod seedlings;
 pub mod sensors;
 pub mod sky_view_factor;
 pub mod undergrowth;

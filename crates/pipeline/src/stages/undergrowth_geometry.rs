@@ -9,10 +9,10 @@ use nemoral_seed::Key;
 use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
 use nemoral_trails::DressingKind;
 
-use super::undergrowth::Patch;
 use crate::Error;
 use crate::plan::{Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
+use crate::world::flora::Patch;
 use crate::world::ground::{ChunkGround, GroundModel};
 
 /// A chunk's undergrowth, seedlings and trail grass; `None` where nothing grows.

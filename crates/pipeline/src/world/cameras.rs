@@ -6,8 +6,10 @@ use nemoral_render::{Exposure, Lighting, RayCastCamera, RayCastParams, SensorNoi
 use nemoral_scene::{AnnotationKinds, Intrinsics, RigidTransform, Shutter};
 use nemoral_seed::{Domain, Key};
 
-use crate::config::{self, Camera};
-use crate::{Backend, Error, Renderer};
+use super::recipe::Recipe;
+use crate::config::{self, Camera, Config, sky_image, sky_params};
+use crate::plan::{Encode, Encoder, Hasher};
+use crate::{Backend, Error, InputFiles, Renderer};
 
 /// The purpose of the fixed patterns of sensors.
 const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
@@ -77,20 +79,56 @@ pub fn intrinsics(path: &str, camera: &Camera) -> Result<Intrinsics, Error> {
         .map_err(|e| Error::request(format!("{path}.{e}")))
 }
 
-/// Makes the cameras of these tables, each with its path.
-pub(crate) struct CameraBuilder<'a> {
-    pub(crate) cameras: &'a [(String, Camera)],
-    pub(crate) backend: &'a Backend,
-    pub(crate) max_range_m: f64,
+/// What a config asks for in the robot's cameras.
+#[derive(Clone, Debug)]
+pub(crate) struct CameraRecipe {
+    /// Their tables in the config, and what these say.
+    cameras: Vec<(String, Camera)>,
+    sun: config::Sun,
+    sky: config::Sky,
+    weather: config::Weather,
+    max_range_m: f64,
+    backend: Backend,
+    /// Whose leaves light passes.
+    trees: Recipe,
+    inputs: InputFiles,
 }
 
-impl CameraBuilder<'_> {
+impl CameraRecipe {
+    pub(crate) fn new(config: &Config, inputs: &InputFiles, backend: Backend) -> Self {
+        Self {
+            backend,
+            trees: Recipe::new(config, inputs),
+            inputs: inputs.clone(),
+            cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
+            sun: config.sun.clone(),
+            sky: config.sky.clone(),
+            weather: config.weather.clone(),
+            max_range_m: config.chunks.visible_radius_m,
+        }
+    }
+
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        self.inputs.encode(hasher, self);
+    }
+
     /// The cameras, which share one light.
-    pub(crate) fn build(&self, lighting: &Lighting, world: Key) -> Result<Vec<CameraRig>, Error> {
-        let renderers = self.renderers(lighting)?;
+    pub(crate) fn make(&self, world: Key) -> Result<Vec<CameraRig>, Error> {
+        let renderers = self.renderers(&self.lighting()?)?;
         (self.cameras.iter().zip(renderers))
             .map(|((path, camera), renderer)| CameraRig::new(path, camera, renderer, world))
             .collect()
+    }
+
+    fn lighting(&self) -> Result<Lighting, Error> {
+        let foliage = self.trees.foliage_albedo()?;
+        let sky = sky_params(&self.sun, &self.sky, &self.weather, foliage);
+        let sun = self.sun.place()?;
+        match sky_image(&self.sky, &self.inputs)? {
+            None => Lighting::new(&sun, &sky),
+            Some(image) => Lighting::photographed(&sun, &sky, &image, self.sky.image_gain),
+        }
+        .map_err(Error::of_stage)
     }
 
     /// The renderer of each camera.
@@ -155,6 +193,30 @@ impl CameraBuilder<'_> {
             memory_mib,
             ..Default::default()
         })
+    }
+}
+
+impl Encode for CameraRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            cameras,
+            sun,
+            sky,
+            weather,
+            max_range_m,
+            backend,
+            trees,
+            inputs: _,
+        } = self;
+        for (path, camera) in cameras {
+            encoder.field(path, camera);
+        }
+        encoder.field("sun", sun);
+        encoder.field("sky", sky);
+        encoder.field("weather", weather);
+        encoder.field("max_range_m", max_range_m);
+        encoder.field("backend", &backend.name());
+        encoder.field("trees", trees);
     }
 }
 

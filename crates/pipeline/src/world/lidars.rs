@@ -5,7 +5,8 @@ use nemoral_lidar_noise::RangeSensor;
 use nemoral_scene::RigidTransform;
 use nemoral_seed::Key;
 
-use crate::config::{self, Lidar, refused_at};
+use crate::config::{self, Config, Lidar, refused_at};
+use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Error, InputFiles};
 
 /// A LiDAR with its place on the body.
@@ -23,7 +24,7 @@ pub struct LidarRig {
 
 impl LidarRig {
     /// The LiDAR whose table is at `path`.
-    pub(crate) fn new(
+    fn new(
         path: &str,
         lidar: &Lidar,
         visible_radius_m: f64,
@@ -53,5 +54,55 @@ impl RangeModel for Noise {
     fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
         let rngs = keys.iter().map(|key| key.rng());
         self.0.measure_each(os, rngs, ranges_m);
+    }
+}
+
+/// What a config asks for in one of the robot's LiDARs.
+#[derive(Clone, Debug)]
+pub(crate) struct LidarRecipe {
+    /// Its table in the config.
+    path: String,
+    params: Lidar,
+    visible_radius_m: f64,
+    inputs: InputFiles,
+}
+
+impl LidarRecipe {
+    /// Of each of a config's LiDARs.
+    pub(crate) fn all(config: &Config, inputs: &InputFiles) -> Vec<Self> {
+        let recipe = |(path, lidar): (String, &Lidar)| Self {
+            path,
+            params: lidar.clone(),
+            visible_radius_m: config.chunks.visible_radius_m,
+            inputs: inputs.clone(),
+        };
+        config.all_lidars().map(recipe).collect()
+    }
+
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        self.inputs.encode(hasher, self);
+    }
+
+    /// The LiDAR.
+    pub(crate) fn make(&self) -> Result<LidarRig, Error> {
+        LidarRig::new(
+            &self.path,
+            &self.params,
+            self.visible_radius_m,
+            &self.inputs,
+        )
+    }
+}
+
+impl Encode for LidarRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            path,
+            params,
+            visible_radius_m,
+            inputs: _,
+        } = self;
+        encoder.field(path, params);
+        encoder.field("visible_radius_m", visible_radius_m);
     }
 }

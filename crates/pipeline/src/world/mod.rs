@@ -2,6 +2,10 @@
 
 pub mod assets;
 pub mod cameras;
+pub mod flora;
 pub mod ground;
 pub mod lidars;
+pub(crate) mod object_sites;
+pub(crate) mod placement;
 pub(crate) mod recipe;
+pub mod uncovered;
