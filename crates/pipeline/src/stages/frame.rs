@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nemoral_lidar::ScanRequest;
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
+use nemoral_scene::LidarPoint;
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{ChunkCoord, LidarPoint};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{SceneObjects, SkyViewFactor};
 

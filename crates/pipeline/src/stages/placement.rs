@@ -8,7 +8,7 @@ use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 
 use crate::config::Config;
-use crate::plan::{AnyChunk, Demand, Encode, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::placement::{PlacementRecipe, is_beside_trails};

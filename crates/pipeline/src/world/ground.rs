@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use nemoral_assets::GroundMaterials;
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, MaterialId, Surface, SurfaceSample};
+use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
 use nemoral_seed::Key;
-use nemoral_stand::{Field, FieldParams, FloorComposition};
+use nemoral_stand::{Field, FieldParams};
 use nemoral_terrain::{GroundZones, PerlinTerrain, Terrain, TerrainParams, ZoneSample};
 use nemoral_trails::{
     Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
@@ -218,26 +217,5 @@ impl TerrainField {
 impl Field for TerrainField {
     fn value(&self, world_m: DVec2) -> f64 {
         self.0.height_m(world_m)
-    }
-}
-
-/// The material of a piece of ground: the trail's, or the floor's.
-pub(crate) fn ground_material<F: Field>(
-    materials: &GroundMaterials,
-    floor: &FloorComposition<F>,
-    ground: &ChunkGround,
-    p: DVec2,
-    inside: bool,
-) -> MaterialId {
-    let trail = || {
-        let kind = ground.trail_kind(p).unwrap_or(TrailSurfaceKind::Gravel);
-        materials.trail(kind)
-    };
-    match ground.trail_zone(p, inside) {
-        TrailZone::Surface => trail().surface,
-        TrailZone::Rut => trail().rut,
-        TrailZone::Strip => trail().strip,
-        TrailZone::CutSlope => materials.cut_slope,
-        TrailZone::Off => materials.floor[floor.cover(p).index()],
     }
 }
