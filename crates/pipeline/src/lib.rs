@@ -29,6 +29,10 @@
 //! The chunk manager of the paper (section IV-A) is [`ChunkManager`]: the eviction policy of the
 //! plan's store. A forest is endless; what is kept of it is what is near the robot.
 
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
+
 mod backend;
 mod chunks;
 pub mod config;
