@@ -124,11 +124,8 @@ fn normal(path: &Path) -> Option<PathBuf> {
     let mut normal = PathBuf::new();
     for part in path.components() {
         match part {
-            Component::ParentDir => {
-                if !normal.pop() {
-                    return None;
-                }
-            }
+            Component::ParentDir if normal.pop() => {}
+            Component::ParentDir => return None,
             Component::Normal(name) => normal.push(name),
             _ => {}
         }

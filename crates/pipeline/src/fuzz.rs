@@ -3,8 +3,7 @@
 
 use std::path::Path;
 
-use crate::config::{Config, InputPath};
-use crate::stages::sky_image;
+use crate::config::{Config, InputPath, sky_image};
 use crate::{Error, InputFiles};
 
 /// A sky image.
@@ -15,5 +14,5 @@ pub fn sky(path: &Path) -> Result<(), Error> {
     let mut config = Config::default();
     config.sky.image = InputPath::from(&*path.to_string_lossy());
     let inputs = InputFiles::read(&config)?;
-    sky_image::read(&config.sky, &inputs).map(drop)
+    sky_image(&config.sky, &inputs).map(drop)
 }

@@ -19,6 +19,8 @@
 //! - [`config`]: requests in layers (preset, file, settings), checked key by key, one definition each.
 //! - [`plan`]: the engine: stages, typed handles, keys known before anything runs, a store.
 //! - [`stages`]: thin adapters from the stage crates to the plan.
+//! - [`world`]: what stands in a world, made from a config.
+//! - [`recording`]: what a frame is recorded from.
 //! - [`robot`]: where the robot goes and how it lies on the ground.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
@@ -26,6 +28,10 @@
 //!
 //! The chunk manager of the paper (section IV-A) is [`ChunkManager`]: the eviction policy of the
 //! plan's store. A forest is endless; what is kept of it is what is near the robot.
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
 
 mod backend;
 mod chunks;
@@ -38,12 +44,15 @@ mod frames;
 #[doc(hidden)]
 pub mod fuzz;
 mod generate;
+mod header;
 mod inputs;
 pub mod plan;
 mod preview;
 mod prove;
+pub mod recording;
 pub mod robot;
 pub mod stages;
+pub mod world;
 
 pub use backend::{Backend, BackendChoice, Renderer};
 pub use chunks::{ChunkManager, ChunkState};
@@ -51,7 +60,8 @@ pub use error::Error;
 pub use estimate::{Estimate, estimate};
 pub use forest::ForestPlan;
 pub use frames::FrameSelection;
-pub use generate::{Done, Observer, Request, generate, header};
+pub use generate::{Done, Observer, Request, generate};
+pub use header::header;
 pub use inputs::{InputFile, InputFiles};
 pub use preview::{check_png_name, preview, write_png};
 pub use prove::check;

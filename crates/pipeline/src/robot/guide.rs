@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, RigidTransform, Surface};
 use nemoral_seed::Key;
+use nemoral_stand::SceneObjects;
 use nemoral_trails::TrailPath;
 
 use super::body::Body;
@@ -13,8 +14,7 @@ use super::stations::Stations;
 use super::wander::{Obstacle, Wander};
 use crate::config::{self, Config, RobotPath};
 use crate::plan::{Demand, Encode, Encoder, Hasher, OfWorld, Stage};
-use crate::stages::ground::{ChunkGround, GroundModel};
-use crate::stages::things::Things;
+use crate::world::ground::{ChunkGround, GroundModel};
 use crate::{Error, InputFile, InputFiles};
 
 /// At the end of a trail the robot turns on the spot within this way, metres.
@@ -58,7 +58,7 @@ pub struct Land<'a> {
     /// The ground of any chunk.
     pub ground: Demand<'a, ChunkGround>,
     /// The things of any chunk.
-    pub things: Demand<'a, Things>,
+    pub objects: Demand<'a, SceneObjects>,
 }
 
 impl Guide {
@@ -175,10 +175,10 @@ fn obstacles(
 ) -> Result<Vec<Obstacle>, Error> {
     let mut out = Vec::new();
     for chunk in ChunkCoord::within(p, reach, chunk_size_m) {
-        for thing in &land.things.at(chunk)?.0 {
-            let q = thing.position_m.truncate();
-            if !thing.on_trail && q.distance(p) - thing.radius_m < reach {
-                out.push((q, thing.radius_m));
+        for object in &land.objects.at(chunk)?.0 {
+            let q = object.position_m.truncate();
+            if !object.on_trail && q.distance(p) - object.radius_m < reach {
+                out.push((q, object.radius_m));
             }
         }
     }
