@@ -20,6 +20,9 @@ const STAGES: [&str; 9] = [
     "nemoral-trails",
 ];
 
+/// The engine of plans, which knows files alone.
+const PLAN: &str = "nemoral-plan";
+
 /// The crates that everybody may know, and that know none of ours.
 const LEAVES: [&str; 3] = ["nemoral-files", "nemoral-scene", "nemoral-seed"];
 
@@ -137,6 +140,9 @@ fn stage_crates_know_only_scene_seed_and_files() {
         let known = find(&all, name).ours(&["normal", "build"]);
         assert!(known.is_empty(), "{name}: {known:?}");
     }
+    // Its tests and examples too.
+    let plan = find(&all, PLAN).ours(&["normal", "build", "dev"]);
+    assert_eq!(plan, BTreeSet::from(["nemoral-files"]));
 }
 
 #[test]
@@ -164,7 +170,7 @@ fn the_pipeline_wires_and_the_program_only_asks() {
     let known: BTreeSet<&str> = STAGES
         .into_iter()
         .chain(LEAVES)
-        .chain(["nemoral-pipeline", "nemoral-cli"])
+        .chain([PLAN, "nemoral-pipeline", "nemoral-cli"])
         .collect();
     let names: BTreeSet<&str> = all.iter().map(|p| &*p.name).collect();
     assert_eq!(names, known);

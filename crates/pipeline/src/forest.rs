@@ -109,19 +109,19 @@ impl ForestPlan {
 
         let ground_model = plan.add(GroundStage::new(config), ());
         let library = plan.add(LibraryStage::new(config, inputs), ());
-        let assets = plan.add(AssetStage::new(config, inputs), (library.of_world(),));
+        let assets = plan.add(AssetStage::new(config, inputs), (library.global(),));
         let placement = plan.add(
             PlacementStage::new(config),
-            (assets.of_world(), ground_model.of_world()),
+            (assets.global(), ground_model.global()),
         );
         let flora = plan.add(FloraStage::new(config), ());
-        let guide = plan.add(GuideStage::new(config, inputs), (ground_model.of_world(),));
+        let guide = plan.add(GuideStage::new(config, inputs), (ground_model.global(),));
         let cameras = plan.add(CameraStage::new(config, inputs, backend.clone()), ());
         let lidars = plan.add(LidarStage::new(config, inputs), ());
 
-        let ground = plan.add(ChunkGroundStage, (ground_model.of_world(),));
+        let ground = plan.add(ChunkGroundStage, (ground_model.global(),));
         // Rocks of a phase see those of lower phases: four nodes, so the plan stays acyclic.
-        let world = placement.of_world();
+        let world = placement.global();
         let phase0 = plan.add(RockPhaseStage::<0>, (world, ground, []));
         let phase1 = plan.add(RockPhaseStage::<1>, (world, ground, [phase0.anywhere()]));
         let lower = [phase0.anywhere(), phase1.anywhere()];
@@ -133,29 +133,20 @@ impl ForestPlan {
         let woody = plan.add(WoodyStage, (world, ground, rocks.anywhere()));
         let things = plan.add(
             ThingStage,
-            (
-                assets.of_world(),
-                ground_model.of_world(),
-                ground,
-                rocks,
-                woody,
-            ),
+            (assets.global(), ground_model.global(), ground, rocks, woody),
         );
-        let solid = plan.add(
-            SolidStage::new(config)?,
-            (assets.of_world(), ground, things),
-        );
+        let solid = plan.add(SolidStage::new(config)?, (assets.global(), ground, things));
         let openness = plan.add(
             OpennessStage { chunk_size_m },
-            (assets.of_world(), ground, solid.anywhere()),
+            (assets.global(), ground, solid.anywhere()),
         );
-        let undergrowth = plan.add(UndergrowthStage, (flora.of_world(), ground, openness));
+        let undergrowth = plan.add(UndergrowthStage, (flora.global(), ground, openness));
         let seedlings = plan.add(SeedlingStage::new(config), (world, ground, openness));
         let low = plan.add(
             LowStage { chunk_size_m },
             (
-                assets.of_world(),
-                ground_model.of_world(),
+                assets.global(),
+                ground_model.global(),
                 ground,
                 undergrowth,
                 seedlings,
@@ -168,8 +159,8 @@ impl ForestPlan {
                 pictures_s: pictures_s(config),
             },
             (
-                guide.of_world(),
-                lidars.of_world(),
+                guide.global(),
+                lidars.global(),
                 ground.anywhere(),
                 things.anywhere(),
             ),
@@ -182,20 +173,17 @@ impl ForestPlan {
             },
             (pose, solid.anywhere(), low.anywhere(), openness.anywhere()),
         );
-        let images = plan.add(
-            ImageStage,
-            (cameras.of_world(), assets.of_world(), pose, scene),
-        );
-        let trunks = plan.add(TrunkStage::new(config), (assets.of_world(),));
+        let images = plan.add(ImageStage, (cameras.global(), assets.global(), pose, scene));
+        let trunks = plan.add(TrunkStage::new(config), (assets.global(),));
         let bare = plan.add(
             BareStage { chunk_size_m },
-            (trunks.of_world(), assets.of_world(), solid, things),
+            (trunks.global(), assets.global(), solid, things),
         );
         let extra = plan.add(
             ExtraStage::new(config),
             (
-                cameras.of_world(),
-                guide.of_world(),
+                cameras.global(),
+                guide.global(),
                 pose,
                 scene,
                 images,
@@ -204,10 +192,7 @@ impl ForestPlan {
                 bare.anywhere(),
             ),
         );
-        let scans = plan.add(
-            ScanStage,
-            (lidars.of_world(), assets.of_world(), pose, scene),
-        );
+        let scans = plan.add(ScanStage, (lidars.global(), assets.global(), pose, scene));
 
         Ok(Self {
             plan,

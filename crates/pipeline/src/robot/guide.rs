@@ -12,7 +12,7 @@ use super::file::read_poses;
 use super::stations::Stations;
 use super::wander::{Obstacle, Wander};
 use crate::config::{self, Config, RobotPath};
-use crate::plan::{Demand, Encode, Encoder, Hasher, OfWorld, Stage};
+use crate::plan::{Demand, Encode, Encoder, Forest, Hasher, OfWorld, Stage};
 use crate::stages::ground::{ChunkGround, GroundModel};
 use crate::stages::things::Things;
 use crate::{Error, InputFile, InputFiles};
@@ -265,7 +265,7 @@ impl Encode for GuideStage {
     }
 }
 
-impl Stage for GuideStage {
+impl Stage<Forest> for GuideStage {
     type At = ();
     type Inputs = (OfWorld<GroundModel>,);
     type Output = Guide;

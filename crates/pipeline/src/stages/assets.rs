@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::looks::Looks;
 use crate::config::{self, Config};
-use crate::plan::{Encode, Encoder, Hasher, Kept, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Forest, Hasher, Kept, OfWorld, Stage};
 use crate::{Error, InputFiles};
 
 /// The library and, in the same order, each shape's ray-casting tree.
@@ -255,7 +255,7 @@ impl LibraryStage {
     }
 }
 
-impl Stage for LibraryStage {
+impl Stage<Forest> for LibraryStage {
     type At = ();
     type Inputs = ();
     type Output = Library;
@@ -287,7 +287,7 @@ impl AssetStage {
     }
 }
 
-impl Stage for AssetStage {
+impl Stage<Forest> for AssetStage {
     type At = ();
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;

@@ -18,7 +18,7 @@ use super::ground::{ChunkGround, GroundModel};
 use super::things::Things;
 use super::undergrowth::{Patch, PatchKind};
 use crate::config::Config;
-use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
 use crate::{Error, InputFiles};
 
 const FLOOR: Domain = Domain::new("pipeline.floor");
@@ -92,7 +92,7 @@ impl Encode for SolidStage {
     }
 }
 
-impl Stage for SolidStage {
+impl Stage<Forest> for SolidStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,
@@ -206,7 +206,7 @@ pub struct LowStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage for LowStage {
+impl Stage<Forest> for LowStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,

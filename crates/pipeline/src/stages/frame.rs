@@ -21,7 +21,7 @@ use super::sensors::{CameraRig, LidarRig, shutter};
 use super::things::Things;
 use crate::Error;
 use crate::config::Config;
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land, PoseTrack};
 
 const CAMERA: Domain = Domain::new("pipeline.camera");
@@ -81,7 +81,7 @@ pub fn pictures_s(config: &Config) -> f64 {
     durations.fold(0.0, f64::max)
 }
 
-impl Stage for PoseStage {
+impl Stage<Forest> for PoseStage {
     type At = u64;
     type Inputs = (
         OfWorld<Guide>,
@@ -190,7 +190,7 @@ pub struct SceneStage {
     pub undergrowth_radius_m: f64,
 }
 
-impl Stage for SceneStage {
+impl Stage<Forest> for SceneStage {
     type At = u64;
     type Inputs = (
         Node<u64, FramePose>,
@@ -263,7 +263,7 @@ impl Stage for SceneStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ImageStage;
 
-impl Stage for ImageStage {
+impl Stage<Forest> for ImageStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<CameraRig>>,
@@ -317,7 +317,7 @@ impl Stage for ImageStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ScanStage;
 
-impl Stage for ScanStage {
+impl Stage<Forest> for ScanStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<LidarRig>>,

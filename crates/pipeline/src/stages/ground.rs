@@ -11,7 +11,7 @@ use nemoral_trails::{
 };
 
 use crate::config::{self, Config};
-use crate::plan::{Encode, Encoder, Hasher, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
 use crate::{Error, InputFiles};
 
 /// Ground is asked for this far outside of its chunk: robots, openness and placement look over the
@@ -191,7 +191,7 @@ impl Encode for GroundStage {
     }
 }
 
-impl Stage for GroundStage {
+impl Stage<Forest> for GroundStage {
     type At = ();
     type Inputs = ();
     type Output = GroundModel;
@@ -235,7 +235,7 @@ impl Stage for GroundStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ChunkGroundStage;
 
-impl Stage for ChunkGroundStage {
+impl Stage<Forest> for ChunkGroundStage {
     type At = ChunkCoord;
     type Inputs = (OfWorld<GroundModel>,);
     type Output = ChunkGround;

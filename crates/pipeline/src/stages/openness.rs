@@ -11,7 +11,7 @@ use super::assets::WorldAssets;
 use super::chunk::Solid;
 use super::ground::ChunkGround;
 use crate::Error;
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 
 /// Heights above ground of a grid's layers, metres. Above the last the sky is taken as open.
 const HEIGHTS_M: [f64; 5] = [0.3, 4.0, 9.0, 15.0, 24.0];
@@ -133,7 +133,7 @@ pub struct OpennessStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage for OpennessStage {
+impl Stage<Forest> for OpennessStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,

@@ -12,7 +12,7 @@ use nemoral_seed::Key;
 use super::assets::{Standing, WorldAssets};
 use super::ground::{ChunkGround, GroundModel};
 use crate::config::{self, Config};
-use crate::plan::{AnyChunk, Demand, Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
 use crate::{Error, InputFiles};
 
 /// The woody layers of a stand, in the order in which they are placed: the paper's, then saplings.
@@ -112,7 +112,7 @@ impl Encode for PlacementStage {
     }
 }
 
-impl Stage for PlacementStage {
+impl Stage<Forest> for PlacementStage {
     type At = ();
     type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
     type Output = Placement;
@@ -231,7 +231,7 @@ impl Stage for PlacementStage {
 #[derive(Clone, Copy, Debug)]
 pub struct RockPhaseStage<const N: usize>;
 
-impl<const N: usize> Stage for RockPhaseStage<N> {
+impl<const N: usize> Stage<Forest> for RockPhaseStage<N> {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Placement>,
@@ -266,7 +266,7 @@ impl<const N: usize> Stage for RockPhaseStage<N> {
 #[derive(Clone, Copy, Debug)]
 pub struct RockStage;
 
-impl Stage for RockStage {
+impl Stage<Forest> for RockStage {
     type At = ChunkCoord;
     type Inputs = ([AnyChunk<Vec<Site>>; 4],);
     type Output = Vec<Site>;
@@ -289,7 +289,7 @@ impl Stage for RockStage {
 #[derive(Clone, Copy, Debug)]
 pub struct WoodyStage;
 
-impl Stage for WoodyStage {
+impl Stage<Forest> for WoodyStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Placement>,

@@ -12,7 +12,7 @@ use super::openness::Openness;
 use super::placement::StandLayer;
 use crate::Error;
 use crate::config::Config;
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
 
 const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
 
@@ -53,7 +53,7 @@ impl SeedlingStage {
     }
 }
 
-impl Stage for SeedlingStage {
+impl Stage<Forest> for SeedlingStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Placement>,

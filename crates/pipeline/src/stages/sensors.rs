@@ -24,7 +24,7 @@ use super::assets::Recipe;
 use crate::config::{
     self, CameraLens, CameraOptics, Config, LIGHT_M_PER_NS, LidarPattern, SunPosition,
 };
-use crate::plan::{Encode, Encoder, Hasher, Stage};
+use crate::plan::{Encode, Encoder, Forest, Hasher, Stage};
 use crate::{Backend, Error, InputFile, InputFiles, Renderer};
 
 /// Of the fixed patterns of sensors.
@@ -258,7 +258,7 @@ fn parse_utc(text: &str) -> Option<UtcTime> {
     })
 }
 
-impl Stage for CameraStage {
+impl Stage<Forest> for CameraStage {
     type At = ();
     type Inputs = ();
     type Output = Vec<CameraRig>;
@@ -491,7 +491,7 @@ impl LidarStage {
     }
 }
 
-impl Stage for LidarStage {
+impl Stage<Forest> for LidarStage {
     type At = ();
     type Inputs = ();
     type Output = Vec<LidarRig>;

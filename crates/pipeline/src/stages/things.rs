@@ -18,7 +18,7 @@ use super::ground::{ChunkGround, GroundModel};
 use super::looks::{Look, Looks, grown_scale, sapling_scale};
 use super::placement::StandLayer;
 use crate::Error;
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
 
 const LOOK: Domain = Domain::new("pipeline.look");
 
@@ -143,7 +143,7 @@ fn dbh_m(size: &TreeSize, s: f64) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub struct ThingStage;
 
-impl Stage for ThingStage {
+impl Stage<Forest> for ThingStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,

@@ -19,7 +19,7 @@ use super::sensors::CameraRig;
 use super::things::{Thing, Things};
 use crate::Error;
 use crate::config::Config;
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::robot::{Guide, Land};
 
 /// Trees and stumps without all that is no trunk.
@@ -47,7 +47,7 @@ impl TrunkStage {
     }
 }
 
-impl Stage for TrunkStage {
+impl Stage<Forest> for TrunkStage {
     type At = ();
     type Inputs = (OfWorld<WorldAssets>,);
     type Output = Trunks;
@@ -109,7 +109,7 @@ pub struct BareStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage for BareStage {
+impl Stage<Forest> for BareStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Trunks>,
@@ -184,7 +184,7 @@ impl ExtraStage {
     }
 }
 
-impl Stage for ExtraStage {
+impl Stage<Forest> for ExtraStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<CameraRig>>,

@@ -12,7 +12,7 @@ use nemoral_terrain::{Terrain, TerrainParams};
 use super::ground::ChunkGround;
 use super::openness::Openness;
 use crate::config::{self, Config};
-use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
 use crate::{Error, InputFiles};
 
 const KIND: Domain = Domain::new("pipeline.undergrowth.kind");
@@ -79,7 +79,7 @@ impl Encode for FloraStage {
     }
 }
 
-impl Stage for FloraStage {
+impl Stage<Forest> for FloraStage {
     type At = ();
     type Inputs = ();
     type Output = Flora;
@@ -125,7 +125,7 @@ impl Stage for FloraStage {
 #[derive(Clone, Copy, Debug)]
 pub struct UndergrowthStage;
 
-impl Stage for UndergrowthStage {
+impl Stage<Forest> for UndergrowthStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Flora>,
