@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The stage crates, each of which does one thing and knows only the vocabulary and the keys.
-const STAGES: [&str; 9] = [
+const STAGES: [&str; 10] = [
     "nemoral-assets",
     "nemoral-dataset",
     "nemoral-lidar",
@@ -18,6 +18,7 @@ const STAGES: [&str; 9] = [
     "nemoral-render",
     "nemoral-terrain",
     "nemoral-trails",
+    "nemoral-trajectory",
 ];
 
 /// The engine of plans, which knows files alone.
@@ -134,6 +135,11 @@ fn stage_crates_know_only_scene_seed_and_files() {
         let known = find(&all, name).ours(&["normal", "build", "dev"]);
         assert!(known.is_subset(&shared), "{name}: {known:?}");
     }
+    let trajectory = find(&all, "nemoral-trajectory").ours(&["normal", "build", "dev"]);
+    assert_eq!(
+        trajectory,
+        BTreeSet::from(["nemoral-scene", "nemoral-seed"])
+    );
     let noise = find(&all, "nemoral-lidar-noise").ours(&["normal", "build"]);
     assert_eq!(noise, BTreeSet::from(["nemoral-scene"]));
     for name in LEAVES {

@@ -8,13 +8,13 @@ use nemoral_seed::Key;
 
 use crate::config::Config;
 use crate::plan::{Node, Plan};
-use crate::robot::{Guide, GuideStage};
 use crate::stages::assets::{AssetStage, LibraryStage, WorldAssets};
 use crate::stages::chunk::{Low, LowStage, Solid, SolidStage};
 use crate::stages::frame::{
     FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage, pictures_s,
 };
 use crate::stages::ground::{ChunkGround, ChunkGroundStage, GroundModel, GroundStage};
+use crate::stages::guide::{Guide, GuideStage};
 use crate::stages::openness::{Openness, OpennessStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::seedlings::SeedlingStage;

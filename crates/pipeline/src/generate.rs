@@ -17,8 +17,8 @@ use crate::chunks::ChunkManager;
 use crate::config::{self, Config};
 use crate::plan::{At, Cache, Hasher, Runner, Store};
 use crate::prove::{prove, within_sequence};
-use crate::robot::Land;
 use crate::stages::frame::{FramePose, visible_chunks};
+use crate::stages::guide::Land;
 use crate::stages::sensors;
 use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
 

@@ -12,17 +12,18 @@ use nemoral_scene::{
     ChunkCoord, InstancedScene, LidarPoint, PlacedGroup, RayCaster, RigidTransform, Twist,
 };
 use nemoral_seed::{Domain, Key};
+use nemoral_trajectory::PoseTrack;
 
 use super::assets::WorldAssets;
 use super::chunk::{Low, Solid};
 use super::ground::ChunkGround;
+use super::guide::{Guide, Land};
 use super::openness::Openness;
 use super::sensors::{CameraRig, LidarRig, shutter};
 use super::things::Things;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
-use crate::robot::{Guide, Land, PoseTrack};
 
 const CAMERA: Domain = Domain::new("pipeline.camera");
 

@@ -4,6 +4,7 @@ pub mod assets;
 pub mod chunk;
 pub mod frame;
 pub mod ground;
+pub mod guide;
 mod looks;
 pub mod openness;
 pub mod placement;

@@ -15,12 +15,12 @@ use super::assets::WorldAssets;
 use super::chunk::Solid;
 use super::frame::{FramePose, FrameScene, motion, pictures_s, visible_chunks};
 use super::ground::ChunkGround;
+use super::guide::{Guide, Land};
 use super::sensors::CameraRig;
 use super::things::{Thing, Things};
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
-use crate::robot::{Guide, Land};
 
 /// Trees and stumps without all that is no trunk.
 #[derive(Debug)]
