@@ -119,7 +119,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let forest = ForestPlan::on(&settings("medium", &asked)?, backend.clone())?;
         let runner = Runner::new(forest.plan(), &store, threads);
         let reset = || store.retain(|id, _| id != "frame.extra");
-        report(&name, &reset, &|| runner.get(forest.extra, 0).map(drop))
+        report(&name, &reset, &|| {
+            runner.get(forest.annotations, 0).map(drop)
+        })
     };
     // What each file costs: encoded and written, but for its checksum.
     let written = || {
@@ -133,7 +135,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let config = settings("medium", &asked)?;
         let forest = ForestPlan::on(&config, backend.clone())?;
         let runner = Runner::new(forest.plan(), &store, threads);
-        let (images, extra) = (runner.get(forest.images, 0)?, runner.get(forest.extra, 0)?);
+        let (images, extra) = (
+            runner.get(forest.images, 0)?,
+            runner.get(forest.annotations, 0)?,
+        );
         let header = nemoral_pipeline::header(&config, &forest)?;
         let data = CameraData {
             name: &header.cameras[0].name,

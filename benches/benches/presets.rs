@@ -65,8 +65,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let chunk_s = best(&|| {
             grown.store.retain(|stage, place| !of_this(stage, place));
             let runner = grown.runner();
-            runner.get(forest.solid, at).expect("grown before");
-            runner.get(forest.low, at).expect("grown before");
+            runner
+                .get(forest.object_geometry, at)
+                .expect("grown before");
+            runner
+                .get(forest.undergrowth_geometry, at)
+                .expect("grown before");
         });
         let scan = grown.first_scan()?;
         let scan_s = best(&|| drop(scan()));

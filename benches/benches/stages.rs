@@ -51,12 +51,12 @@ fn chunk(c: &mut Criterion) {
     let at = ChunkCoord::new(0, 0);
     let f = &grown.forest;
     node(c, &grown, "chunk.woody", f.woody, at);
-    node(c, &grown, "chunk.things", f.things, at);
-    node(c, &grown, "chunk.openness", f.openness, at);
+    node(c, &grown, "chunk.things", f.objects, at);
+    node(c, &grown, "chunk.openness", f.sky_view_factor, at);
     node(c, &grown, "chunk.undergrowth", f.undergrowth, at);
     node(c, &grown, "chunk.seedlings", f.seedlings, at);
-    node(c, &grown, "chunk.solid", f.solid, at);
-    node(c, &grown, "chunk.low", f.low, at);
+    node(c, &grown, "chunk.solid", f.object_geometry, at);
+    node(c, &grown, "chunk.low", f.undergrowth_geometry, at);
 }
 
 fn node<T: Send + Sync + 'static>(

@@ -3,9 +3,10 @@
 
 use std::sync::{Arc, LazyLock};
 
-use nemoral_pipeline::stages::assets::WorldAssets;
-use nemoral_pipeline::stages::frame::FrameScene;
-use nemoral_pipeline::stages::sensors::{CameraRig, LidarRig};
+use nemoral_pipeline::recording::scene::FrameScene;
+use nemoral_pipeline::world::assets::WorldAssets;
+use nemoral_pipeline::world::cameras::CameraRig;
+use nemoral_pipeline::world::lidars::LidarRig;
 use nemoral_render::{OpenSky, PixelTruth, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Intrinsics, LidarPoint, Ontology};

@@ -4,9 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, LazyLock};
 
-use nemoral_pipeline::stages::assets::WorldAssets;
-use nemoral_pipeline::stages::frame::FrameScene;
-use nemoral_pipeline::stages::sensors::CameraRig;
+use nemoral_pipeline::recording::scene::FrameScene;
+use nemoral_pipeline::world::assets::WorldAssets;
+use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_render::{CameraImages, OpenSky, SceneView, View};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Annotations, Hit, ObjectId, Ontology, PixelBox, Ray, Semantic};
@@ -45,7 +45,7 @@ static SEEN: LazyLock<Seen> = LazyLock::new(|| {
         next: view(2),
         assets: runner.get(forest.assets, ()).expect("assets"),
         images: runner.get(forest.images, 1).expect("images"),
-        extra: runner.get(forest.extra, 1).expect("further truth"),
+        extra: runner.get(forest.annotations, 1).expect("further truth"),
         rigs,
         scene,
     }
@@ -253,7 +253,9 @@ fn boxes_hold_what_their_things_cover() {
     let runner = WORLD.runner(2);
     let mut near = 0;
     for &id in whole.keys() {
-        let things = runner.get(WORLD.forest.things, id.chunk()).expect("things");
+        let things = runner
+            .get(WORLD.forest.objects, id.chunk())
+            .expect("things");
         let thing = things.0.iter().find(|t| t.object == id).expect("a thing");
         let is_near = thing.position_m.distance(eye) <= 40.0 - 1e-3;
         near += usize::from(is_near);

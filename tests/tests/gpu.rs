@@ -6,8 +6,8 @@ mod avenue;
 use std::sync::Arc;
 
 use avenue::{Avenue, SPECIES};
-use nemoral_pipeline::stages::assets::WorldAssets;
-use nemoral_pipeline::stages::frame::FrameScene;
+use nemoral_pipeline::recording::scene::FrameScene;
+use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, Gpu, GpuCamera, GpuError, GpuParams, Lighting, OpenSky, Pass, RayCastCamera,
@@ -535,7 +535,7 @@ fn the_three_presets_are_the_same_for_both_renderers() {
 }
 
 /// Crowns that close and open within some metres, and let more light in the higher one is: as fast as the
-/// pipeline's openness changes, which has a node every five metres.
+/// pipeline's sky view factor changes, which has a node every five metres.
 fn crowns(p: Vec3) -> f32 {
     let gaps = (0.4 * p.x).sin() * (0.5 * p.y).cos();
     (0.35 + 0.3 * gaps + 0.03 * p.z).clamp(0.0, 1.0)
@@ -621,8 +621,8 @@ fn pictures_look_alike() {
         assert!(median < 0.015 && most < 0.1, "{what}: {median} {most}");
         assert!(exposure < 0.1, "{what}: {exposure} EV");
     }
-    // Crowns that are a step of the finest grid of openness beside their place are noticed.
-    let beside = |p: Vec3| crowns.openness(p + Vec3::X * 1.5);
+    // Crowns that are a step of the finest grid of sky view factors beside their place are noticed.
+    let beside = |p: Vec3| crowns.sky_view_factor(p + Vec3::X * 1.5);
     let (median, most, _) = difference(gpu, draft, &overcast, [crowns, &beside], &plain);
     println!("crowns beside: {median} in the median, {most} at the 95th percentile");
     assert!(median > 0.03 && most > 0.2, "{median} {most}");

@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The stage crates, each of which does one thing and knows only the vocabulary and the keys.
-const STAGES: [&str; 10] = [
+const STAGES: [&str; 11] = [
     "nemoral-assets",
     "nemoral-dataset",
     "nemoral-lidar",
@@ -16,6 +16,7 @@ const STAGES: [&str; 10] = [
     "nemoral-placement",
     "nemoral-raycast",
     "nemoral-render",
+    "nemoral-stand",
     "nemoral-terrain",
     "nemoral-trails",
     "nemoral-trajectory",

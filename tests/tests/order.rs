@@ -5,11 +5,11 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use nemoral_pipeline::ChunkManager;
 use nemoral_pipeline::plan::{Runner, Store};
-use nemoral_pipeline::stages::things::Thing;
 use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, ObjectKind, Ray, RayCaster};
 use nemoral_seed::{Domain, Draw, Key};
+use nemoral_stand::SceneObject;
 use nemoral_tests::{World, record};
 
 /// Small views that still reach over chunk borders; frames 30 m apart, so that chunks come and go.
@@ -178,7 +178,7 @@ fn another_seed_is_another_world() {
     // Growing its assets would show nothing more.
     let chunk = ChunkCoord::new(0, 0);
     let (a, b) = (&known.world, &world);
-    let key = |w: &World| w.forest.plan().key(w.forest.things, chunk);
+    let key = |w: &World| w.forest.plan().key(w.forest.objects, chunk);
     assert_ne!(key(a), key(b));
     let key = |w: &World| w.forest.plan().key(w.forest.scans, 0);
     assert_ne!(key(a), key(b));
@@ -218,12 +218,12 @@ fn far_from_the_origin_nothing_changes() {
             }
             // The id leads to the thing, which stands where the point is.
             let chunk = point.object.chunk();
-            let things = runner.get(world.forest.things, chunk).expect("things");
+            let things = runner.get(world.forest.objects, chunk).expect("things");
             let thing = &things.0[usize::from(point.object.item()) - 1];
             assert_eq!(thing.object, point.object);
             let position = world_from_lidar.transform_point(point.position_m.as_dvec3());
             let off = position - thing.position_m;
-            let bounds = thing.shape(&assets).prototype().bounds();
+            let bounds = assets.shape(thing).prototype().bounds();
             let extent = (bounds.min.abs().max(bounds.max.abs()) * thing.scale as f32).as_dvec3();
             let reach = extent.truncate().length() + 0.2;
             assert!(
@@ -252,10 +252,16 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
     let size_m = world.config.chunks.size_m;
     let chunk = ChunkCoord::new(2, -1);
     let visit = || {
-        let things = runner.get(world.forest.things, chunk).expect("things");
-        let solid = runner.get(world.forest.solid, chunk).expect("geometry");
+        let things = runner.get(world.forest.objects, chunk).expect("things");
+        let solid = runner
+            .get(world.forest.object_geometry, chunk)
+            .expect("geometry");
         // Rust prints floats so that they can be read back: equal texts are equal things.
-        let things: Vec<String> = things.0.iter().map(|t: &Thing| format!("{t:?}")).collect();
+        let things: Vec<String> = things
+            .0
+            .iter()
+            .map(|t: &SceneObject| format!("{t:?}"))
+            .collect();
         let forest = RayScene::new(vec![(Vec3::ZERO, solid.0.clone())]);
         let mut hits = Vec::new();
         let key = Key::world(1).domain(Domain::new("tests.rays"));
@@ -284,7 +290,7 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
     // The robot leaves; the chunk manager deletes what is far behind it.
     let manager = ChunkManager::new(world.config.chunks.clone());
     let plan = world.forest.plan();
-    let key = plan.key(world.forest.things, chunk);
+    let key = plan.key(world.forest.objects, chunk);
     assert!(world.store.contains(key));
     manager.evict(
         &world.store,
@@ -292,13 +298,19 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
         &[],
     );
     assert!(!world.store.contains(key));
-    assert!(!world.store.contains(plan.key(world.forest.solid, chunk)));
+    assert!(
+        !world
+            .store
+            .contains(plan.key(world.forest.object_geometry, chunk))
+    );
     assert_eq!(world.store.count("chunk.ground"), 0);
 
     // Others come first this time.
     for (dx, dy) in [(1, 1), (-1, 0), (0, -1)] {
         let other = chunk.offset(dx, dy);
-        runner.get(world.forest.solid, other).expect("geometry");
+        runner
+            .get(world.forest.object_geometry, other)
+            .expect("geometry");
     }
     let again = visit();
     assert!(first.0 == again.0, "things differ");

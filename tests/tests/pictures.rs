@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::plan::{Runner, Store};
-use nemoral_pipeline::stages::assets::WorldAssets;
+use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_render::CameraImages;
 use nemoral_scene::{Image, Material, Ontology, Semantic};
 use nemoral_seed::{Draw, Key};

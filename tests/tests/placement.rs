@@ -7,12 +7,12 @@ use std::sync::{Arc, LazyLock};
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Runner, Store};
-use nemoral_pipeline::stages::assets::WorldAssets;
-use nemoral_pipeline::stages::ground::ChunkGround;
-use nemoral_pipeline::stages::things::{Thing, Things};
+use nemoral_pipeline::world::assets::WorldAssets;
+use nemoral_pipeline::world::ground::ChunkGround;
 use nemoral_placement::Placement;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind};
+use nemoral_stand::{SceneObject, SceneObjects};
 use nemoral_tests::config;
 
 /// The paper, section VI: trees in a chunk, on average.
@@ -24,7 +24,7 @@ const SIDE: i32 = 10;
 struct Chunk {
     coord: ChunkCoord,
     ground: Arc<ChunkGround>,
-    things: Arc<Things>,
+    things: Arc<SceneObjects>,
 }
 
 struct Stand {
@@ -44,7 +44,7 @@ static STANDS: LazyLock<Vec<Stand>> = LazyLock::new(|| {
         let runner = Runner::new(forest.plan(), &store, 2);
         let square = (0..SIDE * SIDE).map(|i| ChunkCoord::new(i % SIDE - 5, i / SIDE - 5));
         let square: Vec<ChunkCoord> = square.collect();
-        let things = runner.demand(forest.things).all(&square).expect("things");
+        let things = runner.demand(forest.objects).all(&square).expect("things");
         let ground = runner.demand(forest.ground).all(&square).expect("ground");
         let chunk = |((coord, ground), things)| Chunk {
             coord,
@@ -68,7 +68,7 @@ static STANDS: LazyLock<Vec<Stand>> = LazyLock::new(|| {
 });
 
 impl Chunk {
-    fn of(&self, kind: ObjectKind) -> impl Iterator<Item = &Thing> {
+    fn of(&self, kind: ObjectKind) -> impl Iterator<Item = &SceneObject> {
         let placed = self.things.0.iter().filter(|t| !t.on_trail);
         placed.filter(move |t| t.kind == kind)
     }
@@ -100,7 +100,7 @@ fn the_papers_three_densities_are_met() {
                 .things
                 .0
                 .iter()
-                .filter_map(|t| t.tree_record(&stand.assets));
+                .filter_map(|t| stand.assets.tree_record(t));
             records.filter(|t| t.dbh_m >= 0.07).count() as f64
         };
         let counts: Vec<f64> = stand.chunks.iter().map(trees).collect();

@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use nemoral_assets::Species;
 use nemoral_pipeline::config::Config;
-use nemoral_pipeline::stages::assets::WorldAssets;
+use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_scene::glam::{DVec2, Mat3, Vec3};
 use nemoral_scene::{AlphaMask, Card, MaterialLibrary, Mesh, Prototype, TreeRecord};
 use nemoral_seed::{Draw, Key};

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 use nemoral_pipeline::plan::Runner;
-use nemoral_pipeline::stages::placement::StandLayer;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Instance, ObjectId, Semantic, Surface};
+use nemoral_stand::StandLayer;
 use nemoral_tests::{World, config};
 
 /// One tree of each species: what grows below does not know how many there are.
@@ -55,7 +55,9 @@ impl Strata {
         let placement = runner.get(world.forest.placement, ()).expect("placement");
         let mut strata = Self::default();
         for at in square(side) {
-            let openness = runner.get(world.forest.openness, at).expect("openness");
+            let openness = runner
+                .get(world.forest.sky_view_factor, at)
+                .expect("openness");
             let ground = runner.get(world.forest.ground, at).expect("ground");
             let clusters = placement
                 .clusters(at, StandLayer::Saplings.index())
@@ -166,7 +168,10 @@ fn a_plantation_has_none() {
 
 /// What grows low in a chunk, apart: seedlings, and everything else.
 fn low(world: &World, at: ChunkCoord) -> (Vec<Instance>, Vec<Instance>) {
-    let low = world.runner(2).get(world.forest.low, at).expect("plants");
+    let low = world
+        .runner(2)
+        .get(world.forest.undergrowth_geometry, at)
+        .expect("plants");
     let group = low.0.as_ref().expect("something grows");
     let all = group
         .instances()

@@ -30,10 +30,10 @@ fn trees(world: &World, runner: &Runner<'_>) -> Vec<TreeRecord> {
         .map(|i| ChunkCoord::new(i % SIDE - 5, i / SIDE - 5))
         .collect();
     let assets = runner.get(world.forest.assets, ()).expect("assets");
-    let things = runner.demand(world.forest.things).all(&square);
+    let things = runner.demand(world.forest.objects).all(&square);
     let things = things.expect("things");
     let all = things.iter().flat_map(|t| t.0.iter());
-    all.filter_map(|t| t.tree_record(&assets)).collect()
+    all.filter_map(|t| assets.tree_record(t)).collect()
 }
 
 /// The mean diameter that a config asks for: of its truncated distribution, over its species.

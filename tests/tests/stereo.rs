@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
-use nemoral_pipeline::stages::assets::WorldAssets;
-use nemoral_pipeline::stages::frame::FrameScene;
-use nemoral_pipeline::stages::sensors::CameraRig;
+use nemoral_pipeline::recording::scene::FrameScene;
+use nemoral_pipeline::world::assets::WorldAssets;
+use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_render::{CameraImages, OpenSky, SceneView, View};
 use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DVec2, DVec3};

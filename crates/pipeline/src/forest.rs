@@ -5,23 +5,31 @@ use nemoral_placement::{CoverPoint, Placement, Site};
 use nemoral_render::CameraImages;
 use nemoral_scene::{Annotations, ChunkCoord, LidarPoint};
 use nemoral_seed::Key;
+use nemoral_stand::{SceneObjects, SkyViewFactor};
 
 use crate::config::Config;
 use crate::plan::{Node, Plan};
-use crate::stages::assets::{AssetStage, LibraryStage, WorldAssets};
-use crate::stages::chunk::{Low, LowStage, Solid, SolidStage};
-use crate::stages::frame::{
-    FramePose, FrameScene, ImageStage, PoseStage, ScanStage, SceneStage, pictures_s,
-};
-use crate::stages::ground::{ChunkGround, ChunkGroundStage, GroundModel, GroundStage};
-use crate::stages::guide::{Guide, GuideStage};
-use crate::stages::openness::{Openness, OpennessStage};
+use crate::recording::pose::{FramePose, pictures_s};
+use crate::recording::scene::FrameScene;
+use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryStage};
+use crate::stages::assets::{AssetStage, LibraryStage};
+use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
+use crate::stages::ground::{ChunkGroundStage, GroundStage};
+use crate::stages::guide::GuideStage;
+use crate::stages::object_geometry::{ObjectGeometry, ObjectGeometryStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
-use crate::stages::seedlings::SeedlingStage;
-use crate::stages::sensors::{CameraRig, CameraStage, LidarRig, LidarStage};
-use crate::stages::things::{ThingStage, Things};
-use crate::stages::truth::{Bare, BareStage, ExtraStage, TrunkStage};
-use crate::stages::undergrowth::{FloraStage, Patch, UndergrowthStage};
+use crate::stages::scene_objects::SceneObjectStage;
+use crate::stages::sensors::{CameraStage, LidarStage};
+use crate::stages::sky_view_factor::SkyViewStage;
+use crate::stages::undergrowth::{FloraStage, SeedlingStage, UndergrowthStage};
+use crate::stages::undergrowth_geometry::{UndergrowthGeometry, UndergrowthGeometryStage};
+use crate::world::assets::WorldAssets;
+use crate::world::cameras::CameraRig;
+use crate::world::flora::Patch;
+use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::guide::Guide;
+use crate::world::lidars::LidarRig;
+use crate::world::uncovered::UncoveredGeometry;
 use crate::{Backend, Error, InputFiles};
 
 /// The world, chunk and frame plans of a config.
@@ -35,7 +43,7 @@ pub struct ForestPlan {
     pub library: Node<(), Library>,
     /// World: what is grown, ready to be cast rays at.
     pub assets: Node<(), WorldAssets>,
-    /// World: how things are placed.
+    /// World: how objects are placed.
     pub placement: Node<(), Placement>,
     /// World: where the robot goes.
     pub guide: Node<(), Guide>,
@@ -50,17 +58,17 @@ pub struct ForestPlan {
     /// Chunk: where its trees, stumps and shrubs are.
     pub woody: Node<ChunkCoord, Vec<Site>>,
     /// Chunk: everything with an id.
-    pub things: Node<ChunkCoord, Things>,
-    /// Chunk: light under its crowns.
-    pub openness: Node<ChunkCoord, Openness>,
+    pub objects: Node<ChunkCoord, SceneObjects>,
+    /// Chunk: how much of the sky is seen past its crowns.
+    pub sky_view_factor: Node<ChunkCoord, SkyViewFactor>,
     /// Chunk: where low plants are.
     pub undergrowth: Node<ChunkCoord, Vec<Patch>>,
     /// Chunk: where seedlings of trees are.
     pub seedlings: Node<ChunkCoord, Vec<CoverPoint>>,
-    /// Chunk: geometry of ground and things.
-    pub solid: Node<ChunkCoord, Solid>,
+    /// Chunk: geometry of ground and objects.
+    pub object_geometry: Node<ChunkCoord, ObjectGeometry>,
     /// Chunk: geometry of low plants.
-    pub low: Node<ChunkCoord, Low>,
+    pub undergrowth_geometry: Node<ChunkCoord, UndergrowthGeometry>,
     /// Frame: where the robot is.
     pub pose: Node<u64, FramePose>,
     /// Frame: what is visible.
@@ -68,9 +76,9 @@ pub struct ForestPlan {
     /// Frame: colour and truth images of each camera.
     pub images: Node<u64, Vec<CameraImages>>,
     /// Chunk: ground and trunks alone.
-    pub bare: Node<ChunkCoord, Bare>,
+    pub uncovered_geometry: Node<ChunkCoord, UncoveredGeometry>,
     /// Frame: the further truth that each camera was asked for.
-    pub extra: Node<u64, Vec<Annotations>>,
+    pub annotations: Node<u64, Vec<Annotations>>,
     /// Frame: the points of each LiDAR.
     pub scans: Node<u64, Vec<Vec<LidarPoint>>>,
 }
@@ -131,19 +139,22 @@ impl ForestPlan {
         let phases = [phase0, phase1, phase2, phase3].map(Node::anywhere);
         let rocks = plan.add(RockStage, (phases,));
         let woody = plan.add(WoodyStage, (world, ground, rocks.anywhere()));
-        let things = plan.add(
-            ThingStage,
+        let objects = plan.add(
+            SceneObjectStage,
             (assets.global(), ground_model.global(), ground, rocks, woody),
         );
-        let solid = plan.add(SolidStage::new(config)?, (assets.global(), ground, things));
-        let openness = plan.add(
-            OpennessStage { chunk_size_m },
-            (assets.global(), ground, solid.anywhere()),
+        let object_geometry = plan.add(
+            ObjectGeometryStage::new(config)?,
+            (assets.global(), ground, objects),
         );
-        let undergrowth = plan.add(UndergrowthStage, (flora.global(), ground, openness));
-        let seedlings = plan.add(SeedlingStage::new(config), (world, ground, openness));
-        let low = plan.add(
-            LowStage { chunk_size_m },
+        let sky_view_factor = plan.add(
+            SkyViewStage { chunk_size_m },
+            (assets.global(), ground, object_geometry.anywhere()),
+        );
+        let undergrowth = plan.add(UndergrowthStage, (flora.global(), ground, sky_view_factor));
+        let seedlings = plan.add(SeedlingStage::new(config), (world, ground, sky_view_factor));
+        let undergrowth_geometry = plan.add(
+            UndergrowthGeometryStage { chunk_size_m },
             (
                 assets.global(),
                 ground_model.global(),
@@ -162,7 +173,7 @@ impl ForestPlan {
                 guide.global(),
                 lidars.global(),
                 ground.anywhere(),
-                things.anywhere(),
+                objects.anywhere(),
             ),
         );
         let scene = plan.add(
@@ -171,16 +182,21 @@ impl ForestPlan {
                 visible_radius_m: config.chunks.visible_radius_m,
                 undergrowth_radius_m: config.chunks.undergrowth_radius_m,
             },
-            (pose, solid.anywhere(), low.anywhere(), openness.anywhere()),
+            (
+                pose,
+                object_geometry.anywhere(),
+                undergrowth_geometry.anywhere(),
+                sky_view_factor.anywhere(),
+            ),
         );
         let images = plan.add(ImageStage, (cameras.global(), assets.global(), pose, scene));
         let trunks = plan.add(TrunkStage::new(config), (assets.global(),));
-        let bare = plan.add(
-            BareStage { chunk_size_m },
-            (trunks.global(), assets.global(), solid, things),
+        let uncovered_geometry = plan.add(
+            UncoveredGeometryStage { chunk_size_m },
+            (trunks.global(), assets.global(), object_geometry, objects),
         );
-        let extra = plan.add(
-            ExtraStage::new(config),
+        let annotations = plan.add(
+            AnnotationStage::new(config),
             (
                 cameras.global(),
                 guide.global(),
@@ -188,8 +204,8 @@ impl ForestPlan {
                 scene,
                 images,
                 ground.anywhere(),
-                things.anywhere(),
-                bare.anywhere(),
+                objects.anywhere(),
+                uncovered_geometry.anywhere(),
             ),
         );
         let scans = plan.add(ScanStage, (lidars.global(), assets.global(), pose, scene));
@@ -207,17 +223,17 @@ impl ForestPlan {
             ground,
             rocks,
             woody,
-            things,
-            openness,
+            objects,
+            sky_view_factor,
             undergrowth,
             seedlings,
-            solid,
-            low,
+            object_geometry,
+            undergrowth_geometry,
             pose,
             scene,
             images,
-            bare,
-            extra,
+            uncovered_geometry,
+            annotations,
             scans,
         })
     }

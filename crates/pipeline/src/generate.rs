@@ -7,19 +7,19 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
 
 use nemoral_dataset::{
-    CameraData, CameraSpec, DatasetHeader, DepthFormat, FrameData, LidarData, LidarSpec, Manifest,
-    OpenMode, Track, WorldTables, Writer,
+    CameraData, FrameData, LidarData, Manifest, OpenMode, Track, WorldTables, Writer,
 };
 use nemoral_render::CameraImages;
-use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, ObjectRecord, Ontology, TreeRecord};
+use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, ObjectRecord, TreeRecord};
 
 use crate::chunks::ChunkManager;
-use crate::config::{self, Config};
+use crate::config::Config;
+use crate::header::header;
 use crate::plan::{At, Cache, Hasher, Runner, Store};
 use crate::prove::{prove, within_sequence};
-use crate::stages::frame::{FramePose, visible_chunks};
-use crate::stages::guide::Land;
-use crate::stages::sensors;
+use crate::recording::pose::FramePose;
+use crate::recording::scene::visible_chunks;
+use crate::world::guide::Land;
 use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
 
 /// The number of the one sequence of a data set.
@@ -74,7 +74,7 @@ struct Finished {
     frame: u64,
     pose: Arc<FramePose>,
     images: Arc<Vec<CameraImages>>,
-    extra: Arc<Vec<Annotations>>,
+    annotations: Arc<Vec<Annotations>>,
     scans: Arc<Vec<Vec<LidarPoint>>>,
     key: [u8; 32],
 }
@@ -216,7 +216,7 @@ fn make(
 ) -> Result<Finished, Error> {
     let pose = runner.get(forest.pose, frame)?;
     let images = runner.get(forest.images, frame)?;
-    let extra = runner.get(forest.extra, frame)?;
+    let annotations = runner.get(forest.annotations, frame)?;
     let scans = runner.get(forest.scans, frame)?;
     manager.evict(
         runner.store(),
@@ -227,14 +227,14 @@ fn make(
         frame,
         pose,
         images,
-        extra,
+        annotations,
         scans,
         key,
     })
 }
 
 fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
-    let pictures = finished.images.iter().zip(&*finished.extra);
+    let pictures = finished.images.iter().zip(&*finished.annotations);
     let cameras = writer.header().cameras.iter().zip(pictures);
     let cameras = cameras.map(|(spec, (image, extra))| CameraData {
         name: &spec.name,
@@ -265,63 +265,9 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
 /// The key of all that goes into a frame.
 fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
     let mut hasher = Hasher::new("frame");
-    hasher.write_bytes(&forest.plan().key(forest.extra, frame).0);
+    hasher.write_bytes(&forest.plan().key(forest.annotations, frame).0);
     hasher.write_bytes(&forest.plan().key(forest.scans, frame).0);
     hasher.finish().0
-}
-
-/// What decides the bytes of a data set, written to its manifest.
-///
-/// # Errors
-/// If a camera is impossible.
-pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> {
-    let ontology = Ontology::by_name(&config.output.ontology)
-        .expect("the config's words are the built-in ontologies");
-    let stage_keys = forest
-        .plan()
-        .provenance()
-        .into_iter()
-        .enumerate()
-        .map(|(i, (id, key))| {
-            // Stage ids may repeat (rock phases): number them in plan order.
-            (format!("{i:02} {id}"), key.to_string())
-        });
-    let camera = |(path, camera): (String, &config::Camera)| {
-        Ok::<_, Error>(CameraSpec {
-            name: config::sensor_name(&path).to_owned(),
-            intrinsics: sensors::intrinsics(&path, camera)?,
-            body_from_camera: sensors::body_from_camera(camera),
-            extra: sensors::extra_kinds(camera),
-            shutter: sensors::shutter(camera),
-            noisy: camera.noise.enabled,
-        })
-    };
-    let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {
-        name: config::sensor_name(&path).to_owned(),
-        body_from_lidar: sensors::body_from_lidar(lidar),
-        deskewed: lidar.deskew,
-        pointing_errors: lidar.errors.angular_deg > 0.0,
-        ply: config.output.ply,
-    };
-    Ok(DatasetHeader {
-        generator: "nemoral".to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        seed: config.seed,
-        backend: forest.backend().name(),
-        chunk_size_m: config.chunks.size_m,
-        depth_format: if config.output.depth_npy {
-            DepthFormat::Npy
-        } else {
-            DepthFormat::Png16
-        },
-        licence: String::new(),
-        ontology,
-        cameras: config.all_cameras().map(camera).collect::<Result<_, _>>()?,
-        lidars: config.all_lidars().map(lidar).collect(),
-        stage_keys: stage_keys.collect(),
-        config: serde_json::to_value(config).expect("a config is plain data"),
-        config_toml: config.to_toml(),
-    })
 }
 
 /// So many poses are computed by a thread before it takes the next ones.
@@ -337,7 +283,7 @@ fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<T
     let pose = |frame: u64| {
         let land = Land {
             ground: runner.demand(forest.ground),
-            things: runner.demand(forest.things),
+            objects: runner.demand(forest.objects),
         };
         let pose = guide.pose(frame, 0.0, land)?;
         Ok::<_, Error>((guide.time_s(frame), pose))
@@ -401,9 +347,9 @@ fn inventory(
     let assets = runner.get(forest.assets, ())?;
     let (mut trees, mut objects) = (Vec::new(), Vec::new());
     for &chunk in &visible {
-        for thing in &runner.get(forest.things, chunk)?.0 {
-            objects.push(thing.object_record(&assets));
-            trees.extend(thing.tree_record(&assets));
+        for object in &runner.get(forest.objects, chunk)?.0 {
+            objects.push(assets.object_record(object));
+            trees.extend(assets.tree_record(object));
         }
         // Chunks come column by column: those of two columns back are done with.
         runner

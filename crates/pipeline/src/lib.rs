@@ -19,12 +19,18 @@
 //! - [`config`]: requests in layers (preset, file, settings), checked key by key, one definition each.
 //! - [`plan`]: the engine, `nemoral-plan`, at the coordinates of a forest.
 //! - [`stages`]: thin adapters from the stage crates to the plan.
+//! - [`world`]: what stands in a world, made from a config.
+//! - [`recording`]: what a frame is recorded from.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
 //! - [`check`], [`generate`], [`preview`]: from a request to a verdict, and to files.
 //!
 //! The chunk manager of the paper (section IV-A) is [`ChunkManager`]: the eviction policy of the
 //! plan's store. A forest is endless; what is kept of it is what is near the robot.
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
 
 mod backend;
 mod chunks;
@@ -34,11 +40,14 @@ mod estimate;
 mod forest;
 mod frames;
 mod generate;
+mod header;
 mod inputs;
 pub mod plan;
 mod preview;
 mod prove;
+pub mod recording;
 pub mod stages;
+pub mod world;
 
 pub use backend::{Backend, BackendChoice, Renderer};
 pub use chunks::{ChunkManager, ChunkState};
@@ -46,7 +55,8 @@ pub use error::Error;
 pub use estimate::{Estimate, estimate};
 pub use forest::ForestPlan;
 pub use frames::FrameSelection;
-pub use generate::{Done, Observer, Request, generate, header};
+pub use generate::{Done, Observer, Request, generate};
+pub use header::header;
 pub use inputs::{InputFile, InputFiles};
 pub use preview::{check_png_name, preview, write_png};
 pub use prove::check;

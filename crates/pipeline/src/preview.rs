@@ -10,7 +10,7 @@ use nemoral_scene::{Image, Intrinsics, LidarPoint, ObjectId, Ontology, RigidTran
 use crate::config::Config;
 use crate::plan::{Cache, Runner, Store};
 use crate::prove::within_sequence;
-use crate::stages::sensors;
+use crate::world::cameras::intrinsics;
 use crate::{Backend, Error, ForestPlan, InputFiles};
 
 /// The sheet's paper, between the pictures.
@@ -44,13 +44,13 @@ pub fn preview(
     let scans = runner.get(forest.scans, frame)?;
     let ontology = Ontology::by_name(&config.output.ontology)
         .expect("the config's words are the built-in ontologies");
-    let camera_from_lidar = sensors::body_from_camera(&config.camera).inverse()
-        * sensors::body_from_lidar(&config.lidar);
+    let camera_from_lidar =
+        config.camera.body_from_camera().inverse() * config.lidar.body_from_lidar();
     Ok(contact_sheet(
         image,
         &scans[0],
         &ontology,
-        &sensors::intrinsics("camera", &config.camera)?,
+        &intrinsics("camera", &config.camera)?,
         &camera_from_lidar,
     ))
 }

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use crate::config::Config;
+use crate::header::header;
 use crate::plan::{Cache, Runner, Store};
-use crate::{Backend, Error, ForestPlan, InputFiles, header};
+use crate::{Backend, Error, ForestPlan, InputFiles};
 
 /// Refuses all that [`generate`](crate::generate) refuses before its first frame, short of what depends on the
 /// output folder and the GPU: it does the same. What the user should know is the result.

@@ -86,7 +86,7 @@ mod sky;
 struct ReadmeDoctests;
 
 pub use annotations::boxes::{Candidate, object_boxes};
-pub use annotations::nearest::nearest_objects;
+pub use annotations::nearest::{nearest_objects, with_visible};
 pub use annotations::optical_flow::optical_flow;
 pub use camera::lens::Lens;
 pub use camera::sensor_noise::SensorNoise;

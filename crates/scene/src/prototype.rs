@@ -264,6 +264,31 @@ impl Prototype {
         })
     }
 
+    /// The shape's parts of some materials alone, without blends and ambient occlusion; `None` if
+    /// there are none.
+    ///
+    /// # Errors
+    /// As [`Prototype::new`], if the library is not the shape's own.
+    pub fn retaining(
+        &self,
+        keep: impl Fn(MaterialId) -> bool,
+        library: &MaterialLibrary,
+    ) -> Result<Option<Self>, PrototypeError> {
+        let triangles = self.mesh.triangles.iter().copied();
+        let triangles: Vec<_> = triangles.filter(|t| keep(t.material)).collect();
+        let cards = self.cards.iter().copied();
+        let cards: Vec<_> = cards.filter(|c| keep(c.material)).collect();
+        if triangles.is_empty() && cards.is_empty() {
+            return Ok(None);
+        }
+        let mesh = Mesh {
+            triangles,
+            blends: Vec::new(),
+            ..self.mesh.clone()
+        };
+        Self::new(self.name.clone(), mesh, cards, library).map(Some)
+    }
+
     /// The name, for logs and exports.
     #[must_use]
     pub fn name(&self) -> &str {

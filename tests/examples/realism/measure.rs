@@ -8,7 +8,7 @@ use nemoral_assets::{Species, TreeAsset};
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
-use nemoral_pipeline::stages::assets::WorldAssets;
+use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, Surface, TreeRecord};
 use nemoral_seed::{Draw, Key};

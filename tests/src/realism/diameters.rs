@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
-use nemoral_pipeline::stages::sensors::body_from_lidar;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, ObjectId, Semantic, TreeRecord};
 
@@ -71,13 +70,13 @@ impl ScannedDiameters {
         for frame in 0..config.frames {
             let pose = runner.get(forest.pose, frame).expect("a pose");
             let scan = &runner.get(forest.scans, frame).expect("a scan")[0];
-            let from_lidar = pose.world_from_body() * body_from_lidar(&config.lidar);
+            let from_lidar = pose.world_from_body() * config.lidar.body_from_lidar();
             let here = from_lidar.translation_m;
             let near = ChunkCoord::within(here.truncate(), FARTHEST_M, config.chunks.size_m);
-            let things = runner.demand(forest.things).all(&near).expect("things");
+            let things = runner.demand(forest.objects).all(&near).expect("things");
             let records = things.iter().flat_map(|t| t.0.iter());
             let trees: BTreeMap<ObjectId, TreeRecord> = records
-                .filter_map(|t| t.tree_record(&assets))
+                .filter_map(|t| assets.tree_record(t))
                 .filter(|t| t.alive && t.dbh_m >= LEAST_DBH_M)
                 .map(|t| (t.object, t))
                 .collect();

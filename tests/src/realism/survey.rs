@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nemoral_pipeline::plan::Runner;
-use nemoral_pipeline::stages::assets::WorldAssets;
+use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind, TreeRecord};
 
@@ -58,7 +58,7 @@ impl Survey {
             .map(|i| ChunkCoord::new(i % side - half, i / side - half))
             .collect();
         let size_m = world.config.chunks.size_m;
-        let things = runner.demand(world.forest.things).all(&square);
+        let things = runner.demand(world.forest.objects).all(&square);
         let things = things.expect("things");
         let mut out = Self {
             trees: Vec::new(),
@@ -70,12 +70,12 @@ impl Survey {
             ),
         };
         for thing in things.iter().flat_map(|t| t.0.iter()) {
-            let Some(record) = thing.tree_record(assets) else {
+            let Some(record) = assets.tree_record(thing) else {
                 continue;
             };
             debug_assert_eq!(thing.kind, ObjectKind::Tree);
             let standing = Standing {
-                shape: Arc::clone(thing.shape(assets).prototype()),
+                shape: Arc::clone(assets.shape(thing).prototype()),
                 foot_m: thing.position_m.truncate(),
                 linear: thing.linear,
                 leaf_area_m2: record.leaf_area_m2,

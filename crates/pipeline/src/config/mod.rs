@@ -1,23 +1,34 @@
 //! Requests: layered, checked, with errors that point at the line.
 
+mod camera_model;
 mod devices;
+mod errors;
 mod input_path;
+mod lidar_model;
+mod light_model;
 mod load;
+mod mount;
 mod pages;
 mod presets;
 mod ranges;
 mod schema;
 mod sections;
+mod sky_image;
+mod source;
 mod stands;
 mod validate;
 mod words;
 
 pub(crate) use devices::LIGHT_M_PER_NS;
+pub use errors::{ConfigError, ConfigErrors, Place};
 pub use input_path::InputPath;
-pub(crate) use load::most_bytes;
-pub use load::{ConfigError, ConfigErrors, Layers, Place};
+pub(crate) use lidar_model::refused_at;
+pub(crate) use light_model::sky_params;
+pub use load::Layers;
 pub use pages::{annotated_toml, json_schema, reference_page};
 pub use presets::Preset;
 pub use schema::{Allowed, KeySpec, SectionSpec};
 pub use sections::*;
+pub(crate) use sky_image::sky_image;
+pub(crate) use source::most_bytes;
 pub(crate) use validate::sensor_name;

@@ -3,8 +3,9 @@
 use nemoral_seed::{Domain, Draw, Key};
 use toml::{Table, Value};
 
-use super::load::{ConfigError, ConfigErrors, Source, join, section};
+use super::errors::{ConfigError, ConfigErrors};
 use super::schema::{Allowed, SectionSpec};
+use super::source::{Source, join, section};
 use super::words::{cut, shown};
 
 const RANGES: Domain = Domain::new("pipeline.ranges");

@@ -4,8 +4,6 @@ use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
-use crate::stages::sensors;
-
 use super::{Assets, Camera, Config, Lidar, LidarPattern, RobotPath, SunPosition};
 use crate::{Error, InputFiles};
 
@@ -208,15 +206,15 @@ impl Config {
             None => {}
         }
         if let SunPosition::Date(date) = &self.sun.position
-            && let Err(e) = sensors::utc(date)
+            && let Err(e) = date.time()
         {
             wrong("sun.date.utc", e.to_string());
         }
-        if let Err(e) = crate::stages::sky_image::read(&self.sky, inputs) {
+        if let Err(e) = super::sky_image(&self.sky, inputs) {
             wrong("sky.image", e.to_string());
         }
         for (path, camera) in self.all_cameras() {
-            if let Err(e) = sensors::lens(camera) {
+            if let Err(e) = camera.intrinsics() {
                 wrong(&format!("{path}.{}", e.field), format!("{path}.{e}"));
             }
         }

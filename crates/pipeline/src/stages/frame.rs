@@ -1,52 +1,27 @@
 //! A frame: where the robot is, what it sees there, and what its sensors make of it.
 
-use std::collections::BTreeMap;
-use std::fmt;
 use std::sync::Arc;
 
 use nemoral_lidar::ScanRequest;
-use nemoral_raycast::{Group, RayScene};
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
-use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{
-    ChunkCoord, InstancedScene, LidarPoint, PlacedGroup, RayCaster, RigidTransform, Twist,
-};
+use nemoral_scene::LidarPoint;
+use nemoral_scene::glam::Vec3;
 use nemoral_seed::{Domain, Key};
-use nemoral_trajectory::PoseTrack;
+use nemoral_stand::{SceneObjects, SkyViewFactor};
 
-use super::assets::WorldAssets;
-use super::chunk::{Low, Solid};
-use super::ground::ChunkGround;
-use super::guide::{Guide, Land};
-use super::openness::Openness;
-use super::sensors::{CameraRig, LidarRig, shutter};
-use super::things::Things;
+use super::object_geometry::ObjectGeometry;
+use super::undergrowth_geometry::UndergrowthGeometry;
 use crate::Error;
-use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
+use crate::recording::pose::FramePose;
+use crate::recording::scene::{FrameScene, visible_chunks};
+use crate::world::assets::WorldAssets;
+use crate::world::cameras::CameraRig;
+use crate::world::ground::ChunkGround;
+use crate::world::guide::{Guide, Land};
+use crate::world::lidars::LidarRig;
 
 const CAMERA: Domain = Domain::new("pipeline.camera");
-
-/// Where the robot is, and how it moves while its LiDAR scans.
-#[derive(Debug)]
-pub struct FramePose {
-    /// The frame's time, seconds: the middle of the exposure and of the scan.
-    pub time_s: f64,
-    /// World poses of the body about that time.
-    pub track: PoseTrack,
-    /// How the body moves while cameras with a shutter take their pictures; still for others.
-    pub motion: Twist,
-    /// The chunk the robot is in: the scene's origin is its corner.
-    pub chunk: ChunkCoord,
-}
-
-impl FramePose {
-    /// The body's world pose at the frame's time.
-    #[must_use]
-    pub fn world_from_body(&self) -> RigidTransform {
-        self.track.middle()
-    }
-}
 
 /// Drives the robot to a frame.
 #[derive(Clone, Copy, Debug)]
@@ -57,38 +32,13 @@ pub struct PoseStage {
     pub pictures_s: f64,
 }
 
-/// How the body moves about a frame, over the time that pictures take; still if they take none.
-///
-/// # Errors
-/// If the land cannot be made.
-pub(super) fn motion(
-    guide: &Guide,
-    frame: u64,
-    pictures_s: f64,
-    land: Land<'_>,
-) -> Result<Twist, Error> {
-    if pictures_s == 0.0 {
-        return Ok(Twist::STILL);
-    }
-    let at = |side: f64| guide.pose(frame, side * pictures_s / 2.0, land);
-    Ok(Twist::between(&at(-1.0)?, &at(1.0)?, pictures_s))
-}
-
-/// How long the longest picture of a robot's cameras takes, seconds.
-#[must_use]
-pub fn pictures_s(config: &Config) -> f64 {
-    let cameras = config.all_cameras();
-    let durations = cameras.map(|(_, camera)| shutter(camera).duration_s());
-    durations.fold(0.0, f64::max)
-}
-
 impl Stage<Forest> for PoseStage {
     type At = u64;
     type Inputs = (
         OfWorld<Guide>,
         OfWorld<Vec<LidarRig>>,
         AnyChunk<ChunkGround>,
-        AnyChunk<Things>,
+        AnyChunk<SceneObjects>,
     );
     type Output = FramePose;
     const ID: &'static str = "frame.pose";
@@ -107,77 +57,16 @@ impl Stage<Forest> for PoseStage {
         &self,
         at: u64,
         _: Key,
-        (guide, lidars, ground, things): (
+        (guide, lidars, ground, objects): (
             Arc<Guide>,
             Arc<Vec<LidarRig>>,
             Demand<'_, ChunkGround>,
-            Demand<'_, Things>,
+            Demand<'_, SceneObjects>,
         ),
     ) -> Result<FramePose, Error> {
-        if let Some(frames) = guide.frames().filter(|&frames| at >= frames) {
-            return Err(Error::request(format!(
-                "frame {at}: the path has {frames} poses"
-            )));
-        }
-        let longest_s = lidars
-            .iter()
-            .map(|l| l.scanner.duration_s())
-            .fold(0.0, f64::max);
-        let half_s = longest_s / 2.0;
-        let land = Land { ground, things };
-        let track = PoseTrack::sample(half_s, |offset_s| guide.pose(at, offset_s, land))?;
-        let position = track.middle().translation_m.truncate();
-        let chunk = ChunkCoord::containing(position, self.chunk_size_m);
-        Ok(FramePose {
-            time_s: guide.time_s(at),
-            track,
-            motion: motion(&guide, at, self.pictures_s, land)?,
-            chunk,
-        })
+        let lengths = (self.chunk_size_m, self.pictures_s);
+        FramePose::new(at, &guide, &lidars, Land { ground, objects }, lengths)
     }
-}
-
-/// What is visible from a frame, around the corner of the robot's chunk.
-pub struct FrameScene {
-    /// What rays are cast at. Sensors know no more of it, and hand it batches.
-    pub caster: Arc<dyn RayCaster + Send + Sync>,
-    /// What it is made of, each with its offset in the scene: any other caster would be, too.
-    pub groups: Vec<(Vec3, Arc<Group>)>,
-    /// Where the scene's origin is in the world.
-    pub origin_m: DVec3,
-    chunk_size_m: f64,
-    openness: BTreeMap<ChunkCoord, Arc<Openness>>,
-}
-
-impl InstancedScene for FrameScene {
-    fn placed_groups(&self) -> Vec<PlacedGroup> {
-        let place = |(offset, group): &(Vec3, Arc<Group>)| (*offset, Arc::clone(group) as _);
-        self.groups.iter().map(place).collect()
-    }
-}
-
-impl fmt::Debug for FrameScene {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("FrameScene")
-            .field("origin_m", &self.origin_m)
-            .finish_non_exhaustive()
-    }
-}
-
-impl FrameScene {
-    /// Share of the sky seen at a point of the scene.
-    #[must_use]
-    pub fn openness(&self, scene_point: Vec3) -> f32 {
-        let world = self.origin_m + scene_point.as_dvec3();
-        let chunk = ChunkCoord::containing(world.truncate(), self.chunk_size_m);
-        self.openness.get(&chunk).map_or(1.0, |grid| grid.at(world))
-    }
-}
-
-/// The chunks that are visible from a place, in order.
-#[must_use]
-pub fn visible_chunks(position_m: DVec2, radius_m: f64, chunk_size_m: f64) -> Vec<ChunkCoord> {
-    ChunkCoord::within(position_m, radius_m, chunk_size_m)
 }
 
 /// Gathers the visible chunks.
@@ -195,9 +84,9 @@ impl Stage<Forest> for SceneStage {
     type At = u64;
     type Inputs = (
         Node<u64, FramePose>,
-        AnyChunk<Solid>,
-        AnyChunk<Low>,
-        AnyChunk<Openness>,
+        AnyChunk<ObjectGeometry>,
+        AnyChunk<UndergrowthGeometry>,
+        AnyChunk<SkyViewFactor>,
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.scene";
@@ -218,45 +107,30 @@ impl Stage<Forest> for SceneStage {
         &self,
         _: u64,
         _: Key,
-        (pose, solid, low, openness): (
+        (pose, objects, undergrowth, sky_view): (
             Arc<FramePose>,
-            Demand<'_, Solid>,
-            Demand<'_, Low>,
-            Demand<'_, Openness>,
+            Demand<'_, ObjectGeometry>,
+            Demand<'_, UndergrowthGeometry>,
+            Demand<'_, SkyViewFactor>,
         ),
     ) -> Result<FrameScene, Error> {
         let size = self.chunk_size_m;
         let position = pose.world_from_body().translation_m.truncate();
         let visible = visible_chunks(position, self.visible_radius_m, size);
         let near = visible_chunks(position, self.undergrowth_radius_m, size);
-        let offset = |c: ChunkCoord| {
-            Vec3::new(
-                (c.x - pose.chunk.x) as f32,
-                (c.y - pose.chunk.y) as f32,
-                0.0,
-            ) * size as f32
-        };
-        let mut groups = Vec::new();
-        for (chunk, solid) in visible.iter().zip(solid.all(&visible)?) {
-            groups.push((offset(*chunk), Arc::clone(&solid.0)));
-        }
-        for (chunk, low) in near.iter().zip(low.all(&near)?) {
-            if let Some(group) = &low.0 {
-                groups.push((offset(*chunk), Arc::clone(group)));
-            }
-        }
-        let openness = visible
-            .iter()
-            .copied()
-            .zip(openness.all(&visible)?)
-            .collect();
-        Ok(FrameScene {
-            caster: Arc::new(RayScene::new(groups.clone())),
+        let objects = objects.all(&visible)?.into_iter().map(|g| Arc::clone(&g.0));
+        let objects = visible.iter().copied().zip(objects);
+        let undergrowth = near.iter().zip(undergrowth.all(&near)?);
+        let undergrowth =
+            undergrowth.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?))));
+        let sky_view = visible.iter().copied().zip(sky_view.all(&visible)?);
+        let groups = objects.chain(undergrowth);
+        Ok(FrameScene::new(
+            pose.chunk,
+            size,
             groups,
-            origin_m: pose.chunk.origin_m(size).extend(0.0),
-            chunk_size_m: size,
-            openness,
-        })
+            sky_view.collect(),
+        ))
     }
 }
 
@@ -290,12 +164,12 @@ impl Stage<Forest> for ImageStage {
         ),
     ) -> Result<Vec<CameraImages>, Error> {
         let scene_from_body = pose.track.relative_to(scene.origin_m).middle();
-        let openness = |p: Vec3| scene.openness(p);
+        let sky_view = |p: Vec3| scene.sky_view_factor(p);
         let seen = SceneView {
             caster: &*scene.caster,
             instances: Some(&*scene),
             materials: &assets.library.materials,
-            sky_visibility: &openness,
+            sky_visibility: &sky_view,
         };
         let picture = |(i, rig): (usize, &CameraRig)| {
             let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);

@@ -1,16 +1,14 @@
 //! Stage adapters: each wraps one call of a stage crate for the plan.
 
+pub mod annotations;
 pub mod assets;
-pub mod chunk;
 pub mod frame;
 pub mod ground;
 pub mod guide;
-mod looks;
-pub mod openness;
+pub mod object_geometry;
 pub mod placement;
-pub mod seedlings;
+pub mod scene_objects;
 pub mod sensors;
-pub(crate) mod sky_image;
-pub mod things;
-pub mod truth;
+pub mod sky_view_factor;
 pub mod undergrowth;
+pub mod undergrowth_geometry;

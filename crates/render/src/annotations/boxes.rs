@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3, Mat3, Vec3};
 use nemoral_scene::{
-    Image, ObjectBox, ObjectId, ObjectKind, PixelBox, Ray, RayCaster, RigidTransform, TruthImages,
+    Bounds, Image, ObjectBox, ObjectId, ObjectKind, PixelBox, Ray, RayCaster, RigidTransform,
+    TruthImages,
 };
 use rayon::prelude::*;
 
@@ -22,6 +23,53 @@ pub struct Candidate {
     pub scene_from_box: RigidTransform,
     /// Length, width and height of that box, metres.
     pub size_m: DVec3,
+}
+
+impl Candidate {
+    /// An object with the upright box around its placed shape, turned as the shape is turned.
+    ///
+    /// `foot_m` is where the shape's origin stands in the scene, `linear` the scene's axes from the
+    /// shape's, `bounds` the box around the shape in its own frame.
+    #[must_use]
+    pub fn around(
+        object: ObjectId,
+        kind: ObjectKind,
+        foot_m: DVec3,
+        linear: &Mat3,
+        bounds: Bounds,
+    ) -> Self {
+        let (scene_from_box, size_m) = upright_box(foot_m, linear, bounds);
+        Self {
+            object,
+            kind,
+            scene_from_box,
+            size_m,
+        }
+    }
+}
+
+/// The frame and size of the upright box around a placed shape.
+fn upright_box(foot_m: DVec3, linear: &Mat3, b: Bounds) -> (RigidTransform, DVec3) {
+    let linear: DMat3 = linear.as_dmat3();
+    let yaw_rad = libm::atan2(linear.x_axis.y, linear.x_axis.x);
+    let turned = RigidTransform::from_xyz_rpy(DVec3::ZERO, 0.0, 0.0, yaw_rad).rotation;
+    let back: DQuat = turned.inverse();
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for i in 0..8 {
+        let pick = |bit: u32, low: f32, high: f32| if i >> bit & 1 == 0 { low } else { high };
+        let corner = Vec3::new(
+            pick(0, b.min.x, b.max.x),
+            pick(1, b.min.y, b.max.y),
+            pick(2, b.min.z, b.max.z),
+        );
+        let p = back * (linear * corner.as_dvec3());
+        (low, high) = (low.min(p), high.max(p));
+    }
+    let scene_from_box = RigidTransform {
+        rotation: turned,
+        translation_m: foot_m + turned * ((low + high) / 2.0),
+    };
+    (scene_from_box, high - low)
 }
 
 /// The boxes of those things of which the picture would show a pixel if they stood alone on the

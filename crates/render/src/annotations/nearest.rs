@@ -1,6 +1,6 @@
 //! The nearest surface on each pixel's ray, of a scene from which parts were taken away.
 
-use nemoral_scene::{Image, ObjectId, Ray, RayCaster};
+use nemoral_scene::{Image, ObjectId, Ray, RayCaster, Semantic, TruthImages};
 use rayon::prelude::*;
 
 use super::pixel_centre;
@@ -32,4 +32,48 @@ pub fn nearest_objects(
     };
     let pixels = (0..height).into_par_iter().flat_map_iter(row).collect();
     Image::new(width, height, pixels)
+}
+
+/// The owners that rays found in a scene of some parts alone (`cast`), and those that the picture
+/// shows: on a part's border a GPU's pixel may show what the ray just misses. `is_part` tells these
+/// parts by what they are.
+#[must_use]
+pub fn with_visible(
+    cast: &Image<ObjectId>,
+    truth: &TruthImages,
+    is_part: impl Fn(Semantic) -> bool,
+) -> Image<ObjectId> {
+    let seen = truth.semantic.pixels().iter().zip(truth.object.pixels());
+    let pixels = cast.pixels().iter().zip(seen);
+    let pixels = pixels.map(|(cast, (semantic, seen))| {
+        let shows = !seen.is_none() && is_part(*semantic);
+        if shows { *seen } else { *cast }
+    });
+    Image::new(cast.width(), cast.height(), pixels.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use nemoral_scene::ChunkCoord;
+
+    #[test]
+    fn a_trunk_that_is_seen_is_the_nearest() {
+        let tree = |item| ObjectId::new(ChunkCoord::new(0, 0), item).expect("in range");
+        let (none, near, far) = (ObjectId::NONE, tree(1), tree(2));
+        // The ray hits and the pixel shows, it misses, a leaf is before, a stem of nobody.
+        let cast = [near, far, far, far];
+        let shown = [near, near, near, none];
+        use Semantic::{Leaf, Stem};
+        let row = |objects: [ObjectId; 4]| Image::new(4, 1, objects.to_vec());
+        let truth = TruthImages {
+            semantic: Image::new(4, 1, vec![Stem, Stem, Leaf, Stem]),
+            object: row(shown),
+            depth_m: Image::new(4, 1, vec![1.0; 4]),
+            normal: Image::new(4, 1, vec![Vec3::Z; 4]),
+        };
+        let trunks = with_visible(&row(cast), &truth, |s| s == Stem);
+        assert_eq!(trunks, row([near, near, far, far]));
+    }
 }

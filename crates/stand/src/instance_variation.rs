@@ -5,24 +5,27 @@ use std::f64::consts::TAU;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
 
-const LOOKS: Domain = Domain::new("pipeline.looks");
+const VARIATION: Domain = Domain::new("pipeline.looks");
 
-/// What tells copies of one kind apart.
+/// How the plane is divided among the variations of one kind of plant.
 #[derive(Clone, Copy, Debug)]
 struct Grid {
-    /// Of the squares that the plane is cut into: nearer than its diagonal, two trees may share a look.
+    /// Side of the squares that the plane is cut into. Two trees that stand nearer to each other
+    /// than its diagonal may share a variation.
     square_m: f64,
-    /// The pattern repeats after so many squares: two squares with the same look have 30 m between them.
+    /// The pattern repeats after this number of squares: two squares with the same variation have
+    /// 30 m between them.
     squares: i64,
-    /// There are so many directions, each in its share of the circle, ...
+    /// The number of directions, each of which has its share of the circle.
     turns: u16,
-    /// ... and so many sizes; together, as many as squares, or more.
+    /// The number of sizes. Directions times sizes are at least as many as the pattern's squares.
     sizes: u16,
-    /// What is left free between two directions and two sizes, of the share of each.
+    /// The part of a direction's and of a size's share that is left free between two of them.
     free: [f64; 2],
 }
 
-/// Free are 2.1° and 0.56 % of trees a tenth larger or smaller.
+/// Between two directions 2.1° are free, and between two sizes 0.56 % of trees that are a tenth
+/// larger or smaller.
 const TREES: Grid = Grid {
     square_m: 0.75,
     squares: 41,
@@ -31,7 +34,8 @@ const TREES: Grid = Grid {
     free: [0.7, 0.42],
 };
 
-/// Saplings stand 0.3 m apart in clusters, and are of many sizes. Free are 2.002° and, as [`SAPLING_SIZES`] has them, 0.504 %.
+/// Saplings stand 0.3 m apart in clusters, and are of many sizes. Between two directions 2.002° are
+/// free, and between two sizes, by the law of [`SAPLING_SIZES`], 0.504 %.
 const SAPLINGS: Grid = Grid {
     square_m: 0.2,
     squares: 151,
@@ -40,59 +44,67 @@ const SAPLINGS: Grid = Grid {
     free: [0.99, 0.985],
 };
 
-/// Logarithm of a sapling's scale by its place p among sizes, 0..1: -(a p + b p²), so that neither two places
-/// a 129th apart nor any nearer to the largest are too much alike.
+/// The logarithm of a sapling's scale by its place p among sizes, 0..1, is -(a p + b p²), so that
+/// two places a 129th apart are never too much alike, even near the largest.
 const SAPLING_SIZES: [f64; 2] = [0.66, 0.39];
 
-/// The scale of a grown tree by its place among sizes, 0..1, as of all that is not a sapling: a tenth either way; more
+/// The scale of a plant that is no sapling by its place among sizes, 0..1: a tenth either way. More
 /// would change a tree's proportions to its age.
-pub(super) fn grown_scale(place: f64) -> f64 {
+#[must_use]
+pub fn grown_scale(place: f64) -> f64 {
     0.9 + 0.2 * place
 }
 
-/// The scale of a sapling: small ones are many, as regeneration thins itself out while it grows (our choice).
-pub(super) fn sapling_scale(place: f64) -> f64 {
+/// The scale of a sapling by its place among sizes, 0..1. Small ones are many, as regeneration thins
+/// itself out while it grows (an assumption).
+#[must_use]
+pub fn sapling_scale(place: f64) -> f64 {
     let [a, b] = SAPLING_SIZES;
     libm::exp(-(a * place + b * place * place))
 }
 
-/// Patterns of looks over the plane, of grown trees and of saplings.
+/// Patterns of variations over the plane, of grown trees and of saplings.
 ///
-/// A tree is recognised by its branches: its copy, equally large and turned alike, by anybody. Drawn by
-/// chance, one pair in 2,000 is such a pair; here none is within 30 m.
-#[derive(Debug)]
-pub(super) struct Looks {
-    pub(super) trees: Pattern,
-    pub(super) saplings: Pattern,
+/// A tree is recognised by its branches, and so is a copy that is equally large and turned alike.
+/// Drawn by chance, one pair in 2,000 is such a pair; here none is within 30 m.
+#[derive(Clone, Debug)]
+pub struct InstanceVariation {
+    /// Of grown trees.
+    pub trees: VariationPattern,
+    /// Of saplings, which stand nearer to each other and are of more sizes.
+    pub saplings: VariationPattern,
 }
 
-impl Looks {
-    pub(super) fn new(world: Key) -> Self {
-        let key = world.domain(LOOKS);
+impl InstanceVariation {
+    /// The patterns of a world.
+    #[must_use]
+    pub fn new(world: Key) -> Self {
+        let key = world.domain(VARIATION);
         Self {
-            trees: Pattern::new(TREES, key),
-            saplings: Pattern::new(SAPLINGS, key.item(1)),
+            trees: VariationPattern::new(TREES, key),
+            saplings: VariationPattern::new(SAPLINGS, key.item(1)),
         }
     }
 }
 
-/// Which square has which look.
-#[derive(Debug)]
-pub(super) struct Pattern {
+/// Which square of the plane has which variation.
+#[derive(Clone, Debug)]
+pub struct VariationPattern {
     grid: Grid,
-    /// The look of each square of the pattern, row by row.
+    /// The variation of each square of the pattern, row by row.
     of_square: Vec<u16>,
 }
 
 /// How a tree is turned, and its place among sizes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
-    pub(super) yaw_rad: f64,
-    /// 0..1.
-    pub(super) size: f64,
+pub struct Variation {
+    /// The turn about the vertical, radians in `[0, 2π)`.
+    pub yaw_rad: f64,
+    /// The place among sizes, 0..1; see [`grown_scale`] and [`sapling_scale`].
+    pub size: f64,
 }
 
-impl Pattern {
+impl VariationPattern {
     fn new(grid: Grid, key: Key) -> Self {
         let mut of_square: Vec<u16> = (0..grid.turns * grid.sizes).collect();
         let mut rng = key.rng();
@@ -103,8 +115,8 @@ impl Pattern {
         Self { grid, of_square }
     }
 
-    /// The look of a tree that stands here; two numbers are drawn.
-    pub(super) fn at(&self, position_m: DVec2, rng: &mut impl Draw) -> Look {
+    /// The variation of a tree that stands at a world position, metres; two numbers are drawn.
+    pub fn at(&self, position_m: DVec2, rng: &mut impl Draw) -> Variation {
         let Grid {
             square_m,
             squares,
@@ -114,13 +126,13 @@ impl Pattern {
         } = self.grid;
         let square = |m: f64| ((m / square_m).floor() as i64).rem_euclid(squares);
         let i = square(position_m.x) + squares * square(position_m.y);
-        let look = self.of_square[i as usize];
+        let slot = self.of_square[i as usize];
         let place = |slot: u16, free: f64, within: f64, of: u16| {
             (f64::from(slot) + (1.0 - free) * within) / f64::from(of)
         };
-        Look {
-            yaw_rad: TAU * place(look % turns, free[0], rng.unit_f64(), turns),
-            size: place(look / turns, free[1], rng.unit_f64(), sizes),
+        Variation {
+            yaw_rad: TAU * place(slot % turns, free[0], rng.unit_f64(), turns),
+            size: place(slot / turns, free[1], rng.unit_f64(), sizes),
         }
     }
 }
@@ -133,8 +145,8 @@ mod tests {
     /// Trees nearer than this are turned, or sized, differently.
     const APART_M: f64 = 30.0;
 
-    /// Of any two within 30 m.
-    fn alike(a: Look, b: Look, scale: fn(f64) -> f64) -> bool {
+    /// Whether two trees are recognised as copies of each other.
+    fn alike(a: Variation, b: Variation, scale: fn(f64) -> f64) -> bool {
         let turned = (a.yaw_rad - b.yaw_rad).abs();
         let larger = scale(a.size) / scale(b.size);
         let size = (larger - 1.0).abs().min((1.0 / larger - 1.0).abs());
@@ -142,7 +154,7 @@ mod tests {
     }
 
     fn check(
-        pattern: &Pattern,
+        pattern: &VariationPattern,
         at: DVec2,
         to: DVec2,
         scale: fn(f64) -> f64,
@@ -158,16 +170,16 @@ mod tests {
         fn none_within_30_m_are_alike(
             seed: u64, x in -1e4..1e4, y in -1e4..1e4, turn in 0.0..TAU, r in 1.07..APART_M, near in 0.284..2.0,
         ) {
-            let looks = Looks::new(Key::world(seed));
+            let variation = InstanceVariation::new(Key::world(seed));
             let (at, way) = (DVec2::new(x, y), DVec2::from_angle(turn));
-            check(&looks.trees, at, way * r, grown_scale)?;
-            check(&looks.saplings, at, way * r, sapling_scale)?;
-            check(&looks.saplings, at, way * near, sapling_scale)?;
+            check(&variation.trees, at, way * r, grown_scale)?;
+            check(&variation.saplings, at, way * r, sapling_scale)?;
+            check(&variation.saplings, at, way * near, sapling_scale)?;
         }
     }
 
     #[test]
-    fn no_two_squares_within_30_m_share_a_look() {
+    fn no_two_squares_within_30_m_share_a_variation() {
         for grid in [TREES, SAPLINGS] {
             assert!((grid.squares - 1) as f64 * grid.square_m >= APART_M);
             assert!(i64::from(grid.turns) * i64::from(grid.sizes) >= grid.squares * grid.squares);
@@ -189,12 +201,12 @@ mod tests {
 
     #[test]
     fn all_directions_and_sizes_are_there() {
-        let looks = Looks::new(Key::world(7));
+        let variation = InstanceVariation::new(Key::world(7));
         let mut rng = Key::world(8).rng();
-        let all: Vec<Look> = (0..10_000)
+        let all: Vec<Variation> = (0..10_000)
             .map(|i| {
                 let place = DVec2::new(f64::from(i % 100), f64::from(i / 100)) * 3.1;
-                looks.trees.at(place, &mut rng)
+                variation.trees.at(place, &mut rng)
             })
             .collect();
         for part in 0..8 {
@@ -207,17 +219,17 @@ mod tests {
 
     #[test]
     fn value_stability() {
-        let looks = Looks::new(Key::world(7));
-        let at = |pattern: &Pattern| {
-            let look = pattern.at(DVec2::new(12.3, -45.6), &mut Key::world(9).rng());
-            (look.yaw_rad, look.size)
+        let variation = InstanceVariation::new(Key::world(7));
+        let at = |pattern: &VariationPattern| {
+            let found = pattern.at(DVec2::new(12.3, -45.6), &mut Key::world(9).rng());
+            (found.yaw_rad, found.size)
         };
         assert_eq!(
-            at(&looks.trees),
+            at(&variation.trees),
             (0.213_416_704_186_122_07, 0.672_406_710_321_870_8)
         );
         assert_eq!(
-            at(&looks.saplings),
+            at(&variation.saplings),
             (6.000_884_331_439_982, 0.860_482_377_837_776_4)
         );
     }

@@ -7,7 +7,7 @@ use nemoral_render::SkyImage;
 use nemoral_scene::Image;
 use nemoral_scene::glam::Vec3;
 
-use crate::config::Sky;
+use super::Sky;
 use crate::{Error, InputFiles};
 
 /// The most pixels of a sky image; decoded, each takes twelve bytes.
@@ -17,7 +17,7 @@ const MOST_PIXELS: u64 = 8192 * 4096;
 ///
 /// # Errors
 /// If the file is no Radiance or OpenEXR image of a sky, or a larger one than is decoded.
-pub(crate) fn read(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImage>, Error> {
+pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImage>, Error> {
     let Some(file) = inputs.get(&sky.image) else {
         return Ok(None);
     };
@@ -62,7 +62,7 @@ mod tests {
     fn read(path: &Path) -> Result<Option<SkyImage>, Error> {
         let mut config = Config::default();
         config.sky.image = path.to_string_lossy().as_ref().into();
-        super::read(&config.sky, &InputFiles::read(&config)?)
+        super::sky_image(&config.sky, &InputFiles::read(&config)?)
     }
 
     #[test]

@@ -1,32 +1,36 @@
-//! How much sky is seen through the crowns: light for cameras and for undergrowth.
+//! How much of the sky is seen past the crowns: light for cameras and for undergrowth.
 
-use std::sync::Arc;
-
-use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, Ray, RayCaster, Surface};
-use nemoral_seed::Key;
-
-use super::assets::WorldAssets;
-use super::chunk::Solid;
-use super::ground::ChunkGround;
-use crate::Error;
-use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
+use nemoral_scene::{Ray, RayCaster, Surface};
 
 /// Heights above ground of a grid's layers, metres. Above the last the sky is taken as open.
 const HEIGHTS_M: [f64; 5] = [0.3, 4.0, 9.0, 15.0, 24.0];
 
-/// What is farther does not matter. With the widest crown it is less than a chunk of the usual size, so that
-/// neighbours see the same from the places that both have.
-const REACH_M: f64 = 38.0;
+/// Length of the rays, metres. What is farther does not matter. With the widest crown it is less
+/// than a chunk of the usual size, so that neighbours see the same from the places that both have.
+pub const REACH_M: f64 = 38.0;
 
-/// Rays from each place.
+/// Number of rays from each place.
 const DIRECTIONS: usize = 64;
 
+/// The distance of two columns of the grid at most, metres.
+const CELL_M: f64 = 5.0;
+
+/// What a [`SkyViewFactor`] is measured in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyViewArea {
+    /// World position of the south-western corner of the square, metres.
+    pub origin_m: DVec2,
+    /// Side of the square, metres; more than 0.
+    pub side_m: f64,
+    /// How high the trees are in the mean, metres. Above that, rays meet no more than they did.
+    pub canopy_height_m: f64,
+}
+
 /// The share of the sky hemisphere, weighted by the cosine, that is seen past what stands: a grid
-/// over a chunk, at several heights above its ground.
+/// over a square of the plane, at several heights above its ground.
 #[derive(Clone, Debug)]
-pub struct Openness {
+pub struct SkyViewFactor {
     origin_m: DVec2,
     cell_m: f64,
     /// Nodes along a side.
@@ -37,8 +41,55 @@ pub struct Openness {
     values: Vec<f32>,
 }
 
-impl Openness {
-    /// The openness at a world point, trilinear; 0 is closed, 1 is open.
+impl SkyViewFactor {
+    /// Casts rays from all places of the grid.
+    ///
+    /// `crowns` is what stands in the square and within [`REACH_M`] around it, in metres relative
+    /// to the square's corner; `ground` is in world coordinates.
+    #[must_use]
+    pub fn measure(
+        area: &SkyViewArea,
+        ground: &(impl Surface + ?Sized),
+        crowns: &(impl RayCaster + ?Sized),
+    ) -> Self {
+        let cells = (area.side_m / CELL_M).ceil() as usize;
+        let (side, cell_m) = (cells + 1, area.side_m / cells as f64);
+        let directions = directions();
+        let mut ground_m = Vec::with_capacity(side * side);
+        let mut rays = Vec::with_capacity(side * side * HEIGHTS_M.len() * DIRECTIONS);
+        for i in 0..side * side {
+            let local = DVec2::new((i % side) as f64, (i / side) as f64) * cell_m;
+            let z = ground.height_m(area.origin_m + local);
+            ground_m.push(z);
+            for height in HEIGHTS_M {
+                let origin = local.extend(z + height).as_vec3();
+                rays.extend(directions.map(|direction| Ray {
+                    origin,
+                    direction,
+                    t_min_m: 0.0,
+                    t_max_m: REACH_M as f32,
+                }));
+            }
+        }
+        let mut hidden = vec![false; rays.len()];
+        crowns.are_occluded(&rays, &mut hidden);
+        let layers = HEIGHTS_M.iter().cycle();
+        let values = (hidden.chunks_exact(DIRECTIONS).zip(layers))
+            .map(|(hidden, height)| {
+                let below_m = (area.canopy_height_m - height).max(0.0);
+                open_share(&directions, hidden, below_m) as f32
+            })
+            .collect();
+        Self {
+            origin_m: area.origin_m,
+            cell_m,
+            side,
+            ground_m,
+            values,
+        }
+    }
+
+    /// The sky view factor at a world point, trilinear; 0 is closed, 1 is open.
     #[must_use]
     pub fn at(&self, world_m: DVec3) -> f32 {
         let p = (world_m.truncate() - self.origin_m) / self.cell_m;
@@ -96,7 +147,7 @@ impl Openness {
     }
 }
 
-/// Directions towards the sky, each with as much of a horizontal surface's light as any other.
+/// Directions towards the sky, each of which lights a horizontal surface as much as any other.
 fn directions() -> [Vec3; DIRECTIONS] {
     std::array::from_fn(|i| {
         // A Fibonacci lattice of the disc below, lifted (Malley's method).
@@ -107,8 +158,8 @@ fn directions() -> [Vec3; DIRECTIONS] {
     })
 }
 
-/// The share of the sky that is seen from `below_m` under the tops of the trees. Rays that end under them
-/// meet as much on the rest of their way up as those alike did so far.
+/// The share of the sky that is seen from `below_m` under the tops of the trees. Rays that end
+/// under them are taken to meet as much on the rest of their way up as such rays met so far.
 fn open_share(directions: &[Vec3], hidden: &[bool], below_m: f64) -> f64 {
     let up_m = |d: Vec3| REACH_M * f64::from(d.z);
     let (mut free, mut all) = (0.0, 0.0);
@@ -126,87 +177,10 @@ fn open_share(directions: &[Vec3], hidden: &[bool], below_m: f64) -> f64 {
     directions.iter().zip(hidden).map(passes).sum::<f64>() / directions.len() as f64
 }
 
-/// Makes the [`Openness`] of a chunk by rays at what stands in it and in its neighbours.
-#[derive(Clone, Copy, Debug)]
-pub struct OpennessStage {
-    /// Side of a chunk.
-    pub chunk_size_m: f64,
-}
-
-impl Stage<Forest> for OpennessStage {
-    type At = ChunkCoord;
-    type Inputs = (
-        OfWorld<WorldAssets>,
-        Node<ChunkCoord, ChunkGround>,
-        AnyChunk<Solid>,
-    );
-    type Output = Openness;
-    const ID: &'static str = "chunk.openness";
-    const VERSION: u32 = 2;
-
-    fn fingerprint(&self, hasher: &mut Hasher) {
-        let Self { chunk_size_m } = self;
-        hasher.write_f64(*chunk_size_m);
-    }
-
-    fn run(
-        &self,
-        at: ChunkCoord,
-        _: Key,
-        (assets, ground, solid): (Arc<WorldAssets>, Arc<ChunkGround>, Demand<'_, Solid>),
-    ) -> Result<Openness, Error> {
-        let origin_m = at.origin_m(self.chunk_size_m);
-        // Whole chunks until the reach is covered.
-        let rings = (REACH_M / self.chunk_size_m).ceil() as i32;
-        let around: Vec<(i32, i32)> = (-rings..=rings)
-            .flat_map(|x| (-rings..=rings).map(move |y| (x, y)))
-            .collect();
-        let chunks: Vec<ChunkCoord> = around.iter().map(|&(x, y)| at.offset(x, y)).collect();
-        let groups = around.iter().zip(solid.all(&chunks)?);
-        let offset = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0) * self.chunk_size_m as f32;
-        let groups = groups.map(|(&(x, y), solid)| (offset(x, y), Arc::clone(&solid.0)));
-        let crowns = RayScene::new(groups.collect());
-        let cells = (self.chunk_size_m / 5.0).ceil() as usize;
-        let (side, cell_m) = (cells + 1, self.chunk_size_m / cells as f64);
-        let directions = directions();
-        let top_m = assets.mean_height_m();
-        let mut ground_m = Vec::with_capacity(side * side);
-        let mut rays = Vec::with_capacity(side * side * HEIGHTS_M.len() * DIRECTIONS);
-        for i in 0..side * side {
-            let local = DVec2::new((i % side) as f64, (i / side) as f64) * cell_m;
-            let z = ground.height_m(origin_m + local);
-            ground_m.push(z);
-            for height in HEIGHTS_M {
-                let origin = local.extend(z + height).as_vec3();
-                rays.extend(directions.map(|direction| Ray {
-                    origin,
-                    direction,
-                    t_min_m: 0.0,
-                    t_max_m: REACH_M as f32,
-                }));
-            }
-        }
-        let mut hidden = vec![false; rays.len()];
-        crowns.are_occluded(&rays, &mut hidden);
-        let layers = HEIGHTS_M.iter().cycle();
-        let values = (hidden.chunks_exact(DIRECTIONS).zip(layers))
-            .map(|(hidden, height)| {
-                open_share(&directions, hidden, (top_m - height).max(0.0)) as f32
-            })
-            .collect();
-        Ok(Openness {
-            origin_m,
-            cell_m,
-            side,
-            ground_m,
-            values,
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nemoral_scene::{FlatSurface, Hit, MaterialId};
 
     #[test]
     fn far_crowns_are_guessed_from_near_ones() {
@@ -236,5 +210,32 @@ mod tests {
             (mean - Vec3::new(0.0, 0.0, 2.0 / 3.0)).length() < 0.02,
             "{mean}"
         );
+    }
+
+    /// A roof over the east, 30 m above the ground and as wide as rays reach.
+    struct Roof;
+
+    impl RayCaster for Roof {
+        fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+            let distance_m = (30.0 - ray.origin.z) / ray.direction.z;
+            let x = ray.origin.x + distance_m * ray.direction.x;
+            let hits = x > 5.0 && ray.reaches(distance_m);
+            hits.then(|| Hit::new(distance_m, Vec3::NEG_Z, MaterialId(0)))
+        }
+    }
+
+    #[test]
+    fn a_grid_knows_where_the_sky_is_hidden() {
+        let area = SkyViewArea {
+            origin_m: DVec2::new(100.0, -50.0),
+            side_m: 10.0,
+            canopy_height_m: 0.0,
+        };
+        let sky = SkyViewFactor::measure(&area, &FlatSurface::default(), &Roof);
+        let at = |x: f64, z: f64| sky.at(DVec3::new(100.0 + x, -45.0, z));
+        assert!(at(0.0, 24.0) > at(5.0, 24.0) && at(5.0, 24.0) > at(10.0, 24.0));
+        assert!(at(10.0, 24.0) < 0.25, "{}", at(10.0, 24.0));
+        // High above everything the sky is taken as open.
+        assert_eq!(at(10.0, 40.0), 1.0);
     }
 }

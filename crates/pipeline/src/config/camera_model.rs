@@ -1,0 +1,201 @@
+//! What a camera's table means to the renderer.
+
+use nemoral_render::{Exposure, Lens, SensorNoise, ToneCurve};
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTransform, Shutter};
+use nemoral_seed::Key;
+
+use super::mount::mount;
+use super::{Camera, CameraLens, CameraOptics};
+
+impl Camera {
+    /// The camera's pinhole and lens.
+    ///
+    /// # Errors
+    /// If they are impossible; the error names the key below the camera's table.
+    pub fn intrinsics(&self) -> Result<Intrinsics, ParamError> {
+        let (width, height) = (self.width_px, self.height_px);
+        let distortion = match &self.lens {
+            CameraLens::Pinhole(_) => Distortion::None,
+            CameraLens::BrownConrady(b) => Distortion::BrownConrady {
+                k1: b.k1,
+                k2: b.k2,
+                k3: b.k3,
+                p1: b.p1,
+                p2: b.p2,
+            },
+            CameraLens::Fisheye(f) => Distortion::Fisheye {
+                k1: f.k1,
+                k2: f.k2,
+                k3: f.k3,
+                k4: f.k4,
+            },
+        };
+        match &self.optics {
+            CameraOptics::Fov(fov) => {
+                let fov_rad = fov.horizontal_deg.to_radians();
+                Intrinsics::through_lens(width, height, fov_rad, distortion)
+            }
+            CameraOptics::Sensor(s) => {
+                let size = DVec2::new(s.width_mm, s.height_mm);
+                Intrinsics::from_sensor(width, height, size, s.focal_length_mm)?
+                    .with_distortion(distortion)
+            }
+            CameraOptics::Calibration(c) => {
+                let (focal, centre) = (DVec2::new(c.fx_px, c.fy_px), DVec2::new(c.cx_px, c.cy_px));
+                Intrinsics::from_calibration(width, height, focal, centre)?
+                    .with_distortion(distortion)
+            }
+        }
+    }
+
+    /// The annotations that the camera writes besides its pictures and their labels.
+    #[must_use]
+    pub fn annotation_kinds(&self) -> AnnotationKinds {
+        AnnotationKinds {
+            sky: self.sky,
+            flow: self.flow,
+            trunks: self.trunks,
+            boxes: self.boxes,
+            radiance: self.radiance,
+        }
+    }
+
+    /// When the camera's rows see light.
+    #[must_use]
+    pub fn shutter_times(&self) -> Shutter {
+        Shutter {
+            exposure_s: self.shutter.exposure_ms / 1000.0,
+            readout_s: self.shutter.readout_ms / 1000.0,
+        }
+    }
+
+    /// Where the camera's optical frame sits on the body.
+    #[must_use]
+    pub fn body_from_camera(&self) -> RigidTransform {
+        mount(
+            [self.mount_x_m, self.mount_y_m, self.mount_z_m],
+            self.mount_pitch_deg,
+            self.mount_yaw_deg,
+        ) * RigidTransform::body_from_optical()
+    }
+
+    /// What the camera's sensor adds to its pictures; `serial` decides its fixed pattern.
+    pub(crate) fn sensor_noise(&self, serial: Key) -> Option<SensorNoise> {
+        let n = &self.noise;
+        n.enabled.then_some(SensorNoise {
+            full_well_e: n.full_well_e,
+            read_noise_e: n.read_noise_e,
+            gain: n.gain,
+            gain_below_ev: n.gain_below_ev,
+            prnu: n.prnu,
+            dsnu_e: n.dsnu_e,
+            bits: n.bits,
+            serial,
+        })
+    }
+
+    /// How bright pictures come out.
+    pub(crate) fn exposure_mode(&self) -> Exposure {
+        match Exposure::default() {
+            Exposure::Auto { key, .. } if self.exposure == "auto" => Exposure::Auto {
+                key,
+                bias_ev: self.exposure_bias_ev,
+            },
+            _ => Exposure::Fixed {
+                ev100: self.exposure_ev,
+            },
+        }
+    }
+
+    /// What the camera's look is: how light becomes brightness, and what the lens adds.
+    pub(crate) fn tone_and_lens(&self) -> (ToneCurve, Lens) {
+        match self.look.as_str() {
+            "cinema" => (
+                ToneCurve::Filmic,
+                Lens {
+                    veiling_glare: 0.01,
+                    halo: 0.02,
+                    vignetting: 0.2,
+                },
+            ),
+            "flat" => (ToneCurve::Linear, Lens::default()),
+            // A small plastic lens on a small sensor.
+            _ => (
+                ToneCurve::Linear,
+                Lens {
+                    veiling_glare: 0.02,
+                    halo: 0.06,
+                    vignetting: 0.5,
+                },
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nemoral_render::{
+        CameraRenderer, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, View,
+    };
+    use nemoral_scene::glam::Vec3;
+    use nemoral_scene::{Hit, Material, MaterialId, MaterialLibrary, Ray, RayCaster, Semantic};
+
+    use super::*;
+
+    /// A grey card before the lens, wherever it looks.
+    struct GreyCard;
+
+    impl RayCaster for GreyCard {
+        fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+            Some(Hit::new(1.0, -ray.direction, MaterialId(0)))
+        }
+    }
+
+    /// 18 % of what a light meter reads: sRGB's 118, and 125 by the filmic curve.
+    #[test]
+    fn a_grey_card_has_its_code_value_in_every_look() {
+        let mut camera = Camera {
+            exposure: "fixed".to_owned(),
+            exposure_ev: 12.0,
+            ..Camera::default()
+        };
+        let mut materials = MaterialLibrary::new();
+        materials.add(Material::plain("card", Semantic::Rock, Vec3::splat(0.18)));
+        let scene = SceneView {
+            caster: &GreyCard,
+            instances: None,
+            materials: &materials,
+            sky_visibility: &OpenSky,
+        };
+        // In an integrating sphere, as bright as EV 12 is meant for.
+        let white = 0.125 * 4096.0 / 0.18;
+        for (name, code) in [("robot", 118), ("cinema", 125), ("flat", 118)] {
+            camera.look = name.to_owned();
+            let (tone, lens) = camera.tone_and_lens();
+            let params = RayCastParams {
+                lens,
+                ..RayCastParams::draft()
+            };
+            let renderer = RayCastCamera::new(params, Lighting::uniform(Vec3::splat(white)));
+            let mut shoot = |ev: f64| {
+                camera.exposure_ev = ev;
+                let view = View {
+                    exposure: camera.exposure_mode(),
+                    tone,
+                    ..View::new(
+                        Intrinsics::from_fov(33, 21, 0.5).expect("a pinhole"),
+                        RigidTransform::body_from_optical(),
+                    )
+                };
+                let renderer = renderer.as_ref().expect("valid");
+                let images = renderer.render(&scene, &view, Key::world(1));
+                images.expect("renders").rgb.at(16, 10)[1]
+            };
+            let got = shoot(12.0);
+            assert!(got.abs_diff(code) <= 1, "{name}: {got} for {code}");
+            // A stop more is half the light.
+            assert!(shoot(13.0) < got - 25, "{name}");
+        }
+    }
+}

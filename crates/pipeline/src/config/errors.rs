@@ -1,0 +1,141 @@
+//! What is wrong with a request, and where it says so.
+
+use std::fmt;
+
+use super::words::cut;
+use crate::Error;
+
+/// The number of a request's errors that are told; of the rest their number is.
+const TOLD: usize = 10;
+/// The number of characters of a long line that are shown, and of those before the error.
+const LINE: usize = 100;
+const BEFORE: usize = 30;
+
+/// One thing that is wrong with a request.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConfigError {
+    /// The dotted key.
+    pub path: String,
+    /// What is wrong: the value and what is allowed.
+    pub message: String,
+    /// Where: file, line, column and the line's text.
+    pub place: Option<Place>,
+}
+
+/// Where a request says something.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Place {
+    /// In a file.
+    File {
+        /// The file's name.
+        name: String,
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// The line.
+        text: String,
+        /// How many characters are meant.
+        length: usize,
+    },
+    /// In an argument, such as `--set a.b=c`.
+    Argument(String),
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.place {
+            None => f.write_str(&self.message),
+            Some(Place::Argument(argument)) => write!(f, "{}: {}", cut(argument), self.message),
+            Some(Place::File {
+                name,
+                line,
+                column,
+                text,
+                length,
+            }) => {
+                writeln!(f, "{name}:{line}:{column}: {}", self.message)?;
+                let margin = line.to_string().len();
+                let (text, indent, most) = part_of_line(text, column - 1);
+                let carets = "^".repeat((*length).clamp(1, most.max(1)));
+                writeln!(f, "{:margin$} |\n{line} | {text}", "")?;
+                write!(f, "{:margin$} | {:indent$}{carets}", "", "",)
+            }
+        }
+    }
+}
+
+/// The part of a line that is shown, how far in it something stands that is at `start` of the whole,
+/// and how many characters there are from there on.
+fn part_of_line(line: &str, start: usize) -> (String, usize, usize) {
+    let length = line.chars().count();
+    if length <= LINE {
+        return (line.to_owned(), start, length.saturating_sub(start));
+    }
+    let from = start.saturating_sub(BEFORE).min(length - LINE);
+    let (before, after) = (from > 0, from + LINE < length);
+    let mut part: String = if before { "…" } else { "" }.to_owned();
+    part.extend(line.chars().skip(from).take(LINE));
+    if after {
+        part.push('…');
+    }
+    let indent = start - from + usize::from(before);
+    let shown = LINE - (start - from).min(LINE);
+    (part, indent, shown)
+}
+
+/// What is wrong with a request: all of it, or the first of much and how much more there is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ConfigErrors {
+    /// At most ten.
+    pub errors: Vec<ConfigError>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+impl ConfigErrors {
+    /// Adds an error, which is made only if it is told.
+    pub(super) fn add(&mut self, make: impl FnOnce() -> ConfigError) {
+        if self.errors.len() < TOLD {
+            self.errors.push(make());
+        } else {
+            self.more += 1;
+        }
+    }
+
+    pub(super) fn into_result(self) -> Result<(), Error> {
+        if self.errors.is_empty() {
+            Ok(())
+        } else {
+            Err(self.into())
+        }
+    }
+}
+
+impl FromIterator<ConfigError> for ConfigErrors {
+    fn from_iter<T: IntoIterator<Item = ConfigError>>(errors: T) -> Self {
+        let mut all = Self::default();
+        for error in errors {
+            all.add(|| error);
+        }
+        all
+    }
+}
+
+impl fmt::Display for ConfigErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, error) in self.errors.iter().enumerate() {
+            if i > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{error}")?;
+        }
+        match self.more {
+            0 => Ok(()),
+            1 => write!(f, "\n… and one more error"),
+            more => write!(f, "\n… and {more} more errors"),
+        }
+    }
+}
+
+impl std::error::Error for ConfigErrors {}

@@ -1,0 +1,176 @@
+//! What a LiDAR's table means to the scanner and to its range noise.
+
+use std::f64::consts::TAU;
+
+use nemoral_lidar::{
+    Avia, Beam, CsvPattern, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors,
+    RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, ScannerParams, Spinning,
+    Wavelength,
+};
+use nemoral_lidar_noise::{
+    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
+    RangeNoise, SnrSigmaParams,
+};
+use nemoral_scene::RigidTransform;
+
+use super::mount::mount;
+use super::{LIGHT_M_PER_NS, Lidar, LidarPattern};
+use crate::{Error, InputFile, InputFiles};
+
+/// An error of the table at `path`.
+pub(crate) fn refused_at(path: &str, why: impl std::fmt::Display) -> Error {
+    Error::request(format!("{path}: {why}"))
+}
+
+impl Lidar {
+    /// Where the LiDAR frame sits on the body.
+    #[must_use]
+    pub fn body_from_lidar(&self) -> RigidTransform {
+        mount(
+            [self.mount_x_m, self.mount_y_m, self.mount_z_m],
+            self.mount_pitch_deg,
+            self.mount_yaw_deg,
+        )
+    }
+
+    /// The directions and times of the pulses. `path` is where the table is.
+    pub(crate) fn scan_pattern(
+        &self,
+        path: &str,
+        inputs: &InputFiles,
+    ) -> Result<Box<dyn ScanPattern>, Error> {
+        let refused = |e| refused_at(path, e);
+        Ok(match &self.pattern {
+            LidarPattern::Mid40(_) => Box::new(Mid40),
+            LidarPattern::Mid70(_) => Box::new(Mid70),
+            LidarPattern::Avia(_) => Box::new(Avia),
+            LidarPattern::Horizon(_) => Box::new(HorizonLike),
+            LidarPattern::Lines(l) => {
+                // A turn holds the pulses asked for.
+                let columns = self.pulses.div_ceil(l.lines).max(1);
+                let params = RepeatingLinesParams {
+                    lines: l.lines as u8,
+                    bottom_rad: l.low_deg.to_radians(),
+                    top_rad: l.high_deg.to_radians(),
+                    horizontal_fov_rad: TAU,
+                    columns,
+                    rotation_hz: l.rotation_hz,
+                };
+                Box::new(RepeatingLines::new(params).map_err(refused)?)
+            }
+            LidarPattern::Spinning(s) => {
+                let head = match s.head.as_str() {
+                    "vlp16" => Spinning::vlp16(s.rotation_hz),
+                    "hdl64e" => Spinning::hdl64e(s.rotation_hz),
+                    _ => Spinning::ouster(
+                        s.vertical_fov_deg.to_radians(),
+                        s.beams as u8,
+                        s.columns,
+                        s.rotation_hz,
+                    ),
+                };
+                Box::new(head.map_err(refused)?)
+            }
+            LidarPattern::Panorama(p) => {
+                let (bottom, top) = (p.low_deg.to_radians(), p.high_deg.to_radians());
+                // Square cells of the angles.
+                let pulses = f64::from(self.pulses);
+                let rows = (pulses * (top - bottom) / TAU).sqrt().round().max(1.0);
+                let params = PanoramaParams {
+                    rows: rows as u32,
+                    columns: self.pulses.div_ceil(rows as u32),
+                    bottom_rad: bottom,
+                    top_rad: top,
+                    rate_hz: p.rate_hz,
+                };
+                Box::new(Panorama::new(params).map_err(refused)?)
+            }
+            LidarPattern::Table(table) => {
+                let file = inputs.get(&table.path);
+                let pattern = CsvPattern::from_csv(file.map_or(&[][..], InputFile::bytes));
+                Box::new(
+                    pattern.map_err(|e| {
+                        Error::request(format!("{}.table: {}: {e}", path, table.path))
+                    })?,
+                )
+            }
+        })
+    }
+
+    /// What the scanner does with its pulses, which reach no farther than anything is visible.
+    pub(crate) fn scanner_params(&self, visible_radius_m: f64) -> ScannerParams {
+        let l = self;
+        ScannerParams {
+            pulses_per_scan: l.pulses,
+            min_range_m: l.min_range_m as f32,
+            // All sensors see equally far.
+            max_range_m: l.max_range_m.min(visible_radius_m) as f32,
+            wavelength: if l.wavelength_nm == 1550 {
+                Wavelength::Nm1550
+            } else {
+                Wavelength::Nm905
+            },
+            beam: Beam {
+                horizontal_fwhm_rad: l.beam.horizontal_deg.to_radians(),
+                vertical_fwhm_rad: l.beam.vertical_deg.to_radians(),
+                rings: l.beam.rings as u8,
+                resolution_m: 0.5 * LIGHT_M_PER_NS * l.beam.pulse_ns,
+            },
+            returns: match l.returns.as_str() {
+                "first" => Returns::First,
+                "last" => Returns::Last,
+                "dual" => Returns::Dual,
+                "all" => Returns::All(l.max_returns as u8),
+                _ => Returns::Strongest,
+            },
+            errors: PulseErrors {
+                angular_sigma_rad: l.errors.angular_deg.to_radians(),
+                range_step_m: l.errors.range_step_m,
+                dropout: l.errors.dropout,
+                false_alarm: l.errors.false_alarm,
+            },
+            deskew: l.deskew,
+        }
+    }
+
+    /// How ranges err.
+    pub(crate) fn range_noise(&self) -> RangeNoise {
+        let n = &self.noise;
+        match n.model.as_str() {
+            "off" => RangeNoise::Off,
+            "paper" => RangeNoise::Paper { sigma_m: n.sigma_m },
+            "laconte" => RangeNoise::Laconte {
+                device: match n.laconte_device.as_str() {
+                    "lms1xx" => LaconteDevice::SickLms1xx,
+                    _ => LaconteDevice::VelodyneHdl32e,
+                },
+                form: if n.laconte_closed {
+                    LaconteForm::Closed
+                } else {
+                    LaconteForm::Waveform
+                },
+                sigma_m: n.sigma_m,
+            },
+            "incidence" => RangeNoise::Incidence(IncidenceLawParams {
+                error_m: n.floor_m,
+                ..IncidenceLawParams::default()
+            }),
+            "linear" => RangeNoise::Linear(LinearSigmaParams {
+                min_m: n.floor_m,
+                base_m: 0.0,
+                per_metre: n.per_metre,
+            }),
+            _ => RangeNoise::SignalToNoise {
+                range: RangeEquationParams {
+                    reference_range_m: n.reference_range_m,
+                    reference_reflectance: n.reference_reflectance,
+                    extinction_per_m: n.extinction_per_m,
+                },
+                sigma: SnrSigmaParams {
+                    floor_m: n.floor_m,
+                    at_threshold_m: n.at_threshold_m,
+                },
+            },
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! The TOML that a request is made of: what it says, and where.
+
+use std::path::Path;
+
+use toml::Table;
+
+use super::errors::{ConfigError, ConfigErrors, Place};
+use super::schema::SectionSpec;
+use super::words::cut;
+use super::{Allowed, SECTIONS};
+use crate::Error;
+
+/// The largest config file.
+const FILE_BYTES: u64 = 4 << 20;
+
+/// TOML text with its name and its values.
+pub(super) struct Source {
+    pub(super) name: String,
+    pub(super) is_argument: bool,
+    pub(super) text: String,
+    pub(super) table: Table,
+}
+
+impl Source {
+    pub(super) fn file(path: &Path) -> Result<Self, Error> {
+        let text = nemoral_files::read_text(path, FILE_BYTES)?;
+        Self::parse(&path.display().to_string(), false, text)
+    }
+
+    /// `terrain.octaves=3` is TOML already; a bare word is text.
+    pub(super) fn setting(setting: &str) -> Result<Self, Error> {
+        let name = format!("--set {setting}");
+        let Some((key, value)) = setting.split_once('=') else {
+            return Err(Error::request(format!("{}: must be KEY=VALUE", cut(&name))));
+        };
+        let as_is = format!("{} = {}", key.trim(), value.trim());
+        Self::parse(&name, true, as_is).or_else(|error| {
+            let quoted = format!("{} = {:?}", key.trim(), value.trim());
+            Self::parse(&name, true, quoted).map_err(|_| error)
+        })
+    }
+
+    pub(super) fn parse(name: &str, is_argument: bool, text: String) -> Result<Self, Error> {
+        match text.parse::<Table>() {
+            Ok(table) => Ok(Self {
+                name: name.to_owned(),
+                is_argument,
+                text,
+                table,
+            }),
+            Err(error) => {
+                let place = match error.span() {
+                    _ if is_argument => Some(Place::Argument(name.to_owned())),
+                    span => Some(place(name, &text, span.unwrap_or_default())),
+                };
+                let error = ConfigError {
+                    path: String::new(),
+                    message: cut(error.message()),
+                    place,
+                };
+                Err(ConfigErrors::from_iter([error]).into())
+            }
+        }
+    }
+
+    /// What is wrong with a dotted key of this source.
+    pub(super) fn error(&self, path: &str, message: String) -> ConfigError {
+        ConfigError {
+            path: path.to_owned(),
+            message,
+            place: self.place_of(path),
+        }
+    }
+
+    /// Where a dotted key stands in this source.
+    pub(super) fn place_of(&self, path: &str) -> Option<Place> {
+        let parts: Vec<&str> = path.split('.').collect();
+        self.place_of_parts(&parts)
+    }
+
+    /// Where a key stands whose parts may have dots themselves.
+    pub(super) fn place_of_parts(&self, parts: &[&str]) -> Option<Place> {
+        let parsed = toml::de::DeTable::parse(&self.text).ok()?;
+        let mut table = parsed.get_ref();
+        let mut parts = parts.iter().peekable();
+        while let Some(part) = parts.next() {
+            let (key, value) = table.get_key_value(*part)?;
+            if parts.peek().is_none() {
+                if self.is_argument {
+                    return Some(Place::Argument(self.name.clone()));
+                }
+                let end = if value.get_ref().is_table() {
+                    key.span().end
+                } else {
+                    value.span().end
+                };
+                return Some(place(&self.name, &self.text, key.span().start..end));
+            }
+            table = value.get_ref().as_table()?;
+        }
+        None
+    }
+}
+
+fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {
+    let start = span.start.min(text.len());
+    let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
+    let line_end = text[start..].find('\n').map_or(text.len(), |i| start + i);
+    let end = span.end.clamp(start, line_end);
+    Place::File {
+        name: name.to_owned(),
+        line: text[..start].matches('\n').count() + 1,
+        column: text[line_start..start].chars().count() + 1,
+        text: text[line_start..line_end].to_owned(),
+        length: text[start..end].chars().count(),
+    }
+}
+
+/// The definition of a table. A further sensor has that of the first.
+pub(super) fn section(path: &str) -> Option<&'static SectionSpec> {
+    let further = [("cameras.", "camera"), ("lidars.", "lidar")];
+    let of_first = further.iter().find_map(|(prefix, first)| {
+        let rest = path.strip_prefix(prefix)?.split_once('.');
+        Some(rest.map_or((*first).to_owned(), |(_, rest)| format!("{first}.{rest}")))
+    });
+    let path = of_first.as_deref().unwrap_or(path);
+    SECTIONS.iter().find(|s| s.path == path)
+}
+
+pub(super) fn join(path: &str, key: &str) -> String {
+    if path.is_empty() {
+        key.to_owned()
+    } else {
+        format!("{path}.{key}")
+    }
+}
+
+/// The most bytes of the file that a key names; 0 of a key that names none.
+pub(crate) fn most_bytes(key: &str) -> u64 {
+    let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == name));
+    match spec.map(|k| k.allowed) {
+        Some(Allowed::File(most)) => most,
+        _ => 0,
+    }
+}

@@ -1,0 +1,136 @@
+//! Annotations of a picture: flow, hidden trunks, boxes.
+
+use std::sync::Arc;
+
+use nemoral_raycast::{Blas, Group, RayScene};
+use nemoral_render::{
+    CameraImages, Candidate, View, nearest_objects, object_boxes, optical_flow, with_visible,
+};
+use nemoral_scene::glam::{DVec3, Vec3};
+use nemoral_scene::{Annotations, ChunkCoord, Instance, Ontology, RigidTransform, Semantic, Twist};
+use nemoral_stand::SceneObject;
+
+use super::scene::{FrameScene, chunk_offset_m};
+use crate::world::cameras::CameraRig;
+use crate::world::uncovered::UncoveredGeometry;
+
+/// What pictures of a frame are annotated from.
+pub(crate) struct Annotator<'a> {
+    /// The ontology whose trunks are meant.
+    pub(crate) ontology: &'a Ontology,
+    /// How far pictures see, metres.
+    pub(crate) max_range_m: f32,
+    /// The frame's scene.
+    pub(crate) scene: &'a FrameScene,
+    /// The scene without what hides; needed for trunks and boxes.
+    pub(crate) stripped: Option<StrippedScene>,
+    /// The body's pose in the scene, and how it moves.
+    pub(crate) body: (RigidTransform, Twist),
+    /// The same at the next frame; `None` where the path ends.
+    pub(crate) next: Option<(RigidTransform, Twist)>,
+}
+
+impl Annotator<'_> {
+    /// What a camera asks for, of its picture.
+    pub(crate) fn annotate(&self, rig: &CameraRig, images: &CameraImages) -> Annotations {
+        let view = |rig: &CameraRig, (body, motion): (RigidTransform, Twist)| View {
+            shutter: rig.shutter,
+            motion: motion.of_mounted(&rig.body_from_camera),
+            ..View::new(rig.intrinsics, body * rig.body_from_camera)
+        };
+        let trunk = self.ontology.class(Semantic::Stem).id;
+        let is_trunk = |s: Semantic| self.ontology.class(s).id == trunk;
+        let (truth, seen) = (&images.truth, view(rig, self.body));
+        let flow = rig.annotations.flow.then(|| match self.next {
+            Some(next) => optical_flow(&*self.scene.caster, truth, &seen, &view(rig, next)),
+            // The path ends here.
+            None => truth.depth_m.map(|_| None),
+        });
+        let stripped = self.stripped.as_ref();
+        let trunks = stripped.filter(|_| rig.annotations.trunks).map(|s| {
+            let cast = nearest_objects(&s.trunks, &seen, self.max_range_m);
+            with_visible(&cast.map(|(_, object)| *object), truth, is_trunk)
+        });
+        let boxes = stripped.filter(|_| rig.annotations.boxes).map(|s| {
+            let ground_m = nearest_objects(&s.ground, &seen, self.max_range_m);
+            let eye = seen.scene_from_camera.translation_m;
+            let near: Vec<&Stripped> = (s.objects.iter())
+                .filter(|t| t.foot_m.distance(eye) <= rig.boxes_range_m)
+                .collect();
+            let candidates: Vec<Candidate> = near.iter().map(|t| t.candidate).collect();
+            let alone = |i: usize| near[i].alone();
+            object_boxes(
+                &candidates,
+                alone,
+                &ground_m,
+                truth,
+                &seen,
+                self.max_range_m,
+            )
+        });
+        Annotations {
+            flow,
+            trunks,
+            boxes,
+        }
+    }
+}
+
+/// A frame's scene without what hides.
+pub(crate) struct StrippedScene {
+    ground: RayScene,
+    trunks: RayScene,
+    objects: Vec<Stripped>,
+}
+
+impl StrippedScene {
+    /// The scene around the corner of a chunk.
+    pub(crate) fn new<'a>(
+        around: ChunkCoord,
+        chunk_size_m: f64,
+        chunks: impl Iterator<Item = (ChunkCoord, &'a UncoveredGeometry)>,
+    ) -> Self {
+        let (mut ground, mut trunks, mut objects) = (Vec::new(), Vec::new(), Vec::new());
+        for (chunk, uncovered) in chunks {
+            let offset = chunk_offset_m(chunk, around, chunk_size_m);
+            ground.push((offset, Arc::clone(&uncovered.ground)));
+            trunks.push((offset, Arc::clone(&uncovered.trunks)));
+            objects.extend(uncovered.objects.iter().map(|t| Stripped::new(offset, t)));
+        }
+        Self {
+            ground: RayScene::new(ground),
+            trunks: RayScene::new(trunks),
+            objects,
+        }
+    }
+}
+
+/// An object of the scene.
+struct Stripped {
+    candidate: Candidate,
+    foot_m: DVec3,
+    offset: Vec3,
+    instance: Instance,
+    shape: Arc<Blas>,
+}
+
+impl Stripped {
+    fn new(offset: Vec3, (object, instance, shape): &(SceneObject, Instance, Arc<Blas>)) -> Self {
+        let foot_m = (offset + instance.position_m).as_dvec3();
+        let bounds = shape.prototype().bounds();
+        let (object, kind) = (object.object, object.kind);
+        Self {
+            candidate: Candidate::around(object, kind, foot_m, &instance.linear, bounds),
+            foot_m,
+            offset,
+            instance: instance.clone(),
+            shape: Arc::clone(shape),
+        }
+    }
+
+    /// A scene of nothing else.
+    fn alone(&self) -> RayScene {
+        let group = Group::build(vec![(self.instance.clone(), Arc::clone(&self.shape))]);
+        RayScene::new(vec![(self.offset, Arc::new(group))])
+    }
+}

@@ -1,0 +1,102 @@
+//! Where the robot is at a frame.
+
+use nemoral_scene::glam::DVec3;
+use nemoral_scene::{ChunkCoord, RigidTransform, Twist};
+
+use crate::Error;
+use crate::config::Config;
+use crate::world::guide::{Guide, Land};
+use crate::world::lidars::LidarRig;
+use nemoral_trajectory::PoseTrack;
+
+/// Where the robot is, and how it moves while its LiDAR scans.
+#[derive(Debug)]
+pub struct FramePose {
+    /// The frame's time, seconds: the middle of the exposure and of the scan.
+    pub time_s: f64,
+    /// World poses of the body about that time.
+    pub track: PoseTrack,
+    /// How the body moves while cameras with a shutter take their pictures; still for others.
+    pub motion: Twist,
+    /// The chunk the robot is in: the scene's origin is its corner.
+    pub chunk: ChunkCoord,
+}
+
+impl FramePose {
+    /// Drives the robot to a frame; its pictures take `pictures_s`.
+    pub(crate) fn new(
+        at: u64,
+        guide: &Guide,
+        lidars: &[LidarRig],
+        land: Land<'_>,
+        (chunk_size_m, pictures_s): (f64, f64),
+    ) -> Result<Self, Error> {
+        if let Some(frames) = guide.frames().filter(|&frames| at >= frames) {
+            return Err(Error::request(format!(
+                "frame {at}: the path has {frames} poses"
+            )));
+        }
+        let longest_s = lidars
+            .iter()
+            .map(|l| l.scanner.duration_s())
+            .fold(0.0, f64::max);
+        let half_s = longest_s / 2.0;
+        let track = PoseTrack::sample(half_s, |offset_s| guide.pose(at, offset_s, land))?;
+        let position = track.middle().translation_m.truncate();
+        let chunk = ChunkCoord::containing(position, chunk_size_m);
+        Ok(Self {
+            time_s: guide.time_s(at),
+            track,
+            motion: motion(guide, at, pictures_s, land)?,
+            chunk,
+        })
+    }
+
+    /// The body's world pose at the frame's time.
+    #[must_use]
+    pub fn world_from_body(&self) -> RigidTransform {
+        self.track.middle()
+    }
+}
+
+/// How the body moves about a frame, over the time that pictures take; still if they take none.
+///
+/// # Errors
+/// If the land cannot be made.
+pub(crate) fn motion(
+    guide: &Guide,
+    frame: u64,
+    pictures_s: f64,
+    land: Land<'_>,
+) -> Result<Twist, Error> {
+    if pictures_s == 0.0 {
+        return Ok(Twist::STILL);
+    }
+    let at = |side: f64| guide.pose(frame, side * pictures_s / 2.0, land);
+    Ok(Twist::between(&at(-1.0)?, &at(1.0)?, pictures_s))
+}
+
+/// How long the longest picture of a robot's cameras takes, seconds.
+#[must_use]
+pub fn pictures_s(config: &Config) -> f64 {
+    let cameras = config.all_cameras();
+    let durations = cameras.map(|(_, camera)| camera.shutter_times().duration_s());
+    durations.fold(0.0, f64::max)
+}
+
+/// The body's pose at the next frame, in this frame's scene, and how it moves then; `None` where
+/// the path ends.
+pub(crate) fn next_body(
+    at: u64,
+    guide: &Guide,
+    land: Land<'_>,
+    origin_m: DVec3,
+    pictures_s: f64,
+) -> Result<Option<(RigidTransform, Twist)>, Error> {
+    if guide.frames().is_some_and(|frames| at + 1 >= frames) {
+        return Ok(None);
+    }
+    let mut body = guide.pose(at + 1, 0.0, land)?;
+    body.translation_m -= origin_m;
+    Ok(Some((body, motion(guide, at + 1, pictures_s, land)?)))
+}

@@ -1,0 +1,81 @@
+//! What is visible at a frame.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+use nemoral_raycast::{Group, RayScene};
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::{ChunkCoord, InstancedScene, PlacedGroup, RayCaster};
+use nemoral_stand::SkyViewFactor;
+
+/// What is visible from a frame, around the corner of the robot's chunk.
+pub struct FrameScene {
+    /// What rays are cast at. Sensors know no more of it, and hand it batches.
+    pub caster: Arc<dyn RayCaster + Send + Sync>,
+    /// What it is made of, each with its offset in the scene: any other caster would be, too.
+    pub groups: Vec<(Vec3, Arc<Group>)>,
+    /// Where the scene's origin is in the world.
+    pub origin_m: DVec3,
+    chunk_size_m: f64,
+    sky_view: BTreeMap<ChunkCoord, Arc<SkyViewFactor>>,
+}
+
+impl InstancedScene for FrameScene {
+    fn placed_groups(&self) -> Vec<PlacedGroup> {
+        let place = |(offset, group): &(Vec3, Arc<Group>)| (*offset, Arc::clone(group) as _);
+        self.groups.iter().map(place).collect()
+    }
+}
+
+impl fmt::Debug for FrameScene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FrameScene")
+            .field("origin_m", &self.origin_m)
+            .finish_non_exhaustive()
+    }
+}
+
+impl FrameScene {
+    /// The scene around the corner of a chunk, of groups in any chunks and of the sky above them.
+    pub(crate) fn new(
+        around: ChunkCoord,
+        chunk_size_m: f64,
+        groups: impl Iterator<Item = (ChunkCoord, Arc<Group>)>,
+        sky_view: BTreeMap<ChunkCoord, Arc<SkyViewFactor>>,
+    ) -> Self {
+        let groups: Vec<_> = groups
+            .map(|(chunk, group)| (chunk_offset_m(chunk, around, chunk_size_m), group))
+            .collect();
+        Self {
+            caster: Arc::new(RayScene::new(groups.clone())),
+            groups,
+            origin_m: around.origin_m(chunk_size_m).extend(0.0),
+            chunk_size_m,
+            sky_view,
+        }
+    }
+
+    /// Share of the sky seen at a point of the scene.
+    #[must_use]
+    pub fn sky_view_factor(&self, scene_point: Vec3) -> f32 {
+        let world = self.origin_m + scene_point.as_dvec3();
+        let chunk = ChunkCoord::containing(world.truncate(), self.chunk_size_m);
+        self.sky_view.get(&chunk).map_or(1.0, |grid| grid.at(world))
+    }
+}
+
+/// The chunks that are visible from a place, in order.
+#[must_use]
+pub fn visible_chunks(position_m: DVec2, radius_m: f64, chunk_size_m: f64) -> Vec<ChunkCoord> {
+    ChunkCoord::within(position_m, radius_m, chunk_size_m)
+}
+
+/// Where a chunk's corner is in a scene around the corner of another one.
+pub(crate) fn chunk_offset_m(chunk: ChunkCoord, around: ChunkCoord, chunk_size_m: f64) -> Vec3 {
+    Vec3::new(
+        (chunk.x - around.x) as f32,
+        (chunk.y - around.y) as f32,
+        0.0,
+    ) * chunk_size_m as f32
+}

@@ -1,0 +1,68 @@
+//! The geometry of a chunk's ground and objects, ready for rays.
+
+use std::sync::Arc;
+
+use nemoral_raycast::Group;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::Key;
+use nemoral_stand::SceneObjects;
+
+use crate::config::Config;
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
+use crate::world::assets::WorldAssets;
+use crate::world::ground::ChunkGround;
+use crate::world::ground_mesh::GroundMeshRecipe;
+use crate::{Error, InputFiles};
+
+/// The ground of a chunk and all its objects: what has an id, and what it stands on.
+#[derive(Debug)]
+pub struct ObjectGeometry(pub Arc<Group>);
+
+/// Meshes the ground of a chunk and stands its objects on it.
+#[derive(Clone, Debug)]
+pub struct ObjectGeometryStage {
+    ground: GroundMeshRecipe,
+    chunk_size_m: f64,
+}
+
+impl ObjectGeometryStage {
+    /// The stage of a config.
+    ///
+    /// # Errors
+    /// If the cells do not fit the chunk.
+    pub fn new(config: &Config) -> Result<Self, Error> {
+        Ok(Self {
+            ground: GroundMeshRecipe::new(config)?,
+            chunk_size_m: config.chunks.size_m,
+        })
+    }
+}
+
+impl Stage<Forest> for ObjectGeometryStage {
+    type At = ChunkCoord;
+    type Inputs = (
+        OfWorld<WorldAssets>,
+        Node<ChunkCoord, ChunkGround>,
+        Node<ChunkCoord, SceneObjects>,
+    );
+    type Output = ObjectGeometry;
+    const ID: &'static str = "chunk.solid";
+    const VERSION: u32 = 3;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        InputFiles::default().encode(hasher, &self.ground);
+    }
+
+    fn run(
+        &self,
+        at: ChunkCoord,
+        world: Key,
+        (assets, ground, objects): (Arc<WorldAssets>, Arc<ChunkGround>, Arc<SceneObjects>),
+    ) -> Result<ObjectGeometry, Error> {
+        let ground = self.ground.make(at, world, &assets, &ground)?;
+        let placed = |object| assets.instance(object, at, self.chunk_size_m);
+        let objects = objects.0.iter().map(placed);
+        let instances = std::iter::once(ground).chain(objects).collect();
+        Ok(ObjectGeometry(Arc::new(Group::build(instances))))
+    }
+}

@@ -1,0 +1,50 @@
+//! The objects of a chunk: what was placed, numbered and stood on the ground.
+
+use std::sync::Arc;
+
+use nemoral_placement::Site;
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::Key;
+use nemoral_stand::SceneObjects;
+
+use crate::Error;
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
+use crate::world::assets::WorldAssets;
+use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::object_sites::object_sites;
+
+/// Numbers the sites of a chunk and stands them on its ground.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneObjectStage;
+
+impl Stage<Forest> for SceneObjectStage {
+    type At = ChunkCoord;
+    type Inputs = (
+        OfWorld<WorldAssets>,
+        OfWorld<GroundModel>,
+        Node<ChunkCoord, ChunkGround>,
+        Node<ChunkCoord, Vec<Site>>,
+        Node<ChunkCoord, Vec<Site>>,
+    );
+    type Output = SceneObjects;
+    const ID: &'static str = "chunk.things";
+    const VERSION: u32 = 3;
+
+    fn fingerprint(&self, _: &mut Hasher) {}
+
+    fn run(
+        &self,
+        at: ChunkCoord,
+        world: Key,
+        (assets, model, ground, rocks, woody): (
+            Arc<WorldAssets>,
+            Arc<GroundModel>,
+            Arc<ChunkGround>,
+            Arc<Vec<Site>>,
+            Arc<Vec<Site>>,
+        ),
+    ) -> Result<SceneObjects, Error> {
+        let sites = object_sites(at, world, (&rocks, &woody), &assets, &model);
+        SceneObjects::stand(at, &sites, &*ground, &assets.variation).map_err(Error::of_stage)
+    }
+}

@@ -1,0 +1,205 @@
+//! What is grown once for a world, with a ray-casting tree for each shape.
+
+use std::sync::Arc;
+
+use nemoral_assets::{Library, PlantAsset, SizeClass, TreeAsset};
+use nemoral_raycast::Blas;
+use nemoral_scene::{ChunkCoord, Instance, ObjectKind, ObjectRecord, Prototype, TreeRecord};
+use nemoral_seed::Key;
+use nemoral_stand::{InstanceVariation, SceneObject};
+use rayon::prelude::*;
+
+use super::recipe::Recipe;
+use crate::Error;
+
+/// The library and, in the same order, each shape's ray-casting tree.
+#[derive(Debug)]
+pub struct WorldAssets {
+    /// Everything that was grown.
+    pub library: Arc<Library>,
+    /// What stands as a tree: living ones, then dead ones, then saplings.
+    pub standing: Vec<Standing>,
+    /// From here on, `standing` has saplings: a layer of their own, whose weights are among themselves.
+    pub first_sapling: usize,
+    /// Of `library.stumps`.
+    pub stumps: Vec<Arc<Blas>>,
+    /// Of `library.shrubs`.
+    pub shrubs: Vec<Arc<Blas>>,
+    /// Of `library.rocks`.
+    pub rocks: Vec<Arc<Blas>>,
+    /// Of `library.grass`.
+    pub grass: Vec<Arc<Blas>>,
+    /// Of `library.herbs`.
+    pub herbs: Vec<Arc<Blas>>,
+    /// Of `library.ferns`.
+    pub ferns: Vec<Arc<Blas>>,
+    /// Of `library.seedlings`.
+    pub seedlings: Vec<Arc<Blas>>,
+    /// How often each of them is chosen, relative to the others.
+    pub seedling_weights: Vec<f64>,
+    /// Of `library.litter`.
+    pub litter: Vec<Arc<Blas>>,
+    /// Of `library.trail_tufts`.
+    pub trail_tufts: Vec<Arc<Blas>>,
+    /// Of `library.trail_stones`.
+    pub trail_stones: Vec<Arc<Blas>>,
+    /// How copies of trees are turned and sized.
+    pub variation: InstanceVariation,
+}
+
+/// A tree that can be placed.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// The tree.
+    pub tree: TreeAsset,
+    /// Its ray-casting tree.
+    pub blas: Arc<Blas>,
+    /// How often it is chosen, relative to the others.
+    pub weight: f64,
+}
+
+impl WorldAssets {
+    /// The library of a recipe, ready to be cast rays at.
+    pub(crate) fn new(library: Arc<Library>, recipe: &Recipe, world: Key) -> Result<Self, Error> {
+        let species = recipe.species()?;
+        let params = recipe.params(&species);
+        let snags = recipe.snag_share();
+        // Of each species as many looks, one species after the other.
+        let of_species = params.seedlings_per_species as usize;
+        let seedling_weights = species
+            .iter()
+            .flat_map(|(_, share)| std::iter::repeat_n(*share, of_species))
+            .collect();
+        let standing = |tree: &TreeAsset| {
+            let of = species.iter().find(|(s, _)| s.name == tree.species);
+            let (all, of_them) = if tree.class == SizeClass::Sapling {
+                (1.0, params.saplings_per_species)
+            } else if tree.alive {
+                (1.0 - snags, params.individuals_per_species)
+            } else {
+                (snags, params.snags_per_species)
+            };
+            Standing {
+                tree: tree.clone(),
+                blas: Arc::new(Blas::build(Arc::clone(&tree.prototype), &library.materials)),
+                weight: of.map_or(0.0, |(_, share)| share * all / f64::from(of_them)),
+            }
+        };
+        let trees = library.trees.par_iter().chain(&library.snags);
+        let standing = trees.chain(&library.saplings).map(standing).collect();
+        let first_sapling = library.trees.len() + library.snags.len();
+        let build = |prototypes: Vec<&Arc<Prototype>>| -> Vec<Arc<Blas>> {
+            prototypes
+                .into_par_iter()
+                .map(|p| Arc::new(Blas::build(Arc::clone(p), &library.materials)))
+                .collect()
+        };
+        let plants = |assets: &[PlantAsset]| build(assets.iter().map(|a| &a.prototype).collect());
+        Ok(Self {
+            standing,
+            first_sapling,
+            stumps: plants(&library.stumps),
+            shrubs: plants(&library.shrubs),
+            rocks: plants(&library.rocks),
+            grass: plants(&library.grass),
+            herbs: plants(&library.herbs),
+            ferns: plants(&library.ferns),
+            seedlings: plants(&library.seedlings),
+            seedling_weights,
+            litter: plants(&library.litter),
+            trail_tufts: plants(&library.trail_tufts),
+            trail_stones: plants(&library.trail_stones),
+            variation: InstanceVariation::new(world),
+            library,
+        })
+    }
+
+    /// How high trees are, by how often each is chosen, metres; saplings apart.
+    #[must_use]
+    pub fn mean_height_m(&self) -> f64 {
+        let grown = self.standing[..self.first_sapling].iter();
+        let (sum, weight) = grown.fold((0.0, 0.0), |(sum, weight), t| {
+            (sum + t.weight * t.tree.size.height_m, weight + t.weight)
+        });
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    }
+
+    /// An object's shape with its ray-casting tree.
+    #[must_use]
+    pub fn shape(&self, object: &SceneObject) -> &Arc<Blas> {
+        match object.kind {
+            ObjectKind::Tree => &self.standing[object.asset].blas,
+            ObjectKind::Stump => &self.stumps[object.asset],
+            ObjectKind::Shrub => &self.shrubs[object.asset],
+            _ if object.on_trail => &self.trail_stones[object.asset],
+            _ => &self.rocks[object.asset],
+        }
+    }
+
+    /// An object placed in its chunk, with its ray-casting tree.
+    pub(crate) fn instance(
+        &self,
+        object: &SceneObject,
+        chunk: ChunkCoord,
+        chunk_size_m: f64,
+    ) -> (Instance, Arc<Blas>) {
+        let shape = self.shape(object);
+        let instance = object.instance(shape.prototype(), chunk, chunk_size_m);
+        (instance, Arc::clone(shape))
+    }
+
+    /// An object's row of `instances.csv`.
+    #[must_use]
+    pub fn object_record(&self, object: &SceneObject) -> ObjectRecord {
+        let library = &self.library;
+        let plant = |plants: &[PlantAsset]| {
+            (
+                plants[object.asset].name.clone(),
+                plants[object.asset].height_m,
+            )
+        };
+        let (species, height_m) = match object.kind {
+            ObjectKind::Tree => {
+                let tree = &self.standing[object.asset].tree;
+                (tree.species.clone(), tree.size.height_m)
+            }
+            ObjectKind::Stump => plant(&library.stumps),
+            ObjectKind::Shrub => plant(&library.shrubs),
+            _ if object.on_trail => plant(&library.trail_stones),
+            _ => plant(&library.rocks),
+        };
+        ObjectRecord {
+            object: object.object,
+            kind: object.kind,
+            species,
+            position_m: object.position_m,
+            radius_m: object.radius_m,
+            height_m: height_m * object.scale,
+        }
+    }
+
+    /// An object's row of `trees.csv`, if it is a tree.
+    #[must_use]
+    pub fn tree_record(&self, object: &SceneObject) -> Option<TreeRecord> {
+        if object.kind != ObjectKind::Tree {
+            return None;
+        }
+        let tree = &self.standing[object.asset].tree;
+        let s = object.scale;
+        let size = tree.size.scaled(s);
+        Some(TreeRecord {
+            object: object.object,
+            species: tree.species.clone(),
+            position_m: object.position_m,
+            dbh_m: size.dbh_m,
+            height_m: size.height_m,
+            crown_base_m: size.crown_base_m,
+            crown_radius_m: size.crown_radius_m,
+            leaf_area_m2: size.leaf_area_m2,
+            stem_volume_m3: tree.stem_volume_m3 * s * s * s,
+            lean_rad: size.lean_rad,
+            age_class: tree.class.name().to_owned(),
+            alive: tree.alive,
+        })
+    }
+}

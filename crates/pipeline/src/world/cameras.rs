@@ -1,0 +1,239 @@
+//! The robot's cameras.
+
+use std::sync::Arc;
+
+use nemoral_render::{Exposure, Lighting, RayCastCamera, RayCastParams, SensorNoise, ToneCurve};
+use nemoral_scene::{AnnotationKinds, Intrinsics, RigidTransform, Shutter};
+use nemoral_seed::{Domain, Key};
+
+use super::recipe::Recipe;
+use crate::config::{self, Camera, Config, sky_image, sky_params};
+use crate::plan::{Encode, Encoder, Hasher};
+use crate::{Backend, Error, InputFiles, Renderer};
+
+/// The purpose of the fixed patterns of sensors.
+const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
+
+/// The share of pixels that edges may be.
+const EDGES: f32 = 0.1;
+
+/// A camera with its place on the body.
+#[derive(Debug)]
+pub struct CameraRig {
+    /// The name of its table: the first one's is `camera`.
+    pub name: String,
+    /// Its pinhole and lens.
+    pub intrinsics: Intrinsics,
+    /// The body's frame from the optical one.
+    pub body_from_camera: RigidTransform,
+    /// Takes the pictures; cameras of one look share a renderer.
+    pub renderer: Arc<Renderer>,
+    /// How bright they come out.
+    pub exposure: Exposure,
+    /// How light becomes brightness.
+    pub tone: ToneCurve,
+    /// When its rows see light.
+    pub shutter: Shutter,
+    /// What its sensor adds.
+    pub noise: Option<SensorNoise>,
+    /// The annotations that are wanted besides.
+    pub annotations: AnnotationKinds,
+    /// Objects farther away than this, metres, get no boxes.
+    pub boxes_range_m: f64,
+}
+
+impl CameraRig {
+    /// A camera whose table is at `path`; `renderer` takes its pictures.
+    fn new(
+        path: &str,
+        camera: &Camera,
+        renderer: Arc<Renderer>,
+        world: Key,
+    ) -> Result<Self, Error> {
+        // Before the first picture, and so before anything is written.
+        renderer.check_size(camera.width_px, camera.height_px)?;
+        let name = config::sensor_name(path);
+        let serial = world.domain(SPECIMEN).domain(Domain::new(name));
+        Ok(Self {
+            name: name.to_owned(),
+            intrinsics: intrinsics(path, camera)?,
+            body_from_camera: camera.body_from_camera(),
+            renderer,
+            exposure: camera.exposure_mode(),
+            tone: camera.tone_and_lens().0,
+            shutter: camera.shutter_times(),
+            noise: camera.sensor_noise(serial),
+            annotations: camera.annotation_kinds(),
+            boxes_range_m: camera.boxes_range_m,
+        })
+    }
+}
+
+/// The pinhole of the camera whose table is at `path`.
+///
+/// # Errors
+/// If it is impossible; the config's ranges leave little room for that.
+pub fn intrinsics(path: &str, camera: &Camera) -> Result<Intrinsics, Error> {
+    camera
+        .intrinsics()
+        .map_err(|e| Error::request(format!("{path}.{e}")))
+}
+
+/// What a config asks for in the robot's cameras.
+#[derive(Clone, Debug)]
+pub(crate) struct CameraRecipe {
+    /// Their tables in the config, and what these say.
+    cameras: Vec<(String, Camera)>,
+    sun: config::Sun,
+    sky: config::Sky,
+    weather: config::Weather,
+    max_range_m: f64,
+    backend: Backend,
+    /// Whose leaves light passes.
+    trees: Recipe,
+    inputs: InputFiles,
+}
+
+impl CameraRecipe {
+    pub(crate) fn new(config: &Config, inputs: &InputFiles, backend: Backend) -> Self {
+        Self {
+            backend,
+            trees: Recipe::new(config, inputs),
+            inputs: inputs.clone(),
+            cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
+            sun: config.sun.clone(),
+            sky: config.sky.clone(),
+            weather: config.weather.clone(),
+            max_range_m: config.chunks.visible_radius_m,
+        }
+    }
+
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        self.inputs.encode(hasher, self);
+    }
+
+    /// The cameras, which share one light.
+    pub(crate) fn make(&self, world: Key) -> Result<Vec<CameraRig>, Error> {
+        let renderers = self.renderers(&self.lighting()?)?;
+        (self.cameras.iter().zip(renderers))
+            .map(|((path, camera), renderer)| CameraRig::new(path, camera, renderer, world))
+            .collect()
+    }
+
+    fn lighting(&self) -> Result<Lighting, Error> {
+        let foliage = self.trees.foliage_albedo()?;
+        let sky = sky_params(&self.sun, &self.sky, &self.weather, foliage);
+        let sun = self.sun.place()?;
+        match sky_image(&self.sky, &self.inputs)? {
+            None => Lighting::new(&sun, &sky),
+            Some(image) => Lighting::photographed(&sun, &sky, &image, self.sky.image_gain),
+        }
+        .map_err(Error::of_stage)
+    }
+
+    /// The renderer of each camera.
+    fn renderers(&self, lighting: &Lighting) -> Result<Vec<Arc<Renderer>>, Error> {
+        match &self.backend {
+            Backend::Cpu => shared(
+                self.cameras
+                    .iter()
+                    .map(|(_, camera)| Ok(self.ray_cast(camera))),
+                |params| {
+                    let camera = RayCastCamera::new(*params, lighting.clone());
+                    Ok(Renderer::Cpu(Box::new(camera.map_err(Error::of_stage)?)))
+                },
+            ),
+            #[cfg(feature = "gpu")]
+            Backend::Gpu { gpu, memory_mib } => shared(
+                (self.cameras.iter()).map(|(path, camera)| self.on_gpu(path, camera, *memory_mib)),
+                |params| {
+                    let camera = nemoral_render::GpuCamera::new(gpu, *params, lighting.clone());
+                    Ok(Renderer::Gpu(Box::new(camera.map_err(Error::of_stage)?)))
+                },
+            ),
+        }
+    }
+
+    fn ray_cast(&self, camera: &Camera) -> RayCastParams {
+        let edge_samples = camera.edge_samples.saturating_sub(camera.samples);
+        RayCastParams {
+            lens: camera.tone_and_lens().1,
+            colour_samples: camera.samples,
+            edge_samples,
+            edge_budget: EDGES * edge_samples as f32,
+            blur_samples: camera.shutter.samples,
+            bounces: camera.bounces,
+            max_range_m: self.max_range_m as f32,
+            keep_linear: camera.radiance,
+        }
+    }
+
+    #[cfg(feature = "gpu")]
+    fn on_gpu(
+        &self,
+        path: &str,
+        camera: &Camera,
+        memory_mib: u32,
+    ) -> Result<nemoral_render::GpuParams, Error> {
+        if camera.bounces > 0 {
+            return Err(Error::request(format!(
+                "{path}.bounces = {}: light is followed on the CPU alone; 0 with a GPU",
+                camera.bounces
+            )));
+        }
+        Ok(nemoral_render::GpuParams {
+            lens: camera.tone_and_lens().1,
+            max_range_m: self.max_range_m as f32,
+            keep_linear: camera.radiance,
+            colour_samples: match camera.samples.max(camera.edge_samples) {
+                1 => 1,
+                _ => 4,
+            },
+            blur_samples: camera.shutter.samples,
+            memory_mib,
+            ..Default::default()
+        })
+    }
+}
+
+impl Encode for CameraRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            cameras,
+            sun,
+            sky,
+            weather,
+            max_range_m,
+            backend,
+            trees,
+            inputs: _,
+        } = self;
+        for (path, camera) in cameras {
+            encoder.field(path, camera);
+        }
+        encoder.field("sun", sun);
+        encoder.field("sky", sky);
+        encoder.field("weather", weather);
+        encoder.field("max_range_m", max_range_m);
+        encoder.field("backend", &backend.name());
+        encoder.field("trees", trees);
+    }
+}
+
+/// A renderer for each of these parameters. Equal ones share one, as a GPU holds the scene once for
+/// each.
+fn shared<P: PartialEq>(
+    params: impl Iterator<Item = Result<P, Error>>,
+    make: impl Fn(&P) -> Result<Renderer, Error>,
+) -> Result<Vec<Arc<Renderer>>, Error> {
+    let params = params.collect::<Result<Vec<P>, Error>>()?;
+    let mut all: Vec<Arc<Renderer>> = Vec::new();
+    for (i, wanted) in params.iter().enumerate() {
+        let alike = params[..i].iter().position(|before| before == wanted);
+        all.push(match alike {
+            Some(before) => Arc::clone(&all[before]),
+            None => Arc::new(make(wanted)?),
+        });
+    }
+    Ok(all)
+}

@@ -1,0 +1,221 @@
+//! The ground: terrain with trails carved into it. One owner, one surface.
+
+use std::sync::Arc;
+
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
+use nemoral_seed::Key;
+use nemoral_stand::{Field, FieldParams};
+use nemoral_terrain::{GroundZones, PerlinTerrain, Terrain, TerrainParams, ZoneSample};
+use nemoral_trails::{
+    Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
+};
+
+use crate::{Error, config};
+
+/// Ground is asked for this far outside of its chunk: robots, light and placement look over the
+/// border.
+const MARGIN_M: f64 = 12.0;
+
+/// The endless ground of a world.
+pub struct GroundModel {
+    base: Arc<dyn Surface>,
+    trails: Option<Arc<Trails>>,
+    chunk_size_m: f64,
+}
+
+impl std::fmt::Debug for GroundModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "GroundModel(trails: {})", self.trails.is_some())
+    }
+}
+
+impl GroundModel {
+    /// The ground of a config's terrain with its trails carved into it.
+    pub(crate) fn new(
+        terrain: &config::Terrain,
+        trails: &config::Trails,
+        chunk_size_m: f64,
+        world: Key,
+    ) -> Result<Self, Error> {
+        let t = terrain;
+        let params = TerrainParams {
+            octaves: t.octaves,
+            scale_m: t.scale_m,
+            lacunarity: t.lacunarity,
+            persistence: t.persistence,
+            max_height_m: t.max_height_m,
+        };
+        let base: Arc<dyn Surface> = if t.noise == "perlin-surflet" {
+            Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
+        } else {
+            Arc::new(Terrain::new(params, world).map_err(Error::of_stage)?)
+        };
+        let trails = if trails.enabled {
+            let params = trail_params(trails);
+            let trails = Trails::new(params, chunk_size_m, world, Arc::clone(&base));
+            Some(Arc::new(trails.map_err(Error::of_stage)?))
+        } else {
+            None
+        };
+        Ok(Self {
+            base,
+            trails,
+            chunk_size_m,
+        })
+    }
+
+    /// The trails, if there are any.
+    #[must_use]
+    pub fn trails(&self) -> Option<&Arc<Trails>> {
+        self.trails.as_ref()
+    }
+
+    /// The ground in and around a chunk.
+    #[must_use]
+    pub fn near(&self, chunk: ChunkCoord) -> ChunkGround {
+        ChunkGround {
+            base: Arc::clone(&self.base),
+            carved: self.trails.as_ref().map(|t| t.ground_near(chunk, MARGIN_M)),
+        }
+    }
+
+    /// The share of the world that lies on a trail or nearer than `clearance_m` to one, measured at
+    /// stratified points of 256 chunks around `centre`.
+    #[must_use]
+    pub fn trail_share(&self, centre: ChunkCoord, clearance_m: f64) -> f64 {
+        let Some(trails) = &self.trails else {
+            return 0.0;
+        };
+        let (mut near, mut all) = (0_u32, 0_u32);
+        for i in 0..256 {
+            // Every fifth chunk of a square: births reach over 40, so neighbours tell little new.
+            let chunk = centre.offset(5 * (i % 16 - 8), 5 * (i / 16 - 8));
+            let origin = chunk.origin_m(self.chunk_size_m);
+            let edges = (trails.is_crossed(chunk)).then(|| trails.edges_near(chunk, 1.0));
+            for j in 0..64 {
+                all += 1;
+                let cell = DVec2::new(f64::from(j % 8) + 0.5, f64::from(j / 8) + 0.5) / 8.0;
+                let edge = edges
+                    .as_ref()
+                    .map(|e| e.edge_m(origin + cell * self.chunk_size_m));
+                near += u32::from(edge.is_some_and(|e| e < clearance_m));
+            }
+        }
+        f64::from(near) / f64::from(all)
+    }
+}
+
+/// The ground in and around a chunk.
+pub struct ChunkGround {
+    base: Arc<dyn Surface>,
+    carved: Option<TrailGround>,
+}
+
+impl std::fmt::Debug for ChunkGround {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "ChunkGround(carved: {})", self.carved.is_some())
+    }
+}
+
+impl ChunkGround {
+    /// Signed distance to the nearest trail edge, metres: negative on a trail, infinite far from any.
+    #[must_use]
+    pub fn trail_edge_m(&self, world_m: DVec2) -> f64 {
+        self.carved
+            .as_ref()
+            .map_or(f64::INFINITY, |g| g.edge_m(world_m))
+    }
+
+    /// Which part of a trail a piece of the ground's mesh lies on, by its middle and its side of the
+    /// break-lines.
+    #[must_use]
+    pub fn trail_zone(&self, world_m: DVec2, inside: bool) -> TrailZone {
+        self.carved
+            .as_ref()
+            .map_or(TrailZone::Off, |g| g.zone_on_side(world_m, inside))
+    }
+
+    /// What the trail is made of there.
+    #[must_use]
+    pub fn trail_kind(&self, world_m: DVec2) -> Option<TrailSurfaceKind> {
+        self.carved.as_ref().and_then(|g| g.kind(world_m))
+    }
+}
+
+impl Surface for ChunkGround {
+    fn sample(&self, world_m: DVec2) -> SurfaceSample {
+        match &self.carved {
+            Some(ground) => ground.sample(world_m),
+            None => self.base.sample(world_m),
+        }
+    }
+}
+
+impl GroundZones for ChunkGround {
+    fn sample(&self, world_m: DVec2) -> ZoneSample {
+        let edge_m = self
+            .carved
+            .as_ref()
+            .map_or(f64::INFINITY, |g| g.border_m(world_m));
+        // The slopes that a trail cuts and fills are as fine as its surface.
+        let detail_m = if edge_m < 1.0 { 0.0 } else { f64::INFINITY };
+        ZoneSample { edge_m, detail_m }
+    }
+}
+
+/// The parameters of a config's trails.
+fn trail_params(t: &config::Trails) -> TrailParams {
+    let ruts = Ruts {
+        depth_m: t.rut_depth_m,
+        ..Ruts::default()
+    };
+    TrailParams {
+        width_m: t.width_m,
+        spawn_probability: t.spawn_probability,
+        forward_probability: t.forward_probability,
+        max_length_chunks: t.max_length_chunks,
+        section: Section {
+            crown: t.crown_m / (t.width_m / 2.0),
+            // A footpath has no wheel ruts.
+            ruts: (t.width_m >= 2.0 && t.rut_depth_m > 0.0).then_some(ruts),
+            ..Section::default()
+        },
+        grass_max_per_chunk: t.grass_max,
+        grass_spread_m: t.grass_spread_m,
+        verge_tufts_per_m: t.verge_per_m,
+        rocks_max_per_trail: t.rocks_max,
+        surface: TrailSurfaceKind::ALL
+            .into_iter()
+            .find(|k| k.name() == t.surface),
+    }
+}
+
+/// The terrain's noise as a field of the plane.
+#[derive(Clone, Debug)]
+pub(crate) struct TerrainField(Terrain);
+
+impl TerrainField {
+    pub(crate) fn new(params: FieldParams, key: Key) -> Result<Self, Error> {
+        let FieldParams {
+            octaves,
+            scale_m,
+            lacunarity,
+            persistence,
+        } = params;
+        let params = TerrainParams {
+            octaves,
+            scale_m,
+            lacunarity,
+            persistence,
+            max_height_m: 1.0,
+        };
+        Terrain::new(params, key).map(Self).map_err(Error::of_stage)
+    }
+}
+
+impl Field for TerrainField {
+    fn value(&self, world_m: DVec2) -> f64 {
+        self.0.height_m(world_m)
+    }
+}

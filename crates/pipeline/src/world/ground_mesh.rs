@@ -1,0 +1,124 @@
+//! The mesh of a chunk's ground.
+
+use std::sync::Arc;
+
+use nemoral_assets::GroundMaterials;
+use nemoral_raycast::Blas;
+use nemoral_scene::glam::{DVec2, Mat3, Vec3};
+use nemoral_scene::{ChunkCoord, Instance, MaterialId, ObjectId, Prototype};
+use nemoral_seed::{Domain, Key};
+use nemoral_stand::{FLOOR_FIELD, Field, FloorComposition};
+use nemoral_terrain::{GroundMesher, MeshParams};
+use nemoral_trails::{TrailSurfaceKind, TrailZone};
+
+use super::assets::WorldAssets;
+use super::ground::{ChunkGround, TerrainField};
+use crate::Error;
+use crate::config::Config;
+use crate::plan::{Encode, Encoder};
+
+const FLOOR: Domain = Domain::new("pipeline.floor");
+
+/// What a config asks for in the mesh of the ground.
+#[derive(Clone, Debug)]
+pub(crate) struct GroundMeshRecipe {
+    mesher: GroundMesher,
+    params: MeshParams,
+    /// Of what covers the ground, in the order of the library's floors.
+    floor: [f64; 3],
+}
+
+impl GroundMeshRecipe {
+    pub(crate) fn new(config: &Config) -> Result<Self, Error> {
+        let params = MeshParams {
+            chunk_size_m: config.chunks.size_m,
+            cell_m: config.terrain.cell_m,
+            fine_cell_m: config.terrain.fine_cell_m,
+            ..MeshParams::default()
+        };
+        let mesher =
+            GroundMesher::new(params).map_err(|e| Error::request(format!("terrain: {e}")))?;
+        Ok(Self {
+            mesher,
+            params,
+            floor: {
+                let floor = &config.undergrowth.floor;
+                [floor.leaf_litter, floor.needle_litter, floor.moss]
+            },
+        })
+    }
+
+    /// The ground of a chunk, placed in it.
+    pub(crate) fn make(
+        &self,
+        at: ChunkCoord,
+        world: Key,
+        assets: &WorldAssets,
+        ground: &ChunkGround,
+    ) -> Result<(Instance, Arc<Blas>), Error> {
+        let library = &assets.library;
+        let floor = FloorComposition::new(
+            self.floor,
+            TerrainField::new(FLOOR_FIELD, world.domain(FLOOR))?,
+        );
+        let material =
+            |p: DVec2, inside: bool| ground_material(&library.ground, &floor, ground, p, inside);
+        let mesh = self.mesher.mesh(at, ground, ground, &material);
+        let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
+            .map_err(Error::of_stage)?;
+        let blas = Arc::new(Blas::build(Arc::new(prototype), &library.materials));
+        Ok((
+            Instance {
+                prototype: Arc::clone(blas.prototype()),
+                position_m: Vec3::ZERO,
+                linear: Mat3::IDENTITY,
+                object: ObjectId::NONE,
+                variation: 0.5,
+            },
+            blas,
+        ))
+    }
+}
+
+impl Encode for GroundMeshRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            // Made of the parameters.
+            mesher: _,
+            params,
+            floor,
+        } = self;
+        let MeshParams {
+            chunk_size_m,
+            cell_m,
+            fine_cell_m,
+            tolerance_m,
+        } = params;
+        encoder.field("chunk_size_m", chunk_size_m);
+        encoder.field("cell_m", cell_m);
+        encoder.field("fine_cell_m", fine_cell_m);
+        encoder.field("tolerance_m", tolerance_m);
+        encoder.field("floor", floor);
+    }
+}
+
+/// The material of a piece of ground: the trail's, or the floor's.
+fn ground_material<F: Field>(
+    materials: &GroundMaterials,
+    floor: &FloorComposition<F>,
+    ground: &ChunkGround,
+    p: DVec2,
+    inside: bool,
+) -> MaterialId {
+    let trail = || {
+        let kind = ground.trail_kind(p).unwrap_or(TrailSurfaceKind::Gravel);
+        materials.trail(kind)
+    };
+    match ground.trail_zone(p, inside) {
+        TrailZone::Surface => trail().surface,
+        TrailZone::Rut => trail().rut,
+        TrailZone::Strip => trail().strip,
+        TrailZone::CutSlope => materials.cut_slope,
+        TrailZone::Off => materials.floor[floor.cover(p).index()],
+    }
+}

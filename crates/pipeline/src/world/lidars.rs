@@ -1,0 +1,108 @@
+//! The robot's LiDARs.
+
+use nemoral_lidar::{EchoObservation, RangeModel, Scanner};
+use nemoral_lidar_noise::RangeSensor;
+use nemoral_scene::RigidTransform;
+use nemoral_seed::Key;
+
+use crate::config::{self, Config, Lidar, refused_at};
+use crate::plan::{Encode, Encoder, Hasher};
+use crate::{Error, InputFiles};
+
+/// A LiDAR with its place on the body.
+#[derive(Debug)]
+pub struct LidarRig {
+    /// The name of its table: the first one's is `lidar`.
+    pub name: String,
+    /// The body's frame from the LiDAR's.
+    pub body_from_lidar: RigidTransform,
+    /// Fires the pulses.
+    pub scanner: Scanner,
+    /// How its ranges err.
+    pub noise: Noise,
+}
+
+impl LidarRig {
+    /// The LiDAR whose table is at `path`.
+    fn new(
+        path: &str,
+        lidar: &Lidar,
+        visible_radius_m: f64,
+        inputs: &InputFiles,
+    ) -> Result<Self, Error> {
+        let params = lidar.scanner_params(visible_radius_m);
+        let scanner = Scanner::new(params, lidar.scan_pattern(path, inputs)?);
+        let noise = RangeSensor::new(lidar.range_noise());
+        Ok(Self {
+            name: config::sensor_name(path).to_owned(),
+            body_from_lidar: lidar.body_from_lidar(),
+            scanner: scanner.map_err(|e| refused_at(path, e))?,
+            noise: Noise(noise.map_err(|e| refused_at(&format!("{path}.noise"), e))?),
+        })
+    }
+}
+
+/// lidar-noise behind lidar's port.
+#[derive(Debug)]
+pub struct Noise(RangeSensor);
+
+impl RangeModel for Noise {
+    fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
+        self.0.measure(o, &mut key.rng())
+    }
+
+    fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
+        let rngs = keys.iter().map(|key| key.rng());
+        self.0.measure_each(os, rngs, ranges_m);
+    }
+}
+
+/// What a config asks for in one of the robot's LiDARs.
+#[derive(Clone, Debug)]
+pub(crate) struct LidarRecipe {
+    /// Its table in the config.
+    path: String,
+    params: Lidar,
+    visible_radius_m: f64,
+    inputs: InputFiles,
+}
+
+impl LidarRecipe {
+    /// Of each of a config's LiDARs.
+    pub(crate) fn all(config: &Config, inputs: &InputFiles) -> Vec<Self> {
+        let recipe = |(path, lidar): (String, &Lidar)| Self {
+            path,
+            params: lidar.clone(),
+            visible_radius_m: config.chunks.visible_radius_m,
+            inputs: inputs.clone(),
+        };
+        config.all_lidars().map(recipe).collect()
+    }
+
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        self.inputs.encode(hasher, self);
+    }
+
+    /// The LiDAR.
+    pub(crate) fn make(&self) -> Result<LidarRig, Error> {
+        LidarRig::new(
+            &self.path,
+            &self.params,
+            self.visible_radius_m,
+            &self.inputs,
+        )
+    }
+}
+
+impl Encode for LidarRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            path,
+            params,
+            visible_radius_m,
+            inputs: _,
+        } = self;
+        encoder.field(path, params);
+        encoder.field("visible_radius_m", visible_radius_m);
+    }
+}

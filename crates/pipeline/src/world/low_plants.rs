@@ -1,0 +1,76 @@
+//! Low plants of a chunk, each as one of the library's shapes.
+
+use std::sync::Arc;
+
+use nemoral_placement::CoverPoint;
+use nemoral_raycast::Blas;
+use nemoral_scene::{ChunkCoord, Instance};
+use nemoral_seed::Key;
+use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
+use nemoral_trails::{DressingKind, TrailDressing};
+
+use super::assets::WorldAssets;
+use super::flora::Patch;
+use super::ground::ChunkGround;
+
+/// What grows low in a chunk: undergrowth, seedlings, and grass on trails.
+pub(crate) struct LowPlants<'a> {
+    pub(crate) patches: &'a [Patch],
+    pub(crate) seedlings: &'a [CoverPoint],
+    pub(crate) dressing: &'a [TrailDressing],
+}
+
+impl LowPlants<'_> {
+    /// Every plant in its chunk.
+    pub(crate) fn instances(
+        &self,
+        (at, chunk_size_m): (ChunkCoord, f64),
+        world: Key,
+        assets: &WorldAssets,
+        ground: &ChunkGround,
+    ) -> Vec<(Instance, Arc<Blas>)> {
+        let origin = at.origin_m(chunk_size_m);
+        let mut instances = Vec::new();
+        let mut plant = |shapes: &[Arc<Blas>], weights: Option<&[f64]>, plant: LowPlant| {
+            let placed = plant.instance(shapes, weights, |s| s.prototype(), ground, origin);
+            instances.extend(placed.map(|(instance, shape)| (instance, Arc::clone(shape))));
+        };
+        for Patch { kind, point } in self.patches {
+            let shapes = match kind {
+                PatchKind::Grass => &assets.grass,
+                PatchKind::Herbs => &assets.herbs,
+                PatchKind::Ferns => &assets.ferns,
+                PatchKind::Litter => &assets.litter,
+            };
+            plant(shapes, None, of_point(point));
+        }
+        for point in self.seedlings {
+            let weights = Some(&*assets.seedling_weights);
+            plant(&assets.seedlings, weights, of_point(point));
+        }
+        let tufts = self
+            .dressing
+            .iter()
+            .filter(|d| d.kind != DressingKind::Stone);
+        for (i, d) in tufts.enumerate() {
+            let key = world.domain(LOW_PLANT_VARIATION).chunk(at).item(i as u64);
+            let tuft = LowPlant {
+                position_m: d.position_m,
+                yaw_rad: d.yaw_rad,
+                scale: d.scale,
+                key,
+            };
+            plant(&assets.trail_tufts, None, tuft);
+        }
+        instances
+    }
+}
+
+fn of_point(point: &CoverPoint) -> LowPlant {
+    LowPlant {
+        position_m: point.position_m,
+        yaw_rad: point.yaw_rad,
+        scale: point.scale,
+        key: point.key,
+    }
+}

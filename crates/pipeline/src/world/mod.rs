@@ -1,0 +1,14 @@
+//! What a world is made of, from a config: its ground and plants, and the robot's sensors.
+
+pub mod assets;
+pub mod cameras;
+pub mod flora;
+pub mod ground;
+pub(crate) mod ground_mesh;
+pub mod guide;
+pub mod lidars;
+pub(crate) mod low_plants;
+pub(crate) mod object_sites;
+pub(crate) mod placement;
+pub(crate) mod recipe;
+pub mod uncovered;

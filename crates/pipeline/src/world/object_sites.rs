@@ -1,0 +1,70 @@
+//! From what was placed to what gets an id.
+
+use nemoral_placement::Site;
+use nemoral_scene::{ChunkCoord, ObjectKind};
+use nemoral_seed::{Draw, Key};
+use nemoral_stand::{OBJECT_VARIATION, ObjectSite, ObjectSize, StandLayer};
+use nemoral_trails::{DressingKind, TrailDressing};
+
+use super::assets::WorldAssets;
+use super::ground::GroundModel;
+
+/// The objects of a chunk in the order of their numbers: rocks, woody plants, stones on trails.
+pub(crate) fn object_sites(
+    at: ChunkCoord,
+    world: Key,
+    (rocks, woody): (&[Site], &[Site]),
+    assets: &WorldAssets,
+    model: &GroundModel,
+) -> Vec<ObjectSite> {
+    let rocks = rocks.iter().map(|site| grown(ObjectKind::Rock, site));
+    let woody = woody.iter().map(|site| woody_plant(site, assets));
+    let mut sites: Vec<ObjectSite> = rocks.chain(woody).collect();
+    let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
+    let stones = (dressing.iter()).filter(|d| d.kind == DressingKind::Stone);
+    for (i, stone) in stones.enumerate() {
+        let key = world.domain(OBJECT_VARIATION).chunk(at).item(i as u64);
+        sites.push(trail_stone(stone, key, assets));
+    }
+    sites
+}
+
+/// An object of a placed site, as large as its asset, nearly.
+fn grown(kind: ObjectKind, site: &Site) -> ObjectSite {
+    ObjectSite {
+        kind,
+        position_m: site.position_m,
+        radius_m: site.radius_m,
+        asset: usize::from(site.variety),
+        size: ObjectSize::Grown,
+        key: site.key,
+        on_trail: false,
+    }
+}
+
+fn woody_plant(site: &Site, assets: &WorldAssets) -> ObjectSite {
+    match StandLayer::ALL[usize::from(site.layer)] {
+        StandLayer::Trees => grown(ObjectKind::Tree, site),
+        StandLayer::Stumps => grown(ObjectKind::Stump, site),
+        StandLayer::Shrubs => grown(ObjectKind::Shrub, site),
+        StandLayer::Saplings => ObjectSite {
+            asset: assets.first_sapling + usize::from(site.variety),
+            size: ObjectSize::Sapling,
+            ..grown(ObjectKind::Tree, site)
+        },
+    }
+}
+
+fn trail_stone(stone: &TrailDressing, key: Key, assets: &WorldAssets) -> ObjectSite {
+    let stones = &assets.library.trail_stones;
+    let asset = key.rng().below(stones.len() as u32) as usize;
+    ObjectSite {
+        kind: ObjectKind::Rock,
+        position_m: stone.position_m,
+        radius_m: stones[asset].radius_m * stone.scale,
+        asset,
+        size: ObjectSize::Given(stone.scale),
+        key,
+        on_trail: true,
+    }
+}

@@ -1,0 +1,178 @@
+//! What a config asks the library to grow.
+
+use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies};
+use nemoral_scene::glam::Vec3;
+
+use crate::config::{self, Config};
+use crate::plan::{Encode, Encoder, Hasher};
+use crate::{Error, InputFiles};
+
+/// What is to be grown.
+#[derive(Clone, Debug)]
+pub(crate) struct Recipe {
+    assets: config::Assets,
+    saplings: bool,
+    seedlings: bool,
+    inputs: InputFiles,
+}
+
+impl Encode for Recipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            assets,
+            saplings,
+            seedlings,
+            inputs: _,
+        } = self;
+        let config::Assets {
+            individuals,
+            trunk_radius_m,
+            dbh_mean_m,
+            dbh_shape,
+            dbh_min_m,
+            dbh_max_m,
+            maritime_pine,
+            eucalyptus,
+            english_oak,
+            scots_pine,
+            norway_spruce,
+            douglas_fir,
+            cork_oak,
+            beech,
+            silver_birch,
+            own_species,
+            own_share,
+            snags,
+            // How often a shrub is placed makes no difference to how it is grown.
+            gorse: _,
+            heather: _,
+            bramble: _,
+        } = assets;
+        encoder.field("individuals", individuals);
+        encoder.field("trunk_radius_m", trunk_radius_m);
+        encoder.field("dbh_mean_m", dbh_mean_m);
+        encoder.field("dbh_shape", dbh_shape);
+        encoder.field("dbh_min_m", dbh_min_m);
+        encoder.field("dbh_max_m", dbh_max_m);
+        encoder.field("maritime_pine", maritime_pine);
+        encoder.field("eucalyptus", eucalyptus);
+        encoder.field("english_oak", english_oak);
+        encoder.field("scots_pine", scots_pine);
+        encoder.field("norway_spruce", norway_spruce);
+        encoder.field("douglas_fir", douglas_fir);
+        encoder.field("cork_oak", cork_oak);
+        encoder.field("beech", beech);
+        encoder.field("silver_birch", silver_birch);
+        encoder.field("own_species", own_species);
+        encoder.field("own_share", own_share);
+        encoder.field("snags", snags);
+        encoder.field("saplings", saplings);
+        encoder.field("seedlings", seedlings);
+    }
+}
+
+/// One dead tree is grown for so many living ones.
+const LIVING_PER_SNAG: u32 = 4;
+
+/// So many seedlings are grown of each species.
+const SEEDLINGS: u32 = 8;
+
+/// One sapling is grown for so many living trees.
+const LIVING_PER_SAPLING: u32 = 2;
+
+impl Recipe {
+    pub(crate) fn new(config: &Config, inputs: &InputFiles) -> Self {
+        Self {
+            assets: config.assets.clone(),
+            saplings: config.placement.regeneration.saplings > 0.0,
+            seedlings: config.placement.regeneration.seedlings > 0.0,
+            inputs: inputs.clone(),
+        }
+    }
+
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        self.inputs.encode(hasher, self);
+    }
+
+    /// The species with a share, and their shares.
+    pub(crate) fn species(&self) -> Result<Vec<(Species, f64)>, Error> {
+        let own = || {
+            let file = self.inputs.get(&self.assets.own_species);
+            let (text, path) = match file {
+                Some(file) => (file.text()?, file.path().display().to_string()),
+                None => ("", "assets.own_species".to_owned()),
+            };
+            Species::from_toml(text, &path).map_err(Error::of_stage)
+        };
+        let wanted = self.assets.shares().into_iter().filter(|(_, s)| *s > 0.0);
+        let species = wanted.map(|(name, share)| {
+            let species = match name.and_then(Species::built_in) {
+                Some(species) => species,
+                None => own()?,
+            };
+            Ok((species, share))
+        });
+        species.collect()
+    }
+
+    /// The share of the light on leaves that leaves their shoot again, linear sRGB: the mean over
+    /// all leaf area, by the species' shares and their leaf area at the stand's mean diameter.
+    pub(crate) fn foliage_albedo(&self) -> Result<Vec3, Error> {
+        let named = self.species()?;
+        let share = |name: &str| {
+            named
+                .iter()
+                .find(|(s, _)| s.name == name)
+                .map_or(1.0, |n| n.1)
+        };
+        let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+        for StandSpecies {
+            species,
+            dbh_mean_m,
+        } in self.params(&named).species
+        {
+            let area = (share(&species.name) * species.mean_leaf_area_m2(dbh_mean_m)) as f32;
+            sum += area * species.shoot().scattering();
+            total += area;
+        }
+        Ok(sum / total)
+    }
+
+    /// The share of standing trees that are dead.
+    pub(crate) fn snag_share(&self) -> f64 {
+        self.assets.snags
+    }
+
+    pub(crate) fn params(&self, species: &[(Species, f64)]) -> AssetParams {
+        let a = &self.assets;
+        let mut params = AssetParams {
+            individuals_per_species: a.individuals,
+            snags_per_species: if a.snags > 0.0 {
+                a.individuals.div_ceil(LIVING_PER_SNAG)
+            } else {
+                0
+            },
+            saplings_per_species: if self.saplings {
+                a.individuals.div_ceil(LIVING_PER_SAPLING)
+            } else {
+                0
+            },
+            seedlings_per_species: if self.seedlings { SEEDLINGS } else { 0 },
+            trunk_radius_m: a.trunk_radius_m,
+            stand: StandParams {
+                shape: a.dbh_shape,
+                dbh_min_m: a.dbh_min_m,
+                dbh_max_m: a.dbh_max_m,
+            },
+            ..AssetParams::default()
+        };
+        if !species.is_empty() {
+            let of = |(species, _): &(Species, f64)| StandSpecies {
+                species: species.clone(),
+                dbh_mean_m: a.dbh_mean_m,
+            };
+            params.species = species.iter().map(of).collect();
+        }
+        params
+    }
+}

@@ -1,0 +1,85 @@
+//! Geometry without what hides: the ground, trunks, and each object by itself.
+
+use std::sync::Arc;
+
+use nemoral_raycast::{Blas, Group};
+use nemoral_scene::{ChunkCoord, Instance, MaterialId, ObjectKind, Ontology, Semantic};
+use nemoral_stand::{SceneObject, SceneObjects};
+
+use super::assets::WorldAssets;
+use crate::Error;
+
+/// Trees and stumps without all that is no trunk.
+#[derive(Debug)]
+pub struct Trunks {
+    /// Of `standing`; `None` without trunk.
+    standing: Vec<Option<Arc<Blas>>>,
+    /// Of `stumps`.
+    stumps: Vec<Option<Arc<Blas>>>,
+}
+
+impl Trunks {
+    /// The parts of trees and stumps that an ontology calls trunks.
+    pub(crate) fn new(assets: &WorldAssets, ontology: &Ontology) -> Result<Self, Error> {
+        let trunk = ontology.class(Semantic::Stem).id;
+        let materials = &assets.library.materials;
+        let is_trunk = |m: MaterialId| ontology.class(materials.get(m).semantic).id == trunk;
+        let strip = |shape: &Arc<Blas>| -> Result<Option<Arc<Blas>>, Error> {
+            let stripped = shape.prototype().retaining(is_trunk, materials);
+            let stripped = stripped.map_err(Error::of_stage)?;
+            Ok(stripped.map(|trunk| Arc::new(Blas::build(Arc::new(trunk), materials))))
+        };
+        let standing = assets.standing.iter().map(|s| strip(&s.blas));
+        Ok(Self {
+            standing: standing.collect::<Result<_, _>>()?,
+            stumps: assets.stumps.iter().map(strip).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// The geometry of a chunk without what hides it: its ground, its trunks on the ground, and its
+/// objects one by one.
+#[derive(Debug)]
+pub struct UncoveredGeometry {
+    pub(crate) ground: Arc<Group>,
+    pub(crate) trunks: Arc<Group>,
+    pub(crate) objects: Vec<(SceneObject, Instance, Arc<Blas>)>,
+}
+
+impl UncoveredGeometry {
+    /// Strips a chunk, of whose ground and objects `geometry` is.
+    pub(crate) fn new(
+        (at, chunk_size_m): (ChunkCoord, f64),
+        trunks: &Trunks,
+        assets: &WorldAssets,
+        geometry: &Group,
+        objects: &SceneObjects,
+    ) -> Self {
+        // All that has no id there is the chunk's ground.
+        let ground: Vec<_> = (geometry.instances().iter())
+            .filter(|(instance, _)| instance.object.is_none())
+            .cloned()
+            .collect();
+        let mut with_trunks = ground.clone();
+        for object in &objects.0 {
+            let shape = match object.kind {
+                ObjectKind::Tree => &trunks.standing[object.asset],
+                ObjectKind::Stump => &trunks.stumps[object.asset],
+                _ => &None,
+            };
+            if let Some(shape) = shape {
+                let instance = object.instance(shape.prototype(), at, chunk_size_m);
+                with_trunks.push((instance, Arc::clone(shape)));
+            }
+        }
+        let objects = objects.0.iter().map(|object| {
+            let (instance, shape) = assets.instance(object, at, chunk_size_m);
+            (object.clone(), instance, shape)
+        });
+        Self {
+            ground: Arc::new(Group::build(ground)),
+            trunks: Arc::new(Group::build(with_trunks)),
+            objects: objects.collect(),
+        }
+    }
+}

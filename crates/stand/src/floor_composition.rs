@@ -1,0 +1,115 @@
+//! What covers the ground of a forest: patches of litter and moss.
+
+use nemoral_scene::glam::DVec2;
+
+use crate::{Field, FieldParams};
+
+/// What covers the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FloorCover {
+    /// Fallen leaves.
+    LeafLitter,
+    /// Fallen needles.
+    NeedleLitter,
+    /// Moss and soil.
+    Moss,
+}
+
+impl FloorCover {
+    /// All covers, by [`index`](Self::index).
+    pub const ALL: [Self; 3] = [Self::LeafLitter, Self::NeedleLitter, Self::Moss];
+
+    /// The place of the cover in [`ALL`](Self::ALL).
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// The field that makes patches of a floor some metres wide.
+pub const FLOOR_FIELD: FieldParams = FieldParams {
+    octaves: 4,
+    scale_m: 14.0,
+    lacunarity: 2.1,
+    persistence: 0.6,
+};
+
+/// Number of places along each side of the grid at which a field's quantiles are sampled.
+const SAMPLES: u32 = 48;
+
+/// Distance of these places, metres: several patches, so that samples tell much.
+const SAMPLE_STEP_M: f64 = 37.0;
+
+/// Which cover lies where: one field, cut at its own quantiles.
+#[derive(Clone, Debug)]
+pub struct FloorComposition<F> {
+    field: F,
+    /// Below the first of these the field has the first cover, above the last the last.
+    limits: [f64; 2],
+}
+
+impl<F: Field> FloorComposition<F> {
+    /// A floor on which each of [`FloorCover::ALL`] has its share.
+    ///
+    /// `shares` are relative to each other; none is negative and their sum is positive. They are
+    /// met by the quantiles of the field at 2,304 places.
+    pub fn new(shares: [f64; 3], field: F) -> Self {
+        let places = (0..SAMPLES * SAMPLES)
+            .map(|i| DVec2::new(f64::from(i % SAMPLES), f64::from(i / SAMPLES)) * SAMPLE_STEP_M);
+        let mut values: Vec<f64> = places.map(|p| field.value(p)).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let total: f64 = shares.iter().sum();
+        let limit = |share: f64| {
+            let rank = share / total * values.len() as f64;
+            values.get(rank as usize).copied().unwrap_or(f64::INFINITY)
+        };
+        let limits = [limit(shares[0]), limit(shares[0] + shares[1])];
+        Self { field, limits }
+    }
+
+    /// The cover at a world position, metres.
+    pub fn cover(&self, world_m: DVec2) -> FloorCover {
+        let value = self.field.value(world_m);
+        let below = self.limits.iter().filter(|&&limit| value >= limit).count();
+        FloorCover::ALL[below]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Waves in both directions, from 0 to 1.
+    fn waves(p: DVec2) -> f64 {
+        0.5 + 0.25 * (libm::sin(p.x * 0.71) + libm::sin(p.y * 0.83))
+    }
+
+    #[test]
+    fn covers_have_their_shares() {
+        let floor = FloorComposition::new([2.0, 1.0, 1.0], waves);
+        let mut counts = [0; 3];
+        for i in 0..40_000 {
+            let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 1.7;
+            counts[floor.cover(p).index()] += 1;
+        }
+        for (count, share) in counts.into_iter().zip([0.5, 0.25, 0.25]) {
+            let found = f64::from(count) / 40_000.0;
+            assert!((found - share).abs() < 0.03, "{counts:?}");
+        }
+    }
+
+    #[test]
+    fn a_cover_without_share_is_nowhere() {
+        for i in 0..3 {
+            let mut shares = [0.0; 3];
+            shares[i] = 7.0;
+            let floor = FloorComposition::new(shares, waves);
+            for k in 0..1000 {
+                let p = DVec2::new(f64::from(k), 3.0) * 0.9;
+                // The lowest and highest values may lie outside of the sampled ones.
+                let rare = waves(p) < 0.01 || waves(p) > 0.99;
+                assert!(rare || floor.cover(p) == FloorCover::ALL[i]);
+            }
+        }
+    }
+}

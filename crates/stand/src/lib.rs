@@ -1,0 +1,49 @@
+//! This crate composes forest stands: what covers the ground, how much light reaches it, which low
+//! plants grow there, and how copies of one tree are told apart.
+//!
+//! Everything here is a function of positions, keys and a few ports; the crate knows neither how
+//! sites are sampled, nor what plants look like, nor how rays are cast.
+//!
+//! - [`FloorComposition`]: patches of leaf litter, needle litter and moss with given shares, from
+//!   any smooth [`Field`].
+//! - [`SkyViewFactor`]: the share of the sky that is seen past the crowns, measured with any
+//!   [`RayCaster`](nemoral_scene::RayCaster).
+//! - [`InstanceVariation`]: turns and sizes such that no two copies of a tree within 30 m look
+//!   alike.
+//! - [`Undergrowth`]: the chance of a patch of low plants, and which grows there, by the light.
+//! - [`Seedlings`]: the chance of a tree seedling.
+//! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
+//! - [`SceneObjects`]: what has an id in a chunk, numbered and stood on the ground; [`StandLayer`]
+//!   names the woody layers.
+//!
+//! All lengths are metres; world positions are x east, y north, z up.
+
+mod error;
+mod field;
+mod floor_composition;
+mod instance_variation;
+mod layer;
+mod low_plants;
+mod scene_objects;
+mod seedlings;
+mod sky_view_factor;
+mod undergrowth;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
+
+pub use error::Error;
+pub use field::{Field, FieldParams};
+pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
+pub use instance_variation::{
+    InstanceVariation, Variation, VariationPattern, grown_scale, sapling_scale,
+};
+pub use layer::StandLayer;
+pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
+pub use scene_objects::{OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject, SceneObjects};
+pub use seedlings::Seedlings;
+pub use sky_view_factor::{REACH_M, SkyViewArea, SkyViewFactor};
+pub use undergrowth::{
+    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, Undergrowth, UndergrowthParams,
+};

@@ -1,0 +1,227 @@
+//! What has an id in a chunk: sites are numbered, stood on the ground, and told apart.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2};
+use nemoral_scene::{ChunkCoord, Instance, ObjectId, ObjectKind, Prototype, Surface};
+use nemoral_seed::{Domain, Draw, Key};
+
+use crate::{Error, InstanceVariation, Variation, grown_scale, sapling_scale};
+
+/// The purpose of the draws that tell objects of one asset apart.
+pub const OBJECT_VARIATION: Domain = Domain::new("pipeline.look");
+
+/// One rock, tree, stump, shrub or stone.
+#[derive(Clone, Debug)]
+pub struct SceneObject {
+    /// Its true id.
+    pub object: ObjectId,
+    /// What it is.
+    pub kind: ObjectKind,
+    /// World position of its foot.
+    pub position_m: DVec3,
+    /// What it occupies at the ground, metres.
+    pub radius_m: f64,
+    /// Index into the library's assets of its kind.
+    pub asset: usize,
+    /// Size relative to the asset.
+    pub scale: f64,
+    /// Chunk axes from the asset's axes.
+    pub linear: Mat3,
+    /// 0..1, varies its colour.
+    pub variation: f32,
+    /// Whether it lies on a trail, as stones do.
+    pub on_trail: bool,
+}
+
+impl SceneObject {
+    /// A shape placed in the object's chunk, as the object stands there.
+    #[must_use]
+    pub fn instance(
+        &self,
+        prototype: &Arc<Prototype>,
+        chunk: ChunkCoord,
+        chunk_size_m: f64,
+    ) -> Instance {
+        let local = self.position_m - chunk.origin_m(chunk_size_m).extend(0.0);
+        Instance {
+            prototype: Arc::clone(prototype),
+            position_m: local.as_vec3(),
+            linear: self.linear,
+            object: self.object,
+            variation: self.variation,
+        }
+    }
+}
+
+/// The objects of a chunk, in order of their ids.
+#[derive(Clone, Debug, Default)]
+pub struct SceneObjects(pub Vec<SceneObject>);
+
+impl SceneObjects {
+    /// Numbers the sites of a chunk in their order and stands them on its ground.
+    ///
+    /// # Errors
+    /// If there are more than 65,535 sites, or the chunk is beyond ±2,097,151.
+    pub fn stand(
+        chunk: ChunkCoord,
+        sites: &[ObjectSite],
+        ground: &(impl Surface + ?Sized),
+        variation: &InstanceVariation,
+    ) -> Result<Self, Error> {
+        let objects = sites.iter().enumerate().map(|(i, site)| {
+            let object = u16::try_from(i + 1)
+                .ok()
+                .and_then(|item| ObjectId::new(chunk, item))
+                .ok_or(Error::NoObjectId {
+                    objects: sites.len(),
+                    chunk,
+                })?;
+            Ok(site.stand(object, ground, variation))
+        });
+        objects.collect::<Result<_, _>>().map(Self)
+    }
+}
+
+/// An object on the map, before it stands on the ground.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectSite {
+    /// What it is.
+    pub kind: ObjectKind,
+    /// World position, metres.
+    pub position_m: DVec2,
+    /// What it occupies at the ground, metres.
+    pub radius_m: f64,
+    /// Index into the library's assets of its kind.
+    pub asset: usize,
+    /// What decides its size.
+    pub size: ObjectSize,
+    /// Its own key.
+    pub key: Key,
+    /// Whether it lies on a trail.
+    pub on_trail: bool,
+}
+
+/// What decides an object's size relative to its asset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ObjectSize {
+    /// The scale is known.
+    Given(f64),
+    /// It varies a little, as [`grown_scale`] has it.
+    Grown,
+    /// It varies much, as [`sapling_scale`] has it.
+    Sapling,
+}
+
+impl ObjectSize {
+    /// The scale by its place among all sizes, 0..1.
+    fn scale(self, place: f64) -> f64 {
+        match self {
+            Self::Given(scale) => scale,
+            Self::Grown => grown_scale(place),
+            Self::Sapling => sapling_scale(place),
+        }
+    }
+}
+
+impl ObjectSite {
+    fn stand(
+        &self,
+        object: ObjectId,
+        ground: &(impl Surface + ?Sized),
+        variations: &InstanceVariation,
+    ) -> SceneObject {
+        let mut rng = self.key.domain(OBJECT_VARIATION).rng();
+        let look = match self.kind {
+            ObjectKind::Tree => {
+                let pattern = match self.size {
+                    ObjectSize::Sapling => &variations.saplings,
+                    _ => &variations.trees,
+                };
+                pattern.at(self.position_m, &mut rng)
+            }
+            _ => Variation {
+                yaw_rad: rng.range_f64(0.0, TAU),
+                size: rng.unit_f64(),
+            },
+        };
+        let variation = rng.unit_f32();
+        let scale = self.size.scale(look.size);
+        let sample = ground.sample(self.position_m);
+        // Trees stand upright on a slope, their flare reaches into it; the rest lies along it.
+        let gradient = match self.kind {
+            ObjectKind::Tree | ObjectKind::Stump => Vec2::ZERO,
+            _ => sample.gradient.as_vec2(),
+        };
+        SceneObject {
+            object,
+            kind: self.kind,
+            position_m: self.position_m.extend(sample.height_m),
+            radius_m: self.radius_m,
+            asset: self.asset,
+            scale,
+            linear: Instance::upright(look.yaw_rad as f32, scale as f32, gradient),
+            variation,
+            on_trail: self.on_trail,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nemoral_scene::FlatSurface;
+
+    fn site(kind: ObjectKind, item: u64) -> ObjectSite {
+        ObjectSite {
+            kind,
+            position_m: DVec2::new(3.0 * item as f64, 7.0),
+            radius_m: 0.2,
+            asset: 0,
+            size: ObjectSize::Grown,
+            key: Key::world(7).item(item),
+            on_trail: false,
+        }
+    }
+
+    #[test]
+    fn objects_are_numbered_and_stand_on_the_ground() {
+        let slope = FlatSurface {
+            height_m: 5.0,
+            gradient: DVec2::new(0.2, 0.0),
+        };
+        let chunk = ChunkCoord::new(0, 0);
+        let kinds = [ObjectKind::Tree, ObjectKind::Shrub];
+        let sites: Vec<ObjectSite> = kinds
+            .into_iter()
+            .zip(1..)
+            .map(|(k, i)| site(k, i))
+            .collect();
+        let variation = InstanceVariation::new(Key::world(7));
+        let objects = SceneObjects::stand(chunk, &sites, &slope, &variation)
+            .expect("ids")
+            .0;
+        assert_eq!(
+            objects[1].object,
+            ObjectId::new(chunk, 2).expect("in range")
+        );
+        assert!((objects[1].position_m.z - (5.0 + 0.2 * 6.0)).abs() < 1e-12);
+        // A tree stands upright; a shrub is sheared along the slope.
+        assert_eq!(objects[0].linear.x_axis.z, 0.0);
+        assert!(objects[1].linear.x_axis.z != 0.0 && objects[1].linear.z_axis.x == 0.0);
+    }
+
+    #[test]
+    fn there_are_ids_for_65_535_objects() {
+        let variation = InstanceVariation::new(Key::world(7));
+        let stand = |n: usize| {
+            let sites = vec![site(ObjectKind::Rock, 1); n];
+            let chunk = ChunkCoord::new(0, 0);
+            SceneObjects::stand(chunk, &sites, &FlatSurface::default(), &variation)
+        };
+        assert_eq!(stand(65_535).expect("ids").0.len(), 65_535);
+        let error = stand(65_536).expect_err("too many").to_string();
+        assert!(error.starts_with("65536 objects"), "{error}");
+    }
+}

@@ -1,0 +1,149 @@
+//! Where which low plants like to grow.
+
+use nemoral_scene::glam::DVec2;
+use nemoral_seed::{Domain, Draw, Key};
+
+use crate::{Field, FieldParams};
+
+const KIND: Domain = Domain::new("pipeline.undergrowth.kind");
+
+/// The field that makes plants cluster.
+pub const CLUMP_FIELD: FieldParams = FieldParams {
+    octaves: 3,
+    scale_m: 9.0,
+    lacunarity: 2.0,
+    persistence: 0.5,
+};
+
+/// The field that says where ferns like to grow: in wider groups.
+pub const FERN_FIELD: FieldParams = FieldParams {
+    scale_m: 24.0,
+    ..CLUMP_FIELD
+};
+
+/// How far a patch stands from its cell's middle at most, in cells.
+pub const PATCH_JITTER: f64 = 0.6;
+
+/// The range of scales of patches.
+pub const PATCH_SCALE: (f64, f64) = (0.75, 1.25);
+
+/// What grows in a cell of the undergrowth's grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PatchKind {
+    /// Grass.
+    Grass,
+    /// Herbs.
+    Herbs,
+    /// Ferns.
+    Ferns,
+    /// Fallen twigs and cones.
+    Litter,
+}
+
+/// How much of what grows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UndergrowthParams {
+    /// The share of cells with plants in full light, 0..1.
+    pub cover: f64,
+    /// The share of cells with fallen twigs and cones, 0..1.
+    pub litter: f64,
+    /// The weight of grass among plants.
+    pub grass: f64,
+    /// The weight of herbs.
+    pub herbs: f64,
+    /// The weight of ferns where they like to grow.
+    pub ferns: f64,
+}
+
+/// The undergrowth of a world: where which plants like to grow.
+///
+/// Each cell of a jittered grid may hold one patch; whose grid that is, is up to the caller.
+#[derive(Clone, Debug)]
+pub struct Undergrowth<F> {
+    /// How much of what grows.
+    pub params: UndergrowthParams,
+    /// Where plants cluster; see [`CLUMP_FIELD`].
+    pub clumps: F,
+    /// Where ferns do; see [`FERN_FIELD`].
+    pub ferns: F,
+}
+
+impl<F: Field> Undergrowth<F> {
+    /// The chance that a cell holds a patch at a world position, metres, by the sky view factor
+    /// 0.3 m above its ground. Little grows in deep shade.
+    pub fn chance(&self, world_m: DVec2, sky_view: f32) -> f64 {
+        let light = (f64::from(sky_view) / 0.3).clamp(0.2, 1.0);
+        let clump = contrast(self.clumps.value(world_m));
+        let plants = self.params.cover * light * (0.4 + 0.6 * clump);
+        (plants + self.params.litter).min(1.0)
+    }
+
+    /// What the patch is that stands at a world position, metres, with that
+    /// [`chance`](Self::chance); `key` is the patch's own.
+    pub fn kind(&self, world_m: DVec2, chance: f64, key: Key) -> PatchKind {
+        let mut rng = key.domain(KIND).rng();
+        let fern = contrast(self.ferns.value(world_m));
+        let params = &self.params;
+        let weights = [params.grass, params.herbs, params.ferns * fern];
+        if rng.chance(params.litter / chance.max(1e-9)) {
+            return PatchKind::Litter;
+        }
+        match rng.weighted(&weights) {
+            Some(0) => PatchKind::Grass,
+            Some(1) => PatchKind::Herbs,
+            Some(_) => PatchKind::Ferns,
+            // Ferns alone are asked for, where ferns do not like to grow.
+            None => PatchKind::Litter,
+        }
+    }
+}
+
+/// A field of octaves keeps to its middle; this gives its patches an edge.
+fn contrast(value: f64) -> f64 {
+    ((value - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn undergrowth(field: fn(DVec2) -> f64) -> Undergrowth<fn(DVec2) -> f64> {
+        let params = UndergrowthParams {
+            cover: 0.8,
+            litter: 0.1,
+            grass: 1.0,
+            herbs: 1.0,
+            ferns: 1.0,
+        };
+        Undergrowth {
+            params,
+            clumps: field,
+            ferns: field,
+        }
+    }
+
+    #[test]
+    fn little_grows_in_deep_shade() {
+        let dense = undergrowth(|_| 1.0);
+        let chance = |sky_view| dense.chance(DVec2::ZERO, sky_view);
+        assert!((chance(1.0) - 0.9).abs() < 1e-12);
+        assert!((chance(0.0) - 0.26).abs() < 1e-12);
+        assert!((undergrowth(|_| 0.0).chance(DVec2::ZERO, 1.0) - 0.42).abs() < 1e-12);
+    }
+
+    #[test]
+    fn ferns_keep_to_their_groups() {
+        let (dense, none) = (undergrowth(|_| 1.0), undergrowth(|_| 0.0));
+        let mut ferns = [0; 2];
+        for i in 0..3000 {
+            let key = Key::world(1).item(i);
+            for (count, stand) in ferns.iter_mut().zip([&dense, &none]) {
+                *count += u32::from(stand.kind(DVec2::ZERO, 0.9, key) == PatchKind::Ferns);
+            }
+        }
+        assert!(
+            (800..1000).contains(&ferns[0]) && ferns[1] == 0,
+            "{ferns:?}"
+        );
+    }
+}
