@@ -1,20 +1,18 @@
 //! The library: everything a world is made of, grown from one key.
 
+mod plants;
+
 use std::sync::Arc;
 
 use nemoral_scene::{MaterialLibrary, Prototype};
-use nemoral_seed::{Domain, Draw, Key};
+use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
+use self::plants::PlantGrower;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::error::ParamError;
 use crate::materials::{GroundMaterials, WorldMaterials};
-use crate::plant::rock::{RockPlan, rock};
-use crate::plant::seedling::seedling;
 use crate::plant::shape::Shape;
-use crate::plant::shrub::ShrubKind;
-use crate::plant::stump::stump;
-use crate::plant::{floor, undergrowth};
 use crate::tree::{
     GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
     individual_rank,
@@ -225,141 +223,26 @@ impl Library {
         let trees = grower.all(TreeKind::Living, params.individuals_per_species, key)?;
         let saplings = grower.all(TreeKind::Sapling, params.saplings_per_species, key)?;
         let snags = grower.all(TreeKind::Snag, params.snags_per_species, key)?;
-        let collect = |stage: Domain, count: u32, grow: &GrowOne<'_>| -> Vec<PlantAsset> {
-            (0..count)
-                .into_par_iter()
-                .map(|i| grow(i, key.domain(stage).item(u64::from(i))))
-                .collect()
+        let plants = PlantGrower {
+            species: &species,
+            materials: &materials,
+            masks: &masks,
+            key,
         };
-        let finish = |name: &str, number: u32, shape: Shape, radius_m: f32| {
-            let shape = prototype(name, number, shape, &materials.library);
-            asset(name, shape, radius_m)
-        };
-        let leafy =
-            |name: &str, number: u32, shape: Shape, radius_m: f32, near: &OcclusionParams| {
-                let shape = prototype(name, number, shape, &materials.library);
-                asset(name, between_leaves(shape, &masks, near), radius_m)
-            };
-        let patch = |name: &str, number: u32, shape: Shape| {
-            let radius_m = shape.reach_m();
-            leafy(name, number, shape, radius_m, &OcclusionParams::LOW)
-        };
-        let shrubs = collect(SHRUBS, SHRUBS_PER_KIND * 3, &|i, key| {
-            let kind = ShrubKind::ALL[(i / SHRUBS_PER_KIND) as usize];
-            let rank = (i % SHRUBS_PER_KIND) as f32 / (SHRUBS_PER_KIND - 1) as f32;
-            let shape = kind.grow(rank, &materials, &mut key.rng());
-            // Crowns of shrubs may touch; their lower halves may not.
-            let radius_m = 0.6 * shape.reach_m();
-            leafy(kind.name(), i, shape, radius_m, &OcclusionParams::SHRUB)
-        });
-        let stumps = collect(STUMPS, STUMP_COUNT, &|i, key| {
-            let mut rng = key.rng();
-            let species = i as usize % materials.stumps.len();
-            // Diameters of 0.2 to 0.6 m, in even steps so that a library has them all.
-            let radius_m = 0.10 + 0.20 * (i as f32 + rng.unit_f32()) / STUMP_COUNT as f32;
-            let height_m = rng.range_f32(0.14, 0.38);
-            let old = rng.chance(0.6);
-            let shape = stump(
-                radius_m,
-                height_m,
-                old,
-                &materials.stumps[species],
-                key.item(0),
-            );
-            let foot = foot_radius_m(&shape);
-            finish("stump", i, shape, foot)
-        });
-        let rocks = collect(ROCKS, ROCK_COUNT, &|i, key| {
-            let mut rng = key.rng();
-            // Radii of 0.15 to 1.2 m in a geometric series, smallest first.
-            let step = f64::from(i) / f64::from(ROCK_COUNT - 1);
-            let radius_m = (0.15 * libm::pow(8.0, step)) as f32 * rng.range_f32(0.93, 1.07);
-            let plan = RockPlan {
-                radius_m,
-                subdivisions: if radius_m < 0.45 { 3 } else { 4 },
-                sunk: rng.range_f32(0.30, 0.60),
-                roughness: rng.range_f32(0.05, 0.11),
-                material: materials.rock,
-                tile_m: 1.0,
-            };
-            let shape = rock(&plan, key.item(0));
-            let foot = foot_radius_m(&shape);
-            finish("rock", i, shape, foot)
-        });
-        let trail_stones = collect(TRAIL_STONES, 16, &|i, key| {
-            let mut rng = key.rng();
-            let plan = RockPlan {
-                radius_m: rng.range_f32(0.028, 0.072),
-                subdivisions: 2,
-                sunk: rng.range_f32(0.25, 0.45),
-                roughness: rng.range_f32(0.03, 0.08),
-                material: materials.stone,
-                tile_m: 0.5,
-            };
-            let shape = rock(&plan, key.item(0));
-            let foot = foot_radius_m(&shape);
-            finish("stone", i, shape, foot)
-        });
-        let grass = collect(GRASS, PATCHES, &|i, key| {
-            patch(
-                "grass",
-                i,
-                undergrowth::grass(i, &materials, &mut key.rng()),
-            )
-        });
-        let herbs = collect(HERBS, PATCHES, &|i, key| {
-            patch(
-                "herbs",
-                i,
-                undergrowth::herbs(i, &materials, &mut key.rng()),
-            )
-        });
-        let ferns = collect(FERNS, 2 * PATCHES, &|i, key| {
-            let mut rng = key.rng();
-            if i % 2 == 0 {
-                patch("bracken", i, undergrowth::bracken(&materials, &mut rng))
-            } else {
-                patch("male_fern", i, undergrowth::male_fern(&materials, &mut rng))
-            }
-        });
-        let of_species = params.seedlings_per_species;
-        let seedlings = collect(SEEDLINGS, of_species * species.len() as u32, &|i, _| {
-            let (of, number) = ((i / of_species) as usize, i % of_species);
-            // Each species' are its own, whatever others there are.
-            let name = &species[of].name;
-            let key = key.domain(SEEDLINGS).domain(Domain::new(name));
-            let key = key.item(u64::from(number));
-            let rank = individual_rank(number, of_species, key) as f32;
-            let (leaves, materials) = (&species[of].leaves, &materials.seedlings[of]);
-            let shape = seedling(rank, leaves, materials, &mut key.rng());
-            patch(&format!("{name}_seedling"), number, shape)
-        });
-        let litter = collect(LITTER, PATCHES, &|i, key| {
-            let shape = floor::litter(i, &materials, &mut key.rng());
-            let radius_m = shape.reach_m();
-            finish("litter", i, shape, radius_m)
-        });
-        let trail_tufts = collect(TRAIL_TUFTS, PATCHES, &|i, key| {
-            patch(
-                "trail_tufts",
-                i,
-                undergrowth::trail_tuft(i, &materials, &mut key.rng()),
-            )
-        });
         Ok(Self {
             trees,
             saplings,
             snags,
-            shrubs,
-            stumps,
-            rocks,
-            grass,
-            herbs,
-            ferns,
-            seedlings,
-            litter,
-            trail_tufts,
-            trail_stones,
+            shrubs: plants.shrubs(),
+            stumps: plants.stumps(),
+            rocks: plants.rocks(),
+            grass: plants.grass(),
+            herbs: plants.herbs(),
+            ferns: plants.ferns(),
+            seedlings: plants.seedlings(params.seedlings_per_species),
+            litter: plants.litter(),
+            trail_tufts: plants.trail_tufts(),
+            trail_stones: plants.trail_stones(),
             ground: materials.ground,
             materials: materials.library,
         })
@@ -369,51 +252,17 @@ impl Library {
 const TREES: Domain = Domain::new("assets.trees");
 const SAPLINGS: Domain = Domain::new("assets.saplings");
 const SNAGS: Domain = Domain::new("assets.snags");
-const SHRUBS: Domain = Domain::new("assets.shrubs");
-const STUMPS: Domain = Domain::new("assets.stumps");
-const ROCKS: Domain = Domain::new("assets.rocks");
-const GRASS: Domain = Domain::new("assets.grass");
-const HERBS: Domain = Domain::new("assets.herbs");
-const FERNS: Domain = Domain::new("assets.ferns");
-const SEEDLINGS: Domain = Domain::new("assets.seedlings");
-const LITTER: Domain = Domain::new("assets.litter");
-const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
-const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
-
-const SHRUBS_PER_KIND: u32 = 4;
-const STUMP_COUNT: u32 = 9;
-const ROCK_COUNT: u32 = 12;
-/// Variants of each kind of patch.
-const PATCHES: u32 = 16;
-
-/// Grows the i-th of a kind from its own key.
-type GrowOne<'a> = dyn Fn(u32, Key) -> PlantAsset + Sync + 'a;
 
 fn prototype(name: &str, number: u32, shape: Shape, library: &MaterialLibrary) -> Prototype {
     Prototype::new(format!("{name}.{number}"), shape.mesh, shape.cards, library)
         .expect("shapes are made of finite points and of this library's materials")
 }
 
-/// The same shape, dark between its leaves.
-fn between_leaves(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams) -> Prototype {
+/// The same shape with its ambient occlusion.
+fn with_occlusion(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams) -> Prototype {
     let occlusion = ambient_occlusion::bake(&shape, masks, near);
     (shape.with_ambient_occlusion(occlusion))
         .expect("one share of each vertex and corner, and no ground")
-}
-
-fn asset(name: &str, prototype: Prototype, radius_m: f32) -> PlantAsset {
-    PlantAsset {
-        height_m: f64::from(prototype.bounds().max.z),
-        prototype: Arc::new(prototype),
-        name: name.to_owned(),
-        radius_m: f64::from(radius_m),
-    }
-}
-
-/// The largest distance from the axis at or above the ground.
-fn foot_radius_m(shape: &Shape) -> f32 {
-    let above = shape.mesh.positions.iter().filter(|p| p.z > -0.02);
-    above.fold(0.0, |r, p| r.max(p.truncate().length()))
 }
 
 #[derive(Clone, Copy)]
@@ -478,7 +327,7 @@ impl TreeGrower<'_> {
         let name = format!("{}.{part}{number}", species.name);
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
-        let prototype = between_leaves(prototype, self.masks, &OcclusionParams::TREE);
+        let prototype = with_occlusion(prototype, self.masks, &OcclusionParams::TREE);
         Ok(TreeAsset {
             prototype: Arc::new(prototype),
             species: species.name.clone(),

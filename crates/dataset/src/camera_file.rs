@@ -1,9 +1,9 @@
 //! The files that a camera writes of a frame, one by one.
 
-use crate::layout::{self, CameraFolders};
+use crate::formats::{annotations, exr, images, npy};
 use nemoral_scene::Intrinsics;
 
-use crate::{CameraData, DatasetHeader, DepthFormat, exr, extra, images, limits, npy};
+use crate::{CameraData, DatasetHeader, DepthFormat, limits};
 
 /// One of the files that a camera writes of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,10 +84,10 @@ impl CameraFile {
                 DepthFormat::Npy => npy::encode(&truth.depth_m),
             },
             Self::Normals => images::encode_normals(&truth.normal),
-            Self::Sky => images::encode_mask(&extra::sky_mask(&truth.depth_m)),
+            Self::Sky => images::encode_mask(&annotations::sky_mask(&truth.depth_m)),
             Self::Flow => images::encode_flow(further.flow.as_ref()?),
             Self::Trunks => images::encode_instance(further.trunks.as_ref()?),
-            Self::Boxes => extra::encode_boxes(further.boxes.as_ref()?).into_bytes(),
+            Self::Boxes => annotations::encode_boxes(further.boxes.as_ref()?).into_bytes(),
             Self::Radiance => exr::encode(data.radiance?),
         })
     }
@@ -108,24 +108,28 @@ impl CameraFile {
         limits::image_bytes(size, bytes_per_pixel)
     }
 
-    pub(crate) fn folder(self, folders: &CameraFolders) -> &str {
+    /// Its folder, below that of its camera.
+    pub(crate) fn folder(self) -> &'static str {
         match self {
-            Self::Rgb => &folders.rgb,
-            Self::Semantic => &folders.semantic,
-            Self::Instance => &folders.instance,
-            Self::Depth => &folders.depth,
-            Self::Normals => &folders.normals,
-            Self::Sky => &folders.sky,
-            Self::Flow => &folders.flow,
-            Self::Trunks => &folders.trunks,
-            Self::Boxes => &folders.boxes,
-            Self::Radiance => &folders.radiance,
+            Self::Rgb => "image_2",
+            Self::Semantic => "semantic",
+            Self::Instance => "instance",
+            Self::Depth => "depth",
+            Self::Normals => "normals",
+            Self::Sky => "sky",
+            Self::Flow => "flow",
+            Self::Trunks => "trunks",
+            Self::Boxes => "boxes",
+            Self::Radiance => "radiance",
         }
     }
 
     pub(crate) fn extension(self, header: &DatasetHeader) -> &'static str {
         match self {
-            Self::Depth => layout::depth_extension(header.depth_format),
+            Self::Depth => match header.depth_format {
+                DepthFormat::Png16 => "png",
+                DepthFormat::Npy => "npy",
+            },
             Self::Boxes => "csv",
             Self::Radiance => "exr",
             _ => "png",

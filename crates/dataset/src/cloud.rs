@@ -9,7 +9,8 @@ use nemoral_files::PendingFile;
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{PointFlags, RigidTransform};
 
-use crate::{Dataset, Error, PlyPoint, ply};
+use crate::formats::ply;
+use crate::{Dataset, Error, PlyPoint};
 
 /// What goes into a cloud.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -7,7 +7,10 @@ use nemoral_scene::{AnnotationKinds, Intrinsics, Ontology, RigidTransform, Shutt
 use serde::{Deserialize, Serialize};
 
 use crate::serde_scene;
-use crate::{Error, layout, limits};
+use crate::{Error, limits};
+
+/// The further camera that is KITTI's right eye: its pictures are `image_3`, its projection is `P3`.
+pub(crate) const RIGHT: &str = "right";
 
 /// How depth images are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -164,7 +167,7 @@ impl DatasetHeader {
         let lidars = self.lidars.iter().map(|l| (&l.name, &l.body_from_lidar));
         let mut names = Vec::new();
         for (name, mount) in cameras.chain(lidars) {
-            layout::check_sensor_name(name)?;
+            check_sensor_name(name)?;
             if names.contains(&name) {
                 return Err(Error::invalid(
                     "sensor name",
@@ -219,4 +222,21 @@ fn validate_camera(camera: &CameraSpec) -> Result<(), Error> {
 /// Is it somewhere in a world that has chunks?
 pub(crate) fn is_place(position_m: DVec3) -> bool {
     position_m.is_finite() && position_m.abs().max_element() <= limits::MAX_POSITION_M
+}
+
+/// Names that could be mistaken for a folder of the layout, or that file systems dislike, are refused.
+fn check_sensor_name(name: &str) -> Result<(), Error> {
+    const RESERVED: [&str; 14] = [
+        "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky", "flow", "trunks",
+        "boxes", "radiance", "velodyne", "labels", "points",
+    ];
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
+    if name.is_empty() || name.len() > 64 || !name.chars().all(plain) || RESERVED.contains(&name) {
+        return Err(Error::invalid(
+            "sensor name",
+            format!("'{name}'"),
+            "1 to 64 of a-z, 0-9, '_' and '-', and none of the layout's own folders",
+        ));
+    }
+    Ok(())
 }

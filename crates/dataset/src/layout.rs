@@ -2,7 +2,7 @@
 
 use nemoral_files::InnerPath;
 
-use crate::{CameraFile, DatasetHeader, DepthFormat, Error, limits};
+use crate::{CameraFile, DatasetHeader, header, limits};
 
 pub(crate) const MANIFEST: &str = "dataset.json";
 /// Present while a data set is unfinished: the header, a record for each frame, a lock.
@@ -22,21 +22,6 @@ pub(crate) const POSES: &str = "poses.txt";
 pub(crate) const CALIB: &str = "calib.txt";
 pub(crate) const TIMES: &str = "times.txt";
 
-/// The folders of one camera, below the sequence's.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct CameraFolders {
-    pub(crate) rgb: String,
-    pub(crate) semantic: String,
-    pub(crate) instance: String,
-    pub(crate) depth: String,
-    pub(crate) normals: String,
-    pub(crate) sky: String,
-    pub(crate) flow: String,
-    pub(crate) trunks: String,
-    pub(crate) boxes: String,
-    pub(crate) radiance: String,
-}
-
 /// The folders of one LiDAR, below the sequence's.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct LidarFolders {
@@ -45,29 +30,14 @@ pub(crate) struct LidarFolders {
     pub(crate) points: String,
 }
 
-/// The further camera that is KITTI's right eye: its pictures are `image_3`, its projection is `P3`.
-pub(crate) const RIGHT: &str = "right";
-
-/// The `i`-th camera's folders: the first one's are SemanticKITTI's.
-pub(crate) fn camera_folders(header: &DatasetHeader, i: usize) -> CameraFolders {
+/// Where the `i`-th camera writes one of its files, below the sequence: the first one's folders are
+/// SemanticKITTI's.
+pub(crate) fn camera_folder(header: &DatasetHeader, i: usize, file: CameraFile) -> String {
     let name = &header.cameras[i].name;
-    let prefix = prefix(i, name);
-    CameraFolders {
-        rgb: if i > 0 && name == RIGHT {
-            "image_3".to_owned()
-        } else {
-            format!("{prefix}image_2")
-        },
-        semantic: format!("{prefix}semantic"),
-        instance: format!("{prefix}instance"),
-        depth: format!("{prefix}depth"),
-        normals: format!("{prefix}normals"),
-        sky: format!("{prefix}sky"),
-        flow: format!("{prefix}flow"),
-        trunks: format!("{prefix}trunks"),
-        boxes: format!("{prefix}boxes"),
-        radiance: format!("{prefix}radiance"),
+    if i > 0 && name == header::RIGHT && file == CameraFile::Rgb {
+        return "image_3".to_owned();
     }
+    format!("{}{}", prefix(i, name), file.folder())
 }
 
 /// The `i`-th LiDAR's folders: the first one's are SemanticKITTI's.
@@ -92,9 +62,8 @@ fn prefix(i: usize, name: &str) -> String {
 pub(crate) fn sensor_folders(header: &DatasetHeader) -> Vec<(String, &'static str)> {
     let mut all = Vec::new();
     for i in 0..header.cameras.len() {
-        let f = camera_folders(header, i);
         let asked = (CameraFile::ALL.into_iter()).filter(|file| file.is_asked(header, i));
-        all.extend(asked.map(|file| (file.folder(&f).to_owned(), file.extension(header))));
+        all.extend(asked.map(|file| (camera_folder(header, i, file), file.extension(header))));
     }
     for i in 0..header.lidars.len() {
         let f = lidar_folders(header, i);
@@ -104,13 +73,6 @@ pub(crate) fn sensor_folders(header: &DatasetHeader) -> Vec<(String, &'static st
         }
     }
     all
-}
-
-pub(crate) const fn depth_extension(format: DepthFormat) -> &'static str {
-    match format {
-        DepthFormat::Png16 => "png",
-        DepthFormat::Npy => "npy",
-    }
 }
 
 /// `sequences/NN`.
@@ -156,6 +118,17 @@ pub(crate) fn inner(path: &str) -> InnerPath {
     InnerPath::new(path).expect("the layout's names are plain")
 }
 
+/// One file of the `i`-th camera, of a frame by its sequence and index.
+pub(crate) fn camera_file(
+    header: &DatasetHeader,
+    (number, index): (u32, u64),
+    i: usize,
+    file: CameraFile,
+) -> String {
+    let folder = camera_folder(header, i, file);
+    frame_file(number, &folder, index, file.extension(header))
+}
+
 /// Every file of a frame, by path, with the most bytes it may have.
 pub(crate) fn frame_files(
     header: &DatasetHeader,
@@ -165,11 +138,10 @@ pub(crate) fn frame_files(
     let path = |folder: &str, extension| inner(&frame_file(number, folder, index, extension));
     let mut files = Vec::new();
     for (i, camera) in header.cameras.iter().enumerate() {
-        let folders = camera_folders(header, i);
         let asked = (CameraFile::ALL.into_iter()).filter(|file| file.is_asked(header, i));
         files.extend(asked.map(|file| {
             let limit = file.max_bytes(header, &camera.intrinsics);
-            (path(file.folder(&folders), file.extension(header)), limit)
+            (inner(&camera_file(header, (number, index), i, file)), limit)
         }));
     }
     for (i, lidar) in header.lidars.iter().enumerate() {
@@ -201,7 +173,7 @@ pub(crate) fn common_files(
         let path = |name| inner(&sequence_file(number, name));
         files.push((path(POSES), limits::lines_bytes(length)));
         files.push((path(TIMES), limits::lines_bytes(length)));
-        files.push((path(CALIB), limits::calibration_bytes(header)));
+        files.push((path(CALIB), limits::calibration_bytes(header.cameras.len())));
     }
     files.sort();
     files
@@ -210,21 +182,4 @@ pub(crate) fn common_files(
 /// `sequences/NN/NAME`.
 pub(crate) fn sequence_file(number: u32, name: &str) -> String {
     format!("{}/{name}", sequence(number))
-}
-
-/// Names that could be mistaken for a folder of the layout, or that file systems dislike, are refused.
-pub(crate) fn check_sensor_name(name: &str) -> Result<(), Error> {
-    const RESERVED: [&str; 14] = [
-        "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky", "flow", "trunks",
-        "boxes", "radiance", "velodyne", "labels", "points",
-    ];
-    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
-    if name.is_empty() || name.len() > 64 || !name.chars().all(plain) || RESERVED.contains(&name) {
-        return Err(Error::invalid(
-            "sensor name",
-            format!("'{name}'"),
-            "1 to 64 of a-z, 0-9, '_' and '-', and none of the layout's own folders",
-        ));
-    }
-    Ok(())
 }

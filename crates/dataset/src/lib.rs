@@ -73,52 +73,42 @@
 //! # }
 //! ```
 
-mod agreement;
 mod camera_file;
-mod card;
 mod check;
-mod check_extra;
 mod cloud;
-mod compare;
-mod csv;
 mod error;
-mod exr;
-mod extra;
 mod file_record;
+mod formats;
 mod frame;
+#[cfg(feature = "fuzz")]
+#[doc(hidden)]
+pub mod fuzz;
 mod header;
-mod images;
 mod layout;
 mod limits;
 mod manifest;
 mod merge;
-mod npy;
 mod output;
-mod ply;
 mod reader;
-mod scan;
 mod seal;
 mod serde_scene;
-mod state;
 mod stats;
-mod text;
 mod writer;
-mod yaml;
 
-pub use agreement::{Agreement, ClassAgreement, Residual};
 pub use camera_file::CameraFile;
+pub use check::{Agreement, ClassAgreement, Residual};
 pub use check::{CheckReport, Problem, check};
 pub use cloud::{CloudParams, cloud};
 pub use error::Error;
 pub use file_record::FileRecord;
+pub use formats::images::write_png;
+pub use formats::kitti::{Calibration, CameraCalibration};
+pub use formats::ply::PlyPoint;
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
-pub use images::write_png;
 pub use manifest::{FORMAT_VERSION, FrameRecord, Manifest, SequenceRecord};
 pub use merge::{MergeParams, merge};
 pub use nemoral_files::InnerPath;
-pub use ply::PlyPoint;
 pub use reader::{CameraFrame, Dataset, Frame, LidarFrame};
 pub use stats::{ClassShare, Quantiles, Stats, stats};
-pub use text::{Calibration, CameraCalibration};
 pub use writer::{OpenMode, Writer};

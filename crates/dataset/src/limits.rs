@@ -4,8 +4,6 @@
 
 use nemoral_scene::Intrinsics;
 
-use crate::DatasetHeader;
-
 /// Columns and rows of a picture.
 pub(crate) const MAX_SIDE_PX: u32 = 8192;
 /// Frames of a sequence.
@@ -38,8 +36,8 @@ pub(crate) const fn lines_bytes(frames: u64) -> u64 {
 }
 
 /// `calib.txt`: five lines, and three for each further camera, each of at most 400 bytes.
-pub(crate) fn calibration_bytes(header: &DatasetHeader) -> u64 {
-    400 * (8 + 3 * header.cameras.len() as u64)
+pub(crate) const fn calibration_bytes(cameras: usize) -> u64 {
+    400 * (8 + 3 * cameras as u64)
 }
 
 /// A picture, of `bytes_per_pixel` before compression, which may make it longer by a little.

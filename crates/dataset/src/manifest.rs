@@ -7,6 +7,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{RigidTransform, Twist};
 use serde::{Deserialize, Serialize};
 
+use crate::formats::kitti;
 use crate::header::is_place;
 use crate::{DatasetHeader, Error, FileRecord, layout, limits, seal};
 
@@ -74,7 +75,7 @@ impl SequenceRecord {
     /// [`SequenceRecord::world_from_frame0`] as a transform.
     #[must_use]
     pub fn world_from_frame0(&self) -> RigidTransform {
-        crate::text::from_rows(&self.world_from_frame0)
+        kitti::from_rows(&self.world_from_frame0)
     }
 }
 
@@ -82,7 +83,7 @@ impl FrameRecord {
     /// [`FrameRecord::world_from_body`] as a transform.
     #[must_use]
     pub fn world_from_body(&self) -> RigidTransform {
-        crate::text::from_rows(&self.world_from_body)
+        kitti::from_rows(&self.world_from_body)
     }
 
     /// Size of all its files.
@@ -218,6 +219,16 @@ impl FrameRecord {
     /// Names, numbers and files of one frame; also of one that no manifest lists yet.
     pub(crate) fn validate(&self, header: &DatasetHeader) -> Result<(), Error> {
         let name = format!("frame {} of sequence {}", self.index, self.sequence);
+        if self.index >= limits::MAX_FRAMES {
+            let allowed = format!("less than {}", limits::MAX_FRAMES);
+            return Err(Error::invalid(name, self.index, allowed));
+        }
+        // So that sums over all frames are numbers too.
+        let most = limits::MAX_POINTS * header.lidars.len() as u64;
+        if let Some((class, count)) = self.point_classes.iter().find(|(_, n)| **n > most) {
+            let field = format!("{name}.point_classes.{class}");
+            return Err(Error::invalid(field, count, format!("at most {most}")));
+        }
         if !(self.time_s.is_finite() && self.time_s.abs() <= 1e12) {
             return Err(Error::invalid(
                 format!("{name}.time_s"),

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use crate::formats::tables;
 use crate::manifest::ranges;
 use crate::writer::Drive;
-use crate::{Dataset, Error, Manifest, OpenMode, Writer, compare, csv, layout};
+use crate::{Dataset, Error, Manifest, OpenMode, Writer, layout, output::compare};
 
 /// How [`merge`] treats its output, and parts that do not make a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,16 +42,16 @@ pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifes
         return Err(Error::invalid("out", out.display(), "none of the parts"));
     }
     let header = first.manifest().header.clone();
-    let (mut trees, mut objects) = (csv::Rows::new(), csv::Rows::new());
+    let (mut trees, mut objects) = (tables::Rows::new(), tables::Rows::new());
     let mut drives: BTreeMap<u32, Drive> = BTreeMap::new();
     for part in &parts {
         compare::compare(part.root(), &part.manifest().header, &header)?;
         part.verify_common_files()?;
         for row in part.tree_rows()?.into_values() {
-            csv::insert(&mut trees, "trees", row)?;
+            tables::insert(&mut trees, "trees", row)?;
         }
         for row in part.object_rows()?.into_values() {
-            csv::insert(&mut objects, "instances", row)?;
+            tables::insert(&mut objects, "instances", row)?;
         }
         for sequence in &part.manifest().sequences {
             let path = |name| layout::sequence_file(sequence.number, name);

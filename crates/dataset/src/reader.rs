@@ -6,9 +6,10 @@ use nemoral_files::{Folder, InnerPath};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Flow, Image, ObjectBox, ObjectRecord, RigidTransform, TreeRecord};
 
+use crate::formats::{Size, annotations, exr, images, kitti, npy, ply, scan, tables};
 use crate::{
-    Calibration, DepthFormat, Error, FileRecord, FrameRecord, Manifest, PlyPoint, SequenceRecord,
-    csv, exr, extra, images, layout, npy, ply, scan, text,
+    Calibration, CameraFile, DepthFormat, Error, FileRecord, FrameRecord, Manifest, PlyPoint,
+    SequenceRecord, layout,
 };
 
 /// A finished data set on disk. Every file that is read is held against its size and checksum in
@@ -181,45 +182,42 @@ impl Dataset {
         frame: &FrameRecord,
         camera: usize,
     ) -> Result<(Image<u8>, Image<f32>), Error> {
-        let f = layout::camera_folders(&self.manifest.header, camera);
-        let semantic = self.image(frame, camera, &f.semantic, "png", images::decode_semantic)?;
-        let format = self.manifest.header.depth_format;
-        let decode = match format {
+        use CameraFile::{Depth, Semantic};
+        let decode_depth = match self.manifest.header.depth_format {
             DepthFormat::Png16 => images::decode_depth,
             DepthFormat::Npy => npy::decode,
         };
-        let extension = layout::depth_extension(format);
         Ok((
-            semantic,
-            self.image(frame, camera, &f.depth, extension, decode)?,
+            self.image(frame, camera, Semantic, images::decode_semantic)?,
+            self.image(frame, camera, Depth, decode_depth)?,
         ))
     }
 
     fn read_camera(&self, frame: &FrameRecord, camera: usize) -> Result<CameraFrame, Error> {
         let spec = &self.manifest.header.cameras[camera];
-        let f = layout::camera_folders(&self.manifest.header, camera);
+        use CameraFile as F;
         let (semantic, depth_m) = self.read_semantic_and_depth(frame, camera)?;
         Ok(CameraFrame {
             name: spec.name.clone(),
-            rgb: self.image(frame, camera, &f.rgb, "png", images::decode_rgb)?,
+            rgb: self.image(frame, camera, F::Rgb, images::decode_rgb)?,
             semantic,
-            instance: self.image(frame, camera, &f.instance, "png", images::decode_instance)?,
+            instance: self.image(frame, camera, F::Instance, images::decode_instance)?,
             depth_m,
-            normal: self.image(frame, camera, &f.normals, "png", images::decode_normals)?,
+            normal: self.image(frame, camera, F::Normals, images::decode_normals)?,
             sky: (spec.extra.sky)
-                .then(|| self.image(frame, camera, &f.sky, "png", images::decode_mask))
+                .then(|| self.image(frame, camera, F::Sky, images::decode_mask))
                 .transpose()?,
             flow: (spec.extra.flow)
-                .then(|| self.image(frame, camera, &f.flow, "png", images::decode_flow))
+                .then(|| self.image(frame, camera, F::Flow, images::decode_flow))
                 .transpose()?,
             trunks: (spec.extra.trunks)
-                .then(|| self.image(frame, camera, &f.trunks, "png", images::decode_instance))
+                .then(|| self.image(frame, camera, F::Trunks, images::decode_instance))
                 .transpose()?,
             boxes: (spec.extra.boxes)
-                .then(|| self.load(frame, &f.boxes, "csv", extra::decode_boxes))
+                .then(|| self.camera_file(frame, camera, F::Boxes, annotations::decode_boxes))
                 .transpose()?,
             radiance: (spec.extra.radiance)
-                .then(|| self.image(frame, camera, &f.radiance, "exr", exr::decode))
+                .then(|| self.image(frame, camera, F::Radiance, exr::decode))
                 .transpose()?,
         })
     }
@@ -285,20 +283,30 @@ impl Dataset {
         decode(&record.path.below(self.root()), &record.read(&self.folder)?)
     }
 
+    /// One file of a camera.
+    fn camera_file<T>(
+        &self,
+        frame: &FrameRecord,
+        camera: usize,
+        file: CameraFile,
+        decode: impl Fn(&Path, &[u8]) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let header = &self.manifest.header;
+        let folder = layout::camera_folder(header, camera, file);
+        self.load(frame, &folder, file.extension(header), decode)
+    }
+
     /// One image of a frame: of its camera's size, which is known before memory is asked for.
     fn image<T>(
         &self,
         frame: &FrameRecord,
         camera: usize,
-        folder: &str,
-        extension: &str,
+        file: CameraFile,
         decode: impl Fn(&Path, &[u8], Size) -> Result<Image<T>, Error>,
     ) -> Result<Image<T>, Error> {
         let k = &self.manifest.header.cameras[camera].intrinsics;
         let size = (k.width as usize, k.height as usize);
-        self.load(frame, folder, extension, |path, bytes| {
-            decode(path, bytes, size)
-        })
+        self.camera_file(frame, camera, file, |path, bytes| decode(path, bytes, size))
     }
 
     fn load_text<T>(
@@ -330,8 +338,8 @@ impl Dataset {
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn poses(&self, sequence: u32) -> Result<Vec<RigidTransform>, Error> {
         let path = format!("{}/{}", layout::sequence(sequence), layout::POSES);
-        let rows = self.load_text(&path, text::decode_poses)?;
-        Ok(rows.iter().map(text::from_rows).collect())
+        let rows = self.load_text(&path, kitti::decode_poses)?;
+        Ok(rows.iter().map(kitti::from_rows).collect())
     }
 
     /// `calib.txt`.
@@ -340,7 +348,7 @@ impl Dataset {
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn calibration(&self, sequence: u32) -> Result<Calibration, Error> {
         let path = format!("{}/{}", layout::sequence(sequence), layout::CALIB);
-        self.load_text(&path, text::decode_calibration)
+        self.load_text(&path, kitti::decode_calibration)
     }
 
     /// `times.txt`: seconds after the start of the sequence.
@@ -349,7 +357,7 @@ impl Dataset {
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn times(&self, sequence: u32) -> Result<Vec<f64>, Error> {
         let path = format!("{}/{}", layout::sequence(sequence), layout::TIMES);
-        self.load_text(&path, text::decode_times)
+        self.load_text(&path, kitti::decode_times)
     }
 
     /// `trees.csv`, by true id.
@@ -357,7 +365,7 @@ impl Dataset {
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn trees(&self) -> Result<Vec<TreeRecord>, Error> {
-        csv::trees(&self.root().join(layout::TREES), &self.tree_rows()?)
+        tables::trees(&self.root().join(layout::TREES), &self.tree_rows()?)
     }
 
     /// `instances.csv`, by true id.
@@ -365,24 +373,21 @@ impl Dataset {
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn objects(&self) -> Result<Vec<ObjectRecord>, Error> {
-        csv::objects(&self.root().join(layout::INSTANCES), &self.object_rows()?)
+        tables::objects(&self.root().join(layout::INSTANCES), &self.object_rows()?)
     }
 
-    pub(crate) fn tree_rows(&self) -> Result<csv::Rows, Error> {
-        self.load_text(layout::TREES, csv::read_tree_rows)
+    pub(crate) fn tree_rows(&self) -> Result<tables::Rows, Error> {
+        self.load_text(layout::TREES, tables::read_tree_rows)
     }
 
-    pub(crate) fn object_rows(&self) -> Result<csv::Rows, Error> {
-        self.load_text(layout::INSTANCES, csv::read_object_rows)
+    pub(crate) fn object_rows(&self) -> Result<tables::Rows, Error> {
+        self.load_text(layout::INSTANCES, tables::read_object_rows)
     }
 
     pub(crate) fn read_text(&self, relative: &str) -> Result<String, Error> {
         self.load_text(relative, |_, text| Ok(text.to_owned()))
     }
 }
-
-/// Columns and rows.
-pub(crate) type Size = (usize, usize);
 
 /// The record of a file. A manifest lists all files of the layout, by path.
 fn recorded(files: &[FileRecord], path: InnerPath) -> Result<&FileRecord, Error> {

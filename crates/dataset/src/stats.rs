@@ -3,7 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
-use crate::{Dataset, Error, images};
+use crate::formats::images;
+use crate::{Dataset, Error};
 
 /// One class's share of pixels and points.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -7,13 +7,14 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use nemoral_files::{Folder, Lock, Syncer};
 use nemoral_scene::{Image, Semantic};
 
+use crate::formats::kitti::{self, Calibration};
+use crate::formats::{data_card, images, ontology_yaml, ply, scan, tables};
 use crate::manifest::ranges;
 use crate::output::{self, Content};
-use crate::text::{self, Calibration};
 use crate::{
     CameraData, CameraFile, Dataset, DatasetHeader, Error, FORMAT_VERSION, FileRecord, FrameData,
-    FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, card, compare,
-    csv, images, layout, ply, scan, state, yaml,
+    FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, layout,
+    output::compare, output::state,
 };
 
 /// What to do with an output folder that holds something.
@@ -243,13 +244,13 @@ impl Writer {
             let Some(first) = poses.first() else {
                 return Err(Error::invalid("track.poses", "[]", "at least one pose"));
             };
-            let relative = poses.iter().map(|p| text::relative(first, p).to_rows());
+            let relative = poses.iter().map(|p| kitti::relative(first, p).to_rows());
             let times: Vec<_> = track.poses.iter().map(|(t, _)| *t).collect();
             let drive = Drive {
                 length: poses.len() as u64,
                 world_from_frame0: first.to_rows(),
-                poses: text::encode_poses(&relative.collect::<Vec<_>>()),
-                times: text::encode_times(&times),
+                poses: kitti::encode_poses(&relative.collect::<Vec<_>>()),
+                times: kitti::encode_times(&times),
             };
             if drives.insert(track.sequence, drive).is_some() {
                 let value = track.sequence;
@@ -257,8 +258,8 @@ impl Writer {
             }
         }
         let (trees, objects) = (
-            csv::tree_rows(world.trees)?,
-            csv::object_rows(world.objects)?,
+            tables::tree_rows(world.trees)?,
+            tables::object_rows(world.objects)?,
         );
         self.conclude(&trees, &objects, &drives)
     }
@@ -266,8 +267,8 @@ impl Writer {
     /// The last files, from tables and tracks that are nearly text: also merge ends here.
     pub(crate) fn conclude(
         self,
-        trees: &csv::Rows,
-        objects: &csv::Rows,
+        trees: &tables::Rows,
+        objects: &tables::Rows,
         drives: &BTreeMap<u32, Drive>,
     ) -> Result<Manifest, Error> {
         let frames: Vec<FrameRecord> = self.lock().values().cloned().collect();
@@ -295,16 +296,19 @@ impl Writer {
         }
         let numbers: Vec<u32> = drives.keys().copied().collect();
         let mut texts = vec![
-            (layout::README.to_owned(), card::encode(&manifest)),
+            (layout::README.to_owned(), data_card::encode(&manifest)),
             (layout::CONFIG.to_owned(), self.header.config_toml.clone()),
             (
                 layout::ONTOLOGY.to_owned(),
-                yaml::encode(&self.header.ontology, &point_classes, &numbers),
+                ontology_yaml::encode(&self.header.ontology, &point_classes, &numbers),
             ),
-            (layout::TREES.to_owned(), csv::encode_trees(trees)),
-            (layout::INSTANCES.to_owned(), csv::encode_objects(objects)),
+            (layout::TREES.to_owned(), tables::encode_trees(trees)),
+            (
+                layout::INSTANCES.to_owned(),
+                tables::encode_objects(objects),
+            ),
         ];
-        let calibration = text::encode_calibration(&Calibration::of(&self.header));
+        let calibration = kitti::encode_calibration(&Calibration::of(&self.header));
         for (&number, drive) in drives {
             let path = |name| layout::sequence_file(number, name);
             texts.extend([
@@ -318,6 +322,8 @@ impl Writer {
             let record = FileRecord::put(&self.folder, layout::inner(&path), text.as_bytes())?;
             manifest.files.push(record);
         }
+        // A resumed folder may hold frames that no track knows.
+        manifest.validate()?;
         let syncer = self
             .syncer
             .into_inner()
@@ -453,11 +459,11 @@ impl Writer {
         camera: &CameraData<'_>,
         files: &mut Vec<FileRecord>,
     ) -> Result<(), Error> {
-        let f = layout::camera_folders(&self.header, i);
         for file in CameraFile::ALL {
             if let Some(bytes) = file.encode(&self.header, i, camera) {
                 let extension = file.extension(&self.header);
-                self.put_frame_file(frame, file.folder(&f), extension, &bytes, files)?;
+                let folder = layout::camera_folder(&self.header, i, file);
+                self.put_frame_file(frame, &folder, extension, &bytes, files)?;
             }
         }
         Ok(())
@@ -480,7 +486,7 @@ impl Writer {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Drive {
     pub(crate) length: u64,
-    pub(crate) world_from_frame0: text::Rows,
+    pub(crate) world_from_frame0: kitti::Rows,
     pub(crate) poses: String,
     pub(crate) times: String,
 }

@@ -39,6 +39,9 @@ mod error;
 mod estimate;
 mod forest;
 mod frames;
+#[cfg(feature = "fuzz")]
+#[doc(hidden)]
+pub mod fuzz;
 mod generate;
 mod header;
 mod inputs;

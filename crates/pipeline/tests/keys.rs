@@ -39,6 +39,10 @@ seed = 11
 [sun.date]
 later_h = 1.5
 [camera.calibration]
+fx_px = 90
+fy_px = 90
+cx_px = 80
+cy_px = 48
 [camera.fisheye]
 k1 = 0.01
 [cameras.left.sensor]

@@ -281,7 +281,7 @@ fn what_cannot_be_is_not_accepted() {
     let root = dir.path().join("set");
     write(&root, &small(), &[0, 1]);
     let whole = fs::read(root.join("dataset.json")).expect("read");
-    let lies: [(&str, &dyn Fn(&mut Value)); 16] = [
+    let lies: [(&str, &dyn Fn(&mut Value)); 17] = [
         ("world_from_body", &|j| {
             j["frames"][0]["world_from_body"][0][3] = json!(1e308)
         }),
@@ -312,6 +312,9 @@ fn what_cannot_be_is_not_accepted() {
         }),
         ("bytes", &|j| {
             j["frames"][0]["files"][0]["bytes"] = json!(u64::MAX)
+        }),
+        ("point_classes", &|j| {
+            j["frames"][0]["point_classes"]["1"] = json!(u64::MAX)
         }),
         ("number of sensors", &|j| {
             let camera = j["cameras"][0].clone();
@@ -471,4 +474,37 @@ fn a_cloud_never_takes_the_place_of_a_file_of_the_data_set() {
     assert!(tree(&root) == before);
     assert!(at(&root.join("cloud.ply"), Some(0.1)).expect("beside the data set's files") > 0);
     assert!(check(&root).expect("a data set").problems.is_empty());
+}
+
+#[test]
+fn a_merge_makes_no_data_set_that_cannot_be_opened() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let [whole, out] = ["whole", "out"].map(|name| dir.path().join(name));
+    write(&whole, &small(), &[0, 1, 2, 3]);
+    // A merge that was killed, as it says, with a frame that the drive of four does not have.
+    let writer = Writer::create(&out, OpenMode::Fresh, small()).expect("create");
+    (writer.write_frame(&see(&small(), 6).data(&small()))).expect("frame");
+    drop(writer);
+    let params = MergeParams {
+        mode: OpenMode::Resume,
+        ..MergeParams::default()
+    };
+    let e = merge(&[&whole], &out, params).expect_err("a frame of nothing");
+    assert!(e.to_string().contains("frame 6"), "{e}");
+    assert!(!out.join("dataset.json").exists());
+    // The same with a number beyond all that can be counted.
+    let record = |index: u64| out.join(format!(".nemoral/frames/00-{index:06}.json"));
+    let text = fs::read_to_string(record(6)).expect("read");
+    let sealed: Value = serde_json::from_str(&text).expect("JSON");
+    let mut frame = sealed["content"].clone();
+    frame["index"] = u64::MAX.into();
+    let renamed = frame
+        .to_string()
+        .replace("/000006.", &format!("/{}.", u64::MAX));
+    let digest = blake3::hash(renamed.as_bytes()).to_hex();
+    let sealed = format!("{{\"blake3\":\"{digest}\",\"content\":{renamed}}}\n");
+    fs::write(record(u64::MAX), sealed).expect("write");
+    fs::remove_file(record(6)).expect("remove");
+    merge(&[&whole], &out, params).expect("that is no frame");
+    assert_eq!(Dataset::open(&out).expect("open").frames().len(), 4);
 }

@@ -1,0 +1,248 @@
+//! Grows the smaller plants, rocks and stumps of a library.
+
+use std::sync::Arc;
+
+use nemoral_scene::Prototype;
+use nemoral_seed::{Domain, Draw, Key};
+use rayon::prelude::*;
+
+use super::{PlantAsset, prototype, with_occlusion};
+use crate::ambient_occlusion::{MaskCoverage, OcclusionParams};
+use crate::materials::WorldMaterials;
+use crate::plant::rock::{RockPlan, rock};
+use crate::plant::seedling::seedling;
+use crate::plant::shape::Shape;
+use crate::plant::shrub::ShrubKind;
+use crate::plant::stump::stump;
+use crate::plant::{floor, undergrowth};
+use crate::tree::{Species, individual_rank};
+
+const SHRUBS: Domain = Domain::new("assets.shrubs");
+const STUMPS: Domain = Domain::new("assets.stumps");
+const ROCKS: Domain = Domain::new("assets.rocks");
+const GRASS: Domain = Domain::new("assets.grass");
+const HERBS: Domain = Domain::new("assets.herbs");
+const FERNS: Domain = Domain::new("assets.ferns");
+const SEEDLINGS: Domain = Domain::new("assets.seedlings");
+const LITTER: Domain = Domain::new("assets.litter");
+const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
+const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
+
+const SHRUBS_PER_KIND: u32 = 4;
+const STUMP_COUNT: u32 = 9;
+const ROCK_COUNT: u32 = 12;
+/// Variants of each kind of patch.
+const PATCHES: u32 = 16;
+
+/// Grows the i-th of a kind from its own key.
+type GrowOne<'a> = dyn Fn(u32, Key) -> PlantAsset + Sync + 'a;
+
+/// What all of them are grown from.
+pub(super) struct PlantGrower<'a> {
+    pub(super) species: &'a [Species],
+    pub(super) materials: &'a WorldMaterials,
+    pub(super) masks: &'a MaskCoverage,
+    pub(super) key: Key,
+}
+
+impl PlantGrower<'_> {
+    /// `count` individuals, each from its own key, on all threads.
+    fn collect(&self, domain: Domain, count: u32, grow: &GrowOne<'_>) -> Vec<PlantAsset> {
+        (0..count)
+            .into_par_iter()
+            .map(|i| grow(i, self.key.domain(domain).item(u64::from(i))))
+            .collect()
+    }
+
+    /// A shape without leaves.
+    fn finish(&self, name: &str, number: u32, shape: Shape, radius_m: f32) -> PlantAsset {
+        asset(
+            name,
+            prototype(name, number, shape, &self.materials.library),
+            radius_m,
+        )
+    }
+
+    /// A shape whose leaves occlude each other.
+    fn leafy(
+        &self,
+        name: &str,
+        number: u32,
+        shape: Shape,
+        radius_m: f32,
+        occlusion: &OcclusionParams,
+    ) -> PlantAsset {
+        let shape = prototype(name, number, shape, &self.materials.library);
+        asset(name, with_occlusion(shape, self.masks, occlusion), radius_m)
+    }
+
+    /// A patch of low plants.
+    fn patch(&self, name: &str, number: u32, shape: Shape) -> PlantAsset {
+        let radius_m = shape.reach_m();
+        self.leafy(name, number, shape, radius_m, &OcclusionParams::LOW)
+    }
+
+    /// Gorse, heather and bramble.
+    pub(super) fn shrubs(&self) -> Vec<PlantAsset> {
+        self.collect(SHRUBS, SHRUBS_PER_KIND * 3, &|i, key| {
+            let kind = ShrubKind::ALL[(i / SHRUBS_PER_KIND) as usize];
+            let rank = (i % SHRUBS_PER_KIND) as f32 / (SHRUBS_PER_KIND - 1) as f32;
+            let shape = kind.grow(rank, self.materials, &mut key.rng());
+            // Crowns of shrubs may touch; their lower halves may not.
+            let radius_m = 0.6 * shape.reach_m();
+            self.leafy(kind.name(), i, shape, radius_m, &OcclusionParams::SHRUB)
+        })
+    }
+
+    /// Stumps.
+    pub(super) fn stumps(&self) -> Vec<PlantAsset> {
+        self.collect(STUMPS, STUMP_COUNT, &|i, key| {
+            let mut rng = key.rng();
+            let species = i as usize % self.materials.stumps.len();
+            // Diameters of 0.2 to 0.6 m, in even steps so that a library has them all.
+            let radius_m = 0.10 + 0.20 * (i as f32 + rng.unit_f32()) / STUMP_COUNT as f32;
+            let height_m = rng.range_f32(0.14, 0.38);
+            let old = rng.chance(0.6);
+            let shape = stump(
+                radius_m,
+                height_m,
+                old,
+                &self.materials.stumps[species],
+                key.item(0),
+            );
+            let foot = foot_radius_m(&shape);
+            self.finish("stump", i, shape, foot)
+        })
+    }
+
+    /// Rocks, smallest first.
+    pub(super) fn rocks(&self) -> Vec<PlantAsset> {
+        self.collect(ROCKS, ROCK_COUNT, &|i, key| {
+            let mut rng = key.rng();
+            // Radii of 0.15 to 1.2 m in a geometric series, smallest first.
+            let step = f64::from(i) / f64::from(ROCK_COUNT - 1);
+            let radius_m = (0.15 * libm::pow(8.0, step)) as f32 * rng.range_f32(0.93, 1.07);
+            let plan = RockPlan {
+                radius_m,
+                subdivisions: if radius_m < 0.45 { 3 } else { 4 },
+                sunk: rng.range_f32(0.30, 0.60),
+                roughness: rng.range_f32(0.05, 0.11),
+                material: self.materials.rock,
+                tile_m: 1.0,
+            };
+            let shape = rock(&plan, key.item(0));
+            let foot = foot_radius_m(&shape);
+            self.finish("rock", i, shape, foot)
+        })
+    }
+
+    /// Loose stones for trails.
+    pub(super) fn trail_stones(&self) -> Vec<PlantAsset> {
+        self.collect(TRAIL_STONES, 16, &|i, key| {
+            let mut rng = key.rng();
+            let plan = RockPlan {
+                radius_m: rng.range_f32(0.028, 0.072),
+                subdivisions: 2,
+                sunk: rng.range_f32(0.25, 0.45),
+                roughness: rng.range_f32(0.03, 0.08),
+                material: self.materials.stone,
+                tile_m: 0.5,
+            };
+            let shape = rock(&plan, key.item(0));
+            let foot = foot_radius_m(&shape);
+            self.finish("stone", i, shape, foot)
+        })
+    }
+
+    /// Patches of grass.
+    pub(super) fn grass(&self) -> Vec<PlantAsset> {
+        self.collect(GRASS, PATCHES, &|i, key| {
+            self.patch(
+                "grass",
+                i,
+                undergrowth::grass(i, self.materials, &mut key.rng()),
+            )
+        })
+    }
+
+    /// Patches of herbs.
+    pub(super) fn herbs(&self) -> Vec<PlantAsset> {
+        self.collect(HERBS, PATCHES, &|i, key| {
+            self.patch(
+                "herbs",
+                i,
+                undergrowth::herbs(i, self.materials, &mut key.rng()),
+            )
+        })
+    }
+
+    /// Patches of bracken and male fern in turn.
+    pub(super) fn ferns(&self) -> Vec<PlantAsset> {
+        self.collect(FERNS, 2 * PATCHES, &|i, key| {
+            let mut rng = key.rng();
+            if i % 2 == 0 {
+                self.patch("bracken", i, undergrowth::bracken(self.materials, &mut rng))
+            } else {
+                self.patch(
+                    "male_fern",
+                    i,
+                    undergrowth::male_fern(self.materials, &mut rng),
+                )
+            }
+        })
+    }
+
+    /// Single tree seedlings, species by species, small ones first.
+    pub(super) fn seedlings(&self, of_species: u32) -> Vec<PlantAsset> {
+        self.collect(
+            SEEDLINGS,
+            of_species * self.species.len() as u32,
+            &|i, _| {
+                let (of, number) = ((i / of_species) as usize, i % of_species);
+                // Each species' are its own, whatever others there are.
+                let name = &self.species[of].name;
+                let key = self.key.domain(SEEDLINGS).domain(Domain::new(name));
+                let key = key.item(u64::from(number));
+                let rank = individual_rank(number, of_species, key) as f32;
+                let (leaves, materials) = (&self.species[of].leaves, &self.materials.seedlings[of]);
+                let shape = seedling(rank, leaves, materials, &mut key.rng());
+                self.patch(&format!("{name}_seedling"), number, shape)
+            },
+        )
+    }
+
+    /// Patches of fallen twigs, cones and leaves.
+    pub(super) fn litter(&self) -> Vec<PlantAsset> {
+        self.collect(LITTER, PATCHES, &|i, key| {
+            let shape = floor::litter(i, self.materials, &mut key.rng());
+            let radius_m = shape.reach_m();
+            self.finish("litter", i, shape, radius_m)
+        })
+    }
+
+    /// Tufts for trails.
+    pub(super) fn trail_tufts(&self) -> Vec<PlantAsset> {
+        self.collect(TRAIL_TUFTS, PATCHES, &|i, key| {
+            self.patch(
+                "trail_tufts",
+                i,
+                undergrowth::trail_tuft(i, self.materials, &mut key.rng()),
+            )
+        })
+    }
+}
+
+fn asset(name: &str, prototype: Prototype, radius_m: f32) -> PlantAsset {
+    PlantAsset {
+        height_m: f64::from(prototype.bounds().max.z),
+        prototype: Arc::new(prototype),
+        name: name.to_owned(),
+        radius_m: f64::from(radius_m),
+    }
+}
+
+/// The largest distance from the axis at or above the ground.
+fn foot_radius_m(shape: &Shape) -> f32 {
+    let above = shape.mesh.positions.iter().filter(|p| p.z > -0.02);
+    above.fold(0.0, |r, p| r.max(p.truncate().length()))
+}

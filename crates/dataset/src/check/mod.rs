@@ -1,0 +1,644 @@
+//! Is a data set right? Answered from its files alone.
+
+mod agreement;
+mod annotations;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::Path;
+
+use nemoral_files::InnerPath;
+use nemoral_scene::{
+    ChunkCoord, Distortion, ObjectId, ObjectKind, RigidTransform, Semantic, TreeRecord,
+};
+
+pub use self::agreement::{Agreement, ClassAgreement, Residual};
+
+use self::agreement::View;
+use self::annotations::AnnotationView;
+use crate::formats::{images, kitti, ontology_yaml};
+use crate::{
+    Calibration, CameraCalibration, CameraFile, Dataset, Error, FileRecord, Frame, FrameRecord,
+    PlyPoint, layout, output, reader,
+};
+
+/// Something wrong with a data set.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// The file, below the data set's folder.
+    pub path: String,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// What [`check`] found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckReport {
+    /// Everything wrong with files, ids and poses.
+    pub problems: Vec<Problem>,
+    /// Frames listed.
+    pub frames: usize,
+    /// Files listed.
+    pub files: usize,
+    /// Their size.
+    pub bytes: u64,
+    /// How well LiDAR and camera agree.
+    pub agreement: Agreement,
+}
+
+impl CheckReport {
+    /// Is the data set right?
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.problems.is_empty() && self.agreement.failures().is_empty()
+    }
+}
+
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{} frames, {} files, {} bytes",
+            self.frames, self.files, self.bytes
+        )?;
+        write!(f, "{}", self.agreement)?;
+        for p in &self.problems {
+            writeln!(f, "problem: {}: {}", p.path, p.message)?;
+        }
+        for failure in self.agreement.failures() {
+            writeln!(f, "problem: agreement: {failure}")?;
+        }
+        writeln!(f, "{}", if self.passed() { "passed" } else { "FAILED" })
+    }
+}
+
+/// Checks a data set from its files alone: structure, sizes, checksums; ids against
+/// `instances.csv` and the class table; poses and calibration against `dataset.json`; and the
+/// agreement of LiDAR and camera.
+///
+/// # Errors
+/// If the folder holds no finished data set. All that is wrong with a data set is in the report.
+pub fn check(dir: &Path) -> Result<CheckReport, Error> {
+    let dataset = Dataset::open(dir)?;
+    let manifest = dataset.manifest();
+    let files = || {
+        let of_frames = manifest.frames.iter().flat_map(|f| &f.files);
+        manifest.files.iter().chain(of_frames)
+    };
+    let mut checker = Checker {
+        dataset: &dataset,
+        problems: Vec::new(),
+        agreement: Agreement::new(
+            &manifest.header.ontology,
+            manifest
+                .header
+                .lidars
+                .iter()
+                .all(crate::LidarSpec::well_placed),
+        ),
+        true_ids: BTreeSet::new(),
+        image_ids: BTreeSet::new(),
+    };
+    if !dataset.is_untouched() {
+        checker.problem(layout::MANIFEST, reader::CHANGED);
+    }
+    checker.strangers()?;
+    for file in &manifest.files {
+        checker.verified(std::slice::from_ref(file));
+    }
+    checker.tables();
+    let sequences = checker.sequences();
+    checker.frames(&sequences);
+    Ok(CheckReport {
+        problems: checker.problems,
+        frames: manifest.frames.len(),
+        files: files().count(),
+        bytes: files().map(|f| f.bytes).sum(),
+        agreement: checker.agreement,
+    })
+}
+
+/// What a sequence's text files say.
+struct Track {
+    poses: Vec<RigidTransform>,
+    times: Vec<f64>,
+    camera_from_lidar: RigidTransform,
+}
+
+struct Checker<'a> {
+    dataset: &'a Dataset,
+    problems: Vec<Problem>,
+    agreement: Agreement,
+    true_ids: BTreeSet<ObjectId>,
+    image_ids: BTreeSet<u32>,
+}
+
+impl Checker<'_> {
+    fn problem(&mut self, path: impl ToString, message: impl ToString) {
+        self.problems.push(Problem {
+            path: path.to_string(),
+            message: message.to_string(),
+        });
+    }
+
+    /// A read that fails is a problem, unless the checksum has told already.
+    fn read<T>(&mut self, path: &str, result: Result<T, Error>) -> Option<T> {
+        let has_told = self.problems.iter().any(|p| p.path == path);
+        let mut problem = |e: Error| {
+            if !has_told {
+                self.problem(path, e.without_path());
+            }
+        };
+        result.map_err(&mut problem).ok()
+    }
+
+    /// Is there anything where only listed files may lie?
+    fn strangers(&mut self) -> Result<(), Error> {
+        let manifest = self.dataset.manifest();
+        let listed: BTreeSet<&InnerPath> = manifest
+            .files
+            .iter()
+            .chain(manifest.frames.iter().flat_map(|f| &f.files))
+            .map(|f| &f.path)
+            .collect();
+        let folder = self.dataset.folder();
+        for path in output::owned_files(folder, &manifest.header)? {
+            if !listed.contains(&path) {
+                self.problem(path, "belongs to no frame of dataset.json");
+            }
+        }
+        if folder.kind(&layout::inner(layout::STATE))?.is_some() {
+            self.problem(
+                layout::STATE,
+                "the data set is being written, or its writer was killed",
+            );
+        }
+        Ok(())
+    }
+
+    /// Holds files against their records, and says which differ.
+    fn verified(&mut self, files: &[FileRecord]) -> bool {
+        let mut sound = true;
+        for file in files {
+            if let Err(e) = file.read(self.dataset.folder()) {
+                sound = false;
+                self.problem(&file.path, e.without_path());
+            }
+        }
+        sound
+    }
+
+    /// `trees.csv`, `instances.csv`, `ontology.yaml`.
+    fn tables(&mut self) {
+        let objects = self.dataset.objects();
+        let objects = self.read(layout::INSTANCES, objects).unwrap_or_default();
+        let trees = self.dataset.trees();
+        let trees = self.read(layout::TREES, trees).unwrap_or_default();
+        let is_tree = |o: &&nemoral_scene::ObjectRecord| o.kind == ObjectKind::Tree;
+        let of_objects: BTreeSet<_> = objects.iter().filter(is_tree).map(|o| o.object).collect();
+        let of_trees: BTreeSet<_> = trees.iter().map(|t| t.object).collect();
+        if let Some(id) = of_objects.symmetric_difference(&of_trees).next() {
+            let message = format!(
+                "{} trees here, {} in instances.csv; tree {} is in one of them only",
+                of_trees.len(),
+                of_objects.len(),
+                id.to_u64()
+            );
+            self.problem(layout::TREES, message);
+        }
+        for tree in &trees {
+            if let Some(message) = impossible(tree) {
+                self.problem(layout::TREES, message);
+            }
+        }
+        self.true_ids = objects.iter().map(|o| o.object).collect();
+        self.image_ids = self.true_ids.iter().map(|id| id.to_image_id()).collect();
+
+        let manifest = self.dataset.manifest();
+        let mut point_classes = BTreeMap::new();
+        for (&class, count) in manifest.frames.iter().flat_map(|f| &f.point_classes) {
+            *point_classes.entry(class).or_insert(0) += count;
+        }
+        let numbers: Vec<u32> = manifest.sequences.iter().map(|s| s.number).collect();
+        let yaml = ontology_yaml::encode(&manifest.header.ontology, &point_classes, &numbers);
+        let found = self.dataset.read_text(layout::ONTOLOGY);
+        if self
+            .read(layout::ONTOLOGY, found)
+            .is_some_and(|found| found != yaml)
+        {
+            self.problem(
+                layout::ONTOLOGY,
+                "differs from the class table in dataset.json",
+            );
+        }
+    }
+
+    /// `poses.txt`, `calib.txt`, `times.txt` against `dataset.json`.
+    fn sequences(&mut self) -> BTreeMap<u32, Track> {
+        let mut tracks = BTreeMap::new();
+        for s in &self.dataset.manifest().sequences {
+            let path = |name| format!("{}/{name}", layout::sequence(s.number));
+            let (poses, times, calib) = (
+                path(layout::POSES),
+                path(layout::TIMES),
+                path(layout::CALIB),
+            );
+            let read = (
+                self.read(&poses, self.dataset.poses(s.number)),
+                self.read(&times, self.dataset.times(s.number)),
+                self.read(&calib, self.dataset.calibration(s.number)),
+            );
+            let (Some(pose_list), Some(time_list), Some(calibration)) = read else {
+                continue;
+            };
+            for (path, lines) in [(&poses, pose_list.len()), (&times, time_list.len())] {
+                if lines as u64 != s.length {
+                    let message = format!("has {lines} lines, the sequence {} frames", s.length);
+                    self.problem(path, message);
+                }
+            }
+            let camera_from_lidar = kitti::from_rows(&calibration.camera_from_lidar);
+            self.calibration(&calib, &calibration);
+            let track = Track {
+                poses: pose_list,
+                times: time_list,
+                camera_from_lidar,
+            };
+            tracks.insert(s.number, track);
+        }
+        tracks
+    }
+
+    /// `calib.txt` against the intrinsics and mounts of `dataset.json`.
+    fn calibration(&mut self, path: &str, found: &Calibration) {
+        let asked = Calibration::of(&self.dataset.manifest().header);
+        let mut mount = |name: &str, asked: &kitti::Rows, found: &kitti::Rows| {
+            if let Some(distance) = differs(&kitti::from_rows(asked), &kitti::from_rows(found)) {
+                let message = format!("{name} is {distance} off the mounts in dataset.json");
+                self.problem(path, message);
+            }
+        };
+        mount("Tr", &asked.camera_from_lidar, &found.camera_from_lidar);
+        for (asked, found) in asked.further.iter().zip(&found.further) {
+            let name = format!("Tr_{}", asked.name);
+            mount(&name, &asked.camera_from_lidar, &found.camera_from_lidar);
+        }
+        let lenses = |c: &Calibration| -> Vec<Distortion> {
+            let of_further = c.further.iter().map(|c| c.distortion);
+            std::iter::once(c.distortion).chain(of_further).collect()
+        };
+        if lenses(&asked) != lenses(found) {
+            self.problem(
+                path,
+                "the lines D or F differ from the lenses in dataset.json",
+            );
+        }
+        if asked.projections != found.projections {
+            self.problem(path, "P0 to P3 differ from the cameras in dataset.json");
+        }
+        let lines = |c: &Calibration| -> Vec<(String, kitti::Rows)> {
+            let line = |c: &CameraCalibration| (c.name.clone(), c.projection);
+            c.further.iter().map(line).collect()
+        };
+        if lines(&asked) != lines(found) {
+            let message = "the lines P_NAME differ from the further cameras in dataset.json";
+            self.problem(path, message);
+        }
+    }
+
+    fn frames(&mut self, tracks: &BTreeMap<u32, Track>) {
+        // The frame before, for the residual across frames.
+        let mut before: Option<(u32, RigidTransform, Frame)> = None;
+        for (i, record) in self.dataset.frames().iter().enumerate() {
+            let name = format!(
+                "{} frame {:06}",
+                layout::sequence(record.sequence),
+                record.index
+            );
+            let Some(track) = tracks.get(&record.sequence) else {
+                self.problem(name, "has no readable sequence");
+                continue;
+            };
+            let pose = self.pose(record, track);
+            if !self.verified(&record.files) {
+                continue;
+            }
+            let frame = match self.dataset.read_frame(i) {
+                Ok(frame) => frame,
+                Err(e) => {
+                    self.problem(name, e);
+                    continue;
+                }
+            };
+            self.images(record, &frame);
+            self.extra(record, self.dataset.frames().get(i + 1), track, &frame);
+            self.points(record, &frame);
+            self.agreement(
+                record,
+                track,
+                pose,
+                &frame,
+                before.as_ref().filter(|b| b.0 == record.sequence),
+            );
+            before = pose.map(|pose| (record.sequence, pose, frame));
+        }
+    }
+
+    /// The further truth of cameras, against the images and the poses.
+    fn extra(
+        &mut self,
+        record: &FrameRecord,
+        next_record: Option<&FrameRecord>,
+        track: &Track,
+        frame: &Frame,
+    ) {
+        let header = &self.dataset.manifest().header;
+        let index = usize::try_from(record.index).unwrap_or(usize::MAX);
+        let next = index.checked_add(1).and_then(|next| track.poses.get(next));
+        let step = track.poses.get(index).zip(next);
+        let next_from_here = step.map(|(here, next)| kitti::relative(next, here));
+        let next_motion = next_record
+            .filter(|f| {
+                (f.sequence, Some(f.index)) == (record.sequence, record.index.checked_add(1))
+            })
+            .map(|f| f.body_motion);
+        for (i, camera) in frame.cameras.iter().enumerate() {
+            let view = AnnotationView {
+                header,
+                spec: &header.cameras[i],
+                camera,
+                next_from_here: next_from_here.as_ref(),
+                motion: record.body_motion,
+                next_motion,
+                ids: &self.image_ids,
+            };
+            for (file, message) in view.problems() {
+                let path = layout::camera_file(header, (record.sequence, record.index), i, file);
+                self.problems.push(Problem { path, message });
+            }
+        }
+    }
+
+    /// The reference sensor's pose by `poses.txt`, compared with the body's in `dataset.json`.
+    fn pose(&mut self, record: &FrameRecord, track: &Track) -> Option<RigidTransform> {
+        let folder = layout::sequence(record.sequence);
+        let index = usize::try_from(record.index).ok()?;
+        let (Some(pose), Some(&time)) = (track.poses.get(index), track.times.get(index)) else {
+            let message = format!("has no line for frame {}", record.index);
+            self.problem(format!("{folder}/{}", layout::POSES), message);
+            return None;
+        };
+        if time != record.time_s {
+            let message = format!(
+                "frame {} is at {time} s, dataset.json says {} s",
+                record.index, record.time_s
+            );
+            self.problem(format!("{folder}/{}", layout::TIMES), message);
+        }
+        let sequence = self.dataset.sequence(record.sequence).ok()?;
+        let mount = self.dataset.manifest().header.body_from_reference();
+        let expected = kitti::relative(
+            &sequence.world_from_frame0(),
+            &(record.world_from_body() * mount),
+        );
+        if let Some(distance) = differs(&expected, pose) {
+            let message = format!(
+                "frame {} is {distance} off its pose in dataset.json",
+                record.index
+            );
+            self.problem(format!("{folder}/{}", layout::POSES), message);
+        }
+        Some(*pose)
+    }
+
+    fn images(&mut self, record: &FrameRecord, frame: &Frame) {
+        let header = &self.dataset.manifest().header;
+        let known: BTreeSet<u8> = header.ontology.classes().iter().map(|c| c.id).collect();
+        let sky = header.ontology.class(Semantic::Sky).id;
+        for (i, camera) in frame.cameras.iter().enumerate() {
+            let path = |file| layout::camera_file(header, (record.sequence, record.index), i, file);
+            let pixels = || {
+                let classes = camera
+                    .semantic
+                    .pixels()
+                    .iter()
+                    .zip(camera.instance.pixels());
+                classes.zip(camera.depth_m.pixels().iter().zip(camera.normal.pixels()))
+            };
+            let semantic = path(CameraFile::Semantic);
+            let unknown = pixels().filter(|((class, _), _)| !known.contains(class));
+            self.count(
+                &semantic,
+                unknown.map(|((c, _), _)| *c),
+                "pixels have a class that the ontology lacks",
+            );
+            let surfaces = pixels().filter(|((class, _), (z, _))| **z == 0.0 && **class != sky);
+            self.count(
+                &semantic,
+                surfaces.map(|((c, _), _)| *c),
+                "pixels without depth have a class",
+            );
+            let instance = path(CameraFile::Instance);
+            let ids = &self.image_ids;
+            let strangers: Vec<u32> = pixels()
+                .map(|((_, id), _)| *id)
+                .filter(|id| *id != 0 && !ids.contains(id))
+                .collect();
+            self.count(
+                &instance,
+                strangers.into_iter(),
+                "pixels have an id that instances.csv lacks",
+            );
+            let floating = pixels().filter(|((_, id), (z, _))| **z == 0.0 && **id != 0);
+            self.count(
+                &instance,
+                floating.map(|((_, id), _)| *id),
+                "pixels without depth have an id",
+            );
+            let normals = path(CameraFile::Normals);
+            let lone = pixels().filter(|(_, (z, n))| (**z == 0.0) != (n.length_squared() == 0.0));
+            self.count(
+                &normals,
+                lone.map(|(_, (_, n))| *n),
+                "pixels have a normal without depth, or depth without a normal",
+            );
+        }
+    }
+
+    fn count<T: fmt::Display>(
+        &mut self,
+        path: &str,
+        mut found: impl Iterator<Item = T>,
+        what: &str,
+    ) {
+        if let Some(first) = found.next() {
+            let message = format!("{} {what} (the first: {first})", 1 + found.count());
+            self.problem(path, message);
+        }
+    }
+
+    fn points(&mut self, record: &FrameRecord, frame: &Frame) {
+        let header = &self.dataset.manifest().header;
+        let class_ids = images::class_ids(&header.ontology);
+        let mut point_classes = BTreeMap::new();
+        for (i, lidar) in frame.lidars.iter().enumerate() {
+            for &(class, _) in &lidar.labels {
+                *point_classes.entry(class as u8).or_insert(0) += 1;
+            }
+            let f = layout::lidar_folders(header, i);
+            let path = |folder, extension| {
+                layout::frame_file(record.sequence, folder, record.index, extension)
+            };
+            let (points, labels) = (lidar.points.len(), lidar.labels.len());
+            if points != labels {
+                let message = format!("{labels} labels for {points} points");
+                self.problem(path(&f.labels, "label"), message);
+            }
+            if !header.lidars[i].ply {
+                continue;
+            }
+            let ply = path(&f.points, "ply");
+            let position = |p: &PlyPoint| {
+                let [x, y, z] = p.point.position_m.to_array();
+                [x, y, z, p.point.intensity].map(f32::to_bits)
+            };
+            let points = lidar.points.iter().map(|p| p.map(f32::to_bits));
+            if !points.eq(lidar.ply.iter().map(position)) {
+                self.problem(path(&f.velodyne, "bin"), format!("differs from {ply}"));
+            }
+            let label = |p: &PlyPoint| (u16::from(p.class), p.label);
+            if !lidar.labels.iter().copied().eq(lidar.ply.iter().map(label)) {
+                self.problem(path(&f.labels, "label"), format!("differs from {ply}"));
+            }
+            let wrong = lidar
+                .ply
+                .iter()
+                .filter(|p| p.class != class_ids[p.point.semantic as usize]);
+            self.count(
+                &ply,
+                wrong.map(|p| p.class),
+                "points have another class than their semantic's",
+            );
+            let true_ids = &self.true_ids;
+            let strangers: Vec<u64> = lidar
+                .ply
+                .iter()
+                .map(|p| p.point.object)
+                .filter(|id| !id.is_none() && !true_ids.contains(id))
+                .map(ObjectId::to_u64)
+                .collect();
+            self.count(
+                &ply,
+                strangers.into_iter(),
+                "points have a true id that instances.csv lacks",
+            );
+            match record.sensor_chunks.get(i) {
+                Some(&[x, y]) => {
+                    let chunk = ChunkCoord::new(x, y);
+                    let wrong = lidar
+                        .ply
+                        .iter()
+                        .filter(|p| p.label != p.point.object.to_label_id(chunk));
+                    self.count(
+                        &ply,
+                        wrong.map(|p| p.label),
+                        "points have another label than their true id's",
+                    );
+                }
+                None => self.problem(
+                    &ply,
+                    "dataset.json does not say in which chunk the sensor is",
+                ),
+            }
+        }
+        if point_classes != record.point_classes {
+            let message = format!(
+                "frame {}: point_classes differ from the scans",
+                record.index
+            );
+            self.problem(layout::MANIFEST, message);
+        }
+    }
+
+    fn agreement(
+        &mut self,
+        record: &FrameRecord,
+        track: &Track,
+        pose: Option<RigidTransform>,
+        frame: &Frame,
+        before: Option<&(u32, RigidTransform, Frame)>,
+    ) {
+        let header = &self.dataset.manifest().header;
+        for (c, (camera, image)) in header.cameras.iter().zip(&frame.cameras).enumerate() {
+            let view = View {
+                camera,
+                motion: record.body_motion.of_mounted(&camera.body_from_camera),
+                image,
+                format: header.depth_format,
+            };
+            for (l, lidar) in header.lidars.iter().enumerate() {
+                // The first pair by what loaders use, the others by their mounts.
+                let camera_from_lidar = if (c, l) == (0, 0) {
+                    track.camera_from_lidar
+                } else {
+                    kitti::relative(&camera.body_from_camera, &lidar.body_from_lidar)
+                };
+                self.agreement
+                    .add(&view, &frame.lidars[l].ply, &camera_from_lidar);
+                if (c, l) == (0, 0)
+                    && let (Some(pose), Some((_, before, points))) = (pose, before)
+                {
+                    let step = kitti::relative(&pose, before);
+                    let next_camera_from_lidar = step * camera_from_lidar;
+                    self.agreement
+                        .add_next(&view, &points.lidars[l].ply, &next_camera_from_lidar);
+                }
+            }
+        }
+    }
+}
+
+/// How far two transforms are apart, in words, if more than rounding can explain.
+fn differs(a: &RigidTransform, b: &RigidTransform) -> Option<String> {
+    let distance = a.translation_m.distance(b.translation_m);
+    let angle = a.rotation.angle_between(b.rotation).to_degrees();
+    // An angle near 0 is an arc cosine near 1: half the digits are lost.
+    (distance > 1e-5 || angle > 1e-5).then(|| format!("{distance:.4} m and {angle:.4}°"))
+}
+/// What no tree can be: sizes that are not above 0, a crown above its top, leaves on dead wood.
+fn impossible(tree: &TreeRecord) -> Option<String> {
+    let positive = |name: &str, value: f64| {
+        let fine = value > 0.0 && value.is_finite();
+        (!fine).then(|| format!("{name} = {value}: must be above 0"))
+    };
+    let crown = || {
+        let (base, top) = (tree.crown_base_m, tree.height_m);
+        let fine = (0.0..=top).contains(&base);
+        (!fine).then(|| format!("crown_base_m = {base}: must be from 0 to height_m = {top}"))
+    };
+    let leaves = || {
+        let leafless = tree.leaf_area_m2 == 0.0;
+        let fine = tree.leaf_area_m2 >= 0.0 && leafless != tree.alive;
+        (!fine).then(|| {
+            let (area, alive) = (tree.leaf_area_m2, tree.alive);
+            format!(
+                "leaf_area_m2 = {area}, alive = {alive}: a living tree has leaves, a dead one none"
+            )
+        })
+    };
+    // Who is not as high as a breast has no diameter there.
+    let diameter = || {
+        let low = tree.height_m <= 1.3 && tree.dbh_m == 0.0;
+        if low {
+            None
+        } else {
+            positive("dbh_m", tree.dbh_m)
+        }
+    };
+    let found = diameter()
+        .or_else(|| positive("height_m", tree.height_m))
+        .or_else(|| positive("stem_volume_m3", tree.stem_volume_m3))
+        .or_else(crown)
+        .or_else(leaves)?;
+    Some(format!("tree {}: {found}", tree.object.to_u64()))
+}

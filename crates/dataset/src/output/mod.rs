@@ -1,0 +1,163 @@
+//! Output folders: what is in them, and whose it is.
+//!
+//! A file is a data set's if a whole `dataset.json` or a sealed header says so: by the layout of the
+//! sensors that it names. A folder with neither holds nothing of ours, whatever its files are called.
+
+pub(crate) mod compare;
+pub(crate) mod state;
+
+use std::collections::BTreeSet;
+
+use nemoral_files::{EntryKind, Folder, InnerPath, is_temporary_name};
+
+use crate::{DatasetHeader, Error, Manifest, layout};
+
+/// What an output folder holds.
+pub(crate) enum Content {
+    /// Nothing, or it does not exist, or a writer that had just begun was killed in it.
+    Nothing,
+    /// A data set, finished or not.
+    Dataset {
+        /// `dataset.json`, if it is finished.
+        finished: Option<Box<Manifest>>,
+        /// What it is being made with.
+        header: Box<DatasetHeader>,
+    },
+}
+
+/// Looks into a folder without changing it.
+pub(crate) fn look(folder: &Folder) -> Result<Content, Error> {
+    let entries = folder.entries()?;
+    let has = |name: &str| entries.iter().any(|e| e.name == name);
+    let (is_finished, has_state) = (has(layout::MANIFEST), has(layout::STATE));
+    if !is_finished && !has_state {
+        return match entries.first() {
+            None => Ok(Content::Nothing),
+            Some(found) => Err(Error::Foreign {
+                path: folder.root().to_owned(),
+                found: found.name.clone(),
+            }),
+        };
+    }
+    let header = if has_state {
+        state::header(folder)?
+    } else {
+        None
+    };
+    let finished = is_finished.then(|| Manifest::read(folder)).transpose();
+    match (finished, header) {
+        (Ok(Some((manifest, _))), header) => Ok(Content::Dataset {
+            header: Box::new(header.unwrap_or_else(|| manifest.header.clone())),
+            finished: Some(Box::new(manifest)),
+        }),
+        // It goes on from the records of its frames, and makes a new `dataset.json`.
+        (Ok(None) | Err(_), Some(header)) => Ok(Content::Dataset {
+            finished: None,
+            header: Box::new(header),
+        }),
+        (Err(cause), None) => Err(Error::Damaged {
+            path: folder.root().to_owned(),
+            cause: cause.to_string(),
+        }),
+        (Ok(None), None) if entries.len() == 1 && state::has_just_begun(folder)? => {
+            Ok(Content::Nothing)
+        }
+        (Ok(None), None) => Err(Error::Unowned {
+            path: folder.root().to_owned(),
+        }),
+    }
+}
+
+/// The files below `sequences` that a data set with this header owns, by the layout: recorded or not,
+/// and what killed processes left. Links and folders under such names are nobody's.
+pub(crate) fn owned_files(
+    folder: &Folder,
+    header: &DatasetHeader,
+) -> Result<Vec<InnerPath>, Error> {
+    let mut owned = Vec::new();
+    let texts = [layout::POSES, layout::CALIB, layout::TIMES];
+    for sequence in sequences(folder)? {
+        for (of_sensor, extension) in layout::sensor_folders(header) {
+            let of_sensor = layout::inner(&format!("{sequence}/{of_sensor}"));
+            owned.extend(files(folder, &of_sensor, |name| {
+                layout::is_frame_file(name, extension)
+            })?);
+        }
+        owned.extend(files(folder, &sequence, |name| texts.contains(&name))?);
+    }
+    Ok(owned)
+}
+
+/// The folders of sequences.
+fn sequences(folder: &Folder) -> Result<Vec<InnerPath>, Error> {
+    let all = layout::inner(layout::SEQUENCES);
+    let entries = folder.entries_of(&all)?.into_iter();
+    let numbered = entries.filter(|e| layout::is_sequence_name(&e.name));
+    Ok(numbered
+        .map(|e| layout::inner(&format!("{all}/{}", e.name)))
+        .collect())
+}
+
+/// The regular files of a folder whose names are ours, temporary ones too.
+fn files(
+    folder: &Folder,
+    below: &InnerPath,
+    is_ours: impl Fn(&str) -> bool,
+) -> Result<Vec<InnerPath>, Error> {
+    let entries = folder.entries_of(below)?.into_iter();
+    let ours = entries
+        .filter(|e| e.kind == EntryKind::File && (is_ours(&e.name) || is_temporary_name(&e.name)));
+    Ok(ours.filter_map(|e| below.join(&e.name).ok()).collect())
+}
+
+/// Removes a data set and nothing else; folders go when they are empty. The state folder stays, so
+/// that the folder is a data set's at every moment.
+pub(crate) fn clear(folder: &Folder, header: &DatasetHeader) -> Result<(), Error> {
+    state::put_header(folder, header)?;
+    // From now on it is unfinished.
+    folder.remove_file(&layout::inner(layout::MANIFEST))?;
+    for path in owned_files(folder, header)? {
+        folder.remove_file(&path)?;
+    }
+    let mut folders = BTreeSet::new();
+    for sequence in sequences(folder)? {
+        for (of_sensor, _) in layout::sensor_folders(header) {
+            let of_sensor = layout::inner(&format!("{sequence}/{of_sensor}"));
+            folders.extend(of_sensor.parent());
+            folders.insert(of_sensor);
+        }
+        folders.insert(sequence);
+    }
+    folders.insert(layout::inner(layout::SEQUENCES));
+    // The innermost first. One that is not empty holds something of somebody else's: it stays.
+    for path in folders.iter().rev() {
+        folder.remove_empty_folder(path)?;
+    }
+    for name in layout::TOP_FILES {
+        folder.remove_file(&layout::inner(name))?;
+    }
+    let records = files(folder, &layout::inner(layout::STATE_FRAMES), |name| {
+        layout::frame_of_record(name).is_some()
+    })?;
+    for path in records {
+        folder.remove_file(&path)?;
+    }
+    remove_leftovers(folder, header)
+}
+
+/// Removes the temporary files of processes that were killed.
+pub(crate) fn remove_leftovers(folder: &Folder, header: &DatasetHeader) -> Result<(), Error> {
+    let mut paths = owned_files(folder, header)?;
+    for state in [layout::STATE_FRAMES, layout::STATE] {
+        paths.extend(files(folder, &layout::inner(state), |_| false)?);
+    }
+    for entry in folder.entries()? {
+        if entry.kind == EntryKind::File && is_temporary_name(&entry.name) {
+            paths.extend(InnerPath::new(entry.name).ok());
+        }
+    }
+    for path in paths.iter().filter(|p| is_temporary_name(p.file_name())) {
+        folder.remove_file(path)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! Single files of a data set.
+//!
+//! A picture's input has what `dataset.json` says of it before its bytes: its kind, its columns and its
+//! rows. Rows and columns are a byte each, that is 1 to 256, and 16 or 32 times that if the kind's bits
+//! 6 or 7 are set.
+
+use nemoral_dataset::fuzz;
+
+/// The kind and the size that an input starts with, and the rest.
+fn picture(input: &[u8]) -> Option<(u8, (usize, usize), &[u8])> {
+    let ([kind, columns, rows], bytes) = input.split_first_chunk()?;
+    let scale = [1, 16, 32, 32][usize::from(kind >> 6)];
+    let side = |byte: &u8| (usize::from(*byte) + 1) * scale;
+    Some((kind & 0x3f, (side(columns), side(rows)), bytes))
+}
+
+fn text(input: &[u8]) -> Option<&str> {
+    std::str::from_utf8(input).ok()
+}
+
+/// All kinds of PNG.
+pub fn png(input: &[u8]) {
+    if let Some((kind, size, bytes)) = picture(input) {
+        let _ = fuzz::png(kind, bytes, size);
+    }
+}
+
+/// Depth as `.npy`.
+pub fn npy(input: &[u8]) {
+    if let Some((_, size, bytes)) = picture(input) {
+        let _ = fuzz::npy(bytes, size);
+    }
+}
+
+/// Radiance as `.exr`.
+pub fn exr(input: &[u8]) {
+    if let Some((_, size, bytes)) = picture(input) {
+        let _ = fuzz::exr(bytes, size);
+    }
+}
+
+/// A scan; what is accepted is what is written.
+pub fn ply(input: &[u8]) {
+    if let Ok(written) = fuzz::ply(input) {
+        assert_eq!(written.len(), input.len(), "a scan has one form");
+    }
+}
+
+/// `.bin`.
+pub fn bin(input: &[u8]) {
+    let _ = fuzz::points(input);
+}
+
+/// `.label`.
+pub fn label(input: &[u8]) {
+    let _ = fuzz::labels(input);
+}
+
+/// `poses.txt`.
+pub fn poses(input: &[u8]) {
+    let _ = text(input).map(fuzz::poses);
+}
+
+/// `calib.txt`; what is accepted can be written and read again.
+pub fn calib(input: &[u8]) {
+    if let Some(Ok(written)) = text(input).map(fuzz::calibration) {
+        let again = fuzz::calibration(&written);
+        assert_eq!(again.expect("what was written is read"), written);
+    }
+}
+
+/// `times.txt`.
+pub fn times(input: &[u8]) {
+    let _ = text(input).map(fuzz::times);
+}
+
+/// `trees.csv`; what is accepted can be written and read again.
+pub fn trees(input: &[u8]) {
+    if let Some(Ok(written)) = text(input).map(fuzz::trees) {
+        let again = fuzz::trees(&written);
+        assert_eq!(again.expect("what was written is read"), written);
+    }
+}
+
+/// `instances.csv`; what is accepted can be written and read again.
+pub fn instances(input: &[u8]) {
+    if let Some(Ok(written)) = text(input).map(fuzz::objects) {
+        let again = fuzz::objects(&written);
+        assert_eq!(again.expect("what was written is read"), written);
+    }
+}
+
+/// Boxes.
+pub fn boxes(input: &[u8]) {
+    let _ = fuzz::boxes(input);
+}

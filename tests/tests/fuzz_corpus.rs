@@ -1,0 +1,76 @@
+//! What the fuzzers have started from and what they have found, once more, without them: no input panics,
+//! hangs, or asks for a gigabyte.
+
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use nemoral_fuzz_targets::{TARGETS, Target};
+use peak_alloc::PeakAlloc;
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// More than any input may ask for at once, bytes.
+const LIMIT: usize = 1 << 30;
+/// Longer than any input may take: a thousand times what the slowest does, for busy machines.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn corpus() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus")
+}
+
+/// The entries of a folder that must be there, by name.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let read = fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut paths: Vec<_> = read.map(|entry| entry.expect("an entry").path()).collect();
+    paths.sort();
+    paths
+}
+
+/// What is wrong with what a target does with an input, if anything.
+fn fault(target: &Target, input: &[u8]) -> Option<String> {
+    MEMORY.reset_peak_usage();
+    let before = MEMORY.current_usage();
+    let start = Instant::now();
+    if catch_unwind(AssertUnwindSafe(|| (target.run)(input))).is_err() {
+        return Some("panics".to_owned());
+    }
+    let (peak, took) = (MEMORY.peak_usage().saturating_sub(before), start.elapsed());
+    if peak >= LIMIT {
+        return Some(format!("asks for {} MB", peak >> 20));
+    }
+    (took > PATIENCE).then(|| format!("takes {took:?}"))
+}
+
+#[test]
+fn no_input_panics_hangs_or_asks_for_a_gigabyte() {
+    let mut faults = Vec::new();
+    for target in TARGETS {
+        let inputs = entries(&corpus().join(target.name));
+        assert!(!inputs.is_empty(), "{}: the corpus is empty", target.name);
+        for path in inputs {
+            let input = fs::read(&path).expect("a readable file");
+            if let Some(fault) = fault(target, &input) {
+                faults.push(format!("{}: {fault}", path.display()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn every_corpus_has_a_target_and_every_target_a_fuzzer() {
+    let names = |folder: &Path| -> Vec<String> {
+        let stem = |p: &PathBuf| p.file_stem().map(|s| s.to_string_lossy().into_owned());
+        entries(folder).iter().filter_map(stem).collect()
+    };
+    let targets: Vec<_> = TARGETS.iter().map(|t| t.name.to_owned()).collect();
+    let sorted = |mut names: Vec<String>| {
+        names.sort();
+        names
+    };
+    assert_eq!(names(&corpus()), sorted(targets.clone()));
+    assert_eq!(names(&corpus().join("../fuzz_targets")), sorted(targets));
+}
