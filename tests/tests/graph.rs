@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The stage crates, each of which does one thing and knows only the vocabulary and the keys.
-const STAGES: [&str; 10] = [
+const STAGES: [&str; 11] = [
     "nemoral-assets",
     "nemoral-dataset",
     "nemoral-lidar",
@@ -19,7 +19,11 @@ const STAGES: [&str; 10] = [
     "nemoral-stand",
     "nemoral-terrain",
     "nemoral-trails",
+    "nemoral-trajectory",
 ];
+
+/// The engine of plans, which knows files alone.
+const PLAN: &str = "nemoral-plan";
 
 /// The crates that everybody may know, and that know none of ours.
 const LEAVES: [&str; 3] = ["nemoral-files", "nemoral-scene", "nemoral-seed"];
@@ -132,12 +136,20 @@ fn stage_crates_know_only_scene_seed_and_files() {
         let known = find(&all, name).ours(&["normal", "build", "dev"]);
         assert!(known.is_subset(&shared), "{name}: {known:?}");
     }
+    let trajectory = find(&all, "nemoral-trajectory").ours(&["normal", "build", "dev"]);
+    assert_eq!(
+        trajectory,
+        BTreeSet::from(["nemoral-scene", "nemoral-seed"])
+    );
     let noise = find(&all, "nemoral-lidar-noise").ours(&["normal", "build"]);
     assert_eq!(noise, BTreeSet::from(["nemoral-scene"]));
     for name in LEAVES {
         let known = find(&all, name).ours(&["normal", "build"]);
         assert!(known.is_empty(), "{name}: {known:?}");
     }
+    // Its tests and examples too.
+    let plan = find(&all, PLAN).ours(&["normal", "build", "dev"]);
+    assert_eq!(plan, BTreeSet::from(["nemoral-files"]));
 }
 
 #[test]
@@ -165,7 +177,7 @@ fn the_pipeline_wires_and_the_program_only_asks() {
     let known: BTreeSet<&str> = STAGES
         .into_iter()
         .chain(LEAVES)
-        .chain(["nemoral-pipeline", "nemoral-cli"])
+        .chain([PLAN, "nemoral-pipeline", "nemoral-cli"])
         .collect();
     let names: BTreeSet<&str> = all.iter().map(|p| &*p.name).collect();
     assert_eq!(names, known);

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use nemoral_plan::StageError;
+
 use crate::config::ConfigErrors;
 use crate::plan::At;
 
@@ -56,24 +58,6 @@ impl Error {
         Self::Request(message.into().into())
     }
 
-    /// Says where a fresh stage error happened; one that came from a deeper stage stays as it is.
-    /// What a world stage refuses is the request: it is made from nothing else.
-    pub(crate) fn in_stage(self, stage: &'static str, at: At) -> Self {
-        match self {
-            Self::Stage {
-                stage: "", source, ..
-            } => {
-                let at = match at {
-                    At::World => return Self::request(format!("{stage}: {source}")),
-                    At::Chunk(c) => format!("chunk {c}"),
-                    At::Frame(i) => format!("frame {i}"),
-                };
-                Self::Stage { stage, at, source }
-            }
-            other => other,
-        }
-    }
-
     /// Was the request wrong (exit code 2), rather than its execution (1)?
     #[must_use]
     pub fn is_request(&self) -> bool {
@@ -95,6 +79,30 @@ impl Error {
             }
             _ => false,
         }
+    }
+}
+
+impl StageError<At> for Error {
+    /// Says where a fresh stage error happened; one that came from a deeper stage stays as it is.
+    /// What a world stage refuses is the request: it is made from nothing else.
+    fn in_stage(self, stage: &'static str, at: At) -> Self {
+        match self {
+            Self::Stage {
+                stage: "", source, ..
+            } => {
+                let at = match at {
+                    At::World => return Self::request(format!("{stage}: {source}")),
+                    At::Chunk(c) => format!("chunk {c}"),
+                    At::Frame(i) => format!("frame {i}"),
+                };
+                Self::Stage { stage, at, source }
+            }
+            other => other,
+        }
+    }
+
+    fn panicked(_: &'static str, _: At) -> Self {
+        Self::StagePanicked
     }
 }
 

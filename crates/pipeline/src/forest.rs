@@ -11,11 +11,11 @@ use crate::config::Config;
 use crate::plan::{Node, Plan};
 use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
-use crate::robot::{Guide, GuideStage};
 use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryStage};
 use crate::stages::assets::{AssetStage, LibraryStage};
 use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
+use crate::stages::guide::GuideStage;
 use crate::stages::object_geometry::{ObjectGeometry, ObjectGeometryStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::scene_objects::SceneObjectStage;
@@ -27,6 +27,7 @@ use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::flora::Patch;
 use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::guide::Guide;
 use crate::world::lidars::LidarRig;
 use crate::world::uncovered::UncoveredGeometry;
 use crate::{Backend, Error, InputFiles};
@@ -116,19 +117,19 @@ impl ForestPlan {
 
         let ground_model = plan.add(GroundStage::new(config), ());
         let library = plan.add(LibraryStage::new(config, inputs), ());
-        let assets = plan.add(AssetStage::new(config, inputs), (library.of_world(),));
+        let assets = plan.add(AssetStage::new(config, inputs), (library.global(),));
         let placement = plan.add(
             PlacementStage::new(config),
-            (assets.of_world(), ground_model.of_world()),
+            (assets.global(), ground_model.global()),
         );
         let flora = plan.add(FloraStage::new(config), ());
-        let guide = plan.add(GuideStage::new(config, inputs), (ground_model.of_world(),));
+        let guide = plan.add(GuideStage::new(config, inputs), (ground_model.global(),));
         let cameras = plan.add(CameraStage::new(config, inputs, backend.clone()), ());
         let lidars = plan.add(LidarStage::new(config, inputs), ());
 
-        let ground = plan.add(ChunkGroundStage, (ground_model.of_world(),));
+        let ground = plan.add(ChunkGroundStage, (ground_model.global(),));
         // Rocks of a phase see those of lower phases: four nodes, so the plan stays acyclic.
-        let world = placement.of_world();
+        let world = placement.global();
         let phase0 = plan.add(RockPhaseStage::<0>, (world, ground, []));
         let phase1 = plan.add(RockPhaseStage::<1>, (world, ground, [phase0.anywhere()]));
         let lower = [phase0.anywhere(), phase1.anywhere()];
@@ -140,32 +141,23 @@ impl ForestPlan {
         let woody = plan.add(WoodyStage, (world, ground, rocks.anywhere()));
         let objects = plan.add(
             SceneObjectStage,
-            (
-                assets.of_world(),
-                ground_model.of_world(),
-                ground,
-                rocks,
-                woody,
-            ),
+            (assets.global(), ground_model.global(), ground, rocks, woody),
         );
         let object_geometry = plan.add(
             ObjectGeometryStage::new(config)?,
-            (assets.of_world(), ground, objects),
+            (assets.global(), ground, objects),
         );
         let sky_view_factor = plan.add(
             SkyViewStage { chunk_size_m },
-            (assets.of_world(), ground, object_geometry.anywhere()),
+            (assets.global(), ground, object_geometry.anywhere()),
         );
-        let undergrowth = plan.add(
-            UndergrowthStage,
-            (flora.of_world(), ground, sky_view_factor),
-        );
+        let undergrowth = plan.add(UndergrowthStage, (flora.global(), ground, sky_view_factor));
         let seedlings = plan.add(SeedlingStage::new(config), (world, ground, sky_view_factor));
         let undergrowth_geometry = plan.add(
             UndergrowthGeometryStage { chunk_size_m },
             (
-                assets.of_world(),
-                ground_model.of_world(),
+                assets.global(),
+                ground_model.global(),
                 ground,
                 undergrowth,
                 seedlings,
@@ -178,8 +170,8 @@ impl ForestPlan {
                 pictures_s: pictures_s(config),
             },
             (
-                guide.of_world(),
-                lidars.of_world(),
+                guide.global(),
+                lidars.global(),
                 ground.anywhere(),
                 objects.anywhere(),
             ),
@@ -197,25 +189,17 @@ impl ForestPlan {
                 sky_view_factor.anywhere(),
             ),
         );
-        let images = plan.add(
-            ImageStage,
-            (cameras.of_world(), assets.of_world(), pose, scene),
-        );
-        let trunks = plan.add(TrunkStage::new(config), (assets.of_world(),));
+        let images = plan.add(ImageStage, (cameras.global(), assets.global(), pose, scene));
+        let trunks = plan.add(TrunkStage::new(config), (assets.global(),));
         let uncovered_geometry = plan.add(
             UncoveredGeometryStage { chunk_size_m },
-            (
-                trunks.of_world(),
-                assets.of_world(),
-                object_geometry,
-                objects,
-            ),
+            (trunks.global(), assets.global(), object_geometry, objects),
         );
         let annotations = plan.add(
             AnnotationStage::new(config),
             (
-                cameras.of_world(),
-                guide.of_world(),
+                cameras.global(),
+                guide.global(),
                 pose,
                 scene,
                 images,
@@ -224,10 +208,7 @@ impl ForestPlan {
                 uncovered_geometry.anywhere(),
             ),
         );
-        let scans = plan.add(
-            ScanStage,
-            (lidars.of_world(), assets.of_world(), pose, scene),
-        );
+        let scans = plan.add(ScanStage, (lidars.global(), assets.global(), pose, scene));
 
         Ok(Self {
             plan,

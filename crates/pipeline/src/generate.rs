@@ -19,7 +19,7 @@ use crate::plan::{At, Cache, Hasher, Runner, Store};
 use crate::prove::{prove, within_sequence};
 use crate::recording::pose::FramePose;
 use crate::recording::scene::visible_chunks;
-use crate::robot::Land;
+use crate::world::guide::Land;
 use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
 
 /// The number of the one sequence of a data set.

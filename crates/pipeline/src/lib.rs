@@ -17,11 +17,10 @@
 //! ```
 //!
 //! - [`config`]: requests in layers (preset, file, settings), checked key by key, one definition each.
-//! - [`plan`]: the engine: stages, typed handles, keys known before anything runs, a store.
+//! - [`plan`]: the engine, `nemoral-plan`, at the coordinates of a forest.
 //! - [`stages`]: thin adapters from the stage crates to the plan.
 //! - [`world`]: what stands in a world, made from a config.
 //! - [`recording`]: what a frame is recorded from.
-//! - [`robot`]: where the robot goes and how it lies on the ground.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
 //! - [`check`], [`generate`], [`preview`]: from a request to a verdict, and to files.
@@ -50,7 +49,6 @@ pub mod plan;
 mod preview;
 mod prove;
 pub mod recording;
-pub mod robot;
 pub mod stages;
 pub mod world;
 

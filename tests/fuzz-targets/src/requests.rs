@@ -3,7 +3,8 @@
 use nemoral_assets::Species;
 use nemoral_lidar::{CsvPattern, ScanPattern};
 use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::{fuzz, robot};
+use nemoral_pipeline::fuzz;
+use nemoral_trajectory::PoseFormat;
 
 use crate::scratch::Scratch;
 
@@ -82,11 +83,15 @@ pub fn robot_poses(input: &[u8]) {
     let Some((format, bytes)) = input.split_first() else {
         return;
     };
-    let format = if format % 2 == 0 { "tum" } else { "kitti" };
+    let format = if format % 2 == 0 {
+        PoseFormat::Tum
+    } else {
+        PoseFormat::Kitti
+    };
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
-    match robot::read_poses(text, "poses.txt", format) {
+    match nemoral_trajectory::read_poses(text, "poses.txt", format) {
         Ok(poses) => {
             for (_, pose) in poses {
                 let length = pose.rotation.length();

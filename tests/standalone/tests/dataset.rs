@@ -9,7 +9,10 @@ use nemoral_dataset::{
     Track, WorldTables, Writer, check, merge, stats,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, AnnotationKinds, Annotations, Image, Intrinsics, LidarPoint, ObjectId, Ontology, PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist};
+use nemoral_scene::{
+    AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, Ontology,
+    PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist,
+};
 
 /// A wall 8 m ahead, seen by a camera and by a LiDAR at the same place.
 fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>> {
@@ -26,7 +29,8 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
         lidars: vec![LidarSpec {
             name: "top".into(),
             body_from_lidar: RigidTransform::IDENTITY,
-            deskewed: true, pointing_errors: false,
+            deskewed: true,
+            pointing_errors: false,
             ply: true,
         }],
         ..DatasetHeader::new("somebody", "1.0", 7, Ontology::paper())

@@ -1,6 +1,9 @@
 //! `nemoral-lidar` alone: a scanner in somebody's own scene.
 
-use nemoral_lidar::{EchoObservation, ExactRange, Mid40, ParamError, Pulse, ScanPattern, ScanRequest, Scanner, ScannerParams};
+use nemoral_lidar::{
+    EchoObservation, ExactRange, Mid40, ParamError, Pulse, ScanPattern, ScanRequest, Scanner,
+    ScannerParams,
+};
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
     Hit, Material, MaterialId, MaterialLibrary, Ray, RayCaster, RigidTransform, Semantic,
@@ -33,7 +36,14 @@ fn points_lie_on_what_is_there_although_the_scanner_drives() -> Result<(), Param
     let scanner = Scanner::new(ScannerParams::default(), Box::new(Mid40))?;
     let pose = |time_s: f64| RigidTransform::from_xyz_rpy(DVec3::X * time_s, 0.0, 0.0, 0.3);
     let key = Key::world(7);
-    let points = scanner.scan(&ScanRequest { first_pulse: 0, caster: &ball, materials: &materials, scene_from_lidar_at: &pose, range_model: &ExactRange, key: key });
+    let points = scanner.scan(&ScanRequest {
+        first_pulse: 0,
+        caster: &ball,
+        materials: &materials,
+        scene_from_lidar_at: &pose,
+        range_model: &ExactRange,
+        key,
+    });
     assert_eq!(points.len(), 50_000);
     for p in &points {
         let at = pose(0.0).transform_point(p.position_m.as_dvec3());
@@ -71,7 +81,14 @@ fn closures_are_patterns_and_range_models() -> Result<(), ParamError> {
     // Too long by a tenth.
     let model = |echo: &EchoObservation, _: Key| Some(echo.range_m + 0.1);
     let standing = |_: f64| RigidTransform::IDENTITY;
-    let points = scanner.scan(&ScanRequest { first_pulse: 0, caster: &ball, materials: &materials, scene_from_lidar_at: &standing, range_model: &model, key: Key::world(7) });
+    let points = scanner.scan(&ScanRequest {
+        first_pulse: 0,
+        caster: &ball,
+        materials: &materials,
+        scene_from_lidar_at: &standing,
+        range_model: &model,
+        key: Key::world(7),
+    });
     assert_eq!(points.len(), 1000);
     for p in points {
         assert!((p.range_m - 20.1).abs() < 1e-4 && (p.true_range_m - 20.0).abs() < 1e-4);

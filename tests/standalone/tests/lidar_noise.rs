@@ -1,6 +1,6 @@
 //! `nemoral-lidar-noise` alone: errors for somebody else's scanner.
 
-use nemoral_lidar_noise::{GaussianRange, EchoObservation, RangeNoise, RangeSensor};
+use nemoral_lidar_noise::{EchoObservation, GaussianRange, RangeNoise, RangeSensor};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::plan::{Hasher, Node, Plan, Runner, Stage, Store};
+use nemoral_pipeline::plan::{Forest, Hasher, Node, Plan, Runner, Stage, Store};
 use nemoral_pipeline::{Error, ForestPlan};
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::Key;
@@ -66,7 +66,7 @@ struct Deer {
     per_chunk: u64,
 }
 
-impl Stage for Deer {
+impl Stage<Forest> for Deer {
     type At = ChunkCoord;
     type Inputs = ();
     type Output = u64;
@@ -85,7 +85,7 @@ impl Stage for Deer {
 /// Their wolves, who hear of them in this chunk.
 struct Wolves;
 
-impl Stage for Wolves {
+impl Stage<Forest> for Wolves {
     type At = ChunkCoord;
     type Inputs = (Node<ChunkCoord, u64>,);
     type Output = u64;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_raycast::{Blas, BruteForce, RayScene, Group};
+use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_scene::glam::{Mat3, Vec3};
 use nemoral_scene::{
     AlphaMask, Card, ChunkCoord, Instance, Material, MaterialLibrary, Mesh, ObjectId, Prototype,
@@ -49,11 +49,17 @@ fn light_falls_through_holes() {
     assert_eq!(forest.closest_hit(&up(0.25)), None);
     assert!(!forest.is_occluded(&up(0.25)));
     let hit = forest.closest_hit(&up(0.75)).expect("a leaf");
-    assert_eq!((hit.surface.distance_m, hit.surface.object.item()), (2.0, 1));
+    assert_eq!(
+        (hit.surface.distance_m, hit.surface.object.item()),
+        (2.0, 1)
+    );
     assert!(forest.is_occluded(&up(0.75)));
     let down = Ray::new(Vec3::new(0.75, 0.3, 1000.0), Vec3::NEG_Z);
     let hit = forest.closest_hit(&down).expect("the other end");
-    assert_eq!((hit.surface.distance_m, hit.surface.object.item()), (800.0, 100));
+    assert_eq!(
+        (hit.surface.distance_m, hit.surface.object.item()),
+        (800.0, 100)
+    );
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! `nemoral-seed` alone: numbers for a game's loot, say.
 
-use nemoral_seed::{Draw, Key, Rng, Domain};
+use nemoral_seed::{Domain, Draw, Key, Rng};
 
 const TREES: Domain = Domain::new("example.trees");
 const LOOT: Domain = Domain::new("example.loot");

@@ -5,8 +5,9 @@ use nemoral_scene::{ChunkCoord, RigidTransform, Twist};
 
 use crate::Error;
 use crate::config::Config;
-use crate::robot::{Guide, Land, PoseTrack};
+use crate::world::guide::{Guide, Land};
 use crate::world::lidars::LidarRig;
+use nemoral_trajectory::PoseTrack;
 
 /// Where the robot is, and how it moves while its LiDAR scans.
 #[derive(Debug)]

@@ -10,14 +10,14 @@ use nemoral_stand::SceneObjects;
 use super::object_geometry::ObjectGeometry;
 use crate::Error;
 use crate::config::Config;
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::recording::annotations::{Annotator, StrippedScene};
 use crate::recording::pose::{FramePose, next_body, pictures_s};
 use crate::recording::scene::{FrameScene, visible_chunks};
-use crate::robot::{Guide, Land};
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::ground::ChunkGround;
+use crate::world::guide::{Guide, Land};
 use crate::world::uncovered::{Trunks, UncoveredGeometry};
 
 /// Strips the [`WorldAssets`] to their [`Trunks`].
@@ -36,7 +36,7 @@ impl TrunkStage {
     }
 }
 
-impl Stage for TrunkStage {
+impl Stage<Forest> for TrunkStage {
     type At = ();
     type Inputs = (OfWorld<WorldAssets>,);
     type Output = Trunks;
@@ -62,7 +62,7 @@ pub struct UncoveredGeometryStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage for UncoveredGeometryStage {
+impl Stage<Forest> for UncoveredGeometryStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Trunks>,
@@ -118,7 +118,7 @@ impl AnnotationStage {
     }
 }
 
-impl Stage for AnnotationStage {
+impl Stage<Forest> for AnnotationStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<CameraRig>>,

@@ -6,7 +6,7 @@ use nemoral_assets::Library;
 use nemoral_seed::Key;
 
 use crate::config::Config;
-use crate::plan::{Hasher, Kept, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Kept, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::recipe::Recipe;
 use crate::{Error, InputFiles};
@@ -27,7 +27,7 @@ impl LibraryStage {
     }
 }
 
-impl Stage for LibraryStage {
+impl Stage<Forest> for LibraryStage {
     type At = ();
     type Inputs = ();
     type Output = Library;
@@ -59,7 +59,7 @@ impl AssetStage {
     }
 }
 
-impl Stage for AssetStage {
+impl Stage<Forest> for AssetStage {
     type At = ();
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;

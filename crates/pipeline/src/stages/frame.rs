@@ -12,13 +12,13 @@ use nemoral_stand::{SceneObjects, SkyViewFactor};
 use super::object_geometry::ObjectGeometry;
 use super::undergrowth_geometry::UndergrowthGeometry;
 use crate::Error;
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::recording::pose::FramePose;
 use crate::recording::scene::{FrameScene, visible_chunks};
-use crate::robot::{Guide, Land};
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::ground::ChunkGround;
+use crate::world::guide::{Guide, Land};
 use crate::world::lidars::LidarRig;
 
 const CAMERA: Domain = Domain::new("pipeline.camera");
@@ -32,7 +32,7 @@ pub struct PoseStage {
     pub pictures_s: f64,
 }
 
-impl Stage for PoseStage {
+impl Stage<Forest> for PoseStage {
     type At = u64;
     type Inputs = (
         OfWorld<Guide>,
@@ -80,7 +80,7 @@ pub struct SceneStage {
     pub undergrowth_radius_m: f64,
 }
 
-impl Stage for SceneStage {
+impl Stage<Forest> for SceneStage {
     type At = u64;
     type Inputs = (
         Node<u64, FramePose>,
@@ -138,7 +138,7 @@ impl Stage for SceneStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ImageStage;
 
-impl Stage for ImageStage {
+impl Stage<Forest> for ImageStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<CameraRig>>,
@@ -192,7 +192,7 @@ impl Stage for ImageStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ScanStage;
 
-impl Stage for ScanStage {
+impl Stage<Forest> for ScanStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<LidarRig>>,

@@ -6,7 +6,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 
 use crate::config::{self, Config};
-use crate::plan::{Encode, Encoder, Hasher, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::{Error, InputFiles};
 
@@ -43,7 +43,7 @@ impl Encode for GroundStage {
     }
 }
 
-impl Stage for GroundStage {
+impl Stage<Forest> for GroundStage {
     type At = ();
     type Inputs = ();
     type Output = GroundModel;
@@ -63,7 +63,7 @@ impl Stage for GroundStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ChunkGroundStage;
 
-impl Stage for ChunkGroundStage {
+impl Stage<Forest> for ChunkGroundStage {
     type At = ChunkCoord;
     type Inputs = (OfWorld<GroundModel>,);
     type Output = ChunkGround;

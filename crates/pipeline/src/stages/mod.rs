@@ -4,6 +4,7 @@ pub mod annotations;
 pub mod assets;
 pub mod frame;
 pub mod ground;
+pub mod guide;
 pub mod object_geometry;
 pub mod placement;
 pub mod scene_objects;

@@ -8,7 +8,7 @@ use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
 use crate::config::Config;
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::ChunkGround;
 use crate::world::ground_mesh::GroundMeshRecipe;
@@ -38,7 +38,7 @@ impl ObjectGeometryStage {
     }
 }
 
-impl Stage for ObjectGeometryStage {
+impl Stage<Forest> for ObjectGeometryStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,

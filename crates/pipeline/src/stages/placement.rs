@@ -8,7 +8,7 @@ use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 
 use crate::config::Config;
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::placement::{PlacementRecipe, is_beside_trails};
@@ -26,7 +26,7 @@ impl PlacementStage {
     }
 }
 
-impl Stage for PlacementStage {
+impl Stage<Forest> for PlacementStage {
     type At = ();
     type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
     type Output = Placement;
@@ -51,7 +51,7 @@ impl Stage for PlacementStage {
 #[derive(Clone, Copy, Debug)]
 pub struct RockPhaseStage<const N: usize>;
 
-impl<const N: usize> Stage for RockPhaseStage<N> {
+impl<const N: usize> Stage<Forest> for RockPhaseStage<N> {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Placement>,
@@ -86,7 +86,7 @@ impl<const N: usize> Stage for RockPhaseStage<N> {
 #[derive(Clone, Copy, Debug)]
 pub struct RockStage;
 
-impl Stage for RockStage {
+impl Stage<Forest> for RockStage {
     type At = ChunkCoord;
     type Inputs = ([AnyChunk<Vec<Site>>; 4],);
     type Output = Vec<Site>;
@@ -109,7 +109,7 @@ impl Stage for RockStage {
 #[derive(Clone, Copy, Debug)]
 pub struct WoodyStage;
 
-impl Stage for WoodyStage {
+impl Stage<Forest> for WoodyStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Placement>,

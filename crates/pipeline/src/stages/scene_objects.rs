@@ -8,7 +8,7 @@ use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
 use crate::Error;
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::object_sites::object_sites;
@@ -17,7 +17,7 @@ use crate::world::object_sites::object_sites;
 #[derive(Clone, Copy, Debug)]
 pub struct SceneObjectStage;
 
-impl Stage for SceneObjectStage {
+impl Stage<Forest> for SceneObjectStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,

@@ -3,7 +3,7 @@
 use nemoral_seed::Key;
 
 use crate::config::Config;
-use crate::plan::{Hasher, Stage};
+use crate::plan::{Forest, Hasher, Stage};
 use crate::world::cameras::{CameraRecipe, CameraRig};
 use crate::world::lidars::{LidarRecipe, LidarRig};
 use crate::{Backend, Error, InputFiles};
@@ -20,7 +20,7 @@ impl CameraStage {
     }
 }
 
-impl Stage for CameraStage {
+impl Stage<Forest> for CameraStage {
     type At = ();
     type Inputs = ();
     type Output = Vec<CameraRig>;
@@ -48,7 +48,7 @@ impl LidarStage {
     }
 }
 
-impl Stage for LidarStage {
+impl Stage<Forest> for LidarStage {
     type At = ();
     type Inputs = ();
     type Output = Vec<LidarRig>;

@@ -10,7 +10,7 @@ use nemoral_stand::{REACH_M, SkyViewArea, SkyViewFactor};
 
 use super::object_geometry::ObjectGeometry;
 use crate::Error;
-use crate::plan::{AnyChunk, Demand, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::ChunkGround;
 
@@ -21,7 +21,7 @@ pub struct SkyViewStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage for SkyViewStage {
+impl Stage<Forest> for SkyViewStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,

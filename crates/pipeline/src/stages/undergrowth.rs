@@ -8,7 +8,7 @@ use nemoral_seed::Key;
 use nemoral_stand::SkyViewFactor;
 
 use crate::config::{self, Config};
-use crate::plan::{Encode, Encoder, Hasher, Node, OfWorld, Stage};
+use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::flora::{Flora, Patch, seedlings};
 use crate::world::ground::ChunkGround;
 use crate::{Error, InputFiles};
@@ -42,7 +42,7 @@ impl Encode for FloraStage {
     }
 }
 
-impl Stage for FloraStage {
+impl Stage<Forest> for FloraStage {
     type At = ();
     type Inputs = ();
     type Output = Flora;
@@ -62,7 +62,7 @@ impl Stage for FloraStage {
 #[derive(Clone, Copy, Debug)]
 pub struct UndergrowthStage;
 
-impl Stage for UndergrowthStage {
+impl Stage<Forest> for UndergrowthStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Flora>,
@@ -103,7 +103,7 @@ impl SeedlingStage {
     }
 }
 
-impl Stage for SeedlingStage {
+impl Stage<Forest> for SeedlingStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<Placement>,

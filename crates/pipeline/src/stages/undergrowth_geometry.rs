@@ -8,7 +8,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 
 use crate::Error;
-use crate::plan::{Hasher, Node, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::flora::Patch;
 use crate::world::ground::{ChunkGround, GroundModel};
@@ -25,7 +25,7 @@ pub struct UndergrowthGeometryStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage for UndergrowthGeometryStage {
+impl Stage<Forest> for UndergrowthGeometryStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,

@@ -5,6 +5,7 @@ pub mod cameras;
 pub mod flora;
 pub mod ground;
 pub(crate) mod ground_mesh;
+pub mod guide;
 pub mod lidars;
 pub(crate) mod low_plants;
 pub(crate) mod object_sites;

@@ -3,7 +3,7 @@
 use nemoral_scene::glam::{DMat3, DQuat, DVec2, DVec3};
 use nemoral_scene::{RigidTransform, Surface};
 
-/// The robot's footprint.
+/// The footprint of a body on wheels or tracks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
     /// Distance between axles, metres.
@@ -57,7 +57,7 @@ impl PoseTrack {
         half_s: f64,
         mut pose_at: impl FnMut(f64) -> Result<RigidTransform, E>,
     ) -> Result<Self, E> {
-        // A walking robot moves millimetres between samples; in between poses are blended.
+        // At a walking pace a body moves millimetres between samples; in between poses are blended.
         const HALF: i32 = 8;
         let half_s = half_s.max(1e-9);
         let poses = (-HALF..=HALF)

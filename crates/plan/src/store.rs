@@ -1,48 +1,62 @@
 //! Where computed values wait to be used again.
 
 use std::collections::HashMap;
+use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
-use super::{At, Cache, Fingerprint, Value};
-use crate::Error;
+use crate::plan::Value;
+use crate::{AnyCoordinate, Cache, Fingerprint, PlanTypes, StageError};
 
 /// A thread-safe store of node values. A value is computed by one thread; others that want it
 /// meanwhile wait. Evicting a value never changes a result, only the work.
-#[derive(Debug)]
-pub struct Store {
+pub struct Store<P: PlanTypes> {
     capacity: usize,
     cache: Option<Arc<Cache>>,
-    inner: Mutex<Inner>,
+    inner: Mutex<Inner<P>>,
 }
 
-#[derive(Debug, Default)]
-struct Inner {
-    slots: HashMap<Fingerprint, Slot>,
+impl<P: PlanTypes> fmt::Debug for Store<P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Store")
+            .field("capacity", &self.capacity)
+            .field("cache", &self.cache)
+            .field("len", &self.len())
+            .finish()
+    }
+}
+
+struct Inner<P: PlanTypes> {
+    slots: HashMap<Fingerprint, Slot<P>>,
     /// Counts insertions, to find the oldest.
     clock: u64,
     computed: u64,
 }
 
-#[derive(Debug)]
-enum Slot {
+enum Slot<P: PlanTypes> {
     /// Somebody computes it; wait here.
-    Pending(Arc<Promise>),
+    Pending(Arc<Promise<P::Error>>),
     Ready {
         value: Value,
         id: &'static str,
-        at: At,
+        at: P::At,
         age: u64,
     },
 }
 
-#[derive(Debug, Default)]
-struct Promise {
-    result: Mutex<Option<Result<Value, Error>>>,
+struct Promise<E> {
+    result: Mutex<Option<Result<Value, E>>>,
     done: Condvar,
 }
 
-impl Promise {
-    fn wait(&self) -> Result<Value, Error> {
+impl<E: Clone> Promise<E> {
+    fn new() -> Self {
+        Self {
+            result: Mutex::new(None),
+            done: Condvar::new(),
+        }
+    }
+
+    fn wait(&self) -> Result<Value, E> {
         let mut result = lock(&self.result);
         loop {
             if let Some(result) = &*result {
@@ -55,7 +69,7 @@ impl Promise {
         }
     }
 
-    fn fulfil(&self, result: Result<Value, Error>) {
+    fn fulfil(&self, result: Result<Value, E>) {
         *lock(&self.result) = Some(result);
         self.done.notify_all();
     }
@@ -69,37 +83,44 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Keeps a promise even if the computation panics: waiters get an error, not silence.
-struct Obligation<'a> {
-    store: &'a Store,
+struct Obligation<'a, P: PlanTypes> {
+    store: &'a Store<P>,
     key: Fingerprint,
-    promise: Arc<Promise>,
+    id: &'static str,
+    at: P::At,
+    promise: Arc<Promise<P::Error>>,
     kept: bool,
 }
 
-impl Drop for Obligation<'_> {
+impl<P: PlanTypes> Drop for Obligation<'_, P> {
     fn drop(&mut self) {
         if !self.kept {
             lock(&self.store.inner).slots.remove(&self.key);
-            self.promise.fulfil(Err(Error::StagePanicked));
+            self.promise
+                .fulfil(Err(P::Error::panicked(self.id, self.at)));
         }
     }
 }
 
-impl Store {
+impl<P: PlanTypes> Store<P> {
     /// A store that keeps everything until [`Store::retain`] says otherwise.
     #[must_use]
     pub fn unlimited() -> Self {
         Self::with_capacity(usize::MAX)
     }
 
-    /// A store that keeps at most `capacity` values of chunks and frames, dropping the oldest. World
-    /// values are few, dear, and always kept.
+    /// A store that keeps at most `capacity` values, dropping the oldest. Those of global nodes are
+    /// few and dear: they are always kept, beside the others.
     #[must_use]
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
             capacity,
             cache: None,
-            inner: Mutex::default(),
+            inner: Mutex::new(Inner {
+                slots: HashMap::new(),
+                clock: 0,
+                computed: 0,
+            }),
         }
     }
 
@@ -117,7 +138,7 @@ impl Store {
     }
 
     /// Drops every value that `keep` (given the stage's id and the coordinate) refuses.
-    pub fn retain(&self, keep: impl Fn(&'static str, At) -> bool) {
+    pub fn retain(&self, keep: impl Fn(&'static str, P::At) -> bool) {
         // Dropped values are freed after the lock is released.
         let mut dropped = Vec::new();
         let mut inner = lock(&self.inner);
@@ -144,7 +165,7 @@ impl Store {
     /// How many values of a stage are kept now.
     #[must_use]
     pub fn count(&self, stage: &str) -> usize {
-        let of_stage = |s: &&Slot| matches!(s, Slot::Ready { id, .. } if *id == stage);
+        let of_stage = |s: &&Slot<P>| matches!(s, Slot::Ready { id, .. } if *id == stage);
         lock(&self.inner).slots.values().filter(of_stage).count()
     }
 
@@ -166,13 +187,13 @@ impl Store {
         matches!(lock(&self.inner).slots.get(&key), Some(Slot::Ready { .. }))
     }
 
-    pub(super) fn get_or_compute(
+    pub(crate) fn get_or_compute(
         &self,
         key: Fingerprint,
         id: &'static str,
-        at: At,
-        compute: impl FnOnce() -> Result<Value, Error>,
-    ) -> Result<Value, Error> {
+        at: P::At,
+        compute: impl FnOnce() -> Result<Value, P::Error>,
+    ) -> Result<Value, P::Error> {
         let promise = {
             let mut inner = lock(&self.inner);
             match inner.slots.get(&key) {
@@ -183,7 +204,7 @@ impl Store {
                     return promise.wait();
                 }
                 None => {
-                    let promise = Arc::new(Promise::default());
+                    let promise = Arc::new(Promise::new());
                     inner.slots.insert(key, Slot::Pending(Arc::clone(&promise)));
                     promise
                 }
@@ -192,6 +213,8 @@ impl Store {
         let mut obligation = Obligation {
             store: self,
             key,
+            id,
+            at,
             promise,
             kept: false,
         };
@@ -202,7 +225,13 @@ impl Store {
         result
     }
 
-    fn settle(&self, key: Fingerprint, id: &'static str, at: At, result: &Result<Value, Error>) {
+    fn settle(
+        &self,
+        key: Fingerprint,
+        id: &'static str,
+        at: P::At,
+        result: &Result<Value, P::Error>,
+    ) {
         let mut inner = lock(&self.inner);
         inner.computed += 1;
         inner.clock += 1;
@@ -217,8 +246,8 @@ impl Store {
             }
         }
         if inner.slots.len() > self.capacity {
-            let ready = |(&key, slot): (&Fingerprint, &Slot)| match slot {
-                Slot::Ready { age, at, .. } if *at != At::World => Some((*age, key)),
+            let ready = |(&key, slot): (&Fingerprint, &Slot<P>)| match slot {
+                Slot::Ready { age, at, .. } if *at != P::At::GLOBAL => Some((*age, key)),
                 _ => None,
             };
             let mut oldest: Vec<_> = inner.slots.iter().filter_map(ready).collect();

@@ -1,16 +1,90 @@
 //! The engine's promises, on toy stages.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
 
-use nemoral_seed::Key;
+use crate::*;
 
-use super::*;
+/// Where a node of the toy plan is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum At {
+    Everywhere,
+    Cell(Cell),
+}
 
-static RUNS: AtomicU64 = AtomicU64::new(0);
+/// A place of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Cell(i32, i32);
+
+impl Cell {
+    fn offset(self, dx: i32, dy: i32) -> Self {
+        Self(self.0 + dx, self.1 + dy)
+    }
+}
+
+impl AnyCoordinate for At {
+    const GLOBAL: Self = Self::Everywhere;
+
+    fn hash(self, hasher: &mut Hasher) {
+        if let Self::Cell(Cell(x, y)) = self {
+            hasher.write_i64(i64::from(x));
+            hasher.write_i64(i64::from(y));
+        }
+    }
+}
+
+impl Coordinate<Toy> for Cell {
+    fn erase(self) -> At {
+        At::Cell(self)
+    }
+
+    fn restore(at: At) -> Option<Self> {
+        if let At::Cell(cell) = at {
+            Some(cell)
+        } else {
+            None
+        }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+enum Error {
+    #[error("no such height")]
+    NoHeight,
+    #[error("stage {0} at {1:?}: no such height")]
+    NoHeightAt(&'static str, At),
+    #[error("stage {0} at {1:?} panicked")]
+    Panicked(&'static str, At),
+}
+
+impl StageError<At> for Error {
+    fn in_stage(self, stage: &'static str, at: At) -> Self {
+        match self {
+            Self::NoHeight => Self::NoHeightAt(stage, at),
+            other => other,
+        }
+    }
+
+    fn panicked(stage: &'static str, at: At) -> Self {
+        Self::Panicked(stage, at)
+    }
+}
+
+/// The context is a seed.
+enum Toy {}
+
+impl PlanTypes for Toy {
+    type At = At;
+    type Context = u64;
+    type Error = Error;
+
+    fn hash_context(seed: &u64, hasher: &mut Hasher) {
+        hasher.write_u64(*seed);
+    }
+}
 
 struct Scale(f64);
 
-impl Stage for Scale {
+impl Stage<Toy> for Scale {
     type At = ();
     type Inputs = ();
     type Output = f64;
@@ -21,39 +95,39 @@ impl Stage for Scale {
         hasher.write_f64(self.0);
     }
 
-    fn run(&self, (): (), _: Key, (): ()) -> Result<f64, Error> {
+    fn run(&self, (): (), _: u64, (): ()) -> Result<f64, Error> {
         Ok(self.0)
     }
 }
 
 struct Height;
 
-impl Stage for Height {
-    type At = ChunkCoord;
-    type Inputs = (OfWorld<f64>,);
+impl Stage<Toy> for Height {
+    type At = Cell;
+    type Inputs = (Global<f64>,);
     type Output = f64;
     const ID: &'static str = "height";
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
-    fn run(&self, at: ChunkCoord, world: Key, (scale,): (Arc<f64>,)) -> Result<f64, Error> {
-        RUNS.fetch_add(1, Ordering::Relaxed);
-        if at == ChunkCoord::new(99, 99) {
-            return Err(Error::of_stage(std::io::Error::other("no such height")));
+    fn run(&self, at: Cell, seed: u64, (scale,): (Arc<f64>,)) -> Result<f64, Error> {
+        if at == Cell(99, 99) {
+            return Err(Error::NoHeight);
         }
-        Ok(*scale * (world.chunk(at).to_u64() % 1000) as f64)
+        let mixed = (i64::from(at.0) * 7919 + i64::from(at.1) * 104_729).unsigned_abs() * seed;
+        Ok(*scale * (mixed % 1000) as f64)
     }
 }
 
-/// Sums a 3 x 3 neighbourhood: needs nodes at other chunks.
+/// Sums a 3 x 3 neighbourhood: needs nodes at other cells.
 struct Smooth {
     width: f64,
 }
 
-impl Stage for Smooth {
-    type At = ChunkCoord;
-    type Inputs = (Node<ChunkCoord, f64>, AnyChunk<f64>);
+impl Stage<Toy> for Smooth {
+    type At = Cell;
+    type Inputs = (Node<Cell, f64>, Anywhere<Cell, f64>);
     type Output = f64;
     const ID: &'static str = "smooth";
     const VERSION: u32 = 1;
@@ -64,9 +138,9 @@ impl Stage for Smooth {
 
     fn run(
         &self,
-        at: ChunkCoord,
-        _: Key,
-        (own, any): (Arc<f64>, Demand<'_, f64>),
+        at: Cell,
+        _: u64,
+        (own, any): (Arc<f64>, Demand<'_, Toy, Cell, f64>),
     ) -> Result<f64, Error> {
         let mut sum = *own * self.width;
         for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
@@ -76,28 +150,28 @@ impl Stage for Smooth {
     }
 }
 
-fn plan(scale: f64, width: f64) -> (Plan, Node<ChunkCoord, f64>, Node<ChunkCoord, f64>) {
-    let mut plan = Plan::new(Key::world(7));
+fn plan(scale: f64, width: f64) -> (Plan<Toy>, Node<Cell, f64>, Node<Cell, f64>) {
+    let mut plan = Plan::new(7);
     let scale = plan.add(Scale(scale), ());
-    let height = plan.add(Height, (scale.of_world(),));
+    let height = plan.add(Height, (scale.global(),));
     let smooth = plan.add(Smooth { width }, (height, height.anywhere()));
     (plan, height, smooth)
 }
 
-fn square(n: i32) -> Vec<ChunkCoord> {
+fn square(n: i32) -> Vec<Cell> {
     (0..n * n)
-        .map(|i| ChunkCoord::new(i % n - n / 2, i / n - n / 2))
+        .map(|i| Cell(i % n - n / 2, i / n - n / 2))
         .collect()
 }
 
 #[test]
 fn eight_threads_and_a_store_of_one_give_what_one_thread_gives() {
     let (plan, _, smooth) = plan(1.0, 2.0);
-    let chunks = square(12);
+    let cells = square(12);
     let reference: Vec<f64> = {
         let store = Store::unlimited();
         let runner = Runner::new(&plan, &store, 1);
-        chunks
+        cells
             .iter()
             .map(|&c| *runner.get(smooth, c).expect("runs"))
             .collect()
@@ -105,12 +179,12 @@ fn eight_threads_and_a_store_of_one_give_what_one_thread_gives() {
     for capacity in [1, 7, usize::MAX] {
         let store = Store::with_capacity(capacity);
         let runner = Runner::new(&plan, &store, 8);
-        let values = runner.demand(smooth).all(&chunks).expect("runs");
+        let values = runner.demand(smooth).all(&cells).expect("runs");
         assert_eq!(values.iter().map(|v| **v).collect::<Vec<_>>(), reference);
-        // And the one world value.
+        // And the one global value.
         assert!(store.len() <= capacity.saturating_add(1));
         // And backwards.
-        let mut backwards = chunks.clone();
+        let mut backwards = cells.clone();
         backwards.reverse();
         let values = runner.demand(smooth).all(&backwards).expect("runs");
         assert_eq!(
@@ -129,7 +203,7 @@ fn a_value_is_computed_once_while_it_is_kept() {
     // 36 smooth, 36 + 4 * 6 heights, one scale.
     assert_eq!(store.computed(), 36 + 60 + 1);
     assert_eq!((store.count("smooth"), store.count("height")), (36, 60));
-    store.retain(|id, at| id != "height" || at == At::Chunk(ChunkCoord::new(0, 0)));
+    store.retain(|id, at| id != "height" || at == At::Cell(Cell(0, 0)));
     assert_eq!(store.count("height"), 1);
     runner.demand(smooth).all(&square(6)).expect("kept");
     assert_eq!(store.computed(), 36 + 60 + 1);
@@ -137,7 +211,7 @@ fn a_value_is_computed_once_while_it_is_kept() {
 
 #[test]
 fn keys_change_with_what_a_value_depends_on_and_with_nothing_else() {
-    let at = ChunkCoord::new(3, -4);
+    let at = Cell(3, -4);
     let (a, a_height, a_smooth) = plan(1.0, 2.0);
     let (b, b_height, b_smooth) = plan(1.0, 3.0);
     assert_eq!(a.key(a_height, at), b.key(b_height, at));
@@ -146,32 +220,32 @@ fn keys_change_with_what_a_value_depends_on_and_with_nothing_else() {
     assert_ne!(a.key(a_height, at), c.key(c_height, at));
     assert_ne!(a.key(a_smooth, at), c.key(c_smooth, at));
     assert_ne!(a.key(a_height, at), a.key(a_height, at.offset(1, 0)));
-    let mut other = Plan::new(Key::world(8));
+    let mut other = Plan::new(8);
     let scale = other.add(Scale(1.0), ());
-    let height = other.add(Height, (scale.of_world(),));
+    let height = other.add(Height, (scale.global(),));
     assert_ne!(a.key(a_height, at), other.key(height, at));
 }
 
 #[test]
-fn an_error_names_its_stage_and_chunk_and_is_not_kept() {
+fn an_error_names_its_stage_and_coordinate_and_is_not_kept() {
     let (plan, height, smooth) = plan(1.0, 2.0);
     let store = Store::unlimited();
     let runner = Runner::new(&plan, &store, 4);
     let error = runner
         .demand(smooth)
-        .all(&[ChunkCoord::new(98, 99)])
+        .all(&[Cell(98, 99)])
         .expect_err("fails");
     assert_eq!(
         error.to_string(),
-        "stage height at chunk (99, 99): no such height"
+        "stage height at Cell(Cell(99, 99)): no such height"
     );
-    assert!(!store.contains(plan.key(height, ChunkCoord::new(99, 99))));
-    assert!(runner.get(height, ChunkCoord::new(98, 99)).is_ok());
+    assert!(!store.contains(plan.key(height, Cell(99, 99))));
+    assert!(runner.get(height, Cell(98, 99)).is_ok());
 }
 
 struct Bomb;
 
-impl Stage for Bomb {
+impl Stage<Toy> for Bomb {
     type At = ();
     type Inputs = ();
     type Output = ();
@@ -180,7 +254,7 @@ impl Stage for Bomb {
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
-    fn run(&self, (): (), _: Key, (): ()) -> Result<(), Error> {
+    fn run(&self, (): (), _: u64, (): ()) -> Result<(), Error> {
         std::thread::sleep(std::time::Duration::from_millis(50));
         panic!("on purpose")
     }
@@ -188,7 +262,7 @@ impl Stage for Bomb {
 
 #[test]
 fn a_panicking_stage_does_not_leave_others_waiting() {
-    let mut plan = Plan::new(Key::world(1));
+    let mut plan: Plan<Toy> = Plan::new(1);
     let bomb = plan.add(Bomb, ());
     let store = Store::unlimited();
     let runner = Runner::new(&plan, &store, 1);

@@ -5,29 +5,54 @@ use nemoral_scene::glam::{DMat3, DQuat, DVec3};
 
 use crate::Error;
 
-/// Reads world poses of the body with their times in seconds (a KITTI file has none: `None`) from the
-/// text of a file; `origin` is what errors call it.
+/// A format of pose files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PoseFormat {
+    /// TUM: `t x y z qx qy qz qw` a line.
+    Tum,
+    /// KITTI: a 3 x 4 matrix a line, row by row, without a time.
+    Kitti,
+}
+
+impl PoseFormat {
+    /// The format of a name, `tum` or `kitti`.
+    #[must_use]
+    pub fn by_name(name: &str) -> Option<Self> {
+        match name {
+            "tum" => Some(Self::Tum),
+            "kitti" => Some(Self::Kitti),
+            _ => None,
+        }
+    }
+}
+
+/// Reads world poses of the body with their times in seconds (a KITTI file has none: `None`) from
+/// the text of a file; `origin` is what errors call it.
 ///
 /// # Errors
 /// If a line is not a pose: with its number and what is expected.
 pub fn read_poses(
     text: &str,
     origin: &str,
-    format: &str,
+    format: PoseFormat,
 ) -> Result<Vec<(Option<f64>, RigidTransform)>, Error> {
     let mut poses = Vec::new();
     for (i, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
             continue;
         }
-        let wrong = |expected: &str| {
+        let wrong = |expected: &'static str| {
             // A line of megabytes is no message.
             let (end, cut) = match line.char_indices().nth(80) {
                 Some((end, _)) => (end, "…"),
                 None => (line.len(), ""),
             };
-            let shown = format!("{:?}{cut}", &line[..end]);
-            Error::request(format!("{origin}:{}: {shown}: must be {expected}", i + 1))
+            Error::Line {
+                origin: origin.to_owned(),
+                line: i + 1,
+                shown: format!("{:?}{cut}", &line[..end]),
+                expected,
+            }
         };
         let numbers: Option<Vec<f64>> = line
             .split_whitespace()
@@ -35,7 +60,7 @@ pub fn read_poses(
             .collect();
         let numbers = numbers.ok_or_else(|| wrong("numbers, separated by blanks"))?;
         poses.push(match (format, numbers.as_slice()) {
-            ("tum", &[t, x, y, z, qx, qy, qz, qw]) => {
+            (PoseFormat::Tum, &[t, x, y, z, qx, qy, qz, qw]) => {
                 let q = DQuat::from_xyzw(qx, qy, qz, qw);
                 if (q.length() - 1.0).abs() > 0.01 {
                     return Err(wrong("a pose whose quaternion has length 1"));
@@ -48,7 +73,7 @@ pub fn read_poses(
                     },
                 )
             }
-            ("kitti", &[a, b, c, x, d, e, f, y, g, h, i, z]) => {
+            (PoseFormat::Kitti, &[a, b, c, x, d, e, f, y, g, h, i, z]) => {
                 let m = DMat3::from_cols_array(&[a, d, g, b, e, h, c, f, i]);
                 let turned = (m * m.transpose() - DMat3::IDENTITY).to_cols_array();
                 if turned.iter().any(|v| v.abs() > 0.01) || m.determinant() < 0.0 {
@@ -63,12 +88,14 @@ pub fn read_poses(
                     },
                 )
             }
-            ("tum", _) => return Err(wrong("`t x y z qx qy qz qw`")),
-            _ => return Err(wrong("12 numbers, a 3 x 4 matrix row by row")),
+            (PoseFormat::Tum, _) => return Err(wrong("`t x y z qx qy qz qw`")),
+            (PoseFormat::Kitti, _) => return Err(wrong("12 numbers, a 3 x 4 matrix row by row")),
         });
     }
     if poses.is_empty() {
-        return Err(Error::request(format!("{origin}: holds no pose")));
+        return Err(Error::Empty {
+            origin: origin.to_owned(),
+        });
     }
     Ok(poses)
 }
@@ -78,6 +105,7 @@ mod tests {
     use super::*;
 
     fn read(format: &str, text: &str) -> Result<Vec<(Option<f64>, RigidTransform)>, Error> {
+        let format = PoseFormat::by_name(format).expect("a format's name");
         read_poses(text, "poses.txt", format)
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{At, Plan, Store};
+use crate::{AnyCoordinate, Plan, PlanTypes, Store};
 
 /// How [`Plan::draw`] writes a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub enum GraphFormat {
     Dot,
 }
 
-impl Plan {
+impl<P: PlanTypes> Plan<P> {
     /// The plan as a graph.
     #[must_use]
     pub fn draw(&self, format: GraphFormat) -> String {
@@ -42,13 +42,13 @@ impl Plan {
         out
     }
 
-    /// One line a node: its id, its key without a coordinate, how many of its values `store` has, and whether
-    /// its cache has the world's.
+    /// One line a node: its id, its key without a coordinate, how many of its values `store` has,
+    /// and whether the store's cache has it, of a global node.
     #[must_use]
-    pub fn explain(&self, store: &Store) -> String {
+    pub fn explain(&self, store: &Store<P>) -> String {
         let mut out = String::new();
         for (i, entry) in self.entries.iter().enumerate() {
-            let key = self.key_of(i, At::World);
+            let key = self.key_of(i, P::At::GLOBAL);
             let is_on_disk = store.cache().is_some_and(|cache| cache.has(key));
             let on_disk = if is_on_disk { ", on disk" } else { "" };
             let kept = store.count(entry.node.id());

@@ -2,37 +2,48 @@
 
 use std::f64::consts::TAU;
 
-use nemoral_scene::RigidTransform;
-use nemoral_scene::glam::{DQuat, DVec2};
+use nemoral_scene::glam::DVec2;
 
-use super::wander::Obstacle;
+use crate::{Obstacle, Obstacles};
 
 /// A tripod is moved in steps of this, metres.
 const STEP_M: f64 = 0.25;
 
-/// A grid of places, rows from the west, columns from the south.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Stations {
-    pub(super) middle_m: DVec2,
-    pub(super) forward: DVec2,
-    pub(super) columns: u32,
-    pub(super) rows: u32,
-    pub(super) distance_m: f64,
+/// A grid of places, numbered from west to east and then from south to north.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stations {
+    /// The middle of the grid on the map, metres.
+    pub middle_m: DVec2,
+    /// Where bodies look, of any length above 0.
+    pub forward: DVec2,
+    /// Stations from west to east, at least 1.
+    pub columns: u32,
+    /// Stations from south to north, at least 1.
+    pub rows: u32,
+    /// Distance between neighbours, metres.
+    pub distance_m: f64,
+    /// Distance that is kept from obstacles, metres.
+    pub clearance_m: f64,
 }
 
 impl Stations {
-    pub(super) fn count(&self) -> u64 {
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
         u64::from(self.columns) * u64::from(self.rows)
     }
 
-    /// Where a station stands: its place of the grid, or the nearest around it, up to a third of the
-    /// stations' distance away, that is clear of everything.
-    pub(super) fn place<E>(
+    /// Where a station stands: its place of the grid, or the nearest around it, up to a third of
+    /// the stations' distance away, that is clear of everything.
+    ///
+    /// # Errors
+    /// The error of `obstacles`.
+    pub fn place<O: Obstacles + ?Sized>(
         &self,
         number: u64,
-        clearance_m: f64,
-        obstacles: &dyn Fn(DVec2, f64) -> Result<Vec<Obstacle>, E>,
-    ) -> Result<DVec2, E> {
+        obstacles: &O,
+    ) -> Result<DVec2, O::Error> {
+        let clearance_m = self.clearance_m;
         let columns = u64::from(self.columns);
         let of_middle = |i: u64, n: u32| i as f64 - f64::from(n - 1) / 2.0;
         let cell = DVec2::new(
@@ -41,8 +52,11 @@ impl Stations {
         );
         let wanted = self.middle_m + cell * self.distance_m;
         let reach = self.distance_m / 3.0;
-        let near = obstacles(wanted, reach + clearance_m)?;
-        let clear = |p: DVec2| near.iter().all(|(q, r)| q.distance(p) >= r + clearance_m);
+        let near = obstacles.near(wanted, reach + clearance_m)?;
+        let clear = |p: DVec2| {
+            let is_clear = |o: &Obstacle| o.position_m.distance(p) >= o.radius_m + clearance_m;
+            near.iter().all(is_clear)
+        };
         let rings = (reach / STEP_M) as u32;
         let places = (0..=rings).flat_map(|ring| {
             let count = (6 * ring).max(1);
@@ -52,14 +66,6 @@ impl Stations {
             })
         });
         Ok(places.into_iter().find(|p| clear(*p)).unwrap_or(wanted))
-    }
-
-    /// A level body on the ground.
-    pub(super) fn stand(&self, position_m: DVec2, height_m: f64) -> RigidTransform {
-        RigidTransform {
-            rotation: DQuat::from_rotation_z(self.forward.to_angle()),
-            translation_m: position_m.extend(height_m),
-        }
     }
 }
 
@@ -73,11 +79,19 @@ mod tests {
         columns: 3,
         rows: 2,
         distance_m: 12.0,
+        clearance_m: 1.0,
     };
 
+    fn stem(x_m: f64, y_m: f64, radius_m: f64) -> Obstacle {
+        Obstacle {
+            position_m: DVec2::new(x_m, y_m),
+            radius_m,
+        }
+    }
+
     fn place(number: u64, stems: &[Obstacle]) -> DVec2 {
-        let near = |_, _| -> Result<Vec<Obstacle>, ()> { Ok(stems.to_vec()) };
-        GRID.place(number, 1.0, &near).expect("no land to fail")
+        let near = |_: DVec2, _: f64| -> Result<Vec<Obstacle>, ()> { Ok(stems.to_vec()) };
+        GRID.place(number, &near).expect("no land to fail")
     }
 
     #[test]
@@ -90,27 +104,18 @@ mod tests {
 
     #[test]
     fn stations_keep_clear_of_stems() {
-        let stems = [(DVec2::new(10.0, 26.0), 0.2), (DVec2::new(11.0, 26.5), 0.3)];
+        let stems = [stem(10.0, 26.0, 0.2), stem(11.0, 26.5, 0.3)];
         let p = place(4, &stems);
-        for (q, r) in stems {
-            assert!(p.distance(q) >= r + 1.0);
+        for stem in stems {
+            assert!(p.distance(stem.position_m) >= stem.radius_m + 1.0);
         }
         assert!(p.distance(DVec2::new(10.0, 26.0)) < 1.6);
         // Where nothing is clear the station stands where it was asked to.
         let thicket: Vec<Obstacle> = (-9..=9)
             .flat_map(|x| {
-                (-9..=9).map(move |y| (DVec2::new(10.0 + f64::from(x), 26.0 + f64::from(y)), 0.5))
+                (-9..=9).map(move |y| stem(10.0 + f64::from(x), 26.0 + f64::from(y), 0.5))
             })
             .collect();
         assert_eq!(place(4, &thicket), DVec2::new(10.0, 26.0));
-    }
-
-    #[test]
-    fn a_tripod_is_level() {
-        let pose = GRID.stand(DVec2::new(1.0, 2.0), 3.0);
-        let up = pose.transform_vector(nemoral_scene::glam::DVec3::Z);
-        assert!(up.distance(nemoral_scene::glam::DVec3::Z) < 1e-15);
-        let ahead = pose.transform_vector(nemoral_scene::glam::DVec3::X);
-        assert!(ahead.distance(nemoral_scene::glam::DVec3::Y) < 1e-12);
     }
 }

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::Hasher;
+use crate::Hasher;
 
 /// Takes a value apart: [`Encode`] tells it what there is, in a fixed order.
 ///
-/// Parts have names, so that moving a field within its struct changes nothing, and values have types, so
-/// that two that look alike in text are still told apart.
+/// Parts have names, so that fields of like type are not mistaken for one another, and values have
+/// types, so that two that look alike in text are still told apart.
 pub trait Encoder {
     /// A named part begins.
     fn open(&mut self, name: &str);
@@ -46,11 +46,11 @@ impl dyn Encoder + '_ {
     }
 }
 
-/// A value that keys are made of, with an encoding that is written down rather than derived: it changes
-/// when somebody changes it, not with a release of Rust or of a package.
+/// A value that keys are made of, with an encoding that is written down rather than derived: it
+/// changes when somebody changes it, not with a release of Rust or of a package.
 ///
-/// Structs take themselves apart with `let Self { a, b } = self;`, without `..`: a field that is added
-/// and forgotten does not compile.
+/// Structs take themselves apart with `let Self { a, b } = self;`, without `..`: a field that is
+/// added and forgotten does not compile.
 pub trait Encode {
     /// Hands all of the value over.
     fn encode(&self, encoder: &mut dyn Encoder);
@@ -195,7 +195,7 @@ impl Encoder for KeyEncoder<'_> {
 mod tests {
     use super::*;
 
-    fn key(value: &dyn Encode) -> super::super::Fingerprint {
+    fn key(value: &dyn Encode) -> crate::Fingerprint {
         let mut hasher = Hasher::new("test");
         value.encode(&mut KeyEncoder::new(&mut hasher, &|_| [7; 32]));
         hasher.finish()

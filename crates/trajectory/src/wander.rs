@@ -6,6 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
 
+use crate::{Heading, Obstacle, Obstacles};
+
+/// Named before this crate was: another name would change every wander.
 const WANDER: Domain = Domain::new("pipeline.wander");
 
 /// Distance between knots along the guide line, metres.
@@ -14,9 +17,6 @@ const KNOT_M: f64 = 3.0;
 const BLOCK: i64 = 24;
 /// Lateral choices at a knot, evenly over the amplitude.
 const CHOICES: usize = 41;
-
-/// Something to keep from: position and radius, metres.
-pub type Obstacle = (DVec2, f64);
 
 /// A curve about a straight guide line, displaced sideways so that it keeps its clearance.
 ///
@@ -36,7 +36,8 @@ pub struct Wander {
 }
 
 impl Wander {
-    /// A wander from `start_m` along `forward`.
+    /// A wander from `start_m` along `forward`, which strays up to `amplitude_m` to either side and
+    /// keeps `clearance_m` from obstacles where there is room.
     #[must_use]
     pub fn new(
         start_m: DVec2,
@@ -56,16 +57,11 @@ impl Wander {
         }
     }
 
-    /// Position and direction at `s_m` along the guide line. `obstacles` gives what stands within a
-    /// distance of a point.
+    /// Position and direction at `s_m` along the guide line.
     ///
     /// # Errors
     /// The first error of `obstacles`.
-    pub fn at<E>(
-        &self,
-        s_m: f64,
-        obstacles: &dyn Fn(DVec2, f64) -> Result<Vec<Obstacle>, E>,
-    ) -> Result<(DVec2, DVec2), E> {
+    pub fn at<O: Obstacles + ?Sized>(&self, s_m: f64, obstacles: &O) -> Result<Heading, O::Error> {
         let x = s_m / KNOT_M;
         let i = x.floor() as i64;
         let t = x - i as f64;
@@ -89,11 +85,7 @@ impl Wander {
         ))
     }
 
-    fn knot<E>(
-        &self,
-        index: i64,
-        obstacles: &dyn Fn(DVec2, f64) -> Result<Vec<Obstacle>, E>,
-    ) -> Result<f64, E> {
+    fn knot<O: Obstacles + ?Sized>(&self, index: i64, obstacles: &O) -> Result<f64, O::Error> {
         let block = index.div_euclid(BLOCK);
         let cached = self
             .blocks
@@ -121,8 +113,8 @@ impl Wander {
         (choice as f64 / (CHOICES - 1) as f64 * 2.0 - 1.0) * self.amplitude_m
     }
 
-    /// Where the guide line would like to be: a slow keyed curve. The start is at 0.
-    fn wish_m(&self, index: i64) -> f64 {
+    /// Where the curve would be if nothing stood there: a slow keyed curve. The start is at 0.
+    fn undisturbed_m(&self, index: i64) -> f64 {
         let anchor = |block: i64| {
             if block == 0 {
                 return 0.0;
@@ -135,64 +127,66 @@ impl Wander {
         anchor(block) * (1.0 - ease) + anchor(block + 1) * ease
     }
 
-    /// The displacement of the first knot of a block: the free choice nearest to the wish.
-    fn entry<E>(
-        &self,
-        block: i64,
-        obstacles: &dyn Fn(DVec2, f64) -> Result<Vec<Obstacle>, E>,
-    ) -> Result<usize, E> {
+    /// The displacement of the first knot of a block: the free choice nearest to where it would be.
+    fn entry<O: Obstacles + ?Sized>(&self, block: i64, obstacles: &O) -> Result<usize, O::Error> {
         let costs = self.costs(block * BLOCK, obstacles)?;
         let best = (0..CHOICES).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
         Ok(best.expect("there are choices"))
     }
 
-    /// What each choice at a knot costs: distance from the wish, and lack of clearance.
-    fn costs<E>(
+    /// What each choice at a knot costs: distance from where the curve would be, and lack of
+    /// clearance.
+    fn costs<O: Obstacles + ?Sized>(
         &self,
         index: i64,
-        obstacles: &dyn Fn(DVec2, f64) -> Result<Vec<Obstacle>, E>,
-    ) -> Result<Vec<f64>, E> {
+        obstacles: &O,
+    ) -> Result<Vec<f64>, O::Error> {
         let on_line = self.start_m + self.forward * (index as f64 * KNOT_M);
         let left = self.forward.perp();
         let reach = self.amplitude_m + self.clearance_m + KNOT_M + 2.0;
-        let near = obstacles(on_line, reach)?;
-        let wish = self.wish_m(index);
+        let near = obstacles.near(on_line, reach)?;
+        let undisturbed = self.undisturbed_m(index);
         let costs = (0..CHOICES).map(|choice| {
             let offset = self.choice_m(choice);
             let p = on_line + left * offset;
             // A knot stands for half the way to its neighbours: look ahead and behind as well.
             let blocked: f64 = near
                 .iter()
-                .map(|&(q, r)| {
-                    let along = (q - p).dot(self.forward).clamp(-KNOT_M / 2.0, KNOT_M / 2.0);
-                    let gap = q.distance(p + self.forward * along) - r;
-                    let lack = (self.clearance_m + 0.4 - gap).max(0.0);
-                    // Touching costs more than any detour.
-                    if gap < self.clearance_m {
-                        1000.0 + 1000.0 * lack
-                    } else {
-                        30.0 * lack
-                    }
-                })
+                .map(
+                    |&Obstacle {
+                         position_m: q,
+                         radius_m: r,
+                     }| {
+                        let along = (q - p).dot(self.forward).clamp(-KNOT_M / 2.0, KNOT_M / 2.0);
+                        let gap = q.distance(p + self.forward * along) - r;
+                        let lack = (self.clearance_m + 0.4 - gap).max(0.0);
+                        // Touching costs more than any detour.
+                        if gap < self.clearance_m {
+                            1000.0 + 1000.0 * lack
+                        } else {
+                            30.0 * lack
+                        }
+                    },
+                )
                 .sum();
-            blocked + (offset - wish).powi(2) * 0.05
+            blocked + (offset - undisturbed).powi(2) * 0.05
         });
         Ok(costs.collect())
     }
 
     /// The displacements of a block's knots: the cheapest way from its entry to the next block's.
-    fn solve<E>(
+    fn solve<O: Obstacles + ?Sized>(
         &self,
         block: i64,
-        obstacles: &dyn Fn(DVec2, f64) -> Result<Vec<Obstacle>, E>,
-    ) -> Result<Vec<f64>, E> {
+        obstacles: &O,
+    ) -> Result<Vec<f64>, O::Error> {
         let (entry, exit) = (
             self.entry(block, obstacles)?,
             self.entry(block + 1, obstacles)?,
         );
         let step_cost = |a: usize, b: usize| {
             let step = (self.choice_m(a) - self.choice_m(b)) / KNOT_M;
-            // Beyond 45 degrees a robot would turn rather than drive.
+            // Beyond 45 degrees a body would turn rather than drive.
             40.0 * step * step
                 + if step.abs() > 1.0 {
                     1e5 * step.abs()
@@ -240,7 +234,7 @@ mod tests {
 
     type Never = std::convert::Infallible;
 
-    fn wood(spacing: f64) -> impl Fn(DVec2, f64) -> Result<Vec<Obstacle>, Never> {
+    fn stand(spacing: f64) -> impl Fn(DVec2, f64) -> Result<Vec<Obstacle>, Never> {
         move |p, reach| {
             let cells = |c: f64| {
                 ((c - reach) / spacing).floor() as i64..=((c + reach) / spacing).ceil() as i64
@@ -254,7 +248,10 @@ mod tests {
                         y as f64 + rng.range_f64(0.1, 0.9),
                     ) * spacing;
                     if q.distance(p) < reach {
-                        out.push((q, 0.2));
+                        out.push(Obstacle {
+                            position_m: q,
+                            radius_m: 0.2,
+                        });
                     }
                 }
             }
@@ -273,13 +270,13 @@ mod tests {
     }
 
     #[test]
-    fn it_keeps_its_clearance_in_a_wood_with_room() {
-        let (w, obstacles) = (wander(), wood(5.0));
+    fn it_keeps_its_clearance_in_a_stand_with_room() {
+        let (w, obstacles) = (wander(), stand(5.0));
         let mut worst = f64::INFINITY;
         for i in 0..4000 {
             let (p, _) = w.at(f64::from(i) * 0.25, &obstacles).expect("never");
-            for (q, r) in obstacles(p, 5.0).expect("never") {
-                worst = worst.min(p.distance(q) - r);
+            for stem in obstacles(p, 5.0).expect("never") {
+                worst = worst.min(p.distance(stem.position_m) - stem.radius_m);
             }
         }
         assert!(worst > 0.5, "passes a stem at {worst} m");
@@ -287,7 +284,7 @@ mod tests {
 
     #[test]
     fn any_point_needs_none_before_it() {
-        let (a, b, obstacles) = (wander(), wander(), wood(5.0));
+        let (a, b, obstacles) = (wander(), wander(), stand(5.0));
         let forwards: Vec<_> = (0..900)
             .map(|i| a.at(f64::from(i), &obstacles).expect("never"))
             .collect();
@@ -301,9 +298,9 @@ mod tests {
 
     #[test]
     fn it_is_smooth_and_starts_at_the_start() {
-        let (w, obstacles) = (wander(), wood(5.0));
+        let (w, obstacles) = (wander(), stand(5.0));
         let (p, _) = w
-            .at(0.0, &|_, _| Ok::<_, Never>(Vec::new()))
+            .at(0.0, &|_: DVec2, _: f64| Ok::<_, Never>(Vec::new()))
             .expect("never");
         assert!(p.distance(DVec2::new(5.0, -3.0)) < 0.3, "{p}");
         let w = {

@@ -2,7 +2,7 @@
 
 #![allow(
     clippy::disallowed_methods,
-    reason = "the one module of this crate that looks after files of its own: their ages and sizes"
+    reason = "the one module of this crate that looks after files: their ages and sizes"
 )]
 
 use std::fs::{self, File};
@@ -12,12 +12,12 @@ use std::time::{Duration, SystemTime};
 
 use nemoral_files::{Folder, InnerPath, is_temporary_name};
 
-use super::{Fingerprint, Hasher};
+use crate::{Fingerprint, Hasher};
 
-/// A folder of values by their keys. It is content-addressed: a file's name is the hash of the value's key
-/// and of the program that made it, and its content bears its own hash, so nothing in it is ever stale, and
-/// a damaged file is no file. Deleting any of it, at any time, costs the time to make it again. Any number of
-/// processes may share it: a file gets its name when it is whole.
+/// A folder of values by their keys. It is content-addressed: a file's name is the hash of the
+/// value's key and of the program that made it, and its content bears its own hash, so nothing in
+/// it is ever stale, and a damaged file is no file. Deleting any of it, at any time, costs the time
+/// to make it again. Any number of processes may share it: a file gets its name when it is whole.
 ///
 /// It is a help and never needed: what cannot be read or written is passed over in silence.
 #[derive(Debug)]
@@ -40,14 +40,15 @@ pub struct Kept<T> {
 const ENDING: &str = "nemoral";
 /// When more is kept, what was not used for longest goes.
 const LIMIT_BYTES: u64 = 2_000_000_000;
-/// The largest program that has a hash.
+/// The largest program that is hashed, bytes.
 const PROGRAM_BYTES: u64 = 4 << 30;
-/// A file is written in seconds; what is not done after this was left by a process that was killed.
+/// A file is written in seconds: what is not done after this was left by a process that was
+/// killed.
 const ABANDONED: Duration = Duration::from_secs(3600);
 
 impl Cache {
-    /// The cache in a folder, made if it is not there, of the values that this program makes. What writes
-    /// that were killed have left there goes.
+    /// The cache in a folder, made if it is not there, of the values that this program makes. What
+    /// writes that were killed have left there is deleted.
     ///
     /// # Errors
     /// If the folder cannot be made, or the program cannot read itself.
@@ -82,12 +83,12 @@ impl Cache {
     }
 
     /// Is there a file for this key?
-    pub(super) fn has(&self, key: Fingerprint) -> bool {
+    pub(crate) fn has(&self, key: Fingerprint) -> bool {
         self.path(key).is_file()
     }
 
     /// The bytes that were put, if they are all there.
-    pub(super) fn get(&self, key: Fingerprint) -> Option<Vec<u8>> {
+    pub(crate) fn get(&self, key: Fingerprint) -> Option<Vec<u8>> {
         let mut bytes = self.folder.read(&self.name(key), self.limit_bytes).ok()?;
         let whole = bytes.len().checked_sub(blake3::OUT_LEN)?;
         let hash = blake3::hash(&bytes[..whole]);
@@ -103,7 +104,7 @@ impl Cache {
     }
 
     /// Keeps bytes, if there is room.
-    pub(super) fn put(&self, key: Fingerprint, bytes: &[u8]) {
+    pub(crate) fn put(&self, key: Fingerprint, bytes: &[u8]) {
         let whole = [bytes, blake3::hash(bytes).as_bytes()].concat();
         // The folder may be gone: then nothing is kept any more.
         if self.folder.root().is_dir() {
@@ -203,13 +204,13 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let of_one = cache(dir.path(), 1);
         assert!(!of_one.has(key(7)) && of_one.get(key(7)).is_none());
-        of_one.put(key(7), b"a wood");
+        of_one.put(key(7), b"a value");
         assert!(of_one.has(key(7)));
-        assert_eq!(of_one.get(key(7)).as_deref(), Some(b"a wood".as_slice()));
+        assert_eq!(of_one.get(key(7)).as_deref(), Some(b"a value".as_slice()));
         assert_eq!(of_one.get(key(8)), None);
         assert_eq!(cache(dir.path(), 2).get(key(7)), None);
         let again = cache(dir.path(), 1);
-        assert_eq!(again.get(key(7)).as_deref(), Some(b"a wood".as_slice()));
+        assert_eq!(again.get(key(7)).as_deref(), Some(b"a value".as_slice()));
         assert_eq!(
             fs::read_dir(of_one.folder.root())
                 .expect("a folder")
@@ -222,7 +223,7 @@ mod tests {
     fn a_damaged_file_is_none_and_is_mended() {
         let dir = tempfile::tempdir().expect("a folder");
         let cache = cache(dir.path(), 1);
-        cache.put(key(7), b"a wood");
+        cache.put(key(7), b"a value");
         let path = cache.path(key(7));
         let whole = fs::read(&path).expect("kept");
         let mut flipped = whole.clone();
@@ -231,7 +232,7 @@ mod tests {
             fs::write(&path, damaged).expect("a file");
             assert_eq!(cache.get(key(7)), None, "{damaged:?}");
         }
-        cache.put(key(7), b"a wood");
+        cache.put(key(7), b"a value");
         assert!(cache.get(key(7)).is_some());
     }
 
@@ -294,7 +295,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let cache = cache(dir.path(), 1);
         fs::remove_dir_all(cache.folder.root()).expect("was there");
-        cache.put(key(7), b"a wood");
+        cache.put(key(7), b"a value");
         assert_eq!(cache.get(key(7)), None);
         let file = dir.path().join("file");
         fs::write(&file, b"").expect("a file");

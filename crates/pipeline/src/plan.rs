@@ -1,0 +1,91 @@
+//! The engine, [`nemoral_plan`], at the coordinates of a forest: once for the world, for a chunk,
+//! or for a frame.
+
+use nemoral_scene::ChunkCoord;
+use nemoral_seed::Key;
+
+pub use nemoral_plan::{
+    Cache, Coordinate, Encode, Encoder, Fingerprint, GraphFormat, Hasher, Kept, KeyEncoder, Node,
+    Stage,
+};
+
+use crate::Error;
+
+/// Where a node is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum At {
+    /// Once for the world.
+    World,
+    /// For a chunk.
+    Chunk(ChunkCoord),
+    /// For a frame.
+    Frame(u64),
+}
+
+impl nemoral_plan::AnyCoordinate for At {
+    const GLOBAL: Self = Self::World;
+
+    fn hash(self, hasher: &mut Hasher) {
+        match self {
+            Self::World => {}
+            Self::Chunk(c) => {
+                hasher.write_i64(i64::from(c.x));
+                hasher.write_i64(i64::from(c.y));
+            }
+            Self::Frame(i) => hasher.write_u64(i),
+        }
+    }
+}
+
+/// What the plans of a forest share: the world's key is given to every stage.
+#[derive(Clone, Copy, Debug)]
+pub enum Forest {}
+
+impl nemoral_plan::PlanTypes for Forest {
+    type At = At;
+    type Context = Key;
+    type Error = Error;
+
+    fn hash_context(world: &Key, hasher: &mut Hasher) {
+        hasher.write_bytes(&world.to_bytes());
+    }
+}
+
+impl Coordinate<Forest> for ChunkCoord {
+    fn erase(self) -> At {
+        At::Chunk(self)
+    }
+
+    fn restore(at: At) -> Option<Self> {
+        if let At::Chunk(c) = at { Some(c) } else { None }
+    }
+}
+
+/// A frame's number.
+impl Coordinate<Forest> for u64 {
+    fn erase(self) -> At {
+        At::Frame(self)
+    }
+
+    fn restore(at: At) -> Option<Self> {
+        if let At::Frame(i) = at { Some(i) } else { None }
+    }
+}
+
+/// The graphs of a world.
+pub type Plan = nemoral_plan::Plan<Forest>;
+
+/// A plan with a store and threads.
+pub type Runner<'a> = nemoral_plan::Runner<'a, Forest>;
+
+/// Values of a forest that are kept.
+pub type Store = nemoral_plan::Store<Forest>;
+
+/// The edge to what is computed once for the world.
+pub type OfWorld<T> = nemoral_plan::Global<T>;
+
+/// The edge to a chunk node, at chunks that the stage names while it runs.
+pub type AnyChunk<T> = nemoral_plan::Anywhere<ChunkCoord, T>;
+
+/// A chunk node that can be asked for at any chunk.
+pub type Demand<'a, T> = nemoral_plan::Demand<'a, Forest, ChunkCoord, T>;

@@ -1,0 +1,120 @@
+//! The robot's way, on the ground and between the objects of the forest.
+
+use std::sync::Arc;
+
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, FlatSurface, RigidTransform};
+use nemoral_stand::SceneObjects;
+use nemoral_trails::TrailPath;
+use nemoral_trajectory::{Obstacle, Obstacles, Polyline, Trajectory};
+
+use super::ground::ChunkGround;
+use crate::Error;
+use crate::plan::Demand;
+
+/// Where the robot goes: a pure function of the frame's number.
+#[derive(Debug)]
+pub struct Guide {
+    /// The path, and how it is driven.
+    pub trajectory: Trajectory,
+    /// What the user should know: that there is no trail to follow.
+    pub note: Option<String>,
+    /// Side of a chunk.
+    pub chunk_size_m: f64,
+}
+
+/// What a guide needs to know of the land: its ground and what stands on it.
+#[derive(Clone, Copy, Debug)]
+pub struct Land<'a> {
+    /// The ground of any chunk.
+    pub ground: Demand<'a, ChunkGround>,
+    /// The objects of any chunk.
+    pub objects: Demand<'a, SceneObjects>,
+}
+
+impl Guide {
+    /// What the user should know about the path that was found.
+    #[must_use]
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
+    }
+
+    /// How many frames the path has, if it ends.
+    #[must_use]
+    pub fn frames(&self) -> Option<u64> {
+        self.trajectory.frames()
+    }
+
+    /// A frame's time, seconds.
+    #[must_use]
+    pub fn time_s(&self, frame: u64) -> f64 {
+        self.trajectory.time_s(frame)
+    }
+
+    /// The body's world pose `offset_s` after a frame's time.
+    ///
+    /// # Errors
+    /// If the land cannot be made.
+    pub fn pose(&self, frame: u64, offset_s: f64, land: Land<'_>) -> Result<RigidTransform, Error> {
+        let chunk_size_m = self.chunk_size_m;
+        let obstacles = ChunkObstacles {
+            objects: land.objects,
+            chunk_size_m,
+        };
+        let stance = self.trajectory.stance(frame, offset_s, &obstacles)?;
+        let body = &self.trajectory.body;
+        match stance.ground_m() {
+            Some(position_m) => {
+                let chunk = ChunkCoord::containing(position_m, chunk_size_m);
+                Ok(stance.pose(body, &*land.ground.at(chunk)?))
+            }
+            // Any ground will do: the pose does not depend on it.
+            None => Ok(stance.pose(body, &FlatSurface::default())),
+        }
+    }
+}
+
+/// The objects of chunks that are in a robot's way.
+struct ChunkObstacles<'a> {
+    objects: Demand<'a, SceneObjects>,
+    chunk_size_m: f64,
+}
+
+impl Obstacles for ChunkObstacles<'_> {
+    type Error = Error;
+
+    fn near(&self, place_m: DVec2, reach_m: f64) -> Result<Vec<Obstacle>, Error> {
+        let mut out = Vec::new();
+        for chunk in ChunkCoord::within(place_m, reach_m, self.chunk_size_m) {
+            for object in &self.objects.at(chunk)?.0 {
+                let position_m = object.position_m.truncate();
+                let radius_m = object.radius_m;
+                if !object.on_trail && position_m.distance(place_m) - radius_m < reach_m {
+                    out.push(Obstacle {
+                        position_m,
+                        radius_m,
+                    });
+                }
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// A trail as a line.
+#[derive(Debug)]
+pub struct TrailLine(pub Arc<TrailPath>);
+
+impl Polyline for TrailLine {
+    fn length_m(&self) -> f64 {
+        self.0.length_m()
+    }
+
+    fn position_m(&self, s_m: f64) -> DVec2 {
+        self.0.position_m(s_m)
+    }
+
+    fn tangent(&self, s_m: f64) -> DVec2 {
+        self.0.tangent(s_m)
+    }
+}

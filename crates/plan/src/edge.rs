@@ -1,0 +1,254 @@
+//! Edges: what a stage may read.
+
+use std::fmt;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+use crate::{Coordinate, Node, PlanTypes, Runner};
+
+/// One thing that a stage at a `C` reads.
+pub trait Edge<P: PlanTypes, C>: Copy + Send + Sync + 'static {
+    /// What the stage is given.
+    type Value<'a>;
+
+    /// The nodes it leads to.
+    fn nodes(self) -> Vec<usize>;
+
+    /// Gets it.
+    ///
+    /// # Errors
+    /// The error of the node it leads to.
+    fn fetch<'a>(self, at: C, runner: &Runner<'a, P>) -> Result<Self::Value<'a>, P::Error>;
+}
+
+/// The node at the same coordinate.
+impl<P: PlanTypes, C: Coordinate<P>, T: Send + Sync + 'static> Edge<P, C> for Node<C, T> {
+    type Value<'a> = Arc<T>;
+
+    fn nodes(self) -> Vec<usize> {
+        vec![self.index]
+    }
+
+    fn fetch<'a>(self, at: C, runner: &Runner<'a, P>) -> Result<Arc<T>, P::Error> {
+        runner.get(self, at)
+    }
+}
+
+/// A node that is computed once, read at any coordinate.
+pub struct Global<T>(pub(crate) Node<(), T>);
+
+/// A node at coordinates that the stage chooses while it runs.
+pub struct Anywhere<D, T>(pub(crate) Node<D, T>);
+
+impl<T> Clone for Global<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Global<T> {}
+
+impl<T> fmt::Debug for Global<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Global({})", self.0.index)
+    }
+}
+
+impl<D, T> Clone for Anywhere<D, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<D, T> Copy for Anywhere<D, T> {}
+
+impl<D, T> fmt::Debug for Anywhere<D, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Anywhere({})", self.0.index)
+    }
+}
+
+impl<P: PlanTypes, C: Coordinate<P>, T: Send + Sync + 'static> Edge<P, C> for Global<T> {
+    type Value<'a> = Arc<T>;
+
+    fn nodes(self) -> Vec<usize> {
+        vec![self.0.index]
+    }
+
+    fn fetch<'a>(self, _at: C, runner: &Runner<'a, P>) -> Result<Arc<T>, P::Error> {
+        runner.get(self.0, ())
+    }
+}
+
+impl<P, C, D, T> Edge<P, C> for Anywhere<D, T>
+where
+    P: PlanTypes,
+    C: Coordinate<P>,
+    D: Coordinate<P>,
+    T: Send + Sync + 'static,
+{
+    type Value<'a> = Demand<'a, P, D, T>;
+
+    fn nodes(self) -> Vec<usize> {
+        vec![self.0.index]
+    }
+
+    fn fetch<'a>(self, _at: C, runner: &Runner<'a, P>) -> Result<Self::Value<'a>, P::Error> {
+        Ok(Demand::new(*runner, self.0))
+    }
+}
+
+/// Several nodes of one type, at coordinates that the stage chooses while it runs.
+impl<P, C, D, T, const N: usize> Edge<P, C> for [Anywhere<D, T>; N]
+where
+    P: PlanTypes,
+    C: Coordinate<P>,
+    D: Coordinate<P>,
+    T: Send + Sync + 'static,
+{
+    type Value<'a> = [Demand<'a, P, D, T>; N];
+
+    fn nodes(self) -> Vec<usize> {
+        self.iter().map(|edge| edge.0.index).collect()
+    }
+
+    fn fetch<'a>(self, _at: C, runner: &Runner<'a, P>) -> Result<Self::Value<'a>, P::Error> {
+        Ok(self.map(|edge| Demand::new(*runner, edge.0)))
+    }
+}
+
+/// A node that can be asked for at any of its coordinates.
+pub struct Demand<'a, P: PlanTypes, D, T> {
+    runner: Runner<'a, P>,
+    node: Node<D, T>,
+}
+
+impl<P: PlanTypes, D, T> Clone for Demand<'_, P, D, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<P: PlanTypes, D, T> Copy for Demand<'_, P, D, T> {}
+
+impl<P: PlanTypes, D, T> fmt::Debug for Demand<'_, P, D, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Demand({})", self.node.index)
+    }
+}
+
+impl<'a, P: PlanTypes, D, T> Demand<'a, P, D, T> {
+    pub(crate) fn new(runner: Runner<'a, P>, node: Node<D, T>) -> Self {
+        Self { runner, node }
+    }
+}
+
+/// Where a worker leaves what it made.
+type Slot<T, E> = Mutex<Option<Result<Arc<T>, E>>>;
+
+impl<P: PlanTypes, D: Coordinate<P>, T: Send + Sync + 'static> Demand<'_, P, D, T> {
+    /// The node's value at a coordinate.
+    ///
+    /// # Errors
+    /// The error of a stage.
+    pub fn at(&self, at: D) -> Result<Arc<T>, P::Error> {
+        self.runner.get(self.node, at)
+    }
+
+    /// The node's values at many coordinates, in their order, computed by the runner's threads.
+    ///
+    /// # Errors
+    /// The error of the first coordinate, in their order, that has one.
+    pub fn all(&self, places: &[D]) -> Result<Vec<Arc<T>>, P::Error> {
+        let workers = self.runner.threads().min(places.len());
+        if workers <= 1 {
+            return places.iter().map(|&at| self.at(at)).collect();
+        }
+        // Threads of their own, not a shared pool: a node may wait for another thread's node here.
+        let next = AtomicUsize::new(0);
+        let slots: Vec<Slot<T, P::Error>> = places.iter().map(|_| Mutex::new(None)).collect();
+        std::thread::scope(|scope| {
+            for _ in 0..workers {
+                scope.spawn(|| {
+                    while let Some(i) =
+                        Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&i| i < places.len())
+                    {
+                        *slots[i].lock().expect("a slot has one writer") = Some(self.at(places[i]));
+                    }
+                });
+            }
+        });
+        slots
+            .into_iter()
+            .map(|slot| {
+                let value = slot.into_inner().expect("a slot has one writer");
+                value.expect("every slot was filled")
+            })
+            .collect()
+    }
+}
+
+/// A tuple of edges.
+pub trait Inputs<P: PlanTypes, C>: Copy + Send + Sync + 'static {
+    /// The tuple of their values.
+    type Values<'a>;
+
+    /// The nodes they lead to.
+    fn nodes(self) -> Vec<usize>;
+
+    /// Gets all of them.
+    ///
+    /// # Errors
+    /// The first edge's error.
+    fn fetch<'a>(self, at: C, runner: &Runner<'a, P>) -> Result<Self::Values<'a>, P::Error>;
+}
+
+impl<P: PlanTypes, C> Inputs<P, C> for () {
+    type Values<'a> = ();
+
+    fn nodes(self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    fn fetch<'a>(self, _at: C, _runner: &Runner<'a, P>) -> Result<(), P::Error> {
+        Ok(())
+    }
+}
+
+macro_rules! tuples {
+    ($($edge:ident)*) => {
+        impl<P, At, $($edge),*> Inputs<P, At> for ($($edge,)*)
+        where
+            P: PlanTypes,
+            At: Coordinate<P>,
+            $($edge: Edge<P, At>),*
+        {
+            type Values<'a> = ($($edge::Value<'a>,)*);
+
+            fn nodes(self) -> Vec<usize> {
+                #[allow(non_snake_case, reason = "a macro's variables are named after its types")]
+                let ($($edge,)*) = self;
+                [$($edge.nodes()),*].concat()
+            }
+
+            fn fetch<'a>(
+                self,
+                at: At,
+                runner: &Runner<'a, P>,
+            ) -> Result<Self::Values<'a>, P::Error> {
+                #[allow(non_snake_case, reason = "a macro's variables are named after its types")]
+                let ($($edge,)*) = self;
+                Ok(($($edge.fetch(at, runner)?,)*))
+            }
+        }
+    };
+}
+
+tuples!(A);
+tuples!(A B);
+tuples!(A B C);
+tuples!(A B C D);
+tuples!(A B C D E);
+tuples!(A B C D E F);
+tuples!(A B C D E F G);
+tuples!(A B C D E F G H);

@@ -1,0 +1,37 @@
+//! What can be wrong with a file of poses.
+
+/// An error in a file of poses; `origin` is what the caller calls the file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A line is not a pose.
+    #[error("{origin}:{line}: {shown}: must be {expected}")]
+    Line {
+        /// The file.
+        origin: String,
+        /// Number of the line, from 1.
+        line: usize,
+        /// What is there, quoted, not all of it if it is long.
+        shown: String,
+        /// What should be there.
+        expected: &'static str,
+    },
+    /// There is no pose.
+    #[error("{origin}: holds no pose")]
+    Empty {
+        /// The file.
+        origin: String,
+    },
+    /// Times do not increase.
+    #[error("{origin}: time {time_s} of pose {pose} is not after {before_s}: times must increase")]
+    Times {
+        /// The file.
+        origin: String,
+        /// Number of the pose, from 1.
+        pose: usize,
+        /// Its time, seconds.
+        time_s: f64,
+        /// The time of the pose before it, seconds.
+        before_s: f64,
+    },
+}

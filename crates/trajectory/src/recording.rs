@@ -1,0 +1,129 @@
+//! Poses that were recorded, in time.
+
+use nemoral_scene::RigidTransform;
+
+use crate::Error;
+
+/// Poses with their times; frame k is at pose k.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Increasing.
+    times_s: Vec<f64>,
+    poses: Vec<RigidTransform>,
+    on_ground: bool,
+}
+
+impl Recording {
+    /// A recording of poses as [`read_poses`](crate::read_poses) gives them. Those without a time
+    /// lie `step_s` apart, from 0. With `on_ground` only places and headings count: height, pitch
+    /// and roll are the ground's. Errors call the poses `origin`.
+    ///
+    /// # Errors
+    /// If there is no pose, or times do not increase.
+    pub fn new(
+        poses: Vec<(Option<f64>, RigidTransform)>,
+        step_s: f64,
+        on_ground: bool,
+        origin: &str,
+    ) -> Result<Self, Error> {
+        let origin = || origin.to_owned();
+        if poses.is_empty() {
+            return Err(Error::Empty { origin: origin() });
+        }
+        let times_s: Vec<f64> = poses
+            .iter()
+            .enumerate()
+            .map(|(i, (t, _))| t.unwrap_or(i as f64 * step_s))
+            .collect();
+        if let Some(i) = times_s.windows(2).position(|w| w[1] <= w[0]) {
+            return Err(Error::Times {
+                origin: origin(),
+                pose: i + 2,
+                time_s: times_s[i + 1],
+                before_s: times_s[i],
+            });
+        }
+        Ok(Self {
+            times_s,
+            poses: poses.into_iter().map(|(_, pose)| pose).collect(),
+            on_ground,
+        })
+    }
+
+    /// How many poses there are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.poses.len() as u64
+    }
+
+    /// Do only places and headings count?
+    #[must_use]
+    pub fn is_on_ground(&self) -> bool {
+        self.on_ground
+    }
+
+    /// The time of a pose, seconds.
+    ///
+    /// # Panics
+    /// If there is no such pose.
+    #[must_use]
+    pub fn time_s(&self, number: u64) -> f64 {
+        self.times_s[number as usize]
+    }
+
+    /// The pose at a time: between two poses on the arc from one to the other, outside of all the
+    /// nearest.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> RigidTransform {
+        let (times_s, poses) = (&self.times_s, &self.poses);
+        let after = times_s.partition_point(|&t| t <= time_s);
+        if after == 0 || poses.len() == 1 {
+            return poses[0];
+        }
+        if after == poses.len() {
+            return poses[poses.len() - 1];
+        }
+        let (a, b) = (&poses[after - 1], &poses[after]);
+        let t = (time_s - times_s[after - 1]) / (times_s[after] - times_s[after - 1]);
+        RigidTransform {
+            rotation: a.rotation.slerp(b.rotation, t),
+            translation_m: a.translation_m.lerp(b.translation_m, t),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nemoral_scene::glam::DVec3;
+
+    fn at(x_m: f64) -> RigidTransform {
+        RigidTransform::from_xyz_rpy(DVec3::new(x_m, 0.0, 0.0), 0.0, 0.0, x_m)
+    }
+
+    #[test]
+    fn between_poses_they_are_blended_and_outside_they_are_held() {
+        let poses = vec![(Some(1.0), at(0.0)), (Some(3.0), at(1.0))];
+        let recording = Recording::new(poses, 9.0, true, "poses").expect("increasing");
+        assert_eq!((recording.count(), recording.time_s(1)), (2, 3.0));
+        for (time_s, x_m) in [(0.0, 0.0), (1.0, 0.0), (1.5, 0.25), (3.0, 1.0), (9.0, 1.0)] {
+            let (is, expected) = (recording.at(time_s), at(x_m));
+            assert!(is.translation_m.distance(expected.translation_m) < 1e-12);
+            assert!(is.rotation.angle_between(expected.rotation) < 1e-7);
+        }
+    }
+
+    #[test]
+    fn times_are_made_up_where_there_are_none_and_must_increase() {
+        let poses = vec![(None, at(0.0)), (None, at(1.0))];
+        let recording = Recording::new(poses, 0.5, true, "poses").expect("increasing");
+        assert_eq!(recording.time_s(1), 0.5);
+        let poses = vec![(Some(1.0), at(0.0)), (Some(1.0), at(1.0))];
+        let error = Recording::new(poses, 0.5, true, "a.txt").expect_err("they stand still");
+        assert_eq!(
+            error.to_string(),
+            "a.txt: time 1 of pose 2 is not after 1: times must increase"
+        );
+        assert!(Recording::new(Vec::new(), 0.5, true, "a.txt").is_err());
+    }
+}

@@ -1,0 +1,294 @@
+//! A path that is driven.
+
+use nemoral_scene::glam::{DQuat, DVec2, DVec3};
+use nemoral_scene::{RigidTransform, Surface};
+
+use crate::{Body, Obstacles, Recording, Stations, ThereAndBack, Wander};
+
+/// Where a body goes on the map.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Path {
+    /// Along a line, there and back.
+    ThereAndBack(ThereAndBack),
+    /// A smooth wander between obstacles.
+    Wander(Wander),
+    /// A straight line.
+    Straight {
+        /// Where it starts.
+        start_m: DVec2,
+        /// Its direction, of length 1.
+        forward: DVec2,
+    },
+    /// A grid of stations, one a frame.
+    Stations(Stations),
+    /// Poses of a file, one a frame.
+    Recording(Recording),
+}
+
+/// How fast a body goes, and how often its sensors look.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Frames lie this far apart, metres.
+    pub spacing_m: f64,
+    /// Or this long apart, seconds; 0 to go by metres.
+    pub spacing_s: f64,
+    /// Speed, metres per second; above 0.
+    pub speed_m_s: f64,
+}
+
+impl Pace {
+    /// The time between frames, seconds.
+    #[must_use]
+    pub fn step_s(&self) -> f64 {
+        if self.spacing_s > 0.0 {
+            self.spacing_s
+        } else {
+            self.spacing_m / self.speed_m_s
+        }
+    }
+
+    /// A frame's time, seconds.
+    #[must_use]
+    pub fn time_s(&self, frame: u64) -> f64 {
+        if self.spacing_s > 0.0 {
+            frame as f64 * self.spacing_s
+        } else {
+            frame as f64 * self.spacing_m / self.speed_m_s
+        }
+    }
+}
+
+/// Where a body goes and how it lies there: a pure function of a frame's number, and of a time
+/// relative to that frame's.
+#[derive(Debug)]
+pub struct Trajectory {
+    /// Where it goes on the map.
+    pub path: Path,
+    /// How fast, and how often its sensors look. A recording has times of its own.
+    pub pace: Pace,
+    /// What lies on the ground.
+    pub body: Body,
+}
+
+/// What a path alone says of a pose: all but the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stance {
+    /// Wheels on the ground.
+    OnWheels {
+        /// Position on the map, metres.
+        position_m: DVec2,
+        /// Direction on the map, of any length.
+        forward: DVec2,
+    },
+    /// Level, with its origin on the ground, as on a tripod.
+    Level {
+        /// Position on the map, metres.
+        position_m: DVec2,
+        /// Direction on the map, of any length.
+        forward: DVec2,
+    },
+    /// A pose that has nothing to do with the ground.
+    Free(RigidTransform),
+}
+
+impl Stance {
+    /// Where ground is needed, within the size of a body; `None` if none is.
+    #[must_use]
+    pub fn ground_m(&self) -> Option<DVec2> {
+        match *self {
+            Self::OnWheels { position_m, .. } | Self::Level { position_m, .. } => Some(position_m),
+            Self::Free(_) => None,
+        }
+    }
+
+    /// The pose of a body on the ground.
+    #[must_use]
+    pub fn pose(&self, body: &Body, ground: &dyn Surface) -> RigidTransform {
+        match *self {
+            Self::OnWheels {
+                position_m,
+                forward,
+            } => body.stand(position_m, forward, ground),
+            Self::Level {
+                position_m,
+                forward,
+            } => RigidTransform {
+                rotation: DQuat::from_rotation_z(forward.to_angle()),
+                translation_m: position_m.extend(ground.height_m(position_m)),
+            },
+            Self::Free(pose) => pose,
+        }
+    }
+}
+
+impl Trajectory {
+    /// How many frames the path has, if it ends.
+    #[must_use]
+    pub fn frames(&self) -> Option<u64> {
+        match &self.path {
+            Path::Recording(recording) => Some(recording.count()),
+            Path::Stations(stations) => Some(stations.count()),
+            _ => None,
+        }
+    }
+
+    /// A frame's time, seconds.
+    ///
+    /// # Panics
+    /// If a recording has no such frame.
+    #[must_use]
+    pub fn time_s(&self, frame: u64) -> f64 {
+        match &self.path {
+            Path::Recording(recording) => recording.time_s(frame),
+            _ => self.pace.time_s(frame),
+        }
+    }
+
+    /// Where the body is `offset_s` after a frame's time, and how it lies there.
+    ///
+    /// # Errors
+    /// The first error of `obstacles`.
+    ///
+    /// # Panics
+    /// If a recording has no such frame.
+    pub fn stance<O: Obstacles + ?Sized>(
+        &self,
+        frame: u64,
+        offset_s: f64,
+        obstacles: &O,
+    ) -> Result<Stance, O::Error> {
+        let s = self.pace.speed_m_s * (self.time_s(frame) + offset_s);
+        let (position_m, forward) = match &self.path {
+            Path::ThereAndBack(line) => line.at(s),
+            Path::Wander(wander) => wander.at(s, obstacles)?,
+            Path::Straight { start_m, forward } => (*start_m + *forward * s, *forward),
+            Path::Stations(stations) => {
+                return Ok(Stance::Level {
+                    position_m: stations.place(frame, obstacles)?,
+                    forward: stations.forward,
+                });
+            }
+            Path::Recording(recording) => {
+                let pose = recording.at(recording.time_s(frame) + offset_s);
+                if !recording.is_on_ground() {
+                    return Ok(Stance::Free(pose));
+                }
+                let forward = pose.transform_vector(DVec3::X).truncate();
+                (pose.translation_m.truncate(), forward)
+            }
+        };
+        Ok(Stance::OnWheels {
+            position_m,
+            forward,
+        })
+    }
+
+    /// The body's world pose `offset_s` after a frame's time, on a ground that is there everywhere.
+    ///
+    /// # Errors
+    /// The first error of `obstacles`.
+    ///
+    /// # Panics
+    /// If a recording has no such frame.
+    pub fn pose<O: Obstacles + ?Sized>(
+        &self,
+        frame: u64,
+        offset_s: f64,
+        obstacles: &O,
+        ground: &dyn Surface,
+    ) -> Result<RigidTransform, O::Error> {
+        let stance = self.stance(frame, offset_s, obstacles)?;
+        Ok(stance.pose(&self.body, ground))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+    use crate::Obstacle;
+    use nemoral_scene::FlatSurface;
+
+    const PACE: Pace = Pace {
+        spacing_m: 3.0,
+        spacing_s: 0.0,
+        speed_m_s: 1.5,
+    };
+    const BODY: Body = Body {
+        wheelbase_m: 0.8,
+        track_m: 0.6,
+    };
+    const SLOPE: FlatSurface = FlatSurface {
+        height_m: 1.0,
+        gradient: DVec2::new(0.1, 0.0),
+    };
+
+    fn nothing(_: DVec2, _: f64) -> Result<Vec<Obstacle>, Infallible> {
+        Ok(Vec::new())
+    }
+
+    fn of(path: Path) -> Trajectory {
+        Trajectory {
+            path,
+            pace: PACE,
+            body: BODY,
+        }
+    }
+
+    #[test]
+    fn a_straight_line_is_driven_at_its_pace() {
+        let straight = of(Path::Straight {
+            start_m: DVec2::new(2.0, 0.0),
+            forward: DVec2::Y,
+        });
+        assert_eq!((straight.frames(), straight.time_s(4)), (None, 8.0));
+        let pose = straight.pose(4, -2.0, &nothing, &SLOPE).expect("never");
+        // 4 frames of 3 m, less 2 s at 1.5 m/s.
+        assert!(pose.translation_m.distance(DVec3::new(2.0, 9.0, 1.2)) < 1e-12);
+        let by_time = Pace {
+            spacing_s: 0.25,
+            ..PACE
+        };
+        assert_eq!((by_time.step_s(), by_time.time_s(8)), (0.25, 2.0));
+        assert_eq!(PACE.step_s(), 2.0);
+    }
+
+    #[test]
+    fn stations_are_level_and_still() {
+        let stations = of(Path::Stations(Stations {
+            middle_m: DVec2::ZERO,
+            forward: DVec2::Y,
+            columns: 2,
+            rows: 1,
+            distance_m: 10.0,
+            clearance_m: 1.0,
+        }));
+        assert_eq!(stations.frames(), Some(2));
+        let pose = |offset_s| stations.pose(1, offset_s, &nothing, &SLOPE);
+        let pose_of = |offset_s| pose(offset_s).expect("never");
+        assert_eq!(pose_of(0.0), pose_of(5.0));
+        let up = pose_of(0.0).transform_vector(DVec3::Z);
+        assert!(up.distance(DVec3::Z) < 1e-15);
+        let ahead = pose_of(0.0).transform_vector(DVec3::X);
+        assert!(ahead.distance(DVec3::Y) < 1e-12);
+        assert_eq!(pose_of(0.0).translation_m, DVec3::new(5.0, 0.0, 1.5));
+    }
+
+    #[test]
+    fn a_recording_lies_on_the_ground_or_not() {
+        let recorded = |on_ground| {
+            let pose = RigidTransform::from_xyz_rpy(DVec3::new(1.0, 2.0, 30.0), 0.3, 0.2, 0.0);
+            let recording = Recording::new(vec![(Some(0.0), pose)], 1.0, on_ground, "poses");
+            let path = of(Path::Recording(recording.expect("a pose")));
+            let stance = path.stance(0, 0.0, &nothing).expect("never");
+            assert_eq!(stance.ground_m().is_some(), on_ground);
+            (pose, stance.pose(&BODY, &SLOPE))
+        };
+        let (pose, free) = recorded(false);
+        assert_eq!(free, pose);
+        let (_, on_ground) = recorded(true);
+        assert!(on_ground.translation_m.distance(DVec3::new(1.0, 2.0, 1.1)) < 1e-12);
+    }
+}
