@@ -3,10 +3,12 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use exr::meta::MetaData;
+use exr::meta::attribute::SampleType;
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{
-    Encoding, Image as Exr, Layer, LayerAttributes, ReadChannels, ReadLayers, SpecificChannels,
-    Vec2, WritableImage, read,
+    Compression, Encoding, Image as Exr, Layer, LayerAttributes, ReadChannels, ReadLayers,
+    SpecificChannels, Vec2, WritableImage, read,
 };
 use nemoral_scene::Image;
 use nemoral_scene::glam::Vec3;
@@ -34,7 +36,25 @@ pub(crate) fn encode(radiance: &Image<Vec3>) -> Vec<u8> {
     out.into_inner()
 }
 
-/// The image, if it is OpenEXR with red, green and blue.
+/// Is it one of [`encode`]'s? The format has a dozen ways to pack pixels; of what is not written here,
+/// nothing is unpacked here.
+fn is_ours(header: &Header) -> bool {
+    let channels = &header.channels.list;
+    let plain = |name: &str, i: usize| {
+        channels.get(i).is_some_and(|c| {
+            c.name == *name && c.sample_type == SampleType::F32 && c.sampling == Vec2(1, 1)
+        })
+    };
+    !header.deep
+        && header.compression == Compression::ZIP16
+        && header.blocks == BlockDescription::ScanLines
+        && channels.len() == 3
+        && plain("B", 0)
+        && plain("G", 1)
+        && plain("R", 2)
+}
+
+/// The image, if it is what [`encode`] makes.
 pub(crate) fn decode(path: &Path, bytes: &[u8], size: Size) -> Result<Image<Vec3>, Error> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
     let meta = meta.map_err(|e| Error::malformed(path, e))?;
@@ -47,6 +67,11 @@ pub(crate) fn decode(path: &Path, bytes: &[u8], size: Size) -> Result<Image<Vec3
         let found: Vec<_> = found.take(3).map(|(w, h)| format!("{w} × {h}")).collect();
         let (found, (w, h)) = (found.join(", "), size);
         let message = format!("has layers of {found} pixels, the camera has {w} × {h}");
+        return Err(Error::malformed(path, message));
+    }
+    if !meta.headers.iter().all(is_ours) {
+        let message =
+            "must have channels B, G and R of 32-bit floats alone, in lines packed by ZIP";
         return Err(Error::malformed(path, message));
     }
     let read = read()
@@ -81,5 +106,29 @@ mod tests {
         assert_eq!(decode(path, &bytes, (37, 21)).expect("whole"), radiance);
         let e = decode(path, &bytes[..bytes.len() / 2], (37, 21)).expect_err("half");
         assert!(e.to_string().contains("x.exr"), "{e}");
+    }
+    #[test]
+    fn what_is_packed_otherwise_is_not_unpacked() {
+        let packed = |compression| {
+            let encoding = Encoding {
+                compression,
+                ..Encoding::SMALL_LOSSLESS
+            };
+            let channels = SpecificChannels::rgb(|_: Vec2<usize>| (1.0_f32, 2.0_f32, 3.0_f32));
+            let layer = Layer::new((4, 4), LayerAttributes::default(), encoding, channels);
+            let mut out = Cursor::new(Vec::new());
+            let image = Exr::from_layer(layer);
+            (image.write().non_parallel().to_buffered(&mut out)).expect("memory takes it");
+            decode(Path::new("x.exr"), &out.into_inner(), (4, 4))
+        };
+        assert!(packed(Compression::ZIP16).is_ok());
+        for other in [
+            Compression::Uncompressed,
+            Compression::PIZ,
+            Compression::B44,
+        ] {
+            let e = packed(other).expect_err("another packing");
+            assert!(e.to_string().contains("packed by ZIP"), "{e}");
+        }
     }
 }

@@ -10,8 +10,10 @@ use nemoral_scene::glam::Vec3;
 use super::Sky;
 use crate::{Error, InputFiles};
 
-/// The most pixels of a sky image; decoded, each takes twelve bytes.
+/// The most pixels of a sky image; decoded, each takes twelve bytes, with an opacity sixteen.
 const MOST_PIXELS: u64 = 8192 * 4096;
+/// The most bytes of a decoded one, of which there are two for a while.
+const MOST_BYTES: u64 = 12 * MOST_PIXELS;
 
 /// The sky image that a config names, if it names one.
 ///
@@ -41,6 +43,12 @@ pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImag
             "has {width} x {height} pixels: at most {MOST_PIXELS}, as of 8192 x 4096"
         )));
     }
+    if decoder.total_bytes() > MOST_BYTES {
+        let most = MOST_BYTES / 16;
+        return Err(refused(&format!(
+            "has {width} x {height} pixels with an opacity: at most {most} of such; write it without"
+        )));
+    }
     decoder
         .set_limits(Limits::default())
         .map_err(|e| refused(&e))?;
@@ -48,6 +56,7 @@ pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImag
     let pixels = pixels.into_rgb32f();
     let (width, height) = (pixels.width() as usize, pixels.height() as usize);
     let light = pixels.pixels().map(|p| Vec3::from_array(p.0)).collect();
+    drop(pixels);
     SkyImage::new(&Image::new(width, height, light), sky.image_azimuth_deg)
         .map(Some)
         .map_err(|e| refused(&e))
