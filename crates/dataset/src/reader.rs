@@ -86,6 +86,8 @@ impl Dataset {
             let entries = folder.entries()?;
             let message = if entries.iter().any(|e| e.name == layout::STATE) {
                 "holds an unfinished data set: go on with --resume"
+            } else if !dir.is_dir() {
+                "there is no such folder"
             } else {
                 "holds no data set: there is no dataset.json"
             };

@@ -302,7 +302,8 @@ fn a_folder_that_cannot_be_written() {
     arguments.extend(request.get_args());
     if let Some(done) = with_mounts(READ_ONLY, &arguments) {
         assert_unwritable(&done, &out);
-        assert!(done.stderr.contains("Read-only"), "{}", done.stderr);
+        let message = done.stderr.to_lowercase();
+        assert!(message.contains("read-only"), "{}", done.stderr);
     }
 }
 

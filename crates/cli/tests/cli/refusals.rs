@@ -219,7 +219,7 @@ fn folders_without_a_data_set() {
     for command in ["check", "stats"] {
         for (path, word) in [
             (empty.clone(), "holds no data set"),
-            (empty.join("none"), "No such"),
+            (empty.join("none"), "there is no such folder"),
         ] {
             let done = run(&[command, &path.to_string_lossy()]);
             assert_eq!(done.code, Some(1), "{}", done.stderr);
