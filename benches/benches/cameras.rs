@@ -4,6 +4,11 @@
 //! Processor time is the cost; the wall's clock also tells of what else the machine does.
 //!
 //! `cargo bench -p nemoral-benches [--features gpu] --bench cameras -- [cpu|gpu|auto] [TIMES] [PART OF A NAME] [KEY=VALUE ...]`
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 use std::time::Instant;

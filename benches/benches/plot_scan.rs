@@ -5,6 +5,11 @@
 //! `cargo bench -p nemoral-benches --bench plot_scan -- [PULSES] [PLOT.obj]` writes the plot if it is not
 //! there, and scans it if it is; `benches/helios/pyhelios_scan.py` scans the same.
 //! `docs/measurements/speed.md` says what is found.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 #[path = "casters/reference.rs"]

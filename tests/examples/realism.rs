@@ -5,6 +5,11 @@
 //! ```
 //!
 //! Stands can be named, to look at a few: then the page is printed, and nothing is written.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,

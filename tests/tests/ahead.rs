@@ -1,5 +1,10 @@
 //! A GPU draws a frame while the one before comes back and is scanned: no byte knows of it.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 

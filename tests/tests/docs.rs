@@ -1,5 +1,10 @@
 //! The documents: their links lead somewhere, their lines are short, and the handbook is complete.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};

@@ -1,6 +1,11 @@
 //! What the fuzzers have started from and what they have found, once more, without them: no input panics,
 //! hangs, or asks for a gigabyte.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};

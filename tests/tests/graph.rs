@@ -1,5 +1,10 @@
 //! Who may know whom (ARCHITECTURE.md), from cargo's own account of the workspace.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};

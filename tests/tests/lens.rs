@@ -1,6 +1,11 @@
 //! A real camera's faults in a real wood: shutters and noise on pictures, truth that fits them, light
 //! itself on disk.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, OpenMode, check};

@@ -1,5 +1,10 @@
 //! The recipes of stands, looked at as a forester would: numbers, diameters, how stems stand, what grows up,
 //! and that each gives a frame.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_assets::Species;

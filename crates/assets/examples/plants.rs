@@ -1,6 +1,11 @@
 //! Draws undergrowth, shrubs, stumps, rocks and trees on the forest floor, in sun and shadow:
 //! `plants FOLDER [SEED]`. One PNG for each list of the library, seen from 25° above the horizon.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::path::Path;
 use std::sync::Arc;
 

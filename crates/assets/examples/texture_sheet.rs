@@ -3,6 +3,11 @@
 //! `ground.png` and `wood.png` show tiles, repeated once to the right so that a seam would show;
 //! `cards.png` shows cards through their masks over two greys.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::path::Path;
 
 use image::{Rgb, RgbImage, imageops};

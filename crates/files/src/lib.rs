@@ -34,6 +34,11 @@
 //! With the feature `observe`, tests hear of every operation before it is carried out and can make
 //! it fail (`observe`); without it nothing of that is compiled.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "this crate is what all others use in their place"
+)]
+
 mod error;
 mod folder;
 mod inner_path;

@@ -3,6 +3,11 @@
 //!
 //! `cargo run --release -p nemoral-lidar --example devices -- FOLDER` writes a PNG for each device.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::path::Path;
 
 use image::{Rgb, RgbImage};

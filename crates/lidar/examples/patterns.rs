@@ -4,6 +4,11 @@
 //! `cargo run --release --example patterns -- FOLDER` writes `patterns.png` and `coverage.svg`
 //! there.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 #[path = "../tests/common/mod.rs"]
 mod common;
 

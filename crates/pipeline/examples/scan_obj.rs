@@ -1,5 +1,11 @@
 //! Scans an OBJ (z up, metres) with a Livox Mid-40 10 m before it; writes x y z, a line a point:
 //! `cargo run --release -p nemoral-pipeline --example scan_obj -- IN.obj OUT.xyz`
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use nemoral_lidar::{Device, EchoObservation, ScanRequest, Scanner};
 use nemoral_lidar_noise::{RangeNoise, RangeSensor};
 use nemoral_raycast::RayScene;

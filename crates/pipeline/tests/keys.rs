@@ -1,5 +1,10 @@
 //! Keys of plans: what decides a value decides its key, and nothing else does.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

@@ -2,6 +2,11 @@
 //!
 //! `cargo run --release -p nemoral-placement --example draw -- FOLDER`
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::collections::HashMap;
 use std::path::PathBuf;
 

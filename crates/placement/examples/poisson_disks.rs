@@ -3,6 +3,8 @@
 //!
 //! `cargo run --release -p nemoral-placement --example poisson_disks`
 
+#![allow(clippy::print_stdout, reason = "a measurement prints")]
+
 use std::time::Instant;
 
 use glam::DVec2;

@@ -3,6 +3,11 @@
 //! further ones that the program has made, go to the targets that read them; requests are those that the
 //! program's own presets and species are.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::fs;

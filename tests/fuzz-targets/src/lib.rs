@@ -6,6 +6,11 @@
 //! gigabyte. Some hold more against what they are given: that what is accepted can be written and read
 //! again, and that nothing outside a data set's folder is touched.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 mod base;
 mod decoders;
 mod edits;

@@ -1,5 +1,10 @@
 //! `nemoral-dataset` alone: somebody else's simulator writes and reads a data set.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 use std::error::Error;
 use std::fs;
 use std::path::PathBuf;

@@ -3,6 +3,11 @@
 //!
 //! Orthographic, from the south; sun from the upper left, behind the viewer, and a grey sky.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 mod canvas;
 
 use std::path::Path;

@@ -1,5 +1,10 @@
 //! The program as a user meets it: what it writes, what it refuses, what it leaves behind.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 mod breakdown;
 mod common;
 mod hostile;

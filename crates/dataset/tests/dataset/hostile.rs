@@ -281,7 +281,8 @@ fn what_cannot_be_is_not_accepted() {
     let root = dir.path().join("set");
     write(&root, &small(), &[0, 1]);
     let whole = fs::read(root.join("dataset.json")).expect("read");
-    let lies: [(&str, &dyn Fn(&mut Value)); 17] = [
+    type Lie<'a> = (&'a str, &'a dyn Fn(&mut Value));
+    let lies: [Lie<'_>; 17] = [
         ("world_from_body", &|j| {
             j["frames"][0]["world_from_body"][0][3] = json!(1e308)
         }),

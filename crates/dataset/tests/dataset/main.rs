@@ -2,6 +2,11 @@
 //! sensors; `round_trip` formats; `resume` folders and modes; `atomic` failing disks; `check` sabotage; `cloud` registered clouds;
 //! `properties` what holds for any input.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
 mod atomic;
 mod check;
 mod cloud;

@@ -120,7 +120,7 @@ mod tests {
         let message = |name: &str, content: Option<&[u8]>| {
             let path = folder.path().join(name);
             if let Some(content) = content {
-                std::fs::write(&path, content).expect("written");
+                nemoral_files::write(&path, content).expect("written");
             }
             let e = read(&path).expect_err("no sky");
             assert!(e.is_request());

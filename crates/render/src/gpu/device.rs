@@ -252,6 +252,10 @@ fn message_of(panic: &(dyn Any + Send)) -> String {
 
 /// Could there be a GPU? Asking its drivers costs a third of a second, and they talk to the
 /// standard error of machines without a display.
+#[allow(
+    clippy::disallowed_methods,
+    reason = "a folder of devices is looked at, no file of anybody's"
+)]
 fn has_hardware() -> bool {
     if !cfg!(target_os = "linux") {
         return true;

@@ -4,7 +4,7 @@ use crate::config::SunPosition;
 fn load(preset: &str, file: &str, settings: &[&str]) -> Result<Config, Error> {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let path = dir.path().join("c.toml");
-    std::fs::write(&path, file).expect("written");
+    nemoral_files::write(&path, file.as_bytes()).expect("written");
     Layers {
         preset: (!preset.is_empty()).then(|| preset.to_owned()),
         file: Some(path),
