@@ -55,8 +55,8 @@ pub fn grown_scale(place: f64) -> f64 {
     0.9 + 0.2 * place
 }
 
-/// The scale of a sapling by its place among sizes, 0..1. Small ones are many, as regeneration thins
-/// itself out while it grows (an assumption).
+/// The scale of a sapling by its place among sizes, 0..1. Small ones are many, as regeneration
+/// thins itself out while it grows (an assumption).
 #[must_use]
 pub fn sapling_scale(place: f64) -> f64 {
     let [a, b] = SAPLING_SIZES;
@@ -168,7 +168,8 @@ mod tests {
     proptest! {
         #[test]
         fn none_within_30_m_are_alike(
-            seed: u64, x in -1e4..1e4, y in -1e4..1e4, turn in 0.0..TAU, r in 1.07..APART_M, near in 0.284..2.0,
+            seed: u64, x in -1e4..1e4, y in -1e4..1e4, turn in 0.0..TAU, r in 1.07..APART_M,
+            near in 0.284..2.0,
         ) {
             let variation = InstanceVariation::new(Key::world(seed));
             let (at, way) = (DVec2::new(x, y), DVec2::from_angle(turn));

@@ -19,7 +19,8 @@ pub struct WorldAssets {
     pub library: Arc<Library>,
     /// What stands as a tree: living ones, then dead ones, then saplings.
     pub standing: Vec<Standing>,
-    /// From here on, `standing` has saplings: a layer of their own, whose weights are among themselves.
+    /// From here on, `standing` has saplings: a layer of their own, whose weights are among
+    /// themselves.
     pub first_sapling: usize,
     /// Of `library.stumps`.
     pub stumps: Vec<Arc<Blas>>,

@@ -119,7 +119,8 @@ impl std::fmt::Debug for ChunkGround {
 }
 
 impl ChunkGround {
-    /// Signed distance to the nearest trail edge, metres: negative on a trail, infinite far from any.
+    /// Signed distance to the nearest trail edge, metres: negative on a trail, infinite far from
+    /// any.
     #[must_use]
     pub fn trail_edge_m(&self, world_m: DVec2) -> f64 {
         self.carved
@@ -127,8 +128,8 @@ impl ChunkGround {
             .map_or(f64::INFINITY, |g| g.edge_m(world_m))
     }
 
-    /// Which part of a trail a piece of the ground's mesh lies on, by its middle and its side of the
-    /// break-lines.
+    /// Which part of a trail a piece of the ground's mesh lies on, by its middle and its side of
+    /// the break-lines.
     #[must_use]
     pub fn trail_zone(&self, world_m: DVec2, inside: bool) -> TrailZone {
         self.carved
