@@ -40,7 +40,7 @@ pub struct Shading {
     /// The ground material that the colour passes over into here, and its share, 0..=1, before the
     /// border is roughened.
     pub blend: Option<(MaterialId, f32)>,
-    /// The instance's colour variation, 0..1.
+    /// The instance's colour variation, 0..1; 0.5 is the material's own colour.
     pub variation: f32,
     /// The share of the light from all around that other parts of the same shape let through,
     /// 0..=1: see [`AmbientOcclusion`](crate::AmbientOcclusion). It is 1 where nothing is known.
@@ -73,7 +73,7 @@ impl Hit {
 
 impl Shading {
     /// The shading of a flat surface with a unit normal: the texture's corner at one repetition per
-    /// metre, no blending, no variation, nothing occluded.
+    /// metre, no blending, the material's own colour, nothing occluded.
     #[must_use]
     pub const fn flat(normal: Vec3) -> Self {
         Self {
@@ -81,7 +81,7 @@ impl Shading {
             uv: Vec2::ZERO,
             uv_per_m: 1.0,
             blend: None,
-            variation: 0.0,
+            variation: 0.5,
             ambient_occlusion: 1.0,
         }
     }
