@@ -10,8 +10,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use nemoral_dataset::{
-    CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, LidarData, LidarSpec, OpenMode,
-    Track, WorldTables, Writer, check, merge, stats,
+    CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, LidarData, LidarSpec, MergeParams,
+    OpenMode, Track, WorldTables, Writer, check, merge, stats,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
@@ -143,7 +143,7 @@ fn two_halves_make_the_whole() -> Result<(), Box<dyn Error>> {
     write(&first, 0..2)?;
     write(&second, 2..4)?;
     let merged = folder("merged");
-    merge(&[&second, &first], &merged, OpenMode::Fresh)?;
+    merge(&[&second, &first], &merged, MergeParams::default())?;
     let manifest = |folder: &PathBuf| fs::read(folder.join("dataset.json"));
     // It holds the checksums of everything.
     assert_eq!(manifest(&merged)?, manifest(&whole)?);

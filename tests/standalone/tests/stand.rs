@@ -35,6 +35,7 @@ fn more_grows_in_the_meadow() {
     let (meadow, forest) = (DVec2::new(2.0, 25.0), DVec2::new(48.0, 25.0));
     let light = |p: DVec2| sky.at(p.extend(0.3));
     assert!(light(meadow) > 0.7 && light(forest) < 0.1);
+    let even = |_: DVec2| 0.5;
     let undergrowth = Undergrowth {
         params: UndergrowthParams {
             cover: 0.9,
@@ -43,8 +44,8 @@ fn more_grows_in_the_meadow() {
             herbs: 0.5,
             ferns: 0.5,
         },
-        clumps: |_: DVec2| 0.5,
-        ferns: |_: DVec2| 0.5,
+        clumps: even,
+        ferns: even,
     };
     let chance = |p: DVec2| undergrowth.chance(p, light(p));
     assert!(chance(meadow) > 2.0 * chance(forest));
