@@ -1,17 +1,12 @@
 //! Scans an OBJ (z up, metres) with a Livox Mid-40 10 m before it; writes x y z, a line a point:
 //! `cargo run --release -p nemoral-pipeline --example scan_obj -- IN.obj OUT.xyz`
 
-#![allow(
-    clippy::disallowed_methods,
-    reason = "tests, examples and benchmarks use files directly"
-)]
-
 use nemoral_lidar::{Device, EchoObservation, ScanRequest, Scanner};
 use nemoral_lidar_noise::{RangeNoise, RangeSensor};
 use nemoral_raycast::RayScene;
 use nemoral_scene::{glam::Vec3, *};
 use nemoral_seed::Key;
-use std::{env::args, error::Error, fs, sync::Arc};
+use std::{env::args, error::Error, path::Path, sync::Arc};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let [from, to] = [1, 2].map(|i| args().nth(i).ok_or("usage: scan_obj IN.obj OUT.xyz"));
@@ -41,5 +36,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         key: Key::world(1),
     });
     let row = |p: &LidarPoint| p.position_m.to_array().map(|c| c.to_string()).join(" ") + "\n";
-    Ok(fs::write(to?, points.iter().map(row).collect::<String>())?)
+    let text: String = points.iter().map(row).collect();
+    Ok(nemoral_files::write(Path::new(&to?), text.as_bytes())?)
 }
