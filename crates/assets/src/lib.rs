@@ -12,7 +12,6 @@
 
 mod ambient_occlusion;
 mod cards;
-mod error;
 mod library;
 mod materials;
 mod plant;
@@ -24,9 +23,9 @@ mod tree;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
-pub use error::ParamError;
 pub use library::{AssetParams, Library, PlantAsset, StandParams, StandSpecies, TreeAsset};
 pub use materials::{GroundMaterials, TrailMaterials};
+pub use nemoral_scene::ParamError;
 pub use serialize::DeserializeError;
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,

@@ -10,13 +10,13 @@ use rayon::prelude::*;
 
 use self::plants::PlantGrower;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
-use crate::error::ParamError;
 use crate::materials::{GroundMaterials, WorldMaterials};
 use crate::plant::shape::Shape;
 use crate::tree::{
     GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
     individual_rank,
 };
+use nemoral_scene::ParamError;
 
 /// What to grow.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,21 +182,21 @@ impl AssetParams {
                 ));
             }
             let field = format!("species[{i}].dbh_mean_m");
-            ParamError::check_range(field, of.dbh_mean_m, 0.08, 1.0)?;
+            ParamError::check_within(field, of.dbh_mean_m, 0.08, 1.0)?;
         }
         let n = f64::from(self.individuals_per_species);
-        ParamError::check_range("individuals_per_species", n, 1.0, 64.0)?;
+        ParamError::check_within("individuals_per_species", n, 1.0, 64.0)?;
         let n = f64::from(self.saplings_per_species);
-        ParamError::check_range("saplings_per_species", n, 0.0, 64.0)?;
+        ParamError::check_within("saplings_per_species", n, 0.0, 64.0)?;
         let n = f64::from(self.seedlings_per_species);
-        ParamError::check_range("seedlings_per_species", n, 0.0, 64.0)?;
+        ParamError::check_within("seedlings_per_species", n, 0.0, 64.0)?;
         let n = f64::from(self.snags_per_species);
-        ParamError::check_range("snags_per_species", n, 0.0, 64.0)?;
-        ParamError::check_range("trunk_radius_m", self.trunk_radius_m, 0.01, 0.2)?;
+        ParamError::check_within("snags_per_species", n, 0.0, 64.0)?;
+        ParamError::check_within("trunk_radius_m", self.trunk_radius_m, 0.01, 0.2)?;
         let stand = &self.stand;
-        ParamError::check_range("stand.shape", stand.shape, 1.0, 6.0)?;
-        ParamError::check_range("stand.dbh_min_m", stand.dbh_min_m, 0.07, 0.5)?;
-        ParamError::check_range("stand.dbh_max_m", stand.dbh_max_m, stand.dbh_min_m, 1.5)
+        ParamError::check_within("stand.shape", stand.shape, 1.0, 6.0)?;
+        ParamError::check_within("stand.dbh_min_m", stand.dbh_min_m, 0.07, 0.5)?;
+        ParamError::check_within("stand.dbh_max_m", stand.dbh_max_m, stand.dbh_min_m, 1.5)
     }
 }
 

@@ -6,9 +6,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::error::{ParamError, within};
 use crate::layers::site::Exclusion;
 use crate::variety::check_weights;
+use nemoral_scene::ParamError;
 
 const COVER: Domain = Domain::new("placement.cover");
 
@@ -86,18 +86,18 @@ impl GroundCover {
     /// # Errors
     /// A [`ParamError`] for a value out of range.
     pub fn new(params: GroundCoverParams, key: Key) -> Result<Self, ParamError> {
-        within("chunk_size_m", params.chunk_size_m, 1.0, 1e4)?;
-        within("cell_m", params.cell_m, 0.01, params.chunk_size_m)?;
-        within("jitter", params.jitter, 0.0, 2.0)?;
+        ParamError::check_within("chunk_size_m", params.chunk_size_m, 1.0, 1e4)?;
+        ParamError::check_within("cell_m", params.cell_m, 0.01, params.chunk_size_m)?;
+        ParamError::check_within("jitter", params.jitter, 0.0, 2.0)?;
         let weights: Vec<f64> = params.varieties.iter().map(|v| v.weight).collect();
         check_weights("varieties", weights.iter().copied())?;
         for (i, v) in params.varieties.iter().enumerate() {
-            within(&format!("varieties[{i}].radius_m"), v.radius_m, 0.0, 1e3)?;
+            ParamError::check_within(format!("varieties[{i}].radius_m"), v.radius_m, 0.0, 1e3)?;
             let (low, high) = v.scale;
             if !(low > 0.0 && low <= high && high <= 1e3) {
-                return Err(ParamError::range(
+                return Err(ParamError::new(
                     format!("varieties[{i}].scale"),
-                    v.scale,
+                    format!("{:?}", v.scale),
                     "a range (low, high) with 0 < low <= high <= 1000",
                 ));
             }

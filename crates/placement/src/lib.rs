@@ -74,12 +74,13 @@ mod variety;
 struct ReadmeDoctests;
 
 pub use cover::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
-pub use error::ParamError;
+pub use error::PlacementError;
 pub use layers::params::{LayerParams, PlacementParams, RockParams};
 pub use layers::patches::{Clusters, Patches};
 pub use layers::placement::Placement;
 pub use layers::rows::Rows;
 pub use layers::site::{Exclusion, Site};
+pub use nemoral_scene::ParamError;
 pub use sampler::index::{LinearScan, NeighbourIndex};
 pub use sampler::key::SampleKey;
 pub use sampler::quadtree::QuadTree;

@@ -1,6 +1,6 @@
 //! Varieties: the kinds of disks or plants that are drawn by weight.
 
-use crate::error::{ParamError, within};
+use nemoral_scene::ParamError;
 
 /// One kind of thing inside a layer: a species, a prototype, a size class.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,9 +22,9 @@ pub(crate) fn check_varieties(
     for (i, v) in varieties.iter().enumerate() {
         let (low, high) = v.radius_m;
         if !(low > 0.0 && low <= high && high <= max_m) {
-            return Err(ParamError::range(
+            return Err(ParamError::new(
                 format!("{path}[{i}].radius_m"),
-                v.radius_m,
+                format!("{:?}", v.radius_m),
                 format!(
                     "a range (low, high) with 0 < low <= high <= {max_m} \
                      (half a chunk over the factor of the distance rule)"
@@ -41,7 +41,7 @@ pub(crate) fn check_weights(
     weights: impl ExactSizeIterator<Item = f64>,
 ) -> Result<(), ParamError> {
     if weights.len() > usize::from(u16::MAX) {
-        return Err(ParamError::range(
+        return Err(ParamError::new(
             format!("{path}.len()"),
             weights.len(),
             "at most 65535",
@@ -49,13 +49,13 @@ pub(crate) fn check_weights(
     }
     let mut total = 0.0;
     for (i, weight) in weights.enumerate() {
-        within(&format!("{path}[{i}].weight"), weight, 0.0, 1e9)?;
+        ParamError::check_within(format!("{path}[{i}].weight"), weight, 0.0, 1e9)?;
         total += weight;
     }
     if total > 0.0 {
         return Ok(());
     }
-    Err(ParamError::range(
+    Err(ParamError::new(
         path,
         total,
         "at least one variety with a positive weight",

@@ -8,7 +8,7 @@ use common::{
 };
 use glam::DVec2;
 use nemoral_placement::{
-    LayerParams, ParamError, Placement, PlacementParams, RockParams, Site, Variety,
+    LayerParams, Placement, PlacementError, PlacementParams, RockParams, Site, Variety,
 };
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
@@ -354,7 +354,7 @@ fn impossible_wishes_are_refused_with_the_reason() {
     }
     let (message, error) = refused(&|p| p.layers[0].varieties[1].radius_m = (3.0, 5.0));
     assert!(
-        matches!(error, ParamError::TooDense { layer: 0, at_most, .. } if at_most < 96.0 && at_most > 5.0),
+        matches!(error, PlacementError::TooDense { layer: 0, at_most, .. } if at_most < 96.0 && at_most > 5.0),
         "{error:?}"
     );
     assert!(
@@ -363,7 +363,7 @@ fn impossible_wishes_are_refused_with_the_reason() {
     );
     let (_, error) = refused(&|p| p.layers[2].per_chunk = 4000.0);
     assert!(
-        matches!(error, ParamError::TooDense { layer: 2, .. }),
+        matches!(error, PlacementError::TooDense { layer: 2, .. }),
         "{error:?}"
     );
 }
@@ -372,7 +372,8 @@ fn impossible_wishes_are_refused_with_the_reason() {
 fn the_number_that_fits_fits() {
     let mut params = trees(96.0);
     params.layers[0].varieties = vec![variety(1.0, 2.0, 3.0)];
-    let Err(ParamError::TooDense { at_most, .. }) = Placement::new(params.clone(), Key::world(1))
+    let Err(PlacementError::TooDense { at_most, .. }) =
+        Placement::new(params.clone(), Key::world(1))
     else {
         panic!("96 hard cores of 3 m do not fit");
     };

@@ -5,7 +5,7 @@ mod common;
 
 use common::{World, beside_trails, everywhere, forest, layer, square, trees, variety};
 use glam::DVec2;
-use nemoral_placement::{ParamError, Patches, Placement, PlacementParams, Rows, Site};
+use nemoral_placement::{Patches, Placement, PlacementError, PlacementParams, Rows, Site};
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use proptest::prelude::*;
@@ -86,7 +86,7 @@ fn rows_meet_their_number_and_leave_some_places_empty() {
     more.layers[0].per_chunk = planted + 1.0;
     let error = Placement::new(more, Key::world(1)).expect_err("no places left");
     assert!(
-        matches!(error, ParamError::TooDense { at_most, .. } if (at_most - planted).abs() < 0.1),
+        matches!(error, PlacementError::TooDense { at_most, .. } if (at_most - planted).abs() < 0.1),
         "{error}"
     );
 }

@@ -61,6 +61,23 @@ impl ParamError {
         Self::check(range.contains(&value), field, value, allowed)
     }
 
+    /// The same with an error that says the range by itself.
+    ///
+    /// # Errors
+    /// If `value` is not from `low` to `high`.
+    pub fn check_within(
+        field: impl Into<String>,
+        value: f64,
+        low: f64,
+        high: f64,
+    ) -> Result<(), Self> {
+        if (low..=high).contains(&value) {
+            Ok(())
+        } else {
+            Err(Self::new(field, value, format!("from {low} to {high}")))
+        }
+    }
+
     /// Refuses a number that is negative, infinite or NaN.
     ///
     /// # Errors

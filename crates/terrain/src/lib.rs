@@ -33,7 +33,6 @@
 //!
 //! All lengths are metres, z is up.
 
-mod error;
 mod gradient_noise;
 mod lattice;
 mod mesher;
@@ -46,8 +45,8 @@ mod zones;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
-pub use error::ParamError;
 pub use mesher::{GroundMesher, MeshParams};
+pub use nemoral_scene::ParamError;
 pub use noise_terrain::Terrain;
 pub use params::TerrainParams;
 pub use perlin::PerlinTerrain;

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use glam::{DVec2, Vec2, Vec3};
 use nemoral_scene::{Blend, ChunkCoord, MaterialId, Mesh, Surface, SurfaceSample, Triangle};
 
-use crate::error::{ParamError, check};
 use crate::lattice::{Lattice, Vertex};
 use crate::{GroundZones, ZoneSample};
+use nemoral_scene::ParamError;
 
 /// A break-line this close to a vertex of the lattice goes through the vertex, metres.
 const SNAP_M: f64 = 1e-3;
@@ -74,15 +74,15 @@ impl GroundMesher {
             fine_cell_m,
             tolerance_m,
         } = params;
-        check("chunk_size_m", chunk_size_m, 1.0..=1000.0, "1..=1000 m")?;
-        check(
+        ParamError::check_range("chunk_size_m", chunk_size_m, 1.0..=1000.0, "1..=1000 m")?;
+        ParamError::check_range(
             "cell_m",
             cell_m,
             0.05..=chunk_size_m,
             "0.05 m..=chunk_size_m",
         )?;
-        check("fine_cell_m", fine_cell_m, 0.01..=cell_m, "0.01 m..=cell_m")?;
-        check(
+        ParamError::check_range("fine_cell_m", fine_cell_m, 0.01..=cell_m, "0.01 m..=cell_m")?;
+        ParamError::check_range(
             "tolerance_m",
             tolerance_m,
             1e-3..=f64::INFINITY,
@@ -96,11 +96,8 @@ impl GroundMesher {
             .max(0.0) as u32;
         let fine = f64::from(cells) * f64::from(1_u32 << levels);
         if fine > 2048.0 {
-            return Err(ParamError {
-                field: "fine_cell_m",
-                value: fine_cell_m,
-                allowed: "such that at most 2048 of them go along a chunk",
-            });
+            let allowed = "such that at most 2048 of them go along a chunk";
+            return Err(ParamError::new("fine_cell_m", fine_cell_m, allowed));
         }
         Ok(Self {
             chunk_size_m,

@@ -1,6 +1,6 @@
 //! What a user says about a terrain.
 
-use crate::error::{ParamError, check};
+use nemoral_scene::ParamError;
 
 /// The paper's five parameters of a terrain (section IV-B).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,23 +36,23 @@ impl TerrainParams {
     const FINEST_M: f64 = 0.001;
 
     pub(crate) fn check(&self) -> Result<(), ParamError> {
-        check("octaves", f64::from(self.octaves), 1.0..=16.0, "1..=16")?;
-        check("scale_m", self.scale_m, 1.0..=100_000.0, "1..=100000 m")?;
-        check(
+        ParamError::check_range("octaves", f64::from(self.octaves), 1.0..=16.0, "1..=16")?;
+        ParamError::check_range("scale_m", self.scale_m, 1.0..=100_000.0, "1..=100000 m")?;
+        ParamError::check_range(
             "lacunarity",
             self.lacunarity,
             1.0_f64.next_up()..=16.0,
             "above 1 and at most 16",
         )?;
-        check("persistence", self.persistence, 0.0..=1.0, "0..=1")?;
-        check(
+        ParamError::check_range("persistence", self.persistence, 0.0..=1.0, "0..=1")?;
+        ParamError::check_range(
             "max_height_m",
             self.max_height_m,
             0.0..=10_000.0,
             "0..=10000 m",
         )?;
         let finest_m = self.scale_m / libm::pow(self.lacunarity, f64::from(self.octaves - 1));
-        check(
+        ParamError::check_range(
             "octaves",
             f64::from(self.octaves),
             if finest_m < Self::FINEST_M {

@@ -38,7 +38,6 @@ mod curve;
 mod dressing;
 mod dressing_placement;
 mod dual;
-mod error;
 mod ground;
 mod index;
 mod layout;
@@ -56,9 +55,9 @@ mod zone;
 struct ReadmeDoctests;
 
 pub use dressing::{DressingKind, TrailDressing};
-pub use error::ParamError;
 pub use ground::TrailGround;
 pub use layout::TrailId;
+pub use nemoral_scene::ParamError;
 pub use nemoral_scene::TrailSurfaceKind;
 pub use params::{Ruts, Section, TrailParams};
 pub use path::TrailPath;

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use nemoral_scene::TrailSurfaceKind;
 
-use crate::error::{ParamError, check};
+use nemoral_scene::ParamError;
 
 /// The paper's parameters of trails (section IV-C).
 #[derive(Clone, Debug, PartialEq)]
@@ -117,50 +117,50 @@ impl Default for Ruts {
 
 impl TrailParams {
     pub(crate) fn check(&self, chunk_size_m: f64) -> Result<(), ParamError> {
-        check("width_m", self.width_m, 0.5..=8.0, "0.5..=8 m")?;
-        check(
+        ParamError::check_range("width_m", self.width_m, 0.5..=8.0, "0.5..=8 m")?;
+        ParamError::check_range(
             "chunk_size_m",
             chunk_size_m,
             4.0 * self.width_m..=1000.0,
             "at least 4 times width_m and at most 1000 m",
         )?;
-        check(
+        ParamError::check_range(
             "spawn_probability",
             self.spawn_probability,
             0.0..=1.0,
             "0..=1",
         )?;
-        check(
+        ParamError::check_range(
             "forward_probability",
             self.forward_probability,
             0.0..=1.0,
             "0..=1",
         )?;
-        check(
+        ParamError::check_range(
             "max_length_chunks",
             f64::from(self.max_length_chunks),
             1.0..=64.0,
             "1..=64",
         )?;
-        check(
+        ParamError::check_range(
             "grass_max_per_chunk",
             f64::from(self.grass_max_per_chunk),
             0.0..=100_000.0,
             "0..=100000",
         )?;
-        check(
+        ParamError::check_range(
             "grass_spread_m",
             self.grass_spread_m,
             0.0..=10.0,
             "0..=10 m",
         )?;
-        check(
+        ParamError::check_range(
             "verge_tufts_per_m",
             self.verge_tufts_per_m,
             0.0..=20.0,
             "0..=20 per metre",
         )?;
-        check(
+        ParamError::check_range(
             "rocks_max_per_trail",
             f64::from(self.rocks_max_per_trail),
             0.0..=100_000.0,
@@ -172,31 +172,31 @@ impl TrailParams {
 
 impl Section {
     fn check(&self) -> Result<(), ParamError> {
-        check(
+        ParamError::check_range(
             "section.cut_ratio",
             self.cut_ratio,
             0.25..=10.0,
             "0.25..=10",
         )?;
-        check(
+        ParamError::check_range(
             "section.fill_ratio",
             self.fill_ratio,
             0.25..=10.0,
             "0.25..=10",
         )?;
-        check("section.max_grade", self.max_grade, 0.02..=1.0, "0.02..=1")?;
-        check(
+        ParamError::check_range("section.max_grade", self.max_grade, 0.02..=1.0, "0.02..=1")?;
+        ParamError::check_range(
             "section.smoothing_m",
             self.smoothing_m,
             1.0..=50.0,
             "1..=50 m",
         )?;
-        check("section.crossfall", self.crossfall, 0.0..=0.2, "0..=0.2")?;
-        check("section.crown", self.crown, -0.5..=0.5, "-0.5..=0.5")?;
+        ParamError::check_range("section.crossfall", self.crossfall, 0.0..=0.2, "0..=0.2")?;
+        ParamError::check_range("section.crown", self.crown, -0.5..=0.5, "-0.5..=0.5")?;
         if let Some(ruts) = self.ruts {
-            check("section.ruts.depth_m", ruts.depth_m, 0.0..=0.5, "0..=0.5 m")?;
-            check("section.ruts.gauge_m", ruts.gauge_m, 1.0..=3.0, "1..=3 m")?;
-            check(
+            ParamError::check_range("section.ruts.depth_m", ruts.depth_m, 0.0..=0.5, "0..=0.5 m")?;
+            ParamError::check_range("section.ruts.gauge_m", ruts.gauge_m, 1.0..=3.0, "1..=3 m")?;
+            ParamError::check_range(
                 "section.ruts.sigma_m",
                 ruts.sigma_m,
                 0.05..=0.5,
@@ -205,13 +205,13 @@ impl Section {
         }
         let mut last = f64::NEG_INFINITY;
         for point in &self.curve {
-            check(
+            ParamError::check_range(
                 "section.curve offset",
                 point.x,
                 last.next_up()..=10.0,
                 "rising and at most 10 m",
             )?;
-            check("section.curve height", point.y, -2.0..=2.0, "-2..=2 m")?;
+            ParamError::check_range("section.curve height", point.y, -2.0..=2.0, "-2..=2 m")?;
             last = point.x;
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! The species there are: data files in `species/`, and the reader of one's own.
 
 use super::Species;
-use crate::error::ParamError;
+use nemoral_scene::ParamError;
 
 /// Why a species file is no species.
 #[derive(Debug, thiserror::Error)]
@@ -99,7 +99,7 @@ impl Species {
     /// assert_eq!(Species::from_toml(&copper, "copper.toml")?.name, "copper_beech");
     /// let wrong = text.replace("apical_dominance = 0.7", "apical_dominance = 7");
     /// let message = Species::from_toml(&wrong, "wrong.toml").unwrap_err().to_string();
-    /// assert_eq!(message, "wrong.toml: beech.stem.apical_dominance = 7: must be 0.02..=1");
+    /// assert_eq!(message, "wrong.toml: beech.stem.apical_dominance = 7: must be from 0.02 to 1");
     /// # Ok::<(), nemoral_assets::SpeciesError>(())
     /// ```
     ///
@@ -170,7 +170,7 @@ mod tests {
         );
         has(
             message("widest_at = 0.42", "widest_at = 1.5"),
-            &["beech.crown.widest_at = 1.5", "0.01..=0.99"],
+            &["beech.crown.widest_at = 1.5", "from 0.01 to 0.99"],
         );
         has(
             message("height_sd = 0.09", "height_sd = nan"),

@@ -15,7 +15,7 @@ use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
 use super::sweep::{Flare, Tessellation, diameter_at, sweep};
 use super::{BarkLook, Species, TreeSize};
-use crate::error::ParamError;
+use nemoral_scene::ParamError;
 
 const LEAN: Domain = Domain::new("assets.tree.lean");
 
@@ -186,7 +186,7 @@ fn finish(
 
 impl TreeSize {
     fn check(&self) -> Result<(), ParamError> {
-        let range = ParamError::check_range;
+        let range = ParamError::check_within;
         range("size.dbh_m", self.dbh_m, 0.005, 2.0)?;
         range("size.height_m", self.height_m, 1.6, 70.0)?;
         range(
@@ -214,7 +214,7 @@ impl BarkLook {
 
 impl GrowthParams {
     fn check(&self) -> Result<(), ParamError> {
-        let range = ParamError::check_range;
+        let range = ParamError::check_within;
         range("trunk_radius_m", self.trunk_radius_m, 0.005, 0.5)?;
         range(
             "wood_triangles_max",

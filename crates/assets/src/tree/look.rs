@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde::Deserialize;
 
-use crate::error::ParamError;
+use nemoral_scene::ParamError;
 
 /// How the leaves of an image are arranged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -192,7 +192,7 @@ impl LeafLook {
 
     pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
         let range = |name: &str, value, low, high| {
-            ParamError::check_range(format!("{species}.leaves.{name}"), value, low, high)
+            ParamError::check_within(format!("{species}.leaves.{name}"), value, low, high)
         };
         range("length_m", self.length_m[0], 0.005, self.length_m[1])?;
         range("length_m", self.length_m[1], 0.005, 0.6)?;
@@ -247,7 +247,7 @@ impl LeafLook {
 impl BarkLook {
     pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
         let range = |name: &str, value, low, high| {
-            ParamError::check_range(format!("{species}.bark.{name}"), value, low, high)
+            ParamError::check_within(format!("{species}.bark.{name}"), value, low, high)
         };
         for value in self.lower.albedo {
             range("lower.albedo", value, 0.005, 0.8)?;

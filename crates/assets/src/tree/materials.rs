@@ -2,7 +2,7 @@
 
 use nemoral_scene::MaterialId;
 
-use crate::error::ParamError;
+use nemoral_scene::ParamError;
 
 /// The materials of one species' trees.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +54,12 @@ impl TreeMaterials {
         }
         for (i, card) in self.foliage.iter().enumerate() {
             let range = |name: &str, value: f32, low, high| {
-                ParamError::check_range(format!("foliage[{i}].{name}"), f64::from(value), low, high)
+                ParamError::check_within(
+                    format!("foliage[{i}].{name}"),
+                    f64::from(value),
+                    low,
+                    high,
+                )
             };
             range("width_m", card.width_m, 0.02, 3.0)?;
             range("height_m", card.height_m, 0.02, 3.0)?;

@@ -11,7 +11,7 @@ use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
 use super::sweep::{Flare, Tessellation, diameter_at, sweep};
 use super::{Species, TreeSize};
-use crate::error::ParamError;
+use nemoral_scene::ParamError;
 
 const SNAG: Domain = Domain::new("assets.tree.snag");
 

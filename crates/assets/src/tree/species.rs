@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::look::{BarkLook, LeafLook};
-use crate::error::ParamError;
+use nemoral_scene::ParamError;
 
 /// A species. All lengths in metres and angles in degrees unless said otherwise; diameters inside
 /// published relations are in centimetres, as their authors have them.
@@ -261,7 +261,7 @@ struct Ranges<'a>(&'a str);
 
 impl Ranges<'_> {
     fn one(&self, name: &str, value: f64, low: f64, high: f64) -> Result<(), ParamError> {
-        ParamError::check_range(format!("{}.{name}", self.0), value, low, high)
+        ParamError::check_within(format!("{}.{name}", self.0), value, low, high)
     }
 
     /// Least and most.

@@ -1,7 +1,8 @@
 //! How densely rocks and woody plants are placed, and which.
 
 use nemoral_placement::{
-    LayerParams, ParamError, Patches, Placement, PlacementParams, RockParams, Rows, Variety,
+    LayerParams, ParamError, Patches, Placement, PlacementError, PlacementParams, RockParams, Rows,
+    Variety,
 };
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
@@ -135,7 +136,7 @@ impl PlacementRecipe {
         };
         Placement::new(params, world).map_err(|e| match e {
             // Layers have the names of their config keys.
-            ParamError::TooDense {
+            PlacementError::TooDense {
                 name,
                 per_chunk,
                 at_most,
@@ -151,14 +152,10 @@ impl PlacementRecipe {
                     "placement.{name} = {per_chunk}: at most about {at_most:.1} per chunk find room; {lower}"
                 ))
             }
-            ParamError::OutOfRange {
-                field,
-                value,
-                allowed,
-            } if field.starts_with("layers[0].rows.") => Error::request(format!(
-                "{} = {value}: must be {allowed}",
-                field.replace("layers[0].rows.", "placement.rows.")
-            )),
+            PlacementError::Param(e) if e.field.starts_with("layers[0].rows.") => {
+                let field = e.field.replace("layers[0].rows.", "placement.rows.");
+                Error::request(ParamError::new(field, e.value, e.allowed).to_string())
+            }
             other => Error::of_stage(other),
         })
     }

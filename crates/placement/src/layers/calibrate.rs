@@ -11,7 +11,7 @@ use nemoral_seed::{Domain, Draw, Key};
 use super::params::{LayerParams, PlacementParams};
 use super::patches::{PatchMap, Patches};
 use super::rows::Rows;
-use crate::error::ParamError;
+use crate::error::PlacementError;
 use crate::sampler::fill::{SamplePoint, fill};
 use crate::sampler::quadtree::{QuadTree, is_free};
 use crate::sampler::sizes::DiskSizes;
@@ -125,7 +125,7 @@ impl Unevenness {
 /// The calibration's key is its own: equal parameters keep equal shares in every world.
 pub(crate) fn calibrate(
     params: &PlacementParams,
-) -> Result<Vec<Option<CalibratedLayer>>, ParamError> {
+) -> Result<Vec<Option<CalibratedLayer>>, PlacementError> {
     let mut layers = Vec::new();
     let mut earlier = EarlierLayers {
         factor: params.factor(),
@@ -197,7 +197,7 @@ pub(crate) fn calibrate(
             }
         }
         if layers.len() == number {
-            return Err(ParamError::TooDense {
+            return Err(PlacementError::TooDense {
                 layer: number,
                 name: layer.name.clone(),
                 per_chunk: layer.per_chunk,

@@ -2,8 +2,8 @@
 
 use super::patches::Patches;
 use super::rows::Rows;
-use crate::error::{ParamError, within};
 use crate::variety::{Variety, check_varieties};
+use nemoral_scene::ParamError;
 
 /// Rocks: scattered at random, a number per chunk (paper, section IV-D).
 #[derive(Clone, Debug, PartialEq)]
@@ -131,12 +131,12 @@ impl PlacementParams {
     }
 
     pub(crate) fn check(&self) -> Result<(), ParamError> {
-        within("chunk_size_m", self.chunk_size_m, 1.0, 1e4)?;
-        within("spacing_factor", self.spacing_factor, 0.0, 100.0)?;
-        within("hard_core", self.hard_core, 0.05, 0.75)?;
-        within("density_factor", self.density_factor, 0.05, 20.0)?;
+        ParamError::check_within("chunk_size_m", self.chunk_size_m, 1.0, 1e4)?;
+        ParamError::check_within("spacing_factor", self.spacing_factor, 0.0, 100.0)?;
+        ParamError::check_within("hard_core", self.hard_core, 0.05, 0.75)?;
+        ParamError::check_within("density_factor", self.density_factor, 0.05, 20.0)?;
         if !(self.allowed_fraction > 0.0 && self.allowed_fraction <= 1.0) {
-            return Err(ParamError::range(
+            return Err(ParamError::new(
                 "allowed_fraction",
                 self.allowed_fraction,
                 "more than 0 and at most 1",
@@ -144,14 +144,14 @@ impl PlacementParams {
         }
         let rocks = &self.rocks;
         if rocks.min_per_chunk > rocks.max_per_chunk {
-            return Err(ParamError::range(
+            return Err(ParamError::new(
                 "rocks.min_per_chunk",
                 rocks.min_per_chunk,
                 format!("at most rocks.max_per_chunk = {}", rocks.max_per_chunk),
             ));
         }
         if rocks.max_per_chunk > 10_000 {
-            return Err(ParamError::range(
+            return Err(ParamError::new(
                 "rocks.max_per_chunk",
                 rocks.max_per_chunk,
                 "at most 10000",
@@ -170,7 +170,7 @@ impl PlacementParams {
             gaps.check("gaps", self.chunk_size_m)?;
         }
         if self.layers.len() > 255 {
-            return Err(ParamError::range(
+            return Err(ParamError::new(
                 "layers.len()",
                 self.layers.len(),
                 "at most 255",
@@ -178,8 +178,8 @@ impl PlacementParams {
         }
         for (i, layer) in self.layers.iter().enumerate() {
             if layer.per_chunk != 0.0 {
-                within(
-                    &format!("layers[{i}].per_chunk"),
+                ParamError::check_within(
+                    format!("layers[{i}].per_chunk"),
                     layer.per_chunk,
                     1e-4,
                     1e5,
@@ -189,7 +189,7 @@ impl PlacementParams {
                     &layer.varieties,
                     reach / self.rock_factor(),
                 )?;
-                within(&format!("layers[{i}].in_gaps"), layer.in_gaps, 0.0, 20.0)?;
+                ParamError::check_within(format!("layers[{i}].in_gaps"), layer.in_gaps, 0.0, 20.0)?;
                 if let Some(clusters) = &layer.clusters {
                     clusters.check(&format!("layers[{i}].clusters"), self.chunk_size_m)?;
                 }

@@ -7,9 +7,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::error::{ParamError, within};
 use crate::sampler::quadtree::QuadTree;
 use crate::sampler::tile::snap;
+use nemoral_scene::ParamError;
 
 const PATCHES: Domain = Domain::new("placement.patches");
 
@@ -28,16 +28,16 @@ pub struct Patches {
 
 impl Patches {
     pub(crate) fn check(&self, path: &str, chunk_size_m: f64) -> Result<(), ParamError> {
-        within(&format!("{path}.share"), self.share, 0.001, 0.9)?;
+        ParamError::check_within(format!("{path}.share"), self.share, 0.001, 0.9)?;
         let (low, high) = self.radius_m;
         if low >= 0.5 && low <= high && high <= chunk_size_m / 2.0 {
             return Ok(());
         }
         let most = chunk_size_m / 2.0;
         let allowed = format!("a range (low, high) with 0.5 <= low <= high <= {most}");
-        Err(ParamError::range(
+        Err(ParamError::new(
             format!("{path}.radius_m"),
-            self.radius_m,
+            format!("{:?}", self.radius_m),
             allowed,
         ))
     }

@@ -8,7 +8,7 @@ use super::calibrate::{CalibratedLayer, calibrate};
 use super::params::PlacementParams;
 use super::patches::Clusters;
 use super::site::{Exclusion, Site};
-use crate::error::ParamError;
+use crate::error::PlacementError;
 use crate::sampler::quadtree::{QuadTree, is_free};
 use crate::sampler::tile::snap;
 
@@ -36,8 +36,8 @@ impl Placement {
     /// Proves the parameters and finds the share of each layer's fill that its target keeps.
     ///
     /// # Errors
-    /// A [`ParamError`] for a value out of range, or for a target that the radii leave no room for.
-    pub fn new(params: PlacementParams, key: Key) -> Result<Self, ParamError> {
+    /// A [`PlacementError`] for a value out of range, or for a target that the radii leave no room for.
+    pub fn new(params: PlacementParams, key: Key) -> Result<Self, PlacementError> {
         params.check()?;
         let layers = calibrate(&params)?;
         let largest = layers

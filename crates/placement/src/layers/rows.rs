@@ -4,10 +4,10 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::error::{ParamError, within};
 use crate::sampler::fill::SamplePoint;
 use crate::sampler::sizes::DiskSizes;
 use crate::sampler::tile::from_centre;
+use nemoral_scene::ParamError;
 
 const ROWS: Domain = Domain::new("placement.rows");
 const PHASE: Domain = Domain::new("placement.rows.phase");
@@ -46,10 +46,10 @@ pub struct Rows {
 
 impl Rows {
     pub(crate) fn check(&self, path: &str, largest_m: f64) -> Result<(), ParamError> {
-        within(&format!("{path}.row_m"), self.row_m, 0.5, 50.0)?;
-        within(&format!("{path}.in_row_m"), self.in_row_m, 0.5, 50.0)?;
-        within(
-            &format!("{path}.heading_deg"),
+        ParamError::check_within(format!("{path}.row_m"), self.row_m, 0.5, 50.0)?;
+        ParamError::check_within(format!("{path}.in_row_m"), self.in_row_m, 0.5, 50.0)?;
+        ParamError::check_within(
+            format!("{path}.heading_deg"),
             self.heading_deg,
             -360.0,
             360.0,
@@ -65,7 +65,7 @@ impl Rows {
              radii ask for",
             most.max(0.0)
         );
-        Err(ParamError::range(
+        Err(ParamError::new(
             format!("{path}.jitter_m"),
             self.jitter_m,
             allowed,

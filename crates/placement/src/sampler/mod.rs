@@ -12,8 +12,8 @@ use glam::DVec2;
 use self::fill::{SamplePoint, fill};
 use self::key::SampleKey;
 use self::sizes::DiskSizes;
-use crate::error::{ParamError, within};
 use crate::variety::{Variety, check_varieties};
+use nemoral_scene::ParamError;
 
 /// What [`PoissonDisks`] samples.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,13 +110,13 @@ impl<K: SampleKey> PoissonDisks<K> {
             varieties,
             rounds,
         } = params;
-        within("tile_m", tile_m, 1e-3, 1e6)?;
-        within("rounds", f64::from(rounds), 1.0, 8.0)?;
+        ParamError::check_within("tile_m", tile_m, 1e-3, 1e6)?;
+        ParamError::check_within("rounds", f64::from(rounds), 1.0, 8.0)?;
         check_varieties("varieties", &varieties, tile_m)?;
         for (i, v) in varieties.iter().enumerate() {
             // Positions of smaller disks would be too coarse.
             let field = format!("varieties[{i}].radius_m.0");
-            within(&field, v.radius_m.0, 1e-5 * tile_m, tile_m)?;
+            ParamError::check_within(&field, v.radius_m.0, 1e-5 * tile_m, tile_m)?;
         }
         let no_core = vec![0.0; varieties.len()];
         Ok(Self {
