@@ -1,6 +1,6 @@
-//! The paper's headline redone: a scan of 50,000 pulses at `medium`, all fields and noise included, on
-//! one thread and on two. Processor time is what the scan costs; the wall's clock also tells of what
-//! else the machine does.
+//! The paper's headline redone: a scan of 50,000 pulses at `medium`, all fields and noise included,
+//! on one thread and on two. Processor time is what the scan costs; the wall's clock also tells of
+//! what else the machine does.
 //!
 //! `cargo bench -p nemoral-benches --bench headline -- [PULSES] [PRESET] [SCANS]`
 #![allow(clippy::print_stdout, reason = "a report for its user")]
@@ -46,7 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Tells two programs' points apart (FNV-1a of all fields, as they are written for debugging: to the bit).
+/// Tells two programs' points apart (FNV-1a of all fields, as they are written for debugging: to
+/// the bit).
 fn hash(points: &[LidarPoint]) -> u64 {
     let text = format!("{points:?}");
     text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {

@@ -103,8 +103,8 @@ pub(crate) struct Generate {
     /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,
-    /// The most memory of a GPU that a renderer uses; cameras that differ in look, samples or radiance
-    /// have one each.
+    /// The most memory of a GPU that a renderer uses; cameras that differ in look, samples or
+    /// radiance have one each.
     #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(128..=1_048_576))]
     pub(crate) gpu_memory: u32,
     /// Makes the Ith of N equal parts of the frames, I from 0; `merge` joins them.

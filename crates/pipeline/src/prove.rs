@@ -7,8 +7,9 @@ use crate::header::header;
 use crate::plan::{Cache, Runner, Store};
 use crate::{Backend, Error, ForestPlan, InputFiles};
 
-/// Refuses all that [`generate`](crate::generate) refuses before its first frame, short of what depends on the
-/// output folder and the GPU: it does the same. What the user should know is the result.
+/// Refuses all that [`generate`](crate::generate) refuses before its first frame, short of what
+/// depends on the output folder and the GPU: it does the same. What the user should know is the
+/// result.
 ///
 /// What stands how densely can be said only of grown plants, so they are grown; `cache` keeps them.
 ///

@@ -1,7 +1,7 @@
-//! Makes the corpora's seeds and the dictionaries anew: `seeds FUZZ [DATASET]...`, where FUZZ is the
-//! folder of the fuzzers. Files of the base's two data sets, and of
-//! further ones that the program has made, go to the targets that read them; requests are those that the
-//! program's own presets and species are.
+//! Makes the corpora's seeds and the dictionaries anew: `seeds FUZZ [DATASET]...`, where FUZZ is
+//! the folder of the fuzzers. Files of the base's two data sets, and of further ones that the
+//! program has made, go to the targets that read them; requests are those that the program's own
+//! presets and species are.
 
 #![allow(
     clippy::disallowed_methods,

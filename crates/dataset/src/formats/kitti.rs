@@ -16,8 +16,8 @@ pub(crate) type Rows = [[f64; 4]; 3];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// P0 to P3: homogeneous pixels from the reference camera's frame. All four are the first
-    /// camera's, but P3 is the one's called `right` if there is one; the centre of the first pixel is
-    /// at (0.5, 0.5).
+    /// camera's, but P3 is the one's called `right` if there is one; the centre of the first pixel
+    /// is at (0.5, 0.5).
     pub projections: [[[f64; 4]; 3]; 4],
     /// Tr: the reference camera's frame from the first LiDAR's.
     pub camera_from_lidar: [[f64; 4]; 3],
@@ -129,8 +129,8 @@ pub(crate) fn encode_times(times_s: &[f64]) -> String {
     times_s.iter().map(|t| format!("{:e}\n", t + 0.0)).collect()
 }
 
-/// The letter of a lens's line and its twelve numbers: `D`, Brown and Conrady in OpenCV's order, k1 k2
-/// p1 p2 k3; `F`, the fisheye's k1 to k4; then zeros.
+/// The letter of a lens's line and its twelve numbers: `D`, Brown and Conrady in OpenCV's order, k1
+/// k2 p1 p2 k3; `F`, the fisheye's k1 to k4; then zeros.
 fn lens_line(distortion: &Distortion) -> Option<(&'static str, Rows)> {
     let (letter, coefficients) = match *distortion {
         Distortion::BrownConrady { k1, k2, k3, p1, p2 } => ("D", vec![k1, k2, p1, p2, k3]),
@@ -142,9 +142,9 @@ fn lens_line(distortion: &Distortion) -> Option<(&'static str, Rows)> {
     Some((letter, rows))
 }
 
-/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras; of lenses
-/// `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line has twelve numbers: today's loaders take each for
-/// a matrix.
+/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras; of
+/// lenses `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line has twelve numbers: today's loaders
+/// take each for a matrix.
 pub(crate) fn encode_calibration(calibration: &Calibration) -> String {
     let mut out = String::new();
     let mut line = |name: &str, rows: &Rows| {

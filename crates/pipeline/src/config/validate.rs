@@ -118,13 +118,14 @@ impl Config {
                 wrong(&key, message);
             }
         }
-        // Saplings come in clusters, and so do their numbers: as many are in a cluster on average, so much
-        // wider than scattered points' is the spread.
+        // Saplings come in clusters, and so do their numbers: as many are in a cluster on average,
+        // so much wider than scattered points' is the spread.
         let radius_m = f64::midpoint(young.radius_min_m, young.radius_max_m);
         let cluster_m2 = std::f64::consts::PI * radius_m * radius_m;
         let clusters = young.share * c.size_m * c.size_m / cluster_m2;
         let clumping = young.saplings / clusters.max(1.0);
-        // `.label` files number the things of a chunk 1..=1023; leave six sigma of a count's spread.
+        // `.label` files number the things of a chunk 1..=1023; leave six sigma of a count's
+        // spread.
         let mean = p.trees + p.stumps + p.shrubs + young.saplings;
         let variance = mean + young.saplings * clumping;
         let stones = if self.trails.enabled {

@@ -172,7 +172,8 @@ fn presets_grow_enough_individuals() {
     }
 }
 
-/// Dead trees stand in every preset; saplings in every stand but a plantation, whose rows are kept clean.
+/// Dead trees stand in every preset; saplings in every stand but a plantation, whose rows are kept
+/// clean.
 #[test]
 fn presets_have_saplings_and_snags() {
     let without = ["default", "low", "medium", "high", "eucalyptus-plantation"];
@@ -417,7 +418,8 @@ fn weather_time_and_exposure_are_drawn_too() {
         for d in &drawn {
             (least, most) = (least.min(d[k]), most.max(d[k]));
         }
-        // All of the range and nothing else: of a hundred, the outermost are about a hundredth from its ends.
+        // All of the range and nothing else: of a hundred, the outermost are about a hundredth from
+        // its ends.
         let tenth = 0.1 * (high - low);
         assert!(least >= low && least < low + tenth, "{k}: {least}");
         assert!(most <= high && most > high - tenth, "{k}: {most}");
