@@ -36,7 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         wall.sort_by(f64::total_cmp);
         processor.sort_by(f64::total_cmp);
         println!(
-            "{threads} threads: wall {:.1} at best, {:.1} median; processor {:.1} at best, {:.1} median; {points} points",
+            "{threads} threads: wall {:.1} at best, {:.1} median; processor {:.1} at best, {:.1} \
+             median; {points} points",
             wall[0],
             wall[scans / 2],
             processor[0],

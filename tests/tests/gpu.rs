@@ -770,7 +770,8 @@ impl Pass for MaterialMap {
     }
 
     fn wgsl(&self) -> &str {
-        "fn paint(s: Surface) -> vec4u { return vec4u(table[s.material], s.material, s.semantic, 1u); }"
+        "fn paint(s: Surface) -> vec4u { return vec4u(table[s.material], s.material, s.semantic, \
+         1u); }"
     }
 
     fn table(&self, materials: &MaterialLibrary) -> Vec<u32> {

@@ -153,7 +153,8 @@ fn check_stand(name: &str, config: &Config, grown: &[TreeRecord], dbh_tolerance:
     let rows = &config.placement.rows;
     let heading = |deg: f64| row_power(&places, rows.heading_deg + deg, 3.0);
     println!(
-        "{name}: {mean:.1} of {target} trees a chunk, R = {r:.2}, DBH {dbh_m:.3} of {asked_m:.3} m, rows {:.0}",
+        "{name}: {mean:.1} of {target} trees a chunk, R = {r:.2}, DBH {dbh_m:.3} of {asked_m:.3} \
+         m, rows {:.0}",
         heading(0.0)
     );
     // A few in a hundred chunks, and 3 sigma of scattered points.

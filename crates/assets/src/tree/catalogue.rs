@@ -165,7 +165,8 @@ mod tests {
         // It would send on more light than it gets.
         has(
             message(
-                "albedo = [0.06, 0.11, 0.034] # linear RGB reflectance (PROSPECT-D)\ntransmittance = [0.066, 0.13, 0.0]",
+                "albedo = [0.06, 0.11, 0.034] # linear RGB reflectance (PROSPECT-D)\n\
+                 transmittance = [0.066, 0.13, 0.0]",
                 "albedo = [0.06, 0.5, 0.034]\ntransmittance = [0.066, 0.6, 0.0]",
             ),
             &["beech.leaves.transmittance", "0.6", "0.49"],

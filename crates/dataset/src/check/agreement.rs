@@ -101,7 +101,8 @@ impl Residual {
         let median = self.median_m()?;
         (self.points() >= ENOUGH_RESIDUALS && median.abs() > MOST_RESIDUAL_M).then(|| {
             format!(
-                "{what}: points lie {:.1} cm behind their pixels (median), at most {:.0} cm are allowed",
+                "{what}: points lie {:.1} cm behind their pixels (median), at most {:.0} cm are \
+                 allowed",
                 100.0 * median,
                 100.0 * MOST_RESIDUAL_M
             )

@@ -256,27 +256,60 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_bit_comes_back(a in rows(), b in rows(), times in prop::collection::vec(0.0_f64..1e9, 0..9)) {
+        fn every_bit_comes_back(
+            a in rows(),
+            b in rows(),
+            times in prop::collection::vec(0.0_f64..1e9, 0..9),
+        ) {
             let p = Path::new("x");
-            prop_assert_eq!(decode_poses(p, &encode_poses(&[a, b])).expect("valid"), vec![a, b]);
-            prop_assert_eq!(decode_times(p, &encode_times(&times)).expect("valid"), times);
+            prop_assert_eq!(
+                decode_poses(p, &encode_poses(&[a, b])).expect("valid"),
+                vec![a, b]
+            );
+            prop_assert_eq!(
+                decode_times(p, &encode_times(&times)).expect("valid"),
+                times
+            );
             let [k1, k2, k3, k4] = a[0];
             let fish = Distortion::Fisheye { k1, k2, k3, k4 };
-            let bent = Distortion::BrownConrady { k1, k2, k3, p1: b[0][0], p2: b[0][1] };
-            let further = vec![CameraCalibration { name: "rear".to_owned(), projection: b, camera_from_lidar: a, distortion: fish }];
-            let calibration = Calibration { projections: [a; 4], camera_from_lidar: b, distortion: bent, further };
+            let bent = Distortion::BrownConrady {
+                k1,
+                k2,
+                k3,
+                p1: b[0][0],
+                p2: b[0][1],
+            };
+            let further = vec![CameraCalibration {
+                name: "rear".to_owned(),
+                projection: b,
+                camera_from_lidar: a,
+                distortion: fish,
+            }];
+            let calibration = Calibration {
+                projections: [a; 4],
+                camera_from_lidar: b,
+                distortion: bent,
+                further,
+            };
             let text = encode_calibration(&calibration);
             prop_assert_eq!(text.matches(':').count(), 9);
             prop_assert_eq!(decode_calibration(p, &text).expect("valid"), calibration);
         }
 
         #[test]
-        fn matrices_are_transforms(x in -1e7_f64..1e7, yaw in -3.0_f64..3.0, pitch in -1.0_f64..1.0) {
+        fn matrices_are_transforms(
+            x in -1e7_f64..1e7,
+            yaw in -3.0_f64..3.0,
+            pitch in -1.0_f64..1.0,
+        ) {
             let t = RigidTransform::from_xyz_rpy(DVec3::new(x, 1.0, -x), 0.3, pitch, yaw);
             let back = from_rows(&t.to_rows());
             let p = DVec3::new(3.0, -2.0, 10.0);
             prop_assert!(t.transform_point(p).distance(back.transform_point(p)) < 1e-8);
-            let near = RigidTransform { translation_m: t.translation_m + DVec3::X, ..t };
+            let near = RigidTransform {
+                translation_m: t.translation_m + DVec3::X,
+                ..t
+            };
             let step = relative(&t, &near).translation_m.length();
             prop_assert!((step - 1.0).abs() < 1e-8, "{step}");
         }

@@ -75,15 +75,18 @@ section! {
         /// Number of noise layers.
         octaves: u32 = 6, Whole(1, 16), "paper, Fig. 3, has 5; one more for relief under 4 m";
         /// Size of the largest hills.
-        scale_m: f64 = 130.0, RealAbove(0.0, 10_000.0), "paper, Fig. 3, has 40: steep; here walkable";
+        scale_m: f64 = 130.0, RealAbove(0.0, 10_000.0),
+            "paper, Fig. 3, has 40: steep; here walkable";
         /// Frequency of each layer over the one before.
-        lacunarity: f64 = 2.1, RealAbove(1.0, 10.0), "paper, IV-B: above 1; not 2, so that lattices do not align";
+        lacunarity: f64 = 2.1, RealAbove(1.0, 10.0),
+            "paper, IV-B: above 1; not 2, so that lattices do not align";
         /// Amplitude of each layer over the one before.
         persistence: f64 = 0.33, Real(0.0, 1.0), "paper, IV-B: 0..1";
         /// The greatest height.
         max_height_m: f64 = 22.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50: mountains; here hills";
         /// Which noise: ours, or the noise crate's.
-        noise: String = "nemoral".into(), OneOf(&["nemoral", "perlin-surflet"]), "ours has no period and exact gradients";
+        noise: String = "nemoral".into(), OneOf(&["nemoral", "perlin-surflet"]),
+            "ours has no period and exact gradients";
         /// Side of a terrain cell away from trails.
         cell_m: f64 = 1.0, Real(0.5, 5.0), "paper, Fig. 3";
         /// Side of a terrain cell on trails and chunk borders.
@@ -99,7 +102,9 @@ section! {
         /// Width.
         width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
         /// Surface texture: one for all, or varied from trail to trail.
-        surface: String = "varied".into(), OneOf(&["varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand", "rock"]), "paper, VII: one texture for all was its models' failure";
+        surface: String = "varied".into(), OneOf(&[
+            "varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand", "rock",
+        ]), "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
         spawn_probability: f64 = 0.012, Real(0.0, 1.0), "a trail in every third chunk";
         /// Probability that a trail leaves a chunk by the opposite border, rather than left or
@@ -192,10 +197,12 @@ section! {
     /// species, in clusters.
     Regeneration at "placement.regeneration" {
         /// Mean number of saplings in a chunk.
-        saplings: f64 = 0.0, Real(0.0, 400.0), "none, as the paper's forests; our choice for others: 25-500";
+        saplings: f64 = 0.0, Real(0.0, 400.0),
+            "none, as the paper's forests; our choice for others: 25-500";
         /// Seedlings on a square metre of a cluster in full light; down to a tenth of that in deep
         /// shade, 6 % of it outside clusters, none on trails.
-        seedlings: f64 = 0.4, Real(0.0, 2.0), "our choice: some; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
+        seedlings: f64 = 0.4, Real(0.0, 2.0),
+            "our choice: some; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
         /// Share of the ground that clusters cover.
         share: f64 = 0.2, Real(0.02, 0.9), "our choice";
         /// Smallest mean radius of a cluster.
@@ -374,7 +381,8 @@ section! {
         /// Haze below 10,000, mist below 2000.
         visibility_m: f64 = 20_000.0, Real(10.0, 1_000_000.0), "a clear day; Koschmieder 1924";
         /// The height over which that haze thins by e.
-        haze_height_m: f64 = 100.0, Real(1.0, 10_000.0), "a shallow layer: crowns against the sky stay clear";
+        haze_height_m: f64 = 100.0, Real(1.0, 10_000.0),
+            "a shallow layer: crowns against the sky stay clear";
         /// Fog: its extinction at its base, 3.912 over the visibility there; 0 for none.
         fog_per_m: f64 = 0.0, Real(0.0, 1.0), "none";
         /// The height in the world where it has that extinction; below it is thicker.
@@ -414,7 +422,8 @@ section! {
         /// themselves.
         look: String = "robot".into(), OneOf(&["robot", "cinema", "flat"]), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
-        exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0), "as cameras meter: for the bright gaps, leaving leaves dark";
+        exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0),
+            "as cameras meter: for the bright gaps, leaving leaves dark";
         /// Write `radiance`, the light itself behind the lens, before exposure and sensor: OpenEXR,
         /// linear sRGB in cd/m², 32-bit floats.
         radiance: bool = false, Flag, "at most 11 MB a picture of 1280 x 720";
@@ -476,7 +485,8 @@ section! {
         /// Is there any?
         enabled: bool = false, Flag, "off: those who augment add their own";
         /// Electrons that a pixel holds before it clips.
-        full_well_e: f64 = 10_500.0, Real(10.0, 1e7), "Sony IMX273: 40.2 dB at best (EMVA 1288 of Balluff's mvBlueFOX3-2016)";
+        full_well_e: f64 = 10_500.0, Real(10.0, 1e7),
+            "Sony IMX273: 40.2 dB at best (EMVA 1288 of Balluff's mvBlueFOX3-2016)";
         /// Noise of reading, electrons.
         read_noise_e: f64 = 2.4, Real(0.0, 10_000.0), "the same: 71.4 dB of dynamic range";
         /// Amplification before the converter: with 2 a pixel clips at half its full well.
@@ -495,7 +505,10 @@ section! {
 /// Further cameras.
 pub(super) const FURTHER_CAMERAS: SectionSpec = SectionSpec {
     path: "cameras",
-    doc: " Further cameras on the same robot: a table `[cameras.NAME]` for each, with the keys of `[camera]`; what it leaves out is as in `[camera]`. Their files are in folders of that name. One called `right` writes its pictures to `image_3` and is `P3` in `calib.txt`, as KITTI's right eye.",
+    doc: " Further cameras on the same robot: a table `[cameras.NAME]` for each, with the keys of \
+        `[camera]`; what it leaves out is as in `[camera]`. Their files are in folders of that \
+        name. One called `right` writes its pictures to `image_3` and is `P3` in `calib.txt`, as \
+        KITTI's right eye.",
     choice: None,
     keys: &[],
 };
@@ -627,7 +640,8 @@ section! {
     Lidar at "lidar" {
         /// A scanner by its data sheet: sets the pattern, the pulses of 0.1 s, ranges, beam, errors
         /// and noise below; what is set besides stays as set.
-        device: String = "custom".into(), OneOf(super::devices::NAMES), "the makers' data sheets, each named in the handbook";
+        device: String = "custom".into(), OneOf(super::devices::NAMES),
+            "the makers' data sheets, each named in the handbook";
         /// Pulses fired in a scan.
         pulses: u32 = 50_000, Whole(1, 10_000_000), "paper, VI";
         /// Pulses that hit something nearer give no return.
@@ -637,7 +651,9 @@ section! {
         /// Laser wavelength.
         wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
         /// Which echoes of a pulse become points.
-        returns: String = "strongest".into(), OneOf(&["strongest", "first", "last", "dual", "all"]), "one each, as the paper's";
+        returns: String = "strongest".into(), OneOf(&[
+            "strongest", "first", "last", "dual", "all",
+        ]), "one each, as the paper's";
         /// Of `all`, at most so many.
         max_returns: u32 = 5, Whole(1, 15), "LAS numbers 15";
         /// Write points in the LiDAR frame of the frame's time; else raw, each in the frame of its
@@ -710,7 +726,8 @@ impl Default for LidarPattern {
 /// Further LiDARs.
 pub(super) const FURTHER_LIDARS: SectionSpec = SectionSpec {
     path: "lidars",
-    doc: " Further LiDARs on the same robot: a table `[lidars.NAME]` for each, with the keys of `[lidar]`. Their files are in folders of that name.",
+    doc: " Further LiDARs on the same robot: a table `[lidars.NAME]` for each, with the keys of \
+        `[lidar]`. Their files are in folders of that name.",
     choice: None,
     keys: &[],
 };
@@ -755,7 +772,8 @@ section! {
     /// A spinning head, with its beam table and firing times.
     LidarSpinning at "lidar.spinning", one of "the scan pattern" {
         /// Whose.
-        head: String = "vlp16".into(), OneOf(&["vlp16", "hdl64e", "ouster"]), "Velodyne and Ouster manuals, ros-drivers/velodyne";
+        head: String = "vlp16".into(), OneOf(&["vlp16", "hdl64e", "ouster"]),
+            "Velodyne and Ouster manuals, ros-drivers/velodyne";
         /// Turns a second.
         rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
         /// Beams of an `ouster`.
@@ -822,11 +840,14 @@ section! {
     Noise at "lidar.noise" {
         /// The model: none; the paper's; Laconte's bias; a spread by incidence, by range, or by
         /// signal to noise with a threshold of detection.
-        model: String = "paper".into(), OneOf(&["off", "paper", "laconte", "incidence", "linear", "snr"]), "paper, V-B; each model's source is named in the handbook";
+        model: String = "paper".into(), OneOf(&[
+            "off", "paper", "laconte", "incidence", "linear", "snr",
+        ]), "paper, V-B; each model's source is named in the handbook";
         /// Standard deviation of `paper` and `laconte`.
         sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox wiki: Mid-40 at 20 m";
         /// Whose bias `laconte` has.
-        laconte_device: String = "hdl32e".into(), OneOf(&["hdl32e", "lms1xx"]), "Laconte et al. 2019, in libpointmatcher";
+        laconte_device: String = "hdl32e".into(), OneOf(&["hdl32e", "lms1xx"]),
+            "Laconte et al. 2019, in libpointmatcher";
         /// `laconte` by its closed form: within 2 % for narrow beams, and faster.
         laconte_closed: bool = false, Flag, "as published";
         /// `snr` sees this far …

@@ -65,7 +65,8 @@ impl Config {
             wrong(
                 "chunks.undergrowth_radius_m",
                 format!(
-                    "chunks.undergrowth_radius_m = {radius}: must be at most chunks.visible_radius_m = {limit}"
+                    "chunks.undergrowth_radius_m = {radius}: must be at most \
+                     chunks.visible_radius_m = {limit}"
                 ),
             );
         }
@@ -74,7 +75,8 @@ impl Config {
             wrong(
                 "chunks.delete_radius_m",
                 format!(
-                    "chunks.delete_radius_m = {radius}: must be at least chunks.visible_radius_m = {limit}"
+                    "chunks.delete_radius_m = {radius}: must be at least chunks.visible_radius_m = \
+                     {limit}"
                 ),
             );
         }
@@ -85,7 +87,8 @@ impl Config {
             wrong(
                 "chunks.visible_radius_m",
                 format!(
-                    "chunks.visible_radius_m = {}: views would span {widest} chunks of {} m, and instance images tell only 16 apart: must be below {}",
+                    "chunks.visible_radius_m = {}: views would span {widest} chunks of {} m, and \
+                     instance images tell only 16 apart: must be below {}",
                     c.visible_radius_m,
                     c.size_m,
                     allowed + c.size_m
@@ -138,7 +141,9 @@ impl Config {
             wrong(
                 "placement",
                 format!(
-                    "placement: up to {most:.0} things in a chunk, and .label files number only 1023: lower trees, stumps, shrubs, regeneration.saplings, rocks_max or trails.rocks_max"
+                    "placement: up to {most:.0} things in a chunk, and .label files number only \
+                     1023: lower trees, stumps, shrubs, regeneration.saplings, rocks_max or \
+                     trails.rocks_max"
                 ),
             );
         }
@@ -176,7 +181,8 @@ impl Config {
             );
         }
         if p.shrubs > 0.0 && a.gorse + a.heather + a.bramble <= 0.0 {
-            let message = "assets: the shares of gorse, heather and bramble are all 0, and placement.shrubs asks for shrubs";
+            let message = "assets: the shares of gorse, heather and bramble are all 0, and \
+                placement.shrubs asks for shrubs";
             wrong("assets", message.to_owned());
         }
         let f = &self.undergrowth.floor;
@@ -187,7 +193,8 @@ impl Config {
         }
         let u = &self.undergrowth;
         if u.cover > 0.0 && u.grass + u.herbs + u.ferns <= 0.0 {
-            let message = "undergrowth: the weights of grass, herbs and ferns are all 0, and undergrowth.cover asks for plants";
+            let message = "undergrowth: the weights of grass, herbs and ferns are all 0, and \
+                undergrowth.cover asks for plants";
             wrong("undergrowth", message.to_owned());
         }
         match inputs.get(&a.own_species) {
@@ -201,7 +208,8 @@ impl Config {
                 }
             }
             None if a.own_share > 0.0 => {
-                let message = "assets.own_species = \"\": must name a species file, as assets.own_share is above 0";
+                let message = "assets.own_species = \"\": must name a species file, as \
+                    assets.own_share is above 0";
                 wrong("assets.own_species", message.to_owned());
             }
             None => {}
@@ -227,7 +235,8 @@ impl Config {
                 wrong(
                     &format!("cameras.{path}.enabled"),
                     format!(
-                        "cameras.{path}.enabled = true: must be false, as camera.enabled is: the first camera is what poses are about"
+                        "cameras.{path}.enabled = true: must be false, as camera.enabled is: the \
+                         first camera is what poses are about"
                     ),
                 );
             }
@@ -241,7 +250,8 @@ impl Config {
                 wrong(
                     &format!("{table}.{name}"),
                     format!(
-                        "{table}.{name}: a {what}'s name must be 1 to 32 of a-z, 0-9 and _, and none of {}",
+                        "{table}.{name}: a {what}'s name must be 1 to 32 of a-z, 0-9 and _, and \
+                         none of {}",
                         RESERVED.join(", ")
                     ),
                 );
@@ -275,7 +285,8 @@ impl Config {
             wrong(
                 "robot.start_x_m",
                 format!(
-                    "robot.start_x_m = {}, robot.start_y_m = {}: ids reach chunk ±2,097,151, and that is chunk {start}",
+                    "robot.start_x_m = {}, robot.start_y_m = {}: ids reach chunk ±2,097,151, and \
+                     that is chunk {start}",
                     r.start_x_m, r.start_y_m
                 ),
             );
