@@ -98,8 +98,7 @@ pub(crate) struct Cloud {
 pub(crate) struct Generate {
     #[command(flatten)]
     pub(crate) world: World,
-    /// `N` frames, or which of the sequence's frames to make: `A..B` (B not
-    /// included), or a list of frames and such ranges.
+    /// `N` frames, or which frames to make: `A..B` (without B), or a list of frames and ranges.
     #[arg(long, value_name = "N|A..B|LIST")]
     pub(crate) frames: Option<Frames>,
     /// The output folder.
@@ -108,8 +107,9 @@ pub(crate) struct Generate {
     /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,
-    /// The most memory of a GPU that a renderer uses; cameras that differ in look, samples or
-    /// radiance have one each.
+    /// The most memory of a GPU that a renderer uses.
+    ///
+    /// Cameras that differ in look, samples or radiance have a renderer each.
     #[arg(
         long,
         value_name = "MIB",

@@ -103,7 +103,8 @@ section! {
         width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
         /// Surface texture: one for all, or varied from trail to trail.
         surface: String = "varied".into(), OneOf(&[
-            "varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand", "rock",
+            "varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand",
+            "rock",
         ]), "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
         spawn_probability: f64 = 0.012, Real(0.0, 1.0), "a trail in every third chunk";
