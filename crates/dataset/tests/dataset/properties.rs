@@ -96,7 +96,7 @@ proptest! {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(w, h, 1.0).expect("valid"),
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: AnnotationKinds::default(),
+            annotations: AnnotationKinds::default(),
         shutter: Shutter::INSTANT,
         noisy: false,
         }];
@@ -109,14 +109,14 @@ proptest! {
         };
         let rgb = all.map(|p| p.4);
         let chunk = ChunkCoord::new(cx, cy);
-        let extra = Annotations::default();
+        let annotations = Annotations::default();
         let frame = FrameData {
             sequence: 3,
             index,
             time_s: 0.1,
             world_from_body: RigidTransform::IDENTITY,
             body_motion: Twist::STILL,
-            cameras: vec![nemoral_dataset::CameraData { name: "front", rgb: &rgb, radiance: None, truth: &truth, extra: &extra }],
+            cameras: vec![nemoral_dataset::CameraData { name: "front", rgb: &rgb, radiance: None, truth: &truth, annotations: &annotations }],
             lidars: vec![nemoral_dataset::LidarData { name: "top", points: &points, sensor_chunk: chunk }],
             frame_key: [7; 32],
         };
