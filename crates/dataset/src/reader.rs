@@ -79,7 +79,8 @@ impl Dataset {
     ///
     /// # Errors
     /// [`Error::Io`] if the folder cannot be read, [`Error::Malformed`] if it holds no data set, an
-    /// unfinished one, one of another format version, or one whose `dataset.json` says what cannot be.
+    /// unfinished one, one of another format version, or one whose `dataset.json` says what cannot
+    /// be.
     pub fn open(dir: &Path) -> Result<Self, Error> {
         let folder = Folder::new(dir);
         if folder.kind(&layout::inner(layout::MANIFEST))?.is_none() {
@@ -111,8 +112,8 @@ impl Dataset {
         self.folder.root()
     }
 
-    /// Is `dataset.json` to the byte what was written? Whoever has changed it on purpose can read the
-    /// data set still, but not merge it.
+    /// Is `dataset.json` to the byte what was written? Whoever has changed it on purpose can read
+    /// the data set still, but not merge it.
     #[must_use]
     pub fn is_untouched(&self) -> bool {
         self.is_untouched

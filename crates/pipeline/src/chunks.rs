@@ -51,8 +51,8 @@ impl ChunkManager {
 
     /// Frees what is out of reach of a robot at a world position. Undergrowth, which is visible
     /// less far, is kept a proportionally shorter way; placements are looked up beyond the visible
-    /// radius and cost little: they are kept with the chunks around. Of frames those in `coming` are
-    /// kept.
+    /// radius and cost little: they are kept with the chunks around. Of frames those in `coming`
+    /// are kept.
     pub fn evict(&self, store: &Store, robot_m: DVec2, coming: &[u64]) {
         let c = &self.chunks;
         let spare = c.delete_radius_m - c.visible_radius_m;

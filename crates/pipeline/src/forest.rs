@@ -92,8 +92,8 @@ impl ForestPlan {
         Self::on(config, Backend::Cpu)
     }
 
-    /// Wires the plans of a config; `backend` takes the pictures. The files that the config names are
-    /// read now.
+    /// Wires the plans of a config; `backend` takes the pictures. The files that the config names
+    /// are read now.
     ///
     /// # Errors
     /// As [`ForestPlan::with_inputs`], and if a file cannot be read.
@@ -104,8 +104,8 @@ impl ForestPlan {
     /// Wires the plans of a config and the files that it names, which were read with it.
     ///
     /// # Errors
-    /// If the config asks for something impossible that only a stage's crate knows to be so, or names
-    /// a file that is not among `inputs`.
+    /// If the config asks for something impossible that only a stage's crate knows to be so, or
+    /// names a file that is not among `inputs`.
     pub fn with_inputs(
         config: &Config,
         inputs: &InputFiles,

@@ -131,8 +131,8 @@ pub fn generate(
     Ok(writer.finish(&tables, &[tracks])?)
 }
 
-/// Makes the frames that are missing, one after the other, while others are written and, by a GPU, the
-/// next one is drawn.
+/// Makes the frames that are missing, one after the other, while others are written and, by a GPU,
+/// the next one is drawn.
 fn record(
     request: &Request,
     forest: &ForestPlan,
@@ -188,8 +188,8 @@ fn record(
                     };
                     let coming = frames.peek().copied().filter(is_drawn_ahead);
                     if let Some(next) = coming {
-                        // The GPU draws it while this frame's pictures come back and scans are taken. What
-                        // fails there fails again when it is that frame's turn.
+                        // The GPU draws it while this frame's pictures come back and scans are
+                        // taken. What fails there fails again when it is that frame's turn.
                         scope.spawn(move || runner.get(forest.images, next).map(drop));
                     }
                     Ok(make(forest, runner, &manager, (frame, key), coming)?)

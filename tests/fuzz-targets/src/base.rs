@@ -1,5 +1,5 @@
-//! The data sets that are mutated: the two shards of a drive of two frames, with every kind of file that
-//! there is and next to nothing in them.
+//! The data sets that are mutated: the two shards of a drive of two frames, with every kind of file
+//! that there is and next to nothing in them.
 
 use std::collections::BTreeMap;
 use std::fs;

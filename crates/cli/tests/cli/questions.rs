@@ -315,7 +315,8 @@ fn two_previews_share_a_cache() {
         assert_eq!(name.matches('.').count(), 1, "{name} is a part");
     }
 
-    // What is read is dated anew. A second name tells it from what is grown again and put in its place.
+    // What is read is dated anew. A second name tells it from what is grown again and put in its
+    // place.
     let names = folder.join("names");
     fs::create_dir_all(&names).expect("a folder");
     for name in kept.keys() {

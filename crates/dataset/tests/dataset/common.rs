@@ -128,7 +128,10 @@ pub(crate) fn header() -> DatasetHeader {
             ply: true,
         }],
         stage_keys: BTreeMap::from([("terrain".to_owned(), "00ff".repeat(16))]),
-        config: serde_json::json!({ "placement": { "density": 0.1, "species": ["fagus"] }, "lidar": { "pulses": 20_000 } }),
+        config: serde_json::json!({
+            "placement": { "density": 0.1, "species": ["fagus"] },
+            "lidar": { "pulses": 20_000 },
+        }),
         config_toml: "[placement]\ndensity = 0.1\n".to_owned(),
     }
 }
