@@ -129,7 +129,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let asked = [&[asked.to_owned()], &*keys].concat();
         let forest = ForestPlan::on(&settings("medium", &asked)?, backend.clone())?;
         let runner = Runner::new(forest.plan(), &store, threads);
-        let reset = || store.retain(|id, _| id != "frame.extra");
+        let reset = || store.retain(|id, _| id != "frame.annotations");
         report(&name, &reset, &|| {
             runner.get(forest.annotations, 0).map(drop)
         })
@@ -146,7 +146,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let config = settings("medium", &asked)?;
         let forest = ForestPlan::on(&config, backend.clone())?;
         let runner = Runner::new(forest.plan(), &store, threads);
-        let (images, extra) = (
+        let (images, annotations) = (
             runner.get(forest.images, 0)?,
             runner.get(forest.annotations, 0)?,
         );
@@ -156,7 +156,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             rgb: &images[0].rgb,
             radiance: images[0].linear.as_ref(),
             truth: &images[0].truth,
-            extra: &extra[0],
+            annotations: &annotations[0],
         };
         let folder = tempfile::tempdir().expect("a temporary folder");
         for file in CameraFile::ALL

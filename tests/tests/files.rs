@@ -173,7 +173,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
     let dataset = Dataset::open(recorded).expect("a data set");
     let mut header = dataset.manifest().header.clone();
     for camera in &mut header.cameras {
-        camera.extra = AnnotationKinds::default();
+        camera.annotations = AnnotationKinds::default();
     }
     let ontology: &Ontology = &header.ontology;
     // A surface of each class, and the thing of each image id.
@@ -193,7 +193,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         let frame = dataset.read_frame(i).expect("a frame");
         let camera = &frame.cameras[0];
         let columns = usize::from(matches!(lie, Lie::Labels));
-        let extra = Annotations::default();
+        let annotations = Annotations::default();
         let truth = TruthImages {
             semantic: shifted(&camera.semantic, columns).map(|class| semantics[class]),
             object: shifted(&camera.instance, columns)
@@ -220,7 +220,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
                 rgb: &camera.rgb,
                 radiance: None,
                 truth: &truth,
-                extra: &extra,
+                annotations: &annotations,
             }],
             lidars: vec![LidarData {
                 name: &frame.lidars[0].name,

@@ -623,7 +623,7 @@ fn pictures_look_alike() {
         assert!(exposure < 0.1, "{what}: {exposure} EV");
     }
     // Crowns that are a step of the finest grid of sky view factors beside their place are noticed.
-    let beside = |p: Vec3| crowns.openness(p + Vec3::X * 1.5);
+    let beside = |p: Vec3| crowns.sky_view_factor(p + Vec3::X * 1.5);
     let (median, most, _) = difference(gpu, draft, &overcast, [crowns, &beside], &plain);
     println!("crowns beside: {median} in the median, {most} at the 95th percentile");
     assert!(median > 0.03 && most > 0.2, "{median} {most}");

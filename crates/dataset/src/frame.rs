@@ -41,7 +41,7 @@ pub struct CameraData<'a> {
     /// What is at each pixel's centre; the same size.
     pub truth: &'a TruthImages,
     /// The further truth that the header asks for.
-    pub extra: &'a Annotations,
+    pub annotations: &'a Annotations,
 }
 
 /// What a LiDAR saw.

@@ -39,7 +39,8 @@ pub struct CameraSpec {
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_camera: RigidTransform,
     /// What else it writes: `sky`, `flow`, `trunks`, `boxes`, `radiance`.
-    pub extra: AnnotationKinds,
+    #[serde(rename = "extra")]
+    pub annotations: AnnotationKinds,
     /// When its rows see light; absent from `dataset.json` if all do at once.
     #[serde(default, skip_serializing_if = "Shutter::is_instant")]
     pub shutter: Shutter,

@@ -207,19 +207,19 @@ impl Dataset {
             instance: self.image(frame, camera, F::Instance, images::decode_instance)?,
             depth_m,
             normal: self.image(frame, camera, F::Normals, images::decode_normals)?,
-            sky: (spec.extra.sky)
+            sky: (spec.annotations.sky)
                 .then(|| self.image(frame, camera, F::Sky, images::decode_mask))
                 .transpose()?,
-            flow: (spec.extra.flow)
+            flow: (spec.annotations.flow)
                 .then(|| self.image(frame, camera, F::Flow, images::decode_flow))
                 .transpose()?,
-            trunks: (spec.extra.trunks)
+            trunks: (spec.annotations.trunks)
                 .then(|| self.image(frame, camera, F::Trunks, images::decode_instance))
                 .transpose()?,
-            boxes: (spec.extra.boxes)
+            boxes: (spec.annotations.boxes)
                 .then(|| self.camera_file(frame, camera, F::Boxes, annotations::decode_boxes))
                 .transpose()?,
-            radiance: (spec.extra.radiance)
+            radiance: (spec.annotations.radiance)
                 .then(|| self.image(frame, camera, F::Radiance, exr::decode))
                 .transpose()?,
         })

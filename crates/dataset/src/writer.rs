@@ -402,12 +402,16 @@ impl Writer {
                 ("depth", size(&t.depth_m)),
                 ("normal", size(&t.normal)),
             ];
-            let e = camera.extra;
+            let e = camera.annotations;
             for (what, asked, given) in [
-                ("flow", spec.extra.flow, e.flow.is_some()),
-                ("trunks", spec.extra.trunks, e.trunks.is_some()),
-                ("boxes", spec.extra.boxes, e.boxes.is_some()),
-                ("radiance", spec.extra.radiance, camera.radiance.is_some()),
+                ("flow", spec.annotations.flow, e.flow.is_some()),
+                ("trunks", spec.annotations.trunks, e.trunks.is_some()),
+                ("boxes", spec.annotations.boxes, e.boxes.is_some()),
+                (
+                    "radiance",
+                    spec.annotations.radiance,
+                    camera.radiance.is_some(),
+                ),
             ] {
                 if asked && !given {
                     let field = format!("{name}.{}.{what}", camera.name);

@@ -33,6 +33,7 @@
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+mod at;
 mod backend;
 mod chunks;
 pub mod config;

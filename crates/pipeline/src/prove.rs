@@ -37,8 +37,8 @@ pub(crate) fn prove(
     forest: &ForestPlan,
     runner: &Runner<'_>,
 ) -> Result<Option<String>, Error> {
-    let guide = runner.get(forest.guide, ())?;
-    if let Some(frames) = guide.frames().filter(|&f| f < config.frames) {
+    let trajectory = runner.get(forest.trajectory, ())?;
+    if let Some(frames) = trajectory.frames().filter(|&f| f < config.frames) {
         return Err(Error::request(format!(
             "frames = {}: the robot's path has {frames}",
             config.frames
@@ -47,7 +47,7 @@ pub(crate) fn prove(
     runner.get(forest.cameras, ())?;
     runner.get(forest.lidars, ())?;
     runner.get(forest.placement, ())?;
-    Ok(guide.note().map(str::to_owned))
+    Ok(trajectory.note().map(str::to_owned))
 }
 
 /// Refuses a frame beyond the sequence.

@@ -668,8 +668,8 @@ fn closed_crowns_make_it_dark() {
         DVec3::new(0.0, 0.0, 2.0),
         DVec3::new(3.0, 3.0, 0.0),
     );
-    let shot = |openness: f32| {
-        let crowns = move |_: Vec3| openness;
+    let shot = |sky_view_factor: f32| {
+        let crowns = move |_: Vec3| sky_view_factor;
         let scene = SceneView {
             sky_visibility: &crowns,
             ..world.view()

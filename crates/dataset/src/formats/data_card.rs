@@ -40,7 +40,7 @@ pub(crate) fn encode(manifest: &Manifest) -> String {
         }
         crate::DepthFormat::Npy => "NumPy float32, metres; 0 = nothing there",
     };
-    let all = |asked: fn(&AnnotationKinds) -> bool| h.cameras.iter().any(|c| asked(&c.extra));
+    let all = |asked: fn(&AnnotationKinds) -> bool| h.cameras.iter().any(|c| asked(&c.annotations));
     let further: String = [
         (
             all(|e| e.sky),

@@ -101,7 +101,7 @@ proptest! {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(w, h, 1.0).expect("valid"),
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: AnnotationKinds::default(),
+            annotations: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
         }];
@@ -114,7 +114,7 @@ proptest! {
         };
         let rgb = all.map(|p| p.4);
         let chunk = ChunkCoord::new(cx, cy);
-        let extra = Annotations::default();
+        let annotations = Annotations::default();
         let frame = FrameData {
             sequence: 3,
             index,
@@ -126,7 +126,7 @@ proptest! {
                 rgb: &rgb,
                 radiance: None,
                 truth: &truth,
-                extra: &extra,
+                annotations: &annotations,
             }],
             lidars: vec![nemoral_dataset::LidarData {
                 name: "top",
