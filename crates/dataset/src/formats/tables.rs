@@ -8,13 +8,13 @@ use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, ObjectRecord, TreeRecord};
 
 use crate::Error;
 
-/// The columns every row starts with.
+/// The columns with which every row starts.
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
 const TREE_COLUMNS: &str = "species,x_m,y_m,z_m,dbh_m,height_m,crown_base_m,crown_radius_m,\
                             leaf_area_m2,stem_volume_m3,lean_deg,age_class,alive";
 const OBJECT_COLUMNS: &str = "kind,species,x_m,y_m,z_m,radius_m,height_m";
 
-/// Rows by true id: what a table is before it is text. Parts of a table are united by id.
+/// Rows by true id, before they are written as text. Parts of a table are united by id.
 pub(crate) type Rows = BTreeMap<u64, Vec<String>>;
 
 fn id_fields(id: ObjectId) -> Vec<String> {
@@ -138,7 +138,7 @@ fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Err
     Ok(rows)
 }
 
-/// RFC 4180 into rows of fields.
+/// Splits RFC 4180 text into rows of fields.
 fn split(text: &str) -> Vec<Vec<String>> {
     let (mut rows, mut row, mut field) = (Vec::new(), Vec::new(), String::new());
     let mut chars = text.chars().peekable();
@@ -192,13 +192,13 @@ impl Fields<'_> {
         Ok(DVec3::new(self.parse()?, self.parse()?, self.parse()?))
     }
 
-    /// The id's columns; all of them must say the same.
+    /// The columns of the id, which must agree with each other.
     fn object(&mut self) -> Result<ObjectId, Error> {
         let start = self.row.as_slice();
         self.text();
         let chunk = ChunkCoord::new(self.parse()?, self.parse()?);
         let id = ObjectId::new(chunk, self.parse()?);
-        // The image's and the label's id follow from the true one.
+        // The ids of images and labels follow from the true id.
         self.row.nth(1);
         let fields = id.map(id_fields).unwrap_or_default();
         if start.get(..fields.len()) == Some(&fields) && id.is_some() {
