@@ -1,4 +1,4 @@
-//! Low plants stand on the ground: which shape, how turned, how coloured.
+//! Low plants on the ground: their shapes, turns and colours.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use nemoral_scene::glam::{DVec2, Vec2};
 use nemoral_scene::{Instance, ObjectId, Prototype, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
-/// The purpose of the draws that tell low plants apart.
+/// The domain of the draws by which low plants differ.
 pub const LOW_PLANT_VARIATION: Domain = Domain::new("pipeline.low.look");
 
 /// Where a low plant grows.
