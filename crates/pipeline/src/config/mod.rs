@@ -1,6 +1,7 @@
 //! Requests: layered, checked, with errors that point at the line.
 
 mod camera_model;
+mod choices;
 mod devices;
 mod errors;
 mod input_path;
@@ -21,6 +22,11 @@ mod stands;
 mod validate;
 mod words;
 
+pub(crate) use choices::VARIED_SURFACES;
+pub use choices::{
+    ExposureMode, LaconteSensor, Look, PathFormat, RangeNoiseModel, ReturnMode, SpinningHead,
+    TerrainNoise,
+};
 pub(crate) use devices::LIGHT_M_PER_NS;
 pub use errors::{ConfigError, ConfigErrors, Place};
 pub use input_path::InputPath;

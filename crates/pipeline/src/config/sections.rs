@@ -4,9 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::InputPath;
+use super::choices::{CUSTOM_DEVICE, DEVICES, TRAIL_SURFACES};
 use super::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Text, Triple, Whole};
 use super::schema::{SectionSpec, encode_variants, section};
+use super::{
+    ExposureMode, InputPath, LaconteSensor, Look, PathFormat, RangeNoiseModel, ReturnMode,
+    SpinningHead, TerrainNoise, VARIED_SURFACES,
+};
 
 /// The largest text file that a config may name.
 const TEXT: u64 = 1 << 20;
@@ -85,7 +89,7 @@ section! {
         /// The greatest height.
         max_height_m: f64 = 22.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50: mountains; here hills";
         /// Which noise: ours, or the noise crate's.
-        noise: String = "nemoral".into(), OneOf(&["nemoral", "perlin-surflet"]),
+        noise: TerrainNoise = TerrainNoise::Nemoral, OneOf(TerrainNoise::WORDS),
             "ours has no period and exact gradients";
         /// Side of a terrain cell away from trails.
         cell_m: f64 = 1.0, Real(0.5, 5.0), "paper, Fig. 3";
@@ -102,10 +106,8 @@ section! {
         /// Width.
         width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
         /// Surface texture: one for all, or varied from trail to trail.
-        surface: String = "varied".into(), OneOf(&[
-            "varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand",
-            "rock",
-        ]), "paper, VII: one texture for all was its models' failure";
+        surface: String = VARIED_SURFACES.into(), OneOf(&TRAIL_SURFACES),
+            "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
         spawn_probability: f64 = 0.012, Real(0.0, 1.0), "a trail in every third chunk";
         /// Probability that a trail leaves a chunk by the opposite border, rather than left or
@@ -413,7 +415,7 @@ section! {
         /// 64 `samples`, with which 4 bounces take minutes.
         bounces: u32 = 0, Whole(0, 16), "mean light comes within a tenth or two of it";
         /// How bright pictures come out: by a light meter, or always as `exposure_ev` says.
-        exposure: String = "auto".into(), OneOf(&["auto", "fixed"]), "as cameras do";
+        exposure: ExposureMode = ExposureMode::Auto, OneOf(ExposureMode::WORDS), "as cameras do";
         /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. Sunny
         /// 15, overcast or shade 12, under crowns 8 to 11.
         exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a wood on a clear day";
@@ -421,7 +423,7 @@ section! {
         /// skies that clip, edges that glare, dark corners; `cinema`, a soft curve that keeps
         /// highlights; `flat`, proportional to light, a clean lens, for those who augment
         /// themselves.
-        look: String = "robot".into(), OneOf(&["robot", "cinema", "flat"]), "what the data is for";
+        look: Look = Look::Robot, OneOf(Look::WORDS), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
         exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0),
             "as cameras meter: for the bright gaps, leaving leaves dark";
@@ -641,7 +643,7 @@ section! {
     Lidar at "lidar" {
         /// A scanner by its data sheet: sets the pattern, the pulses of 0.1 s, ranges, beam, errors
         /// and noise below; what is set besides stays as set.
-        device: String = "custom".into(), OneOf(super::devices::NAMES),
+        device: String = CUSTOM_DEVICE.into(), OneOf(&DEVICES),
             "the makers' data sheets, each named in the handbook";
         /// Pulses fired in a scan.
         pulses: u32 = 50_000, Whole(1, 10_000_000), "paper, VI";
@@ -652,9 +654,8 @@ section! {
         /// Laser wavelength.
         wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
         /// Which echoes of a pulse become points.
-        returns: String = "strongest".into(), OneOf(&[
-            "strongest", "first", "last", "dual", "all",
-        ]), "one each, as the paper's";
+        returns: ReturnMode = ReturnMode::Strongest, OneOf(ReturnMode::WORDS),
+            "one each, as the paper's";
         /// Of `all`, at most so many.
         max_returns: u32 = 5, Whole(1, 15), "LAS numbers 15";
         /// Write points in the LiDAR frame of the frame's time; else raw, each in the frame of its
@@ -773,7 +774,7 @@ section! {
     /// A spinning head, with its beam table and firing times.
     LidarSpinning at "lidar.spinning", one of "the scan pattern" {
         /// Whose.
-        head: String = "vlp16".into(), OneOf(&["vlp16", "hdl64e", "ouster"]),
+        head: SpinningHead = SpinningHead::Vlp16, OneOf(SpinningHead::WORDS),
             "Velodyne and Ouster manuals, ros-drivers/velodyne";
         /// Turns a second.
         rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
@@ -841,13 +842,12 @@ section! {
     Noise at "lidar.noise" {
         /// The model: none; the paper's; Laconte's bias; a spread by incidence, by range, or by
         /// signal to noise with a threshold of detection.
-        model: String = "paper".into(), OneOf(&[
-            "off", "paper", "laconte", "incidence", "linear", "snr",
-        ]), "paper, V-B; each model's source is named in the handbook";
+        model: RangeNoiseModel = RangeNoiseModel::Paper, OneOf(RangeNoiseModel::WORDS),
+            "paper, V-B; each model's source is named in the handbook";
         /// Standard deviation of `paper` and `laconte`.
         sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox wiki: Mid-40 at 20 m";
         /// Whose bias `laconte` has.
-        laconte_device: String = "hdl32e".into(), OneOf(&["hdl32e", "lms1xx"]),
+        laconte_device: LaconteSensor = LaconteSensor::Hdl32e, OneOf(LaconteSensor::WORDS),
             "Laconte et al. 2019, in libpointmatcher";
         /// `laconte` by its closed form: within 2 % for narrow beams, and faster.
         laconte_closed: bool = false, Flag, "as published";
@@ -967,7 +967,7 @@ section! {
         /// The file.
         path: InputPath = InputPath::default(), File(DATA), "none";
         /// Its format: TUM (`t x y z qx qy qz qw`) or KITTI (a 3 x 4 matrix a line).
-        format: String = "tum".into(), OneOf(&["tum", "kitti"]), "TUM carries times";
+        format: PathFormat = PathFormat::Tum, OneOf(PathFormat::WORDS), "TUM carries times";
         /// Take height, pitch and roll from the ground instead of the file.
         on_ground: bool = true, Flag, "the file knows nothing of this ground";
     }

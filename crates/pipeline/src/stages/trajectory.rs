@@ -8,7 +8,7 @@ use nemoral_trajectory::{
     Body, Pace, Path, PoseFormat, Recording, Stations, ThereAndBack, Trajectory, Wander, read_poses,
 };
 
-use crate::config::{self, Config, RobotPath};
+use crate::config::{self, Config, PathFormat, RobotPath};
 use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
 use crate::world::ground::GroundModel;
 use crate::world::trajectory::{RobotTrajectory, TrailLine};
@@ -47,8 +47,10 @@ impl TrajectoryStage {
             .inputs
             .get(&file.path)
             .map_or(Ok(""), InputFile::text)?;
-        let format =
-            PoseFormat::by_name(&file.format).expect("the config's words are the formats' names");
+        let format = match file.format {
+            PathFormat::Tum => PoseFormat::Tum,
+            PathFormat::Kitti => PoseFormat::Kitti,
+        };
         read_poses(text, origin, format)
             .and_then(|poses| Recording::new(poses, self.pace().step_s(), file.on_ground, origin))
             .map_err(|e| Error::request(e.to_string()))

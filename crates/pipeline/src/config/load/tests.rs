@@ -1,5 +1,5 @@
 use super::*;
-use crate::config::SunPosition;
+use crate::config::{RangeNoiseModel, SunPosition, TerrainNoise};
 
 fn load(preset: &str, file: &str, settings: &[&str]) -> Result<Config, Error> {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -27,8 +27,8 @@ fn layers_lie_over_each_other() {
     .expect("fine");
     assert_eq!((config.placement.trees, config.lidar.pulses), (210.0, 200));
     assert_eq!(
-        (config.terrain.scale_m, config.terrain.noise.as_str()),
-        (40.0, "perlin-surflet")
+        (config.terrain.scale_m, config.terrain.noise),
+        (40.0, TerrainNoise::PerlinSurflet)
     );
     // The argument wins over the file's preset.
     assert_eq!(
@@ -253,8 +253,8 @@ fn a_device_lies_under_what_is_set() {
     let lidar = &config.lidar;
     assert_eq!((lidar.pulses, lidar.beam.rings), (7, 1));
     assert_eq!(
-        (lidar.max_range_m, lidar.noise.model.as_str()),
-        (100.0, "snr")
+        (lidar.max_range_m, lidar.noise.model),
+        (100.0, RangeNoiseModel::SignalToNoise)
     );
     assert_eq!(lidar.mount_z_m, Config::default().lidar.mount_z_m);
     let again = Config::from_toml(&config.to_toml()).expect("our own");
