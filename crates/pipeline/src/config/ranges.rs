@@ -13,10 +13,10 @@ const RANGES: Domain = Domain::new("pipeline.ranges");
 /// Ranges.
 pub(super) const SECTION: SectionSpec = SectionSpec {
     path: "ranges",
-    doc: " Numbers drawn for each sequence: `\"placement.trees\" = [60, 140]` draws that key, \
-        once, from the seed; any key that is a number may be named, and both ends are allowed. \
-        What was drawn is in the data set's config.toml and dataset.json. A value that is set \
-        later, by `--set` over a file, wins over the range.",
+    doc: " Numbers drawn from the seed: `\"placement.trees\" = [60, 140]` draws that key once, \
+        both ends included. Every key that is a number may be named. The numbers that were drawn \
+        are in the data set's config.toml and dataset.json. A value that is set later, by `--set` \
+        over a file, overrides the range.",
     choice: None,
     keys: &[],
 };

@@ -21,9 +21,9 @@ section! {
     /// A whole request: the world, the robot, and what is recorded.
     Config at "" {
         /// The world's seed. The same seed, config and program give the same bytes.
-        seed: u64 = 7, Whole(0, i64::MAX), "any number; TOML reaches 2^63 - 1";
+        seed: u64 = 7, Whole(0, i64::MAX), "any number; TOML allows up to 2^63 - 1";
         /// How many frames the sequence has.
-        frames: u64 = 10, Whole(1, 10_000_000), "enough to see, done in a minute";
+        frames: u64 = 10, Whole(1, 10_000_000), "enough to look at, made in a minute";
     }
     plus {
         /// Chunks and visible distances.
@@ -80,14 +80,15 @@ section! {
         octaves: u32 = 6, Whole(1, 16), "paper, Fig. 3, has 5; one more for relief under 4 m";
         /// Size of the largest hills.
         scale_m: f64 = 130.0, RealAbove(0.0, 10_000.0),
-            "paper, Fig. 3, has 40: steep; here walkable";
+            "paper, Fig. 3, has 40, which is steep; ours is walkable";
         /// Frequency of each layer over the one before.
         lacunarity: f64 = 2.1, RealAbove(1.0, 10.0),
             "paper, IV-B: above 1; not 2, so that lattices do not align";
         /// Amplitude of each layer over the one before.
         persistence: f64 = 0.33, Real(0.0, 1.0), "paper, IV-B: 0..1";
         /// The greatest height.
-        max_height_m: f64 = 22.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50: mountains; here hills";
+        max_height_m: f64 = 22.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50, for mountains; ours \
+            are hills";
         /// The noise: ours, or that of the noise crate.
         noise: TerrainNoise = TerrainNoise::Nemoral, OneOf(TerrainNoise::WORDS),
             "ours has no period and exact gradients";
@@ -125,7 +126,7 @@ section! {
         grass_spread_m: f64 = 0.6, Real(0.0, 5.0), "paper, IV-C; between the ruts";
         /// Room for tufts of grass on a metre of each edge, of which about half grow; 0 for bare
         /// verges.
-        verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, where light and water are";
+        verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, which get light and water";
         /// Most stones along a trail in a chunk; 0 for none.
         rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
     }
@@ -147,7 +148,7 @@ section! {
         /// Multiplies the radii of occupation: larger is sparser.
         density_factor: f64 = 1.0, RealAbove(0.0, 10.0), "paper, IV-D";
         /// The least distance of two objects, in multiples of the sum of their radii.
-        spacing_factor: f64 = 1.3, Real(1.0, 10.0), "trunks apart, crowns may overlap";
+        spacing_factor: f64 = 1.3, Real(1.0, 10.0), "trunks keep apart, crowns may overlap";
         /// Regularity: the least distance of plants over the spacing of a saturated pattern; 0.3 as
         /// in natural stands, 0.5 as in thinned ones.
         hard_core: f64 = 0.5, Real(0.1, 0.7), "our choice: 0.4-0.6";
@@ -183,7 +184,7 @@ section! {
     /// densely as `placement.trees` requires.
     PlacementGaps at "placement.gaps" {
         /// Share of the forest that is in gaps; 0 for no gaps.
-        share: f64 = 0.0, Real(0.0, 0.6), "none, as the paper's forests";
+        share: f64 = 0.0, Real(0.0, 0.6), "none, as in the paper's forests";
         /// Smallest mean radius.
         radius_min_m: f64 = 5.0, Real(1.0, 10.0), "our choice: 5-15";
         /// Largest mean radius.
@@ -201,11 +202,11 @@ section! {
     Regeneration at "placement.regeneration" {
         /// Mean number of saplings in a chunk.
         saplings: f64 = 0.0, Real(0.0, 400.0),
-            "none, as the paper's forests; our choice for others: 25-500";
+            "none, as in the paper's forests; our choice for others: 25-500";
         /// Seedlings on a square metre of a cluster in full light; down to a tenth of that in deep
         /// shade, 6 % of it outside clusters, none on trails.
         seedlings: f64 = 0.4, Real(0.0, 2.0),
-            "our choice: some; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
+            "our choice: few; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
         /// Share of the ground that clusters cover.
         share: f64 = 0.2, Real(0.02, 0.9), "our choice";
         /// Smallest mean radius of a cluster.
@@ -262,7 +263,7 @@ section! {
         /// even-aged ones.
         dbh_shape: f64 = 2.5, Real(1.0, 6.0), "our choice";
         /// Thinnest tree.
-        dbh_min_m: f64 = 0.10, Real(0.07, 0.5), "callipered from here";
+        dbh_min_m: f64 = 0.10, Real(0.07, 0.5), "usual threshold of inventories";
         /// Thickest tree.
         dbh_max_m: f64 = 0.60, Real(0.1, 1.5), "our choice: managed stands";
         /// Share of maritime pines.
@@ -356,7 +357,7 @@ section! {
         utc: String = "2022-06-21T14:30:00".into(), Text, "YYYY-MM-DDThh:mm:ss";
         /// Hours to add to that time (negative: to subtract). As a number it can be drawn from a
         /// range.
-        later_h: f64 = 0.0, Real(-8784.0, 8784.0), "then";
+        later_h: f64 = 0.0, Real(-8784.0, 8784.0), "that time itself";
     }
 }
 
@@ -407,19 +408,19 @@ section! {
         height_px: u32 = 720, Whole(16, 8192), "paper, VI";
         /// Colour samples of every pixel. A GPU takes 1 if nothing more is asked for here and for
         /// edges, else 4 of every pixel.
-        samples: u32 = 1, Whole(1, 256), "a mean of light costs as many rays";
+        samples: u32 = 1, Whole(1, 256), "mean light needs as many rays";
         /// Colour samples of the tenth of the pixels that differ most from their neighbours, if
         /// that is more than `samples`. If both are 1, the picture is a draft.
-        edge_samples: u32 = 4, Whole(1, 256), "smooth edges where they are seen";
+        edge_samples: u32 = 4, Whole(1, 256), "smooth edges where they are visible";
         /// Number of surfaces over which light is followed to the sky by random rays; 0 takes the
         /// mean light of a place from its sky view factor. More than 0 works on the CPU alone, and
         /// is grainy with less than about 64 `samples`, with which 4 bounces take minutes.
-        bounces: u32 = 0, Whole(0, 16), "mean light comes within a tenth or two of it";
+        bounces: u32 = 0, Whole(0, 16), "mean light is within a tenth or two of it";
         /// Exposure of pictures: by a light meter, or fixed to `exposure_ev`.
         exposure: ExposureMode = ExposureMode::Auto, OneOf(ExposureMode::WORDS), "as cameras do";
         /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. It is
         /// 15 in sunshine, 12 under an overcast sky or in shade, 8 to 11 under crowns.
-        exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a wood on a clear day";
+        exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a forest on a clear day";
         /// How light becomes a picture: `robot` is what a small camera records in a forest, with
         /// harsh contrast, clipped skies, glare at edges and dark corners; `cinema` is a soft curve
         /// that keeps highlights; `flat` is proportional to light, with a clean lens, for those who
@@ -427,20 +428,20 @@ section! {
         look: Look = Look::Robot, OneOf(Look::WORDS), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
         exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0),
-            "as cameras meter: for the bright gaps, leaving leaves dark";
+            "as cameras meter: for bright gaps, so that leaves are dark";
         /// Write `radiance`, the light behind the lens, before exposure and sensor: OpenEXR, linear
         /// sRGB in cd/m², 32-bit floats.
-        radiance: bool = false, Flag, "at most 11 MB a picture of 1280 x 720";
+        radiance: bool = false, Flag, "at most 11 MB for a picture of 1280 x 720";
         /// Write `sky`, a mask of where nothing was hit.
-        sky: bool = false, Flag, "depth 0 says the same";
+        sky: bool = false, Flag, "depth 0 contains the same";
         /// Write `flow`, the exact optical flow to the next frame, with a flag for points that the
         /// next frame shows.
-        flow: bool = false, Flag, "one more ray a pixel";
+        flow: bool = false, Flag, "one more ray for each pixel";
         /// Write `trunks`, the nearest trunk at each pixel, also behind leaves and shrubs.
-        trunks: bool = false, Flag, "the paper's hard case, VII; one more ray a pixel";
+        trunks: bool = false, Flag, "the paper's hard case, VII; one more ray for each pixel";
         /// Write `boxes`, 2-D and 3-D boxes of trees, stumps, shrubs and rocks with their visible
         /// fraction.
-        boxes: bool = false, Flag, "each thing is cast on its own";
+        boxes: bool = false, Flag, "each object is cast separately";
         /// Greatest distance of objects with boxes.
         boxes_range_m: f64 = 60.0, Real(1.0, 600.0), "a tree there is still 10 pixels wide";
         /// Position in front of the body's origin.
@@ -479,7 +480,7 @@ section! {
         readout_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 10 to 33 of rolling CMOS sensors";
         /// Least number of colour samples for each pixel of a picture with motion blur, one in each
         /// of as many parts of the exposure.
-        samples: u32 = 9, Whole(2, 256), "steps of a blur of 9 pixels cannot be seen";
+        samples: u32 = 9, Whole(2, 256), "steps of a blur of 9 pixels are not visible";
     }
 }
 
@@ -503,7 +504,7 @@ section! {
         /// Spread of the pixels' dark level (DSNU), electrons.
         dsnu_e: f64 = 1.0, Real(0.0, 10_000.0), "about 1 of good CMOS sensors";
         /// Bits of the converter.
-        bits: u32 = 12, Whole(1, 16), "machine vision's";
+        bits: u32 = 12, Whole(1, 16), "usual in machine vision";
     }
 }
 
@@ -657,9 +658,9 @@ section! {
         wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
         /// Which echoes of a pulse become points.
         returns: ReturnMode = ReturnMode::Strongest, OneOf(ReturnMode::WORDS),
-            "one each, as the paper's";
+            "one for each pulse, as in the paper";
         /// The most returns of a pulse with `all`.
-        max_returns: u32 = 5, Whole(1, 15), "LAS numbers 15";
+        max_returns: u32 = 5, Whole(1, 15), "LAS allows 15";
         /// Write points in the LiDAR frame at the frame's time; if false, raw points, each in the
         /// LiDAR frame at its pulse's time.
         deskew: bool = true, Flag, "our choice";
@@ -819,7 +820,7 @@ section! {
         /// Divergence upwards, full width at half maximum.
         vertical_deg: f64 = 0.03, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
         /// Rings of sub-rays around the middle: 0, 1, 2, 3 give 1, 7, 19, 37 rays for each pulse.
-        rings: u32 = 0, Whole(0, 8), "a line, as the paper's; 2 is HELIOS++'s";
+        rings: u32 = 0, Whole(0, 8), "a line, as in the paper; HELIOS++ has 2";
         /// Length of the pulse; surfaces that are less than half of it apart merge into one echo.
         pulse_ns: f64 = 4.0, Real(0.0, 100.0), "Livox scanners in HELIOS++";
     }
@@ -889,7 +890,7 @@ section! {
         /// Distance between tracks, over which the body's roll follows the ground.
         track_m: f64 = 0.6, Real(0.1, 10.0), "a small tracked robot";
         /// Clearance from stems and rocks on a wander.
-        clearance_m: f64 = 0.8, Real(0.0, 10.0), "half the robot and a hand";
+        clearance_m: f64 = 0.8, Real(0.0, 10.0), "half the robot's width and a margin";
     }
     plus {
         /// The path.
@@ -970,9 +971,9 @@ section! {
         path: InputPath = InputPath::default(), File(DATA), "none";
         /// Its format: TUM (`t x y z qx qy qz qw`) or KITTI (a 3 x 4 matrix), one pose on each
         /// line.
-        format: PathFormat = PathFormat::Tum, OneOf(PathFormat::WORDS), "TUM carries times";
+        format: PathFormat = PathFormat::Tum, OneOf(PathFormat::WORDS), "TUM contains times";
         /// Take height, pitch and roll from the ground instead of the file.
-        on_ground: bool = true, Flag, "the file knows nothing of this ground";
+        on_ground: bool = true, Flag, "the file does not know this ground";
     }
 }
 
@@ -984,7 +985,7 @@ section! {
         /// Write a PLY with every field of every point, besides `.bin` and `.label`.
         ply: bool = true, Flag, "true range, true id, time, normal and more";
         /// Write depth as float32 `.npy` instead of 16-bit PNG.
-        depth_npy: bool = false, Flag, "PNG is read by every loader, and good to 2 mm";
+        depth_npy: bool = false, Flag, "every loader reads PNG, which is exact to 2 mm";
     }
 }
 
