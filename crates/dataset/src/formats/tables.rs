@@ -9,13 +9,13 @@ use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, ObjectRecord, TreeRecord};
 
 use crate::Error;
 
-/// The columns every row starts with.
+/// The columns with which every row starts.
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
 const TREE_COLUMNS: &str = "species,x_m,y_m,z_m,dbh_m,height_m,crown_base_m,crown_radius_m,\
                             leaf_area_m2,stem_volume_m3,lean_deg,age_class,alive";
 const OBJECT_COLUMNS: &str = "kind,species,x_m,y_m,z_m,radius_m,height_m";
 
-/// Rows by true id: what a table is before it is text. Parts of a table are united by id.
+/// Rows by true id, before they are written as text. Parts of a table are united by id.
 pub(crate) type Rows = BTreeMap<u64, StringRecord>;
 
 fn id_fields(id: ObjectId) -> [String; 6] {
@@ -172,7 +172,7 @@ impl<'a> Fields<'a> {
         Ok(DVec3::new(self.parse()?, self.parse()?, self.parse()?))
     }
 
-    /// The id's columns; all of them must say the same.
+    /// The columns of the id, which must agree with each other.
     fn object(&mut self) -> Result<ObjectId, Error> {
         self.text();
         let chunk = ChunkCoord::new(self.parse()?, self.parse()?);
