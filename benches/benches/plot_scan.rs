@@ -28,8 +28,8 @@ use nemoral_lidar::{
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec3, Mat3, Vec3};
 use nemoral_scene::{
-    Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, RigidTransform,
-    Semantic, Triangle,
+    InstancePlace, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype,
+    RigidTransform, Semantic, Triangle,
 };
 use nemoral_seed::Key;
 
@@ -52,8 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} triangles", mesh.triangles.len());
     let prototype = Arc::new(Prototype::new("plot", mesh, Vec::new(), &materials)?);
     let blas = Arc::new(Blas::build(Arc::clone(&prototype), &materials));
-    let instance = Instance {
-        prototype,
+    let instance = InstancePlace {
         position_m: Vec3::ZERO,
         linear: Mat3::IDENTITY,
         object: ObjectId::NONE,

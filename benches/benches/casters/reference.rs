@@ -9,8 +9,8 @@ use std::sync::Arc;
 use nemoral_raycast::{Blas, Group, Quality};
 use nemoral_scene::glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
-    Prototype, Semantic, Triangle,
+    AlphaMask, Card, ChunkCoord, Instance, InstancePlace, Material, MaterialId, MaterialLibrary,
+    Mesh, ObjectId, Prototype, Semantic, Triangle,
 };
 use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
 
@@ -65,7 +65,7 @@ pub(crate) fn grow() -> Result<Forest, Box<dyn Error>> {
         let chunk = ChunkCoord::new(cx, cy);
         let corner = Vec3::new(cx as f32, cy as f32, 0.0) * CHUNK_M;
         let ground = blas("ground", ground(corner), Vec::new())?;
-        let still = place(&ground, Vec3::ZERO, Mat3::IDENTITY, ObjectId::NONE);
+        let still = place(Vec3::ZERO, Mat3::IDENTITY, ObjectId::NONE);
         let mut rng = key.chunk(chunk).rng();
         let mut instances = vec![(still, ground)];
         for item in 0..260_u16 {
@@ -76,7 +76,7 @@ pub(crate) fn grow() -> Result<Forest, Box<dyn Error>> {
             let (yaw, scale) = (rng.range_f32(0.0, TAU), rng.range_f32(0.8, 1.25));
             let linear = Instance::upright(yaw, scale, Vec2::ZERO);
             let object = ObjectId::new(chunk, item + 1).unwrap_or(ObjectId::NONE);
-            instances.push((place(blas, foot, linear, object), Arc::clone(blas)));
+            instances.push((place(foot, linear, object), Arc::clone(blas)));
         }
         groups.push((corner, Arc::new(Group::build(instances))));
     }
@@ -90,9 +90,8 @@ pub(crate) fn eye(k: usize) -> Vec3 {
     p.extend(height(p.x, p.y) + 1.5)
 }
 
-fn place(blas: &Blas, position_m: Vec3, linear: Mat3, object: ObjectId) -> Instance {
-    Instance {
-        prototype: Arc::clone(blas.prototype()),
+fn place(position_m: Vec3, linear: Mat3, object: ObjectId) -> InstancePlace {
+    InstancePlace {
         position_m,
         linear,
         object,

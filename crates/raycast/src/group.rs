@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use nemoral_scene::{Bounds, Instance, InstanceGroup, ObjectId};
+use nemoral_scene::{Bounds, Instance, InstanceGroup, InstancePlace, ObjectId};
 
 use crate::blas::{Blas, Source};
 use crate::bvh8::{self, BuildEffort};
@@ -93,13 +93,17 @@ impl InstanceGroup for Group {
 }
 
 impl Group {
-    /// Prepares instances. Their order gives their numbers, which decide ties in distance between
-    /// hits of one object: the caller sorts. An instance is cast at with the [`Blas`] beside it,
-    /// which is that of its prototype.
+    /// Prepares instances of shapes. Their order gives their numbers, which decide ties in distance
+    /// between hits of one object: the caller sorts.
     ///
     /// An instance whose linear map is singular or not finite is never hit.
     #[must_use]
-    pub fn build(instances: Vec<(Instance, Arc<Blas>)>) -> Self {
+    pub fn build(shapes: Vec<(InstancePlace, Arc<Blas>)>) -> Self {
+        let instance = |(place, blas): (InstancePlace, Arc<Blas>)| {
+            let instance = Instance::new(Arc::clone(blas.prototype()), place);
+            (instance, blas)
+        };
+        let instances: Vec<(Instance, Arc<Blas>)> = shapes.into_iter().map(instance).collect();
         let poses: Vec<Option<Pose>> = instances.iter().map(|(i, _)| Pose::of(i)).collect();
         let mut parts = Vec::new();
         let mut boxes = Vec::new();
@@ -130,7 +134,19 @@ impl Group {
         }
     }
 
-    /// The instances in order of their numbers.
+    /// The memory that the instances and their tree take, bytes, without the shapes that they
+    /// share.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        size_of::<Self>()
+            + size_of_val(self.instances.as_slice())
+            + size_of_val(self.poses.as_slice())
+            + size_of_val(self.parts.as_slice())
+            + size_of_val(self.boxes.as_slice())
+            + size_of_val(self.nodes.as_slice())
+    }
+
+    /// The instances in order of their numbers, each with its shape.
     #[must_use]
     pub fn instances(&self) -> &[(Instance, Arc<Blas>)] {
         &self.instances
