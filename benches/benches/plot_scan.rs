@@ -156,7 +156,7 @@ fn plot() -> Result<Mesh, Box<dyn std::error::Error>> {
     let cells = (0..side - 1).flat_map(|j| (0..side - 1).map(move |i| j * side + i));
     let squares = cells.map(|k| [k, k + 1, k + side + 1, k + side]);
     add(&mut mesh, ground, squares.flat_map(halves));
-    let (groups, _) = reference::grow()?;
+    let (groups, _) = reference::grow(false)?;
     let instances = groups.iter().flat_map(|(_, group)| group.instances());
     let trees = instances.filter(|(i, _)| i.prototype.cards().len() > 1000);
     for (k, (tree, _)) in trees.take(20).enumerate() {
