@@ -40,9 +40,13 @@ pub(crate) struct Pose {
 }
 
 /// A part of an instance: a leaf of the group's tree.
-#[derive(Clone, Copy, Debug)]
+///
+/// Two lines of a processor's cache hold all that it takes to get to the shape.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
 struct InstancePart {
     pose: Pose,
+    blas: Arc<Blas>,
     object: ObjectId,
     instance: u32,
     /// The root of the part in the instance's [`Blas`].
@@ -112,6 +116,7 @@ impl Group {
             for part in blas.parts() {
                 parts.push(InstancePart {
                     pose: *pose,
+                    blas: Arc::clone(blas),
                     object: instance.object,
                     instance: i as u32,
                     root: part.root,
@@ -201,7 +206,6 @@ impl Group {
     #[inline(always)]
     pub(crate) fn instance_ref(&self, number: u32, part_number: u32) -> InstanceRef<'_> {
         let part = &self.parts[part_number as usize];
-        let (_, blas) = &self.instances[part.instance as usize];
         let rank = Rank {
             object: part.object,
             group: number,
@@ -210,7 +214,7 @@ impl Group {
         };
         InstanceRef {
             pose: &part.pose,
-            blas,
+            blas: &part.blas,
             root: part.root,
             source: Source {
                 rank,

@@ -1,5 +1,6 @@
 //! The scene that rays are cast at.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -72,7 +73,7 @@ impl RayScene {
     /// Which primitive of which instance a ray hits first.
     #[must_use]
     pub fn closest_record(&self, ray: &Ray) -> Option<HitRecord> {
-        let nearest = self.cast::<false>(ray, &mut Stack::new());
+        let nearest = self.cast::<false>(ray);
         HitRecord::of(&self.tlas.groups, &nearest)
     }
 
@@ -162,9 +163,16 @@ impl RayScene {
     }
 
     /// The nearest hit (with `ANY`: any hit) of a ray.
-    fn cast<const ANY: bool>(&self, ray: &Ray, stack: &mut Stack) -> Nearest {
+    fn cast<const ANY: bool>(&self, ray: &Ray) -> Nearest {
+        thread_local! {
+            /// Kept from ray to ray: to clear a new one takes longer than a twentieth of a ray.
+            static STACK: RefCell<Stack> = const { RefCell::new(Stack::new()) };
+        }
         let tlas = &self.tlas;
-        self.level.run(Cast::<ANY> { tlas, ray, stack })
+        STACK.with_borrow_mut(|stack| {
+            stack.clear();
+            self.level.run(Cast::<ANY> { tlas, ray, stack })
+        })
     }
 }
 
@@ -225,12 +233,17 @@ impl<const ANY: bool> LeafVisitor for Groups<'_, ANY> {
 
 impl RayCaster for RayScene {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let nearest = self.cast::<false>(ray, &mut Stack::new());
+        let nearest = self.cast::<false>(ray);
         Hit::of(&self.tlas.groups, &nearest)
     }
 
+    fn closest_surface(&self, ray: &Ray) -> Option<SurfaceHit> {
+        let nearest = self.cast::<false>(ray);
+        SurfaceHit::of(&self.tlas.groups, &nearest)
+    }
+
     fn is_occluded(&self, ray: &Ray) -> bool {
-        let nearest = self.cast::<true>(ray, &mut Stack::new());
+        let nearest = self.cast::<true>(ray);
         nearest.found().is_some()
     }
 
