@@ -68,7 +68,10 @@ pub fn add_masked(library: &mut MaterialLibrary, mask: AlphaMask) -> MaterialId 
 
 pub fn blas(mesh: Mesh, cards: Vec<Card>, library: &MaterialLibrary) -> Arc<Blas> {
     let prototype = Prototype::new("shape", mesh, cards, library).expect("valid by construction");
-    let prototype = Arc::new(prototype);
+    blas_of(Arc::new(prototype), library)
+}
+
+pub fn blas_of(prototype: Arc<Prototype>, library: &MaterialLibrary) -> Arc<Blas> {
     // Answers do not depend on the care: half of the shapes take one, half the other.
     let careful = prototype.cards().len().is_multiple_of(2);
     let quality = if careful {
