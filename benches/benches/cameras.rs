@@ -1,9 +1,13 @@
-//! What pictures cost: by density, resolution, quality and renderer; what of it is the truth (class,
-//! instance, depth and normals, which come of one hit or one pass and cannot be had apart); what each further truth
-//! costs, which is cast after the picture; what a lens, a shutter and noise add; and what each map's file costs.
-//! Processor time is the cost; the wall's clock also tells of what else the machine does.
+//! What pictures cost: by density, resolution, quality and renderer; what of it is the truth
+//! (class, instance, depth and normals, which come of one hit or one pass and cannot be had apart);
+//! what each further truth costs, which is cast after the picture; what a lens, a shutter and noise
+//! add; and what each map's file costs. Processor time is the cost; the wall's clock also tells of
+//! what else the machine does.
 //!
-//! `cargo bench -p nemoral-benches [--features gpu] --bench cameras -- [cpu|gpu|auto] [TIMES] [PART OF A NAME] [KEY=VALUE ...]`
+//! ```text
+//! cargo bench -p nemoral-benches [--features gpu] --bench cameras -- \
+//!     [cpu|gpu|auto] [TIMES] [PART OF A NAME] [KEY=VALUE ...]
+//! ```
 
 #![allow(
     clippy::disallowed_methods,
@@ -25,7 +29,8 @@ const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
 /// Words for how often light is sampled: of every pixel, and where neighbours differ most.
 const QUALITIES: [(&str, u32, u32); 3] = [("draft", 1, 1), ("edges", 1, 4), ("standard", 4, 4)];
 
-/// What can be asked for besides a picture and its truth, and changes the picture or how it is made.
+/// What can be asked for besides a picture and its truth, and changes the picture or how it is
+/// made.
 const FURTHER: [(&str, &str); 5] = [
     ("radiance", "camera.radiance=true"),
     ("sensor noise", "camera.noise.enabled=true"),
@@ -37,7 +42,8 @@ const FURTHER: [(&str, &str); 5] = [
     ),
 ];
 
-/// Truth that is cast for after a picture, whichever renderer took it. (A sky mask is depth's, and made when it is written.)
+/// Truth that is cast for after a picture, whichever renderer took it. (A sky mask is depth's, and
+/// made when it is written.)
 const CAST: [(&str, &str); 3] = [
     ("optical flow", "camera.flow=true"),
     ("trunks behind leaves", "camera.trunks=true"),
@@ -123,7 +129,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let asked = [&[asked.to_owned()], &*keys].concat();
         let forest = ForestPlan::on(&settings("medium", &asked)?, backend.clone())?;
         let runner = Runner::new(forest.plan(), &store, threads);
-        let reset = || store.retain(|id, _| id != "frame.extra");
+        let reset = || store.retain(|id, _| id != "frame.annotations");
         report(&name, &reset, &|| {
             runner.get(forest.annotations, 0).map(drop)
         })
@@ -140,7 +146,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let config = settings("medium", &asked)?;
         let forest = ForestPlan::on(&config, backend.clone())?;
         let runner = Runner::new(forest.plan(), &store, threads);
-        let (images, extra) = (
+        let (images, annotations) = (
             runner.get(forest.images, 0)?,
             runner.get(forest.annotations, 0)?,
         );
@@ -150,7 +156,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             rgb: &images[0].rgb,
             radiance: images[0].linear.as_ref(),
             truth: &images[0].truth,
-            extra: &extra[0],
+            annotations: &annotations[0],
         };
         let folder = tempfile::tempdir().expect("a temporary folder");
         for file in CameraFile::ALL

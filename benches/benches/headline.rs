@@ -1,6 +1,6 @@
-//! The paper's headline redone: a scan of 50,000 pulses at `medium`, all fields and noise included, on
-//! one thread and on two. Processor time is what the scan costs; the wall's clock also tells of what
-//! else the machine does.
+//! The paper's headline redone: a scan of 50,000 pulses at `medium`, all fields and noise included,
+//! on one thread and on two. Processor time is what the scan costs; the wall's clock also tells of
+//! what else the machine does.
 //!
 //! `cargo bench -p nemoral-benches --bench headline -- [PULSES] [PRESET] [SCANS]`
 #![allow(clippy::print_stdout, reason = "a report for its user")]
@@ -36,7 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         wall.sort_by(f64::total_cmp);
         processor.sort_by(f64::total_cmp);
         println!(
-            "{threads} threads: wall {:.1} at best, {:.1} median; processor {:.1} at best, {:.1} median; {points} points",
+            "{threads} threads: wall {:.1} at best, {:.1} median; processor {:.1} at best, {:.1} \
+             median; {points} points",
             wall[0],
             wall[scans / 2],
             processor[0],
@@ -46,7 +47,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Tells two programs' points apart (FNV-1a of all fields, as they are written for debugging: to the bit).
+/// Tells two programs' points apart (FNV-1a of all fields, as they are written for debugging: to
+/// the bit).
 fn hash(points: &[LidarPoint]) -> u64 {
     let text = format!("{points:?}");
     text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {

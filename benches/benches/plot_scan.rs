@@ -1,9 +1,9 @@
-//! One's own mesh scanned from a tripod, as the simulators people run do it: ground and 20 trees, some
-//! 300,000 opaque triangles, a window of 100° by 360°; one ray a pulse, and 19 sub-rays with echo
-//! detection.
+//! One's own mesh scanned from a tripod, as the simulators people run do it: ground and 20 trees,
+//! some 300,000 opaque triangles, a window of 100° by 360°; one ray a pulse, and 19 sub-rays with
+//! echo detection.
 //!
-//! `cargo bench -p nemoral-benches --bench plot_scan -- [PULSES] [PLOT.obj]` writes the plot if it is not
-//! there, and scans it if it is; `benches/helios/pyhelios_scan.py` scans the same.
+//! `cargo bench -p nemoral-benches --bench plot_scan -- [PULSES] [PLOT.obj]` writes the plot if it
+//! is not there, and scans it if it is; `benches/helios/pyhelios_scan.py` scans the same.
 //! `docs/measurements/speed.md` says what is found.
 
 #![allow(

@@ -1,6 +1,6 @@
-//! What each preset costs: its assets grown and baked, and again from the cache's files; a new chunk; a scan
-//! and a draft picture of frame 0. Seconds and milliseconds by the wall on two threads, best of three but for
-//! growing, which is done once.
+//! What each preset costs: its assets grown and baked, and again from the cache's files; a new
+//! chunk; a scan and a draft picture of frame 0. Seconds and milliseconds by the wall on two
+//! threads, best of three but for growing, which is done once.
 //!
 //! `cargo bench -p nemoral-benches --bench presets -- [PRESET]...`
 #![allow(clippy::print_stdout, reason = "a report for its user")]

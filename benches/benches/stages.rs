@@ -51,12 +51,18 @@ fn chunk(c: &mut Criterion) {
     let at = ChunkCoord::new(0, 0);
     let f = &grown.forest;
     node(c, &grown, "chunk.woody", f.woody, at);
-    node(c, &grown, "chunk.things", f.objects, at);
-    node(c, &grown, "chunk.openness", f.sky_view_factor, at);
+    node(c, &grown, "chunk.objects", f.objects, at);
+    node(c, &grown, "chunk.sky_view_factor", f.sky_view_factor, at);
     node(c, &grown, "chunk.undergrowth", f.undergrowth, at);
     node(c, &grown, "chunk.seedlings", f.seedlings, at);
-    node(c, &grown, "chunk.solid", f.object_geometry, at);
-    node(c, &grown, "chunk.low", f.undergrowth_geometry, at);
+    node(c, &grown, "chunk.object_geometry", f.object_geometry, at);
+    node(
+        c,
+        &grown,
+        "chunk.undergrowth_geometry",
+        f.undergrowth_geometry,
+        at,
+    );
 }
 
 fn node<T: Send + Sync + 'static>(
@@ -103,7 +109,7 @@ fn files(c: &mut Criterion) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let writer = Writer::create(folder.path(), OpenMode::Fresh, header(&config, &grown))
         .expect("an empty folder");
-    let extra = Annotations::default();
+    let annotations = Annotations::default();
     let frame = FrameData {
         sequence: 0,
         index: 0,
@@ -115,7 +121,7 @@ fn files(c: &mut Criterion) {
             rgb: &images[0].rgb,
             radiance: None,
             truth: &images[0].truth,
-            extra: &extra,
+            annotations: &annotations,
         }],
         lidars: vec![LidarData {
             name: "lidar",

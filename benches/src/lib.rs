@@ -1,7 +1,7 @@
 //! Workloads for the benchmarks in `benches/`, with fixed seeds.
 //!
-//! The LiDAR and frame groups are laid out as the paper's Tables I and II: 31, 96 and 210 trees in a
-//! 50 m chunk, 25,000, 50,000 and 100,000 points, everything visible to 100 m.
+//! The LiDAR and frame groups are laid out as the paper's Tables I and II: 31, 96 and 210 trees in
+//! a 50 m chunk, 25,000, 50,000 and 100,000 points, everything visible to 100 m.
 
 use nemoral_lidar::ScanRequest;
 use nemoral_pipeline::config::{Config, Layers};

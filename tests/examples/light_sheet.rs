@@ -1,11 +1,12 @@
-//! The contact sheet of `docs/explanation/light.md`: three stands under five skies, at the eye height of a robot.
+//! The contact sheet of `docs/explanation/light.md`: three stands under five skies, at the eye
+//! height of a robot.
 //!
 //! ```text
 //! cargo run --release -p nemoral-tests --example light_sheet -- light.png [STAND...]
 //! ```
 //!
-//! Columns are stands, rows are skies. The sun stands where it does to the robot's heading, whatever
-//! way the trail goes.
+//! Columns are stands, rows are skies. The sun stands where it does to the robot's heading,
+//! whatever way the trail goes.
 #![allow(clippy::print_stderr, reason = "progress for its user")]
 
 use std::path::PathBuf;

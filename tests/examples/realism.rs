@@ -1,4 +1,5 @@
-//! Measures every stand preset and every species, and writes `docs/measurements/realism.md` with its plots.
+//! Measures every stand preset and every species, and writes `docs/measurements/realism.md` with
+//! its plots.
 //!
 //! ```text
 //! cargo run --release -p nemoral-tests --example realism

@@ -153,8 +153,8 @@ impl LeafKind {
     }
 }
 
-/// A slab or block without edges: a tile of this size, and its copies this often to each side along each
-/// axis.
+/// A slab or block without edges: a tile of this size, and its copies this often to each side along
+/// each axis.
 #[must_use]
 pub fn periodic(tile: &Arc<Group>, size_m: f64, around: [i32; 3]) -> RayScene {
     let [nx, ny, nz] = around;

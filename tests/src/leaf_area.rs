@@ -23,16 +23,16 @@ pub struct Voxel {
     pub rays: u32,
     /// A bit for each station that such a ray came from.
     pub stations: u8,
-    /// The rays of each station: the sum of their directions times their chords through it, as if nothing
-    /// stopped them, metres.
+    /// The rays of each station: the sum of their directions times their chords through it, as if
+    /// nothing stopped them, metres.
     pub paths_m: [Vec3; 8],
     /// The truth: leaf area in it, m².
     pub leaf_m2: f32,
 }
 
 impl Voxel {
-    /// The metres of rays in it that a leaf with this normal may stop: chords times the leaf's projection,
-    /// added up.
+    /// The metres of rays in it that a leaf with this normal may stop: chords times the leaf's
+    /// projection, added up.
     fn projected_m(&self, normal: Vec3) -> f32 {
         let of_station = |path: &Vec3| path.dot(normal).abs();
         self.paths_m.iter().map(of_station).sum()
@@ -68,13 +68,14 @@ impl Voxels {
         &self.cells
     }
 
-    /// Leaf area of each by contact frequency, m²: stops per projected metre of the rays that entered (Warren
-    /// Wilson 1960; on voxels Hosoi and Omasa 2006).
+    /// Leaf area of each by contact frequency, m²: stops per projected metre of the rays that
+    /// entered (Warren Wilson 1960; on voxels Hosoi and Omasa 2006).
     ///
-    /// A stop counts by how likely one was: a leaf of its normal is met once in so many metres of all rays
-    /// that came, from wherever (Horvitz and Thompson 1952). So nothing need be known of how leaves
-    /// stand, nor that those which are seen stand as the others do. Exact as long as no ray would be stopped
-    /// twice, so for voxels smaller than the gaps between leaves; in larger ones leaves hide each other.
+    /// A stop counts by how likely one was: a leaf of its normal is met once in so many metres of
+    /// all rays that came, from wherever (Horvitz and Thompson 1952). So nothing need be known of
+    /// how leaves stand, nor that those which are seen stand as the others do. Exact as long as no
+    /// ray would be stopped twice, so for voxels smaller than the gaps between leaves; in larger
+    /// ones leaves hide each other.
     #[must_use]
     pub fn leaf_areas_m2(&self) -> Vec<f64> {
         let volume_m3 = self.size_m.powi(3);
@@ -113,8 +114,8 @@ impl Voxels {
         }
     }
 
-    /// Adds a ray of a station, 0 to 7, that ran from outside to `end_m` and was stopped there, by a leaf with
-    /// this normal or by wood, or ran on.
+    /// Adds a ray of a station, 0 to 7, that ran from outside to `end_m` and was stopped there, by
+    /// a leaf with this normal or by wood, or ran on.
     pub fn add_ray(
         &mut self,
         station: u32,
@@ -164,8 +165,8 @@ impl Voxels {
     }
 }
 
-/// The mean projection of a leaf of one inclination over all azimuths along a zenith angle, both in radians
-/// (Ross 1981).
+/// The mean projection of a leaf of one inclination over all azimuths along a zenith angle, both in
+/// radians (Ross 1981).
 #[must_use]
 pub fn projection(zenith: f64, inclination: f64) -> f64 {
     let (along, across) = (

@@ -148,7 +148,8 @@ fn a_camera_at_the_lidar_sees_what_the_pulses_hit() {
     }
     let percent = |n: usize| 100.0 * n as f64 / all as f64;
     println!(
-        "{all} points in {} frames: {:.4} % equal class and instance, {:.4} % within 1 mm (worst of them {:.6} m)",
+        "{all} points in {} frames: {:.4} % equal class and instance, {:.4} % within 1 mm (worst \
+         of them {:.6} m)",
         FRAMES.len(),
         percent(labels),
         percent(depths),
@@ -213,7 +214,8 @@ fn a_pose_five_centimetres_off_is_noticed() {
     for forward_m in [0.05, -0.05] {
         let moved = median(residuals(forward_m));
         println!(
-            "pose {forward_m} m off: median depth residual {moved:+.4} m, {sound:+.6} m before, {count} points"
+            "pose {forward_m} m off: median depth residual {moved:+.4} m, {sound:+.6} m before, \
+             {count} points"
         );
         assert!(count > 500, "{count}");
         assert!((moved - sound).abs() > 0.03, "{moved} {sound}");

@@ -24,8 +24,8 @@ const SOIL: &str = "soil of this test";
 /// What the ground reflects.
 const GROUND: f32 = 0.15;
 
-/// Plants in rows, a metre and a half apart, on open level ground: a forest of shapes as they are, or
-/// without what is known of the light between their parts.
+/// Plants in rows, a metre and a half apart, on open level ground: a forest of shapes as they are,
+/// or without what is known of the light between their parts.
 fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> RayScene {
     let soil = materials
         .materials()

@@ -1,5 +1,5 @@
-//! Leaves cover as much of a picture far off as they do near by, and in the same colour: one mask decides every
-//! ray, whatever the distance, and colours alone have mips.
+//! Leaves cover as much of a picture far off as they do near by, and in the same colour: one mask
+//! decides every ray, whatever the distance, and colours alone have mips.
 
 use std::sync::{Arc, LazyLock};
 
@@ -52,7 +52,8 @@ fn seen(
     distance_m: f64,
 ) -> CameraImages {
     let view_m = 2.0 * (distance_m * HALF_VIEW_DEG.to_radians().tan()) as f32;
-    // Room for each to stand anywhere by a quarter of its side: in step with the pixels they would beat.
+    // Room for each to stand anywhere by a quarter of its side: in step with the pixels they would
+    // beat.
     let cell = [width, height].map(|side| 1.25 * side);
     let [columns, rows] = cell.map(|side| (0.99 * view_m / side).floor());
     let low = Vec3::new(

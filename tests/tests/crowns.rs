@@ -12,13 +12,13 @@ use nemoral_tests::realism::luminance_of_light;
 
 /// A class must have so many pixels to be judged.
 const LEAST: usize = 300;
-/// How far the mean light of a class may be apart, relative, at one sample in each pixel's middle. Measured,
-/// of oaks and of spruces, in the sun and under clouds: at most 1.0 % (low plants in the sun: shadow maps
-/// blur what blades cast), 0.4 % and less for most classes. Without crowns before the sky each class but
-/// the sky would have 5.8 % more at least.
+/// How far the mean light of a class may be apart, relative, at one sample in each pixel's middle.
+/// Measured, of oaks and of spruces, in the sun and under clouds: at most 1.0 % (low plants in the
+/// sun: shadow maps blur what blades cast), 0.4 % and less for most classes. Without crowns before
+/// the sky each class but the sky would have 5.8 % more at least.
 const MOST: f64 = 0.02;
-/// The same at four samples of each pixel. Measured: 3.5 % (canopy and shrubs: a GPU shades a leaf once a
-/// pixel, and lets through what its coverage leaves).
+/// The same at four samples of each pixel. Measured: 3.5 % (canopy and shrubs: a GPU shades a leaf
+/// once a pixel, and lets through what its coverage leaves).
 const MOST_OF_FOUR: f64 = 0.05;
 
 /// By how much the second picture's light is more, relative, in the mean over each class's pixels.

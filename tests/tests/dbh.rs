@@ -1,4 +1,5 @@
-//! Diameters at breast height from scans; docs/measurements/realism.md has those of every stand preset.
+//! Diameters at breast height from scans; docs/measurements/realism.md has those of every stand
+//! preset.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::ForestPlan;
@@ -44,8 +45,8 @@ fn is_sound(found: &ScannedDiameters) {
     assert!(within(DBH_BIAS_M, found.bias_m()), "{found:?}");
 }
 
-/// In two woods; and not with a scanner whose range errs, nor with one whose beam is wide: at a stem's border it
-/// averages the stem and what is behind it.
+/// In two woods; and not with a scanner whose range errs, nor with one whose beam is wide: at a
+/// stem's border it averages the stem and what is behind it.
 #[test]
 fn a_circle_in_a_slice_gives_the_diameter() {
     let store = Store::unlimited();

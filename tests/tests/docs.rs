@@ -19,7 +19,7 @@ const PROSE: [&str; 8] = [
     "SECURITY.md",
     "docs/introduction.md",
     "docs/glossary.md",
-    "docs/guide",
+    "docs/trajectory",
     "docs/reference",
     "docs/explanation",
 ];

@@ -1,5 +1,5 @@
-//! A GPU camera that drives from chunk to chunk: what is left behind goes, what comes is uploaded, and no
-//! picture shows that something else was there before.
+//! A GPU camera that drives from chunk to chunk: what is left behind goes, what comes is uploaded,
+//! and no picture shows that something else was there before.
 
 use nemoral_pipeline::ChunkManager;
 use nemoral_pipeline::config::Config;
@@ -27,8 +27,8 @@ struct Driven {
 }
 
 impl Wood {
-    /// Takes frames with a new camera. After each the chunk manager deletes what is farther away than
-    /// this.
+    /// Takes frames with a new camera. After each the chunk manager deletes what is farther away
+    /// than this.
     fn drive(&self, frames: &[u64], memory_mib: u32, delete_radius_m: f64) -> Driven {
         let backend = self.backend.clone().with_gpu_memory(memory_mib);
         let forest = ForestPlan::on(&self.config, backend).expect("a plan");
@@ -100,7 +100,8 @@ fn chunks_come_and_go_without_a_trace() {
     let deleted = drive("chunks deleted", &FRAMES, AMPLE_MIB, 20.0);
     assert!(deleted.last == fresh.last);
     assert_eq!(evicted(&deleted), 0);
-    // … in so much, and half a page for what a picture borrows, in which those that it keeps have to.
+    // … in so much, and half a page for what a picture borrows, in which those that it keeps have
+    // to.
     let most = deleted.memory.iter().map(|m| m.bytes).max();
     let little_mib = (most.expect("a frame") >> 20) as u32 + 8;
     let kept = drive("chunks kept, little memory", &FRAMES, little_mib, 1000.0);

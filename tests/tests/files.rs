@@ -47,8 +47,8 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
     folder
 }
 
-/// Data sets of a drive along a trail, with pictures of an ordinary size and with tiny ones, of which fewer points
-/// are comparable.
+/// Data sets of a drive along a trail, with pictures of an ordinary size and with tiny ones, of
+/// which fewer points are comparable.
 static RECORDED: LazyLock<[TempDir; 2]> = LazyLock::new(|| {
     [["1280", "720", "30000"], ["160", "96", "150000"]].map(|[width, height, pulses]| {
         let settings = [
@@ -99,8 +99,8 @@ fn a_recorded_wood_agrees_with_itself() {
     }
 }
 
-/// What a GPU draws fits what the processor scans, in a stand of a preset: class, instance and depth, and
-/// flow, trunks and boxes, which the processor casts for pictures that it did not take.
+/// What a GPU draws fits what the processor scans, in a stand of a preset: class, instance and
+/// depth, and flow, trunks and boxes, which the processor casts for pictures that it did not take.
 #[test]
 fn a_wood_drawn_by_a_gpu_agrees_with_its_scans() {
     if gpu("a data set drawn by a GPU").is_none() {
@@ -173,7 +173,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
     let dataset = Dataset::open(recorded).expect("a data set");
     let mut header = dataset.manifest().header.clone();
     for camera in &mut header.cameras {
-        camera.extra = AnnotationKinds::default();
+        camera.annotations = AnnotationKinds::default();
     }
     let ontology: &Ontology = &header.ontology;
     // A surface of each class, and the thing of each image id.
@@ -193,7 +193,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         let frame = dataset.read_frame(i).expect("a frame");
         let camera = &frame.cameras[0];
         let columns = usize::from(matches!(lie, Lie::Labels));
-        let extra = Annotations::default();
+        let annotations = Annotations::default();
         let truth = TruthImages {
             semantic: shifted(&camera.semantic, columns).map(|class| semantics[class]),
             object: shifted(&camera.instance, columns)
@@ -220,7 +220,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
                 rgb: &camera.rgb,
                 radiance: None,
                 truth: &truth,
-                extra: &extra,
+                annotations: &annotations,
             }],
             lidars: vec![LidarData {
                 name: &frame.lidars[0].name,

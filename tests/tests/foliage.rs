@@ -1,5 +1,5 @@
-//! Rays through foliage obey physics: gap fractions and free paths of random leaves in closed form, and
-//! the cards of the library one by one.
+//! Rays through foliage obey physics: gap fractions and free paths of random leaves in closed form,
+//! and the cards of the library one by one.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -49,7 +49,8 @@ fn slab(leaf: &LeafKind, inclination: Inclination, index: f64, zenith_deg: f64) 
     gaps.sum::<f64>() / SEEDS as f64
 }
 
-/// P = exp(−G · LAI / cos θ): at nadir, and at the hinge, where the same holds for all inclinations.
+/// P = exp(−G · LAI / cos θ): at nadir, and at the hinge, where the same holds for all
+/// inclinations.
 #[test]
 fn the_gap_fraction_of_a_slab_is_beers() {
     use Inclination::{Horizontal, Spherical, Vertical};
@@ -116,8 +117,8 @@ fn the_gap_fraction_of_a_round_crown_is_known() {
     }
 }
 
-/// Distances from anywhere, anywhere, to the first leaf, in a block without edges whose leaves fill it, or
-/// are all in a quarter of each tile.
+/// Distances from anywhere, anywhere, to the first leaf, in a block without edges whose leaves fill
+/// it, or are all in a quarter of each tile.
 fn first_hits_m(leaf: &LeafKind, density: f64, clumped: bool) -> Vec<f64> {
     const SIDE_M: f64 = 5.0;
     let leaves = (density * SIDE_M.powi(3) / leaf.area_m2()).round() as usize;
@@ -137,8 +138,8 @@ fn first_hits_m(leaf: &LeafKind, density: f64, clumped: bool) -> Vec<f64> {
     (0..SEEDS).into_par_iter().flat_map_iter(of_seed).collect()
 }
 
-/// The mean free path is 1 / (G u), and so is the whole law; it is not where cards count as leaves, or
-/// where leaves are clumped.
+/// The mean free path is 1 / (G u), and so is the whole law; it is not where cards count as leaves,
+/// or where leaves are clumped.
 #[test]
 fn first_hits_in_random_foliage_are_exponential() {
     const DENSITY: f64 = 1.0;

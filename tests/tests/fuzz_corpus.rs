@@ -1,5 +1,5 @@
-//! What the fuzzers have started from and what they have found, once more, without them: no input panics,
-//! hangs, or asks for a gigabyte.
+//! What the fuzzers have started from and what they have found, once more, without them: no input
+//! panics, hangs, or asks for a gigabyte.
 
 #![allow(
     clippy::disallowed_methods,

@@ -523,7 +523,8 @@ fn the_three_presets_are_the_same_for_both_renderers() {
     };
     let camera = camera(gpu, GpuParams::default());
     for preset in ["low", "medium", "high"] {
-        // Nothing changed: as far and as large as the presets see. Software's time is that of vertices, not of pixels.
+        // Nothing changed: as far and as large as the presets see. Software's time is that of
+        // vertices, not of pixels.
         let frame = Frame::new(&World::new(preset, &[]), 0);
         let drawn = camera
             .draw(&frame.scene(), &frame.view)
@@ -534,8 +535,8 @@ fn the_three_presets_are_the_same_for_both_renderers() {
     }
 }
 
-/// Crowns that close and open within some metres, and let more light in the higher one is: as fast as the
-/// pipeline's sky view factor changes, which has a node every five metres.
+/// Crowns that close and open within some metres, and let more light in the higher one is: as fast
+/// as the pipeline's sky view factor changes, which has a node every five metres.
 fn crowns(p: Vec3) -> f32 {
     let gaps = (0.4 * p.x).sin() * (0.5 * p.y).cos();
     (0.35 + 0.3 * gaps + 0.03 * p.z).clamp(0.0, 1.0)
@@ -622,7 +623,7 @@ fn pictures_look_alike() {
         assert!(exposure < 0.1, "{what}: {exposure} EV");
     }
     // Crowns that are a step of the finest grid of sky view factors beside their place are noticed.
-    let beside = |p: Vec3| crowns.openness(p + Vec3::X * 1.5);
+    let beside = |p: Vec3| crowns.sky_view_factor(p + Vec3::X * 1.5);
     let (median, most, _) = difference(gpu, draft, &overcast, [crowns, &beside], &plain);
     println!("crowns beside: {median} in the median, {most} at the 95th percentile");
     assert!(median > 0.03 && most > 0.2, "{median} {most}");
@@ -711,8 +712,8 @@ fn difference(
     (differences[150], differences[285], exposure)
 }
 
-/// The example of a pass, `species_map`, written with what `render` gives to anyone: its map has the species that
-/// rays hit.
+/// The example of a pass, `species_map`, written with what `render` gives to anyone: its map has
+/// the species that rays hit.
 #[test]
 fn the_examples_species_map_is_what_rays_hit() {
     let Some(gpu) = gpu("the example species_map") else {
@@ -769,7 +770,8 @@ impl Pass for MaterialMap {
     }
 
     fn wgsl(&self) -> &str {
-        "fn paint(s: Surface) -> vec4u { return vec4u(table[s.material], s.material, s.semantic, 1u); }"
+        "fn paint(s: Surface) -> vec4u { return vec4u(table[s.material], s.material, s.semantic, \
+         1u); }"
     }
 
     fn table(&self, materials: &MaterialLibrary) -> Vec<u32> {

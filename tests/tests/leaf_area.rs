@@ -43,7 +43,8 @@ fn layer(tree: &TreeAsset) -> Bounds {
     }
 }
 
-/// Rays from stations around the tree, on the ground and as high as above it in turn, over the layer.
+/// Rays from stations around the tree, on the ground and as high as above it in turn, over the
+/// layer.
 fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
     let mut rng = key.rng();
     let (low, high) = (layer.min.as_dvec3(), layer.max.as_dvec3());
@@ -109,8 +110,8 @@ fn find(
     }
 }
 
-/// Within 10 % for each species; in voxels that hold clusters, leaves hide each other: there a good part is
-/// missing, so this can fail.
+/// Within 10 % for each species; in voxels that hold clusters, leaves hide each other: there a good
+/// part is missing, so this can fail.
 fn check(seed: u64) {
     // Of the middle of a thicker oak's crown less than a third is seen.
     let stand = StandParams {

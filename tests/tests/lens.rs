@@ -1,5 +1,5 @@
-//! A real camera's faults in a real wood: shutters and noise on pictures, truth that fits them, light
-//! itself on disk.
+//! A real camera's faults in a real wood: shutters and noise on pictures, truth that fits them,
+//! light itself on disk.
 
 #![allow(
     clippy::disallowed_methods,
@@ -90,7 +90,8 @@ fn a_rolling_shutter_in_a_wood_passes_the_check() {
     assert!(still.contains("pixels flow elsewhere"), "{still}");
 }
 
-/// Noise is on the picture alone, another in each frame and camera, and strong where light is scarce.
+/// Noise is on the picture alone, another in each frame and camera, and strong where light is
+/// scarce.
 #[test]
 fn noise_is_on_the_picture_alone() {
     // The wood is the same for every camera: it is grown once, and pictures are taken anew.

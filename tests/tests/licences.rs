@@ -21,7 +21,8 @@ const ALLOWED: [&str; 12] = [
     "Zlib",
 ];
 
-/// May something under this SPDX expression be used? `OR` binds less than `AND`, and an old `/` means `OR`.
+/// May something under this SPDX expression be used? `OR` binds less than `AND`, and an old `/`
+/// means `OR`.
 fn is_allowed(expression: &str) -> bool {
     let spaced = expression
         .replace('/', " OR ")

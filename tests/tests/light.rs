@@ -1,4 +1,5 @@
-//! The mean light under crowns, which pictures are lit by, against light that is followed ray by ray.
+//! The mean light under crowns, which pictures are lit by, against light that is followed ray by
+//! ray.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::ForestPlan;
@@ -58,8 +59,8 @@ fn mean_of(pictures: &[CameraImages], semantics: &[Semantic]) -> (DVec3, usize) 
     (sum / count as f64, count)
 }
 
-/// Standard deviation of the logarithm of light in squares of this side, pixels: single ones hold the noise of
-/// light that is followed by a few samples, which is contrast too.
+/// Standard deviation of the logarithm of light in squares of this side, pixels: single ones hold
+/// the noise of light that is followed by a few samples, which is contrast too.
 const SQUARE: usize = 4;
 
 fn contrast(pictures: &[CameraImages]) -> f64 {

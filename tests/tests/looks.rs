@@ -1,5 +1,6 @@
-//! What a robot's camera sees in a wood is harsh: bright gaps that clip, trunks that are dark before them, edges
-//! washed by glare, dark corners, litter sharp to the single leaf. The three looks, in a closed stand.
+//! What a robot's camera sees in a wood is harsh: bright gaps that clip, trunks that are dark
+//! before them, edges washed by glare, dark corners, litter sharp to the single leaf. The three
+//! looks, in a closed stand.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::ForestPlan;
@@ -137,8 +138,8 @@ fn a_wood_is_harsh_to_a_small_camera() {
     assert!(corners < 0.85 * middle);
 }
 
-/// How alike the light of neighbours in a row is, of pixels of litter 2 to 4 m away: the correlation of its
-/// logarithm, of shadows and slopes freed by what is 4 pixels on either side.
+/// How alike the light of neighbours in a row is, of pixels of litter 2 to 4 m away: the
+/// correlation of its logarithm, of shadows and slopes freed by what is 4 pixels on either side.
 fn likeness(images: &CameraImages) -> f64 {
     let (semantic, depth_m) = (&images.truth.semantic, &images.truth.depth_m);
     let light = images.linear.as_ref().expect("asked for").pixels();

@@ -16,7 +16,8 @@ fn row(device: Device) -> String {
         Wavelength::Nm1550 => 1550,
     };
     format!(
-        "| `{}` | {} | {wide}° × {tall}° | {rate_hz:.0} | {:.2}° × {:.2}° | {wavelength} nm | {}–{} m | {} m at {:.0} % | {:.1} cm, {:.0} cm | {:.2}° | {:.0} mm | {} |",
+        "| `{}` | {} | {wide}° × {tall}° | {rate_hz:.0} | {:.2}° × {:.2}° | {wavelength} nm | \
+         {}–{} m | {} m at {:.0} % | {:.1} cm, {:.0} cm | {:.2}° | {:.0} mm | {} |",
         device.name(),
         sheet.title,
         beam_deg[0],

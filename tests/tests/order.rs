@@ -149,7 +149,7 @@ fn a_store_that_keeps_one_value_is_enough() {
     };
     let made = frames(&one, &one.runner(2), &[1]);
     assert_same(&made, &expected, "capacity 1");
-    assert!(one.store.count("chunk.things") <= 1);
+    assert!(one.store.count("chunk.objects") <= 1);
     let computed = one.store.computed();
     println!("{needed} values of chunks and frames, {computed} with a store of capacity 1");
     assert!(computed > 2 * needed);

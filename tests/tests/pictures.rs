@@ -1,5 +1,6 @@
-//! Pictures of an open wood of cork oaks have the statistics and classes that docs/measurements/realism.md measures of all stands,
-//! crowns of spruce their colours, and each measure leaves its range when its cause is broken on purpose.
+//! Pictures of an open wood of cork oaks have the statistics and classes that
+//! docs/measurements/realism.md measures of all stands, crowns of spruce their colours, and each
+//! measure leaves its range when its cause is broken on purpose.
 
 use std::sync::{Arc, LazyLock};
 
@@ -47,7 +48,8 @@ static WOOD: LazyLock<Wood> = LazyLock::new(|| {
     }
 });
 
-/// Of a preset with settings over these. Keys tell values apart: what does not depend on them is made once.
+/// Of a preset with settings over these. Keys tell values apart: what does not depend on them is
+/// made once.
 fn taken(
     preset: &str,
     store: &Store,

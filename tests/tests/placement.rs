@@ -108,7 +108,8 @@ fn the_papers_three_densities_are_met() {
         let on_trail = stand.chunks.iter().flat_map(|c| &c.things.0);
         let stones = on_trail.filter(|t| t.on_trail).count();
         println!(
-            "{}: {mean:.2} trees a chunk, {:.0} asked for ({:+.2} %), variance / mean {:.2}, {stones} stones on trails",
+            "{}: {mean:.2} trees a chunk, {:.0} asked for ({:+.2} %), variance / mean {:.2}, \
+             {stones} stones on trails",
             stand.name,
             stand.target,
             100.0 * (mean / stand.target - 1.0),
@@ -187,7 +188,8 @@ fn no_two_things_are_too_near_across_borders_too() {
                         let margin = position.distance(*q) - factor * (radius + r);
                         assert!(
                             margin > -1e-6,
-                            "{}: {kind:?} at {position} and {other:?} at {q} are {margin} m too near",
+                            "{}: {kind:?} at {position} and {other:?} at {q} are {margin} m too \
+                             near",
                             stand.name
                         );
                         tightest = tightest.min(margin);
@@ -198,7 +200,8 @@ fn no_two_things_are_too_near_across_borders_too() {
             }
         }
         println!(
-            "{}: {pairs} pairs, {across} within half a metre of the rule across a border, tightest {tightest:.4} m",
+            "{}: {pairs} pairs, {across} within half a metre of the rule across a border, tightest \
+             {tightest:.4} m",
             stand.name
         );
         assert!(across > 10, "the rule is put to the test at borders");

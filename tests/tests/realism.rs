@@ -1,5 +1,6 @@
-//! Each measure of realism is in its range on a grown beech wood, and leaves it when its cause is broken on
-//! purpose (species' relations in `relations.rs`, pictures in `pictures.rs`). What the measures say of all stands is in docs/measurements/realism.md.
+//! Each measure of realism is in its range on a grown beech wood, and leaves it when its cause is
+//! broken on purpose (species' relations in `relations.rs`, pictures in `pictures.rs`). What the
+//! measures say of all stands is in docs/measurements/realism.md.
 
 use std::sync::{Arc, LazyLock};
 
@@ -326,7 +327,8 @@ fn leaves_of_another_size_or_place_are_noticed() {
         ],
     );
     leaves(
-        // Under that of beech woods in the field, .8 to .95: the page says so. Ours, and a quarter either way.
+        // Under that of beech woods in the field, .8 to .95: the page says so. Ours, and a quarter
+        // either way.
         "Ω",
         (0.31, 0.52),
         gaps.clumping(),

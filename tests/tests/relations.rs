@@ -1,11 +1,12 @@
-//! Grown trees show the relations that their species was given, and trees of a species that was given others do
-//! not. What is found of all species is in docs/measurements/realism.md.
+//! Grown trees show the relations that their species was given, and trees of a species that was
+//! given others do not. What is found of all species is in docs/measurements/realism.md.
 
 use nemoral_assets::{Allometry, Species};
 use nemoral_tests::realism::ranges::{self, leaves};
 use nemoral_tests::realism::{HeightScatter, Relations, stand_diameters};
 
-/// Trees are grown of a species whose relations are altered, and measured against the published ones.
+/// Trees are grown of a species whose relations are altered, and measured against the published
+/// ones.
 #[test]
 fn relations_miss_trees_that_grew_by_others() {
     let published = Species::beech();
@@ -25,7 +26,8 @@ fn relations_miss_trees_that_grew_by_others() {
         }
     };
     let taller = grown_by(&|a| a.dominant[1] *= 1.06);
-    // As tall when dominant, and taller before: the mean over all trees would hide a good part of it.
+    // As tall when dominant, and taller before: the mean over all trees would hide a good part of
+    // it.
     let earlier = grown_by(&|a| a.height_curve[0] = 0.03);
     let stout = grown_by(&|a| a.slenderness[1] = 75.0);
     leaves(

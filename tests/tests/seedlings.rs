@@ -1,4 +1,5 @@
-//! Seedlings of trees on the forest floor: how many, where, of which species, and that nothing else moves for them.
+//! Seedlings of trees on the forest floor: how many, where, of which species, and that nothing else
+//! moves for them.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::f64::consts::TAU;
@@ -42,7 +43,8 @@ impl Stratum {
     }
 }
 
-/// Ground in clusters and outside, each by the share of the sky that is seen: below a tenth, and above a sixth.
+/// Ground in clusters and outside, each by the share of the sky that is seen: below a tenth, and
+/// above a sixth.
 #[derive(Debug, Default)]
 struct Strata {
     inside: [Stratum; 2],

@@ -1,5 +1,5 @@
-//! The recipes of stands, looked at as a forester would: numbers, diameters, how stems stand, what grows up,
-//! and that each gives a frame.
+//! The recipes of stands, looked at as a forester would: numbers, diameters, how stems stand, what
+//! grows up, and that each gives a frame.
 
 #![allow(
     clippy::disallowed_methods,
@@ -71,7 +71,8 @@ fn every_recipe_gives_the_stand_it_describes() {
     are_as_described(&STANDS, 8, 0.10);
 }
 
-/// The mean diameter of so many individuals a species is within `dbh_tolerance` of the distribution's.
+/// The mean diameter of so many individuals a species is within `dbh_tolerance` of the
+/// distribution's.
 fn are_as_described(stands: &[&str], individuals: u32, dbh_tolerance: f64) {
     for &name in stands {
         let individuals = format!("assets.individuals={individuals}");
@@ -152,7 +153,8 @@ fn check_stand(name: &str, config: &Config, grown: &[TreeRecord], dbh_tolerance:
     let rows = &config.placement.rows;
     let heading = |deg: f64| row_power(&places, rows.heading_deg + deg, 3.0);
     println!(
-        "{name}: {mean:.1} of {target} trees a chunk, R = {r:.2}, DBH {dbh_m:.3} of {asked_m:.3} m, rows {:.0}",
+        "{name}: {mean:.1} of {target} trees a chunk, R = {r:.2}, DBH {dbh_m:.3} of {asked_m:.3} \
+         m, rows {:.0}",
         heading(0.0)
     );
     // A few in a hundred chunks, and 3 sigma of scattered points.

@@ -1,5 +1,5 @@
-//! Several cameras on one robot see one world: what one sees at a place, the others see there too, or
-//! something before it; and disparity is what the baseline says.
+//! Several cameras on one robot see one world: what one sees at a place, the others see there too,
+//! or something before it; and disparity is what the baseline says.
 
 use std::sync::Arc;
 

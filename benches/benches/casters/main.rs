@@ -2,8 +2,9 @@
 //! special instructions, parry3d, and Intel's Embree 4 if `NEMORAL_EMBREE` is the path of a
 //! `libembree4` (PyPI's `embreex` carries one).
 //!
-//! `cargo bench -p nemoral-benches --bench casters -- [ROUNDS] [WORDS...]`; words choose worlds, rays
-//! and casters whose names contain one of them. `docs/measurements/casting.md` says what is measured and found.
+//! `cargo bench -p nemoral-benches --bench casters -- [ROUNDS] [WORDS...]`; words choose worlds,
+//! rays and casters whose names contain one of them. `docs/measurements/casting.md` says what is
+//! measured and found.
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 mod clock;
@@ -208,7 +209,8 @@ fn batch(caster: &dyn RayCaster, rays: &[Ray], out: &mut [f32]) {
     }
 }
 
-/// What a second thread brings to each scan, by the wall's clock: the median of ratios within a round.
+/// What a second thread brings to each scan, by the wall's clock: the median of ratios within a
+/// round.
 fn two_threads(forest: &RayScene, work: &Work, rounds: usize) -> Result<(), ThreadPoolBuildError> {
     let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build();
     let pools = [pool(1)?, pool(2)?];

@@ -677,16 +677,30 @@ const VALUES: &str = "(be351182e1e1831e, f2016b7710861bf0)";
 proptest! {
     #[test]
     fn parameters_in_range_are_accepted_and_others_named(
-        n in 0_u32..80, radius in 0.0_f64..0.3, mean in 0.0_f64..1.2, shape in 0.5_f64..7.0,
-        low in 0.0_f64..0.6, high in 0.0_f64..2.0,
+        n in 0_u32..80,
+        radius in 0.0_f64..0.3,
+        mean in 0.0_f64..1.2,
+        shape in 0.5_f64..7.0,
+        low in 0.0_f64..0.6,
+        high in 0.0_f64..2.0,
     ) {
         let p = AssetParams {
             individuals_per_species: n,
             trunk_radius_m: radius,
-            stand: StandParams { shape, dbh_min_m: low, dbh_max_m: high },
+            stand: StandParams {
+                shape,
+                dbh_min_m: low,
+                dbh_max_m: high,
+            },
             species: vec![
-                StandSpecies { species: Species::beech(), dbh_mean_m: 0.3 },
-                StandSpecies { species: Species::cork_oak(), dbh_mean_m: mean },
+                StandSpecies {
+                    species: Species::beech(),
+                    dbh_mean_m: 0.3,
+                },
+                StandSpecies {
+                    species: Species::cork_oak(),
+                    dbh_mean_m: mean,
+                },
             ],
             ..AssetParams::default()
         };
@@ -700,7 +714,10 @@ proptest! {
         ];
         match p.check() {
             Ok(()) => prop_assert!(good.iter().all(|g| g.0)),
-            Err(e) => prop_assert_eq!(Some(e.field.as_str()), good.iter().find(|g| !g.0).map(|g| g.1)),
+            Err(e) => prop_assert_eq!(
+                Some(e.field.as_str()),
+                good.iter().find(|g| !g.0).map(|g| g.1)
+            ),
         }
     }
 }

@@ -968,7 +968,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
     #[test]
-    fn any_drawn_tree_is_sound(which in 0_usize..9, share in 0.0..1.0_f64, seed: u64, odd in 0.6..1.6_f64) {
+    fn any_drawn_tree_is_sound(
+        which in 0_usize..9,
+        share in 0.0..1.0_f64,
+        seed: u64,
+        odd in 0.6..1.6_f64,
+    ) {
         let species = &Species::all()[which];
         let [low, high] = species.allometry.dbh_range_m;
         let key = Key::world(seed);
@@ -983,10 +988,25 @@ proptest! {
         let tree = tree.map_err(|e| TestCaseError::fail(e.to_string()))?;
         prop_assert!(tree.mesh.triangles.len() <= params.wood_triangles_max);
         prop_assert!(!tree.cards.is_empty() && tree.cards.len() <= params.cards_max);
-        prop_assert!((tree.size.dbh_m / size.dbh_m - 1.0).abs() < 0.02, "dbh {} for {}", tree.size.dbh_m, size.dbh_m);
-        prop_assert!((tree.size.height_m / size.height_m - 1.0).abs() < 0.01, "height {} for {}", tree.size.height_m, size.height_m);
+        prop_assert!(
+            (tree.size.dbh_m / size.dbh_m - 1.0).abs() < 0.02,
+            "dbh {} for {}",
+            tree.size.dbh_m,
+            size.dbh_m
+        );
+        prop_assert!(
+            (tree.size.height_m / size.height_m - 1.0).abs() < 0.01,
+            "height {} for {}",
+            tree.size.height_m,
+            size.height_m
+        );
         prop_assert!((tree.size.leaf_area_m2 / size.leaf_area_m2 - 1.0).abs() < 0.05);
-        prop_assert!((tree.size.crown_radius_m / size.crown_radius_m - 1.0).abs() < 0.1, "radius {} for {}", tree.size.crown_radius_m, size.crown_radius_m);
+        prop_assert!(
+            (tree.size.crown_radius_m / size.crown_radius_m - 1.0).abs() < 0.1,
+            "radius {} for {}",
+            tree.size.crown_radius_m,
+            size.crown_radius_m
+        );
         // The foot is under ground all round, on slopes too.
         let lowest = tree.mesh.positions.iter().fold(0.0_f32, |m, p| m.min(p.z));
         prop_assert!((-0.65..=-0.25).contains(&lowest), "{lowest}");
@@ -1001,26 +1021,41 @@ proptest! {
         let [low, high] = species.allometry.dbh_range_m;
         prop_assert!((low..=high).contains(&size.dbh_m));
         prop_assert!(size.crown_base_m > 0.0 && size.crown_base_m < size.height_m);
-        prop_assert!(size.crown_radius_m > 0.0 && size.leaf_area_m2 > 0.0 && (0.0..0.35).contains(&size.lean_rad));
+        prop_assert!(
+            size.crown_radius_m > 0.0
+                && size.leaf_area_m2 > 0.0
+                && (0.0..0.35).contains(&size.lean_rad)
+        );
         let mut rng = Key::world(seed).rng();
         let limits = [rng.range_f64(0.0, 1.0), rng.range_f64(0.0, 1.0)];
-        let drawn = species.draw_dbh(rng.range_f64(0.05, 1.0), rng.range_f64(1.0, 6.0), limits, Key::world(seed));
+        let drawn = species.draw_dbh(
+            rng.range_f64(0.05, 1.0),
+            rng.range_f64(1.0, 6.0),
+            limits,
+            Key::world(seed),
+        );
         prop_assert!((low..=high).contains(&drawn));
     }
 
     #[test]
     fn individuals_keep_to_their_parts(
-        which in 0_usize..9, seed: u64, mean in 0.05..1.0_f64, shape in 1.0..6.0_f64,
-        limits in [0.07..0.5_f64, 0.5..1.5_f64], of in 1_u32..=64,
+        which in 0_usize..9,
+        seed: u64,
+        mean in 0.05..1.0_f64,
+        shape in 1.0..6.0_f64,
+        limits in [0.07..0.5_f64, 0.5..1.5_f64],
+        of in 1_u32..=64,
     ) {
         let species = &Species::all()[which];
         for number in 0..of {
             let rank = |at: u32| f64::from(at) / f64::from(of);
             let least = species.dbh_of_rank(mean, shape, limits, rank(number));
             let most = species.dbh_of_rank(mean, shape, limits, rank(number + 1));
-            let one = species.dbh_of_individual(mean, shape, limits, [number, of], Key::world(seed));
+            let one =
+                species.dbh_of_individual(mean, shape, limits, [number, of], Key::world(seed));
             prop_assert!((least..=most).contains(&one), "{number} of {of}: {one}");
-            let again = species.dbh_of_individual(mean, shape, limits, [number, of], Key::world(!seed));
+            let again =
+                species.dbh_of_individual(mean, shape, limits, [number, of], Key::world(!seed));
             prop_assert!(one != again || least == most);
         }
     }

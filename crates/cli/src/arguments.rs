@@ -56,7 +56,12 @@ pub(crate) struct World {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
     /// The world's seed.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64)
+    )]
     pub(crate) seed: Option<u64>,
     /// Threads to use; all cores if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
@@ -103,9 +108,14 @@ pub(crate) struct Generate {
     /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,
-    /// The most memory of a GPU that a renderer uses; cameras that differ in look, samples or radiance
-    /// have one each.
-    #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(128..=1_048_576))]
+    /// The most memory of a GPU that a renderer uses; cameras that differ in look, samples or
+    /// radiance have one each.
+    #[arg(
+        long,
+        value_name = "MIB",
+        default_value_t = 4096,
+        value_parser = clap::value_parser!(u32).range(128..=1_048_576)
+    )]
     pub(crate) gpu_memory: u32,
     /// Makes the Ith of N equal parts of the frames, I from 0; `merge` joins them.
     #[arg(long, value_name = "I/N")]

@@ -183,7 +183,8 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     ctrlc::set_handler(move || {
-        // Ctrl-C, or SIGTERM of whoever manages the machine. A second one does not wait for the frame in hand.
+        // Ctrl-C, or SIGTERM of whoever manages the machine. A second one does not wait for the
+        // frame in hand.
         if asked.swap(true, Ordering::Relaxed) {
             std::process::exit(1);
         }

@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-/// Chunks are made by one thread and dropped by another, for hours: the C library's heap grows by that,
-/// this one does not.
+/// Chunks are made by one thread and dropped by another, for hours: the C library's heap grows by
+/// that, this one does not.
 #[global_allocator]
 static ALLOCATOR: dlmalloc::GlobalDlmalloc = dlmalloc::GlobalDlmalloc;
 

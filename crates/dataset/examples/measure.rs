@@ -150,7 +150,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             name: "front".into(),
             intrinsics: Intrinsics::from_fov(W as u32, H as u32, 1.4)?,
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: AnnotationKinds::default(),
+            annotations: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
         }],
@@ -176,7 +176,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             rgb: &rgb,
             radiance: None,
             truth: &truth,
-            extra: &extra,
+            annotations: &extra,
         }],
         lidars: vec![LidarData {
             name: "top",

@@ -48,7 +48,7 @@ impl CameraFile {
 
     /// Does a header ask for it, of its `camera`-th camera?
     pub(crate) fn is_asked(self, header: &DatasetHeader, camera: usize) -> bool {
-        let extra = header.cameras[camera].extra;
+        let extra = header.cameras[camera].annotations;
         match self {
             Self::Rgb | Self::Semantic | Self::Instance | Self::Depth | Self::Normals => true,
             Self::Sky => extra.sky,
@@ -74,7 +74,7 @@ impl CameraFile {
         if !self.is_asked(header, camera) {
             return None;
         }
-        let (truth, further) = (data.truth, data.extra);
+        let (truth, further) = (data.truth, data.annotations);
         Some(match self {
             Self::Rgb => images::encode_rgb(data.rgb),
             Self::Semantic => images::encode_semantic(&truth.semantic, &header.ontology),

@@ -25,18 +25,18 @@ pub struct CloudParams {
 /// Sides of cubes, metres: finer than any scanner measures, larger than any reaches.
 const VOXEL_M: std::ops::RangeInclusive<f64> = 1e-4..=1e3;
 
-/// Writes the points of all frames and all LiDARs in world coordinates, in the order of frames, as a
-/// binary PLY at `out`: for plots that are scanned from stations, and for maps of drives.
+/// Writes the points of all frames and all LiDARs in world coordinates, in the order of frames, as
+/// a binary PLY at `out`: for plots that are scanned from stations, and for maps of drives.
 ///
 /// Positions are the measured ones, registered by the true poses. Every point has its class, its
-/// thing (`chunk_x`, `chunk_y`, `item` as in `trees.csv` and `instances.csv`), frame, LiDAR, return,
-/// true range, normal and its class's colour. Returns how many points were written. The file
-/// appears when it is whole.
+/// thing (`chunk_x`, `chunk_y`, `item` as in `trees.csv` and `instances.csv`), frame, LiDAR,
+/// return, true range, normal and its class's colour. Returns how many points were written. The
+/// file appears when it is whole.
 ///
 /// # Errors
-/// If a scan is missing or damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is out
-/// of range, if `out` does not end in `.ply` or is one of the data set's own files, or if the file
-/// cannot be written.
+/// If a scan is missing or damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is
+/// out of range, if `out` does not end in `.ply` or is one of the data set's own files, or if the
+/// file cannot be written.
 pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> {
     if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
         let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());

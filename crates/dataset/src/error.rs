@@ -17,7 +17,8 @@ pub enum Error {
     },
     /// The output folder holds files that no data set owns; nothing was touched.
     #[error(
-        "{}: the folder is not empty and holds no data set (found '{found}'); choose an empty or a new folder",
+        "{}: the folder is not empty and holds no data set (found '{found}'); choose an empty or a \
+         new folder",
         path.display()
     )]
     Foreign {
@@ -28,7 +29,8 @@ pub enum Error {
     },
     /// The output folder holds a data set already; nothing was touched.
     #[error(
-        "{}: the folder holds {} data set; use --resume to go on with it or --overwrite to replace it",
+        "{}: the folder holds {} data set; use --resume to go on with it or --overwrite to replace \
+         it",
         path.display(),
         if *finished { "a" } else { "an unfinished" }
     )]
@@ -40,8 +42,8 @@ pub enum Error {
     },
     /// `dataset.json` is there and cannot be relied on; nothing was touched.
     #[error(
-        "{}: holds a damaged data set: {cause}; put a whole dataset.json back, or remove this folder \
-         yourself and make it anew",
+        "{}: holds a damaged data set: {cause}; put a whole dataset.json back, or remove this \
+         folder yourself and make it anew",
         path.display()
     )]
     Damaged {
@@ -53,8 +55,8 @@ pub enum Error {
     /// There is a `.nemoral` folder but no whole header in it: nothing says which files are a data
     /// set's, so nothing was touched.
     #[error(
-        "{}: holds '.nemoral' without a whole header, so that nothing says which of its files are a data \
-         set's; remove this folder yourself if you need nothing in it, or choose another",
+        "{}: holds '.nemoral' without a whole header, so that nothing says which of its files are \
+         a data set's; remove this folder yourself if you need nothing in it, or choose another",
         path.display()
     )]
     Unowned {
@@ -63,7 +65,8 @@ pub enum Error {
     },
     /// The parts of a merge do not have all frames of a sequence; nothing was written.
     #[error(
-        "sequence {sequence}: no part has frames {missing} of its {length}; --partial merges what there is"
+        "sequence {sequence}: no part has frames {missing} of its {length}; --partial merges what \
+         there is"
     )]
     Incomplete {
         /// The sequence.
@@ -75,7 +78,8 @@ pub enum Error {
     },
     /// Resume or merge of data sets that were made differently; nothing was touched.
     #[error(
-        "{}: made with {field} = {found}, asked for {asked}: what differs cannot be mixed in one data set",
+        "{}: made with {field} = {found}, asked for {asked}: what differs cannot be mixed in one \
+         data set",
         path.display()
     )]
     Mismatch {

@@ -17,8 +17,8 @@ pub struct FrameData<'a> {
     pub time_s: f64,
     /// The body's pose in the world at that time.
     pub world_from_body: RigidTransform,
-    /// How the body moves at that time: what pictures with a rolling shutter are read by; else it need
-    /// not be known.
+    /// How the body moves at that time: what pictures with a rolling shutter are read by; else it
+    /// need not be known.
     pub body_motion: Twist,
     /// One for each camera of the header, in its order.
     pub cameras: Vec<CameraData<'a>>,
@@ -35,13 +35,13 @@ pub struct CameraData<'a> {
     pub name: &'a str,
     /// sRGB.
     pub rgb: &'a Image<[u8; 3]>,
-    /// The light behind the lens, before exposure and sensor: linear sRGB, cd/m², the same size. There
-    /// if the header asks for it.
+    /// The light behind the lens, before exposure and sensor: linear sRGB, cd/m², the same size.
+    /// There if the header asks for it.
     pub radiance: Option<&'a Image<Vec3>>,
     /// What is at each pixel's centre; the same size.
     pub truth: &'a TruthImages,
     /// The further truth that the header asks for.
-    pub extra: &'a Annotations,
+    pub annotations: &'a Annotations,
 }
 
 /// What a LiDAR saw.

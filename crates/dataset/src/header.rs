@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::serde_scene;
 use crate::{Error, limits};
 
-/// The further camera that is KITTI's right eye: its pictures are `image_3`, its projection is `P3`.
+/// The further camera that is KITTI's right eye: its pictures are `image_3`, its projection is
+/// `P3`.
 pub(crate) const RIGHT: &str = "right";
 
 /// How depth images are stored.
@@ -38,7 +39,8 @@ pub struct CameraSpec {
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_camera: RigidTransform,
     /// What else it writes: `sky`, `flow`, `trunks`, `boxes`, `radiance`.
-    pub extra: AnnotationKinds,
+    #[serde(rename = "extra")]
+    pub annotations: AnnotationKinds,
     /// When its rows see light; absent from `dataset.json` if all do at once.
     #[serde(default, skip_serializing_if = "Shutter::is_instant")]
     pub shutter: Shutter,
@@ -65,8 +67,8 @@ pub struct LidarSpec {
 }
 
 impl LidarSpec {
-    /// Are points where their pulses went? If not, images cannot agree with them, and `check` reports
-    /// the agreement without judging it.
+    /// Are points where their pulses went? If not, images cannot agree with them, and `check`
+    /// reports the agreement without judging it.
     #[must_use]
     pub fn well_placed(&self) -> bool {
         self.deskewed && !self.pointing_errors
@@ -224,7 +226,8 @@ pub(crate) fn is_place(position_m: DVec3) -> bool {
     position_m.is_finite() && position_m.abs().max_element() <= limits::MAX_POSITION_M
 }
 
-/// Names that could be mistaken for a folder of the layout, or that file systems dislike, are refused.
+/// Names that could be mistaken for a folder of the layout, or that file systems dislike, are
+/// refused.
 fn check_sensor_name(name: &str) -> Result<(), Error> {
     const RESERVED: [&str; 14] = [
         "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky", "flow", "trunks",

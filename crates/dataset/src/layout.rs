@@ -156,8 +156,8 @@ pub(crate) fn frame_files(
     files
 }
 
-/// Every file that belongs to no frame, by path, with the most bytes it may have. Sequences are numbers
-/// and lengths.
+/// Every file that belongs to no frame, by path, with the most bytes it may have. Sequences are
+/// numbers and lengths.
 pub(crate) fn common_files(
     header: &DatasetHeader,
     sequences: impl IntoIterator<Item = (u32, u64)>,

@@ -1,5 +1,5 @@
-//! This crate is what lands on disk: it writes data sets, reads every file of them back, resumes and
-//! merges them, and checks them from their files alone.
+//! This crate is what lands on disk: it writes data sets, reads every file of them back, resumes
+//! and merges them, and checks them from their files alone.
 //!
 //! # Layout
 //! SemanticKITTI's, so that today's loaders read it unchanged, with images beside it:
@@ -9,9 +9,9 @@
 //!                  velodyne/000000.bin  labels/000000.label  points/000000.ply
 //!                  poses.txt  calib.txt  times.txt
 //! ```
-//! A further camera or LiDAR has the same folders inside a folder of its name, but the pictures of a
-//! further camera called `right` are `image_3`. While a data set is
-//! unfinished, `OUT/.nemoral/` holds its header and a record for each whole frame.
+//! A further camera or LiDAR has the same folders inside a folder of its name, but the pictures of
+//! a further camera called `right` are `image_3`. While a data set is unfinished, `OUT/.nemoral/`
+//! holds its header and a record for each whole frame.
 //!
 //! | file | content |
 //! |---|---|
@@ -31,14 +31,15 @@
 //!
 //! # Promises
 //! - A file appears under its final name only when it is whole, a frame's record after its files,
-//!   `dataset.json` after everything, once all files that it names are on the medium. What a power cut
-//!   damages before that, checksums show, and resume makes again.
+//!   `dataset.json` after everything, once all files that it names are on the medium. What a power
+//!   cut damages before that, checksums show, and resume makes again.
 //! - Equal input gives equal bytes, whatever the order of frames, the threads, or the shards.
-//! - Nothing that a data set does not own is changed or removed, and nothing outside its folder is read
-//!   or written: names in a data set are [`InnerPath`]s, and links below the folder are not followed.
+//! - Nothing that a data set does not own is changed or removed, and nothing outside its folder is
+//!   read or written: names in a data set are [`InnerPath`]s, and links below the folder are not
+//!   followed.
 //! - Nothing that a file declares is believed before it is checked: sizes are held against
-//!   `dataset.json`, and that against what can be made, before memory is asked for; every file that is
-//!   read is held against its checksum.
+//!   `dataset.json`, and that against what can be made, before memory is asked for; every file that
+//!   is read is held against its checksum.
 //!
 //! # Example
 //! ```
@@ -50,7 +51,13 @@
 //! # let out = folder.path();
 //! let mount = RigidTransform::IDENTITY;
 //! let header = DatasetHeader {
-//!     lidars: vec![LidarSpec { name: "top".into(), body_from_lidar: mount, deskewed: true, pointing_errors: false, ply: true }],
+//!     lidars: vec![LidarSpec {
+//!         name: "top".into(),
+//!         body_from_lidar: mount,
+//!         deskewed: true,
+//!         pointing_errors: false,
+//!         ply: true,
+//!     }],
 //!     ..DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper())
 //! };
 //! let writer = Writer::create(out, OpenMode::Fresh, header)?;

@@ -115,8 +115,8 @@ impl Manifest {
         seal::stamp(&format!("{head}[\n{frames}\n  ]\n}}\n"))
     }
 
-    /// Reads and [validates](Self::validate) the manifest of a folder; says too whether it is to the
-    /// byte what was written.
+    /// Reads and [validates](Self::validate) the manifest of a folder; says too whether it is to
+    /// the byte what was written.
     pub(crate) fn read(folder: &Folder) -> Result<(Self, bool), Error> {
         let name = layout::inner(layout::MANIFEST);
         let path = name.below(folder.root());
@@ -141,8 +141,9 @@ impl Manifest {
         Ok((manifest, seal::is_stamped(text)))
     }
 
-    /// Is this a manifest that a [`Writer`](crate::Writer) could have written? Whoever wrote it, all that
-    /// it says of names, sizes and poses can be relied on afterwards: its files are those of the layout.
+    /// Is this a manifest that a [`Writer`](crate::Writer) could have written? Whoever wrote it,
+    /// all that it says of names, sizes and poses can be relied on afterwards: its files are those
+    /// of the layout.
     pub(crate) fn validate(&self) -> Result<(), Error> {
         self.header.validate()?;
         if self.sequences.len() > limits::MAX_SEQUENCES {

@@ -11,8 +11,8 @@ use crate::{Dataset, Error, Manifest, OpenMode, Writer, layout, output::compare}
 /// How [`merge`] treats its output, and parts that do not make a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MergeParams {
-    /// What to do with an output folder that holds something: [`OpenMode::Resume`] goes on with a merge
-    /// that was killed.
+    /// What to do with an output folder that holds something: [`OpenMode::Resume`] goes on with a
+    /// merge that was killed.
     pub mode: OpenMode,
     /// May frames of the sequences be missing?
     pub partial: bool,
@@ -20,12 +20,12 @@ pub struct MergeParams {
 
 /// Unites data sets with equal headers and tracks (the shards of one plan) in a new folder, whose
 /// bytes are those of one run that made all frames, if the shards' tables hold what their frames
-/// show. Every byte that is read is verified by its checksum, that of `dataset.json` included; all but
-/// the frames' files before anything is written.
+/// show. Every byte that is read is verified by its checksum, that of `dataset.json` included; all
+/// but the frames' files before anything is written.
 ///
 /// # Errors
-/// [`Error::Mismatch`] if headers, tracks, or two copies of a frame differ; [`Error::Incomplete`] if
-/// frames are missing and may not be; [`Error::Malformed`] for a damaged or missing file; as
+/// [`Error::Mismatch`] if headers, tracks, or two copies of a frame differ; [`Error::Incomplete`]
+/// if frames are missing and may not be; [`Error::Malformed`] for a damaged or missing file; as
 /// [`Writer::create`] for the output folder; [`Error::Io`].
 pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifest, Error> {
     let parts = parts

@@ -79,7 +79,8 @@ impl Dataset {
     ///
     /// # Errors
     /// [`Error::Io`] if the folder cannot be read, [`Error::Malformed`] if it holds no data set, an
-    /// unfinished one, one of another format version, or one whose `dataset.json` says what cannot be.
+    /// unfinished one, one of another format version, or one whose `dataset.json` says what cannot
+    /// be.
     pub fn open(dir: &Path) -> Result<Self, Error> {
         let folder = Folder::new(dir);
         if folder.kind(&layout::inner(layout::MANIFEST))?.is_none() {
@@ -111,8 +112,8 @@ impl Dataset {
         self.folder.root()
     }
 
-    /// Is `dataset.json` to the byte what was written? Whoever has changed it on purpose can read the
-    /// data set still, but not merge it.
+    /// Is `dataset.json` to the byte what was written? Whoever has changed it on purpose can read
+    /// the data set still, but not merge it.
     #[must_use]
     pub fn is_untouched(&self) -> bool {
         self.is_untouched
@@ -206,19 +207,19 @@ impl Dataset {
             instance: self.image(frame, camera, F::Instance, images::decode_instance)?,
             depth_m,
             normal: self.image(frame, camera, F::Normals, images::decode_normals)?,
-            sky: (spec.extra.sky)
+            sky: (spec.annotations.sky)
                 .then(|| self.image(frame, camera, F::Sky, images::decode_mask))
                 .transpose()?,
-            flow: (spec.extra.flow)
+            flow: (spec.annotations.flow)
                 .then(|| self.image(frame, camera, F::Flow, images::decode_flow))
                 .transpose()?,
-            trunks: (spec.extra.trunks)
+            trunks: (spec.annotations.trunks)
                 .then(|| self.image(frame, camera, F::Trunks, images::decode_instance))
                 .transpose()?,
-            boxes: (spec.extra.boxes)
+            boxes: (spec.annotations.boxes)
                 .then(|| self.camera_file(frame, camera, F::Boxes, annotations::decode_boxes))
                 .transpose()?,
-            radiance: (spec.extra.radiance)
+            radiance: (spec.annotations.radiance)
                 .then(|| self.image(frame, camera, F::Radiance, exr::decode))
                 .transpose()?,
         })

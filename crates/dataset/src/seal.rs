@@ -65,7 +65,10 @@ mod tests {
         #[test]
         fn any_changed_byte_is_seen(at in 0_usize..200, to in 0_u8..128) {
             let json = "{\"a\": 1.5, \"b\": [\"x\"]}";
-            for sealed in [seal(json), stamp(&format!("{{ {MARK}{}\", \"a\": 1 }}", blank()))] {
+            for sealed in [
+                seal(json),
+                stamp(&format!("{{ {MARK}{}\", \"a\": 1 }}", blank())),
+            ] {
                 let whole = |text: &str| unseal(text) == Some(json) || is_stamped(text);
                 prop_assert!(whole(&sealed));
                 let mut bytes = sealed.clone().into_bytes();
@@ -73,7 +76,11 @@ mod tests {
                 bytes[at] = to;
                 let changed = String::from_utf8(bytes).expect("ASCII");
                 // White space after a sealed text is not content.
-                prop_assert!(changed == sealed || !whole(&changed) || changed.trim_end() == sealed.trim_end());
+                prop_assert!(
+                    changed == sealed
+                        || !whole(&changed)
+                        || changed.trim_end() == sealed.trim_end()
+                );
             }
         }
     }

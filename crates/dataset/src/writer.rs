@@ -38,9 +38,9 @@ pub enum OpenMode {
 /// writer that is dropped, or whose process is killed, leaves a folder that
 /// [`OpenMode::Resume`] goes on with.
 ///
-/// After a power cut, too: the header is on the medium before the first frame is begun; frames' files
-/// get there beside the work, and those that did not are found by their checksums and made again; all
-/// files that `dataset.json` names are there before it gets its name.
+/// After a power cut, too: the header is on the medium before the first frame is begun; frames'
+/// files get there beside the work, and those that did not are found by their checksums and made
+/// again; all files that `dataset.json` names are there before it gets its name.
 #[derive(Debug)]
 pub struct Writer {
     folder: Folder,
@@ -94,9 +94,10 @@ impl Writer {
     ///
     /// # Errors
     /// [`Error::Invalid`] for a header with impossible names, sizes or mounts; [`Error::Foreign`],
-    /// [`Error::Exists`], [`Error::Damaged`] and [`Error::Unowned`] for a folder that may not be written
-    /// to; [`Error::Mismatch`] for a resume with another header; [`Error::Busy`]; [`Error::Malformed`]
-    /// for a link where a file or folder of the data set should be; and [`Error::Io`].
+    /// [`Error::Exists`], [`Error::Damaged`] and [`Error::Unowned`] for a folder that may not be
+    /// written to; [`Error::Mismatch`] for a resume with another header; [`Error::Busy`];
+    /// [`Error::Malformed`] for a link where a file or folder of the data set should be; and
+    /// [`Error::Io`].
     pub fn create(out: &Path, mode: OpenMode, header: DatasetHeader) -> Result<Self, Error> {
         header.validate()?;
         let folder = Folder::new(out);
@@ -344,8 +345,8 @@ impl Writer {
         Ok(manifest)
     }
 
-    /// Takes over a frame of another data set with an equal header, if it is whole there and not yet
-    /// here.
+    /// Takes over a frame of another data set with an equal header, if it is whole there and not
+    /// yet here.
     pub(crate) fn adopt(&self, from: &Dataset, record: &FrameRecord) -> Result<(), Error> {
         let ours = self.lock().get(&(record.sequence, record.index)).cloned();
         if let Some(ours) = ours {
@@ -401,12 +402,16 @@ impl Writer {
                 ("depth", size(&t.depth_m)),
                 ("normal", size(&t.normal)),
             ];
-            let e = camera.extra;
+            let e = camera.annotations;
             for (what, asked, given) in [
-                ("flow", spec.extra.flow, e.flow.is_some()),
-                ("trunks", spec.extra.trunks, e.trunks.is_some()),
-                ("boxes", spec.extra.boxes, e.boxes.is_some()),
-                ("radiance", spec.extra.radiance, camera.radiance.is_some()),
+                ("flow", spec.annotations.flow, e.flow.is_some()),
+                ("trunks", spec.annotations.trunks, e.trunks.is_some()),
+                ("boxes", spec.annotations.boxes, e.boxes.is_some()),
+                (
+                    "radiance",
+                    spec.annotations.radiance,
+                    camera.radiance.is_some(),
+                ),
             ] {
                 if asked && !given {
                     let field = format!("{name}.{}.{what}", camera.name);

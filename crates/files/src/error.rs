@@ -30,7 +30,10 @@ pub enum Error {
         path: PathBuf,
     },
     /// More bytes than the reader has room for.
-    #[error("{}: is larger than {limit} bytes, the most that is read of such a file", path.display())]
+    #[error(
+        "{}: is larger than {limit} bytes, the most that is read of such a file",
+        path.display()
+    )]
     TooLarge {
         /// The file.
         path: PathBuf,

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use crate::{Error, InnerPath, PendingFile, operation, read};
 
-/// Everything below one root, by [`InnerPath`]s. The root may be reached through links; below it none
-/// is followed, neither of folders on the way nor of files.
+/// Everything below one root, by [`InnerPath`]s. The root may be reached through links; below it
+/// none is followed, neither of folders on the way nor of files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folder {
     root: PathBuf,
@@ -187,7 +187,8 @@ impl Folder {
     /// Nothing is synced: see [`Syncer`](crate::Syncer).
     ///
     /// # Errors
-    /// [`Error::Link`], [`Error::NotRegular`] if a folder or a device bears the name, [`Error::Io`].
+    /// [`Error::Link`], [`Error::NotRegular`] if a folder or a device bears the name,
+    /// [`Error::Io`].
     pub fn put(&self, name: &InnerPath, bytes: &[u8]) -> Result<(), Error> {
         self.begin(name, bytes)?.commit()
     }
@@ -270,8 +271,8 @@ impl Folder {
         operation::sync_folder(&path).map_err(Error::io(&path))
     }
 
-    /// Takes a lock file, which is made if need be. Where the file system has no locks there is none:
-    /// then the user has to take care.
+    /// Takes a lock file, which is made if need be. Where the file system has no locks there is
+    /// none: then the user has to take care.
     ///
     /// # Errors
     /// [`Error::Locked`] if another process holds it, [`Error::Link`], [`Error::NotRegular`],

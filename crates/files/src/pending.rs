@@ -17,8 +17,8 @@ pub fn is_temporary_name(name: &str) -> bool {
     name.starts_with(PREFIX) && name.ends_with(SUFFIX)
 }
 
-/// A file that is being written under a temporary name, in the folder of its final one. It is removed
-/// when it is dropped before [`PendingFile::commit`].
+/// A file that is being written under a temporary name, in the folder of its final one. It is
+/// removed when it is dropped before [`PendingFile::commit`].
 #[derive(Debug)]
 pub struct PendingFile {
     file: File,
@@ -30,8 +30,8 @@ impl PendingFile {
     /// Begins a file that the user has named; its folder must exist.
     ///
     /// # Errors
-    /// [`Error::NotRegular`] if something that is no regular file bears the name (a folder, a device),
-    /// and [`Error::Io`].
+    /// [`Error::NotRegular`] if something that is no regular file bears the name (a folder, a
+    /// device), and [`Error::Io`].
     pub fn create(target: &Path) -> Result<Self, Error> {
         match fs::metadata(target) {
             Ok(meta) if !meta.is_file() => {
@@ -67,8 +67,8 @@ impl PendingFile {
         operation::rename(self.temporary, &self.target).map_err(Error::io(&self.target))
     }
 
-    /// The same, once the content is on the medium: after a power cut the name holds the old file or
-    /// the new one.
+    /// The same, once the content is on the medium: after a power cut the name holds the old file
+    /// or the new one.
     ///
     /// # Errors
     /// As [`PendingFile::commit`].
@@ -118,8 +118,8 @@ pub fn write(target: &Path, bytes: &[u8]) -> Result<(), Error> {
     file.commit()
 }
 
-/// A file under a temporary name, which goes by itself if it is not given another. Names of temporary
-/// files never reach an error's text: what the user asked for does.
+/// A file under a temporary name, which goes by itself if it is not given another. Names of
+/// temporary files never reach an error's text: what the user asked for does.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);

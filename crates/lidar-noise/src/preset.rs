@@ -236,7 +236,9 @@ mod tests {
         });
         assert_eq!(format!("{got:?}"), VALUES);
     }
-    const VALUES: &str = "[Some(12.0), Some(11.96391482888432), Some(11.9755549739297), Some(11.97556514660983), Some(11.996457624497248), Some(11.971290695214185), Some(11.989829310629043)]";
+    const VALUES: &str = "[Some(12.0), Some(11.96391482888432), Some(11.9755549739297), \
+        Some(11.97556514660983), Some(11.996457624497248), Some(11.971290695214185), \
+        Some(11.989829310629043)]";
 
     #[test]
     fn only_signal_to_noise_loses_echoes() {

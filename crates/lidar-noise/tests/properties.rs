@@ -273,9 +273,14 @@ proptest! {
     fn the_closed_form_is_the_waveform(range_m in 0.5_f64..50.0, deg in 1.0_f64..85.0) {
         for (device, tolerance) in DEVICES.into_iter().zip([0.15, 0.02]) {
             let o = observation(range_m, deg, 0.5);
-            let (full, closed) =
-                (device.waveform().mean_error_m(&o), device.closed_form().mean_error_m(&o));
-            prop_assert!((closed / full - 1.0).abs() < tolerance, "{device:?} {o:?} {full} {closed}");
+            let (full, closed) = (
+                device.waveform().mean_error_m(&o),
+                device.closed_form().mean_error_m(&o),
+            );
+            prop_assert!(
+                (closed / full - 1.0).abs() < tolerance,
+                "{device:?} {o:?} {full} {closed}"
+            );
         }
     }
 
@@ -286,8 +291,14 @@ proptest! {
             &IncidenceLaw::default(),
             &LinearSigma::new(LinearSigmaParams::SICK_LMS1XX).unwrap(),
         ];
-        let farther = EchoObservation { range_m: o.range_m + farther_m, ..o };
-        let grazing = EchoObservation { incidence_cos: 0.9 * o.incidence_cos, ..o };
+        let farther = EchoObservation {
+            range_m: o.range_m + farther_m,
+            ..o
+        };
+        let grazing = EchoObservation {
+            incidence_cos: 0.9 * o.incidence_cos,
+            ..o
+        };
         for sigma in spreads {
             let here = sigma.sigma_m(&o);
             prop_assert!(here.is_finite() && here >= 0.0);
@@ -304,8 +315,14 @@ proptest! {
     ) {
         let hard = RangeEquation::default();
         let soft = SoftThreshold::new(hard, false_alarm).unwrap();
-        let farther = EchoObservation { range_m: o.range_m + farther_m, ..o };
-        let darker = EchoObservation { reflectance: o.reflectance / 2.0, ..o };
+        let farther = EchoObservation {
+            range_m: o.range_m + farther_m,
+            ..o
+        };
+        let darker = EchoObservation {
+            reflectance: o.reflectance / 2.0,
+            ..o
+        };
         let receivers: [&dyn Fn(&EchoObservation) -> f64; 2] =
             [&|o| hard.probability(o), &|o| soft.probability(o)];
         for receiver in receivers {
@@ -327,10 +344,14 @@ proptest! {
             RangeNoise::Off,
             RangeNoise::Paper { sigma_m },
             RangeNoise::Laconte {
-                device: LaconteDevice::SickLms1xx, form: LaconteForm::Waveform, sigma_m,
+                device: LaconteDevice::SickLms1xx,
+                form: LaconteForm::Waveform,
+                sigma_m,
             },
             RangeNoise::Laconte {
-                device: LaconteDevice::VelodyneHdl32e, form: LaconteForm::Closed, sigma_m,
+                device: LaconteDevice::VelodyneHdl32e,
+                form: LaconteForm::Closed,
+                sigma_m,
             },
             RangeNoise::Incidence(nemoral_lidar_noise::IncidenceLawParams::default()),
             RangeNoise::Linear(nemoral_lidar_noise::LinearSigmaParams::SICK_LMS1XX),

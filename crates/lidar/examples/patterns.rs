@@ -175,8 +175,8 @@ fn coverages() -> Result<String, Box<dyn std::error::Error>> {
         (left + x, top + y)
     };
     let mut svg = String::from(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 900 520\" width=\"900\" height=\"520\" \
-         font-family=\"sans-serif\" font-size=\"15\">\n\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 900 520\" width=\"900\" \
+         height=\"520\" font-family=\"sans-serif\" font-size=\"15\">\n\
          <rect width=\"900\" height=\"520\" fill=\"white\"/>\n",
     );
     let line = |svg: &mut String, points: &[(f64, f64)], colour: &str, width: f64| {
@@ -185,7 +185,8 @@ fn coverages() -> Result<String, Box<dyn std::error::Error>> {
             .map(|(x, y)| format!("{x:.1},{y:.1}"))
             .collect();
         svg.push_str(&format!(
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"/>\n",
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" \
+             stroke-width=\"{width}\"/>\n",
             points.join(" ")
         ));
     };

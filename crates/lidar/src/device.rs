@@ -162,7 +162,8 @@ impl Device {
             reference_reflectance: 0.1,
             sigma_floor_m: 0.007,
             sigma_at_threshold_m: 0.09,
-            source: "Livox wiki: range ladder 90/130/260 m at 10/20/80 %, 2 cm at 20 m, 0.28° x 0.03°, angles below 0.1°; pulse length: HELIOS++",
+            source: "Livox wiki: range ladder 90/130/260 m at 10/20/80 %, 2 cm at 20 m, 0.28° x \
+                0.03°, angles below 0.1°; pulse length: HELIOS++",
         };
         const OUSTER: DeviceSheet = DeviceSheet {
             title: "Ouster OS1",
@@ -171,7 +172,8 @@ impl Device {
             reference_reflectance: 0.1,
             sigma_floor_m: 0.015,
             sigma_at_threshold_m: 0.10,
-            source: "OS1 data sheet: 40 m at 10 %, 0.8 to 120 m, 1.5 to 10 cm by signal, 0.13° to 0.18°; 850 nm, for which the reflectances at 905 nm stand; pulse length assumed",
+            source: "OS1 data sheet: 40 m at 10 %, 0.8 to 120 m, 1.5 to 10 cm by signal, 0.13° to \
+                0.18°; 850 nm, for which the reflectances at 905 nm stand; pulse length assumed",
         };
         match self {
             Self::Mid40 => LIVOX,
@@ -191,7 +193,8 @@ impl Device {
             Self::HorizonLike => DeviceSheet {
                 title: "Like the Livox Horizon",
                 field_of_view_deg: [81.7, 25.1],
-                source: "Livox wiki; the pattern is fitted to its figures, the pulse length is the Mid-40's",
+                source: "Livox wiki; the pattern is fitted to its figures, the pulse length is the \
+                    Mid-40's",
                 ..LIVOX
             },
             Self::Vlp16 => DeviceSheet {
@@ -200,7 +203,8 @@ impl Device {
                 reference_range_m: 50.0,
                 sigma_floor_m: 0.02,
                 sigma_at_threshold_m: 0.06,
-                source: "user manual: 3 cm, 100 m, 3.0 x 1.5 mrad, 2 mm steps; 50 m at 10 % and pulse length assumed",
+                source: "user manual: 3 cm, 100 m, 3.0 x 1.5 mrad, 2 mm steps; 50 m at 10 % and \
+                    pulse length assumed",
                 ..OUSTER
             },
             Self::Hdl64e => DeviceSheet {
@@ -209,7 +213,8 @@ impl Device {
                 reference_range_m: 50.0,
                 sigma_floor_m: 0.015,
                 sigma_at_threshold_m: 0.06,
-                source: "data sheet: 120 m, 50 m at 10 %, 2 cm; HELIOS++: 2 mrad, 20,833 pulses a second and laser; pulse length assumed",
+                source: "data sheet: 120 m, 50 m at 10 %, 2 cm; HELIOS++: 2 mrad, 20,833 pulses a \
+                    second and laser; pulse length assumed",
                 ..OUSTER
             },
             Self::Os0 => DeviceSheet {

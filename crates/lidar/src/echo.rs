@@ -218,7 +218,8 @@ mod tests {
     proptest! {
         #[test]
         fn every_hit_is_in_one_echo(
-            list in prop::collection::vec((0.5_f64..40.0, 0.0_f64..0.1), 0..40), resolution in 0.0_f64..2.0,
+            list in prop::collection::vec((0.5_f64..40.0, 0.0_f64..0.1), 0..40),
+            resolution in 0.0_f64..2.0,
         ) {
             let found = grouped(&list, resolution);
             let mut end = 0;
@@ -228,7 +229,10 @@ mod tests {
                 end = e.end;
             }
             prop_assert_eq!(end, list.len());
-            let (all, sum): (f64, f64) = (list.iter().map(|c| c.1).sum(), found.iter().map(|e| e.sent_back).sum());
+            let (all, sum): (f64, f64) = (
+                list.iter().map(|c| c.1).sum(),
+                found.iter().map(|e| e.sent_back).sum(),
+            );
             prop_assert!((all - sum).abs() < 1e-12);
             // Echoes do not overlap, and a range is within its echo.
             prop_assert!(found.windows(2).all(|w| w[0].range_m < w[1].range_m));

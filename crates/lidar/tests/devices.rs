@@ -138,7 +138,8 @@ fn bad_heads_are_refused_by_name() {
 
 #[test]
 fn a_table_replays_itself() {
-    let csv = "time/s,azimuth/deg,elevation/deg,ring\n# a comment\n5.0, 10, 0, 1\n5.1, -10, 20, 2\n\n5.3, 0, -20, 3\n";
+    let csv = "time/s,azimuth/deg,elevation/deg,ring\n# a comment\n5.0, 10, 0, 1\n5.1, -10, 20, 2\n\
+        \n5.3, 0, -20, 3\n";
     let table = CsvPattern::from_csv(csv.as_bytes()).expect("a table");
     assert_eq!(table.len(), 3);
     // 0.3 s between first and last of three: 0.15 s more to the next.

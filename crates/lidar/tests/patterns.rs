@@ -172,8 +172,14 @@ proptest! {
     }
 
     #[test]
-    fn pulses_together_are_those_alone(first in prop_oneof![0_u64..1 << 40, any::<u64>()], count in 0_u32..30) {
-        let (lines, spinning) = (RepeatingLines::default(), Spinning::hdl64e(10.0).expect("a rate"));
+    fn pulses_together_are_those_alone(
+        first in prop_oneof![0_u64..1 << 40, any::<u64>()],
+        count in 0_u32..30,
+    ) {
+        let (lines, spinning) = (
+            RepeatingLines::default(),
+            Spinning::hdl64e(10.0).expect("a rate"),
+        );
         let patterns: [&dyn ScanPattern; 5] = [&Mid40, &Avia, &HorizonLike, &lines, &spinning];
         for pattern in patterns {
             let alone = (0..count).map(|i| pattern.pulse(first.wrapping_add(i.into())));
@@ -249,4 +255,7 @@ fn value_stability() {
     let got = patterns.map(|p| p.pulse(123_457).direction.to_array());
     assert_eq!(format!("{got:?}"), VALUES);
 }
-const VALUES: &str = "[[-0.7298727080095402, -0.6455097623215346, -0.22495105434386498], [0.9458246557888573, 0.30296423693881885, 0.11674070257612958], [0.8232543680873062, -0.5339304681847736, -0.19279652634100264], [0.8834609082110862, -0.446771853731301, -0.1410380600275669]]";
+const VALUES: &str = "[[-0.7298727080095402, -0.6455097623215346, -0.22495105434386498], \
+    [0.9458246557888573, 0.30296423693881885, 0.11674070257612958], [0.8232543680873062, \
+    -0.5339304681847736, -0.19279652634100264], [0.8834609082110862, -0.446771853731301, \
+    -0.1410380600275669]]";

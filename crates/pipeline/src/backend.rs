@@ -112,8 +112,8 @@ impl Backend {
         }
     }
 
-    /// The same, using at most so much memory of a GPU, MiB, for each renderer: cameras that differ in
-    /// look, samples or radiance have one each.
+    /// The same, using at most so much memory of a GPU, MiB, for each renderer: cameras that differ
+    /// in look, samples or radiance have one each.
     #[must_use]
     #[cfg_attr(
         not(feature = "gpu"),

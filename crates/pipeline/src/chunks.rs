@@ -4,7 +4,12 @@ use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 
 use crate::config::Chunks;
-use crate::plan::{At, Store};
+use crate::plan::{At, Stage, Store};
+use crate::stages::annotations::UncoveredGeometryStage;
+use crate::stages::object_geometry::ObjectGeometryStage;
+use crate::stages::sky_view_factor::SkyViewStage;
+use crate::stages::undergrowth::{SeedlingStage, UndergrowthStage};
+use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
 
 /// What the chunk manager does with a chunk (paper, Fig. 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,8 +51,8 @@ impl ChunkManager {
 
     /// Frees what is out of reach of a robot at a world position. Undergrowth, which is visible
     /// less far, is kept a proportionally shorter way; placements are looked up beyond the visible
-    /// radius and cost little: they are kept with the chunks around. Of frames those in `coming` are
-    /// kept.
+    /// radius and cost little: they are kept with the chunks around. Of frames those in `coming`
+    /// are kept.
     pub fn evict(&self, store: &Store, robot_m: DVec2, coming: &[u64]) {
         let c = &self.chunks;
         let spare = c.delete_radius_m - c.visible_radius_m;
@@ -57,10 +62,12 @@ impl ChunkManager {
             At::Chunk(chunk) => {
                 let distance = chunk.distance_m(robot_m, c.size_m);
                 let limit = match stage {
-                    "chunk.low" | "chunk.undergrowth" | "chunk.seedlings" => {
+                    UndergrowthGeometryStage::ID | UndergrowthStage::ID | SeedlingStage::ID => {
                         c.undergrowth_radius_m + spare
                     }
-                    "chunk.solid" | "chunk.bare" | "chunk.openness" => c.delete_radius_m,
+                    ObjectGeometryStage::ID | UncoveredGeometryStage::ID | SkyViewStage::ID => {
+                        c.delete_radius_m
+                    }
                     _ => c.delete_radius_m + 2.0 * c.size_m,
                 };
                 distance <= limit

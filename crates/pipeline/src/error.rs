@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nemoral_plan::StageError;
 
+use crate::at::At;
 use crate::config::ConfigErrors;
-use crate::plan::At;
 
 /// An error of the pipeline. Cheap to clone: several waiting threads may get the same one.
 #[derive(Clone, Debug, thiserror::Error)]

@@ -13,16 +13,16 @@ const BYTES_PER_PLY_POINT: f64 = 67.0;
 /// Share of pulses that return in a forest.
 const RETURNS: f64 = 0.97;
 
-/// Seconds of one core for a megapixel and for a million rays of pulses at 96 trees a chunk: measured as
-/// `docs/measurements/speed.md` says, on the machine named there.
+/// Seconds of one core for a megapixel and for a million rays of pulses at 96 trees a chunk:
+/// measured as `docs/measurements/speed.md` says, on the machine named there.
 const CORE_S_PER_MEGAPIXEL: f64 = 2.8;
 const CORE_S_PER_MEGARAY: f64 = 2.0;
 
 /// Is a camera asked for something besides?
 type Asked = fn(&Camera) -> bool;
 
-/// Bytes a pixel, and seconds of one core for a megapixel more, of what a camera may be asked for besides:
-/// measured likewise.
+/// Bytes a pixel, and seconds of one core for a megapixel more, of what a camera may be asked for
+/// besides: measured likewise.
 const FURTHER: [(Asked, f64, f64); 6] = [
     (|c| c.sky, 0.1, 0.0),
     (|c| c.flow, 2.9, 0.6),

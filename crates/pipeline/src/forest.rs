@@ -15,20 +15,20 @@ use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryS
 use crate::stages::assets::{AssetStage, LibraryStage};
 use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
-use crate::stages::guide::GuideStage;
 use crate::stages::object_geometry::{ObjectGeometry, ObjectGeometryStage};
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::scene_objects::SceneObjectStage;
 use crate::stages::sensors::{CameraStage, LidarStage};
 use crate::stages::sky_view_factor::SkyViewStage;
+use crate::stages::trajectory::TrajectoryStage;
 use crate::stages::undergrowth::{FloraStage, SeedlingStage, UndergrowthStage};
 use crate::stages::undergrowth_geometry::{UndergrowthGeometry, UndergrowthGeometryStage};
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::flora::Patch;
 use crate::world::ground::{ChunkGround, GroundModel};
-use crate::world::guide::Guide;
 use crate::world::lidars::LidarRig;
+use crate::world::trajectory::RobotTrajectory;
 use crate::world::uncovered::UncoveredGeometry;
 use crate::{Backend, Error, InputFiles};
 
@@ -46,7 +46,7 @@ pub struct ForestPlan {
     /// World: how objects are placed.
     pub placement: Node<(), Placement>,
     /// World: where the robot goes.
-    pub guide: Node<(), Guide>,
+    pub trajectory: Node<(), RobotTrajectory>,
     /// World: the cameras, the first one first.
     pub cameras: Node<(), Vec<CameraRig>>,
     /// World: the LiDARs, the first one first.
@@ -92,8 +92,8 @@ impl ForestPlan {
         Self::on(config, Backend::Cpu)
     }
 
-    /// Wires the plans of a config; `backend` takes the pictures. The files that the config names are
-    /// read now.
+    /// Wires the plans of a config; `backend` takes the pictures. The files that the config names
+    /// are read now.
     ///
     /// # Errors
     /// As [`ForestPlan::with_inputs`], and if a file cannot be read.
@@ -104,8 +104,8 @@ impl ForestPlan {
     /// Wires the plans of a config and the files that it names, which were read with it.
     ///
     /// # Errors
-    /// If the config asks for something impossible that only a stage's crate knows to be so, or names
-    /// a file that is not among `inputs`.
+    /// If the config asks for something impossible that only a stage's crate knows to be so, or
+    /// names a file that is not among `inputs`.
     pub fn with_inputs(
         config: &Config,
         inputs: &InputFiles,
@@ -123,7 +123,10 @@ impl ForestPlan {
             (assets.global(), ground_model.global()),
         );
         let flora = plan.add(FloraStage::new(config), ());
-        let guide = plan.add(GuideStage::new(config, inputs), (ground_model.global(),));
+        let trajectory = plan.add(
+            TrajectoryStage::new(config, inputs),
+            (ground_model.global(),),
+        );
         let cameras = plan.add(CameraStage::new(config, inputs, backend.clone()), ());
         let lidars = plan.add(LidarStage::new(config, inputs), ());
 
@@ -170,7 +173,7 @@ impl ForestPlan {
                 pictures_s: pictures_s(config),
             },
             (
-                guide.global(),
+                trajectory.global(),
                 lidars.global(),
                 ground.anywhere(),
                 objects.anywhere(),
@@ -199,7 +202,7 @@ impl ForestPlan {
             AnnotationStage::new(config),
             (
                 cameras.global(),
-                guide.global(),
+                trajectory.global(),
                 pose,
                 scene,
                 images,
@@ -217,7 +220,7 @@ impl ForestPlan {
             library,
             assets,
             placement,
-            guide,
+            trajectory,
             cameras,
             lidars,
             ground,

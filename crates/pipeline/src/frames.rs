@@ -103,7 +103,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_the_set_of_its_frames(pairs in prop::collection::vec((0_u64..60, 0_u64..9), 0..6), count in 1_u64..12) {
+        fn it_is_the_set_of_its_frames(
+            pairs in prop::collection::vec((0_u64..60, 0_u64..9), 0..6),
+            count in 1_u64..12,
+        ) {
             let expected: BTreeSet<u64> = pairs.iter().flat_map(|&(a, n)| a..a + n).collect();
             let frames: FrameSelection = pairs.iter().map(|&(a, n)| a..a + n).collect();
             let listed: Vec<u64> = expected.iter().copied().collect();

@@ -1,5 +1,5 @@
-//! Readers of users' files that the crate keeps to itself. They are there for the fuzzers and the replay
-//! of what these have found, and are no part of the crate's interface.
+//! Readers of users' files that the crate keeps to itself. They are there for the fuzzers and the
+//! replay of what these have found, and are no part of the crate's interface.
 
 use std::path::Path;
 

@@ -19,7 +19,7 @@ use crate::plan::{At, Cache, Hasher, Runner, Store};
 use crate::prove::{prove, within_sequence};
 use crate::recording::pose::FramePose;
 use crate::recording::scene::visible_chunks;
-use crate::world::guide::Land;
+use crate::world::trajectory::Surroundings;
 use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
 
 /// The number of the one sequence of a data set.
@@ -131,8 +131,8 @@ pub fn generate(
     Ok(writer.finish(&tables, &[tracks])?)
 }
 
-/// Makes the frames that are missing, one after the other, while others are written and, by a GPU, the
-/// next one is drawn.
+/// Makes the frames that are missing, one after the other, while others are written and, by a GPU,
+/// the next one is drawn.
 fn record(
     request: &Request,
     forest: &ForestPlan,
@@ -188,8 +188,8 @@ fn record(
                     };
                     let coming = frames.peek().copied().filter(is_drawn_ahead);
                     if let Some(next) = coming {
-                        // The GPU draws it while this frame's pictures come back and scans are taken. What
-                        // fails there fails again when it is that frame's turn.
+                        // The GPU draws it while this frame's pictures come back and scans are
+                        // taken. What fails there fails again when it is that frame's turn.
                         scope.spawn(move || runner.get(forest.images, next).map(drop));
                     }
                     Ok(make(forest, runner, &manager, (frame, key), coming)?)
@@ -236,12 +236,12 @@ fn make(
 fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
     let pictures = finished.images.iter().zip(&*finished.annotations);
     let cameras = writer.header().cameras.iter().zip(pictures);
-    let cameras = cameras.map(|(spec, (image, extra))| CameraData {
+    let cameras = cameras.map(|(spec, (image, annotations))| CameraData {
         name: &spec.name,
         rgb: &image.rgb,
         radiance: image.linear.as_ref(),
         truth: &image.truth,
-        extra,
+        annotations,
     });
     let lidars = writer.header().lidars.iter().zip(&*finished.scans);
     let lidars = lidars.map(|(spec, points)| LidarData {
@@ -279,14 +279,14 @@ const ROUND: u64 = 4 * BLOCK;
 /// alone, by all threads.
 fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<Track, Error> {
     let manager = ChunkManager::new(config.chunks.clone());
-    let guide = runner.get(forest.guide, ())?;
+    let trajectory = runner.get(forest.trajectory, ())?;
     let pose = |frame: u64| {
-        let land = Land {
+        let surroundings = Surroundings {
             ground: runner.demand(forest.ground),
             objects: runner.demand(forest.objects),
         };
-        let pose = guide.pose(frame, 0.0, land)?;
-        Ok::<_, Error>((guide.time_s(frame), pose))
+        let pose = trajectory.pose(frame, 0.0, surroundings)?;
+        Ok::<_, Error>((trajectory.time_s(frame), pose))
     };
     let mut poses = Vec::new();
     while (poses.len() as u64) < config.frames {

@@ -28,7 +28,7 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
             name: config::sensor_name(&path).to_owned(),
             intrinsics: intrinsics(&path, camera)?,
             body_from_camera: camera.body_from_camera(),
-            extra: camera.annotation_kinds(),
+            annotations: camera.annotation_kinds(),
             shutter: camera.shutter_times(),
             noisy: camera.noise.enabled,
         })

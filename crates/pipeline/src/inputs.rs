@@ -70,9 +70,9 @@ impl fmt::Debug for InputFile {
 
 /// All files that a config names, by their paths.
 ///
-/// They are read when a config becomes a plan, before anything else is done; no stage opens a file. So
-/// what was checked, what decides a plan's keys and what a stage uses are the same bytes, whatever
-/// happens to the file meanwhile.
+/// They are read when a config becomes a plan, before anything else is done; no stage opens a file.
+/// So what was checked, what decides a plan's keys and what a stage uses are the same bytes,
+/// whatever happens to the file meanwhile.
 #[derive(Clone, Debug, Default)]
 pub struct InputFiles(Arc<BTreeMap<String, InputFile>>);
 
@@ -80,8 +80,8 @@ impl InputFiles {
     /// Reads the files that a config names.
     ///
     /// # Errors
-    /// All that cannot be read: what is not there, is not a regular file, or is larger than such a file
-    /// may be.
+    /// All that cannot be read: what is not there, is not a regular file, or is larger than such a
+    /// file may be.
     pub fn read(config: &Config) -> Result<Self, Error> {
         let (files, problems) = Self::read_all(config);
         if problems.is_empty() {

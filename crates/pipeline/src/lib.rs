@@ -16,7 +16,8 @@
 //! # Ok::<(), nemoral_pipeline::Error>(())
 //! ```
 //!
-//! - [`config`]: requests in layers (preset, file, settings), checked key by key, one definition each.
+//! - [`config`]: requests in layers (preset, file, settings), checked key by key, one definition
+//!   each.
 //! - [`plan`]: the engine, `nemoral-plan`, at the coordinates of a forest.
 //! - [`stages`]: thin adapters from the stage crates to the plan.
 //! - [`world`]: what stands in a world, made from a config.
@@ -32,6 +33,7 @@
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+mod at;
 mod backend;
 mod chunks;
 pub mod config;

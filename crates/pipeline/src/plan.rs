@@ -10,32 +10,7 @@ pub use nemoral_plan::{
 };
 
 use crate::Error;
-
-/// Where a node is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum At {
-    /// Once for the world.
-    World,
-    /// For a chunk.
-    Chunk(ChunkCoord),
-    /// For a frame.
-    Frame(u64),
-}
-
-impl nemoral_plan::AnyCoordinate for At {
-    const GLOBAL: Self = Self::World;
-
-    fn hash(self, hasher: &mut Hasher) {
-        match self {
-            Self::World => {}
-            Self::Chunk(c) => {
-                hasher.write_i64(i64::from(c.x));
-                hasher.write_i64(i64::from(c.y));
-            }
-            Self::Frame(i) => hasher.write_u64(i),
-        }
-    }
-}
+pub use crate::at::At;
 
 /// What the plans of a forest share: the world's key is given to every stage.
 #[derive(Clone, Copy, Debug)]

@@ -18,8 +18,8 @@ const PAPER: [u8; 3] = [18, 20, 22];
 /// Width of the strip between the pictures, pixels.
 const GAP: usize = 12;
 
-/// Makes the contact sheet of a frame: the first camera's picture; below it classes and instances, depth and scan.
-/// `cache` may keep what is grown from run to run.
+/// Makes the contact sheet of a frame: the first camera's picture; below it classes and instances,
+/// depth and scan. `cache` may keep what is grown from run to run.
 ///
 /// # Errors
 /// If the frame is beyond the sequence or cannot be made.

@@ -7,8 +7,9 @@ use crate::header::header;
 use crate::plan::{Cache, Runner, Store};
 use crate::{Backend, Error, ForestPlan, InputFiles};
 
-/// Refuses all that [`generate`](crate::generate) refuses before its first frame, short of what depends on the
-/// output folder and the GPU: it does the same. What the user should know is the result.
+/// Refuses all that [`generate`](crate::generate) refuses before its first frame, short of what
+/// depends on the output folder and the GPU: it does the same. What the user should know is the
+/// result.
 ///
 /// What stands how densely can be said only of grown plants, so they are grown; `cache` keeps them.
 ///
@@ -36,8 +37,8 @@ pub(crate) fn prove(
     forest: &ForestPlan,
     runner: &Runner<'_>,
 ) -> Result<Option<String>, Error> {
-    let guide = runner.get(forest.guide, ())?;
-    if let Some(frames) = guide.frames().filter(|&f| f < config.frames) {
+    let trajectory = runner.get(forest.trajectory, ())?;
+    if let Some(frames) = trajectory.frames().filter(|&f| f < config.frames) {
         return Err(Error::request(format!(
             "frames = {}: the robot's path has {frames}",
             config.frames
@@ -46,7 +47,7 @@ pub(crate) fn prove(
     runner.get(forest.cameras, ())?;
     runner.get(forest.lidars, ())?;
     runner.get(forest.placement, ())?;
-    Ok(guide.note().map(str::to_owned))
+    Ok(trajectory.note().map(str::to_owned))
 }
 
 /// Refuses a frame beyond the sequence.
@@ -56,6 +57,7 @@ pub(crate) fn within_sequence(config: &Config, frame: u64) -> Result<(), Error> 
         return Ok(());
     }
     Err(Error::request(format!(
-        "frame {frame}: the sequence has {frames} frames, 0..{frames}; --frames N or --set frames=N makes it longer"
+        "frame {frame}: the sequence has {frames} frames, 0..{frames}; --frames N or --set \
+         frames=N makes it longer"
     )))
 }

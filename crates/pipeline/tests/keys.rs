@@ -111,7 +111,7 @@ fn files_count_by_what_is_in_them() {
         ),
         (
             "robot.file.path",
-            "world.guide",
+            "world.trajectory",
             b"0 0 0 0 0 0 0 1\n9 1 0 0 0 0 0 1\n".to_vec(),
             b"0 0 0 0 0 0 0 1\n9 2 0 0 0 0 0 1\n".to_vec(),
         ),

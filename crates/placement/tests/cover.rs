@@ -42,16 +42,30 @@ proptest! {
 
     /// Larger chunks over the same grid hold the same points: none is lost or doubled at a border.
     #[test]
-    fn chunks_cut_one_grid(cell_m in 0.5_f64..4.0, jitter in 0.0_f64..2.0, chunk_size_m in 5.0_f64..12.0) {
-        let small = GroundCoverParams { chunk_size_m, cell_m, jitter, ..GroundCoverParams::default() };
-        let large = GroundCoverParams { chunk_size_m: 2.0 * chunk_size_m, ..small.clone() };
+    fn chunks_cut_one_grid(
+        cell_m in 0.5_f64..4.0,
+        jitter in 0.0_f64..2.0,
+        chunk_size_m in 5.0_f64..12.0,
+    ) {
+        let small = GroundCoverParams {
+            chunk_size_m,
+            cell_m,
+            jitter,
+            ..GroundCoverParams::default()
+        };
+        let large = GroundCoverParams {
+            chunk_size_m: 2.0 * chunk_size_m,
+            ..small.clone()
+        };
         let (small, large) = (cover(small), cover(large));
         let sorted = |mut points: Vec<CoverPoint>| {
             points.sort_by_key(|p| p.key);
             points
         };
         let of = |cover: &GroundCover, side| -> Vec<CoverPoint> {
-            square(side).flat_map(|c| cover.points(c, &everywhere, &|_| 1.0)).collect()
+            square(side)
+                .flat_map(|c| cover.points(c, &everywhere, &|_| 1.0))
+                .collect()
         };
         // 4 × 4 small chunks from (−2, −2) are 2 × 2 large ones from (−1, −1).
         let of_large: Vec<CoverPoint> = [(-1, -1), (0, -1), (-1, 0), (0, 0)]

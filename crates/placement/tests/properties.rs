@@ -353,10 +353,13 @@ fn impossible_wishes_are_refused_with_the_reason() {
         assert!(message.contains("must be"), "{message}");
     }
     let (message, error) = refused(&|p| p.layers[0].varieties[1].radius_m = (3.0, 5.0));
-    assert!(
-        matches!(error, PlacementError::TooDense { layer: 0, at_most, .. } if at_most < 96.0 && at_most > 5.0),
-        "{error:?}"
-    );
+    let PlacementError::TooDense {
+        layer: 0, at_most, ..
+    } = error
+    else {
+        panic!("{error:?}")
+    };
+    assert!(at_most < 96.0 && at_most > 5.0, "{error:?}");
     assert!(
         message.contains("layers[0].per_chunk = 96 (trees)"),
         "{message}"

@@ -4,7 +4,9 @@ use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-use crate::{Coordinate, Node, PlanTypes, Runner};
+use crate::node::Node;
+use crate::plan::Runner;
+use crate::{Coordinate, PlanTypes};
 
 /// One thing that a stage at a `C` reads.
 pub trait Edge<P: PlanTypes, C>: Copy + Send + Sync + 'static {
@@ -140,6 +142,30 @@ impl<P: PlanTypes, D, T> fmt::Debug for Demand<'_, P, D, T> {
 impl<'a, P: PlanTypes, D, T> Demand<'a, P, D, T> {
     pub(crate) fn new(runner: Runner<'a, P>, node: Node<D, T>) -> Self {
         Self { runner, node }
+    }
+}
+
+impl<T> Node<(), T> {
+    /// The edge from a stage at any coordinate to this node, which is computed once.
+    #[must_use]
+    pub fn global(self) -> Global<T> {
+        Global(self)
+    }
+}
+
+impl<C, T> Node<C, T> {
+    /// The edge to this node at coordinates that the stage names while it runs.
+    #[must_use]
+    pub fn anywhere(self) -> Anywhere<C, T> {
+        Anywhere(self)
+    }
+}
+
+impl<'a, P: PlanTypes> Runner<'a, P> {
+    /// What [`Anywhere`] gives a stage, outside of one.
+    #[must_use]
+    pub fn demand<C, T>(&self, node: Node<C, T>) -> Demand<'a, P, C, T> {
+        Demand::new(*self, node)
     }
 }
 

@@ -28,7 +28,9 @@ mod drawing;
 mod edge;
 mod encode;
 mod fingerprint;
+mod node;
 mod plan;
+mod stage;
 mod store;
 #[cfg(test)]
 mod tests;
@@ -39,7 +41,9 @@ pub use drawing::GraphFormat;
 pub use edge::{Anywhere, Demand, Edge, Global, Inputs};
 pub use encode::{Encode, Encoder, KeyEncoder};
 pub use fingerprint::{Fingerprint, Hasher};
-pub use plan::{Node, Plan, Runner, Stage};
+pub use node::Node;
+pub use plan::{Plan, Runner};
+pub use stage::Stage;
 pub use store::Store;
 pub use types::{AnyCoordinate, Coordinate, PlanTypes, StageError};
 

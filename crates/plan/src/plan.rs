@@ -1,85 +1,10 @@
-//! Stages, nodes, the graph that they make, and what runs it.
+//! The graph that wired stages make, and what runs it.
 
-use std::any::Any;
 use std::fmt;
-use std::marker::PhantomData;
 use std::sync::Arc;
 
-use crate::edge::{Anywhere, Demand, Global, Inputs};
-use crate::{AnyCoordinate, Coordinate, Fingerprint, Hasher, Kept, PlanTypes, StageError, Store};
-
-/// One step of a plan: a pure function of its parameters, the plan's context, a coordinate and its
-/// inputs.
-pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
-    /// Where it is computed.
-    type At: Coordinate<P>;
-    /// What it reads: a tuple of edges.
-    type Inputs: Inputs<P, Self::At>;
-    /// What it makes.
-    type Output: Send + Sync + 'static;
-    /// For graphs, logs and keys; never for wiring.
-    const ID: &'static str;
-    /// Raised whenever the same inputs give another output.
-    const VERSION: u32;
-
-    /// Writes every parameter that the output depends on.
-    fn fingerprint(&self, hasher: &mut Hasher);
-
-    /// Makes the output.
-    ///
-    /// # Errors
-    /// Whatever the stage says; the plan adds its id and the coordinate.
-    fn run(
-        &self,
-        at: Self::At,
-        context: P::Context,
-        inputs: <Self::Inputs as Inputs<P, Self::At>>::Values<'_>,
-    ) -> Result<Self::Output, P::Error>;
-
-    /// How a [`Cache`](crate::Cache) keeps the output from run to run; not at all, but for what is
-    /// dear to make.
-    fn kept() -> Option<Kept<Self::Output>> {
-        None
-    }
-}
-
-/// A handle to a node that makes a `T` at a `C`.
-pub struct Node<C, T> {
-    pub(crate) index: usize,
-    marker: PhantomData<fn(C) -> T>,
-}
-
-impl<C, T> Clone for Node<C, T> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<C, T> Copy for Node<C, T> {}
-
-impl<C, T> fmt::Debug for Node<C, T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Node({})", self.index)
-    }
-}
-
-impl<T> Node<(), T> {
-    /// The edge from a stage at any coordinate to this node, which is computed once.
-    #[must_use]
-    pub fn global(self) -> Global<T> {
-        Global(self)
-    }
-}
-
-impl<C, T> Node<C, T> {
-    /// The edge to this node at coordinates that the stage names while it runs.
-    #[must_use]
-    pub fn anywhere(self) -> Anywhere<C, T> {
-        Anywhere(self)
-    }
-}
-
-pub(crate) type Value = Arc<dyn Any + Send + Sync>;
+use crate::node::{Node, Value};
+use crate::{AnyCoordinate, Coordinate, Fingerprint, Hasher, PlanTypes, StageError, Store};
 
 /// A node with its types erased; the erasure is private and guarded by [`Node`]'s types.
 pub(crate) trait Erased<P: PlanTypes>: Send + Sync {
@@ -93,44 +18,6 @@ pub(crate) trait Erased<P: PlanTypes>: Send + Sync {
     fn value_of(&self, bytes: &[u8]) -> Option<Value>;
 }
 
-struct Wired<P: PlanTypes, S: Stage<P>> {
-    stage: S,
-    edges: S::Inputs,
-    inputs: Vec<usize>,
-}
-
-impl<P: PlanTypes, S: Stage<P>> Erased<P> for Wired<P, S> {
-    fn id(&self) -> &'static str {
-        S::ID
-    }
-
-    fn inputs(&self) -> &[usize] {
-        &self.inputs
-    }
-
-    fn run(&self, at: P::At, runner: &Runner<'_, P>) -> Result<Value, P::Error> {
-        let at = S::At::restore(at).expect("handles carry their plan's coordinate type");
-        let values = self.edges.fetch(at, runner)?;
-        let output = self.stage.run(at, runner.plan.context.clone(), values)?;
-        Ok(Arc::new(output))
-    }
-
-    fn is_kept(&self) -> bool {
-        S::kept().is_some()
-    }
-
-    fn bytes_of(&self, value: &Value) -> Option<Vec<u8>> {
-        let output = value.downcast_ref::<S::Output>();
-        let output = output.expect("a node's value is of its stage's type");
-        Some((S::kept()?.to_bytes)(output))
-    }
-
-    fn value_of(&self, bytes: &[u8]) -> Option<Value> {
-        let output = (S::kept()?.from_bytes)(bytes)?;
-        Some(Arc::new(output))
-    }
-}
-
 pub(crate) struct Entry<P> {
     pub(crate) node: Box<dyn Erased<P>>,
     /// Hash of everything but the coordinate.
@@ -139,7 +26,7 @@ pub(crate) struct Entry<P> {
 
 /// Stages wired by typed handles.
 pub struct Plan<P: PlanTypes> {
-    context: P::Context,
+    pub(crate) context: P::Context,
     pub(crate) entries: Vec<Entry<P>>,
 }
 
@@ -158,32 +45,6 @@ impl<P: PlanTypes> Plan<P> {
         Self {
             context,
             entries: Vec::new(),
-        }
-    }
-
-    /// Adds a stage that reads `edges`, all of which exist already.
-    pub fn add<S: Stage<P>>(&mut self, stage: S, edges: S::Inputs) -> Node<S::At, S::Output> {
-        let inputs = edges.nodes();
-        let mut hasher = Hasher::new(S::ID);
-        hasher.write_u64(u64::from(S::VERSION));
-        P::hash_context(&self.context, &mut hasher);
-        stage.fingerprint(&mut hasher);
-        for &input in &inputs {
-            hasher.write_bytes(&self.entries[input].base.0);
-        }
-        let base = hasher.finish();
-        let index = self.entries.len();
-        self.entries.push(Entry {
-            node: Box::new(Wired {
-                stage,
-                edges,
-                inputs,
-            }),
-            base,
-        });
-        Node {
-            index,
-            marker: PhantomData,
         }
     }
 
@@ -210,7 +71,7 @@ impl<P: PlanTypes> Plan<P> {
 
 /// A plan with a store to keep what it computes, and a number of threads to compute with.
 pub struct Runner<'a, P: PlanTypes> {
-    plan: &'a Plan<P>,
+    pub(crate) plan: &'a Plan<P>,
     store: &'a Store<P>,
     threads: usize,
 }
@@ -234,7 +95,7 @@ impl<P: PlanTypes> fmt::Debug for Runner<'_, P> {
 }
 
 impl<'a, P: PlanTypes> Runner<'a, P> {
-    /// A runner; `threads` is how many nodes [`Demand::all`] computes at once.
+    /// A runner; `threads` is how many nodes [`Demand::all`](crate::Demand::all) computes at once.
     #[must_use]
     pub fn new(plan: &'a Plan<P>, store: &'a Store<P>, threads: usize) -> Self {
         Self {
@@ -279,12 +140,6 @@ impl<'a, P: PlanTypes> Runner<'a, P> {
         Ok(value
             .downcast::<T>()
             .expect("a node's handle carries its output type"))
-    }
-
-    /// What [`Anywhere`] gives a stage, outside of one.
-    #[must_use]
-    pub fn demand<C, T>(&self, node: Node<C, T>) -> Demand<'a, P, C, T> {
-        Demand::new(*self, node)
     }
 
     fn value(&self, index: usize, at: P::At) -> Result<Value, P::Error> {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
-use crate::plan::Value;
+use crate::node::Value;
 use crate::{AnyCoordinate, Cache, Fingerprint, PlanTypes, StageError};
 
 /// A thread-safe store of node values. A value is computed by one thread; others that want it

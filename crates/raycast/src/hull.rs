@@ -153,12 +153,20 @@ mod tests {
 
         #[test]
         fn the_hull_is_convex_tight_and_holds_every_opaque_texel(
-            w in 1_usize..20, h in 1_usize..20, texels in proptest::collection::vec((0_usize..20, 0_usize..20), 1..9),
+            w in 1_usize..20,
+            h in 1_usize..20,
+            texels in proptest::collection::vec((0_usize..20, 0_usize..20), 1..9),
         ) {
-            let mask = AlphaMask::from_fn(w, h, |c, r| texels.iter().any(|&(x, y)| (x % w, y % h) == (c, r))).expect("size");
+            let mask = AlphaMask::from_fn(w, h, |c, r| {
+                texels.iter().any(|&(x, y)| (x % w, y % h) == (c, r))
+            })
+            .expect("size");
             let hull = opaque_hull(&mask);
-            let corners: Vec<DVec2> = texels.iter()
-                .flat_map(|&(x, y)| [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| (x % w + dx, y % h + dy)))
+            let corners: Vec<DVec2> = texels
+                .iter()
+                .flat_map(|&(x, y)| {
+                    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| (x % w + dx, y % h + dy))
+                })
                 .map(|(x, y)| DVec2::new(x as f64 / w as f64, y as f64 / h as f64))
                 .collect();
             for (i, &a) in hull.iter().enumerate() {

@@ -4,8 +4,8 @@ use nemoral_scene::{ObjectId, Ray};
 
 use crate::intersection::Intersection;
 
-/// The numbers that decide between hits at the same distance, the most significant first; the lowest
-/// wins.
+/// The numbers that decide between hits at the same distance, the most significant first; the
+/// lowest wins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Rank {
     pub(crate) object: ObjectId,

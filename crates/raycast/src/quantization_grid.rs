@@ -58,7 +58,9 @@ mod tests {
         ) {
             let points = points.iter().map(|p| {
                 let mut p = Vec3::from_array(*p) * 1e-6 * size + 3.0;
-                if flat < 3 { p[flat] = 7.1; }
+                if flat < 3 {
+                    p[flat] = 7.1;
+                }
                 p
             });
             let points: Vec<Vec3> = points.collect();
@@ -67,11 +69,15 @@ mod tests {
                 let b = Bounds::of_points(pair.iter().copied());
                 for k in 0..3 {
                     let planes = grid.around(k, b.min[k], b.max[k]);
-                    let [low, high] = planes.map(|p| grid.origin[k] + f64::from(p) * f64::from(grid.step[k]));
+                    let [low, high] =
+                        planes.map(|p| grid.origin[k] + f64::from(p) * f64::from(grid.step[k]));
                     let (min, max) = (f64::from(b.min[k]), f64::from(b.max[k]));
                     // To the rounding of f64, which the slack of rays covers.
                     let tiny = 1e-12 * f64::from(size);
-                    prop_assert!(low <= min + tiny && high >= max - tiny, "{low} {min} {max} {high}");
+                    prop_assert!(
+                        low <= min + tiny && high >= max - tiny,
+                        "{low} {min} {max} {high}"
+                    );
                     let step = 1.001 * f64::from(grid.step[k]) + tiny;
                     prop_assert!(min - low <= step && high - max <= step);
                 }

@@ -213,17 +213,29 @@ mod tests {
             rays in prop::collection::vec((vector(300.0), vector(1.0), 0_usize..6), MAX_RAYS),
             (offset, position) in (vector(200.0), vector(50.0)),
             columns in prop::array::uniform3(vector(2.0)),
-            set: RayMask, extent in 0.1_f32..40.0,
+            set: RayMask,
+            extent in 0.1_f32..40.0,
         ) {
             let [x, y, z] = columns.map(|c| c.as_dvec3());
-            let pose = Pose { position: position.as_dvec3(), inverse: DMat3::from_cols(x, y, z) };
-            let grid = QuantizationGrid::over(&Bounds { min: Vec3::splat(-extent), max: Vec3::splat(extent) });
+            let pose = Pose {
+                position: position.as_dvec3(),
+                inverse: DMat3::from_cols(x, y, z),
+            };
+            let grid = QuantizationGrid::over(&Bounds {
+                min: Vec3::splat(-extent),
+                max: Vec3::splat(extent),
+            });
             let (mut scene, mut lanes) = (RaySoa::NONE, LocalRaySoa::NONE);
-            let rays: Vec<Ray> = rays.iter().map(|&(origin, mut direction, level)| {
-                // Some of them along the axes.
-                if level < 3 { direction[level] = 0.0; }
-                Ray::new(origin, direction)
-            }).collect();
+            let rays: Vec<Ray> = rays
+                .iter()
+                .map(|&(origin, mut direction, level)| {
+                    // Some of them along the axes.
+                    if level < 3 {
+                        direction[level] = 0.0;
+                    }
+                    Ray::new(origin, direction)
+                })
+                .collect();
             for (i, ray) in rays.iter().enumerate() {
                 scene.put(i, ray);
             }

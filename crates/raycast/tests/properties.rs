@@ -82,17 +82,19 @@ proptest! {
                 let away = [0.5, 4.0, 40.0][fan % 3];
                 let towards = [direction(&mut rng), Vec3::X, -Vec3::Y][fan % 3];
                 let origin = target - towards * away;
-                (0..40).map(|i| {
-                    let spread = [0.004, 0.04, 0.3][i % 3];
-                    let drift = cube(&mut rng, [0.0, 0.3][fan % 2]);
-                    let direction = (towards + cube(&mut rng, spread)).normalize_or(towards);
-                    let mut ray = Ray::new(origin + drift, direction);
-                    if i % 5 == 0 {
-                        ray.t_min_m = rng.range_f32(0.0, 1.2 * away);
-                        ray.t_max_m = ray.t_min_m + rng.range_f32(0.0, away);
-                    }
-                    ray
-                }).collect::<Vec<_>>()
+                (0..40)
+                    .map(|i| {
+                        let spread = [0.004, 0.04, 0.3][i % 3];
+                        let drift = cube(&mut rng, [0.0, 0.3][fan % 2]);
+                        let direction = (towards + cube(&mut rng, spread)).normalize_or(towards);
+                        let mut ray = Ray::new(origin + drift, direction);
+                        if i % 5 == 0 {
+                            ray.t_min_m = rng.range_f32(0.0, 1.2 * away);
+                            ray.t_max_m = ray.t_min_m + rng.range_f32(0.0, away);
+                        }
+                        ray
+                    })
+                    .collect::<Vec<_>>()
             })
             .collect();
         let brute = all(&BruteForce::new(groups.clone()), &rays);
@@ -109,14 +111,33 @@ proptest! {
         let (groups, targets) = scene(seed);
         let (brute, forest) = (BruteForce::new(groups.clone()), RayScene::new(groups));
         for ray in common::rays(seed, &targets, 40) {
-            let Some(hit) = forest.closest_hit(&ray) else { continue };
+            let Some(hit) = forest.closest_hit(&ray) else {
+                continue;
+            };
             let t = hit.surface.distance_m;
             prop_assert!(t >= ray.t_min_m && t <= ray.t_max_m);
-            for exact in [Ray { t_max_m: t, ..ray }, Ray { t_min_m: t, ..ray }, Ray { t_min_m: t, t_max_m: t, ..ray }] {
+            for exact in [
+                Ray { t_max_m: t, ..ray },
+                Ray { t_min_m: t, ..ray },
+                Ray {
+                    t_min_m: t,
+                    t_max_m: t,
+                    ..ray
+                },
+            ] {
                 prop_assert_eq!(forest.closest_hit(&exact), Some(hit));
             }
-            prop_assert_eq!(forest.closest_hit(&Ray { t_max_m: t.next_down(), ..ray }), None);
-            let beyond = Ray { t_min_m: t.next_up(), ..ray };
+            prop_assert_eq!(
+                forest.closest_hit(&Ray {
+                    t_max_m: t.next_down(),
+                    ..ray
+                }),
+                None
+            );
+            let beyond = Ray {
+                t_min_m: t.next_up(),
+                ..ray
+            };
             let next = forest.closest_hit(&beyond);
             prop_assert_eq!(&next, &brute.closest_hit(&beyond));
             prop_assert!(next.is_none_or(|n| n.surface.distance_m > t));
@@ -128,7 +149,9 @@ proptest! {
         let (groups, targets) = scene(seed);
         let forest = RayScene::new(groups);
         for ray in common::rays(seed, &targets, 60) {
-            let Some(hit) = forest.closest_hit(&ray) else { continue };
+            let Some(hit) = forest.closest_hit(&ray) else {
+                continue;
+            };
             let (g, s) = (hit.surface.geometric_normal, hit.shading.normal);
             prop_assert!((g.length() - 1.0).abs() < 1e-5 && (s.length() - 1.0).abs() < 1e-5);
             prop_assert!(g.dot(s) >= -1e-6);

@@ -20,9 +20,9 @@ const GROW: Domain = Domain::new("example.grow");
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| ".".into()));
     let forest = forest()?;
-    let openness = |p: Vec3| (0.12 + 0.88 * smooth((p.z - 3.0) / 8.0)).min(1.0);
+    let sky_view_factor = |p: Vec3| (0.12 + 0.88 * smooth((p.z - 3.0) / 8.0)).min(1.0);
     let closed = SceneView {
-        sky_visibility: &openness,
+        sky_visibility: &sky_view_factor,
         ..forest.view()
     };
     let glade = glade()?;

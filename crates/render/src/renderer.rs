@@ -13,7 +13,7 @@ use crate::camera::view::View;
 pub trait SkyVisibility: Sync {
     /// The share of the sky hemisphere that is seen from a point of the scene, 0..=1; 1 in a
     /// meadow.
-    fn openness(&self, scene_point: Vec3) -> f32;
+    fn sky_view_factor(&self, scene_point: Vec3) -> f32;
 }
 
 /// No crowns: the whole sky is seen from everywhere.
@@ -21,13 +21,13 @@ pub trait SkyVisibility: Sync {
 pub struct OpenSky;
 
 impl SkyVisibility for OpenSky {
-    fn openness(&self, _: Vec3) -> f32 {
+    fn sky_view_factor(&self, _: Vec3) -> f32 {
         1.0
     }
 }
 
 impl<F: Fn(Vec3) -> f32 + Sync> SkyVisibility for F {
-    fn openness(&self, scene_point: Vec3) -> f32 {
+    fn sky_view_factor(&self, scene_point: Vec3) -> f32 {
         self(scene_point)
     }
 }

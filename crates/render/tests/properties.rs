@@ -84,16 +84,24 @@ proptest! {
     /// position, against f64.
     #[test]
     fn truth_is_the_closed_form(
-        x in -40.0_f64..0.0, y in -20.0_f64..20.0, z in 0.5_f64..5.0,
-        roll in -0.5_f64..0.5, pitch in -0.2_f64..0.6, yaw in -0.8_f64..0.8, fov in 0.4_f64..2.4,
-        column in 0.0_f64..64.0, row in 0.0_f64..36.0,
+        x in -40.0_f64..0.0,
+        y in -20.0_f64..20.0,
+        z in 0.5_f64..5.0,
+        roll in -0.5_f64..0.5,
+        pitch in -0.2_f64..0.6,
+        yaw in -0.8_f64..0.8,
+        fov in 0.4_f64..2.4,
+        column in 0.0_f64..64.0,
+        row in 0.0_f64..36.0,
     ) {
         let world = still_life();
-        let pose = RigidTransform::from_xyz_rpy(DVec3::new(x, y, z), roll, pitch, yaw) * RigidTransform::body_from_optical();
+        let pose = RigidTransform::from_xyz_rpy(DVec3::new(x, y, z), roll, pitch, yaw)
+            * RigidTransform::body_from_optical();
         let intrinsics = nemoral_scene::Intrinsics::from_fov(64, 36, fov).expect("valid");
         let view = View::new(intrinsics, pose);
         let pixel = DVec2::new(column, row);
-        let got = renderer(plain(), Lighting::uniform(Vec3::ONE)).truth_at(&world.view(), &view, pixel);
+        let got =
+            renderer(plain(), Lighting::uniform(Vec3::ONE)).truth_at(&world.view(), &view, pixel);
 
         // Everything again in f64, without Ray.
         let d = pose.transform_vector(intrinsics.direction(pixel));
@@ -109,16 +117,30 @@ proptest! {
         });
         // The card is not part of this oracle.
         prop_assume!(got.semantic != Semantic::Leaf);
-        let nearest = ground.into_iter().chain(ball).min_by(|a, b| a.0.total_cmp(&b.0));
+        let nearest = ground
+            .into_iter()
+            .chain(ball)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
         match nearest.filter(|n| n.0 < 9e4) {
             None => prop_assert_eq!((got.semantic, got.depth_m), (Semantic::Sky, 0.0)),
             Some((t, normal, semantic, id)) => {
                 prop_assert_eq!((got.semantic, got.object), (semantic, id));
                 let depth = pose.inverse().transform_point(o + d * t).z;
-                prop_assert!((f64::from(got.depth_m) / depth - 1.0).abs() < 1e-4, "{} for {depth}", got.depth_m);
+                prop_assert!(
+                    (f64::from(got.depth_m) / depth - 1.0).abs() < 1e-4,
+                    "{} for {depth}",
+                    got.depth_m
+                );
                 let optical = pose.rotation.inverse() * normal;
-                prop_assert!(got.normal.as_dvec3().distance(optical) < 1e-2, "{} for {optical}", got.normal);
-                prop_assert!(got.normal.as_dvec3().dot(intrinsics.direction(pixel)) <= 1e-6, "towards the camera");
+                prop_assert!(
+                    got.normal.as_dvec3().distance(optical) < 1e-2,
+                    "{} for {optical}",
+                    got.normal
+                );
+                prop_assert!(
+                    got.normal.as_dvec3().dot(intrinsics.direction(pixel)) <= 1e-6,
+                    "towards the camera"
+                );
             }
         }
     }
@@ -646,8 +668,8 @@ fn closed_crowns_make_it_dark() {
         DVec3::new(0.0, 0.0, 2.0),
         DVec3::new(3.0, 3.0, 0.0),
     );
-    let shot = |openness: f32| {
-        let crowns = move |_: Vec3| openness;
+    let shot = |sky_view_factor: f32| {
+        let crowns = move |_: Vec3| sky_view_factor;
         let scene = SceneView {
             sky_visibility: &crowns,
             ..world.view()

@@ -228,8 +228,8 @@ fn folded(distortion: &Distortion) -> ParamError {
         .into_iter()
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (field, value) = strongest.unwrap_or(("distortion", 0.0));
-    let allowed = "such that, with the others, each place of the picture shows one ray, within 89° of \
-                   the axis: the lens folds inside the picture";
+    let allowed = "such that, with the others, each place of the picture shows one ray, within 89° \
+                   of the axis: the lens folds inside the picture";
     ParamError::new(field, value, allowed)
 }
 
@@ -244,9 +244,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn directions_project_back(x in 0.0_f64..1280.0, y in 0.0_f64..720.0, fov in 0.2_f64..2.5, t in 0.1_f64..300.0) {
+        fn directions_project_back(
+            x in 0.0_f64..1280.0,
+            y in 0.0_f64..720.0,
+            fov in 0.2_f64..2.5,
+            t in 0.1_f64..300.0,
+        ) {
             let k = Intrinsics::from_fov(1280, 720, fov).expect("valid");
-            let back = k.project(k.direction(DVec2::new(x, y)) * t).expect("in front");
+            let back = k
+                .project(k.direction(DVec2::new(x, y)) * t)
+                .expect("in front");
             prop_assert!(back.distance(DVec2::new(x, y)) < 1e-8);
         }
     }

@@ -88,10 +88,16 @@ mod tests {
         }
 
         #[test]
-        fn within_is_the_brute_force_answer(x in -99.0_f64..99.0, y in -99.0_f64..99.0, r in 0.0_f64..150.0) {
+        fn within_is_the_brute_force_answer(
+            x in -99.0_f64..99.0,
+            y in -99.0_f64..99.0,
+            r in 0.0_f64..150.0,
+        ) {
             let p = DVec2::new(x, y);
-            let all: Vec<_> = (-8..8).flat_map(|x| (-8..8).map(move |y| ChunkCoord::new(x, y)))
-                .filter(|c| c.distance_m(p, 50.0) <= r).collect();
+            let all: Vec<_> = (-8..8)
+                .flat_map(|x| (-8..8).map(move |y| ChunkCoord::new(x, y)))
+                .filter(|c| c.distance_m(p, 50.0) <= r)
+                .collect();
             prop_assert_eq!(ChunkCoord::within(p, r, 50.0), all);
         }
     }

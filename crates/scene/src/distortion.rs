@@ -214,14 +214,20 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_jacobian_is_the_slope(x in -1.0_f64..1.0, y in -1.0_f64..1.0, k in prop::array::uniform3(-0.3_f64..0.3),
-                                     t in prop::array::uniform2(-0.02_f64..0.02)) {
+        fn the_jacobian_is_the_slope(
+            x in -1.0_f64..1.0,
+            y in -1.0_f64..1.0,
+            k in prop::array::uniform3(-0.3_f64..0.3),
+            t in prop::array::uniform2(-0.02_f64..0.02),
+        ) {
             let at = |x, y| brown(DVec2::new(x, y), k, t).0;
             let h = 1e-6;
             let slope = brown(DVec2::new(x, y), k, t).1;
             let by_x = (at(x + h, y) - at(x - h, y)) / (2.0 * h);
             let by_y = (at(x, y + h) - at(x, y - h)) / (2.0 * h);
-            prop_assert!((slope.x_axis - by_x).length() < 1e-7 && (slope.y_axis - by_y).length() < 1e-7);
+            prop_assert!(
+                (slope.x_axis - by_x).length() < 1e-7 && (slope.y_axis - by_y).length() < 1e-7
+            );
         }
     }
 

@@ -213,9 +213,15 @@ mod tests {
     proptest! {
         #[test]
         fn bits_are_kept(w in 1_usize..=256, h in 1_usize..=40, salt: u64) {
-            let f = |c: usize, r: usize| (c * 31 + r * 17) as u64 ^ salt.rotate_left((c + r) as u32 % 64) & 1 == 0;
+            let f = |c: usize, r: usize| {
+                (c * 31 + r * 17) as u64 ^ salt.rotate_left((c + r) as u32 % 64) & 1 == 0
+            };
             let m = AlphaMask::from_fn(w, h, f).expect("size");
-            for r in 0..h { for c in 0..w { prop_assert_eq!(m.texel(c, r), f(c, r)); } }
+            for r in 0..h {
+                for c in 0..w {
+                    prop_assert_eq!(m.texel(c, r), f(c, r));
+                }
+            }
             let (from, to) = (salt as usize % w, w - 1 - (salt as usize % w) / 2);
             let opaque = |&c: &usize| f(c, 0);
             let span = (from..=to).find(opaque).zip((from..=to).rev().find(opaque));

@@ -37,8 +37,8 @@ impl Blend {
 
 /// Indexed triangles with per-vertex normals and texture coordinates.
 ///
-/// Invariant of a [`Prototype`](crate::Prototype): normals and texture coordinates are as many as positions or none,
-/// indices are in range, and blends are as many as triangles or none.
+/// Invariant of a [`Prototype`](crate::Prototype): normals and texture coordinates are as many as
+/// positions or none, indices are in range, and blends are as many as triangles or none.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mesh {

@@ -153,7 +153,11 @@ mod tests {
     proptest! {
         #[test]
         fn a_twist_goes_from_the_first_pose_to_the_last(
-            at in vector(100.0), rpy in vector(1.5), way in vector(2.0), turn in vector(1.0), duration in 0.001_f64..0.5,
+            at in vector(100.0),
+            rpy in vector(1.5),
+            way in vector(2.0),
+            turn in vector(1.0),
+            duration in 0.001_f64..0.5,
         ) {
             let first = RigidTransform::from_xyz_rpy(at, rpy.x, rpy.y, rpy.z);
             let last = RigidTransform {
@@ -174,9 +178,15 @@ mod tests {
         /// time.
         #[test]
         fn what_is_mounted_moves_with_its_carrier(
-            linear in vector(5.0), angular in vector(1.0), at in vector(1.0), rpy in vector(1.5),
+            linear in vector(5.0),
+            angular in vector(1.0),
+            at in vector(1.0),
+            rpy in vector(1.5),
         ) {
-            let twist = Twist { linear_m_s: linear, angular_rad_s: angular };
+            let twist = Twist {
+                linear_m_s: linear,
+                angular_rad_s: angular,
+            };
             let mount = RigidTransform::from_xyz_rpy(at, rpy.x, rpy.y, rpy.z);
             let mounted = twist.of_mounted(&mount);
             for time in [-0.01, 0.004] {
@@ -190,16 +200,28 @@ mod tests {
         /// A point on the ray of an image position, as that row saw it, projects there.
         #[test]
         fn moving_pictures_project_back(
-            linear in vector(3.0), angular in vector(1.0), x in 0.0_f64..640.0, y in 0.0_f64..360.0,
-            far in 1.0_f64..100.0, readout in 0.0_f64..0.05,
+            linear in vector(3.0),
+            angular in vector(1.0),
+            x in 0.0_f64..640.0,
+            y in 0.0_f64..360.0,
+            far in 1.0_f64..100.0,
+            readout in 0.0_f64..0.05,
         ) {
             let k = Intrinsics::from_fov(640, 360, 1.4).expect("valid");
-            let shutter = Shutter { exposure_s: 0.0, readout_s: readout };
-            let motion = Twist { linear_m_s: linear, angular_rad_s: angular };
+            let shutter = Shutter {
+                exposure_s: 0.0,
+                readout_s: readout,
+            };
+            let motion = Twist {
+                linear_m_s: linear,
+                angular_rad_s: angular,
+            };
             let pixel = DVec2::new(x, y);
             let then = motion.after(shutter.row_time_s(y, k.height));
             let point = then.transform_point(k.direction(pixel) * far);
-            let back = k.project_moving(point, &shutter, &motion).expect("in front");
+            let back = k
+                .project_moving(point, &shutter, &motion)
+                .expect("in front");
             prop_assert!(back.distance(pixel) < 1e-5, "{back} for {pixel}");
         }
     }

@@ -106,7 +106,10 @@ mod tests {
         }
 
         #[test]
-        fn order_is_by_chunk_then_item(a in (-9..9, -9..9, 1_u16..9), b in (-9..9, -9..9, 1_u16..9)) {
+        fn order_is_by_chunk_then_item(
+            a in (-9..9, -9..9, 1_u16..9),
+            b in (-9..9, -9..9, 1_u16..9),
+        ) {
             let id = |(x, y, i)| ObjectId::new(ChunkCoord::new(x, y), i).expect("in range");
             prop_assert_eq!(a.cmp(&b), id(a).cmp(&id(b)));
         }

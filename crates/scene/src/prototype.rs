@@ -152,8 +152,8 @@ impl fmt::Display for PrototypeError {
                 lengths: [vertices, cards],
             } => write!(
                 f,
-                "shape `{name}` has ambient occlusion of {of_vertices} vertices and {of_cards} cards \
-                 for {vertices} and {cards}: give one of each, and none to shapes that blend"
+                "shape `{name}` has ambient occlusion of {of_vertices} vertices and {of_cards} \
+                 cards for {vertices} and {cards}: give one of each, and none to shapes that blend"
             ),
             Self::Windows {
                 name,
@@ -496,9 +496,8 @@ mod tests {
         let error = shape
             .with_ambient_occlusion(of(1, 2))
             .expect_err("another's");
-        let said = "shape `heap` has ambient occlusion of 1 vertices and 2 cards for 0 and 1: give one \
-                    of each, and none to shapes \
-                    that blend";
+        let said = "shape `heap` has ambient occlusion of 1 vertices and 2 cards for 0 and 1: give \
+                    one of each, and none to shapes that blend";
         assert_eq!(error.to_string(), said);
     }
 

@@ -5,7 +5,13 @@
 //! use nemoral_seed::Key;
 //! use nemoral_terrain::{GroundMesher, MeshParams, NoZones, Terrain, TerrainParams};
 //!
-//! let params = TerrainParams { octaves: 5, scale_m: 80.0, lacunarity: 2.0, persistence: 0.4, max_height_m: 20.0 };
+//! let params = TerrainParams {
+//!     octaves: 5,
+//!     scale_m: 80.0,
+//!     lacunarity: 2.0,
+//!     persistence: 0.4,
+//!     max_height_m: 20.0,
+//! };
 //! let terrain = Terrain::new(params, Key::world(7))?;
 //! let ground = terrain.sample([12.5, -80.0].into());
 //! assert!((0.0..=20.0).contains(&ground.height_m));

@@ -60,7 +60,8 @@ impl TerrainParams {
             } else {
                 1.0..=16.0
             },
-            "so few that scale_m / lacunarity^(octaves - 1), the finest wavelength, is at least 1 mm",
+            "so few that scale_m / lacunarity^(octaves - 1), the finest wavelength, is at least 1 \
+             mm",
         )
     }
 }

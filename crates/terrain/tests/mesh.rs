@@ -151,9 +151,12 @@ proptest! {
 
     #[test]
     fn meshes_are_watertight_and_neighbours_agree_to_the_bit(
-        x in -1_000_000..1_000_000_i32, y in -1_000_000..1_000_000_i32,
+        x in -1_000_000..1_000_000_i32,
+        y in -1_000_000..1_000_000_i32,
         size in prop_oneof![Just(50.0), Just(64.0), 7.0_f64..60.0],
-        angle in 0.0_f64..6.3, offset in -9.0_f64..9.0, radius in 1.0_f64..20.0,
+        angle in 0.0_f64..6.3,
+        offset in -9.0_f64..9.0,
+        radius in 1.0_f64..20.0,
         tolerance_m in 0.005_f64..0.2,
     ) {
         let coord = ChunkCoord::new(x, y);
@@ -165,7 +168,12 @@ proptest! {
             ((q.dot(n) - offset).abs() - 1.5).min(q.length() - radius)
         });
         let surface = terrain();
-        let m = GroundMesher::new(MeshParams { chunk_size_m: size, tolerance_m, ..MeshParams::default() }).expect("valid");
+        let m = GroundMesher::new(MeshParams {
+            chunk_size_m: size,
+            tolerance_m,
+            ..MeshParams::default()
+        })
+        .expect("valid");
         let here = mesh(&m, coord, &surface, &zone);
         check(&here, size);
         let east = mesh(&m, coord.offset(1, 0), &surface, &zone);
@@ -182,7 +190,10 @@ proptest! {
 
     #[test]
     fn class_edges_are_where_they_are(
-        x in 10.0_f64..40.0, y in 10.0_f64..40.0, radius in 1.0_f64..9.0, angle in 0.0_f64..6.3,
+        x in 10.0_f64..40.0,
+        y in 10.0_f64..40.0,
+        radius in 1.0_f64..9.0,
+        angle in 0.0_f64..6.3,
     ) {
         let centre = DVec2::new(x, y);
         let disc = Zone(move |p: DVec2| p.distance(centre) - radius);

@@ -43,31 +43,49 @@ proptest! {
     fn heights_are_in_range(p in params(), seed: u64, x in -5e7_f64..5e7, y in -5e7_f64..5e7) {
         for t in both(p, seed) {
             let s = t.sample(DVec2::new(x, y));
-            prop_assert!((0.0..=p.max_height_m).contains(&s.height_m), "{}", s.height_m);
+            prop_assert!(
+                (0.0..=p.max_height_m).contains(&s.height_m),
+                "{}",
+                s.height_m
+            );
             prop_assert!(s.gradient.is_finite());
         }
     }
 
     #[test]
-    fn gradients_are_difference_quotients(p in params(), seed: u64, x in -1e4_f64..1e4, y in -1e4_f64..1e4) {
+    fn gradients_are_difference_quotients(
+        p in params(),
+        seed: u64,
+        x in -1e4_f64..1e4,
+        y in -1e4_f64..1e4,
+    ) {
         let t = Terrain::new(p, Key::world(seed)).expect("valid");
         let at = DVec2::new(x, y);
         let step = finest(&p) * 1e-4;
-        let difference = |d: DVec2| (t.height_m(at + d * step) - t.height_m(at - d * step)) / (2.0 * step);
+        let difference =
+            |d: DVec2| (t.height_m(at + d * step) - t.height_m(at - d * step)) / (2.0 * step);
         let expected = DVec2::new(difference(DVec2::X), difference(DVec2::Y));
         let scale = p.max_height_m / finest(&p);
         prop_assert!((t.sample(at).gradient - expected).length() <= 1e-4 * scale + 1e-6);
     }
 
     #[test]
-    fn the_ground_is_continuous(p in params(), seed: u64, x in -1e4_f64..1e4, y in -1e4_f64..1e4, angle in 0.0_f64..6.3) {
+    fn the_ground_is_continuous(
+        p in params(),
+        seed: u64,
+        x in -1e4_f64..1e4,
+        y in -1e4_f64..1e4,
+        angle in 0.0_f64..6.3,
+    ) {
         // A nanowavelength away, height and gradient are practically the same.
         let t = Terrain::new(p, Key::world(seed)).expect("valid");
         let step = finest(&p) * 1e-6;
         let a = t.sample(DVec2::new(x, y));
         let b = t.sample(DVec2::new(x, y) + DVec2::from_angle(angle) * step);
         prop_assert!((a.height_m - b.height_m).abs() <= 1e-4 * p.max_height_m);
-        prop_assert!((a.gradient - b.gradient).length() <= 1e-3 * p.max_height_m / finest(&p) + 1e-9);
+        prop_assert!(
+            (a.gradient - b.gradient).length() <= 1e-3 * p.max_height_m / finest(&p) + 1e-9
+        );
     }
 }
 
@@ -218,7 +236,9 @@ fn value_stability() {
     assert_eq!(got, VALUES);
 }
 const VALUES: [&str; 3] = [
-    "SurfaceSample { height_m: 34.66023365579892, gradient: DVec2(0.6495679173498661, -1.6797607591707246) }",
-    "SurfaceSample { height_m: 8.99957260790524, gradient: DVec2(0.31937862127806815, -0.27254237605901627) }",
+    "SurfaceSample { height_m: 34.66023365579892, gradient: DVec2(0.6495679173498661, \
+     -1.6797607591707246) }",
+    "SurfaceSample { height_m: 8.99957260790524, gradient: DVec2(0.31937862127806815, \
+     -0.27254237605901627) }",
     "21.55326547107623",
 ];

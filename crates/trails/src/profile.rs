@@ -99,7 +99,8 @@ mod tests {
     proptest! {
         #[test]
         fn grades_are_limited_by_the_least_change(
-            values in proptest::collection::vec(-20.0_f64..20.0, 2..60), grade in 0.01_f64..2.0,
+            values in proptest::collection::vec(-20.0_f64..20.0, 2..60),
+            grade in 0.01_f64..2.0,
         ) {
             let places: Vec<f64> = (0..values.len()).map(|i| i as f64 * 1.1).collect();
             let got = limit_grade(&values, &places, grade);
@@ -110,10 +111,15 @@ mod tests {
             let mut excess = 0.0_f64;
             for i in 0..values.len() {
                 for j in 0..i {
-                    excess = excess.max((values[i] - values[j]).abs() - grade * (places[i] - places[j]));
+                    excess =
+                        excess.max((values[i] - values[j]).abs() - grade * (places[i] - places[j]));
                 }
             }
-            let worst = got.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let worst = got
+                .iter()
+                .zip(&values)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
             prop_assert!(worst <= 0.5 * excess + 1e-9);
         }
     }

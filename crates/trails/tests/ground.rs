@@ -67,12 +67,22 @@ proptest! {
 
     #[test]
     fn grounds_of_neighbours_agree_to_the_bit(
-        seed: u64, x in -1_000_000..1_000_000, y in -1_000_000..1_000_000, east in any::<bool>(),
+        seed: u64,
+        x in -1_000_000..1_000_000,
+        y in -1_000_000..1_000_000,
+        east in any::<bool>(),
     ) {
         let trails = trails(params(Section::default()), seed, hills(0.4));
         let here = ChunkCoord::new(x, y);
-        let there = if east { here.offset(1, 0) } else { here.offset(0, 1) };
-        let (a, b) = (trails.ground_near(here, 5.0), trails.ground_near(there, 3.0));
+        let there = if east {
+            here.offset(1, 0)
+        } else {
+            here.offset(0, 1)
+        };
+        let (a, b) = (
+            trails.ground_near(here, 5.0),
+            trails.ground_near(there, 3.0),
+        );
         let corner = there.origin_m(SIZE_M);
         let along = if east { DVec2::Y } else { DVec2::X };
         for i in 0..=600 {
@@ -81,7 +91,10 @@ proptest! {
                 let p = corner + along * (f64::from(i) / 600.0 * SIZE_M) + along.perp() * off;
                 prop_assert_eq!(a.sample(p), b.sample(p));
                 prop_assert_eq!(a.edge_m(p), b.edge_m(p));
-                prop_assert_eq!((a.zone(p), a.kind(p), a.offset_m(p)), (b.zone(p), b.kind(p), b.offset_m(p)));
+                prop_assert_eq!(
+                    (a.zone(p), a.kind(p), a.offset_m(p)),
+                    (b.zone(p), b.kind(p), b.offset_m(p))
+                );
             }
         }
     }
@@ -93,13 +106,20 @@ proptest! {
         for chunk in around(ChunkCoord::new(0, 0), 1) {
             let ground = trails.ground_near(chunk, 1.0);
             for i in 0..3000 {
-                let p = chunk.origin_m(SIZE_M) + DVec2::new(f64::from(i) * 0.618_034, f64::from(i) * 0.414_214).rem_euclid(DVec2::splat(SIZE_M));
+                let p = chunk.origin_m(SIZE_M)
+                    + DVec2::new(f64::from(i) * 0.618_034, f64::from(i) * 0.414_214)
+                        .rem_euclid(DVec2::splat(SIZE_M));
                 let e = 1e-5;
                 let h = |d: DVec2| ground.height_m(p + d * e);
                 let steps = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y].map(h);
                 let here = ground.height_m(p);
                 // No step anywhere, not even where slopes meet.
-                prop_assert!(steps.iter().all(|s| (s - here).abs() < 20.0 * e), "{} {:?}", here, steps);
+                prop_assert!(
+                    steps.iter().all(|s| (s - here).abs() < 20.0 * e),
+                    "{} {:?}",
+                    here,
+                    steps
+                );
                 let expected = DVec2::new(steps[0] - steps[1], steps[2] - steps[3]) / (2.0 * e);
                 if ground.edge_m(p) < 5.0 {
                     near += 1;
@@ -413,7 +433,10 @@ fn value_stability() {
     assert_eq!(got, VALUES);
 }
 const VALUES: [&str; 3] = [
-    "SurfaceSample { height_m: 9.577432304842057, gradient: DVec2(0.10920366799681284, 0.0021093399055451267) } -1.2000000000000004 Strip",
-    "SurfaceSample { height_m: 9.613277996784998, gradient: DVec2(0.06340717198745843, -0.22193170958147698) } 0.2000000000000004 Off",
-    "SurfaceSample { height_m: 9.641397423259447, gradient: DVec2(0.1, -0.05) } 0.9000000000000008 Off",
+    "SurfaceSample { height_m: 9.577432304842057, gradient: DVec2(0.10920366799681284, \
+     0.0021093399055451267) } -1.2000000000000004 Strip",
+    "SurfaceSample { height_m: 9.613277996784998, gradient: DVec2(0.06340717198745843, \
+     -0.22193170958147698) } 0.2000000000000004 Off",
+    "SurfaceSample { height_m: 9.641397423259447, gradient: DVec2(0.1, -0.05) } 0.9000000000000008 \
+     Off",
 ];

@@ -35,7 +35,9 @@ proptest! {
 
     #[test]
     fn a_chunk_knows_exactly_the_trails_that_touch_it(
-        seed: u64, x in -1_000_000..1_000_000, y in -1_000_000..1_000_000,
+        seed: u64,
+        x in -1_000_000..1_000_000,
+        y in -1_000_000..1_000_000,
     ) {
         let centre = ChunkCoord::new(x, y);
         let trails = dense(seed);
@@ -47,7 +49,8 @@ proptest! {
                 for (_, p) in points(&path, 0.7) {
                     let c = ChunkCoord::containing(p, SIZE_M);
                     // A millimetre of doubt at borders.
-                    let sure = ChunkCoord::containing(p + 1e-3, SIZE_M) == ChunkCoord::containing(p - 1e-3, SIZE_M);
+                    let sure = ChunkCoord::containing(p + 1e-3, SIZE_M)
+                        == ChunkCoord::containing(p - 1e-3, SIZE_M);
                     if sure && got.last() != Some(&c) {
                         got.push(c);
                     }
@@ -63,7 +66,11 @@ proptest! {
     #[test]
     fn paths_are_smooth_and_their_arc_lengths_true(seed: u64, far in any::<bool>()) {
         let trails = dense(seed);
-        let centre = if far { ChunkCoord::new(1_000_000, -1_000_000) } else { ChunkCoord::new(0, 0) };
+        let centre = if far {
+            ChunkCoord::new(1_000_000, -1_000_000)
+        } else {
+            ChunkCoord::new(0, 0)
+        };
         for path in trails.in_chunk(centre) {
             let step = 0.05;
             let all: Vec<_> = points(&path, step).collect();
@@ -84,20 +91,31 @@ proptest! {
     }
 
     #[test]
-    fn nearest_is_the_brute_force_answer(seed in 0_u64..50, x in -60.0_f64..60.0, y in -60.0_f64..60.0) {
+    fn nearest_is_the_brute_force_answer(
+        seed in 0_u64..50,
+        x in -60.0_f64..60.0,
+        y in -60.0_f64..60.0,
+    ) {
         let trails = dense(seed);
         let p = DVec2::new(x, y);
         let radius = 40.0;
         let mut best = f64::INFINITY;
         for chunk in around(ChunkCoord::new(0, 0), 3) {
             for path in trails.in_chunk(chunk) {
-                best = points(&path, 0.1).map(|q| q.1.distance(p)).fold(best, f64::min);
+                best = points(&path, 0.1)
+                    .map(|q| q.1.distance(p))
+                    .fold(best, f64::min);
             }
         }
         match trails.nearest(p, radius) {
             Some((path, s)) => {
                 let d = path.position_m(s).distance(p);
-                prop_assert!(d <= radius && d <= best + 1e-6 && d > best - 0.05, "{} {}", d, best);
+                prop_assert!(
+                    d <= radius && d <= best + 1e-6 && d > best - 0.05,
+                    "{} {}",
+                    d,
+                    best
+                );
             }
             None => prop_assert!(best > radius - 0.05),
         }
@@ -449,7 +467,10 @@ fn value_stability() {
 const VALUES: [&str; 5] = [
     "3 ChunkCoord { x: -9, y: 0 } LeafLitter",
     "1815.6317408020088 DVec2(-412.52622576885483, -71.0004321911224)",
-    "TrailDressing { position_m: DVec2(120.51844378147157, -47.369021413471074), yaw_rad: 0.02763158361172375, scale: 1.0875785400079991, kind: Grass }",
-    "Some(TrailDressing { position_m: DVec2(115.56678910244048, -5.182610678238906), yaw_rad: 0.4125438364883822, scale: 0.531581580946405, kind: Stone })",
-    "Some(TrailDressing { position_m: DVec2(149.8107142412161, -12.778436750346291), yaw_rad: 0.5573484738590785, scale: 1.3742250095982231, kind: Verge })",
+    "TrailDressing { position_m: DVec2(120.51844378147157, -47.369021413471074), yaw_rad: \
+     0.02763158361172375, scale: 1.0875785400079991, kind: Grass }",
+    "Some(TrailDressing { position_m: DVec2(115.56678910244048, -5.182610678238906), yaw_rad: \
+     0.4125438364883822, scale: 0.531581580946405, kind: Stone })",
+    "Some(TrailDressing { position_m: DVec2(149.8107142412161, -12.778436750346291), yaw_rad: \
+     0.5573484738590785, scale: 1.3742250095982231, kind: Verge })",
 ];

@@ -115,14 +115,24 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_body_lies_flat_on_a_slope(gx in -0.6_f64..0.6, gy in -0.6_f64..0.6, yaw in -3.1_f64..3.1) {
-            let slope = FlatSurface { height_m: 3.0, gradient: DVec2::new(gx, gy) };
+        fn a_body_lies_flat_on_a_slope(
+            gx in -0.6_f64..0.6,
+            gy in -0.6_f64..0.6,
+            yaw in -3.1_f64..3.1,
+        ) {
+            let slope = FlatSurface {
+                height_m: 3.0,
+                gradient: DVec2::new(gx, gy),
+            };
             let p = DVec2::new(12.0, -7.0);
             let pose = BODY.stand(p, DVec2::from_angle(yaw), &slope);
             let up = pose.transform_vector(DVec3::Z);
             prop_assert!(up.distance(DVec3::new(-gx, -gy, 1.0).normalize()) < 1e-12);
             prop_assert!((pose.translation_m.z - slope.height_m(p)).abs() < 1e-12);
-            let (forward, heading) = (pose.transform_vector(DVec3::X).truncate(), DVec2::from_angle(yaw));
+            let (forward, heading) = (
+                pose.transform_vector(DVec3::X).truncate(),
+                DVec2::from_angle(yaw),
+            );
             prop_assert!(forward.dot(heading) > 0.0 && forward.perp_dot(heading).abs() < 1e-12);
         }
     }

@@ -245,8 +245,8 @@ fn inclinations(assets: &WorldAssets) -> BTreeMap<String, (f64, f64)> {
         .collect()
 }
 
-/// As an airborne scanner has it: first returns of pulses within 10° of the vertical, everything that
-/// grows there included.
+/// As an airborne scanner has it: first returns of pulses within 10° of the vertical, everything
+/// that grows there included.
 fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
     let mut heights_m = Vec::new();
     for frame in FRAMES {

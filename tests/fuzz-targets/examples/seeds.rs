@@ -1,7 +1,7 @@
-//! Makes the corpora's seeds and the dictionaries anew: `seeds FUZZ [DATASET]...`, where FUZZ is the
-//! folder of the fuzzers. Files of the base's two data sets, and of
-//! further ones that the program has made, go to the targets that read them; requests are those that the
-//! program's own presets and species are.
+//! Makes the corpora's seeds and the dictionaries anew: `seeds FUZZ [DATASET]...`, where FUZZ is
+//! the folder of the fuzzers. Files of the base's two data sets, and of further ones that the
+//! program has made, go to the targets that read them; requests are those that the program's own
+//! presets and species are.
 
 #![allow(
     clippy::disallowed_methods,
@@ -190,13 +190,15 @@ impl Seeds {
                       [cameras.rear]\nyaw_deg = 180.0\n[lidars.side]\ndevice = \"vlp-16\"\n";
         self.put("config", "ranges", ranges.as_bytes())?;
         let settings = "demo\nseed=3\nframes=2\nsky.image=\"x.hdr\"\nrobot.spacing_m=0.5\n\
-                        lidars.rear.device=vlp-16\ncamera.width_px=320\nranges.\"placement.trees\"=[1, 2]";
+                        lidars.rear.device=vlp-16\ncamera.width_px=320\n\
+                        ranges.\"placement.trees\"=[1, 2]";
         self.put("settings", "some", settings.as_bytes())?;
         for name in Species::names() {
             let text = Species::built_in_toml(name).ok_or("every species has its file")?;
             self.put("species", name, text.as_bytes())?;
         }
-        let pattern = "time,azimuth,elevation,ring\n# three pulses\n0,0,0,0\n1e-5,10.5,-3,1\n2e-5,-180,90,255\n";
+        let pattern = "time,azimuth,elevation,ring\n# three pulses\n0,0,0,0\n1e-5,10.5,-3,1\n\
+            2e-5,-180,90,255\n";
         self.put("pattern", "rings", pattern.as_bytes())?;
         self.put("pattern", "bare", b"5,1,1\n6,2,2\n6,3,3\n")?;
         let tum = "\u{0}# t x y z qx qy qz qw\n0.5 1 2 3 0 0 0.6 0.8\n1 2 2 3 0 0 0 1\n";

@@ -1,5 +1,5 @@
-//! The data sets that are mutated: the two shards of a drive of two frames, with every kind of file that
-//! there is and next to nothing in them.
+//! The data sets that are mutated: the two shards of a drive of two frames, with every kind of file
+//! that there is and next to nothing in them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -117,7 +117,7 @@ fn header(depth_format: DepthFormat) -> DatasetHeader {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(SIZE.0, SIZE.1, 1.2).expect("valid"),
             body_from_camera: mount(0.2) * RigidTransform::body_from_optical(),
-            extra: AnnotationKinds {
+            annotations: AnnotationKinds {
                 sky: true,
                 flow: true,
                 trunks: true,
@@ -163,7 +163,7 @@ fn write_frame(writer: &Writer, header: &DatasetHeader, index: u64) {
         seen: true,
     };
     let seen = PixelBox::EMPTY.with(5, 1).with(6, h as u32 - 1);
-    let extra = Annotations {
+    let annotations = Annotations {
         flow: Some(truth.semantic.map(|s| there(s).then_some(still))),
         trunks: Some(truth.object.clone()),
         boxes: Some(vec![ObjectBox {
@@ -199,7 +199,7 @@ fn write_frame(writer: &Writer, header: &DatasetHeader, index: u64) {
             rgb: &rgb,
             radiance: Some(&radiance),
             truth: &truth,
-            extra: &extra,
+            annotations: &annotations,
         }],
         lidars: header.lidars.iter().map(|l| lidar(&l.name)).collect(),
         frame_key: [index as u8; 32],

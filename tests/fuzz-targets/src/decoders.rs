@@ -1,8 +1,8 @@
 //! Single files of a data set.
 //!
-//! A picture's input has what `dataset.json` says of it before its bytes: its kind, its columns and its
-//! rows. Rows and columns are a byte each, that is 1 to 256, and 16 or 32 times that if the kind's bits
-//! 6 or 7 are set.
+//! A picture's input has what `dataset.json` says of it before its bytes: its kind, its columns and
+//! its rows. Rows and columns are a byte each, that is 1 to 256, and 16 or 32 times that if the
+//! kind's bits 6 or 7 are set.
 
 use nemoral_dataset::fuzz;
 

@@ -1,8 +1,8 @@
 //! Changes to the files of a data set, as an input's bytes ask for them.
 //!
-//! Random bytes alone never come past a checksum. So an input is a list of small instructions (which
-//! file, which change), and afterwards the checksums are made good again, unless the input asks for them
-//! to be left: a stranger can do so too.
+//! Random bytes alone never come past a checksum. So an input is a list of small instructions
+//! (which file, which change), and afterwards the checksums are made good again, unless the input
+//! asks for them to be left: a stranger can do so too.
 
 use serde_json::Value;
 

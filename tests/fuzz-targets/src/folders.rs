@@ -1,5 +1,5 @@
-//! Whole folders: two shards of a data set, changed, then opened, checked, counted, merged, gone on with
-//! and overwritten. Whatever happens, nothing beside them changes.
+//! Whole folders: two shards of a data set, changed, then opened, checked, counted, merged, gone on
+//! with and overwritten. Whatever happens, nothing beside them changes.
 
 use std::fs;
 use std::path::Path;

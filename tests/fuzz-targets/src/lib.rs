@@ -1,10 +1,10 @@
-//! This crate is what is done with an input by the fuzzers in `fuzz/`, and again on stable Rust by the
-//! replay of their corpora (`tests/tests/fuzz_corpus.rs`): one function of bytes for each kind of file that
-//! a stranger may have made.
+//! This crate is what is done with an input by the fuzzers in `fuzz/`, and again on stable Rust by
+//! the replay of their corpora (`tests/tests/fuzz_corpus.rs`): one function of bytes for each kind
+//! of file that a stranger may have made.
 //!
-//! A function may refuse its input in any way that returns. It must not panic, abort, hang, or ask for a
-//! gigabyte. Some hold more against what they are given: that what is accepted can be written and read
-//! again, and that nothing outside a data set's folder is touched.
+//! A function may refuse its input in any way that returns. It must not panic, abort, hang, or ask
+//! for a gigabyte. Some hold more against what they are given: that what is accepted can be written
+//! and read again, and that nothing outside a data set's folder is touched.
 
 #![allow(
     clippy::disallowed_methods,

@@ -22,8 +22,8 @@ pub fn manifest(input: &[u8]) {
     assert!(again.is_untouched());
 }
 
-/// The header and records of an unfinished data set, between bytes 0, and what a writer makes of them.
-/// Each is sealed if the byte before it is even.
+/// The header and records of an unfinished data set, between bytes 0, and what a writer makes of
+/// them. Each is sealed if the byte before it is even.
 pub fn state(input: &[u8]) {
     let Ok(text) = std::str::from_utf8(input) else {
         return;

@@ -34,8 +34,8 @@ pub fn asked_diameters(assets: &Assets) -> Vec<f64> {
     out
 }
 
-/// Where 95 of 100 fitted shapes are if the stand's individuals are drawn again and again: few trees,
-/// one of each part of the distribution, do not tell its shape well.
+/// Where 95 of 100 fitted shapes are if the stand's individuals are drawn again and again: few
+/// trees, one of each part of the distribution, do not tell its shape well.
 ///
 /// # Panics
 /// If it asks for one's own species.

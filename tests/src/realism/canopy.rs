@@ -1,4 +1,5 @@
-//! Gaps of a canopy, from its leaves' positions and areas, and again by rays that meet their pictures.
+//! Gaps of a canopy, from its leaves' positions and areas, and again by rays that meet their
+//! pictures.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -25,7 +26,8 @@ const RING_DEG: f64 = 10.0;
 const SECTOR_LINES: usize = 256;
 /// Lines begin at the height of an instrument, metres.
 const FROM_M: f64 = 1.3;
-/// A card is so many parts a side, each about as large as a leaf: leaf area is not everywhere alike on it.
+/// A card is so many parts a side, each about as large as a leaf: leaf area is not everywhere alike
+/// on it.
 const PARTS: usize = 8;
 
 /// Above all trees, metres.
@@ -182,8 +184,8 @@ struct Tree {
 }
 
 impl Canopy {
-    /// The trees that stand in a square; lines begin in its middle, `margin_m` from the border, which
-    /// should be 1.6 times the height of the trees.
+    /// The trees that stand in a square; lines begin in its middle, `margin_m` from the border,
+    /// which should be 1.6 times the height of the trees.
     ///
     /// # Panics
     /// If a card has no mask.
@@ -231,10 +233,11 @@ impl Canopy {
 
     /// What the leaves' places and areas say of gaps, with no ray cast at a mask.
     ///
-    /// A line goes on through each part of a card that it crosses with probability 1 - q, q the part's
-    /// share of leaf: a leaf is there or it is not (Nilson's positive binomial within the shoot, 1971). So
-    /// a line is free with the product of these, and the canopy's gaps are their mean over lines. All
-    /// clumping above the size of a leaf is in it: of shoots, of crowns, of stems' places.
+    /// A line goes on through each part of a card that it crosses with probability 1 - q, q the
+    /// part's share of leaf: a leaf is there or it is not (Nilson's positive binomial within the
+    /// shoot, 1971). So a line is free with the product of these, and the canopy's gaps are their
+    /// mean over lines. All clumping above the size of a leaf is in it: of shoots, of crowns, of
+    /// stems' places.
     #[must_use]
     pub fn gaps(&self) -> Gaps {
         let along: Vec<(f64, f64)> = self.lines.par_iter().map(|l| self.along(*l)).collect();
@@ -278,11 +281,12 @@ impl Canopy {
         (met, free)
     }
 
-    /// Ω as photographs of the sky find it, from as many of the lines' feet: of each photograph the share P of
-    /// sky in each sector of the ring at the hinge, wood hiding it too, and ln(mean P) / mean(ln P) (Lang and
-    /// Xiang 1986), a sector without sky counted as half a line; the mean over photographs. What is clumped
-    /// inside of a sector, or from one photograph to the next, it does not see: so it is nearer to 1 than
-    /// [`Gaps::clumping`] (as Woodgate et al. 2017 found in a virtual wood, the more the lower one looks).
+    /// Ω as photographs of the sky find it, from as many of the lines' feet: of each photograph the
+    /// share P of sky in each sector of the ring at the hinge, wood hiding it too, and ln(mean P) /
+    /// mean(ln P) (Lang and Xiang 1986), a sector without sky counted as half a line; the mean over
+    /// photographs. What is clumped inside of a sector, or from one photograph to the next, it does
+    /// not see: so it is nearer to 1 than [`Gaps::clumping`] (as Woodgate et al. 2017 found in a
+    /// virtual wood, the more the lower one looks).
     #[must_use]
     pub fn clumping_as_photographed(&self, photographs: usize) -> f64 {
         let mut rng = Key::world(14).rng();
@@ -310,8 +314,8 @@ impl Canopy {
         each.sum::<f64>() / photographs as f64
     }
 
-    /// Ω of silhouettes at random inside of voxels, from these up in octaves, -ln(mean exp(-L)) / mean L over
-    /// lines: what each scale adds.
+    /// Ω of silhouettes at random inside of voxels, from these up in octaves, -ln(mean exp(-L)) /
+    /// mean L over lines: what each scale adds.
     #[must_use]
     pub fn clumping_by_scale(&self, voxel_m: f64, octaves: usize) -> Vec<(f64, f64)> {
         let top_m = |t: &Tree| t.scale * t.leaves.top_m;
@@ -344,8 +348,8 @@ impl Canopy {
         open(&self.everything, &self.lines)
     }
 
-    /// Heights above ground, metres, where pulses straight down first return: in the middle of the square, one
-    /// for each line.
+    /// Heights above ground, metres, where pulses straight down first return: in the middle of the
+    /// square, one for each line.
     #[must_use]
     pub fn first_returns_m(&self) -> Vec<f64> {
         let ray = |(foot, _): &(DVec3, DVec3)| Ray::new(foot.with_z(TOP_M).as_vec3(), Vec3::NEG_Z);
@@ -519,7 +523,8 @@ fn opaque_parts(mask: &AlphaMask) -> Shares {
 mod tests {
     use super::*;
 
-    /// Leaves at random have no clumps; in half of the columns, Ω is what two kinds of columns give.
+    /// Leaves at random have no clumps; in half of the columns, Ω is what two kinds of columns
+    /// give.
     #[test]
     fn fields_of_known_clumping() {
         const VOXEL_M: f64 = 0.5;

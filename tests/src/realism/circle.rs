@@ -13,8 +13,8 @@ pub struct Circle {
     pub residual: f64,
 }
 
-/// The circle nearest to the points in the least-squares sense of their distances: Kåsa's algebraic fit
-/// (1976) to start from, then Gauss and Newton. `None` without three points that turn a corner.
+/// The circle nearest to the points in the least-squares sense of their distances: Kåsa's algebraic
+/// fit (1976) to start from, then Gauss and Newton. `None` without three points that turn a corner.
 #[must_use]
 pub fn circle(points: &[DVec2]) -> Option<Circle> {
     let n = points.len() as f64;

@@ -42,7 +42,8 @@ impl LowCover {
         }
     }
 
-    /// The share of the ground under each of [`LOW_PLANTS`], seen from above: what is under others is not seen.
+    /// The share of the ground under each of [`LOW_PLANTS`], seen from above: what is under others
+    /// is not seen.
     #[must_use]
     pub fn shares(&self) -> [f64; LOW_PLANTS.len()] {
         self.of.map(|n| f64::from(n) / f64::from(self.lines))

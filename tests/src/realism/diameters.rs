@@ -1,4 +1,5 @@
-//! Diameters at breast height from scans, as foresters measure them: a slice, a circle, the truth beside it.
+//! Diameters at breast height from scans, as foresters measure them: a slice, a circle, the truth
+//! beside it.
 
 use std::collections::BTreeMap;
 
@@ -21,8 +22,8 @@ const LEAST_POINTS: usize = 30;
 /// Thinner ones are no trees yet, metres.
 const LEAST_DBH_M: f64 = 0.07;
 
-/// What makes a preset's robot a scanner on a tripod without range errors, at nine stations whose stems are not
-/// the same: settings over the preset.
+/// What makes a preset's robot a scanner on a tripod without range errors, at nine stations whose
+/// stems are not the same: settings over the preset.
 pub const STATIONS: [&str; 13] = [
     "frames=9",
     "chunks.visible_radius_m=20",
@@ -58,8 +59,9 @@ pub struct ScannedDiameters {
 }
 
 impl ScannedDiameters {
-    /// Of living trees within 15 m of the scanner with 30 points or more in a slice 12 cm thick at breast height.
-    /// Which point is whose is taken from the truth: how well stems are told apart is another question.
+    /// Of living trees within 15 m of the scanner with 30 points or more in a slice 12 cm thick at
+    /// breast height. Which point is whose is taken from the truth: how well stems are told apart
+    /// is another question.
     ///
     /// # Panics
     /// If the world cannot be grown or scanned.

@@ -37,9 +37,9 @@ impl RayCaster for Level {
     }
 }
 
-/// How much ground of this material repeats: the greatest correlation of its brightness with that one
-/// tile's width away, in sixteen directions; 1 for a plain tiled picture. What is brighter over more than
-/// a tile is left out.
+/// How much ground of this material repeats: the greatest correlation of its brightness with that
+/// one tile's width away, in sixteen directions; 1 for a plain tiled picture. What is brighter over
+/// more than a tile is left out.
 #[must_use]
 pub fn ground_repetition(material: &Material) -> f64 {
     let unit_m = if material.ground {
@@ -78,7 +78,8 @@ fn from_above(material: &Material, unit_m: f32) -> Image<f64> {
     luminance_of_light(&images.linear.expect("asked for"), images.ev100)
 }
 
-/// The greatest autocorrelation `lag_px` away, of what differs from the mean of a square of that side.
+/// The greatest autocorrelation `lag_px` away, of what differs from the mean of a square of that
+/// side.
 fn repetition(image: &Image<f64>, lag_px: usize) -> f64 {
     let (w, h) = (image.width() as i64, image.height() as i64);
     // Sums over all that is left of and above a pixel.

@@ -43,10 +43,11 @@ impl HeightScatter {
     }
 }
 
-/// The diameters of so many trees of an even-aged stand that has grown up, metres, thin ones first: its mean
-/// diameter is where the species' mature trees begin. The scatter is a share of height in ours and one number of
-/// metres in published fits, so it can be compared only at heights such as those fits were made at: thin trees,
-/// of which the relations' even diameters have many, scatter by less, and are cut by the limits of slenderness.
+/// The diameters of so many trees of an even-aged stand that has grown up, metres, thin ones first:
+/// its mean diameter is where the species' mature trees begin. The scatter is a share of height in
+/// ours and one number of metres in published fits, so it can be compared only at heights such as
+/// those fits were made at: thin trees, of which the relations' even diameters have many, scatter
+/// by less, and are cut by the limits of slenderness.
 #[must_use]
 pub fn stand_diameters(species: &Species, trees: u32) -> Vec<f64> {
     let al = &species.allometry;

@@ -1,6 +1,6 @@
 //! Measures of realism that need no photograph: how stems stand, how
-//! leaves let light through, how light is spread over a picture, how thick a stem is in a scan. None of this
-//! is from the crates under test.
+//! leaves let light through, how light is spread over a picture, how thick a stem is in a scan.
+//! None of this is from the crates under test.
 
 mod asked;
 mod canopy;

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Image, Semantic};
 
-/// The luminance of light itself over the one that an exposure maps to 1, row by row: what is brighter is
-/// not clipped.
+/// The luminance of light itself over the one that an exposure maps to 1, row by row: what is
+/// brighter is not clipped.
 #[must_use]
 pub fn luminance_of_light(radiance: &Image<Vec3>, ev100: f64) -> Image<f64> {
     let white = 0.125 * ev100.exp2() / 0.18;
@@ -33,8 +33,8 @@ fn linear(byte: u8) -> f64 {
     }
 }
 
-/// The amplitude spectrum of the middle square of a picture whose edge is a power of two, under a Hann
-/// window: mean amplitude by whole cycles per square, from 0 to half its edge.
+/// The amplitude spectrum of the middle square of a picture whose edge is a power of two, under a
+/// Hann window: mean amplitude by whole cycles per square, from 0 to half its edge.
 #[must_use]
 pub fn spectrum(image: &Image<f64>) -> Vec<f64> {
     let (n, amplitudes) = amplitudes(image);
@@ -52,7 +52,8 @@ pub fn spectrum(image: &Image<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Mean amplitude of waves that run within 45° of the horizontal over that of the others, in the band of
+/// Mean amplitude of waves that run within 45° of the horizontal over that of the others, in the
+/// band of
 /// [`amplitude_slope`]: 1 if no direction is special, more with upright things.
 #[must_use]
 pub fn isotropy(image: &Image<f64>) -> f64 {
@@ -108,10 +109,11 @@ fn amplitudes(image: &Image<f64>) -> (usize, Vec<f64>) {
 /// How light is spread over a picture's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tones {
-    /// Standard deviation of the natural logarithm of luminance, which is at least one step of 8 bits.
+    /// Standard deviation of the natural logarithm of luminance, which is at least one step of 8
+    /// bits.
     pub log_sd: f64,
-    /// Kurtosis of the differences of log-luminance between neighbours in a row: 3 for noise, more where
-    /// flat things have edges.
+    /// Kurtosis of the differences of log-luminance between neighbours in a row: 3 for noise, more
+    /// where flat things have edges.
     pub gradient_kurtosis: f64,
 }
 
@@ -158,8 +160,9 @@ fn fourier(values: &mut [(f64, f64)]) {
     }
 }
 
-/// The slope of a spectrum on logarithmic axes, from 4 cycles a picture to half of what it resolves, octaves
-/// weighted alike. Photographs of nature have -0.8 to -1.5 (Tolhurst et al. 1992).
+/// The slope of a spectrum on logarithmic axes, from 4 cycles a picture to half of what it
+/// resolves, octaves weighted alike. Photographs of nature have -0.8 to -1.5 (Tolhurst et al.
+/// 1992).
 #[must_use]
 pub fn amplitude_slope(spectrum: &[f64]) -> f64 {
     let points: Vec<(f64, f64, f64)> = (4..=spectrum.len() / 2)
@@ -265,7 +268,8 @@ mod tests {
         let within = |(low, high): Range, v: f64| (low..=high).contains(&v);
         assert!(within(SLOPE, leaves), "{leaves}");
         assert!(within(ISOTROPY, isotropy(&discs)), "{}", isotropy(&discs));
-        // Edges between flat things; noise has none, and a picture hung with stripes has a direction.
+        // Edges between flat things; noise has none, and a picture hung with stripes has a
+        // direction.
         assert!(
             within(KURTOSIS, tones(&discs).gradient_kurtosis),
             "{:?}",

@@ -58,27 +58,32 @@ impl Plot {
         let sx = |x: f64| left + width * (x - x0) / (x1 - x0);
         let sy = |y: f64| top + height * (1.0 - (y - y0) / (y1 - y0));
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" \
+             font-family=\"sans-serif\" font-size=\"11\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
             SIZE.0, SIZE.1
         );
         if let Some((low, high)) = self.band {
             let _ = writeln!(
                 out,
-                "<rect x=\"{left}\" y=\"{:.1}\" width=\"{width}\" height=\"{:.1}\" fill=\"#dfeee6\"/>",
+                "<rect x=\"{left}\" y=\"{:.1}\" width=\"{width}\" height=\"{:.1}\" \
+                 fill=\"#dfeee6\"/>",
                 sy(high),
                 sy(low) - sy(high)
             );
         }
         let _ = writeln!(
             out,
-            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"#888\"/>"
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" \
+             stroke=\"#888\"/>"
         );
         for i in 0..=4 {
             let share = f64::from(i) / 4.0;
             let (x, y) = (x0 + share * (x1 - x0), y0 + share * (y1 - y0));
             let _ = writeln!(
                 out,
-                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text><text x=\"{:.1}\" \
+                 y=\"{:.1}\" text-anchor=\"end\">{}</text>",
                 sx(x),
                 SIZE.1 - bottom + 14.0,
                 number(x, x1 - x0),
@@ -90,7 +95,10 @@ impl Plot {
         let (middle_x, middle_y) = (left + width / 2.0, top + height / 2.0);
         let _ = writeln!(
             out,
-            "<text x=\"{middle_x}\" y=\"17\" text-anchor=\"middle\" font-size=\"13\">{}</text>\n<text x=\"{middle_x}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n<text transform=\"translate(13 {middle_y}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+            "<text x=\"{middle_x}\" y=\"17\" text-anchor=\"middle\" font-size=\"13\">{}</text>\n\
+             <text x=\"{middle_x}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n\
+             <text transform=\"translate(13 {middle_y}) rotate(-90)\" \
+             text-anchor=\"middle\">{}</text>",
             escape(&self.title),
             SIZE.1 - 8.0,
             escape(&self.x),
@@ -106,7 +114,8 @@ impl Plot {
                     .collect();
                 let _ = writeln!(
                     out,
-                    "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\"/>",
+                    "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" \
+                     stroke-width=\"1.5\"/>",
                     path.join(" ")
                 );
             } else {
@@ -115,7 +124,8 @@ impl Plot {
                 let dots: String = series.points.iter().map(dot).collect();
                 let _ = writeln!(
                     out,
-                    "<path d=\"{dots}\" fill=\"none\" stroke=\"{colour}\" stroke-opacity=\"0.6\" stroke-width=\"3\" stroke-linecap=\"round\"/>"
+                    "<path d=\"{dots}\" fill=\"none\" stroke=\"{colour}\" stroke-opacity=\"0.6\" \
+                     stroke-width=\"3\" stroke-linecap=\"round\"/>"
                 );
             }
             let _ = writeln!(

@@ -1,8 +1,8 @@
 //! How plants are spread over heights, from where pulses from above first return.
 
-/// Plant area density of each metre above ground, m²/m³: -d ln P / dz / K, P the share of pulses that first
-/// return from below z, with K = 0.5 (Bouvier et al. 2015). `heights_m` are those of all first returns,
-/// the ground's near 0.
+/// Plant area density of each metre above ground, m²/m³: -d ln P / dz / K, P the share of pulses
+/// that first return from below z, with K = 0.5 (Bouvier et al. 2015). `heights_m` are those of all
+/// first returns, the ground's near 0.
 #[must_use]
 pub fn plant_area_density(heights_m: &[f64], metres: usize) -> Vec<f64> {
     let below = |z: usize| {

@@ -29,8 +29,8 @@ pub fn basal_area(stand: &str) -> Range {
     }
 }
 
-/// The greatest distance between the distributions of diameters found and asked for: one tree of each of so many
-/// parts of it, and chance.
+/// The greatest distance between the distributions of diameters found and asked for: one tree of
+/// each of so many parts of it, and chance.
 #[must_use]
 pub fn diameter_distance(individuals: u32) -> Range {
     (0.0, 1.0 / f64::from(individuals))
@@ -63,13 +63,14 @@ pub const DBH_RMSE_M: Range = (0.0, 0.02);
 /// And its mean error, metres: none, as well as some tens of stems tell.
 pub const DBH_BIAS_M: Range = (-0.003, 0.003);
 
-/// Standard deviation of heights about the height curve, metres, of Scots pine, Norway spruce and birch: Pukkala et
-/// al. 2009 have 2.36, 2.10 and 2.00 for all of Finland.
+/// Standard deviation of heights about the height curve, metres, of Scots pine, Norway spruce and
+/// birch: Pukkala et al. 2009 have 2.36, 2.10 and 2.00 for all of Finland.
 const HEIGHT_SD_M: Range = (2.0, 2.4);
 /// And of other species, over the curve's height: an assumption.
 const HEIGHT_SD_SHARE: Range = (0.08, 0.10);
 
-/// The range of [`HeightScatter::sd_m`](super::HeightScatter::sd_m), of the species that have one in metres.
+/// The range of [`HeightScatter::sd_m`](super::HeightScatter::sd_m), of the species that have one
+/// in metres.
 #[must_use]
 pub fn height_sd_m(species: &str) -> Option<Range> {
     let northern = ["scots_pine", "norway_spruce", "silver_birch"];
@@ -102,8 +103,8 @@ pub const SHOOTS: Range = (0.95, 1.05);
 /// Lines without a leaf, over exp(-0.93 Ω LAI).
 pub const OVER_THE_LAW: Range = (0.85, 1.15);
 
-/// Does its Ω as photographed want the factor of shoots? What needles of a shoot hide of each other no photograph
-/// tells.
+/// Does its Ω as photographed want the factor of shoots? What needles of a shoot hide of each other
+/// no photograph tells.
 #[must_use]
 pub fn is_of_needles(stand: &str) -> bool {
     ["spruce", "maritime-pine"].contains(&stand)
@@ -145,16 +146,16 @@ pub fn densest(stand: &str) -> Range {
     }
 }
 
-/// The heights where a wood of shade-bearing trees is half as dense as there or more, over the dominant height: spruce
-/// is broad.
+/// The heights where a wood of shade-bearing trees is half as dense as there or more, over the
+/// dominant height: spruce is broad.
 pub const BREADTH: Range = (0.4, 0.9);
 
 /// The slope of the amplitude spectrum: photographs of nature (Tolhurst et al. 1992).
 pub const SLOPE: Range = (-1.5, -0.8);
-/// Waves along the horizontal over those along the vertical. The range is an assumption: photographs
-/// of nature that were read of have more of both than of what is between, and not equally (Coppola et
-/// al. 1998, PNAS 95:4002; Hansen and Essock 2004, J. Vision 4(12):5; Keil and Cristóbal 2000, JOSA A
-/// 17:697).
+/// Waves along the horizontal over those along the vertical. The range is an assumption:
+/// photographs of nature that were read of have more of both than of what is between, and not
+/// equally (Coppola et al. 1998, PNAS 95:4002; Hansen and Essock 2004, J. Vision 4(12):5; Keil and
+/// Cristóbal 2000, JOSA A 17:697).
 pub const ISOTROPY: Range = (0.9, 1.1);
 /// Correlation of ground with itself a tile away.
 pub const GROUND_REPEATS: Range = (-1.0, 0.15);
@@ -163,8 +164,8 @@ pub const LOG_LUMINANCE_SD: Range = (0.75, 1.6);
 /// Kurtosis of steps from pixel to pixel.
 pub const KURTOSIS: Range = (6.0, 100.0);
 
-/// The green chromatic coordinate of crowns from above, of a stand whose trees have needles to this share: needles, and
-/// evergreen leaves with wax, are greyer than summer leaves.
+/// The green chromatic coordinate of crowns from above, of a stand whose trees have needles to this
+/// share: needles, and evergreen leaves with wax, are greyer than summer leaves.
 #[must_use]
 pub fn green(stand: &str, needles: f64) -> Range {
     match needles {

@@ -9,8 +9,8 @@ use nemoral_seed::{Domain, Key};
 pub struct Relations {
     /// As measured on what was grown.
     pub sizes: Vec<TreeSize>,
-    /// Mean of height, crown width and leaf area over the published curve's, of the thinner half of the trees
-    /// and of the thicker one.
+    /// Mean of height, crown width and leaf area over the published curve's, of the thinner half of
+    /// the trees and of the thicker one.
     pub ratios: [[f64; 3]; 2],
 }
 
@@ -27,8 +27,8 @@ impl Relations {
         Self::grown(species, &diameters_m)
     }
 
-    /// Of trees of these diameters (metres), thin ones first. With few cards and little wood: sizes do not depend on
-    /// them (but a test in `crates/assets` grows them whole).
+    /// Of trees of these diameters (metres), thin ones first. With few cards and little wood: sizes
+    /// do not depend on them (but a test in `crates/assets` grows them whole).
     ///
     /// # Panics
     /// If one cannot be grown.

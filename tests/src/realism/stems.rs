@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use nemoral_scene::glam::DVec2;
 
-/// Clark and Evans's R (1954): the mean distance to the nearest neighbour over that of points scattered
-/// like rain, ½ λ^-½. 1 for rain, 2.15 for a triangular grid. Points nearer to the border of the square
-/// `low..low + edge_m` than `guard_m` are neighbours only.
+/// Clark and Evans's R (1954): the mean distance to the nearest neighbour over that of points
+/// scattered like rain, ½ λ^-½. 1 for rain, 2.15 for a triangular grid. Points nearer to the border
+/// of the square `low..low + edge_m` than `guard_m` are neighbours only.
 #[must_use]
 pub fn clark_evans(points: &[DVec2], low: DVec2, edge_m: f64, guard_m: f64) -> f64 {
     let inside = |p: &DVec2| {
@@ -29,8 +29,8 @@ pub fn clark_evans(points: &[DVec2], low: DVec2, edge_m: f64, guard_m: f64) -> f
     2.0 * mean * density.sqrt()
 }
 
-/// The pair correlation g(r) in rings of `step_m` (Ripley's translation correction) of points in a square
-/// of edge `edge_m`: 1 where neighbours do not matter, 0 inside a hard core.
+/// The pair correlation g(r) in rings of `step_m` (Ripley's translation correction) of points in a
+/// square of edge `edge_m`: 1 where neighbours do not matter, 0 inside a hard core.
 #[must_use]
 pub fn pair_correlation(points: &[DVec2], edge_m: f64, step_m: f64, rings: usize) -> Vec<f64> {
     let mut sums = vec![0.0; rings];
@@ -50,8 +50,8 @@ pub fn pair_correlation(points: &[DVec2], edge_m: f64, step_m: f64, rings: usize
     sums.into_iter().enumerate().map(of_ring).collect()
 }
 
-/// The power of a wave of this length (m) across a heading in the points, over that of scattered ones: about
-/// 1 without rows, as many as there are points if all stand on them.
+/// The power of a wave of this length (m) across a heading in the points, over that of scattered
+/// ones: about 1 without rows, as many as there are points if all stand on them.
 #[must_use]
 pub fn row_power(points: &[DVec2], heading_deg: f64, wave_m: f64) -> f64 {
     let (sin, cos) = heading_deg.to_radians().sin_cos();
@@ -63,8 +63,8 @@ pub fn row_power(points: &[DVec2], heading_deg: f64, wave_m: f64) -> f64 {
     sum.length_squared() / points.len() as f64
 }
 
-/// Shape and scale of the Weibull distribution that most likely gave these (positive) values: Newton's
-/// method on the profile likelihood's derivative.
+/// Shape and scale of the Weibull distribution that most likely gave these (positive) values:
+/// Newton's method on the profile likelihood's derivative.
 #[must_use]
 pub fn weibull_fit(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
@@ -86,8 +86,9 @@ pub fn weibull_fit(values: &[f64]) -> (f64, f64) {
     (shape, mean_power.powf(1.0 / shape))
 }
 
-/// The mean product of two neighbours' sizes over the square of the mean size, of pairs within `reach_m`:
-/// below 1 where neighbours keep each other small, 1 where they know nothing of each other.
+/// The mean product of two neighbours' sizes over the square of the mean size, of pairs within
+/// `reach_m`: below 1 where neighbours keep each other small, 1 where they know nothing of each
+/// other.
 #[must_use]
 pub fn mark_correlation(trees: &[(DVec2, f64)], reach_m: f64) -> f64 {
     let mean = trees.iter().map(|t| t.1).sum::<f64>() / trees.len() as f64;

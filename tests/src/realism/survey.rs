@@ -116,9 +116,9 @@ impl Survey {
         by_diameter.iter().map(|t| t.height_m).sum::<f64>() / by_diameter.len() as f64
     }
 
-    /// The pairs of trees that look alike, the same individual turned within 2° of each other and of a size within
-    /// half a percent, and all pairs of the same individual; of those trees that are asked for, and of pairs nearer
-    /// than this, metres.
+    /// The pairs of trees that look alike, the same individual turned within 2° of each other and
+    /// of a size within half a percent, and all pairs of the same individual; of those trees that
+    /// are asked for, and of pairs nearer than this, metres.
     #[must_use]
     pub fn alike(&self, which: impl Fn(CopyKind) -> bool, within_m: f64) -> (usize, usize) {
         const TURN_DEG: f64 = 2.0;

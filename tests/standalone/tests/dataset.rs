@@ -27,7 +27,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
             name: "eye".into(),
             intrinsics,
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: AnnotationKinds::default(),
+            annotations: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
         }],
@@ -51,7 +51,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
     let rgb = whole(0.0).map(|_| [90, 80, 70]);
     let points: Vec<LidarPoint> = (0..100_u16).map(point).collect();
     let writer = Writer::create(out, OpenMode::Fresh, header)?;
-    let extra = Annotations::default();
+    let annotations = Annotations::default();
     for index in frames {
         writer.write_frame(&FrameData {
             sequence: 0,
@@ -64,7 +64,7 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
                 rgb: &rgb,
                 radiance: None,
                 truth: &truth,
-                extra: &extra,
+                annotations: &annotations,
             }],
             lidars: vec![LidarData {
                 name: "top",

@@ -119,7 +119,8 @@ fn report(row: &[(usize, TreeAsset)]) {
     for (_, tree) in row {
         let (t, p) = (&tree.size, &tree.prototype);
         println!(
-            "{:14} {:7} {:5} d {:.3} H {:5.2} base {:5.2} r {:.2} LA {:5.1} lean {:.1}: {} triangles, {} cards, {:.3} m3",
+            "{:14} {:7} {:5} d {:.3} H {:5.2} base {:5.2} r {:.2} LA {:5.1} lean {:.1}: {} \
+             triangles, {} cards, {:.3} m3",
             tree.species,
             tree.class.name(),
             if tree.alive { "alive" } else { "dead" },

@@ -260,7 +260,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn everything_repeats(x in 0.0_f32..1.0, y in 0.0_f32..1.0, i in -2_i32..3, j in -2_i32..3, seed: u32) {
+        fn everything_repeats(
+            x in 0.0_f32..1.0,
+            y in 0.0_f32..1.0,
+            i in -2_i32..3,
+            j in -2_i32..3,
+            seed: u32,
+        ) {
             let p = Vec2::new(x, y);
             let q = p + Vec2::new(i as f32, j as f32);
             prop_assert!((value(p, F, seed) - value(q, F, seed)).abs() < 1e-3);
@@ -285,11 +291,13 @@ mod tests {
         fn worley_finds_the_nearest_point(x in 0.0_f32..1.0, y in 0.0_f32..1.0, seed: u32) {
             let p = Vec2::new(x, y) * F.as_vec2();
             let mut d: Vec<f32> = Vec::new();
-            for cy in -2..9 { for cx in -2..8 {
-                let h = hash(IVec2::new(wrap(cx, F.x), wrap(cy, F.y)), seed);
-                let j = Vec2::new((h & 0xFFFF) as f32, (h >> 16) as f32) / 65536.0;
-                d.push(p.distance(Vec2::new(cx as f32, cy as f32) + 0.5 + 0.5 * (j - 0.5)));
-            } }
+            for cy in -2..9 {
+                for cx in -2..8 {
+                    let h = hash(IVec2::new(wrap(cx, F.x), wrap(cy, F.y)), seed);
+                    let j = Vec2::new((h & 0xFFFF) as f32, (h >> 16) as f32) / 65536.0;
+                    d.push(p.distance(Vec2::new(cx as f32, cy as f32) + 0.5 + 0.5 * (j - 0.5)));
+                }
+            }
             d.sort_by(f32::total_cmp);
             prop_assert!((worley(Vec2::new(x, y), F, 0.5, seed).f1 - d[0]).abs() < 1e-4);
         }

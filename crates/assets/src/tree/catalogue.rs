@@ -95,7 +95,9 @@ impl Species {
     /// use nemoral_assets::Species;
     ///
     /// let text = Species::built_in_toml("beech").expect("there is a beech");
-    /// let copper = text.replace("\"beech\"", "\"copper_beech\"").replace("[0.06, 0.11, 0.034]", "[0.25, 0.132, 0.04]");
+    /// let copper = text
+    ///     .replace("\"beech\"", "\"copper_beech\"")
+    ///     .replace("[0.06, 0.11, 0.034]", "[0.25, 0.132, 0.04]");
     /// assert_eq!(Species::from_toml(&copper, "copper.toml")?.name, "copper_beech");
     /// let wrong = text.replace("apical_dominance = 0.7", "apical_dominance = 7");
     /// let message = Species::from_toml(&wrong, "wrong.toml").unwrap_err().to_string();
@@ -163,7 +165,8 @@ mod tests {
         // It would send on more light than it gets.
         has(
             message(
-                "albedo = [0.06, 0.11, 0.034] # linear RGB reflectance (PROSPECT-D)\ntransmittance = [0.066, 0.13, 0.0]",
+                "albedo = [0.06, 0.11, 0.034] # linear RGB reflectance (PROSPECT-D)\n\
+                 transmittance = [0.066, 0.13, 0.0]",
                 "albedo = [0.06, 0.5, 0.034]\ntransmittance = [0.066, 0.6, 0.0]",
             ),
             &["beech.leaves.transmittance", "0.6", "0.49"],

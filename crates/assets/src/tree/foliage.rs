@@ -274,13 +274,26 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_card_has_the_inclination_drawn(x in -1.0..1.0, y in -1.0..1.0, z in -1.0..1.0, degrees in 0.0..90.0, left: bool) {
+        fn a_card_has_the_inclination_drawn(
+            x in -1.0..1.0,
+            y in -1.0..1.0,
+            z in -1.0..1.0,
+            degrees in 0.0..90.0,
+            left: bool,
+        ) {
             let wanted = DVec3::new(x, y, z).normalize_or(DVec3::X);
             let inclination = f64::to_radians(degrees);
             let (along, normal) = incline(wanted, inclination, left);
-            prop_assert!((along.length() - 1.0).abs() < 1e-9 && (normal.length() - 1.0).abs() < 1e-9);
+            prop_assert!(
+                (along.length() - 1.0).abs() < 1e-9 && (normal.length() - 1.0).abs() < 1e-9
+            );
             prop_assert!(along.dot(normal).abs() < 1e-9);
-            prop_assert!((normal.z.abs() - inclination.cos()).abs() < 1e-7, "{} {}", normal.z, inclination.cos());
+            prop_assert!(
+                (normal.z.abs() - inclination.cos()).abs() < 1e-7,
+                "{} {}",
+                normal.z,
+                inclination.cos()
+            );
             // It still points the way it was drawn to, over the ground.
             let level = wanted.truncate();
             if level.length() > 1e-3 && along.truncate().length() > 1e-3 {

@@ -20,7 +20,17 @@
 //!
 //! let id = MaterialId(0);
 //! let leaf = FoliageCard { material: id, width_m: 0.45, height_m: 0.45, opaque_fraction: 0.5 };
-//! let materials = TreeMaterials { stem: id, flare: id, limb: id, branch: id, dead: id, snag: id, change: id, upper: id, foliage: vec![leaf] };
+//! let materials = TreeMaterials {
+//!     stem: id,
+//!     flare: id,
+//!     limb: id,
+//!     branch: id,
+//!     dead: id,
+//!     snag: id,
+//!     change: id,
+//!     upper: id,
+//!     foliage: vec![leaf],
+//! };
 //! let oak = Species::english_oak();
 //! let key = Key::world(7).domain(Domain::new("example.oak"));
 //! let size = oak.draw_size(0.35, key);

@@ -151,7 +151,8 @@ fn a_killed_run_goes_on() {
 }
 
 /// Records where no file may have more than 40 blocks (of 512 or 1024 bytes), goes on without that.
-/// Arguments: where to record, its copies, the command. What the program says goes beside the copies.
+/// Arguments: where to record, its copies, the command. What the program says goes beside the
+/// copies.
 const SHORT_FILES: &str = r#"
 out=$1 left=$2 whole=$3; shift 3
 (trap '' XFSZ; ulimit -f 40; exec "$@") 2>"$left.stderr"

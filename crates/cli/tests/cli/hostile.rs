@@ -1,5 +1,5 @@
-//! Requests that ask for too much, and files that are not what they should be: refused at once, in few
-//! words.
+//! Requests that ask for too much, and files that are not what they should be: refused at once, in
+//! few words.
 
 use std::fs;
 

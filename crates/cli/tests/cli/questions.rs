@@ -183,7 +183,12 @@ fn the_plan_as_a_graph_and_as_keys() {
     let count = |text: &str, word: &str| text.matches(word).count();
     assert_eq!(count(&mermaid, "--"), count(&dot, "->"));
     assert!(count(&dot, "->") > 10);
-    for stage in ["world.assets", "chunk.solid", "frame.images", "frame.scans"] {
+    for stage in [
+        "world.assets",
+        "chunk.object_geometry",
+        "frame.images",
+        "frame.scans",
+    ] {
         assert!(mermaid.contains(stage) && dot.contains(stage), "{stage}");
     }
 
@@ -199,10 +204,10 @@ fn the_plan_as_a_graph_and_as_keys() {
     };
     // Another seed changes all of it, another picture nothing but pictures.
     let seed = explain("seed=8");
-    assert!(differ(&seed, "chunk.solid") && differ(&seed, "frame.scans"));
+    assert!(differ(&seed, "chunk.object_geometry") && differ(&seed, "frame.scans"));
     let camera = explain("camera.width_px=200");
     assert!(differ(&camera, "frame.images"));
-    assert!(!differ(&camera, "frame.scans") && !differ(&camera, "chunk.solid"));
+    assert!(!differ(&camera, "frame.scans") && !differ(&camera, "chunk.object_geometry"));
 }
 
 #[test]
@@ -310,7 +315,8 @@ fn two_previews_share_a_cache() {
         assert_eq!(name.matches('.').count(), 1, "{name} is a part");
     }
 
-    // What is read is dated anew. A second name tells it from what is grown again and put in its place.
+    // What is read is dated anew. A second name tells it from what is grown again and put in its
+    // place.
     let names = folder.join("names");
     fs::create_dir_all(&names).expect("a folder");
     for name in kept.keys() {

@@ -8,8 +8,9 @@ use nemoral_scene::{Image, Ontology, PointFlags, RigidTransform, Semantic, Twist
 use crate::reader::CameraFrame;
 use crate::{CameraSpec, DepthFormat, PlyPoint};
 
-/// A pixel up to so wide is compared with all points that fall on it, radians: one of 1280 pixels over 104°. Of a wider
-/// one it is the middle, of this width, for a blade of grass may lie between its centre and its border.
+/// A pixel up to so wide is compared with all points that fall on it, radians: one of 1280 pixels
+/// over 104°. Of a wider one it is the middle, of this width, for a blade of grass may lie between
+/// its centre and its border.
 const PIXEL_RAD: f64 = 2e-3;
 /// A point is comparable within this plus half the depth spread of its 3 × 3 pixels, metres …
 const NEAR_M: f64 = 0.02;
@@ -17,7 +18,8 @@ const NEAR_M: f64 = 0.02;
 const FAR_M: f64 = 0.15;
 /// Least agreement over all classes.
 const LEAST_OVERALL: f64 = 0.97;
-/// Of fewer comparable points than [`ENOUGH`] less may agree, by so many standard deviations of their share.
+/// Of fewer comparable points than [`ENOUGH`] less may agree, by so many standard deviations of
+/// their share.
 const CHANCE: f64 = 3.0;
 /// Least agreement of a class with at least [`ENOUGH`] comparable points.
 const LEAST_OF_CLASS: f64 = 0.95;
@@ -34,9 +36,10 @@ const MOST_RESIDUAL_M: f64 = 0.02;
 /// of the 3 × 3 pixels around, at most 15 cm: otherwise camera and LiDAR, which are not at one
 /// place, see different things.
 ///
-/// Pixels say what is at their centres, so what is compared lies beside the point by up to half a pixel. In
-/// pictures whose pixels are wider than 2 mrad (1280 pixels over 104°) that is more than thin things are wide:
-/// there only points are asked that fall on the middle of a pixel, of that width, and that part of the depth spread.
+/// Pixels say what is at their centres, so what is compared lies beside the point by up to half a
+/// pixel. In pictures whose pixels are wider than 2 mrad (1280 pixels over 104°) that is more than
+/// thin things are wide: there only points are asked that fall on the middle of a pixel, of that
+/// width, and that part of the depth spread.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Agreement {
     /// By class of the point, in the ontology's order.
@@ -46,7 +49,8 @@ pub struct Agreement {
     pub same_frame: Residual,
     /// The same for the points of each frame in the next frame's image: the poses.
     pub next_frame: Residual,
-    /// Can points and pixels be expected to agree ([`LidarSpec::well_placed`](crate::LidarSpec::well_placed))?
+    /// Can points and pixels be expected to agree
+    /// ([`LidarSpec::well_placed`](crate::LidarSpec::well_placed))?
     pub judged: bool,
 }
 
@@ -97,7 +101,8 @@ impl Residual {
         let median = self.median_m()?;
         (self.points() >= ENOUGH_RESIDUALS && median.abs() > MOST_RESIDUAL_M).then(|| {
             format!(
-                "{what}: points lie {:.1} cm behind their pixels (median), at most {:.0} cm are allowed",
+                "{what}: points lie {:.1} cm behind their pixels (median), at most {:.0} cm are \
+                 allowed",
                 100.0 * median,
                 100.0 * MOST_RESIDUAL_M
             )
@@ -131,9 +136,9 @@ impl Agreement {
         )
     }
 
-    /// What is worse than allowed: agreement under 97 % overall (of fewer than 1,000 comparable points,
-    /// by more than chance explains) or under 95 % for a class with at least 1,000, a median depth
-    /// residual over 2 cm.
+    /// What is worse than allowed: agreement under 97 % overall (of fewer than 1,000 comparable
+    /// points, by more than chance explains) or under 95 % for a class with at least 1,000, a
+    /// median depth residual over 2 cm.
     #[must_use]
     pub fn failures(&self) -> Vec<String> {
         if !self.judged {
@@ -234,8 +239,8 @@ struct Pixel {
     index: usize,
     /// The point's depth less the pixel's, both as the camera has them when it reads the row.
     difference_m: f64,
-    /// Depth range of the 3 × 3 pixels that hold a surface, or of the part of it that falls to what is compared of a
-    /// wide pixel.
+    /// Depth range of the 3 × 3 pixels that hold a surface, or of the part of it that falls to what
+    /// is compared of a wide pixel.
     spread_m: f64,
     /// Do all nine?
     filled: bool,

@@ -1,5 +1,5 @@
-//! Checks of what cameras write besides: sky masks, flow, hidden trunks and boxes against images and
-//! poses, radiance against the picture.
+//! Checks of what cameras write besides: sky masks, flow, hidden trunks and boxes against images
+//! and poses, radiance against the picture.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -165,8 +165,8 @@ impl AnnotationView<'_> {
 }
 
 impl AnnotationView<'_> {
-    /// Radiance is light, and without a sensor's noise the picture follows it: whatever the curve, more
-    /// light is never a lower code.
+    /// Radiance is light, and without a sensor's noise the picture follows it: whatever the curve,
+    /// more light is never a lower code.
     fn radiance(&self) -> Option<String> {
         let radiance = self.camera.radiance.as_ref()?;
         let dark = |c: &&Vec3| !(c.is_finite() && c.min_element() >= 0.0);

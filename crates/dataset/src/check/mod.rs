@@ -320,18 +320,19 @@ impl Checker<'_> {
                 continue;
             };
             let pose = self.pose(record, track);
-            if !self.verified(&record.files) {
-                continue;
-            }
+            // Reading verifies all files of the frame; only if that fails is each held alone against
+            // its record, so that all damaged files are named.
             let frame = match self.dataset.read_frame(i) {
                 Ok(frame) => frame,
                 Err(e) => {
-                    self.problem(name, e);
+                    if self.verified(&record.files) {
+                        self.problem(name, e);
+                    }
                     continue;
                 }
             };
             self.images(record, &frame);
-            self.extra(record, self.dataset.frames().get(i + 1), track, &frame);
+            self.annotations(record, self.dataset.frames().get(i + 1), track, &frame);
             self.points(record, &frame);
             self.agreement(
                 record,
@@ -345,7 +346,7 @@ impl Checker<'_> {
     }
 
     /// The further truth of cameras, against the images and the poses.
-    fn extra(
+    fn annotations(
         &mut self,
         record: &FrameRecord,
         next_record: Option<&FrameRecord>,

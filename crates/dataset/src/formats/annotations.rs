@@ -40,8 +40,9 @@ pub(crate) fn flow_from_samples([u, v, state]: [u16; 3]) -> Option<Flow> {
     })
 }
 
-const HEADER: &str = "object,image_id,kind,left,top,right,bottom,visible_px,whole_left,whole_top,whole_right,whole_bottom,whole_px,\
-visible_fraction,x_m,y_m,z_m,length_m,width_m,height_m,qx,qy,qz,qw";
+const HEADER: &str = "object,image_id,kind,left,top,right,bottom,visible_px,whole_left,whole_top,\
+whole_right,whole_bottom,whole_px,visible_fraction,x_m,y_m,z_m,length_m,width_m,height_m,qx,qy,qz,\
+qw";
 
 /// `boxes/IIIIII.csv`. The visible box of what is not seen is empty: 0, 0, 0, 0.
 pub(crate) fn encode_boxes(boxes: &[ObjectBox]) -> String {
@@ -57,11 +58,32 @@ pub(crate) fn encode_boxes(boxes: &[ObjectBox]) -> String {
         let (c, s, q) = (b.centre_m, b.size_m, b.camera_from_box);
         writeln!(
             out,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{:.6},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.7},{:.7},{:.7},{:.7}",
-            b.object.to_u64(), b.object.to_image_id(), b.kind.name(),
-            v.left, v.top, v.right, v.bottom, b.visible_px,
-            w.left, w.top, w.right, w.bottom, b.whole_px, b.visible_fraction(),
-            c.x, c.y, c.z, s.x, s.y, s.z, q.x, q.y, q.z, q.w,
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{:.6},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},\
+             {:.7},{:.7},{:.7},{:.7}",
+            b.object.to_u64(),
+            b.object.to_image_id(),
+            b.kind.name(),
+            v.left,
+            v.top,
+            v.right,
+            v.bottom,
+            b.visible_px,
+            w.left,
+            w.top,
+            w.right,
+            w.bottom,
+            b.whole_px,
+            b.visible_fraction(),
+            c.x,
+            c.y,
+            c.z,
+            s.x,
+            s.y,
+            s.z,
+            q.x,
+            q.y,
+            q.z,
+            q.w,
         )
         .expect("a string takes it");
     }
@@ -135,9 +157,15 @@ mod tests {
     proptest! {
         #[test]
         fn flow_comes_back(x in -511.9_f32..511.9, y in -511.9_f32..511.9, seen: bool) {
-            let flow = Flow { offset_px: Vec2::new(x, y), seen };
+            let flow = Flow {
+                offset_px: Vec2::new(x, y),
+                seen,
+            };
             let back = flow_from_samples(flow_to_samples(Some(flow))).expect("there");
-            prop_assert!(back.seen == seen && (back.offset_px - flow.offset_px).abs().max_element() <= 1.0 / 128.0 + 1e-4);
+            prop_assert!(
+                back.seen == seen
+                    && (back.offset_px - flow.offset_px).abs().max_element() <= 1.0 / 128.0 + 1e-4
+            );
         }
     }
 

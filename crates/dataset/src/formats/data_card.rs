@@ -40,7 +40,7 @@ pub(crate) fn encode(manifest: &Manifest) -> String {
         }
         crate::DepthFormat::Npy => "NumPy float32, metres; 0 = nothing there",
     };
-    let all = |asked: fn(&AnnotationKinds) -> bool| h.cameras.iter().any(|c| asked(&c.extra));
+    let all = |asked: fn(&AnnotationKinds) -> bool| h.cameras.iter().any(|c| asked(&c.annotations));
     let further: String = [
         (
             all(|e| e.sky),
@@ -48,19 +48,26 @@ pub(crate) fn encode(manifest: &Manifest) -> String {
         ),
         (
             all(|e| e.flow),
-            "| `sequences/NN/flow/*.png` | optical flow to the next frame, KITTI's: 16-bit RGB, u and v × 64 + 32768; blue 0 = none, 1 = seen in the next frame, 2 = hidden or outside there; exact, the world stands still |\n",
+            "| `sequences/NN/flow/*.png` | optical flow to the next frame, KITTI's: 16-bit RGB, u \
+             and v × 64 + 32768; blue 0 = none, 1 = seen in the next frame, 2 = hidden or outside \
+             there; exact, the world stands still |\n",
         ),
         (
             all(|e| e.trunks),
-            "| `sequences/NN/trunks/*.png` | as `instance`: the nearest trunk if all but trunks and the ground is taken away |\n",
+            "| `sequences/NN/trunks/*.png` | as `instance`: the nearest trunk if all but trunks \
+             and the ground is taken away |\n",
         ),
         (
             all(|e| e.boxes),
-            "| `sequences/NN/boxes/*.csv` | things with an id: half-open boxes around their visible pixels and around those of the thing alone on the ground, the counts of both and their ratio; an upright box in space: its middle in the camera's frame, length, width, height, rotation (x, y, z, w) of the camera's axes from the box's |\n",
+            "| `sequences/NN/boxes/*.csv` | things with an id: half-open boxes around their \
+             visible pixels and around those of the thing alone on the ground, the counts of both \
+             and their ratio; an upright box in space: its middle in the camera's frame, length, \
+             width, height, rotation (x, y, z, w) of the camera's axes from the box's |\n",
         ),
         (
             all(|e| e.radiance),
-            "| `sequences/NN/radiance/*.exr` | OpenEXR, 32-bit floats: the light behind the lens, before exposure and sensor; linear sRGB, scaled so that luminance is in cd/m² |\n",
+            "| `sequences/NN/radiance/*.exr` | OpenEXR, 32-bit floats: the light behind the lens, \
+             before exposure and sensor; linear sRGB, scaled so that luminance is in cd/m² |\n",
         ),
     ]
     .iter()
@@ -69,8 +76,10 @@ pub(crate) fn encode(manifest: &Manifest) -> String {
     .collect();
     let rolling = if h.cameras.iter().any(|c| c.shutter.readout_s > 0.0) {
         "
-A camera with a `shutter` in `dataset.json` reads its rows one after the other: row r of H is exposed
-readout_s · ((r + 0.5) / H - 0.5) after the frame's time, and its truth is that of this moment, depth and
+A camera with a `shutter` in `dataset.json` reads its rows one after the other: \
+row r of H is exposed
+readout_s · ((r + 0.5) / H - 0.5) after the frame's time, \
+and its truth is that of this moment, depth and
 normals in the camera's frame as it is then. The body moves by the frame's `body_motion`.
 "
     } else {
@@ -89,7 +98,8 @@ tags: [synthetic, forest, lidar, semantic-segmentation, depth-estimation]
 ---
 # A virtual forest, recorded
 
-{frames} of {of} frames. Made by {generator} {version}, seed {seed}, backend {backend}; `config.toml` is the whole
+{frames} of {of} frames. Made by {generator} {version}, seed {seed}, \
+backend {backend}; `config.toml` is the whole
 request and `nemoral generate config.toml` makes it again. The data belong to whoever made them.
 
 - Cameras: {cameras}
@@ -100,22 +110,33 @@ request and `nemoral generate config.toml` makes it again. The data belong to wh
 |---|---|
 | `sequences/NN/image_2/*.png` | 8-bit sRGB |
 | `sequences/NN/semantic/*.png` | palette PNG: class ids when read, class colours when looked at |
-| `sequences/NN/instance/*.png` | id = R + 256 G + 65536 B, `image_id` in `instances.csv`; 0 = ground, undergrowth, sky |
+| `sequences/NN/instance/*.png` | id = R + 256 G + 65536 B, `image_id` in `instances.csv`; \
+0 = ground, undergrowth, sky |
 | `sequences/NN/depth/*` | planar depth (z of the camera): {depth} |
-| `sequences/NN/normals/*.png` | camera frame, channel = round(127.5 (n + 1)); (0, 0, 0) = nothing there |
+| `sequences/NN/normals/*.png` | camera frame, channel = round(127.5 (n + 1)); \
+(0, 0, 0) = nothing there |
 {further}| `sequences/NN/velodyne/*.bin` | float32 x, y, z, intensity; LiDAR frame, {moment} |
-| `sequences/NN/labels/*.label` | uint32: class in the lower 16 bits, instance (`label_id`, within 3 chunks) in the upper 16 |
-| `sequences/NN/points/*.ply` | every field of every point: true range, true id, ring, return, time, normal, flags |
-| `sequences/NN/poses.txt` | line k: frame k of the whole drive, reference camera, relative to frame 0 (KITTI) |
-| `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and Tr, LiDAR to first camera (KITTI); P_NAME and Tr_NAME of further cameras: pixels from the first camera's frame, LiDAR to camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, F_NAME (its fisheye's k1 to k4) where a lens distorts |
+| `sequences/NN/labels/*.label` | uint32: class in the lower 16 bits, instance (`label_id`, \
+within 3 chunks) in the upper 16 |
+| `sequences/NN/points/*.ply` | every field of every point: true range, true id, ring, return, \
+time, normal, flags |
+| `sequences/NN/poses.txt` | line k: frame k of the whole drive, reference camera, \
+relative to frame 0 (KITTI) |
+| `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and \
+Tr, LiDAR to first camera (KITTI); P_NAME and Tr_NAME of further cameras: \
+pixels from the first camera's frame, LiDAR to camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \
+F_NAME (its fisheye's k1 to k4) where a lens distorts |
 | `sequences/NN/times.txt` | seconds |
 | `trees.csv`, `instances.csv` | the inventory: positions in the world, sizes, species |
 | `ontology.yaml` | the class table in SemanticKITTI's form |
 | `dataset.json` | versions, seed, configuration, keys, mounts, frames, sizes, BLAKE3 checksums |
 
-Metres. World: x east, y north, z up; LiDAR: x forward, y left, z up; camera: x right, y down, z forward.
-Projected with P2, a point is in column floor(u) and row floor(v): the first pixel's centre is at (0.5, 0.5).
-Further cameras and LiDARs have the same folders inside a folder of their name, but the pictures of a further camera
+Metres. World: x east, y north, z up; LiDAR: x forward, y left, z up; camera: x right, y down, \
+z forward.
+Projected with P2, a point is in column floor(u) and row floor(v): \
+the first pixel's centre is at (0.5, 0.5).
+Further cameras and LiDARs have the same folders inside a folder of their name, but \
+the pictures of a further camera
 called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
 {rolling}",

@@ -36,8 +36,8 @@ pub(crate) fn encode(radiance: &Image<Vec3>) -> Vec<u8> {
     out.into_inner()
 }
 
-/// Is it one of [`encode`]'s? The format has a dozen ways to pack pixels; of what is not written here,
-/// nothing is unpacked here.
+/// Is it one of [`encode`]'s? The format has a dozen ways to pack pixels; of what is not written
+/// here, nothing is unpacked here.
 fn is_ours(header: &Header) -> bool {
     let channels = &header.channels.list;
     let plain = |name: &str, i: usize| {

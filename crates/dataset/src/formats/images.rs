@@ -1,9 +1,9 @@
 //! The image files: RGB, class palette, 24-bit instances, depth, normals.
 //!
-//! Compression is chosen by measurement. Images that vary smoothly are Paeth-filtered and go through
-//! fdeflate: on rendered scenes as small as zlib's level 1 (within 6 %; 18 % larger on pure texture)
-//! and about three times as fast. Images of flat patches stay unfiltered for level 1, 7 to 30 %
-//! smaller than filtered. On the synthetic foliage of `examples/measure.rs` the five images of
+//! Compression is chosen by measurement. Images that vary smoothly are Paeth-filtered and go
+//! through fdeflate: on rendered scenes as small as zlib's level 1 (within 6 %; 18 % larger on pure
+//! texture) and about three times as fast. Images of flat patches stay unfiltered for level 1, 7 to
+//! 30 % smaller than filtered. On the synthetic foliage of `examples/measure.rs` the five images of
 //! 1280 × 720 take 70 ms, best of four.
 
 use std::io::Cursor;

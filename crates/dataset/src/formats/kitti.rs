@@ -16,8 +16,8 @@ pub(crate) type Rows = [[f64; 4]; 3];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// P0 to P3: homogeneous pixels from the reference camera's frame. All four are the first
-    /// camera's, but P3 is the one's called `right` if there is one; the centre of the first pixel is
-    /// at (0.5, 0.5).
+    /// camera's, but P3 is the one's called `right` if there is one; the centre of the first pixel
+    /// is at (0.5, 0.5).
     pub projections: [[[f64; 4]; 3]; 4],
     /// Tr: the reference camera's frame from the first LiDAR's.
     pub camera_from_lidar: [[f64; 4]; 3],
@@ -129,8 +129,8 @@ pub(crate) fn encode_times(times_s: &[f64]) -> String {
     times_s.iter().map(|t| format!("{:e}\n", t + 0.0)).collect()
 }
 
-/// The letter of a lens's line and its twelve numbers: `D`, Brown and Conrady in OpenCV's order, k1 k2
-/// p1 p2 k3; `F`, the fisheye's k1 to k4; then zeros.
+/// The letter of a lens's line and its twelve numbers: `D`, Brown and Conrady in OpenCV's order, k1
+/// k2 p1 p2 k3; `F`, the fisheye's k1 to k4; then zeros.
 fn lens_line(distortion: &Distortion) -> Option<(&'static str, Rows)> {
     let (letter, coefficients) = match *distortion {
         Distortion::BrownConrady { k1, k2, k3, p1, p2 } => ("D", vec![k1, k2, p1, p2, k3]),
@@ -142,9 +142,9 @@ fn lens_line(distortion: &Distortion) -> Option<(&'static str, Rows)> {
     Some((letter, rows))
 }
 
-/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras; of lenses
-/// `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line has twelve numbers: today's loaders take each for
-/// a matrix.
+/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras; of
+/// lenses `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line has twelve numbers: today's loaders
+/// take each for a matrix.
 pub(crate) fn encode_calibration(calibration: &Calibration) -> String {
     let mut out = String::new();
     let mut line = |name: &str, rows: &Rows| {
@@ -256,27 +256,60 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_bit_comes_back(a in rows(), b in rows(), times in prop::collection::vec(0.0_f64..1e9, 0..9)) {
+        fn every_bit_comes_back(
+            a in rows(),
+            b in rows(),
+            times in prop::collection::vec(0.0_f64..1e9, 0..9),
+        ) {
             let p = Path::new("x");
-            prop_assert_eq!(decode_poses(p, &encode_poses(&[a, b])).expect("valid"), vec![a, b]);
-            prop_assert_eq!(decode_times(p, &encode_times(&times)).expect("valid"), times);
+            prop_assert_eq!(
+                decode_poses(p, &encode_poses(&[a, b])).expect("valid"),
+                vec![a, b]
+            );
+            prop_assert_eq!(
+                decode_times(p, &encode_times(&times)).expect("valid"),
+                times
+            );
             let [k1, k2, k3, k4] = a[0];
             let fish = Distortion::Fisheye { k1, k2, k3, k4 };
-            let bent = Distortion::BrownConrady { k1, k2, k3, p1: b[0][0], p2: b[0][1] };
-            let further = vec![CameraCalibration { name: "rear".to_owned(), projection: b, camera_from_lidar: a, distortion: fish }];
-            let calibration = Calibration { projections: [a; 4], camera_from_lidar: b, distortion: bent, further };
+            let bent = Distortion::BrownConrady {
+                k1,
+                k2,
+                k3,
+                p1: b[0][0],
+                p2: b[0][1],
+            };
+            let further = vec![CameraCalibration {
+                name: "rear".to_owned(),
+                projection: b,
+                camera_from_lidar: a,
+                distortion: fish,
+            }];
+            let calibration = Calibration {
+                projections: [a; 4],
+                camera_from_lidar: b,
+                distortion: bent,
+                further,
+            };
             let text = encode_calibration(&calibration);
             prop_assert_eq!(text.matches(':').count(), 9);
             prop_assert_eq!(decode_calibration(p, &text).expect("valid"), calibration);
         }
 
         #[test]
-        fn matrices_are_transforms(x in -1e7_f64..1e7, yaw in -3.0_f64..3.0, pitch in -1.0_f64..1.0) {
+        fn matrices_are_transforms(
+            x in -1e7_f64..1e7,
+            yaw in -3.0_f64..3.0,
+            pitch in -1.0_f64..1.0,
+        ) {
             let t = RigidTransform::from_xyz_rpy(DVec3::new(x, 1.0, -x), 0.3, pitch, yaw);
             let back = from_rows(&t.to_rows());
             let p = DVec3::new(3.0, -2.0, 10.0);
             prop_assert!(t.transform_point(p).distance(back.transform_point(p)) < 1e-8);
-            let near = RigidTransform { translation_m: t.translation_m + DVec3::X, ..t };
+            let near = RigidTransform {
+                translation_m: t.translation_m + DVec3::X,
+                ..t
+            };
             let step = relative(&t, &near).translation_m.length();
             prop_assert!((step - 1.0).abs() < 1e-8, "{step}");
         }

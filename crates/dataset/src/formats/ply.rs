@@ -87,7 +87,8 @@ pub(crate) fn cloud_header(vertices: usize) -> Vec<u8> {
 }
 
 fn scan_header(vertices: usize) -> String {
-    let comment = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); flags 1 mixed, 2 false alarm";
+    let comment = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); flags 1 \
+        mixed, 2 false alarm";
     header(&FIELDS, comment, vertices)
 }
 

@@ -288,19 +288,36 @@ mod tests {
         fn tables_come_back_sorted(mut objects_in in prop::collection::vec(object(), 0..20)) {
             objects_in.sort_by_key(|o| o.object);
             objects_in.dedup_by_key(|o| o.object);
-            let trees_in: Vec<_> = objects_in.iter().map(|o| TreeRecord {
-                object: o.object, species: o.species.clone(), position_m: o.position_m, dbh_m: o.radius_m,
-                height_m: o.height_m, crown_base_m: 0.1, crown_radius_m: 2.0, leaf_area_m2: 1e-7,
-                stem_volume_m3: 1.0 / 3.0, lean_rad: 0.0, age_class: "young".to_owned(),
-                alive: o.object.item().is_multiple_of(2),
-            }).collect();
+            let trees_in: Vec<_> = objects_in
+                .iter()
+                .map(|o| TreeRecord {
+                    object: o.object,
+                    species: o.species.clone(),
+                    position_m: o.position_m,
+                    dbh_m: o.radius_m,
+                    height_m: o.height_m,
+                    crown_base_m: 0.1,
+                    crown_radius_m: 2.0,
+                    leaf_area_m2: 1e-7,
+                    stem_volume_m3: 1.0 / 3.0,
+                    lean_rad: 0.0,
+                    age_class: "young".to_owned(),
+                    alive: o.object.item().is_multiple_of(2),
+                })
+                .collect();
             let mut shuffled = objects_in.clone();
             shuffled.reverse();
             let path = Path::new("x.csv");
             let text = encode_objects(&object_rows(&shuffled).expect("no repeats"));
-            prop_assert_eq!(objects(path, &read_object_rows(path, &text).expect("valid")).expect("valid"), objects_in);
+            prop_assert_eq!(
+                objects(path, &read_object_rows(path, &text).expect("valid")).expect("valid"),
+                objects_in
+            );
             let text = encode_trees(&tree_rows(&trees_in).expect("no repeats"));
-            prop_assert_eq!(trees(path, &read_tree_rows(path, &text).expect("valid")).expect("valid"), trees_in);
+            prop_assert_eq!(
+                trees(path, &read_tree_rows(path, &text).expect("valid")).expect("valid"),
+                trees_in
+            );
         }
     }
 

@@ -1,7 +1,8 @@
 //! Output folders: what is in them, and whose it is.
 //!
-//! A file is a data set's if a whole `dataset.json` or a sealed header says so: by the layout of the
-//! sensors that it names. A folder with neither holds nothing of ours, whatever its files are called.
+//! A file is a data set's if a whole `dataset.json` or a sealed header says so: by the layout of
+//! the sensors that it names. A folder with neither holds nothing of ours, whatever its files are
+//! called.
 
 pub(crate) mod compare;
 pub(crate) mod state;
@@ -68,8 +69,8 @@ pub(crate) fn look(folder: &Folder) -> Result<Content, Error> {
     }
 }
 
-/// The files below `sequences` that a data set with this header owns, by the layout: recorded or not,
-/// and what killed processes left. Links and folders under such names are nobody's.
+/// The files below `sequences` that a data set with this header owns, by the layout: recorded or
+/// not, and what killed processes left. Links and folders under such names are nobody's.
 pub(crate) fn owned_files(
     folder: &Folder,
     header: &DatasetHeader,

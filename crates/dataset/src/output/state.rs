@@ -20,8 +20,8 @@ pub(crate) fn lock(folder: &Folder) -> Result<Lock, Error> {
     Ok(folder.lock(&layout::inner(layout::STATE_LOCK))?)
 }
 
-/// Writes the header, and waits until it is on the medium: as long as a frame's file is there, so is
-/// what says whose it is.
+/// Writes the header, and waits until it is on the medium: as long as a frame's file is there, so
+/// is what says whose it is.
 pub(crate) fn put_header(folder: &Folder, header: &DatasetHeader) -> Result<(), Error> {
     let state = State {
         format_version: FORMAT_VERSION,
@@ -80,8 +80,8 @@ pub(crate) fn put_record(
     Ok(folder.put(&path, seal::seal(&json).as_bytes())?)
 }
 
-/// The records of frames; `None` for a frame whose record no longer holds. A record that a power cut
-/// has damaged, or that is not one of this header's, is `None` too.
+/// The records of frames; `None` for a frame whose record no longer holds. A record that a power
+/// cut has damaged, or that is not one of this header's, is `None` too.
 pub(crate) fn records(
     folder: &Folder,
     header: &DatasetHeader,
@@ -107,7 +107,8 @@ pub(crate) fn records(
     Ok(records)
 }
 
-/// Removes the state folder: the data set is finished. What is not ours in it stays, and so does it.
+/// Removes the state folder: the data set is finished. What is not ours in it stays, and so does
+/// it.
 pub(crate) fn remove(folder: &Folder) -> Result<(), Error> {
     let frames = layout::inner(layout::STATE_FRAMES);
     for entry in folder.entries_of(&frames)? {

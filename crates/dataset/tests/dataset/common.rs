@@ -116,7 +116,7 @@ pub(crate) fn header() -> DatasetHeader {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(320, 240, 1.3).expect("valid"),
             body_from_camera: mount(0.25, 0.05, 1.3) * optical,
-            extra: AnnotationKinds::default(),
+            annotations: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
         }],
@@ -128,7 +128,10 @@ pub(crate) fn header() -> DatasetHeader {
             ply: true,
         }],
         stage_keys: BTreeMap::from([("terrain".to_owned(), "00ff".repeat(16))]),
-        config: serde_json::json!({ "placement": { "density": 0.1, "species": ["fagus"] }, "lidar": { "pulses": 20_000 } }),
+        config: serde_json::json!({
+            "placement": { "density": 0.1, "species": ["fagus"] },
+            "lidar": { "pulses": 20_000 },
+        }),
         config_toml: "[placement]\ndensity = 0.1\n".to_owned(),
     }
 }
@@ -177,7 +180,7 @@ pub(crate) struct Seen {
     /// As bright as the pictures.
     pub(crate) radiance: Vec<Image<Vec3>>,
     pub(crate) truth: Vec<TruthImages>,
-    pub(crate) extra: Vec<Annotations>,
+    pub(crate) annotations: Vec<Annotations>,
     pub(crate) points: Vec<Vec<LidarPoint>>,
     pub(crate) chunk: ChunkCoord,
     pub(crate) key: [u8; 32],
@@ -190,7 +193,7 @@ impl Seen {
             .iter()
             .zip(&self.radiance)
             .zip(&self.truth)
-            .zip(&self.extra)
+            .zip(&self.annotations)
             .zip(&header.cameras);
         let scans = self.points.iter().zip(&header.lidars);
         FrameData {
@@ -200,12 +203,12 @@ impl Seen {
             world_from_body: self.world_from_body,
             body_motion: self.body_motion,
             cameras: images
-                .map(|((((rgb, radiance), truth), extra), c)| CameraData {
+                .map(|((((rgb, radiance), truth), annotations), c)| CameraData {
                     name: &c.name,
                     rgb,
-                    radiance: c.extra.radiance.then_some(radiance),
+                    radiance: c.annotations.radiance.then_some(radiance),
                     truth,
-                    extra,
+                    annotations,
                 })
                 .collect(),
             lidars: scans
@@ -232,7 +235,7 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
     let world = spheres();
     let (time_s, world_from_body) = track(frame + 1).poses[frame];
     let ontology = Ontology::paper();
-    let (mut rgb, mut truth, mut extra) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut rgb, mut truth, mut annotations) = (Vec::new(), Vec::new(), Vec::new());
     for camera in &header.cameras {
         let k = camera.intrinsics;
         let (w, h) = (k.width as usize, k.height as usize);
@@ -254,7 +257,7 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
             .map(|i| pixel(i).unwrap_or((Semantic::Sky, ObjectId::NONE, 0.0, Vec3::ZERO)))
             .collect();
         let all = Image::new(w, h, pixels);
-        extra.push(extra_of(camera, frame));
+        annotations.push(extra_of(camera, frame));
         rgb.push(all.map(|p| {
             ontology
                 .class(p.0)
@@ -288,7 +291,7 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
         radiance: rgb.iter().map(light).collect(),
         rgb,
         truth,
-        extra,
+        annotations,
         points,
         chunk,
         key: [frame as u8; 32],
@@ -358,7 +361,7 @@ fn extra_of(camera: &CameraSpec, frame: usize) -> Annotations {
             camera_from_box: middle.inverse().rotation,
         })
     };
-    let asked = camera.extra;
+    let asked = camera.annotations;
     let mut boxes: Vec<_> = if asked.boxes {
         objects().into_iter().filter_map(boxed).collect()
     } else {

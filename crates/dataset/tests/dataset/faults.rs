@@ -1,7 +1,7 @@
 //! Disks that fail and power that is cut: every operation in turn.
 //!
-//! The module behind all writes announces its operations, so that tests can make each fail as if the
-//! system had said so, or rebuild from their log what a disk can hold after a power cut.
+//! The module behind all writes announces its operations, so that tests can make each fail as if
+//! the system had said so, or rebuild from their log what a disk can hold after a power cut.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -81,7 +81,8 @@ fn failing<T>(root: &Path, n: usize, action: impl FnOnce() -> T) -> (T, bool) {
     (done, count.load(Ordering::SeqCst) > n)
 }
 
-/// No file under a final name differs from what a whole run has there, and nothing temporary is left.
+/// No file under a final name differs from what a whole run has there, and nothing temporary is
+/// left.
 fn nothing_wrong(out: &Path, whole: &BTreeMap<PathBuf, Vec<u8>>) {
     if !out.exists() {
         return;
@@ -358,9 +359,9 @@ impl Disk {
     }
 }
 
-/// After each prefix of a run's changes the power is cut, and all or each of the files at risk are damaged;
-/// `every` takes that share of the single ones. Then the run is resumed. Returns how many power cuts
-/// there were.
+/// After each prefix of a run's changes the power is cut, and all or each of the files at risk are
+/// damaged; `every` takes that share of the single ones. Then the run is resumed. Returns how many
+/// power cuts there were.
 fn cut(drive: &Drive, changes: &[Change], before: &Disk, every: usize) -> usize {
     let dir = in_memory();
     let whole = dir.path().join("whole");
@@ -410,7 +411,8 @@ fn cut(drive: &Drive, changes: &[Change], before: &Disk, every: usize) -> usize 
     cuts
 }
 
-/// The changes of a fresh run, and of one that makes a finished data set longer, with the disk before it.
+/// The changes of a fresh run, and of one that makes a finished data set longer, with the disk
+/// before it.
 fn runs(drive: &Drive) -> [(Vec<Change>, Disk); 2] {
     let dir = in_memory();
     let out = dir.path().join("out");

@@ -1,5 +1,5 @@
-//! Data sets from strangers: nothing outside the folder is touched, nobody's files are lost, nothing is
-//! believed before it is checked. `SECURITY.md` has the threats by name.
+//! Data sets from strangers: nothing outside the folder is touched, nobody's files are lost,
+//! nothing is believed before it is checked. `SECURITY.md` has the threats by name.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,8 @@ use serde_json::{Value, json};
 
 use crate::common::{finish, reseal, see, small, stamp, tree, write};
 
-/// Everything below the folder in which the data sets of a test lie, so that a change anywhere shows.
+/// Everything below the folder in which the data sets of a test lie, so that a change anywhere
+/// shows.
 fn everything(dir: &tempfile::TempDir) -> std::collections::BTreeMap<PathBuf, Vec<u8>> {
     tree(dir.path())
 }

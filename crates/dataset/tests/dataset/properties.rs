@@ -88,17 +88,22 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn any_frame_comes_back(points in prop::collection::vec(point(), 0..40), (w, h, pixels) in pixels(),
-                            index in 0_u64..3_000_000, cx in -99..99, cy in -99..99) {
+    fn any_frame_comes_back(
+        points in prop::collection::vec(point(), 0..40),
+        (w, h, pixels) in pixels(),
+        index in 0_u64..3_000_000,
+        cx in -99..99,
+        cy in -99..99,
+    ) {
         let dir = tempfile::tempdir().expect("a folder");
         let mut header = small();
         header.cameras = vec![CameraSpec {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(w, h, 1.0).expect("valid"),
             body_from_camera: RigidTransform::body_from_optical(),
-            extra: AnnotationKinds::default(),
-        shutter: Shutter::INSTANT,
-        noisy: false,
+            annotations: AnnotationKinds::default(),
+            shutter: Shutter::INSTANT,
+            noisy: false,
         }];
         let all = Image::new(w as usize, h as usize, pixels);
         let truth = TruthImages {
@@ -109,23 +114,38 @@ proptest! {
         };
         let rgb = all.map(|p| p.4);
         let chunk = ChunkCoord::new(cx, cy);
-        let extra = Annotations::default();
+        let annotations = Annotations::default();
         let frame = FrameData {
             sequence: 3,
             index,
             time_s: 0.1,
             world_from_body: RigidTransform::IDENTITY,
             body_motion: Twist::STILL,
-            cameras: vec![nemoral_dataset::CameraData { name: "front", rgb: &rgb, radiance: None, truth: &truth, extra: &extra }],
-            lidars: vec![nemoral_dataset::LidarData { name: "top", points: &points, sensor_chunk: chunk }],
+            cameras: vec![nemoral_dataset::CameraData {
+                name: "front",
+                rgb: &rgb,
+                radiance: None,
+                truth: &truth,
+                annotations: &annotations,
+            }],
+            lidars: vec![nemoral_dataset::LidarData {
+                name: "top",
+                points: &points,
+                sensor_chunk: chunk,
+            }],
             frame_key: [7; 32],
         };
         let writer = Writer::create(dir.path(), OpenMode::Fresh, header.clone()).expect("create");
         let record = writer.write_frame(&frame).expect("frame");
         prop_assert!(writer.has_frame(3, index, &[7; 32]));
         prop_assert_eq!(record.files.len(), 8);
-        let at = |folder: &str, e: &str| dir.path().join(format!("sequences/03/{folder}/{index:06}.{e}"));
-        let semantic = image::open(at("semantic", "png")).expect("image").into_rgb8();
+        let at = |folder: &str, e: &str| {
+            dir.path()
+                .join(format!("sequences/03/{folder}/{index:06}.{e}"))
+        };
+        let semantic = image::open(at("semantic", "png"))
+            .expect("image")
+            .into_rgb8();
         for (p, c) in all.pixels().iter().zip(semantic.pixels()) {
             prop_assert_eq!(header.ontology.class(p.0).colour, c.0);
         }
@@ -147,7 +167,10 @@ proptest! {
         seen.points = vec![points];
         writer.write_frame(&seen.data(&header)).expect("frame");
         finish(writer, 1);
-        let frame = Dataset::open(dir.path()).expect("open").read_frame(0).expect("frame");
+        let frame = Dataset::open(dir.path())
+            .expect("open")
+            .read_frame(0)
+            .expect("frame");
         let back: Vec<LidarPoint> = frame.lidars[0].ply.iter().map(|p| p.point).collect();
         prop_assert_eq!(&back, &seen.points[0]);
     }

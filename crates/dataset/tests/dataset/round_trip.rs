@@ -322,7 +322,7 @@ fn further_truth_comes_back_and_lies_are_found() {
     let dir = tempfile::tempdir().expect("a folder");
     let mut header = small();
     header.cameras[0].intrinsics = Intrinsics::from_fov(96, 72, 1.3).expect("valid");
-    header.cameras[0].extra = AnnotationKinds {
+    header.cameras[0].annotations = AnnotationKinds {
         sky: true,
         flow: true,
         trunks: true,
@@ -331,7 +331,7 @@ fn further_truth_comes_back_and_lies_are_found() {
     };
     let dataset = write(&dir.path().join("sound"), &header, &[0, 1]);
     let (seen, frame) = (see(&header, 0), dataset.read_frame(0).expect("frame"));
-    let (camera, extra) = (&frame.cameras[0], &seen.extra[0]);
+    let (camera, annotations) = (&frame.cameras[0], &seen.annotations[0]);
     let sky = camera.sky.as_ref().expect("asked for");
     assert_eq!(
         *sky,
@@ -339,9 +339,12 @@ fn further_truth_comes_back_and_lies_are_found() {
             .depth_m
             .map(|&z| if z == 0.0 { 255 } else { 0 })
     );
-    let trunks = extra.trunks.as_ref().map(|t| t.map(|o| o.to_image_id()));
+    let trunks = annotations
+        .trunks
+        .as_ref()
+        .map(|t| t.map(|o| o.to_image_id()));
     assert_eq!(camera.trunks, trunks);
-    let (found, made) = (camera.flow.as_ref(), extra.flow.as_ref());
+    let (found, made) = (camera.flow.as_ref(), annotations.flow.as_ref());
     let pairs = found.expect("asked for").pixels().iter();
     let mut hidden = 0;
     for (a, b) in pairs.zip(made.expect("made").pixels()) {
@@ -352,7 +355,7 @@ fn further_truth_comes_back_and_lies_are_found() {
         }
     }
     assert!(hidden > 50);
-    let (found, made) = (camera.boxes.as_ref(), extra.boxes.as_ref());
+    let (found, made) = (camera.boxes.as_ref(), annotations.boxes.as_ref());
     let (found, made) = (found.expect("asked for"), made.expect("made"));
     assert_eq!(found.len(), made.len());
     for (a, b) in found.iter().zip(made) {
@@ -373,7 +376,7 @@ fn further_truth_comes_back_and_lies_are_found() {
         let out = dir.path().join(name);
         let writer = Writer::create(&out, OpenMode::Fresh, header.clone()).expect("create");
         let mut seen = see(&header, 0);
-        change(&mut seen.extra[0]);
+        change(&mut seen.annotations[0]);
         writer.write_frame(&seen.data(&header)).expect("frame");
         crate::common::finish(writer, 4);
         let report = nemoral_dataset::check(&out).expect("check").to_string();
@@ -429,7 +432,7 @@ fn further_truth_comes_back_and_lies_are_found() {
     // What is asked for must be given.
     let writer = Writer::create(&dir.path().join("less"), OpenMode::Fresh, header.clone());
     let mut seen = see(&header, 0);
-    seen.extra[0].flow = None;
+    seen.annotations[0].flow = None;
     let e = writer.expect("create").write_frame(&seen.data(&header));
     assert!(e.expect_err("refused").to_string().contains("front.flow"));
 }
@@ -444,7 +447,7 @@ fn rolling_shutters_agree_with_scans_and_flow() {
         exposure_s: 0.01,
         readout_s: 0.03,
     };
-    header.cameras[0].extra.flow = true;
+    header.cameras[0].annotations.flow = true;
     let dataset = write(dir.path(), &header, &[0, 1, 2, 3]);
     assert_eq!(dataset.manifest().header, header);
     assert_eq!(dataset.frames()[2].body_motion, crate::common::MOTION);

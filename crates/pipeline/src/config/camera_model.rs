@@ -6,7 +6,7 @@ use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTr
 use nemoral_seed::Key;
 
 use super::mount::mount;
-use super::{Camera, CameraLens, CameraOptics};
+use super::{Camera, CameraLens, CameraOptics, ExposureMode, Look};
 
 impl Camera {
     /// The camera's pinhole and lens.
@@ -97,12 +97,9 @@ impl Camera {
 
     /// How bright pictures come out.
     pub(crate) fn exposure_mode(&self) -> Exposure {
-        match Exposure::default() {
-            Exposure::Auto { key, .. } if self.exposure == "auto" => Exposure::Auto {
-                key,
-                bias_ev: self.exposure_bias_ev,
-            },
-            _ => Exposure::Fixed {
+        match self.exposure {
+            ExposureMode::Auto => Exposure::metered(self.exposure_bias_ev),
+            ExposureMode::Fixed => Exposure::Fixed {
                 ev100: self.exposure_ev,
             },
         }
@@ -110,8 +107,8 @@ impl Camera {
 
     /// What the camera's look is: how light becomes brightness, and what the lens adds.
     pub(crate) fn tone_and_lens(&self) -> (ToneCurve, Lens) {
-        match self.look.as_str() {
-            "cinema" => (
+        match self.look {
+            Look::Cinema => (
                 ToneCurve::Filmic,
                 Lens {
                     veiling_glare: 0.01,
@@ -119,9 +116,9 @@ impl Camera {
                     vignetting: 0.2,
                 },
             ),
-            "flat" => (ToneCurve::Linear, Lens::default()),
+            Look::Flat => (ToneCurve::Linear, Lens::default()),
             // A small plastic lens on a small sensor.
-            _ => (
+            Look::Robot => (
                 ToneCurve::Linear,
                 Lens {
                     veiling_glare: 0.02,
@@ -156,7 +153,7 @@ mod tests {
     #[test]
     fn a_grey_card_has_its_code_value_in_every_look() {
         let mut camera = Camera {
-            exposure: "fixed".to_owned(),
+            exposure: ExposureMode::Fixed,
             exposure_ev: 12.0,
             ..Camera::default()
         };
@@ -170,8 +167,8 @@ mod tests {
         };
         // In an integrating sphere, as bright as EV 12 is meant for.
         let white = 0.125 * 4096.0 / 0.18;
-        for (name, code) in [("robot", 118), ("cinema", 125), ("flat", 118)] {
-            camera.look = name.to_owned();
+        for (look, code) in [(Look::Robot, 118), (Look::Cinema, 125), (Look::Flat, 118)] {
+            camera.look = look;
             let (tone, lens) = camera.tone_and_lens();
             let params = RayCastParams {
                 lens,
@@ -193,9 +190,9 @@ mod tests {
                 images.expect("renders").rgb.at(16, 10)[1]
             };
             let got = shoot(12.0);
-            assert!(got.abs_diff(code) <= 1, "{name}: {got} for {code}");
+            assert!(got.abs_diff(code) <= 1, "{look:?}: {got} for {code}");
             // A stop more is half the light.
-            assert!(shoot(13.0) < got - 25, "{name}");
+            assert!(shoot(13.0) < got - 25, "{look:?}");
         }
     }
 }

@@ -5,14 +5,8 @@ use toml::{Table, Value};
 
 use super::{
     Lidar, LidarAvia, LidarBeam, LidarErrors, LidarHorizon, LidarMid40, LidarMid70, LidarPattern,
-    LidarSpinning, Noise,
+    LidarSpinning, Noise, RangeNoiseModel, SpinningHead,
 };
-
-/// `custom` and the names of all devices.
-pub(super) const NAMES: &[&str] = &[
-    "custom", "mid40", "mid70", "avia", "horizon", "vlp16", "hdl64e", "os0_128", "os1_32",
-    "os1_64", "os1_128",
-];
 
 /// What a device sets in a LiDAR's table, over the preset and under all that a user sets. `None` of
 /// `custom`, and of a name that is refused elsewhere.
@@ -40,15 +34,15 @@ fn lidar(device: Device) -> Lidar {
     let sheet = device.sheet();
     let ouster = |beams, vertical_fov_deg| {
         LidarPattern::Spinning(LidarSpinning {
-            head: "ouster".to_owned(),
+            head: SpinningHead::Ouster,
             beams,
             vertical_fov_deg,
             ..LidarSpinning::default()
         })
     };
-    let head = |name: &str| {
+    let head = |head| {
         LidarPattern::Spinning(LidarSpinning {
-            head: name.to_owned(),
+            head,
             ..LidarSpinning::default()
         })
     };
@@ -61,8 +55,8 @@ fn lidar(device: Device) -> Lidar {
             Device::Mid40 => LidarPattern::Mid40(LidarMid40::default()),
             Device::Mid70 => LidarPattern::Mid70(LidarMid70::default()),
             Device::Avia => LidarPattern::Avia(LidarAvia::default()),
-            Device::Vlp16 => head("vlp16"),
-            Device::Hdl64e => head("hdl64e"),
+            Device::Vlp16 => head(SpinningHead::Vlp16),
+            Device::Hdl64e => head(SpinningHead::Hdl64e),
             Device::Os0 => ouster(128, 90.0),
             Device::Os1x32 => ouster(32, 45.0),
             Device::Os1x64 => ouster(64, 45.0),
@@ -82,7 +76,7 @@ fn lidar(device: Device) -> Lidar {
             false_alarm: errors.false_alarm,
         },
         noise: Noise {
-            model: "snr".to_owned(),
+            model: RangeNoiseModel::SignalToNoise,
             reference_range_m: sheet.reference_range_m,
             reference_reflectance: sheet.reference_reflectance,
             floor_m: sheet.sigma_floor_m,
@@ -103,17 +97,15 @@ fn round(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::choices::DEVICES;
     use super::*;
 
     #[test]
     fn every_device_has_a_name_and_a_layer() {
-        let devices: Vec<&str> = Device::ALL.iter().map(|d| d.name()).collect();
-        assert_eq!(NAMES[0], "custom");
-        assert_eq!(&NAMES[1..], devices);
-        for name in &NAMES[1..] {
-            assert!(layer(name).is_some());
-        }
-        assert!(layer("custom").is_none() && layer("mid41").is_none());
+        let (custom, devices) = DEVICES.split_first().expect("words");
+        assert_eq!(*custom, "custom");
+        assert!(devices.iter().all(|name| layer(name).is_some()));
+        assert!(layer(custom).is_none() && layer("mid41").is_none());
     }
 
     #[test]

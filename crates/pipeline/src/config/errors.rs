@@ -65,8 +65,8 @@ impl fmt::Display for ConfigError {
     }
 }
 
-/// The part of a line that is shown, how far in it something stands that is at `start` of the whole,
-/// and how many characters there are from there on.
+/// The part of a line that is shown, how far in it something stands that is at `start` of the
+/// whole, and how many characters there are from there on.
 fn part_of_line(line: &str, start: usize) -> (String, usize, usize) {
     let length = line.chars().count();
     if length <= LINE {

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::plan::{Encode, Encoder};
 
 /// The path of a file that a config names; empty for none. Keys of this type are all there is that
-/// leads to a file: [`InputFiles`](crate::InputFiles) finds each of them by itself, reads it, and keys of
-/// plans go by what is in it.
+/// leads to a file: [`InputFiles`](crate::InputFiles) finds each of them by itself, reads it, and
+/// keys of plans go by what is in it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(transparent)]
 pub struct InputPath(String);

@@ -14,7 +14,9 @@ use nemoral_lidar_noise::{
 use nemoral_scene::RigidTransform;
 
 use super::mount::mount;
-use super::{LIGHT_M_PER_NS, Lidar, LidarPattern};
+use super::{
+    LIGHT_M_PER_NS, LaconteSensor, Lidar, LidarPattern, RangeNoiseModel, ReturnMode, SpinningHead,
+};
 use crate::{Error, InputFile, InputFiles};
 
 /// An error of the table at `path`.
@@ -59,10 +61,10 @@ impl Lidar {
                 Box::new(RepeatingLines::new(params).map_err(refused)?)
             }
             LidarPattern::Spinning(s) => {
-                let head = match s.head.as_str() {
-                    "vlp16" => Spinning::vlp16(s.rotation_hz),
-                    "hdl64e" => Spinning::hdl64e(s.rotation_hz),
-                    _ => Spinning::ouster(
+                let head = match s.head {
+                    SpinningHead::Vlp16 => Spinning::vlp16(s.rotation_hz),
+                    SpinningHead::Hdl64e => Spinning::hdl64e(s.rotation_hz),
+                    SpinningHead::Ouster => Spinning::ouster(
                         s.vertical_fov_deg.to_radians(),
                         s.beams as u8,
                         s.columns,
@@ -116,12 +118,12 @@ impl Lidar {
                 rings: l.beam.rings as u8,
                 resolution_m: 0.5 * LIGHT_M_PER_NS * l.beam.pulse_ns,
             },
-            returns: match l.returns.as_str() {
-                "first" => Returns::First,
-                "last" => Returns::Last,
-                "dual" => Returns::Dual,
-                "all" => Returns::All(l.max_returns as u8),
-                _ => Returns::Strongest,
+            returns: match l.returns {
+                ReturnMode::First => Returns::First,
+                ReturnMode::Last => Returns::Last,
+                ReturnMode::Dual => Returns::Dual,
+                ReturnMode::All => Returns::All(l.max_returns as u8),
+                ReturnMode::Strongest => Returns::Strongest,
             },
             errors: PulseErrors {
                 angular_sigma_rad: l.errors.angular_deg.to_radians(),
@@ -136,13 +138,13 @@ impl Lidar {
     /// How ranges err.
     pub(crate) fn range_noise(&self) -> RangeNoise {
         let n = &self.noise;
-        match n.model.as_str() {
-            "off" => RangeNoise::Off,
-            "paper" => RangeNoise::Paper { sigma_m: n.sigma_m },
-            "laconte" => RangeNoise::Laconte {
-                device: match n.laconte_device.as_str() {
-                    "lms1xx" => LaconteDevice::SickLms1xx,
-                    _ => LaconteDevice::VelodyneHdl32e,
+        match n.model {
+            RangeNoiseModel::Off => RangeNoise::Off,
+            RangeNoiseModel::Paper => RangeNoise::Paper { sigma_m: n.sigma_m },
+            RangeNoiseModel::Laconte => RangeNoise::Laconte {
+                device: match n.laconte_device {
+                    LaconteSensor::Lms1xx => LaconteDevice::SickLms1xx,
+                    LaconteSensor::Hdl32e => LaconteDevice::VelodyneHdl32e,
                 },
                 form: if n.laconte_closed {
                     LaconteForm::Closed
@@ -151,16 +153,16 @@ impl Lidar {
                 },
                 sigma_m: n.sigma_m,
             },
-            "incidence" => RangeNoise::Incidence(IncidenceLawParams {
+            RangeNoiseModel::Incidence => RangeNoise::Incidence(IncidenceLawParams {
                 error_m: n.floor_m,
                 ..IncidenceLawParams::default()
             }),
-            "linear" => RangeNoise::Linear(LinearSigmaParams {
+            RangeNoiseModel::Linear => RangeNoise::Linear(LinearSigmaParams {
                 min_m: n.floor_m,
                 base_m: 0.0,
                 per_metre: n.per_metre,
             }),
-            _ => RangeNoise::SignalToNoise {
+            RangeNoiseModel::SignalToNoise => RangeNoise::SignalToNoise {
                 range: RangeEquationParams {
                     reference_range_m: n.reference_range_m,
                     reference_reflectance: n.reference_reflectance,

@@ -151,8 +151,8 @@ fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<(Config, InputFile
     Ok((config, inputs))
 }
 
-/// A preset, and over it what the sensors bring along that the sources name: LiDARs what is in their
-/// data sheets, further cameras what the first one is.
+/// A preset, and over it what the sensors bring along that the sources name: LiDARs what is in
+/// their data sheets, further cameras what the first one is.
 fn with_sensors(preset: &Preset, sources: &[Source]) -> Table {
     let mut merged = to_table(&preset.config());
     let lidar_of = |device: Option<String>| device.and_then(|name| devices::layer(&name));

@@ -1,6 +1,7 @@
 //! Requests: layered, checked, with errors that point at the line.
 
 mod camera_model;
+mod choices;
 mod devices;
 mod errors;
 mod input_path;
@@ -13,12 +14,19 @@ mod presets;
 mod ranges;
 mod schema;
 mod sections;
+mod sensors;
 mod sky_image;
 mod source;
+mod species_shares;
 mod stands;
 mod validate;
 mod words;
 
+pub(crate) use choices::VARIED_SURFACES;
+pub use choices::{
+    ExposureMode, LaconteSensor, Look, PathFormat, RangeNoiseModel, ReturnMode, SpinningHead,
+    TerrainNoise,
+};
 pub(crate) use devices::LIGHT_M_PER_NS;
 pub use errors::{ConfigError, ConfigErrors, Place};
 pub use input_path::InputPath;
@@ -29,6 +37,6 @@ pub use pages::{annotated_toml, json_schema, reference_page};
 pub use presets::Preset;
 pub use schema::{Allowed, KeySpec, SectionSpec};
 pub use sections::*;
+pub(crate) use sensors::sensor_name;
 pub(crate) use sky_image::sky_image;
 pub(crate) use source::most_bytes;
-pub(crate) use validate::sensor_name;

@@ -196,8 +196,9 @@ pub fn reference_page() -> String {
         .parse()
         .expect("our own TOML parses");
     let mut out = String::from(
-        "# Config reference\n\nMade by `nemoral config reference`. A config is TOML; what it leaves out is the preset's. \
-         `nemoral config init` writes one to start from, `nemoral config check FILE` proves one.\n\n## Presets\n\n",
+        "# Config reference\n\nMade by `nemoral config reference`. A config is TOML; what it \
+         leaves out is the preset's. `nemoral config init` writes one to start from, `nemoral \
+         config check FILE` proves one.\n\n## Presets\n\n",
     );
     for preset in Preset::ALL {
         let _ = writeln!(out, "- `{}`: {}", preset.name, preset.doc);

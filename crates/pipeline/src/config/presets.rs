@@ -37,22 +37,26 @@ impl Preset {
         },
         Self {
             name: "maritime-pine",
-            doc: "Pinus pinaster on coastal sand, 400 trees/ha, 45 years: gorse and heather, bracken, needles, sandy tracks",
+            doc: "Pinus pinaster on coastal sand, 400 trees/ha, 45 years: gorse and heather, \
+                bracken, needles, sandy tracks",
             change: stands::maritime_pine,
         },
         Self {
             name: "eucalyptus-plantation",
-            doc: "Eucalyptus globulus in rows of 3 x 3 m, 940 trees/ha left of 1111: bark and leaves on the ground, little else",
+            doc: "Eucalyptus globulus in rows of 3 x 3 m, 940 trees/ha left of 1111: bark and \
+                leaves on the ground, little else",
             change: stands::eucalyptus_plantation,
         },
         Self {
             name: "oak-mixed",
-            doc: "Quercus robur with beech, birch and pine, 200 trees/ha of all ages: gaps, regeneration, bramble and fern",
+            doc: "Quercus robur with beech, birch and pine, 200 trees/ha of all ages: gaps, \
+                regeneration, bramble and fern",
             change: stands::oak_mixed,
         },
         Self {
             name: "beech",
-            doc: "Fagus sylvatica high forest, 240 trees/ha: a hall of grey stems over dead leaves, young beeches in gaps",
+            doc: "Fagus sylvatica high forest, 240 trees/ha: a hall of grey stems over dead \
+                leaves, young beeches in gaps",
             change: stands::beech,
         },
         Self {
@@ -62,7 +66,8 @@ impl Preset {
         },
         Self {
             name: "boreal-birch-pine",
-            doc: "Pinus sylvestris and Betula pendula with spruce, 900 thin trees/ha: dwarf shrubs, moss, boulders",
+            doc: "Pinus sylvestris and Betula pendula with spruce, 900 thin trees/ha: dwarf \
+                shrubs, moss, boulders",
             change: stands::boreal_birch_pine,
         },
         Self {

@@ -13,7 +13,10 @@ const RANGES: Domain = Domain::new("pipeline.ranges");
 /// Ranges.
 pub(super) const SECTION: SectionSpec = SectionSpec {
     path: "ranges",
-    doc: " Numbers drawn for each sequence: `\"placement.trees\" = [60, 140]` draws that key, once, from the seed; any key that is a number may be named, and both ends are allowed. What was drawn is in the data set's config.toml and dataset.json. A value that is set later, by `--set` over a file, wins over the range.",
+    doc: " Numbers drawn for each sequence: `\"placement.trees\" = [60, 140]` draws that key, \
+        once, from the seed; any key that is a number may be named, and both ends are allowed. \
+        What was drawn is in the data set's config.toml and dataset.json. A value that is set \
+        later, by `--set` over a file, wins over the range.",
     choice: None,
     keys: &[],
 };
@@ -105,7 +108,8 @@ pub(super) fn draw(
                 errors.add(|| ConfigError {
                     path: join("ranges", path),
                     message: format!(
-                        "ranges.\"{path}\": there is no [{table}] in this config; name it to choose it"
+                        "ranges.\"{path}\": there is no [{table}] in this config; name it to \
+                         choose it"
                     ),
                     place: place(&sources[*source], path),
                 });

@@ -123,22 +123,32 @@ pub struct SectionSpec {
     pub keys: &'static [KeySpec],
 }
 
-/// Defines a section: the struct, its defaults and its keys.
+/// Defines a section: the struct, its defaults and its keys. The lines of a comment are joined to
+/// the text of its key.
 macro_rules! section {
     (
-        #[doc = $doc:literal]
+        $( #[doc = $doc:literal] )+
         $name:ident at $path:literal $(, one of $choice:literal)? {
-            $( #[doc = $field_doc:literal] $field:ident: $type:ty = $default:expr, $allowed:expr, $source:literal; )*
+            $(
+                $( #[doc = $field_doc:literal] )+
+                $field:ident: $type:ty = $default:expr, $allowed:expr, $source:literal;
+            )*
         }
-        $( plus { $( #[doc = $sub_doc:literal] $(#[serde($serde:ident)])? $sub:ident: $sub_type:ty; )* } )?
+        $( plus {
+            $(
+                $( #[doc = $sub_doc:literal] )+
+                $(#[serde($serde:ident)])?
+                $sub:ident: $sub_type:ty;
+            )*
+        } )?
     ) => {
-        #[doc = $doc]
+        $( #[doc = $doc] )+
         #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
         #[serde(default)]
         #[non_exhaustive]
         pub struct $name {
-            $( #[doc = $field_doc] pub $field: $type, )*
-            $($( #[doc = $sub_doc] $(#[serde($serde)])? pub $sub: $sub_type, )*)?
+            $( $( #[doc = $field_doc] )+ pub $field: $type, )*
+            $($( $( #[doc = $sub_doc] )+ $(#[serde($serde)])? pub $sub: $sub_type, )*)?
         }
 
         impl Default for $name {
@@ -161,11 +171,11 @@ macro_rules! section {
             /// This section's definition.
             pub const SPEC: $crate::config::SectionSpec = $crate::config::SectionSpec {
                 path: $path,
-                doc: $doc,
+                doc: concat!($( $doc ),+),
                 choice: section!(@choice $($choice)?),
                 keys: &[$( $crate::config::KeySpec {
                     name: stringify!($field),
-                    doc: $field_doc,
+                    doc: concat!($( $field_doc ),+),
                     allowed: $allowed,
                     source: $source,
                 }, )*],

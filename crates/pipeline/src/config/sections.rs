@@ -4,9 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::InputPath;
+use super::choices::{CUSTOM_DEVICE, DEVICES, TRAIL_SURFACES};
 use super::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Text, Triple, Whole};
 use super::schema::{SectionSpec, encode_variants, section};
+use super::{
+    ExposureMode, InputPath, LaconteSensor, Look, PathFormat, RangeNoiseModel, ReturnMode,
+    SpinningHead, TerrainNoise, VARIED_SURFACES,
+};
 
 /// The largest text file that a config may name.
 const TEXT: u64 = 1 << 20;
@@ -75,15 +79,18 @@ section! {
         /// Number of noise layers.
         octaves: u32 = 6, Whole(1, 16), "paper, Fig. 3, has 5; one more for relief under 4 m";
         /// Size of the largest hills.
-        scale_m: f64 = 130.0, RealAbove(0.0, 10_000.0), "paper, Fig. 3, has 40: steep; here walkable";
+        scale_m: f64 = 130.0, RealAbove(0.0, 10_000.0),
+            "paper, Fig. 3, has 40: steep; here walkable";
         /// Frequency of each layer over the one before.
-        lacunarity: f64 = 2.1, RealAbove(1.0, 10.0), "paper, IV-B: above 1; not 2, so that lattices do not align";
+        lacunarity: f64 = 2.1, RealAbove(1.0, 10.0),
+            "paper, IV-B: above 1; not 2, so that lattices do not align";
         /// Amplitude of each layer over the one before.
         persistence: f64 = 0.33, Real(0.0, 1.0), "paper, IV-B: 0..1";
         /// The greatest height.
         max_height_m: f64 = 22.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50: mountains; here hills";
         /// Which noise: ours, or the noise crate's.
-        noise: String = "nemoral".into(), OneOf(&["nemoral", "perlin-surflet"]), "ours has no period and exact gradients";
+        noise: TerrainNoise = TerrainNoise::Nemoral, OneOf(TerrainNoise::WORDS),
+            "ours has no period and exact gradients";
         /// Side of a terrain cell away from trails.
         cell_m: f64 = 1.0, Real(0.5, 5.0), "paper, Fig. 3";
         /// Side of a terrain cell on trails and chunk borders.
@@ -99,10 +106,12 @@ section! {
         /// Width.
         width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
         /// Surface texture: one for all, or varied from trail to trail.
-        surface: String = "varied".into(), OneOf(&["varied", "gravel", "dry_earth", "mud", "grassy", "leaf_litter", "needles", "sand", "rock"]), "paper, VII: one texture for all was its models' failure";
+        surface: String = VARIED_SURFACES.into(), OneOf(&TRAIL_SURFACES),
+            "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
         spawn_probability: f64 = 0.012, Real(0.0, 1.0), "a trail in every third chunk";
-        /// Probability that a trail leaves a chunk by the opposite border, rather than left or right.
+        /// Probability that a trail leaves a chunk by the opposite border, rather than left or
+        /// right.
         forward_probability: f64 = 0.75, Real(0.0, 1.0), "long trails with some bends";
         /// A trail ends after this many chunks.
         max_length_chunks: u32 = 40, Whole(1, 200), "2 km; bounds the search for trails";
@@ -114,7 +123,8 @@ section! {
         grass_max: u32 = 120, Whole(0, 2000), "paper, IV-C";
         /// How far from the middle a tuft may stand.
         grass_spread_m: f64 = 0.6, Real(0.0, 5.0), "paper, IV-C; between the ruts";
-        /// Room for tufts of grass on a metre of each edge, of which about half grow; 0 for bare verges.
+        /// Room for tufts of grass on a metre of each edge, of which about half grow; 0 for bare
+        /// verges.
         verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, where light and water are";
         /// Most stones along a trail in a chunk; 0 for none.
         rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
@@ -138,7 +148,8 @@ section! {
         density_factor: f64 = 1.0, RealAbove(0.0, 10.0), "paper, IV-D";
         /// Two things keep this times the sum of their radii between them.
         spacing_factor: f64 = 1.3, Real(1.0, 10.0), "trunks apart, crowns may overlap";
-        /// How evenly scattered things stand: the least distance over the spacing of a pattern with no room left; 0.3 as natural stands, 0.5 as thinned ones.
+        /// How evenly scattered things stand: the least distance over the spacing of a pattern with
+        /// no room left; 0.3 as natural stands, 0.5 as thinned ones.
         hard_core: f64 = 0.5, Real(0.1, 0.7), "our choice: 0.4-0.6";
     }
     plus {
@@ -152,7 +163,9 @@ section! {
 }
 
 section! {
-    /// Trees in rows, as in plantations: a grid over the whole world. Of its places, `placement.trees` hold a tree; the rest failed or was thinned. Neighbours keep each other small.
+    /// Trees in rows, as in plantations: a grid over the whole world. Of its places,
+    /// `placement.trees` hold a tree; the rest failed or was thinned. Neighbours keep each other
+    /// small.
     PlacementRows at "placement.rows" {
         /// From row to row; 0: no rows, trees are scattered.
         spacing_m: f64 = 0.0, Real(0.0, 20.0), "scattered; eucalypts are planted 3 x 3 m";
@@ -166,7 +179,8 @@ section! {
 }
 
 section! {
-    /// Gaps in the canopy, with wavy outlines, anywhere. Trees stand beside them, as densely as `placement.trees` needs.
+    /// Gaps in the canopy, with wavy outlines, anywhere. Trees stand beside them, as densely as
+    /// `placement.trees` needs.
     PlacementGaps at "placement.gaps" {
         /// Share of the forest that is gap; 0 for none.
         share: f64 = 0.0, Real(0.0, 0.6), "none, as the paper's forests";
@@ -182,12 +196,16 @@ section! {
 }
 
 section! {
-    /// Regeneration: saplings (0.7 to 4.5 m high) and seedlings (under 0.3 m) of the stand's species, in clusters.
+    /// Regeneration: saplings (0.7 to 4.5 m high) and seedlings (under 0.3 m) of the stand's
+    /// species, in clusters.
     Regeneration at "placement.regeneration" {
         /// Mean number of saplings in a chunk.
-        saplings: f64 = 0.0, Real(0.0, 400.0), "none, as the paper's forests; our choice for others: 25-500";
-        /// Seedlings on a square metre of a cluster in full light; down to a tenth of that in deep shade, 6 % of it outside clusters, none on trails.
-        seedlings: f64 = 0.4, Real(0.0, 2.0), "our choice: some; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
+        saplings: f64 = 0.0, Real(0.0, 400.0),
+            "none, as the paper's forests; our choice for others: 25-500";
+        /// Seedlings on a square metre of a cluster in full light; down to a tenth of that in deep
+        /// shade, 6 % of it outside clusters, none on trails.
+        seedlings: f64 = 0.4, Real(0.0, 2.0),
+            "our choice: some; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
         /// Share of the ground that clusters cover.
         share: f64 = 0.2, Real(0.02, 0.9), "our choice";
         /// Smallest mean radius of a cluster.
@@ -335,7 +353,8 @@ section! {
         longitude_deg: f64 = -8.4103, Real(-180.0, 180.0), "Coimbra";
         /// Date and time in UTC.
         utc: String = "2022-06-21T14:30:00".into(), Text, "YYYY-MM-DDThh:mm:ss";
-        /// So many hours after that (negative: before): a number, so that the time can be drawn from a range; 24 is the next day.
+        /// So many hours after that (negative: before): a number, so that the time can be drawn
+        /// from a range; 24 is the next day.
         later_h: f64 = 0.0, Real(-8784.0, 8784.0), "then";
     }
 }
@@ -347,7 +366,9 @@ section! {
         turbidity: f64 = 3.0, Real(1.8, 10.0), "Preetham 1999";
         /// Share of cloud: 0 clear, 1 overcast.
         overcast: f64 = 0.0, Real(0.0, 1.0), "clear";
-        /// A photographed sky instead: an equirectangular Radiance (.hdr) or OpenEXR file, zenith on top. It is seen in the gaps and lights the scene, as brightly as the modelled sky would; the sun stays that of `[sun]`, and the one in the image is cut.
+        /// A photographed sky instead: an equirectangular Radiance (.hdr) or OpenEXR file, zenith
+        /// on top. It is seen in the gaps and lights the scene, as brightly as the modelled sky
+        /// would; the sun stays that of `[sun]`, and the one in the image is cut.
         image: InputPath = InputPath::default(), File(DATA), "none";
         /// Where the middle column of that image looks, clockwise from north.
         image_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north";
@@ -359,10 +380,12 @@ section! {
 section! {
     /// The air near the ground: how far one sees in it, and fog.
     Weather at "weather" {
-        /// Meteorological visibility at the camera's height: where 2 % of the contrast is left. Haze below 10,000, mist below 2000.
+        /// Meteorological visibility at the camera's height: where 2 % of the contrast is left.
+        /// Haze below 10,000, mist below 2000.
         visibility_m: f64 = 20_000.0, Real(10.0, 1_000_000.0), "a clear day; Koschmieder 1924";
         /// The height over which that haze thins by e.
-        haze_height_m: f64 = 100.0, Real(1.0, 10_000.0), "a shallow layer: crowns against the sky stay clear";
+        haze_height_m: f64 = 100.0, Real(1.0, 10_000.0),
+            "a shallow layer: crowns against the sky stay clear";
         /// Fog: its extinction at its base, 3.912 over the visibility there; 0 for none.
         fog_per_m: f64 = 0.0, Real(0.0, 1.0), "none";
         /// The height in the world where it has that extinction; below it is thicker.
@@ -381,29 +404,41 @@ section! {
         width_px: u32 = 1280, Whole(16, 8192), "paper, VI";
         /// Rows.
         height_px: u32 = 720, Whole(16, 8192), "paper, VI";
-        /// Colour samples of every pixel. A GPU takes 1, or else 4 of each, whichever is asked for here or for edges.
+        /// Colour samples of every pixel. A GPU takes 1, or else 4 of each, whichever is asked for
+        /// here or for edges.
         samples: u32 = 1, Whole(1, 256), "a mean of light costs as many rays";
-        /// Colour samples of the tenth of the pixels whose neighbours differ most from them, if that is more; 1, with `samples` 1, is the draft.
+        /// Colour samples of the tenth of the pixels whose neighbours differ most from them, if
+        /// that is more; 1, with `samples` 1, is the draft.
         edge_samples: u32 = 4, Whole(1, 256), "smooth edges where they are seen";
-        /// Over how many surfaces light is followed to the sky, by rays drawn at random; 0 takes the mean light of a place from how open its sky is. On the CPU alone. Grainy below some 64 `samples`, with which 4 bounces take minutes.
+        /// Over how many surfaces light is followed to the sky, by rays drawn at random; 0 takes
+        /// the mean light of a place from how open its sky is. On the CPU alone. Grainy below some
+        /// 64 `samples`, with which 4 bounces take minutes.
         bounces: u32 = 0, Whole(0, 16), "mean light comes within a tenth or two of it";
         /// How bright pictures come out: by a light meter, or always as `exposure_ev` says.
-        exposure: String = "auto".into(), OneOf(&["auto", "fixed"]), "as cameras do";
-        /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. Sunny 15, overcast or shade 12, under crowns 8 to 11.
+        exposure: ExposureMode = ExposureMode::Auto, OneOf(ExposureMode::WORDS), "as cameras do";
+        /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. Sunny
+        /// 15, overcast or shade 12, under crowns 8 to 11.
         exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a wood on a clear day";
-        /// How light becomes a picture: `robot`, what a small camera really sees in a wood: harsh, skies that clip, edges that glare, dark corners; `cinema`, a soft curve that keeps highlights; `flat`, proportional to light, a clean lens, for those who augment themselves.
-        look: String = "robot".into(), OneOf(&["robot", "cinema", "flat"]), "what the data is for";
+        /// How light becomes a picture: `robot`, what a small camera really sees in a wood: harsh,
+        /// skies that clip, edges that glare, dark corners; `cinema`, a soft curve that keeps
+        /// highlights; `flat`, proportional to light, a clean lens, for those who augment
+        /// themselves.
+        look: Look = Look::Robot, OneOf(Look::WORDS), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
-        exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0), "as cameras meter: for the bright gaps, leaving leaves dark";
-        /// Write `radiance`, the light itself behind the lens, before exposure and sensor: OpenEXR, linear sRGB in cd/m², 32-bit floats.
+        exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0),
+            "as cameras meter: for the bright gaps, leaving leaves dark";
+        /// Write `radiance`, the light itself behind the lens, before exposure and sensor: OpenEXR,
+        /// linear sRGB in cd/m², 32-bit floats.
         radiance: bool = false, Flag, "at most 11 MB a picture of 1280 x 720";
         /// Write `sky`, a mask of where nothing was hit.
         sky: bool = false, Flag, "depth 0 says the same";
-        /// Write `flow`, the optical flow to the next frame: exact, and whether the next frame shows it.
+        /// Write `flow`, the optical flow to the next frame: exact, and whether the next frame
+        /// shows it.
         flow: bool = false, Flag, "one more ray a pixel";
         /// Write `trunks`, the nearest trunk behind leaves, shrubs and whatever hides it.
         trunks: bool = false, Flag, "the paper's hard case, VII; one more ray a pixel";
-        /// Write `boxes`, 2-D and 3-D boxes of trees, stumps, shrubs and rocks with their visible fraction.
+        /// Write `boxes`, 2-D and 3-D boxes of trees, stumps, shrubs and rocks with their visible
+        /// fraction.
         boxes: bool = false, Flag, "each thing is cast on its own";
         /// Boxes of things up to so far.
         boxes_range_m: f64 = 60.0, Real(1.0, 600.0), "a tree there is still 10 pixels wide";
@@ -433,24 +468,28 @@ section! {
 }
 
 section! {
-    /// When the camera's rows see light. Only a robot that moves can tell: what passes is blurred, and lines lean. Truth is that of each row in the middle of its exposure.
+    /// When the camera's rows see light. Only a robot that moves can tell: what passes is blurred,
+    /// and lines lean. Truth is that of each row in the middle of its exposure.
     CameraShutter at "camera.shutter" {
         /// How long each row is exposed; 0 for an instant, without motion blur.
         exposure_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 5 to 20 under crowns, 1 in the sun";
         /// From the first row's time to the last one's, a rolling shutter; 0 for a global one.
         readout_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 10 to 33 of rolling CMOS sensors";
-        /// Least colour samples a pixel of a picture that blurs: one in each of so many parts of the exposure.
+        /// Least colour samples a pixel of a picture that blurs: one in each of so many parts of
+        /// the exposure.
         samples: u32 = 9, Whole(2, 256), "steps of a blur of 9 pixels cannot be seen";
     }
 }
 
 section! {
-    /// The noise of the camera's sensor, in electrons (EMVA 1288, linear model), before the tone curve.
+    /// The noise of the camera's sensor, in electrons (EMVA 1288, linear model), before the tone
+    /// curve.
     CameraNoise at "camera.noise" {
         /// Is there any?
         enabled: bool = false, Flag, "off: those who augment add their own";
         /// Electrons that a pixel holds before it clips.
-        full_well_e: f64 = 10_500.0, Real(10.0, 1e7), "Sony IMX273: 40.2 dB at best (EMVA 1288 of Balluff's mvBlueFOX3-2016)";
+        full_well_e: f64 = 10_500.0, Real(10.0, 1e7),
+            "Sony IMX273: 40.2 dB at best (EMVA 1288 of Balluff's mvBlueFOX3-2016)";
         /// Noise of reading, electrons.
         read_noise_e: f64 = 2.4, Real(0.0, 10_000.0), "the same: 71.4 dB of dynamic range";
         /// Amplification before the converter: with 2 a pixel clips at half its full well.
@@ -469,7 +508,10 @@ section! {
 /// Further cameras.
 pub(super) const FURTHER_CAMERAS: SectionSpec = SectionSpec {
     path: "cameras",
-    doc: " Further cameras on the same robot: a table `[cameras.NAME]` for each, with the keys of `[camera]`; what it leaves out is as in `[camera]`. Their files are in folders of that name. One called `right` writes its pictures to `image_3` and is `P3` in `calib.txt`, as KITTI's right eye.",
+    doc: " Further cameras on the same robot: a table `[cameras.NAME]` for each, with the keys of \
+        `[camera]`; what it leaves out is as in `[camera]`. Their files are in folders of that \
+        name. One called `right` writes its pictures to `image_3` and is `P3` in `calib.txt`, as \
+        KITTI's right eye.",
     choice: None,
     keys: &[],
 };
@@ -520,7 +562,8 @@ section! {
 }
 
 section! {
-    /// The camera by the numbers of its calibration, in pixels; the first pixel's centre is at (0.5, 0.5).
+    /// The camera by the numbers of its calibration, in pixels; the first pixel's centre is at
+    /// (0.5, 0.5).
     CameraCalibration at "camera.calibration", one of "the camera's optics" {
         /// Focal length along rows.
         fx_px: f64 = 760.0, Real(1.0, 1e6), "80 degrees on 1280 pixels";
@@ -564,7 +607,8 @@ section! {
 }
 
 section! {
-    /// Brown and Conrady's distortion with OpenCV's coefficients, on picture and truth alike. The field of view is the middle row's.
+    /// Brown and Conrady's distortion with OpenCV's coefficients, on picture and truth alike. The
+    /// field of view is the middle row's.
     CameraBrownConrady at "camera.brown_conrady", one of "the camera's lens" {
         /// Radial: negative for barrels.
         k1: f64 = -0.1, Real(-100.0, 100.0), "a wide lens of machine vision";
@@ -580,7 +624,8 @@ section! {
 }
 
 section! {
-    /// An equidistant fisheye after Kannala and Brandt with OpenCV's coefficients, on picture and truth alike; every pixel must see within 89 degrees of the axis.
+    /// An equidistant fisheye after Kannala and Brandt with OpenCV's coefficients, on picture and
+    /// truth alike; every pixel must see within 89 degrees of the axis.
     CameraFisheye at "camera.fisheye", one of "the camera's lens" {
         /// Third power of the angle.
         k1: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
@@ -596,8 +641,10 @@ section! {
 section! {
     /// The LiDAR (paper, V-B).
     Lidar at "lidar" {
-        /// A scanner by its data sheet: sets the pattern, the pulses of 0.1 s, ranges, beam, errors and noise below; what is set besides stays as set.
-        device: String = "custom".into(), OneOf(super::devices::NAMES), "the makers' data sheets, each named in the handbook";
+        /// A scanner by its data sheet: sets the pattern, the pulses of 0.1 s, ranges, beam, errors
+        /// and noise below; what is set besides stays as set.
+        device: String = CUSTOM_DEVICE.into(), OneOf(&DEVICES),
+            "the makers' data sheets, each named in the handbook";
         /// Pulses fired in a scan.
         pulses: u32 = 50_000, Whole(1, 10_000_000), "paper, VI";
         /// Pulses that hit something nearer give no return.
@@ -607,10 +654,12 @@ section! {
         /// Laser wavelength.
         wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
         /// Which echoes of a pulse become points.
-        returns: String = "strongest".into(), OneOf(&["strongest", "first", "last", "dual", "all"]), "one each, as the paper's";
+        returns: ReturnMode = ReturnMode::Strongest, OneOf(ReturnMode::WORDS),
+            "one each, as the paper's";
         /// Of `all`, at most so many.
         max_returns: u32 = 5, Whole(1, 15), "LAS numbers 15";
-        /// Write points in the LiDAR frame of the frame's time; else raw, each in the frame of its pulse.
+        /// Write points in the LiDAR frame of the frame's time; else raw, each in the frame of its
+        /// pulse.
         deskew: bool = true, Flag, "our choice";
         /// Mounted this far in front of the body's origin.
         mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "above the camera";
@@ -679,7 +728,8 @@ impl Default for LidarPattern {
 /// Further LiDARs.
 pub(super) const FURTHER_LIDARS: SectionSpec = SectionSpec {
     path: "lidars",
-    doc: " Further LiDARs on the same robot: a table `[lidars.NAME]` for each, with the keys of `[lidar]`. Their files are in folders of that name.",
+    doc: " Further LiDARs on the same robot: a table `[lidars.NAME]` for each, with the keys of \
+        `[lidar]`. Their files are in folders of that name.",
     choice: None,
     keys: &[],
 };
@@ -699,7 +749,8 @@ section! {
 }
 
 section! {
-    /// Non-repeating, circular field of view: the Livox Mid-40's two prisms, 100,000 pulses a second.
+    /// Non-repeating, circular field of view: the Livox Mid-40's two prisms, 100,000 pulses a
+    /// second.
     LidarMid40 at "lidar.mid40", one of "the scan pattern" {}
 }
 
@@ -714,7 +765,8 @@ section! {
 }
 
 section! {
-    /// Non-repeating, 70° by 77°: the Livox Avia's three prisms and six beams, 240,000 pulses a second.
+    /// Non-repeating, 70° by 77°: the Livox Avia's three prisms and six beams, 240,000 pulses a
+    /// second.
     LidarAvia at "lidar.avia", one of "the scan pattern" {}
 }
 
@@ -722,7 +774,8 @@ section! {
     /// A spinning head, with its beam table and firing times.
     LidarSpinning at "lidar.spinning", one of "the scan pattern" {
         /// Whose.
-        head: String = "vlp16".into(), OneOf(&["vlp16", "hdl64e", "ouster"]), "Velodyne and Ouster manuals, ros-drivers/velodyne";
+        head: SpinningHead = SpinningHead::Vlp16, OneOf(SpinningHead::WORDS),
+            "Velodyne and Ouster manuals, ros-drivers/velodyne";
         /// Turns a second.
         rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
         /// Beams of an `ouster`.
@@ -735,7 +788,8 @@ section! {
 }
 
 section! {
-    /// A terrestrial scanner: one turn of sweeps from below to the zenith, at equal angles; it holds the pulses asked for.
+    /// A terrestrial scanner: one turn of sweeps from below to the zenith, at equal angles; it
+    /// holds the pulses asked for.
     LidarPanorama at "lidar.panorama", one of "the scan pattern" {
         /// Lowest pulse, above the horizon.
         low_deg: f64 = -60.0, Real(-90.0, 90.0), "the tripod hides what is below";
@@ -747,7 +801,8 @@ section! {
 }
 
 section! {
-    /// A table of pulses, replayed: rows of `time, azimuth, elevation[, ring]` in seconds and degrees.
+    /// A table of pulses, replayed: rows of `time, azimuth, elevation[, ring]` in seconds and
+    /// degrees.
     LidarTable at "lidar.table", one of "the scan pattern" {
         /// The CSV file.
         path: InputPath = InputPath::default(), File(DATA), "none";
@@ -785,12 +840,15 @@ section! {
 section! {
     /// How measured ranges err (paper, V-B).
     Noise at "lidar.noise" {
-        /// The model: none; the paper's; Laconte's bias; a spread by incidence, by range, or by signal to noise with a threshold of detection.
-        model: String = "paper".into(), OneOf(&["off", "paper", "laconte", "incidence", "linear", "snr"]), "paper, V-B; each model's source is named in the handbook";
+        /// The model: none; the paper's; Laconte's bias; a spread by incidence, by range, or by
+        /// signal to noise with a threshold of detection.
+        model: RangeNoiseModel = RangeNoiseModel::Paper, OneOf(RangeNoiseModel::WORDS),
+            "paper, V-B; each model's source is named in the handbook";
         /// Standard deviation of `paper` and `laconte`.
         sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox wiki: Mid-40 at 20 m";
         /// Whose bias `laconte` has.
-        laconte_device: String = "hdl32e".into(), OneOf(&["hdl32e", "lms1xx"]), "Laconte et al. 2019, in libpointmatcher";
+        laconte_device: LaconteSensor = LaconteSensor::Hdl32e, OneOf(LaconteSensor::WORDS),
+            "Laconte et al. 2019, in libpointmatcher";
         /// `laconte` by its closed form: within 2 % for narrow beams, and faster.
         laconte_closed: bool = false, Flag, "as published";
         /// `snr` sees this far …
@@ -799,7 +857,8 @@ section! {
         reference_reflectance: f64 = 0.1, RealAbove(0.0, 1.0), "Livox wiki: 90 m at 10 %";
         /// Extinction of the air for `snr`: 3 / visibility.
         extinction_per_m: f64 = 0.0, Real(0.0, 1.0), "clear air";
-        /// Spread of strong echoes for `snr`; the least one for `linear`; head-on at 20 m for `incidence`.
+        /// Spread of strong echoes for `snr`; the least one for `linear`; head-on at 20 m for
+        /// `incidence`.
         floor_m: f64 = 0.007, Real(0.0, 1.0), "our choice: some millimetres";
         /// Spread that `snr` adds at its threshold.
         at_threshold_m: f64 = 0.09, Real(0.0, 1.0), "LISA (Kilic et al. 2021)";
@@ -890,7 +949,8 @@ section! {
 }
 
 section! {
-    /// Fixed stations, as of terrestrial scanning: a grid about the start, each level, still, and moved to the nearest place that is clear.
+    /// Fixed stations, as of terrestrial scanning: a grid about the start, each level, still, and
+    /// moved to the nearest place that is clear.
     PathStations at "robot.stations", one of "the robot's path" {
         /// Stations from west to east.
         columns: u32 = 3, Whole(1, 1000), "a plot of 30 m";
@@ -907,7 +967,7 @@ section! {
         /// The file.
         path: InputPath = InputPath::default(), File(DATA), "none";
         /// Its format: TUM (`t x y z qx qy qz qw`) or KITTI (a 3 x 4 matrix a line).
-        format: String = "tum".into(), OneOf(&["tum", "kitti"]), "TUM carries times";
+        format: PathFormat = PathFormat::Tum, OneOf(PathFormat::WORDS), "TUM carries times";
         /// Take height, pitch and roll from the ground instead of the file.
         on_ground: bool = true, Flag, "the file knows nothing of this ground";
     }

@@ -46,7 +46,8 @@ pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImag
     if decoder.total_bytes() > MOST_BYTES {
         let most = MOST_BYTES / 16;
         return Err(refused(&format!(
-            "has {width} x {height} pixels with an opacity: at most {most} of such; write it without"
+            "has {width} x {height} pixels with an opacity: at most {most} of such; write it \
+             without"
         )));
     }
     decoder

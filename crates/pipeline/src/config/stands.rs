@@ -1,8 +1,8 @@
 //! Recipes of stands: what a forester would write on the map.
 //!
-//! Numbers per hectare, spacing and diameters lie inside the ranges named at each recipe: usual ones in
-//! Europe's forestry, which of them is our choice, as are numbers that no range is named for (saplings, stumps,
-//! shrubs, Weibull shapes). A chunk of 50 m is a quarter of a hectare.
+//! Numbers per hectare, spacing and diameters lie inside the ranges named at each recipe: usual
+//! ones in Europe's forestry, which of them is our choice, as are numbers that no range is named
+//! for (saplings, stumps, shrubs, Weibull shapes). A chunk of 50 m is a quarter of a hectare.
 
 use super::{Assets, Config, Floor};
 
@@ -54,7 +54,8 @@ pub(super) fn maritime_pine(c: &mut Config) {
     c.trails.rocks_max = 2;
 }
 
-/// Globulus in rows of 3 x 3 m, 1111/ha planted; 15 % have failed or were thinned. Slender: H/D 90-120.
+/// Globulus in rows of 3 x 3 m, 1111/ha planted; 15 % have failed or were thinned. Slender: H/D
+/// 90-120.
 pub(super) fn eucalyptus_plantation(c: &mut Config) {
     let a = bare(c);
     a.eucalyptus = 1.0;
@@ -82,8 +83,9 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
     c.trails.width_m = 3.2;
 }
 
-/// Anchor species 60-80 %, nearly all ages: a Weibull shape of 1.7 (1 to 1.5 is all of them); saplings 100-2000/ha. So few trees, as
-/// crowns are as wide as those of trees in the open: more of them would pass LAI 5.5.
+/// Anchor species 60-80 %, nearly all ages: a Weibull shape of 1.7 (1 to 1.5 is all of them);
+/// saplings 100-2000/ha. So few trees, as crowns are as wide as those of trees in the open: more of
+/// them would pass LAI 5.5.
 pub(super) fn oak_mixed(c: &mut Config) {
     let a = bare(c);
     a.english_oak = 0.65;

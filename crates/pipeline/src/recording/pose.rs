@@ -5,8 +5,8 @@ use nemoral_scene::{ChunkCoord, RigidTransform, Twist};
 
 use crate::Error;
 use crate::config::Config;
-use crate::world::guide::{Guide, Land};
 use crate::world::lidars::LidarRig;
+use crate::world::trajectory::{RobotTrajectory, Surroundings};
 use nemoral_trajectory::PoseTrack;
 
 /// Where the robot is, and how it moves while its LiDAR scans.
@@ -26,12 +26,12 @@ impl FramePose {
     /// Drives the robot to a frame; its pictures take `pictures_s`.
     pub(crate) fn new(
         at: u64,
-        guide: &Guide,
+        trajectory: &RobotTrajectory,
         lidars: &[LidarRig],
-        land: Land<'_>,
+        surroundings: Surroundings<'_>,
         (chunk_size_m, pictures_s): (f64, f64),
     ) -> Result<Self, Error> {
-        if let Some(frames) = guide.frames().filter(|&frames| at >= frames) {
+        if let Some(frames) = trajectory.frames().filter(|&frames| at >= frames) {
             return Err(Error::request(format!(
                 "frame {at}: the path has {frames} poses"
             )));
@@ -41,13 +41,15 @@ impl FramePose {
             .map(|l| l.scanner.duration_s())
             .fold(0.0, f64::max);
         let half_s = longest_s / 2.0;
-        let track = PoseTrack::sample(half_s, |offset_s| guide.pose(at, offset_s, land))?;
+        let track = PoseTrack::sample(half_s, |offset_s| {
+            trajectory.pose(at, offset_s, surroundings)
+        })?;
         let position = track.middle().translation_m.truncate();
         let chunk = ChunkCoord::containing(position, chunk_size_m);
         Ok(Self {
-            time_s: guide.time_s(at),
+            time_s: trajectory.time_s(at),
             track,
-            motion: motion(guide, at, pictures_s, land)?,
+            motion: motion(trajectory, at, pictures_s, surroundings)?,
             chunk,
         })
     }
@@ -62,17 +64,17 @@ impl FramePose {
 /// How the body moves about a frame, over the time that pictures take; still if they take none.
 ///
 /// # Errors
-/// If the land cannot be made.
+/// If the ground or the objects around cannot be made.
 pub(crate) fn motion(
-    guide: &Guide,
+    trajectory: &RobotTrajectory,
     frame: u64,
     pictures_s: f64,
-    land: Land<'_>,
+    surroundings: Surroundings<'_>,
 ) -> Result<Twist, Error> {
     if pictures_s == 0.0 {
         return Ok(Twist::STILL);
     }
-    let at = |side: f64| guide.pose(frame, side * pictures_s / 2.0, land);
+    let at = |side: f64| trajectory.pose(frame, side * pictures_s / 2.0, surroundings);
     Ok(Twist::between(&at(-1.0)?, &at(1.0)?, pictures_s))
 }
 
@@ -88,15 +90,18 @@ pub fn pictures_s(config: &Config) -> f64 {
 /// the path ends.
 pub(crate) fn next_body(
     at: u64,
-    guide: &Guide,
-    land: Land<'_>,
+    trajectory: &RobotTrajectory,
+    surroundings: Surroundings<'_>,
     origin_m: DVec3,
     pictures_s: f64,
 ) -> Result<Option<(RigidTransform, Twist)>, Error> {
-    if guide.frames().is_some_and(|frames| at + 1 >= frames) {
+    if trajectory.frames().is_some_and(|frames| at + 1 >= frames) {
         return Ok(None);
     }
-    let mut body = guide.pose(at + 1, 0.0, land)?;
+    let mut body = trajectory.pose(at + 1, 0.0, surroundings)?;
     body.translation_m -= origin_m;
-    Ok(Some((body, motion(guide, at + 1, pictures_s, land)?)))
+    Ok(Some((
+        body,
+        motion(trajectory, at + 1, pictures_s, surroundings)?,
+    )))
 }

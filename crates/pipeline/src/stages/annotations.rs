@@ -17,7 +17,7 @@ use crate::recording::scene::{FrameScene, visible_chunks};
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::ground::ChunkGround;
-use crate::world::guide::{Guide, Land};
+use crate::world::trajectory::{RobotTrajectory, Surroundings};
 use crate::world::uncovered::{Trunks, UncoveredGeometry};
 
 /// Strips the [`WorldAssets`] to their [`Trunks`].
@@ -71,7 +71,7 @@ impl Stage<Forest> for UncoveredGeometryStage {
         Node<ChunkCoord, SceneObjects>,
     );
     type Output = UncoveredGeometry;
-    const ID: &'static str = "chunk.bare";
+    const ID: &'static str = "chunk.uncovered_geometry";
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
@@ -122,7 +122,7 @@ impl Stage<Forest> for AnnotationStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<CameraRig>>,
-        OfWorld<Guide>,
+        OfWorld<RobotTrajectory>,
         Node<u64, FramePose>,
         Node<u64, FrameScene>,
         Node<u64, Vec<CameraImages>>,
@@ -131,7 +131,7 @@ impl Stage<Forest> for AnnotationStage {
         AnyChunk<UncoveredGeometry>,
     );
     type Output = Vec<Annotations>;
-    const ID: &'static str = "frame.extra";
+    const ID: &'static str = "frame.annotations";
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
@@ -151,9 +151,9 @@ impl Stage<Forest> for AnnotationStage {
         &self,
         at: u64,
         _: Key,
-        (rigs, guide, pose, scene, images, ground, objects, uncovered): (
+        (rigs, trajectory, pose, scene, images, ground, objects, uncovered): (
             Arc<Vec<CameraRig>>,
-            Arc<Guide>,
+            Arc<RobotTrajectory>,
             Arc<FramePose>,
             Arc<FrameScene>,
             Arc<Vec<CameraImages>>,
@@ -164,8 +164,14 @@ impl Stage<Forest> for AnnotationStage {
     ) -> Result<Vec<Annotations>, Error> {
         let any = |f: fn(&CameraRig) -> bool| rigs.iter().any(f);
         let next = if any(|r| r.annotations.flow) {
-            let land = Land { ground, objects };
-            next_body(at, &guide, land, scene.origin_m, self.pictures_s)?
+            let surroundings = Surroundings { ground, objects };
+            next_body(
+                at,
+                &trajectory,
+                surroundings,
+                scene.origin_m,
+                self.pictures_s,
+            )?
         } else {
             None
         };

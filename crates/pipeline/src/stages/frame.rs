@@ -18,8 +18,8 @@ use crate::recording::scene::{FrameScene, visible_chunks};
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::ground::ChunkGround;
-use crate::world::guide::{Guide, Land};
 use crate::world::lidars::LidarRig;
+use crate::world::trajectory::{RobotTrajectory, Surroundings};
 
 const CAMERA: Domain = Domain::new("pipeline.camera");
 
@@ -35,7 +35,7 @@ pub struct PoseStage {
 impl Stage<Forest> for PoseStage {
     type At = u64;
     type Inputs = (
-        OfWorld<Guide>,
+        OfWorld<RobotTrajectory>,
         OfWorld<Vec<LidarRig>>,
         AnyChunk<ChunkGround>,
         AnyChunk<SceneObjects>,
@@ -57,15 +57,21 @@ impl Stage<Forest> for PoseStage {
         &self,
         at: u64,
         _: Key,
-        (guide, lidars, ground, objects): (
-            Arc<Guide>,
+        (trajectory, lidars, ground, objects): (
+            Arc<RobotTrajectory>,
             Arc<Vec<LidarRig>>,
             Demand<'_, ChunkGround>,
             Demand<'_, SceneObjects>,
         ),
     ) -> Result<FramePose, Error> {
         let lengths = (self.chunk_size_m, self.pictures_s);
-        FramePose::new(at, &guide, &lidars, Land { ground, objects }, lengths)
+        FramePose::new(
+            at,
+            &trajectory,
+            &lidars,
+            Surroundings { ground, objects },
+            lengths,
+        )
     }
 }
 

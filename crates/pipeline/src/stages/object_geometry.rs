@@ -46,7 +46,7 @@ impl Stage<Forest> for ObjectGeometryStage {
         Node<ChunkCoord, SceneObjects>,
     );
     type Output = ObjectGeometry;
-    const ID: &'static str = "chunk.solid";
+    const ID: &'static str = "chunk.object_geometry";
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {

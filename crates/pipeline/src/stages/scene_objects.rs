@@ -27,7 +27,7 @@ impl Stage<Forest> for SceneObjectStage {
         Node<ChunkCoord, Vec<Site>>,
     );
     type Output = SceneObjects;
-    const ID: &'static str = "chunk.things";
+    const ID: &'static str = "chunk.objects";
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, _: &mut Hasher) {}

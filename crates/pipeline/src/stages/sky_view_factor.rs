@@ -29,7 +29,7 @@ impl Stage<Forest> for SkyViewStage {
         AnyChunk<ObjectGeometry>,
     );
     type Output = SkyViewFactor;
-    const ID: &'static str = "chunk.openness";
+    const ID: &'static str = "chunk.sky_view_factor";
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {

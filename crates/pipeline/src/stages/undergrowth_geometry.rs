@@ -35,7 +35,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
         Node<ChunkCoord, Vec<CoverPoint>>,
     );
     type Output = UndergrowthGeometry;
-    const ID: &'static str = "chunk.low";
+    const ID: &'static str = "chunk.undergrowth_geometry";
     const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {

@@ -11,6 +11,7 @@ use nemoral_trails::{
     Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
 };
 
+use crate::config::TerrainNoise;
 use crate::{Error, config};
 
 /// Ground is asked for this far outside of its chunk: robots, light and placement look over the
@@ -46,10 +47,13 @@ impl GroundModel {
             persistence: t.persistence,
             max_height_m: t.max_height_m,
         };
-        let base: Arc<dyn Surface> = if t.noise == "perlin-surflet" {
-            Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
-        } else {
-            Arc::new(Terrain::new(params, world).map_err(Error::of_stage)?)
+        let base: Arc<dyn Surface> = match t.noise {
+            TerrainNoise::Nemoral => {
+                Arc::new(Terrain::new(params, world).map_err(Error::of_stage)?)
+            }
+            TerrainNoise::PerlinSurflet => {
+                Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
+            }
         };
         let trails = if trails.enabled {
             let params = trail_params(trails);

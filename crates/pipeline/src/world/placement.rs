@@ -144,12 +144,15 @@ impl PlacementRecipe {
             } => {
                 let rows = name == layer_key(StandLayer::Trees) && p.rows.spacing_m > 0.0;
                 let lower = if rows {
-                    "its rows have no more places; lower it, placement.rows.spacing_m or placement.rows.in_row_m"
+                    "its rows have no more places; lower it, placement.rows.spacing_m or \
+                     placement.rows.in_row_m"
                 } else {
-                    "lower it, placement.spacing_factor, placement.hard_core or placement.density_factor"
+                    "lower it, placement.spacing_factor, placement.hard_core or \
+                     placement.density_factor"
                 };
                 Error::request(format!(
-                    "placement.{name} = {per_chunk}: at most about {at_most:.1} per chunk find room; {lower}"
+                    "placement.{name} = {per_chunk}: at most about {at_most:.1} per chunk find \
+                     room; {lower}"
                 ))
             }
             PlacementError::Param(e) if e.field.starts_with("layers[0].rows.") => {

@@ -36,7 +36,8 @@ impl Placement {
     /// Proves the parameters and finds the share of each layer's fill that its target keeps.
     ///
     /// # Errors
-    /// A [`PlacementError`] for a value out of range, or for a target that the radii leave no room for.
+    /// A [`PlacementError`] for a value out of range, or for a target that the radii leave no room
+    /// for.
     pub fn new(params: PlacementParams, key: Key) -> Result<Self, PlacementError> {
         params.check()?;
         let layers = calibrate(&params)?;

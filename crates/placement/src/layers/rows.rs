@@ -275,7 +275,8 @@ mod tests {
             let mut counts = vec![0.0; weights.len()];
             let mut last = 0.0;
             for k in 0..STEPS {
-                let (variety, radius, _) = sizes.of_quantile((f64::from(k) + 0.5) / f64::from(STEPS));
+                let (variety, radius, _) =
+                    sizes.of_quantile((f64::from(k) + 0.5) / f64::from(STEPS));
                 prop_assert!(radius >= last, "{radius} after {last}");
                 last = radius;
                 counts[usize::from(variety)] += 1.0 / f64::from(STEPS);
@@ -289,7 +290,10 @@ mod tests {
         /// Who looks, and from where, is nothing to a tree.
         #[test]
         fn two_chunks_see_the_same_trees(
-            seed: u64, x in -1000_i32..1000, row_m in 2.0_f64..6.0, in_row_m in 2.0_f64..6.0,
+            seed: u64,
+            x in -1000_i32..1000,
+            row_m in 2.0_f64..6.0,
+            in_row_m in 2.0_f64..6.0,
         ) {
             let rows = rows(row_m, in_row_m);
             let sizes = sizes(&[1.0, 2.0, 0.5]);
@@ -308,7 +312,10 @@ mod tests {
             }
             // A strip of 0.2 x 1.2 chunk edges.
             let expected = 0.24 * rows.per_chunk(50.0);
-            prop_assert!((f64::from(both) - expected).abs() < 0.35 * expected, "{both} of {expected}");
+            prop_assert!(
+                (f64::from(both) - expected).abs() < 0.35 * expected,
+                "{both} of {expected}"
+            );
         }
     }
 }

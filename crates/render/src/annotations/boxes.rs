@@ -75,8 +75,9 @@ fn upright_box(foot_m: DVec3, linear: &Mat3, b: Bounds) -> (RigidTransform, DVec
 /// The boxes of those things of which the picture would show a pixel if they stood alone on the
 /// ground.
 ///
-/// `ground_m` is how far the ground is on each pixel's ray ([`nearest_objects`](crate::nearest_objects) of it); `alone`
-/// gives a thing's own caster, by its number. `max_range_m` is the picture's.
+/// `ground_m` is how far the ground is on each pixel's ray
+/// ([`nearest_objects`](crate::nearest_objects) of it); `alone` gives a thing's own caster, by its
+/// number. `max_range_m` is the picture's.
 #[must_use]
 pub fn object_boxes<C: RayCaster>(
     candidates: &[Candidate],

@@ -36,14 +36,20 @@ pub enum Exposure {
 
 impl Default for Exposure {
     fn default() -> Self {
-        Self::Auto {
-            key: MIDDLE_GREY,
-            bias_ev: 0.0,
-        }
+        Self::metered(0.0)
     }
 }
 
 impl Exposure {
+    /// As a light meter sets it, `bias_ev` stops brighter.
+    #[must_use]
+    pub const fn metered(bias_ev: f64) -> Self {
+        Self::Auto {
+            key: MIDDLE_GREY,
+            bias_ev,
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         match *self {
             Self::Auto { key, bias_ev } => {

@@ -214,8 +214,12 @@ mod tests {
         /// By the margin of `box` in `surface.wgsl`.
         #[test]
         fn what_lies_between_corners_is_drawn_near_their_hull(
-            lens in 0_usize..5, at in prop::array::uniform2(-60.0..700.0_f64), range_m in 0.3_f64..50.0, size in 0.001_f64..0.3,
-            corners in prop::array::uniform3(prop::array::uniform3(-1.0_f64..1.0)), inwards in 0.0_f64..0.02,
+            lens in 0_usize..5,
+            at in prop::array::uniform2(-60.0..700.0_f64),
+            range_m in 0.3_f64..50.0,
+            size in 0.001_f64..0.3,
+            corners in prop::array::uniform3(prop::array::uniform3(-1.0_f64..1.0)),
+            inwards in 0.0_f64..0.02,
         ) {
             let bounds = &LENSES[lens];
             let k = bounds.intrinsics;
@@ -223,39 +227,65 @@ mod tests {
             let middle = k.direction(pixel) * range_m;
             let corners = corners.map(|c| middle + DVec3::from_array(c) * size * range_m);
             let rays = corners.map(DVec3::normalize);
-            let width = 1.02 * (rays[0].distance(rays[1])).max(rays[1].distance(rays[2])).max(rays[2].distance(rays[0]));
+            let width = 1.02
+                * (rays[0].distance(rays[1]))
+                    .max(rays[1].distance(rays[2]))
+                    .max(rays[2].distance(rays[0]));
             prop_assume!(width < LARGE_RAD);
             let front = rays.map(angle).into_iter().fold(9.0, f64::min);
             let step = ((front + width) / (bounds.widest_rad + LARGE_RAD) * STEPS as f64) as usize;
-            let margin = bounds.beside_px + bounds.curvature[step.min(STEPS - 1)] * width * width * 0.25;
+            let margin =
+                bounds.beside_px + bounds.curvature[step.min(STEPS - 1)] * width * width * 0.25;
             let drawn = rays.map(|ray| bounds.draw(ray));
 
             // Points in the middles of borders are farthest out.
             let point = (corners[0] + corners[1]) * 0.5 + (corners[2] - corners[0]) * inwards;
-            let place = k.project(point).filter(|p| p.cmpge(DVec2::ZERO).all() && p.cmple(DVec2::new(640.0, 480.0)).all());
+            let place = k
+                .project(point)
+                .filter(|p| p.cmpge(DVec2::ZERO).all() && p.cmple(DVec2::new(640.0, 480.0)).all());
             let across = (drawn[1] - drawn[0]).perp().normalize_or(DVec2::X);
             for way in [across, -across] {
-                let reach = drawn.map(|d| d.dot(way)).into_iter().fold(f64::MIN, f64::max);
+                let reach = drawn
+                    .map(|d| d.dot(way))
+                    .into_iter()
+                    .fold(f64::MIN, f64::max);
                 if let Some(place) = place {
-                    prop_assert!(place.dot(way) <= reach + margin, "{place} beside {drawn:?} by {}", place.dot(way) - reach);
+                    prop_assert!(
+                        place.dot(way) <= reach + margin,
+                        "{place} beside {drawn:?} by {}",
+                        place.dot(way) - reach
+                    );
                 }
             }
         }
 
         #[test]
         fn an_instant_later_has_the_rays_of_that_time(
-            x in 0.0_f64..640.0, y in 0.0_f64..480.0, offset_s in -0.05_f64..0.05,
-            linear in prop::array::uniform3(-3.0_f64..3.0), angular in prop::array::uniform3(-3.0_f64..3.0),
+            x in 0.0_f64..640.0,
+            y in 0.0_f64..480.0,
+            offset_s in -0.05_f64..0.05,
+            linear in prop::array::uniform3(-3.0_f64..3.0),
+            angular in prop::array::uniform3(-3.0_f64..3.0),
         ) {
-            let pose = RigidTransform::from_xyz_rpy(DVec3::new(3.0, -2.0, 1.0), 0.1, 0.2, 2.0) * RigidTransform::body_from_optical();
+            let pose = RigidTransform::from_xyz_rpy(DVec3::new(3.0, -2.0, 1.0), 0.1, 0.2, 2.0)
+                * RigidTransform::body_from_optical();
             let view = View {
-                shutter: Shutter { exposure_s: 0.1, readout_s: 0.04 },
-                motion: Twist { linear_m_s: DVec3::from_array(linear), angular_rad_s: DVec3::from_array(angular) },
+                shutter: Shutter {
+                    exposure_s: 0.1,
+                    readout_s: 0.04,
+                },
+                motion: Twist {
+                    linear_m_s: DVec3::from_array(linear),
+                    angular_rad_s: DVec3::from_array(angular),
+                },
                 ..View::new(lenses()[0], pose)
             };
             let (then, asked) = (view.later(offset_s), DVec2::new(x, y));
             let (a, b) = (then.ray(asked, 9.0), view.ray_at(asked, offset_s, 9.0));
-            prop_assert!(a.origin.distance(b.origin) < 1e-6 && a.direction.distance(b.direction) < 1e-6, "{a:?} {b:?}");
+            prop_assert!(
+                a.origin.distance(b.origin) < 1e-6 && a.direction.distance(b.direction) < 1e-6,
+                "{a:?} {b:?}"
+            );
             prop_assert!(!then.blurs());
         }
     }

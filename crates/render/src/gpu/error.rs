@@ -8,8 +8,8 @@ use crate::ParamError;
 pub enum GpuError {
     /// No driver, or none that is wanted.
     #[error(
-        "no GPU: {reason}. Use the CPU (--backend cpu), install the GPU's Vulkan driver, or software \
-         Vulkan for tests (Debian, Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)"
+        "no GPU: {reason}. Use the CPU (--backend cpu), install the GPU's Vulkan driver, or \
+         software Vulkan for tests (Debian, Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)"
     )]
     NoAdapter {
         /// What was found, or what the system said.
@@ -52,9 +52,9 @@ pub enum GpuError {
     ///
     /// A data set keeps the renderer that it began with, so the CPU is no way to go on.
     #[error(
-        "the GPU was lost: {reason}. It was reset or unplugged, or its driver failed. The frames of a \
-         data set that are written are whole: go on with --resume when the GPU answers again, or begin \
-         anew on the CPU (--backend cpu with --overwrite or another --out)"
+        "the GPU was lost: {reason}. It was reset or unplugged, or its driver failed. The frames \
+         of a data set that are written are whole: go on with --resume when the GPU answers again, \
+         or begin anew on the CPU (--backend cpu with --overwrite or another --out)"
     )]
     Lost {
         /// What the driver said.

@@ -146,41 +146,78 @@ mod tests {
     proptest! {
         #[test]
         fn what_a_bent_and_moving_picture_shows_is_seen(
-            x in -30.0_f64..94.0, y in -20.0_f64..56.0, range_m in 0.05_f64..60.0,
-            linear in prop::array::uniform3(-3.0_f64..3.0), angular in prop::array::uniform3(-2.0_f64..2.0),
+            x in -30.0_f64..94.0,
+            y in -20.0_f64..56.0,
+            range_m in 0.05_f64..60.0,
+            linear in prop::array::uniform3(-3.0_f64..3.0),
+            angular in prop::array::uniform3(-2.0_f64..2.0),
         ) {
-            let fisheye = Distortion::Fisheye { k1: -0.01, k2: 0.0, k3: 0.0, k4: 0.0 };
+            let fisheye = Distortion::Fisheye {
+                k1: -0.01,
+                k2: 0.0,
+                k3: 0.0,
+                k4: 0.0,
+            };
             let k = Intrinsics::through_lens(64, 36, 2.3, fisheye).expect("valid");
-            let pose = RigidTransform { rotation: DQuat::from_rotation_z(0.7), translation_m: DVec3::new(3.0, -2.0, 1.0) };
+            let pose = RigidTransform {
+                rotation: DQuat::from_rotation_z(0.7),
+                translation_m: DVec3::new(3.0, -2.0, 1.0),
+            };
             let view = View {
-                shutter: Shutter { exposure_s: 0.02, readout_s: 0.04 },
-                motion: Twist { linear_m_s: DVec3::from_array(linear), angular_rad_s: DVec3::from_array(angular) },
+                shutter: Shutter {
+                    exposure_s: 0.02,
+                    readout_s: 0.04,
+                },
+                motion: Twist {
+                    linear_m_s: DVec3::from_array(linear),
+                    angular_rad_s: DVec3::from_array(angular),
+                },
                 ..View::new(k, pose)
             };
             let origin = DVec3::new(2.0, -2.0, 0.0);
-            let frustum = Frustum::of_view(&view, DistortionBounds::of(&view).as_ref(), origin, 60.0);
+            let frustum =
+                Frustum::of_view(&view, DistortionBounds::of(&view).as_ref(), origin, 60.0);
             // Corners and borders often.
             let pixel = DVec2::new(x, y).clamp(DVec2::ZERO, DVec2::new(64.0, 36.0));
             let ray = view.ray(pixel, 60.0);
             let place = ray.origin.as_dvec3() + ray.direction.as_dvec3() * range_m;
-            let sphere = BoundingSphere { centre: place - origin, radius: 0.0 };
+            let sphere = BoundingSphere {
+                centre: place - origin,
+                radius: 0.0,
+            };
             prop_assert!(frustum.may_see(&sphere) || place.distance(pose.translation_m) > 60.0);
             // And what is behind is not.
-            let behind = BoundingSphere { centre: pose.transform_point(DVec3::new(0.1 * x, 0.1 * y, -range_m - 10.0)) - origin, radius: 0.5 };
+            let behind = BoundingSphere {
+                centre: pose.transform_point(DVec3::new(0.1 * x, 0.1 * y, -range_m - 10.0))
+                    - origin,
+                radius: 0.5,
+            };
             prop_assert!(!frustum.may_see(&behind));
         }
 
         #[test]
         fn what_projects_into_the_picture_is_seen(
-            x in -50.0_f64..50.0, y in -50.0_f64..50.0, z in -20.0_f64..80.0, radius in 0.0_f64..9.0, yaw in 0.0_f64..6.3,
+            x in -50.0_f64..50.0,
+            y in -50.0_f64..50.0,
+            z in -20.0_f64..80.0,
+            radius in 0.0_f64..9.0,
+            yaw in 0.0_f64..6.3,
         ) {
             let k = Intrinsics::from_fov(64, 36, 1.2).expect("valid");
-            let pose = RigidTransform { rotation: DQuat::from_rotation_z(yaw), translation_m: DVec3::new(3.0, -2.0, 1.0) };
+            let pose = RigidTransform {
+                rotation: DQuat::from_rotation_z(yaw),
+                translation_m: DVec3::new(3.0, -2.0, 1.0),
+            };
             let origin = DVec3::new(2.0, -2.0, 0.0);
             let frustum = Frustum::of_view(&View::new(k, pose), None, origin, 60.0);
             let optical = DVec3::new(x, y, z);
-            let inside = k.project(optical).is_some_and(|p| (0.0..=64.0).contains(&p.x) && (0.0..=36.0).contains(&p.y));
-            let sphere = BoundingSphere { centre: pose.transform_point(optical) - origin, radius };
+            let inside = k
+                .project(optical)
+                .is_some_and(|p| (0.0..=64.0).contains(&p.x) && (0.0..=36.0).contains(&p.y));
+            let sphere = BoundingSphere {
+                centre: pose.transform_point(optical) - origin,
+                radius,
+            };
             if inside && optical.length() <= 60.0 {
                 prop_assert!(frustum.may_see(&sphere));
             }

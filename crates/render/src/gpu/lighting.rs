@@ -257,13 +257,17 @@ impl LightingPass {
         gpu.queue().submit([encoder.finish()]);
 
         let haze = self.backdrop.haze(inputs.lighting, inputs.view);
-        let (light, openness) = self.light(&haze, inputs);
+        let (light, sky_view_factor) = self.light(&haze, inputs);
         let light = bytemuck::bytes_of(&light);
         let light = buffer(gpu, "light", light, wgpu::BufferUsages::UNIFORM)?;
-        let openness = storage(gpu, "openness", bytemuck::cast_slice(&openness))?;
+        let sky_view_factor = storage(
+            gpu,
+            "sky_view_factor",
+            bytemuck::cast_slice(&sky_view_factor),
+        )?;
         let tables = tables(inputs.lighting, &haze);
         let tables = storage(gpu, "light", bytemuck::cast_slice(&tables))?;
-        bytes += light.size() + openness.size() + tables.size();
+        bytes += light.size() + sky_view_factor.size() + tables.size();
         let shadows = self.shadows.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
@@ -272,7 +276,7 @@ impl LightingPass {
             light.as_entire_binding(),
             inputs.materials.texels.as_entire_binding(),
             tables.as_entire_binding(),
-            openness.as_entire_binding(),
+            sky_view_factor.as_entire_binding(),
             wgpu::BindingResource::TextureView(&shadows),
             wgpu::BindingResource::Sampler(&self.comparison),
             wgpu::BindingResource::TextureView(&super::targets::view_of(inputs.rays)),
@@ -334,7 +338,7 @@ impl LightingPass {
             Vec3::new(-half, -half, -up * below)
         };
         let nodes = GRID_SIDE * GRID_SIDE * GRID_UP;
-        let openness = (0..2 * nodes)
+        let sky_view_factor = (0..2 * nodes)
             .into_par_iter()
             .map(|i| {
                 let grid = grids[i / nodes];
@@ -344,7 +348,7 @@ impl LightingPass {
                     i % nodes / (GRID_SIDE * GRID_SIDE),
                 );
                 let at = Vec3::new(x as f32 * grid.0, y as f32 * grid.0, z as f32 * grid.1);
-                visibility.openness(camera + corner(grid) + at)
+                visibility.sky_view_factor(camera + corner(grid) + at)
             })
             .collect();
         let of = |f: fn(&Cascade) -> f64| std::array::from_fn(|k| f(&inputs.cascades[k]) as f32);
@@ -363,7 +367,7 @@ impl LightingPass {
                 haze.air.extinction,
                 haze.air.height_m,
                 range_m,
-                visibility.openness(camera),
+                visibility.sky_view_factor(camera),
             ],
             cascades: std::array::from_fn(|k| inputs.cascades[k].clip().to_cols_array_2d()),
             ends: of(|c| c.end_m),
@@ -377,7 +381,7 @@ impl LightingPass {
                 haze.fog.height_m,
             ],
         };
-        (record, openness)
+        (record, sky_view_factor)
     }
 }
 
@@ -462,7 +466,7 @@ fn sun_seen(view: &View, centre: DVec2, disc: impl Fn(Vec3) -> Vec3) -> Vec3 {
     sum / (SIDE * SIDE) as f32
 }
 
-/// The light in tables over octahedral maps: background radiance, then irradiance by openness.
+/// The light in tables over octahedral maps: background radiance, then irradiance by sky view factor.
 fn tables(lighting: &Lighting, haze: &Haze) -> Vec<[f32; 4]> {
     let direction = |i: usize, side: usize| -> Vec3 {
         let at = Vec2::new((i % side) as f32, (i / side) as f32) / (side - 1) as f32;

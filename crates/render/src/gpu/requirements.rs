@@ -111,7 +111,8 @@ mod tests {
             ),
             (
                 words(all, &short),
-                "its max_storage_buffer_binding_size is 1048576 bytes, at least 67108864 bytes are needed",
+                "its max_storage_buffer_binding_size is 1048576 bytes, at least 67108864 bytes are \
+                 needed",
             ),
             (words(blind, &enough), "COMPUTE_SHADERS"),
         ] {

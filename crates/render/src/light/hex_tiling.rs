@@ -182,7 +182,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn there_is_no_seam_at_1024_m(x in 0.0_f32..1024.0, y in 0.0_f32..1024.0, tile in 0.5_f32..8.0) {
+        fn there_is_no_seam_at_1024_m(
+            x in 0.0_f32..1024.0,
+            y in 0.0_f32..1024.0,
+            tile in 0.5_f32..8.0,
+        ) {
             let t = spot();
             // A multiple of 1/64 m survives the shift exactly.
             let p = (Vec2::new(x, y) * 64.0).round() / 64.0;
@@ -196,34 +200,58 @@ mod tests {
         #[test]
         fn it_is_continuous(x in 1.0_f32..1000.0, y in 1.0_f32..1000.0) {
             // A smooth texture, so that only lattice edges could jump.
-            let data: Vec<Vec3> = (0..64).map(|i| Vec3::splat(0.3 + 0.2 * (i as f32 * std::f32::consts::TAU / 64.0).sin())).collect();
+            let data: Vec<Vec3> = (0..64)
+                .map(|i| Vec3::splat(0.3 + 0.2 * (i as f32 * std::f32::consts::TAU / 64.0).sin()))
+                .collect();
             let t = Texture::from_linear(64, 1, &data).expect("size");
-            let (a, b) = (of_texture(&t, Vec2::new(x, y), 4.0, 0.0), of_texture(&t, Vec2::new(x + 0.002, y), 4.0, 0.0));
+            let (a, b) = (
+                of_texture(&t, Vec2::new(x, y), 4.0, 0.0),
+                of_texture(&t, Vec2::new(x + 0.002, y), 4.0, 0.0),
+            );
             prop_assert!((a - b).length() < 0.03, "{a} {b}");
         }
     }
 
     proptest! {
         #[test]
-        fn a_border_is_ragged_and_no_line(x in 0.0_f32..1024.0, y in 0.0_f32..1024.0, share in 0.0_f32..1.0) {
+        fn a_border_is_ragged_and_no_line(
+            x in 0.0_f32..1024.0,
+            y in 0.0_f32..1024.0,
+            share in 0.0_f32..1.0,
+        ) {
             let at = Vec2::new(x, y);
             prop_assert_eq!([ragged(0.0, at), ragged(1.0, at)], [0.0, 1.0]);
             let more = ragged((share + 0.05).min(1.0), at);
-            prop_assert!((0.0..=1.0).contains(&more) && more >= ragged(share, at), "more is not less");
+            prop_assert!(
+                (0.0..=1.0).contains(&more) && more >= ragged(share, at),
+                "more is not less"
+            );
 
             // Two grounds seen from both of their sides.
             let mut materials = MaterialLibrary::new();
             let mut add = |value: f32| {
-                let plain = Material::plain(&format!("{value}"), Semantic::Soil, Vec3::splat(value));
-                materials.add(Material { ground: true, tile_m: 1.0, ..plain })
+                let plain =
+                    Material::plain(&format!("{value}"), Semantic::Soil, Vec3::splat(value));
+                materials.add(Material {
+                    ground: true,
+                    tile_m: 1.0,
+                    ..plain
+                })
             };
             let (dark, light) = (add(0.1), add(0.5));
             let colour = |material, blend| {
                 let mut hit = Hit::new(1.0, Vec3::Z, material);
-                hit.shading = Shading { blend, uv: at, ..hit.shading };
+                hit.shading = Shading {
+                    blend,
+                    uv: at,
+                    ..hit.shading
+                };
                 albedo(&materials, &hit, 0.0)
             };
-            let (here, there) = (colour(dark, Some((light, share))), colour(light, Some((dark, 1.0 - share))));
+            let (here, there) = (
+                colour(dark, Some((light, share))),
+                colour(light, Some((dark, 1.0 - share))),
+            );
             prop_assert!(here.distance(there) < 1e-5, "{here} {there}");
             prop_assert_eq!(colour(dark, Some((light, 0.0))), colour(dark, None));
             prop_assert_eq!(colour(dark, Some((light, 1.0))), colour(light, None));

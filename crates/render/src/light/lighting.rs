@@ -28,7 +28,7 @@ pub struct Lighting {
     global: Vec3,
     /// The sky alone on open level ground.
     diffuse: Vec3,
-    /// What comes through crowns of openness i / 256, as a share of what falls on them.
+    /// What comes through crowns of sky view factor i / 256, as a share of what falls on them.
     through_crowns: Vec<Vec3>,
     haze: Layer,
     /// The fog at `fog_base_m`.
@@ -216,16 +216,16 @@ impl Lighting {
         }
     }
 
-    /// The share of daylight under crowns of this openness.
-    fn through_crowns(&self, openness: f32) -> Vec3 {
-        let x = openness.clamp(0.0, 1.0) * 256.0;
+    /// The share of daylight under crowns of this sky view factor.
+    fn through_crowns(&self, sky_view_factor: f32) -> Vec3 {
+        let x = sky_view_factor.clamp(0.0, 1.0) * 256.0;
         let i = (x as usize).min(255);
         self.through_crowns[i].lerp(self.through_crowns[i + 1], x - i as f32)
     }
 
-    /// The indirect light where crowns leave `openness` of the sky.
-    pub(crate) fn ambient(&self, openness: f32) -> Ambient<'_> {
-        let open = openness.clamp(0.0, 1.0);
+    /// The indirect light where crowns leave `sky_view_factor` of the sky.
+    pub(crate) fn ambient(&self, sky_view_factor: f32) -> Ambient<'_> {
+        let open = sky_view_factor.clamp(0.0, 1.0);
         let through = self.through_crowns(open);
         Ambient {
             lighting: self,

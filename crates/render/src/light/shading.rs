@@ -59,8 +59,8 @@ pub(crate) struct Shaded {
     pub(crate) direct: Vec3,
     /// The ray to the sun, if it counts: light that something blocks is not there.
     pub(crate) shadow: Option<Ray>,
-    /// The sky's openness at the surface.
-    pub(crate) openness: f32,
+    /// The sky view factor at the surface.
+    pub(crate) sky_view_factor: f32,
 }
 
 /// The light of a hit.
@@ -71,13 +71,13 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
     let flat = hit.surface.geometric_normal * facing;
     let surface = surface(scene, seen, hit.shading.normal * facing);
 
-    let openness = scene.sky_visibility.openness(point);
+    let sky_view_factor = scene.sky_visibility.sky_view_factor(point);
     let (indirect, sheen) = indirect(
         &surface,
-        &lighting.ambient(openness),
+        &lighting.ambient(sky_view_factor),
         lighting,
         ray.direction,
-        openness,
+        sky_view_factor,
         hit.shading.ambient_occlusion,
     );
 
@@ -92,7 +92,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
         sheen,
         direct: Vec3::ZERO,
         shadow: None,
-        openness,
+        sky_view_factor,
     };
     if irradiance != Vec3::ZERO && (lit_front || lit_back) {
         let side = if flat.dot(seen.sun) > 0.0 { 1.0 } else { -1.0 };
@@ -187,7 +187,7 @@ fn indirect(
     ambient: &Ambient<'_>,
     lighting: &Lighting,
     view: Vec3,
-    openness: f32,
+    sky_view_factor: f32,
     ambient_occlusion: f32,
 ) -> (Vec3, Vec3) {
     const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
@@ -207,7 +207,10 @@ fn indirect(
     let blurred = ambient.irradiance(mirrored) * PER_PI;
     let reflected = if mirrored.z > 0.0 && smooth > 0.05 {
         let sharp = lighting.sky_radiance(mirrored);
-        blurred.lerp(sharp * openness + blurred * (1.0 - openness), smooth)
+        blurred.lerp(
+            sharp * sky_view_factor + blurred * (1.0 - sky_view_factor),
+            smooth,
+        )
     } else {
         blurred
     };

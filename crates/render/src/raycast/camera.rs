@@ -144,7 +144,7 @@ impl CameraRenderer for RayCastCamera {
             view,
             haze: self.lighting.haze(position.z, p.max_range_m),
             sample_rad: (1.0 / focal_px) as f32,
-            openness: scene.sky_visibility.openness(position),
+            sky_view_factor: scene.sky_visibility.sky_view_factor(position),
         };
         let samples = if view.blurs() {
             p.colour_samples.max(p.blur_samples)

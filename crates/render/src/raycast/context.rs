@@ -20,8 +20,8 @@ pub(super) struct PictureContext<'a> {
     pub(super) haze: Haze,
     /// The angle of a sample at the image's centre.
     pub(super) sample_rad: f32,
-    /// The sky's openness at the camera.
-    pub(super) openness: f32,
+    /// The sky view factor at the camera.
+    pub(super) sky_view_factor: f32,
 }
 
 /// The radiance along a ray in two parts, so that shadows can be smoothed before they are summed.
@@ -81,7 +81,7 @@ impl PictureContext<'_> {
             sun,
         };
         let surface = shade(self.scene, lighting, &view);
-        let (through, air) = self.air(ray, hit, surface.openness, background);
+        let (through, air) = self.air(ray, hit, surface.sky_view_factor, background);
         RayRadiance {
             rest: surface.indirect * through + air,
             sun: surface.direct * through,
@@ -89,13 +89,19 @@ impl PictureContext<'_> {
         }
     }
 
-    /// What the air before a surface of this openness transmits, and what radiance it adds.
-    pub(super) fn air(&self, ray: &Ray, hit: &Hit, openness: f32, background: Vec3) -> (f32, Vec3) {
+    /// What the air before a surface of this sky view factor transmits, and what radiance it adds.
+    pub(super) fn air(
+        &self,
+        ray: &Ray,
+        hit: &Hit,
+        sky_view_factor: f32,
+        background: Vec3,
+    ) -> (f32, Vec3) {
         let rise_m = ray.direction.z * hit.surface.distance_m;
         let (air, fade) = self.haze.transmittance(hit.surface.distance_m, rise_m);
         // Air under crowns is as dark as what it hides; at the end of the world it is the sky's.
-        let openness = 0.5 * (openness + self.openness);
-        let glow = openness * (1.0 - air) * fade;
+        let sky_view_factor = 0.5 * (sky_view_factor + self.sky_view_factor);
+        let glow = sky_view_factor * (1.0 - air) * fade;
         (air * fade, background * (1.0 - fade + glow))
     }
 }

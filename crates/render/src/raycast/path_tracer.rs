@@ -87,7 +87,7 @@ impl PictureContext<'_> {
             };
             let shaded = shade(self.scene, lighting, &view);
             if surface == 0 {
-                let (through, air) = self.air(&ray, &hit, shaded.openness, background);
+                let (through, air) = self.air(&ray, &hit, shaded.sky_view_factor, background);
                 *colour += air;
                 path.throughput = Vec3::splat(through);
             }

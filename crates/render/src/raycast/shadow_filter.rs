@@ -209,14 +209,21 @@ mod tests {
         #[test]
         fn shares_are_what_the_words_say(
             width in 1_usize..9,
-            pixels in prop::collection::vec((0_u32..2, 0_u8..4, 0_usize..3, any::<bool>(), 0_u8..8), 1..300),
+            pixels in prop::collection::vec(
+                (0_u32..2, 0_u8..4, 0_usize..3, any::<bool>(), 0_u8..8),
+                1..300,
+            ),
         ) {
             let height = pixels.len().div_ceil(width);
             let mut frame = FrameBuffer::new(width, height);
             for (i, (object, depth, normal, lit, sun)) in pixels.into_iter().enumerate() {
                 frame.object[i] = ObjectId::new(ChunkCoord::new(object as i32, 0), 1).unwrap();
                 frame.depth_m[i] = 10.0 + 0.2 * f32::from(depth);
-                frame.normal[i] = [Vec3::Z, Vec3::new(0.6, 0.0, 0.8).normalize_or(Vec3::Z), Vec3::X][normal];
+                frame.normal[i] = [
+                    Vec3::Z,
+                    Vec3::new(0.6, 0.0, 0.8).normalize_or(Vec3::Z),
+                    Vec3::X,
+                ][normal];
                 frame.lit[i] = lit;
                 frame.sun[i] = Vec3::splat(f32::from(sun.min(1)));
             }

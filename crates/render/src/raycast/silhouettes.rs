@@ -90,17 +90,39 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_budget_is_kept_and_used(bits in prop::collection::vec(0_u8..4, 400), limit in 0_usize..500) {
-            let semantic: Vec<_> = bits.iter().map(|b| if b & 1 == 0 { Semantic::Leaf } else { Semantic::Sky }).collect();
-            let linear: Vec<_> = bits.iter().map(|b| Vec3::splat(f32::from(*b) * 10.0)).collect();
-            let drawn = FrameBuffer { semantic: semantic.clone(), linear, depth_m: vec![1.0; 400], ..FrameBuffer::new(20, 20) };
+        fn the_budget_is_kept_and_used(
+            bits in prop::collection::vec(0_u8..4, 400),
+            limit in 0_usize..500,
+        ) {
+            let semantic: Vec<_> = bits
+                .iter()
+                .map(|b| {
+                    if b & 1 == 0 {
+                        Semantic::Leaf
+                    } else {
+                        Semantic::Sky
+                    }
+                })
+                .collect();
+            let linear: Vec<_> = bits
+                .iter()
+                .map(|b| Vec3::splat(f32::from(*b) * 10.0))
+                .collect();
+            let drawn = FrameBuffer {
+                semantic: semantic.clone(),
+                linear,
+                depth_m: vec![1.0; 400],
+                ..FrameBuffer::new(20, 20)
+            };
             let all = silhouettes(&drawn, 10.0, 400);
             // The oracle: some of four neighbours has another class.
             let edge = |i: usize| {
                 let (x, y) = (i as i32 % 20, i as i32 / 20);
                 [(-1, 0), (1, 0), (0, -1), (0, 1)].iter().any(|(dx, dy)| {
                     let (x, y) = (x + dx, y + dy);
-                    (0..20).contains(&x) && (0..20).contains(&y) && semantic[(y * 20 + x) as usize] != semantic[i]
+                    (0..20).contains(&x)
+                        && (0..20).contains(&y)
+                        && semantic[(y * 20 + x) as usize] != semantic[i]
                 })
             };
             let expected: Vec<u32> = (0..400).filter(|&i| edge(i)).map(|i| i as u32).collect();

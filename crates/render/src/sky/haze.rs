@@ -116,15 +116,19 @@ mod tests {
         /// closed form.
         #[test]
         fn air_is_beer_and_lamberts_law(
-            distance in 0.5_f32..2000.0, slope in -0.99_f32..0.99,
-            air in 1e-5_f32..0.01, air_height in 20.0_f32..2000.0,
-            fog in 0.0_f32..0.2, fog_height in 2.0_f32..60.0,
+            distance in 0.5_f32..2000.0,
+            slope in -0.99_f32..0.99,
+            air in 1e-5_f32..0.01,
+            air_height in 20.0_f32..2000.0,
+            fog in 0.0_f32..0.2,
+            fog_height in 2.0_f32..60.0,
         ) {
             let rise = (slope * distance).clamp(-15.0 * fog_height, 1e4);
             let (air, fog) = (layer(air, air_height), layer(fog, fog_height));
             let (got, fade) = haze(air, fog).transmittance(distance, rise);
             prop_assert!(fade > 0.999);
-            let exact = libm::exp(-integrated(air, distance, rise) - integrated(fog, distance, rise));
+            let exact =
+                libm::exp(-integrated(air, distance, rise) - integrated(fog, distance, rise));
             prop_assert!((f64::from(got) - exact).abs() < 1e-5, "{got} for {exact}");
             let closed = |l: Layer| {
                 let x = f64::from(rise) / f64::from(l.height_m);

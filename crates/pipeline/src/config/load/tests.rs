@@ -1,5 +1,5 @@
 use super::*;
-use crate::config::SunPosition;
+use crate::config::{RangeNoiseModel, SunPosition, TerrainNoise};
 
 fn load(preset: &str, file: &str, settings: &[&str]) -> Result<Config, Error> {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -27,8 +27,8 @@ fn layers_lie_over_each_other() {
     .expect("fine");
     assert_eq!((config.placement.trees, config.lidar.pulses), (210.0, 200));
     assert_eq!(
-        (config.terrain.scale_m, config.terrain.noise.as_str()),
-        (40.0, "perlin-surflet")
+        (config.terrain.scale_m, config.terrain.noise),
+        (40.0, TerrainNoise::PerlinSurflet)
     );
     // The argument wins over the file's preset.
     assert_eq!(
@@ -134,7 +134,8 @@ fn impossible_combinations_are_refused_where_they_stand() {
         ),
         ("[lidar]\nwavelength_nm = 1000", "must be 905 or 1550"),
         (
-            "[robot]\nstart_x_m = 1e8\n[chunks]\nsize_m = 20\nvisible_radius_m = 100\nundergrowth_radius_m = 50",
+            "[robot]\nstart_x_m = 1e8\n[chunks]\nsize_m = 20\nvisible_radius_m = 100\n\
+             undergrowth_radius_m = 50",
             "ids reach",
         ),
     ] {
@@ -172,7 +173,8 @@ fn presets_grow_enough_individuals() {
     }
 }
 
-/// Dead trees stand in every preset; saplings in every stand but a plantation, whose rows are kept clean.
+/// Dead trees stand in every preset; saplings in every stand but a plantation, whose rows are kept
+/// clean.
 #[test]
 fn presets_have_saplings_and_snags() {
     let without = ["default", "low", "medium", "high", "eucalyptus-plantation"];
@@ -187,7 +189,8 @@ fn presets_have_saplings_and_snags() {
 
 #[test]
 fn a_commented_config_has_its_further_sensors() {
-    let file = "[cameras.right]\nmount_y_m = -0.12\n[cameras.wide.fisheye]\nk1 = -0.01\n[cameras.wide.noise]\nenabled = true\n\
+    let file = "[cameras.right]\nmount_y_m = -0.12\n[cameras.wide.fisheye]\nk1 = -0.01\n\
+                [cameras.wide.noise]\nenabled = true\n\
                 [lidars.top]\ndevice = \"vlp16\"\npulses = 50000\n";
     let config = load("", file, &[]).expect("fine");
     let annotated = crate::config::annotated_toml(&config);
@@ -250,8 +253,8 @@ fn a_device_lies_under_what_is_set() {
     let lidar = &config.lidar;
     assert_eq!((lidar.pulses, lidar.beam.rings), (7, 1));
     assert_eq!(
-        (lidar.max_range_m, lidar.noise.model.as_str()),
-        (100.0, "snr")
+        (lidar.max_range_m, lidar.noise.model),
+        (100.0, RangeNoiseModel::SignalToNoise)
     );
     assert_eq!(lidar.mount_z_m, Config::default().lidar.mount_z_m);
     let again = Config::from_toml(&config.to_toml()).expect("our own");
@@ -262,7 +265,8 @@ fn a_device_lies_under_what_is_set() {
 
 #[test]
 fn further_cameras_are_as_the_first_but_for_what_they_say() {
-    let file = "[cameras.right]\nmount_y_m = -0.12\n[camera.sensor]\nwidth_mm = 5\n[cameras.rear.fov]\nhorizontal_deg = 120\n[cameras.off]\nenabled = false";
+    let file = "[cameras.right]\nmount_y_m = -0.12\n[camera.sensor]\nwidth_mm = 5\n\
+        [cameras.rear.fov]\nhorizontal_deg = 120\n[cameras.off]\nenabled = false";
     let config = load("demo", file, &["camera.samples=3"]).expect("fine");
     let expected = crate::config::Camera {
         mount_y_m: -0.12,
@@ -357,7 +361,8 @@ fn further_lidars_have_the_keys_of_the_first() {
 
 #[test]
 fn ranges_are_drawn_from_the_seed_and_recorded() {
-    let file = "[ranges]\n\"placement.trees\" = [60, 140]\nterrain.octaves = [3, 5]\nassets.dbh_mean_m = [0.2, 0.3]";
+    let file = "[ranges]\n\"placement.trees\" = [60, 140]\nterrain.octaves = [3, 5]\n\
+        assets.dbh_mean_m = [0.2, 0.3]";
     let at = |seed: u64| load("", file, &[&format!("seed={seed}")]).expect("fine");
     let drawn: Vec<Config> = (0..200).map(at).collect();
     let trees: Vec<f64> = drawn.iter().map(|c| c.placement.trees).collect();
@@ -392,7 +397,8 @@ fn ranges_are_drawn_from_the_seed_and_recorded() {
 
 #[test]
 fn weather_time_and_exposure_are_drawn_too() {
-    let file = "[sun.date]\nlatitude_deg = 52\n[ranges]\nweather.visibility_m = [300, 20000]\nsky.overcast = [0, 1]\n\
+    let file = "[sun.date]\nlatitude_deg = 52\n[ranges]\nweather.visibility_m = [300, 20000]\n\
+                sky.overcast = [0, 1]\n\
                 sun.date.later_h = [-8, 4]\ncamera.exposure_bias_ev = [-1, 0.5]";
     let of = |seed: u64| {
         let config = load("", file, &[&format!("seed={seed}")]).expect("fine");
@@ -417,7 +423,8 @@ fn weather_time_and_exposure_are_drawn_too() {
         for d in &drawn {
             (least, most) = (least.min(d[k]), most.max(d[k]));
         }
-        // All of the range and nothing else: of a hundred, the outermost are about a hundredth from its ends.
+        // All of the range and nothing else: of a hundred, the outermost are about a hundredth from
+        // its ends.
         let tenth = 0.1 * (high - low);
         assert!(least >= low && least < low + tenth, "{k}: {least}");
         assert!(most <= high && most > high - tenth, "{k}: {most}");

@@ -53,7 +53,7 @@ impl InstancedScene for Stone {
 }
 
 impl SkyVisibility for Stone {
-    fn openness(&self, _: Vec3) -> f32 {
+    fn sky_view_factor(&self, _: Vec3) -> f32 {
         if self.loss == Loss::BeforeTheLight {
             self.gpu.lose();
         }

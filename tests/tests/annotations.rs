@@ -45,7 +45,7 @@ static SEEN: LazyLock<Seen> = LazyLock::new(|| {
         next: view(2),
         assets: runner.get(forest.assets, ()).expect("assets"),
         images: runner.get(forest.images, 1).expect("images"),
-        extra: runner.get(forest.annotations, 1).expect("further truth"),
+        annotations: runner.get(forest.annotations, 1).expect("further truth"),
         rigs,
         scene,
     }
@@ -56,7 +56,7 @@ struct Seen {
     scene: Arc<FrameScene>,
     assets: Arc<WorldAssets>,
     images: Arc<Vec<CameraImages>>,
-    extra: Arc<Vec<Annotations>>,
+    annotations: Arc<Vec<Annotations>>,
     view: View,
     next: View,
 }
@@ -111,13 +111,13 @@ fn range_m() -> f32 {
 #[test]
 fn who_asks_for_nothing_gets_nothing() {
     assert_eq!(SEEN.rigs[1].name, "plain");
-    assert_eq!(SEEN.extra[1], Annotations::default());
+    assert_eq!(SEEN.annotations[1], Annotations::default());
 }
 
 #[test]
 fn flow_leads_to_the_same_surface_in_the_next_frame() {
     let seen = &*SEEN;
-    let flow = seen.extra[0].flow.as_ref().expect("asked for");
+    let flow = seen.annotations[0].flow.as_ref().expect("asked for");
     let truth = &seen.images[0].truth;
     let scene = SceneView {
         caster: &*seen.scene.caster,
@@ -170,7 +170,7 @@ fn flow_leads_to_the_same_surface_in_the_next_frame() {
 #[test]
 fn trunks_are_the_nearest_before_the_ground() {
     let seen = &*SEEN;
-    let trunks = seen.extra[0].trunks.as_ref().expect("asked for");
+    let trunks = seen.annotations[0].trunks.as_ref().expect("asked for");
     let truth = &seen.images[0].truth;
     let ontology = Ontology::paper();
     let trunk = ontology.class(Semantic::Stem).id;
@@ -196,7 +196,7 @@ fn trunks_are_the_nearest_before_the_ground() {
 #[test]
 fn boxes_hold_what_their_things_cover() {
     let seen = &*SEEN;
-    let boxes = seen.extra[0].boxes.as_ref().expect("asked for");
+    let boxes = seen.annotations[0].boxes.as_ref().expect("asked for");
     let truth = &seen.images[0].truth;
     let mut whole: BTreeMap<ObjectId, (u32, PixelBox)> = BTreeMap::new();
     let mut visible: BTreeMap<ObjectId, (u32, PixelBox)> = BTreeMap::new();

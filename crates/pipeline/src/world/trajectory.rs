@@ -14,7 +14,7 @@ use crate::plan::Demand;
 
 /// Where the robot goes: a pure function of the frame's number.
 #[derive(Debug)]
-pub struct Guide {
+pub struct RobotTrajectory {
     /// The path, and how it is driven.
     pub trajectory: Trajectory,
     /// What the user should know: that there is no trail to follow.
@@ -23,16 +23,16 @@ pub struct Guide {
     pub chunk_size_m: f64,
 }
 
-/// What a guide needs to know of the land: its ground and what stands on it.
+/// The ground around the robot and what stands on it.
 #[derive(Clone, Copy, Debug)]
-pub struct Land<'a> {
+pub struct Surroundings<'a> {
     /// The ground of any chunk.
     pub ground: Demand<'a, ChunkGround>,
     /// The objects of any chunk.
     pub objects: Demand<'a, SceneObjects>,
 }
 
-impl Guide {
+impl RobotTrajectory {
     /// What the user should know about the path that was found.
     #[must_use]
     pub fn note(&self) -> Option<&str> {
@@ -54,11 +54,16 @@ impl Guide {
     /// The body's world pose `offset_s` after a frame's time.
     ///
     /// # Errors
-    /// If the land cannot be made.
-    pub fn pose(&self, frame: u64, offset_s: f64, land: Land<'_>) -> Result<RigidTransform, Error> {
+    /// If the ground or the objects around cannot be made.
+    pub fn pose(
+        &self,
+        frame: u64,
+        offset_s: f64,
+        surroundings: Surroundings<'_>,
+    ) -> Result<RigidTransform, Error> {
         let chunk_size_m = self.chunk_size_m;
         let obstacles = ChunkObstacles {
-            objects: land.objects,
+            objects: surroundings.objects,
             chunk_size_m,
         };
         let stance = self.trajectory.stance(frame, offset_s, &obstacles)?;
@@ -66,7 +71,7 @@ impl Guide {
         match stance.ground_m() {
             Some(position_m) => {
                 let chunk = ChunkCoord::containing(position_m, chunk_size_m);
-                Ok(stance.pose(body, &*land.ground.at(chunk)?))
+                Ok(stance.pose(body, &*surroundings.ground.at(chunk)?))
             }
             // Any ground will do: the pose does not depend on it.
             None => Ok(stance.pose(body, &FlatSurface::default())),

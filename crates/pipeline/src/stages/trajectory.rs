@@ -8,21 +8,21 @@ use nemoral_trajectory::{
     Body, Pace, Path, PoseFormat, Recording, Stations, ThereAndBack, Trajectory, Wander, read_poses,
 };
 
-use crate::config::{self, Config, RobotPath};
+use crate::config::{self, Config, PathFormat, RobotPath};
 use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
 use crate::world::ground::GroundModel;
-use crate::world::guide::{Guide, TrailLine};
+use crate::world::trajectory::{RobotTrajectory, TrailLine};
 use crate::{Error, InputFile, InputFiles};
 
-/// Finds the [`Guide`].
+/// Finds the [`RobotTrajectory`].
 #[derive(Clone, Debug)]
-pub struct GuideStage {
+pub struct TrajectoryStage {
     robot: config::Robot,
     chunk_size_m: f64,
     inputs: InputFiles,
 }
 
-impl GuideStage {
+impl TrajectoryStage {
     /// The stage of a config and the files that it names.
     #[must_use]
     pub fn new(config: &Config, inputs: &InputFiles) -> Self {
@@ -47,15 +47,17 @@ impl GuideStage {
             .inputs
             .get(&file.path)
             .map_or(Ok(""), InputFile::text)?;
-        let format =
-            PoseFormat::by_name(&file.format).expect("the config's words are the formats' names");
+        let format = match file.format {
+            PathFormat::Tum => PoseFormat::Tum,
+            PathFormat::Kitti => PoseFormat::Kitti,
+        };
         read_poses(text, origin, format)
             .and_then(|poses| Recording::new(poses, self.pace().step_s(), file.on_ground, origin))
             .map_err(|e| Error::request(e.to_string()))
     }
 }
 
-impl Encode for GuideStage {
+impl Encode for TrajectoryStage {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
             robot,
@@ -67,18 +69,23 @@ impl Encode for GuideStage {
     }
 }
 
-impl Stage<Forest> for GuideStage {
+impl Stage<Forest> for TrajectoryStage {
     type At = ();
     type Inputs = (OfWorld<GroundModel>,);
-    type Output = Guide;
-    const ID: &'static str = "world.guide";
+    type Output = RobotTrajectory;
+    const ID: &'static str = "world.trajectory";
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.inputs.encode(hasher, self);
     }
 
-    fn run(&self, (): (), world: Key, (ground,): (Arc<GroundModel>,)) -> Result<Guide, Error> {
+    fn run(
+        &self,
+        (): (),
+        world: Key,
+        (ground,): (Arc<GroundModel>,),
+    ) -> Result<RobotTrajectory, Error> {
         let r = &self.robot;
         let start_m = DVec2::new(r.start_x_m, r.start_y_m);
         let (sin, cos) = libm::sincos(r.heading_deg.to_radians());
@@ -124,7 +131,7 @@ impl Stage<Forest> for GuideStage {
             }),
             RobotPath::File(file) => Path::Recording(self.recording(file)?),
         };
-        Ok(Guide {
+        Ok(RobotTrajectory {
             trajectory: Trajectory {
                 path,
                 pace: self.pace(),

@@ -1,0 +1,150 @@
+//! Keys whose value is one of a few words: an enum each, so that every use names every case.
+
+use nemoral_lidar::Device;
+use nemoral_scene::TrailSurfaceKind;
+
+/// Declares an enum with the word that a config has for each variant.
+macro_rules! choices {
+    ($(
+        $( #[doc = $doc:literal] )+
+        $name:ident { $( $( #[doc = $variant_doc:literal] )+ $variant:ident = $word:literal, )+ }
+    )+) => { $(
+        $( #[doc = $doc] )+
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+        #[non_exhaustive]
+        pub enum $name {
+            $( $( #[doc = $variant_doc] )+ #[serde(rename = $word)] $variant, )+
+        }
+
+        impl $name {
+            /// The words that a config has for the variants, in their order.
+            pub const WORDS: &'static [&'static str] = &[$( $word ),+];
+
+            /// The word that a config has for this one.
+            #[must_use]
+            pub const fn word(self) -> &'static str {
+                match self {
+                    $( Self::$variant => $word, )+
+                }
+            }
+        }
+
+        impl $crate::plan::Encode for $name {
+            fn encode(&self, encoder: &mut dyn $crate::plan::Encoder) {
+                self.word().encode(encoder);
+            }
+        }
+    )+ };
+}
+
+choices! {
+    /// Which noise the terrain sums.
+    TerrainNoise {
+        /// Gradient noise of this project, without a period and with exact gradients.
+        Nemoral = "nemoral",
+        /// The `noise` crate's surflet noise.
+        PerlinSurflet = "perlin-surflet",
+    }
+
+    /// How bright pictures come out.
+    ExposureMode {
+        /// As a light meter says.
+        Auto = "auto",
+        /// As the config says.
+        Fixed = "fixed",
+    }
+
+    /// How light becomes a picture.
+    Look {
+        /// What a small camera of a robot records.
+        Robot = "robot",
+        /// A soft curve that keeps highlights.
+        Cinema = "cinema",
+        /// Proportional to light, through a clean lens.
+        Flat = "flat",
+    }
+
+    /// Which echoes of a pulse become points.
+    ReturnMode {
+        /// The strongest one.
+        Strongest = "strongest",
+        /// The first one.
+        First = "first",
+        /// The last one.
+        Last = "last",
+        /// The strongest and the last one.
+        Dual = "dual",
+        /// All, up to a number.
+        All = "all",
+    }
+
+    /// Whose beam table a spinning head has.
+    SpinningHead {
+        /// Velodyne VLP-16.
+        Vlp16 = "vlp16",
+        /// Velodyne HDL-64E.
+        Hdl64e = "hdl64e",
+        /// An Ouster of any number of beams.
+        Ouster = "ouster",
+    }
+
+    /// How measured ranges err.
+    RangeNoiseModel {
+        /// Not at all.
+        Off = "off",
+        /// The paper's normal distribution.
+        Paper = "paper",
+        /// The bias by incidence of Laconte et al. 2019.
+        Laconte = "laconte",
+        /// A spread that grows with incidence.
+        Incidence = "incidence",
+        /// A spread that grows with range.
+        Linear = "linear",
+        /// A spread by the ratio of signal to noise.
+        SignalToNoise = "snr",
+    }
+
+    /// Whose bias the Laconte model has.
+    LaconteSensor {
+        /// Velodyne HDL-32E.
+        Hdl32e = "hdl32e",
+        /// SICK LMS1xx.
+        Lms1xx = "lms1xx",
+    }
+
+    /// The format of a file of poses.
+    PathFormat {
+        /// TUM: `t x y z qx qy qz qw` a line.
+        Tum = "tum",
+        /// KITTI: a 3 x 4 matrix a line.
+        Kitti = "kitti",
+    }
+}
+
+/// The word of `trails.surface` for a surface of its own on each trail.
+pub(crate) const VARIED_SURFACES: &str = "varied";
+
+/// The words of `trails.surface`.
+pub(super) const TRAIL_SURFACES: [&str; 1 + TrailSurfaceKind::ALL.len()] = {
+    let mut words = [VARIED_SURFACES; 1 + TrailSurfaceKind::ALL.len()];
+    let mut i = 0;
+    while i < TrailSurfaceKind::ALL.len() {
+        words[i + 1] = TrailSurfaceKind::ALL[i].name();
+        i += 1;
+    }
+    words
+};
+
+/// The word of `lidar.device` for a scanner of one's own.
+pub(super) const CUSTOM_DEVICE: &str = "custom";
+
+/// The words of `lidar.device`.
+pub(super) const DEVICES: [&str; 1 + Device::ALL.len()] = {
+    let mut words = [CUSTOM_DEVICE; 1 + Device::ALL.len()];
+    let mut i = 0;
+    while i < Device::ALL.len() {
+        words[i + 1] = Device::ALL[i].name();
+        i += 1;
+    }
+    words
+};

@@ -1,0 +1,32 @@
+//! The sensors of a config by name.
+
+use super::{Camera, Config, Lidar};
+
+/// Names that no further sensor may have: the first ones and their folders have them.
+pub(super) const RESERVED: [&str; 16] = [
+    "camera", "lidar", "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky",
+    "flow", "trunks", "boxes", "radiance", "velodyne", "labels", "points",
+];
+
+/// The name of the sensor whose table is at `path`: its last part.
+pub(crate) fn sensor_name(path: &str) -> &str {
+    path.rsplit_once('.').map_or(path, |(_, name)| name)
+}
+
+impl Config {
+    /// Every camera that is there with the path of its table, the first one first.
+    pub(crate) fn all_cameras(&self) -> impl Iterator<Item = (String, &Camera)> {
+        let further = self
+            .cameras
+            .iter()
+            .map(|(n, c)| (format!("cameras.{n}"), c));
+        let all = std::iter::once(("camera".to_owned(), &self.camera)).chain(further);
+        all.filter(|(_, camera)| camera.enabled)
+    }
+
+    /// Every LiDAR with the path of its table, the first one first.
+    pub(crate) fn all_lidars(&self) -> impl Iterator<Item = (String, &Lidar)> {
+        let further = self.lidars.iter().map(|(n, l)| (format!("lidars.{n}"), l));
+        std::iter::once(("lidar".to_owned(), &self.lidar)).chain(further)
+    }
+}

@@ -1,0 +1,23 @@
+//! The species of a stand with their shares.
+
+use super::Assets;
+
+impl Assets {
+    /// The built-in species with their shares; one's own is not among them, but for its share
+    /// (`None`).
+    #[must_use]
+    pub fn shares(&self) -> [(Option<&'static str>, f64); 10] {
+        [
+            (Some("maritime_pine"), self.maritime_pine),
+            (Some("eucalyptus"), self.eucalyptus),
+            (Some("english_oak"), self.english_oak),
+            (Some("scots_pine"), self.scots_pine),
+            (Some("norway_spruce"), self.norway_spruce),
+            (Some("douglas_fir"), self.douglas_fir),
+            (Some("cork_oak"), self.cork_oak),
+            (Some("beech"), self.beech),
+            (Some("silver_birch"), self.silver_birch),
+            (None, self.own_share),
+        ]
+    }
+}

@@ -1,0 +1,106 @@
+//! Stages, and how they become nodes of a plan.
+
+use std::sync::Arc;
+
+use crate::edge::Inputs;
+use crate::node::{Node, Value};
+use crate::plan::{Entry, Erased, Plan, Runner};
+use crate::{Coordinate, Hasher, Kept, PlanTypes};
+
+/// One step of a plan: a pure function of its parameters, the plan's context, a coordinate and its
+/// inputs.
+pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
+    /// Where it is computed.
+    type At: Coordinate<P>;
+    /// What it reads: a tuple of edges.
+    type Inputs: Inputs<P, Self::At>;
+    /// What it makes.
+    type Output: Send + Sync + 'static;
+    /// For graphs, logs and keys; never for wiring.
+    const ID: &'static str;
+    /// Raised whenever the same inputs give another output.
+    const VERSION: u32;
+
+    /// Writes every parameter that the output depends on.
+    fn fingerprint(&self, hasher: &mut Hasher);
+
+    /// Makes the output.
+    ///
+    /// # Errors
+    /// Whatever the stage says; the plan adds its id and the coordinate.
+    fn run(
+        &self,
+        at: Self::At,
+        context: P::Context,
+        inputs: <Self::Inputs as Inputs<P, Self::At>>::Values<'_>,
+    ) -> Result<Self::Output, P::Error>;
+
+    /// How a [`Cache`](crate::Cache) keeps the output from run to run; not at all, but for what is
+    /// dear to make.
+    fn kept() -> Option<Kept<Self::Output>> {
+        None
+    }
+}
+
+struct Wired<P: PlanTypes, S: Stage<P>> {
+    stage: S,
+    edges: S::Inputs,
+    inputs: Vec<usize>,
+}
+
+impl<P: PlanTypes, S: Stage<P>> Erased<P> for Wired<P, S> {
+    fn id(&self) -> &'static str {
+        S::ID
+    }
+
+    fn inputs(&self) -> &[usize] {
+        &self.inputs
+    }
+
+    fn run(&self, at: P::At, runner: &Runner<'_, P>) -> Result<Value, P::Error> {
+        let at = S::At::restore(at).expect("handles carry their plan's coordinate type");
+        let values = self.edges.fetch(at, runner)?;
+        let output = self.stage.run(at, runner.plan.context.clone(), values)?;
+        Ok(Arc::new(output))
+    }
+
+    fn is_kept(&self) -> bool {
+        S::kept().is_some()
+    }
+
+    fn bytes_of(&self, value: &Value) -> Option<Vec<u8>> {
+        let output = value.downcast_ref::<S::Output>();
+        let output = output.expect("a node's value is of its stage's type");
+        Some((S::kept()?.to_bytes)(output))
+    }
+
+    fn value_of(&self, bytes: &[u8]) -> Option<Value> {
+        let output = (S::kept()?.from_bytes)(bytes)?;
+        Some(Arc::new(output))
+    }
+}
+
+impl<P: PlanTypes> Plan<P> {
+    /// Adds a stage that reads `edges`, all of which exist already.
+    pub fn add<S: Stage<P>>(&mut self, stage: S, edges: S::Inputs) -> Node<S::At, S::Output> {
+        let inputs = edges.nodes();
+        let mut hasher = Hasher::new(S::ID);
+        hasher.write_u64(u64::from(S::VERSION));
+        P::hash_context(&self.context, &mut hasher);
+        stage.fingerprint(&mut hasher);
+        for &input in &inputs {
+            hasher.write_bytes(&self.entries[input].base.0);
+        }
+        let base = hasher.finish();
+        let index = self.entries.len();
+        self.entries.push(Entry {
+            node: Box::new(Wired {
+                stage,
+                edges,
+                inputs,
+            }),
+            base,
+        });
+        Node::new(index)
+    }
+}
