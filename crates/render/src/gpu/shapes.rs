@@ -306,3 +306,38 @@ fn cards(prototype: &Prototype) -> Vec<CardRecord> {
     let cards = prototype.cards().iter().enumerate().filter(whole);
     cards.map(record).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+    use nemoral_scene::{Material, MaterialLibrary, Mesh, Semantic};
+
+    use super::*;
+
+    #[test]
+    fn a_card_with_a_window_is_two_triangles_with_its_texture_coordinates() {
+        let mut materials = MaterialLibrary::new();
+        let material = materials.add(Material::plain("leaf", Semantic::Leaf, Vec3::ONE));
+        let card = Card {
+            corner: Vec3::ZERO,
+            edge_u: Vec3::X,
+            edge_v: Vec3::Y,
+            material,
+        };
+        let shape = Prototype::new("two", Mesh::default(), vec![card; 2], &materials);
+        let part = TextureWindow::rectangle(Vec2::new(0.5, 0.0), Vec2::new(1.0, 0.25));
+        let windows = vec![TextureWindow::WHOLE, part.flipped()];
+        let shape = (shape.expect("sound").with_card_windows(windows)).expect("one of each");
+        let (triangles, cards) = (triangles(&shape), cards(&shape));
+        assert_eq!((triangles.len(), cards.len()), (2, 1));
+        let [first, second] = &triangles[..] else {
+            panic!("two");
+        };
+        assert_eq!(
+            [first.uv_a, first.uv_b, first.uv_c],
+            [[1.0, 0.0], [0.5, 0.0], [0.5, 0.25]]
+        );
+        assert_eq!(second.uv_c, [1.0, 0.25]);
+        assert_eq!((first.c, second.b), ([1.0, 1.0, 0.0], [1.0, 1.0, 0.0]));
+    }
+}
