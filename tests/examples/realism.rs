@@ -25,6 +25,8 @@ mod measure;
 mod page;
 #[path = "realism/plots.rs"]
 mod plots;
+#[path = "realism/wrap.rs"]
+mod wrap;
 
 use std::path::Path;
 

@@ -9,28 +9,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// The widest line of prose.
+/// The widest line, in characters.
 const COLUMNS: usize = 100;
 
-/// Files and folders whose prose people read from top to bottom.
-const PROSE: [&str; 8] = [
-    "README.md",
-    "CONTRIBUTING.md",
-    "SECURITY.md",
-    "docs/introduction.md",
-    "docs/glossary.md",
-    "docs/trajectory",
-    "docs/reference",
-    "docs/explanation",
-];
+/// The endings of files whose lines are that short.
+const NARROW: [&str; 6] = ["rs", "md", "toml", "yml", "cff", "wgsl"];
 
 fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().expect("the workspace's root").to_owned()
 }
 
-/// Every Markdown file of the repository below a folder.
-fn markdown(folder: &Path, found: &mut Vec<PathBuf>) {
+/// Every file below a folder of the repository whose name ends in one of these.
+fn collect(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a readable folder") {
         let path = entry.expect("a readable entry").path();
         let name = path.file_name().expect("a name").to_string_lossy();
@@ -39,25 +30,32 @@ fn markdown(folder: &Path, found: &mut Vec<PathBuf>) {
             let is_ours = !["target", ".git", "corpus", "artifacts"].contains(&&*name)
                 && !name.starts_with("nemoral-out");
             if is_ours {
-                markdown(&path, found);
+                collect(&path, endings, found);
             }
-        } else if path.extension().is_some_and(|e| e == "md") {
+        } else if let Some(ending) = path.extension().and_then(|e| e.to_str())
+            && endings.contains(&ending)
+        {
             found.push(path);
         }
     }
 }
 
-/// Path below the root, with forward slashes, and text of every Markdown file.
-fn pages() -> BTreeMap<String, String> {
+/// Path below the root, with forward slashes, and text of every file with one of these endings.
+fn texts(endings: &[&str]) -> BTreeMap<String, String> {
     let root = root();
     let mut found = Vec::new();
-    markdown(&root, &mut found);
+    collect(&root, endings, &mut found);
     let page = |path: PathBuf| {
         let below = path.strip_prefix(&root).expect("below the root");
         let name = below.to_string_lossy().replace('\\', "/");
         (name, fs::read_to_string(&path).expect("UTF-8"))
     };
     found.into_iter().map(page).collect()
+}
+
+/// Every Markdown file.
+fn pages() -> BTreeMap<String, String> {
+    texts(&["md"])
 }
 
 /// The lines of a page outside of fenced code, with their numbers from 1.
@@ -205,33 +203,48 @@ fn faults_of_links_are_found() {
     );
 }
 
-/// A line without the targets of its links, which cannot be broken.
-fn without_targets(line: &str) -> String {
-    let mut text = plain(line);
-    if let Some(at) = text.find("https://") {
-        text.truncate(at);
+/// The columns of a line that count: rows of tables have none, addresses and the targets of links
+/// are left out, as neither can be broken.
+fn columns(line: &str, is_markdown: bool) -> usize {
+    let text = line.trim_start().trim_start_matches(['/', '!', '#', ' ']);
+    if text.starts_with('|') {
+        return 0;
     }
-    text
+    let line = if is_markdown {
+        plain(line)
+    } else {
+        line.to_owned()
+    };
+    let words = line.split(' ').filter(|word| !word.contains("://"));
+    let columns: usize = words.map(|word| word.chars().count() + 1).sum();
+    columns.saturating_sub(1)
 }
 
 #[test]
-fn lines_of_prose_are_short() {
+fn lines_are_short() {
+    let texts = texts(&NARROW);
+    assert!(texts.len() > 600, "{} files", texts.len());
     let mut long = Vec::new();
-    for (page, text) in &pages() {
-        let is_prose = PROSE.iter().any(|p| Path::new(page).starts_with(p));
-        // What the program prints is held to that below.
-        if !is_prose || page == "docs/reference/config.md" {
-            continue;
-        }
-        for (number, line) in prose(text) {
-            let is_table = line.trim_start().starts_with('|');
-            let columns = without_targets(line).chars().count();
-            if !is_table && columns > COLUMNS {
-                long.push(format!("{page}:{number}: {columns} columns"));
+    for (name, text) in &texts {
+        for (i, line) in text.lines().enumerate() {
+            let columns = columns(line, name.ends_with(".md"));
+            if columns > COLUMNS {
+                let number = i + 1;
+                long.push(format!("{name}:{number}: {columns} columns, not {COLUMNS}"));
             }
         }
     }
-    assert!(long.is_empty(), "{}", long.join("\n"));
+    assert!(long.is_empty(), "break these lines:\n{}", long.join("\n"));
+}
+
+#[test]
+fn columns_are_counted() {
+    let wide = "wide ".repeat(30);
+    assert_eq!(columns("été", false), 3);
+    assert_eq!(columns(&wide, true), 150);
+    assert_eq!(columns(&format!("    //! | {wide} |"), false), 0);
+    assert_eq!(columns("see https://example.org/x now", true), 7);
+    assert_eq!(columns("[a](b/c.md) d", true), "[a d".len());
 }
 
 #[test]

@@ -58,12 +58,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Pixels of a picture's width; drawn twice as fine.
+/// Width of a picture, pixels; it is drawn at twice that resolution.
 const WIDTH: usize = 1500;
 
-/// A parallel view: image axes and the direction of sight, with a z-buffer of what it sees.
+/// A parallel projection: image axes and the direction of sight, with a z-buffer.
 struct View {
-    /// Rows are the image's x axis, its y axis (down), and away from the eye.
+    /// Its rows are the image's x axis, its y axis (down), and the direction away from the eye.
     axes: Mat3,
     corner: Vec2,
     pixel_m: f32,

@@ -93,7 +93,7 @@ fn tile(m: &Material) -> RgbImage {
     cell
 }
 
-/// Foot down, in its true proportions.
+/// A card with its foot down, in its true proportions.
 fn card(m: &Material) -> RgbImage {
     let colours = whole(m);
     let mask = m.mask.as_ref().expect("cards have masks");

@@ -1,12 +1,13 @@
-//! Ambient occlusion: how much light from all around near parts of a shape take, baked once for all
-//! of its instances.
+//! Ambient occlusion: the share of the light from all around that near parts of a shape block. It
+//! is baked once for all instances of the shape.
 //!
-//! Leaves and wood are spread over a grid of cubes as if they hung there at random, turned to all
-//! sides alike: of light that goes s metres through a cube with a m² of one-sided area in each m³,
-//! exp(−a s / 2) passes (Beer and Lambert; Ross 1981). From each vertex, and each corner of each
-//! card, a few fixed directions are followed over a short way. Sides of a grid's cubes are wider
-//! than leaves are thick and stalks long, so what is closer to a surface than a cube is, above all
-//! the surface itself, is left out: a lone card or ball is as light as can be.
+//! Leaves and wood are averaged over a grid of cubes, as if they hung there at random and with
+//! every orientation: of the light that goes s metres through a cube with a m² of one-sided area in
+//! each m³, a share of exp(−a s / 2) passes (Beer and Lambert; Ross 1981). From each vertex, and
+//! from each corner of each card, a few fixed directions are followed over a short distance. The
+//! cubes are wider than leaves are thick and stalks are long. Therefore whatever is nearer to a
+//! surface than a cube's side, above all the surface itself, is left out, and a lone card or ball
+//! is not darkened at all.
 
 use glam::{IVec3, UVec3, Vec3};
 use nemoral_scene::{AlphaMask, AmbientOcclusion, Card, MaterialLibrary, Mesh, Prototype};
@@ -20,13 +21,14 @@ pub(crate) struct OcclusionParams {
     pub(crate) reach_m: f32,
     /// The number of directions that are followed, evenly over the sphere.
     pub(crate) directions: u32,
-    /// What leaves have, on average, of the light at a place among them, for shapes whose places'
-    /// light is known otherwise, with these leaves in it: shares are told from that. 0..=1.
+    /// For shapes whose own leaves are already counted in the light of the place where they stand:
+    /// the mean share of that light that reaches their leaves, 0..=1. The baked shares are scaled
+    /// to this mean.
     pub(crate) among_leaves: Option<f32>,
 }
 
 impl OcclusionParams {
-    /// For patches of low plants and for seedlings: all of a tuft is near.
+    /// For patches of low plants and for seedlings, where all of a tuft is within reach.
     pub(crate) const LOW: Self = Self {
         cell_m: 0.02,
         reach_m: 0.6,
@@ -39,8 +41,8 @@ impl OcclusionParams {
         directions: 26,
         among_leaves: None,
     };
-    /// Of trees: how closed crowns are a place is known with, so all that counts is which leaves
-    /// see more of others than their like.
+    /// For trees. The light of a place already accounts for the crowns around it, so only the
+    /// differences between the leaves of a tree count here.
     pub(crate) const TREE: Self = Self {
         cell_m: 0.1,
         reach_m: 0.6,
@@ -49,10 +51,10 @@ impl OcclusionParams {
     };
 }
 
-/// Light from below, from ground and lower leaves, against that from above: what ground reflects.
+/// Light from below, which ground and lower leaves reflect, relative to the light from above.
 const FROM_BELOW: f32 = 0.2;
 
-/// Parts of a mask's side whose opaque shares are told apart.
+/// Number of parts along a mask's side for which opaque shares are kept.
 const PARTS: usize = 16;
 
 /// The opaque shares of the masks of a library's materials.
@@ -116,7 +118,8 @@ pub(crate) fn bake(
         .collect();
     if let (Some(among), false) = (near.among_leaves, leaves.is_empty()) {
         let mean = leaves.iter().flatten().sum::<f32>() / (4 * leaves.len()) as f32;
-        // Wood sees as much of the leaves as they of each other, and that is its places' light.
+        // The leaves hide as much of the sky from the wood as from each other, and the light of the
+        // place accounts for that already.
         vertices.iter_mut().for_each(|share| *share /= mean);
         leaves
             .iter_mut()
@@ -143,11 +146,11 @@ fn directions(count: u32) -> Vec<Vec3> {
     (0..count).map(direction).collect()
 }
 
-/// The cell that a point lies in, wherever a shape begins: so what is left of a shape lies in the
-/// same ones.
+/// The cell that a point lies in, whatever the bounds of the shape: where a part of a shape is
+/// removed, the rest stays in the same cells.
 #[inline]
 fn number(at: Vec3, cell_m: f32) -> IVec3 {
-    // Positive, where rounding towards zero is rounding down.
+    // The sum is positive, so that rounding towards zero is rounding down.
     (at * (1.0 / cell_m) + 4096.0).as_ivec3()
 }
 
@@ -157,7 +160,7 @@ struct AreaDensityGrid {
     low: IVec3,
     cell_m: f32,
     cells: UVec3,
-    /// By how much a cell dims what goes through it along a side, as an optical depth.
+    /// The optical depth of each cell along a path as long as its side.
     depths: Vec<f32>,
 }
 
@@ -197,7 +200,7 @@ impl AreaDensityGrid {
     fn add_card(&mut self, card: &Card, masks: &MaskCoverage) {
         let pieces = |edge: Vec3| ((edge.length() / self.cell_m).ceil() as usize).clamp(1, 256);
         let (nu, nv) = (pieces(card.edge_u), pieces(card.edge_v));
-        // The mask's parts that a piece has something of.
+        // The parts of the mask that a piece overlaps.
         let parts = |i: usize, of: usize| [i * PARTS / of, ((i + 1) * PARTS).div_ceil(of)];
         let area_m2 = card.area_m2() / (nu * nv) as f32;
         for (i, j) in (0..nv).flat_map(|j| (0..nu).map(move |i| (i, j))) {
@@ -209,7 +212,7 @@ impl AreaDensityGrid {
         }
     }
 
-    /// Of what is closed, half the surface counts: the other half is its back.
+    /// Half the surface of a closed mesh counts, as the other half is its back.
     fn add_mesh(&mut self, mesh: &Mesh) {
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.corners.map(|i| mesh.positions[i as usize]);
@@ -230,10 +233,10 @@ impl AreaDensityGrid {
         }
     }
 
-    /// The share of light that reaches a point of a surface, over `steps` cells: by the cosine, on
-    /// the side of its normal or on both.
+    /// The share of light that reaches a point of a surface, followed over `steps` cells: weighted
+    /// by the cosine, on the side of the normal or on both sides.
     fn light(&self, at: Vec3, normal: Vec3, both: bool, directions: &[Vec3], steps: u32) -> f32 {
-        // So far off a plane none of the cells is that has a point of it.
+        // At this distance from a plane, no cell contains a point of the plane.
         let off = normal * (1.01 * self.cell_m * normal.abs().element_sum());
         let (mut sum, mut all) = (0.0, 0.0);
         for &direction in directions {
@@ -312,7 +315,7 @@ mod tests {
         AmbientOcclusion::decode(shares(mesh, cards, &NEAR).vertices[0])
     }
 
-    /// Leaves behind leaves, that nothing passes.
+    /// Leaves behind leaves, which nothing passes.
     fn wall(across: Vec3) -> Vec<Card> {
         let (u, v) = across.any_orthonormal_pair();
         let middle = |k: i32| across * (0.3 + 0.01 * k as f32);
@@ -343,7 +346,8 @@ mod tests {
     #[test]
     fn walls_hide_what_they_hide_of_the_sky() {
         assert_eq!(speck(Vec::new()), 1.0);
-        // By the cosine, a wall at the side hides a half, two in a corner leave a quarter.
+        // Weighted by the cosine, one wall at the side hides a half of the light, and two in a
+        // corner leave a quarter.
         let beside = speck(wall(Vec3::X));
         assert!((beside - 0.5).abs() < 0.03, "{beside}");
         let corner = speck([wall(Vec3::X), wall(Vec3::Y)].concat());
@@ -352,12 +356,12 @@ mod tests {
 
     #[test]
     fn a_layer_of_leaves_passes_what_it_does_by_beer_and_lambert() {
-        // Of leaves turned to all sides, with an area of 1: twice the third exponential integral of
-        // a half.
+        // A layer of leaves of every orientation with an area index of 1 passes twice the third
+        // exponential integral of a half.
         let layer = speck(vec![card(Vec3::Z * 0.65, 14.0 * Vec3::X, 14.0 * Vec3::Y)]);
         assert!((layer - 0.443).abs() < 0.02, "{layer}");
-        // Two parallel cards see half of their light come past each other, on their outer sides;
-        // from above more than from below.
+        // Each of two parallel cards gets half of its light, on its outer side; more comes from
+        // above than from below.
         let at = |z: f32| card(Vec3::Z * z, 14.0 * Vec3::X, 14.0 * Vec3::Y);
         let middle = |z: f32| card(Vec3::Z * z, 0.1 * Vec3::X, 0.1 * Vec3::Y);
         let two = shares(

@@ -8,7 +8,7 @@
 //!
 //! The parts of the source: `tree` (growth and allometry), `plant` (everything smaller), `cards`
 //! (images of leaves), `textures` (bark, ground, stone), `materials` (all of them registered),
-//! `ambient_occlusion` (what near parts of a shape take of the light), `serialize`.
+//! `ambient_occlusion` (the light that near parts of a shape block), `serialize`.
 
 mod ambient_occlusion;
 mod cards;

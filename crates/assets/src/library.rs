@@ -23,9 +23,9 @@ use nemoral_scene::ParamError;
 pub struct AssetParams {
     /// The trees' species, 1 to 32, each with a name of its own.
     pub species: Vec<StandSpecies>,
-    /// Different living trees of each species, 1..=64. Their diameters stand for one of as many
-    /// equal parts of the stand's distribution each, so that few trees already show its spread and
-    /// basal area.
+    /// Different living trees of each species, 1..=64. The stand's distribution of diameters is
+    /// divided into as many equal parts, and each tree stands for one, so that even a few trees
+    /// show its spread and its basal area.
     pub individuals_per_species: u32,
     /// Different saplings of each species, 0..=64, 2 to 4.5 m high.
     pub saplings_per_species: u32,
@@ -48,8 +48,8 @@ pub struct StandSpecies {
     pub dbh_mean_m: f64,
 }
 
-/// The distribution of diameters at breast height: a truncated Weibull
-/// (shape 2.5 to 4 in even-aged stands, 1 to 1.5 in uneven ones), its mean with the species.
+/// The distribution of diameters at breast height: a truncated Weibull distribution (shape 2.5 to 4
+/// in even-aged stands, 1 to 1.5 in uneven-aged ones), whose mean is given by species.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandParams {
     /// Weibull shape, 1..=6: about 1.2 in uneven-aged, 3 in even-aged stands.
@@ -69,7 +69,7 @@ pub struct TreeAsset {
     pub species: String,
     /// Its size as grown.
     pub size: TreeSize,
-    /// How grown up it is, or was.
+    /// Its age class; of a dead tree, the class that it had.
     pub class: SizeClass,
     /// Is it alive?
     pub alive: bool,
@@ -161,7 +161,7 @@ impl Default for StandParams {
 }
 
 impl AssetParams {
-    /// Proves the parameters valid.
+    /// Checks the parameters.
     ///
     /// # Errors
     /// If one is out of its range.
@@ -258,7 +258,7 @@ fn prototype(name: &str, number: u32, shape: Shape, library: &MaterialLibrary) -
         .expect("shapes are made of finite points and of this library's materials")
 }
 
-/// The same shape with its ambient occlusion.
+/// Adds its ambient occlusion to a shape.
 fn with_occlusion(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams) -> Prototype {
     let occlusion = ambient_occlusion::bake(&shape, masks, near);
     (shape.with_ambient_occlusion(occlusion))
@@ -280,7 +280,8 @@ struct TreeGrower<'a> {
 }
 
 impl TreeGrower<'_> {
-    /// So many of each species: species in turn, individuals in turn; each has its own key.
+    /// Grows `of` trees of each species, in the order of species and individuals; each has its own
+    /// key.
     fn all(&self, kind: TreeKind, of: u32, key: Key) -> Result<Vec<TreeAsset>, ParamError> {
         let key = key.domain(match kind {
             TreeKind::Living => TREES,

@@ -35,7 +35,7 @@ pub enum DeserializeError {
 /// What [`Library::to_bytes`] writes: borrowed there, owned when it is read.
 #[derive(Serialize, Deserialize)]
 struct StoredLibrary<'a> {
-    /// Each texture once: several materials may share one.
+    /// Each texture once, as several materials may share one.
     textures: Vec<Cow<'a, Texture>>,
     materials: Vec<StoredMaterial<'a>>,
     /// Trees, saplings and snags.
@@ -138,10 +138,10 @@ impl Library {
         postcard::to_stdvec(&stored).expect("plain data can be written")
     }
 
-    /// The library of [`Library::to_bytes`], to the bit.
+    /// Reads what [`Library::to_bytes`] wrote; the library is equal to the bit.
     ///
     /// # Errors
-    /// If the bytes are not a library's, or another version's.
+    /// If the bytes are not those of a library, or were written by another version.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, DeserializeError> {
         let stored: StoredLibrary = postcard::from_bytes(bytes)?;
         let mut materials = MaterialLibrary::new();

@@ -1,6 +1,6 @@
-//! Any tree of any species grows, within its budgets, and is as big as was asked for.
+//! Any tree of any species grows within its budgets and is as large as was asked for.
 //!
-//! Measured on what is handed out: triangles, cards and what their pictures cover.
+//! This is measured on the results: triangles, cards and the opaque parts of their pictures.
 
 mod common;
 
@@ -56,7 +56,7 @@ fn every_size_of_every_species_grows_within_its_budgets() {
             for seed in 0..2 {
                 let seed = 10 * i as u64 + seed;
                 let size = species.draw_size(dbh_m, key(seed));
-                // The thinnest stems are of trunk too, for the calipers to find.
+                // The thinnest stems count as trunk too, so that the calipers find them.
                 let params = GrowthParams {
                     trunk_radius_m: 0.02,
                     ..GrowthParams::default()
@@ -67,7 +67,7 @@ fn every_size_of_every_species_grows_within_its_budgets() {
     }
 }
 
-/// The least budgets there are simplify the largest trees; they do not refuse them.
+/// The least budgets simplify even the largest trees and refuse none.
 #[test]
 fn least_budgets_are_kept_too() {
     let params = GrowthParams {

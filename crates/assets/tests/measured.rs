@@ -1,8 +1,9 @@
-//! What the inventory says of a tree is what a forester would measure on its triangles and leaves.
+//! The inventory's sizes of a tree are those that a forester would measure on its triangles and
+//! leaves.
 //!
-//! Measured here on whole library trees with their own pictures, by other means than the
-//! generator's: height over wood and the opaque texels of cards, diameter by calipers and tape
-//! around a slice.
+//! They are measured here on trees of a library with their own pictures, by methods that the
+//! generator does not use: the height over wood and the opaque texels of cards, the diameter by
+//! calipers and tape around a slice.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -35,7 +36,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
             .collect(),
         individuals_per_species: 6,
         stand,
-        // The thinnest stems are of trunk too, for the calipers to find.
+        // The thinnest stems count as trunk too, so that the calipers find them.
         trunk_radius_m: 0.02,
         ..AssetParams::default()
     };
@@ -101,7 +102,7 @@ fn slice(tree: &TreeAsset, materials: &MaterialLibrary) -> Vec<DVec2> {
     points
 }
 
-/// The girth around the slice, over pi: a diameter tape is taut, it lies on the convex hull.
+/// The girth around the slice over pi. A diameter tape is taut, so it lies on the convex hull.
 fn tape_m(mut points: Vec<DVec2>) -> f64 {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |points: &mut dyn Iterator<Item = DVec2>| {
@@ -133,7 +134,7 @@ fn a_tape_around_a_ring_reads_its_diameter() {
     assert!((read / 0.4 - 1.0).abs() < 1e-3, "{read}");
 }
 
-/// What is farthest off, as a share, and a line about it.
+/// The largest relative error, and a line that describes it.
 fn worst(
     written: impl Fn(&TreeAsset) -> f64,
     measured: impl Fn(&TreeAsset) -> f64,

@@ -1,4 +1,4 @@
-//! What must hold of every library, looked at from outside.
+//! What must hold for every library, tested through its public interface.
 
 use std::sync::LazyLock;
 
@@ -106,8 +106,8 @@ fn textures_tile_without_a_seam() {
                     / w as f64
             })
             .collect();
-        // What lies between two barks does not repeat upwards: it ends as one, and begins as the
-        // other.
+        // The transition between two barks does not repeat upwards: it begins as one bark and ends
+        // as the other.
         let changes = m.name.ends_with(".change");
         for lines in [columns, rows].into_iter().take(2 - usize::from(changes)) {
             let (border, inside) = lines.split_last().expect("not empty");
@@ -115,7 +115,8 @@ fn textures_tile_without_a_seam() {
             let spread = (inside.iter().map(|d| (d - mean).powi(2)).sum::<f64>()
                 / inside.len() as f64)
                 .sqrt();
-            // A step in the middle of a line of the same statistics is within a few spreads.
+            // A step in the middle of a line with the same statistics is within a few standard
+            // deviations.
             assert!(
                 *border < mean + 5.0 * spread + 0.5 && *border > 0.1 * mean,
                 "{}: {border:.2} at the border, {mean:.2} +- {spread:.2} inside",
@@ -181,7 +182,7 @@ fn albedos_are_those_of_the_literature() {
         ("trail.sand.surface", [0.25, 0.20, 0.13], [0.42, 0.36, 0.28]),
         ("trail.rock.surface", [0.18, 0.17, 0.14], [0.35, 0.35, 0.35]),
         ("rock", [0.16, 0.16, 0.12], [0.35, 0.35, 0.35]),
-        // Of shoots, which send on six tenths of what their needles do.
+        // These are shoots, which reflect six tenths of what their needles do.
         (
             "maritime_pine.foliage.0",
             [0.04, 0.074, 0.011],
@@ -198,7 +199,7 @@ fn albedos_are_those_of_the_literature() {
             [0.09, 0.13, 0.05],
         ),
         ("bracken.pinna.0", [0.06, 0.10, 0.02], [0.11, 0.16, 0.05]),
-        // Under trees: from the shade leaves' of a beech to a herb's.
+        // Grass under trees: from the value of a beech's shade leaves to that of a herb.
         ("grass.blades.0", [0.05, 0.09, 0.02], [0.14, 0.17, 0.06]),
     ];
     for (name, low, high) in ranges {
@@ -237,7 +238,7 @@ fn no_surface_sends_on_more_light_than_it_gets() {
             assert!(band.reflectance + band.transmittance <= 1.0, "{}", m.name);
         }
     }
-    // The basis of telling wood from leaves.
+    // On this difference the separation of wood and leaves is based.
     let (bark, leaf) = (
         named("english_oak.stem").optics,
         named("english_oak.foliage.0").optics,
@@ -275,7 +276,7 @@ fn masks_are_small_attached_and_half_open() {
             "{}: {share:.2} opaque",
             m.name
         );
-        // Cropped: paint reaches the top.
+        // The image is cropped, so that paint reaches the top.
         let top = mask.height() - 4;
         let painted = (0..mask.width())
             .flat_map(|c| (top..mask.height()).map(move |r| (c, r)))
@@ -285,7 +286,8 @@ fn masks_are_small_attached_and_half_open() {
     assert!(cards >= 40, "{cards}");
 }
 
-/// Oracle for halos: what filtering brings in from beyond the edge is as bright as the edge itself.
+/// An oracle for halos: the colours that filtering mixes in from beyond the edge are as bright as
+/// the edge itself.
 #[test]
 fn colours_go_on_under_the_mask() {
     for m in materials() {
@@ -557,7 +559,7 @@ fn fingerprint(l: &Library) -> (u64, u64, u64) {
         colours.add(m.name.as_bytes());
         m.albedo.srgb().iter().for_each(|t| colours.add(t));
         if let Some(mask) = &m.mask {
-            // Row by row, however a mask keeps them.
+            // Row by row, however the mask stores them.
             for row in 0..mask.height() {
                 for first in (0..mask.width()).step_by(32) {
                     let texels = (first..mask.width()).take(32).enumerate();
@@ -584,8 +586,8 @@ fn threads_do_not_matter() {
     assert_eq!(fingerprint(&serial), fingerprint(&LIBRARY));
 }
 
-/// Bark goes up a stem in a spiral: what lies straight above a place, one repetition of the picture
-/// higher, is another part of it.
+/// Bark spirals up a stem, so that one repetition of the picture straight above a place, another
+/// part of the picture is seen.
 #[test]
 fn bark_does_not_repeat_up_a_stem() {
     let library = Library::grow(
@@ -617,7 +619,8 @@ fn bark_does_not_repeat_up_a_stem() {
                 .map(|i| (light[i] - mean) * (light[i / w * w + (i % w + lag) % w] - mean))
                 .sum()
         };
-        // As far beside itself as the spiral brings it, the least and the most and all between.
+        // The picture is compared with itself at all horizontal offsets that the spiral makes, from
+        // the least to the greatest.
         let itself = with_lag(0);
         let [least, most] = [0.17, 0.24].map(|share| (share * w as f32).round() as usize);
         for lag in least..=most {
@@ -632,7 +635,7 @@ fn bark_does_not_repeat_up_a_stem() {
         count += 1;
     }
     assert_eq!(count, 18);
-    // And the mesh does spiral, stems, limbs and twigs: along one side of it u changes as promised.
+    // The mesh of stems, limbs and twigs spirals too: along one of its sides u changes as promised.
     for tree in &library.trees {
         let mesh = tree.prototype.mesh();
         let mut sides = 0;
@@ -652,7 +655,7 @@ fn bark_does_not_repeat_up_a_stem() {
         }
         assert!(3 * sides > mesh.triangles.len(), "{}", tree.species);
     }
-    // One species' wood and stems are one's own; nine libraries share nothing by chance.
+    // Each species' wood and stumps are its own, and the nine libraries share nothing by chance.
     let names: std::collections::BTreeSet<_> = library
         .materials
         .materials()
@@ -662,7 +665,7 @@ fn bark_does_not_repeat_up_a_stem() {
     assert_eq!(names.len(), library.materials.materials().len());
 }
 
-/// Undergrowth and masks; trees have golden values of their own.
+/// The values of undergrowth and masks; trees have a test of their own.
 #[test]
 fn value_stability() {
     let mut shapes = Hash(0xCBF2_9CE4_8422_2325);

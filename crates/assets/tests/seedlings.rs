@@ -1,5 +1,5 @@
-//! Tree seedlings, looked at from outside: how high they are, what is near the ground, what they
-//! are made of.
+//! Tree seedlings, tested through the public interface: their heights, what is near the ground, and
+//! their materials.
 
 use std::sync::LazyLock;
 
@@ -11,7 +11,7 @@ use nemoral_seed::Key;
 const KEY: Key = Key::world(7);
 const EACH: u32 = 6;
 
-/// Placed ones are a tenth smaller or larger than they are grown.
+/// Placed seedlings are up to a tenth smaller or larger than grown.
 const SCALE: [f32; 2] = [0.9, 1.1];
 
 fn grow(species: Vec<Species>, seedlings_per_species: u32) -> Library {
@@ -71,17 +71,17 @@ fn they_stand_in_the_ground_and_are_under_30_cm_high() {
             let placed = SCALE.map(|scale| scale * top_m);
             assert!(placed[0] > 0.05 && placed[1] < 0.3, "{}: {top_m}", s.name);
             assert!(s.prototype.bounds().min.z < -0.02, "{} floats", s.name);
-            // Slender, and with its crown about its stem.
+            // A seedling is slender, and its crown is around its stem.
             assert!((0.02..0.2).contains(&s.radius_m), "{}", s.radius_m);
         }
-        // Of all sizes, small ones first.
+        // There are all sizes, small ones first.
         assert!(heights.is_sorted_by(|a, b| a < &(b + 0.02)), "{heights:?}");
         assert!(heights[EACH as usize - 1] > 2.0 * heights[0], "{heights:?}");
     }
 }
 
-/// Blades nearer to the ground than the LiDAR measures would be the ground's for one sensor and the
-/// seedling's for the other.
+/// A blade that is nearer to the ground than the LiDAR can resolve would be ground to one sensor
+/// and seedling to the other.
 #[test]
 fn leaves_keep_clear_of_the_ground() {
     for s in &ALL.seedlings {
@@ -117,7 +117,8 @@ fn they_are_made_of_their_species_under_their_own_semantic() {
             assert!(own(m), "{} in {}", m.name, species.name);
             assert_eq!(m.semantic, Semantic::Seedling, "{}", m.name);
             if m.mask.is_some() {
-                // Single leaves and short shoots: as leaves answer light, not as whole shoots do.
+                // Single leaves and short shoots have the optical properties of leaves, not those
+                // of whole shoots.
                 let bands = [m.optics.nm905, m.optics.nm1550];
                 let [near, far] = bands.map(|b| [b.reflectance, b.transmittance]);
                 assert_eq!(
@@ -140,7 +141,7 @@ fn they_are_made_of_their_species_under_their_own_semantic() {
 
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
-/// The mean luminance of what is not cut away.
+/// The mean luminance of the opaque texels.
 fn light(m: &Material) -> f32 {
     let mask = m.mask.as_ref().expect("a mask");
     let (mut sum, mut count) = (0.0, 0.0);
@@ -164,7 +165,7 @@ fn no_two_look_alike_and_their_leaves_stand_as_they_should() {
             assert!(!seedlings[..i].iter().any(alike), "{} {i}", s.name);
             let upright = cards.iter().filter(|c| level(c) < 0.3).count();
             if has_needles(&species) {
-                // A leader of two pictures, and whorls.
+                // There are a leader of two pictures, and whorls.
                 assert_eq!(upright.min(2), 2, "{} has no leader", s.name);
                 assert!((5..=12).contains(&cards.len()), "{}", cards.len());
             } else {
@@ -200,7 +201,7 @@ fn they_disturb_nothing_else_and_do_not_know_other_species() {
     for (a, b) in without.herbs.iter().zip(&with.herbs) {
         assert!(a.prototype.cards() == b.prototype.cards());
     }
-    // Beeches are the last ones here, and somewhere among all species.
+    // Beeches come last here, and elsewhere if all species are grown.
     let beeches = |l: &Library| -> Vec<_> {
         let all = l.seedlings.iter().filter(|s| s.name == "beech_seedling");
         all.map(|s| s.prototype.mesh().positions.clone()).collect()

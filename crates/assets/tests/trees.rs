@@ -1,4 +1,4 @@
-//! Properties of grown trees, checked on what is handed out: triangles and cards.
+//! Properties of grown trees, checked on their triangles and cards.
 
 mod common;
 
@@ -110,8 +110,9 @@ fn sizes_are_as_demanded() {
     }
 }
 
-/// Crown radius measured another way: the circle with the area of the foliage's convex hull from
-/// above. The hull of a few branches' ends lies inside (an octagon's is 5 % smaller).
+/// The crown radius is measured in another way: as that of the circle with the area of the
+/// foliage's convex hull from above. The hull of a few branches' ends lies inside of the crown (an
+/// octagon's radius is 5 % smaller).
 #[test]
 fn the_crown_keeps_to_its_envelope() {
     for (species, size, tree) in sample() {
@@ -174,7 +175,8 @@ fn axes(mesh: &Mesh) -> Vec<Vec<Triangle>> {
         }
         i
     }
-    // Seams and cuts double a vertex: join by place as well, within one axis' run of indices.
+    // Vertices at seams and cuts exist twice, so vertices at equal places are joined too, within
+    // the indices of one axis.
     let mut by_place: BTreeMap<[u32; 3], usize> = BTreeMap::new();
     for (i, p) in mesh.positions.iter().enumerate() {
         let other = *by_place.entry(p.to_array().map(f32::to_bits)).or_insert(i);
@@ -238,7 +240,7 @@ fn surfaces_face_outwards() {
     }
 }
 
-/// Half the chord through an axis, from a triangle's middle straight in: its local radius.
+/// The local radius of an axis: half of the chord from the middle of a triangle straight inwards.
 fn half_chord(mesh: &Mesh, axis: &[Triangle], from: usize) -> Option<f64> {
     let [a, b, c] = corners(mesh, &axis[from]);
     let inward = -(b - a).cross(c - a).try_normalize()?;
@@ -284,8 +286,8 @@ fn wood_is_sorted_by_the_trunk_threshold() {
                     .max()
                     .expect("an axis has triangles");
                 for i in 0..axis.len() {
-                    // The end of an axis is closed at its last vertex: straight in is along the
-                    // axis there.
+                    // The end of an axis is closed at its last vertex, where inwards is along the
+                    // axis.
                     if axis[i].corners.contains(&apex) {
                         continue;
                     }
@@ -307,7 +309,7 @@ fn wood_is_sorted_by_the_trunk_threshold() {
                 }
             }
             assert!(thin > 1000, "{}: {thin} thin", species.name);
-            // Where wood bends, a chord crosses it askew, and a short one may meet its own skin.
+            // Where wood bends, a chord may cross it obliquely, or be cut short.
             assert!(
                 too_thick * 500 <= thin,
                 "{}: {too_thick} of {thin} branch triangles are on thick wood",
@@ -432,8 +434,8 @@ fn distance(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> f64 {
 
 #[test]
 fn leaves_are_inclined_as_measured_in_the_field() {
-    // As measured in the field (species' files); spherical is 57.3 +- 21.6, hanging 65 to 75.
-    // Where only a mean is tabled, the deviation is our choice.
+    // Values measured in the field (see the species' files); a spherical distribution has 57.3 +-
+    // 21.6, hanging leaves 65 to 75. Where only a mean is published, the deviation is our choice.
     for (species, mean, sd) in [
         (Species::english_oak(), 35.7, 19.3),
         (Species::maritime_pine(), 57.3, 21.6),
@@ -466,7 +468,7 @@ fn leaves_are_inclined_as_measured_in_the_field() {
     }
 }
 
-/// The published relations, written out a second time: height, crown width, leaf area from d in cm.
+/// The published relations, written out independently: height, crown width, leaf area from d in cm.
 fn published(name: &str, d: f64) -> [f64; 3] {
     let schnute = |a: f64, b: f64, d0: f64, h0: f64| {
         let foot = 1.3_f64.powf(b);
@@ -507,7 +509,7 @@ fn published(name: &str, d: f64) -> [f64; 3] {
         "cork_oak" => [
             schnute(0.035, 1.0, 45.0, 10.0).clamp(0.176 * d, 0.468 * d),
             0.447 * d.powf(0.792),
-            // Not published: ours, for the reason that the species file gives.
+            // Not published; our choice, for the reason given in the species file.
             0.62 * d.powf(1.4),
         ],
         "beech" => [
@@ -619,7 +621,8 @@ fn few_individuals_stand_for_a_stand() {
             })
             .collect();
         for (found, width) in &stands {
-            // Basal area, and most of the spread: the rest is inside the parts.
+            // They have the basal area and most of the spread; the rest of the spread is within the
+            // parts.
             assert!(
                 (found / square - 1.0).abs() < 0.03,
                 "{}: {found} {square}",
@@ -713,7 +716,7 @@ const FINGERPRINTS: [&str; 9] = [
 const SIZE: &str = "18.755967525 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";
 
-/// A spruce whose stem is straight and upright but for what `change` does to it.
+/// A spruce whose stem is straight and upright, except for what `change` does to it.
 fn straight(change: impl Fn(&mut StemForm)) -> (TreeSize, GrownTree) {
     let mut species = Species::norway_spruce();
     species.stem.sweep_deg = 0.0;
@@ -730,8 +733,8 @@ fn straight(change: impl Fn(&mut StemForm)) -> (TreeSize, GrownTree) {
 
 #[test]
 fn stems_are_bowed_by_their_basal_sweep() {
-    // How far the stem's middle is beside its foot, where the bow is widest: at a fifth of its
-    // height.
+    // The horizontal distance of the stem from its foot at a fifth of its height, where the bow is
+    // widest.
     let bow_m = |sweep_deg: f64| {
         let (size, tree) = straight(|stem| stem.sweep_deg = sweep_deg);
         let cut = stem_cut(&tree.mesh, 0.2 * size.height_m);
@@ -744,8 +747,8 @@ fn stems_are_bowed_by_their_basal_sweep() {
         slight > 0.01 && middle > slight && strong > middle,
         "{slight} {middle} {strong}"
     );
-    // One tree, swept more and more: as the tangent of the angle, but for what the crown's fit
-    // draws along.
+    // One tree with more and more sweep: the bow grows as the tangent of the angle, apart from what
+    // the fit of the crown changes.
     let tangent = |deg: f64| deg.to_radians().tan();
     for (bow, deg) in [(slight, 3.0), (middle, 6.0)] {
         let ratio = strong / bow * tangent(deg) / tangent(12.0);
@@ -755,7 +758,7 @@ fn stems_are_bowed_by_their_basal_sweep() {
 
 #[test]
 fn the_foot_is_as_wide_as_its_flare() {
-    // What a tape would read at the ground over what it reads at breast height.
+    // The girth at the ground over the girth at breast height.
     let swelling = |flare: f64| {
         let (size, tree) = straight(|stem| stem.flare = [flare; 2]);
         let [ground, breast] = [0.0, 1.3].map(|z| girth_m(&stem_cut(&tree.mesh, z)));
@@ -767,8 +770,8 @@ fn the_foot_is_as_wide_as_its_flare() {
     assert!((1.0..1.3).contains(&none), "the taper's butt alone: {none}");
     for flare in [0.1, 0.2, 0.4, 0.8] {
         let more = swelling(flare) / none - 1.0;
-        // Lobes fall to nothing between them: half their height all round, and more for going in
-        // and out.
+        // The lobes fall to nothing between each other, which adds half of their height to the mean
+        // radius, and their outline is longer than a circle.
         assert!((0.4..1.0).contains(&(more / flare)), "{flare}: {more}");
     }
 }
@@ -824,7 +827,7 @@ fn snags_are_dead_wood_of_the_demanded_diameter() {
                 top > 1.9 && f64::from(top) < 1.3 * size.height_m,
                 "{name}: {top}"
             );
-            // No living wood, and nothing that hangs in the air.
+            // There is no living wood, and nothing hangs in the air.
             for t in &snag.mesh.triangles {
                 let semantic = library.get(t.material).semantic;
                 assert!(
@@ -838,8 +841,7 @@ fn snags_are_dead_wood_of_the_demanded_diameter() {
     }
 }
 
-/// From 120 trees of each species as grown: what stands in the inventory follows the published
-/// relations.
+/// The sizes in the inventory of 120 grown trees of each species follow the published relations.
 #[test]
 fn allometry_is_recovered_from_grown_trees() {
     allometry_is_recovered_from(120);
@@ -851,7 +853,7 @@ fn allometry_is_recovered_from_500_grown_trees() {
     allometry_is_recovered_from(500);
 }
 
-/// Leaf areas without any limit. Few cards and little wood: sizes do not depend on them.
+/// Leaf areas are not limited. Cards and wood are few, as sizes do not depend on them.
 fn allometry_is_recovered_from(trees: u32) {
     let params = GrowthParams {
         wood_triangles_max: 3_000,
@@ -860,7 +862,7 @@ fn allometry_is_recovered_from(trees: u32) {
     };
     for species in Species::all() {
         let [low, high] = species.allometry.dbh_range_m;
-        // As far as the relations were fitted.
+        // The range of diameters that the relations were fitted to.
         let high = match species.name.as_str() {
             "eucalyptus" => 0.35,
             _ => high.min(0.6),
@@ -978,8 +980,8 @@ proptest! {
         let [low, high] = species.allometry.dbh_range_m;
         let key = Key::world(seed);
         let mut size = species.draw_size(low + share * (high - low), key);
-        // Demands off the allometry must be met as well, if not by far: squat saplings are all
-        // card.
+        // Demands that are somewhat off the allometry must be met as well. (Squat saplings consist
+        // of little but cards.)
         size.height_m = (size.height_m * odd).clamp(2.0, 70.0);
         size.crown_radius_m = (size.crown_radius_m / odd).clamp(0.3, 15.0);
         size.crown_base_m = size.crown_base_m.min(0.85 * size.height_m);
@@ -1007,7 +1009,7 @@ proptest! {
             tree.size.crown_radius_m,
             size.crown_radius_m
         );
-        // The foot is under ground all round, on slopes too.
+        // The foot is under the ground all around, on slopes too.
         let lowest = tree.mesh.positions.iter().fold(0.0_f32, |m, p| m.min(p.z));
         prop_assert!((-0.65..=-0.25).contains(&lowest), "{lowest}");
         let prototype = Prototype::new("tree", tree.mesh, tree.cards, &library());

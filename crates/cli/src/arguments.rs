@@ -8,7 +8,7 @@ use nemoral_pipeline::BackendChoice;
 
 use crate::frames::{Frames, Shard};
 
-/// What the program's exit codes say.
+/// The meaning of the program's exit codes.
 const EXIT_CODES: &str = "\
 Exit codes:
   0  done
@@ -32,19 +32,19 @@ pub(crate) enum Command {
     /// Shows, starts, checks and explains configs.
     #[command(subcommand)]
     Config(ConfigCommand),
-    /// Prints the plans as a graph, and what a run will take.
+    /// Prints the plan as a graph, and what a run will need.
     Plan(Plan),
-    /// Proves a data set: structure, sizes, checksums, ids, and that its sensors agree.
+    /// Checks a data set: structure, sizes, checksums, ids, and the agreement of its sensors.
     Check(Folder),
     /// Counts what a data set holds.
     Stats(Folder),
     /// Joins shards into one data set.
     Merge(Merge),
-    /// Puts all scans of a data set into one registered, labelled cloud.
+    /// Joins all scans of a data set into one registered, labelled cloud.
     Cloud(Cloud),
 }
 
-/// What world, and how it differs from the preset.
+/// The world, and how it differs from the preset.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct World {
     /// A TOML file over the preset.
@@ -68,13 +68,13 @@ pub(crate) struct World {
     pub(crate) threads: Option<u32>,
 }
 
-/// Where what is grown is kept, so that the next run need not grow it.
+/// Where grown plants are stored, so that the next run need not grow them again.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Keeping {
-    /// The folder that keeps grown trees from run to run; one of the user's caches if not given.
+    /// The folder that stores grown trees between runs; the user's cache folder if not given.
     #[arg(long, value_name = "DIR", env = "NEMORAL_CACHE")]
     pub(crate) cache: Option<PathBuf>,
-    /// Keeps nothing, and reads nothing that was kept.
+    /// Neither reads nor writes the cache.
     #[arg(long)]
     pub(crate) no_cache: bool,
 }
@@ -98,8 +98,7 @@ pub(crate) struct Cloud {
 pub(crate) struct Generate {
     #[command(flatten)]
     pub(crate) world: World,
-    /// `N` frames, or which of the sequence's frames to make: `A..B` (B not
-    /// included), or a list of frames and such ranges.
+    /// `N` frames, or which frames to make: `A..B` (without B), or a list of frames and ranges.
     #[arg(long, value_name = "N|A..B|LIST")]
     pub(crate) frames: Option<Frames>,
     /// The output folder.
@@ -108,8 +107,9 @@ pub(crate) struct Generate {
     /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,
-    /// The most memory of a GPU that a renderer uses; cameras that differ in look, samples or
-    /// radiance have one each.
+    /// The most memory of a GPU that a renderer uses.
+    ///
+    /// Cameras that differ in look, samples or radiance have a renderer each.
     #[arg(
         long,
         value_name = "MIB",
@@ -120,7 +120,7 @@ pub(crate) struct Generate {
     /// Makes the Ith of N equal parts of the frames, I from 0; `merge` joins them.
     #[arg(long, value_name = "I/N")]
     pub(crate) shard: Option<Shard>,
-    /// Goes on with a data set that was interrupted.
+    /// Continues a data set that was interrupted.
     #[arg(long, conflicts_with = "overwrite")]
     pub(crate) resume: bool,
     /// Replaces the data set in the folder.
@@ -128,18 +128,18 @@ pub(crate) struct Generate {
     pub(crate) overwrite: bool,
     #[command(flatten)]
     pub(crate) keeping: Keeping,
-    /// Says nothing but errors.
+    /// Prints nothing but errors.
     #[arg(long, short)]
     pub(crate) quiet: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Backend {
-    /// A hardware GPU if there is one that will do, else the CPU.
+    /// A hardware GPU if a suitable one is found, else the CPU.
     Auto,
-    /// Casts rays on the CPU: works everywhere.
+    /// Casts rays on the CPU; works everywhere.
     Cpu,
-    /// Draws on a GPU, or on software that plays one.
+    /// Draws on a GPU, or on software that emulates one.
     Gpu,
 }
 
@@ -178,7 +178,7 @@ pub(crate) enum ConfigCommand {
     Init(World),
     /// Prints the config that a run would use, every key.
     Show(World),
-    /// Proves a config: refuses all that `generate` would refuse before its first frame.
+    /// Checks a config for everything that `generate` would refuse before its first frame.
     Check {
         #[command(flatten)]
         world: World,
@@ -230,10 +230,10 @@ pub(crate) struct Merge {
     /// Merges what there is, though the shards lack frames of a sequence.
     #[arg(long)]
     pub(crate) partial: bool,
-    /// Goes on with a merge that was stopped.
+    /// Continues a merge that was interrupted.
     #[arg(long, conflicts_with = "overwrite")]
     pub(crate) resume: bool,
-    /// Replaces the data set in the output folder, and nothing that is not its own.
+    /// Replaces the data set in the output folder, and no files of others.
     #[arg(long)]
     pub(crate) overwrite: bool,
 }

@@ -23,7 +23,7 @@ use crate::arguments::{
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
 
-/// Why a command did not do what it was asked.
+/// Why a command failed.
 pub(crate) struct Failure {
     pub(crate) message: String,
     pub(crate) is_request: bool,
@@ -44,7 +44,7 @@ impl From<nemoral_dataset::Error> for Failure {
     }
 }
 
-/// Standard output is all there is to fail by itself.
+/// The commands themselves write to standard output alone, so an I/O error is about that.
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
         Self {
@@ -61,7 +61,7 @@ fn wrong(message: impl Display) -> Failure {
     }
 }
 
-/// Runs a command: `false` if it ran and its answer is no.
+/// Runs a command. The result is `false` if it ran but its answer is no.
 pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
     match arguments.command {
         Command::Generate(a) => run_generate(&a),
@@ -126,7 +126,7 @@ fn load(world: &World) -> Result<(Config, InputFiles), Failure> {
     Ok(layers.load_with_inputs()?)
 }
 
-/// How many threads to use; tells rayon.
+/// The number of threads to use, which is handed to rayon.
 fn threads(world: &World) -> Result<usize, Failure> {
     let threads = match world.threads {
         Some(n) => n as usize,
@@ -142,7 +142,7 @@ fn threads(world: &World) -> Result<usize, Failure> {
     Ok(threads)
 }
 
-/// The folder that keeps what is grown, and what to say if there is none though one was wanted.
+/// The cache folder, and a message if it cannot be used although one was wanted.
 fn cache(keeping: &Keeping) -> (Option<Arc<Cache>>, Option<String>) {
     if keeping.no_cache {
         return (None, None);
@@ -152,7 +152,7 @@ fn cache(keeping: &Keeping) -> (Option<Arc<Cache>>, Option<String>) {
         Some(folder) => folder.clone(),
         None => match of_user() {
             Ok(folder) => folder,
-            // Nobody's machine: nothing to keep for anybody.
+            // There is no home folder, hence no user to store anything for.
             Err(_) => return (None, None),
         },
     };
@@ -183,8 +183,8 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     ctrlc::set_handler(move || {
-        // Ctrl-C, or SIGTERM of whoever manages the machine. A second one does not wait for the
-        // frame in hand.
+        // Ctrl-C, or SIGTERM from whoever manages the machine. A second one does not wait until the
+        // current frame is finished.
         if asked.swap(true, Ordering::Relaxed) {
             std::process::exit(1);
         }

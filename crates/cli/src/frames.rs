@@ -8,9 +8,9 @@ use nemoral_pipeline::FrameSelection;
 /// What `--frames` asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Frames {
-    /// `N`: the sequence has N frames, make all of them.
+    /// `N`: the sequence has N frames, all of which are made.
     Length(u64),
-    /// `A..B` or a list of frames and such ranges: make these of the sequence's frames.
+    /// `A..B`, or a list of frames and such ranges: these of the sequence's frames are made.
     These(FrameSelection),
 }
 
@@ -57,7 +57,7 @@ fn range(item: &str) -> Result<Range<u64>, String> {
     }
 }
 
-/// What somebody wrote, in quotes; what goes on for ever is cut.
+/// What the user wrote, in quotes; a long text is shortened.
 fn quoted(word: &str) -> String {
     const SHOWN: usize = 40;
     match word.char_indices().nth(SHOWN) {

@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-/// Chunks are made by one thread and dropped by another, for hours: the C library's heap grows by
-/// that, this one does not.
+/// Chunks are made by one thread and dropped by another, for hours. The C library's heap grows
+/// under that pattern; this one does not.
 #[global_allocator]
 static ALLOCATOR: dlmalloc::GlobalDlmalloc = dlmalloc::GlobalDlmalloc;
 
@@ -21,7 +21,7 @@ fn main() -> ExitCode {
     let arguments = arguments::Arguments::parse();
     match commands::run(arguments) {
         Ok(true) => ExitCode::SUCCESS,
-        // The command ran, and its answer is no: `check` found something.
+        // The command ran, and its answer is no; for example, `check` found a fault.
         Ok(false) => ExitCode::FAILURE,
         Err(failure) => {
             progress::complain(&failure.message);

@@ -17,7 +17,7 @@ pub(crate) fn note(message: &str) {
     let _ = writeln!(io::stderr(), "note: {message}");
 }
 
-/// Writes a line to standard output. A closed pipe is nobody listening, not an error.
+/// Writes a line to standard output. A closed pipe is no error, as the reader wants no more.
 pub(crate) fn say(text: &str) -> io::Result<()> {
     let mut stdout = io::stdout();
     match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
@@ -33,7 +33,8 @@ pub(crate) struct Reporter {
     started: Instant,
     last_line: Mutex<Option<Instant>>,
     bytes: Mutex<u64>,
-    /// Said with the first frame: a request that is refused says why, and nothing else.
+    /// Printed with the first frame, so that a request that is refused prints its reason and
+    /// nothing else.
     with_first: Mutex<Vec<String>>,
 }
 

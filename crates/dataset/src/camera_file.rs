@@ -1,11 +1,11 @@
-//! The files that a camera writes of a frame, one by one.
+//! The single files that a camera writes for a frame.
 
 use crate::formats::{annotations, exr, images, npy};
 use nemoral_scene::Intrinsics;
 
 use crate::{CameraData, DatasetHeader, DepthFormat, limits};
 
-/// One of the files that a camera writes of a frame.
+/// One of the files that a camera writes for a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum CameraFile {
@@ -19,20 +19,20 @@ pub enum CameraFile {
     Depth,
     /// Normals.
     Normals,
-    /// Where the sky is seen, which depth tells.
+    /// The mask of the sky, which follows from depth.
     Sky,
     /// Optical flow.
     Flow,
-    /// The nearest trunks, behind leaves too.
+    /// The nearest trunks, also where leaves hide them.
     Trunks,
     /// Boxes, in the image and in space.
     Boxes,
-    /// Light.
+    /// Radiance.
     Radiance,
 }
 
 impl CameraFile {
-    /// All of them, those that a header must ask for last.
+    /// All of them; those that are written only on request come last.
     pub const ALL: [Self; 10] = [
         Self::Rgb,
         Self::Semantic,
@@ -46,7 +46,7 @@ impl CameraFile {
         Self::Radiance,
     ];
 
-    /// Does a header ask for it, of its `camera`-th camera?
+    /// Whether a header asks for it from its `camera`-th camera.
     pub(crate) fn is_asked(self, header: &DatasetHeader, camera: usize) -> bool {
         let extra = header.cameras[camera].annotations;
         match self {
@@ -60,7 +60,7 @@ impl CameraFile {
     }
 
     /// Its bytes, as [`Writer`](crate::Writer) writes them, for the `camera`-th camera of a header;
-    /// `None` if that does not ask for it, or it is not in `data`.
+    /// `None` if the header does not ask for it or `data` does not contain it.
     ///
     /// # Panics
     /// If the header has fewer cameras.
@@ -92,7 +92,7 @@ impl CameraFile {
         })
     }
 
-    /// The most bytes that it may have, of a camera of this size.
+    /// The most bytes that it may have for a camera of this size.
     pub(crate) fn max_bytes(self, header: &DatasetHeader, size: &Intrinsics) -> u64 {
         let bytes_per_pixel = match self {
             Self::Boxes => return limits::BOXES_BYTES,

@@ -15,21 +15,22 @@ use crate::{Dataset, Error, PlyPoint};
 /// What goes into a cloud.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CloudParams {
-    /// Of all points in a cube of this side, metres, 0.0001 to 1000, only the first is kept; `None`
-    /// keeps all.
+    /// Side of a voxel, metres, 0.0001 to 1000: only the first point in each is kept; `None` keeps
+    /// all.
     pub voxel_m: Option<f64>,
-    /// Leave out mixed returns and false alarms?
+    /// Whether mixed returns and false alarms are left out.
     pub pure: bool,
 }
 
-/// Sides of cubes, metres: finer than any scanner measures, larger than any reaches.
+/// Allowed sides of voxels, metres: from finer than any scanner measures to larger than any
+/// scanner's reach.
 const VOXEL_M: std::ops::RangeInclusive<f64> = 1e-4..=1e3;
 
 /// Writes the points of all frames and all LiDARs in world coordinates, in the order of frames, as
 /// a binary PLY at `out`: for plots that are scanned from stations, and for maps of drives.
 ///
 /// Positions are the measured ones, registered by the true poses. Every point has its class, its
-/// thing (`chunk_x`, `chunk_y`, `item` as in `trees.csv` and `instances.csv`), frame, LiDAR,
+/// object (`chunk_x`, `chunk_y`, `item` as in `trees.csv` and `instances.csv`), frame, LiDAR,
 /// return, true range, normal and its class's colour. Returns how many points were written. The
 /// file appears when it is whole.
 ///
@@ -68,7 +69,7 @@ pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> 
             return Err(Error::invalid("dir", dir.display(), allowed));
         }
     }
-    // The number of points stands before them, and is known after them.
+    // The number of points is written before them but known only after them.
     let mut body = BufWriter::new(nemoral_files::scratch_beside(out)?);
     let mut kept = Kept {
         params,
@@ -119,7 +120,7 @@ impl Kept {
         if self.params.pure && p.point.flags.has(odd) {
             return false;
         }
-        // Which points are in the set is looked up, never in what order.
+        // The set is only asked whether it contains a point, so its order does not matter.
         self.params.voxel_m.is_none_or(|side| {
             let cell = (world / side).floor();
             self.seen.insert(cell.to_array().map(|c| c as i64))
@@ -135,7 +136,7 @@ struct Placed<'a> {
     lidar: u8,
 }
 
-/// In the order of [`ply::CLOUD_FIELDS`].
+/// Writes a point in the order of [`ply::CLOUD_FIELDS`].
 fn write_point(out: &mut impl Write, p: &PlyPoint, place: &Placed<'_>) -> io::Result<()> {
     let point = &p.point;
     for v in place.world.to_array() {

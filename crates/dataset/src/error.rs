@@ -7,12 +7,12 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The file system said no: disk full, permission denied, file missing.
+    /// The file system reports an error, such as a full disk, denied permission or a missing file.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The output folder holds files that no data set owns; nothing was touched.
@@ -24,7 +24,7 @@ pub enum Error {
     Foreign {
         /// The folder.
         path: PathBuf,
-        /// One of the things in it.
+        /// One of the names in it.
         found: String,
     },
     /// The output folder holds a data set already; nothing was touched.
@@ -126,7 +126,7 @@ impl From<nemoral_files::Error> for Error {
             Files::Locked { path } => Self::Busy { path },
             other => {
                 let (path, text) = (other.path().to_owned(), other.to_string());
-                // The path is said once.
+                // The path is named only once.
                 let said = format!("{}: ", path.display());
                 let message = text.strip_prefix(&said).unwrap_or(&text).to_owned();
                 Self::Malformed { path, message }
@@ -141,7 +141,7 @@ impl Error {
         move |source| Self::Io { path, source }
     }
 
-    /// What is wrong with a file whose name has been said already.
+    /// What is wrong with a file that has been named already.
     pub(crate) fn without_path(&self) -> String {
         match self {
             Self::Io { source, .. } => source.to_string(),

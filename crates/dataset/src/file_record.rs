@@ -1,4 +1,4 @@
-//! A file of a data set, as its record says.
+//! The record of a file of a data set.
 
 use nemoral_files::{Folder, InnerPath};
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub struct FileRecord {
 }
 
 impl FileRecord {
-    /// That of a file with this content.
+    /// The record of a file with this content.
     pub(crate) fn of(path: InnerPath, bytes: &[u8]) -> Self {
         Self {
             path,
@@ -32,7 +32,7 @@ impl FileRecord {
         Ok(Self::of(path, bytes))
     }
 
-    /// The file's bytes, if they are what the record says.
+    /// The file's bytes, if they agree with the record.
     pub(crate) fn read(&self, folder: &Folder) -> Result<Vec<u8>, Error> {
         let wrong = |message| Error::malformed(self.path.below(folder.root()), message);
         let bytes = match folder.read(&self.path, self.bytes) {

@@ -1,4 +1,4 @@
-//! What a caller hands over to be written.
+//! The data that a caller hands over to be written.
 
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
@@ -17,14 +17,14 @@ pub struct FrameData<'a> {
     pub time_s: f64,
     /// The body's pose in the world at that time.
     pub world_from_body: RigidTransform,
-    /// How the body moves at that time: what pictures with a rolling shutter are read by; else it
-    /// need not be known.
+    /// How the body moves at that time. Readers need it for pictures with a rolling shutter;
+    /// otherwise it may be left at zero.
     pub body_motion: Twist,
     /// One for each camera of the header, in its order.
     pub cameras: Vec<CameraData<'a>>,
     /// One for each LiDAR of the header, in its order.
     pub lidars: Vec<LidarData<'a>>,
-    /// The key of all that went into the frame; resume trusts it.
+    /// The key of everything that went into the frame, by which a resumed run decides what to keep.
     pub frame_key: [u8; 32],
 }
 
@@ -35,10 +35,10 @@ pub struct CameraData<'a> {
     pub name: &'a str,
     /// sRGB.
     pub rgb: &'a Image<[u8; 3]>,
-    /// The light behind the lens, before exposure and sensor: linear sRGB, cd/m², the same size.
-    /// There if the header asks for it.
+    /// The light behind the lens, before exposure and sensor: linear sRGB, cd/m², of the same size;
+    /// present if the header asks for it.
     pub radiance: Option<&'a Image<Vec3>>,
-    /// What is at each pixel's centre; the same size.
+    /// The truth at each pixel's centre; of the same size.
     pub truth: &'a TruthImages,
     /// The further truth that the header asks for.
     pub annotations: &'a Annotations,
@@ -51,20 +51,20 @@ pub struct LidarData<'a> {
     pub name: &'a str,
     /// The returns, deskewed to the frame's time.
     pub points: &'a [LidarPoint],
-    /// The chunk the sensor is in.
+    /// The chunk that the sensor is in.
     pub sensor_chunk: ChunkCoord,
 }
 
-/// The things of the world that `trees.csv` and `instances.csv` list.
+/// The objects of the world that `trees.csv` and `instances.csv` list.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WorldTables<'a> {
     /// The trees, in any order.
     pub trees: &'a [TreeRecord],
-    /// All things with an id, trees included, in any order.
+    /// All objects with an id, trees included, in any order.
     pub objects: &'a [ObjectRecord],
 }
 
-/// The poses of a whole sequence, of the frames that are not made here too.
+/// The poses of all frames of a sequence, including those that are not made here.
 #[derive(Clone, Debug)]
 pub struct Track {
     /// The sequence's number.

@@ -1,5 +1,5 @@
-//! The decoders of single files as functions of their bytes. They are there for the fuzzers and the
-//! replay of what these have found, and are no part of the crate's interface.
+//! The decoders of single files as functions of their bytes. They exist for the fuzzers and for the
+//! replay of their findings, and are not part of the crate's interface.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ pub const PNG_KINDS: u8 = 6;
 /// A PNG: colour, classes, instances, depth, a mask, flow or normals.
 ///
 /// # Errors
-/// If the bytes are no picture of that kind and size.
+/// If the bytes are not a picture of that kind and size.
 pub fn png(kind: u8, bytes: &[u8], size: Size) -> Result<(), Error> {
     match kind % PNG_KINDS {
         0 => images::decode_instance(name(), bytes, size).map(drop),
@@ -53,10 +53,10 @@ pub fn exr(bytes: &[u8], size: Size) -> Result<(), Error> {
     exr::decode(name(), bytes, size).map(drop)
 }
 
-/// A scan; returns what is written of what was read.
+/// A scan; returns the bytes that are written for what was read.
 ///
 /// # Errors
-/// If the bytes are no scan of this program.
+/// If the bytes are not a scan of this program.
 pub fn ply(bytes: &[u8]) -> Result<Vec<u8>, Error> {
     ply::decode(name(), bytes).map(|points| ply::encode(&points))
 }
@@ -64,7 +64,7 @@ pub fn ply(bytes: &[u8]) -> Result<Vec<u8>, Error> {
 /// `.bin`.
 ///
 /// # Errors
-/// If the bytes are no points.
+/// If the bytes are not points.
 pub fn points(bytes: &[u8]) -> Result<(), Error> {
     scan::decode_points(name(), bytes).map(drop)
 }
@@ -72,7 +72,7 @@ pub fn points(bytes: &[u8]) -> Result<(), Error> {
 /// `.label`.
 ///
 /// # Errors
-/// If the bytes are no labels.
+/// If the bytes are not labels.
 pub fn labels(bytes: &[u8]) -> Result<(), Error> {
     scan::decode_labels(name(), bytes).map(drop)
 }
@@ -80,7 +80,7 @@ pub fn labels(bytes: &[u8]) -> Result<(), Error> {
 /// `poses.txt`, and what is computed from it.
 ///
 /// # Errors
-/// If a line is no matrix.
+/// If a line is not a matrix.
 pub fn poses(text: &str) -> Result<(), Error> {
     let rows = kitti::decode_poses(name(), text)?;
     let poses: Vec<_> = rows.iter().map(kitti::from_rows).collect();
@@ -90,10 +90,10 @@ pub fn poses(text: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// `calib.txt`; returns what is written of what was read.
+/// `calib.txt`; returns the text that is written for what was read.
 ///
 /// # Errors
-/// If lines are missing or are no matrices.
+/// If lines are missing or are not matrices.
 pub fn calibration(text: &str) -> Result<String, Error> {
     kitti::decode_calibration(name(), text).map(|c| kitti::encode_calibration(&c))
 }
@@ -101,12 +101,12 @@ pub fn calibration(text: &str) -> Result<String, Error> {
 /// `times.txt`.
 ///
 /// # Errors
-/// If a line is no number.
+/// If a line is not a number.
 pub fn times(text: &str) -> Result<(), Error> {
     kitti::decode_times(name(), text).map(drop)
 }
 
-/// `trees.csv`; returns what is written of what was read.
+/// `trees.csv`; returns the text that is written for what was read.
 ///
 /// # Errors
 /// If the text is no such table.
@@ -116,7 +116,7 @@ pub fn trees(text: &str) -> Result<String, Error> {
     Ok(tables::encode_trees(&rows))
 }
 
-/// `instances.csv`; returns what is written of what was read.
+/// `instances.csv`; returns the text that is written for what was read.
 ///
 /// # Errors
 /// If the text is no such table.
@@ -129,7 +129,7 @@ pub fn objects(text: &str) -> Result<String, Error> {
 /// Boxes.
 ///
 /// # Errors
-/// If the bytes are no such table.
+/// If the bytes are not such a table.
 pub fn boxes(bytes: &[u8]) -> Result<(), Error> {
     let boxes = annotations::decode_boxes(name(), bytes)?;
     std::hint::black_box(annotations::encode_boxes(&boxes));
@@ -153,7 +153,7 @@ pub fn texts(manifest: &Manifest) -> [String; 4] {
 /// The header and the frames that an unfinished data set's state folder holds, whole or not.
 ///
 /// # Errors
-/// If it cannot be read, or is not possible.
+/// If it cannot be read or is not valid.
 pub fn state(root: &Path) -> Result<Option<(DatasetHeader, usize)>, Error> {
     let folder = Folder::new(root);
     let Some(header) = state::header(&folder)? else {
@@ -163,7 +163,7 @@ pub fn state(root: &Path) -> Result<Option<(DatasetHeader, usize)>, Error> {
     Ok(Some((header, records.len())))
 }
 
-/// A text as it stands in the state folder.
+/// A text with its seal, as stored in the state folder.
 #[must_use]
 pub fn seal(json: &str) -> String {
     seal::seal(json)

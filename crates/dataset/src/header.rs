@@ -1,4 +1,4 @@
-//! What is the same for the whole data set, and decides its bytes.
+//! What is the same for the whole data set and decides its bytes.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::serde_scene;
 use crate::{Error, limits};
 
-/// The further camera that is KITTI's right eye: its pictures are `image_3`, its projection is
-/// `P3`.
+/// The name of the further camera that is KITTI's right one: its pictures are in `image_3`, its
+/// projection is `P3`.
 pub(crate) const RIGHT: &str = "right";
 
 /// How depth images are stored.
@@ -19,7 +19,7 @@ pub(crate) const RIGHT: &str = "right";
 #[non_exhaustive]
 pub enum DepthFormat {
     /// 16-bit grey PNG, metres × 256 rounded to nearest; 0 = nothing hit, 65535 = 255.996 m or
-    /// more; a surface is never 0 (KITTI's convention).
+    /// more. A surface is never 0 (KITTI's convention).
     #[default]
     Png16,
     /// NumPy `.npy`, little-endian float32, metres, shape (height, width); 0 = nothing hit.
@@ -27,24 +27,24 @@ pub enum DepthFormat {
 }
 
 /// A camera of the data set. The first one writes `image_2`, `semantic`, `instance`, `depth` and
-/// `normals`, further ones the same folders inside a folder of their name; but the pictures of a
-/// further one called `right` are `image_3`, as of KITTI's right eye.
+/// `normals`, further ones the same folders inside a folder of their name, except that the pictures
+/// of a further one called `right` are in `image_3`, as those of KITTI's right camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraSpec {
     /// `snake_case`, unique among all sensors.
     pub name: String,
-    /// The pinhole; what its pixels are, is said there.
+    /// The pinhole.
     pub intrinsics: Intrinsics,
     /// The mount, from the camera's optical frame.
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_camera: RigidTransform,
-    /// What else it writes: `sky`, `flow`, `trunks`, `boxes`, `radiance`.
+    /// What it writes in addition: `sky`, `flow`, `trunks`, `boxes`, `radiance`.
     #[serde(rename = "extra")]
     pub annotations: AnnotationKinds,
-    /// When its rows see light; absent from `dataset.json` if all do at once.
+    /// When its rows are exposed; absent from `dataset.json` if all are exposed at one instant.
     #[serde(default, skip_serializing_if = "Shutter::is_instant")]
     pub shutter: Shutter,
-    /// Do its pictures have a sensor's noise? Absent if not.
+    /// Whether its pictures have a sensor's noise; absent from `dataset.json` if not.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub noisy: bool,
 }
@@ -58,17 +58,19 @@ pub struct LidarSpec {
     /// The mount.
     #[serde(with = "serde_scene::rigid_transform")]
     pub body_from_lidar: RigidTransform,
-    /// Are points in the LiDAR's frame at the frame's time, or, if not, each at its pulse's?
+    /// Whether points are in the LiDAR's frame at the frame's time; if not, each is in that of its
+    /// pulse's time.
     pub deskewed: bool,
-    /// Are pulses written where the scanner believes they went, rather than where they did?
+    /// Whether points are written in the direction that the scanner believes, rather than in the
+    /// true one.
     pub pointing_errors: bool,
-    /// Is the PLY with every field written, beside `.bin` and `.label`?
+    /// Whether the PLY with every field is written besides `.bin` and `.label`.
     pub ply: bool,
 }
 
 impl LidarSpec {
-    /// Are points where their pulses went? If not, images cannot agree with them, and `check`
-    /// reports the agreement without judging it.
+    /// Whether points lie where their pulses went. If not, images cannot agree with them, and
+    /// `check` reports the agreement without judging it.
     #[must_use]
     pub fn well_placed(&self) -> bool {
         self.deskewed && !self.pointing_errors
@@ -102,10 +104,10 @@ pub struct DatasetHeader {
     pub lidars: Vec<LidarSpec>,
     /// Key of each world stage: name to hexadecimal.
     pub stage_keys: BTreeMap<String, String>,
-    /// The resolved configuration: what decides content, and nothing else (no threads, no output
-    /// folder, no frame range), because resume compares it.
+    /// The resolved configuration. It has what decides the content and nothing else (no threads, no
+    /// output folder, no frame range), because a resumed run compares it.
     pub config: serde_json::Value,
-    /// The same for people, written to `config.toml`. It is not compared.
+    /// The same for human readers, written to `config.toml`. It is not compared.
     #[serde(skip)]
     pub config_toml: String,
 }
@@ -132,8 +134,8 @@ impl DatasetHeader {
         }
     }
 
-    /// The mount of the frame `poses.txt` is about: the first camera's, or the first LiDAR's if
-    /// there is no camera.
+    /// The mount of the reference sensor, whose poses `poses.txt` has: the first camera, or the
+    /// first LiDAR if there is no camera.
     #[must_use]
     pub fn body_from_reference(&self) -> RigidTransform {
         let camera = self.cameras.first().map(|c| c.body_from_camera);
@@ -141,7 +143,7 @@ impl DatasetHeader {
         camera.or(lidar).unwrap_or(RigidTransform::IDENTITY)
     }
 
-    /// Checks names, mounts and sizes: of what is to be written, and of what has been read.
+    /// Checks names, mounts and sizes, before writing and after reading.
     pub(crate) fn validate(&self) -> Result<(), Error> {
         if self.cameras.is_empty() && self.lidars.is_empty() {
             return Err(Error::invalid(
@@ -190,7 +192,7 @@ impl DatasetHeader {
     }
 }
 
-/// A picture's size, and numbers with which points can be projected.
+/// Checks a picture's size and the numbers by which points are projected.
 fn validate_camera(camera: &CameraSpec) -> Result<(), Error> {
     let k = &camera.intrinsics;
     let field = |what| format!("{}.{what}", camera.name);
@@ -221,13 +223,13 @@ fn validate_camera(camera: &CameraSpec) -> Result<(), Error> {
     Ok(())
 }
 
-/// Is it somewhere in a world that has chunks?
+/// Whether it lies in a chunk of the world.
 pub(crate) fn is_place(position_m: DVec3) -> bool {
     position_m.is_finite() && position_m.abs().max_element() <= limits::MAX_POSITION_M
 }
 
-/// Names that could be mistaken for a folder of the layout, or that file systems dislike, are
-/// refused.
+/// Refuses names that could be mistaken for a folder of the layout, or that some file systems do
+/// not allow.
 fn check_sensor_name(name: &str) -> Result<(), Error> {
     const RESERVED: [&str; 14] = [
         "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky", "flow", "trunks",

@@ -1,4 +1,4 @@
-//! Where things lie in a data set's folder.
+//! The layout of a data set's folder.
 
 use nemoral_files::InnerPath;
 
@@ -15,7 +15,7 @@ pub(crate) const CONFIG: &str = "config.toml";
 pub(crate) const ONTOLOGY: &str = "ontology.yaml";
 pub(crate) const TREES: &str = "trees.csv";
 pub(crate) const INSTANCES: &str = "instances.csv";
-/// The files at the top, but for `dataset.json`.
+/// The files at the top, except `dataset.json`.
 pub(crate) const TOP_FILES: [&str; 5] = [README, CONFIG, ONTOLOGY, TREES, INSTANCES];
 pub(crate) const SEQUENCES: &str = "sequences";
 pub(crate) const POSES: &str = "poses.txt";
@@ -30,8 +30,8 @@ pub(crate) struct LidarFolders {
     pub(crate) points: String,
 }
 
-/// Where the `i`-th camera writes one of its files, below the sequence: the first one's folders are
-/// SemanticKITTI's.
+/// The folder below the sequence in which the `i`-th camera writes one of its files; those of the
+/// first camera are SemanticKITTI's.
 pub(crate) fn camera_folder(header: &DatasetHeader, i: usize, file: CameraFile) -> String {
     let name = &header.cameras[i].name;
     if i > 0 && name == header::RIGHT && file == CameraFile::Rgb {
@@ -40,7 +40,7 @@ pub(crate) fn camera_folder(header: &DatasetHeader, i: usize, file: CameraFile) 
     format!("{}{}", prefix(i, name), file.folder())
 }
 
-/// The `i`-th LiDAR's folders: the first one's are SemanticKITTI's.
+/// The folders of the `i`-th LiDAR; those of the first one are SemanticKITTI's.
 pub(crate) fn lidar_folders(header: &DatasetHeader, i: usize) -> LidarFolders {
     let prefix = prefix(i, &header.lidars[i].name);
     LidarFolders {
@@ -94,17 +94,17 @@ pub(crate) fn frame_record(sequence_number: u32, index: u64) -> String {
 pub(crate) fn frame_of_record(name: &str) -> Option<(u32, u64)> {
     let (sequence, index) = name.strip_suffix(".json")?.split_once('-')?;
     let at = (sequence.parse().ok()?, index.parse().ok()?);
-    // No second spelling of one frame.
+    // A frame has only one valid name.
     (frame_record(at.0, at.1).rsplit('/').next() == Some(name)).then_some(at)
 }
 
-/// Is this the name of a frame's file?
+/// Whether this is the name of a frame's file.
 pub(crate) fn is_frame_file(name: &str, extension: &str) -> bool {
     name.split_once('.')
         .is_some_and(|(stem, e)| is_number(stem, 6) && e == extension)
 }
 
-/// Is this the name of a sequence's folder?
+/// Whether this is the name of a sequence's folder.
 pub(crate) fn is_sequence_name(name: &str) -> bool {
     is_number(name, 2)
 }
@@ -118,7 +118,7 @@ pub(crate) fn inner(path: &str) -> InnerPath {
     InnerPath::new(path).expect("the layout's names are plain")
 }
 
-/// One file of the `i`-th camera, of a frame by its sequence and index.
+/// One file of the `i`-th camera for a frame, given by its sequence and index.
 pub(crate) fn camera_file(
     header: &DatasetHeader,
     (number, index): (u32, u64),
@@ -129,7 +129,7 @@ pub(crate) fn camera_file(
     frame_file(number, &folder, index, file.extension(header))
 }
 
-/// Every file of a frame, by path, with the most bytes it may have.
+/// Every file of a frame, by path, with the most bytes that it may have.
 pub(crate) fn frame_files(
     header: &DatasetHeader,
     number: u32,
@@ -156,8 +156,8 @@ pub(crate) fn frame_files(
     files
 }
 
-/// Every file that belongs to no frame, by path, with the most bytes it may have. Sequences are
-/// numbers and lengths.
+/// Every file that belongs to no frame, by path, with the most bytes that it may have. Sequences
+/// are given by their numbers and lengths.
 pub(crate) fn common_files(
     header: &DatasetHeader,
     sequences: impl IntoIterator<Item = (u32, u64)>,

@@ -1,17 +1,18 @@
-//! This crate is what lands on disk: it writes data sets, reads every file of them back, resumes
-//! and merges them, and checks them from their files alone.
+//! This crate owns data sets on disk: it writes them, reads every file of them back, resumes and
+//! merges them, and checks them from their files alone.
 //!
 //! # Layout
-//! SemanticKITTI's, so that today's loaders read it unchanged, with images beside it:
+//! The layout is SemanticKITTI's, so that existing loaders read it unchanged, with images beside
+//! the scans:
 //! ```text
 //! OUT/README.md  dataset.json  config.toml  ontology.yaml  trees.csv  instances.csv
 //! OUT/sequences/NN/{image_2,semantic,instance,depth,normals}/000000.png
 //!                  velodyne/000000.bin  labels/000000.label  points/000000.ply
 //!                  poses.txt  calib.txt  times.txt
 //! ```
-//! A further camera or LiDAR has the same folders inside a folder of its name, but the pictures of
-//! a further camera called `right` are `image_3`. While a data set is unfinished, `OUT/.nemoral/`
-//! holds its header and a record for each whole frame.
+//! A further camera or LiDAR has the same folders inside a folder of its name, except that the
+//! pictures of a further camera called `right` are in `image_3`. While a data set is unfinished,
+//! `OUT/.nemoral/` holds its header and a record for each whole frame.
 //!
 //! | file | content |
 //! |---|---|
@@ -30,16 +31,17 @@
 //! | `ontology.yaml` | the class table for semantic-kitti-api (the paper's classes are section V-A's) |
 //!
 //! # Promises
-//! - A file appears under its final name only when it is whole, a frame's record after its files,
-//!   `dataset.json` after everything, once all files that it names are on the medium. What a power
-//!   cut damages before that, checksums show, and resume makes again.
-//! - Equal input gives equal bytes, whatever the order of frames, the threads, or the shards.
-//! - Nothing that a data set does not own is changed or removed, and nothing outside its folder is
-//!   read or written: names in a data set are [`InnerPath`]s, and links below the folder are not
-//!   followed.
-//! - Nothing that a file declares is believed before it is checked: sizes are held against
-//!   `dataset.json`, and that against what can be made, before memory is asked for; every file that
-//!   is read is held against its checksum.
+//! - A file appears under its final name only when it is whole. A frame's record is written after
+//!   its files, and `dataset.json` after everything, once all files that it names are on the
+//!   medium. What a power cut damages before that is found by checksums and made again on resume.
+//! - Equal input gives equal bytes, whatever the order of frames, the number of threads, or the
+//!   division into shards.
+//! - Files that a data set does not own are neither changed nor removed, and nothing outside its
+//!   folder is read or written: names in a data set are [`InnerPath`]s, and links below the folder
+//!   are not followed.
+//! - Nothing that a file declares is trusted before it is checked: sizes are compared with
+//!   `dataset.json`, and those in `dataset.json` with the limits of what can be made, before memory
+//!   is allocated. Every file that is read is compared with its checksum.
 //!
 //! # Example
 //! ```

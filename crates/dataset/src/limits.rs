@@ -1,4 +1,4 @@
-//! How large things may be: what a header says is held against this before memory is asked for.
+//! Limits of sizes, with which headers are compared before memory is allocated.
 //!
 //! The numbers are those of the config's schema, so that everything that can be made can be read.
 
@@ -14,18 +14,19 @@ pub(crate) const MAX_SEQUENCES: usize = 100_000;
 pub(crate) const MAX_SENSORS: usize = 256;
 /// Points of one scan: ten million pulses with five returns each.
 pub(crate) const MAX_POINTS: u64 = 50_000_000;
-/// Metres that a pose may be away from the origin: all chunks that have a coordinate lie within.
+/// The greatest distance of a pose from the origin, metres; all chunks that have a coordinate lie
+/// within it.
 pub(crate) const MAX_POSITION_M: f64 = 1e12;
 
 /// A header of a data set that is being written.
 pub(crate) const HEADER_BYTES: u64 = 16 << 20;
 /// A frame's record while the data set is being written.
 pub(crate) const RECORD_BYTES: u64 = 1 << 20;
-/// `dataset.json`: some 2 kB a frame.
+/// `dataset.json`, which has some 2 kB for each frame.
 pub(crate) const MANIFEST_BYTES: u64 = 2 << 30;
-/// A table of things, some 200 bytes each.
+/// A table of objects, some 200 bytes each.
 pub(crate) const TABLE_BYTES: u64 = 2 << 30;
-/// The boxes of a frame: some 200 bytes for each of the things in view.
+/// The boxes of a frame: some 200 bytes for each object in view.
 pub(crate) const BOXES_BYTES: u64 = 256 << 20;
 /// Data card, config, class table.
 pub(crate) const TEXT_BYTES: u64 = 16 << 20;
@@ -40,13 +41,13 @@ pub(crate) const fn calibration_bytes(cameras: usize) -> u64 {
     400 * (8 + 3 * cameras as u64)
 }
 
-/// A picture, of `bytes_per_pixel` before compression, which may make it longer by a little.
+/// A picture with `bytes_per_pixel` before compression, which may make it slightly longer.
 pub(crate) fn image_bytes(size: &Intrinsics, bytes_per_pixel: u64) -> u64 {
     let raw = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel;
     raw + raw / 8 + u64::from(size.height) * 64 + (1 << 20)
 }
 
-/// A scan's file, of so many bytes a point.
+/// The file of a scan, with `bytes_per_point`.
 pub(crate) const fn scan_bytes(bytes_per_point: u64) -> u64 {
     4096 + MAX_POINTS * bytes_per_point
 }

@@ -11,11 +11,11 @@ use crate::formats::kitti;
 use crate::header::is_place;
 use crate::{DatasetHeader, Error, FileRecord, layout, limits, seal};
 
-/// The version of the layout this crate writes; it reads no other.
+/// The version of the layout that this crate writes; it reads no other.
 pub const FORMAT_VERSION: u32 = 1;
 
-/// `dataset.json`: everything about a data set but its content. It holds no clock, host name,
-/// thread count or duration, so that equal requests give equal bytes.
+/// `dataset.json`: everything about a data set except its content. It contains no time of day, host
+/// name, thread count or duration, so that equal requests give equal bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// [`FORMAT_VERSION`].
@@ -36,7 +36,7 @@ pub struct Manifest {
 pub struct SequenceRecord {
     /// Its number, the NN of `sequences/NN`.
     pub number: u32,
-    /// Frames of the whole drive: lines of `poses.txt` and `times.txt`.
+    /// Number of frames of the whole drive, and of lines of `poses.txt` and `times.txt`.
     pub length: u64,
     /// The frames that exist here, as half-open ranges.
     pub frames: Vec<[u64; 2]>,
@@ -50,7 +50,7 @@ pub struct SequenceRecord {
 pub struct FrameRecord {
     /// The sequence's number.
     pub sequence: u32,
-    /// The frame's number in its sequence; its files are called by it.
+    /// The frame's number in its sequence, which is in the names of its files.
     pub index: u64,
     /// Seconds after the start of the sequence, the middle of the exposure.
     pub time_s: f64,
@@ -58,12 +58,11 @@ pub struct FrameRecord {
     pub key: String,
     /// The body's pose in the world: 3 × 4, row-major, metres.
     pub world_from_body: [[f64; 4]; 3],
-    /// How the body moves at that time, in its own axes, while pictures with a shutter are taken;
-    /// absent if none is, or if it stands still.
+    /// How the body moves at that time, in its own axes; absent if no camera has a shutter or the
+    /// body stands still.
     #[serde(default, skip_serializing_if = "Twist::is_still")]
     pub body_motion: Twist,
-    /// The chunk each LiDAR stood in, by LiDAR: what the instances of `.label` files are
-    /// relative to.
+    /// The chunk in which each LiDAR stood; the instances of `.label` files are relative to it.
     pub sensor_chunks: Vec<[i32; 2]>,
     /// LiDAR points by class id, over all LiDARs.
     pub point_classes: BTreeMap<u8, u64>,
@@ -94,7 +93,8 @@ impl FrameRecord {
 }
 
 impl Manifest {
-    /// Pretty JSON, but a frame a line: a long drive has many. A checksum of the text stands in it.
+    /// Pretty-printed JSON, but with each frame on one line, as a long drive has many. The text
+    /// contains its own checksum.
     pub(crate) fn to_json(&self) -> String {
         let head = Self {
             frames: Vec::new(),
@@ -115,8 +115,8 @@ impl Manifest {
         seal::stamp(&format!("{head}[\n{frames}\n  ]\n}}\n"))
     }
 
-    /// Reads and [validates](Self::validate) the manifest of a folder; says too whether it is to
-    /// the byte what was written.
+    /// Reads and [validates](Self::validate) the manifest of a folder; the flag says whether it is
+    /// unchanged since it was written.
     pub(crate) fn read(folder: &Folder) -> Result<(Self, bool), Error> {
         let name = layout::inner(layout::MANIFEST);
         let path = name.below(folder.root());
@@ -141,9 +141,9 @@ impl Manifest {
         Ok((manifest, seal::is_stamped(text)))
     }
 
-    /// Is this a manifest that a [`Writer`](crate::Writer) could have written? Whoever wrote it,
-    /// all that it says of names, sizes and poses can be relied on afterwards: its files are those
-    /// of the layout.
+    /// Checks that a [`Writer`](crate::Writer) could have written this manifest. After that its
+    /// names, sizes and poses can be relied on, whoever wrote it: its files are those of the
+    /// layout.
     pub(crate) fn validate(&self) -> Result<(), Error> {
         self.header.validate()?;
         if self.sequences.len() > limits::MAX_SEQUENCES {
@@ -217,14 +217,14 @@ impl SequenceRecord {
 }
 
 impl FrameRecord {
-    /// Names, numbers and files of one frame; also of one that no manifest lists yet.
+    /// Checks names, numbers and files of one frame, which may be one that no manifest lists yet.
     pub(crate) fn validate(&self, header: &DatasetHeader) -> Result<(), Error> {
         let name = format!("frame {} of sequence {}", self.index, self.sequence);
         if self.index >= limits::MAX_FRAMES {
             let allowed = format!("less than {}", limits::MAX_FRAMES);
             return Err(Error::invalid(name, self.index, allowed));
         }
-        // So that sums over all frames are numbers too.
+        // The limit keeps sums over all frames from overflowing.
         let most = limits::MAX_POINTS * header.lidars.len() as u64;
         if let Some((class, count)) = self.point_classes.iter().find(|(_, n)| **n > most) {
             let field = format!("{name}.point_classes.{class}");
@@ -268,7 +268,7 @@ impl FrameRecord {
     }
 }
 
-/// The files listed must be exactly those of the layout, none larger than it can be.
+/// Checks that the listed files are exactly those of the layout, and none is larger than it can be.
 fn same_files(
     field: &str,
     listed: &[FileRecord],
@@ -317,7 +317,7 @@ fn is_digest(text: &str) -> bool {
     text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit())
 }
 
-/// A rotation, to the precision of what turns and adds in f64, and a place.
+/// Checks that a pose is a rotation, to the precision of computations in f64, and a valid position.
 fn validate_pose(field: &str, rows: &[[f64; 4]; 3]) -> Result<(), Error> {
     let axis = |r: usize| DVec3::new(rows[r][0], rows[r][1], rows[r][2]);
     let (x, y, z) = (axis(0), axis(1), axis(2));

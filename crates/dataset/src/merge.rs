@@ -1,4 +1,4 @@
-//! Shards into one data set.
+//! Merging shards into one data set.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -8,20 +8,20 @@ use crate::manifest::ranges;
 use crate::writer::Drive;
 use crate::{Dataset, Error, Manifest, OpenMode, Writer, layout, output::compare};
 
-/// How [`merge`] treats its output, and parts that do not make a whole.
+/// How [`merge`] treats its output folder and missing frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MergeParams {
-    /// What to do with an output folder that holds something: [`OpenMode::Resume`] goes on with a
-    /// merge that was killed.
+    /// What to do with an output folder that is not empty; [`OpenMode::Resume`] continues a merge
+    /// that was killed.
     pub mode: OpenMode,
-    /// May frames of the sequences be missing?
+    /// Whether frames of the sequences may be missing.
     pub partial: bool,
 }
 
-/// Unites data sets with equal headers and tracks (the shards of one plan) in a new folder, whose
-/// bytes are those of one run that made all frames, if the shards' tables hold what their frames
-/// show. Every byte that is read is verified by its checksum, that of `dataset.json` included; all
-/// but the frames' files before anything is written.
+/// Unites data sets with equal headers and tracks (the shards of one plan) in a new folder. Its
+/// bytes are those of one run that made all frames, if the tables of the shards contain the objects
+/// that their frames show. Every byte that is read is verified by its checksum, including those of
+/// `dataset.json`; all files except those of frames are verified before anything is written.
 ///
 /// # Errors
 /// [`Error::Mismatch`] if headers, tracks, or two copies of a frame differ; [`Error::Incomplete`]
@@ -86,7 +86,7 @@ pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifes
     writer.conclude(&trees, &objects, &drives)
 }
 
-/// Do the parts have all frames of all sequences?
+/// Refuses parts that do not have all frames of all sequences.
 fn refuse_gaps(parts: &[Dataset], drives: &BTreeMap<u32, Drive>) -> Result<(), Error> {
     for (&sequence, drive) in drives {
         let frames = parts.iter().flat_map(Dataset::frames);

@@ -1,4 +1,4 @@
-//! Reading everything back.
+//! Reading data sets.
 
 use std::path::Path;
 
@@ -12,13 +12,13 @@ use crate::{
     SequenceRecord, layout,
 };
 
-/// A finished data set on disk. Every file that is read is held against its size and checksum in
-/// `dataset.json`, and pictures against their cameras' sizes before they are unpacked.
+/// A finished data set on disk. Every file that is read is compared with its size and checksum in
+/// `dataset.json`, and pictures with the sizes of their cameras before they are unpacked.
 #[derive(Clone, Debug)]
 pub struct Dataset {
     folder: Folder,
     manifest: Manifest,
-    /// Is `dataset.json` to the byte what was written?
+    /// Whether `dataset.json` is unchanged since it was written.
     is_untouched: bool,
 }
 
@@ -31,7 +31,7 @@ pub struct Frame {
     pub lidars: Vec<LidarFrame>,
 }
 
-/// What a camera's files hold.
+/// The content of a camera's files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraFrame {
     /// The camera's name.
@@ -46,19 +46,19 @@ pub struct CameraFrame {
     pub depth_m: Image<f32>,
     /// Unit normals in the optical frame, within 0.4°; zero for none.
     pub normal: Image<Vec3>,
-    /// 255 where nothing was hit, else 0; if it is written.
+    /// 255 where nothing was hit, else 0, if it is written.
     pub sky: Option<Image<u8>>,
-    /// Flow to the next frame, within 1/128 pixel; if it is written.
+    /// Flow to the next frame, within 1/128 pixel, if it is written.
     pub flow: Option<Image<Option<Flow>>>,
-    /// 24-bit ids of the nearest trunk behind whatever hides it; 0 for none; if it is written.
+    /// 24-bit ids of the nearest trunk, also where it is hidden, and 0 for none, if it is written.
     pub trunks: Option<Image<u32>>,
-    /// Boxes around things; if they are written.
+    /// Boxes around objects, if they are written.
     pub boxes: Option<Vec<ObjectBox>>,
-    /// The light behind the lens, before exposure and sensor: linear sRGB, cd/m²; if it is written.
+    /// The light behind the lens, before exposure and sensor, linear sRGB, cd/m², if it is written.
     pub radiance: Option<Image<Vec3>>,
 }
 
-/// What a LiDAR's files hold.
+/// The content of a LiDAR's files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LidarFrame {
     /// The LiDAR's name.
@@ -67,11 +67,11 @@ pub struct LidarFrame {
     pub points: Vec<[f32; 4]>,
     /// `.label`: class id, instance id.
     pub labels: Vec<(u16, u16)>,
-    /// `.ply`: everything; empty if it is not written.
+    /// `.ply`: all fields; empty if it is not written.
     pub ply: Vec<PlyPoint>,
 }
 
-/// Said of a `dataset.json` that is not what was written.
+/// The message about a `dataset.json` that was changed.
 pub(crate) const CHANGED: &str = "was changed after it was written: its checksum differs";
 
 impl Dataset {
@@ -79,8 +79,7 @@ impl Dataset {
     ///
     /// # Errors
     /// [`Error::Io`] if the folder cannot be read, [`Error::Malformed`] if it holds no data set, an
-    /// unfinished one, one of another format version, or one whose `dataset.json` says what cannot
-    /// be.
+    /// unfinished one, one of another format version, or one whose `dataset.json` is not valid.
     pub fn open(dir: &Path) -> Result<Self, Error> {
         let folder = Folder::new(dir);
         if folder.kind(&layout::inner(layout::MANIFEST))?.is_none() {
@@ -100,7 +99,7 @@ impl Dataset {
             manifest,
             is_untouched,
         };
-        // Only for people; `check` reports what is wrong with it.
+        // The config is for human readers only; `check` reports what is wrong with it.
         let config = dataset.read_text(layout::CONFIG);
         dataset.manifest.header.config_toml = config.unwrap_or_default();
         Ok(dataset)
@@ -112,14 +111,15 @@ impl Dataset {
         self.folder.root()
     }
 
-    /// Is `dataset.json` to the byte what was written? Whoever has changed it on purpose can read
-    /// the data set still, but not merge it.
+    /// Whether `dataset.json` is unchanged since it was written. A data set whose `dataset.json`
+    /// was changed on purpose can still be read, but not merged.
     #[must_use]
     pub fn is_untouched(&self) -> bool {
         self.is_untouched
     }
 
-    /// Does this path lead to a file of the data set, or to a place where only its files may lie?
+    /// Whether this path leads to a file of the data set, or to a place where only its files may
+    /// be.
     pub(crate) fn owns(&self, path: &Path) -> bool {
         let Some(inner) = self.folder.inner_path_of(path) else {
             return false;
@@ -133,7 +133,7 @@ impl Dataset {
         &self.folder
     }
 
-    /// Holds `dataset.json`, and all files that belong to no frame, against their checksums.
+    /// Compares `dataset.json`, and all files that belong to no frame, with their checksums.
     pub(crate) fn verify_common_files(&self) -> Result<(), Error> {
         if !self.is_untouched {
             let path = self.root().join(layout::MANIFEST);
@@ -299,7 +299,8 @@ impl Dataset {
         self.load(frame, &folder, file.extension(header), decode)
     }
 
-    /// One image of a frame: of its camera's size, which is known before memory is asked for.
+    /// One image of a frame. Its size must be the camera's, which is known before memory is
+    /// allocated.
     fn image<T>(
         &self,
         frame: &FrameRecord,
@@ -392,7 +393,7 @@ impl Dataset {
     }
 }
 
-/// The record of a file. A manifest lists all files of the layout, by path.
+/// The record of a file; a manifest lists all files of the layout, by path.
 fn recorded(files: &[FileRecord], path: InnerPath) -> Result<&FileRecord, Error> {
     files
         .binary_search_by(|f| f.path.cmp(&path))

@@ -1,6 +1,6 @@
-//! JSON that shows whether it is still what was written.
+//! JSON with a checksum that shows whether it was changed.
 
-/// What comes before and after the digest, and after the content.
+/// The text before the digest, between digest and content, and after the content.
 const BEFORE: &str = "{\"blake3\":\"";
 const BETWEEN: &str = "\",\"content\":";
 const AFTER: &str = "}";
@@ -19,11 +19,12 @@ pub(crate) fn unseal(text: &str) -> Option<&str> {
     (*blake3::hash(json.as_bytes()).to_hex() == *digest).then_some(json)
 }
 
-/// A text's own digest stands in it after this, with zeros in its place while it is computed.
+/// In a stamped text its own digest follows this mark; while it is computed, zeros are in its
+/// place.
 const MARK: &str = "\"checksum\": \"";
 
-/// Fills in the digest of a text that has [`MARK`] and room for it: `dataset.json` shows by this
-/// whether somebody has changed it.
+/// Fills in the digest of a text that has [`MARK`] and room for it. It shows whether `dataset.json`
+/// was changed.
 pub(crate) fn stamp(text: &str) -> String {
     let Some(at) = place(text) else {
         return text.to_owned();
@@ -33,7 +34,7 @@ pub(crate) fn stamp(text: &str) -> String {
     format!("{}{digest}{}", &blank[..at], &blank[at + DIGEST..])
 }
 
-/// Is a text what [`stamp`] has made, to the byte?
+/// Whether a text is equal to what [`stamp`] made.
 pub(crate) fn is_stamped(text: &str) -> bool {
     place(text).is_some_and(|at| {
         let digest = blake3::hash(blanked(text, at).as_bytes()).to_hex();
@@ -75,7 +76,7 @@ mod tests {
                 let at = at % bytes.len();
                 bytes[at] = to;
                 let changed = String::from_utf8(bytes).expect("ASCII");
-                // White space after a sealed text is not content.
+                // White space after a sealed text does not count as content.
                 prop_assert!(
                     changed == sealed
                         || !whole(&changed)

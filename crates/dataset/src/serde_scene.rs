@@ -1,6 +1,6 @@
-//! How the vocabulary's types look in `dataset.json`.
+//! How the types of `nemoral-scene` are written in `dataset.json`.
 
-/// `{ "translation_m": [x, y, z], "rotation_xyzw": [x, y, z, w] }`: the bits survive.
+/// `{ "translation_m": [x, y, z], "rotation_xyzw": [x, y, z, w] }`, read back to the bit.
 pub(crate) mod rigid_transform {
     use nemoral_scene::RigidTransform;
     use nemoral_scene::glam::{DQuat, DVec3};

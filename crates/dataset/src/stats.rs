@@ -1,4 +1,4 @@
-//! What is in a data set, counted.
+//! Statistics of a data set.
 
 use std::fmt;
 use std::path::Path;
@@ -34,7 +34,7 @@ pub struct Quantiles {
     pub max: f64,
 }
 
-/// What is in a data set.
+/// The statistics of a data set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stats {
     /// Sequences.
@@ -115,7 +115,7 @@ impl fmt::Display for Stats {
     }
 }
 
-/// Reads a data set and counts.
+/// Reads a data set and computes its statistics.
 ///
 /// # Errors
 /// If the folder holds no finished data set, or a file is missing or damaged.
@@ -167,7 +167,7 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
     })
 }
 
-/// The element at a share of the way through `count` sorted ones.
+/// The index of the element at a share of the way through `count` sorted ones.
 fn rank(share: f64, count: u64) -> u64 {
     (share * (count - 1) as f64).round() as u64
 }
@@ -185,7 +185,7 @@ fn quantiles(mut values: Vec<f64>) -> Option<Quantiles> {
     })
 }
 
-/// Counts by 1/256 m, for more numbers than one wants to hold.
+/// Counts in steps of 1/256 m, for more numbers than fit into memory.
 struct Histogram(Vec<u64>);
 
 impl Histogram {

@@ -1,4 +1,5 @@
-//! Writing: from several threads, killed at any moment, resumed.
+//! Writing data sets: from several threads, and so that a run that was killed at any moment can be
+//! resumed.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,17 +18,17 @@ use crate::{
     output::compare, output::state,
 };
 
-/// What to do with an output folder that holds something.
+/// What to do with an output folder that is not empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OpenMode {
     /// The folder must be new or empty.
     #[default]
     Fresh,
-    /// Go on with the data set in the folder, finished or not, if its header is equal; like
-    /// `Fresh` if the folder is new or empty.
+    /// Continue the data set in the folder, finished or not, if its header is equal; like `Fresh`
+    /// if the folder is new or empty.
     Resume,
-    /// Remove the data set in the folder first, and nothing that is not its own; like `Fresh` if
-    /// the folder is new or empty.
+    /// Remove the data set in the folder first, but no other files; like `Fresh` if the folder is
+    /// new or empty.
     Overwrite,
 }
 
@@ -35,12 +36,13 @@ pub enum OpenMode {
 ///
 /// While it is unfinished the folder holds `.nemoral/`: the header, a record for each whole frame,
 /// and a lock against a second writer. [`Writer::finish`] moves all of it into `dataset.json`. A
-/// writer that is dropped, or whose process is killed, leaves a folder that
-/// [`OpenMode::Resume`] goes on with.
+/// writer that is dropped, or whose process is killed, leaves a folder that [`OpenMode::Resume`]
+/// can continue.
 ///
-/// After a power cut, too: the header is on the medium before the first frame is begun; frames'
-/// files get there beside the work, and those that did not are found by their checksums and made
-/// again; all files that `dataset.json` names are there before it gets its name.
+/// That holds after a power cut, too. The header is on the medium before the first frame is begun.
+/// The files of frames are synced in the background; those that a power cut damages are found by
+/// their checksums and made again. All files that `dataset.json` names are on the medium before it
+/// gets its name.
 #[derive(Debug)]
 pub struct Writer {
     folder: Folder,
@@ -48,15 +50,16 @@ pub struct Writer {
     class_ids: [u8; Semantic::ALL.len()],
     records: Mutex<BTreeMap<(u32, u64), FrameRecord>>,
     syncer: Mutex<Syncer>,
-    /// Held, not used.
+    /// It is held and not used.
     _lock: Lock,
 }
 
 impl Writer {
-    /// Would [`Writer::create`] accept this folder and header? Leaves nothing behind.
+    /// Tests whether [`Writer::create`] would accept this folder and header. It leaves nothing
+    /// behind.
     ///
     /// # Errors
-    /// As [`Writer::create`], but for a disk that is full later.
+    /// Those of [`Writer::create`].
     pub fn probe(out: &Path, mode: OpenMode, header: &DatasetHeader) -> Result<(), Error> {
         header.validate()?;
         let folder = Folder::new(out);
@@ -64,7 +67,7 @@ impl Writer {
         Ok(folder.probe()?)
     }
 
-    /// May this folder be written to?
+    /// Decides whether this folder may be written to.
     fn admit(
         folder: &Folder,
         mode: OpenMode,
@@ -75,7 +78,7 @@ impl Writer {
         if let (Content::Dataset { header, .. }, OpenMode::Resume | OpenMode::Overwrite) =
             (content, mode)
         {
-            // A link among the folders is refused before anything is changed.
+            // A link among the folders is refused here, before anything is changed.
             output::owned_files(folder, header)?;
         }
         match (content, mode) {
@@ -90,7 +93,7 @@ impl Writer {
         }
     }
 
-    /// Opens an output folder, and makes it if need be. Nothing is changed unless all is well.
+    /// Opens an output folder, and makes it if necessary. Nothing is changed if there is an error.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a header with impossible names, sizes or mounts; [`Error::Foreign`],
@@ -103,7 +106,7 @@ impl Writer {
         let folder = Folder::new(out);
         Self::admit(&folder, mode, &header, &output::look(&folder)?)?;
         let lock = state::lock(&folder)?;
-        // Another writer may have ended between the look and the lock.
+        // Another writer may have ended between the first look and the lock.
         let content = output::look(&folder)?;
         Self::admit(&folder, mode, &header, &content)?;
         let mut records = BTreeMap::new();
@@ -126,7 +129,7 @@ impl Writer {
                 }
             }
         }
-        // Of a writer that was killed before its header was whole, too.
+        // This includes the files of a writer that was killed before its header was whole.
         output::remove_leftovers(&folder, &header)?;
         state::put_header(&folder, &header)?;
         Ok(Self {
@@ -139,15 +142,15 @@ impl Writer {
         })
     }
 
-    /// Is this frame here, whole, and made from this key? Reads its files and compares sizes and
-    /// checksums.
+    /// Whether this frame is here, whole, and made from this key. It reads the files and compares
+    /// sizes and checksums.
     #[must_use]
     pub fn has_frame(&self, sequence: u32, index: u64, frame_key: &[u8; 32]) -> bool {
         let record = self.lock().get(&(sequence, index)).cloned();
         record.is_some_and(|r| r.key == hex(frame_key) && self.is_whole(&r))
     }
 
-    /// Are a frame's files what their records say?
+    /// Whether a frame's files agree with their records.
     fn is_whole(&self, record: &FrameRecord) -> bool {
         record.files.iter().all(|f| f.read(&self.folder).is_ok())
     }
@@ -165,9 +168,9 @@ impl Writer {
         self.lock().keys().copied().collect()
     }
 
-    /// Writes a frame, over an earlier one if there is one; callable from several threads at once.
-    /// Each file appears under its final name only when it is whole, the frame's record last of
-    /// all: after an error or a kill the frame counts as missing.
+    /// Writes a frame, replacing an earlier one; it may be called from several threads at once.
+    /// Each file appears under its final name only when it is whole, and the frame's record comes
+    /// last, so that after an error or a kill the frame counts as missing.
     ///
     /// # Errors
     /// [`Error::Invalid`] if the frame does not fit the header; [`Error::Io`] names the file that
@@ -214,7 +217,7 @@ impl Writer {
         Ok(record)
     }
 
-    /// A frame is whole: records it, and has its files synced.
+    /// Records a whole frame and queues its files to be synced.
     fn enter(&self, record: FrameRecord) -> Result<(), Error> {
         state::put_record(&self.folder, record.sequence, record.index, Some(&record))?;
         let syncer = self.syncer.lock().unwrap_or_else(PoisonError::into_inner);
@@ -226,14 +229,15 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes what belongs to no single frame, last of all `dataset.json`, and removes `.nemoral/`.
+    /// Writes the files that belong to no single frame, `dataset.json` last, and removes
+    /// `.nemoral/`.
     ///
-    /// `world` must hold every thing that a recorded frame shows ([`Writer::frames`]); `tracks` the
-    /// poses of each whole sequence, so that shards agree.
+    /// `world` must contain every object that a recorded frame shows ([`Writer::frames`]), and
+    /// `tracks` the poses of each whole sequence, so that shards agree.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a frame without a pose, or with another one than its track's, and for
-    /// two different things with one id; [`Error::Io`].
+    /// [`Error::Invalid`] for a frame without a pose, or with a pose that differs from its track's,
+    /// and for two different objects with one id; [`Error::Io`].
     pub fn finish(self, world: &WorldTables<'_>, tracks: &[Track]) -> Result<Manifest, Error> {
         for record in self.lock().values() {
             check_pose(record, tracks)?;
@@ -265,7 +269,7 @@ impl Writer {
         self.conclude(&trees, &objects, &drives)
     }
 
-    /// The last files, from tables and tracks that are nearly text: also merge ends here.
+    /// Writes the last files from prepared tables and tracks. Merging ends here as well.
     pub(crate) fn conclude(
         self,
         trees: &tables::Rows,
@@ -329,7 +333,8 @@ impl Writer {
             .syncer
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner);
-        // Those of earlier runs too: who knows how they ended? What is synced already costs little.
+        // Files of earlier runs are synced too, as nothing says how those runs ended. Syncing a
+        // file twice costs little.
         for file in manifest
             .files
             .iter()
@@ -370,7 +375,8 @@ impl Writer {
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<(u32, u64), FrameRecord>> {
-        // Every insertion and removal is one step: a panic elsewhere leaves the map whole.
+        // Every insertion and removal is one step, so a panic of another thread leaves the map
+        // consistent.
         self.records.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -487,7 +493,7 @@ impl Writer {
     }
 }
 
-/// What a sequence has besides its frames.
+/// The data of a sequence besides its frames.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Drive {
     pub(crate) length: u64,
@@ -504,7 +510,8 @@ fn hex(key: &[u8; 32]) -> String {
     key.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// A frame's pose must be its track's, or the images and `poses.txt` would contradict each other.
+/// Checks that a frame's pose is its track's; otherwise images and `poses.txt` would contradict
+/// each other.
 fn check_pose(record: &FrameRecord, tracks: &[Track]) -> Result<(), Error> {
     let track = tracks.iter().find(|t| t.sequence == record.sequence);
     let pose = usize::try_from(record.index)

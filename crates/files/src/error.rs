@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The system said no: disk full, permission denied, no such file.
+    /// The system reports an error, such as a full disk, denied permission or a missing file.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// A folder, a device, a pipe or a socket where a regular file is needed.
@@ -63,13 +63,13 @@ impl Error {
         move |source| Self::Io { path, source }
     }
 
-    /// Is it that there is no such file?
+    /// Whether the error says that there is no such file.
     #[must_use]
     pub fn is_not_found(&self) -> bool {
         matches!(self, Self::Io { source, .. } if source.kind() == io::ErrorKind::NotFound)
     }
 
-    /// The file or folder that it is about.
+    /// The file or folder that the error is about.
     #[must_use]
     pub fn path(&self) -> &Path {
         match self {
@@ -83,12 +83,12 @@ impl Error {
     }
 }
 
-/// A text that is no [`InnerPath`](crate::InnerPath).
+/// A text that is not a valid [`InnerPath`](crate::InnerPath).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{text:?} is no name inside a folder: {reason}")]
 pub struct PathError {
     /// The text, shortened if it is long.
     pub text: String,
-    /// Why not.
+    /// Why it is not valid.
     pub reason: &'static str,
 }

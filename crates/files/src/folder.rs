@@ -1,4 +1,4 @@
-//! A folder, and nothing outside it.
+//! Access to one folder and to nothing outside of it.
 
 use std::fs::{self, File, Metadata, TryLockError};
 use std::io::{self, Write};
@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use crate::{Error, InnerPath, PendingFile, operation, read};
 
-/// Everything below one root, by [`InnerPath`]s. The root may be reached through links; below it
-/// none is followed, neither of folders on the way nor of files.
+/// Gives access to everything below one root by [`InnerPath`]s. The root may be reached through
+/// links. Below it no link is followed, neither to folders on the way nor to files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folder {
     root: PathBuf,
@@ -20,23 +20,23 @@ pub enum EntryKind {
     File,
     /// A folder.
     Folder,
-    /// A symbolic link, a device, a pipe or a socket: never ours.
+    /// A symbolic link, a device, a pipe or a socket, none of which this crate makes.
     Other,
 }
 
 /// A name in a folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The name; of one that is not Unicode, something like it.
+    /// The name; characters that are not Unicode are replaced.
     pub name: String,
-    /// What it stands for.
+    /// What the name stands for.
     pub kind: EntryKind,
 }
 
-/// Keeps other processes from writing until it is dropped.
+/// A lock that keeps other processes from writing until it is dropped.
 #[derive(Debug)]
 pub struct Lock {
-    /// Held, not used.
+    /// It is held open and never used.
     _file: File,
 }
 
@@ -55,7 +55,7 @@ impl Folder {
         &self.root
     }
 
-    /// What a user's path is called from the root, if its folder lies in it.
+    /// A user's path relative to the root, if its folder lies in the root.
     #[must_use]
     pub fn inner_path_of(&self, path: &Path) -> Option<InnerPath> {
         let above = path.parent().filter(|p| !p.as_os_str().is_empty());
@@ -69,7 +69,7 @@ impl Folder {
         InnerPath::new(components?.join("/")).ok()
     }
 
-    /// Where a name lies, if no link is on the way there. The file itself need not exist.
+    /// The path of a name, if there is no link on the way to it. The file itself need not exist.
     fn resolve(&self, name: &InnerPath) -> Result<PathBuf, Error> {
         let mut path = self.root.clone();
         let mut components = name.components().peekable();
@@ -101,7 +101,7 @@ impl Folder {
         }
     }
 
-    /// What a name stands for; `None` if there is nothing.
+    /// What a name stands for; `None` if it does not exist.
     ///
     /// # Errors
     /// [`Error::Link`] and [`Error::Io`].
@@ -182,7 +182,7 @@ impl Folder {
         Ok(())
     }
 
-    /// Writes a file whole or not at all, over an older one if there is one, and makes its folders.
+    /// Writes a file whole or not at all, replacing an older one, and makes its folders.
     ///
     /// Nothing is synced: see [`Syncer`](crate::Syncer).
     ///
@@ -193,7 +193,7 @@ impl Folder {
         self.begin(name, bytes)?.commit()
     }
 
-    /// The same, on the medium before it bears its name, and the name too.
+    /// Does the same, and syncs the content before the file gets its name, and the name after that.
     ///
     /// # Errors
     /// As [`Folder::put`].
@@ -217,7 +217,7 @@ impl Folder {
         Ok(file)
     }
 
-    /// Removes a regular file. One that is not there is removed already.
+    /// Removes a regular file. A missing file is no error.
     ///
     /// # Errors
     /// [`Error::Link`], [`Error::NotRegular`], [`Error::Io`].
@@ -232,7 +232,7 @@ impl Folder {
         }
     }
 
-    /// Removes a folder if it is there and empty; says whether it is gone.
+    /// Removes a folder if it exists and is empty; returns whether it is gone.
     ///
     /// # Errors
     /// [`Error::Link`] and [`Error::Io`].
@@ -259,7 +259,7 @@ impl Folder {
         operation::sync_file(&path).map_err(Error::io(&path))
     }
 
-    /// Waits until the names in a folder are on the medium; of the root for `None`.
+    /// Waits until the names in a folder are on the medium; `None` stands for the root.
     ///
     /// # Errors
     /// [`Error::Link`] and [`Error::Io`].
@@ -271,8 +271,8 @@ impl Folder {
         operation::sync_folder(&path).map_err(Error::io(&path))
     }
 
-    /// Takes a lock file, which is made if need be. Where the file system has no locks there is
-    /// none: then the user has to take care.
+    /// Locks a file, which is made if necessary. Where the file system has no locks nothing is
+    /// locked, and the user has to take care.
     ///
     /// # Errors
     /// [`Error::Locked`] if another process holds it, [`Error::Link`], [`Error::NotRegular`],
@@ -295,12 +295,13 @@ impl Folder {
         }
     }
 
-    /// Could a file be written here? Leaves nothing behind.
+    /// Tests whether a file can be written here. It leaves nothing behind.
     ///
     /// # Errors
     /// [`Error::Io`], naming the root.
     pub fn probe(&self) -> Result<(), Error> {
-        // The folder, or the one that it will be made in: permissions alone do not tell.
+        // A file is made in the folder, or in the one that it will be made in, because permissions
+        // alone do not tell.
         let there = self.root.ancestors().find(|folder| folder.exists());
         let there = there.filter(|folder| !folder.as_os_str().is_empty());
         let here = there.unwrap_or(Path::new("."));

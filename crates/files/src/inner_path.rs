@@ -7,7 +7,7 @@ use crate::PathError;
 
 /// The most bytes of a path.
 const MAX_BYTES: usize = 1024;
-/// The most bytes of one component: what common file systems take.
+/// The most bytes of one component, which is the limit of common file systems.
 const MAX_COMPONENT_BYTES: usize = 255;
 
 /// The name of a file or folder below some folder: components of printable characters, separated by
@@ -36,13 +36,13 @@ impl InnerPath {
         }
     }
 
-    /// With forward slashes.
+    /// The path with forward slashes.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// From the outermost folder to the file.
+    /// The components from the outermost folder to the file.
     pub fn components(&self) -> impl Iterator<Item = &str> {
         self.0.split('/')
     }
@@ -69,7 +69,7 @@ impl InnerPath {
         Self::new(format!("{}/{name}", self.0))
     }
 
-    /// Below a root, in the system's own form.
+    /// The path below a root, in the system's own form.
     #[must_use]
     pub fn below(&self, root: &Path) -> PathBuf {
         let mut path = root.to_owned();
@@ -116,7 +116,7 @@ impl From<InnerPath> for String {
     }
 }
 
-/// What speaks against a text.
+/// Why a text is not valid.
 fn objection(text: &str) -> Option<&'static str> {
     if text.is_empty() {
         return Some("it is empty");

@@ -1,5 +1,5 @@
-//! This crate is where bytes come from a disk and go to one: reads that are bounded, names that
-//! cannot leave their folder, and files that appear whole or not at all.
+//! This crate reads and writes files safely: reads are bounded, names cannot leave their folder,
+//! and files appear whole or not at all.
 //!
 //! A data set, a config or a mesh may come from a stranger, so nothing that a file says is trusted
 //! with a path or with an amount of memory:
@@ -13,8 +13,8 @@
 //! - A [`Syncer`] brings written files to the medium on a thread of its own, so that a power cut
 //!   after [`Syncer::finish`] damages none of them.
 //!
-//! A process that changes the folder at the same time is not guarded against: whoever can write
-//! there has no need to deceive us.
+//! A process that changes the folder at the same time is not guarded against, because whoever can
+//! write there does not need to deceive us.
 //!
 //! ```
 //! use nemoral_files::{Folder, InnerPath};
@@ -31,8 +31,8 @@
 //! # }
 //! ```
 //!
-//! With the feature `observe`, tests hear of every operation before it is carried out and can make
-//! it fail (`observe`); without it nothing of that is compiled.
+//! With the feature `observe`, tests are told of every operation before it is carried out and can
+//! make it fail (module `observe`). Without it nothing of that is compiled.
 
 #![allow(
     clippy::disallowed_methods,

@@ -1,8 +1,8 @@
-//! For tests: every operation is announced before it is carried out.
+//! Observers for tests: every operation is announced before it is carried out.
 //!
-//! An observer that answers with an error makes the operation fail as if the system had said so:
-//! thus each write, sync and rename of a run can fail in turn. One that keeps a log can rebuild
-//! what a disk holds after a power cut.
+//! An observer that answers with an error makes the operation fail as if the system had reported
+//! it, so that each write, sync and rename of a run can fail in turn. One that keeps a log can
+//! rebuild what a disk holds after a power cut.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -53,20 +53,20 @@ impl Operation<'_> {
     }
 }
 
-/// Hears of an operation before it is carried out; an error takes the place of its outcome.
+/// Is told of an operation before it is carried out; an error replaces the operation's outcome.
 type Observer = Arc<dyn Fn(&Operation<'_>) -> io::Result<()> + Send + Sync>;
 
 static OBSERVERS: RwLock<Vec<(PathBuf, Observer)>> = RwLock::new(Vec::new());
 
-/// Listens until it is dropped.
+/// A guard that observes until it is dropped.
 #[must_use]
 #[derive(Debug)]
 pub struct Observation {
     root: PathBuf,
 }
 
-/// Listens to all operations at `root` and below it, by any thread. Roots of observations that live
-/// at the same time must differ.
+/// Observes all operations at `root` and below it, by any thread. Observations that exist at the
+/// same time must have different roots.
 pub fn observe(
     root: &Path,
     observer: impl Fn(&Operation<'_>) -> io::Result<()> + Send + Sync + 'static,

@@ -1,4 +1,5 @@
-//! Every change of a file system, in one place each: here tests can listen, and make it fail.
+//! Every kind of change of a file system is made in one place each, where tests can observe it and
+//! make it fail.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -7,7 +8,7 @@ use std::path::Path;
 #[cfg(feature = "observe")]
 use crate::observe::{self, Operation};
 
-/// Tells tests what comes, who may object.
+/// Announces an operation to observers, which may make it fail.
 macro_rules! announce {
     ($operation:expr) => {
         #[cfg(feature = "observe")]
@@ -18,7 +19,7 @@ macro_rules! announce {
 pub(crate) fn create_folder(path: &Path) -> io::Result<()> {
     announce!(Operation::CreateFolder(path));
     match fs::create_dir(path) {
-        // Another thread of ours may have made it meanwhile.
+        // Another thread may have made it meanwhile.
         Err(e) if e.kind() == io::ErrorKind::AlreadyExists && path.is_dir() => Ok(()),
         made => made,
     }
@@ -51,7 +52,8 @@ pub(crate) fn remove_folder(path: &Path) -> io::Result<()> {
 pub(crate) fn sync_file(path: &Path) -> io::Result<()> {
     announce!(Operation::SyncFile(path));
     let mut options = File::options();
-    // Windows flushes only what it may write; elsewhere a file without write permission is fine.
+    // Windows flushes only files that are open for writing; elsewhere a file without write
+    // permission can be synced too.
     if cfg!(windows) {
         options.write(true);
     } else {
@@ -63,7 +65,7 @@ pub(crate) fn sync_file(path: &Path) -> io::Result<()> {
 /// Waits until a folder's names are on the medium.
 pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
     announce!(Operation::SyncFolder(path));
-    // Windows keeps names by itself, and opens no folder as a file.
+    // Windows stores names by itself, and does not open folders as files.
     if cfg!(windows) {
         return Ok(());
     }

@@ -11,14 +11,15 @@ use crate::{Error, operation, read};
 const PREFIX: &str = ".nemoral-";
 const SUFFIX: &str = ".tmp";
 
-/// Is this the name of a temporary file of ours, which a process that was killed has left?
+/// Whether this is the name of a temporary file of this crate, which a killed process has left
+/// behind.
 #[must_use]
 pub fn is_temporary_name(name: &str) -> bool {
     name.starts_with(PREFIX) && name.ends_with(SUFFIX)
 }
 
-/// A file that is being written under a temporary name, in the folder of its final one. It is
-/// removed when it is dropped before [`PendingFile::commit`].
+/// A file that is being written under a temporary name, in the folder of its final name. If it is
+/// dropped before [`PendingFile::commit`], the file is removed.
 #[derive(Debug)]
 pub struct PendingFile {
     file: File,
@@ -27,7 +28,7 @@ pub struct PendingFile {
 }
 
 impl PendingFile {
-    /// Begins a file that the user has named; its folder must exist.
+    /// Begins a file of the user's name; its folder must exist.
     ///
     /// # Errors
     /// [`Error::NotRegular`] if something that is no regular file bears the name (a folder, a
@@ -59,16 +60,17 @@ impl PendingFile {
         })
     }
 
-    /// Gives the file its final name, over an older file if there is one.
+    /// Gives the file its final name, replacing an older file.
     ///
     /// # Errors
-    /// [`Error::Io`]; then the temporary file is gone, and the older file is still there.
+    /// [`Error::Io`]; in that case the temporary file is removed, and the older file is still
+    /// there.
     pub fn commit(self) -> Result<(), Error> {
         operation::rename(self.temporary, &self.target).map_err(Error::io(&self.target))
     }
 
-    /// The same, once the content is on the medium: after a power cut the name holds the old file
-    /// or the new one.
+    /// Does the same after the content is on the medium, so that after a power cut the name holds
+    /// the old file or the new one.
     ///
     /// # Errors
     /// As [`PendingFile::commit`].
@@ -98,7 +100,8 @@ impl Seek for PendingFile {
     }
 }
 
-/// A nameless file in the folder of another, for what is too large for memory: it goes by itself.
+/// A nameless file in the folder of another, for data that are too large for memory. It is removed
+/// by itself.
 ///
 /// # Errors
 /// [`Error::Io`], naming `target`.
@@ -118,18 +121,19 @@ pub fn write(target: &Path, bytes: &[u8]) -> Result<(), Error> {
     file.commit()
 }
 
-/// A file under a temporary name, which goes by itself if it is not given another. Names of
-/// temporary files never reach an error's text: what the user asked for does.
+/// A file under a temporary name, which is removed when it is dropped unless it is given its final
+/// name. Error messages never contain the name of a temporary file, but that which the user asked
+/// for.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
-    // What is written is for others to read too: the umask decides, as for any file.
+    // The umask decides who may read the file, as for any other file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder).map_err(|e| plain(&e))
 }
 
-/// The system's error without the temporary name.
+/// The system's error, without the temporary name.
 fn plain(e: &io::Error) -> io::Error {
     match e.raw_os_error() {
         Some(code) => io::Error::from_raw_os_error(code),

@@ -1,4 +1,4 @@
-//! Reading what may come from anybody.
+//! Reading files that may come from a stranger.
 
 use std::fs::{self, File, FileType, Metadata};
 use std::io::Read;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::Error;
 
-/// The bytes of a regular file of at most `limit` bytes. The path is the user's own: links are
+/// The bytes of a regular file of at most `limit` bytes. The path is the user's own, so links are
 /// followed.
 ///
 /// # Errors
@@ -24,7 +24,7 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
     into_text(path, read(path, limit)?)
 }
 
-/// Do two paths lead to the same file or folder? Not if one does not exist.
+/// Whether two paths lead to the same file or folder; `false` if one does not exist.
 #[must_use]
 pub fn is_same(a: &Path, b: &Path) -> bool {
     matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
@@ -37,7 +37,7 @@ pub(crate) fn into_text(path: &Path, bytes: Vec<u8>) -> Result<String, Error> {
     })
 }
 
-/// Reads a file whose metadata are known: opening a pipe would wait for ever.
+/// Reads a file after its metadata have been checked, because opening a pipe would block for ever.
 pub(crate) fn read_checked(path: &Path, meta: &Metadata, limit: u64) -> Result<Vec<u8>, Error> {
     if !meta.is_file() {
         return Err(Error::NotRegular {

@@ -1,4 +1,4 @@
-//! Bringing files to the medium beside the work.
+//! Bringing files to the medium while others are being made.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -20,7 +20,7 @@ impl Syncer {
     /// Starts the thread.
     ///
     /// # Errors
-    /// [`Error::Io`] if there can be no further thread.
+    /// [`Error::Io`] if no thread can be started.
     pub fn start(folder: Folder) -> Result<Self, Error> {
         let (queue, files) = channel();
         let of_thread = folder.clone();
@@ -38,7 +38,7 @@ impl Syncer {
     /// Puts a written file into the queue.
     pub fn push(&self, file: InnerPath) {
         if let Some(queue) = &self.queue {
-            // A thread that has failed says why when it is waited for.
+            // If the thread has failed, the reason is reported when it is waited for.
             let _ = queue.send(file);
         }
     }
@@ -46,7 +46,8 @@ impl Syncer {
     /// Waits until every file of the queue, and every folder on the way to one, is on the medium.
     ///
     /// # Errors
-    /// [`Error::Io`] of the first file that cannot be synced, which may be gone.
+    /// [`Error::Io`] of the first file that cannot be synced, for example because it no longer
+    /// exists.
     pub fn finish(mut self) -> Result<(), Error> {
         drop(self.queue.take());
         let Some(thread) = self.thread.take() else {
@@ -56,7 +57,8 @@ impl Syncer {
             Ok(folders) => folders?,
             Err(panic) => std::panic::resume_unwind(panic),
         };
-        // The innermost first: a folder's name is its parent's content.
+        // The innermost folders come first, because the name of a folder is part of the content of
+        // its parent.
         for folder in folders.iter().rev() {
             self.folder.sync_folder(Some(folder))?;
         }
@@ -68,13 +70,13 @@ impl Drop for Syncer {
     fn drop(&mut self) {
         drop(self.queue.take());
         if let Some(thread) = self.thread.take() {
-            // Whoever drops it has no use for what failed.
+            // An owner that drops it is not interested in errors.
             let _ = thread.join();
         }
     }
 }
 
-/// Syncs what comes until nothing more can come; returns the folders of it all.
+/// Syncs files until the queue is closed; returns the folders of all of them.
 fn sync_all(folder: &Folder, files: &Receiver<InnerPath>) -> Result<BTreeSet<InnerPath>, Error> {
     let mut folders = BTreeSet::new();
     for file in files {

@@ -25,8 +25,8 @@ impl<M: MeanError, S: Sigma> GaussianRange<M, S> {
         self.measured_m(o, self.mean.mean_error_m(o), share)
     }
 
-    /// The measurement at a quantile: the range that a share of all measurements with this mean
-    /// error are below.
+    /// The measurement at a quantile: the range below which a share of all measurements with this
+    /// mean error lies.
     fn measured_m(&self, o: &EchoObservation, mean_error_m: f64, share: f64) -> f64 {
         let error_m = mean_error_m + self.sigma.sigma_m(o) * quantile(share);
         (o.range_m + error_m).max(0.0)

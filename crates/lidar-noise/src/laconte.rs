@@ -48,8 +48,9 @@ impl LaconteDevice {
     }
 }
 
-/// Bias from the return waveform: a Gaussian beam and a Gaussian pulse on a tilted plane, the
-/// waveform expanded to third order around the echo of the centre ray, its peak found.
+/// Bias from the return waveform: a Gaussian beam and a Gaussian pulse on a tilted plane, with the
+/// waveform expanded to third order around the echo of the centre ray, and the position of its
+/// peak.
 ///
 /// The range is measured too short; the bias is 0 head-on and grows with distance and incidence
 /// (up to 20 cm in the authors' experiments). Incidence is taken as at most 85°.
@@ -172,7 +173,7 @@ mod tests {
         EchoObservation::at_angle(range_m, incidence_deg.to_radians(), 0.5)
     }
 
-    /// The published filter as it is published, but for its constant factors.
+    /// The published filter as it is published, except for its constant factors.
     fn published(w: &LaconteWaveform, d: f64, theta: f64) -> f64 {
         let a = w.half_aperture_rad;
         let light = 299_792_458.0;
@@ -205,7 +206,7 @@ mod tests {
     #[test]
     fn what_is_divided_out_changes_nothing() {
         for waveform in [SickLms1xx.waveform(), VelodyneHdl32e.waveform()] {
-            // Far and steep leaves the series for the functions.
+            // Far and steep cases are computed by the functions rather than by their series.
             for d in [0.5, 2.0, 10.0, 30.0, 80.0, 200.0] {
                 for deg in [0.0, 1.0, 20.0, 45.0, 60.0, 75.0, 84.9] {
                     let got = waveform.mean_error_m(&at(d, deg));

@@ -31,7 +31,7 @@ impl Default for RangeEquationParams {
 ///
 /// Power is `P = ρ cos α e^(−2κR) / R²`; the signal-to-noise ratio is `P / P_min`, where `P_min` is
 /// the power of the reference target at its range. With 90 m at 10 % this gives 127 m at 20 % and
-/// 255 m at 80 %, where Livox writes 130 m and 260 m.
+/// 255 m at 80 %; Livox states 130 m and 260 m.
 ///
 /// As a [`Detection`] it is a hard threshold: seen if and only if the ratio is at least 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,7 +111,7 @@ pub struct SoftThreshold {
 
 impl SoftThreshold {
     /// Detection at a probability of false alarm per pulse, between 0 and 0.5 (both excluded);
-    /// Livox writes less than 1e-4.
+    /// Livox states less than 1e-4.
     ///
     /// # Errors
     /// If the probability is out of its range.
@@ -134,7 +134,7 @@ impl SoftThreshold {
 
 impl Detection for SoftThreshold {
     fn probability(&self, o: &EchoObservation) -> f64 {
-        // erfc(0) = 1 where SNR + ½ = −ln P_fa: that is the threshold's own ratio in noise units.
+        // erfc(0) = 1 where SNR + ½ = −ln P_fa, which is the threshold's own ratio in noise units.
         let in_noise_units = self.range_equation.signal_to_noise(o) * (self.threshold - 0.5);
         let margin = self.threshold.sqrt() - (in_noise_units + 0.5).sqrt();
         0.5 * libm::erfc(margin)
@@ -224,11 +224,11 @@ mod tests {
         let soft = SoftThreshold::new(RangeEquation::default(), 1e-4).unwrap();
         assert!((soft.probability(&at(90.0, 0.1)) - 0.5).abs() < 1e-12);
         assert!(soft.probability(&at(45.0, 0.1)) > 0.999);
-        // A receiver in noise alone raises false alarms: ½ erfc(√9.21 − √½) = 5e-4.
+        // Noise alone raises false alarms with a probability of ½ erfc(√9.21 − √½) = 5e-4.
         assert!(soft.probability(&at(9e9, 0.1)) < 1e-3);
     }
 
-    /// lidar data sheets: "2 cm at 20 m"; 1 cm for bright targets nearby.
+    /// LiDAR data sheets state "2 cm at 20 m", and 1 cm for bright targets nearby.
     #[test]
     fn sigma_follows_the_data_sheets() {
         let sigma = SnrSigma::default();
@@ -251,7 +251,7 @@ mod tests {
             ..RangeEquationParams::default()
         })
         .unwrap();
-        // Koschmieder: 0.06 per metre is 50 m of visibility.
+        // By Koschmieder's law, 0.06 per metre is a visibility of 50 m.
         assert_eq!(fog.probability(&at(90.0, 0.1)), 0.0);
         assert_eq!(fog.probability(&at(20.0, 0.1)), 1.0);
         assert_eq!(fog.probability(&at(30.0, 0.1)), 0.0);

@@ -31,7 +31,7 @@ pub enum RangeNoise {
         /// Standard deviation, metres, at least 0.
         sigma_m: f64,
     },
-    /// Soudarissanane's law as its authors mean it, as a spread, which grows as 1 / cos of the
+    /// Soudarissanane's law as its authors define it: a spread that grows as 1 / cos of the
     /// incidence. There is no bias, and every echo is seen.
     Incidence(IncidenceLawParams),
     /// A spread that grows with range alone. There is no bias, and every echo is seen.

@@ -7,7 +7,7 @@ pub(crate) fn unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
     (rng.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }
 
-/// A uniform deviate between 0 and 1: the middle of one of 2⁵² cells, so never 0 and never 1.
+/// A uniform deviate between 0 and 1: the middle of one of 2⁵² cells, so it is neither 0 nor 1.
 pub(crate) fn open_unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
     ((rng.next_u64() >> 12) as f64 + 0.5) * (1.0 / (1_u64 << 52) as f64)
 }
@@ -128,7 +128,7 @@ mod tests {
                 "{p}: {}",
                 quantile(p)
             );
-            // As the distribution function has it.
+            // The distribution function of the quantile must be the probability.
             let back = 0.5 * libm::erfc(-quantile(p) * std::f64::consts::FRAC_1_SQRT_2);
             assert!((back / p - 1.0).abs() < 1e-13, "{p}: {back}");
         }

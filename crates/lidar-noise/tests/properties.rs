@@ -1,4 +1,4 @@
-//! What every noise model must hold to, whatever it is pointed at.
+//! Properties that every noise model must have for any echo.
 
 use nemoral_lidar_noise::{
     ConstantSigma, DetectedRange, Detection, EchoObservation, GaussianRange, IncidenceLaw,
@@ -85,8 +85,8 @@ fn measurements_have_the_mean_and_the_spread_of_their_model() {
     }
 }
 
-/// The errors of 10⁵ measurements by a named model, and what its parts say of their mean and
-/// spread.
+/// The errors of 10⁵ measurements by a named model, with the mean and the spread that its parts
+/// give.
 fn errors_of(noise: RangeNoise, o: &EchoObservation) -> (Vec<f64>, f64, f64) {
     use LaconteForm::{Closed, Waveform};
     let waveform = |d: LaconteDevice| d.waveform().mean_error_m(o);
@@ -121,8 +121,8 @@ fn errors_of(noise: RangeNoise, o: &EchoObservation) -> (Vec<f64>, f64, f64) {
     (measured.into_iter().map(error).collect(), mean_m, sigma_m)
 }
 
-/// Every named model draws what its parts say: mean within 4 σ/√n, spread within 4 σ/√(2n), and as
-/// many below the mean as above it, as far.
+/// Every named model draws errors as its parts say: the mean within 4 σ/√n, the spread within 4
+/// σ/√(2n), and symmetrically about the mean.
 #[test]
 fn every_named_model_draws_around_its_mean_evenly() {
     let laconte = |device, form| RangeNoise::Laconte {
@@ -153,7 +153,7 @@ fn every_named_model_draws_around_its_mean_evenly() {
                 (spread_m - sigma_m).abs() < bound_m / 2.0_f64.sqrt(),
                 "{noise:?} {o:?}"
             );
-            // Of n normal numbers, about their known mean, it has a deviation of √(15/n).
+            // For n normal numbers about their known mean, it has a standard deviation of √(15/n).
             let lean = moment(3) / sigma_m.powi(3);
             assert!(
                 lean.abs() < 4.0 * (15.0 / n).sqrt(),
@@ -170,7 +170,7 @@ fn every_named_model_draws_around_its_mean_evenly() {
     assert!(exact.iter().all(|&e| e == 0.0));
 }
 
-/// Any mean error, any spread and any detection go together, and none changes another.
+/// Any mean error, any spread and any detection can be combined, and none changes another.
 #[test]
 fn mean_spread_and_detection_compose() {
     let detection = SoftThreshold::new(RangeEquation::default(), 1e-4).unwrap();

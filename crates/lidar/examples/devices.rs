@@ -1,5 +1,6 @@
-//! Draws what each device lights in a tenth of a second: azimuth by elevation, a line each 10°,
-//! blue at the start and orange at the end; of a whole turn the quarter straight ahead.
+//! Draws the pulses that each device fires in a tenth of a second: azimuth by elevation with a line
+//! at each 10°, blue at the start and orange at the end. Of a whole turn the quarter straight ahead
+//! is shown.
 //!
 //! `cargo run --release -p nemoral-lidar --example devices -- FOLDER` writes a PNG for each device.
 
@@ -14,9 +15,9 @@ use image::{Rgb, RgbImage};
 use nemoral_lidar::{Device, Scanner};
 
 const WIDTH: u32 = 720;
-/// Around the field of view, degrees.
+/// Margin around the field of view, degrees.
 const MARGIN_DEG: f64 = 4.0;
-/// To either side of straight ahead, degrees: of a whole turn only a part is shown.
+/// Extent to either side of straight ahead, degrees, as only a part of a whole turn is shown.
 const WINDOW_DEG: f64 = 45.0;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

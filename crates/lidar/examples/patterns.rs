@@ -104,7 +104,7 @@ fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
             picture.put_pixel(x, top + y, dark);
         }
         for p in &points {
-            // As seen from the sensor: left is left; everything is projected onto the wall.
+            // The view from the sensor, with everything projected onto the wall.
             let on_wall = p.position_m * (10.0 / p.position_m.x);
             let x = f64::from(width) / 2.0 - f64::from(on_wall.y) * pixels_per_m;
             let y = f64::from(height) / 2.0 - f64::from(on_wall.z) * pixels_per_m;
@@ -126,7 +126,7 @@ fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
     Ok(picture)
 }
 
-/// What Livox publishes: seconds and percent.
+/// The curve that Livox publishes: seconds and percent.
 const MID40: [(f64, f64); 15] = [
     (0.05, 12.0),
     (0.1, 19.2),

@@ -4,7 +4,7 @@ use nemoral_scene::glam::DVec3;
 
 use crate::ParamError;
 
-/// A laser beam: how wide it is, how long its pulse, and how finely it is cast.
+/// A laser beam: its width, the length of its pulse, and how finely it is cast.
 ///
 /// The beam has an elliptical Gaussian section and is cast as sub-rays: one in the middle, and 6 k
 /// on the k-th of [`rings`](Self::rings) rings, each standing for the light of its part of the
@@ -24,7 +24,7 @@ pub struct Beam {
 }
 
 impl Default for Beam {
-    /// A line: one ray a pulse.
+    /// A line: one ray for each pulse.
     fn default() -> Self {
         Self {
             horizontal_fwhm_rad: 0.0,
@@ -169,7 +169,7 @@ mod tests {
             if rings < 2 {
                 continue;
             }
-            // The variance of a Gaussian cut at 2 σ is 0.687 of the whole one's.
+            // The variance of a Gaussian that is cut at 2 σ is 0.687 of that of the whole Gaussian.
             for (width, at) in [
                 (beam.horizontal_fwhm_rad, [1.0, 0.0]),
                 (beam.vertical_fwhm_rad, [0.0, 1.0]),

@@ -39,11 +39,11 @@ impl CsvPattern {
     /// empty lines and lines that start with `#` are skipped. Times start anywhere and never
     /// decrease.
     ///
-    /// Livox's own tables hold the zenith angle: elevation is 90° less it.
+    /// Livox's own tables have the zenith angle, which is 90° minus the elevation.
     ///
     /// # Errors
-    /// If the input cannot be read, a row is malformed, times decrease, or fewer than two are
-    /// there.
+    /// If the input cannot be read, a row is malformed, times decrease, or there are fewer than two
+    /// pulses.
     pub fn from_csv(input: impl BufRead) -> Result<Self, CsvPatternError> {
         let mut pulses: Vec<Pulse> = Vec::new();
         let mut start_s = 0.0;

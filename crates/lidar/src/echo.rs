@@ -13,7 +13,7 @@ pub enum Returns {
     /// The strongest and the last echo; where these are the same, the strongest and the second
     /// strongest (Velodyne's dual mode).
     Dual,
-    /// All echoes, nearest first, at most so many, 1..=15 (as many as LAS can number).
+    /// All echoes, nearest first, at most this number, 1..=15 (as many as LAS can number).
     All(u8),
 }
 
@@ -45,11 +45,11 @@ pub(crate) struct Echo {
     pub(crate) incidence_cos: f64,
     /// The measured range; the true one until the range model has measured.
     pub(crate) measured_m: f64,
-    /// The place in the sorted hits of the one with the most power.
+    /// The index in the sorted hits of the one with the most power.
     pub(crate) strongest: usize,
-    /// The place in the sorted hits of the first one.
+    /// The index in the sorted hits of the first one.
     pub(crate) first: usize,
-    /// The place after the last one.
+    /// The index after the last one.
     pub(crate) end: usize,
     /// The sum of what its hits reflect.
     pub(crate) sent_back: f64,
@@ -60,9 +60,9 @@ pub(crate) struct Echo {
 /// Groups the hits of a pulse, which are those from `first` on, into echoes, and adds these,
 /// nearest first. Sorts the hits by range.
 ///
-/// A receiver that a surface has triggered is busy for the pulse's length: whatever lies within
-/// `resolution_m` behind the first surface of an echo is merged into it. The measured range is the
-/// centroid, "a beam-weighted average over the footprint" (Chaudhry et al. 2021).
+/// A receiver that was triggered by a surface is busy for the length of the pulse: all surfaces
+/// within `resolution_m` behind the first surface of an echo are merged into it. The measured range
+/// is the centroid, "a beam-weighted average over the footprint" (Chaudhry et al. 2021).
 pub(crate) fn group_hits(
     hits: &mut [SubRayHit],
     mut first: usize,
@@ -76,7 +76,7 @@ pub(crate) fn group_hits(
         let merged = &hits[first..end];
         let power: f64 = merged.iter().map(SubRayHit::power).sum();
         let sent_back = merged.iter().map(|c| c.sent_back).sum();
-        // The first of equals. Where nothing is reflected all have no power, and the nearest
+        // The first of equal ones. If nothing is reflected, all powers are 0 and the nearest hit
         // counts.
         let mut strongest = first;
         for i in first + 1..end {
@@ -106,7 +106,7 @@ pub(crate) fn group_hits(
 }
 
 impl Returns {
-    /// Keeps the reported ones of echoes that are sorted by range.
+    /// Keeps those of the echoes, which are sorted by range, that are reported.
     pub(crate) fn select(self, echoes: &mut Vec<Echo>) {
         if echoes.len() < 2 {
             return;
@@ -177,7 +177,7 @@ mod tests {
         assert!(one[0].range_m > 10.0 && one[0].range_m < 10.4);
         let two = grouped(&[(10.0, 0.2), (10.7, 0.5)], 0.6);
         assert_eq!((two[0].range_m, two[1].range_m), (10.0, 10.7));
-        // A chain of surfaces does not merge into one echo without end.
+        // A long chain of surfaces does not merge into one echo.
         let chain: Vec<_> = (0..20).map(|i| (10.0 + 0.29 * f64::from(i), 0.1)).collect();
         assert_eq!(grouped(&chain, 0.6).len(), 7);
     }

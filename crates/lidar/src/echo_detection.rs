@@ -1,7 +1,7 @@
-//! The receiver: from the hits of pulses to echoes, returns and points.
+//! The receiver, which turns the hits of pulses into echoes, returns and points.
 //!
-//! A task does each step for all of its pulses before the next step, so that the processor computes
-//! what one pulse waits for (a division, a random word) beside that of the next pulses.
+//! A task does each step for all of its pulses before the next step, so that the processor overlaps
+//! slow operations of one pulse (a division, a random word) with those of the next pulses.
 
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
@@ -16,8 +16,8 @@ const DROPOUT: Domain = Domain::new("lidar.dropout");
 const FALSE_ALARM: Domain = Domain::new("lidar.false_alarm");
 const LATER_ECHO: Domain = Domain::new("lidar.later_echo");
 
-/// A surface that is farther than this off the plane of the strongest one is another surface,
-/// metres.
+/// A surface that is farther than this from the plane of the strongest one counts as another
+/// surface, metres.
 const MIXED_M: f64 = 0.02;
 
 /// A batch of pulses, their rays, and what the rays hit.
@@ -161,7 +161,7 @@ impl ScanContext<'_> {
             EchoObservation {
                 range_m: echo.range_m,
                 incidence_cos: cos,
-                // That of a plate as wide as the beam that would reflect as much.
+                // The reflectance of a plate as wide as the beam that would reflect as much.
                 reflectance: if cos > 0.0 { echo.sent_back / cos } else { 0.0 },
             }
         };
@@ -197,7 +197,8 @@ impl ScanContext<'_> {
                 };
                 let hit = hit_of(strongest);
                 let normal = towards(hit, &rays[strongest.ray]);
-                // The point is on the beam's middle: there must be what it says, and nothing else.
+                // The point lies on the middle of the beam, so the surface that it is labelled with
+                // must be there, and no other.
                 group.iter().any(|c| c.ray == 0)
                     && group.iter().all(|c| {
                         hit_of(c).object == hit.object
@@ -244,8 +245,9 @@ impl ScanContext<'_> {
     pub(crate) fn point(&self, cast: &BatchHits<'_>, reported: &Return) -> LidarPoint {
         let shot = reported.shot as usize;
         let (pulse, pose) = (&cast.batch.pulses[shot], cast.batch.pose(shot));
-        // Along the pulse, not along its ray, whose f32 origin is micrometres beside the LiDAR: a
-        // camera at the LiDAR's place, with the same f32 origin, looks along the pulse too.
+        // The point lies along the pulse, not along its ray, whose f32 origin is micrometres off
+        // the LiDAR's. A camera at the LiDAR's place, with the same f32 origin, looks along the
+        // pulse too.
         let in_lidar = pulse.direction * reported.measured_m;
         let position = if self.params.deskew {
             let in_scene = pose.transform_point(in_lidar);
@@ -295,7 +297,7 @@ impl ScanContext<'_> {
 }
 
 /// The normal, towards the sensor, of the flat primitive that a ray hit, because that is what stops
-/// the light. Its side is the shape's, so it may have to be turned.
+/// the light. It points to the outside of the shape, so it may have to be reversed.
 fn towards(hit: &SurfaceHit, ray: &Ray) -> DVec3 {
     let normal: DVec3 = hit.geometric_normal.into();
     if normal.dot(ray.direction.into()) > 0.0 {

@@ -1,5 +1,5 @@
-//! This crate is virtual LiDAR scanners: scan patterns, and scans of anything that rays can be cast
-//! at.
+//! This crate provides virtual LiDAR scanners: scan patterns, and scans of anything that rays can
+//! be cast at.
 //!
 //! ```
 //! use nemoral_lidar::{ExactRange, HorizonLike, ScanRequest, Scanner, ScannerParams};
@@ -38,9 +38,9 @@
 //! the circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]. There
 //! are also [`Mid70`], [`Avia`], [`Spinning`] heads by their beam tables, a terrestrial scanner's
 //! [`Panorama`] and any [`CsvPattern`]; [`Device`] has the numbers of real scanners. A [`Scanner`]
-//! fires a stretch of a pattern, each pulse from where the sensor is at that moment, and writes
-//! [`LidarPoint`](nemoral_scene::LidarPoint)s with their truth (class, object, range, incidence)
-//! for what comes back.
+//! fires a stretch of a pattern, each pulse from where the sensor is at that moment, and makes
+//! [`LidarPoint`](nemoral_scene::LidarPoint)s with their truth (class, object, range, incidence) of
+//! what comes back.
 //!
 //! A pulse is a line to the nearest opaque texel, or a [`Beam`] of sub-rays whose hits are grouped
 //! into several [echoes](Returns), mixed pixels among them. A surface is Lambertian. A

@@ -83,7 +83,7 @@ impl RepeatingLines {
         Ok(Self { params })
     }
 
-    /// Pulses in one sweep: `lines · columns`. After so many pulses the pattern repeats.
+    /// Pulses in one sweep: `lines · columns`. After this number of pulses the pattern repeats.
     #[must_use]
     pub fn pulses_per_sweep(&self) -> u64 {
         u64::from(self.params.lines) * u64::from(self.params.columns)

@@ -21,8 +21,8 @@ pub struct PanoramaParams {
 }
 
 impl Default for PanoramaParams {
-    /// A phase-shift scanner of two million pulses a second, a pulse each 0.15°: 2.4 million from
-    /// 60° below the horizon to the zenith.
+    /// A phase-shift scanner with two million pulses a second and a pulse at each 0.15°, which is
+    /// 2.4 million from 60° below the horizon to the zenith.
     fn default() -> Self {
         Self {
             rows: 1000,
@@ -70,7 +70,7 @@ impl Panorama {
         Ok(Self { params })
     }
 
-    /// Pulses in one turn. After so many the pattern repeats.
+    /// Pulses in one turn. After this number of pulses the pattern repeats.
     #[must_use]
     pub fn pulses_per_turn(&self) -> u64 {
         u64::from(self.params.rows) * u64::from(self.params.columns)

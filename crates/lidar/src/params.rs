@@ -6,7 +6,7 @@ use crate::beam::Beam;
 use crate::echo::Returns;
 use crate::pulse_errors::PulseErrors;
 
-/// The laser's wavelength: which of a material's reflectances counts.
+/// The laser's wavelength, which selects one of a material's reflectances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wavelength {
     /// 905 nm (Livox, Velodyne): leaves are bright.
@@ -30,9 +30,10 @@ impl Wavelength {
 /// Parameters of a [`Scanner`](crate::Scanner).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScannerParams {
-    /// Pulses fired in one scan, at least 1. The points are those that come back.
+    /// Pulses fired in one scan, at least 1. Only those that come back give points.
     pub pulses_per_scan: u32,
-    /// The blind zone, metres, at least 0: what is nearer blocks the pulse and is not seen.
+    /// The blind zone, metres, at least 0. A surface that is nearer blocks the pulse and is not
+    /// seen.
     pub min_range_m: f32,
     /// The farthest echo, metres, greater than `min_range_m`.
     pub max_range_m: f32,

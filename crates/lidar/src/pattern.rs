@@ -1,14 +1,14 @@
-//! Scan patterns: where a scanner looks, and when.
+//! Scan patterns: the directions and the times of a scanner's pulses.
 
 use nemoral_scene::glam::DVec3;
 
 /// One pulse of a laser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// When it is fired, seconds after the start of the pattern: good to a nanosecond for three
+    /// When it is fired, seconds after the start of the pattern; exact to a nanosecond for three
     /// weeks.
     pub time_s: f64,
-    /// Where it goes: unit vector in the LiDAR frame (x forward, y left, z up).
+    /// Its direction: a unit vector in the LiDAR frame (x forward, y left, z up).
     pub direction: DVec3,
     /// The laser line or ring that fires it, from 0.
     pub ring: u8,

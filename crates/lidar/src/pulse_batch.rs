@@ -1,4 +1,4 @@
-//! From pulses to rays.
+//! Making rays from pulses.
 
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{MaterialLibrary, Ray, RayCaster, RigidTransform};
@@ -49,12 +49,13 @@ impl PulseBatch {
 }
 
 impl ScanContext<'_> {
-    /// The pulses from the `start`-th of the scan on. Sets their rays in the scene.
+    /// A batch of pulses from the `start`-th of the scan on. Sets their rays in the scene.
     pub(crate) fn aim(&self, start: u32, rays: &mut [Ray]) -> PulseBatch {
         let rays_per_pulse = self.sub_rays.len();
         let count = (rays.len() / rays_per_pulse) as u32;
         let pulses = (self.pattern).pulses(self.in_pattern(start), count);
-        // Lasers that fire together share a pose, and poses may cost more than rays.
+        // Lasers that fire together share a pose, as computing poses may take longer than casting
+        // rays.
         let mut fired_s = f64::NAN;
         let mut poses = Vec::new();
         let mut pose_of = Vec::with_capacity(pulses.len());
@@ -82,7 +83,8 @@ impl ScanContext<'_> {
         let ray = |direction: DVec3| Ray {
             origin: scene_from_lidar.translation_m.as_vec3(),
             direction: direction.as_vec3(),
-            // From 0, not from the blind zone: what is there blocks the pulse.
+            // The ray starts at 0 rather than at the blind zone, because surfaces there block the
+            // pulse.
             t_min_m: 0.0,
             t_max_m: self.params.max_range_m,
         };

@@ -15,7 +15,7 @@ pub struct PulseErrors {
     /// Probability that a pulse is lost, whatever it hits, 0..=1.
     pub dropout: f64,
     /// Probability that a pulse from which nothing comes back gives a point all the same, 0..=1, at
-    /// any range the scanner has. Livox writes less than 1e-4.
+    /// any range of the scanner. Livox states less than 1e-4.
     pub false_alarm: f64,
 }
 

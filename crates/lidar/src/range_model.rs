@@ -1,4 +1,4 @@
-//! The port to whatever measures ranges.
+//! The port to models of range measurement.
 
 use nemoral_scene::EchoObservation;
 use nemoral_seed::Key;

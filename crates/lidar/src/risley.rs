@@ -22,10 +22,10 @@ pub struct Mid70;
 /// Livox Avia: non-repeating, 70.4° × 77.2°; six beams through three prisms, 240,000 pulses a
 /// second.
 ///
-/// The prisms of HELIOS++'s model of it, found from its published pattern: wedges of 30.8856°,
-/// 29.7735° and 3.1351° in glass of index 1.51, each entered through its tilted face, at −131.5463,
-/// 40.8032 and 213.1611 turns a second; six beams above each other fire together 40,000 times a
-/// second.
+/// The prisms are those of its model in HELIOS++, which was fitted to the published pattern: wedges
+/// of 30.8856°, 29.7735° and 3.1351° in glass of index 1.51, each entered through its tilted face,
+/// at −131.5463, 40.8032 and 213.1611 turns a second; six beams above each other fire together
+/// 40,000 times a second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Avia;
 
@@ -127,7 +127,7 @@ fn wedge_normals(number: u64) -> [DVec3; 2] {
     let (sin2, cos2) = rotor(number, ROTORS_RPM[1], 60 * RATE_HZ, 0.0);
     [
         DVec3::new(-along, tilt * cos1, tilt * sin1),
-        // Turning backwards is a negative sine, the mounting a negative tilt.
+        // Turning backwards negates the sine, and the mounting negates the tilt.
         DVec3::new(-along, -tilt * cos2, tilt * sin2),
     ]
 }

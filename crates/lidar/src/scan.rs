@@ -1,4 +1,4 @@
-//! One scan: from pulses to rays, and from hits to points.
+//! One scan: makes rays from pulses and points from hits.
 
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{LidarPoint, Ray, SurfaceHit};
@@ -48,7 +48,7 @@ fn fire(scan: &ScanContext<'_>, start: u32, count: u32, points: &mut Vec<LidarPo
             (cast, returns)
         })
         .collect();
-    // Points are made where they stay: each task knows how many come before its own.
+    // Points are written in their final places, as each task knows how many come before its own.
     let mut ends = Vec::with_capacity(detected.len());
     let mut returned = 0;
     for (_, returns) in &detected {
@@ -67,8 +67,7 @@ fn fire(scan: &ScanContext<'_>, start: u32, count: u32, points: &mut Vec<LidarPo
     points.par_extend(numbers.map_init(|| 0, point));
 }
 
-/// Memory for so many values that is touched for the first time by all threads, so that the page
-/// faults are shared among them.
+/// Memory for `count` values, first touched by all threads, so that these share the page faults.
 fn first_touched<T: Copy + Send + Sync>(value: T, count: usize) -> Vec<T> {
     repeat_n(value, count)
         .with_min_len(8 * BATCH_PULSES)

@@ -1,4 +1,4 @@
-//! Scanners: pulses out, points in.
+//! Scanners, which send pulses out and turn what comes back into points.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use crate::pulse_batch::ScanContext;
 use crate::range_model::RangeModel;
 use crate::scan;
 
-/// A virtual LiDAR: a pattern and how much of it makes a scan.
+/// A virtual LiDAR: a pattern, and the parameters of a scan.
 pub struct Scanner {
     params: ScannerParams,
     pattern: Box<dyn ScanPattern>,
@@ -20,7 +20,7 @@ pub struct Scanner {
     sub_rays: Vec<SubRay>,
 }
 
-/// What a scan is taken of, and from where.
+/// What is scanned, and from where.
 #[derive(Clone, Copy)]
 pub struct ScanRequest<'a> {
     /// The number in the pattern of the first pulse of the scan ([`Scanner::first_pulse_at`]).
@@ -98,9 +98,9 @@ impl Scanner {
     /// The number of the first pulse of the scan at a frame time, seconds after the first frame
     /// (whose scan starts with the pattern's first pulse).
     ///
-    /// So frames show the pattern as it runs on. Where frames follow each other faster than a scan
-    /// lasts, scans share pulses, as with a real sensor that is read with a longer integration
-    /// time; where they are slower, pulses between the scans are skipped.
+    /// So consecutive frames continue the pattern. If the interval of frames is shorter than a
+    /// scan, scans share pulses, as with a real sensor that is read with a longer integration time;
+    /// if it is longer, pulses between the scans are skipped.
     #[must_use]
     pub fn first_pulse_at(&self, frame_time_s: f64) -> u64 {
         (frame_time_s * self.rate_hz).round() as u64

@@ -1,4 +1,4 @@
-//! Spinning scanners by their beam tables: Velodyne, Ouster, and any other.
+//! Spinning scanners, defined by beam tables: Velodyne, Ouster, and any other.
 
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
@@ -171,7 +171,7 @@ impl ScanPattern for Spinning {
         let index = (number % count) as usize;
         let (laser, slope) = (&self.lasers[index], self.slopes[index]);
         let time_s = (number / count) as f64 * self.sequence_s + laser.delay_s;
-        // The error is a millionth of a turn after a year at 20 Hz.
+        // The rounding error is a millionth of a turn after a year at 20 Hz.
         let turned = (time_s * self.rotation_hz).fract();
         Pulse {
             time_s,

@@ -54,7 +54,7 @@ impl RayCaster for Step {
     }
 }
 
-/// Nothing at all.
+/// An empty world.
 struct Void;
 
 impl RayCaster for Void {
@@ -63,7 +63,7 @@ impl RayCaster for Void {
     }
 }
 
-/// 30° to each side: no grazing light.
+/// 30° to each side, so that no light is grazing.
 fn ahead() -> RepeatingLines {
     RepeatingLines::new(RepeatingLinesParams {
         horizontal_fov_rad: std::f64::consts::FRAC_PI_3,
@@ -117,7 +117,7 @@ fn a_wide_beam_on_a_wall_is_a_thin_one() {
     };
     let wide = scan_with(params(beam, Returns::Strongest), &wall);
     let mut compared = 0;
-    // At y = 0 one wall of two things becomes the other.
+    // At y = 0 one of the two walls ends and the other begins.
     for a in thin.iter().filter(|p| p.position_m.y.abs() > 0.05) {
         let i = wide
             .binary_search_by_key(&a.pulse, |p| p.pulse)
@@ -145,7 +145,8 @@ fn near_edges_mix_and_far_ones_give_two_returns() {
             if between {
                 mixed += 1;
                 assert!(p.flags.has(PointFlags::MIXED), "{p:?}");
-                // Labelled by what gave most light: the nearer the range is to it.
+                // The label is that of the surface that gave most of the light, so the range is
+                // nearer to it.
                 let nearer = if p.semantic == Semantic::Leaf {
                     8.0
                 } else {
@@ -157,7 +158,7 @@ fn near_edges_mix_and_far_ones_give_two_returns() {
                     p.semantic
                 );
             }
-            // Pure points are where their label says.
+            // Points without mixing lie on the surface of their label.
             let wall = if p.position_m.y > 0.0 {
                 Semantic::Leaf
             } else {
@@ -179,7 +180,7 @@ fn near_edges_mix_and_far_ones_give_two_returns() {
     }
 }
 
-/// Light is neither lost nor made: both returns of a split pulse sum to the whole.
+/// Light is conserved: the two returns of a split pulse sum to the whole.
 #[test]
 fn a_split_pulse_shares_out_its_light() {
     let points = scan_with(
@@ -271,7 +272,8 @@ fn pointing_errors_have_their_sigma() {
         &wall,
     );
     let n = points.len() as f64;
-    // Written where the scanner believes: off the wall, by tan(incidence) × sigma × range.
+    // Points are written where the scanner believes, off the wall by tan(incidence) × sigma ×
+    // range.
     let variance = points
         .iter()
         .filter(|p| p.incidence_cos > 0.5)
@@ -346,7 +348,7 @@ fn pulses_are_lost_and_raised_as_often_as_asked() {
         assert!(p.object == ObjectId::NONE && p.true_range_m == 0.0);
         assert!((0.5..=260.0).contains(&p.range_m));
     }
-    // Where the wall is seen, nothing is raised.
+    // There are no false alarms where the wall is seen.
     assert_eq!(
         count(raised, &wall)
             .iter()
@@ -384,7 +386,7 @@ fn raw_points_are_where_the_moving_sensor_saw_them() {
     assert_eq!(raw.len(), deskewed.len());
     let mut moved = 0.0_f64;
     for (r, d) in raw.iter().zip(&deskewed) {
-        // Put back by hand: through the pose of the moment.
+        // Raw points are transformed by hand, through the pose at their moment.
         let pose = drive(f64::from(r.time_offset_ns) * 1e-9 - half_s);
         let back = pose.transform_point(r.position_m.into());
         assert!(back.distance(d.position_m.into()) < 1e-4, "{r:?} {d:?}");

@@ -47,7 +47,7 @@ fn circular_fields_of_view_have_the_published_radius() {
     }
 }
 
-/// ±41.1° and ±13.8° (the model's own extent, in the documentation).
+/// The field of view is ±41.1° and ±13.8°, the extent that the documentation states.
 #[test]
 fn the_rectangular_field_of_view_is_what_it_says() {
     let (mut azimuth, mut elevation) = (0.0_f64, 0.0_f64);
@@ -82,7 +82,7 @@ fn figures_close_after_their_period() {
     }
 }
 
-/// Livox's published curve, percent; within 2 points.
+/// Coverage is within 2 percentage points of Livox's published curve.
 #[test]
 fn mid40_coverage_follows_the_published_curve() {
     let cell_deg = 0.265;
@@ -98,7 +98,7 @@ fn mid40_coverage_follows_the_published_curve() {
     }
 }
 
-/// Livox's published curve, percent; within 3 points.
+/// Coverage is within 3 percentage points of Livox's published curve.
 #[test]
 fn horizon_coverage_follows_the_published_curve() {
     let cell_deg = 0.32;

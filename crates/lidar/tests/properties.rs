@@ -1,4 +1,4 @@
-//! Scans of scenes whose answer is a formula.
+//! Scans of scenes for which the correct result is a formula.
 
 use nemoral_lidar::{
     EchoObservation, ExactRange, HorizonLike, Mid40, RangeModel, RepeatingLines, ScanPattern,
@@ -56,7 +56,7 @@ impl RayCaster for Plane {
     }
 }
 
-/// Seen from inside.
+/// A sphere, seen from inside.
 struct Sphere {
     centre: DVec3,
     radius_m: f64,
@@ -106,7 +106,7 @@ fn gaussian(o: &EchoObservation, key: Key) -> Option<f64> {
     Some(o.range_m + 0.02 * key.rng().normal())
 }
 
-/// Two pulses in three, by their keys.
+/// A model that sees two of three echoes, chosen by their keys.
 fn losing(o: &EchoObservation, key: Key) -> Option<f64> {
     (key.rng().below(3) > 0).then_some(o.range_m)
 }
@@ -216,7 +216,7 @@ fn the_scan_is_centred_on_the_frame_and_times_are_the_patterns() {
     let scanner = scanner(48_001, HorizonLike);
     let duration_s = scanner.duration_s();
     assert!((duration_s - 48_001.0 / 240_000.0).abs() < 1e-15);
-    // An answer that tells the time: the sensor drives towards the wall at 1 m/s.
+    // The sensor drives towards the wall at 1 m/s, so each range tells the time of its pulse.
     let wall = Plane {
         normal: DVec3::NEG_X,
         offset_m: -10.0,
@@ -307,7 +307,7 @@ proptest! {
     /// A pulse keeps its point when the scan gets longer.
     #[test]
     fn one_more_pulse_changes_no_other(pulses in 1_u32..6000, first in 0_u64..1 << 36) {
-        // Longer scans start earlier; standing still, that does not show.
+        // Longer scans start earlier, which has no effect on a sensor that stands still.
         let shorter = scan(&scanner(pulses, Mid40), first, &wall(), &standing, &gaussian);
         let longer = scan(&scanner(pulses + 1, Mid40), first, &wall(), &standing, &gaussian);
         prop_assert_eq!(&longer[..shorter.len()], &shorter[..]);

@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// A trail, so that something is left out.
+/// A trail, on which sites are left out.
 fn beside_trail(p: DVec2, radius_m: f64) -> bool {
     (p.y - 75.0 - 15.0 * (p.x / 30.0).sin()).abs() > 1.8 + radius_m
 }
@@ -62,7 +62,7 @@ fn draw(params: PlacementParams) -> Result<RgbImage, Box<dyn std::error::Error>>
         }
     }
     let mut rocks: HashMap<ChunkCoord, Vec<Site>> = HashMap::new();
-    // By phases: each chunk after those that it must see.
+    // In the order of phases, so that each chunk comes after those that it must see.
     for phase in 0..4 {
         for coord in square(-1 - 3, CHUNKS + 1 + 3) {
             if Placement::phase(coord) == phase {

@@ -1,4 +1,4 @@
-//! Measures what chunk borders and phases do to the pattern, over many chunks.
+//! Measures the influence of chunk borders and phases on the pattern, over many chunks.
 //!
 //! `cargo run --release -p nemoral-placement --example uniformity -- [chunks per side] [trees per
 //! chunk]`
@@ -105,7 +105,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Rocks as they are asked for: each chunk after its neighbours of lower phases.
+/// A cache of rocks, which makes each chunk's after those of its neighbours of lower phases.
 struct Rocks<'a> {
     placement: &'a Placement,
     known: HashMap<ChunkCoord, Vec<Site>>,
@@ -162,8 +162,8 @@ fn params(trees: f64) -> PlacementParams {
     }
 }
 
-/// Clark and Evans 1954: the mean distance to the nearest neighbour over that of scattered points;
-/// on a torus of chunks without one rim chunk, so that every neighbour is known.
+/// Clark and Evans's R (1954): the mean distance to the nearest neighbour over that of random
+/// points. Chunks at the rim are left out, so that every neighbour is known.
 fn clark_evans(chunks: &[(ChunkCoord, Vec<Site>)], layer: usize, side: i32, size_m: f64) -> f64 {
     let at = |x: i32, y: i32| &chunks[(y * side + x) as usize].1;
     let (mut sum, mut count) = (0.0, 0_u32);

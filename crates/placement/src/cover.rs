@@ -23,7 +23,7 @@ pub struct CoverVariety {
     pub scale: (f64, f64),
 }
 
-/// What decides where undergrowth stands, but for the seed.
+/// Everything that decides where undergrowth stands, except the seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundCoverParams {
     /// The edge of a chunk, metres; 1 to 10⁴.
@@ -31,7 +31,7 @@ pub struct GroundCoverParams {
     /// The grid's spacing, metres; at least 0.01, at most a chunk. A chunk need not hold a whole
     /// number of cells.
     pub cell_m: f64,
-    /// How far a point strays from its cell's centre at most, in cells; 0 to 2. Direction and
+    /// The greatest distance of a point from its cell's centre, in cells; 0 to 2. Direction and
     /// distance are uniform (paper, section IV-D).
     pub jitter: f64,
     /// The kinds; at least one.
@@ -81,7 +81,7 @@ pub struct GroundCover {
 }
 
 impl GroundCover {
-    /// Proves the parameters.
+    /// Checks the parameters.
     ///
     /// # Errors
     /// A [`ParamError`] for a value out of range.
@@ -109,11 +109,11 @@ impl GroundCover {
         })
     }
 
-    /// The undergrowth of a chunk, by cell, rows from the south.
+    /// The undergrowth of a chunk, in the order of cells, rows from the south.
     ///
     /// `density` is the share of points to keep at a world position (0 and less: none, 1 and more:
-    /// all): canopy openness, wetness, a user's map. It is asked for each point on its own, so a
-    /// point never depends on another.
+    /// all), such as canopy openness, wetness or a user's map. It is called for each point
+    /// separately, so a point never depends on another.
     #[must_use]
     pub fn points(
         &self,
@@ -129,7 +129,8 @@ impl GroundCover {
         } = self.params;
         let low = coord.origin_m(chunk_size_m);
         let high = low + DVec2::splat(chunk_size_m);
-        // A point strays from the centre of its cell: cells beyond the border may reach in.
+        // Points are moved off the centres of their cells, so those of cells beyond the border may
+        // lie in the chunk.
         let cells = |low: f64, high: f64| {
             let reach = (jitter + 1.0) * cell_m;
             let first = ((low - reach) / cell_m).floor() as i64;
@@ -142,7 +143,7 @@ impl GroundCover {
                 let centre_m = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * cell_m;
                 let key = self.key.chunk([x as i32, y as i32]);
                 let point = self.point(key, centre_m);
-                // Every chunk computes the same bits for a point: exactly one claims it.
+                // Every chunk computes the same bits for a point, so that exactly one claims it.
                 let here = ChunkCoord::containing(point.position_m, chunk_size_m) == coord;
                 if here && self.stays(&point, allowed, density) {
                     points.push(point);

@@ -1,8 +1,8 @@
-//! What can be wrong with a stand's parameters.
+//! Errors in the parameters of a stand.
 
 use nemoral_scene::ParamError;
 
-/// Why there is no such [`Placement`](crate::Placement).
+/// Why a [`Placement`](crate::Placement) cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlacementError {
@@ -22,7 +22,7 @@ pub enum PlacementError {
         name: String,
         /// The number asked for.
         per_chunk: f64,
-        /// About the largest number that fits.
+        /// The largest number that fits, approximately.
         at_most: f64,
     },
 }

@@ -1,5 +1,5 @@
 //! This crate decides where rocks, trees, stumps, shrubs and undergrowth stand on an endless plane,
-//! so that the content of a place depends on a key and its coordinates alone.
+//! so that the content of a place depends on nothing but a key and its coordinates.
 //!
 //! - [`PoissonDisks`] samples variable-radius Poisson disks of the plane, in metres; it can be used
 //!   alone.
@@ -32,30 +32,31 @@
 //!   sampling (Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions": an active list,
 //!   k = 30 darts in the annulus r..2r) with a quadtree for the neighbour search. The paper's
 //!   density factor multiplies radii: larger is sparser.
-//! - A layer may be planted instead, in [`Rows`] over the whole plane, where neighbours keep each
-//!   other small, may avoid or seek the gaps of the canopy, and may stand in clusters only: both
-//!   are [`Patches`] of the plane, and decide nothing but how many points of the pattern are kept
-//!   where, so the distance rule and the independence of any order hold as before.
+//! - A layer may instead be planted in [`Rows`] over the whole plane, where neighbours compete. It
+//!   may avoid or seek the gaps of the canopy, and it may be restricted to clusters. Gaps and
+//!   clusters are [`Patches`] of the plane, and decide only which share of the pattern is kept
+//!   where, so that the distance rule and the independence of order hold as before.
 //! - **Undergrowth** is a jittered grid of the whole plane, everywhere but on trails.
 //!
-//! **No order.** Bridson's list is worked off one point after the other, which an endless plane
-//! cannot have. Here the initial samples are a keyed sparse Poisson process, the active list is
-//! worked off breadth-first for as many rounds as the target needs (at the paper's densities one),
+//! **No order.** Bridson's list is processed one point after the other, which is impossible on an
+//! endless plane. Here the initial samples are a keyed sparse Poisson process, the active list is
+//! processed breadth-first for as many rounds as the target needs (one at the paper's densities),
 //! and the darts of one round are resolved in the order of their keys. This defines one point set
 //! of the plane, and a chunk computes its part of it exactly, with a halo and three states (point,
 //! no point, unknown until the halo is wider), so that it has no chunk borders at all. The usual
-//! way, to let chunks fill up in phases around their neighbours' points, leaves a seam: 1.13 and
-//! 0.90 of the mean density in the first two strips beside a border near saturation. This has none:
-//! over 4096 chunks with 31, 96 and 210 trees each, the eight strips of 0.5 m from a border inwards
-//! hold 1.00 of the mean within 2.5 σ (σ is 0.5 % at 210), and so does each phase.
+//! method, to fill chunks in phases around the points of their neighbours, leaves a seam: 1.13 and
+//! 0.90 of the mean density in the first two strips beside a border near saturation. This method
+//! has none: over 4096 chunks with 31, 96 and 210 trees each, the eight strips of 0.5 m from a
+//! border inwards hold 1.00 of the mean within 2.5 σ (σ is 0.5 % at 210), and so does each phase.
 //!
-//! **Not saturated.** A saturated pattern is as even as a plantation (Clark and Evans's R = 1.7)
-//! and has the same number in every chunk. So a layer fills up at a hard core of half the spacing
-//! that a saturated pattern of its target would have, and a keyed thinning then brings it to the
-//! target. R is 1.18 to 1.20, and the variance of a chunk's number about 0.75 of its mean. Bigger
-//! varieties have bigger hard cores; the share kept of each makes up for the places it does not
-//! find, so that weights are met (numbers within 1 %, a rare variety's share within a tenth). The
-//! shares come from growing a window of each layer once, in [`Placement::new`].
+//! **Not saturated.** A saturated pattern is as regular as a plantation (Clark and Evans's R = 1.7)
+//! and has the same number in every chunk. So a layer is sampled with a hard core of half the
+//! spacing that a saturated pattern of its target would have, and a keyed thinning then brings it
+//! to the target. R is 1.18 to 1.20, and the variance of a chunk's number about 0.75 of its mean.
+//! Larger varieties have larger hard cores; the share that is kept of each makes up for the places
+//! that it does not find, so that weights are met (numbers within 1 %, a rare variety's share
+//! within a tenth). The shares are found by sampling a window of each layer once, in
+//! [`Placement::new`].
 //!
 //! **The rule** for every pair of sites, across borders too: `|p − q| ≥ f · (r_p + r_q)` with
 //! `f = spacing_factor · density_factor`, and at least `r_p + r_q` if one is a rock. Radii are

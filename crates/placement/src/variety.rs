@@ -2,7 +2,7 @@
 
 use nemoral_scene::ParamError;
 
-/// One kind of thing inside a layer: a species, a prototype, a size class.
+/// One kind of disk or plant in a layer: a species, a prototype, a size class.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variety {
     /// Its share among the layer's sites, relative to the other varieties' weights; at least 0.
@@ -35,7 +35,7 @@ pub(crate) fn check_varieties(
     Ok(())
 }
 
-/// Checks that weights are at least 0, and one of them more.
+/// Checks that no weight is negative, and at least one is positive.
 pub(crate) fn check_weights(
     path: &str,
     weights: impl ExactSizeIterator<Item = f64>,

@@ -1,4 +1,4 @@
-//! Undergrowth: a grid of the whole plane, cut into chunks.
+//! Undergrowth, a grid of the whole plane that is cut into chunks.
 
 use glam::DVec2;
 use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
@@ -95,7 +95,7 @@ fn thinning_follows_the_density_and_only_removes() {
         last = points;
     }
     assert!(cover.points(coord, &everywhere, &|_| 0.0).is_empty());
-    // A density of the place: the eastern half only.
+    // A density that depends on the place: undergrowth in the eastern half only.
     let east = cover.points(coord, &everywhere, &|p| f64::from(u8::from(p.x > 25.0)));
     let expected: Vec<_> = all
         .iter()

@@ -1,4 +1,4 @@
-//! The sampler on its own: what its documentation promises.
+//! The sampler on its own, tested for what its documentation promises.
 
 use glam::DVec2;
 use nemoral_placement::{Disk, PoissonDiskParams, PoissonDisks, SampleKey, Variety};
@@ -79,7 +79,7 @@ fn refused() {
     assert!(nothing.is_empty());
 }
 
-/// A stranger's key: 64 bits, derived by SplitMix64's finaliser.
+/// A user's own type of key: 64 bits, derived by SplitMix64's finaliser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Mixed(u64);
 

@@ -1,4 +1,4 @@
-//! What must hold of every pattern.
+//! Properties that every pattern must have.
 
 #[allow(dead_code, reason = "each test binary uses its part")]
 mod common;
@@ -14,7 +14,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 use proptest::prelude::*;
 
-/// Every pair of a window, rocks included, by brute force.
+/// Checks every pair of sites in a window, rocks included, by brute force.
 fn assert_distances(params: &PlacementParams, rocks: &[Site], woody: &[Site]) {
     let factor = params.spacing_factor * params.density_factor;
     let all: Vec<(&Site, bool)> = rocks
@@ -28,7 +28,7 @@ fn assert_distances(params: &PlacementParams, rocks: &[Site], woody: &[Site]) {
             let factor = if solid { factor.max(1.0) } else { factor };
             let least_m = factor * (p.radius_m + q.radius_m);
             let distance_m = p.position_m.distance(q.position_m);
-            // World positions far out keep 7 nm.
+            // World positions far from the origin are exact to 7 nm.
             assert!(
                 distance_m >= least_m - 1e-6,
                 "{p:?} and {q:?}: {distance_m} < {least_m}"
@@ -72,7 +72,7 @@ fn so_they_do_at_other_factors_and_far_away() {
 
 #[test]
 fn the_rule_is_not_met_by_accident() {
-    // Without the rule, so many things in so little room would break it: the check above can fail.
+    // Random sites of this density break the rule, which shows that the check above can fail.
     let params = forest(210.0);
     let (rocks, mut woody) = window(&params, ChunkCoord::new(0, 0), 2);
     for site in &mut woody {
@@ -224,7 +224,7 @@ fn rocks_come_in_the_numbers_asked_for() {
     }
     assert_eq!(histogram[..2], [0, 0]);
     assert_eq!(histogram[7], 0);
-    // 180 expected of each, binomial.
+    // 180 of each are expected, with a binomial deviation.
     assert!(
         histogram[2..7].iter().all(|n| n.abs_diff(180) < 48),
         "{histogram:?}"
@@ -453,7 +453,7 @@ proptest! {
     }
 }
 
-/// Six sizes of things of one layer, some rare: the calibration's fit must not run away.
+/// A layer of six sizes, some of them rare, on which the fit of the calibration must not diverge.
 #[test]
 fn any_mix_of_sizes_finds_room_if_there_is_room() {
     for case in 0..60 {
@@ -475,7 +475,7 @@ fn any_mix_of_sizes_finds_room_if_there_is_room() {
     }
 }
 
-/// Shrubs among trees: varieties six times as large as others of their layer.
+/// Shrubs among trees, with varieties six times as large as others of their layer.
 #[test]
 fn very_different_sizes_find_room_beside_other_layers() {
     let sized = |radii: &[(f64, f64)]| -> Vec<Variety> {

@@ -1,4 +1,4 @@
-//! Rows, gaps and clusters: what makes a stand of scattered points.
+//! Rows, gaps and clusters.
 
 #[allow(dead_code, reason = "each test binary uses its part")]
 mod common;
@@ -27,7 +27,8 @@ fn plantation() -> PlacementParams {
     params
 }
 
-/// A canopy with gaps, stumps that do not care, shrubs that seek light and saplings in clusters.
+/// A canopy with gaps, stumps that are indifferent to them, shrubs that seek light, and saplings in
+/// clusters.
 fn gappy() -> PlacementParams {
     let mut params = forest(96.0);
     params.gaps = Some(GAPS);
@@ -51,8 +52,8 @@ fn woody(params: PlacementParams, side: i32, seed: u64) -> Vec<Site> {
     chunks.into_iter().flat_map(|c| world.woody(c)).collect()
 }
 
-/// Ripley's pair correlation in rings of `step_m`, of a square of `edge_m` (translation
-/// correction).
+/// The pair correlation in rings of `step_m` in a square of `edge_m`, with Ripley's translation
+/// correction.
 fn pair_correlation(points: &[DVec2], edge_m: f64, step_m: f64, rings: usize) -> Vec<f64> {
     let mut sums = vec![0.0; rings];
     for (i, p) in points.iter().enumerate() {
@@ -99,8 +100,8 @@ fn rows_are_rows() {
         DVec2::new(heading.sin(), heading.cos()),
         DVec2::new(heading.cos(), -heading.sin()),
     );
-    // Waves of the spacing stand out of the projections' spectrum: of scattered points their power
-    // is about 1.
+    // Waves of the row spacing stand out in the spectrum of the projected points; for random points
+    // their power is about 1.
     let power = |axis: DVec2, period_m: f64| {
         let wave: DVec2 = sites
             .iter()
@@ -142,7 +143,7 @@ fn a_row_goes_on_across_borders_and_far_away() {
                 total += 1;
             }
         }
-        // Not one place is lost or doubled at a border: the number is the plane's.
+        // No place is lost or doubled at a border, so the number is that of the plane.
         let expected = 16.0 * 240.0;
         let sigma = (expected * (1.0 - 240.0 / 284.0_f64)).sqrt();
         assert!(
@@ -152,7 +153,7 @@ fn a_row_goes_on_across_borders_and_far_away() {
     }
 }
 
-/// Trees as thick as they come, of eight sizes.
+/// Trees of eight very different sizes.
 fn uneven_plantation() -> PlacementParams {
     let mut params = plantation();
     params.layers[0].varieties = (0..8_u32)
@@ -177,8 +178,8 @@ fn rows_keep_their_weights() {
         let found = sites.iter().filter(|s| usize::from(s.variety) == i).count();
         (found as f64 - expected).powi(2) / expected
     });
-    // Chi-square of 7 degrees of freedom: 24.3 in one of a thousand, and less where neighbours are
-    // unlike.
+    // Chi-square with 7 degrees of freedom exceeds 24.3 in one case of a thousand, and is less
+    // where neighbours differ.
     let square: f64 = square.sum();
     assert!(square < 24.3, "{square}");
 }
@@ -216,7 +217,7 @@ fn neighbours_in_rows_keep_each_other_small() {
 fn a_gap_has_no_trees_and_more_shrubs() {
     let sites = woody(gappy(), 8, 9);
     let of = |layer: u8| sites.iter().filter(|s| s.layer == layer).count() as f64 / 64.0;
-    // Rocks are few here; patches scatter the numbers of 64 chunks by some percent.
+    // There are few rocks here; patches make the numbers in 64 chunks vary by some percent.
     for (layer, target) in [(0, 96.0), (1, 12.0), (2, 300.0), (3, 40.0)] {
         let tolerance = if layer == 3 { 0.15 } else { 0.08 };
         assert!(
@@ -225,7 +226,7 @@ fn a_gap_has_no_trees_and_more_shrubs() {
             of(layer)
         );
     }
-    // Empty circles: the share of the plane farther than 6 m from any tree, with and without gaps.
+    // The share of the plane that is farther than 6 m from any tree, with and without gaps.
     let empty = |sites: &[Site]| {
         let trees: Vec<DVec2> = sites
             .iter()
@@ -345,7 +346,7 @@ const VALUES: [&str; 4] = [
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(5))]
 
-    /// Whatever the rows, the gaps and the clusters: the distance rule holds across borders.
+    /// The distance rule holds across borders for any rows, gaps and clusters.
     #[test]
     fn any_stand_keeps_the_rule(
         seed: u64,
@@ -401,7 +402,7 @@ fn clusters_are_where_their_layer_stands() {
     }
     let share = f64::from(inside) / f64::from(all);
     assert!(saplings > 1000 && (share - 0.2).abs() < 0.03, "{share}");
-    // They are there though nothing stands in them.
+    // Clusters exist even if nothing stands in them.
     let mut empty = params;
     empty.layers[3].per_chunk = 0.0;
     let empty = Placement::new(empty, Key::world(5)).expect("valid");

@@ -1,4 +1,4 @@
-//! Numbers, borders, phases and regularity: what only many chunks can show.
+//! Numbers, borders, phases and regularity, tested over many chunks.
 
 #[allow(dead_code, reason = "each test binary uses its part")]
 mod common;
@@ -56,7 +56,7 @@ fn all_layers_and_varieties_meet_their_numbers() {
             let of = |s: &&Site| usize::from(s.layer) == number && usize::from(s.variety) == i;
             let count = chunks.iter().filter(of).count() as f64;
             let expected = f64::from(side * side) * layer.per_chunk * variety.weight / total;
-            // Scattered points would keep within 3σ; 3 % are the calibration's.
+            // Random points would be within 3σ; 3 % are for the calibration.
             let tolerance = 3.0 * expected.sqrt() + 0.03 * expected;
             assert!(
                 (count - expected).abs() < tolerance,
@@ -107,8 +107,8 @@ fn neither_border_nor_phase_shows() {
 
 #[test]
 fn a_seam_would_be_noticed() {
-    // The seam of a fill in 2 × 2 phase groups near saturation: every eighth site too many in the
-    // first strip.
+    // The seam of filling in 2 × 2 phase groups near saturation adds every eighth site to the first
+    // strip.
     let mut chunks = grow(trees(210.0), 20, 6);
     let mut extra = 0;
     for (coord, sites) in &mut chunks {

@@ -14,12 +14,13 @@ use nemoral_files::{Folder, InnerPath, is_temporary_name};
 
 use crate::{Fingerprint, Hasher};
 
-/// A folder of values by their keys. It is content-addressed: a file's name is the hash of the
-/// value's key and of the program that made it, and its content bears its own hash, so nothing in
-/// it is ever stale, and a damaged file is no file. Deleting any of it, at any time, costs the time
-/// to make it again. Any number of processes may share it: a file gets its name when it is whole.
+/// A folder of values by their keys. A file's name is the hash of the value's key and of the
+/// program that made it, and its content contains its own hash. Hence no file is ever stale, and a
+/// damaged file is treated as missing. Any file may be deleted at any time, which only costs the
+/// time to make it again. Any number of processes may share the folder, as a file gets its name
+/// when it is whole.
 ///
-/// It is a help and never needed: what cannot be read or written is passed over in silence.
+/// The cache is never needed: errors of reading and writing are ignored.
 #[derive(Debug)]
 pub struct Cache {
     folder: Folder,
@@ -28,27 +29,27 @@ pub struct Cache {
     limit_bytes: u64,
 }
 
-/// How a stage's output is kept in a [`Cache`].
+/// How a stage's output is stored in a [`Cache`].
 #[derive(Debug)]
 pub struct Kept<T> {
     /// The output as bytes.
     pub to_bytes: fn(&T) -> Vec<u8>,
-    /// The output back, to the bit; `None` if these are not its bytes.
+    /// The output from its bytes, equal to the bit; `None` if they are not valid.
     pub from_bytes: fn(&[u8]) -> Option<T>,
 }
 
 const ENDING: &str = "nemoral";
-/// When more is kept, what was not used for longest goes.
+/// The most bytes that are kept; beyond that, the least recently used files are deleted.
 const LIMIT_BYTES: u64 = 2_000_000_000;
 /// The largest program that is hashed, bytes.
 const PROGRAM_BYTES: u64 = 4 << 30;
-/// A file is written in seconds: what is not done after this was left by a process that was
-/// killed.
+/// Files are written in seconds, so one that is unfinished after this time was left by a killed
+/// process.
 const ABANDONED: Duration = Duration::from_secs(3600);
 
 impl Cache {
-    /// The cache in a folder, made if it is not there, of the values that this program makes. What
-    /// writes that were killed have left there is deleted.
+    /// Opens the cache of this program's values in a folder, which is made if it does not exist.
+    /// Files that killed processes have left there are deleted.
     ///
     /// # Errors
     /// If the folder cannot be made, or the program cannot read itself.
@@ -82,12 +83,12 @@ impl Cache {
         self.name(key).below(self.folder.root())
     }
 
-    /// Is there a file for this key?
+    /// Whether there is a file for this key.
     pub(crate) fn has(&self, key: Fingerprint) -> bool {
         self.path(key).is_file()
     }
 
-    /// The bytes that were put, if they are all there.
+    /// The bytes that were put, if they are there and whole.
     pub(crate) fn get(&self, key: Fingerprint) -> Option<Vec<u8>> {
         let mut bytes = self.folder.read(&self.name(key), self.limit_bytes).ok()?;
         let whole = bytes.len().checked_sub(blake3::OUT_LEN)?;
@@ -96,31 +97,32 @@ impl Cache {
             return None;
         }
         bytes.truncate(whole);
-        // Used now: it goes last. A reader of a folder that is not its own cannot say so.
+        // The new date says that the file was used just now. A reader without write permission
+        // cannot set it.
         if let Ok(file) = File::options().append(true).open(self.path(key)) {
             let _ = file.set_modified(now());
         }
         Some(bytes)
     }
 
-    /// Keeps bytes, if there is room.
+    /// Stores bytes, if there is room.
     pub(crate) fn put(&self, key: Fingerprint, bytes: &[u8]) {
         let whole = [bytes, blake3::hash(bytes).as_bytes()].concat();
-        // The folder may be gone: then nothing is kept any more.
+        // The folder may have been removed; then nothing is stored any more.
         if self.folder.root().is_dir() {
             let _ = self.folder.put(&self.name(key), &whole);
         }
         self.tidy(&self.path(key));
     }
 
-    /// Every file with a name that `is_ours`, its age first.
+    /// Every file whose name `is_ours` accepts, with its date.
     fn files(&self, is_ours: fn(&str) -> bool) -> Vec<(SystemTime, PathBuf, u64)> {
         let Ok(folder) = fs::read_dir(self.folder.root()) else {
             return Vec::new();
         };
         let file = |entry: io::Result<fs::DirEntry>| {
             let entry = entry.ok()?;
-            // Of the entry itself: links are nobody's.
+            // The metadata of the entry itself, as links are not followed.
             let meta = entry.metadata().ok()?;
             let known = is_ours(entry.file_name().to_str()?) && meta.is_file();
             known.then_some((meta.modified().ok()?, entry.path(), meta.len()))
@@ -130,7 +132,8 @@ impl Cache {
         files
     }
 
-    /// Deletes what was not used for longest until the rest is within the limit; never `newest`.
+    /// Deletes the least recently used files until the rest is within the limit, but never
+    /// `newest`.
     fn tidy(&self, newest: &Path) {
         let files = self.files(is_value);
         let mut total: u64 = files.iter().map(|(_, _, size)| size).sum();
@@ -144,7 +147,7 @@ impl Cache {
         }
     }
 
-    /// Deletes what was begun and never finished.
+    /// Deletes files that were begun and never finished.
     fn remove_abandoned(&self) {
         let now = now();
         for (time, path, _) in self.files(is_unfinished) {
@@ -155,13 +158,13 @@ impl Cache {
     }
 }
 
-/// Is this the name of a value: 64 hexadecimal digits and our ending?
+/// Whether this is the name of a value: 64 hexadecimal digits and our ending.
 fn is_value(name: &str) -> bool {
     let digits = name.strip_suffix(ENDING).and_then(|n| n.strip_suffix('.'));
     digits.is_some_and(is_hash)
 }
 
-/// Is this the name of a file that is being written, by this version or by an earlier one?
+/// Whether this is the name of a file that is being written, by this version or an earlier one.
 fn is_unfinished(name: &str) -> bool {
     let stem = name.strip_suffix(ENDING).and_then(|n| n.strip_suffix('.'));
     let by_process = stem
@@ -249,7 +252,7 @@ mod tests {
             let aged = file.and_then(|f| f.set_modified(past));
             aged.expect("a file");
         }
-        // Used again: the second is the oldest now.
+        // The first is used again, so the second is the oldest now.
         assert!(cache.get(key(0)).is_some());
         cache.put(key(3), &[3; 100]);
         let left: Vec<bool> = (0..4).map(|n| cache.has(key(n))).collect();
@@ -284,7 +287,7 @@ mod tests {
                 write(name, age_s);
             }
             cache(dir.path(), 1);
-            // Another process may be at it still.
+            // Another process may still be writing it.
             assert_eq!(unfinished.iter().any(is_there), age_s < 3600);
             assert!(others.iter().all(is_there));
         }

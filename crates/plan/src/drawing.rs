@@ -42,8 +42,8 @@ impl<P: PlanTypes> Plan<P> {
         out
     }
 
-    /// One line a node: its id, its key without a coordinate, how many of its values `store` has,
-    /// and whether the store's cache has it, of a global node.
+    /// One line for each node: its id, its key without a coordinate, how many of its values `store`
+    /// has, and for a global node whether the store's cache has it.
     #[must_use]
     pub fn explain(&self, store: &Store<P>) -> String {
         let mut out = String::new();

@@ -1,4 +1,4 @@
-//! Edges: what a stage may read.
+//! Edges, which say what a stage may read.
 
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,18 +8,18 @@ use crate::node::Node;
 use crate::plan::Runner;
 use crate::{Coordinate, PlanTypes};
 
-/// One thing that a stage at a `C` reads.
+/// One input of a stage that is computed at coordinates of type `C`.
 pub trait Edge<P: PlanTypes, C>: Copy + Send + Sync + 'static {
     /// What the stage is given.
     type Value<'a>;
 
-    /// The nodes it leads to.
+    /// The nodes that it leads to.
     fn nodes(self) -> Vec<usize>;
 
-    /// Gets it.
+    /// Gets the value.
     ///
     /// # Errors
-    /// The error of the node it leads to.
+    /// The error of the node that it leads to.
     fn fetch<'a>(self, at: C, runner: &Runner<'a, P>) -> Result<Self::Value<'a>, P::Error>;
 }
 
@@ -162,14 +162,14 @@ impl<C, T> Node<C, T> {
 }
 
 impl<'a, P: PlanTypes> Runner<'a, P> {
-    /// What [`Anywhere`] gives a stage, outside of one.
+    /// What [`Anywhere`] gives a stage, for use outside of a stage.
     #[must_use]
     pub fn demand<C, T>(&self, node: Node<C, T>) -> Demand<'a, P, C, T> {
         Demand::new(*self, node)
     }
 }
 
-/// Where a worker leaves what it made.
+/// Where a worker leaves its result.
 type Slot<T, E> = Mutex<Option<Result<Arc<T>, E>>>;
 
 impl<P: PlanTypes, D: Coordinate<P>, T: Send + Sync + 'static> Demand<'_, P, D, T> {
@@ -190,7 +190,8 @@ impl<P: PlanTypes, D: Coordinate<P>, T: Send + Sync + 'static> Demand<'_, P, D, 
         if workers <= 1 {
             return places.iter().map(|&at| self.at(at)).collect();
         }
-        // Threads of their own, not a shared pool: a node may wait for another thread's node here.
+        // These are threads of their own, not those of a shared pool, because a node may wait here
+        // for a node of another thread.
         let next = AtomicUsize::new(0);
         let slots: Vec<Slot<T, P::Error>> = places.iter().map(|_| Mutex::new(None)).collect();
         std::thread::scope(|scope| {
@@ -219,7 +220,7 @@ pub trait Inputs<P: PlanTypes, C>: Copy + Send + Sync + 'static {
     /// The tuple of their values.
     type Values<'a>;
 
-    /// The nodes they lead to.
+    /// The nodes that they lead to.
     fn nodes(self) -> Vec<usize>;
 
     /// Gets all of them.

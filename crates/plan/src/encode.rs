@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 
 use crate::Hasher;
 
-/// Takes a value apart: [`Encode`] tells it what there is, in a fixed order.
+/// Receives the parts of a value from [`Encode`], in a fixed order.
 ///
-/// Parts have names, so that fields of like type are not mistaken for one another, and values have
-/// types, so that two that look alike in text are still told apart.
+/// Parts have names, so that fields of the same type are not mistaken for one another, and values
+/// have types, so that values of equal text and different types differ.
 pub trait Encoder {
     /// A named part begins.
     fn open(&mut self, name: &str);
 
-    /// It ends.
+    /// The part ends.
     fn close(&mut self);
 
-    /// So many items follow.
+    /// A number of items follows.
     fn count(&mut self, items: usize);
 
     /// A whole number from 0.
@@ -33,7 +33,7 @@ pub trait Encoder {
     /// Text.
     fn text(&mut self, value: &str);
 
-    /// A file: what counts is what is in it, never what it is called. Empty for none.
+    /// A file, which is encoded by its content and not by its name. The path is empty for no file.
     fn file(&mut self, path: &str);
 }
 
@@ -46,13 +46,13 @@ impl dyn Encoder + '_ {
     }
 }
 
-/// A value that keys are made of, with an encoding that is written down rather than derived: it
-/// changes when somebody changes it, not with a release of Rust or of a package.
+/// A value that keys are made of. Its encoding is written out rather than derived, so that it
+/// changes only deliberately and not with a release of Rust or of a package.
 ///
-/// Structs take themselves apart with `let Self { a, b } = self;`, without `..`: a field that is
-/// added and forgotten does not compile.
+/// Structs are destructured by `let Self { a, b } = self;`, without `..`, so that an added field
+/// that is forgotten here does not compile.
 pub trait Encode {
-    /// Hands all of the value over.
+    /// Passes all parts of the value to the encoder.
     fn encode(&self, encoder: &mut dyn Encoder);
 }
 
@@ -140,7 +140,7 @@ impl std::fmt::Debug for KeyEncoder<'_> {
     }
 }
 
-/// One byte before each part says of what type it is.
+/// One byte before each part tells its type.
 impl Encoder for KeyEncoder<'_> {
     fn open(&mut self, name: &str) {
         self.hasher.write_tag(b'(');
@@ -214,7 +214,7 @@ mod tests {
         }
     }
 
-    /// The bytes are a promise: whoever changes them changes all keys.
+    /// The bytes are part of the interface: changing them changes all keys.
     #[test]
     fn the_encoding_is_written_down() {
         let mut expected = Hasher::new("test");
@@ -255,7 +255,7 @@ mod tests {
                 assert_eq!(key(*a) == key(*b), i == k, "{i} {k}");
             }
         }
-        // The same number, whatever holds it; both zeros are one.
+        // The same number has the same key in any integer type, and both zeros are equal.
         assert_eq!(key(&1_u32), key(&1_u64));
         assert_eq!(key(&0.0_f64), key(&-0.0_f64));
     }

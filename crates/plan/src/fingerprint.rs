@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// 256 bits that name a value before it exists.
+/// 256 bits that identify a value before it exists.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Fingerprint(pub [u8; 32]);
 
@@ -18,8 +18,8 @@ impl fmt::Debug for Fingerprint {
     }
 }
 
-/// Collects what a value depends on, with an explicit and portable encoding: never
-/// `std::hash::Hash`, whose encoding is not promised.
+/// Collects what a value depends on, with an explicit and portable encoding. `std::hash::Hash` is
+/// not used, as its encoding is not guaranteed.
 #[derive(Clone, Debug)]
 pub struct Hasher(blake3::Hasher);
 
@@ -58,7 +58,7 @@ impl Hasher {
         self.0.update(&value.to_le_bytes());
     }
 
-    /// A float, by its bits; both zeros are one.
+    /// A float, by its bits; both zeros are equal.
     pub fn write_f64(&mut self, value: f64) {
         self.write_u64((value + 0.0).to_bits());
     }

@@ -14,10 +14,10 @@
 //!   written into keys by [`Encode`], an encoding that is spelled out rather than derived.
 //! - A [`Runner`] computes what is asked for and no more. One thread computes a value while others
 //!   that want it wait; a [`Store`] that forgets values changes the work, never a result.
-//! - [`Plan::draw`] and [`Plan::explain`] show what there is.
+//! - [`Plan::draw`] and [`Plan::explain`] show a plan.
 //!
-//! Which coordinates there are, and what a stage may fail with, is the user's to say:
-//! [`PlanTypes`]. The README has a whole program.
+//! The user defines the coordinates and the error of stages ([`PlanTypes`]). The README has a whole
+//! program.
 //!
 //! # Non-goals
 //! Plans that change while they run, values that are not worth a hash and an `Arc` (nodes should

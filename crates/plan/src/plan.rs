@@ -1,4 +1,4 @@
-//! The graph that wired stages make, and what runs it.
+//! The graph of wired stages, and the runner that computes it.
 
 use std::fmt;
 use std::sync::Arc;
@@ -11,9 +11,9 @@ pub(crate) trait Erased<P: PlanTypes>: Send + Sync {
     fn id(&self) -> &'static str;
     fn inputs(&self) -> &[usize];
     fn run(&self, at: P::At, runner: &Runner<'_, P>) -> Result<Value, P::Error>;
-    /// Does a cache keep its values?
+    /// Whether its values are stored in a cache.
     fn is_kept(&self) -> bool;
-    /// Of a value, if it is kept.
+    /// The bytes of a value, if values are stored in a cache.
     fn bytes_of(&self, value: &Value) -> Option<Vec<u8>>;
     fn value_of(&self, bytes: &[u8]) -> Option<Value>;
 }
@@ -69,7 +69,7 @@ impl<P: PlanTypes> Plan<P> {
     }
 }
 
-/// A plan with a store to keep what it computes, and a number of threads to compute with.
+/// A plan with a store that keeps what is computed, and a number of threads.
 pub struct Runner<'a, P: PlanTypes> {
     pub(crate) plan: &'a Plan<P>,
     store: &'a Store<P>,

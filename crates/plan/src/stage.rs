@@ -10,15 +10,15 @@ use crate::{Coordinate, Hasher, Kept, PlanTypes};
 /// One step of a plan: a pure function of its parameters, the plan's context, a coordinate and its
 /// inputs.
 pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
-    /// Where it is computed.
+    /// The type of its coordinates.
     type At: Coordinate<P>;
-    /// What it reads: a tuple of edges.
+    /// Its inputs, a tuple of edges.
     type Inputs: Inputs<P, Self::At>;
-    /// What it makes.
+    /// The type of its output.
     type Output: Send + Sync + 'static;
-    /// For graphs, logs and keys; never for wiring.
+    /// Its name in graphs, logs and keys. It is never used for wiring.
     const ID: &'static str;
-    /// Raised whenever the same inputs give another output.
+    /// A number that is raised whenever equal inputs give a different output.
     const VERSION: u32;
 
     /// Writes every parameter that the output depends on.
@@ -27,7 +27,7 @@ pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
     /// Makes the output.
     ///
     /// # Errors
-    /// Whatever the stage says; the plan adds its id and the coordinate.
+    /// The stage's own error; the plan adds the stage's id and the coordinate.
     fn run(
         &self,
         at: Self::At,
@@ -35,8 +35,8 @@ pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
         inputs: <Self::Inputs as Inputs<P, Self::At>>::Values<'_>,
     ) -> Result<Self::Output, P::Error>;
 
-    /// How a [`Cache`](crate::Cache) keeps the output from run to run; not at all, but for what is
-    /// dear to make.
+    /// How a [`Cache`](crate::Cache) stores the output between runs. By default it does not; this
+    /// is meant for outputs that are expensive to compute.
     fn kept() -> Option<Kept<Self::Output>> {
         None
     }

@@ -1,4 +1,4 @@
-//! Where computed values wait to be used again.
+//! The store of computed values.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -33,7 +33,7 @@ struct Inner<P: PlanTypes> {
 }
 
 enum Slot<P: PlanTypes> {
-    /// Somebody computes it; wait here.
+    /// Another thread computes it; one waits for this promise.
     Pending(Arc<Promise<P::Error>>),
     Ready {
         value: Value,
@@ -75,14 +75,14 @@ impl<E: Clone> Promise<E> {
     }
 }
 
-/// A panic elsewhere leaves these maps whole: every change is one statement.
+/// A panic of another thread leaves these maps consistent, as every change is one statement.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Keeps a promise even if the computation panics: waiters get an error, not silence.
+/// Fulfils a promise even if the computation panics, so that waiting threads get an error.
 struct Obligation<'a, P: PlanTypes> {
     store: &'a Store<P>,
     key: Fingerprint,
@@ -109,8 +109,8 @@ impl<P: PlanTypes> Store<P> {
         Self::with_capacity(usize::MAX)
     }
 
-    /// A store that keeps at most `capacity` values, dropping the oldest. Those of global nodes are
-    /// few and dear: they are always kept, beside the others.
+    /// A store that keeps at most `capacity` values and drops the oldest. The values of global
+    /// nodes, which are few and expensive, are always kept in addition to these.
     #[must_use]
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
@@ -124,14 +124,14 @@ impl<P: PlanTypes> Store<P> {
         }
     }
 
-    /// The same store over a folder that keeps values from run to run.
+    /// The same store with a folder that stores values between runs.
     #[must_use]
     pub fn with_cache(mut self, cache: Option<Arc<Cache>>) -> Self {
         self.cache = cache;
         self
     }
 
-    /// The folder that keeps values from run to run.
+    /// The folder that stores values between runs.
     #[must_use]
     pub fn cache(&self) -> Option<&Cache> {
         self.cache.as_deref()
@@ -169,7 +169,7 @@ impl<P: PlanTypes> Store<P> {
         lock(&self.inner).slots.values().filter(of_stage).count()
     }
 
-    /// Is nothing kept?
+    /// Whether the store is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -181,7 +181,7 @@ impl<P: PlanTypes> Store<P> {
         lock(&self.inner).computed
     }
 
-    /// Is this value kept now?
+    /// Whether this value is in the store.
     #[must_use]
     pub fn contains(&self, key: Fingerprint) -> bool {
         matches!(lock(&self.inner).slots.get(&key), Some(Slot::Ready { .. }))

@@ -1,17 +1,17 @@
-//! The engine's promises, on toy stages.
+//! The guarantees of the engine, tested on toy stages.
 
 use std::sync::Arc;
 
 use crate::*;
 
-/// Where a node of the toy plan is computed.
+/// A coordinate of the toy plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum At {
     Everywhere,
     Cell(Cell),
 }
 
-/// A place of a grid.
+/// A cell of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Cell(i32, i32);
 
@@ -181,9 +181,9 @@ fn eight_threads_and_a_store_of_one_give_what_one_thread_gives() {
         let runner = Runner::new(&plan, &store, 8);
         let values = runner.demand(smooth).all(&cells).expect("runs");
         assert_eq!(values.iter().map(|v| **v).collect::<Vec<_>>(), reference);
-        // And the one global value.
+        // The one global value comes on top.
         assert!(store.len() <= capacity.saturating_add(1));
-        // And backwards.
+        // The same in reverse order.
         let mut backwards = cells.clone();
         backwards.reverse();
         let values = runner.demand(smooth).all(&backwards).expect("runs");
@@ -269,7 +269,8 @@ fn a_panicking_stage_does_not_leave_others_waiting() {
     std::thread::scope(|scope| {
         let first = scope.spawn(|| runner.get(bomb, ()));
         std::thread::sleep(std::time::Duration::from_millis(10));
-        // Either it waited for the first thread, and is told, or it came later and panics itself.
+        // Either it waited for the first thread and gets its error, or it came later and panics
+        // itself.
         let second = scope.spawn(|| runner.get(bomb, ()));
         assert!(first.join().is_err());
         assert!(second.join().map_or(true, |r| r.is_err()));

@@ -50,10 +50,9 @@ use crate::Hasher;
 pub trait PlanTypes: 'static {
     /// Every coordinate of the plan, in one type.
     type At: AnyCoordinate;
-    /// What every stage is given beside its inputs: the seed of all randomness, for example, or
-    /// `()`.
+    /// What every stage is given besides its inputs, such as the seed of all randomness, or `()`.
     type Context: Clone + Send + Sync + 'static;
-    /// What stages fail with.
+    /// The error of stages.
     type Error: StageError<Self::At>;
 
     /// Writes the context, on which every key depends.
@@ -62,20 +61,20 @@ pub trait PlanTypes: 'static {
 
 /// Every coordinate of a plan, in one type: usually an enum with a variant for each [`Coordinate`].
 pub trait AnyCoordinate: Copy + Eq + Debug + Send + Sync + 'static {
-    /// Where the nodes are that are computed once for the whole plan; their coordinate is `()`.
+    /// The coordinate of nodes that are computed once for the whole plan, which stands for `()`.
     const GLOBAL: Self;
 
-    /// Writes what tells the coordinate from others of its kind into a key. A node has coordinates
-    /// of one kind only, so different kinds may write the same.
+    /// Writes what distinguishes the coordinate from others of its kind into a key. A node has
+    /// coordinates of one kind only, so different kinds may write the same.
     fn hash(self, hasher: &mut Hasher);
 }
 
 /// One kind of coordinate: what the nodes of a stage are computed at. `()` is one in every plan.
 pub trait Coordinate<P: PlanTypes>: Copy + Send + Sync + 'static {
-    /// The coordinate among all.
+    /// The coordinate as one of all kinds.
     fn erase(self) -> P::At;
 
-    /// The coordinate back; `None` if it is of another kind.
+    /// The coordinate of this kind; `None` if it is of another kind.
     fn restore(at: P::At) -> Option<Self>;
 }
 
@@ -91,14 +90,14 @@ impl<P: PlanTypes> Coordinate<P> for () {
 
 /// An error of stages. It is cloned for every thread that waits for the stage that failed.
 pub trait StageError<At>: Clone + Send + Sync + 'static {
-    /// Says where the error happened. The stage that failed is told first, then each stage that
-    /// asked for it; an error that knows its place already stays as it is.
+    /// Adds where the error happened. It is called with the stage that failed first, then with each
+    /// stage that asked for it; an error that already has a place stays as it is.
     #[must_use]
     fn in_stage(self, stage: &'static str, at: At) -> Self {
         let _ = (stage, at);
         self
     }
 
-    /// What those are told who waited for a stage that panicked on another thread.
+    /// The error for those who waited for a stage that panicked on another thread.
     fn panicked(stage: &'static str, at: At) -> Self;
 }

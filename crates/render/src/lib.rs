@@ -53,8 +53,8 @@
 //!   parts of the disc, so penumbrae are smooth.
 //! - No ambient-occlusion rays: the sky's share, the green light that leaves scatter down
 //!   (Goudriaan 1977) and the ground's bounce follow from one number per place, the crowns'
-//!   sky view factor ([`SkyVisibility`]), and one that is baked with each shape, what its near parts leave
-//!   of that ([`AmbientOcclusion`](nemoral_scene::AmbientOcclusion)).
+//!   sky view factor ([`SkyVisibility`]), and one that is baked with each shape, what its near
+//!   parts leave of that ([`AmbientOcclusion`](nemoral_scene::AmbientOcclusion)).
 //! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is kept:
 //!   a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
 //! - Behind the lens ([`Lens`]): veiling glare, a halo around what is bright, darker corners.

@@ -1,4 +1,4 @@
-//! The distributions that decide what a world holds.
+//! The distributions that decide the content of a world.
 
 use rand::Rng;
 

@@ -1,4 +1,4 @@
-//! Keys: what a random number is for.
+//! Keys, which say what a random number is for.
 
 use crate::philox::{PhiloxRng, philox4x32};
 
@@ -13,7 +13,7 @@ impl Domain {
     /// A domain by its name, `"crate.purpose"` by convention.
     #[must_use]
     pub const fn new(name: &str) -> Self {
-        // FNV-1a, 64 bits: the mixing is Philox's, this only has to tell names apart.
+        // FNV-1a of 64 bits only has to tell names apart; Philox does the mixing.
         let bytes = name.as_bytes();
         let mut hash = 0xCBF2_9CE4_8422_2325_u64;
         let mut i = 0;
@@ -128,7 +128,8 @@ mod tests {
 
     #[test]
     fn the_world_seed_matters_in_every_chunk() {
-        // A linear chunk hash loses the seed at x = -1; see Feather's worldgen.
+        // A linear chunk hash would lose the seed at x = -1, as happened in Feather's world
+        // generator.
         let seen: HashSet<_> = (0..1000)
             .map(|seed| Key::world(seed).domain(A).chunk([-1, 5]))
             .collect();

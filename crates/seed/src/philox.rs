@@ -25,7 +25,7 @@ pub const fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
             p0 as u32,
         );
         (c0, c1, c2, c3) = (a, b, c, d);
-        // The Weyl sequence of the paper: golden ratio and sqrt(3) - 1.
+        // The Weyl sequence of the paper, by the golden ratio and sqrt(3) - 1.
         k0 = k0.wrapping_add(0x9E37_79B9);
         k1 = k1.wrapping_add(0xBB67_AE85);
         round += 1;

@@ -8,6 +8,7 @@ use nemoral_tests::realism::{HeightScatter, LOW_PLANTS, Relations, ranges};
 use crate::checks::{CANOPIES, COLOURS, Check, Column, PICTURES, PROFILES, SCANS, STEMS, percent};
 use crate::measure::{STEP_M, Stand};
 use crate::plots;
+use crate::wrap::wrapped;
 
 /// A species' grown trees.
 pub(crate) struct Grown {
@@ -74,7 +75,7 @@ pub(crate) fn write(stands: &[Stand], grown: &[Grown]) -> (String, Vec<(String, 
             );
         }
     }
-    (text, files)
+    (wrapped(&text), files)
 }
 
 fn file(

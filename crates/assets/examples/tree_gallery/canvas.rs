@@ -1,10 +1,10 @@
-//! A small z-buffer: trees seen square on, with the sun's shadows.
+//! A small z-buffer renderer: an orthographic view of trees, with the sun's shadows.
 
 use nemoral_assets::TreeAsset;
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{MaterialId, MaterialLibrary};
 
-/// Pixels are drawn so many times finer each way, and averaged.
+/// Each pixel is the mean of so many samples in either direction.
 const FINER: usize = 2;
 
 /// Towards the sun: upper left, behind the viewer.
@@ -48,7 +48,7 @@ impl Depths {
         }
     }
 
-    /// Of all there is, along `into`.
+    /// The depths of all trees along `into`.
     fn of(standing: &[Standing<'_>], into: Vec3, pixel_m: f32) -> Self {
         let mut all = Self::new(into, Vec2::ZERO, Vec2::ONE, pixel_m);
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -74,7 +74,7 @@ impl Depths {
         all
     }
 
-    /// Does anything stand before the point?
+    /// Whether anything stands in front of the point.
     fn hides(&self, p: Vec3) -> bool {
         let at = Vec2::new(p.dot(self.right), p.dot(self.up)) - self.corner;
         let (x, y) = (at.x / self.pixel_m, -at.y / self.pixel_m);
@@ -85,8 +85,8 @@ impl Depths {
             && self.depth[y as usize * self.width + x as usize] < p.dot(self.into) - 0.12
     }
 
-    /// Where `cover`, given barycentric weights and place, is something, keeps the depth and
-    /// paints.
+    /// Stores depth and paint of each pixel for which `cover`, given barycentric weights and
+    /// position, returns something.
     fn triangle<T>(
         &mut self,
         p: [Vec3; 3],
@@ -150,13 +150,13 @@ impl Face<'_> {
         mask.is_none_or(|m| m.is_opaque(uv.x, uv.y)).then_some(())
     }
 
-    /// Sun and sky; a leaf lets a part of the sun through.
+    /// The light of sun and sky; a leaf lets a part of the sun's through.
     fn light(&self, w: Vec3, sunny: bool, open: bool) -> Vec3 {
         let material = self.library.get(self.material);
         let albedo = material.albedo.sample(self.uv(w), 0.0);
         let n = self.normals[0] * w.x + self.normals[1] * w.y + self.normals[2] * w.z;
         let n = n.normalize_or(Vec3::Z);
-        // The side that is seen.
+        // The normal of the visible side.
         let n = if n.y > 0.0 { -n } else { n };
         let sun = if sunny { n.dot(SUN) } else { 0.0 };
         let direct = 3.4 * (albedo * sun.max(0.0) + material.transmittance * (-sun).max(0.0));

@@ -137,7 +137,7 @@ fn report(row: &[(usize, TreeAsset)]) {
     }
 }
 
-/// All trees side by side, as many metres apart.
+/// All trees side by side, `gap_m` apart.
 fn row<'a>(trees: &[(&'a TreeAsset, &'a MaterialLibrary)], gap_m: f32) -> (Vec<Standing<'a>>, f32) {
     let mut x = 0.5;
     let mut row = Vec::new();
@@ -163,7 +163,7 @@ fn whole(trees: &[(&TreeAsset, &MaterialLibrary)], width_px: f32) -> image::RgbI
     canvas.into_image()
 }
 
-/// What is to be seen of a tree from close by: so much, its upper left corner there.
+/// A close view of a part of a tree, given its size and its upper left corner.
 fn detail(
     (tree, library): (&TreeAsset, &MaterialLibrary),
     size_m: [f32; 2],

@@ -80,7 +80,8 @@ impl CardDrawing {
                 let filled = fill_under(size, &colours, &painted);
                 let linear: Vec<Vec3> = filled
                     .iter()
-                    // With the light let through, no leaf may send on more than it gets.
+                    // Reflected and transmitted light together must not exceed the light that
+                    // arrives.
                     .map(|c| (*c * gain).min(Vec3::splat(0.7)))
                     .collect();
                 let opaque = |c: usize, r: usize| painted[r * size[0] + c];
@@ -107,7 +108,7 @@ impl CardDrawing {
             half_width = half_width.max(-low.x).max(high.x);
             top = top.max(high.y);
         }
-        // Boxes of leaves are generous; a draft finds where paint really ends.
+        // Boxes of leaves are larger than needed; a draft finds where the paint ends.
         let low = Vec2::new(-half_width, 0.0);
         let draft = self.draw([LONG_SIDE; 2], low, Vec2::new(2.0 * half_width, top));
         let (_, painted) = draft.into_tile();
@@ -141,7 +142,7 @@ impl CardDrawing {
 }
 
 /// Gives transparent texels the colour of the nearest opaque ones, coarse to fine (pull and push,
-/// Gortler et al. 1996), so that filtering brings no halo in. Mips are of opaque texels alone.
+/// Gortler et al. 1996), so that filtering adds no halo. Mips are made of opaque texels alone.
 fn fill_under([width, height]: [usize; 2], colours: &[Vec3], painted: &[bool]) -> Vec<Vec3> {
     // Width, height, and the sums of colours and of weights of the level below.
     type Level = (usize, usize, Vec<(Vec3, f32)>);
@@ -163,7 +164,7 @@ fn fill_under([width, height]: [usize; 2], colours: &[Vec3], painted: &[bool]) -
             cell.0 += *c;
             cell.1 += *k;
         }
-        // Weights saturate: near paint decides, not much paint.
+        // Weights saturate, so that the nearest paint decides rather than the largest amount.
         for (c, k) in &mut coarse {
             if *k > 1.0 {
                 *c /= *k;

@@ -108,9 +108,9 @@ impl<'a> Painter<'a> {
         self.look.twig_m as f32
     }
 
-    /// Of some leaves drawn at random, the one that lies least over those there are: twigs turn
-    /// their leaves to where light is left, a *leaf mosaic* (Horn 1971, The adaptive geometry of
-    /// trees).
+    /// Of some leaves drawn at random, the one that overlaps least with those already there: twigs
+    /// turn their leaves to where light is left, a *leaf mosaic* (Horn 1971, The adaptive geometry
+    /// of trees).
     fn freest(others: &[Stalked], mut grow: impl FnMut() -> Stalked) -> Stalked {
         let overlap_m =
             |new: &Stalked| -> f32 { others.iter().map(|o| o.leaf.overlap_m(&new.leaf)).sum() };
@@ -397,8 +397,8 @@ mod tests {
     use crate::cards::card_raster::Mark;
     use crate::tree::{FoliageCard, GrowthParams, SizeClass, Species, TreeMaterials, grow};
 
-    /// The leaf area that a tree of broad leaves is written to have is drawn: the areas of all
-    /// leaves in the images on its cards, those that others hide too, by their outlines.
+    /// The leaf area that is recorded for a broadleaved tree is what is drawn: the sum of the areas
+    /// of all leaves in the images on its cards by their outlines, hidden ones included.
     #[test]
     fn all_leaves_of_a_tree_are_drawn() {
         let species = Species::all().into_iter();
@@ -407,7 +407,7 @@ mod tests {
         let mut count = 0;
         for species in broad {
             let key = Key::world(5).domain(Domain::new(&species.name));
-            // Of each image: its card, and leaf area over the card's.
+            // For each image: its card, and the leaf area over the area of the card.
             let images: Vec<(FoliageCard, f64)> = (0..5)
                 .map(|i| {
                     let drawing = draw(&species.leaves, &mut key.item(i).rng());

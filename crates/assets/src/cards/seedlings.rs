@@ -8,17 +8,18 @@ use super::foliage::{Painter, heading, stalk, varied};
 use crate::textures::canvas::Stroke;
 use crate::tree::{LeafKind, LeafLook};
 
-/// Images of each species. Of needles they are shoots of these lengths, metres, so that a shoot of
-/// any length bears needles of nearly the same.
+/// Number of images of each species. For conifers they are shoots of different lengths, so that
+/// needles keep nearly the same size on a shoot of any length.
 pub(crate) const VARIANTS: usize = 3;
 const SHOOTS_M: [f32; VARIANTS] = [0.035, 0.065, 0.11];
 
-/// The longest needle of a seedling, metres: pines begin with needles of 2-5 cm (our choice within
-/// it), whatever they bear as trees; shorter ones of other conifers are a fifth shorter than a
-/// tree's.
+/// The longest needle of a seedling, metres. Pines begin with needles of 2-5 cm, whatever length
+/// they have as trees (this value is our choice in that range). Needles of other conifers, which
+/// are shorter, are a fifth shorter than those of a tree.
 const NEEDLE_M: f32 = 0.045;
 
-/// Between two needles of a shoot, metres, of needles so long or longer; short ones are closer.
+/// Distance between two needles of a shoot, metres, for needles of the greatest length; shorter
+/// needles are closer together.
 const PITCH_M: f32 = 0.0016;
 const PITCHED_M: f32 = 0.03;
 

@@ -199,7 +199,8 @@ impl PlantGrower<'_> {
             of_species * self.species.len() as u32,
             &|i, _| {
                 let (of, number) = ((i / of_species) as usize, i % of_species);
-                // Each species' are its own, whatever others there are.
+                // The key is the species' own, so that its seedlings do not depend on the other
+                // species.
                 let name = &self.species[of].name;
                 let key = self.key.domain(SEEDLINGS).domain(Domain::new(name));
                 let key = key.item(u64::from(number));

@@ -59,7 +59,7 @@ impl CardKind {
     }
 }
 
-/// Leaves in an image shade each other, which the mean of single leaves does not know.
+/// Leaves in an image shade each other, which the mean colour of single leaves does not include.
 pub(super) const LEAVES_IN_SHADE: f32 = 0.92;
 
 /// Dead fronds of bracken.
@@ -154,7 +154,7 @@ pub(super) const KINDS: [CardKind; 11] = [
 /// Variants of each species' leafy twig.
 const LEAF_VARIANTS: u64 = 5;
 
-/// The images of a species' leafy twigs, as bright as the shoot is.
+/// The images of a species' leafy twigs, as bright as a shoot of such leaves.
 pub(super) fn leaf_images(look: &LeafLook, key: Key) -> Vec<CardImage> {
     let mean = look.reflectance();
     let image = |variant| {

@@ -1,8 +1,8 @@
 //! Optical properties of leaves, wood and ground, in visible light and at lasers' wavelengths.
 //!
-//! Leaves: PROSPECT-D with CIE 1931 observer, linear sRGB. Wood, soil and rock: ranges of published
-//! near-infrared reflectances, within which 905 nm leaves are at least as bright as bark, and 1550
-//! nm bark brighter than leaves.
+//! Those of leaves are computed by PROSPECT-D with the CIE 1931 observer, as linear sRGB. Those of
+//! wood, soil and rock lie in the ranges of published near-infrared reflectances, chosen so that at
+//! 905 nm leaves are at least as bright as bark, and at 1550 nm bark is brighter than leaves.
 
 use glam::Vec3;
 use nemoral_scene::{LaserBand, Optics};

@@ -14,7 +14,7 @@ use crate::textures::noise::{scramble, unit};
 pub(crate) struct RockPlan {
     /// Mean half-width, metres.
     pub(crate) radius_m: f32,
-    /// Times that the icosahedron's faces are quartered.
+    /// How many times the icosahedron's faces are divided into four.
     pub(crate) subdivisions: u32,
     /// Share of its height that is under z = 0.
     pub(crate) sunk: f32,
@@ -65,7 +65,7 @@ pub(crate) fn rock(plan: &RockPlan, key: Key) -> Shape {
     for p in &mut points {
         *p += shift;
     }
-    // No two rocks show the same piece of the texture.
+    // Each rock shows another piece of the texture.
     let shift = Vec2::new(rng.unit_f32(), rng.unit_f32());
     creased(&points, &faces, shift, plan)
 }
@@ -114,7 +114,7 @@ fn creased(points: &[Vec3], faces: &[[u32; 3]], shift: Vec2, plan: &RockPlan) ->
     shape
 }
 
-/// A unit icosahedron, its faces quartered `n` times and pushed out to the sphere.
+/// A unit icosahedron whose faces are divided into four `n` times and projected onto the sphere.
 fn icosphere(n: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     // The golden ratio.
     const G: f32 = 1.618_034;

@@ -1,4 +1,4 @@
-//! Tree seedlings: what stands under 0.3 m of a stand's own species.
+//! Tree seedlings: plants of a stand's own species that are lower than 0.3 m.
 
 use std::f32::consts::{PI, TAU};
 
@@ -11,17 +11,17 @@ use super::undergrowth::{SUNK_M, arched, pick};
 use crate::materials::SeedlingMaterials;
 use crate::tree::{FoliageCard, LeafKind, LeafLook};
 
-/// Their heights, metres: those of one to about four years. Placed ones are a tenth smaller or
-/// larger.
+/// Their least and greatest height, metres: those of seedlings of one to about four years. Placed
+/// instances are scaled by up to a tenth either way.
 pub(crate) const HEIGHT_M: [f32; 2] = [0.08, 0.26];
 
-/// Nothing but a stem is nearer to the ground, metres: blades that all but touch it belong to one
-/// thing for a camera and to another for a LiDAR that measures to two centimetres.
+/// The least distance of leaves from the ground, metres. A blade that almost touches the ground
+/// would be one object to a camera and another one to a LiDAR that measures to two centimetres.
 const CLEAR_M: f32 = 0.05;
 
 /// How a broadleaf's leaves stand on its stem.
 struct Habit {
-    /// The share of the stem from which on there are leaves.
+    /// The share of the stem's length that is bare at its foot.
     from: f32,
     /// The angle from a leaf to the next around the stem, radians.
     turn: f32,
@@ -103,8 +103,8 @@ impl Growing {
         a.lerp(b, ((height_m - a.z) / (b.z - a.z)).clamp(0.0, 1.0))
     }
 
-    /// Hangs an image on the stem: higher than asked if it would not keep clear of the ground
-    /// there, lower if it would rise above all seedlings.
+    /// Hangs an image on the stem: higher than asked for if it would come too near to the ground,
+    /// lower if it would rise above the greatest height of seedlings.
     fn card(&mut self, image: &FoliageCard, height_m: f32, along: Vec3, across: Vec3, size: f32) {
         let shape = &mut self.shape;
         shape.card(image, Vec3::ZERO, along, across, size);
@@ -142,7 +142,7 @@ fn broadleaf(
         let azimuth = heading + 0.5 * PI + habit.turn * i as f32 + rng.range_f32(-0.35, 0.35);
         let tilt = rng.range_f32(1.25, 1.60) - 0.12 * up;
         let image = pick(&materials.leaves, rng);
-        // No leaf is out of proportion to its stem, whatever a tree of the species bears.
+        // Leaves are in proportion to the stem, however large those of a tree of the species are.
         let most = (0.45 * height_m + 0.02) / image.height_m;
         let size = (vigour * rng.range_f32(0.85, 1.15)).min(most);
         let along = leaning(azimuth, tilt);
@@ -220,7 +220,7 @@ mod tests {
     use super::*;
     use crate::tree::Species;
 
-    /// Images as large as a species' leaves, or as shoots, and one as large as any.
+    /// Images as large as a species' leaves or shoots, and one that is as large as any can be.
     fn materials(look: &LeafLook) -> SeedlingMaterials {
         let long = look.length_m[1] as f32;
         let card = |height_m: f32, ratio: f32| FoliageCard {
@@ -242,7 +242,7 @@ mod tests {
     }
 
     proptest! {
-        /// Of any species, size and luck, placed a tenth smaller or larger.
+        /// Seedlings of any species, size and key, placed a tenth smaller or larger.
         #[test]
         fn each_is_a_seedling_and_keeps_its_leaves_off_the_ground(
             which in 0..9_usize, rank in 0.0_f32..=1.0, seed: u64,

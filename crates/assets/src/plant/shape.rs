@@ -27,8 +27,8 @@ pub(crate) fn leaning(azimuth: f32, tilt: f32) -> Vec3 {
 }
 
 impl Shape {
-    /// Hangs an image at `base`, growing `along`, with its flat side across `across`; both are made
-    /// unit and perpendicular.
+    /// Hangs an image at `base`, growing along `along` and spread along `across`; both are made
+    /// perpendicular unit vectors.
     pub(crate) fn card(
         &mut self,
         image: &FoliageCard,
@@ -153,7 +153,8 @@ mod tests {
             .collect();
         shape.tube(&points, &[0.05; 9], 12, MaterialId(0));
         let m = &shape.mesh;
-        // The divergence theorem: a closed surface that faces outwards has its volume, positive.
+        // By the divergence theorem, a closed surface whose triangles face outwards has a positive
+        // volume.
         let volume: f32 = m
             .triangles
             .iter()

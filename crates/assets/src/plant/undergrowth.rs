@@ -9,7 +9,7 @@ use super::shape::{Shape, around, leaning};
 use crate::materials::WorldMaterials;
 use crate::tree::FoliageCard;
 
-/// How deep everything is planted, so that no foot hangs over rough ground.
+/// How deep every plant is set into the ground, so that none floats above rough ground.
 pub(crate) const SUNK_M: f32 = 0.03;
 
 /// One of some images, with equal chances.
@@ -17,7 +17,7 @@ pub(crate) fn pick<'a>(cards: &'a [FoliageCard], rng: &mut impl Rng) -> &'a Foli
     &cards[rng.below(cards.len() as u32) as usize]
 }
 
-/// Points in a disc, at least `spacing_m` apart as far as they fit, some of them clumped.
+/// Points in a disc, at least `spacing_m` apart as far as there is room, some of them clumped.
 pub(crate) fn scatter(count: u32, radius_m: f32, spacing_m: f32, rng: &mut impl Rng) -> Vec<Vec2> {
     let mut points: Vec<Vec2> = Vec::new();
     let mut tries = 12 * count;
@@ -38,7 +38,7 @@ pub(crate) fn scatter(count: u32, radius_m: f32, spacing_m: f32, rng: &mut impl 
     points
 }
 
-/// How far blades lean that nobody has trodden on, radians: the least and the most.
+/// How far untrodden blades lean, radians: the least and the most.
 const UPRIGHT: [f32; 2] = [0.05, 0.55];
 
 /// A tuft of grass: images of blades around a foot, leaning out.
@@ -115,7 +115,7 @@ pub(crate) fn herbs(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng
     shape
 }
 
-/// `sizes` are the least and the most, over the images'.
+/// A rosette of broad leaves. `sizes` are the least and the greatest scale of the images.
 fn rosette(
     shape: &mut Shape,
     foot: Vec2,

@@ -29,11 +29,12 @@ pub(crate) struct Leaf {
     pub(crate) outline: Arc<Outline>,
     /// Where its stalk ends, metres.
     pub(crate) base: Vec2,
-    /// Which way it points there; unit length.
+    /// The direction in which it points there; a unit vector.
     pub(crate) direction: Vec2,
     pub(crate) length_m: f32,
     pub(crate) width_m: f32,
-    /// Sideways way of the tip, as a share of the length (a sickle's bend); positive to the left.
+    /// How far the tip is off the straight line, as a share of the length (a sickle's bend);
+    /// positive to the left.
     pub(crate) bend: f32,
     pub(crate) colour: Vec3,
     /// How much lighter veins are: 0 none, 0.3 strong.
@@ -47,7 +48,7 @@ pub(crate) struct Leaf {
 /// A tapered, bent stroke: a needle, a blade, a twig.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stroke {
-    /// Quadratic Bezier.
+    /// Control points of a quadratic Bézier curve, metres.
     pub(crate) points: [Vec2; 3],
     /// Full width at both ends, metres.
     pub(crate) width_m: [f32; 2],
@@ -115,8 +116,7 @@ impl Leaf {
         (low, high)
     }
 
-    /// How deep it and another leaf lie in each other, metres: summed over three discs along each
-    /// midrib.
+    /// How far it and another leaf overlap, metres: the sum over three discs along each midrib.
     pub(crate) fn overlap_m(&self, other: &Self) -> f32 {
         let mut sum = 0.0;
         for (at, radius_m) in self.discs() {
@@ -136,8 +136,8 @@ impl Leaf {
         })
     }
 
-    /// One side of it, m²: its width summed along its midrib. A bend shears it, and changes
-    /// nothing.
+    /// The area of one side, m²: the integral of its width along the midrib. A bend shears the leaf
+    /// and does not change its area.
     #[cfg(test)]
     pub(crate) fn area_m2(&self) -> f64 {
         let widths = (0..500).map(|i| f64::from(self.outline.at((i as f32 + 0.5) / 500.0)));
@@ -186,7 +186,7 @@ impl Canvas {
         }
     }
 
-    /// A canvas that repeats, over a painted ground.
+    /// A canvas that repeats, on top of a painted tile.
     pub(crate) fn over(tile: Tile, size_m: Vec2) -> Self {
         let mut canvas = Self::new(tile.width, tile.height, Vec2::ZERO, size_m);
         canvas.repeats = true;
@@ -239,7 +239,7 @@ impl Canvas {
         }
     }
 
-    /// Darkens what lies under and just around a leaf that comes on top.
+    /// Darkens what lies under and just around a leaf that is to be drawn on top.
     pub(crate) fn shade_under(&mut self, leaf: &Leaf) {
         let side = leaf.direction.perp();
         let margin = 2.5 * self.texel_m.max_element();

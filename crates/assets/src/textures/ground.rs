@@ -29,7 +29,7 @@ fn anywhere(rng: &mut impl Rng, size_m: f32) -> Vec2 {
     Vec2::new(rng.range_f32(0.0, size_m), rng.range_f32(0.0, size_m))
 }
 
-/// How much of what lies on a tile, pieces per m².
+/// What lies on a tile, and how much of it, pieces per m².
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Debris {
     pub(crate) leaves: f32,
@@ -165,7 +165,7 @@ fn humus(p: Vec2, seed: u32) -> Texel {
     }
 }
 
-/// Leaf litter of a mixed wood.
+/// Leaf litter of a mixed forest.
 pub(crate) fn leaf_litter(key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let soil = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| humus(p, seed));

@@ -95,7 +95,8 @@ pub(crate) fn cut_wood(seed: u32, age: f32) -> Tile {
         let wood = fresh * (1.0 - (0.25 + 0.2 * year) * late);
         let grey = Vec3::new(0.185, 0.165, 0.140) * (1.0 - 0.35 * late);
         let mut colour = wood.lerp(grey, age);
-        // Drying cracks run along radii: noise of the direction, of almost no radius.
+        // Drying cracks run along radii, so the noise varies with the direction and hardly with the
+        // radius.
         let along = c / c.length().max(1e-3);
         let spoke = gradient(along * 0.4 + Vec2::splat(0.5), IVec2::splat(16), seed ^ 7);
         let crack = smoothstep(0.06, 0.0, spoke.abs()) * smoothstep(0.05, 0.25, r);

@@ -2,12 +2,12 @@
 //!
 //! A frequency is the number of lattice cells along each side of the unit square; octaves double
 //! it, so sums of octaves keep the period, and so does warping the position by a periodic noise.
-//! Lattice values are integer hashes (`lowbias32`, C. Wellons 2018), never `sin`: the same bits
-//! everywhere.
+//! Lattice values are integer hashes (`lowbias32`, C. Wellons 2018), never `sin`, so that every
+//! platform gets the same bits.
 
 use glam::{IVec2, Vec2};
 
-/// 32 well-mixed bits of a lattice point.
+/// 32 well-mixed bits for a lattice point.
 #[inline]
 pub(crate) fn hash(cell: IVec2, seed: u32) -> u32 {
     scramble(mix(cell, seed))
@@ -22,7 +22,8 @@ fn mix(cell: IVec2, seed: u32) -> u32 {
         .wrapping_add(seed.wrapping_mul(0xC2B2_AE3D))
 }
 
-/// One of 16 for a lattice point: half of [`scramble`], whose upper bits are already good.
+/// One of 16 values for a lattice point: the first half of [`scramble`], after which the upper bits
+/// are mixed well enough.
 #[inline]
 fn sixteenth(cell: IVec2, seed: u32) -> usize {
     let mut h = mix(cell, seed);
@@ -54,7 +55,7 @@ pub(crate) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// `i` modulo `period`, 0..period; a division only far from the tile.
+/// `i` modulo `period`, 0..period; it divides only where `i` is far outside the tile.
 #[inline]
 fn wrap(i: i32, period: i32) -> i32 {
     if i < 0 {
@@ -285,8 +286,9 @@ mod tests {
             prop_assert!(w.f1 <= w.f2 && w.f1 < 1.5 && (w.offset.length() - w.f1).abs() < 1e-5);
         }
 
-        /// The oracle: all feature points of a 5 x 5 neighbourhood, sorted. One point a cell can be
-        /// nearer than F2 beyond 3 x 3, never nearer than F1 if jitter is at most 1/2.
+        /// The oracle: all feature points of a 5 x 5 neighbourhood, sorted. With one point in each
+        /// cell and a jitter of at most 1/2, a point outside the 3 x 3 neighbourhood can be nearer
+        /// than F2, but never nearer than F1.
         #[test]
         fn worley_finds_the_nearest_point(x in 0.0_f32..1.0, y in 0.0_f32..1.0, seed: u32) {
             let p = Vec2::new(x, y) * F.as_vec2();

@@ -1,4 +1,4 @@
-//! Baking: from a colour and a height at every texel to a texture with its hollows darkened.
+//! Baking: makes a texture with darkened hollows from a colour and a height at every texel.
 
 use glam::{Vec2, Vec3};
 use nemoral_scene::Texture;
@@ -43,9 +43,10 @@ impl Tile {
         }
     }
 
-    /// Multiplies colours by a factor of the height above the mean of a square of 2 `radius` + 1
-    /// texels: 1 at and above it, falling with the depth below it, to 1 / (1 + `strength`) at
-    /// `depth` below. There are no normal maps and no ambient rays in cracks: this is their shadow.
+    /// Multiplies colours by a factor that depends on the height relative to the mean of a square
+    /// of 2 `radius` + 1 texels: it is 1 at and above that mean and falls with the depth below it,
+    /// to 1 / (1 + `strength`) at `depth`. It stands for the shadow in cracks, as there are neither
+    /// normal maps nor ambient rays at that scale.
     pub(crate) fn darken_hollows(&mut self, radius: usize, depth: f32, strength: f32) {
         let around = self.blurred_heights(radius);
         let k = strength / depth;
@@ -79,7 +80,7 @@ impl Tile {
         transposed(&rows, h)
     }
 
-    /// Scales colours so that their mean has the luminance of `albedo`; hues are the recipe's.
+    /// Scales colours so that their mean has the luminance of `albedo`; hues do not change.
     pub(crate) fn with_luminance_of(mut self, albedo: Vec3) -> Self {
         let sum: f64 = self
             .texels
@@ -103,7 +104,7 @@ impl Tile {
             });
             Vec3::from_array(sum.map(|s| (s / texels.len() as f64) as f32))
         };
-        // Twice, for what the first round clamps.
+        // The second round makes up for what the first one clamps.
         for _ in 0..2 {
             let factor = albedo / mean(&self.texels).max(Vec3::splat(1e-6));
             self.texels

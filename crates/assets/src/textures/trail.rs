@@ -109,7 +109,7 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
     let mut rut = surface.recolour(|p, t| {
         let pressed = smoothstep(-0.35, 0.25, fbm(p, IVec2::splat(9), 4, 0.55, seed ^ 0x301));
         let soil = EARTH * (0.80 + 0.20 * gradient(p, IVec2::splat(110), seed ^ 0x302));
-        // Tyre blocks, half worn away.
+        // The print of tyre blocks, half worn away.
         t.albedo.lerp(soil, 0.65 * pressed)
             * (1.0 + 0.05 * gradient(p, IVec2::splat(30), seed ^ 0x303))
     });

@@ -7,9 +7,10 @@ use super::sweep::{DrawnWood, Tessellation, cost};
 /// Tolerances grow to at most this before any wood is left out.
 const COARSEST: f64 = 2.0;
 
-/// All wood if it can be within the budget. If not, tolerances grow; then axes are left out, the
-/// smallest first: those that bear no leaves before the others, a parent only after all it bears.
-/// The stem and what leads to the top are always drawn: they are far below the least budget.
+/// Draws all wood if that fits into the budget. If not, tolerances grow; then axes are left out,
+/// the smallest first: those without leaves before the others, and a parent only after all that it
+/// bears. The stem and the axes that lead to the top are always drawn, as they need far less than
+/// the least budget.
 pub(super) fn within_budget(
     most: usize,
     axes: &[Axis],
@@ -29,7 +30,7 @@ pub(super) fn within_budget(
         for leaf in leaves {
             leafy[leaf.axis] = true;
         }
-        // What a parent bears counts for it: it goes last.
+        // What a parent bears counts towards its size, so that it is left out last.
         let mut bulk: Vec<f64> = axes
             .iter()
             .zip(radii)

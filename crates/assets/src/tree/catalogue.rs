@@ -1,9 +1,9 @@
-//! The species there are: data files in `species/`, and the reader of one's own.
+//! The built-in species, which are data files in `species/`, and the reader of a user's own file.
 
 use super::Species;
 use nemoral_scene::ParamError;
 
-/// Why a species file is no species.
+/// Why a species file was refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpeciesError {
@@ -70,7 +70,7 @@ impl Species {
         FILES.iter().map(|(name, _)| *name)
     }
 
-    /// All built-in species, in the order of their names' list.
+    /// All built-in species, in the order of [`names`](Self::names).
     #[must_use]
     pub fn all() -> Vec<Self> {
         Self::names().filter_map(Self::built_in).collect()
@@ -83,7 +83,7 @@ impl Species {
         Some(Self::from_toml(text, name).expect("built-in species are proved by the tests"))
     }
 
-    /// The text of a built-in species' file: where one's own begins.
+    /// The text of a built-in species' file, from which a user's own can be made.
     #[must_use]
     pub fn built_in_toml(name: &str) -> Option<&'static str> {
         FILES.iter().find(|(n, _)| *n == name).map(|(_, t)| *t)
@@ -162,7 +162,7 @@ mod tests {
             message("kind = \"smooth\"", "kind = \"velvet\""),
             &["velvet", "stripped_cork"],
         );
-        // It would send on more light than it gets.
+        // Such a leaf would send on more light than it receives.
         has(
             message(
                 "albedo = [0.06, 0.11, 0.034] # linear RGB reflectance (PROSPECT-D)\n\

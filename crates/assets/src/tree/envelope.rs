@@ -9,7 +9,7 @@ use super::{CrownForm, TreeSize};
 
 const ASYMMETRY: Domain = Domain::new("assets.tree.asymmetry");
 
-/// Branches keep so far above the ground.
+/// The least distance of branches from the ground, metres.
 const CLEARANCE_M: f64 = 0.15;
 
 /// Entries of the tables of the outline.
@@ -25,9 +25,9 @@ pub(super) struct Envelope {
     /// Radius over relative height, as a share of the greatest: 0 is the base, the last entry the
     /// top.
     profile: [f64; CELLS + 1],
-    /// Radius over azimuth relative to the mean, once round.
+    /// Radius over azimuth, relative to the mean, for one turn.
     sides: [f64; CELLS + 1],
-    /// Horizontal way of the crown's axis per metre of height.
+    /// Horizontal offset of the crown's axis per metre of height.
     lean: DVec2,
 }
 
@@ -63,15 +63,15 @@ impl Envelope {
         }
     }
 
-    /// Is the point in the crown's space? The space goes on below the crown's base as wide as
-    /// there, down to just above the ground.
+    /// Whether the point is in the crown's space. Below the crown's base the space goes on with the
+    /// same width, down to just above the ground.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         if p.z < CLEARANCE_M {
             return false;
         }
         let t = ((p.z - self.base_m) / (self.top_m - self.base_m)).max(0.0);
         let from_axis = p.truncate() - self.lean * p.z;
-        // Most points are settled without the azimuth.
+        // Most points can be decided without the azimuth.
         t < 1.0 && from_axis.length() <= 2.0 * self.radius_m && {
             let turn = libm::atan2(from_axis.y, from_axis.x) / TAU;
             let side = look_up(&self.sides, turn - turn.floor());
@@ -79,7 +79,7 @@ impl Envelope {
         }
     }
 
-    /// How far it is from `p` along `direction` to the outline, within a twentieth of the radius; 0
+    /// The distance from `p` along `direction` to the outline, to a twentieth of the radius; 0
     /// outside.
     pub(super) fn reach(&self, p: DVec3, direction: DVec3) -> f64 {
         let step = 0.05 * self.radius_m;
@@ -93,7 +93,7 @@ impl Envelope {
 }
 
 impl CrownForm {
-    /// Between two forms: 0 `young`, 1 `self`.
+    /// Interpolates between two forms: `young` where `maturity` is 0, `self` where it is 1.
     pub(super) fn grown_from(self, young: Self, maturity: f64) -> Self {
         let mix = |a: f64, b: f64| a + (b - a) * maturity;
         Self {
@@ -120,7 +120,7 @@ impl CrownForm {
     }
 }
 
-/// Between the entries of a table, `t` in 0..=1.
+/// Interpolates between the entries of a table, `t` in 0..=1.
 fn look_up(table: &[f64; CELLS + 1], t: f64) -> f64 {
     let x = t * CELLS as f64;
     let i = (x as usize).min(CELLS - 1);

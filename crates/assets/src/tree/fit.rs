@@ -1,4 +1,4 @@
-//! The last few per cent: stretching what was grown to the size demanded.
+//! The last few per cent: stretches what was grown to the size demanded.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -48,7 +48,7 @@ impl Crown {
     }
 }
 
-/// Where the stem may be stretched from: breast height, lower in saplings.
+/// The height above which the stem may be stretched: breast height, or lower in saplings.
 fn fixed_m(size: &TreeSize) -> f64 {
     BREAST_M.min(0.2 * size.height_m)
 }
@@ -58,7 +58,8 @@ fn fixed_m(size: &TreeSize) -> f64 {
 pub(super) fn set_height(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
     let fixed = fixed_m(size);
     let room = size.height_m - fixed;
-    // A leaf longer than the tree above its twig is laid down as far as need be.
+    // A leaf that is longer than the part of the tree above its twig is laid down as far as
+    // necessary.
     for leaf in leaves.iter_mut() {
         leaf.keep_below(size.height_m);
     }
@@ -85,8 +86,8 @@ pub(super) fn set_height(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize
 }
 
 /// Stretches axes and leaves so that the crown has the demanded base, top and radius. One map of
-/// space moves everything, so what was attached stays attached; below breast height it is the
-/// identity.
+/// space moves everything, so that what was attached stays attached; below breast height the map is
+/// the identity.
 pub(super) fn fit(axes: &mut [Axis], leaves: &mut [Leaf], size: &TreeSize, lean: DVec2) {
     let fixed = fixed_m(size);
     for _ in 0..6 {

@@ -15,7 +15,7 @@ const CARDS: Domain = Domain::new("assets.tree.cards");
 /// Length of the longest leafy shoots over the height of the tree.
 const SHOOT_SHARE: f64 = 0.12;
 
-/// A card before it has a place: everything about it but the twig.
+/// The number and the size of a tree's cards, before they have places.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FoliageDensity<'a> {
     pub(super) form: &'a FoliageForm,
@@ -28,7 +28,7 @@ pub(super) struct FoliageDensity<'a> {
 
 impl<'a> FoliageDensity<'a> {
     /// n = LA s / (A c): the number of cards whose opaque area is the silhouette of the leaf area.
-    /// Fewer and larger ones where that is more than `most`.
+    /// Where that is more than `most`, there are fewer and larger cards.
     pub(super) fn new(
         form: &'a FoliageForm,
         cards: &'a [FoliageCard],
@@ -52,7 +52,7 @@ impl<'a> FoliageDensity<'a> {
         }
     }
 
-    /// Length of a mean card, metres.
+    /// Mean length of a card, metres.
     pub(super) fn card_m(&self) -> f64 {
         self.scale
             * self
@@ -67,7 +67,7 @@ impl<'a> FoliageDensity<'a> {
 /// A card on its twig.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
-    /// The twig, and where on it.
+    /// The index of the twig, and the position on it.
     pub(super) axis: usize,
     pub(super) s: f64,
     /// The point of the twig that it springs from.
@@ -95,8 +95,8 @@ impl Leaf {
         self.across = across.unwrap_or_else(|| beside(self.along / length)) * width;
     }
 
-    /// How far the image reaches above the point it springs from, metres: as far as an ellipse that
-    /// fills the card, for images are empty in the corners.
+    /// How far the image reaches above the point that it springs from, metres. It is taken as an
+    /// ellipse that fills the card, because images are empty in their corners.
     pub(super) fn above_m(&self) -> f64 {
         let (along, across) = (self.along.z, self.across.z);
         (0.5 * along + 0.5 * (along * along + across * across).sqrt()).max(0.0)
@@ -117,7 +117,7 @@ impl Leaf {
 pub(super) fn leaves(axes: &[Axis], density: &FoliageDensity<'_>, key: Key) -> Vec<Leaf> {
     let form = density.form;
     let arcs: Vec<Vec<f64>> = axes.iter().map(Axis::arcs).collect();
-    // Running sum of leafy length: (sum at its end, axis, leafy length).
+    // Running sums of leafy length: (sum at the end of the axis, axis, leafy length).
     let mut total = 0.0;
     let mut stretches = Vec::new();
     for (i, axis) in axes.iter().enumerate() {
@@ -171,7 +171,7 @@ pub(super) fn leaves(axes: &[Axis], density: &FoliageDensity<'_>, key: Key) -> V
             });
         }
     }
-    // The draws of kind and scale leave a small error: take it out of all cards alike.
+    // The random kinds and scales leave a small error, which is divided evenly among all cards.
     let wanted = density.scale
         * density.scale
         * density.count as f64
@@ -199,7 +199,7 @@ pub(super) fn silhouette_m2(leaves: &[Leaf], cards: &[FoliageCard]) -> f64 {
 }
 
 /// A card's axis and normal with exactly the given inclination (angle between normal and vertical).
-/// The axis keeps its heading; it is laid down only if it is steeper than a card so flat can be.
+/// The axis keeps its heading; it is laid down only if it is steeper than the inclination allows.
 fn incline(wanted: DVec3, inclination: f64, left: bool) -> (DVec3, DVec3) {
     let level = wanted
         .truncate()
@@ -209,7 +209,7 @@ fn incline(wanted: DVec3, inclination: f64, left: bool) -> (DVec3, DVec3) {
     let elevation = libm::asin(wanted.z.clamp(-1.0, 1.0)).clamp(-inclination, inclination);
     let (sin, cos) = libm::sincos(elevation);
     let along = level * cos + DVec3::Z * sin;
-    // Normals of cards with this axis: from the steepest-up one, turned about the axis.
+    // The normals of cards with this axis: the most upright one, turned about the axis.
     let up = DVec3::Z * cos - level * sin;
     let turned = libm::acos((libm::cos(inclination) / cos.max(1e-9)).clamp(-1.0, 1.0));
     (along, turn(up, along, if left { turned } else { -turned }))
@@ -219,7 +219,8 @@ fn incline(wanted: DVec3, inclination: f64, left: bool) -> (DVec3, DVec3) {
 struct Quantiles(Vec<f64>);
 
 impl Quantiles {
-    /// Of the Beta distribution with this mean and standard deviation, by summing its density.
+    /// The quantiles of the Beta distribution with this mean and standard deviation, by integration
+    /// of its density.
     fn beta(mean: f64, sd: f64) -> Self {
         const CELLS: usize = 512;
         // A Beta distribution's standard deviation is below sqrt(mean (1 − mean)).
@@ -232,8 +233,8 @@ impl Quantiles {
             .map(|i| {
                 let t = (i as f64 + 0.5) * width;
                 sum += match i {
-                    // At its ends the density may have no bound: there, the factor without one is
-                    // summed exactly.
+                    // At its ends the density may be unbounded; there the unbounded factor is
+                    // integrated exactly.
                     0 => libm::pow(width, a - 1.0) / a * libm::pow(1.0 - t, b - 1.0),
                     i if i == CELLS - 1 => libm::pow(t, a - 1.0) * libm::pow(width, b - 1.0) / b,
                     _ => libm::pow(t, a - 1.0) * libm::pow(1.0 - t, b - 1.0),
@@ -294,7 +295,7 @@ mod tests {
                 normal.z,
                 inclination.cos()
             );
-            // It still points the way it was drawn to, over the ground.
+            // Its heading over the ground is still the one that was asked for.
             let level = wanted.truncate();
             if level.length() > 1e-3 && along.truncate().length() > 1e-3 {
                 prop_assert!(along.truncate().normalize().dot(level.normalize()) > 1.0 - 1e-6);

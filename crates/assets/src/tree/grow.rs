@@ -19,8 +19,8 @@ use nemoral_scene::ParamError;
 
 const LEAN: Domain = Domain::new("assets.tree.lean");
 
-/// Nodes are at most so much sparser than the species' to keep a triangle budget: sparser crowns
-/// look thin, or like clouds of clumps.
+/// The least density of nodes, relative to the species', that a triangle budget may lead to.
+/// Sparser crowns would look thin or clumped.
 const SPARSEST: f64 = 0.2;
 
 /// How finely to grow.
@@ -28,12 +28,12 @@ const SPARSEST: f64 = 0.2;
 pub struct GrowthParams {
     /// Wood of at least this radius counts as trunk, metres, 0.005..=0.5.
     pub trunk_radius_m: f64,
-    /// At most so many triangles of wood, 3,000..=200,000. Where a tree would have more, its twigs
-    /// are first coarser and fewer, then the wood of the thinnest is left out, those without leaves
-    /// first: the leaves of the others stay where they are.
+    /// The most triangles of wood, 3,000..=200,000. Where a tree would have more, its twigs are
+    /// first made coarser and fewer; then the thinnest wood is left out, beginning with twigs
+    /// without leaves. Leaves on wood that is left out stay in their places.
     pub wood_triangles_max: usize,
-    /// At most so many cards, 50..=100,000. Where a tree would have more, they are larger: their
-    /// silhouette is the same.
+    /// The most cards, 50..=100,000. Where a tree would have more, the cards are larger, so that
+    /// their silhouette is the same.
     pub cards_max: usize,
 }
 
@@ -71,8 +71,8 @@ pub struct GrownTree {
 /// the few per cent that are missing.
 ///
 /// # Errors
-/// If a size, material or parameter is out of its range. A budget is no reason: [`GrowthParams`]
-/// says what is left out.
+/// If a size, a material or a parameter is out of its range. A budget that is too small is no
+/// error: [`GrowthParams`] says what is left out.
 pub fn grow(
     species: &Species,
     size: &TreeSize,
@@ -99,7 +99,7 @@ pub fn grow(
         };
         let triangles = triangles(&axes, &radii(&axes, species, size), tessellation);
         let triangles: usize = triangles.iter().sum();
-        // The fit below can bend joints enough to need a few rings more.
+        // The fit below can bend joints so far that a few more rings are needed.
         if triangles as f64 <= 0.98 * most as f64 || density <= SPARSEST {
             break (axes, tessellation);
         }
@@ -127,7 +127,7 @@ pub(super) fn sunk_m(size: &TreeSize) -> f64 {
     (0.3 + 0.25 * size.dbh_m).min(0.5)
 }
 
-/// Proves the arguments of [`grow`] valid.
+/// Checks the arguments of [`grow`].
 pub(super) fn check(
     species: &Species,
     size: &TreeSize,
@@ -202,7 +202,7 @@ impl TreeSize {
 }
 
 impl BarkLook {
-    /// Height where the upper bark begins, metres; never, without one.
+    /// Height where the upper bark begins, metres; infinite if there is none.
     fn upper_from_m(&self, size: &TreeSize) -> f64 {
         if self.upper.is_some() {
             self.upper_from * size.height_m
@@ -226,7 +226,7 @@ impl GrowthParams {
     }
 }
 
-/// Volume between the ground and `top_m`, m³: level cuts, trapezoids between.
+/// Volume between the ground and `top_m`, m³, from level cuts by the trapezoidal rule.
 pub(super) fn volume_m3(mesh: &Mesh, stem: Range<usize>, top_m: f64) -> f64 {
     const CUTS: u32 = 100;
     let step = top_m / f64::from(CUTS);

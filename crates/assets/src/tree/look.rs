@@ -34,13 +34,13 @@ pub struct LeafLook {
     /// Exponents of the outline t^a (1 − t)^b, each 0.2..=3; not used by needles.
     #[serde(default = "ovate")]
     pub outline: [f64; 2],
-    /// Lobes a side, 0..=12; only of rosettes.
+    /// Lobes on each side, 0..=12; used by rosettes alone.
     #[serde(default)]
     pub lobes: f64,
     /// How deep the lobes are cut, 0..=0.9.
     #[serde(default)]
     pub lobe_depth: f64,
-    /// Teeth a side, 0..=40.
+    /// Teeth on each side, 0..=40.
     #[serde(default)]
     pub teeth: f64,
     /// How deep the teeth are cut, 0..=0.5.
@@ -73,8 +73,9 @@ pub struct LeafLook {
     pub nm905: [f64; 2],
     /// Reflectance and transmittance at 1550 nm, together at most 1.
     pub nm1550: [f64; 2],
-    /// 0 a mirror .. 1 matt: of needles, that face all ways, nearly 1. How much of the skin's
-    /// sheen, which the reflectance contains, is seen as such.
+    /// Roughness of the surface, from 0 (a mirror) to 1 (matt); for needles, which face all ways,
+    /// nearly 1. It decides how much of the surface reflection, which the reflectance contains,
+    /// appears as gloss.
     pub roughness: f64,
 }
 
@@ -132,17 +133,17 @@ pub struct BarkLayer {
 pub struct BarkLook {
     /// The bark at the foot.
     pub lower: BarkLayer,
-    /// Higher up and on limbs, if it is another.
+    /// The bark higher up and on limbs, if it is a different one.
     pub upper: Option<BarkLayer>,
-    /// Share of the tree's height from which on the upper bark begins to show, 0..=1. One
-    /// repetition of the image (2 m on a thick stem) lies between the two.
+    /// Share of the tree's height at which the upper bark begins, 0..=1. The transition takes one
+    /// repetition of the image (2 m on a thick stem).
     #[serde(default)]
     pub upper_from: f64,
     /// Linear RGB albedo of wood too thin for a bark, 0.005..=0.7.
     pub branch: [f64; 3],
     /// Moss at the foot: 1 as on an oak, 0 none, up to 2.
     pub moss: f64,
-    /// 0 a mirror .. 1 matt.
+    /// Roughness of the surface, from 0 (a mirror) to 1 (matt).
     pub roughness: f64,
     /// Reflectance at 905 nm, 0..=1.
     pub nm905: f64,
@@ -166,13 +167,14 @@ impl LeafLook {
         self.reflectance() + linear(self.transmittance)
     }
 
-    /// These leaves as their shoot answers light, `silhouette_factor` being its silhouette over
-    /// their area: what leaves one meets others of the shoot with a probability of p = 1 -
-    /// `silhouette_factor`, and of those leaves again or not, so that (1 - p) / (1 - p w) of a
-    /// share w is seen (Smolander and Stenberg 2003, "A method to account for shoot scale clumping
-    /// in coniferous canopy reflectance models"). Needles make dark trees of leaves that are not.
-    /// Lasers look from where they shine and see no shadow of one leaf on another: their bands
-    /// stay.
+    /// These leaves with the reflectance and transmittance of their shoot. `silhouette_factor` is
+    /// the silhouette of the shoot over the area of its leaves. A photon that leaves one leaf meets
+    /// another leaf of the shoot with a probability of p = 1 - `silhouette_factor`, where it may be
+    /// scattered again, so that of a scattered share w the part (1 - p) / (1 - p w) escapes
+    /// (Smolander and Stenberg 2003, "A method to account for shoot scale clumping in coniferous
+    /// canopy reflectance models"). This is why trees with needles are darker than single needles.
+    /// A laser looks from where it shines and sees no shadow of one leaf on another, so its bands
+    /// do not change.
     #[must_use]
     pub fn in_shoot(&self, silhouette_factor: f64) -> Self {
         let out = silhouette_factor.min(1.0);
@@ -232,7 +234,7 @@ impl LeafLook {
             .into_iter()
             .zip(self.transmittance)
         {
-            // Some light stays in every leaf.
+            // Every leaf absorbs some light.
             let most = (0.99 - f64::from(r)).max(0.0);
             range("transmittance", t, 0.0, (most * 1000.0).floor() / 1000.0)?;
         }
@@ -276,7 +278,7 @@ mod tests {
     use super::*;
     use crate::tree::Species;
 
-    /// Photons that wander from leaf to leaf of a shoot: the series that the closed form sums up.
+    /// Follows photons from leaf to leaf of a shoot: the series whose sum the closed form is.
     #[test]
     fn a_shoot_sends_on_what_escapes_its_leaves() {
         for species in Species::all() {
@@ -293,7 +295,7 @@ mod tests {
                 }
                 assert!((seen - out).abs() < 1e-6, "{}: {seen} {out}", species.name);
             }
-            // Both sides lose alike, and the wax is in it.
+            // Reflectance, with its wax, and transmittance fall by the same factor.
             let sides = |look: &LeafLook| look.transmittance[1] / f64::from(look.reflectance().y);
             assert!((sides(&shoot) - sides(leaf)).abs() < 1e-6);
             assert_eq!([shoot.nm905, shoot.nm1550], [leaf.nm905, leaf.nm1550]);

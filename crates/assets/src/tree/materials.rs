@@ -11,7 +11,7 @@ pub struct TreeMaterials {
     pub stem: MaterialId,
     /// The stem where its lower bark turns into the upper one; v = 0 below, 1 above.
     pub change: MaterialId,
-    /// The stem above that.
+    /// The stem above the change of bark.
     pub upper: MaterialId,
     /// The foot of the stem.
     pub flare: MaterialId,
@@ -27,7 +27,7 @@ pub struct TreeMaterials {
     pub foliage: Vec<FoliageCard>,
 }
 
-/// A image of a leafy twig. The twig enters at (u, v) = (0.5, 0); v grows towards its tip.
+/// An image of a leafy twig. The twig enters at (u, v) = (0.5, 0); v grows towards its tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoliageCard {
     /// Its material, with the mask.

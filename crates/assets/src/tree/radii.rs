@@ -3,10 +3,11 @@
 use super::skeleton::{Axis, BREAST_M};
 use super::{FoliageForm, Species, Taper, TreeSize};
 
-/// Twig of this length adds as much to the pipe sum as one tip: side shoots too small to be grown.
+/// A twig of this length adds as much to the pipe sum as one tip, for the side shoots that are too
+/// small to be grown.
 const SHOOT_M: f64 = 0.4;
 
-/// Radius of what goes on from an axis' end, as a share of the radius there.
+/// Radius of an axis that continues its parent at its end, as a share of the parent's radius there.
 const LEADER_RATIO: f64 = 0.92;
 
 impl Taper {
@@ -26,9 +27,9 @@ impl Taper {
 
 /// The radius of every axis at every point, in the order of the axes.
 ///
-/// Order 0 follows the taper curve. For the others, r^g is summed from the tips down (pipe model);
-/// then each first-order branch and what it bears is brought, by one power law that leaves its tips
-/// alone, to the share of the stem's radius that the species allows.
+/// Order 0 follows the taper curve. For the others, r^g is summed from the tips down (pipe model).
+/// Then each first-order branch, with all that it bears, is brought to the share of the stem's
+/// radius that the species allows, by one power law that does not change its tips.
 pub(super) fn radii(axes: &[Axis], species: &Species, size: &TreeSize) -> Vec<Vec<f64>> {
     let leaf = &species.foliage;
     let mut radii = pipe(axes, leaf);
@@ -50,7 +51,7 @@ pub(super) fn radii(axes: &[Axis], species: &Species, size: &TreeSize) -> Vec<Ve
         let parent_radius = at_param(&radii[parent], at);
         let tip = leaf.tip_radius_m;
         if axis.dead {
-            // It has lost its twigs: a plain taper to a broken end.
+            // A dead branch has lost its twigs and tapers to a broken end.
             let (base, n) = (
                 (species.dead.radius_ratio * parent_radius).max(1.5 * tip),
                 axis.points.len() - 1,
@@ -62,11 +63,12 @@ pub(super) fn radii(axes: &[Axis], species: &Species, size: &TreeSize) -> Vec<Ve
         }
         let [mut least, mut most] = species.levels[axis.order - 1].radius_ratio;
         if at as usize + 1 >= radii[parent].len() {
-            // It springs from its parent's end, and goes on as thick.
+            // It springs from its parent's end and is as thick as that.
             (least, most) = (LEADER_RATIO, LEADER_RATIO);
         }
         powers[i] = if axis.order == 1 {
-            // The thickest gets the greatest share, the others theirs by their pipe sums.
+            // The thickest branch gets the greatest share, the others less, in proportion to their
+            // pipe sums.
             let share = (radii[i][0] / thickest).clamp(0.0, 1.0);
             let base = ((least + (most - least) * share) * parent_radius).max(1.3 * tip);
             if radii[i][0] > 1.05 * tip {

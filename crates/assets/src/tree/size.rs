@@ -1,4 +1,4 @@
-//! How big a tree is: drawn from published allometry, handed to the generator as a demand.
+//! The size of a tree: drawn from published allometry and handed to the generator as a demand.
 
 use nemoral_seed::{Domain, Draw, Key};
 
@@ -31,9 +31,9 @@ pub struct TreeSize {
 impl TreeSize {
     /// The size of a copy that is scaled by `s`, more than 0.
     ///
-    /// A grown tree's diameter changes little within the few decimetres between its own breast
+    /// The diameter of a grown tree hardly changes within the few decimetres between its own breast
     /// height and that of its copy; a sapling's stem is taken as a cone. A copy that is no higher
-    /// than breast height has no diameter there: 0.
+    /// than breast height has a diameter of 0.
     #[must_use]
     pub fn scaled(&self, s: f64) -> Self {
         const BREAST_M: f64 = 1.3;
@@ -54,23 +54,23 @@ impl TreeSize {
     }
 }
 
-/// How grown up a tree is, by its diameter ([`Allometry::class_dbh_m`](super::Allometry)).
+/// The age class of a tree by its diameter ([`Allometry::class_dbh_m`](super::Allometry)).
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
 pub enum SizeClass {
     /// Thinner than the species' relations reach.
     Sapling,
-    /// From there on.
+    /// From the least diameter of the relations on.
     Young,
-    /// From the first diameter of the classes on.
+    /// From the first of the two class diameters on.
     Middle,
-    /// From the second on.
+    /// From the second class diameter on.
     Mature,
 }
 
 impl SizeClass {
-    /// All, from small to large.
+    /// All classes, from small to large.
     pub const ALL: [Self; 4] = [Self::Sapling, Self::Young, Self::Middle, Self::Mature];
 
     /// `snake_case`, for files.
@@ -85,9 +85,9 @@ impl SizeClass {
     }
 }
 
-/// Which share of all (0..=1) is smaller than the `number`th of `of` that stand for them: in the
-/// middle half of that one's part of the whole, for a few drawn from all of it do not tell a
-/// distribution's shape.
+/// The rank (0..=1) in a distribution of the `number`th of `of` individuals that stand for it. It
+/// lies in the middle half of that individual's equal part, because a few draws from the whole
+/// would not show the shape of the distribution.
 #[must_use]
 pub(crate) fn individual_rank(number: u32, of: u32, key: Key) -> f64 {
     let within = key.domain(RANK).rng().range_f64(0.25, 0.75);
@@ -103,8 +103,8 @@ impl Species {
         SizeClass::ALL[limits.iter().filter(|&&l| dbh_m >= l).count()]
     }
 
-    /// A typical diameter of a class, metres: its middle, of the mature a third above where they
-    /// begin.
+    /// A typical diameter of a class, metres: its middle, or for the mature class a third above its
+    /// lower end.
     #[must_use]
     pub fn class_dbh_m(&self, class: SizeClass) -> f64 {
         let [least, most] = self.allometry.dbh_range_m;
@@ -117,7 +117,7 @@ impl Species {
         }
     }
 
-    /// 0 in the young class .. 1 in the mature one, for what changes as trees grow up.
+    /// From 0 in the young class to 1 in the mature one, for everything that changes as trees grow.
     pub(super) fn maturity(&self, dbh_m: f64) -> f64 {
         let [middle, mature] = self.allometry.class_dbh_m;
         let young = 0.5 * (self.allometry.dbh_range_m[0] + middle);
@@ -125,10 +125,10 @@ impl Species {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// The size of a sapling of this height (clamped to 2..=5 m). It is thinner than the relations
-    /// of grown trees reach: its diameter follows from a slenderness of 100 above breast height
-    /// (our choice), crown width and leaf area from the relations carried on to it, held in
-    /// proportion to its height.
+    /// The size of a sapling of this height (clamped to 2..=5 m). Saplings are thinner than the
+    /// range of the relations for grown trees. Their diameter follows from a slenderness of 100
+    /// above breast height (our choice); crown width and leaf area follow from the extrapolated
+    /// relations, limited in proportion to the height.
     #[must_use]
     pub fn draw_sapling(&self, height_m: f64, key: Key) -> TreeSize {
         let height_m = height_m.clamp(2.0, 5.0);
@@ -150,16 +150,15 @@ impl Species {
         }
     }
 
-    /// Mean height of trees of this diameter, metres: the generalised Schnute curve
-    /// H = (1.3^b + (H0^b − 1.3^b)(1 − e^(−a d)) / (1 − e^(−a D0)))^(1/b), held a tenth inside the
-    /// limits of slenderness so that the residual is not cut on one side.
+    /// Mean height of trees of this diameter, metres: the generalised Schnute curve H = (1.3^b +
+    /// (H0^b − 1.3^b)(1 − e^(−a d)) / (1 − e^(−a D0)))^(1/b), kept a tenth inside the limits of
+    /// slenderness, so that the residual is not cut off on one side.
     #[must_use]
     pub fn mean_height_m(&self, dbh_m: f64) -> f64 {
         let al = &self.allometry;
         let [a, b] = al.height_curve;
         let [d0, h0] = al.dominant;
-        // The limit of the quotient below as a goes to nothing: where it is taken it is off by
-        // 1e-7.
+        // The limit of the quotient below as a goes to 0; where it is used, its error is 1e-7.
         let share = if a.abs() < 1e-9 {
             100.0 * dbh_m / d0
         } else {
@@ -198,7 +197,8 @@ impl Species {
         self.dbh_of_rank(mean_m, shape, limits_m, rank)
     }
 
-    /// The diameter that a share `rank` (0..=1) of such a stand's trees is thinner than, metres.
+    /// The quantile `rank` (0..=1) of the diameters of such a stand, metres: that share of its
+    /// trees is thinner.
     #[must_use]
     pub fn dbh_of_rank(&self, mean_m: f64, shape: f64, limits_m: [f64; 2], rank: f64) -> f64 {
         let [least, most] = self.allometry.dbh_range_m;
@@ -208,7 +208,7 @@ impl Species {
         let survival = |d: f64| libm::exp(-libm::pow(d / scale, shape));
         let u = survival(low) * (1.0 - rank) + survival(high) * rank;
         let d = scale * libm::pow(-libm::log(u), 1.0 / shape);
-        // Survival underflows far beyond the mean, and a caller's shape may be no number.
+        // The survival function underflows far beyond the mean, and a caller's shape may be NaN.
         if survival(low) > 0.0 && !d.is_nan() {
             d.clamp(low, high)
         } else {
@@ -216,14 +216,15 @@ impl Species {
         }
     }
 
-    /// The diameter of the `number`th (from thin to thick) of `of` trees that are to stand for all
-    /// of such a stand's, metres: the quadratic mean of its equal part of the distribution, so that
-    /// basal area is the stand's. (Medians of the parts are short of thick trees, as tails are
-    /// longer above.)
+    /// The diameter, metres, of the `number`th (from thin to thick) of `of` trees that stand for
+    /// all trees of such a stand: the quadratic mean of its equal part of the distribution, so that
+    /// the basal area is the stand's. (Medians of the parts would give too little basal area, as
+    /// the upper tail is longer.)
     ///
-    /// `key` is of all of them together: each is up to an eighth of its part's trees thinner or
-    /// thicker than that mean, and of any four in turn the outer two one way and the inner two the
-    /// other, so that no two keys' trees are alike, but their mean and spread are.
+    /// `key` is shared by all of them. Each tree is thinner or thicker than that mean by up to an
+    /// eighth of the trees of its part; of each four trees in turn, the outer two deviate one way
+    /// and the inner two the other way. So the trees of two keys differ, but their mean and their
+    /// spread do not.
     #[must_use]
     pub fn dbh_of_individual(
         &self,
@@ -250,9 +251,9 @@ impl Species {
         dbh_m.max(of_part(0.0)).min(of_part(1.0))
     }
 
-    /// The size of a tree of this diameter (clamped to the species' range): means of the published
-    /// relations with their scatter. A tree with a wide crown also has more leaves (correlation
-    /// 0.6).
+    /// The size of a tree of this diameter (clamped to the species' range): the means of the
+    /// published relations, with their scatter. A tree with a wide crown also has more leaves
+    /// (correlation 0.6).
     #[must_use]
     pub fn draw_size(&self, dbh_m: f64, key: Key) -> TreeSize {
         let al = &self.allometry;

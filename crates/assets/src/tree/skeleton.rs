@@ -1,4 +1,4 @@
-//! Where the wood runs: axes of every order, without thickness.
+//! The course of the wood: axes of every order, without thickness.
 
 use std::f64::consts::TAU;
 
@@ -14,20 +14,21 @@ const LEADER: Domain = Domain::new("assets.tree.leader");
 const DEAD: Domain = Domain::new("assets.tree.dead");
 const SHAPE: Domain = Domain::new("assets.tree.shape");
 
-/// Breast height: the stem is never bent or stretched up to here, so that its diameter stays true.
+/// Breast height. The stem is not bent or stretched below it, so that its diameter stays as
+/// demanded.
 pub(super) const BREAST_M: f64 = 1.3;
 
 /// A stem, branch or twig.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
-    /// 0 the stem, 1 its branches, and so on.
+    /// The order: 0 for the stem, 1 for its branches, and so on.
     pub(super) order: usize,
     pub(super) dead: bool,
-    /// From the base to the tip; a branch starts on its parent's centre line.
+    /// The points from the base to the tip; a branch starts on its parent's centre line.
     pub(super) points: Vec<DVec3>,
-    /// The parent and where on it: points counted from its base, with a fraction.
+    /// The parent and the position on it: points counted from its base, with a fraction.
     pub(super) parent: Option<(usize, f64)>,
-    /// The share of its length from which on it bears leaves.
+    /// The share of its length beyond which it bears leaves.
     pub(super) leafy_from: f64,
     pub(super) key: Key,
 }
@@ -57,7 +58,7 @@ impl Axis {
     }
 }
 
-/// `s` (points with a fraction) of an arc length.
+/// The position (points with a fraction) of an arc length.
 pub(super) fn param_of_arc(arcs: &[f64], arc: f64) -> f64 {
     let i = arcs.partition_point(|&a| a <= arc).clamp(1, arcs.len() - 1);
     let (a, b) = (arcs[i - 1], arcs[i]);
@@ -71,7 +72,7 @@ pub(super) fn turn(v: DVec3, axis: DVec3, angle: f64) -> DVec3 {
     v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos))
 }
 
-/// A level unit vector beside a direction; for a vertical one, east.
+/// A level unit vector perpendicular to a direction; for a vertical direction, east.
 pub(super) fn beside(direction: DVec3) -> DVec3 {
     direction
         .cross(DVec3::Z)
@@ -113,12 +114,13 @@ impl CentreLine {
     /// The centre at height z; straight down below the ground.
     fn at(&self, z: f64) -> DVec3 {
         let x = (z / self.top_m).max(0.0);
-        // Grows like tan(sweep) z at the foot; a straight part takes it back by the top.
+        // The offset grows like tan(sweep) z at the foot, and a linear term brings it back to zero
+        // at the top.
         let bend = |z: f64| 1.0 - libm::exp(-z.max(0.0) / self.sweep_m);
         let bow = self.sweep_m * (bend(z) - x * bend(self.top_m));
         let mut xy = self.lean * z.max(0.0) + self.sweep * bow;
         for &(amplitude, rate, phase) in &self.windings {
-            // Zero at the foot and at the top.
+            // The windings are zero at the foot and at the top.
             xy += amplitude * (4.0 * x * (1.0 - x).max(0.0) * libm::sin(rate * x + phase));
         }
         xy.extend(z)
@@ -153,7 +155,7 @@ fn grown_so_far(species: &Species, size: &TreeSize) -> Species {
     form
 }
 
-/// The height from which on trees have shoots as long as their species'.
+/// The height of trees, metres, from which on their shoots have the length that the species gives.
 const FULL_SHOOTS_M: f64 = 6.0;
 
 /// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of
@@ -231,7 +233,7 @@ impl Grower<'_> {
             let branch_key = key.domain(BRANCH).item(node);
             let mut rng = branch_key.rng();
             let direction = insertion(&level, along, t, azimuth, &mut rng);
-            // The branch bends: half-way through its bend is where it is heading.
+            // The branch bends, so its mean heading is that half-way through the bend.
             let heading = bent_up(direction, level.curve_deg[0].to_radians());
             let share = rng.range_f64(level.length[0], level.length[1]);
             let length = share * self.envelope.reach(origin, heading);
@@ -244,12 +246,12 @@ impl Grower<'_> {
         }
     }
 
-    /// Twigs are thinned out first; limbs only once few twigs are left.
+    /// Twigs are thinned out first, limbs only when few twigs are left.
     fn limb_density(&self) -> f64 {
         (self.density / 0.35).min(1.0)
     }
 
-    /// The limb that goes on where the stem of a decurrent tree ends.
+    /// The limb that continues the stem of a decurrent tree where the stem ends.
     fn leader(&mut self, key: Key) {
         let key = key.domain(LEADER);
         let mut rng = key.rng();
@@ -285,7 +287,7 @@ impl Grower<'_> {
         let level = self.species.levels[index];
         let start = self.axes[parent.0].at(parent.1);
         let mut points = walk(&level, start, direction, length, key);
-        // A crooked branch may leave the crown sooner than foreseen: it ends there.
+        // A crooked branch may leave the crown earlier than computed, and ends there.
         let inside = points
             .iter()
             .take_while(|&&p| self.envelope.contains(p))
@@ -325,14 +327,14 @@ impl Grower<'_> {
         }
     }
 
-    /// Dead branches at the nodes that the crown has left behind.
+    /// Dead branches at the nodes below the living crown.
     fn dead(&mut self, key: Key) {
         let dead = &self.species.dead;
         let Some(&level) = self.species.levels.first() else {
             return;
         };
         let (from, to) = (dead.from * self.size.crown_base_m, self.size.crown_base_m);
-        // Stems that fork have nodes at their fork only: dead branches then are spaced like whorls.
+        // Stems that fork have nodes at the fork only; their dead branches are spaced like whorls.
         let level = BranchLevel {
             insertion_deg: [dead.insertion_deg; 2],
             curve_deg: [-4.0; 2],
@@ -395,7 +397,7 @@ fn nodes(level: &BranchLevel, span_m: f64, density: f64, key: Key) -> Vec<(u64, 
         let n = rng.between(level.per_node[0], level.per_node[1]);
         for k in 0..n {
             let whorl = TAU * f64::from(k) / f64::from(n) + rng.range_f64(-jitter, jitter);
-            // Branches of a whorl do not spring from one height.
+            // Branches of a whorl spring from slightly different heights.
             let offset = if n > 1 {
                 rng.range_f64(-0.08, 0.08) * spacing
             } else {

@@ -20,7 +20,7 @@ const SNAG: Domain = Domain::new("assets.tree.snag");
 /// threshold is [`TreeMaterials::snag`].
 ///
 /// # Errors
-/// The errors of [`super::grow::grow`].
+/// Those of [`super::grow::grow`].
 pub fn grow_snag(
     species: &Species,
     size: &TreeSize,
@@ -65,15 +65,15 @@ pub fn grow_snag(
     })
 }
 
-/// What years leave of axes: the stem up to `broken_m`, most limbs as stubs, a few branches on
-/// them.
+/// The axes that weathering leaves: the stem up to `broken_m`, most limbs as stubs, and a few
+/// branches on them.
 fn weathered(
     axes: Vec<Axis>,
     radii: Vec<Vec<f64>>,
     broken_m: f64,
     rng: &mut impl Draw,
 ) -> (Vec<Axis>, Vec<Vec<f64>>) {
-    // Where each axis went, if it is still there.
+    // The new index of each axis that is kept.
     let mut places: Vec<Option<usize>> = Vec::with_capacity(axes.len());
     let mut kept: (Vec<Axis>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
     for (mut axis, mut r) in axes.into_iter().zip(radii) {
@@ -84,7 +84,7 @@ fn weathered(
         let hold = match parent {
             None => true,
             Some(None) => false,
-            // A parent that was shortened bears nothing beyond its end.
+            // A shortened parent bears nothing beyond its new end.
             Some(Some((p, s))) => stays && s <= (kept.0[p].points.len() - 2) as f64,
         };
         if !hold {

@@ -1,4 +1,5 @@
-//! What makes a species: numbers, no code of its own. A species file is this struct as TOML.
+//! A species, which is numbers alone and has no code of its own. A species file is this struct as
+//! TOML.
 
 use serde::Deserialize;
 
@@ -14,15 +15,16 @@ pub struct Species {
     pub name: String,
     /// The botanical name.
     pub scientific_name: String,
-    /// Where the numbers come from, and which are a choice; at least one entry.
+    /// Where the numbers come from, and which of them are our choice; at least one entry.
     pub sources: Vec<String>,
     /// How big it grows.
     pub allometry: Allometry,
     /// The stem.
     pub stem: StemForm,
-    /// The outline of the crown; of grown trees, if the young have their own.
+    /// The outline of the crown; that of grown trees, if [`Species::young_crown`] is given.
     pub crown: CrownForm,
-    /// The outline of young trees' crowns; up to the mature class it turns into [`Species::crown`].
+    /// The outline of the crowns of young trees, if it differs; up to the mature class it turns
+    /// into [`Species::crown`].
     pub young_crown: Option<CrownForm>,
     /// Living branches, first order first; 1 to 4 orders.
     pub levels: Vec<BranchLevel>,
@@ -56,8 +58,8 @@ pub struct Allometry {
     pub crown_width: [f64; 3],
     /// Standard deviation of ln(crown width) about that.
     pub crown_width_sd: f64,
-    /// Crown length = `[0]` + `[1]` · d^`[2]`, metres. Without it the mean of the crown ratio
-    /// counts.
+    /// Crown length = `[0]` + `[1]` · d^`[2]`, metres. Without it, the mean of the crown ratio is
+    /// used.
     pub crown_length: Option<[f64; 3]>,
     /// Crown length / height: mean (unless [`Allometry::crown_length`] gives it), standard
     /// deviation, least, greatest.
@@ -72,8 +74,8 @@ pub struct Allometry {
     pub lean_sd_deg: f64,
 }
 
-/// Relative stem diameter over relative height x = z/H: (1 + `butt` e^(−`butt_decay` x)) (1 −
-/// x)^(`power` + `slenderness_power` · H/d + `top_power` (1 − x)), then scaled through the diameter
+/// The relative diameter of a stem over the relative height x = z/H: (1 + `butt` e^(−`butt_decay`
+/// x)) (1 − x)^(`power` + `slenderness_power` · H/d + `top_power` (1 − x)), scaled to the diameter
 /// at 1.3 m. H/d is in m/m.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -86,7 +88,7 @@ pub struct Taper {
     pub power: f64,
     /// Share of slenderness in the exponent.
     pub slenderness_power: f64,
-    /// What the exponent has more at the foot.
+    /// What is added to the exponent at the foot.
     pub top_power: f64,
 }
 
@@ -96,8 +98,8 @@ pub struct Taper {
 pub struct StemForm {
     /// Its taper.
     pub taper: Taper,
-    /// The share of the crown's length through which the stem stays one: 1 excurrent, near 0 a tree
-    /// that forks at the crown's base.
+    /// The share of the crown's length up to which there is one stem: 1 for an excurrent tree, near
+    /// 0 for a tree that forks at the crown's base.
     pub apical_dominance: f64,
     /// Greatest angle of the basal sweep.
     pub sweep_deg: f64,
@@ -105,7 +107,7 @@ pub struct StemForm {
     pub sinuosity: f64,
     /// Lobes of the root flare, least and most.
     pub flare_lobes: [u32; 2],
-    /// What a lobe adds to the radius at the ground, as a share of it, least and most.
+    /// What a lobe adds to the radius at the ground, as a share of that radius, least and most.
     pub flare: [f64; 2],
     /// Share of the crown's length below the top of the stem that bears leaves.
     pub leafy: f64,
@@ -147,11 +149,12 @@ pub struct BranchLevel {
     /// First order: length as a share of the way to the envelope, least and most. Others: of the
     /// parent's length, at its base.
     pub length: [f64; 2],
-    /// Shorter ones are left out.
+    /// Least length; shorter branches are left out.
     pub length_min_m: f64,
     /// Bend over the inner and over the outer half: positive turns the tip up, negative down.
     pub curve_deg: [f64; 2],
-    /// Do its nodes lie in one plane with the level direction beside the parent (sprays, tiers)?
+    /// Whether its nodes lie in one plane with the level direction beside the parent (sprays,
+    /// tiers).
     #[serde(default)]
     pub planar: bool,
     /// Standard deviation of the turn at each joint.
@@ -162,7 +165,7 @@ pub struct BranchLevel {
     pub joint_m: f64,
     /// Radius at the base as a share of the parent's there, least and most.
     pub radius_ratio: [f64; 2],
-    /// From this share of its length on it bears leaves; 1 or more is bare.
+    /// The share of its length beyond which it bears leaves; it is bare with 1 or more.
     pub leafy_from: f64,
 }
 
@@ -190,9 +193,9 @@ pub struct DeadBranches {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoliageForm {
-    /// Silhouette of a shoot over its one-sided leaf area: of needles 4 · STAR (Stenberg), of broad
-    /// leaves what its own leaves do not hide of each other in its picture, 1 if they lie side by
-    /// side.
+    /// Silhouette of a shoot over its one-sided leaf area. For needles it is 4 · STAR (Stenberg);
+    /// for broad leaves it is the share of the area that the leaves of its picture do not hide of
+    /// each other, 1 if they lie side by side.
     pub silhouette_factor: f64,
     /// Mean of the leaves' inclination (0 flat, 90 upright).
     pub inclination_mean_deg: f64,
@@ -202,9 +205,9 @@ pub struct FoliageForm {
     pub cards_per_cluster: u32,
     /// Angle between twig and card.
     pub spread_deg: f64,
-    /// What a card's direction is drawn to: 1 up, −1 hanging, 0 along the twig.
+    /// The tropism of cards: 1 turns them up, −1 lets them hang, 0 keeps them along the twig.
     pub tropism: f64,
-    /// A twig's tip attracts as many clusters as this length of twig.
+    /// A twig's tip bears as many extra clusters as this length of twig, metres.
     pub tip_weight_m: f64,
     /// Radius of the thinnest twig.
     pub tip_radius_m: f64,
@@ -249,7 +252,7 @@ impl Species {
 }
 
 impl Species {
-    /// The leaves as a shoot of them answers light.
+    /// The leaves with the optical properties of a shoot of them.
     #[must_use]
     pub fn shoot(&self) -> LeafLook {
         self.leaves.in_shoot(self.foliage.silhouette_factor)
@@ -264,13 +267,13 @@ impl Ranges<'_> {
         ParamError::check_within(format!("{}.{name}", self.0), value, low, high)
     }
 
-    /// Least and most.
+    /// Checks a least and a greatest value.
     fn pair(&self, name: &str, [a, b]: [f64; 2], low: f64, high: f64) -> Result<(), ParamError> {
         self.one(name, b, low, high)?;
         self.one(name, a, low, b)
     }
 
-    /// Both alike, in any order.
+    /// Checks each of several values, in any order.
     fn each(&self, name: &str, values: &[f64], low: f64, high: f64) -> Result<(), ParamError> {
         values
             .iter()

@@ -1,4 +1,4 @@
-//! From axes and radii to triangles.
+//! Makes triangles from axes and radii.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -14,14 +14,14 @@ use super::{StemForm, TreeSize};
 const FLARE: Domain = Domain::new("assets.tree.flare");
 const BARK: Domain = Domain::new("assets.tree.bark");
 
-/// What one repetition of bark covers, on stems of 0.2 to 0.8 m: across, along.
+/// The size of one repetition of bark on stems of 0.2 to 0.8 m, metres: across and along.
 const TILE_M: [f64; 2] = [1.0, 2.0];
 /// Least and most of the spiral grain: u per v.
 const SPIRAL: [f64; 2] = [0.17, 0.24];
-/// A polygon may cut this deep into its circle.
+/// The greatest distance between a polygon's side and its circle, metres.
 const CHORD_M: f64 = 0.004;
 
-/// Thinner branches have no collar: nobody would see it.
+/// Thinner branches have no collar, as it would not be visible.
 const COLLAR_RADIUS_M: f64 = 0.008;
 
 /// The wood of a tree that is drawn.
@@ -70,8 +70,8 @@ impl Flare {
         }
     }
 
-    /// By how much the radius is greater at an azimuth and height. From breast height up the mean
-    /// radius is not changed: what the lobes add there is taken off all round.
+    /// The factor on the radius at an azimuth and a height. From breast height up the mean radius
+    /// does not change: what the lobes add there is subtracted evenly all around.
     pub(super) fn factor(&self, azimuth: f64, z: f64) -> f64 {
         self.raw(azimuth, z) / self.mean(z.max(BREAST_M))
     }
@@ -101,7 +101,7 @@ impl Flare {
         1.0 + bumps * self.fade(z)
     }
 
-    /// Below the ground roots go on spreading.
+    /// The fading of the lobes with height. Below the ground, roots go on spreading.
     fn fade(&self, z: f64) -> f64 {
         if z < 0.0 {
             1.0 - z
@@ -110,7 +110,7 @@ impl Flare {
         }
     }
 
-    /// Where the lobes have faded to a twentieth of the radius at most.
+    /// The height at which the lobes have faded to at most a twentieth of the radius.
     pub(super) fn top_m(&self) -> f64 {
         let most = self.lobes.iter().fold(0.0_f64, |m, l| m.max(l[1]));
         self.fade_m * libm::log((most / 0.05).max(1.1))
@@ -122,7 +122,7 @@ impl Flare {
     }
 }
 
-/// A ring of vertices to be.
+/// A ring of vertices that is still to be made.
 #[derive(Clone, Copy, Debug)]
 struct Ring {
     centre: DVec3,
@@ -287,9 +287,9 @@ fn simplify(all: &[Ring], is_stem: bool, tolerance: f64) -> Vec<Ring> {
 }
 
 fn fits(piece: &[Ring], is_stem: bool, tolerance: f64) -> bool {
-    // Never so far that a leaf hangs visibly beside its twig.
+    // The limit keeps leaves from hanging visibly beside their twigs.
     let most_m = (0.02 * tolerance).min(0.03);
-    // Foresters measure a stem's taper, and nobody a branch's.
+    // The taper of stems is measured by foresters, that of branches is not.
     let thinner = if is_stem { 0.01 } else { 0.12 * tolerance };
     let (a, b) = (piece[0], piece[piece.len() - 1]);
     let chord = b.centre - a.centre;
@@ -350,9 +350,9 @@ impl Tube<'_> {
         self.end(rings, n, start, zone, mesh);
     }
 
-    /// Positions by ring and side, n + 1 a ring: the seam is there twice. Frames are carried along
-    /// without twist (rotation-minimising: Wang et al. 2008, by projection, enough for short
-    /// joints).
+    /// Positions by ring and side, n + 1 for each ring, as the seam is stored twice. Frames are
+    /// carried along without twist (rotation-minimising frames, Wang et al. 2008; here by
+    /// projection, which suffices for short joints).
     fn grid(&self, rings: &[Ring], n: usize) -> Vec<DVec3> {
         let widen = equal_area(n);
         let mut grid = Vec::with_capacity(rings.len() * (n + 1));
@@ -458,7 +458,7 @@ impl Tube<'_> {
         }
     }
 
-    /// The material of a piece, by order and radius; its thicker end decides.
+    /// The material of a piece, by its order and the radius of its thicker end.
     fn material(&self, a: Ring, b: Ring, zone: Zone) -> MaterialId {
         let m = self.materials;
         if a.radius.max(b.radius) <= self.tessellation.trunk_radius_m {
@@ -481,7 +481,7 @@ impl Tube<'_> {
     }
 }
 
-/// Which of its barks a piece of a stem has.
+/// Which of the species' barks a piece of a stem has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Zone {
     Lower,
@@ -489,9 +489,9 @@ enum Zone {
     Upper,
 }
 
-/// How bark lies on an axis: a whole number of repetitions around, the picture's proportions along.
-/// On a stem v is 0 at the ground, so that moss is at the foot, and one repetition of the picture
-/// is where the lower bark turns into the upper.
+/// How bark is mapped to an axis: a whole number of repetitions around it, and the picture's
+/// proportions along it. On a stem v is 0 at the ground, so that moss is at the foot, and the lower
+/// bark turns into the upper one within one repetition of the picture.
 struct BarkMap {
     wraps: f64,
     u0: f64,
@@ -511,10 +511,10 @@ impl BarkMap {
         let is_stem = tube.axis.order == 0;
         let reference = rings[if is_stem { rings.len() / 3 } else { 0 }].radius;
         let around = TAU * reference;
-        // Three times round, two of them would be seen at once.
+        // With three repetitions around the stem, two would be visible at once.
         let wraps = (around / TILE_M[0]).round().clamp(1.0, 2.0);
-        // Bark of thin wood is finer, of old trees coarser: keep the picture's proportions, within
-        // reason.
+        // The bark of thin wood is finer and that of old trees coarser, so the picture keeps its
+        // proportions within these limits.
         let finer = (wraps * TILE_M[0] / around).clamp(0.4, 4.0);
         let per_m = finer / TILE_M[1];
         let mut rng = tube.axis.key.domain(BARK).rng();
@@ -546,7 +546,7 @@ impl BarkMap {
         }
     }
 
-    /// The rings, and on a stem two more where the zones meet.
+    /// The rings, with two more on a stem where the zones meet.
     fn with_borders(&self, rings: &[Ring]) -> Vec<Ring> {
         let mut out = vec![rings[0]];
         let mut v = self.v0;
@@ -614,7 +614,7 @@ mod tests {
         Key::world(7).domain(Domain::new("test.sweep")).item(i)
     }
 
-    /// Each part of a tree has its own, and the stem's come first.
+    /// Each part of a tree has its own material.
     fn materials() -> TreeMaterials {
         TreeMaterials {
             stem: MaterialId(0),
@@ -665,7 +665,7 @@ mod tests {
         for n in 3..=20 {
             let grid = tube.grid(&rings, n);
             for (corners, ring) in grid.chunks(n + 1).zip(rings) {
-                // The first corner is there again as the last.
+                // The last corner is the first one again.
                 let twice: DVec3 = corners
                     .windows(2)
                     .map(|w| (w[0] - ring.centre).cross(w[1] - ring.centre))
@@ -677,8 +677,8 @@ mod tests {
         }
     }
 
-    /// Trees of species with one stem to the top, upright: a level cut of a leaning one is an
-    /// ellipse.
+    /// Upright trees of species with one stem to the top, because a level cut of a leaning stem is
+    /// an ellipse.
     fn upright() -> impl Iterator<Item = (Species, TreeSize, Flare, GrownTree)> {
         let species = [
             Species::maritime_pine(),
@@ -709,7 +709,7 @@ mod tests {
                 let z = x * size.height_m;
                 let taper_m = 2.0 * species.stem.taper.radius_m(&size, z);
                 let share = diameter_at(&tree.mesh, stem.clone(), z) / taper_m;
-                // Between two rings a stem is a cone: it cuts into the curve.
+                // Between two rings a stem is a cone, which lies inside of the curve.
                 assert!(
                     (0.98..1.01).contains(&share),
                     "{} at {x}: {share}",

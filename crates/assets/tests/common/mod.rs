@@ -104,7 +104,7 @@ pub fn stem_cut(mesh: &Mesh, z: f64) -> Vec<DVec2> {
     cut
 }
 
-/// The way around a cut, metres.
+/// The girth of a cut, metres.
 pub fn girth_m(cut: &[DVec2]) -> f64 {
     (0..cut.len())
         .map(|i| cut[i].distance(cut[(i + 1) % cut.len()]))
@@ -121,7 +121,8 @@ pub fn cut_dbh_m(mesh: &Mesh) -> f64 {
     (2.0 * twice.abs() / std::f64::consts::PI).sqrt()
 }
 
-/// The highest point of a picture: of an ellipse that fills the card, for its corners are empty.
+/// The highest point of a picture, taken as an ellipse that fills the card, because its corners are
+/// empty.
 pub fn top_m(card: &Card) -> f32 {
     let middle = card.corner + 0.5 * (card.edge_u + card.edge_v);
     middle.z + 0.5 * card.edge_u.z.hypot(card.edge_v.z)

@@ -1,11 +1,11 @@
-//! Bark does not show the picture that it is made of.
+//! The repetition of its picture cannot be seen on bark.
 
 use super::*;
 use nemoral_assets::{GrowthParams, grow};
 use nemoral_seed::Domain;
 
-/// Brightness less the mean of the square of 2 `half` texels' side around, row by row: patches
-/// larger than that are left out.
+/// Brightness less its mean over a surrounding square of 2 `half` texels, row by row, so that
+/// larger patches are left out.
 fn detail(m: &Material, half: usize) -> Vec<f32> {
     let (w, h) = (m.albedo.width(), m.albedo.height());
     let light: Vec<f32> = opaque(m)
@@ -37,7 +37,7 @@ fn detail(m: &Material, half: usize) -> Vec<f32> {
     out
 }
 
-/// How like a picture's detail is to itself so far to the right and up.
+/// The correlation of a picture's detail with itself, shifted to the right and up.
 fn alike(detail: &[f32], width: usize, [right, up]: [usize; 2]) -> f64 {
     let height = detail.len() / width;
     let (mut product, mut square) = (0.0, 0.0);
@@ -53,8 +53,9 @@ fn alike(detail: &[f32], width: usize, [right, up]: [usize; 2]) -> f64 {
     product / square
 }
 
-/// No recipe repeats inside its own picture, by the lattice of its noise say: beside and above
-/// itself, from an eighth of the picture to its half, detail is like nothing.
+/// No recipe repeats within its own picture, for example by the lattice of its noise: shifted
+/// sideways or upwards by an eighth to a half of the picture, its detail does not correlate with
+/// itself.
 #[test]
 fn recipes_have_no_period_of_their_own() {
     let mut count = 0;
@@ -74,7 +75,7 @@ fn recipes_have_no_period_of_their_own() {
                 .chain(above)
                 .map(|lag| (alike(&detail, w, lag), lag))
                 .fold((-1.0, [0; 2]), |a, b| if b.0 > a.0 { b } else { a });
-            // Their patches are longer than an eighth of the picture.
+            // The patches of these barks are longer than an eighth of the picture.
             let limit = match m.name.as_str() {
                 "eucalyptus.stem.upper" | "silver_birch.stem" => 0.25,
                 _ => 0.15,
@@ -86,8 +87,8 @@ fn recipes_have_no_period_of_their_own() {
     assert_eq!(count, 13);
 }
 
-/// A picture goes round a stem a whole number of times. What is round twice is on the far side when
-/// it is on the near one: no eye sees it twice.
+/// A picture goes around a stem once or twice. If twice, the second copy is on the far side of the
+/// stem, so that both are never seen at once.
 #[test]
 fn a_picture_is_not_seen_twice_beside_itself() {
     let params = GrowthParams {
@@ -100,7 +101,7 @@ fn a_picture_is_not_seen_twice_beside_itself() {
             let key = Key::world(3).domain(Domain::new("bark"));
             let size = species.draw_size(dbh_m, key);
             let tree = grow(&species, &size, &common::materials(), &params, key).expect("grows");
-            // The stem's lowest ring, its seam twice.
+            // The stem's lowest ring, which contains the seam twice.
             let uvs = &tree.mesh.uvs;
             let ring: Vec<f32> = (uvs.iter().take_while(|uv| uv.y == uvs[0].y))
                 .map(|uv| uv.x)

@@ -1,15 +1,15 @@
-//! Mips: what is far off has the colour that it has near by.
+//! Mips: a surface has the same mean colour from afar as from nearby.
 
 use super::*;
 
-/// Mips of what is cut out are of its opaque texels: neither what is drawn under a mask nor a
-/// twig's colour that was filled on under it comes in. What is left is filtering across the mask's
-/// border; most of it from the one picture that is thick below and thin above, of grass in flower.
+/// Mips of a masked texture are made of its opaque texels alone, so the colours that were filled in
+/// under the mask do not show. The remaining difference comes from filtering across the mask's
+/// border, mostly in the picture of flowering grass, which is dense below and sparse above.
 #[test]
 fn colour_does_not_depend_on_distance() {
     let (mut leaves, mut solids) = (0, 0);
     for m in LIBRARY.materials.materials() {
-        // Of a large texture some 50,000 places tell as much as all.
+        // For a large texture, some 50,000 places are enough.
         let at = opaque(m);
         let at: Vec<Vec2> = at.iter().copied().step_by(1 + at.len() / 50_000).collect();
         let near = mean_colour(m, &at, 0.0);
@@ -37,8 +37,8 @@ fn colour_does_not_depend_on_distance() {
     assert!(leaves >= 9 * 5 && solids > 9 * 6 + 28, "{leaves} {solids}");
 }
 
-/// How much light goes through a leaf's vein or twig goes by how dark it is beside the texture's
-/// mean: that of what can be hit.
+/// The light that passes a leaf's vein or twig depends on how dark it is relative to the texture's
+/// mean, which is that of the opaque texels.
 #[test]
 fn the_mean_is_of_what_is_opaque() {
     for m in LIBRARY.materials.materials() {

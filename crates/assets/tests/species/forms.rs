@@ -1,5 +1,5 @@
-//! Every species in all the forms that a wood has it in: individuals of three size classes,
-//! saplings, standing dead trees, and dead branches below the crown where it keeps them.
+//! Every species in all the forms that a forest contains: individuals of three size classes,
+//! saplings, standing dead trees, and dead branches below the crown if the species keeps them.
 
 use super::common::{DEAD, corners, key, materials};
 use super::*;
@@ -11,7 +11,7 @@ struct Expected {
     name: &'static str,
     /// Diameters from which it is middle-aged and mature, metres.
     classes_m: [f64; 2],
-    /// Do dead branches stay on its stem for years, as conifers' do, or does it shed them?
+    /// Whether dead branches stay on the stem for years, as on conifers.
     keeps_dead_branches: bool,
 }
 
@@ -45,8 +45,8 @@ fn grown(species: &Species, size: &TreeSize, params: &GrowthParams, i: u64) -> G
     tree.unwrap_or_else(|e| panic!("{}: {e}", species.name))
 }
 
-/// Eight individuals of a stand of all ages, as a preset grows at least: each another tree, in
-/// three classes.
+/// Eight individuals of an uneven-aged stand, the fewest that a preset grows: all are different,
+/// and they are of three classes.
 #[test]
 fn eight_individuals_of_three_classes() {
     let params = GrowthParams {
@@ -88,7 +88,7 @@ fn one_of<'a>(trees: &'a [TreeAsset], name: &str) -> impl Iterator<Item = &'a Tr
     trees.iter().filter(move |t| t.species == name)
 }
 
-/// What a tree of the library is made of, by its materials' names and semantics.
+/// The materials of a tree of the library.
 fn made_of(tree: &TreeAsset) -> Vec<&'static Material> {
     let shape = &tree.prototype;
     let wood = shape.mesh().triangles.iter().map(|t| t.material);
@@ -127,7 +127,7 @@ fn saplings_and_snags_are_of_their_species() {
     }
 }
 
-/// Needles or leaves.
+/// The semantic of its foliage: needles or leaves.
 fn foliage_of(species: &str) -> Semantic {
     let needles = [
         "maritime_pine",
@@ -164,7 +164,7 @@ fn conifers_keep_dead_branches_and_broadleaves_shed_them() {
         };
         let found = of_all(&species);
         let (least, sum) = (found.iter().min(), found.iter().sum::<usize>());
-        // Each has some; a broadleaf here and there a stub.
+        // Each conifer has some; a broadleaved tree has a stub here and there.
         let sound = if e.keeps_dead_branches {
             least > Some(&200)
         } else {

@@ -1,4 +1,4 @@
-//! All nine species against numbers that are typed out here and not read back from their files.
+//! All nine species against numbers that are written out here and not read from their files.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 #[path = "../common/mod.rs"]
@@ -17,7 +17,8 @@ use nemoral_scene::Material;
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_seed::Key;
 
-/// Every species' textures; of trees only one each, for the textures are what takes the time.
+/// A library with the textures of every species but only one tree of each, as the tests are about
+/// textures.
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     let of = |species| StandSpecies {
         species,
@@ -46,7 +47,7 @@ fn foliage(species: &str) -> impl Iterator<Item = &'static Material> {
     all.filter(move |m| m.name.starts_with(&start))
 }
 
-/// The middles of the texels that can be hit: of all, where there is no mask.
+/// The centres of the opaque texels: all of them where there is no mask.
 fn opaque(m: &Material) -> Vec<Vec2> {
     let (w, h) = (m.albedo.width(), m.albedo.height());
     (0..w * h)
@@ -56,8 +57,7 @@ fn opaque(m: &Material) -> Vec<Vec2> {
         .collect()
 }
 
-/// The mean linear colour at some places of a texture, as a sample sees it that covers `texels` of
-/// them.
+/// The mean linear colour at some places of a texture, for samples that cover `texels` texels.
 fn mean_colour(m: &Material, at: &[Vec2], texels: f32) -> Vec3 {
     let footprint = texels / m.albedo.width().max(m.albedo.height()) as f32;
     let sum = |sum: [f64; 3], &uv: &Vec2| {

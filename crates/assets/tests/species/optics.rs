@@ -1,10 +1,9 @@
-//! What leaves and bark send back and let through, against the numbers they were measured or
-//! computed to have.
+//! Reflectance and transmittance of leaves and bark, against measured or computed values.
 //!
-//! Leaves: PROSPECT-D under a CIE 1931 observer, as tabled in the project's reference on vegetation
-//! (section 3.4), linear sRGB; a shoot's silhouette over its leaf area of pines and spruces: four
-//! times Stenberg's STAR. Bark: ranges of the same section, and of published reflectances of bark
-//! at 905 and 1550 nm. At 905 nm leaves send back more than bark, but for birch's.
+//! Those of leaves are PROSPECT-D's under a CIE 1931 observer, linear sRGB. The silhouette of a
+//! shoot over its leaf area is, for pines and spruces, four times Stenberg's STAR. Those of bark
+//! are ranges of published reflectances in visible light and at 905 and 1550 nm. At 905 nm leaves
+//! reflect more than bark, except birch bark.
 
 use super::*;
 
@@ -27,14 +26,14 @@ struct Expected {
     bark905: [f32; 2],
 }
 
-/// Leaves' luminance and green: what twigs and a little wax make of the leaves' own.
+/// How far twigs and a little wax may change the luminance and the green of leaves, as a share.
 const OFF: f32 = 0.12;
-/// Bark of forest trees at 905 nm; of birches it may be .6.
+/// Reflectance of the bark of forest trees at 905 nm; that of birches may be .6.
 const BARK_905: [f32; 2] = [0.25, 0.45];
-/// Any bark's at 1550 nm.
+/// Reflectance of any bark at 1550 nm.
 const BARK_1550: [f32; 2] = [0.35, 0.55];
 
-/// So near to one colour.
+/// The range of colours within this share of one.
 const fn about(c: [f32; 3], share: f32) -> [[f32; 3]; 2] {
     let (low, high) = (1.0 - share, 1.0 + share);
     [
@@ -45,7 +44,7 @@ const fn about(c: [f32; 3], share: f32) -> [[f32; 3]; 2] {
 
 const BEECH_BARK: [[f32; 3]; 2] = [[0.18, 0.17, 0.15], [0.28, 0.27, 0.24]];
 const OAK_BARK: [[f32; 3]; 2] = [[0.12, 0.10, 0.08], [0.18, 0.15, 0.12]];
-// Plates, and up to a fifth of fissures (.03, .025, .02).
+// Plates, with up to a fifth of fissures (.03, .025, .02).
 const PINE_BARK: [[f32; 3]; 2] = [[0.086, 0.061, 0.052], [0.16, 0.11, 0.08]];
 const SPRUCE_BARK: [[f32; 3]; 2] = about([0.16, 0.12, 0.10], 0.10);
 const FIR_BARK: [[f32; 3]; 2] = about([0.13, 0.10, 0.08], 0.12);
@@ -69,7 +68,7 @@ const ALL: [Expected; 9] = [
         off: OFF,
         nm905: [0.48, 0.37],
         nm1550: [0.23, 0.19],
-        // Not tabled: fibres of ours.
+        // There is no published value for these fibres; it is our choice.
         lower: about([0.20, 0.155, 0.115], 0.10),
         // Cream, grey and ochre, a third each.
         upper: about([0.343, 0.287, 0.223], 0.12),
@@ -123,20 +122,20 @@ const ALL: [Expected; 9] = [
         name: "cork_oak",
         leaf: [[0.068, 0.127, 0.033], [0.028, 0.068, 0.0]],
         silhouette: 0.935,
-        // Its file's reflectance is .058 .104 .036, a sixth darker than the table's, with the
-        // table's transmittance.
+        // The reflectance in its file is .058 .104 .036, a sixth darker than the published one; the
+        // transmittance is the published one.
         off: OFF,
         nm905: [0.48, 0.38],
         nm1550: [0.23, 0.19],
-        // Stripped (.28 .10 .05) to nine years later (.12 .08 .06); the file's is redder by a
-        // sixth.
+        // From freshly stripped (.28 .10 .05) to nine years later (.12 .08 .06); the value in the
+        // file is redder by a sixth.
         lower: [[0.12, 0.066, 0.040], [0.28, 0.10, 0.06]],
         upper: about([0.20, 0.17, 0.14], 0.10),
         bark905: BARK_905,
     },
     Expected {
         name: "beech",
-        // Between a sun leaf's and a shade leaf's.
+        // Between the values of a sun leaf and a shade leaf.
         leaf: [[0.060, 0.110, 0.034], [0.066, 0.130, 0.0]],
         silhouette: 0.945,
         off: OFF,
@@ -166,8 +165,8 @@ fn all_species_are_expected() {
     assert!(ALL.iter().map(|e| e.name).eq(Species::names()));
 }
 
-/// What is seen of a leaf's two sides in its shoot, by photons that wander from leaf to leaf
-/// (Smolander and Stenberg 2003): written out a second time.
+/// Reflectance and transmittance of leaves in a shoot, by photons that are scattered from leaf to
+/// leaf (Smolander and Stenberg 2003), written out independently.
 fn in_shoot([r, t]: [[f32; 3]; 2], silhouette: f32) -> [Vec3; 2] {
     let (r, t) = (Vec3::from(r), Vec3::from(t));
     let share = silhouette / (Vec3::ONE - (1.0 - silhouette) * (r + t));
@@ -186,7 +185,7 @@ fn leaves_are_as_dark_as_real_ones() {
                 "{}: {seen:.3} for {albedo:.3}",
                 m.name
             );
-            // Twigs add red, wax red and blue: 7 % of either at most.
+            // Twigs add red, and wax adds red and blue: 7 % of either at most.
             let tint = (seen - albedo).abs();
             assert!(tint.x < 0.025 && tint.z < 0.025, "{}: {seen:.3}", m.name);
             let through_off = (m.transmittance - through).abs();
@@ -216,7 +215,7 @@ fn leaves_answer_lasers_as_real_ones() {
 #[test]
 fn bark_is_as_bright_as_real_bark() {
     for e in &ALL {
-        // Limbs have the upper bark; of a species with one bark it is the same.
+        // Limbs have the upper bark, which is the lower one if a species has only one bark.
         for (part, [low, high]) in [
             ("stem", e.lower),
             ("stem.upper", e.upper),
@@ -249,8 +248,8 @@ fn bark_answers_lasers_as_real_bark() {
             let within = |[low, high]: [f32; 2], r: f32| (low..=high).contains(&r);
             assert!(within(e.bark905, r905), "{}: {r905} at 905 nm", m.name);
             assert!(within(BARK_1550, r1550), "{}: {r1550} at 1550 nm", m.name);
-            // What scanners tell leaves from wood by. A birch's white paper is brighter than its
-            // leaves.
+            // Scanners tell leaves from wood by this difference. Only the white paper of birches is
+            // brighter than their leaves.
             let white = e.name == "silver_birch";
             assert!(r905 <= e.nm905[0] || white, "{}: {r905} at 905 nm", m.name);
             assert!(r1550 > e.nm1550[0] + 0.1, "{}: {r1550} at 1550 nm", m.name);

@@ -1,6 +1,6 @@
-//! Every species can be recognised: by a few plain features of what is grown and painted, an
-//! individual is nearest to the mean of its own species among all nine; by its form alone, too, and
-//! by its leaves and bark alone.
+//! Every species can be recognised: by a few simple features of its shape and its textures, an
+//! individual is nearest to the mean of its own species among all nine. That holds for its form
+//! alone, and for its leaves and bark alone, too.
 
 use super::common::{key, materials};
 use super::*;
@@ -12,22 +12,23 @@ const INDIVIDUALS: u64 = 12;
 const OF_FORM: usize = 5;
 const ALL: usize = 9;
 
-/// By how much light and individuals differ in colour and leaf size: a tenth, in logarithms.
+/// The spread that light and individual variation add to colours and leaf sizes: a tenth, in
+/// logarithms.
 const SPREAD: f64 = 0.1;
 
 fn at_rank(sorted: &[f64], rank: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * rank) as usize]
 }
 
-/// Of the grown shape: how high and how long for its width the crown is, whether it tapers, how its
-/// leaves are inclined, how slender the tree is.
+/// Features of the shape: height and length of the crown relative to its width, its taper, the
+/// inclination of its leaves, and the slenderness of the tree.
 fn form(species: &Species, i: u64) -> [f64; OF_FORM] {
     let params = GrowthParams {
         wood_triangles_max: 3_000,
         cards_max: 400,
         ..GrowthParams::default()
     };
-    // All through the middle of the middle class.
+    // Diameters from the middle half of the middle class.
     let [young_m, mature_m] = [SizeClass::Young, SizeClass::Mature].map(|c| species.class_dbh_m(c));
     let rank = 0.35 + 0.3 * (i as f64 + 0.5) / INDIVIDUALS as f64;
     let size: TreeSize = species.draw_size(young_m + rank * (mature_m - young_m), key(i));
@@ -64,7 +65,8 @@ fn form(species: &Species, i: u64) -> [f64; OF_FORM] {
     ]
 }
 
-/// How wide what is opaque in a picture is along its rows, metres: a leaf, or a needle.
+/// The mean width of opaque runs along the rows of a picture, metres: that of a leaf, or of a
+/// needle.
 fn grain_m(m: &Material, width_m: f64) -> f64 {
     let mask = m.mask.as_ref().expect("leaves are cut out");
     let (mut opaque, mut runs) = (0, 0);
@@ -80,8 +82,8 @@ fn grain_m(m: &Material, width_m: f64) -> f64 {
     width_m / mask.width() as f64 * f64::from(opaque) / f64::from(runs)
 }
 
-/// Of the pictures, in logarithms: how wide leaves are, how bright they and bark are, how red bark
-/// is.
+/// Features of the pictures, in logarithms: the width and the brightness of leaves, the brightness
+/// and the redness of bark.
 fn look(species: &str) -> [f64; ALL - OF_FORM] {
     let tree = LIBRARY.trees.iter().find(|t| t.species == species);
     let card = &tree.expect("one of each").prototype.cards()[0];
@@ -95,8 +97,9 @@ fn look(species: &str) -> [f64; ALL - OF_FORM] {
     ]
 }
 
-/// The share of individuals that are nearest to their own species' mean, themselves left out, by
-/// some features, each over its spread within species; and which were taken for what.
+/// The share of individuals that are nearest to the mean of their own species (computed without
+/// them) by some of the features, each divided by its spread within species; and which were
+/// mistaken for what.
 fn recognised(
     individuals: &[Vec<[f64; ALL]>],
     features: std::ops::Range<usize>,

@@ -1,5 +1,5 @@
-//! Runs that break off: Ctrl-C, kill, a full disk, an unwritable one. What they leave is whole, and
-//! goes on.
+//! Runs that break off: Ctrl-C, kill, a full disk, an unwritable one. The files that they leave are
+//! whole, and the run can be resumed.
 #![cfg(unix)]
 
 use std::ffi::OsStr;
@@ -25,7 +25,7 @@ fn recorded(out: &Path) -> usize {
     })
 }
 
-/// A run that is held up: nobody reads its standard error, which is full.
+/// A run that is blocked, because its standard error is full and nobody reads it.
 struct Held {
     child: Child,
     stderr: PipeReader,
@@ -33,11 +33,11 @@ struct Held {
 }
 
 impl Held {
-    /// Starts a run and waits for its first frame. There it stays, because it wants to say so.
+    /// Starts a run and waits for its first frame, where it blocks while it reports that frame.
     fn after_a_frame(mut command: Command, out: &Path) -> Self {
         let (stderr, writer) = io::pipe().expect("a pipe");
         let mut more = writer.try_clone().expect("a pipe");
-        // More than any system's pipes hold.
+        // More than the pipes of any system hold.
         let filler = std::thread::spawn(move || more.write_all(&[0; 1 << 20]));
         let mut child = command.stderr(writer).spawn().expect("the program starts");
         wait_for_a_frame(&mut child, out, 0);
@@ -48,7 +48,7 @@ impl Held {
         }
     }
 
-    /// Reads what it says, until it ends.
+    /// Reads its output until it ends.
     fn released(mut self) -> Outcome {
         let mut stderr = String::new();
         self.stderr.read_to_string(&mut stderr).expect("text");
@@ -80,13 +80,13 @@ fn signal(child: &Child, signal: &str) {
     assert!(status.expect("kill runs").success());
 }
 
-/// A run that was asked to stop, by a signal, finishes the frames in hand.
+/// A run that a signal asks to stop finishes the frames that it has begun.
 #[track_caller]
 fn asked_to_stop(name: &str, by: &str) -> PathBuf {
     let out = folder(name).join("out");
     let held = Held::after_a_frame(small(&out, &["--threads", "2"]), &out);
     signal(&held.child, by);
-    // It may hear it late, but does not get far meanwhile.
+    // The signal may arrive late, but the run does not get far meanwhile.
     sleep(Duration::from_millis(300));
     let ended = held.released();
     assert_eq!(ended.code, Some(1), "{}", ended.stderr);
@@ -94,7 +94,7 @@ fn asked_to_stop(name: &str, by: &str) -> PathBuf {
     assert!(last.starts_with("error: interrupted"), "{}", ended.stderr);
     assert!(last.contains("--resume"), "{}", ended.stderr);
 
-    // The frames in hand are finished, no more.
+    // The frames that were begun are finished, and no others.
     let frames = recorded(&out);
     assert!((1..10).contains(&frames), "{frames} frames");
     assert_eq!(assert_only_whole_files(&out), 8 * frames);
@@ -104,7 +104,7 @@ fn asked_to_stop(name: &str, by: &str) -> PathBuf {
     out
 }
 
-/// Of whoever manages the machine, before it is switched off or given to somebody else.
+/// The signal that a machine's manager sends before switching it off or reassigning it.
 #[test]
 fn sigterm_is_as_good_as_ctrl_c() {
     asked_to_stop("terminated", "-TERM");
@@ -113,7 +113,7 @@ fn sigterm_is_as_good_as_ctrl_c() {
 #[test]
 fn ctrl_c_leaves_a_data_set_that_goes_on() {
     let out = asked_to_stop("interrupted", "-INT");
-    // Without a word about what to do with it, it is left alone.
+    // Without `--resume` or `--overwrite` the folder is not touched.
     let before = files(&out);
     let again = outcome(&mut small(&out, &[]));
     assert_eq!(again.code, Some(2), "{}", again.stderr);
@@ -124,7 +124,7 @@ fn ctrl_c_leaves_a_data_set_that_goes_on() {
     assert_eq!(done.code, Some(0), "{}", done.stderr);
     assert!(done.stderr.contains("(was there)"), "{}", done.stderr);
     assert_same_files(&out, base());
-    // Once more: there is nothing left to do, and nothing changes.
+    // A second resume finds nothing to do and changes nothing.
     record(&out, &["--resume"]);
     assert_same_files(&out, base());
 }
@@ -132,11 +132,11 @@ fn ctrl_c_leaves_a_data_set_that_goes_on() {
 #[test]
 fn a_killed_run_goes_on() {
     let folder = folder("killed");
-    // A kill that came too late proves nothing: once more then.
+    // A kill that came too late proves nothing, so it is tried again.
     let killed = (0..8).map(|i| folder.join(i.to_string())).find(|out| {
         let mut command = small(out, &["--quiet"]);
         let mut child = command.spawn().expect("the program starts");
-        // Some frames later, amid whatever it does then.
+        // It is killed some frames later, whatever it is doing then.
         let _ = wait_for_a_frame(&mut child, out, 4) && {
             signal(&child, "-KILL");
             true
@@ -150,9 +150,9 @@ fn a_killed_run_goes_on() {
     assert_same_files(&out, base());
 }
 
-/// Records where no file may have more than 40 blocks (of 512 or 1024 bytes), goes on without that.
-/// Arguments: where to record, its copies, the command. What the program says goes beside the
-/// copies.
+/// Records under a limit of 40 blocks (of 512 or 1024 bytes) for each file, then resumes without
+/// it. Arguments: the folder to record in, the folder for its copies, the command. The program's
+/// output is stored beside the copies.
 const SHORT_FILES: &str = r#"
 out=$1 left=$2 whole=$3; shift 3
 (trap '' XFSZ; ulimit -f 40; exec "$@") 2>"$left.stderr"
@@ -163,8 +163,8 @@ echo $? >"$whole.code"
 cp -a "$out" "$whole" || exit 1
 "#;
 
-/// The same on a file system of 600 kB that is enlarged then. Exit code 77: the system lets us make
-/// none.
+/// The same on a file system of 600 kB, which is enlarged afterwards. Exit code 77 means that the
+/// system allows no such file system.
 const SMALL_DISK: &str = r#"
 out=$1 left=$2 whole=$3 disk=$(dirname "$1"); shift 3
 mount -t tmpfs -o size=600k none "$disk" || exit 77
@@ -184,8 +184,8 @@ shift
 exec "$@"
 "#;
 
-/// Runs a script where its mounts are its own, so that none stays behind. Whoever is not root is so
-/// in a user namespace. `None` where the system has or allows no such thing.
+/// Runs a script in a mount namespace of its own, so that no mount stays behind; other users than
+/// root become root in a user namespace. `None` if the system does not have or allow namespaces.
 fn with_mounts(script: &str, arguments: &[&OsStr]) -> Option<Outcome> {
     let is_root = outcome(Command::new("id").arg("-u")).stdout.trim() == "0";
     let namespace = if is_root { "-m" } else { "-rm" };
@@ -197,7 +197,7 @@ fn with_mounts(script: &str, arguments: &[&OsStr]) -> Option<Outcome> {
     if ran.status.code() == Some(77) || stderr.starts_with("unshare:") {
         let must = is_root && std::env::var("CI").is_ok_and(|v| v == "true");
         assert!(!must, "root in CI may mount: {stderr}");
-        // Seen even where the output of tests is captured.
+        // This is visible even where the output of tests is captured.
         let _ = writeln!(io::stderr(), "\nleft out what needs a mount: {stderr}");
         return None;
     }
@@ -208,7 +208,8 @@ fn with_mounts(script: &str, arguments: &[&OsStr]) -> Option<Outcome> {
     })
 }
 
-/// A folder to record in, and where the scripts copy to what they left and what they finished.
+/// A folder to record in, and the folders that the scripts copy the interrupted and the finished
+/// data set to.
 struct Places {
     out: PathBuf,
     left: PathBuf,
@@ -237,7 +238,7 @@ impl Places {
             .collect()
     }
 
-    /// The run ended in order for want of room, and went on when there was some.
+    /// The run ended in an orderly way for want of room, and was resumed when there was room.
     #[track_caller]
     fn assert_broke_off_and_went_on(&self, why: &str) {
         let said = |path: &Path, what: &str| {
@@ -266,7 +267,7 @@ impl Places {
 
 #[test]
 fn a_full_disk_leaves_whole_files() {
-    // Where nobody may mount, the limit of a process does what a full disk does.
+    // Where mounts are not allowed, the file size limit of a process stands in for a full disk.
     let places = Places::new("short_files");
     let request = small(&places.out, &["--quiet"]);
     let mut script = Command::new("sh");
@@ -285,7 +286,7 @@ fn a_full_disk_leaves_whole_files() {
 
 #[test]
 fn a_folder_that_cannot_be_written() {
-    // Permissions do not stop root; a file where a folder should be stops everybody.
+    // Permissions do not stop root, but a file in the place of a folder stops every user.
     let folder = folder("unwritable");
     let file = folder.join("file");
     fs::write(&file, "a file").expect("a writable folder");
@@ -295,7 +296,7 @@ fn a_folder_that_cannot_be_written() {
     }
     assert_eq!(fs::read(&file).expect("still there"), b"a file");
 
-    // A folder that is there and empty.
+    // A folder that exists and is empty.
     let out = folder.join("out");
     fs::create_dir(&out).expect("a folder");
     let request = small(&out, &[]);

@@ -18,7 +18,7 @@ pub(crate) const SMALL: [&str; 8] = [
     "frames=40",
 ];
 
-/// What a run did.
+/// The outcome of a run.
 pub(crate) struct Outcome {
     pub(crate) code: Option<i32>,
     pub(crate) stdout: String,
@@ -28,7 +28,7 @@ pub(crate) struct Outcome {
 pub(crate) fn nemoral() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_nemoral"));
     command.stdin(Stdio::null());
-    // Of the tests alone, and shared by them all.
+    // A cache for the tests alone, which all of them share.
     command.env(
         "NEMORAL_CACHE",
         concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"),
@@ -84,7 +84,7 @@ pub(crate) fn folder(name: &str) -> PathBuf {
     path
 }
 
-/// The small request, recorded in one go by two threads: what every other way must give.
+/// The small request, recorded in one run by two threads. Every other way must give the same files.
 pub(crate) fn base() -> &'static Path {
     static BASE: LazyLock<PathBuf> = LazyLock::new(|| {
         let out = folder("base").join("out");
@@ -113,7 +113,7 @@ pub(crate) fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Both folders hold the same files with the same bytes.
+/// Asserts that both folders hold the same files with the same bytes.
 #[track_caller]
 pub(crate) fn assert_same_files(a: &Path, b: &Path) {
     let (a, b) = (files(a), files(b));
@@ -122,11 +122,12 @@ pub(crate) fn assert_same_files(a: &Path, b: &Path) {
     for (name, bytes) in &a {
         assert!(*bytes == b[name], "{name} differs");
     }
-    // Eight files for each of 40 frames, and those of the whole.
+    // There are eight files for each of 40 frames, and those of the whole data set.
     assert!(a.len() >= 40 * 8 + 6, "{} files", a.len());
 }
 
-/// What a broken-off run left under final names is whole: it is what an unbroken run writes.
+/// Asserts that every file that an interrupted run left under a final name is equal to that of an
+/// uninterrupted run.
 #[track_caller]
 pub(crate) fn assert_only_whole_files(root: &Path) -> usize {
     let expected = files(base());

@@ -1,5 +1,5 @@
-//! Requests that ask for too much, and files that are not what they should be: refused at once, in
-//! few words.
+//! Requests that ask for too much, and files that are not what they should be, are refused at once
+//! and in few words.
 
 use std::fs;
 
@@ -48,14 +48,14 @@ fn frames_are_ranges_and_never_lists() {
         refused(&arguments, &[last, "the sequence has 2 frames"]);
     }
     assert!(!out.exists());
-    // A part of nearly nothing is nothing: done, in no time.
+    // Such a small part has no frames, so the run is done at once.
     let shard = "6148914691236517205/9223372036854775808";
     let done = outcome(&mut small(&out, &["--shard", shard]));
     assert_eq!(done.code, Some(0), "{}", done.stderr);
     assert!(done.stderr.contains("0 frames"), "{}", done.stderr);
 }
 
-/// `config check` of a file's text, and of the same by `--set`.
+/// Runs `config check` on a file's text, and on the same keys given by `--set`.
 #[track_caller]
 fn check_refuses(name: &str, config: &str, words: &[&str]) {
     let path = folder(name).join("wood.toml");
@@ -174,7 +174,7 @@ fn devices_are_not_read() {
     );
 }
 
-/// Files of as many bytes as one likes, and none of them on the disk.
+/// Sparse files are as large as one likes and take no room on the disk.
 #[test]
 fn large_files_are_not_read() {
     let folder = folder("large");
@@ -252,7 +252,7 @@ fn what_is_wrong_a_thousand_times_is_said_in_short() {
         "[terrain]\nscale_m = 1e300\n",
         &["terrain.scale_m = 1e300: must be"],
     );
-    // An argument has 128 KiB at most.
+    // An argument may have at most 128 KiB.
     let long = &long[..100_000];
     let setting = format!("seed={long}");
     refused(

@@ -1,4 +1,4 @@
-//! The program as a user meets it: what it writes, what it refuses, what it leaves behind.
+//! The program from a user's view: what it writes, what it refuses, and what it leaves behind.
 
 #![allow(
     clippy::disallowed_methods,

@@ -1,4 +1,4 @@
-//! Commands that answer: config, plan, preview, help.
+//! Commands that print an answer: config, plan, preview, help.
 
 use std::fs;
 use std::process::Stdio;
@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use crate::common::{Outcome, SMALL, files, folder, nemoral, outcome, run, small};
 
-/// Runs a command that must answer, and says nothing else.
+/// Runs a command that must print an answer and nothing else.
 #[track_caller]
 fn answer(arguments: &[&str]) -> String {
     let done = run(arguments);
@@ -46,7 +46,7 @@ fn help() {
         answer(&["--version"]),
         format!("nemoral {}\n", env!("CARGO_PKG_VERSION"))
     );
-    // Nothing asked, or nothing known: the request is wrong.
+    // A request without a command, or with an unknown one, is wrong.
     for arguments in [&[][..], &["grow"], &["config"], &["check"], &["merge"]] {
         let Outcome {
             code,
@@ -65,7 +65,7 @@ fn presets_are_fine() {
     let names: Vec<_> = list.lines().filter_map(|l| l.split(' ').next()).collect();
     assert_eq!(names, PRESETS);
     for name in PRESETS {
-        // All that is checked needs one tree of each kind.
+        // One tree of each kind is enough for what is checked.
         let few = ["--set", "assets.individuals=1"];
         let check = ["config", "check", "--preset", name];
         assert_eq!(answer(&[&check[..], &few].concat()), "fine\n");
@@ -87,7 +87,7 @@ fn a_config_survives_writing_and_reading() {
     for line in ["seed = 9", "octaves = 3", "trees = 31.0"] {
         assert!(shown.lines().any(|l| l == line), "{line}: {shown}");
     }
-    // Started from, with comments; or as it is.
+    // With comments to start from, or as it is.
     let started = answer(&[&["config", "init"], &asked[..]].concat());
     assert!(started.lines().filter(|l| l.starts_with('#')).count() > 50);
     for (name, text) in [("init.toml", &started), ("show.toml", &shown)] {
@@ -126,7 +126,7 @@ fn a_config_survives_writing_and_reading() {
 
 #[test]
 fn the_reference_has_the_help_of_every_command() {
-    // What the environment says of the cache is each machine's own.
+    // The cache's environment variable differs from machine to machine.
     let plain = |text: &str| -> String {
         let of_cache = |line: &&str| !line.contains("NEMORAL_CACHE");
         text.lines()
@@ -202,7 +202,7 @@ fn the_plan_as_a_graph_and_as_keys() {
         };
         line(&keys) != line(other)
     };
-    // Another seed changes all of it, another picture nothing but pictures.
+    // Another seed changes every key, another picture only those of pictures.
     let seed = explain("seed=8");
     assert!(differ(&seed, "chunk.object_geometry") && differ(&seed, "frame.scans"));
     let camera = explain("camera.width_px=200");
@@ -213,7 +213,7 @@ fn the_plan_as_a_graph_and_as_keys() {
 #[test]
 fn a_gpu_that_is_not_there_is_refused_in_words() {
     let out = folder("no-gpu").join("data");
-    // The same on every machine: no GPU has this name.
+    // No GPU has this name, so the answer is the same on every machine.
     let asked = |backend: &str| {
         outcome(small(&out, &["--backend", backend]).env("WGPU_ADAPTER_NAME", "no such GPU"))
     };
@@ -243,7 +243,7 @@ fn a_preview_is_a_picture() {
     ]);
     assert_eq!(done.code, Some(0), "{}", done.stderr);
     assert_eq!(done.stdout.trim_end(), path);
-    // By which renderer, and nothing else.
+    // Only the renderer is named.
     assert!(
         done.stderr.starts_with("note: renderer: "),
         "{}",
@@ -262,7 +262,8 @@ fn a_preview_is_a_picture() {
     assert_eq!(fs::read(&out).expect("a picture"), png, "untouched");
 }
 
-/// A cache that cannot be used costs time: it is said, and the answer comes all the same.
+/// A cache that cannot be used only costs time: there is a note, and the answer is printed all the
+/// same.
 #[test]
 fn a_folder_that_is_no_cache_is_told_of() {
     let folder = folder("no-cache");
@@ -282,7 +283,8 @@ fn a_folder_that_is_no_cache_is_told_of() {
     }
 }
 
-/// Two that begin at once find nothing kept, grow the same and write the same names.
+/// Two runs that begin at once both find an empty cache, grow the same trees and write files of the
+/// same names.
 #[test]
 fn two_previews_share_a_cache() {
     let folder = folder("shared-cache");
@@ -308,15 +310,16 @@ fn two_previews_share_a_cache() {
         assert!(output.status.success(), "{stderr}");
     }
 
-    // A file gets its name when it is whole; before, its process is in the name as well.
+    // A file gets its final name when it is whole; until then its name contains the process as
+    // well.
     let kept = files(&cache);
     assert!(!kept.is_empty(), "nothing is kept");
     for name in kept.keys() {
         assert_eq!(name.matches('.').count(), 1, "{name} is a part");
     }
 
-    // What is read is dated anew. A second name tells it from what is grown again and put in its
-    // place.
+    // A file that is read gets a new date. A hard link tells it from one that is grown again and
+    // put in its place.
     let names = folder.join("names");
     fs::create_dir_all(&names).expect("a folder");
     for name in kept.keys() {
@@ -341,7 +344,7 @@ fn two_previews_share_a_cache() {
     assert!(a.starts_with(b"\x89PNG"), "{} bytes", a.len());
 }
 
-/// What cannot be said was not done; what nobody wants to hear was.
+/// Output that cannot be written is a failure; a closed pipe is none.
 #[cfg(target_os = "linux")]
 #[test]
 fn standard_output_that_is_full_or_closed() {

@@ -1,4 +1,4 @@
-//! Requests that are met, in every way that must not matter.
+//! Requests that succeed, run in all the ways that must not change the result.
 
 use std::fs;
 
@@ -68,7 +68,7 @@ fn a_data_set_is_complete_checked_and_counted() {
         assert!(counted.stdout.contains(word), "{}", counted.stdout);
     }
 
-    // One cloud of all: as many points as the scans hold, fewer in voxels.
+    // One cloud of all scans has as many points as they hold; with voxels there are fewer.
     let cloud = folder("complete-cloud").join("cloud.ply");
     let points_in = |arguments: &[&str]| -> usize {
         let to = ["cloud", &path, "-o", &cloud.to_string_lossy()].map(str::to_owned);
@@ -92,7 +92,7 @@ fn a_data_set_is_complete_checked_and_counted() {
         "{thinned} of {in_scans}"
     );
 
-    // One bit is enough.
+    // One changed bit is enough.
     let depth = out.join("sequences/00/depth/000001.png");
     let mut bytes = fs::read(&depth).expect("a depth image");
     let middle = bytes.len() / 2;
@@ -124,7 +124,7 @@ fn parts_and_shards_make_the_whole() {
         &["--frames", "13..40", "--shard", "1/2"],
     ];
     let mut merge = vec!["merge".to_owned()];
-    // The last first: order does not exist.
+    // The last shard comes first, as the order must not matter.
     for (i, arguments) in parts.iter().enumerate().rev() {
         let part = folder.join(format!("part{i}"));
         record(&part, arguments);
@@ -164,10 +164,10 @@ fn another_seed_replaces_a_data_set_only_if_asked() {
         assert!(old[&name] != new[&name], "{name}");
     }
     assert!(old["trees.csv"] != new["trees.csv"]);
-    // What is not the data set's stays.
+    // Files that are not part of the data set stay.
     assert_eq!(fs::read(&foreign).expect("still there"), b"mine");
 
-    // Two worlds are not one.
+    // Shards of two worlds cannot be merged.
     let whole = out.with_extension("whole");
     let merge = [&out, base(), &whole].map(|p| p.to_string_lossy().into_owned());
     let done = run(&["merge", &merge[0], &merge[1], "--out", &merge[2]]);

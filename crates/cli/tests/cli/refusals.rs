@@ -1,5 +1,5 @@
-//! Requests that are wrong: exit code 2, what and where is wrong, nothing touched. Folders that are
-//! not what a command needs: exit code 1.
+//! Wrong requests end with exit code 2 and a message that says what is wrong and where, and touch
+//! nothing. Folders that are not what a command needs end it with exit code 1.
 
 use std::fs;
 
@@ -57,7 +57,7 @@ fn malformed_toml() {
 #[test]
 fn an_impossible_value() {
     let done = refused("value", b"# a wood\n[terrain]\noctaves = 99\n");
-    // The place, the key, the value, what is allowed, and the line.
+    // The message has the file, the line, the key, the value, and what is allowed.
     assert_says(
         &done,
         &[
@@ -125,7 +125,7 @@ fn an_impossible_combination() {
     // Too far for the ids of instance images.
     let done = refused("ids", b"[chunks]\nsize_m = 20\nvisible_radius_m = 300\n");
     assert_says(&done, &["chunks.visible_radius_m = 300", "instance images"]);
-    // Two of what there can be one of.
+    // Two tables of which there can be only one.
     let done = refused("two_patterns", b"[lidar.mid40]\n[lidar.horizon]\n");
     assert_says(&done, &["lidar", "scan pattern"]);
     // No room for so many trees.
@@ -200,7 +200,7 @@ fn a_data_set_that_is_there_already() {
     let done = outcome(&mut small(base(), &[]));
     assert_eq!(done.code, Some(2), "{}", done.stderr);
     assert_says(&done, &["--resume", "--overwrite"]);
-    // What was made differently is not mixed.
+    // Data that were made differently are not mixed.
     let done = outcome(&mut small(base(), &["--resume", "--seed", "8"]));
     assert_eq!(done.code, Some(2), "{}", done.stderr);
     assert_says(&done, &["seed = 7", "asked for 8"]);

@@ -1,4 +1,4 @@
-//! Do LiDAR and camera tell the same story? Measured from what is on disk.
+//! The agreement of LiDAR and camera, measured from the files on disk.
 
 use std::fmt;
 
@@ -8,23 +8,24 @@ use nemoral_scene::{Image, Ontology, PointFlags, RigidTransform, Semantic, Twist
 use crate::reader::CameraFrame;
 use crate::{CameraSpec, DepthFormat, PlyPoint};
 
-/// A pixel up to so wide is compared with all points that fall on it, radians: one of 1280 pixels
-/// over 104°. Of a wider one it is the middle, of this width, for a blade of grass may lie between
-/// its centre and its border.
+/// A pixel up to this width is compared with all points that fall on it, radians; it is that of
+/// 1280 pixels over 104°. Of a wider pixel only a central part of this width is compared, because a
+/// blade of grass may lie between its centre and its border.
 const PIXEL_RAD: f64 = 2e-3;
 /// A point is comparable within this plus half the depth spread of its 3 × 3 pixels, metres …
 const NEAR_M: f64 = 0.02;
-/// … but never beyond this.
+/// … but not beyond this.
 const FAR_M: f64 = 0.15;
 /// Least agreement over all classes.
 const LEAST_OVERALL: f64 = 0.97;
-/// Of fewer comparable points than [`ENOUGH`] less may agree, by so many standard deviations of
-/// their share.
+/// If there are fewer comparable points than [`ENOUGH`], the required share is lower by this number
+/// of its standard deviations.
 const CHANCE: f64 = 3.0;
 /// Least agreement of a class with at least [`ENOUGH`] comparable points.
 const LEAST_OF_CLASS: f64 = 0.95;
 const ENOUGH: u64 = 1000;
-/// A residual's median is judged from this many points, and must not exceed this.
+/// The median of a residual is judged if it comes from at least this many points, and must not
+/// exceed [`MOST_RESIDUAL_M`].
 const ENOUGH_RESIDUALS: usize = 100;
 const MOST_RESIDUAL_M: f64 = 0.02;
 
@@ -32,25 +33,25 @@ const MOST_RESIDUAL_M: f64 = 0.02;
 /// LiDAR and camera. Points of the sky's class are left out: they are false alarms.
 ///
 /// A point's true position (along its measured direction, at its true range) is projected. It is
-/// *comparable* if its depth differs from the pixel's by at most 2 cm plus half the depth spread
-/// of the 3 × 3 pixels around, at most 15 cm: otherwise camera and LiDAR, which are not at one
-/// place, see different things.
+/// *comparable* if its depth differs from the pixel's by at most 2 cm plus half the depth spread of
+/// the 3 × 3 pixels around, and by at most 15 cm. Otherwise camera and LiDAR, which are not at the
+/// same place, see different objects.
 ///
-/// Pixels say what is at their centres, so what is compared lies beside the point by up to half a
-/// pixel. In pictures whose pixels are wider than 2 mrad (1280 pixels over 104°) that is more than
-/// thin things are wide: there only points are asked that fall on the middle of a pixel, of that
-/// width, and that part of the depth spread.
+/// A pixel tells what is at its centre, so a point is compared with a place up to half a pixel
+/// away. Where pixels are wider than 2 mrad (1280 pixels over 104°) that distance exceeds the width
+/// of thin objects. There, only points that fall on the central 2 mrad of a pixel are compared,
+/// with that part of the depth spread.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Agreement {
     /// By class of the point, in the ontology's order.
     pub classes: Vec<ClassAgreement>,
     /// Depth of points minus depth of pixels in the same frame, on smooth surfaces that face the
-    /// sensor: the mounts and ranges.
+    /// sensor. It shows errors of mounts and ranges.
     pub same_frame: Residual,
-    /// The same for the points of each frame in the next frame's image: the poses.
+    /// The same for the points of each frame in the next frame's image. It shows errors of poses.
     pub next_frame: Residual,
-    /// Can points and pixels be expected to agree
-    /// ([`LidarSpec::well_placed`](crate::LidarSpec::well_placed))?
+    /// Whether points and pixels can be expected to agree
+    /// ([`LidarSpec::well_placed`](crate::LidarSpec::well_placed)).
     pub judged: bool,
 }
 
@@ -79,7 +80,7 @@ pub struct Residual {
 }
 
 impl Residual {
-    /// How many points it is made of.
+    /// The number of points in it.
     #[must_use]
     pub fn points(&self) -> usize {
         self.values_m.len()
@@ -225,7 +226,7 @@ fn share(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
-/// One camera's images, ready to be asked.
+/// One camera's images, prepared for look-ups.
 pub(crate) struct View<'a> {
     pub(crate) camera: &'a CameraSpec,
     /// How the camera moved.
@@ -234,15 +235,15 @@ pub(crate) struct View<'a> {
     pub(crate) format: DepthFormat,
 }
 
-/// Where a point falls.
+/// The pixel on which a point falls.
 struct Pixel {
     index: usize,
-    /// The point's depth less the pixel's, both as the camera has them when it reads the row.
+    /// The point's depth less the pixel's, both at the time when the camera reads the row.
     difference_m: f64,
-    /// Depth range of the 3 × 3 pixels that hold a surface, or of the part of it that falls to what
-    /// is compared of a wide pixel.
+    /// Depth range of those of the 3 × 3 pixels that hold a surface; of a wide pixel, scaled to the
+    /// part of it that is compared.
     spread_m: f64,
-    /// Do all nine?
+    /// Whether all nine pixels hold a surface.
     filled: bool,
 }
 
@@ -289,7 +290,7 @@ fn on_a_surface(p: &PlyPoint) -> bool {
 
 /// The true position of a point in the LiDAR's frame: its direction, at its true range. The
 /// difference of ranges is added, rather than the direction scaled, because a deskewed point was
-/// measured from a place a little beside the frame's origin.
+/// measured from a place slightly off the frame's origin.
 pub(crate) fn true_position(p: &PlyPoint) -> DVec3 {
     let measured = p.point.position_m.as_dvec3();
     let error = f64::from(p.point.range_m) - f64::from(p.point.true_range_m);
@@ -322,7 +323,7 @@ impl Agreement {
         points: &[PlyPoint],
         camera_from_lidar: &RigidTransform,
     ) {
-        // A mixed return or a false alarm is on no surface that a pixel could show.
+        // A mixed return or a false alarm lies on no surface that a pixel could show.
         for p in points.iter().filter(|p| on_a_surface(p)) {
             let Some(class) = self.classes.iter_mut().find(|c| c.id == p.class) else {
                 continue;

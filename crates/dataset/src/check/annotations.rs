@@ -1,5 +1,5 @@
-//! Checks of what cameras write besides: sky masks, flow, hidden trunks and boxes against images
-//! and poses, radiance against the picture.
+//! Checks of the further files of cameras: sky masks, flow, hidden trunks and boxes against images
+//! and poses, and radiance against the picture.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,11 +14,12 @@ pub(crate) struct AnnotationView<'a> {
     pub(crate) header: &'a DatasetHeader,
     pub(crate) spec: &'a CameraSpec,
     pub(crate) camera: &'a CameraFrame,
-    /// The reference camera's next frame from this one's; `None` after the last.
+    /// The transform from the reference camera's frame to its next one; `None` after the last
+    /// frame.
     pub(crate) next_from_here: Option<&'a RigidTransform>,
     /// How the body moved.
     pub(crate) motion: Twist,
-    /// How it moved in the next frame, if that is here.
+    /// How it moved in the next frame, if that frame exists here.
     pub(crate) next_motion: Option<Twist>,
     /// Image ids of `instances.csv`.
     pub(crate) ids: &'a BTreeSet<u32>,
@@ -47,7 +48,7 @@ impl AnnotationView<'_> {
         counted(wrong.count(), "pixels contradict the depth image")
     }
 
-    /// Flow against depth and poses: as far apart as the rounding of both can bring them.
+    /// Compares flow with depth and poses; they may differ as far as the rounding of both allows.
     fn flow(&self) -> Option<String> {
         let flow = self.camera.flow.as_ref()?;
         let depth = &self.camera.depth_m;
@@ -57,14 +58,15 @@ impl AnnotationView<'_> {
             return Some(message);
         }
         let step = self.next_from_here?;
-        // The reference camera's step, as this camera makes it.
+        // The step of the reference camera, as seen by this camera.
         let reference_from_camera =
             self.header.body_from_reference().inverse() * self.spec.body_from_camera;
         let next_from_here = reference_from_camera.inverse() * *step * reference_from_camera;
         let (k, shutter) = (&self.spec.intrinsics, &self.spec.shutter);
         let mount = &self.spec.body_from_camera;
         let motion = self.motion.of_mounted(mount);
-        // With a rolling shutter where something is depends on how the next camera moves, too.
+        // With a rolling shutter, positions in the next picture depend on the motion at that time,
+        // too.
         let next_motion = match self.next_motion {
             Some(next) => next.of_mounted(mount),
             None if shutter.readout_s > 0.0 => return None,
@@ -102,7 +104,7 @@ impl AnnotationView<'_> {
         counted(wrong, "pixels flow elsewhere than depth and poses.txt say")
     }
 
-    /// A trunk that is seen is the nearest one.
+    /// Checks that a visible trunk is the nearest one.
     fn trunks(&self) -> Option<String> {
         let trunks = self.camera.trunks.as_ref()?;
         let strangers = trunks.pixels().iter();
@@ -125,7 +127,7 @@ impl AnnotationView<'_> {
         })
     }
 
-    /// Counts and boxes against the instance image.
+    /// Compares counts and boxes with the instance image.
     fn boxes(&self) -> Option<String> {
         let boxes = self.camera.boxes.as_ref()?;
         let image = &self.camera.instance;
@@ -165,8 +167,8 @@ impl AnnotationView<'_> {
 }
 
 impl AnnotationView<'_> {
-    /// Radiance is light, and without a sensor's noise the picture follows it: whatever the curve,
-    /// more light is never a lower code.
+    /// Checks that radiance is finite and not negative, and that, without a sensor's noise, the
+    /// picture follows it: under any tone curve more light never gives a lower code.
     fn radiance(&self) -> Option<String> {
         let radiance = self.camera.radiance.as_ref()?;
         let dark = |c: &&Vec3| !(c.is_finite() && c.min_element() >= 0.0);
@@ -175,7 +177,7 @@ impl AnnotationView<'_> {
         if wrong.is_some() || self.spec.noisy {
             return wrong;
         }
-        // Of each code the least light and the most, all channels alike.
+        // The least and the most light of each code, over all channels.
         let mut ends = [(f32::INFINITY, 0.0_f32); 256];
         for (light, codes) in radiance.pixels().iter().zip(self.camera.rgb.pixels()) {
             for (light, code) in light.to_array().into_iter().zip(codes) {

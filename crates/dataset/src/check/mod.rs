@@ -1,4 +1,4 @@
-//! Is a data set right? Answered from its files alone.
+//! Checks whether a data set is right, from its files alone.
 
 mod agreement;
 mod annotations;
@@ -42,12 +42,12 @@ pub struct CheckReport {
     pub files: usize,
     /// Their size.
     pub bytes: u64,
-    /// How well LiDAR and camera agree.
+    /// The agreement of LiDAR and camera.
     pub agreement: Agreement,
 }
 
 impl CheckReport {
-    /// Is the data set right?
+    /// Whether the data set is right.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.problems.is_empty() && self.agreement.failures().is_empty()
@@ -77,7 +77,8 @@ impl fmt::Display for CheckReport {
 /// agreement of LiDAR and camera.
 ///
 /// # Errors
-/// If the folder holds no finished data set. All that is wrong with a data set is in the report.
+/// If the folder holds no finished data set. Whatever is wrong with a finished one is in the
+/// report.
 pub fn check(dir: &Path) -> Result<CheckReport, Error> {
     let dataset = Dataset::open(dir)?;
     let manifest = dataset.manifest();
@@ -118,7 +119,7 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
     })
 }
 
-/// What a sequence's text files say.
+/// The content of a sequence's text files.
 struct Track {
     poses: Vec<RigidTransform>,
     times: Vec<f64>,
@@ -141,7 +142,7 @@ impl Checker<'_> {
         });
     }
 
-    /// A read that fails is a problem, unless the checksum has told already.
+    /// Records a failed read as a problem, unless the checksum has shown it already.
     fn read<T>(&mut self, path: &str, result: Result<T, Error>) -> Option<T> {
         let has_told = self.problems.iter().any(|p| p.path == path);
         let mut problem = |e: Error| {
@@ -152,7 +153,7 @@ impl Checker<'_> {
         result.map_err(&mut problem).ok()
     }
 
-    /// Is there anything where only listed files may lie?
+    /// Looks for files that are not listed where only listed ones may be.
     fn strangers(&mut self) -> Result<(), Error> {
         let manifest = self.dataset.manifest();
         let listed: BTreeSet<&InnerPath> = manifest
@@ -176,7 +177,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// Holds files against their records, and says which differ.
+    /// Compares files with their records and reports those that differ.
     fn verified(&mut self, files: &[FileRecord]) -> bool {
         let mut sound = true;
         for file in files {
@@ -188,7 +189,7 @@ impl Checker<'_> {
         sound
     }
 
-    /// `trees.csv`, `instances.csv`, `ontology.yaml`.
+    /// Checks `trees.csv`, `instances.csv` and `ontology.yaml`.
     fn tables(&mut self) {
         let objects = self.dataset.objects();
         let objects = self.read(layout::INSTANCES, objects).unwrap_or_default();
@@ -233,7 +234,7 @@ impl Checker<'_> {
         }
     }
 
-    /// `poses.txt`, `calib.txt`, `times.txt` against `dataset.json`.
+    /// Compares `poses.txt`, `calib.txt` and `times.txt` with `dataset.json`.
     fn sequences(&mut self) -> BTreeMap<u32, Track> {
         let mut tracks = BTreeMap::new();
         for s in &self.dataset.manifest().sequences {
@@ -269,7 +270,7 @@ impl Checker<'_> {
         tracks
     }
 
-    /// `calib.txt` against the intrinsics and mounts of `dataset.json`.
+    /// Compares `calib.txt` with the intrinsics and mounts of `dataset.json`.
     fn calibration(&mut self, path: &str, found: &Calibration) {
         let asked = Calibration::of(&self.dataset.manifest().header);
         let mut mount = |name: &str, asked: &kitti::Rows, found: &kitti::Rows| {
@@ -320,7 +321,7 @@ impl Checker<'_> {
                 continue;
             };
             let pose = self.pose(record, track);
-            // Reading verifies all files of the frame; only if that fails is each held alone against
+            // Reading verifies all files of the frame. If that fails, each file is compared with
             // its record, so that all damaged files are named.
             let frame = match self.dataset.read_frame(i) {
                 Ok(frame) => frame,
@@ -345,7 +346,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The further truth of cameras, against the images and the poses.
+    /// Checks the further truth of cameras against the images and the poses.
     fn annotations(
         &mut self,
         record: &FrameRecord,
@@ -578,7 +579,8 @@ impl Checker<'_> {
                 format: header.depth_format,
             };
             for (l, lidar) in header.lidars.iter().enumerate() {
-                // The first pair by what loaders use, the others by their mounts.
+                // The first pair is checked by the transform that loaders use, the others by their
+                // mounts.
                 let camera_from_lidar = if (c, l) == (0, 0) {
                     track.camera_from_lidar
                 } else {
@@ -599,14 +601,15 @@ impl Checker<'_> {
     }
 }
 
-/// How far two transforms are apart, in words, if more than rounding can explain.
+/// The difference of two transforms, in words, if it is more than rounding can explain.
 fn differs(a: &RigidTransform, b: &RigidTransform) -> Option<String> {
     let distance = a.translation_m.distance(b.translation_m);
     let angle = a.rotation.angle_between(b.rotation).to_degrees();
-    // An angle near 0 is an arc cosine near 1: half the digits are lost.
+    // An angle near 0 comes from an arc cosine near 1, which loses half of the digits.
     (distance > 1e-5 || angle > 1e-5).then(|| format!("{distance:.4} m and {angle:.4}°"))
 }
-/// What no tree can be: sizes that are not above 0, a crown above its top, leaves on dead wood.
+/// What is impossible about a tree: sizes that are not above 0, a crown above its top, leaves on
+/// dead wood.
 fn impossible(tree: &TreeRecord) -> Option<String> {
     let positive = |name: &str, value: f64| {
         let fine = value > 0.0 && value.is_finite();
@@ -627,7 +630,7 @@ fn impossible(tree: &TreeRecord) -> Option<String> {
             )
         })
     };
-    // Who is not as high as a breast has no diameter there.
+    // A tree that is lower than breast height has no diameter there.
     let diameter = || {
         let low = tree.height_m <= 1.3 && tree.dbh_m == 0.0;
         if low {

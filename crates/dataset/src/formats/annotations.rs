@@ -11,7 +11,7 @@ use crate::Error;
 /// KITTI's flow: 16 bits, pixels × 64 + 2¹⁵.
 const PER_PIXEL: f32 = 64.0;
 const ZERO: f32 = 32768.0;
-/// What blue says: no flow, seen in the next frame, hidden or outside there.
+/// Values of the blue channel: no flow, seen in the next frame, hidden or outside there.
 const NONE: u16 = 0;
 const SEEN: u16 = 1;
 const HIDDEN: u16 = 2;
@@ -31,7 +31,7 @@ pub(crate) fn flow_to_samples(flow: Option<Flow>) -> [u16; 3] {
     samples.unwrap_or([0, 0, NONE])
 }
 
-/// The way back, within 1/128 pixel.
+/// The flow from the samples of a pixel, within 1/128 pixel.
 pub(crate) fn flow_from_samples([u, v, state]: [u16; 3]) -> Option<Flow> {
     let pixels = |code: u16| (f32::from(code) - ZERO) / PER_PIXEL;
     (state != NONE).then(|| Flow {
@@ -143,7 +143,7 @@ fn decode_box(line: &str) -> Option<ObjectBox> {
     derived.then_some(parsed)
 }
 
-/// 255 where nothing is, else 0.
+/// The sky mask: 255 where nothing was hit, else 0.
 pub(crate) fn sky_mask(depth_m: &Image<f32>) -> Image<u8> {
     depth_m.map(|&z| if z == 0.0 { 255 } else { 0 })
 }

@@ -16,7 +16,7 @@ use nemoral_scene::glam::Vec3;
 use crate::Error;
 use crate::formats::Size;
 
-/// Three channels, lines of sixteen deflated together, which every reader knows.
+/// Three channels in blocks of sixteen deflated lines, which every reader knows.
 pub(crate) fn encode(radiance: &Image<Vec3>) -> Vec<u8> {
     let size = (radiance.width(), radiance.height());
     let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
@@ -24,7 +24,7 @@ pub(crate) fn encode(radiance: &Image<Vec3>) -> Vec<u8> {
         (light.x, light.y, light.z)
     });
     let attributes = LayerAttributes {
-        // A value of 1 is so many cd/m².
+        // A value of 1 is 1 cd/m².
         white_luminance: Some(1.0),
         ..LayerAttributes::default()
     };
@@ -36,8 +36,8 @@ pub(crate) fn encode(radiance: &Image<Vec3>) -> Vec<u8> {
     out.into_inner()
 }
 
-/// Is it one of [`encode`]'s? The format has a dozen ways to pack pixels; of what is not written
-/// here, nothing is unpacked here.
+/// Whether it is a header of [`encode`]. The format has a dozen ways to pack pixels, and only the
+/// one that is written here is unpacked here.
 fn is_ours(header: &Header) -> bool {
     let channels = &header.channels.list;
     let plain = |name: &str, i: usize| {
@@ -58,7 +58,7 @@ fn is_ours(header: &Header) -> bool {
 pub(crate) fn decode(path: &Path, bytes: &[u8], size: Size) -> Result<Image<Vec3>, Error> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false);
     let meta = meta.map_err(|e| Error::malformed(path, e))?;
-    // Before memory is asked for.
+    // This is checked before memory is allocated.
     let found = meta
         .headers
         .iter()

@@ -1,10 +1,11 @@
 //! The image files: RGB, class palette, 24-bit instances, depth, normals.
 //!
-//! Compression is chosen by measurement. Images that vary smoothly are Paeth-filtered and go
-//! through fdeflate: on rendered scenes as small as zlib's level 1 (within 6 %; 18 % larger on pure
-//! texture) and about three times as fast. Images of flat patches stay unfiltered for level 1, 7 to
-//! 30 % smaller than filtered. On the synthetic foliage of `examples/measure.rs` the five images of
-//! 1280 × 720 take 70 ms, best of four.
+//! Compression is chosen by measurement. Images that vary smoothly are Paeth-filtered and
+//! compressed by fdeflate: on rendered scenes the files are as small as with zlib's level 1 (within
+//! 6 %; 18 % larger on pure texture), and about three times as fast. Images of flat patches are not
+//! filtered and compressed at level 1, which makes them 7 to 30 % smaller than filtered ones. On
+//! the synthetic foliage of `examples/measure.rs` the five images of 1280 × 720 take 70 ms, best of
+//! four.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -120,7 +121,7 @@ pub(crate) fn encode_instance(object: &Image<ObjectId>) -> Vec<u8> {
 /// Metres × 256, to nearest; 0 for no surface, at least 1 for a surface, at most 65535.
 pub(crate) fn depth_to_u16(depth_m: f32) -> u16 {
     if depth_m > 0.0 {
-        // Both ends saturate; a float cast does so at the upper one.
+        // Both ends saturate; the cast does so at the upper one.
         ((depth_m * 256.0).round() as u16).max(1)
     } else {
         0
@@ -153,7 +154,7 @@ pub(crate) fn normal_to_rgb(n: Vec3) -> [u8; 3] {
         .map(|c| c.round() as u8)
 }
 
-/// The way back; within 0.4° of what was written.
+/// The normal of a colour, within 0.4° of the one that was written.
 pub(crate) fn normal_from_rgb(rgb: [u8; 3]) -> Vec3 {
     if rgb == [0; 3] {
         return Vec3::ZERO;
@@ -223,10 +224,10 @@ fn decode(
     let bad = |e: &dyn std::fmt::Display| Error::malformed(path, e);
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::IDENTITY);
-    // Only the picture is of interest, and these may be packed to a thousandth.
+    // Text chunks are not needed, and may be compressed to a thousandth of their size.
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
-    // Before memory is asked for.
+    // This is checked before memory is allocated.
     let found = decoder.read_header_info().map_err(|e| bad(&e))?;
     let (w, h) = (found.width as usize, found.height as usize);
     if (w, h) != (width, height) {

@@ -16,12 +16,12 @@ pub(crate) type Rows = [[f64; 4]; 3];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// P0 to P3: homogeneous pixels from the reference camera's frame. All four are the first
-    /// camera's, but P3 is the one's called `right` if there is one; the centre of the first pixel
-    /// is at (0.5, 0.5).
+    /// camera's, except that P3 is that of the camera called `right` if there is one. The centre of
+    /// the first pixel is at (0.5, 0.5).
     pub projections: [[[f64; 4]; 3]; 4],
     /// Tr: the reference camera's frame from the first LiDAR's.
     pub camera_from_lidar: [[f64; 4]; 3],
-    /// D2 or F2: what the first camera's lens does, if anything.
+    /// D2 or F2: the distortion of the first camera's lens, if any.
     pub distortion: Distortion,
     /// The further cameras, in the header's order.
     pub further: Vec<CameraCalibration>,
@@ -36,12 +36,12 @@ pub struct CameraCalibration {
     pub projection: [[f64; 4]; 3],
     /// Tr_NAME: its frame from the first LiDAR's.
     pub camera_from_lidar: [[f64; 4]; 3],
-    /// D_NAME or F_NAME: what its lens does, if anything.
+    /// D_NAME or F_NAME: the distortion of its lens, if any.
     pub distortion: Distortion,
 }
 
 impl Calibration {
-    /// That of a data set.
+    /// The calibration of a data set.
     pub(crate) fn of(header: &DatasetHeader) -> Self {
         let reference = header.body_from_reference();
         let lidar = header.lidars.first();
@@ -49,7 +49,7 @@ impl Calibration {
         let first = header
             .cameras
             .first()
-            // A LiDAR alone: poses are its own, and P drops the fourth coordinate.
+            // Without a camera, poses are those of the LiDAR, and P drops the fourth coordinate.
             .map_or_else(
                 || RigidTransform::IDENTITY.to_rows(),
                 |c| projection(&c.intrinsics, &RigidTransform::IDENTITY),
@@ -96,7 +96,7 @@ pub(crate) fn relative(b_from_a: &RigidTransform, b_from_c: &RigidTransform) -> 
     }
 }
 
-/// The pinhole's 3 × 4 projection, of points in the reference camera's frame.
+/// The pinhole's 3 × 4 projection of points in the reference camera's frame.
 fn projection(k: &Intrinsics, camera_from_reference: &RigidTransform) -> Rows {
     let [x, y, z] = camera_from_reference.to_rows();
     [
@@ -115,7 +115,7 @@ fn push_rows(out: &mut String, rows: &Rows) {
     out.push('\n');
 }
 
-/// `poses.txt`: one matrix a line.
+/// `poses.txt`: one matrix on each line.
 pub(crate) fn encode_poses(poses: &[Rows]) -> String {
     let mut out = String::new();
     for rows in poses {
@@ -124,7 +124,7 @@ pub(crate) fn encode_poses(poses: &[Rows]) -> String {
     out
 }
 
-/// `times.txt`: seconds, one a line.
+/// `times.txt`: seconds, one number on each line.
 pub(crate) fn encode_times(times_s: &[f64]) -> String {
     times_s.iter().map(|t| format!("{:e}\n", t + 0.0)).collect()
 }
@@ -142,8 +142,8 @@ fn lens_line(distortion: &Distortion) -> Option<(&'static str, Rows)> {
     Some((letter, rows))
 }
 
-/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras; of
-/// lenses `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line has twelve numbers: today's loaders
+/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras, and for
+/// lenses `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line has twelve numbers, because loaders
 /// take each for a matrix.
 pub(crate) fn encode_calibration(calibration: &Calibration) -> String {
     let mut out = String::new();

@@ -1,4 +1,4 @@
-//! What the bytes of each kind of file say. Nothing here opens a file or knows where one lies.
+//! The formats of all kinds of files. Nothing here opens a file or knows where one lies.
 
 pub(crate) mod annotations;
 pub(crate) mod data_card;

@@ -5,8 +5,8 @@ use std::fmt::Write;
 
 use nemoral_scene::{Ontology, Semantic};
 
-/// The table. `point_classes` are the data set's LiDAR points by class, for `content`; `sequences`
-/// the numbers that exist, all of them in the split `train`.
+/// The table. `point_classes` has the numbers of the data set's LiDAR points by class, for
+/// `content`; `sequences` has the numbers of the sequences, all of which are in the split `train`.
 ///
 /// Training ids are 0, 1, 2, …, in the table's order, after the class of the sky, which is 0 and
 /// ignored, as SemanticKITTI's evaluation expects.
@@ -34,7 +34,7 @@ pub(crate) fn encode(
             .map(|c| format!("  {}: {}\n", c.id, quoted(&c.name)))
             .collect(),
     );
-    // Blue, green, red.
+    // The order is blue, green, red.
     section(
         "color_map",
         classes()
@@ -80,7 +80,7 @@ pub(crate) fn encode(
     out
 }
 
-/// A double-quoted scalar; JSON's strings are YAML's.
+/// A double-quoted scalar; a JSON string is one.
 fn quoted(text: &str) -> String {
     serde_json::to_string(text).expect("a string is JSON")
 }

@@ -1,9 +1,9 @@
-//! `.ply`: everything that is known of each point.
+//! `.ply`: everything that is known about each point.
 //!
-//! One layout each for scans and for registered clouds: binary little-endian, packed, and a header
-//! that says so for every reader. Only the scans' own layout is read, so that a file's size follows
-//! from the number of points that its header declares, before memory is asked for; tests read both
-//! layouts by another implementation of the format.
+//! There is one layout for scans and one for registered clouds: binary little-endian, packed, with
+//! a header that describes it to every reader. Only the layout of scans is read, so that a file's
+//! size follows from the number of points that its header declares before memory is allocated.
+//! Tests read both layouts by another implementation of the format.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::Error;
 /// A vertex of the `.ply` file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlyPoint {
-    /// All that is known of the point, the true id included.
+    /// All that is known about the point, including the true id.
     pub point: LidarPoint,
     /// The ontology's class id, as in the `.label` file.
     pub class: u8,
@@ -139,7 +139,7 @@ pub(crate) fn encode(points: &[PlyPoint]) -> Vec<u8> {
     out
 }
 
-/// The way back; the file must be what [`encode`] writes.
+/// The points of a file, which must have the layout of [`encode`].
 pub(crate) fn decode(path: &Path, bytes: &[u8]) -> Result<Vec<PlyPoint>, Error> {
     let wrong = |message: String| Error::malformed(path, message);
     let vertices = vertices(bytes).ok_or_else(|| wrong("is no scan of this program".to_owned()))?;
@@ -159,7 +159,7 @@ pub(crate) fn decode(path: &Path, bytes: &[u8]) -> Result<Vec<PlyPoint>, Error> 
         .collect()
 }
 
-/// How many vertices a header declares.
+/// The number of vertices that a header declares.
 fn vertices(bytes: &[u8]) -> Option<usize> {
     const LINE: &[u8] = b"\nelement vertex ";
     let head = &bytes[..bytes.len().min(1024)];
@@ -168,7 +168,7 @@ fn vertices(bytes: &[u8]) -> Option<usize> {
     std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// Takes values off the front of a vertex, which is as long as all of them.
+/// Takes values one after the other from the front of a vertex, which is as long as all of them.
 struct Fields<'a>(&'a [u8]);
 
 impl Fields<'_> {

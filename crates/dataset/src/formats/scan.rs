@@ -22,7 +22,7 @@ pub(crate) fn encode_labels(points: &[PlyPoint]) -> Vec<u8> {
     points.iter().flat_map(|p| word(p).to_le_bytes()).collect()
 }
 
-/// The way back.
+/// The points of a file.
 pub(crate) fn decode_points(path: &Path, bytes: &[u8]) -> Result<Vec<[f32; 4]>, Error> {
     let words = words(path, bytes)?;
     let (points, rest) = words.as_chunks::<4>();
@@ -36,7 +36,7 @@ pub(crate) fn decode_points(path: &Path, bytes: &[u8]) -> Result<Vec<[f32; 4]>, 
     }
 }
 
-/// The way back: (class, instance).
+/// The (class, instance) pairs of a file.
 pub(crate) fn decode_labels(path: &Path, bytes: &[u8]) -> Result<Vec<(u16, u16)>, Error> {
     let split = |w: u32| (w as u16, (w >> 16) as u16);
     Ok(words(path, bytes)?.into_iter().map(split).collect())

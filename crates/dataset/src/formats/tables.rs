@@ -3,23 +3,24 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use csv::StringRecord;
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, ObjectRecord, TreeRecord};
 
 use crate::Error;
 
-/// The columns every row starts with.
+/// The columns with which every row starts.
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
 const TREE_COLUMNS: &str = "species,x_m,y_m,z_m,dbh_m,height_m,crown_base_m,crown_radius_m,\
                             leaf_area_m2,stem_volume_m3,lean_deg,age_class,alive";
 const OBJECT_COLUMNS: &str = "kind,species,x_m,y_m,z_m,radius_m,height_m";
 
-/// Rows by true id: what a table is before it is text. Parts of a table are united by id.
-pub(crate) type Rows = BTreeMap<u64, Vec<String>>;
+/// Rows by true id, before they are written as text. Parts of a table are united by id.
+pub(crate) type Rows = BTreeMap<u64, StringRecord>;
 
-fn id_fields(id: ObjectId) -> Vec<String> {
+fn id_fields(id: ObjectId) -> [String; 6] {
     let chunk = id.chunk();
-    vec![
+    [
         id.to_u64().to_string(),
         chunk.x.to_string(),
         chunk.y.to_string(),
@@ -34,10 +35,10 @@ fn numbers(values: &[f64]) -> impl Iterator<Item = String> {
 }
 
 /// Adds a row; two different rows of one id are an error.
-pub(crate) fn insert(rows: &mut Rows, table: &str, row: Vec<String>) -> Result<(), Error> {
-    let id: u64 = row[0]
-        .parse()
-        .map_err(|_| Error::invalid(format!("{table}.id"), format!("'{}'", row[0]), "a true id"))?;
+pub(crate) fn insert(rows: &mut Rows, table: &str, row: StringRecord) -> Result<(), Error> {
+    let id: u64 = row[0].parse().map_err(|_| {
+        Error::invalid(format!("{table}.id"), format!("'{}'", &row[0]), "a true id")
+    })?;
     match rows.insert(id, row) {
         Some(old) if old != rows[&id] => Err(Error::invalid(
             format!("{table}.{id}"),
@@ -51,8 +52,8 @@ pub(crate) fn insert(rows: &mut Rows, table: &str, row: Vec<String>) -> Result<(
 pub(crate) fn tree_rows(trees: &[TreeRecord]) -> Result<Rows, Error> {
     let mut rows = Rows::new();
     for t in trees {
-        let mut row = id_fields(t.object);
-        row.push(t.species.clone());
+        let mut row = StringRecord::from(&id_fields(t.object)[..]);
+        row.push_field(&t.species);
         row.extend(numbers(&t.position_m.to_array()));
         row.extend(numbers(&[
             t.dbh_m,
@@ -63,8 +64,8 @@ pub(crate) fn tree_rows(trees: &[TreeRecord]) -> Result<Rows, Error> {
             t.stem_volume_m3,
             t.lean_rad.to_degrees(),
         ]));
-        row.push(t.age_class.clone());
-        row.push(t.alive.to_string());
+        row.push_field(&t.age_class);
+        row.push_field(&t.alive.to_string());
         insert(&mut rows, "trees", row)?;
     }
     Ok(rows)
@@ -73,8 +74,8 @@ pub(crate) fn tree_rows(trees: &[TreeRecord]) -> Result<Rows, Error> {
 pub(crate) fn object_rows(objects: &[ObjectRecord]) -> Result<Rows, Error> {
     let mut rows = Rows::new();
     for o in objects {
-        let mut row = id_fields(o.object);
-        row.extend([o.kind.name().to_owned(), o.species.clone()]);
+        let mut row = StringRecord::from(&id_fields(o.object)[..]);
+        row.extend([o.kind.name(), &o.species]);
         row.extend(numbers(&o.position_m.to_array()));
         row.extend(numbers(&[o.radius_m, o.height_m]));
         insert(&mut rows, "instances", row)?;
@@ -91,21 +92,13 @@ pub(crate) fn encode_objects(rows: &Rows) -> String {
 }
 
 fn encode(columns: &str, rows: &Rows) -> String {
-    let mut out = format!("{columns}\n");
+    let mut out = csv::Writer::from_writer(format!("{columns}\n").into_bytes());
     for row in rows.values() {
-        let fields: Vec<String> = row.iter().map(|f| quoted(f)).collect();
-        out += &fields.join(",");
-        out.push('\n');
+        out.write_record(row)
+            .expect("rows are as wide as their table, and memory takes them");
     }
-    out
-}
-
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
+    let bytes = out.into_inner().expect("memory takes all rows");
+    String::from_utf8(bytes).expect("fields are text")
 }
 
 pub(crate) fn read_tree_rows(path: &Path, text: &str) -> Result<Rows, Error> {
@@ -118,9 +111,9 @@ pub(crate) fn read_object_rows(path: &Path, text: &str) -> Result<Rows, Error> {
 }
 
 fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Error> {
-    let mut lines = split(text).into_iter();
-    let found = lines.next().unwrap_or_default().join(",");
+    let (found, text) = text.split_once('\n').unwrap_or((text, ""));
     if found != columns {
+        let found: String = found.chars().take(200).collect();
         return Err(Error::malformed(
             path,
             format!("columns are '{found}', must be '{columns}'"),
@@ -128,7 +121,12 @@ fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Err
     }
     let width = columns.split(',').count();
     let mut rows = Rows::new();
-    for row in lines {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .from_reader(text.as_bytes());
+    for row in reader.records() {
+        let row = row.map_err(|e| Error::malformed(path, e))?;
         if row.len() != width {
             let message = format!("a row has {} fields, must have {width}", row.len());
             return Err(Error::malformed(path, message));
@@ -138,42 +136,24 @@ fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Err
     Ok(rows)
 }
 
-/// RFC 4180 into rows of fields.
-fn split(text: &str) -> Vec<Vec<String>> {
-    let (mut rows, mut row, mut field) = (Vec::new(), Vec::new(), String::new());
-    let mut chars = text.chars().peekable();
-    let mut in_quotes = false;
-    while let Some(c) = chars.next() {
-        match c {
-            '"' if in_quotes && chars.peek() == Some(&'"') => {
-                field.push('"');
-                chars.next();
-            }
-            '"' => in_quotes = !in_quotes,
-            ',' if !in_quotes => row.push(std::mem::take(&mut field)),
-            '\n' if !in_quotes => {
-                row.push(std::mem::take(&mut field));
-                rows.push(std::mem::take(&mut row));
-            }
-            c => field.push(c),
-        }
-    }
-    if !field.is_empty() || !row.is_empty() {
-        row.push(field);
-        rows.push(row);
-    }
-    rows
-}
-
 /// Reads the fields of a row one after the other.
 struct Fields<'a> {
     path: &'a Path,
-    row: std::slice::Iter<'a, String>,
+    row: &'a StringRecord,
+    fields: csv::StringRecordIter<'a>,
 }
 
-impl Fields<'_> {
-    fn text(&mut self) -> &str {
-        self.row.next().map_or("", |s| s)
+impl<'a> Fields<'a> {
+    fn new(path: &'a Path, row: &'a StringRecord) -> Self {
+        Self {
+            path,
+            row,
+            fields: row.iter(),
+        }
+    }
+
+    fn text(&mut self) -> &'a str {
+        self.fields.next().unwrap_or_default()
     }
 
     fn parse<T: std::str::FromStr>(&mut self) -> Result<T, Error> {
@@ -192,32 +172,27 @@ impl Fields<'_> {
         Ok(DVec3::new(self.parse()?, self.parse()?, self.parse()?))
     }
 
-    /// The id's columns; all of them must say the same.
+    /// The columns of the id, which must agree with each other.
     fn object(&mut self) -> Result<ObjectId, Error> {
-        let start = self.row.as_slice();
         self.text();
         let chunk = ChunkCoord::new(self.parse()?, self.parse()?);
         let id = ObjectId::new(chunk, self.parse()?);
         // The image's and the label's id follow from the true one.
-        self.row.nth(1);
-        let fields = id.map(id_fields).unwrap_or_default();
-        if start.get(..fields.len()) == Some(&fields) && id.is_some() {
-            Ok(id.unwrap_or_default())
-        } else {
-            Err(Error::malformed(
-                self.path,
-                format!("the id columns of row {} contradict each other", start[0]),
-            ))
-        }
+        self.fields.nth(1);
+        id.filter(|&id| self.row.iter().zip(id_fields(id)).all(|(a, b)| a == b))
+            .ok_or_else(|| {
+                let message = format!(
+                    "the id columns of row {} contradict each other",
+                    &self.row[0]
+                );
+                Error::malformed(self.path, message)
+            })
     }
 }
 
 pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> {
-    let tree = |row: &Vec<String>| {
-        let mut f = Fields {
-            path,
-            row: row.iter(),
-        };
+    let tree = |row| {
+        let mut f = Fields::new(path, row);
         Ok(TreeRecord {
             object: f.object()?,
             species: f.text().to_owned(),
@@ -237,11 +212,8 @@ pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> 
 }
 
 pub(crate) fn objects(path: &Path, rows: &Rows) -> Result<Vec<ObjectRecord>, Error> {
-    let object = |row: &Vec<String>| {
-        let mut f = Fields {
-            path,
-            row: row.iter(),
-        };
+    let object = |row| {
+        let mut f = Fields::new(path, row);
         Ok(ObjectRecord {
             object: f.object()?,
             kind: {

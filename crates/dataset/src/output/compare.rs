@@ -14,7 +14,7 @@ pub(crate) fn compare(
 ) -> Result<(), Error> {
     let value = |h| serde_json::to_value(h).expect("a header has string keys");
     let (found, asked) = (value(found), value(asked));
-    // The telling fields first.
+    // The most informative fields come first.
     for field in ["generator", "version", "seed", "backend", "config"] {
         differs(root, field, &found[field], &asked[field])?;
     }

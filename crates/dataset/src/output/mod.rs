@@ -1,8 +1,8 @@
-//! Output folders: what is in them, and whose it is.
+//! Output folders: what they contain, and which files belong to a data set.
 //!
-//! A file is a data set's if a whole `dataset.json` or a sealed header says so: by the layout of
-//! the sensors that it names. A folder with neither holds nothing of ours, whatever its files are
-//! called.
+//! A file belongs to a data set if a whole `dataset.json` or a sealed header says so, by the layout
+//! of the sensors that it names. In a folder with neither, no file belongs to a data set, whatever
+//! its name is.
 
 pub(crate) mod compare;
 pub(crate) mod state;
@@ -15,13 +15,14 @@ use crate::{DatasetHeader, Error, Manifest, layout};
 
 /// What an output folder holds.
 pub(crate) enum Content {
-    /// Nothing, or it does not exist, or a writer that had just begun was killed in it.
+    /// Nothing: the folder is empty or missing, or contains what a writer leaves that was killed at
+    /// its start.
     Nothing,
     /// A data set, finished or not.
     Dataset {
         /// `dataset.json`, if it is finished.
         finished: Option<Box<Manifest>>,
-        /// What it is being made with.
+        /// The header that it is made with.
         header: Box<DatasetHeader>,
     },
 }
@@ -51,7 +52,7 @@ pub(crate) fn look(folder: &Folder) -> Result<Content, Error> {
             header: Box::new(header.unwrap_or_else(|| manifest.header.clone())),
             finished: Some(Box::new(manifest)),
         }),
-        // It goes on from the records of its frames, and makes a new `dataset.json`.
+        // The run continues from the records of frames and makes a new `dataset.json`.
         (Ok(None) | Err(_), Some(header)) => Ok(Content::Dataset {
             finished: None,
             header: Box::new(header),
@@ -69,8 +70,9 @@ pub(crate) fn look(folder: &Folder) -> Result<Content, Error> {
     }
 }
 
-/// The files below `sequences` that a data set with this header owns, by the layout: recorded or
-/// not, and what killed processes left. Links and folders under such names are nobody's.
+/// The files below `sequences` that a data set with this header owns by the layout, whether or not
+/// they are recorded, including temporary files of killed processes. Links and folders with such
+/// names do not count.
 pub(crate) fn owned_files(
     folder: &Folder,
     header: &DatasetHeader,
@@ -99,7 +101,7 @@ fn sequences(folder: &Folder) -> Result<Vec<InnerPath>, Error> {
         .collect())
 }
 
-/// The regular files of a folder whose names are ours, temporary ones too.
+/// The regular files of a folder whose names are in the layout, temporary ones included.
 fn files(
     folder: &Folder,
     below: &InnerPath,
@@ -111,11 +113,11 @@ fn files(
     Ok(ours.filter_map(|e| below.join(&e.name).ok()).collect())
 }
 
-/// Removes a data set and nothing else; folders go when they are empty. The state folder stays, so
-/// that the folder is a data set's at every moment.
+/// Removes a data set and nothing else, with the folders that are empty then. The state folder
+/// stays, so that the folder counts as a data set at every moment.
 pub(crate) fn clear(folder: &Folder, header: &DatasetHeader) -> Result<(), Error> {
     state::put_header(folder, header)?;
-    // From now on it is unfinished.
+    // From now on the data set is unfinished.
     folder.remove_file(&layout::inner(layout::MANIFEST))?;
     for path in owned_files(folder, header)? {
         folder.remove_file(&path)?;
@@ -130,7 +132,8 @@ pub(crate) fn clear(folder: &Folder, header: &DatasetHeader) -> Result<(), Error
         folders.insert(sequence);
     }
     folders.insert(layout::inner(layout::SEQUENCES));
-    // The innermost first. One that is not empty holds something of somebody else's: it stays.
+    // The innermost folders come first. A folder that is not empty contains files of others and
+    // stays.
     for path in folders.iter().rev() {
         folder.remove_empty_folder(path)?;
     }

@@ -1,4 +1,4 @@
-//! `.nemoral/`, which an output folder has while its data set is unfinished.
+//! The state folder `.nemoral/`, which exists while a data set is unfinished.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +14,14 @@ struct State {
     header: DatasetHeader,
 }
 
-/// Takes the lock; makes the folders.
+/// Makes the folders and takes the lock.
 pub(crate) fn lock(folder: &Folder) -> Result<Lock, Error> {
     folder.create_folders(&layout::inner(layout::STATE_FRAMES))?;
     Ok(folder.lock(&layout::inner(layout::STATE_LOCK))?)
 }
 
-/// Writes the header, and waits until it is on the medium: as long as a frame's file is there, so
-/// is what says whose it is.
+/// Writes the header and waits until it is on the medium, so that there is never a frame's file
+/// without the header that it belongs to.
 pub(crate) fn put_header(folder: &Folder, header: &DatasetHeader) -> Result<(), Error> {
     let state = State {
         format_version: FORMAT_VERSION,
@@ -33,7 +33,7 @@ pub(crate) fn put_header(folder: &Folder, header: &DatasetHeader) -> Result<(), 
     Ok(folder.sync_folder(None)?)
 }
 
-/// The header, if there is one that is whole and possible.
+/// The header, if there is one that is whole and valid.
 pub(crate) fn header(folder: &Folder) -> Result<Option<DatasetHeader>, Error> {
     let path = layout::inner(layout::STATE_HEADER);
     let text = match folder.read_text(&path, limits::HEADER_BYTES) {
@@ -56,7 +56,7 @@ pub(crate) fn header(folder: &Folder) -> Result<Option<DatasetHeader>, Error> {
     Ok(Some(state.header))
 }
 
-/// Does the state folder hold nothing but what a writer makes before its header is whole?
+/// Whether the state folder has only files that a writer makes before its header is whole.
 pub(crate) fn has_just_begun(folder: &Folder) -> Result<bool, Error> {
     let known =
         |name: &str| is_temporary_name(name) || ["frames", "header.json", "lock"].contains(&name);
@@ -68,7 +68,7 @@ pub(crate) fn has_just_begun(folder: &Folder) -> Result<bool, Error> {
             .all(|entry| known(&entry.name) && entry.kind != EntryKind::Other))
 }
 
-/// Writes a frame's record, or `None` over one that no longer holds.
+/// Writes a frame's record, or replaces one that is no longer valid by `None`.
 pub(crate) fn put_record(
     folder: &Folder,
     sequence: u32,
@@ -80,8 +80,8 @@ pub(crate) fn put_record(
     Ok(folder.put(&path, seal::seal(&json).as_bytes())?)
 }
 
-/// The records of frames; `None` for a frame whose record no longer holds. A record that a power
-/// cut has damaged, or that is not one of this header's, is `None` too.
+/// The records of frames; `None` for a frame whose record is no longer valid, was damaged by a
+/// power cut, or does not fit this header.
 pub(crate) fn records(
     folder: &Folder,
     header: &DatasetHeader,
@@ -107,8 +107,8 @@ pub(crate) fn records(
     Ok(records)
 }
 
-/// Removes the state folder: the data set is finished. What is not ours in it stays, and so does
-/// it.
+/// Removes the state folder when the data set is finished. If it contains files of others, these
+/// and the folder stay.
 pub(crate) fn remove(folder: &Folder) -> Result<(), Error> {
     let frames = layout::inner(layout::STATE_FRAMES);
     for entry in folder.entries_of(&frames)? {
@@ -120,7 +120,7 @@ pub(crate) fn remove(folder: &Folder) -> Result<(), Error> {
         }
     }
     folder.remove_empty_folder(&frames)?;
-    // The header last: without it nobody knows what the rest is.
+    // The header is removed last, because without it nothing says what the rest is.
     for name in [layout::STATE_LOCK, layout::STATE_HEADER] {
         folder.remove_file(&layout::inner(name))?;
     }

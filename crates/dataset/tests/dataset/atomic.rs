@@ -116,7 +116,7 @@ fn a_full_disk_is_an_error_with_a_name_and_nothing_half_written() {
     }
     let files = tree(dir.path());
     assert!(files.keys().all(|p| !p.to_string_lossy().ends_with(".tmp")));
-    // Every file of a frame is whole: the failed one's too, as another disk shows.
+    // Every file is whole, those of the failed frame too, as a comparison with another disk shows.
     let other = tempfile::tempdir().expect("a folder");
     let twin = Writer::create(other.path(), OpenMode::Fresh, header.clone()).expect("create");
     for k in 0..=whole.len() {
@@ -128,7 +128,7 @@ fn a_full_disk_is_an_error_with_a_name_and_nothing_half_written() {
     for (path, bytes) in files.iter().filter(|(p, _)| of_frames(p)) {
         assert!(twin_files[path] == *bytes, "{}", path.display());
     }
-    // With room again, the run goes on.
+    // When there is room again, the run can be resumed.
     drop(writer);
     let scan = whole[0]
         .files

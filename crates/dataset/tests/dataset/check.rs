@@ -1,4 +1,4 @@
-//! Sabotage: what `check` must find.
+//! Sabotage that `check` must find.
 
 use std::fs;
 use std::path::Path;
@@ -126,7 +126,7 @@ fn labels_one_pixel_off_at_least_double_the_disagreement() {
     let wrong = |r: &CheckReport| 1.0 - r.agreement.overall().expect("points");
     println!("disagreement {:.4} -> {:.4}", wrong(&before), wrong(&after));
     assert!(wrong(&after) >= 2.0 * wrong(&before) && wrong(&after) > 0.002);
-    // Nothing is wrong with the files themselves, but pixels without depth now have a class.
+    // The files themselves are valid, but pixels without depth have a class now.
     assert!(
         about(&after, SEMANTIC)
             .iter()
@@ -177,7 +177,7 @@ fn edit(dir: &Path, relative: &str, line: &str, change: impl Fn(&mut Vec<f64>)) 
 #[test]
 fn a_mount_five_centimetres_off_moves_the_depth_residual() {
     let (dir, _) = sound();
-    // The LiDAR 5 cm farther forward, along the camera's axis.
+    // The LiDAR is moved 5 cm forward, along the camera's axis.
     edit(dir.path(), "sequences/00/calib.txt", "Tr: ", |v| {
         v[11] += 0.05
     });
@@ -201,7 +201,7 @@ fn a_mount_five_centimetres_off_moves_the_depth_residual() {
 #[test]
 fn poses_five_centimetres_off_move_the_residual_to_the_next_frame() {
     let (dir, dataset) = sound();
-    // Every second pose 5 cm forward would cancel; a drift of 5 cm a frame does not.
+    // A shift of every second pose by 5 cm would cancel out; a drift of 5 cm per frame does not.
     let poses = dataset.poses(0).expect("poses");
     let path = dir.path().join("sequences/00/poses.txt");
     let mut text = String::new();
@@ -244,17 +244,17 @@ fn poses_five_centimetres_off_move_the_residual_to_the_next_frame() {
 fn wrong_ids_are_found() {
     let (dir, _) = sound();
     let at = |name: &str| dir.path().join(name);
-    // An instance that no table has.
+    // An instance that is in no table.
     let mut ids = image::open(at(INSTANCE)).expect("image").into_rgb8();
     ids.put_pixel(160, 200, image::Rgb([9, 9, 9]));
     ids.save(at(INSTANCE)).expect("save");
     reseal(dir.path(), INSTANCE);
-    // A label that is not its point's.
+    // A label that differs from its point's class.
     let mut labels = fs::read(at(LABELS)).expect("read");
     labels[2] ^= 1;
     fs::write(at(LABELS), labels).expect("write");
     reseal(dir.path(), LABELS);
-    // A tree less in one table.
+    // One table lacks a tree.
     let trees = fs::read_to_string(at("trees.csv")).expect("read");
     let fewer: Vec<&str> = trees.lines().take(2).collect();
     fs::write(at("trees.csv"), fewer.join("\n") + "\n").expect("write");

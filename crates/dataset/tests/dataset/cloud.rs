@@ -7,7 +7,7 @@ use nemoral_scene::glam::DVec3;
 
 use crate::common::{START, header, spheres, write};
 
-/// A vertex, as far as the tests look at it.
+/// The fields of a vertex that the tests use.
 #[derive(Clone, Copy, Debug)]
 struct Vertex {
     world: DVec3,
@@ -74,7 +74,7 @@ fn points_lie_on_the_worlds_surfaces() {
     assert_eq!(count, recorded);
     let world = spheres();
     for p in &points {
-        // Ranges err by centimetres; see `common::see`.
+        // Ranges have errors of centimetres; see `common::see`.
         let off = match world.iter().find(|s| {
             s.object.item() == p.item && p.item > 0 && {
                 (p.world.distance(s.centre) - s.radius).abs() < 0.3

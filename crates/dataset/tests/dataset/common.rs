@@ -15,7 +15,7 @@ use nemoral_scene::{
 };
 
 pub(crate) const CHUNK_M: f64 = 50.0;
-/// Where the drive starts: in the middle of a far chunk.
+/// The start of the drive, in the middle of a far chunk.
 pub(crate) const START: DVec3 = DVec3::new(-125.0, 275.0, 0.0);
 
 pub(crate) struct Sphere {
@@ -151,13 +151,13 @@ pub(crate) fn track(frames: usize) -> Track {
     }
 }
 
-/// How the body moves while a rolling shutter is at work: fast enough to be seen.
+/// How the body moves during a rolling shutter's exposure: fast enough to have a visible effect.
 pub(crate) const MOTION: Twist = Twist {
     linear_m_s: DVec3::new(5.0, 0.5, 0.1),
     angular_rad_s: DVec3::new(0.1, -0.3, 0.6),
 };
 
-/// The body's, in any frame.
+/// The body's motion, which is the same in all frames.
 pub(crate) fn motion(header: &DatasetHeader) -> Twist {
     let rolls = header.cameras.iter().any(|c| c.shutter.readout_s > 0.0);
     if rolls { MOTION } else { Twist::STILL }
@@ -170,14 +170,14 @@ fn world_from_row(camera: &CameraSpec, world_from_body: RigidTransform, y: f64) 
     world_from_body * camera.body_from_camera * moved
 }
 
-/// What the sensors see, owned.
+/// The sensors' data of a frame, owned.
 pub(crate) struct Seen {
     pub(crate) index: u64,
     pub(crate) time_s: f64,
     pub(crate) world_from_body: RigidTransform,
     pub(crate) body_motion: Twist,
     pub(crate) rgb: Vec<Image<[u8; 3]>>,
-    /// As bright as the pictures.
+    /// Radiance that follows the pictures.
     pub(crate) radiance: Vec<Image<Vec3>>,
     pub(crate) truth: Vec<TruthImages>,
     pub(crate) annotations: Vec<Annotations>,
@@ -223,7 +223,7 @@ impl Seen {
     }
 }
 
-/// A number of [0, 1) that depends on `i` alone.
+/// A number in [0, 1) that depends on `i` alone.
 pub(crate) fn noise(i: u64) -> f64 {
     let mut x = i.wrapping_add(0x9E37_79B9_7F4A_7C15);
     x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -298,7 +298,7 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
     }
 }
 
-/// The light of a picture, if its curve were a root.
+/// The light of a picture, as if its tone curve were a square root.
 fn light(rgb: &Image<[u8; 3]>) -> Image<Vec3> {
     rgb.map(|c| Vec3::from_array(c.map(|c| 0.01 * f32::from(c) * f32::from(c))))
 }
@@ -310,7 +310,7 @@ fn extra_of(camera: &CameraSpec, frame: usize) -> Annotations {
     let poses = track(frame + 2).poses;
     let [here, next] = [poses[frame].1, poses[frame + 1].1];
     let moved = MOTION.of_mounted(&camera.body_from_camera);
-    // From where, and where to.
+    // The origin and the direction of a pixel's ray.
     let ray = |i: usize| {
         let at = DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
         let pose = world_from_row(camera, here, at.y);
@@ -466,7 +466,7 @@ pub(crate) fn finish(writer: Writer, length: usize) -> Manifest {
     try_finish(writer, length).expect("finish")
 }
 
-/// The same if the disk may fail.
+/// The same on a disk that may fail.
 pub(crate) fn try_finish(writer: Writer, length: usize) -> Result<Manifest, Error> {
     let (trees, objects) = (trees(), objects());
     let world = WorldTables {
@@ -488,7 +488,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[usize]) -> Dat
     Dataset::open(out).expect("open")
 }
 
-/// A smaller header, for tests that do not look at pictures.
+/// A smaller header, for tests that do not need pictures.
 pub(crate) fn small() -> DatasetHeader {
     let mut header = header();
     header.cameras[0].intrinsics = Intrinsics::from_fov(32, 24, 1.3).expect("valid");
@@ -513,8 +513,8 @@ pub(crate) fn tree(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files
 }
 
-/// Makes `dataset.json` agree with a file that a test has changed, so that only the check's own
-/// understanding can find the change.
+/// Updates the checksum in `dataset.json` of a file that a test has changed, so that only the
+/// content of the file can give the change away.
 pub(crate) fn reseal(root: &Path, relative: &str) {
     let path = root.join("dataset.json");
     let mut json: serde_json::Value =
@@ -535,7 +535,7 @@ pub(crate) fn reseal(root: &Path, relative: &str) {
     stamp(root, &mut json);
 }
 
-/// Writes a changed `dataset.json` with the checksum that it then must have: a stranger can do so.
+/// Writes a changed `dataset.json` with a valid checksum, as a stranger can do.
 pub(crate) fn stamp(root: &Path, json: &mut serde_json::Value) {
     let blank = "0".repeat(64);
     json["checksum"] = blank.clone().into();

@@ -1,7 +1,8 @@
-//! Disks that fail and power that is cut: every operation in turn.
+//! Failing disks and power cuts, at every operation in turn.
 //!
-//! The module behind all writes announces its operations, so that tests can make each fail as if
-//! the system had said so, or rebuild from their log what a disk can hold after a power cut.
+//! The module behind all writes announces its operations, so that tests can make each of them fail
+//! as if the system had reported an error, or rebuild from a log what a disk can hold after a power
+//! cut.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,13 +21,14 @@ use nemoral_scene::Intrinsics;
 
 use crate::common::{Seen, see, small, tree, try_finish};
 
-/// A folder in memory if there is one: syncs of thousands of data sets would wait for the disk.
+/// A folder in memory if the system has one, because syncing thousands of data sets to a disk is
+/// slow.
 fn in_memory() -> tempfile::TempDir {
     let memory = tempfile::tempdir_in("/dev/shm");
     memory.or_else(|_| tempfile::tempdir()).expect("a folder")
 }
 
-/// As small as a data set with a camera and a LiDAR can be: thousands are made.
+/// The smallest data set with a camera and a LiDAR, because thousands are made.
 fn tiny() -> DatasetHeader {
     let mut header = small();
     header.cameras[0].intrinsics = Intrinsics::from_fov(4, 3, 1.3).expect("valid");
@@ -52,7 +54,7 @@ impl Drive {
         self.1[k].data(&self.0)
     }
 
-    /// As `generate` does: what is there is kept, what is missing is made.
+    /// Does what `generate` does: keeps the frames that exist and makes the missing ones.
     fn generate(&self, out: &Path, mode: OpenMode, frames: &[usize]) -> Result<(), Error> {
         let writer = Writer::create(out, mode, self.0.clone())?;
         for &k in frames {
@@ -65,7 +67,8 @@ impl Drive {
     }
 }
 
-/// Runs `action` with the `n`-th operation at or below `root` failing; says whether there was one.
+/// Runs `action` with a failure of the `n`-th operation at or below `root`; returns whether there
+/// was such an operation.
 fn failing<T>(root: &Path, n: usize, action: impl FnOnce() -> T) -> (T, bool) {
     let count = Arc::new(AtomicUsize::new(0));
     let counted = Arc::clone(&count);
@@ -81,8 +84,8 @@ fn failing<T>(root: &Path, n: usize, action: impl FnOnce() -> T) -> (T, bool) {
     (done, count.load(Ordering::SeqCst) > n)
 }
 
-/// No file under a final name differs from what a whole run has there, and nothing temporary is
-/// left.
+/// Asserts that no file under a final name differs from that of a whole run, and that no temporary
+/// file is left.
 fn nothing_wrong(out: &Path, whole: &BTreeMap<PathBuf, Vec<u8>>) {
     if !out.exists() {
         return;
@@ -119,7 +122,8 @@ fn whatever_fails_while_generating_nothing_wrong_has_a_final_name_and_resume_end
             break;
         }
         nothing_wrong(&out, &whole);
-        // What fails when all is done (the state's removal) may leave a whole data set.
+        // A failure after everything is written (while the state folder is removed) may leave a
+        // whole data set.
         let ended = Dataset::open(&out).is_ok();
         if result.is_err() {
             failures += 1;
@@ -236,7 +240,7 @@ fn whatever_fails_while_a_cloud_is_made_the_old_one_stays() {
     assert!(fs::read(&out).expect("there") == whole);
 }
 
-/// A change of the disk, as the log keeps it.
+/// A change of the disk, as it is logged.
 #[derive(Clone, Debug)]
 enum Change {
     Folder(PathBuf),
@@ -280,7 +284,7 @@ struct Logged {
     name_is_synced: bool,
 }
 
-/// What the system shows after some changes, and how much of it is on the medium.
+/// The files as the system shows them after some changes, and how much of them is on the medium.
 #[derive(Clone, Debug, Default)]
 struct Disk {
     files: BTreeMap<PathBuf, Logged>,
@@ -299,7 +303,7 @@ impl Disk {
                 file.content_is_synced = false;
             }
             Change::Rename(from, to) => {
-                // An empty file is never written to.
+                // There is no write to an empty file, so it may be missing from the log.
                 let file = self.files.remove(from).unwrap_or_default();
                 let file = Logged {
                     name_is_synced: false,
@@ -326,7 +330,7 @@ impl Disk {
         }
     }
 
-    /// Damages one file as far as a power cut can.
+    /// Damages one file in a way that a power cut can.
     fn damage(&mut self, path: &Path, damage: &str) {
         let Some(file) = self.files.get_mut(path) else {
             return;
@@ -359,9 +363,9 @@ impl Disk {
     }
 }
 
-/// After each prefix of a run's changes the power is cut, and all or each of the files at risk are
-/// damaged; `every` takes that share of the single ones. Then the run is resumed. Returns how many
-/// power cuts there were.
+/// Simulates a power cut after each prefix of a run's changes, with damage to all files at risk, or
+/// to single ones, of which one in `every` is taken. Then the run is resumed. Returns the number of
+/// power cuts.
 fn cut(drive: &Drive, changes: &[Change], before: &Disk, every: usize) -> usize {
     let dir = in_memory();
     let whole = dir.path().join("whole");
@@ -391,7 +395,7 @@ fn cut(drive: &Drive, changes: &[Change], before: &Disk, every: usize) -> usize 
                 }
                 damaged.put(&out);
                 let says = || format!("after {n} changes, {damage}: {case:?}");
-                // A data set that says it is finished is.
+                // A data set that claims to be finished is finished.
                 if let Ok(dataset) = Dataset::open(&out) {
                     for k in 0..dataset.frames().len() {
                         dataset

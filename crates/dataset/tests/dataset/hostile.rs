@@ -1,5 +1,5 @@
-//! Data sets from strangers: nothing outside the folder is touched, nobody's files are lost,
-//! nothing is believed before it is checked. `SECURITY.md` has the threats by name.
+//! Data sets from strangers: nothing outside the folder is touched, no files of others are lost,
+//! and nothing is trusted before it is checked. `SECURITY.md` lists the threats.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,8 +11,7 @@ use serde_json::{Value, json};
 
 use crate::common::{finish, reseal, see, small, stamp, tree, write};
 
-/// Everything below the folder in which the data sets of a test lie, so that a change anywhere
-/// shows.
+/// All files below the folder of a test's data sets, so that a change anywhere is found.
 fn everything(dir: &tempfile::TempDir) -> std::collections::BTreeMap<PathBuf, Vec<u8>> {
     tree(dir.path())
 }
@@ -150,7 +149,7 @@ fn merge_verifies_every_byte_that_it_reads() {
                 _ => fs::remove_file(&path).expect("remove"),
             }
             let e = merged(&[&part], &out).expect_err("damaged").to_string();
-            // Damage to a manifest's text can be an error of its syntax, or of what it says.
+            // Damage to a manifest can be an error of syntax or of content.
             let is_manifest = name.ends_with("dataset.json");
             let last = name
                 .file_name()
@@ -199,7 +198,7 @@ fn a_folder_that_no_whole_header_claims_is_nobodys() {
             assert!(e.to_string().contains("remove this folder"), "{e}");
         }
         assert!(tree(&out) == before);
-        // Where nothing but that lies, a writer had just begun: it goes on.
+        // A folder with nothing else is that of a writer that had just begun, and can be used.
         for name in mine {
             fs::remove_file(out.join(name)).expect("remove");
         }
@@ -339,7 +338,7 @@ fn what_cannot_be_is_not_accepted() {
             assert!(e.to_string().contains(field), "{field}: {e}");
         }
     }
-    // One that could be, but is not what was written, is found by its checksum.
+    // A manifest that is valid but was changed is found by its checksum.
     fs::write(root.join("dataset.json"), &whole).expect("write");
     let mut json = manifest(&root);
     json["licence"] = "mine".into();
@@ -384,7 +383,7 @@ fn pictures_and_scans_that_lie_about_their_size_take_no_memory() {
             report.problems.iter().any(|p| p.message.contains(says)),
             "{report}"
         );
-        // Opened before, it holds the file against its old checksum.
+        // The data set that was opened before compares the file with its old checksum.
         assert!(dataset.read_frame(0).is_err());
         fs::write(dir.path().join(name), whole).expect("write");
         reseal(dir.path(), name);
@@ -410,7 +409,8 @@ fn a_broken_manifest_says_what_to_do() {
         assert!(opened.contains("dataset.json: "), "{opened}");
         assert!(tree(&root) == before);
     }
-    // While it is unfinished the state folder says whose it is, and a broken manifest is made anew.
+    // While the data set is unfinished, the state folder identifies it, and a broken manifest is
+    // made anew.
     let other = dir.path().join("other");
     killed(&other);
     fs::write(other.join("dataset.json"), "").expect("write");
@@ -483,7 +483,7 @@ fn a_merge_makes_no_data_set_that_cannot_be_opened() {
     let dir = tempfile::tempdir().expect("a folder");
     let [whole, out] = ["whole", "out"].map(|name| dir.path().join(name));
     write(&whole, &small(), &[0, 1, 2, 3]);
-    // A merge that was killed, as it says, with a frame that the drive of four does not have.
+    // An allegedly killed merge with a frame that the drive of four frames does not have.
     let writer = Writer::create(&out, OpenMode::Fresh, small()).expect("create");
     (writer.write_frame(&see(&small(), 6).data(&small()))).expect("frame");
     drop(writer);
@@ -494,7 +494,7 @@ fn a_merge_makes_no_data_set_that_cannot_be_opened() {
     let e = merge(&[&whole], &out, params).expect_err("a frame of nothing");
     assert!(e.to_string().contains("frame 6"), "{e}");
     assert!(!out.join("dataset.json").exists());
-    // The same with a number beyond all that can be counted.
+    // The same with a frame number that overflows.
     let record = |index: u64| out.join(format!(".nemoral/frames/00-{index:06}.json"));
     let text = fs::read_to_string(record(6)).expect("read");
     let sealed: Value = serde_json::from_str(&text).expect("JSON");

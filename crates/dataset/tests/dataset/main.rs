@@ -1,6 +1,6 @@
-//! One binary, because linking is most of the time. What belongs where: `common` the world and its
-//! sensors; `round_trip` formats; `resume` folders and modes; `atomic` failing disks; `check`
-//! sabotage; `cloud` registered clouds; `properties` what holds for any input.
+//! All tests are in one binary, because linking takes most of the time. `common` has the world and
+//! its sensors, `round_trip` the formats, `resume` folders and modes, `atomic` failing disks,
+//! `check` sabotage, `cloud` registered clouds, and `properties` what holds for any input.
 
 #![allow(
     clippy::disallowed_methods,

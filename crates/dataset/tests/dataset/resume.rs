@@ -1,4 +1,4 @@
-//! Whose folder is it, and what may be done to it.
+//! Which folders may be written to, resumed and replaced.
 
 use std::fs;
 use std::path::Path;
@@ -84,7 +84,7 @@ fn a_killed_run_goes_on_and_ends_with_the_same_bytes() {
     write(&one, &small(), &[0, 1, 2]);
 
     killed(&two, &[0, 1]);
-    // What a kill can leave: half a frame without a record, a temporary file, a damaged file.
+    // The leftovers of a kill: half a frame without a record, a temporary file, a damaged file.
     fs::write(two.join("sequences/00/depth/000002.png"), "half").expect("write");
     fs::write(two.join("sequences/00/depth/.nemoral-Ab12.tmp"), "half").expect("write");
     fs::write(two.join("sequences/00/labels/000001.label"), "damaged").expect("write");
@@ -204,7 +204,7 @@ fn overwrite_takes_only_what_is_its_own() {
             fs::create_dir_all(path.parent().expect("below")).expect("mkdir");
             fs::write(path, "mine").expect("write");
         }
-        // Another class table, no second camera.
+        // The new header has another class table and no second camera.
         drop(Writer::create(&out, OpenMode::Overwrite, small()).expect("overwrite"));
         let left: Vec<_> = tree(&out)
             .into_keys()

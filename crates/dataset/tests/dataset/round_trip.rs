@@ -107,7 +107,7 @@ fn poses_calibration_and_times_mean_what_kitti_says() {
     }
 }
 
-/// PLY, as its specification says, and no more of it than scalars in one element.
+/// Reads PLY by its specification, as far as scalars in one element need it.
 fn read_ply(bytes: &[u8]) -> Vec<Vec<(String, f64)>> {
     let end = b"end_header\n";
     let at = bytes
@@ -224,7 +224,7 @@ fn images_look_right_to_an_ordinary_viewer() {
         image::open(dir.path().join(format!("sequences/00/{folder}/000000.png"))).expect("an image")
     };
     let truth = &seen.truth[0];
-    // The palette's colours are the classes'.
+    // The colours of the palette are those of the classes.
     let colours = open("semantic").into_rgb8();
     for (s, c) in truth.semantic.pixels().iter().zip(colours.pixels()) {
         assert_eq!(c.0, header.ontology.class(*s).colour);
@@ -371,7 +371,7 @@ fn further_truth_comes_back_and_lies_are_found() {
     let report = nemoral_dataset::check(dataset.root()).expect("check");
     assert!(report.passed(), "{report}");
 
-    // Lies, each where it stands.
+    // False values, each of which must be found in its file.
     let lie = |name: &str, change: &dyn Fn(&mut nemoral_scene::Annotations)| {
         let out = dir.path().join(name);
         let writer = Writer::create(&out, OpenMode::Fresh, header.clone()).expect("create");
@@ -413,7 +413,7 @@ fn further_truth_comes_back_and_lies_are_found() {
         .to_string();
     assert!(report.contains("contradict the depth image"), "{report}");
 
-    // A picture that does not follow its light, and light that is none.
+    // A picture that does not follow its light, and light that is negative.
     for (name, change) in [("a lower one", 0.5_f32), ("below 0", -1.0)] {
         let out = dir.path().join(name);
         let writer = Writer::create(&out, OpenMode::Fresh, header.clone()).expect("create");
@@ -429,7 +429,7 @@ fn further_truth_comes_back_and_lies_are_found() {
         assert!(report.contains(file) && report.contains(name), "{report}");
     }
 
-    // What is asked for must be given.
+    // What the header asks for must be given.
     let writer = Writer::create(&dir.path().join("less"), OpenMode::Fresh, header.clone());
     let mut seen = see(&header, 0);
     seen.annotations[0].flow = None;
@@ -437,8 +437,8 @@ fn further_truth_comes_back_and_lies_are_found() {
     assert!(e.expect_err("refused").to_string().contains("front.flow"));
 }
 
-/// Rows that are read one after the other while the robot moves: everything still agrees, because
-/// each row's time and the body's motion are known; without them nothing would.
+/// With rows that are read one after the other while the robot moves, everything still agrees,
+/// because the time of each row and the body's motion are known. Without these nothing would agree.
 #[test]
 fn rolling_shutters_agree_with_scans_and_flow() {
     let dir = tempfile::tempdir().expect("a folder");
@@ -459,7 +459,7 @@ fn rolling_shutters_agree_with_scans_and_flow() {
     let card = fs::read_to_string(dir.path().join("README.md")).expect("a card");
     assert!(card.contains("body_motion"), "{card}");
 
-    // Without the motion.
+    // The motion is removed.
     let path = dir.path().join("dataset.json");
     let text = fs::read_to_string(&path).expect("read");
     fs::write(&path, text.replace("\"body_motion\"", "\"forgotten\"")).expect("write");
@@ -519,7 +519,7 @@ fn lenses_come_back_and_agree_with_the_scans() {
         "{sound}"
     );
 
-    // Sabotage: pictures bent, and called straight.
+    // Distorted pictures with a header that says they are not.
     let mut straight = bent.clone();
     for camera in &mut straight.cameras {
         camera.intrinsics.distortion = Distortion::None;
@@ -571,7 +571,7 @@ fn a_right_eye_is_kittis() {
     assert!((p3[0][3] + 0.5 * k.fx).abs() < 1e-9, "{p3:?}");
     assert!((p3[0][0] - p2[0][0]).abs() < 1e-9 && p2[0][3] == 0.0);
     assert_eq!(calibration.further[0].projection, p3);
-    // A point of the LiDAR, by Tr and P3 and by Tr_right and the pinhole.
+    // A point of the LiDAR is projected by Tr and P3, and by Tr_right and the pinhole.
     let apply = |m: &[[f64; 4]; 3], p: DVec3| {
         DVec3::from_array(m.map(|r| r[0] * p.x + r[1] * p.y + r[2] * p.z + r[3]))
     };

@@ -195,13 +195,16 @@ pub fn reference_page() -> String {
         .to_toml()
         .parse()
         .expect("our own TOML parses");
-    let mut out = String::from(
-        "# Config reference\n\nMade by `nemoral config reference`. A config is TOML; what it \
-         leaves out is the preset's. `nemoral config init` writes one to start from, `nemoral \
-         config check FILE` proves one.\n\n## Presets\n\n",
-    );
+    let mut out = String::from("# Config reference\n\n");
+    out.push_str(&wrapped(
+        "Made by `nemoral config reference`. A config is TOML; what it leaves out is the preset's. \
+         `nemoral config init` writes one to start from, `nemoral config check FILE` proves one.",
+        "",
+    ));
+    out.push_str("\n## Presets\n\n");
     for preset in Preset::ALL {
-        let _ = writeln!(out, "- `{}`: {}", preset.name, preset.doc);
+        let line = format!("- `{}`: {}", preset.name, preset.doc);
+        out.push_str(&wrapped(&line, "  "));
     }
     for section in SECTIONS {
         let title = if section.path.is_empty() {
@@ -209,7 +212,8 @@ pub fn reference_page() -> String {
         } else {
             format!("[{}]", section.path)
         };
-        let _ = writeln!(out, "\n## {title}\n\n{}", section.doc.trim());
+        let _ = writeln!(out, "\n## {title}\n");
+        out.push_str(&wrapped(section.doc.trim(), ""));
         if let Some(choice) = section.choice {
             let _ = writeln!(out, "\nOne way to give {choice}.");
         }
@@ -233,6 +237,37 @@ pub fn reference_page() -> String {
             );
         }
     }
+    out
+}
+
+/// A paragraph of Markdown in lines of at most 100 columns, of which the second and further ones
+/// begin with `indent`. A blank inside of code is not broken at.
+fn wrapped(text: &str, indent: &str) -> String {
+    const COLUMNS: usize = 100;
+    let mut words: Vec<String> = Vec::new();
+    let mut is_code = false;
+    for word in text.split(' ') {
+        match words.last_mut() {
+            Some(last) if is_code => last.extend([" ", word]),
+            _ => words.push(word.to_owned()),
+        }
+        is_code ^= word.matches('`').count() % 2 == 1;
+    }
+    let (mut out, mut columns) = (String::new(), 0);
+    for word in words {
+        let width = word.chars().count();
+        if columns > 0 && columns + 1 + width > COLUMNS {
+            out.push('\n');
+            out.push_str(indent);
+            columns = indent.len();
+        } else if columns > 0 {
+            out.push(' ');
+            columns += 1;
+        }
+        out.push_str(&word);
+        columns += width;
+    }
+    out.push('\n');
     out
 }
 

@@ -257,7 +257,8 @@ impl Config {
         let has_ids = |dx, dy| ObjectId::new(start.offset(dx, dy), 1).is_some();
         if !has_ids(20_000, 20_000) || !has_ids(-20_000, -20_000) {
             let message = format!(
-                " = {}, robot.start_y_m = {}: ids reach chunk ±2,097,151, and that is chunk {start}",
+                " = {}, robot.start_y_m = {}: ids reach chunk ±2,097,151, and that is chunk \
+                 {start}",
                 r.start_x_m, r.start_y_m
             );
             out.add("robot.start_x_m", &message);

@@ -1,5 +1,5 @@
-//! Calibration: from a target to hard cores, and from a sample (or planted rows) to the share of it
-//! that is kept.
+//! Calibration: finds hard cores for a target number, and the share of a sample (or of planted
+//! rows) that is to be kept.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -26,9 +26,9 @@ const CALIBRATION: Domain = Domain::new("placement.calibration");
 const SATURATED: f64 = 0.6966;
 /// The edge of the calibration's window in mean hard-core distances: some 3000 points.
 const WINDOW: f64 = 72.0;
-/// More rounds than this bring next to nothing.
+/// More rounds than this add almost no points.
 const MAX_ROUNDS: u32 = 4;
-/// The edge of the grid of probes that measure the room that earlier layers leave.
+/// Probes along the edge of the grid that measures the room that earlier layers leave.
 const PROBES: u32 = 64;
 
 /// A layer that can be placed: its sampler and the share that is kept.
@@ -48,7 +48,7 @@ pub(crate) struct CalibratedLayer {
 /// The pattern of places where a layer's plants could stand.
 #[derive(Clone, Copy, Debug)]
 enum Pattern {
-    /// Bridson's fill; how often it works off its active list.
+    /// A sample by Bridson's algorithm, with its number of rounds.
     Fill(u32),
     Rows(Rows),
 }
@@ -68,18 +68,19 @@ impl CalibratedLayer {
         }
     }
 
-    /// Where it clusters, if it does.
+    /// Its clusters, if it has any.
     pub(crate) fn clusters(&self, key: Key, chunk: ChunkCoord, need: f64) -> Option<PatchMap> {
         let clusters = self.clusters.as_ref()?;
         Some(clusters.around(key, chunk, self.chunk_size_m, need))
     }
 
-    /// Do gaps matter to it?
+    /// Whether its density in gaps differs.
     pub(crate) fn minds_gaps(&self) -> bool {
         self.in_gaps != 1.0
     }
 
-    /// The thinning: keyed by the point, blind to everything but the patches it stands in.
+    /// The thinning, which is keyed by the point and depends on nothing but the patches that the
+    /// point is in.
     pub(crate) fn keeps(
         &self,
         point: &SamplePoint<Key>,
@@ -100,8 +101,8 @@ impl CalibratedLayer {
     }
 }
 
-/// How unevenly a layer is asked for: the mean of its density over the plane and the most of it
-/// anywhere, relative to outside of gaps and inside of clusters.
+/// How uneven a layer's density is: its mean over the plane and its maximum, relative to the
+/// density outside of gaps and inside of clusters.
 struct Unevenness {
     mean: f64,
     most: f64,
@@ -119,10 +120,10 @@ impl Unevenness {
     }
 }
 
-/// Makes every layer of valid parameters, in order, by growing a window of each; `None` for a layer
-/// without things.
+/// Makes every layer of valid parameters, in order, by growing a window of each; `None` for an
+/// empty layer.
 ///
-/// The calibration's key is its own: equal parameters keep equal shares in every world.
+/// Calibration has a key of its own, so that equal parameters keep equal shares in every world.
 pub(crate) fn calibrate(
     params: &PlacementParams,
 ) -> Result<Vec<Option<CalibratedLayer>>, PlacementError> {
@@ -140,13 +141,13 @@ pub(crate) fn calibrate(
         let target = layer.per_chunk
             / (params.allowed_fraction * params.density_factor * params.density_factor);
         let uneven = Unevenness::of(params, layer);
-        // What is asked for where most is asked for: there, too, hard cores must leave room.
+        // The hard cores must leave room where the density is greatest, too.
         let sizes = sizes(params, layer, target * uneven.most / uneven.mean);
         let half = WINDOW * sizes.mean_core();
         let max_radius = layer.max_radius_m() / params.chunk_size_m;
-        // A hair more than will be asked for: rounding must not put a radius beyond the last probe.
+        // Slightly more than will be needed, so that rounding puts no radius beyond the last probe.
         let clearances = Clearances::of(&earlier, 1.001 * params.factor() * max_radius);
-        // Of all darts of a variety, this share is neither beside a rock nor beside earlier layers.
+        // The share of all darts of a variety that overlap neither rocks nor earlier layers.
         let room: Vec<f64> = layer
             .varieties
             .iter()
@@ -179,7 +180,7 @@ pub(crate) fn calibrate(
                     points.len() as f64 / (4.0 * half * half),
                     Bias::of(&sizes, layer, &points),
                 ),
-                // Planted places are known, and take whatever is planted.
+                // Planted places are known and take any variety.
                 Pattern::Rows(rows) => (rows.per_chunk(params.chunk_size_m), Bias::NONE),
             };
             made.keep = (0..room.len())
@@ -208,7 +209,7 @@ pub(crate) fn calibrate(
     Ok(layers)
 }
 
-/// What the layers so far left earlier in the calibration's window.
+/// The points of the layers so far in the calibration's window.
 struct EarlierLayers {
     factor: f64,
     /// Half the edge of the square where the points are complete.
@@ -217,8 +218,8 @@ struct EarlierLayers {
 }
 
 impl EarlierLayers {
-    /// `share` of the layer's density is everywhere: for the room that others find on the whole,
-    /// that is as good as all of it somewhere.
+    /// Adds a layer with `share` of its density everywhere. For the mean room that others find,
+    /// this is equivalent to the full density in a part of the plane.
     fn add(
         &mut self,
         mut points: Vec<SamplePoint<Key>>,
@@ -247,12 +248,14 @@ impl EarlierLayers {
     }
 }
 
-/// The hard cores of a layer: `hard_core` of what the target implies, more for big varieties.
+/// The hard cores of a layer: `hard_core` times the spacing that the target implies, and more for
+/// large varieties.
 fn sizes(params: &PlacementParams, layer: &LayerParams, target: f64) -> DiskSizes {
     let total: f64 = layer.varieties.iter().map(|v| v.weight).sum();
     let mid = |i: usize| (layer.varieties[i].radius_m.0 + layer.varieties[i].radius_m.1) / 2.0;
-    // The room a tree takes grows like its crown's width, about the root of its stem's: a stem four
-    // times as thick keeps twice the distance. Beyond that, its own occupancy decides.
+    // The room that a tree takes grows like the width of its crown, which is about the square root
+    // of its stem's: a stem four times as thick keeps twice the distance. Where its own occupancy
+    // is larger, that decides.
     let relative: Vec<f64> = {
         let mean = (0..layer.varieties.len())
             .map(|i| layer.varieties[i].weight / total * mid(i))
@@ -296,16 +299,16 @@ fn rock_free(params: &PlacementParams, radius_m: f64) -> f64 {
     libm::exp(-number * mean_area_m2 / (params.chunk_size_m * params.chunk_size_m))
 }
 
-/// Small things find more places than big ones. In a fill, the density of a hard core c over its
-/// share among the darts falls like exp(−a c − b c²), the form of a disc's chance to find room
-/// among others; a and b are fitted to the fill's first two moments (maximum likelihood).
+/// Small disks find more places than large ones. In a fill, the density of a hard core c over its
+/// share among the darts falls like exp(−a c − b c²), the form of a disc's probability to find room
+/// among others; a and b are fitted to the first two moments of the fill (maximum likelihood).
 struct Bias {
     theta: DVec2,
     norm: f64,
 }
 
 impl Bias {
-    /// Everything finds a place.
+    /// No bias: every size finds a place.
     const NONE: Self = Self {
         theta: DVec2::ZERO,
         norm: 1.0,
@@ -321,8 +324,8 @@ impl Bias {
             .map(|p| core_powers(sizes, usize::from(p.variety)))
             .sum::<DVec2>()
             / points.len().max(1) as f64;
-        // Newton's method on a convex function, halving steps that overshoot; the ridge stands in
-        // where fewer than three hard cores leave the fit open.
+        // Newton's method on a convex function, which halves steps that overshoot; the ridge
+        // regularises the fit where there are fewer than three hard cores.
         const RIDGE: f64 = 1e-4;
         let norm_at = |theta: DVec2| -> f64 {
             thrown
@@ -353,7 +356,7 @@ impl Bias {
                 variance.x * gradient.y - covariance * gradient.x,
             ) / determinant;
             let here = loss(theta);
-            // Not at all downhill any more, to the last digits: found.
+            // Where no step goes downhill any more, the minimum is found.
             let halved = (0..40).find(|_| {
                 let better = loss(theta + step) < here;
                 if !better {
@@ -382,11 +385,11 @@ fn core_powers(sizes: &DiskSizes, variety: usize) -> DVec2 {
     DVec2::new(x, x * x)
 }
 
-/// How far probes are from the nearest thing that stands, ascending; up to a distance that matters.
+/// The distances of probes from the nearest site, ascending, up to the greatest that is needed.
 struct Clearances(Vec<f64>);
 
 impl Clearances {
-    /// `most` is the largest scaled radius that will be asked for.
+    /// `most` is the largest scaled radius that [`share`](Self::share) will be called with.
     fn of(earlier: &EarlierLayers, most: f64) -> Self {
         if earlier.points.is_empty() {
             return Self(Vec::new());

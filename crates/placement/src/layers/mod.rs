@@ -1,4 +1,4 @@
-//! Rocks and ordered layers of woody plants: users of the sampler, with targets, rows, gaps,
+//! Rocks and ordered layers of woody plants, which use the sampler, with targets, rows, gaps and
 //! clusters.
 
 mod calibrate;

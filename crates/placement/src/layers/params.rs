@@ -16,7 +16,7 @@ pub struct RockParams {
     pub varieties: Vec<Variety>,
 }
 
-/// One layer of woody things.
+/// One layer of woody plants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerParams {
     /// A name for messages, such as `trees`.
@@ -24,15 +24,16 @@ pub struct LayerParams {
     /// The target: the mean number per chunk over the whole plane, trails included, at
     /// `density_factor` 1. 0 for none, otherwise from 10⁻⁴ to 10⁵.
     pub per_chunk: f64,
-    /// The kinds of things. May be empty if `per_chunk` is 0.
+    /// The varieties of the layer. May be empty if `per_chunk` is 0.
     pub varieties: Vec<Variety>,
-    /// Planted in rows, or scattered (`None`). Rows give places; of them, as many as `per_chunk`
-    /// asks for hold a thing: the rest failed, or was thinned.
+    /// Rows in which the layer is planted, or `None` for a scattered layer. Of the places of rows,
+    /// as many as `per_chunk` asks for hold a plant; in the others it died or was thinned.
     pub rows: Option<Rows>,
     /// Density inside [`PlacementParams::gaps`] relative to outside, 0 to 20: 0 for a canopy, 1 for
-    /// what does not care, more for what needs light. The mean over the plane stays the target.
+    /// plants that are indifferent, more for those that need light. The mean over the plane is
+    /// still the target.
     pub in_gaps: f64,
-    /// Stands in these patches only, each layer in its own; everywhere (`None`).
+    /// Patches to which the layer is restricted, each layer to its own; `None` for everywhere.
     pub clusters: Option<Patches>,
 }
 
@@ -50,38 +51,39 @@ impl LayerParams {
         }
     }
 
-    /// The largest occupancy radius of what is ever placed, metres.
+    /// The largest occupancy radius of the varieties with a positive weight, metres.
     pub(crate) fn max_radius_m(&self) -> f64 {
         let weighted = self.varieties.iter().filter(|v| v.weight > 0.0);
         weighted.map(|v| v.radius_m.1).fold(0.0, f64::max)
     }
 }
 
-/// Everything that decides where things stand, but for the seed.
+/// Everything that decides where rocks and plants stand, except the seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacementParams {
     /// The edge of a chunk, metres; 1 to 10⁴. The paper's is 50.
     pub chunk_size_m: f64,
     /// Rocks, placed first.
     pub rocks: RockParams,
-    /// Woody things in order: a later layer gives way to the earlier ones. Trees, stumps, shrubs.
+    /// Woody layers in their order, such as trees, stumps, shrubs; a later layer gives way to the
+    /// earlier ones.
     pub layers: Vec<LayerParams>,
-    /// Gaps, which layers avoid or seek; none (`None`).
+    /// Gaps, which layers avoid or seek; `None` for no gaps.
     pub gaps: Option<Patches>,
     /// Two sites p and q are at least `spacing_factor · density_factor · (r_p + r_q)` apart; 0 to
     /// 100.
     pub spacing_factor: f64,
     /// The paper's factor on all woody radii, those that the target implies included; 0.05 to 20. A
     /// layer's mean number is `per_chunk / density_factor²`: larger is sparser. Rows stay where
-    /// they are, and fewer of their places hold a thing.
+    /// they are, and fewer of their places hold a plant.
     pub density_factor: f64,
-    /// How evenly things are scattered: the hard core that a layer is filled at over the spacing of
-    /// a saturated pattern of its density; 0.05 to 0.75. At 0 points scatter like rain, at 1 they
-    /// stand as evenly as a plantation's; Clark and Evans's R is 1.07 at 0.25 and 1.2 at 0.5.
+    /// The regularity of scattered layers: the hard core at which a layer is filled, over the
+    /// spacing of a saturated pattern of its density; 0.05 to 0.75. At 0 points would be random, at
+    /// 1 as regular as in a plantation; Clark and Evans's R is 1.07 at 0.25 and 1.2 at 0.5.
     pub hard_core: f64,
-    /// The share of the plane where the exclusion lets things stand (1 without trails); more
-    /// than 0, at most 1. The density there is raised by its inverse, so that the mean over the
-    /// whole plane meets the target.
+    /// The share of the plane that the exclusion allows (1 without trails); more than 0, at most 1.
+    /// The density there is raised by its inverse, so that the mean over the whole plane meets the
+    /// target.
     pub allowed_fraction: f64,
 }
 
@@ -125,7 +127,7 @@ impl PlacementParams {
         self.spacing_factor * self.density_factor
     }
 
-    /// Rocks are solid: no factor below 1 lets anything stand in one.
+    /// Rocks are solid, so a factor below 1 does not let anything stand in one.
     pub(crate) fn rock_factor(&self) -> f64 {
         self.factor().max(1.0)
     }
@@ -157,7 +159,8 @@ impl PlacementParams {
                 "at most 10000",
             ));
         }
-        // Only a chunk's 8 neighbours are asked: no distance rule may reach beyond them.
+        // Only the 8 neighbours of a chunk are considered, so no distance rule may reach beyond
+        // them.
         let reach = self.chunk_size_m / 2.0;
         if rocks.max_per_chunk > 0 {
             check_varieties(

@@ -13,11 +13,11 @@ use nemoral_scene::ParamError;
 
 const PATCHES: Domain = Domain::new("placement.patches");
 
-/// How far an outline swings about its mean radius, with two and with three waves around.
+/// Amplitudes of an outline about its mean radius, with two and with three waves around it.
 const WAVES: [f64; 2] = [0.22, 0.14];
 
-/// Patches with wavy outlines, scattered over the plane like rain; they may overlap (a Boolean
-/// model: Matheron 1975). They belong to the plane: chunks that share one see the same.
+/// Patches with wavy outlines at random places of the plane, which may overlap (a Boolean model:
+/// Matheron 1975). They belong to the plane, so chunks that share a patch see the same one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patches {
     /// The share of the plane that they cover, 0.001 to 0.9.
@@ -42,8 +42,8 @@ impl Patches {
         ))
     }
 
-    /// Their mean number in a square metre: of a Boolean model, the share left free is e^(−number ·
-    /// area).
+    /// Their mean number per square metre. In a Boolean model, a share of e^(−number · area) is
+    /// left free.
     fn per_m2(&self) -> f64 {
         let (low, high) = self.radius_m;
         let mean_square = (low * low + low * high + high * high) / 3.0;
@@ -63,7 +63,7 @@ impl Patches {
         let swing = 1.0 + WAVES.iter().sum::<f64>();
         let widest = swing * self.radius_m.1 / chunk_size_m;
         let reach = window + widest;
-        // Cells of 2^level chunks, so that few of them are asked.
+        // Cells are 2^level chunks wide, so that few of them have to be visited.
         let mut level = 0_u32;
         while f64::from(1 << level) < 2.0 * widest {
             level += 1;
@@ -110,7 +110,7 @@ impl Patches {
 /// The patches around a chunk.
 #[derive(Debug)]
 pub(crate) struct PatchMap {
-    /// Discs around the outlines, numbered as those.
+    /// Discs around the outlines, in the same order.
     index: QuadTree,
     outlines: Vec<Outline>,
 }
@@ -124,7 +124,7 @@ pub struct Clusters {
 }
 
 impl Clusters {
-    /// Is a world position of the chunk in a cluster?
+    /// Whether a world position of the chunk is in a cluster.
     #[must_use]
     pub fn contain(&self, world_m: DVec2) -> bool {
         let local = (world_m - self.origin_m) / self.chunk_size_m;
@@ -141,8 +141,8 @@ struct Outline {
 }
 
 impl PatchMap {
-    /// Is a point, relative to the chunk's corner, in a patch? The same answer from any chunk:
-    /// differences of positions are exact.
+    /// Whether a point, relative to the chunk's corner, is in a patch. The result is the same from
+    /// any chunk, as differences of positions are exact.
     pub(crate) fn contain(&self, p: DVec2) -> bool {
         let verdict = self.index.search(p, 0.0, &mut |i| {
             let inside = self
@@ -217,7 +217,7 @@ mod tests {
                 all += 400;
             }
             let share = f64::from(inside as u32) / f64::from(all);
-            // A large patch is a third of a percent of this window.
+            // A large patch covers a third of a percent of this window.
             let tolerance = 0.05 * patches.share + 0.006;
             assert!(
                 (share - patches.share).abs() < tolerance,

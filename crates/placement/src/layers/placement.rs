@@ -1,4 +1,4 @@
-//! Rocks, then the woody layers in their order.
+//! Places rocks, then the woody layers in their order.
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
@@ -16,10 +16,10 @@ const ROCKS: Domain = Domain::new("placement.rocks");
 const LAYERS: Domain = Domain::new("placement.layers");
 const GAPS: Domain = Domain::new("placement.gaps");
 
-/// How many places are tried for a rock before the chunk has to do with fewer.
+/// How many places are tried for a rock before the chunk gets one less.
 const ROCK_TRIES: u64 = 500;
 
-/// Places rocks and woody things on an endless plane of square chunks.
+/// Places rocks and woody plants on an endless plane of square chunks.
 ///
 /// A value is a pure function of its parameters and key: ask it for any chunk, in any order, from
 /// any thread.
@@ -28,16 +28,17 @@ pub struct Placement {
     params: PlacementParams,
     key: Key,
     layers: Vec<Option<CalibratedLayer>>,
-    /// In chunk edges: how far a site of one layer keeps another layer's away, at most.
+    /// The greatest distance, in chunk edges, at which a site of one layer excludes one of another
+    /// layer.
     reach: f64,
 }
 
 impl Placement {
-    /// Proves the parameters and finds the share of each layer's fill that its target keeps.
+    /// Checks the parameters and finds the share of each layer's sample to keep for its target.
     ///
     /// # Errors
-    /// A [`PlacementError`] for a value out of range, or for a target that the radii leave no room
-    /// for.
+    /// A [`PlacementError`] for a value out of range, or for a target for which the radii leave no
+    /// room.
     pub fn new(params: PlacementParams, key: Key) -> Result<Self, PlacementError> {
         params.check()?;
         let layers = calibrate(&params)?;
@@ -54,7 +55,7 @@ impl Placement {
         })
     }
 
-    /// What it was made from.
+    /// The parameters that it was made from.
     #[must_use]
     pub fn params(&self) -> &PlacementParams {
         &self.params
@@ -137,8 +138,8 @@ impl Placement {
 
     /// The woody sites of a chunk, by layer, then by key.
     ///
-    /// `rocks` are those of this chunk and of its 8 neighbours, in any order. Other chunks' woody
-    /// sites are not needed: what they are near the border is computed here, exactly.
+    /// `rocks` are those of this chunk and of its 8 neighbours, in any order. Woody sites of other
+    /// chunks are not needed, as those near the border are computed here exactly.
     #[must_use]
     pub fn woody(&self, coord: ChunkCoord, allowed: &dyn Exclusion, rocks: &[Site]) -> Vec<Site> {
         let rock_factor = self.params.rock_factor();
@@ -168,7 +169,7 @@ impl Placement {
             let Some(layer) = layer else {
                 continue;
             };
-            // Later layers give way to this one, and theirs to them: one reach for each.
+            // Later layers give way to this one and to each other, so each of them adds one reach.
             let need = 0.5 + self.reach * (self.layers.len() - 1 - number) as f64;
             let key = self.layer_key(number);
             let clusters = layer.clusters(key, coord, need);
@@ -181,7 +182,7 @@ impl Placement {
             for p in &points {
                 standing.insert(p.p, factor * p.radius);
             }
-            // Half-open: a point on a shared border belongs to one chunk.
+            // Chunks are half-open, so that a point on a shared border belongs to one chunk.
             points.retain(|p| p.p.min_element() >= 0.0 && p.p.max_element() < 1.0);
             for point in points {
                 let site = Site {
@@ -191,8 +192,8 @@ impl Placement {
                     variety: point.variety,
                     key: point.key,
                 };
-                // Whatever a rock or the exclusion forbids is left out and nothing moves up: the
-                // pattern beside a trail is the pattern everywhere.
+                // Points that a rock or the exclusion forbids are left out, and no others take
+                // their places, so that the pattern beside a trail is the same as everywhere.
                 if is_free(&rock_index, point.p, rock_factor * point.radius)
                     && allowed.allows(site.position_m, site.radius_m)
                 {
@@ -203,8 +204,8 @@ impl Placement {
         sites
     }
 
-    /// Where a layer stands in a chunk, if it clusters: for what grows among its things and is too
-    /// small to be one of them. It is asked for a layer without things too.
+    /// The clusters of a layer in a chunk, if it has any. They also place plants that are too small
+    /// to be sites of the layer, and exist for empty layers, too.
     #[must_use]
     pub fn clusters(&self, coord: ChunkCoord, layer: usize) -> Option<Clusters> {
         let patches = self.params.layers.get(layer)?.clusters?;
@@ -225,8 +226,8 @@ impl Placement {
     }
 
     fn world_m(&self, coord: ChunkCoord, p: DVec2) -> DVec2 {
-        // Coordinates of 32 bits and 30 binary places would need 62 bits: far out, the last places
-        // of a position are rounded off, here and nowhere else.
+        // Chunk coordinates of 32 bits and 30 binary places would need 62 bits. Far from the origin
+        // the last places of a position are rounded off, here and nowhere else.
         (DVec2::new(f64::from(coord.x), f64::from(coord.y)) + p) * self.params.chunk_size_m
     }
 

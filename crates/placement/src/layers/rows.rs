@@ -13,34 +13,36 @@ const ROWS: Domain = Domain::new("placement.rows");
 const PHASE: Domain = Domain::new("placement.rows.phase");
 const VIGOUR: Domain = Domain::new("placement.rows.vigour");
 
-/// A planter's hand strays no farther than this many standard deviations.
+/// Planted trees deviate from their places by at most this many standard deviations.
 const STRAY: f64 = 2.5;
 
-/// How much of its four neighbours' mean vigour a tree loses to them.
+/// The share of its four neighbours' mean vigour that a tree loses.
 ///
 /// In a square grid the sizes of two neighbours then correlate by -(c / 2) / (1 + c² / 4) = -0.19.
 /// Diameters of planted pines were found uncorrelated or negatively so, the more the denser and the
 /// older the stand (Liu and Burkhart 1994, "Spatial characteristics of diameter and total height in
-/// juvenile loblolly pine plantations"), while good and bad ground, which is not in here, makes
-/// neighbours alike. So it is a moderate one, -0.15 to -0.3; which, is our choice.
+/// juvenile loblolly pine plantations"), while good and poor sites, which are not modelled, make
+/// neighbours alike. A moderate correlation of -0.15 to -0.3 is plausible; the value in that range
+/// is our choice.
 const COMPETITION: f64 = 0.4;
 
-/// Rows of planted trees: a grid of the whole plane, turned, whose places are known by two
+/// Rows of planted trees: a rotated grid of the whole plane, whose places are identified by two
 /// integers.
 ///
-/// Neighbours keep each other small: a tree's size is the quantile of its own vigour less a share
-/// of its four neighbours', of which each is nearer the more (1 / distance, as in Hegyi's index of
-/// competition, 1974). All sizes together are as the varieties' weights have them.
+/// Neighbours compete: a tree's size is the quantile of its own vigour less a share of that of its
+/// four neighbours, each weighted by 1 / distance (as in Hegyi's competition index, 1974). The
+/// distribution of all sizes is that of the varieties' weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rows {
-    /// From row to row, metres, 0.5 to 50.
+    /// Distance between rows, metres, 0.5 to 50.
     pub row_m: f64,
-    /// From place to place in a row, metres, 0.5 to 50.
+    /// Distance between places in a row, metres, 0.5 to 50.
     pub in_row_m: f64,
-    /// Standard deviation of where a tree stands about its place, along the row and across it,
-    /// metres, at least 0; planters reach 0.15 to 0.3. No tree strays more than 2.5 times as far.
+    /// Standard deviation of a tree's position about its place, along the row and across it,
+    /// metres, at least 0; planters reach 0.15 to 0.3. No tree deviates by more than 2.5 times as
+    /// much.
     pub jitter_m: f64,
-    /// Where the rows head, clockwise from north, degrees.
+    /// Direction of the rows, clockwise from north, degrees.
     pub heading_deg: f64,
 }
 
@@ -54,7 +56,7 @@ impl Rows {
             -360.0,
             360.0,
         )?;
-        // Two neighbours that stray towards each other must still keep the distance rule.
+        // Two neighbours that deviate towards each other must still keep the distance rule.
         let narrow = self.row_m.min(self.in_row_m);
         let most = (narrow - 2.0 * largest_m) / (2.0 * STRAY);
         if self.jitter_m >= 0.0 && self.jitter_m <= most {
@@ -79,8 +81,8 @@ impl Rows {
 
     /// All planted trees in the square of half edge `need` (chunk edges) around a chunk's centre.
     ///
-    /// A place's tree is a function of its two integers, computed in the plane's own coordinates
-    /// and snapped there: chunks that look from different origins see the same bits.
+    /// The tree of a place is a function of its two integers, computed and rounded in the
+    /// coordinates of the plane, so that chunks with different origins see the same bits.
     pub(crate) fn plant(
         &self,
         sizes: &DiskSizes,
@@ -153,7 +155,7 @@ impl Rows {
     }
 }
 
-/// Positions are multiples of 2⁻³⁰, here far from the origin too: the difference to a chunk's
+/// Positions are multiples of 2⁻³⁰, far from the origin too, so that the difference to a chunk's
 /// corner is exact.
 fn round(p: DVec2) -> DVec2 {
     const PLACES: f64 = (1_u64 << 30) as f64;
@@ -179,7 +181,7 @@ mod tests {
     fn sizes(weights: &[f64]) -> DiskSizes {
         let varieties: Vec<Variety> = (0..weights.len())
             .map(|i| {
-                // Neither small nor large ones first.
+                // Sizes are in neither ascending nor descending order.
                 let radius_m = 0.1 + 0.03 * ((7 * i + 3) % 11) as f64;
                 Variety {
                     weight: weights[i],
@@ -190,8 +192,8 @@ mod tests {
         DiskSizes::new(&varieties, vec![0.0; weights.len()], 50.0, 1.0)
     }
 
-    /// Of a square of places: the correlation of ranks along rows, across them, and along the
-    /// diagonal.
+    /// The correlation of ranks along rows, across them, and along the diagonal, in a square of
+    /// places.
     fn correlations(rows: &Rows, competition: f64) -> [f64; 3] {
         const SIDE: i64 = 160;
         let key = Key::world(4).domain(VIGOUR);
@@ -210,7 +212,7 @@ mod tests {
         })
     }
 
-    /// Where neighbours' sizes should correlate.
+    /// The range of the correlation of neighbours' sizes.
     const NEIGHBOURS: std::ops::Range<f64> = -0.3..-0.15;
 
     #[test]
@@ -219,7 +221,7 @@ mod tests {
         assert!(NEIGHBOURS.contains(&along), "{along}");
         assert!(NEIGHBOURS.contains(&across), "{across}");
         assert!(diagonal.abs() < 0.05, "{diagonal}");
-        // Each is of its own if they take nothing of each other, and much if they take too much.
+        // Sizes do not correlate without competition, and too much with too much of it.
         for (competition, least) in [(0.0, -0.03), (0.2, NEIGHBOURS.end)] {
             let [along, across, _] = correlations(&rows(3.0, 3.0), competition);
             assert!(
@@ -244,7 +246,7 @@ mod tests {
         let rows = rows(4.0, 2.0);
         let mut counts = [0_u32; 20];
         for k in 0..40_000_i64 {
-            // Places far from each other: neighbours would even each other out.
+            // The places are far from each other, as neighbours would compensate each other.
             let rank = rows.rank(COMPETITION, Key::world(9), 3 * (k % 200), 3 * (k / 200));
             counts[(20.0 * rank) as usize] += 1;
         }
@@ -265,7 +267,8 @@ mod tests {
     const VALUES: &str = "0.7505779041279994 (0, 0.004100693484953599, 0.004100693484953599)";
 
     proptest! {
-        /// Of all quantiles, each variety takes its weight's share, small ones the low ones.
+        /// Each variety has the share of its weight of all quantiles, and small varieties have the
+        /// low ones.
         #[test]
         fn varieties_have_their_weights(weights in proptest::collection::vec(0.0_f64..5.0, 1..9)) {
             prop_assume!(weights.iter().sum::<f64>() > 0.1);
@@ -287,7 +290,7 @@ mod tests {
             prop_assert!(sizes.of_quantile(0.0).1 > 0.0 && sizes.of_quantile(1.0).1 >= last);
         }
 
-        /// Who looks, and from where, is nothing to a tree.
+        /// A tree does not depend on the chunk that it is seen from.
         #[test]
         fn two_chunks_see_the_same_trees(
             seed: u64,

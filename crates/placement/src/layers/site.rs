@@ -1,4 +1,4 @@
-//! The sites of plants and rocks, and where none may stand.
+//! The sites of plants and rocks, and the places where none may be.
 
 use glam::DVec2;
 use nemoral_seed::Key;
@@ -14,15 +14,15 @@ pub struct Site {
     pub layer: u8,
     /// The index of its variety in its layer (or among the rocks).
     pub variety: u16,
-    /// Its own key: whatever else is drawn for this thing (yaw, scale, age) comes from here.
+    /// Its own key, for everything else that is drawn for this site (yaw, scale, age).
     pub key: Key,
 }
 
-/// Where things may stand: how trails, water or a map reach the sampler.
+/// Where sites are allowed: the port through which trails, water or a map reach the sampler.
 ///
-/// It is asked for positions inside the chunk in hand only. Closures implement it.
+/// It is called with positions inside the current chunk only. Closures implement it.
 pub trait Exclusion: Sync {
-    /// Whether a thing that occupies a disc of `radius_m` around the world position may stand.
+    /// Whether a disc of `radius_m` around the world position may be occupied.
     fn allows(&self, position_m: DVec2, radius_m: f64) -> bool;
 }
 

@@ -16,7 +16,7 @@ use super::tile::{from_centre, snap};
 const DARTS_PER_POINT: u32 = 30;
 /// The initial samples thrown per square of the mean hard-core distance.
 const SEED_DENSITY: f64 = 0.3;
-/// More than the rounding of a position, added where the resolved window shrinks.
+/// A length above the rounding of a position, which is added where the resolved window shrinks.
 const SLACK: f64 = 1e-8;
 
 /// A disk of the sample.
@@ -25,7 +25,7 @@ pub(crate) struct SamplePoint<K> {
     pub(crate) p: DVec2,
     /// The radius of the hard core: two points are at least the sum of theirs apart.
     pub(crate) core: f64,
-    /// The occupancy radius, which the user of the sampler knows the meaning of.
+    /// The occupancy radius, whose meaning is up to the user of the sampler.
     pub(crate) radius: f64,
     pub(crate) variety: u16,
     pub(crate) key: K,
@@ -38,8 +38,8 @@ pub(crate) struct SamplePoint<K> {
 /// the annulus r..2r of one after the other. An endless plane has no first sample and no "one after
 /// the other", so:
 /// - the initial samples are a sparse Poisson process of darts, keyed by the cell they fall in;
-/// - the active list is worked off breadth-first: all active points throw their k darts, keyed by
-///   the thrower; the points that these darts bring are the next active list. It stops after
+/// - the active list is processed breadth-first: all active points throw their k darts, keyed by
+///   the thrower, and the darts that become points are the next active list. It stops after
 ///   `rounds`, usually before the list is empty;
 /// - the darts of one round are resolved in the order of keyed priorities: a dart becomes a point
 ///   if it overlaps no point of an earlier round and no dart of higher priority that became one.
@@ -84,8 +84,8 @@ fn fill_window<K: SampleKey>(
     window.resolve_round(seeds(sizes, key, tile, half));
     let mut active = 0;
     for _ in 0..rounds {
-        // A thrower reaches as far as twice the sum of two hard cores: nearer to the border of
-        // what is known, darts of unknown throwers would be missed.
+        // A thrower reaches as far as twice the sum of two hard cores. Nearer to the border of the
+        // resolved window, darts of unknown throwers would be missed.
         window.half -= 4.0 * sizes.max_core + SLACK;
         if window.half < need {
             return None;
@@ -132,7 +132,7 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
         let mut rng = thrower.key.dart_rng();
         for i in 0..DARTS_PER_POINT {
             let (variety, radius, core) = self.sizes.draw(&mut rng);
-            // r is the distance that the two hard cores ask for.
+            // r is the least distance by the two hard cores.
             let p = thrower.p + annulus(&mut rng, thrower.core + core);
             if from_centre(p) > self.half {
                 continue;
@@ -153,7 +153,7 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
     /// Resolves one round of darts, which are all those in the square of half edge `half` that
     /// overlap no earlier point. Shrinks `half` to the part without unknown darts.
     fn resolve_round(&mut self, mut darts: Vec<SamplePoint<K>>) {
-        // Priorities are as good as random; the key itself breaks ties.
+        // Priorities are pseudo-random; the key itself breaks ties.
         darts.sort_unstable_by_key(|dart| (dart.key.priority(), dart.key));
         let first = self.points.len();
         // Darts that are points, and unknown ones: `certain` tells them apart.
@@ -280,8 +280,8 @@ mod tests {
         points.iter().map(|p| (p.key, p.p, p.variety)).collect()
     }
 
-    /// The definition, without windows, states or trees: everything in a square so large that what
-    /// happens at its border cannot reach the middle.
+    /// The definition without windows, states or trees: all points of a square that is so large
+    /// that its border cannot influence the middle.
     fn oracle(
         sizes: &DiskSizes,
         rounds: u32,

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 
-/// Discs that can be asked which of them overlap another disc.
+/// A collection of discs that can be searched for those that overlap another disc.
 pub trait NeighbourIndex {
     /// Calls `visit` with the number (in order of insertion) of every stored disc q with
     /// `|p − q| < radius + r_q`, in no particular order, until it breaks.
@@ -33,7 +33,8 @@ pub trait NeighbourIndex {
     }
 }
 
-/// The obvious index: it looks at every disc. Best for a handful, and the quadtree's oracle.
+/// An index that looks at every disc. It is best for a few discs, and is the oracle of the
+/// quadtree.
 #[derive(Clone, Debug, Default)]
 pub struct LinearScan {
     discs: Vec<(DVec2, f64)>,
@@ -63,7 +64,7 @@ impl NeighbourIndex for LinearScan {
     }
 }
 
-/// The sum rule, the same expression everywhere: both indexes agree to the bit.
+/// The overlap rule. As both indexes use this expression, they agree to the bit.
 #[inline]
 pub(crate) fn overlap(p: DVec2, radius_p: f64, q: DVec2, radius_q: f64) -> bool {
     let reach = radius_p + radius_q;

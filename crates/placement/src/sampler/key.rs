@@ -1,4 +1,4 @@
-//! The random numbers of the sampler: keys instead of a stream.
+//! The random numbers of the sampler, which come from keys instead of a stream.
 
 use nemoral_seed::{Domain, Key, PhiloxRng, Rng};
 
@@ -29,7 +29,7 @@ pub trait SampleKey: Copy + Ord {
     /// The stream that a point draws its darts from; each call starts it anew.
     fn dart_rng(self) -> Self::Rng;
 
-    /// A hash of the key: of two darts that overlap, the one with the lower priority number wins.
+    /// A hash of the key. Of two darts that overlap, the one with the lower value wins.
     fn priority(self) -> u64;
 }
 

@@ -19,13 +19,14 @@ use nemoral_scene::ParamError;
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoissonDiskParams {
     /// The edge of the square tiles that the plane is divided into, metres, 10⁻³ to 10⁶. Tiles are
-    /// the unit of exact arithmetic: positions are multiples of 2⁻³⁰ of it. No radius is larger.
-    /// Change it, and the disks change; otherwise only [`in_tile`](PoissonDisks::in_tile) shows it.
+    /// the unit of exact arithmetic: positions are multiples of 2⁻³⁰ of their edge. No radius may
+    /// be larger. The disks depend on this value; apart from that, tiles appear only in
+    /// [`in_tile`](PoissonDisks::in_tile).
     pub tile_m: f64,
     /// The sizes of disks with their weights among the darts; at least one. Small disks find more
     /// places than large ones, so that their share of the sample is larger than of the darts.
     pub varieties: Vec<Variety>,
-    /// How often the active list is worked off, 1 to 8: more rounds give denser samples.
+    /// How often the active list is processed, 1 to 8. More rounds give denser samples.
     pub rounds: u32,
 }
 
@@ -52,7 +53,7 @@ pub struct Disk<K> {
     pub radius_m: f64,
     /// The index of its variety in [`PoissonDiskParams::varieties`].
     pub variety: u16,
-    /// Its own key: whatever else is drawn for this disk comes from here.
+    /// Its own key, for everything else that is drawn for this disk.
     pub key: K,
 }
 
@@ -63,8 +64,8 @@ pub struct Disk<K> {
 /// - No two disks of the plane overlap: the distance of their centres is at least the sum of their
 ///   radii, but for the rounding of coordinates (2⁻³⁰ of a tile, and that of `f64` far from the
 ///   origin).
-/// - The disks are one set of the whole plane, a pure function of parameters and key. Whichever
-///   part is asked for, in any order and from any thread, shows the same disks to the bit.
+/// - The disks are one set of the whole plane, a pure function of parameters and key. Any part of
+///   the plane has the same disks to the bit, whatever the order and the thread of the calls.
 /// - The law of the set is the same everywhere: it has no seams at the borders of tiles.
 /// - The set need not be maximal. With disks of one radius it has 80 % of the density of a
 ///   saturated set after one round, and 88 % after two or more; a saturated set has 0.6966 disks
@@ -157,7 +158,7 @@ impl<K: SampleKey> PoissonDisks<K> {
         let tile = [middle.x as i32, middle.y as i32];
         let centre_m = (middle + DVec2::splat(0.5)) * self.tile_m;
         let farthest_m = (low_m - centre_m).abs().max((high_m - centre_m).abs());
-        // A little more than needed: rounding must not lose a disk at the border.
+        // Slightly more than needed, so that rounding loses no disk at the border.
         let half = farthest_m.max_element() / self.tile_m + 1e-6;
         assert!(
             half < f64::from(1 << 18),

@@ -8,7 +8,7 @@ use super::index::{NeighbourIndex, overlap};
 
 /// A leaf is split when it holds more than this.
 const LEAF: u32 = 12;
-/// Coincident points cannot be split apart: a leaf this deep grows instead.
+/// Coincident points cannot be separated, so a leaf at this depth grows instead of being split.
 const MAX_DEPTH: u32 = 16;
 const NONE: u32 = u32::MAX;
 
@@ -162,13 +162,15 @@ impl QuadTree {
             waiting -= 1;
             let node = &self.nodes[stack[waiting] as usize];
             let reach = radius + node.max_radius;
-            // An empty node's box is infinitely far: the clamp below gives no NaN for it.
+            // The box of an empty node is infinitely far away, and the clamp below gives no NaN for
+            // it.
             let gap = (node.low - p).max(p - node.high).max(DVec2::ZERO);
             if gap.length_squared() >= reach * reach {
                 continue;
             }
             if node.children != NONE {
-                // The quadrant of p is looked at first: who looks for any overlap finds it there.
+                // The quadrant of p is visited first, as a search for any overlap usually ends
+                // there.
                 let nearest = node.quadrant(p);
                 for flip in [3, 2, 1, 0] {
                     stack[waiting] = node.children + (nearest ^ flip);

@@ -1,4 +1,4 @@
-//! The sizes of disks: which variety a disk has, how large it is, how far others keep away.
+//! The sizes of disks: their varieties, radii and hard cores.
 
 use nemoral_seed::Rng;
 
@@ -9,7 +9,7 @@ use crate::variety::Variety;
 pub(crate) struct DiskSizes {
     /// For each variety, the running sum of the weights, normalised to end at 1.
     cumulative: Vec<f64>,
-    /// The varieties that are ever placed, small ones first: each with the share of all smaller
+    /// The varieties with a positive weight, small ones first, each with the share of all smaller
     /// ones and its own share.
     by_size: Vec<(usize, f64, f64)>,
     /// For each variety, the least radius of the hard core.
@@ -92,7 +92,7 @@ impl DiskSizes {
 fn by_size(varieties: &[Variety], total: f64) -> Vec<(usize, f64, f64)> {
     let weighted = varieties.iter().enumerate().filter(|(_, v)| v.weight > 0.0);
     let mut order: Vec<(usize, &Variety)> = weighted.collect();
-    // Stable: varieties of one size keep their order.
+    // The sort is stable, so that varieties of equal size keep their order.
     order.sort_by(|(_, a), (_, b)| {
         let middle = |v: &Variety| v.radius_m.0 + v.radius_m.1;
         middle(a).total_cmp(&middle(b))
@@ -106,7 +106,7 @@ fn by_size(varieties: &[Variety], total: f64) -> Vec<(usize, f64, f64)> {
     with_shares.collect()
 }
 
-/// A uniform number in `[0, 1)` of 32 bits: positions keep no more, and darts are many.
+/// A uniform number in `[0, 1)` of 32 bits. Positions keep no more bits, and there are many darts.
 #[inline]
 pub(super) fn unit(rng: &mut impl Rng) -> f64 {
     f64::from(rng.next_u32()) * (1.0 / 4_294_967_296.0)

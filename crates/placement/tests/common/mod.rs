@@ -1,4 +1,4 @@
-//! A world whose chunks are made as they are asked for.
+//! A world whose chunks are made on demand.
 
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ pub(crate) fn layer(name: &str, per_chunk: f64, varieties: Vec<Variety>) -> Laye
     LayerParams::new(name, per_chunk, varieties)
 }
 
-/// Trees of three sizes, stumps, shrubs and rocks; enough of each that they meet.
+/// Trees of three sizes, stumps, shrubs and rocks, so many that they restrict each other.
 pub(crate) fn forest(trees: f64) -> PlacementParams {
     let sizes = vec![
         variety(3.0, 0.1, 0.2),
@@ -88,7 +88,7 @@ impl<'a> World<'a> {
         self.placement.woody(coord, self.allowed, &rocks)
     }
 
-    /// Forgets what it made.
+    /// Drops all chunks.
     pub(crate) fn evict(&mut self) {
         self.rocks.clear();
     }

@@ -466,7 +466,8 @@ fn sun_seen(view: &View, centre: DVec2, disc: impl Fn(Vec3) -> Vec3) -> Vec3 {
     sum / (SIDE * SIDE) as f32
 }
 
-/// The light in tables over octahedral maps: background radiance, then irradiance by sky view factor.
+/// The light in tables over octahedral maps: background radiance, then irradiance by sky view
+/// factor.
 fn tables(lighting: &Lighting, haze: &Haze) -> Vec<[f32; 4]> {
     let direction = |i: usize, side: usize| -> Vec3 {
         let at = Vec2::new((i % side) as f32, (i / side) as f32) / (side - 1) as f32;

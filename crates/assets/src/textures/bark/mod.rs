@@ -34,7 +34,8 @@ pub(crate) fn bake(layer: &BarkLayer, seed: u32) -> Tile {
     recipe(seed).with_mean(linear(layer.albedo))
 }
 
-/// From one bark at v = 0 to the other at v = 1, along a torn border; `soft` (0..0.3) is its width.
+/// Turns from one bark at v = 0 into the other at v = 1, along a torn border whose width is `soft`
+/// (0..0.3).
 pub(crate) fn between(lower: &Tile, upper: &Tile, soft: f32, seed: u32) -> Tile {
     lower.blend(upper, |p| {
         // Tongues of either reach far into the other, but not beyond the ends.
@@ -55,7 +56,8 @@ fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
 }
 
 /// The same bark with moss (`mossy` times as much as on an oak) and splashed soil around v = 0, the
-/// foot of a stem; equal to `bark` from v = 0.2 (0.4 m up) to 0.8, so that the two meet unseen.
+/// foot of a stem. From v = 0.2 (0.4 m up) to 0.8 it is equal to `bark`, so that there is no
+/// visible border between the two.
 pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
     bark.recolour(|p, t| {
         let from_foot = p.y.min(1.0 - p.y);

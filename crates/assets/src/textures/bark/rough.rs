@@ -99,7 +99,7 @@ pub(super) fn ridges(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
         let q = warp(p, IVec2::new(7, 6), Vec2::new(0.030, 0.03), seed);
         let q = warp(q, IVec2::new(44, 40), Vec2::new(0.005, 0.005), seed ^ 0x11);
-        // Furrows are the zero lines of stretched noise: they never end, they meet.
+        // Furrows are the zero lines of stretched noise, which never end but meet each other.
         let wide = gradient(q, IVec2::new(17, 6), seed ^ 0x10);
         let narrow = gradient(q, IVec2::new(34, 11), seed ^ 0x20);
         let wandering = (wide + 0.55 * narrow).abs();

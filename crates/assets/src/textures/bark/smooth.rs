@@ -35,7 +35,8 @@ pub(super) fn beech(seed: u32) -> Tile {
     tile
 }
 
-/// Brows over the places where branches were: thin dark arcs, 1 deepest.
+/// Scars over the places where branches were: thin dark arcs. The result is 1 where a scar is
+/// deepest.
 fn scars(p: Vec2, frequency: IVec2, share: f32, seed: u32) -> f32 {
     let Worley { offset, id, .. } = worley(p, frequency, 0.7, seed);
     if unit(id) > share + 0.25 {
@@ -80,7 +81,7 @@ pub(super) fn birch(seed: u32) -> Tile {
     tile
 }
 
-/// Where the paper has burst: ragged black diamonds, most of them small, none like another.
+/// Where the paper has burst: ragged black diamonds of different shapes, most of them small.
 fn rents(p: Vec2, seed: u32) -> f32 {
     let torn = fbm(p, IVec2::new(26, 52), 4, 0.62, seed ^ 0x11);
     let bent = warp(p, IVec2::new(9, 14), Vec2::new(0.018, 0.012), seed ^ 0x22);
@@ -91,7 +92,7 @@ fn rents(p: Vec2, seed: u32) -> f32 {
         }
         let own = |turn: u32| unit(id.rotate_left(turn));
         let size = largest * (0.22 + 0.78 * own(5) * own(19));
-        // Leaning, and wider or higher than a square on its corner.
+        // A diamond leans, and is wider or higher than a square that stands on its corner.
         let (wide, lean) = (0.75 + 0.75 * own(9), 0.5 * (own(23) - 0.5));
         let (x, y) = (offset.x + lean * offset.y, offset.y);
         let from_middle = x.abs() / wide + y.abs() * wide;

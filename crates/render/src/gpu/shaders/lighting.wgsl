@@ -94,13 +94,16 @@ fn open_in(first: u32, corner: vec3f, step: vec2f, point: vec3f) -> f32 {
 
 fn openness_at(point: vec3f) -> f32 {
     let near = light.near_grid;
-    let inside = abs(point - near.xyz - 0.5 * vec3f(vec2f(f32(GRID_SIDE - 1u) * near.w), f32(GRID_UP - 1u) * light.up_and_fog.x));
-    let half = 0.5 * vec3f(vec2f(f32(GRID_SIDE - 1u) * near.w), f32(GRID_UP - 1u) * light.up_and_fog.x);
+    let inside = abs(point - near.xyz - 0.5 *
+        vec3f(vec2f(f32(GRID_SIDE - 1u) * near.w), f32(GRID_UP - 1u) * light.up_and_fog.x));
+    let half = 0.5 *
+        vec3f(vec2f(f32(GRID_SIDE - 1u) * near.w), f32(GRID_UP - 1u) * light.up_and_fog.x);
     if all(inside < half) {
         return open_in(0u, near.xyz, vec2f(near.w, light.up_and_fog.x), point);
     }
     let far = light.far_grid;
-    return open_in(GRID_SIDE * GRID_SIDE * GRID_UP, far.xyz, vec2f(far.w, light.up_and_fog.y), point);
+    return open_in(GRID_SIDE * GRID_SIDE * GRID_UP, far.xyz,
+        vec2f(far.w, light.up_and_fog.y), point);
 }
 
 // Half the sun's angular width: a penumbra is as wide on each side by the way from what casts it.
@@ -163,7 +166,8 @@ fn sunlight(s: Surface, pixel: vec2f) -> f32 {
     var lit = 0.0;
     for (var i = 0; i < TAPS; i++) {
         let tap = vogel(i, turn) * radius;
-        lit += textureSampleCompareLevel(shadows, comparison, uv + tap / size, k, at.z + dot(slope, tap));
+        lit += textureSampleCompareLevel(shadows, comparison, uv + tap / size,
+            k, at.z + dot(slope, tap));
     }
     return lit / f32(TAPS);
 }
@@ -235,7 +239,8 @@ fn ground(material: u32, at: vec2f, tile: f32, footprint: f32) -> vec3f {
             vec3f(0.0, 0.0, 1.0 - f.x - f.y), vec3f(1.0, 0.0, f.x), vec3f(0.0, 1.0, f.y));
         if upper {
             vertices = array<vec3f, 3>(
-                vec3f(1.0, 1.0, f.x + f.y - 1.0), vec3f(1.0, 0.0, 1.0 - f.y), vec3f(0.0, 1.0, 1.0 - f.x));
+                vec3f(1.0, 1.0, f.x + f.y - 1.0), vec3f(1.0, 0.0, 1.0 - f.y),
+                    vec3f(0.0, 1.0, 1.0 - f.x));
         }
         var total = 0.0;
         for (var k = 0; k < 3; k++) {
@@ -252,12 +257,14 @@ fn ground(material: u32, at: vec2f, tile: f32, footprint: f32) -> vec3f {
                 let v = i + vertices[k].xy;
                 let a = 2.0 * v.x + v.y;
                 let rows = 2.0 * half_rows;
-                let h = hash(u32(a - 2.0 * columns * floor(a / (2.0 * columns))), u32(v.y - rows * floor(v.y / rows)));
+                let h = hash(u32(a - 2.0 * columns * floor(a / (2.0 * columns))),
+                    u32(v.y - rows * floor(v.y / rows)));
                 let from_vertex = (at - vec2f((v.x + 0.5 * v.y) * step.x, v.y * step.y)) / tile;
                 let t = f32((h >> 24u) & 0x7Fu) / 64.0 - 1.0;
                 var c = vec2f(1.0 - t * t, 2.0 * t) / (1.0 + t * t);
                 c = select(c, -c, (h >> 31u) == 1u);
-                let turned = vec2f(c.x * from_vertex.x - c.y * from_vertex.y, c.y * from_vertex.x + c.x * from_vertex.y);
+                let turned = vec2f(c.x * from_vertex.x - c.y * from_vertex.y,
+                    c.y * from_vertex.x + c.x * from_vertex.y);
                 let uv = turned + vec2f(f32(h & 0xFFFu), f32((h >> 12u) & 0xFFFu)) / 4096.0;
                 sum += (sample(material, uv, footprint / tile) - mean) * w;
                 squares += w * w;
@@ -358,7 +365,8 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
         indirect += transmittance * irradiance(open, -n);
     }
     // What near parts of the shape leave of it, and send back.
-    indirect *= s.ambient_occlusion / (1.0 - (body + transmittance) * (0.5 * (1.0 - s.ambient_occlusion)));
+    indirect *= s.ambient_occlusion /
+        (1.0 - (body + transmittance) * (0.5 * (1.0 - s.ambient_occlusion)));
     indirect /= PI;
     if gloss > 0.0 {
         let specular = gloss * fresnel(max(1.0 - roughness, F0), max(-dot(s.ray, n), 0.0));
@@ -369,7 +377,8 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
         if mirrored.z > 0.0 && smooth_share > 0.05 {
             seen = mix(blurred, mix(blurred, background(mirrored), open), smooth_share);
         }
-        indirect = indirect * (1.0 - (specular - gloss * F0)) + seen * (specular * s.ambient_occlusion);
+        indirect = indirect * (1.0 - (specular - gloss * F0))
+            + seen * (specular * s.ambient_occlusion);
     }
 
     // The sun.
@@ -388,7 +397,8 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
                 let vh = max(-dot(s.ray, h), 0.1);
                 let alpha = max(roughness * roughness, 0.05);
                 let d = nh * nh * (alpha * alpha - 1.0) + 1.0;
-                let specular = gloss * fresnel(1.0, vh) * alpha * alpha / (PI * d * d) / (4.0 * vh * vh);
+                let specular = gloss * fresnel(1.0, vh) * alpha * alpha / (PI * d * d)
+                    / (4.0 * vh * vh);
                 direct += specular;
             }
             direct *= cos_sun;
@@ -425,7 +435,9 @@ fn ray_of_sample(position: vec2f, k: u32) -> vec4f {
         return ray_of(position + offset);
     }
     let at = vec2i(position);
-    let ray = textureLoad(rays, at, 0) + slope(at, vec2i(1, 0)) * offset.x + slope(at, vec2i(0, 1)) * offset.y;
+    let ray = textureLoad(rays, at, 0)
+        + slope(at, vec2i(1, 0)) * offset.x
+        + slope(at, vec2i(0, 1)) * offset.y;
     return ray / length(ray.xyz);
 }
 

@@ -14,7 +14,8 @@ fn fragment(v: Vertex) {
         let normal = cross(eu, ev);
         let det = dot(normal, d);
         let moment = cross(c, d);
-        let m = Intersection(dot(normal, c) / det, dot(moment, ev) / det, -dot(moment, eu) / det, normal);
+        let m = Intersection(dot(normal, c) / det, dot(moment, ev) / det,
+            -dot(moment, eu) / det, normal);
         if !is_opaque(p.material, uv_at(v.primitive, m)) {
             discard;
         }

@@ -105,11 +105,15 @@ fn to_scene(i: Instance, v: vec3f) -> vec3f {
 
 // Normals go by the cofactors, which is the inverse transpose but for a factor.
 fn normal_to_scene(i: Instance, n: vec3f) -> vec3f {
-    return cross(i.y.xyz, i.z.xyz) * n.x + cross(i.z.xyz, i.x.xyz) * n.y + cross(i.x.xyz, i.y.xyz) * n.z;
+    return cross(i.y.xyz, i.z.xyz) * n.x
+        + cross(i.z.xyz, i.x.xyz) * n.y
+        + cross(i.x.xyz, i.y.xyz) * n.z;
 }
 
 fn to_optical(v: vec3f) -> vec3f {
-    return vec3f(dot(v, normalize(frame.right.xyz)), dot(v, normalize(frame.down.xyz)), dot(v, frame.forward.xyz));
+    return vec3f(dot(v, normalize(frame.right.xyz)),
+        dot(v, normalize(frame.down.xyz)),
+        dot(v, frame.forward.xyz));
 }
 
 struct Vertex {
@@ -158,7 +162,8 @@ fn seen_by_row(p: vec3f, y: f32) -> vec3f {
     let turn = frame.angular.xyz * -part;
     let angle = length(turn);
     let axis = turn / max(angle, 1e-20);
-    return q * cos(angle) + cross(axis, q) * sin(angle) + axis * (dot(axis, q) * (1.0 - cos(angle)));
+    return q * cos(angle) + cross(axis, q) * sin(angle)
+        + axis * (dot(axis, q) * (1.0 - cos(angle)));
 }
 
 // Where the row that sees a point draws it; z: pixels by which that may be wrong.
@@ -187,7 +192,8 @@ fn box(i: Instance, index: u32, v: u32) -> vec4f {
     var front = 4.0;
     var near = 1e9;
     for (var k = 0u; k < corners; k++) {
-        let p = to_optical(to_scene(i, corner_of(index, k)) + (place_of(i) - (frame.eye.xyz - rest_of(i))));
+        let p = to_optical(to_scene(i, corner_of(index, k))
+            + (place_of(i) - (frame.eye.xyz - rest_of(i))));
         let at = drawn_by_row(p);
         low = min(low, at.xy - at.z);
         high = max(high, at.xy + at.z);
@@ -243,7 +249,8 @@ fn vertex(@builtin(vertex_index) v: u32, @location(0) number: u32) -> Vertex {
     }
     // Clip coordinates from the shape's axes.
     let place = vec4f(place_of(i) + rest_of(i), 1.0);
-    let clip = frame.clip * mat4x4f(vec4f(i.x.xyz, 0.0), vec4f(i.y.xyz, 0.0), vec4f(i.z.xyz, 0.0), place);
+    let clip = frame.clip * mat4x4f(vec4f(i.x.xyz, 0.0), vec4f(i.y.xyz, 0.0),
+        vec4f(i.z.xyz, 0.0), place);
     var at = clip * vec4f(corner_of(index, k), 1.0);
     if MARGIN_PX > 0.0 {
         let before = clip * vec4f(corner_of(index, select(k - 1u, corners - 1u, k == 0u)), 1.0);
@@ -304,7 +311,8 @@ fn intersect(i: Instance, p: Primitive, eye: vec3f, d: vec3f) -> Intersection {
     let q = product_minus(d, t, place) - rest - corner;
     let moment = cross(d, q);
     // What is left of the distance to the plane, and the edges' weights.
-    return Intersection(t - dot(normal, q) / det, dot(moment, ev) / det, -dot(moment, eu) / det, normal);
+    return Intersection(t - dot(normal, q) / det, dot(moment, ev) / det,
+        -dot(moment, eu) / det, normal);
 }
 
 // Does the ray intersect the primitive itself? A hair more than it: of neighbours one is always
@@ -398,10 +406,12 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
         }
         let weights = vec3f(1.0 - m.u - m.v, m.u, m.v);
         if (c.w >> 15u & 1u) == 1u {
-            s.ambient_occlusion = dot(vec3f(vec3u(c.w, c.w >> 16u, c.w >> 24u) & vec3u(255u)) / 255.0, weights);
+            s.ambient_occlusion = dot(
+                vec3f(vec3u(c.w, c.w >> 16u, c.w >> 24u) & vec3u(255u)) / 255.0, weights);
         } else {
             s.other = c.w >> 16u;
-            s.other_share = dot(vec3f(vec3u(c.w, c.w >> 5u, c.w >> 10u) & vec3u(31u)) / 30.0, weights);
+            s.other_share = dot(
+                vec3f(vec3u(c.w, c.w >> 5u, c.w >> 10u) & vec3u(31u)) / 30.0, weights);
         }
         let st = bitcast<vec4f>(b);
         let eu = st.zw - st.xy;
