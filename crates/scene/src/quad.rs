@@ -30,6 +30,9 @@ const SKEW: f64 = 1.0 / 512.0;
 /// The same for texture coordinates, in texels of the mask.
 const SKEW_TEXELS: f64 = 1.0 / 16.0;
 
+/// Edges of more triangles are no leaves' diagonals, and would take long.
+const MOST_AT_EDGE: usize = 64;
+
 /// The least sine of the angle between the sides.
 const LEAST_SINE: f64 = 1e-3;
 
@@ -159,7 +162,8 @@ pub(crate) fn find(mesh: &Mesh, library: &MaterialLibrary) -> Vec<Quad> {
         if taken[i as usize] {
             continue;
         }
-        let partners = edges(i).into_iter().flat_map(|e| at_edge[&e].iter());
+        let few = edges(i).map(|e| &at_edge[&e]).into_iter();
+        let partners = few.filter(|all| all.len() <= MOST_AT_EDGE).flatten();
         let mut partners: Vec<u32> = partners.copied().filter(|&k| k > i).collect();
         partners.sort_unstable();
         let mut open = partners.into_iter().filter(|&k| !taken[k as usize]);
