@@ -1,8 +1,8 @@
-//! What pictures cost: by density, resolution, quality and renderer; what of it is the truth
-//! (class, instance, depth and normals, which come of one hit or one pass and cannot be had apart);
-//! what each further truth costs, which is cast after the picture; what a lens, a shutter and noise
-//! add; and what each map's file costs. Processor time is the cost; the wall's clock also tells of
-//! what else the machine does.
+//! The cost of pictures by density, resolution, quality and renderer; the share of the truth in it
+//! (class, instance, depth and normals, which come from one hit or one pass and cannot be
+//! separated); the cost of each further kind of truth, which is cast after the picture; the cost of
+//! a lens, a shutter and noise; and the cost of each map's file. Costs are processor time, as
+//! wall-clock time also depends on what else the machine does.
 //!
 //! ```text
 //! cargo bench -p nemoral-benches [--features gpu] --bench cameras -- \
@@ -26,11 +26,11 @@ use nemoral_render::{OpenSky, SceneView, View};
 
 const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
 
-/// Words for how often light is sampled: of every pixel, and where neighbours differ most.
+/// Names of sampling qualities: samples of every pixel, and of pixels that differ most from their
+/// neighbours.
 const QUALITIES: [(&str, u32, u32); 3] = [("draft", 1, 1), ("edges", 1, 4), ("standard", 4, 4)];
 
-/// What can be asked for besides a picture and its truth, and changes the picture or how it is
-/// made.
+/// Options beyond a picture and its truth that change the picture or how it is made.
 const FURTHER: [(&str, &str); 5] = [
     ("radiance", "camera.radiance=true"),
     ("sensor noise", "camera.noise.enabled=true"),
@@ -42,8 +42,8 @@ const FURTHER: [(&str, &str); 5] = [
     ),
 ];
 
-/// Truth that is cast for after a picture, whichever renderer took it. (A sky mask is depth's, and
-/// made when it is written.)
+/// Truth that is cast after a picture, whichever renderer took it. (A sky mask follows from depth
+/// and is made when it is written.)
 const CAST: [(&str, &str); 3] = [
     ("optical flow", "camera.flow=true"),
     ("trunks behind leaves", "camera.trunks=true"),
@@ -81,7 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{name}: {}; {}", of(wall), of(processor));
         Ok::<_, Error>(())
     };
-    // A wood is grown once: what does not change is found in the store.
+    // The forest is grown once: what does not change is found in the store.
     let store = Store::unlimited();
     let threads = std::thread::available_parallelism().map_or(1, Into::into);
     let cost = |preset: &str, named: &str, asked: &[String]| {
@@ -95,7 +95,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let reset = || store.retain(|id, _| id != "frame.images");
         report(&name, &reset, &|| runner.get(forest.images, 0).map(drop))
     };
-    // What of a picture is its truth.
+    // The share of the truth in the cost of a picture.
     let truth = |preset: &str, named: &str, asked: &[String]| {
         let name = format!("{preset}, {named}, truth alone");
         if !name.contains(&wanted) {
@@ -120,7 +120,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             rig.renderer.truth(&seen, &view).map(drop)
         })
     };
-    // What further truth costs, the picture taken.
+    // The cost of further truth for a picture that is already taken.
     let cast = |named: &str, asked: &str| {
         let name = format!("medium, 1280 x 720, {named} alone");
         if !name.contains(&wanted) {
@@ -134,7 +134,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             runner.get(forest.annotations, 0).map(drop)
         })
     };
-    // What each file costs: encoded and written, but for its checksum.
+    // The cost of each file: it is encoded and written, without its checksum.
     let written = || {
         let name = |file: CameraFile| format!("medium, 1280 x 720, {file:?} written");
         if !CameraFile::ALL.iter().any(|f| name(*f).contains(&wanted)) {

@@ -1,4 +1,4 @@
-//! Whole frames, files not written: picture and truth, and both with the scan.
+//! The cost of whole frames without writing files: picture and truth, without and with the scan.
 
 use std::hint::black_box;
 

@@ -1,5 +1,5 @@
-//! The paper's headline redone: a scan of 50,000 pulses at `medium`, all fields and noise included,
-//! on one thread and on two. Processor time is what the scan costs; the wall's clock also tells of
+//! The paper's headline measured again: a scan of 50,000 pulses at `medium`, with all fields and
+//! noise, on one thread and on two. The cost is processor time, as wall-clock time also depends on
 //! what else the machine does.
 //!
 //! `cargo bench -p nemoral-benches --bench headline -- [PULSES] [PRESET] [SCANS]`
@@ -47,8 +47,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Tells two programs' points apart (FNV-1a of all fields, as they are written for debugging: to
-/// the bit).
+/// A hash that tells the points of two programs apart (FNV-1a of the debug text of all fields,
+/// which is exact to the bit).
 fn hash(points: &[LidarPoint]) -> u64 {
     let text = format!("{points:?}");
     text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {

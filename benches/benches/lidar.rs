@@ -1,4 +1,4 @@
-//! Scans as the paper's Tables I and II, throughput in rays; all fields and noise included.
+//! Scans as in the paper's Tables I and II, with all fields and noise; throughput is in rays.
 
 use std::hint::black_box;
 
@@ -20,7 +20,7 @@ fn scans(c: &mut Criterion) {
     group.finish();
 }
 
-/// One scan at frame 0, the forest grown before.
+/// One scan at frame 0 in a forest that is already grown.
 fn scan(preset: &str, pulses: u32) -> impl FnMut(&mut criterion::Bencher<'_>) {
     let config = config(preset, pulses).expect("presets are valid");
     let grown = Grown::new(&config).expect("presets grow");

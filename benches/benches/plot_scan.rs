@@ -1,10 +1,10 @@
-//! One's own mesh scanned from a tripod, as the simulators people run do it: ground and 20 trees,
-//! some 300,000 opaque triangles, a window of 100° by 360°; one ray a pulse, and 19 sub-rays with
-//! echo detection.
+//! A user's mesh scanned from a tripod, as in other LiDAR simulators: ground and 20 trees of some
+//! 300,000 opaque triangles in a window of 100° by 360°, with one ray per pulse, and with 19
+//! sub-rays and echo detection.
 //!
 //! `cargo bench -p nemoral-benches --bench plot_scan -- [PULSES] [PLOT.obj]` writes the plot if it
 //! is not there, and scans it if it is; `benches/helios/pyhelios_scan.py` scans the same.
-//! `docs/measurements/speed.md` says what is found.
+//! `docs/measurements/speed.md` has the results.
 
 #![allow(
     clippy::disallowed_methods,
@@ -114,7 +114,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Says how much memory was held at most until now, where the system tells.
+/// Prints the peak of memory use until now, if the system tells it.
 fn say_peak() {
     if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
         let mut lines = status.lines();
@@ -124,9 +124,9 @@ fn say_peak() {
     }
 }
 
-/// The mesh of an OBJ.
+/// Reads the mesh of an OBJ file.
 fn read(path: &Path) -> Result<Mesh, Box<dyn std::error::Error>> {
-    // Points alone: no search for equal corners.
+    // Only positions are read, so tobj need not search for equal corners.
     let options = tobj::LoadOptions {
         triangulate: true,
         ..Default::default()
@@ -186,7 +186,7 @@ fn add(
 ) {
     let first = mesh.positions.len() as u32;
     mesh.positions.extend(points);
-    // Of normals and texture coordinates a LiDAR needs neither.
+    // A LiDAR needs neither normals nor texture coordinates.
     let material = MaterialId(0);
     mesh.triangles
         .extend(triangles.into_iter().map(|corners| Triangle {

@@ -1,6 +1,6 @@
-//! What each preset costs: its assets grown and baked, and again from the cache's files; a new
-//! chunk; a scan and a draft picture of frame 0. Seconds and milliseconds by the wall on two
-//! threads, best of three but for growing, which is done once.
+//! The cost of each preset: its assets grown and baked, and read from the cache's files; a new
+//! chunk; a scan and a draft picture of frame 0. Seconds and milliseconds are wall-clock time on
+//! two threads, the best of three but for growing, which is done once.
 //!
 //! `cargo bench -p nemoral-benches --bench presets -- [PRESET]...`
 #![allow(clippy::print_stdout, reason = "a report for its user")]
@@ -14,7 +14,7 @@ use nemoral_pipeline::config::Preset;
 use nemoral_pipeline::plan::{At, Cache, Runner, Store};
 use nemoral_scene::ChunkCoord;
 
-/// What belongs to one chunk: all of it is made anew.
+/// Prefix of the nodes that belong to one chunk, all of which are computed anew.
 const OF_CHUNK: &str = "chunk.";
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -59,7 +59,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             };
             (0..3).map(time).fold(f64::INFINITY, f64::min)
         };
-        // One that the robot drives through. Its neighbours are there, as when it drives on.
+        // A chunk that the robot drives through. Its neighbours are already computed, as during a
+        // drive.
         let at = ChunkCoord::new(0, 0);
         let of_this = |stage: &str, place| stage.starts_with(OF_CHUNK) && place == At::Chunk(at);
         let chunk_s = best(&|| {

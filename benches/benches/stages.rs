@@ -1,4 +1,4 @@
-//! Each stage on its own, at `medium`.
+//! The cost of each stage on its own, at `medium`.
 
 use std::hint::black_box;
 
@@ -44,7 +44,7 @@ fn small(c: &mut Criterion) {
     });
 }
 
-/// What a new chunk costs, node by node; what a node reads is made before.
+/// The cost of a new chunk, node by node. The inputs of a node are computed before.
 fn chunk(c: &mut Criterion) {
     let config = config("medium", 50_000).expect("valid");
     let grown = Grown::new(&config).expect("grows");
@@ -89,7 +89,7 @@ fn world(c: &mut Criterion) {
             black_box(runner.get(forest.assets, ()).expect("grows"))
         });
     });
-    // What a later run does instead of growing: the bytes as they lie in the cache.
+    // A later run reads these bytes from the cache instead of growing the assets.
     let (forest, store) = (ForestPlan::new(&config).expect("valid"), Store::unlimited());
     let runner = Runner::new(forest.plan(), &store, 2);
     let bytes = runner.get(forest.library, ()).expect("grows").to_bytes();
@@ -98,7 +98,7 @@ fn world(c: &mut Criterion) {
     });
 }
 
-/// Encoding and writing a frame: five pictures and a scan.
+/// The cost of encoding and writing a frame of five pictures and a scan.
 fn files(c: &mut Criterion) {
     let config = config("medium", 50_000).expect("valid");
     let grown = Grown::new(&config).expect("grows");

@@ -1,7 +1,7 @@
 //! Workloads for the benchmarks in `benches/`, with fixed seeds.
 //!
-//! The LiDAR and frame groups are laid out as the paper's Tables I and II: 31, 96 and 210 trees in
-//! a 50 m chunk, 25,000, 50,000 and 100,000 points, everything visible to 100 m.
+//! The LiDAR and frame groups are those of the paper's Tables I and II: 31, 96 and 210 trees in a
+//! chunk of 50 m, 25,000, 50,000 and 100,000 points, everything visible to 100 m.
 
 use nemoral_lidar::ScanRequest;
 use nemoral_pipeline::config::{Config, Layers};
@@ -10,7 +10,7 @@ use nemoral_pipeline::{Error, ForestPlan};
 use nemoral_scene::LidarPoint;
 use nemoral_seed::Key;
 
-/// The paper's densities: the names of our presets.
+/// The paper's densities, as the names of our presets.
 pub const DENSITIES: [&str; 3] = ["low", "medium", "high"];
 
 /// The paper's numbers of points.
@@ -24,7 +24,7 @@ pub fn config(preset: &str, pulses: u32) -> Result<Config, Error> {
     settings(preset, &[format!("lidar.pulses={pulses}")])
 }
 
-/// A preset's config with settings over it, each `key=value`.
+/// A preset's config overridden by settings, each `key=value`.
 ///
 /// # Errors
 /// If there is no such preset, or a setting is refused.
@@ -37,17 +37,17 @@ pub fn settings(preset: &str, settings: &[String]) -> Result<Config, Error> {
     .load()
 }
 
-/// A forest whose chunks around frame 0 are grown already.
+/// A forest whose chunks around frame 0 are already computed.
 #[derive(Debug)]
 pub struct Grown {
-    /// Its plans.
+    /// The plans of the forest.
     pub forest: ForestPlan,
-    /// What is grown.
+    /// The computed values.
     pub store: Store,
 }
 
 impl Grown {
-    /// Grows what frame 0 of a config sees.
+    /// Computes what frame 0 of a config sees.
     ///
     /// # Errors
     /// If a stage fails.
@@ -60,7 +60,7 @@ impl Grown {
         Ok(grown)
     }
 
-    /// The scan of frame 0 by the first LiDAR, all fields and noise, again and again.
+    /// A function that repeats the scan of frame 0 by the first LiDAR, with all fields and noise.
     ///
     /// # Errors
     /// If a stage fails.
@@ -84,7 +84,7 @@ impl Grown {
         })
     }
 
-    /// Runs its plans.
+    /// A runner of the forest's plans.
     #[must_use]
     pub fn runner(&self) -> Runner<'_> {
         let threads = std::thread::available_parallelism().map_or(1, Into::into);

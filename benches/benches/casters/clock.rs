@@ -1,8 +1,9 @@
-//! Time on a processor: what other processes do beside this one does not count.
+//! Processor time, in which other processes do not count.
 
 use cpu_time::ProcessTime;
 
-/// Seconds that `work` takes, which is done by one thread at a time: this one or the pool's.
+/// Processor seconds that `work` takes. Only one thread at a time may do it: this one or the
+/// pool's.
 pub(crate) fn seconds(work: impl FnOnce()) -> f64 {
     let start = ProcessTime::now();
     work();

@@ -1,4 +1,4 @@
-//! Intel's Embree 4 out of a shared library, as far as this comparison needs it.
+//! Bindings to a shared library of Intel's Embree 4, as far as this comparison needs it.
 //!
 //! Names, layouts and numbers are those of `rtcore.h` of Embree 4.4. Opaque triangles are one
 //! geometry of a shape, masked ones another with an intersection filter that looks the mask up.
@@ -62,7 +62,7 @@ struct RayHit<const N: usize> {
     v: [f32; N],
     primitive: [u32; N],
     geometry: [u32; N],
-    /// Instance and, depending on how the library was built, a part of it.
+    /// The instance and, depending on how the library was built, its primitive.
     instance: [[u32; N]; 2],
 }
 
@@ -87,7 +87,7 @@ struct FilterArguments {
     n: c_uint,
 }
 
-/// What the filter of a masked geometry needs of each of its triangles.
+/// What the filter of a masked geometry needs to know about each of its triangles.
 struct Masked {
     triangles: Vec<Triangle>,
     masks: Vec<Arc<AlphaMask>>,
@@ -107,7 +107,7 @@ pub(crate) struct Scene {
     handle: Handle,
 }
 
-// SAFETY: Embree's committed scenes may be cast at by many threads, and nothing else is done here.
+// SAFETY: many threads may cast rays at a committed scene, and nothing else is done here.
 unsafe impl Sync for Scene {}
 
 /// The filter: refuses hits on transparent texels.
@@ -221,14 +221,14 @@ impl Embree {
         }
     }
 
-    /// A geometry of some triangles; filtered if they have masks; none if there are none.
+    /// A geometry of some triangles, with a filter if they have masks; `None` without triangles.
     fn geometry(&self, triangles: Vec<&Triangle>, masked: Option<&Placed>) -> Option<Handle> {
         let n = triangles.len();
         if n == 0 {
             return None;
         }
-        // SAFETY: Embree gives buffers of the sizes asked for, aligned and padded as it wants them,
-        // which are written whole. The user data is leaked and so outlives the scene.
+        // SAFETY: Embree returns buffers of the requested sizes, with its own alignment and
+        // padding, which are written completely. The user data is leaked and so outlives the scene.
         unsafe {
             let geometry = (self.api.new_geometry)(self.device, TRIANGLES);
             let vertices = (self.api.new_buffer)(geometry, VERTEX, 0, FLOAT3, 12, 3 * n);

@@ -1,4 +1,5 @@
-//! Who is right where two casters differ: every triangle in f64, moved into the scene.
+//! A referee for rays on which two casters differ: it tests every triangle in f64, in scene
+//! coordinates.
 
 use nemoral_scene::Ray;
 use nemoral_scene::glam::DVec3;
@@ -32,7 +33,7 @@ fn passes(o: DVec3, d: DVec3, min: DVec3, max: DVec3) -> bool {
     a.min(b).max_element().max(0.0) <= a.max(b).min_element()
 }
 
-/// Möller and Trumbore 1997.
+/// The intersection test of Möller and Trumbore (1997).
 fn meet(
     placed: &Placed,
     instance: &Instance,

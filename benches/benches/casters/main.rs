@@ -1,10 +1,10 @@
-//! Ray casters side by side, each judged by its processor time: ours, ours without
-//! special instructions, parry3d, and Intel's Embree 4 if `NEMORAL_EMBREE` is the path of a
-//! `libembree4` (PyPI's `embreex` carries one).
+//! A comparison of ray casters by processor time: ours, ours without special instructions, parry3d,
+//! and Intel's Embree 4 if `NEMORAL_EMBREE` is the path of a `libembree4` (PyPI's `embreex`
+//! contains one).
 //!
 //! `cargo bench -p nemoral-benches --bench casters -- [ROUNDS] [WORDS...]`; words choose worlds,
-//! rays and casters whose names contain one of them. `docs/measurements/casting.md` says what is
-//! measured and found.
+//! rays and casters whose names contain one of them. `docs/measurements/casting.md` has the method
+//! and the results.
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 mod clock;
@@ -33,7 +33,7 @@ use crate::world::World;
 
 const EMBREE: &str = "NEMORAL_EMBREE";
 
-/// What the command line asks for.
+/// The arguments of the command line.
 struct Choice {
     rounds: usize,
     words: Vec<String>,
@@ -57,7 +57,7 @@ impl Choice {
         choice
     }
 
-    /// Is a name among those of its kind that were asked for?
+    /// Whether a name is among those of its kind that were asked for.
     fn wants(&self, name: &str, kind: &[&str]) -> bool {
         let named = |word: &&String| kind.iter().any(|name| name.contains(word.as_str()));
         let mut words = self.words.iter().filter(named).peekable();
@@ -67,7 +67,7 @@ impl Choice {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let choice = Choice::of_arguments();
-    // Ours casts a scan on all threads of the pool: here one.
+    // Our caster spreads a scan over all threads of the pool, which has one here.
     ThreadPoolBuilder::new().num_threads(1).build_global()?;
     let embree = match std::env::var_os(EMBREE) {
         Some(path) => Some(Embree::load(&path)?),
@@ -89,7 +89,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What Embree is given.
+/// Embree with its scene.
 struct Rival {
     whole: Scene,
     cut: Scene,
@@ -142,7 +142,7 @@ fn compare(
     Ok(())
 }
 
-/// The casters. The first is the one that others are compared with.
+/// The casters. The others are compared with the first one.
 fn rows<'a>(
     forest: &'a impl RayCaster,
     portable: &'a impl RayCaster,
@@ -209,8 +209,7 @@ fn batch(caster: &dyn RayCaster, rays: &[Ray], out: &mut [f32]) {
     }
 }
 
-/// What a second thread brings to each scan, by the wall's clock: the median of ratios within a
-/// round.
+/// The wall-clock speed-up of each scan by a second thread: the median of ratios within a round.
 fn two_threads(forest: &RayScene, work: &Work, rounds: usize) -> Result<(), ThreadPoolBuildError> {
     let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build();
     let pools = [pool(1)?, pool(2)?];
@@ -236,7 +235,8 @@ fn two_threads(forest: &RayScene, work: &Work, rounds: usize) -> Result<(), Thre
     Ok(())
 }
 
-/// How many rays others see differently, and whom an f64 loop over all triangles proves right.
+/// Counts the rays that other casters see differently, and says whom an f64 loop over all triangles
+/// proves right.
 fn agreement(placed: &Placed, work: &Work, rows: &[Row<'_>]) {
     let Some(ours) = rows.iter().find(|r| r.name.starts_with("nemoral")) else {
         return;
@@ -269,7 +269,7 @@ fn agreement(placed: &Placed, work: &Work, rows: &[Row<'_>]) {
     }
 }
 
-/// Both miss, or both hit within 1 mm and a ten-thousandth.
+/// Whether both miss, or both hit within 1 mm plus a ten-thousandth of the distance.
 fn same(a: f32, b: f32) -> bool {
     a == b || (a - b).abs() <= 1e-3 + 1e-4 * a.min(b)
 }

@@ -1,4 +1,4 @@
-//! parry3d's bounding volume hierarchies, two levels of them, masks looked up in the leaf.
+//! parry3d's bounding volume hierarchies on two levels, with masks looked up in the leaves.
 
 use nemoral_scene::Ray;
 use nemoral_scene::glam::{DMat3, Vec3};

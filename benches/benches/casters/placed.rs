@@ -1,4 +1,4 @@
-//! A forest as every caster but ours wants it: triangles and instances.
+//! A forest as triangles and instances, which every caster but ours takes.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -41,7 +41,7 @@ impl Instance {
         self.linear.as_dmat3().inverse()
     }
 
-    /// The box of the scene around a box of the shape.
+    /// The bounds in the scene of a box of the shape.
     pub(crate) fn bounds(&self, (min, max): (Vec3, Vec3)) -> (DVec3, DVec3) {
         let linear = self.linear.as_dmat3();
         let size = DMat3::from_cols(
@@ -90,8 +90,8 @@ impl Placed {
         placed
     }
 
-    /// The same with tall shapes cut in two at the height that takes away most of the side that
-    /// rays see: a trunk under its crown.
+    /// The same with each tall shape cut in two, as a trunk under its crown, at the height that
+    /// reduces the side area of the bounds most.
     pub(crate) fn cut(&self) -> Self {
         let mut shapes = Vec::new();
         let mut parts = Vec::new();

@@ -1,4 +1,4 @@
-//! Rays as sensors fire them.
+//! Rays in the patterns of sensors.
 
 use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
@@ -13,7 +13,7 @@ pub(crate) struct Work {
     pub(crate) sorted: Vec<Vec<Ray>>,
 }
 
-/// Where a sensor is: a place, and axes with x forward and z up.
+/// The pose of a sensor: its position, and axes with x forward and z up.
 pub(crate) type Eye = (Vec3, Mat3);
 
 impl Work {
@@ -31,8 +31,8 @@ impl Work {
     }
 }
 
-/// What is measured: eight scans of 50,000 by a scanner like the Livox Horizon, eight full turns
-/// of 64 rings, a picture.
+/// The measured rays: eight scans of 50,000 pulses by a scanner like the Livox Horizon, eight full
+/// turns of 64 rings, and a picture.
 pub(crate) fn all(eyes: &[Eye]) -> Vec<Work> {
     vec![
         Work::new("horizon", eyes.iter().map(horizon).collect()),
@@ -53,7 +53,7 @@ fn horizon(eye: &Eye) -> Vec<Ray> {
     (0..50_000).map(|i| ray(eye, pulse(i))).collect()
 }
 
-/// -15 to 15 degrees, ring by ring within a column.
+/// A full turn of rings at -15 to 15 degrees, ring by ring within a column.
 fn spinning(eye: &Eye) -> Vec<Ray> {
     let direction = |i: u32| {
         let elevation = (-15.0 + 30.0 * (i % 64) as f32 / 63.0).to_radians();
@@ -68,7 +68,7 @@ fn spinning(eye: &Eye) -> Vec<Ray> {
     (0..50_000).map(|i| ray(eye, direction(i))).collect()
 }
 
-/// 1280 x 720, 90 degrees, in tiles of 4 x 4.
+/// The rays of a picture of 1280 x 720 pixels, 90 degrees wide, in tiles of 4 x 4 pixels.
 fn camera(eye: &Eye) -> Vec<Ray> {
     let (width, height) = (1280_u32, 720_u32);
     let focal = width as f32 / 2.0 / FRAC_PI_4.tan();
@@ -85,7 +85,7 @@ fn camera(eye: &Eye) -> Vec<Ray> {
         .collect()
 }
 
-/// Along a Z-order curve over azimuth and elevation.
+/// The rays sorted along a Z-order curve over azimuth and elevation.
 fn by_direction(rays: &[Ray]) -> Vec<Ray> {
     let spread = |share: f32| {
         let cell = (share * 4095.0) as u32;

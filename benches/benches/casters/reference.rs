@@ -18,7 +18,7 @@ const STAGE: Domain = Domain::new("bench.casters");
 const CHUNK_M: f32 = 50.0;
 const CHUNKS: i32 = 5;
 
-/// Branches and leaves of the trees.
+/// Numbers of branches and leaves of the trees.
 const TREES: [(u32, u32); 6] = [
     (44, 10_000),
     (28, 7000),

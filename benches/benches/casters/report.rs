@@ -1,14 +1,14 @@
-//! Casters in interleaved rounds, and a table of them.
+//! Times casters in interleaved rounds and prints a table.
 
 use nemoral_scene::Ray;
 
 use crate::clock::seconds;
 use crate::rays::Work;
 
-/// What casts the rays of a scan, one distance for each.
+/// A function that casts the rays of a scan and gives one distance for each.
 pub(crate) type Cast<'a> = Box<dyn Fn(&[Ray], &mut [f32]) + 'a>;
 
-/// In which order a caster is given the rays.
+/// The order in which a caster gets the rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Order {
     Fired,
@@ -72,8 +72,9 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Millions of rays per second of processor time; how much faster our batch is, given the same
-/// rays in the same order and given them in firing order (medians of ratios within a round).
+/// Prints millions of rays per second of processor time, and how much faster our batch is with the
+/// same rays in the same order and with the rays in firing order (medians of ratios within a
+/// round).
 pub(crate) fn print(rows: &[Row<'_>], work: &Work) {
     println!(
         "  {:26} order   Mrays/s   ours: same order   ours: fired",

@@ -1,4 +1,4 @@
-//! What is cast at.
+//! The worlds that rays are cast at.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use nemoral_scene::glam::{DMat3, Mat3, Vec3};
 use crate::rays::Eye;
 use crate::reference;
 
-/// A forest, and where sensors stand in it.
+/// A forest, and the poses of sensors in it.
 pub(crate) struct World {
     pub(crate) name: &'static str,
     pub(crate) groups: Vec<(Vec3, Arc<Group>)>,
@@ -22,7 +22,7 @@ pub(crate) struct World {
     pub(crate) eyes: Vec<Eye>,
 }
 
-/// The worlds there are.
+/// The names of the worlds.
 pub(crate) const NAMES: [&str; 2] = ["reference", "medium"];
 
 impl World {
@@ -34,7 +34,7 @@ impl World {
         }
     }
 
-    /// 2,500 trees and 4,000 shrubs in 250 m x 250 m, made for comparisons.
+    /// The forest of `reference`: 2,500 trees and 4,000 shrubs on 250 m x 250 m.
     fn reference() -> Result<Self, Box<dyn Error>> {
         let (groups, materials) = reference::grow(false)?;
         let (imported, _) = reference::grow(true)?;
@@ -48,8 +48,7 @@ impl World {
         })
     }
 
-    /// The preset `medium`, undergrowth included, seen from where the robot's LiDAR is in its first
-    /// frames.
+    /// The preset `medium` with undergrowth, seen from the robot's LiDAR in its first frames.
     fn medium() -> Result<Self, Box<dyn Error>> {
         let grown = Grown::new(&config("medium", 50_000)?)?;
         let runner = grown.runner();

@@ -1,5 +1,5 @@
-//! Scans an OBJ (z up, metres) with a Livox Mid-40 10 m before it; writes x y z, a line a point:
-//! `cargo run --release -p nemoral-pipeline --example scan_obj -- IN.obj OUT.xyz`
+//! Scans an OBJ (z up, metres) with a Livox Mid-40 from 10 m away; writes x y z of each point on a
+//! line: `cargo run --release -p nemoral-pipeline --example scan_obj -- IN.obj OUT.xyz`
 
 use nemoral_lidar::{Device, EchoObservation, ScanRequest, Scanner};
 use nemoral_lidar_noise::{RangeNoise, RangeSensor};

@@ -3,14 +3,14 @@
 use nemoral_plan::{AnyCoordinate, Hasher};
 use nemoral_scene::ChunkCoord;
 
-/// Where a node is computed.
+/// The coordinate of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum At {
-    /// Once for the world.
+    /// The world: the node is computed once.
     World,
-    /// For a chunk.
+    /// A chunk.
     Chunk(ChunkCoord),
-    /// For a frame.
+    /// A frame.
     Frame(u64),
 }
 

@@ -1,4 +1,4 @@
-//! Which renderer takes a data set's pictures: decided once, before anything is made.
+//! The renderer that takes a data set's pictures, which is chosen once before anything is made.
 
 #[cfg(feature = "gpu")]
 use nemoral_render::{Accept, Gpu, GpuCamera, GpuError, GpuParams};
@@ -12,16 +12,16 @@ use crate::config::Config;
 /// What a request says about the renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BackendChoice {
-    /// A hardware GPU if there is one that will do, else the CPU.
+    /// A hardware GPU if a suitable one is found, else the CPU.
     #[default]
     Auto,
-    /// The ray-cast camera: works everywhere.
+    /// The ray-cast camera, which works everywhere.
     Cpu,
-    /// A GPU; software that plays one will do if there is no hardware.
+    /// A GPU, or software that emulates one if there is no hardware.
     Gpu,
 }
 
-/// The renderer that was decided on.
+/// The renderer that was chosen.
 #[derive(Clone, Debug, Default)]
 pub enum Backend {
     /// The ray-cast camera.
@@ -30,7 +30,7 @@ pub enum Backend {
     /// A GPU.
     #[cfg(feature = "gpu")]
     Gpu {
-        /// This one.
+        /// The device.
         gpu: Gpu,
         /// The most of its memory that a renderer uses, MiB.
         memory_mib: u32,
@@ -38,7 +38,7 @@ pub enum Backend {
 }
 
 impl Backend {
-    /// Decides for a config, and says in words what and why.
+    /// Chooses for a config, and explains the choice in words.
     ///
     /// # Errors
     /// As [`Backend::resolve`].
@@ -61,7 +61,7 @@ impl Backend {
     /// Decides, and says in words what and why.
     ///
     /// # Errors
-    /// If a GPU is demanded and there is none that will do, or this build knows none (feature
+    /// If a GPU is demanded and no suitable one is found, or this build supports none (feature
     /// `gpu`).
     #[cfg(feature = "gpu")]
     pub fn resolve(choice: BackendChoice) -> Result<(Self, String), Error> {
@@ -99,7 +99,7 @@ impl Backend {
     /// Decides, and says in words what and why.
     ///
     /// # Errors
-    /// If a GPU is demanded: this build knows none (feature `gpu`).
+    /// If a GPU is demanded, as this build supports none (feature `gpu`).
     #[cfg(not(feature = "gpu"))]
     pub fn resolve(choice: BackendChoice) -> Result<(Self, String), Error> {
         match choice {
@@ -112,8 +112,8 @@ impl Backend {
         }
     }
 
-    /// The same, using at most so much memory of a GPU, MiB, for each renderer: cameras that differ
-    /// in look, samples or radiance have one each.
+    /// The same with a limit on the memory of a GPU, MiB, for each renderer. Cameras that differ in
+    /// look, samples or radiance have a renderer each.
     #[must_use]
     #[cfg_attr(
         not(feature = "gpu"),
@@ -130,14 +130,15 @@ impl Backend {
         }
     }
 
-    /// Can it draw a frame while the processor is at the one before? The ray-cast camera is the
-    /// processor.
+    /// Whether it can draw a frame while the processor works on the one before. The ray-cast camera
+    /// cannot, as it runs on the processor.
     #[must_use]
     pub fn draws_ahead(&self) -> bool {
         !matches!(self, Self::Cpu)
     }
 
-    /// As it is recorded: what one GPU draws, another need not continue.
+    /// Its name in the data set, which is specific to the GPU, because another GPU may draw
+    /// slightly different pictures.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
@@ -148,7 +149,7 @@ impl Backend {
     }
 }
 
-/// Why there is no GPU, without the advice for who insists on one.
+/// Why there is no GPU, without the advice for users who demand one.
 #[cfg(feature = "gpu")]
 fn cause(error: GpuError) -> String {
     match error {
@@ -170,7 +171,7 @@ pub enum Renderer {
 }
 
 impl Renderer {
-    /// The ray-cast camera, if it is one.
+    /// The ray-cast camera, if this is one.
     #[must_use]
     pub fn ray_cast(&self) -> Option<&RayCastCamera> {
         match self {
@@ -195,7 +196,7 @@ impl Renderer {
         }
     }
 
-    /// Can it take pictures of this size, pixels?
+    /// Checks that it can take pictures of this size, pixels.
     ///
     /// # Errors
     /// If its GPU is too small for them.
@@ -211,7 +212,7 @@ impl Renderer {
         }
     }
 
-    /// What it holds of a GPU's memory, in words.
+    /// How much memory of a GPU it uses, in words.
     #[must_use]
     pub fn gpu_memory(&self) -> Option<String> {
         match self {

@@ -1,4 +1,4 @@
-//! The chunk manager (paper, IV-A): what is active, what is kept, what is deleted.
+//! The chunk manager (paper, IV-A), which decides which chunks are active, kept and deleted.
 
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
@@ -16,14 +16,14 @@ use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
 pub enum ChunkState {
     /// Visible.
     Active,
-    /// Not visible, but kept: the robot may come back.
+    /// Not visible, but kept, as the robot may come back.
     Disabled,
-    /// Freed. If the robot comes back it is made again, the same.
+    /// Freed. If the robot comes back, the same chunk is made again.
     Deleted,
 }
 
-/// Decides by the robot's position what is visible and what is kept. It is the eviction policy of
-/// the plan's [`Store`], nothing more: what a chunk holds never depends on it.
+/// Decides by the robot's position what is visible and what is kept. It is only the eviction policy
+/// of the plan's [`Store`]: the content of a chunk never depends on it.
 #[derive(Clone, Debug)]
 pub struct ChunkManager {
     chunks: Chunks,
@@ -50,9 +50,9 @@ impl ChunkManager {
     }
 
     /// Frees what is out of reach of a robot at a world position. Undergrowth, which is visible
-    /// less far, is kept a proportionally shorter way; placements are looked up beyond the visible
-    /// radius and cost little: they are kept with the chunks around. Of frames those in `coming`
-    /// are kept.
+    /// less far, is kept to a proportionally shorter distance. Placements, which are needed beyond
+    /// the visible radius and are small, are kept for the surrounding chunks, too. Of frames, those
+    /// in `coming` are kept.
     pub fn evict(&self, store: &Store, robot_m: DVec2, coming: &[u64]) {
         let c = &self.chunks;
         let spare = c.delete_radius_m - c.visible_radius_m;

@@ -1,4 +1,4 @@
-//! What can go wrong between a request and a data set.
+//! The error of this crate.
 
 use std::sync::Arc;
 
@@ -22,9 +22,9 @@ pub enum Error {
     Stage {
         /// The stage's id.
         stage: &'static str,
-        /// Where.
+        /// The coordinate.
         at: String,
-        /// What it said.
+        /// The stage's own error.
         source: Arc<dyn std::error::Error + Send + Sync>,
     },
     /// The renderer could not be started.
@@ -39,13 +39,13 @@ pub enum Error {
     /// A data set could not be written, opened or resumed.
     #[error("{0}")]
     Dataset(Arc<nemoral_dataset::Error>),
-    /// Somebody asked to stop.
+    /// The run was asked to stop.
     #[error("interrupted: the data set is whole up to its last frame; go on with --resume")]
     Interrupted,
 }
 
 impl Error {
-    /// Wraps what a stage's crate said.
+    /// Wraps the error of a stage's crate.
     pub(crate) fn of_stage(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::Stage {
             stage: "",
@@ -58,11 +58,11 @@ impl Error {
         Self::Request(message.into().into())
     }
 
-    /// Was the request wrong (exit code 2), rather than its execution (1)?
+    /// Whether the request was wrong (exit code 2), rather than its execution (1).
     #[must_use]
     pub fn is_request(&self) -> bool {
         match self {
-            // Files are read because the request names them.
+            // Only files that the request names are read.
             Self::Config(_) | Self::Request(_) | Self::Read(_) => true,
             Self::Dataset(e) => {
                 use nemoral_dataset::Error as E;
@@ -83,8 +83,8 @@ impl Error {
 }
 
 impl StageError<At> for Error {
-    /// Says where a fresh stage error happened; one that came from a deeper stage stays as it is.
-    /// What a world stage refuses is the request: it is made from nothing else.
+    /// Adds the place to a new stage error; one that comes from a deeper stage does not change. If
+    /// a world stage fails, the request is wrong, because the stage depends on nothing else.
     fn in_stage(self, stage: &'static str, at: At) -> Self {
         match self {
             Self::Stage {

@@ -1,4 +1,4 @@
-//! What a run will take, before it starts.
+//! The estimated cost of a run.
 
 use std::fmt;
 
@@ -13,16 +13,16 @@ const BYTES_PER_PLY_POINT: f64 = 67.0;
 /// Share of pulses that return in a forest.
 const RETURNS: f64 = 0.97;
 
-/// Seconds of one core for a megapixel and for a million rays of pulses at 96 trees a chunk:
-/// measured as `docs/measurements/speed.md` says, on the machine named there.
+/// Seconds of one core for a megapixel and for a million rays of pulses with 96 trees per chunk,
+/// measured as described in `docs/measurements/speed.md`, on the machine named there.
 const CORE_S_PER_MEGAPIXEL: f64 = 2.8;
 const CORE_S_PER_MEGARAY: f64 = 2.0;
 
-/// Is a camera asked for something besides?
+/// Whether a camera is asked for a further file.
 type Asked = fn(&Camera) -> bool;
 
-/// Bytes a pixel, and seconds of one core for a megapixel more, of what a camera may be asked for
-/// besides: measured likewise.
+/// Bytes per pixel and further seconds of one core for a megapixel, for each further file of a
+/// camera, measured in the same way.
 const FURTHER: [(Asked, f64, f64); 6] = [
     (|c| c.sky, 0.1, 0.0),
     (|c| c.flow, 2.9, 0.6),
@@ -31,12 +31,12 @@ const FURTHER: [(Asked, f64, f64); 6] = [
     (|c| c.radiance, 11.7, 0.1),
     (|c| c.noise.enabled, 0.0, 1.4),
 ];
-/// Seconds of one core for a megapixel of each further sample of all pixels, of casting alone.
+/// Seconds of one core for a megapixel, for casting each further sample of all pixels.
 const CORE_S_PER_MEGASAMPLE: f64 = 1.8;
-/// The same for each surface that a sample's light is followed over.
+/// The same for each surface over which a sample's light is followed.
 const CORE_S_PER_MEGABOUNCE: f64 = 3.0;
 
-/// What a run will take.
+/// The estimated cost of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Frames of the sequence.
@@ -47,7 +47,7 @@ pub struct Estimate {
     pub core_minutes: f64,
 }
 
-/// Estimates a run from what was measured on the presets.
+/// Estimates the cost of a run from measurements of the presets.
 #[must_use]
 pub fn estimate(config: &Config) -> Estimate {
     let (mut bytes, mut seconds) = (0.0, 0.0);

@@ -39,13 +39,13 @@ pub struct ForestPlan {
     backend: Backend,
     /// World: the ground's terrain and trails.
     pub ground_model: Node<(), GroundModel>,
-    /// World: what is grown.
+    /// World: the library of grown plants.
     pub library: Node<(), Library>,
-    /// World: what is grown, ready to be cast rays at.
+    /// World: the library, prepared for ray casting.
     pub assets: Node<(), WorldAssets>,
     /// World: how objects are placed.
     pub placement: Node<(), Placement>,
-    /// World: where the robot goes.
+    /// World: the robot's path.
     pub trajectory: Node<(), RobotTrajectory>,
     /// World: the cameras, the first one first.
     pub cameras: Node<(), Vec<CameraRig>>,
@@ -59,25 +59,25 @@ pub struct ForestPlan {
     pub woody: Node<ChunkCoord, Vec<Site>>,
     /// Chunk: everything with an id.
     pub objects: Node<ChunkCoord, SceneObjects>,
-    /// Chunk: how much of the sky is seen past its crowns.
+    /// Chunk: the sky view factor under its crowns.
     pub sky_view_factor: Node<ChunkCoord, SkyViewFactor>,
-    /// Chunk: where low plants are.
+    /// Chunk: its low plants.
     pub undergrowth: Node<ChunkCoord, Vec<Patch>>,
-    /// Chunk: where seedlings of trees are.
+    /// Chunk: its tree seedlings.
     pub seedlings: Node<ChunkCoord, Vec<CoverPoint>>,
     /// Chunk: geometry of ground and objects.
     pub object_geometry: Node<ChunkCoord, ObjectGeometry>,
     /// Chunk: geometry of low plants.
     pub undergrowth_geometry: Node<ChunkCoord, UndergrowthGeometry>,
-    /// Frame: where the robot is.
+    /// Frame: the robot's pose.
     pub pose: Node<u64, FramePose>,
-    /// Frame: what is visible.
+    /// Frame: the visible scene.
     pub scene: Node<u64, FrameScene>,
     /// Frame: colour and truth images of each camera.
     pub images: Node<u64, Vec<CameraImages>>,
     /// Chunk: ground and trunks alone.
     pub uncovered_geometry: Node<ChunkCoord, UncoveredGeometry>,
-    /// Frame: the further truth that each camera was asked for.
+    /// Frame: the annotations that each camera was asked for.
     pub annotations: Node<u64, Vec<Annotations>>,
     /// Frame: the points of each LiDAR.
     pub scans: Node<u64, Vec<Vec<LidarPoint>>>,
@@ -87,7 +87,7 @@ impl ForestPlan {
     /// Wires the plans of a config; the CPU takes the pictures.
     ///
     /// # Errors
-    /// If the config asks for something impossible that only a stage's crate knows to be so.
+    /// If the config asks for something impossible that only a stage's crate can detect.
     pub fn new(config: &Config) -> Result<Self, Error> {
         Self::on(config, Backend::Cpu)
     }
@@ -104,8 +104,8 @@ impl ForestPlan {
     /// Wires the plans of a config and the files that it names, which were read with it.
     ///
     /// # Errors
-    /// If the config asks for something impossible that only a stage's crate knows to be so, or
-    /// names a file that is not among `inputs`.
+    /// If the config asks for something impossible that only a stage's crate can detect, or names a
+    /// file that is not among `inputs`.
     pub fn with_inputs(
         config: &Config,
         inputs: &InputFiles,
@@ -131,7 +131,8 @@ impl ForestPlan {
         let lidars = plan.add(LidarStage::new(config, inputs), ());
 
         let ground = plan.add(ChunkGroundStage, (ground_model.global(),));
-        // Rocks of a phase see those of lower phases: four nodes, so the plan stays acyclic.
+        // Rocks of a phase see those of lower phases, so there are four nodes and the plan is
+        // acyclic.
         let world = placement.global();
         let phase0 = plan.add(RockPhaseStage::<0>, (world, ground, []));
         let phase1 = plan.add(RockPhaseStage::<1>, (world, ground, [phase0.anywhere()]));
@@ -241,7 +242,7 @@ impl ForestPlan {
         })
     }
 
-    /// What takes the pictures.
+    /// The renderer that takes the pictures.
     #[must_use]
     pub fn backend(&self) -> &Backend {
         &self.backend

@@ -1,8 +1,9 @@
-//! Which frames of a sequence are asked for.
+//! Sets of frames of a sequence.
 
 use std::ops::Range;
 
-/// A set of frames, kept as ranges: as small for a thousand million frames as for one.
+/// A set of frames, stored as ranges, so that it is as small for a thousand million frames as for
+/// one.
 ///
 /// ```
 /// use nemoral_pipeline::FrameSelection;
@@ -24,14 +25,15 @@ impl FrameSelection {
         std::iter::once(0..count).collect()
     }
 
-    /// How many frames these are.
+    /// The number of frames.
     #[must_use]
     pub fn count(&self) -> u64 {
-        // Disjoint parts of 0..u64::MAX: their lengths sum up to u64::MAX at most.
+        // The ranges are disjoint parts of 0..u64::MAX, so the sum of their lengths does not
+        // overflow.
         self.ranges.iter().map(|r| r.end - r.start).sum()
     }
 
-    /// Holds it no frame?
+    /// Whether the set is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ranges.is_empty()
@@ -43,7 +45,7 @@ impl FrameSelection {
         self.ranges.last().map(|r| r.end - 1)
     }
 
-    /// Is a frame among them?
+    /// Whether a frame is in the set.
     #[must_use]
     pub fn contains(&self, frame: u64) -> bool {
         let after = self.ranges.partition_point(|r| r.start <= frame);
@@ -69,7 +71,7 @@ impl FrameSelection {
         let mut before = 0;
         let parts = self.ranges.iter().map(|range| {
             let length = range.end - range.start;
-            // As numbers within this range.
+            // The limits as numbers within this range.
             let low = from.saturating_sub(before).min(length);
             let high = to.saturating_sub(before).min(length);
             before += length;

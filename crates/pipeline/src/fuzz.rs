@@ -1,5 +1,5 @@
-//! Readers of users' files that the crate keeps to itself. They are there for the fuzzers and the
-//! replay of what these have found, and are no part of the crate's interface.
+//! Private readers of users' files. They are exported for the fuzzers and for the replay of their
+//! findings, and are not part of the crate's interface.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::{Error, InputFiles};
 /// A sky image.
 ///
 /// # Errors
-/// If the file is no image of a sky.
+/// If the file is not an image of a sky.
 pub fn sky(path: &Path) -> Result<(), Error> {
     let mut config = Config::default();
     config.sky.image = InputPath::from(&*path.to_string_lossy());

@@ -1,4 +1,4 @@
-//! From a request to a data set.
+//! Makes a data set from a request.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
 
 /// The number of the one sequence of a data set.
 const SEQUENCE: u32 = 0;
-/// What to make, and where.
+/// What is to be made, and where.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The world and its sensors.
@@ -35,22 +35,22 @@ pub struct Request {
     pub frames: FrameSelection,
     /// The output folder.
     pub out: PathBuf,
-    /// What to do if it holds something.
+    /// What to do if the folder is not empty.
     pub mode: OpenMode,
     /// How many threads compute chunks. Pixels and pulses are shared among rayon's threads.
     pub threads: usize,
-    /// What takes the pictures.
+    /// The renderer that takes the pictures.
     pub backend: Backend,
-    /// Where grown libraries are kept from run to run; makes no difference to what is made.
+    /// The cache of grown libraries, which does not change the result.
     pub cache: Option<Arc<Cache>>,
 }
 
-/// Hears how a run goes.
+/// Is told about the progress of a run.
 pub trait Observer: Sync {
-    /// Something the user should know.
+    /// Reports something that the user should know.
     fn note(&self, message: &str);
 
-    /// A frame is on disk.
+    /// Reports that a frame is on disk.
     fn frame(&self, done: Done);
 }
 
@@ -59,7 +59,7 @@ pub trait Observer: Sync {
 pub struct Done {
     /// The frame.
     pub frame: u64,
-    /// How many are on disk now, of this run's.
+    /// How many frames of this run are on disk now.
     pub count: u64,
     /// How many there will be.
     pub total: u64,
@@ -81,11 +81,12 @@ struct Finished {
 
 /// Makes a data set.
 ///
-/// `stop` is looked at between frames: once true, frames in hand are finished and the run ends with
-/// [`Error::Interrupted`], leaving a folder that [`OpenMode::Resume`] goes on with.
+/// `stop` is checked between frames. Once it is true, frames that were begun are finished and the
+/// run ends with [`Error::Interrupted`], leaving a folder that [`OpenMode::Resume`] can continue.
 ///
 /// # Errors
-/// A wrong request before anything is written; later, the first stage or file that fails.
+/// A wrong request is refused before anything is written; later, the error is that of the first
+/// stage or file that fails.
 pub fn generate(
     request: &Request,
     observer: &dyn Observer,
@@ -96,7 +97,7 @@ pub fn generate(
     let store = Store::unlimited().with_cache(request.cache.clone());
     let runner = Runner::new(forest.plan(), &store, request.threads);
 
-    // What can be refused is refused before anything is written.
+    // Everything that can be refused is refused before anything is written.
     let header = header(config, &forest)?;
     Writer::probe(&request.out, request.mode, &header)?;
     if let Some(last) = request.frames.last() {
@@ -115,7 +116,7 @@ pub fn generate(
             observer.note(&memory);
         }
     }
-    // The frames are done: what is left needs the ground and the things alone.
+    // The frames are done, and the rest needs only values of the world.
     store.retain(|_, at| at == At::World);
     let tracks = tracks(config, &forest, &runner)?;
     let frames: Vec<u64> = writer
@@ -131,8 +132,8 @@ pub fn generate(
     Ok(writer.finish(&tables, &[tracks])?)
 }
 
-/// Makes the frames that are missing, one after the other, while others are written and, by a GPU,
-/// the next one is drawn.
+/// Makes the missing frames one after the other, while others are written and a GPU draws the next
+/// one.
 fn record(
     request: &Request,
     forest: &ForestPlan,
@@ -145,7 +146,8 @@ fn record(
     let manager = ChunkManager::new(request.config.chunks.clone());
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        // Two frames may wait: a slow disk holds the frames up, not the memory.
+        // At most two frames wait, so that a slow disk delays the frames rather than filling the
+        // memory.
         let (sender, receiver) = mpsc::sync_channel::<Result<Finished, u64>>(2);
         let (writer, failed) = (&writer, &failed);
         let writing = scope.spawn(move || {
@@ -188,8 +190,9 @@ fn record(
                     };
                     let coming = frames.peek().copied().filter(is_drawn_ahead);
                     if let Some(next) = coming {
-                        // The GPU draws it while this frame's pictures come back and scans are
-                        // taken. What fails there fails again when it is that frame's turn.
+                        // The GPU draws the next frame while this frame's pictures are read back
+                        // and its scans are taken. An error there is ignored, as it occurs again
+                        // when that frame is made.
                         scope.spawn(move || runner.get(forest.images, next).map(drop));
                     }
                     Ok(make(forest, runner, &manager, (frame, key), coming)?)
@@ -262,7 +265,7 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
     Ok(record.bytes())
 }
 
-/// The key of all that goes into a frame.
+/// The key of everything that goes into a frame.
 fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
     let mut hasher = Hasher::new("frame");
     hasher.write_bytes(&forest.plan().key(forest.annotations, frame).0);
@@ -270,13 +273,13 @@ fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
     hasher.finish().0
 }
 
-/// So many poses are computed by a thread before it takes the next ones.
+/// The number of poses that a thread computes at a time.
 const BLOCK: u64 = 256;
-/// And by each thread before chunks are forgotten.
+/// The number of poses that each thread computes before chunks are freed.
 const ROUND: u64 = 4 * BLOCK;
 
-/// The poses of the whole sequence, whichever frames are made here: the middle of a frame's track
-/// alone, by all threads.
+/// The poses of the whole sequence, whichever frames are made here: only that in the middle of each
+/// frame's track, computed by all threads.
 fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<Track, Error> {
     let manager = ChunkManager::new(config.chunks.clone());
     let trajectory = runner.get(forest.trajectory, ())?;
@@ -323,7 +326,7 @@ fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<T
     })
 }
 
-/// Every thing in a chunk that is visible from one of the frames, in order of id.
+/// Every object in a chunk that is visible from one of the frames, in order of id.
 fn inventory(
     config: &Config,
     forest: &ForestPlan,
@@ -351,7 +354,7 @@ fn inventory(
             objects.push(assets.object_record(object));
             trees.extend(assets.tree_record(object));
         }
-        // Chunks come column by column: those of two columns back are done with.
+        // Chunks come column by column, so those two columns back are no longer needed.
         runner
             .store()
             .retain(|_, at| !matches!(at, At::Chunk(c) if c.x < chunk.x - 2));

@@ -1,4 +1,4 @@
-//! The head of a data set's manifest.
+//! The header of a data set's manifest.
 
 use nemoral_dataset::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
 use nemoral_scene::Ontology;
@@ -7,10 +7,10 @@ use crate::config::{self, Config};
 use crate::world::cameras::intrinsics;
 use crate::{Error, ForestPlan};
 
-/// What decides the bytes of a data set, written to its manifest.
+/// The header, which has everything that decides the bytes of a data set.
 ///
 /// # Errors
-/// If a camera is impossible.
+/// If a camera is invalid.
 pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> {
     let ontology = Ontology::by_name(&config.output.ontology)
         .expect("the config's words are the built-in ontologies");
@@ -20,7 +20,7 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
         .into_iter()
         .enumerate()
         .map(|(i, (id, key))| {
-            // Stage ids may repeat (rock phases): number them in plan order.
+            // Stage ids may repeat (rock phases), so they are numbered in the order of the plan.
             (format!("{i:02} {id}"), key.to_string())
         });
     let camera = |(path, camera): (String, &config::Camera)| {

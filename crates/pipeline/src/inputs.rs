@@ -10,7 +10,7 @@ use crate::Error;
 use crate::config::{Config, ConfigError, ConfigErrors, InputPath, most_bytes};
 use crate::plan::{Encode, Encoder, Hasher, KeyEncoder};
 
-/// A file: where it was, what was in it, and a digest of that.
+/// A file: its path, its content, and a digest of the content.
 #[derive(Clone)]
 pub struct InputFile {
     path: PathBuf,
@@ -27,19 +27,19 @@ impl InputFile {
         }
     }
 
-    /// What messages call it.
+    /// Its path, as the config has it.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What was in it.
+    /// Its content.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// What was in it, as text.
+    /// Its content as text.
     ///
     /// # Errors
     /// If it is not UTF-8.
@@ -71,8 +71,8 @@ impl fmt::Debug for InputFile {
 /// All files that a config names, by their paths.
 ///
 /// They are read when a config becomes a plan, before anything else is done; no stage opens a file.
-/// So what was checked, what decides a plan's keys and what a stage uses are the same bytes,
-/// whatever happens to the file meanwhile.
+/// So checks, a plan's keys and its stages use the same bytes, whatever happens to the file
+/// meanwhile.
 #[derive(Clone, Debug, Default)]
 pub struct InputFiles(Arc<BTreeMap<String, InputFile>>);
 
@@ -80,8 +80,7 @@ impl InputFiles {
     /// Reads the files that a config names.
     ///
     /// # Errors
-    /// All that cannot be read: what is not there, is not a regular file, or is larger than such a
-    /// file may be.
+    /// All files that cannot be read, because they are missing, not regular, or too large.
     pub fn read(config: &Config) -> Result<Self, Error> {
         let (files, problems) = Self::read_all(config);
         if problems.is_empty() {
@@ -95,7 +94,7 @@ impl InputFiles {
         Err(ConfigErrors::from_iter(errors).into())
     }
 
-    /// What can be read, and of the rest the key that names it and why not.
+    /// The files that can be read, and for each of the others the key that names it and the reason.
     pub(crate) fn read_all(config: &Config) -> (Self, Vec<(String, String)>) {
         let (mut files, mut problems) = (BTreeMap::new(), Vec::new());
         for (key, name) in named(config) {
@@ -113,7 +112,7 @@ impl InputFiles {
         (Self(Arc::new(files)), problems)
     }
 
-    /// Are these the files of a config?
+    /// Checks that these are the files of a config.
     pub(crate) fn check(&self, config: &Config) -> Result<(), Error> {
         match named(config)
             .into_iter()
@@ -126,10 +125,10 @@ impl InputFiles {
         }
     }
 
-    /// A file that the config names; `None` of the empty name.
+    /// A file that the config names; `None` for the empty name.
     ///
     /// # Panics
-    /// If it was not read: these are another config's files.
+    /// If it was not read, because these are the files of another config.
     #[must_use]
     pub fn get(&self, path: &InputPath) -> Option<&InputFile> {
         (!path.is_empty()).then(|| self.named(path.as_str()))
@@ -140,7 +139,7 @@ impl InputFiles {
         file.expect("a plan checks that the files of its config were read")
     }
 
-    /// Writes a part of the config, files by what is in them.
+    /// Encodes a part of the config, with files by their content.
     pub(crate) fn encode(&self, hasher: &mut Hasher, value: &dyn Encode) {
         value.encode(&mut KeyEncoder::new(hasher, &|path| {
             self.named(path).digest
@@ -155,7 +154,7 @@ fn named(config: &Config) -> Vec<(String, String)> {
     found.files
 }
 
-/// Finds files in all that is encoded.
+/// An encoder that collects files.
 #[derive(Default)]
 struct Found {
     key: Vec<String>,

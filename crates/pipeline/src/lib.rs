@@ -16,18 +16,19 @@
 //! # Ok::<(), nemoral_pipeline::Error>(())
 //! ```
 //!
-//! - [`config`]: requests in layers (preset, file, settings), checked key by key, one definition
-//!   each.
+//! - [`config`]: requests in layers (preset, file, settings), checked key by key by one definition
+//!   of each key.
 //! - [`plan`]: the engine, `nemoral-plan`, at the coordinates of a forest.
 //! - [`stages`]: thin adapters from the stage crates to the plan.
-//! - [`world`]: what stands in a world, made from a config.
-//! - [`recording`]: what a frame is recorded from.
+//! - [`world`]: the content of a world, made from a config.
+//! - [`recording`]: the content of a frame, from which it is recorded.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
-//! - [`check`], [`generate`], [`preview`]: from a request to a verdict, and to files.
+//! - [`check`], [`generate`], [`preview`]: check a request, and make data sets and pictures from
+//!   it.
 //!
 //! The chunk manager of the paper (section IV-A) is [`ChunkManager`]: the eviction policy of the
-//! plan's store. A forest is endless; what is kept of it is what is near the robot.
+//! plan's store. A forest is endless, and only its part near the robot is kept.
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

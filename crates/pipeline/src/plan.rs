@@ -12,7 +12,7 @@ pub use nemoral_plan::{
 use crate::Error;
 pub use crate::at::At;
 
-/// What the plans of a forest share: the world's key is given to every stage.
+/// The types of a forest's plans. The context of every stage is the world's key.
 #[derive(Clone, Copy, Debug)]
 pub enum Forest {}
 
@@ -53,10 +53,10 @@ pub type Plan = nemoral_plan::Plan<Forest>;
 /// A plan with a store and threads.
 pub type Runner<'a> = nemoral_plan::Runner<'a, Forest>;
 
-/// Values of a forest that are kept.
+/// A store of a forest's values.
 pub type Store = nemoral_plan::Store<Forest>;
 
-/// The edge to what is computed once for the world.
+/// The edge to a node that is computed once for the world.
 pub type OfWorld<T> = nemoral_plan::Global<T>;
 
 /// The edge to a chunk node, at chunks that the stage names while it runs.

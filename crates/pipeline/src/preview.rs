@@ -1,4 +1,4 @@
-//! A contact sheet of one frame: what a data set will look like.
+//! A contact sheet of one frame, which shows what a data set will look like.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,13 +13,13 @@ use crate::prove::within_sequence;
 use crate::world::cameras::intrinsics;
 use crate::{Backend, Error, ForestPlan, InputFiles};
 
-/// The sheet's paper, between the pictures.
+/// The colour between the pictures.
 const PAPER: [u8; 3] = [18, 20, 22];
 /// Width of the strip between the pictures, pixels.
 const GAP: usize = 12;
 
 /// Makes the contact sheet of a frame: the first camera's picture; below it classes and instances,
-/// depth and scan. `cache` may keep what is grown from run to run.
+/// depth and scan. `cache` may store grown plants between runs.
 ///
 /// # Errors
 /// If the frame is beyond the sequence or cannot be made.
@@ -55,10 +55,10 @@ pub fn preview(
     ))
 }
 
-/// Refuses the name of a picture that does not end as PNG files do: what is written is one.
+/// Refuses the name of a picture that does not end in `.png`, as only PNG is written.
 ///
 /// # Errors
-/// If it ends otherwise, or not at all.
+/// If it has another extension or none.
 pub fn check_png_name(path: &Path) -> Result<(), Error> {
     let ending = path.extension();
     if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
@@ -79,7 +79,7 @@ pub fn write_png(image: &Image<[u8; 3]>, path: &Path) -> Result<(), Error> {
     nemoral_dataset::write_png(path, image).map_err(Error::from)
 }
 
-/// Lays the pictures of a frame out.
+/// Arranges the pictures of a frame.
 fn contact_sheet(
     images: &CameraImages,
     scan: &[LidarPoint],
@@ -108,7 +108,7 @@ fn contact_sheet(
         }
     };
     paste(&images.rgb, GAP, GAP);
-    // The lower pictures end where the upper one ends.
+    // The lower pictures end at the same column as the upper one.
     let right = GAP + width.max(2 * w + GAP) - w;
     for (i, tile) in tiles.iter().enumerate() {
         let left = if i % 2 == 0 { GAP } else { right };
@@ -117,7 +117,7 @@ fn contact_sheet(
     Image::new(sheet_width, sheet_height, sheet)
 }
 
-/// Flat colours with a little of the surface's shape, for eyes alone.
+/// Flat colours with a little shading by the normals, for viewing only.
 fn shaded(colours: &Image<[u8; 3]>, normals: &Image<Vec3>) -> Image<[u8; 3]> {
     let towards = Vec3::new(-0.4, -0.6, -0.7);
     let pixels = colours.pixels().iter().zip(normals.pixels()).map(|(c, n)| {
@@ -159,7 +159,7 @@ fn hue_colour(hue: f32, value: f32) -> [u8; 3] {
     })
 }
 
-/// Near is warm, far is cold, by the logarithm; nothing is dark.
+/// Warm colours are near and cold ones far, by the logarithm; where nothing was hit it is dark.
 fn depth_colour(depth_m: f32) -> [u8; 3] {
     if depth_m <= 0.0 {
         return [14, 14, 20];
@@ -187,7 +187,7 @@ fn scan_picture(
 ) -> Image<[u8; 3]> {
     let (width, height) = (intrinsics.width as usize, intrinsics.height as usize);
     let body = RigidTransform::body_from_optical();
-    // Eight metres behind, five above, looking down by a sixth of a right angle.
+    // The view is from eight metres behind and five above, looking down by about 14°.
     let pitch = 0.24;
     let place = RigidTransform::from_xyz_rpy(DVec3::new(-8.0, 0.0, 5.0), 0.0, pitch, 0.0);
     let viewer_from_camera = (place * body).inverse() * body;
@@ -217,7 +217,8 @@ fn scan_picture(
     Image::new(width, height, pixels)
 }
 
-/// Half the size, four pixels to one, less half a gap so that two fit under the whole.
+/// The image at half size, less half a gap so that two fit under the whole; four pixels are
+/// averaged to one.
 fn halved(image: &Image<[u8; 3]>) -> Image<[u8; 3]> {
     let (width, height) = (image.width() / 2, image.height() / 2);
     let width = width.saturating_sub(GAP / 2).max(1);

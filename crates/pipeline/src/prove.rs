@@ -1,4 +1,4 @@
-//! What is refused before the first frame.
+//! The checks before the first frame.
 
 use std::sync::Arc;
 
@@ -7,14 +7,14 @@ use crate::header::header;
 use crate::plan::{Cache, Runner, Store};
 use crate::{Backend, Error, ForestPlan, InputFiles};
 
-/// Refuses all that [`generate`](crate::generate) refuses before its first frame, short of what
-/// depends on the output folder and the GPU: it does the same. What the user should know is the
-/// result.
+/// Refuses everything that [`generate`](crate::generate) refuses before its first frame, except
+/// what depends on the output folder and the GPU. The result is a list of notes for the user.
 ///
-/// What stands how densely can be said only of grown plants, so they are grown; `cache` keeps them.
+/// The density of a stand can only be checked with grown plants, so these are grown; `cache` may
+/// store them.
 ///
 /// # Errors
-/// The first thing that is wrong.
+/// The first error.
 pub fn check(
     config: &Config,
     inputs: &InputFiles,
@@ -31,7 +31,8 @@ pub fn check(
     )
 }
 
-/// Computes all that a world's frames have in common. What the user should know is the result.
+/// Computes everything that a world's frames have in common. The result is a list of notes for the
+/// user.
 pub(crate) fn prove(
     config: &Config,
     forest: &ForestPlan,

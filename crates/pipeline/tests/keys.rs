@@ -1,4 +1,4 @@
-//! Keys of plans: what decides a value decides its key, and nothing else does.
+//! Keys of plans, which depend on everything that decides a value, and on nothing else.
 
 #![allow(
     clippy::disallowed_methods,
@@ -37,7 +37,7 @@ fn differing(a: &Config, b: &Config) -> Vec<String> {
     a.iter().filter_map(differ).collect()
 }
 
-/// One table, and every variant of a choice, in a config whose keys are written down below.
+/// A config with every table and every variant of a choice, whose keys are written down below.
 const VARIED: &str = r#"
 preset = "demo"
 seed = 11
@@ -65,9 +65,9 @@ k1 = 0.01
 rows = 5
 "#;
 
-/// A key that changes where nothing else did breaks `--resume` and `merge` of what users have. If a
-/// stage's output changed, or what it depends on, write the new keys down here and say so under
-/// *Dataset-changing* in the change log.
+/// A key that changes although nothing else did breaks `--resume` and `merge` of users' data sets.
+/// If a stage's output changed, or what it depends on, write the new keys down here and say so
+/// under *Dataset-changing* in the change log.
 #[test]
 fn keys_are_as_they_were() {
     let varied = Config::from_toml(VARIED).expect("a config");
@@ -75,7 +75,7 @@ fn keys_are_as_they_were() {
     let mut text = String::new();
     for (name, config) in ["default", "varied"].iter().zip(presets) {
         for (stage, key) in keys(&config).expect("a plan") {
-            // 64 bits tell keys apart well enough to be looked at.
+            // 64 bits of each key are enough to tell keys apart.
             text += &format!("{name} {stage} {}\n", &key[..16]);
         }
     }
@@ -90,7 +90,7 @@ fn keys_are_as_they_were() {
     assert_eq!(text.lines().count(), expected.lines().count());
 }
 
-/// What a file is called makes no difference, what is in it does.
+/// Keys depend on the content of files and not on their names.
 #[test]
 fn files_count_by_what_is_in_them() {
     const BEECH: &str = include_str!("../../assets/species/beech.toml");
@@ -141,7 +141,7 @@ fn files_count_by_what_is_in_them() {
         let edited = load(&[write("edited", &other)]);
         let changed = differing(&first, &edited);
         assert!(changed.iter().any(|id| id == stage), "{key}: {changed:?}");
-        // In place as well: nothing remembers what was there.
+        // The file is changed in place as well, as nothing remembers the old content.
         let before = keys(&first).expect("readable");
         write("first", &other);
         assert_ne!(keys(&first).expect("readable"), before, "{key}");
@@ -156,7 +156,7 @@ fn what_was_not_read_with_the_config_is_refused() {
     let config = load(&[format!("lidar.table.path={}", path.display())]);
     let read = InputFiles::read(&config).expect("readable");
     fs::remove_file(&path).expect("it is there");
-    // Nothing opens it again.
+    // Nothing opens the file again.
     let backend = nemoral_pipeline::Backend::Cpu;
     assert!(ForestPlan::with_inputs(&config, &read, backend.clone()).is_ok());
     let refused = ForestPlan::with_inputs(&config, &InputFiles::default(), backend);

@@ -35,14 +35,14 @@ pub struct Blas {
     extent: f32,
 }
 
-/// How much care a [`Blas`] is built with.
+/// The quality with which a [`Blas`] is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// For shapes that are cast at for a moment: about 1 ms for 1,000 primitives.
+    /// For shapes that are used briefly: building takes about 1 ms for 1,000 primitives.
     #[default]
     Fast,
-    /// For shapes that are instanced often, cast at for long or kept: several times slower to
-    /// build, about a tenth faster to cast at.
+    /// For shapes that are instanced often or used for long: several times slower to build, and
+    /// about a tenth faster to cast rays at.
     High,
 }
 
@@ -65,7 +65,8 @@ impl Quality {
 #[derive(Debug)]
 pub(crate) struct Part {
     pub(crate) root: u32,
-    /// Boxes that together hold the part: tighter, once turned, than one box around all.
+    /// Boxes that together contain the part. After a rotation they are tighter than one box around
+    /// all of it.
     pub(crate) boxes: Vec<Bounds>,
 }
 
@@ -95,7 +96,7 @@ impl Blas {
         let (primitives, boxes) = blas.pack();
         let grow = |part: Vec<u32>| Bvh8::over(&boxes, &part, 8, quality.effort());
         let trees: Vec<Bvh8> = parts(&boxes).into_iter().map(grow).collect();
-        // Freed before the blocks are built, because shapes may be large.
+        // The boxes are freed before the blocks are built, because shapes may be large.
         drop(boxes);
         let whole = trees.iter().map(Bvh8::bounds);
         let grid = QuantizationGrid::over(&whole.fold(Bounds::EMPTY, Bounds::union));
@@ -434,8 +435,8 @@ impl<const ANY: bool> LeafVisitor for Blocks<'_, ANY> {
     }
 }
 
-/// Cuts a shape at one height if that takes away much of the area that rays see from the side, as
-/// for a trunk under its crown. Returns the box numbers of each part; no part if there are no
+/// Cuts a shape at one height if that much reduces the area that rays see from the side, as for a
+/// trunk under its crown. Returns the box numbers of each part; there is no part if there are no
 /// boxes.
 fn parts(boxes: &[Bounds]) -> Vec<Vec<u32>> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
@@ -467,7 +468,8 @@ fn parts(boxes: &[Bounds]) -> Vec<Vec<u32>> {
     }
 }
 
-/// Parts are entered twice as often as a whole of the same size: the cut must save this much.
+/// The area after a cut, relative to that before it, below which the cut pays, as two parts are
+/// entered more often than one.
 const WORTH_CUTTING: f32 = 0.8;
 
 /// The texture coordinate of a triangle at an intersection, interpolated.

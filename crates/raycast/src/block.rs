@@ -1,4 +1,4 @@
-//! Eight primitives at once: a filter that never loses a hit.
+//! A conservative test of eight primitives at once, which never loses a hit.
 //!
 //! Triangles and cards share blocks. With corner `p`, edges `e` and `f`, direction `d` and
 //! `s = p − origin`, Cramer's rule gives (Möller and Trumbore 1997)
@@ -7,10 +7,11 @@
 //! passes is decided by [`crate::intersection`].
 //!
 //! The bound: with unit roundoff `r` (half of `f32::EPSILON`), `|s| ≤ R`, `|d| ≤ d₀`, edges ≤ `E`
-//! per axis and inputs rounded once, `s × d` errs by at most 10 r R d₀, each numerator by
-//! 52 r R d₀ E and `D` by 46 r E² d₀ ≤ 92 r R d₀ E, so `u + v ≤ 1` becomes false by no more than
-//! 200 r R d₀ E; 256 r = 128 ε is taken. Likewise `t D` errs by 52 r E² R and `t · D` by
-//! 46 r E² d₀ t, where d₀ t ≤ 4 R: 236 r E² R, 256 r taken.
+//! per axis and inputs rounded once, the error of `s × d` is at most 10 r R d₀, that of each
+//! numerator 52 r R d₀ E, and that of `D` 46 r E² d₀ ≤ 92 r R d₀ E, so `u + v ≤ 1` becomes false by
+//! no more than 200 r R d₀ E; the filter uses 256 r = 128 ε. Likewise, the error of `t D` is at
+//! most 52 r E² R and that of `t · D` 46 r E² d₀ t, where d₀ t ≤ 4 R: together 236 r E² R, for
+//! which 256 r is used.
 
 use glam::{DVec3, Vec3};
 
@@ -178,7 +179,7 @@ impl<I: Isa> BlockEdges<I> {
         } = *self;
         let slack = ray.slack * edge;
         let slack_t = 128.0 * f32::EPSILON * ray.reach * edge * edge;
-        // Finite, lest infinity times a denominator of 0 be NaN.
+        // The range is made finite, because infinity times a denominator of 0 would be NaN.
         let (near, far) = (nearest.t_min().max(-1e30), nearest.t().min(1e30));
         let d = V3::splat(isa, ray.direction);
         let s = corner.sub(isa, V3::splat(isa, ray.origin));
@@ -193,10 +194,11 @@ impl<I: Isa> BlockEdges<I> {
         let in_range = isa.and(isa.le(early, t), isa.le(t, late));
         let moment = s.cross(isa, d);
         let u = isa.xor(moment.dot(isa, f), sign);
-        // Minus v.
+        // This is −v.
         let v = isa.xor(moment.dot(isa, e), sign);
         let (low, slack) = (isa.splat(-slack), isa.splat(slack));
-        // A triangle has u + v <= 1, a card u <= 1; v <= 1 follows or is tested.
+        // A triangle has u + v <= 1, from which v <= 1 follows; a card has u <= 1, and v <= 1 is
+        // tested.
         let zero = isa.splat(0.0);
         let limit = isa.mul_add(size, isa.splat(1.0), slack);
         let sum = isa.sub(u, isa.mul(triangle, v));

@@ -1,4 +1,4 @@
-//! The oracle: every primitive of every instance, one after the other.
+//! The oracle, which tests every primitive of every instance, one after the other.
 
 use std::sync::Arc;
 

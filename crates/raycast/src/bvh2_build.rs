@@ -21,7 +21,7 @@ pub(crate) struct Bvh2Node {
     /// The number of boxes below.
     pub(crate) count: u32,
     pub(crate) inner: bool,
-    /// The children of an inner node; for a leaf, twice the place where its boxes start in the
+    /// The children of an inner node; for a leaf, twice the index at which its boxes start in the
     /// tree's order.
     pub(crate) below: [u32; 2],
 }
@@ -38,10 +38,11 @@ pub(crate) struct Bvh2 {
 const BINS: usize = 16;
 const FEW_BINS: usize = 8;
 
-/// Up to so many boxes get few bins: sweeping more bins than boxes costs more than it gains.
+/// Up to this number of boxes get few bins, as sweeping more bins than boxes costs more than it
+/// gains.
 const FEW: usize = 32;
 
-/// Beyond this depth sets are split in halves whatever that costs, which bounds the recursion.
+/// Beyond this depth sets are split into halves whatever their cost, which bounds the recursion.
 const SAH_DEPTH: usize = 64;
 
 /// Trees of fewer boxes are built by one thread.
@@ -54,7 +55,7 @@ struct Item {
     number: u32,
 }
 
-/// The bounds of what a node holds.
+/// The bounds of the boxes below a node.
 #[derive(Clone, Copy)]
 struct Extent {
     boxes: BoundsA,
@@ -86,7 +87,7 @@ impl Extent {
     }
 }
 
-/// A box in registers.
+/// A box in SIMD registers.
 #[derive(Clone, Copy)]
 struct BoundsA {
     min: Vec3A,
@@ -140,7 +141,8 @@ pub(crate) struct BuildParams {
 /// Builds a tree over some of the boxes, at least one. Large trees are built on all threads of the
 /// current rayon pool; the result is the same to the bit.
 pub(crate) fn build(boxes: &[Bounds], numbers: &[u32], params: BuildParams) -> Bvh2 {
-    // The boxes themselves are sorted, not their numbers: they are read many times, in order.
+    // The boxes themselves are sorted, not their numbers, because they are read in order many
+    // times.
     let item = |&number: &u32| Item {
         bounds: boxes[number as usize],
         number,
@@ -231,8 +233,8 @@ fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [E
         Vec3A::splat(count_of_bins as f32) / Vec3A::from(size),
         Vec3A::from(centres.min),
     );
-    // An axis without extent scales by infinity or not at all; whatever its bins are, it is not
-    // cut.
+    // The scale of an axis without extent is infinite or NaN; whatever its bins are, it is not
+    // split.
     let bins_of = |b: BoundsA| {
         ((b.min + b.max - low) * scale)
             .to_array()
@@ -352,7 +354,7 @@ impl Reinsertion {
             gain: 1e-5 * area,
             beside: 0,
         };
-        // What taking the node out of everything below `pivot` gains, and the box that is left
+        // The gain from removing the node from everything below `pivot`, and the box that is left
         // there.
         let mut gain = self.area(parent);
         let mut left = Bounds::EMPTY;
@@ -503,7 +505,7 @@ mod tests {
             let (after, kept) = measure(&reinsert(tree, 2, 1.0));
             assert_eq!(kept, all);
             assert_eq!(kept.len(), n as usize);
-            // Halves of an unordered list are a bad tree.
+            // Splitting an unordered list into halves gives a bad tree.
             let most = before * if n > 7 { 0.8 } else { 1.000_01 };
             assert!(after <= most, "{n}: {after} of {before}");
         }

@@ -6,7 +6,7 @@ use crate::bvh2_build::{self, BuildParams, Bvh2, Bvh2Node, Split};
 use crate::node::{LEAF, Node, half_area};
 use crate::traversal::MAX_LEVELS;
 
-/// Cost of a leaf relative to that of visiting one binary node.
+/// The cost of a leaf relative to that of visiting one binary node.
 const LEAF_COST: f32 = 1.0;
 
 /// How much is done to improve a tree by reinsertion: in each pass this share of all subtrees is
@@ -66,7 +66,7 @@ impl Bvh8 {
         if wide.levels(0) <= MAX_LEVELS {
             return wide;
         }
-        // Halves of halves are at most 11 wide levels deep.
+        // A tree of halves is at most 11 wide levels deep.
         Self::collapse(build2(Split::Halves, max_leaf), max_leaf, Split::Halves)
     }
 
@@ -89,7 +89,7 @@ impl Bvh8 {
         self.nodes[0].bounds
     }
 
-    /// At most 64 boxes that together hold everything: two levels of wide nodes.
+    /// At most 64 boxes that together contain everything: those of two levels of wide nodes.
     pub(crate) fn cover(&self) -> Vec<Bounds> {
         let below = |node: u32| match self.is_leaf[node as usize] {
             true => vec![node],
@@ -252,7 +252,7 @@ mod tests {
         check(&[cube(Vec3::ONE, 1.0); 3000]);
         let grid = |i: u32| cube(Vec3::new((i % 61) as f32, (i / 61) as f32, 0.0), 0.4);
         check(&(0..3000).map(grid).collect::<Vec<_>>());
-        // Each as large as all before: areas, even sums of areas, overflow.
+        // Each box is as large as all before it, so that areas, and sums of areas, overflow.
         let growing = |k: i32| cube(Vec3::splat(2.0_f32.powi(k)), 2.0_f32.powi(k - 1));
         check(&(-126..127).map(growing).collect::<Vec<_>>());
     }

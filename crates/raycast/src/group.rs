@@ -21,7 +21,7 @@ use crate::traversal::{LeafVisitor, Stack, traverse};
 #[derive(Debug)]
 pub struct Group {
     instances: Vec<(Instance, Arc<Blas>)>,
-    /// `None` where the linear map cannot be inverted: such an instance is flat and never hit.
+    /// `None` where the linear map cannot be inverted; such an instance is flat and never hit.
     poses: Vec<Option<Pose>>,
     parts: Vec<InstancePart>,
     /// The boxes of the parts.
@@ -74,7 +74,8 @@ impl Pose {
         })
     }
 
-    /// The position is subtracted first: the other order cancels at a hundred metres.
+    /// The position is subtracted first, because the other order loses digits by cancellation at a
+    /// hundred metres.
     #[inline(always)]
     pub(crate) fn local(&self, ray: &LocalRay) -> LocalRay {
         LocalRay {
@@ -83,8 +84,8 @@ impl Pose {
         }
     }
 
-    /// A normal of the instance in the group's frame, not of unit length: by the inverse transpose,
-    /// which keeps the shape's side in mirrored instances too.
+    /// A normal of the instance in the group's frame, not of unit length. It is transformed by the
+    /// inverse transpose, which keeps the shape's side in mirrored instances too.
     pub(crate) fn normal_to_group(&self, normal: DVec3) -> DVec3 {
         self.inverse.transpose() * normal
     }
@@ -224,7 +225,7 @@ impl Group {
     }
 }
 
-/// A chunk's tree is traversed by every ray nearby, and must be built within milliseconds.
+/// A chunk's tree is traversed by every ray nearby, but must be built within milliseconds.
 const EFFORT: BuildEffort = BuildEffort {
     passes: 1,
     share: 1.0,

@@ -1,4 +1,4 @@
-//! From the nearest primitive to what a sensor wants to know of it.
+//! Makes the description of a hit that a sensor asks for from the nearest primitive.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::block::Shape;
 use crate::group::{Group, Pose};
 use crate::nearest::{Nearest, PrimitiveHit};
 
-/// What a sensor can ask to know of a hit.
+/// A description of a hit that a sensor can ask for.
 pub(crate) trait ResolvedHit: Copy + Send + Sync {
     /// The description of the nearest hit of a ray, if there is one.
     fn of(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Self>;

@@ -70,7 +70,7 @@ pub(crate) fn window_hull(mask: &AlphaMask, window: &TextureWindow) -> Vec<DVec2
 /// The corners, in uv, of the convex hull of the opaque texels, counter-clockwise; none if nothing
 /// is opaque. (Andrew's monotone chain.)
 pub(crate) fn opaque_hull(mask: &AlphaMask) -> Vec<DVec2> {
-    // The outermost texels of each column are enough; columns ascend, as the chain wants them.
+    // The outermost texels of each column are enough; columns ascend, as the chain needs them.
     let (width, height) = (mask.width(), mask.height());
     let mut points = Vec::new();
     for line in 0..=width {

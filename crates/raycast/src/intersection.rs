@@ -1,4 +1,4 @@
-//! Ray-primitive intersection in f64: the one place that decides what is hit.
+//! Ray-primitive intersection in f64, the one place that decides what is hit.
 
 use glam::{DVec3, Vec3, Vec3Swizzles};
 use nemoral_scene::Ray;
@@ -12,8 +12,8 @@ pub(crate) struct LocalRay {
 }
 
 impl LocalRay {
-    /// A ray of the scene in the frame of a group at `offset`. An f64 holds the difference of two
-    /// f32 of like size exactly, so neighbouring groups see one ray.
+    /// A ray of the scene in the frame of a group at `offset`. The difference of two f32 of similar
+    /// size is exact in f64, so neighbouring groups see the same ray.
     #[inline(always)]
     pub(crate) fn in_group(ray: &Ray, offset: Vec3) -> Self {
         Self {

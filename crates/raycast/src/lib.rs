@@ -1,6 +1,6 @@
 //! This crate casts rays at scenes of instanced, alpha-masked shapes.
 //!
-//! For every sensor it answers where a ray first hits a surface whose texture is opaque there
+//! It finds, for every sensor, where a ray first hits a surface whose texture is opaque there
 //! (section V-B and Fig. 5 of the paper). Shapes are prepared once ([`Blas`]), placed many times
 //! ([`Group`], one for a chunk), and groups are put together for a frame ([`RayScene`]).
 //! [`BruteForce`] gives the same results without any acceleration, to the bit.
@@ -27,9 +27,9 @@
 //! ```
 //!
 //! # What is hit
-//! - Triangles and cards from both sides, borders included. A masked one only where
+//! - Triangles and cards are hit from both sides, borders included. A masked one is hit only where
 //!   [`AlphaMask::is_opaque`](nemoral_scene::AlphaMask::is_opaque) says so at the texture
-//!   coordinate of the hit. What has no area is never hit. Two triangles that form a leaf are one
+//!   coordinate of the hit. A primitive without area is never hit. Two triangles that form a leaf are one
 //!   card: [`Quad`](nemoral_scene::Quad) says when, and how far its hits may be off theirs.
 //! - Hits count from `t_min_m` to `t_max_m`, both included. At equal `distance_m` the lowest object
 //!   id wins, then the lowest number of group, instance, primitive.

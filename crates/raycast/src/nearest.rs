@@ -14,7 +14,8 @@ pub(crate) struct Rank {
     pub(crate) primitive: u32,
 }
 
-/// Where the primitive of a hit is stored: enough to describe the hit without its shape's vertices.
+/// Where the primitive of a hit is stored, which is enough to describe the hit without the shape's
+/// vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PrimitiveRef {
     /// The number of the instance part in its group.
@@ -25,7 +26,7 @@ pub(crate) struct PrimitiveRef {
 }
 
 impl PrimitiveRef {
-    /// The place of primitives that were found without a tree.
+    /// The reference of primitives that were found without a tree.
     pub(crate) const NONE: Self = Self {
         part: u32::MAX,
         block: u32::MAX,
@@ -51,7 +52,7 @@ pub(crate) struct Nearest {
 }
 
 impl Nearest {
-    /// The search of no ray: nothing is ever near enough.
+    /// A search without a ray, for which no hit is near enough.
     pub(crate) const fn none() -> Self {
         Self {
             t_min: 0.0,

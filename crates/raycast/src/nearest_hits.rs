@@ -6,7 +6,7 @@ use crate::nearest::Nearest;
 use crate::ray_mask::{MAX_RAYS, RayMask};
 use crate::simd::{F8, Isa};
 
-/// The nearest hit so far of each ray, and how far each ray still looks.
+/// The nearest hit so far of each ray, and the distance to which each ray still searches.
 #[derive(Debug)]
 pub(crate) struct NearestHits {
     pub(crate) nearest: [Nearest; MAX_RAYS],
@@ -39,8 +39,8 @@ impl NearestHits {
         &mut self.nearest[i & (MAX_RAYS - 1)]
     }
 
-    /// Takes over how far ray `i` looks, after its nearest hit has changed. With `ANY`, a ray that
-    /// has found something looks no farther.
+    /// Updates the distance to which ray `i` searches, after its nearest hit has changed. With
+    /// `ANY`, a ray that has found a hit searches no farther.
     #[inline(always)]
     pub(crate) fn update_reach<const ANY: bool>(&mut self, i: usize) {
         let nearest = &self.nearest[i];
@@ -51,7 +51,7 @@ impl NearestHits {
         };
     }
 
-    /// The rays that still look as far as `t` or farther.
+    /// The rays that still search as far as `t` or farther.
     #[inline(always)]
     pub(crate) fn beyond<I: Isa>(&self, isa: I, t: f32) -> RayMask {
         let t = isa.splat(t);

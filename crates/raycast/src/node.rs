@@ -11,7 +11,7 @@ use crate::simd::{F8, Isa, V3};
 /// Set in a child that is a leaf; the other bits are the leaf's number.
 pub(crate) const LEAF: u32 = 1 << 31;
 
-/// How much farther boxes reach for a ray, in units of f32's epsilon times the largest coordinate
+/// By how much boxes are enlarged for a ray, in units of f32's epsilon times the largest coordinate
 /// involved. Rounding of the ray to f32 (1/2), of the box (1/2, or none on a grid), of the slab
 /// arithmetic (3, with the grid's step times the inverse) and of the f64 intersection to an f32
 /// distance (1/2, times √3) stay well below.
@@ -28,10 +28,10 @@ pub(crate) struct LaneRay {
     /// The direction's inverse, kept finite, times the grid's step: the distance along the ray from
     /// plane to plane, negative where the ray runs towards smaller coordinates.
     pub(crate) scale: [f32; 3],
-    /// The origin times the direction's inverse, plus a margin so that boxes are entered early
+    /// The origin times the direction's inverse, plus a margin that lets boxes be entered early
     /// enough.
     pub(crate) enter: [f32; 3],
-    /// The same, minus the margin so that boxes are left late enough.
+    /// The same, minus the margin, which lets boxes be left late enough.
     pub(crate) leave: [f32; 3],
     /// Bound on the rounding error of the primitive filter, per metre of edge.
     pub(crate) slack: f32,

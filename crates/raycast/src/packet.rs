@@ -2,10 +2,10 @@
 //!
 //! Rays of a bundle that enter a shape traverse it together (as the streams of Barringer and
 //! Akenine-Möller 2014, "Dynamic ray stream traversal"): a node or a block is fetched once for all
-//! of them, what does not depend on the ray is computed once, and where to go next is decided once.
-//! Each ray is tested on its own, eight boxes or primitives at a time, and only where it may still
-//! find something nearer. Where few rays are left, they go on alone after the packet is done
-//! ([`InterleavedTraversal`]).
+//! of them, values that do not depend on the ray are computed once, and the next node is chosen
+//! once. Each ray is tested separately, eight boxes or primitives at a time, and only where it may
+//! still find a nearer hit. Where few rays are left, they continue separately after the packet is
+//! done ([`InterleavedTraversal`]).
 
 use glam::Vec3;
 
@@ -22,7 +22,7 @@ use crate::ray_soa::{LocalRaySoa, RaySoa};
 use crate::simd::{F8, Isa, Keys, Rows};
 use crate::traversal::MAX_LEVELS;
 
-/// Up to so many rays are faster on their own.
+/// Up to this number of rays are faster when traversed separately.
 const FEW: u32 = 2;
 
 /// A node that has been opened, and which of its children are yet to be visited, by which rays.
@@ -128,7 +128,7 @@ impl Packet {
         Some((node.child(lane), visit.rays[lane & 7]))
     }
 
-    /// Takes the nearest child that is left, with the rays that look that far.
+    /// Takes the nearest child that is left, with the rays that still search that far.
     #[inline(always)]
     fn take<I: Isa>(
         &mut self,
@@ -165,8 +165,8 @@ impl Packet {
             return;
         };
         let sides = block.edges(isa);
-        // All tests, then all intersections, then all hits: a mispredicted branch of one ray does
-        // not delay the others.
+        // All tests come first, then all intersections, then all hits, so that a mispredicted
+        // branch of one ray does not delay the others.
         let mut proposed = [(0_u8, 0_u8); MAX_RAYS];
         let mut len = 0;
         while rays != 0 {
@@ -197,7 +197,7 @@ impl Packet {
     }
 }
 
-/// Offers opaque points of a block, each given by its ray, lane and intersection.
+/// Offers opaque points of a block to the searches, each given by its ray, lane and intersection.
 #[inline(always)]
 fn take<const ANY: bool>(
     opaque: &[(u8, u8, Intersection)],

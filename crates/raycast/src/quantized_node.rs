@@ -14,7 +14,7 @@ use crate::simd::{Isa, U8};
 pub(crate) struct QuantizedNode {
     /// x low, x high, y low, y high, z low, z high. Lanes without a child are inside out.
     planes: [U8; 6],
-    /// Where rays from very far take an empty lane for a box, they find no child there, because no
+    /// Rays from very far may take an empty lane for a box; they find no child there, because no
     /// block has the number `u32::MAX`.
     children: [u32; 8],
 }

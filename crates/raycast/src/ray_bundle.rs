@@ -24,7 +24,7 @@ use crate::ray_soa::RaySoa;
 use crate::simd::Isa;
 use crate::tlas::Tlas;
 
-/// The least number of rays in a bundle: fewer do not pay.
+/// The least number of rays in a bundle; fewer are not worth it.
 const LEAST: usize = 4;
 
 /// How far the directions of a bundle may differ from that of its first ray, per axis.
@@ -76,7 +76,7 @@ fn waiting(near: u32, group: u32, at: u32) -> Waiting {
 
 const TOP: u32 = u32::MAX;
 
-/// A bundle's search, kept from one bundle to the next for its memory.
+/// The search of a bundle, which is reused from one bundle to the next for its memory.
 #[derive(Debug)]
 pub(crate) struct RayBundle {
     origins: (DVec3, DVec3),
@@ -264,7 +264,7 @@ impl Beam {
         let (min, max) = (origins.0 - offset.as_dvec3(), origins.1 - offset.as_dvec3());
         let (min, max) = (min.as_vec3(), max.as_vec3());
         let reach = min.abs().max(max.abs()).max_element() + extent;
-        // Twice the margin of a ray, because the bounds themselves are rounded.
+        // The margin is twice that of a ray, because the bounds themselves are rounded.
         let pad = 2.0 * BOX_SLACK * f32::EPSILON * reach;
         let axis = |k: usize| {
             let (low, high) = (min[k] - pad, max[k] + pad);
@@ -313,7 +313,7 @@ impl Beam {
                 node.plane(isa, k, axis.near),
                 node.plane(isa, k, axis.near ^ 1),
             );
-            // The NaN of an empty lane gives way to the other operand.
+            // Where a lane is empty, the NaN is replaced by the other operand.
             let enter_far = line(isa, far, axis.enter_far);
             first = isa.max(enter_far, isa.max(line(isa, near, axis.enter), first));
             last = isa.min(line(isa, far, axis.leave), last);

@@ -286,8 +286,8 @@ impl InstancedScene for RayScene {
     }
 }
 
-/// The rays that are sorted together at the most. So many have neighbours enough, and larger
-/// batches are sorted in parts so that threads need not wait for one sort.
+/// The most rays that are sorted together. That is enough for rays to find similar neighbours, and
+/// larger batches are sorted in parts so that threads need not wait for one sort.
 const ORDER_RAYS: usize = 48 << 10;
 
 /// The rays of a batch that one task casts.
@@ -325,7 +325,7 @@ impl Kernel for Batch<'_> {
                 take(done, i, &nearest);
             } else {
                 bundle.cast::<I, false>(isa, tlas, rays, alike);
-                // In a loop of their own, so that the cache misses of several shapes overlap.
+                // This is a separate loop, so that the cache misses of several shapes overlap.
                 for (k, &i) in alike.iter().enumerate() {
                     take(done + k, i, bundle.nearest(k));
                 }

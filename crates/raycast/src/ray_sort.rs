@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn neighbours_in_space_follow_each_other() {
-        // The corners of a cube in cells, visited along the curve, and each ray once.
+        // The cells at the corners of a cube are visited along the curve, and each ray occurs once.
         let corner = |k: u32| Vec3::new((k & 1) as f32, (k >> 1 & 1) as f32, (k >> 2) as f32);
         let rays: Vec<Ray> = [6, 3, 0, 5, 1, 7, 2, 4]
             .map(|k| Ray::new(corner(k) * 40.0 - 7.0, Vec3::Z))

@@ -75,9 +75,9 @@ pub(crate) trait Isa: Copy {
     fn widen(self, memory: &U8) -> Self::V;
     fn sub(self, a: Self::V, b: Self::V) -> Self::V;
     fn mul(self, a: Self::V, b: Self::V) -> Self::V;
-    /// `a b + c`, rounded once or twice.
+    /// `a b + c`, with one or two roundings.
     fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
-    /// `a b − c`, rounded once or twice.
+    /// `a b − c`, with one or two roundings.
     fn mul_sub(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// The larger; `b` if either is NaN.
     fn max(self, a: Self::V, b: Self::V) -> Self::V;
@@ -89,7 +89,7 @@ pub(crate) trait Isa: Copy {
     fn xor(self, a: Self::V, b: Self::V) -> Self::V;
     /// The sign bits of the lanes, lane 0 lowest.
     fn signs(self, v: Self::V) -> u32;
-    /// The keys of distances; lanes outside the mask are done.
+    /// The keys of distances; lanes outside the mask are marked as done.
     fn keys(self, distances: Self::V, mask: Self::V) -> Keys;
     /// A lane with the least key; any lane if all are done.
     fn first(self, keys: &Keys) -> usize;
@@ -97,7 +97,7 @@ pub(crate) trait Isa: Copy {
     fn only(self, v: Self::V, mask: Self::V) -> Self::V;
     /// The keys of all distances.
     fn all_keys(self, distances: Self::V) -> Keys;
-    /// InterleavedTraversal rows into columns: bit `i` of number `k` for lane `k` of ray `i`.
+    /// Turns rows into columns: bit `i` of number `k` is that of lane `k` of ray `i`.
     fn columns(self, rows: &Rows) -> [u64; 8];
     /// Asks the processor to fetch a value that is needed soon.
     fn prefetch<T>(self, value: &T);
@@ -472,7 +472,7 @@ impl Isa for Avx2 {
             let half: *const x86::__m256i = rows.0.as_ptr().cast();
             let mut low = x86::_mm256_load_si256(half);
             let mut high = x86::_mm256_load_si256(half.add(1));
-            // Lane 7 is in the sign bits; each doubling of the bytes brings the next one there.
+            // Lane 7 is in the sign bits; each doubling of the bytes moves the next lane there.
             for column in columns.iter_mut().rev() {
                 let bits = |v| u64::from(x86::_mm256_movemask_epi8(v).cast_unsigned());
                 *column = bits(high) << 32 | bits(low);
@@ -500,7 +500,7 @@ mod tests {
     const A: F8 = F8([0.0, -0.0, 1.0, f32::NAN, 4.0, f32::NEG_INFINITY, 3.0, -1.0]);
     const B: F8 = F8([0.0, 0.0, f32::NAN, 1.0, 5.0, f32::INFINITY, 3.0, -2.0]);
 
-    /// Every operation, as bits.
+    /// The results of every operation, as bits.
     struct Everything;
 
     impl Kernel for Everything {
@@ -509,7 +509,7 @@ mod tests {
         #[inline(always)]
         fn run<I: Isa>(self, isa: I) -> Self::Output {
             let (a, b, one) = (isa.load(&A), isa.load(&B), isa.splat(1.0));
-            // Exact products: fused or not is the same.
+            // The products are exact, so fused and separate operations give the same result.
             let c = isa.splat(8.0);
             let all = [
                 isa.sub(c, one),
@@ -544,7 +544,7 @@ mod tests {
 
     #[test]
     fn instruction_sets_agree_nan_included() {
-        // Signs of NaN are the one thing that is not said.
+        // Only the sign of NaN is not specified.
         let tame = |mut r: <Everything as Kernel>::Output| {
             let nan = |bits: &mut u32| {
                 if f32::from_bits(*bits).is_nan() && *bits != u32::MAX {

@@ -19,7 +19,7 @@ pub(crate) struct Tlas {
     pub(crate) extent: f32,
 }
 
-/// A frame's own tree is small.
+/// The tree over a frame's groups is small.
 const EFFORT: BuildEffort = BuildEffort {
     passes: 1,
     share: 1.0,

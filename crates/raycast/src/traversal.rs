@@ -19,8 +19,8 @@ struct Visit {
     left: u32,
 }
 
-/// The opened nodes from the root to where the search is. Three trees are nested: groups,
-/// instances, primitives.
+/// The opened nodes from the root to the current node, through the three nested trees of groups,
+/// instances and primitives.
 #[derive(Debug)]
 pub(crate) struct Stack {
     visits: [Visit; 3 * MAX_LEVELS],
@@ -41,7 +41,7 @@ impl Stack {
         }
     }
 
-    /// Gives up a search that has the whole stack for itself.
+    /// Abandons a search that owns the whole stack.
     #[inline(always)]
     pub(crate) fn clear(&mut self) {
         self.len = 0;
@@ -76,7 +76,7 @@ impl Stack {
     }
 }
 
-/// What is done at the leaves of a tree during a traversal.
+/// The action at the leaves of a tree during a traversal.
 ///
 /// A trait, not a closure: all code below a kernel must be inlined into it to be compiled for its
 /// instruction set, and closures cannot be told to.
@@ -125,7 +125,7 @@ pub(crate) fn step<I: Isa, B: Boxes, L: LeafVisitor, const ANY: bool>(
             let lane = isa.first(&keys);
             keys.remove(lane);
             let left = lanes.count_ones() - 1;
-            // Written in any case, kept if needed: that is quicker than to ask first.
+            // The entry is always written and kept only if needed, which is faster than a branch.
             stack.visits[stack.len] = Visit {
                 distances: isa.store(distances),
                 keys,

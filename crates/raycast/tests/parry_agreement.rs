@@ -1,4 +1,5 @@
-//! Casters that share no code with this crate: parry's triangles, and a solver in f64.
+//! Agreement with casters that share no code with this crate: parry's triangles, and a solver in
+//! f64.
 
 mod common;
 
@@ -151,7 +152,7 @@ impl Placed<'_> {
     }
 }
 
-/// The nearest in range: by distance, then by id, as far as distances tell.
+/// The nearest hit in range, by distance and then by id.
 fn nearest(found: impl Iterator<Item = Found>, ray: &Ray) -> Option<Found> {
     let range = f64::from(ray.t_min_m)..=f64::from(ray.t_max_m);
     found
@@ -226,7 +227,8 @@ fn parry_and_an_f64_solver_agree() {
                 );
             }
 
-            // parry computes in f32: where it differs, the f64 solver must call the case delicate.
+            // parry computes in f32, so it may differ only where the f64 solver calls the decision
+            // delicate.
             let by_parry = things
                 .iter()
                 .filter_map(|p| p.parry(&ray).map(|t| Found::of(t, p)));

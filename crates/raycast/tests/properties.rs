@@ -1,4 +1,4 @@
-//! The tree against the linear oracle, and what every caster promises.
+//! The tree against the linear oracle, and the guarantees of every caster.
 
 mod common;
 
@@ -51,7 +51,8 @@ proptest! {
         let forest = RayScene::new(groups);
         let found = all(&forest, &rays);
         prop_assert_eq!(bits(&found), bits(&brute));
-        // Without special instructions, in a batch, and any hit instead of the nearest.
+        // The same without special instructions, in a batch, and for any hit instead of the
+        // nearest.
         let portable = forest.clone().portable();
         prop_assert_eq!(bits(&all(&portable, &rays)), bits(&brute));
         let mut batch = vec![None; rays.len()];
@@ -75,7 +76,8 @@ proptest! {
     fn rays_that_look_alike_share_nothing_but_steps(seed: u64) {
         let (groups, targets) = scene(seed);
         let mut rng = rng(seed, "alike");
-        // Fans from a place: narrow and wide, along axes and not, some as if the sensor moved.
+        // Fans of rays from one place: narrow and wide, along axes and not, some of them from a
+        // moving origin.
         let rays: Vec<Ray> = (0..6)
             .flat_map(|fan| {
                 let target = targets[rng.below(targets.len() as u32) as usize];
@@ -218,7 +220,8 @@ fn colours_pass_over_between_the_corners() {
 #[test]
 fn a_card_is_hit_where_and_as_it_is() {
     let blas = common::blas(Mesh::default(), vec![square()], &plain());
-    // Twice as wide, mirrored in x: the normal stays with the shape's side.
+    // An instance that is twice as wide and mirrored in x, on which the normal stays on the shape's
+    // side.
     let linear = Mat3::from_diagonal(Vec3::new(-2.0, 2.0, 5.0));
     let forest = RayScene::new(alone(&blas, linear));
     let hit = forest
@@ -239,7 +242,7 @@ fn a_card_is_hit_where_and_as_it_is() {
         ),
         (OPAQUE, 1, 1.0 / 16.0)
     );
-    // The border belongs to the card, what is beyond does not; both sides are seen.
+    // The border belongs to the card, points beyond it do not, and both sides are hit.
     for (x, is_hit) in [(1.0, true), (1.0_f32.next_up(), false)] {
         let below = Ray::new(Vec3::new(x, 0.0, -1.0), Vec3::Z);
         assert_eq!(forest.closest_hit(&below).is_some(), is_hit);
@@ -268,7 +271,7 @@ fn a_triangle_interpolates_and_shades_on_its_own_side() {
         (Vec2::new(1.0, 0.5), 2.0)
     );
     assert!(hit.shading.normal.distance(tilted) < 1e-6);
-    // Near the third corner the vertex normals point below: the shading normal is turned up.
+    // Near the third corner the vertex normals point downwards, so the shading normal is reversed.
     let hit = at(0.1, 1.8).unwrap();
     assert_eq!(hit.surface.geometric_normal, Vec3::Z);
     assert!(hit.shading.normal.distance(tilted) < 1e-6);
@@ -332,7 +335,8 @@ fn ties_go_to_the_lowest_id_whatever_the_order() {
     for order in orders {
         assert_eq!(all(&RayScene::new(order), &rays), expected);
     }
-    // Without ids, the first instance of the first group wins, here told by its variation.
+    // Without ids, the first instance of the first group wins, which is identified by its variation
+    // here.
     let unnamed = |variation: f32| {
         let (mut instance, blas) = place(&blas, Vec3::ZERO, linear, 0);
         instance.variation = variation;
@@ -397,7 +401,7 @@ fn a_card_lets_through_what_its_mask_says() {
             .count();
         let expected = fraction * f64::from(n);
         let sigma = (expected * (1.0 - fraction)).sqrt();
-        // A few rays in the plane of the card miss it altogether.
+        // A few rays in the plane of the card miss it.
         assert!(
             (hits as f64 - expected).abs() <= 4.0 * sigma + 2.0,
             "{hits} of {n}, {fraction} opaque"
@@ -427,7 +431,7 @@ fn what_has_no_area_is_never_hit_and_never_breaks_anything() {
         vec![
             card(Vec3::X, Vec3::X * 3.0, OPAQUE),
             card(Vec3::ZERO, Vec3::ZERO, OPAQUE),
-            // Sound, but without an opaque texel.
+            // A valid card without an opaque texel.
             card(Vec3::X * 3.0, Vec3::Y * 3.0, MaterialId(6)),
         ]
     };
@@ -438,7 +442,7 @@ fn what_has_no_area_is_never_hit_and_never_breaks_anything() {
     ));
     assert!(all(&nothing, &rays).iter().all(Option::is_none));
 
-    // Among sound ones they change nothing.
+    // Among valid primitives they change nothing.
     let blas = |mesh, cards| common::blas(mesh, cards, &library);
     let only = RayScene::new(alone(
         &blas(Mesh::default(), vec![square()]),
@@ -451,7 +455,7 @@ fn what_has_no_area_is_never_hit_and_never_breaks_anything() {
     assert!(expected.iter().flatten().count() > 50);
     assert_eq!(all(&mixed, &rays), expected);
 
-    // Instances that are flat or nowhere, groups and forests of nothing.
+    // Instances that are flat or not finite, and empty groups and scenes.
     let sound = blas(Mesh::default(), vec![square()]);
     let flat = Mat3::from_diagonal(Vec3::new(1.0, 1.0, 0.0));
     let mut lost = place(&sound, Vec3::NAN, Mat3::IDENTITY, 1);
@@ -519,7 +523,8 @@ fn rays_that_are_none_hit_nothing() {
 
 #[test]
 fn sizes_over_many_decades_still_find_everything() {
-    // Each shape is twice as large and as far as the one before: no split is balanced.
+    // Each shape is twice as large and twice as far as the one before, so that no split is
+    // balanced.
     let shapes = (-20..20).map(|k| {
         let s = 2.0_f32.powi(k);
         let at = Vec3::new(s, 0.3 * s, 0.1 * s);

@@ -13,7 +13,8 @@ use nemoral_seed::{Domain, Draw, Key};
 const CELLS: i32 = 20;
 const CELL_M: f32 = 2.5;
 
-/// Rough ground; the height belongs to the global grid point, so neighbours agree to the bit.
+/// Rough ground, whose height is a function of the global grid point, so that neighbours agree to
+/// the bit.
 fn height(i: i32, j: i32) -> f32 {
     Key::world(11)
         .domain(Domain::new("height"))
@@ -49,7 +50,7 @@ fn library() -> MaterialLibrary {
 fn no_ray_leaks_through_one_ground() {
     let mut rng = rng(1, "leaks");
     let blas = common::blas(ground([0, 0]), Vec::new(), &library());
-    // As it is, and turned, sheared and scaled, at some distance.
+    // The mesh as it is, and rotated, sheared and scaled, at some distance.
     let turned = common::linear(&mut common::rng(4, "turned"));
     for (linear, offset) in [
         (Mat3::IDENTITY, Vec3::ZERO),
@@ -61,7 +62,7 @@ fn no_ray_leaks_through_one_ground() {
         for k in 0..50_000 {
             let (i, j) = (rng.between(2, 18) as i32, rng.between(2, 18) as i32);
             let (di, dj) = [(0, 0), (1, 0), (0, 1), (1, 1)][k % 4];
-            // A corner, or a point of an edge.
+            // The target is a corner or a point of an edge.
             let target = corner([0, 0], i, j).lerp(corner([0, 0], i + di, j + dj), rng.unit_f32());
             let away =
                 cube(&mut rng, 1.0) * Vec3::new(4.0, 4.0, 0.0) + Vec3::Z * rng.range_f32(3.0, 20.0);
@@ -101,7 +102,7 @@ fn no_ray_leaks_between_grounds_of_neighbouring_groups() {
         let forest = RayScene::new(groups);
         let mut rng = rng(far.unsigned_abs().into(), "borders");
         for k in 0..20_000 {
-            // A point of the border between two or all four of the groups.
+            // The target is a point of the border between two or all four of the groups.
             let s = rng.range_f32(-15.0, 15.0);
             let border = match k % 3 {
                 0 => Vec3::X * s,
@@ -113,7 +114,7 @@ fn no_ray_leaks_between_grounds_of_neighbouring_groups() {
                 cube(&mut rng, 1.0) * Vec3::new(9.0, 9.0, 0.0) + Vec3::Z * rng.range_f32(3.0, 20.0);
             let mut r = ray(target + away, target);
             if k % 2 == 0 {
-                // Straight down on the border.
+                // Every ray of these goes straight down onto the border.
                 r.origin = centre + border + Vec3::Z * 9.0;
                 r.direction = -Vec3::Z;
             }

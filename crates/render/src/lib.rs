@@ -37,34 +37,38 @@
 //!
 //! # One truth
 //! Class, object, depth and normal come from the ray through the pixel's centre and are never
-//! blended, filtered or taken from more samples; colour may be anti-aliased. It is the caster that
-//! the LiDAR uses, so both sensors see the same world. [`RayCastCamera::truth_at`] answers for any
-//! image position. The paper (Nunes, Ferreira, Peixoto, sections V-C and V-D) draws classes with a
-//! replacement shader and recovers metres from a fitted depth curve; here depth is what was cast.
+//! blended, filtered or taken from more samples; colour may be anti-aliased. The LiDAR uses the
+//! same caster, so both sensors see the same world. [`RayCastCamera::truth_at`] gives the truth at
+//! any image position. The paper (Nunes, Ferreira, Peixoto, sections V-C and V-D) draws classes
+//! with a replacement shader and recovers metres from a fitted depth curve; here depth is that of
+//! the ray.
 //!
 //! # Light
-//! - The sun by angles or by place and time ([`Sun`]); its colour is what the air leaves of it.
-//! - The sky by single scattering on molecules and aerosols through a spherical atmosphere with
-//!   ozone, higher orders after Hillaire (2020), a CIE overcast veil ([`SkyParams`]). It holds from
-//!   noon to the end of civil twilight. Or a photographed sky ([`SkyImage`]).
-//! - Haze by visibility (Koschmieder 1924) and fog on the ground, both thinning exponentially with
-//!   height, integrated in closed form along every ray.
-//! - One shadow ray per sample to a point of the sun's disc; neighbouring pixels look at different
+//! - The sun is given by angles or by place and time ([`Sun`]); its colour is what the air
+//!   transmits.
+//! - The sky is computed by single scattering on molecules and aerosols in a spherical atmosphere
+//!   with ozone, with higher orders after Hillaire (2020) and a CIE overcast veil ([`SkyParams`]).
+//!   The model is valid from noon to the end of civil twilight. A photographed sky can be used
+//!   instead ([`SkyImage`]).
+//! - Haze, by visibility (Koschmieder 1924), and ground fog both decrease exponentially with
+//!   height, and are integrated in closed form along every ray.
+//! - One shadow ray per sample goes to a point of the sun's disc; neighbouring pixels use different
 //!   parts of the disc, so penumbrae are smooth.
-//! - No ambient-occlusion rays: the sky's share, the green light that leaves scatter down
-//!   (Goudriaan 1977) and the ground's bounce follow from one number per place, the crowns'
-//!   sky view factor ([`SkyVisibility`]), and one that is baked with each shape, what its near
-//!   parts leave of that ([`AmbientOcclusion`](nemoral_scene::AmbientOcclusion)).
-//! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is kept:
-//!   a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
-//! - Behind the lens ([`Lens`]): veiling glare, a halo around what is bright, darker corners.
-//! - Exposure as a light meter sets it ([`Exposure`]), a filmic curve ([`ToneCurve`]), sRGB.
+//! - There are no ambient-occlusion rays: the light of the sky, the green light that leaves scatter
+//!   down (Goudriaan 1977) and the light that the ground reflects follow from one number per place,
+//!   the sky view factor ([`SkyVisibility`]), and one that is baked with each shape, the share that
+//!   its near parts let through ([`AmbientOcclusion`](nemoral_scene::AmbientOcclusion)).
+//! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is
+//!   conserved: a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
+//! - The lens ([`Lens`]) adds veiling glare, a halo around bright areas, and darker corners.
+//! - Exposure is set by a light meter ([`Exposure`]), followed by a filmic curve ([`ToneCurve`])
+//!   and sRGB.
 //!
 //! # Imperfections of a camera
-//! A camera is perfect unless a [`View`] says otherwise. [`SensorNoise`] is EMVA 1288's. A shutter
-//! ([`nemoral_scene::Shutter`]) of a camera that moves ([`nemoral_scene::Twist`]) reads row after
-//! row, each from where the camera is by then, and blurs what passes while a row is exposed. Truth
-//! is that of the middle of each row's exposure, so labels fit the picture.
+//! A camera is perfect unless a [`View`] says otherwise. [`SensorNoise`] is EMVA 1288's. With a
+//! shutter ([`nemoral_scene::Shutter`]), a moving camera ([`nemoral_scene::Twist`]) reads row after
+//! row, each from the pose at its time, with motion blur over its exposure. The truth is that of
+//! the middle of each row's exposure, so labels fit the picture.
 //!
 //! # Units
 //! Light is linear sRGB, scaled so that radiance has its luminance in cd/m² and irradiance its

@@ -1,4 +1,4 @@
-//! What a renderer is given and what it gives back.
+//! The input and the output of renderers.
 
 use glam::Vec3;
 use nemoral_scene::{Image, InstancedScene, MaterialLibrary, RayCaster, TruthImages};
@@ -6,17 +6,17 @@ use nemoral_seed::Key;
 
 use crate::camera::view::View;
 
-/// How much of the sky a place sees through the crowns.
+/// The share of the sky that is visible through the crowns.
 ///
-/// One number per place stands for the crowns' shade on diffuse light, so that no ray is spent on
-/// it: a grid of gap fractions in the pipeline, [`OpenSky`] or a closure elsewhere.
+/// One number per place stands for the crowns' shade on diffuse light, so that no rays are needed
+/// for it: a grid in the pipeline, [`OpenSky`] or a closure elsewhere.
 pub trait SkyVisibility: Sync {
-    /// The share of the sky hemisphere that is seen from a point of the scene, 0..=1; 1 in a
-    /// meadow.
+    /// The share of the sky hemisphere that is visible from a point of the scene, 0..=1; it is 1 in
+    /// the open.
     fn sky_view_factor(&self, scene_point: Vec3) -> f32;
 }
 
-/// No crowns: the whole sky is seen from everywhere.
+/// A world without crowns, where the whole sky is visible from everywhere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenSky;
 
@@ -32,13 +32,13 @@ impl<F: Fn(Vec3) -> f32 + Sync> SkyVisibility for F {
     }
 }
 
-/// What there is to see, in a frame's scene: axes east, north, up.
+/// The scene of a frame for renderers; its axes are east, north, up.
 #[derive(Clone, Copy)]
 pub struct SceneView<'a> {
-    /// Decides what a ray hits; the LiDAR's own.
+    /// The ray caster, the same as the LiDAR's.
     pub caster: &'a dyn RayCaster,
-    /// The shapes that the caster casts at, for renderers that draw shapes. Renderers that cast
-    /// rays do not need it.
+    /// The shapes of the scene, for renderers that draw shapes. Renderers that cast rays do not
+    /// need it.
     pub instances: Option<&'a dyn InstancedScene>,
     /// The library that made the hits' [`MaterialId`](nemoral_scene::MaterialId)s.
     pub materials: &'a MaterialLibrary,
@@ -62,21 +62,21 @@ pub struct CameraImages {
     /// Radiance before exposure in linear sRGB, scaled so that its luminance is in cd/m²; if asked
     /// for.
     pub linear: Option<Image<Vec3>>,
-    /// What is exactly at each pixel's centre.
+    /// The truth at exactly each pixel's centre.
     pub truth: TruthImages,
     /// The exposure that was used, as EV at ISO 100.
     pub ev100: f64,
 }
 
-/// Whatever takes pictures: the seam between the ray-cast camera and other backends.
+/// A renderer of pictures, the interface of the ray-cast camera and other backends.
 pub trait CameraRenderer {
-    /// What can go wrong.
+    /// The error of the renderer.
     type Error: std::error::Error;
 
     /// Takes a picture. `key` is the camera's in this frame; equal keys give equal pictures.
     ///
     /// # Errors
-    /// If the view is impossible, or the backend failed.
+    /// If the view is invalid, or the backend failed.
     fn render(
         &self,
         scene: &SceneView<'_>,

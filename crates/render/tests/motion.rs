@@ -1,5 +1,4 @@
-//! Shutters against closed forms: how far rows lean, how wide edges blur, and what truth is of
-//! them.
+//! Shutters against closed forms: the lean of edges, the width of blur, and the truth.
 
 mod analytic;
 
@@ -8,12 +7,12 @@ use glam::{DQuat, DVec2, DVec3, Vec3};
 use nemoral_render::{CameraImages, Lighting, RayCastCamera, RayCastParams, View, optical_flow};
 use nemoral_scene::{RigidTransform, Semantic, Shutter, Twist};
 
-/// White light from everywhere: a surface sends its albedo.
+/// The light is white from everywhere, so the radiance of a surface is its albedo.
 fn shoot(world: &World, view: &View, params: RayCastParams) -> CameraImages {
     radiances(world, Lighting::uniform(Vec3::ONE), view, params)
 }
 
-/// A black wall 4 m ahead, and 3 m ahead on the left a white one with an upright edge at y = 0.
+/// A black wall 4 m ahead, and 3 m ahead on the left a white one with a vertical edge at y = 0.
 fn edge() -> World {
     let mut world = World::default();
     let wall = Shape::Plane {
@@ -42,8 +41,8 @@ fn moving(shutter: Shutter, linear: DVec3, angular: DVec3) -> View {
     }
 }
 
-/// Sideways at v past an edge at z, the row at time t sees it shifted by f v t / z: picture and
-/// truth.
+/// Moving sideways at v past an edge at z, the row at time t sees it shifted by f v t / z, in
+/// picture and truth.
 #[test]
 fn a_rolling_shutter_leans_edges_and_truth_leans_with_them() {
     let shutter = Shutter {
@@ -72,7 +71,7 @@ fn a_rolling_shutter_leans_edges_and_truth_leans_with_them() {
     assert!(k.cx - least > 5.0, "it leans by {} pixels", k.cx - least);
 }
 
-/// While it turns, depth and normals are in the frame that the row's camera has.
+/// While the camera turns, depth and normals of a row are in the camera's frame at the row's time.
 #[test]
 fn truth_of_a_row_is_in_the_frame_of_its_camera() {
     let shutter = Shutter {
@@ -141,7 +140,8 @@ fn an_edge_blurs_into_a_ramp() {
             .sum::<f64>()
             / 200.0;
         worst = worst.max((mean - exact).abs());
-        // Each pixel alone: a sample in each 33rd of the time, so at most about one is wrong.
+        // Each pixel has a sample in each 33rd of the exposure, of which at most about one is
+        // wrong.
         for row in 0..200 {
             let off = f64::from(linear.at(column, row).y) - exact;
             assert!(off.abs() < 2.5 / 33.0, "column {column}: {off} off");
@@ -152,8 +152,8 @@ fn an_edge_blurs_into_a_ramp() {
     assert!(worst < 0.008, "{worst}");
 }
 
-/// A camera that stands still has no use for a shutter: not a bit changes. Nor does an instant
-/// move.
+/// A shutter changes no bit of the picture of a still camera, and motion changes none of an
+/// instant.
 #[test]
 fn still_cameras_and_instants_take_the_plain_picture() {
     let plain = shoot(
@@ -179,7 +179,7 @@ fn still_cameras_and_instants_take_the_plain_picture() {
     assert_eq!(plain, instant);
 }
 
-/// Flow from one rolling picture to the next leads to the same place of the world.
+/// Flow from one picture with a rolling shutter to the next leads to the same point of the world.
 #[test]
 fn flow_leads_to_the_row_that_sees_the_place_next() {
     let shutter = Shutter {

@@ -1,4 +1,4 @@
-//! Light against closed forms: a furnace, leaves against the sun, the shadow of a card, fog.
+//! Light against closed forms: a white furnace, leaves against the sun, the shadow of a card, fog.
 
 mod analytic;
 
@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 use nemoral_render::{Lighting, RayCastParams, SkyParams, Sun, View};
 use nemoral_scene::{Card, Image, Material, MaterialId, Semantic};
 
-/// One ray a pixel.
+/// The radiance with one ray per pixel.
 fn radiance(world: &World, lighting: Lighting, view: &View) -> Image<Vec3> {
     let images = radiances(world, lighting, view, RayCastParams::draft());
     images.linear.expect("asked for")
@@ -20,7 +20,7 @@ fn clear(sky: SkyParams) -> SkyParams {
     }
 }
 
-/// The sphere of directions and everything in it is white: nothing can be told from anything.
+/// All directions and surfaces are white, so nothing is distinguishable.
 #[test]
 fn a_closed_white_furnace_is_even() {
     let mut world = World::default();
@@ -56,7 +56,7 @@ fn a_closed_white_furnace_is_even() {
     }
 }
 
-/// Beech in May: it lets more light through than it sends back (PROSPECT-D).
+/// A beech leaf in May transmits more light than it reflects (PROSPECT-D).
 #[test]
 fn a_leaf_is_brighter_with_the_sun_behind_it() {
     let shot = |azimuth: f64, passed: Vec3| {
@@ -78,11 +78,11 @@ fn a_leaf_is_brighter_with_the_sun_behind_it() {
     };
     let beech = Vec3::new(0.072, 0.133, 0.0);
     let (behind, before) = (shot(180.0, beech), shot(0.0, beech));
-    // Sun alone: 0.133 to 0.120; the sky's aureole and what it passes on add to the one behind.
+    // By the sun alone it is 0.133 to 0.120; the sky's aureole adds to the light from behind.
     assert!(behind.y > before.y, "{behind} {before}");
-    // Yellower, as the blade keeps the blue.
+    // It is yellower, as the blade absorbs blue.
     assert!(behind.z / behind.y < before.z / before.y);
-    // A card of wood is the other way round.
+    // For a card of wood it is the other way round.
     let (behind, before) = (shot(180.0, Vec3::ZERO), shot(0.0, Vec3::ZERO));
     assert!(before.y > 3.0 * behind.y, "{behind} {before}");
 }
@@ -127,7 +127,7 @@ fn the_shadow_of_a_card_is_its_projection() {
                 .scene_from_camera
                 .transform_vector(view.intrinsics.direction(pixel));
             let o = view.scene_from_camera.translation_m;
-            // Where a ray meets the card's plane, in its edges.
+            // The intersection of a ray with the card's plane, in units of its edges.
             let n = u.cross(v);
             let meet = |o: DVec3, d: DVec3| {
                 let t = (corner - o).dot(n) / d.dot(n);
@@ -135,7 +135,7 @@ fn the_shadow_of_a_card_is_its_projection() {
                 let (a, b) = (p.cross(v).dot(n), u.cross(p).dot(n));
                 (t, a / n.length_squared(), b / n.length_squared())
             };
-            // How far inside, metres; negative outside.
+            // The distance from the border, metres; negative outside.
             let inside = |a: f64, b: f64| {
                 let (a, b) = (0.5 - (a - 0.5).abs(), 0.5 - (b - 0.5).abs());
                 (a * n.length() / v.length()).min(b * n.length() / u.length())
@@ -150,8 +150,8 @@ fn the_shadow_of_a_card_is_its_projection() {
             }
             let (way, a, b) = meet(o + d * to_ground, s);
             let covered = inside(a, b);
-            // The penumbra on the card's plane, and the pixels around on the ground, which the sun
-            // stretches along its azimuth.
+            // The width of the penumbra on the card's plane, and that of the surrounding pixels on
+            // the ground, which are stretched along the sun's azimuth.
             let blur = 0.00466 * way.abs() / (s.dot(n) / n.length()).abs()
                 + pixel_m / (-d.z) / (s.dot(n) / n.length()).abs();
             if way > 0.0 && covered.abs() < blur {
@@ -172,8 +172,8 @@ fn the_shadow_of_a_card_is_its_projection() {
     }
 }
 
-/// A black wall in fog sends what the fog before it sends, 1 − e^(−σ d) of what endless fog does;
-/// seen from higher up, where fog is thinner, less.
+/// The radiance of a black wall in fog is that of the fog in front of it, 1 − e^(−σ d) of that of
+/// endless fog; from higher up, where fog is less dense, it is less.
 #[test]
 fn fog_veils_a_black_wall_by_beer_and_lamberts_law() {
     let sky = SkyParams {

@@ -56,7 +56,7 @@ fn of_the_ground() -> View {
 fn whatever_loses_no_light_vanishes_in_a_white_furnace() {
     let radiance = Vec3::new(3.0, 2.0, 1.0);
     let mut world = World::default();
-    // A sheen glances off it, and what does not enters.
+    // A part of the light is reflected specularly, and the rest enters the surface.
     let glossy = Material {
         roughness: 0.4,
         ..grey(1.0)
@@ -68,7 +68,7 @@ fn whatever_loses_no_light_vanishes_in_a_white_furnace() {
         radius: 0.5,
     };
     world.add(ball, grey(1.0), 2);
-    // From above and along the ground, where the sheen is strong.
+    // The view is from above and along the ground, where the specular reflection is strong.
     let along = camera(8, 8, 5.0, DVec3::new(3.0, 0.0, 0.3), DVec3::ZERO);
     for (bounces, view) in [(1, of_the_ground()), (5, of_the_ground()), (2, along)] {
         let got = path_traced(&world, Lighting::uniform(radiance), bounces, &view);
@@ -89,10 +89,10 @@ fn a_black_ball_hides_its_form_factor_of_the_sky() {
         radius,
     };
     world.add(ball, grey(0.0), 1);
-    // From between the ball and the ground.
+    // The view is from between the ball and the ground.
     let view = camera(4, 4, 5.0, DVec3::new(0.3, 0.0, 0.29), DVec3::ZERO);
     let got = path_traced(&world, Lighting::uniform(Vec3::ONE), 1, &view).x;
-    // Exact below its middle; the picture is 4 cm wide there.
+    // The formula is exact below the middle of the ball; the picture is 4 cm wide there.
     let expected = 0.4 * (1.0 - (radius / height).powi(2)) as f32;
     assert!((got / expected - 1.0).abs() < 0.03, "{got} for {expected}");
 }
@@ -106,7 +106,8 @@ fn light_between_leaves_and_ground_is_a_geometric_series() {
     let got = path_traced(&world, Lighting::uniform(Vec3::ONE), 16, &of_the_ground()).x;
     let expected = albedo * passed / (1.0 - reflected * albedo);
     assert!((got / expected - 1.0).abs() < 0.02, "{got} for {expected}");
-    // With as many surfaces fewer, the light of a place stands for what is left: here as if open.
+    // With fewer bounces the mean light of a place replaces the rest, which is that of the open
+    // here.
     let cut = path_traced(&world, Lighting::uniform(Vec3::ONE), 1, &of_the_ground()).x;
     assert!(cut > 1.5 * expected, "{cut} for {expected}");
 }

@@ -80,7 +80,7 @@ fn still_life() -> World {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Depth, normal, class and object of a plane and a sphere, seen from anywhere, at any image
+    /// Depth, normal, class and object of a plane and a sphere, from any pose and at any image
     /// position, against f64.
     #[test]
     fn truth_is_the_closed_form(
@@ -103,13 +103,13 @@ proptest! {
         let got =
             renderer(plain(), Lighting::uniform(Vec3::ONE)).truth_at(&world.view(), &view, pixel);
 
-        // Everything again in f64, without Ray.
+        // Everything is computed again in f64, without Ray.
         let d = pose.transform_vector(intrinsics.direction(pixel));
         let o = pose.translation_m;
         let ground = (d.z < 0.0).then(|| (-o.z / d.z, DVec3::Z, Semantic::Soil, ObjectId::NONE));
         let m = o - DVec3::new(5.0, 0.5, 1.0);
         let (b, c) = (m.dot(d), m.length_squared() - 1.0);
-        // Rays within a hair of a silhouette may fall either way.
+        // Rays very close to a silhouette may hit or miss.
         prop_assume!((b * b - c).abs() > 1e-4 && d.z.abs() > 1e-4);
         let ball = (b * b > c && b < 0.0).then(|| {
             let t = -b - (b * b - c).sqrt();
@@ -178,8 +178,8 @@ fn images_hold_the_truth_of_pixel_centres() {
     );
 }
 
-/// The card's u runs to the right and v up when it is looked at from its front (edge_u × edge_v
-/// points at the camera); so the mask's row 0 is at the bottom.
+/// Seen from its front (edge_u × edge_v points at the camera), the card's u runs to the right and v
+/// upwards, so the mask's row 0 is at the bottom.
 #[test]
 fn a_letter_f_is_not_mirrored() {
     const PICTURE: [&str; 7] = [
@@ -272,7 +272,7 @@ fn a_perfect_plane_vanishes_in_a_white_furnace() {
 
 #[test]
 fn no_surface_sends_more_than_it_gets() {
-    // R + T of 2 is asked for; 1 is given.
+    // R + T of 2 is asked for, and limited to 1.
     let mut world = World::default();
     let greedy = Material {
         transmittance: Vec3::ONE,
@@ -319,7 +319,7 @@ fn a_grey_card_in_the_sun_has_its_radiance_and_code_value() {
         DVec3::new(1.0, 0.0, 0.0),
     );
     let luminance = Vec3::new(0.2126, 0.7152, 0.0722);
-    // The meter reads the card: it must come out as middle grey.
+    // The light meter reads the card, which must become middle grey.
     let ev100 = f64::from(global.dot(luminance) * 0.18 / std::f32::consts::PI / 0.125).log2();
     view.exposure = Exposure::Fixed { ev100 };
     for (tone, code) in [(ToneCurve::Linear, 118), (ToneCurve::Filmic, 125)] {
@@ -348,7 +348,7 @@ fn a_leaf_against_the_sun_glows() {
             transmittance,
             ..Material::plain("leaf", Semantic::Leaf, colour)
         };
-        // A wall across the way to a southern sun.
+        // A wall between the camera and a southern sun.
         world.add(
             Shape::Plane {
                 normal: DVec3::Y,
@@ -410,7 +410,8 @@ fn the_shadow_of_a_ball_is_where_it_must_be() {
         let p = ray.at(ray.origin.z / -ray.direction.z).as_dvec3();
         let m = centre - p;
         let off = (m - sun * m.dot(sun)).length();
-        // Away from the penumbra (2 m · 0.0047 rad / sin 40°) and what 3 × 3 pixels smooth.
+        // Pixels away from the penumbra (2 m · 0.0047 rad / sin 40°) and from the smoothing over 3
+        // × 3 pixels.
         if (off - radius).abs() > 0.25 {
             compared += 1;
             let shadowed = off < radius;
@@ -425,8 +426,8 @@ fn the_shadow_of_a_ball_is_where_it_must_be() {
     assert!(dark > 300 && compared > 5000, "{dark} {compared}");
 }
 
-/// The upper half space x > 0 at height 10 is a roof; its edge throws a penumbra as wide as the
-/// sun's angle times the distance.
+/// The half plane x > 0 at height 10 is a roof, the penumbra of whose edge is as wide as the sun's
+/// angle times the distance.
 struct Roof {
     ground: World,
     height: f32,
@@ -443,8 +444,8 @@ impl RayCaster for Roof {
     }
 }
 
-/// How wide the sun's disc makes a shadow's edge below a roof so high, metres: as pictures of so
-/// many rows show it.
+/// The width of the penumbra below a roof of this height, metres, as measured in pictures of this
+/// number of rows.
 fn penumbra_m(height: f32, rows: u32, params: RayCastParams) -> f64 {
     let mut ground = World::default();
     ground.add(
@@ -460,7 +461,8 @@ fn penumbra_m(height: f32, rows: u32, params: RayCastParams) -> f64 {
         caster: &roof,
         ..roof.ground.view()
     };
-    // Straight down from 1 m: 400 columns over 0.2 m; the sun in the zenith.
+    // The view is straight down from 1 m, with 400 columns over 0.2 m, and the sun is in the
+    // zenith.
     let mut view = camera(
         400,
         rows,
@@ -500,7 +502,7 @@ fn penumbrae_are_as_wide_as_the_sun() {
         colour_samples: 256,
         ..plain()
     };
-    // One ray a pixel and its neighbours' has to come to the same.
+    // One ray per pixel, filtered over neighbours, must give the same.
     let draft = RayCastParams {
         edge_samples: 0,
         ..plain()
@@ -591,7 +593,7 @@ fn silhouettes_get_closer_to_the_area_average() {
         DVec3::new(0.0, 0.0, 1.2),
         DVec3::new(5.0, -0.5, 1.0),
     );
-    // Rolled, so that the horizon covers all shares of pixels.
+    // The camera is rolled, so that the horizon covers pixels by all shares.
     view.scene_from_camera.rotation *= glam::DQuat::from_rotation_z(0.3);
     let shot = |colour_samples, edge_samples| {
         let params = RayCastParams {

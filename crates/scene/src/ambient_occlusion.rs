@@ -1,13 +1,13 @@
-//! How much ambient light reaches a shape's surface between its own parts.
+//! Ambient occlusion of a shape's surface by the shape's own parts.
 
 /// Baked ambient occlusion: the share, 0..=1, of the light from all around that nearby parts of the
 /// same shape let through.
 ///
 /// It is low between leaves and at the foot of a tuft. As in the occlusion textures of renderers, 1
-/// is unoccluded and 0 is black. It depends on the shape alone, wherever the shape stands: parts
-/// farther away, other shapes and the sun's beam are not in it.
+/// is unoccluded and 0 is black. It depends on the shape alone, wherever the shape stands; parts
+/// that are farther away, other shapes and direct sunlight are not included.
 ///
-/// Shares are stored as bytes, where 255 is everything ([`encode`](Self::encode),
+/// Shares are stored as bytes, where 255 is unoccluded ([`encode`](Self::encode),
 /// [`decode`](Self::decode)).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

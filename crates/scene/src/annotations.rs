@@ -13,7 +13,7 @@ pub struct AnnotationKinds {
     pub sky: bool,
     /// Optical flow to the next frame.
     pub flow: bool,
-    /// The nearest trunk behind whatever hides it.
+    /// The nearest trunk, also where other objects hide it.
     pub trunks: bool,
     /// Bounding boxes of objects, in the image and in space.
     pub boxes: bool,
@@ -30,7 +30,7 @@ pub struct AnnotationKinds {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Annotations {
     /// Where the surface at each pixel's centre is in the next frame; `None` where nothing was hit,
-    /// or where it lies behind the next frame's camera.
+    /// or where the point is behind the next frame's camera.
     pub flow: Option<Image<Option<Flow>>>,
     /// The object whose trunk is the nearest at each pixel's centre if everything but trunks and
     /// the ground is taken away; [`ObjectId::NONE`] where there is none.

@@ -1,4 +1,4 @@
-//! What is inside a camera: a pinhole, and the lens before it.
+//! Camera intrinsics: a pinhole, and the distortion of the lens.
 
 use glam::{DVec2, DVec3};
 
@@ -21,7 +21,7 @@ pub struct Intrinsics {
     pub cx: f64,
     /// The principal point's row, pixels from the top edge.
     pub cy: f64,
-    /// What the lens does.
+    /// The distortion of the lens.
     #[cfg_attr(
         feature = "serde",
         serde(default, skip_serializing_if = "Distortion::is_none")
@@ -38,7 +38,7 @@ impl Intrinsics {
         Self::through_lens(width, height, horizontal_fov_rad, Distortion::None)
     }
 
-    /// The same through a lens: the field of view is what the middle row sees, but for tangential
+    /// The same through a lens: the field of view is that of the middle row, without tangential
     /// distortion.
     ///
     /// # Errors
@@ -66,7 +66,8 @@ impl Intrinsics {
         Self::centred(width, height, f, None)?.with_distortion(distortion)
     }
 
-    /// By the numbers of a calibration, in pixels; the first pixel's centre is at (0.5, 0.5).
+    /// Intrinsics by the numbers of a calibration, in pixels; the first pixel's centre is at (0.5,
+    /// 0.5).
     ///
     /// # Errors
     /// If a side is not 1..=16384, a focal length not 1..=1e6, or the principal point more than a
@@ -94,20 +95,22 @@ impl Intrinsics {
     /// The same behind a lens.
     ///
     /// # Errors
-    /// If a coefficient is beyond ±100, or the lens folds inside the picture: if two rays were
-    /// drawn at one place of it, or one of its places showed no ray within 89° of the axis.
+    /// If a coefficient is beyond ±100, or the lens folds inside the picture, so that two rays are
+    /// projected to the same place, or no ray within 89° of the axis to some place.
     pub fn with_distortion(self, distortion: Distortion) -> Result<Self, ParamError> {
         let lens = Self { distortion, ..self };
         lens.check_distortion()?;
         Ok(lens)
     }
 
-    /// Checks that the lens is sound all over the picture, as [`Intrinsics::with_distortion`] asks.
+    /// Checks that the lens is valid all over the picture, as [`Intrinsics::with_distortion`]
+    /// requires.
     ///
     /// # Errors
-    /// If it is not, naming the coefficient to blame.
+    /// If it is not; the error names the strongest coefficient.
     pub fn check_distortion(&self) -> Result<(), ParamError> {
-        /// Places along a side: a fold is a curve, and comes in from the corners or the border.
+        /// Number of places tested along a side. They are on the border, because a fold is a curve
+        /// that comes in from there.
         const PLACES: u32 = 32;
         for (field, value) in self.distortion.coefficients() {
             check(field, value, -100.0, 100.0, "-100..=100")?;
@@ -175,9 +178,9 @@ impl Intrinsics {
         })
     }
 
-    /// The unit direction, in the optical frame, of an image position in pixels. Through a lens by
-    /// Newton's method, to 1e-9 pixels all over the picture; outside it, where a lens may have no
-    /// ray, the axis.
+    /// The unit direction, in the optical frame, of an image position in pixels. Through a lens it
+    /// is found by Newton's method, to 1e-9 pixels all over the picture; outside of the picture,
+    /// where a lens may have no ray, it is the axis.
     #[inline]
     #[must_use]
     pub fn direction(&self, pixel: DVec2) -> DVec3 {
@@ -221,7 +224,7 @@ impl Intrinsics {
     }
 }
 
-/// The error of a lens that folds, which blames its strongest coefficient.
+/// The error of a lens that folds, which names its strongest coefficient.
 fn folded(distortion: &Distortion) -> ParamError {
     let strongest = distortion
         .coefficients()
@@ -336,7 +339,7 @@ mod tests {
             (b - a).normalize().perp_dot(m - a)
         };
         assert!(sag(&plain).abs() < 1e-9 && sag(&zero).abs() < 1e-9);
-        // The ends are drawn in, towards the axis: the middle bulges away from it.
+        // The ends are moved towards the axis, so the middle bulges away from it.
         assert!(sag(&barrel) > 3.0, "{}", sag(&barrel));
         let d = zero.direction(DVec2::new(3.0, 5.0)) - plain.direction(DVec2::new(3.0, 5.0));
         assert!(d.length() < 1e-14);
@@ -352,7 +355,7 @@ mod tests {
         assert!(e.to_string().contains("folds inside the picture"), "{e}");
         let e = Intrinsics::through_lens(640, 480, 2.6, fisheye([-0.3, 0.0, 0.0, 0.0]));
         assert_eq!(e.expect_err("folds").field, "fisheye.k1");
-        // Corners that see more than a hemisphere's 89°.
+        // The corners would see rays beyond 89° from the axis.
         let e = Intrinsics::through_lens(640, 480, 3.0, fisheye([0.0; 4]));
         assert!(e.is_err());
         assert!(

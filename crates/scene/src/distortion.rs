@@ -1,9 +1,10 @@
-//! Lenses that bend straight lines: Brown–Conrady and the equidistant fisheye.
+//! Lens distortion: Brown–Conrady and the equidistant fisheye.
 
 use glam::{DMat2, DVec2, DVec3};
 
-/// How a lens bends rays, OpenCV's models and coefficients. A ray is told by where a pinhole of
-/// focal length 1 would draw it (x/z, y/z of the optical frame), or by its angle to the axis.
+/// The distortion of a lens, by OpenCV's models and coefficients. A ray is given by its position in
+/// the image of a pinhole with focal length 1 (x/z, y/z of the optical frame), or by its angle to
+/// the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(tag = "model", rename_all = "snake_case"))]
@@ -12,8 +13,8 @@ pub enum Distortion {
     /// No distortion: a pinhole.
     #[default]
     None,
-    /// Brown (1966) and Conrady (1919): with r² = x² + y², the point is drawn at
-    /// (x, y) (1 + k1 r² + k2 r⁴ + k3 r⁶) + (2 p1 x y + p2 (r² + 2 x²), p1 (r² + 2 y²) + 2 p2 x y).
+    /// Brown (1966) and Conrady (1919): with r² = x² + y², the point is projected to (x, y) (1 + k1
+    /// r² + k2 r⁴ + k3 r⁶) + (2 p1 x y + p2 (r² + 2 x²), p1 (r² + 2 y²) + 2 p2 x y).
     BrownConrady {
         /// Radial coefficient of the second power.
         k1: f64,
@@ -26,8 +27,8 @@ pub enum Distortion {
         /// Tangential coefficient p2.
         p2: f64,
     },
-    /// Kannala and Brandt (2006): a ray at the angle θ to the axis is drawn at the distance
-    /// θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) from the middle; all zero is the equidistant fisheye.
+    /// Kannala and Brandt (2006): a ray at the angle θ to the axis is projected at the distance θ
+    /// (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) from the middle; all zero is the equidistant fisheye.
     Fisheye {
         /// Coefficient of the third power of the angle.
         k1: f64,
@@ -40,7 +41,7 @@ pub enum Distortion {
     },
 }
 
-/// Newton's method is given up after so many steps; a handful are usual.
+/// The greatest number of steps of Newton's method, which usually takes about five.
 const STEPS: usize = 50;
 
 impl Distortion {
@@ -50,8 +51,8 @@ impl Distortion {
         *self == Self::None
     }
 
-    /// Where a ray at this angle to the axis is drawn: its distance from the middle at focal length
-    /// 1, without the tangential part.
+    /// The distance from the middle, at focal length 1, at which a ray at this angle to the axis is
+    /// projected, without the tangential part.
     #[must_use]
     pub fn radius(&self, angle_rad: f64) -> f64 {
         match *self {
@@ -82,9 +83,9 @@ impl Distortion {
         }
     }
 
-    /// Where a point before the camera (z > 0) is drawn at focal length 1; `None` beyond the angle
-    /// where the lens folds: such a ray is not in the picture, though the formula has a place for
-    /// it.
+    /// Where a point in front of the camera (z > 0) is projected at focal length 1; `None` beyond
+    /// the angle where the lens folds. Such a ray is not in the picture, though the formula gives a
+    /// position for it.
     pub(crate) fn draw(&self, point: DVec3) -> Option<DVec2> {
         let flat = point.truncate() / point.z;
         let drawn = match *self {
@@ -103,15 +104,15 @@ impl Distortion {
         same.then_some(drawn)
     }
 
-    /// The unit direction that is drawn there, on the near side of any fold: within 1e-12 where the
-    /// lens is sound. `None` if there is none before the camera.
+    /// The unit direction that is projected there, on the near side of any fold, within 1e-12 where
+    /// the lens is valid. `None` if there is none in front of the camera.
     pub(crate) fn ray(&self, drawn: DVec2) -> Option<DVec3> {
         match *self {
             Self::None => Some(drawn.extend(1.0).normalize()),
             Self::BrownConrady { k1, k2, k3, p1, p2 } => {
-                // From the drawn point Newton's method goes straight to the near side: radii grow
-                // under barrels, whose curve is concave, and shrink under pincushions, whose is
-                // convex.
+                // From the projected point Newton's method converges to the near side: radii grow
+                // for barrel distortion, whose curve is concave, and shrink for pincushion
+                // distortion, whose curve is convex.
                 let mut flat = drawn;
                 for _ in 0..STEPS {
                     let (there, slope) = brown(flat, [k1, k2, k3], [p1, p2]);
@@ -152,9 +153,10 @@ impl Distortion {
         }
     }
 
-    /// Does the lens draw every ray up to this one farther out than those before it?
+    /// Whether the lens projects every ray up to this one farther out than those before it.
     pub(crate) fn unfolds(&self, direction: DVec3) -> bool {
-        /// On the way from the axis; a polynomial of ninth degree cannot turn twice between many.
+        /// Number of places tested from the axis outwards. A polynomial of ninth degree cannot turn
+        /// twice between two neighbours out of so many.
         const PLACES: u32 = 200;
         let flat = direction.truncate() / direction.z;
         (0..=PLACES).all(|i| {
@@ -182,12 +184,12 @@ fn odd(x: f64, [a, b, c, d]: [f64; 4]) -> (f64, f64) {
     (value, slope)
 }
 
-/// Brown and Conrady's drawing and its Jacobian.
+/// Brown and Conrady's projection and its Jacobian.
 fn brown(p: DVec2, [k1, k2, k3]: [f64; 3], [p1, p2]: [f64; 2]) -> (DVec2, DMat2) {
     let (x, y) = (p.x, p.y);
     let s = p.length_squared();
     let radial = 1.0 + s * (k1 + s * (k2 + s * k3));
-    // By s.
+    // The derivative by s.
     let slope = k1 + s * (2.0 * k2 + s * 3.0 * k3);
     let aside = DVec2::new(
         2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
@@ -233,7 +235,7 @@ mod tests {
 
     #[test]
     fn published_points() {
-        // OpenCV's own formulas by hand: x = 0.3, y = -0.2, r² = 0.13.
+        // OpenCV's formulas computed by hand: x = 0.3, y = -0.2, r² = 0.13.
         let lens = Distortion::BrownConrady {
             k1: -0.28,
             k2: 0.07,
@@ -246,7 +248,7 @@ mod tests {
         let x = 0.3 * radial + 2.0 * 0.001 * -0.06 - 0.002 * (0.13 + 0.18);
         let y = -0.2 * radial + 0.001 * (0.13 + 0.08) + 2.0 * -0.002 * -0.06;
         assert!((at - DVec2::new(x, y)).length() < 1e-15, "{at}");
-        // The equidistant fisheye: distance is the angle.
+        // For the equidistant fisheye the distance is the angle.
         let fish = Distortion::Fisheye {
             k1: 0.0,
             k2: 0.0,

@@ -1,6 +1,6 @@
-//! What a range sensor has to go by when it measures an echo.
+//! What a range sensor knows about an echo that it measures.
 
-/// The echo of one pulse as it is, before the receiver measures it.
+/// The true properties of an echo, before the receiver measures it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EchoObservation {
     /// True distance from the sensor to the surface, metres, at least 0.
@@ -12,7 +12,7 @@ pub struct EchoObservation {
 }
 
 impl EchoObservation {
-    /// The same by the angle of incidence, radians, 0 (head-on) to π/2 (grazing).
+    /// The same from the angle of incidence, radians, 0 (head-on) to π/2 (grazing).
     #[must_use]
     pub fn at_angle(range_m: f64, incidence_rad: f64, reflectance: f64) -> Self {
         Self {

@@ -1,26 +1,28 @@
-//! What a ray hits.
+//! Hits of rays.
 
 use glam::{Vec2, Vec3};
 
 use crate::{MaterialId, ObjectId};
 
-/// The nearest opaque surface point on a ray: where it is and whose, and how it is to be shaded.
+/// The nearest opaque surface point on a ray, with what is needed to label and to shade it.
 ///
 /// A caster whose shapes have neither textures nor smooth normals needs [`Hit::new`] alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Where the surface is, what it is and whose.
+    /// The surface: its distance, material and object.
     pub surface: SurfaceHit,
-    /// What its colour depends on besides its material.
+    /// The shading: what the colour depends on besides the material.
     pub shading: Shading,
 }
 
-/// Where a ray meets a surface, of what it is, and whose: all that a range sensor and a label need.
+/// Where a ray meets a surface, its material and its object: all that range sensors and labels
+/// need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit {
     /// Distance from the ray's origin, metres.
     pub distance_m: f32,
-    /// Unit normal of the flat primitive; its side is the shape's, not the ray's.
+    /// Unit normal of the flat primitive. It points to the outside of the shape, not necessarily
+    /// towards the ray.
     pub geometric_normal: Vec3,
     /// The surface's material, whose semantic is the truth.
     pub material: MaterialId,
@@ -37,13 +39,13 @@ pub struct Shading {
     pub uv: Vec2,
     /// Texture repetitions per metre of surface at the hit.
     pub uv_per_m: f32,
-    /// The ground material that the colour passes over into here, and its share, 0..=1, before the
+    /// The ground material that the colour blends into here, and its share, 0..=1, before the
     /// border is roughened.
     pub blend: Option<(MaterialId, f32)>,
     /// The instance's colour variation, 0..1; 0.5 is the material's own colour.
     pub variation: f32,
     /// The share of the light from all around that other parts of the same shape let through,
-    /// 0..=1: see [`AmbientOcclusion`](crate::AmbientOcclusion). It is 1 where nothing is known.
+    /// 0..=1: see [`AmbientOcclusion`](crate::AmbientOcclusion). It is 1 where it is not known.
     pub ambient_occlusion: f32,
 }
 
@@ -72,8 +74,8 @@ impl Hit {
 }
 
 impl Shading {
-    /// The shading of a flat surface with a unit normal: the texture's corner at one repetition per
-    /// metre, no blending, the material's own colour, nothing occluded.
+    /// The shading of a flat surface with a unit normal: the corner of the texture at one
+    /// repetition per metre, no blending, the material's own colour, no occlusion.
     #[must_use]
     pub const fn flat(normal: Vec3) -> Self {
         Self {

@@ -49,7 +49,7 @@ impl<T> Image<T> {
         &self.pixels
     }
 
-    /// The pixels themselves, row by row.
+    /// Turns the image into its pixels, row by row.
     #[must_use]
     pub fn into_pixels(self) -> Vec<T> {
         self.pixels
@@ -72,7 +72,7 @@ impl<T> Image<T> {
     }
 }
 
-/// What is exactly at each pixel's centre.
+/// The truth at exactly each pixel's centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TruthImages {
     /// The fine semantic; [`Semantic::Sky`] where nothing was hit.

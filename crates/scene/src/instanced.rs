@@ -6,16 +6,17 @@ use glam::Vec3;
 
 use crate::Instance;
 
-/// Instances that are made and dropped together: those of one chunk.
+/// Instances that are made and dropped together, such as those of one chunk.
 pub trait InstanceGroup: Send + Sync {
     /// The instances in order of their numbers.
     fn instances(&self) -> Box<dyn ExactSizeIterator<Item = &Instance> + '_>;
 }
 
-/// A group and where the origin of its frame lies in the scene, metres.
+/// A group, and the position of its frame's origin in the scene, metres.
 pub type PlacedGroup = (Vec3, Arc<dyn InstanceGroup>);
 
-/// A scene that tells the shapes it is made of, so that a rasteriser draws what rays are cast at.
+/// A scene that lists the shapes that it consists of, so that a rasteriser draws what rays are cast
+/// at.
 ///
 /// An instance whose linear map is singular or not finite is never hit by a ray, and must not be
 /// drawn.

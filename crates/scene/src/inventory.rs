@@ -51,7 +51,7 @@ pub struct ObjectRecord {
     pub height_m: f64,
 }
 
-/// A row of `trees.csv`: what a forester measures, of the tree that was grown.
+/// A row of `trees.csv`: what a forester would measure on the tree that was grown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeRecord {
     /// The true id.
@@ -64,8 +64,8 @@ pub struct TreeRecord {
     pub dbh_m: f64,
     /// Height, metres.
     pub height_m: f64,
-    /// Height of the crown's base, metres: 98 % of the foliage is above it. A dead tree has
-    /// its height here.
+    /// Height of the crown's base, metres: 98 % of the foliage is above it. For a dead tree it is
+    /// the tree's height.
     pub crown_base_m: f64,
     /// Mean crown radius, metres.
     pub crown_radius_m: f64,
@@ -75,7 +75,7 @@ pub struct TreeRecord {
     pub stem_volume_m3: f64,
     /// Lean of the stem from the vertical, radians.
     pub lean_rad: f64,
-    /// How grown up it is: `sapling`, `young`, `middle` or `mature`.
+    /// Its age class: `sapling`, `young`, `middle` or `mature`.
     pub age_class: String,
     /// Whether it is alive.
     pub alive: bool,

@@ -15,8 +15,8 @@ use std::fmt;
 pub struct AlphaMask {
     width: u16,
     height: u16,
-    /// Columns of `height` words: 16 rows of 32 texels are one line of a processor's cache, and
-    /// rays that are neighbours find each other's texels there. Least significant bit first.
+    /// Columns of `height` words. 16 rows of 32 texels are one cache line of a processor, in which
+    /// neighbouring rays find their texels. Least significant bit first.
     words: Vec<u32>,
 }
 
@@ -165,7 +165,7 @@ impl fmt::Debug for AlphaMask {
 mod kept {
     use super::{AlphaMask, MaskError};
 
-    /// A mask as read from a file, before its size is checked.
+    /// A mask as it is read from a file, before its size is checked.
     #[derive(serde::Deserialize)]
     pub(super) struct KeptMask {
         width: u16,

@@ -99,7 +99,7 @@ impl MaterialLibrary {
 }
 
 impl Material {
-    /// A plain matt material: the shortest way to a surface.
+    /// A matt material of one colour, opaque everywhere.
     #[must_use]
     pub fn plain(name: &str, semantic: Semantic, albedo: Vec3) -> Self {
         let grey = (albedo.x + albedo.y + albedo.z) / 3.0;

@@ -1,4 +1,4 @@
-//! What shapes are made of: triangles and leaf cards.
+//! The parts of shapes: triangles and leaf cards.
 
 use glam::{Vec2, Vec3};
 
@@ -14,7 +14,8 @@ pub struct Triangle {
     pub material: MaterialId,
 }
 
-/// Colour that a triangle takes over from its neighbours: no border between two grounds is sharp.
+/// The blend of a triangle's colour into that of its neighbours, so that no border between two
+/// grounds is sharp.
 ///
 /// Everything else comes from the triangle's own material: class, roughness, what a laser gets
 /// back.
@@ -28,7 +29,7 @@ pub struct Blend {
 }
 
 impl Blend {
-    /// Nothing is taken over.
+    /// No blending.
     pub const NONE: Self = Self {
         other: MaterialId(0),
         shares: [0.0; 3],
@@ -47,7 +48,7 @@ pub struct Mesh {
     /// Unit shading normals; without them triangles are shaded flat.
     pub normals: Vec<Vec3>,
     /// Texture coordinates, in repetitions of the texture (metres for ground materials); without
-    /// them 0 everywhere. A LiDAR asks for them only where a triangle's material has a mask.
+    /// them 0 everywhere. A LiDAR needs them only where a triangle's material has a mask.
     pub uvs: Vec<Vec2>,
     /// The triangles.
     pub triangles: Vec<Triangle>,
@@ -73,16 +74,16 @@ impl Mesh {
 
 /// A flat parallelogram with a whole texture and mask on it: leaves, needles, blades.
 ///
-/// The point at (u, v) is `corner + u · edge_u + v · edge_v`, u and v in 0..1. Both sides are seen;
-/// the normal is `edge_u × edge_v`.
+/// The point at (u, v) is `corner + u · edge_u + v · edge_v`, u and v in 0..1. Both sides are
+/// visible; the normal is `edge_u × edge_v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Card {
     /// The point at u = v = 0, metres.
     pub corner: Vec3,
-    /// The way to u = 1.
+    /// The vector from there to u = 1, metres.
     pub edge_u: Vec3,
-    /// The way to v = 1.
+    /// The vector from there to v = 1, metres.
     pub edge_v: Vec3,
     /// Its material.
     pub material: MaterialId,

@@ -1,11 +1,12 @@
-//! What moves while a picture is taken.
+//! Motion while a picture is taken.
 
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::{Intrinsics, RigidTransform};
 
-/// How a frame moves about a time: its origin along a straight line, its axes about a fixed one,
-/// both at a constant rate. Over the hundredth of a second of a picture a robot does little else.
+/// How a frame moves around a time: its origin along a straight line and its axes about a fixed
+/// one, both at a constant rate. This describes a robot well over the hundredth of a second that a
+/// picture takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
@@ -44,7 +45,7 @@ impl Twist {
         }
     }
 
-    /// The frame at that time, from the same frame `time_s` later (or earlier).
+    /// The transform to the frame at that time from the same frame `time_s` later (or earlier).
     #[inline]
     #[must_use]
     pub fn after(&self, time_s: f64) -> RigidTransform {
@@ -54,7 +55,7 @@ impl Twist {
         }
     }
 
-    /// How something moves that is mounted on this frame.
+    /// The motion of something that is mounted on this frame.
     #[must_use]
     pub fn of_mounted(&self, here_from_mounted: &RigidTransform) -> Self {
         let back = here_from_mounted.rotation.inverse();
@@ -66,8 +67,8 @@ impl Twist {
     }
 }
 
-/// When the rows of a picture see light: row by row from the first to the last, each for the
-/// exposure's time. The picture's time is the middle row's, in the middle of its exposure.
+/// When the rows of a picture are exposed: row by row from the first to the last, each for the
+/// exposure time. The picture's time is the middle row's, in the middle of its exposure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Shutter {
@@ -79,13 +80,13 @@ pub struct Shutter {
 }
 
 impl Shutter {
-    /// All rows see one instant.
+    /// All rows are exposed at one instant.
     pub const INSTANT: Self = Self {
         exposure_s: 0.0,
         readout_s: 0.0,
     };
 
-    /// Whether all rows see one instant.
+    /// Whether all rows are exposed at one instant.
     #[must_use]
     pub fn is_instant(&self) -> bool {
         *self == Self::INSTANT
@@ -99,7 +100,7 @@ impl Shutter {
         self.readout_s * (y_px / f64::from(height_px) - 0.5)
     }
 
-    /// From the first light on the first row to the last on the last one, seconds.
+    /// The time from the start of the first row's exposure to the end of the last one's, seconds.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.exposure_s + self.readout_s
@@ -111,11 +112,12 @@ impl Intrinsics {
     /// moves while its rows are read: where the row that sees the point is exposed as the point
     /// passes. As [`Intrinsics::project`] if the shutter is global.
     ///
-    /// `None` behind the camera. What crosses the picture faster than its rows are read, so that no
-    /// row or several see it, is not found.
+    /// `None` behind the camera. A point that crosses the picture faster than its rows are read, so
+    /// that no row or several rows see it, is not found.
     #[must_use]
     pub fn project_moving(&self, point: DVec3, shutter: &Shutter, motion: &Twist) -> Option<DVec2> {
-        /// Each step leaves of the error the share of the picture that the point crosses meanwhile.
+        /// The greatest number of steps. Each step reduces the error to the share of the picture
+        /// that the point crosses meanwhile.
         const STEPS: u32 = 64;
         let mut at = self.project(point)?;
         if shutter.readout_s == 0.0 || *motion == Twist::STILL {
@@ -123,7 +125,7 @@ impl Intrinsics {
         }
         let height = f64::from(self.height);
         for _ in 0..STEPS {
-            // Outside the picture the shutter goes on for a while: it need not be right there.
+            // Outside the picture the shutter is extended for a while; it need not be right there.
             let y = at.y.clamp(-height, 2.0 * height);
             let then = motion.after(shutter.row_time_s(y, self.height)).inverse();
             let next = self.project(then.transform_point(point))?;
@@ -165,7 +167,7 @@ mod tests {
                 translation_m: at + way,
             };
             let twist = Twist::between(&first, &last, duration);
-            // From the middle, half the time each way.
+            // Half of the duration, from the middle in both directions.
             let middle = RigidTransform {
                 rotation: first.rotation * DQuat::from_scaled_axis(turn / 2.0),
                 translation_m: at + way / 2.0,
@@ -174,8 +176,7 @@ mod tests {
             prop_assert!(close(&(middle * twist.after(-duration / 2.0)), &first));
         }
 
-        /// What is mounted on a moving body goes where the body takes it, to the second order in
-        /// time.
+        /// What is mounted on a moving body follows the body, to the second order in time.
         #[test]
         fn what_is_mounted_moves_with_its_carrier(
             linear in vector(5.0),
@@ -197,7 +198,8 @@ mod tests {
             }
         }
 
-        /// A point on the ray of an image position, as that row saw it, projects there.
+        /// A point on the ray of an image position at the time of its row is projected to that
+        /// position.
         #[test]
         fn moving_pictures_project_back(
             linear in vector(3.0),
@@ -226,7 +228,7 @@ mod tests {
         }
     }
 
-    /// Past a wall at z, sideways at v: a row's shift is f v t / z.
+    /// Moving sideways at v past a wall at z shifts a row by f v t / z.
     #[test]
     fn the_skew_of_a_rolling_shutter() {
         let k = Intrinsics::from_fov(640, 480, 1.2).expect("valid");

@@ -14,7 +14,7 @@ pub struct ObjectId(u64);
 const BIAS: i32 = 1 << 21;
 
 impl ObjectId {
-    /// The id of what is no object: ground, litter, undergrowth, sky.
+    /// The id of everything that is no object: ground, litter, undergrowth, sky.
     pub const NONE: Self = Self(0);
 
     /// The `item`-th object of a chunk; `None` for item 0 or a chunk beyond ±2,097,151.
@@ -33,7 +33,7 @@ impl ObjectId {
         self.0 == 0
     }
 
-    /// The chunk the object stands in; (0, 0) for [`ObjectId::NONE`].
+    /// The chunk that the object stands in; (0, 0) for [`ObjectId::NONE`].
     #[must_use]
     pub const fn chunk(self) -> ChunkCoord {
         if self.is_none() {

@@ -1,4 +1,4 @@
-//! Class tables: what fine semantics are called on disk.
+//! Class tables, which map fine semantics to the classes on disk.
 
 use crate::Semantic;
 
@@ -7,7 +7,7 @@ use crate::Semantic;
 pub struct Class {
     /// The number written to `.label` files and semantic images.
     pub id: u8,
-    /// The name people read.
+    /// The name for human readers.
     pub name: String,
     /// The colour of palettes and pictures, sRGB.
     pub colour: [u8; 3],

@@ -61,7 +61,7 @@ impl ParamError {
         Self::check(range.contains(&value), field, value, allowed)
     }
 
-    /// The same with an error that says the range by itself.
+    /// The same, with an error that states the range.
     ///
     /// # Errors
     /// If `value` is not from `low` to `high`.

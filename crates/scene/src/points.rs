@@ -9,10 +9,10 @@ use crate::{ObjectId, Semantic};
 pub struct PointFlags(pub u8);
 
 impl PointFlags {
-    /// The return is made of more than one surface, or of one beside the beam's middle. The point
-    /// is written on the middle, where there need not be a surface.
+    /// The return comes from more than one surface, or from one that the middle of the beam misses.
+    /// The point is written on the middle, where there need not be a surface.
     pub const MIXED: u8 = 1;
-    /// No surface is there: a false alarm.
+    /// The return is a false alarm without a surface.
     pub const FALSE_ALARM: u8 = 2;
 
     /// Whether a flag is set.
@@ -22,11 +22,11 @@ impl PointFlags {
     }
 }
 
-/// One LiDAR return with all that is known of it.
+/// One LiDAR return with everything that is known about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LidarPoint {
-    /// Measured position, metres: in the LiDAR frame at the frame's time (deskewed), or, of a raw
-    /// scan, at the pulse's.
+    /// Measured position, metres, in the LiDAR frame at the frame's time (deskewed) or, in a raw
+    /// scan, at the pulse's time.
     pub position_m: Vec3,
     /// Range without error, metres: the mean weighted by received power where the return is mixed,
     /// 0 for a false alarm.
@@ -40,8 +40,8 @@ pub struct LidarPoint {
     /// Livox convention: 0..150 is 0..100 % diffuse reflectance, range-calibrated; 151..255 is
     /// retroreflective.
     pub reflectivity: u8,
-    /// What was hit; for a mixed return what gave most of the light; [`Semantic::Sky`] for a false
-    /// alarm.
+    /// What was hit; for a mixed return the surface that gave most of the light; [`Semantic::Sky`]
+    /// for a false alarm.
     pub semantic: Semantic,
     /// The object that was hit.
     pub object: ObjectId,
@@ -59,6 +59,6 @@ pub struct LidarPoint {
     pub incidence_cos: f32,
     /// Unit surface normal in the frame of `position_m`, towards the sensor; 0 for a false alarm.
     pub normal: Vec3,
-    /// What is special about this return.
+    /// Flags of this return.
     pub flags: PointFlags,
 }

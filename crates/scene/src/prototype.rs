@@ -40,7 +40,7 @@ pub enum PrototypeError {
         /// How many positions, normals and uvs there are.
         lengths: [usize; 3],
     },
-    /// There are blends, but not one of each triangle.
+    /// There are blends, but not one for each triangle.
     Blends {
         /// The shape's name.
         name: String,
@@ -49,7 +49,7 @@ pub enum PrototypeError {
         /// How many triangles there are.
         triangles: usize,
     },
-    /// A blend's share is not a share.
+    /// A blend's share is not within 0..=1.
     Share {
         /// The shape's name.
         name: String,
@@ -69,11 +69,12 @@ pub enum PrototypeError {
         /// How many vertices there are.
         vertices: usize,
     },
-    /// Its ambient occlusion belongs to another shape, or to a ground: meshes that blend have none.
+    /// Its ambient occlusion belongs to another shape, or to a mesh with blends, which must have
+    /// none.
     AmbientOcclusion {
         /// The shape's name.
         name: String,
-        /// For how many vertices and cards there are shares.
+        /// The number of vertices and of cards for which there are shares.
         shares: [usize; 2],
         /// How many vertices and cards there are.
         lengths: [usize; 2],
@@ -189,7 +190,7 @@ impl Prototype {
     /// Checks that a shape is sound, and finds the leaves among its triangles: see [`Quad`].
     ///
     /// # Errors
-    /// If it is empty, its vertex arrays differ in length (but for empty ones), blends are missing,
+    /// If it is empty, its vertex arrays differ in length (except empty ones), blends are missing,
     /// an index or material is out of range, or a coordinate is not finite.
     pub fn new(
         name: impl Into<String>,
@@ -250,7 +251,7 @@ impl Prototype {
         }
         let corners = cards.iter().flat_map(Card::corners);
         let bounds = Bounds::of_points(mesh.positions.iter().copied().chain(corners));
-        // A NaN is lost by min and max, so look at every point.
+        // A NaN would be lost by min and max, so every point is looked at.
         let finite = mesh.positions.iter().all(|p| p.is_finite())
             && cards.iter().flat_map(Card::corners).all(Vec3::is_finite);
         if !finite {
@@ -326,8 +327,8 @@ impl Prototype {
         })
     }
 
-    /// The shape's parts of some materials alone, without blends and ambient occlusion; `None` if
-    /// there are none.
+    /// The parts of the shape that are of some materials, without blends and ambient occlusion;
+    /// `None` if there are none.
     ///
     /// # Errors
     /// As [`Prototype::new`], if the library is not the shape's own.
@@ -420,7 +421,8 @@ impl Prototype {
             })
     }
 
-    /// The ambient occlusion between its parts; `None` if nothing is known, which counts as none.
+    /// The ambient occlusion between its parts; `None` if it is not known, which counts as
+    /// unoccluded.
     #[must_use]
     pub fn ambient_occlusion(&self) -> Option<&AmbientOcclusion> {
         self.ambient_occlusion.as_ref()
@@ -451,7 +453,7 @@ mod tests {
     use crate::{Material, Semantic};
     use glam::Vec2;
 
-    /// What is said of a triangle that somebody has spoilt.
+    /// The error message about a mesh that was made invalid.
     fn refused(spoil: impl Fn(&mut Mesh)) -> String {
         let mut library = MaterialLibrary::new();
         library.add(Material::plain("soil", Semantic::Soil, Vec3::ONE));

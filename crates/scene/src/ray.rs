@@ -5,9 +5,9 @@ use glam::Vec3;
 /// A ray in a frame's scene. `direction` has unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it starts, metres.
+    /// The start of the ray, metres.
     pub origin: Vec3,
-    /// Where it goes; unit length.
+    /// The direction; unit length.
     pub direction: Vec3,
     /// Hits nearer than this are ignored, metres.
     pub t_min_m: f32,

@@ -42,8 +42,8 @@ pub trait RayCaster: Sync {
         self.closest_hit(ray).is_some()
     }
 
-    /// Whether there is any hit, for each ray: shadows. Casters that are faster with many rays at
-    /// once override this. The result for a ray never depends on the other rays.
+    /// Whether there is any hit for each ray, as shadows need it. Casters that are faster with many
+    /// rays at once override this. The result for a ray never depends on the other rays.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -66,8 +66,8 @@ pub trait RayCaster: Sync {
         }
     }
 
-    /// The surface part of what [`closest_hits`](Self::closest_hits) finds. Casters for which that
-    /// is less work override this.
+    /// The surface part of the hits that [`closest_hits`](Self::closest_hits) finds. Casters for
+    /// which that is less work override this.
     ///
     /// # Panics
     /// If the slices differ in length.

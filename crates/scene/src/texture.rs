@@ -61,7 +61,7 @@ impl Texture {
     }
 
     /// The same for a texture that is visible only where `opaque(column, row)` is true. A texel of
-    /// a mip is the mean of the visible texels under it, so that a leaf far off has its own colour.
+    /// a mip is the mean of the visible texels under it, so that a distant leaf has its own colour.
     /// Where no texel under it is visible, it is the mean of all.
     ///
     /// # Errors
@@ -168,8 +168,8 @@ impl Texture {
     #[must_use]
     pub fn sample(&self, uv: Vec2, footprint_uv: f32) -> Vec3 {
         let texels = footprint_uv * self.levels[0].width.max(self.levels[0].height) as f32;
-        // Level of detail: texels per sample, rounded to the nearest power of two, which is the
-        // exponent of as many and a half octave.
+        // The level: the logarithm of the texels per sample, rounded to the nearest integer, which
+        // is the exponent of that number times the square root of two.
         let lod = if texels > 1.0 {
             ((texels * std::f32::consts::SQRT_2).to_bits() >> 23) as usize - 127
         } else {
@@ -209,7 +209,7 @@ impl fmt::Debug for Texture {
 mod kept {
     use super::{Level, Texture, TextureError};
 
-    /// A texture for a file: its levels' texels, the largest level first.
+    /// A texture as it is stored in a file: the texels of its levels, the largest level first.
     #[derive(serde::Serialize, serde::Deserialize)]
     pub(super) struct KeptTexture {
         width: u32,
@@ -379,7 +379,7 @@ mod tests {
         let data: Vec<Vec3> = (0..64)
             .map(|i| {
                 if opaque(i % 8, i / 8) {
-                    // Of another colour at one end.
+                    // The texels have another colour at one end.
                     seen * (1.0 + f32::from(u8::from(i % 8 == 4)))
                 } else {
                     hidden
@@ -388,11 +388,11 @@ mod tests {
             .collect();
         let t = Texture::from_linear_where(8, 8, &data, opaque).expect("size");
         let near = |got: Vec3, want: Vec3| (got / want - Vec3::ONE).abs().max_element() < 0.03;
-        // Five texels, of which the last counts twice.
+        // The mean of five texels, of which the last counts twice.
         assert!(near(t.mean(), seen * 1.2), "{}", t.mean());
         let at = |x: f32, level: i32| t.sample(Vec2::new(x, 0.3), f32::exp2(level as f32) / 8.0);
         assert!(near(decode(t.level(2)[0]), seen) && near(decode(t.level(2)[1]), seen * 2.0));
-        // Hidden texels keep their colour, and mips that are hidden altogether.
+        // Hidden texels keep their colour, and so do texels of mips under which all are hidden.
         assert!(near(at(7.5 / 8.0, 0), hidden) && near(decode(t.level(1)[3]), hidden));
     }
 

@@ -14,7 +14,7 @@ pub struct RigidTransform {
 }
 
 impl RigidTransform {
-    /// The identity: both frames are one.
+    /// The identity.
     pub const IDENTITY: Self = Self {
         rotation: DQuat::IDENTITY,
         translation_m: DVec3::ZERO,

@@ -1,4 +1,4 @@
-//! What can go wrong in a stand.
+//! The error of this crate.
 
 use nemoral_scene::ChunkCoord;
 

@@ -37,14 +37,15 @@ pub const FLOOR_FIELD: FieldParams = FieldParams {
 /// Number of places along each side of the grid at which a field's quantiles are sampled.
 const SAMPLES: u32 = 48;
 
-/// Distance of these places, metres: several patches, so that samples tell much.
+/// Distance of these places, metres. It is several patches, so that samples are nearly independent.
 const SAMPLE_STEP_M: f64 = 37.0;
 
-/// Which cover lies where: one field, cut at its own quantiles.
+/// The cover of each place, from one field that is cut at its own quantiles.
 #[derive(Clone, Debug)]
 pub struct FloorComposition<F> {
     field: F,
-    /// Below the first of these the field has the first cover, above the last the last.
+    /// The values of the field between the covers: below the first is the first cover, above the
+    /// last the last cover.
     limits: [f64; 2],
 }
 

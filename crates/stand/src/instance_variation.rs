@@ -1,4 +1,4 @@
-//! How copies of a tree are turned and sized: no two that stand near each other look alike.
+//! Turns and sizes of copies of a tree, chosen so that no two near each other look alike.
 
 use std::f64::consts::TAU;
 
@@ -45,18 +45,18 @@ const SAPLINGS: Grid = Grid {
 };
 
 /// The logarithm of a sapling's scale by its place p among sizes, 0..1, is -(a p + b p²), so that
-/// two places a 129th apart are never too much alike, even near the largest.
+/// two places a 129th apart always differ enough, even near the largest.
 const SAPLING_SIZES: [f64; 2] = [0.66, 0.39];
 
-/// The scale of a plant that is no sapling by its place among sizes, 0..1: a tenth either way. More
-/// would change a tree's proportions to its age.
+/// The scale of a plant that is no sapling by its place among sizes, 0..1: up to a tenth either
+/// way. More would not fit the proportions of a tree to its age.
 #[must_use]
 pub fn grown_scale(place: f64) -> f64 {
     0.9 + 0.2 * place
 }
 
-/// The scale of a sapling by its place among sizes, 0..1. Small ones are many, as regeneration
-/// thins itself out while it grows (an assumption).
+/// The scale of a sapling by its place among sizes, 0..1. There are many small ones, as
+/// regeneration thins itself out while it grows (an assumption).
 #[must_use]
 pub fn sapling_scale(place: f64) -> f64 {
     let [a, b] = SAPLING_SIZES;
@@ -65,13 +65,13 @@ pub fn sapling_scale(place: f64) -> f64 {
 
 /// Patterns of variations over the plane, of grown trees and of saplings.
 ///
-/// A tree is recognised by its branches, and so is a copy that is equally large and turned alike.
-/// Drawn by chance, one pair in 2,000 is such a pair; here none is within 30 m.
+/// A tree is recognised by its branches, and so is a copy of the same size and turn. By chance one
+/// pair in 2,000 would be such a pair; here there is none within 30 m.
 #[derive(Clone, Debug)]
 pub struct InstanceVariation {
-    /// Of grown trees.
+    /// The pattern of grown trees.
     pub trees: VariationPattern,
-    /// Of saplings, which stand nearer to each other and are of more sizes.
+    /// The pattern of saplings, which stand nearer to each other and have more sizes.
     pub saplings: VariationPattern,
 }
 
@@ -87,7 +87,7 @@ impl InstanceVariation {
     }
 }
 
-/// Which square of the plane has which variation.
+/// The variations of the squares of the plane.
 #[derive(Clone, Debug)]
 pub struct VariationPattern {
     grid: Grid,
@@ -95,7 +95,7 @@ pub struct VariationPattern {
     of_square: Vec<u16>,
 }
 
-/// How a tree is turned, and its place among sizes.
+/// The turn of a tree and its place among sizes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variation {
     /// The turn about the vertical, radians in `[0, 2π)`.
@@ -108,7 +108,7 @@ impl VariationPattern {
     fn new(grid: Grid, key: Key) -> Self {
         let mut of_square: Vec<u16> = (0..grid.turns * grid.sizes).collect();
         let mut rng = key.rng();
-        // Fisher and Yates.
+        // The shuffle of The shuffle of Fisher and Yates.
         for i in (1..of_square.len()).rev() {
             of_square.swap(i, rng.below(i as u32 + 1) as usize);
         }
@@ -186,7 +186,7 @@ mod tests {
             assert!(i64::from(grid.turns) * i64::from(grid.sizes) >= grid.squares * grid.squares);
             assert!(360.0 / f64::from(grid.turns) * grid.free[0] > 2.0);
         }
-        // Sizes that follow each other, at their nearest.
+        // The least difference of consecutive sizes.
         let nearest = |grid: Grid, scale: fn(f64) -> f64| {
             let (n, free) = (f64::from(grid.sizes), grid.free[1]);
             (1..grid.sizes)

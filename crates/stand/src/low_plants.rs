@@ -1,10 +1,10 @@
-//! Low plants stand on the ground: which shape, how turned, how coloured.
+//! Low plants on the ground: their shapes, turns and colours.
 
 use nemoral_scene::glam::{DVec2, Vec2};
 use nemoral_scene::{Instance, InstancePlace, ObjectId, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
-/// The purpose of the draws that tell low plants apart.
+/// The domain of the draws by which low plants differ.
 pub const LOW_PLANT_VARIATION: Domain = Domain::new("pipeline.low.look");
 
 /// Where a low plant grows.

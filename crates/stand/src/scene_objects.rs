@@ -1,4 +1,4 @@
-//! What has an id in a chunk: sites are numbered, stood on the ground, and told apart.
+//! The objects of a chunk that have an id: sites are numbered, put on the ground, and varied.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use nemoral_seed::{Domain, Draw, Key};
 
 use crate::{Error, InstanceVariation, Variation, grown_scale, sapling_scale};
 
-/// The purpose of the draws that tell objects of one asset apart.
+/// The domain of the draws by which objects of the same asset differ.
 pub const OBJECT_VARIATION: Domain = Domain::new("pipeline.look");
 
 /// One rock, tree, stump, shrub or stone.
@@ -20,7 +20,7 @@ pub struct SceneObject {
     pub kind: ObjectKind,
     /// World position of its foot.
     pub position_m: DVec3,
-    /// What it occupies at the ground, metres.
+    /// The radius that it occupies at the ground, metres.
     pub radius_m: f64,
     /// Index into the library's assets of its kind.
     pub asset: usize,
@@ -28,7 +28,7 @@ pub struct SceneObject {
     pub scale: f64,
     /// Chunk axes from the asset's axes.
     pub linear: Mat3,
-    /// 0..1, varies its colour.
+    /// A number in 0..1 that varies its colour.
     pub variation: f32,
     /// Whether it lies on a trail, as stones do.
     pub on_trail: bool,
@@ -53,7 +53,7 @@ impl SceneObject {
 pub struct SceneObjects(pub Vec<SceneObject>);
 
 impl SceneObjects {
-    /// Numbers the sites of a chunk in their order and stands them on its ground.
+    /// Numbers the sites of a chunk in their order and puts them on its ground.
     ///
     /// # Errors
     /// If there are more than 65,535 sites, or the chunk is beyond ±2,097,151.
@@ -77,14 +77,14 @@ impl SceneObjects {
     }
 }
 
-/// An object on the map, before it stands on the ground.
+/// An object on the map, before it is put on the ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectSite {
     /// What it is.
     pub kind: ObjectKind,
     /// World position, metres.
     pub position_m: DVec2,
-    /// What it occupies at the ground, metres.
+    /// The radius that it occupies at the ground, metres.
     pub radius_m: f64,
     /// Index into the library's assets of its kind.
     pub asset: usize,
@@ -101,9 +101,9 @@ pub struct ObjectSite {
 pub enum ObjectSize {
     /// The scale is known.
     Given(f64),
-    /// It varies a little, as [`grown_scale`] has it.
+    /// It varies a little, by [`grown_scale`].
     Grown,
-    /// It varies much, as [`sapling_scale`] has it.
+    /// It varies much, by [`sapling_scale`].
     Sapling,
 }
 
@@ -142,7 +142,8 @@ impl ObjectSite {
         let variation = rng.unit_f32();
         let scale = self.size.scale(look.size);
         let sample = ground.sample(self.position_m);
-        // Trees stand upright on a slope, their flare reaches into it; the rest lies along it.
+        // Trees stand upright on a slope, as their root flare reaches into the ground; everything
+        // else follows the slope.
         let gradient = match self.kind {
             ObjectKind::Tree | ObjectKind::Stump => Vec2::ZERO,
             _ => sample.gradient.as_vec2(),

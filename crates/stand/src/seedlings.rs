@@ -1,9 +1,9 @@
-//! Where seedlings of trees come up.
+//! Where tree seedlings grow.
 
-/// How many seedlings come up, and on what grid.
+/// The density of seedlings.
 ///
-/// Each cell of a jittered grid may hold one. They come up in the clusters where saplings stand, if
-/// there are any, and where light is; single ones elsewhere.
+/// Each cell of a jittered grid may hold one. They grow in the clusters of saplings, if there are
+/// any, and where there is light; single ones grow elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seedlings {
     /// Seedlings on a square metre of a cluster in full light.
@@ -14,8 +14,8 @@ impl Seedlings {
     /// Side of a grid cell, metres.
     pub const CELL_M: f64 = 0.7;
 
-    /// How far a seedling stands from its cell's middle at most, in cells: so far that no row of
-    /// the grid is seen.
+    /// The greatest distance of a seedling from its cell's middle, in cells, large enough that no
+    /// row of the grid is visible.
     pub const JITTER: f64 = 2.0;
 
     /// The range of scales. The shapes have their own heights, under 0.3 m.
@@ -24,16 +24,17 @@ impl Seedlings {
     /// Nearer to a trail's edge than this, metres, seedlings are driven over or mown.
     pub const VERGE_M: f64 = 0.4;
 
-    /// The share of a cluster's seedlings that comes up outside of clusters.
+    /// The density outside of clusters relative to that in a cluster.
     const STRAYS: f64 = 0.06;
 
-    /// Under a sky view factor of this there are as many as in full light ...
+    /// From this sky view factor on, there are as many as in full light ...
     const LIGHT_ENOUGH: f64 = 0.4;
 
-    /// ... and in deep shade this share of them: seeds sprout there too, and few live on.
+    /// ... and in deep shade this share of them, as seeds sprout there too, but few seedlings
+    /// survive.
     const IN_SHADE: f64 = 0.1;
 
-    /// The chance that a cell holds a seedling, by the sky view factor 0.3 m above its ground;
+    /// The probability that a cell holds a seedling, by the sky view factor 0.3 m above its ground;
     /// more than 1 if there is no room for all.
     #[must_use]
     pub fn chance(&self, in_cluster: bool, sky_view: f32) -> f64 {

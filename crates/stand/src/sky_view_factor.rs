@@ -1,4 +1,5 @@
-//! How much of the sky is seen past the crowns: light for cameras and for undergrowth.
+//! The share of the sky that is visible past the crowns, which gives the light for cameras and for
+//! undergrowth.
 
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Ray, RayCaster, Surface};
@@ -6,28 +7,29 @@ use nemoral_scene::{Ray, RayCaster, Surface};
 /// Heights above ground of a grid's layers, metres. Above the last the sky is taken as open.
 const HEIGHTS_M: [f64; 5] = [0.3, 4.0, 9.0, 15.0, 24.0];
 
-/// Length of the rays, metres. What is farther does not matter. With the widest crown it is less
-/// than a chunk of the usual size, so that neighbours see the same from the places that both have.
+/// Length of the rays, metres; farther crowns do not count. Together with the widest crown it is
+/// less than a chunk of the usual size, so that neighbouring chunks get the same values at places
+/// that both have.
 pub const REACH_M: f64 = 38.0;
 
 /// Number of rays from each place.
 const DIRECTIONS: usize = 64;
 
-/// The distance of two columns of the grid at most, metres.
+/// The greatest distance of two columns of the grid, metres.
 const CELL_M: f64 = 5.0;
 
-/// What a [`SkyViewFactor`] is measured in.
+/// The square in which a [`SkyViewFactor`] is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyViewArea {
     /// World position of the south-western corner of the square, metres.
     pub origin_m: DVec2,
     /// Side of the square, metres; more than 0.
     pub side_m: f64,
-    /// How high the trees are in the mean, metres. Above that, rays meet no more than they did.
+    /// Mean height of the trees, metres. Above it, rays are taken to meet nothing more.
     pub canopy_height_m: f64,
 }
 
-/// The share of the sky hemisphere, weighted by the cosine, that is seen past what stands: a grid
+/// The share of the sky hemisphere, weighted by the cosine, that is visible past the crowns: a grid
 /// over a square of the plane, at several heights above its ground.
 #[derive(Clone, Debug)]
 pub struct SkyViewFactor {
@@ -44,8 +46,8 @@ pub struct SkyViewFactor {
 impl SkyViewFactor {
     /// Casts rays from all places of the grid.
     ///
-    /// `crowns` is what stands in the square and within [`REACH_M`] around it, in metres relative
-    /// to the square's corner; `ground` is in world coordinates.
+    /// `crowns` has the trees in the square and within [`REACH_M`] around it, in metres relative to
+    /// the square's corner; `ground` is in world coordinates.
     #[must_use]
     pub fn measure(
         area: &SkyViewArea,
@@ -150,7 +152,7 @@ impl SkyViewFactor {
 /// Directions towards the sky, each of which lights a horizontal surface as much as any other.
 fn directions() -> [Vec3; DIRECTIONS] {
     std::array::from_fn(|i| {
-        // A Fibonacci lattice of the disc below, lifted (Malley's method).
+        // A Fibonacci lattice of the unit disc, projected up to the hemisphere (Malley's method).
         let radius2 = (i as f64 + 0.5) / DIRECTIONS as f64;
         let (s, c) = libm::sincos(i as f64 * 2.399_963_229_728_653);
         let disc = DVec2::new(c, s) * radius2.sqrt();
@@ -158,8 +160,9 @@ fn directions() -> [Vec3; DIRECTIONS] {
     })
 }
 
-/// The share of the sky that is seen from `below_m` under the tops of the trees. Rays that end
-/// under them are taken to meet as much on the rest of their way up as such rays met so far.
+/// The share of the sky that is visible from `below_m` under the tops of the trees. Rays that end
+/// below the tops are taken to meet as much, per length, on the rest of their way up as such rays
+/// met so far.
 fn open_share(directions: &[Vec3], hidden: &[bool], below_m: f64) -> f64 {
     let up_m = |d: Vec3| REACH_M * f64::from(d.z);
     let (mut free, mut all) = (0.0, 0.0);
@@ -188,12 +191,13 @@ mod tests {
         let clear = [false; DIRECTIONS];
         assert!((open_share(&all, &clear, 20.0) - 1.0).abs() < 1e-12);
         assert_eq!(open_share(&all, &[true; DIRECTIONS], 20.0), 0.0);
-        // Every second ray is hidden: half at the zenith, and the less the lower.
+        // Every second ray is hidden, so half of the sky is visible just under the tops, and less
+        // from lower down.
         let half: Vec<bool> = (0..DIRECTIONS).map(|i| i % 2 == 1).collect();
         assert!((open_share(&all, &half, 0.0) - 0.5).abs() < 1e-12);
         let (low, lower) = (open_share(&all, &half, 20.0), open_share(&all, &half, 30.0));
         assert!(lower < low && low < 0.48 && lower > 0.25, "{low} {lower}");
-        // Value stability.
+        // These values must not change.
         assert!((low - 0.458_499_128_6).abs() < 1e-9, "{low}");
     }
 
@@ -204,7 +208,7 @@ mod tests {
             all.iter()
                 .all(|d| (d.length() - 1.0).abs() < 1e-6 && d.z > 0.0)
         );
-        // By the cosine, the mean height is 2 / 3, and no side is favoured.
+        // Weighted by the cosine, the mean height is 2 / 3, and no side is preferred.
         let mean = all.iter().sum::<Vec3>() / DIRECTIONS as f32;
         assert!(
             (mean - Vec3::new(0.0, 0.0, 2.0 / 3.0)).length() < 0.02,

@@ -1,4 +1,4 @@
-//! Where which low plants like to grow.
+//! Where each kind of low plants grows.
 
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
@@ -15,13 +15,13 @@ pub const CLUMP_FIELD: FieldParams = FieldParams {
     persistence: 0.5,
 };
 
-/// The field that says where ferns like to grow: in wider groups.
+/// The field of the preferred places of ferns, which form wider groups.
 pub const FERN_FIELD: FieldParams = FieldParams {
     scale_m: 24.0,
     ..CLUMP_FIELD
 };
 
-/// How far a patch stands from its cell's middle at most, in cells.
+/// The greatest distance of a patch from its cell's middle, in cells.
 pub const PATCH_JITTER: f64 = 0.6;
 
 /// The range of scales of patches.
@@ -40,7 +40,7 @@ pub enum PatchKind {
     Litter,
 }
 
-/// How much of what grows.
+/// The abundance of each kind of low plants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UndergrowthParams {
     /// The share of cells with plants in full light, 0..1.
@@ -51,26 +51,26 @@ pub struct UndergrowthParams {
     pub grass: f64,
     /// The weight of herbs.
     pub herbs: f64,
-    /// The weight of ferns where they like to grow.
+    /// The weight of ferns at their preferred places.
     pub ferns: f64,
 }
 
-/// The undergrowth of a world: where which plants like to grow.
+/// The undergrowth of a world.
 ///
 /// Each cell of a jittered grid may hold one patch; whose grid that is, is up to the caller.
 #[derive(Clone, Debug)]
 pub struct Undergrowth<F> {
-    /// How much of what grows.
+    /// The abundance of each kind of low plants.
     pub params: UndergrowthParams,
     /// Where plants cluster; see [`CLUMP_FIELD`].
     pub clumps: F,
-    /// Where ferns do; see [`FERN_FIELD`].
+    /// Where ferns grow; see [`FERN_FIELD`].
     pub ferns: F,
 }
 
 impl<F: Field> Undergrowth<F> {
-    /// The chance that a cell holds a patch at a world position, metres, by the sky view factor
-    /// 0.3 m above its ground. Little grows in deep shade.
+    /// The probability that a cell holds a patch at a world position, metres, by the sky view
+    /// factor 0.3 m above its ground. Little grows in deep shade.
     pub fn chance(&self, world_m: DVec2, sky_view: f32) -> f64 {
         let light = (f64::from(sky_view) / 0.3).clamp(0.2, 1.0);
         let clump = contrast(self.clumps.value(world_m));
@@ -78,8 +78,8 @@ impl<F: Field> Undergrowth<F> {
         (plants + self.params.litter).min(1.0)
     }
 
-    /// What the patch is that stands at a world position, metres, with that
-    /// [`chance`](Self::chance); `key` is the patch's own.
+    /// The kind of the patch at a world position, metres, with that [`chance`](Self::chance); `key`
+    /// is the patch's own.
     pub fn kind(&self, world_m: DVec2, chance: f64, key: Key) -> PatchKind {
         let mut rng = key.domain(KIND).rng();
         let fern = contrast(self.ferns.value(world_m));
@@ -92,13 +92,14 @@ impl<F: Field> Undergrowth<F> {
             Some(0) => PatchKind::Grass,
             Some(1) => PatchKind::Herbs,
             Some(_) => PatchKind::Ferns,
-            // Ferns alone are asked for, where ferns do not like to grow.
+            // Only ferns are asked for, and this is no place for them.
             None => PatchKind::Litter,
         }
     }
 }
 
-/// A field of octaves keeps to its middle; this gives its patches an edge.
+/// Increases the contrast of a field of octaves, most of whose values are near the middle, so that
+/// its patches have edges.
 fn contrast(value: f64) -> f64 {
     ((value - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0)
 }

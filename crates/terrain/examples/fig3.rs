@@ -42,8 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// An axonometric view from the south-west: columns of the image from the nearest point of the
-/// ground to the farthest, each drawing what stands above what was drawn.
+/// An axonometric view from the south-west. Each column of the image goes from the nearest point of
+/// the ground to the farthest, and draws only what is above what was drawn before.
 fn relief(image: &mut RgbImage, left: u32, top: u32, surface: &dyn Surface) {
     let light = DVec3::new(-0.5, 0.25, 0.6);
     let light = light / light.length();
@@ -79,7 +79,7 @@ fn relief(image: &mut RgbImage, left: u32, top: u32, surface: &dyn Surface) {
     }
 }
 
-/// Capitals, digits and dots of 3 x 5 dots, three pixels each.
+/// Writes capitals, digits and dots in a font of 3 x 5 dots, each of which is three pixels wide.
 fn write(image: &mut RgbImage, left: u32, top: u32, text: &str) {
     for (i, c) in text.chars().enumerate() {
         let rows: [u8; 5] = match c {

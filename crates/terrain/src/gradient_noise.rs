@@ -10,7 +10,7 @@ use glam::{DVec2, I64Vec2};
 /// cell is the sum over its corners of (weight · distance)² / 2; this is the root of its mean.
 pub(crate) const SIGMA: f64 = 0.215_710_8;
 
-/// Unit vectors in 256 directions, through libm: the same bits everywhere.
+/// Unit vectors in 256 directions, computed by libm, so that every platform gets the same bits.
 static DIRECTIONS: LazyLock<[DVec2; 256]> = LazyLock::new(|| {
     std::array::from_fn(|i| {
         let angle = (i as f64 + 0.5) * (std::f64::consts::TAU / 256.0);
@@ -48,7 +48,7 @@ pub(crate) fn gradient_noise(seed: u64, p: DVec2) -> (f64, DVec2) {
     (value, gradient)
 }
 
-/// Without the call that `f64::floor` is on the baseline x86-64.
+/// `f64::floor`, which is a function call on baseline x86-64.
 #[inline]
 fn floor(x: f64) -> i64 {
     let towards_zero = x as i64;
@@ -84,7 +84,7 @@ fn finish(mut z: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// A grid of points that never falls in step with the lattice.
+    /// A grid of points that is not aligned with the lattice anywhere.
     fn points(n: u32) -> impl Iterator<Item = DVec2> {
         (0..n).flat_map(move |x| {
             (0..n).map(move |y| DVec2::new(f64::from(x) * 0.618_034, f64::from(y) * 0.414_214))

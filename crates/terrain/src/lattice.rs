@@ -1,4 +1,4 @@
-//! Right triangles on a square lattice, halved where asked for.
+//! Right triangles on a square lattice, which are halved where smaller ones are needed.
 
 /// A vertex of a chunk's fine lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -7,7 +7,7 @@ pub(crate) struct Vertex {
     pub(crate) y: u32,
 }
 
-/// Which vertices of the fine lattice split a triangle.
+/// The vertices of the fine lattice that split a triangle.
 ///
 /// Squares have a side of `1 << level` fine cells. A square is two right triangles on a common
 /// hypotenuse; splitting at its *centre* makes four triangles whose hypotenuses are its sides;
@@ -32,7 +32,8 @@ impl Lattice {
         }
     }
 
-    /// Quarters squares where `asks(centre, side)`, and the border down to the finest level.
+    /// Quarters squares for which `asks(centre, side)` is true, and the border down to the finest
+    /// level.
     pub(crate) fn refine(&mut self, mut asks: impl FnMut(Vertex, u32) -> bool) {
         let size = 1 << self.levels;
         for y in 0..self.cells {
@@ -62,7 +63,7 @@ impl Lattice {
         }
     }
 
-    /// Marks what marked vertices depend on, from fine to coarse.
+    /// Marks the vertices that marked vertices depend on, from fine to coarse.
     fn close(&mut self) {
         for level in 1..=self.levels {
             let size = 1_u32 << level;
@@ -103,7 +104,7 @@ impl Lattice {
         for y in (0..self.side).step_by(size as usize) {
             for x in (0..self.side).step_by(size as usize) {
                 for (ax, ay) in apexes(x, y, size) {
-                    // Counter-clockwise from the apex, along the square.
+                    // The corners, counter-clockwise from the apex.
                     let corner = |dx: u32, dy: u32| Vertex {
                         x: x + dx,
                         y: y + dy,
@@ -146,8 +147,8 @@ impl Lattice {
     }
 }
 
-/// The two corners of a square that are not on its hypotenuse: those with odd coordinates' sum, so
-/// that diagonals alternate and meet in the middles of larger squares.
+/// The two corners of a square that are not on its hypotenuse: those whose sum of coordinates is
+/// odd, so that diagonals alternate and meet in the middles of larger squares.
 fn apexes(x: u32, y: u32, size: u32) -> [(u32, u32); 2] {
     if (x / size + y / size).is_multiple_of(2) {
         [(x + size, y), (x, y + size)]

@@ -34,8 +34,9 @@
 //! [`GroundMesher`] turns any `Surface` into triangles. It follows break-lines, the zero contour of
 //! a [`GroundZones`]' signed distance, with edges of the mesh, so that a class border is where it
 //! is and no two surfaces overlap. The error against a contour of curvature radius r is at most
-//! `fine_cell_m`² / (4 r) (1.6 cm for 0.25 m and 1 m), plus 1 mm. Colours know no such borders:
-//! each triangle says what it takes over from its neighbours, as a [`Blend`](nemoral_scene::Blend).
+//! `fine_cell_m`² / (4 r) (1.6 cm for 0.25 m and 1 m), plus 1 mm. Colours have no such borders: a
+//! [`Blend`](nemoral_scene::Blend) says how each triangle's colour blends into those of its
+//! neighbours.
 //!
 //! All lengths are metres, z is up.
 

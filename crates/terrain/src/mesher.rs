@@ -12,7 +12,7 @@ use nemoral_scene::ParamError;
 /// A break-line this close to a vertex of the lattice goes through the vertex, metres.
 const SNAP_M: f64 = 1e-3;
 
-/// Break-lines are found on the edges of the lattice to this, metres.
+/// The precision with which break-lines are found on the edges of the lattice, metres.
 const ROOT_M: f64 = 1e-4;
 
 /// Texture coordinates repeat after this, metres, so that they stay exact in f32.
@@ -23,11 +23,11 @@ const UV_PERIOD_M: f64 = 1024.0;
 pub struct MeshParams {
     /// Side of a chunk, metres, 1..=1000.
     pub chunk_size_m: f64,
-    /// Cells where nothing asks for smaller ones, metres; a chunk has a whole number of them, so
-    /// they may be a little larger or smaller.
+    /// Cells where no smaller ones are needed, metres; a chunk has a whole number of them, so they
+    /// may be slightly larger or smaller.
     pub cell_m: f64,
     /// The smallest cells, at break-lines and on the border of a chunk, metres; rounded down to
-    /// `cell_m` / 2^k. At most 2048 of them go along a chunk.
+    /// `cell_m` / 2^k. There are at most 2048 of them along a chunk.
     pub fine_cell_m: f64,
     /// Cells are halved where their middle misses the surface by more than this, metres;
     /// `f64::INFINITY` for never.
@@ -48,9 +48,9 @@ impl Default for MeshParams {
 
 /// Makes the ground mesh of any chunk from a [`Surface`] and the break-lines of [`GroundZones`].
 ///
-/// Right triangles on a lattice of global integer indices, halved (newest-vertex bisection) until
-/// the zones and the surface's curvature are content; the border of a chunk is always at the finest
-/// level, so that neighbours need not know each other. Then triangles are cut along the
+/// Right triangles on a lattice of global integer indices are halved (newest-vertex bisection) as
+/// finely as the zones and the surface's curvature require. The border of a chunk is always at the
+/// finest level, so that chunks do not depend on their neighbours. Then triangles are cut along the
 /// break-lines.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundMesher {
@@ -90,7 +90,7 @@ impl GroundMesher {
         )?;
         let cells = (chunk_size_m / cell_m).round() as u32;
         let cell_m = chunk_size_m / f64::from(cells);
-        // A hair of slack, so that 1 m / 0.25 m is two halvings whatever the rounding.
+        // The small margin makes 1 m / 0.25 m two halvings in spite of rounding.
         let levels = libm::log2(cell_m / fine_cell_m * (1.0 - 1e-9))
             .ceil()
             .max(0.0) as u32;
@@ -117,10 +117,10 @@ impl GroundMesher {
     ///
     /// Positions are chunk-local (x and y in 0..=`chunk_size_m`, z above the world's zero), normals
     /// are the surface's, uv are metres: x and y from the chunk's corner, plus the corner's world
-    /// position modulo 1024 m. Triangles are counter-clockwise seen from above. `material` is asked
-    /// for each triangle, with its world centroid and whether it is inside the zone; and for each
-    /// vertex, on both sides if it is on a break-line: where materials meet they blend, within a
-    /// cell, half and half on the line.
+    /// position modulo 1024 m. Triangles are counter-clockwise seen from above. `material` is
+    /// called for each triangle, with its world centroid and whether it is inside the zone, and for
+    /// each vertex, on both sides if it is on a break-line. Where materials meet they blend within
+    /// a cell, half and half on the line.
     ///
     /// Vertices on a border shared by two chunks have the same bits on both sides, if `surface` and
     /// `zones` are pure functions of the world position there.
@@ -145,7 +145,7 @@ impl GroundMesher {
     }
 }
 
-/// What one chunk's mesh is made of.
+/// The mesh of one chunk while it is made.
 struct Work<'a> {
     surface: &'a dyn Surface,
     zones: &'a dyn GroundZones,
@@ -156,7 +156,7 @@ struct Work<'a> {
     uv_origin: DVec2,
     /// Fine cells along the chunk.
     side: u32,
-    /// For each lattice vertex, its place in `samples` and in `mesh`.
+    /// For each lattice vertex, its index in `samples` and in `mesh`.
     slots: Vec<Slot>,
     samples: Vec<SurfaceSample>,
     mesh: Mesh,
@@ -207,7 +207,8 @@ impl<'a> Work<'a> {
         v.y as usize * (self.side as usize + 1) + v.x as usize
     }
 
-    /// Through the global integer index, so that both sides of a border get the same bits.
+    /// The world position, which is computed from the global integer index, so that both sides of a
+    /// border get the same bits.
     fn world_m(&self, v: Vertex) -> DVec2 {
         let x = (self.first[0] + i64::from(v.x)) as f64;
         let y = (self.first[1] + i64::from(v.y)) as f64;
@@ -227,11 +228,11 @@ impl<'a> Work<'a> {
         self.samples[self.slots[index].sample as usize]
     }
 
-    /// Does the square around `centre` ask for being quartered?
+    /// Whether the square around `centre` has to be quartered.
     fn asks(&mut self, centre: Vertex, side: u32) -> bool {
         let side_m = f64::from(side) * self.fine_m;
         let ZoneSample { edge_m, detail_m } = self.zones.sample(self.world_m(centre));
-        // Half the diagonal, and what an edge may be off from a true distance.
+        // The limit is half the diagonal, with a margin for the error of `edge_m`.
         if detail_m < 0.999 * side_m || edge_m.abs() <= 0.78 * side_m {
             return true;
         }
@@ -279,12 +280,12 @@ impl<'a> Work<'a> {
 
 /// Cuts triangles along the break-lines.
 struct Cutter<'a> {
-    /// `edge_m` at lattice vertices, snapped; NaN where not asked yet.
+    /// `edge_m` at lattice vertices, snapped; NaN where it is not known yet.
     edges: Vec<f64>,
     /// Mesh vertices on cut lattice edges, by the lattice indices of their ends.
     cuts: HashMap<(usize, usize), u32>,
-    /// The materials outside and inside at each vertex of the mesh that was asked for; one and the
-    /// same but on a break-line.
+    /// The materials outside and inside at each vertex of the mesh, where they are known; they are
+    /// equal except on a break-line.
     sides: Vec<Option<[MaterialId; 2]>>,
     material: &'a dyn Fn(DVec2, bool) -> MaterialId,
 }
@@ -311,12 +312,12 @@ impl Cutter<'_> {
         let positive = e.iter().filter(|e| **e > 0.0).count();
         let negative = e.iter().filter(|e| **e < 0.0).count();
         if positive == 0 || negative == 0 {
-            // All three on the line is rarer than rare; then the outside is as good as the inside.
+            // It is very rare that all three corners are on the line; then either side will do.
             self.push(work, v, negative > 0);
             return;
         }
-        // Turn the triangle so that its first corner is alone on its side of the line, or, if the
-        // line goes through a corner, so that this is the second one.
+        // The triangle is rotated so that its first corner is alone on its side of the line, or, if
+        // the line goes through a corner, so that this is the second one.
         let lone = |k: usize| {
             let same = |j: usize| e[j] * e[k] > 0.0;
             let [next, last] = [(k + 1) % 3, (k + 2) % 3];
@@ -336,7 +337,7 @@ impl Cutter<'_> {
         }
         let first = self.cut(work, [corners[a], corners[b]], [e[a], e[b]]);
         self.push(work, [v[a], first, last], inside);
-        // The quadrilateral first, b, c, last by its shorter diagonal.
+        // The quadrilateral (first, b, c, last) is divided along its shorter diagonal.
         let length =
             |i: u32, j: u32| work.world[i as usize].distance_squared(work.world[j as usize]);
         if length(first, v[c]) <= length(v[b], last) {
@@ -350,7 +351,7 @@ impl Cutter<'_> {
 
     /// The mesh vertex where the break-line crosses a lattice edge.
     fn cut(&mut self, work: &mut Work<'_>, mut ends: [Vertex; 2], mut e: [f64; 2]) -> u32 {
-        // Always in the direction of rising indices, whichever side asks.
+        // The direction is always that of rising indices, so that both sides agree.
         if work.index(ends[0]) > work.index(ends[1]) {
             ends.reverse();
             e.reverse();
@@ -371,7 +372,7 @@ impl Cutter<'_> {
         vertex
     }
 
-    /// Remembers what lies at a vertex, `edge_m` from the break-line.
+    /// Stores the materials at a vertex that is `edge_m` from the break-line.
     fn look(&mut self, work: &Work<'_>, vertex: u32, edge_m: f64) {
         let index = vertex as usize;
         if self.sides.len() <= index {
@@ -396,11 +397,11 @@ impl Cutter<'_> {
     }
 }
 
-/// What a triangle of `material` takes over from its corners. Where three materials meet it is one
-/// of the other two.
+/// The blend of a triangle of `material` by its corners. Where three materials meet, it blends into
+/// one of the other two.
 fn blend(material: MaterialId, corners: [[MaterialId; 2]; 3]) -> Blend {
     let others = corners.as_flattened().iter().filter(|&&m| m != material);
-    // The lowest: whichever corner comes first.
+    // The lowest is taken, whichever corner comes first.
     let Some(&other) = others.min_by_key(|m| m.0) else {
         return Blend::NONE;
     };

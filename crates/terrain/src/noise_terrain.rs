@@ -9,8 +9,8 @@ use crate::{ParamError, TerrainParams};
 
 const OCTAVE: Domain = Domain::new("terrain.octave");
 
-/// How far the ground swings: the largest value for which heights still cluster around the middle
-/// rather than at the ends of the range is √⅓.
+/// The contrast of heights. The largest value for which they cluster around the middle rather than
+/// at the ends of the range is √⅓.
 const CONTRAST: f64 = 0.55;
 
 /// Octaves of gradient noise, normalised to unit variance, and squashed smoothly into
@@ -29,7 +29,7 @@ pub struct Terrain {
 #[derive(Clone, Copy, Debug)]
 struct Octave {
     seed: u64,
-    /// Octave space from world metres: a turn and a scale.
+    /// The linear map from world metres to octave space: a rotation and a scale.
     linear: DMat2,
     shift: DVec2,
     /// The height in units of the sum's standard deviation.
@@ -76,7 +76,7 @@ impl Surface for Terrain {
         for o in &self.octaves {
             let (value, slope) = gradient_noise(o.seed, o.linear * world_m + o.shift);
             sum += o.amplitude * value;
-            // The transpose takes a gradient back: d/dx f(L x + s) = Lᵀ f'.
+            // The transpose transforms a gradient back: d/dx f(L x + s) = Lᵀ f'.
             gradient +=
                 o.amplitude * DVec2::new(o.linear.x_axis.dot(slope), o.linear.y_axis.dot(slope));
         }

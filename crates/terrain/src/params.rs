@@ -1,4 +1,4 @@
-//! What a user says about a terrain.
+//! The parameters of a terrain.
 
 use nemoral_scene::ParamError;
 
@@ -32,7 +32,7 @@ impl Default for TerrainParams {
 }
 
 impl TerrainParams {
-    /// The finest wavelength that is worth having, metres: no mesh shows less.
+    /// The finest useful wavelength, metres, as no mesh shows finer ones.
     const FINEST_M: f64 = 0.001;
 
     pub(crate) fn check(&self) -> Result<(), ParamError> {

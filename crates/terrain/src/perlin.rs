@@ -15,13 +15,13 @@ const SEED: Domain = Domain::new("terrain.perlin");
 /// Standard deviation of `PerlinSurflet` over the plane, measured.
 const SIGMA: f64 = 0.42;
 
-/// Half the step of the difference quotient that is the gradient, metres.
+/// Half the step of the difference quotient for the gradient, metres.
 const STEP_M: f64 = 0.01;
 
-/// `Fbm<PerlinSurflet>` of the `noise` crate, brought into the same range as [`Terrain`].
+/// `Fbm<PerlinSurflet>` of the `noise` crate, scaled to the same range as [`Terrain`].
 ///
-/// A second opinion with known weaknesses: the lattice repeats after 256 cells, all octaves are 0
-/// at lattice points they share, gradients are central differences over 2 cm, and it is slower.
+/// It has known weaknesses: the lattice repeats after 256 cells, all octaves are 0 at lattice
+/// points that they share, gradients are central differences over 2 cm, and it is slower.
 ///
 /// [`Terrain`]: crate::Terrain
 pub struct PerlinTerrain {

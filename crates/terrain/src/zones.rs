@@ -1,22 +1,22 @@
-//! Where a ground has break-lines.
+//! The break-lines of a ground.
 
 use glam::DVec2;
 
-/// What a ground needs of its mesh at one point.
+/// The requirements on a ground's mesh at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZoneSample {
-    /// Signed distance to the nearest break-line, metres, negative inside the zone;
-    /// `f64::INFINITY` where none is near. It may not change faster than the position does by more
-    /// than a tenth. Zones may lie in zones: what touches must differ in sign, and what is narrower
-    /// than the diagonal of a fine cell may be missed.
+    /// Signed distance to the nearest break-line, metres, negative inside the zone; `f64::INFINITY`
+    /// where none is near. It may not change faster than the position does by more than a tenth.
+    /// Zones may be nested: zones that touch must differ in sign, and zones that are narrower than
+    /// the diagonal of a fine cell may be missed.
     pub edge_m: f64,
-    /// Cells should be this small here, metres; `f64::INFINITY` for no wish.
+    /// The size of cells that is required here, metres; `f64::INFINITY` for any size.
     pub detail_m: f64,
 }
 
 /// A zone of the plane (all trails, a lake, a field) whose border the mesh follows.
 pub trait GroundZones: Send + Sync {
-    /// What is at a world point. A pure function.
+    /// The sample at a world point. It must be a pure function.
     fn sample(&self, world_m: DVec2) -> ZoneSample;
 }
 

@@ -1,4 +1,4 @@
-//! What a ground mesh promises.
+//! The guarantees of a ground mesh.
 
 use std::collections::HashMap;
 
@@ -89,7 +89,8 @@ fn check(m: &Mesh, size: f64) {
         .map(|t| doubled_area(m, t.corners) / 2.0)
         .sum();
     assert!((area - size * size).abs() < 1e-4 * size, "{area}");
-    // No vertex lies twice at one place: sides would pass each other unseen.
+    // No two vertices are at the same place, because gaps between sides would not be found
+    // otherwise.
     let mut places = HashMap::new();
     for p in &m.positions {
         assert!(
@@ -113,7 +114,7 @@ fn check(m: &Mesh, size: f64) {
     );
 }
 
-/// How much of each vertex's colour is the zone's: all triangles around it say the same.
+/// The share of the zone in each vertex's colour, on which all triangles around it agree.
 fn shares_inside(m: &Mesh) -> Vec<f32> {
     assert_eq!(m.blends.len(), m.triangles.len());
     let mut shares = vec![f32::NAN; m.positions.len()];
@@ -133,7 +134,7 @@ fn shares_inside(m: &Mesh) -> Vec<f32> {
     shares
 }
 
-/// The vertices on one border, by the coordinate along it: height, normal, colour, all as bits.
+/// The vertices on one border, by the coordinate along it: height, normal and colour as bits.
 fn border(m: &Mesh, along: impl Fn(Vec3) -> Option<f32>) -> Vec<[u32; 6]> {
     let shares = shares_inside(m);
     let mut out: Vec<_> = (0..m.positions.len())
@@ -204,8 +205,8 @@ proptest! {
     }
 }
 
-/// Every side between the classes lies within 2 cm of the zone's true edge, and no triangle has
-/// its middle on the wrong side by more.
+/// Every side between the classes is within 2 cm of the zone's true edge, and no triangle has its
+/// middle on the wrong side by more.
 fn class_edge<F: Fn(DVec2) -> f64 + Send + Sync>(zone: &Zone<F>, area: f64, radius: f64) {
     let m = mesh(&mesher(50.0), ChunkCoord::new(0, 0), &terrain(), zone);
     let mut owner = HashMap::new();
@@ -230,7 +231,7 @@ fn class_edge<F: Fn(DVec2) -> f64 + Send + Sync>(zone: &Zone<F>, area: f64, radi
         }
     }
     assert!(borders > 20);
-    // Half and half on the line, and nowhere else.
+    // The blend is half and half on the line and nowhere else.
     for (p, share) in m.positions.iter().zip(shares_inside(&m)) {
         let e = (zone.0)(p.truncate().as_dvec2());
         let expected = match share {
@@ -263,7 +264,7 @@ fn class_edge<F: Fn(DVec2) -> f64 + Send + Sync>(zone: &Zone<F>, area: f64, radi
 
 #[test]
 fn an_edge_through_the_lattice_is_followed() {
-    // Exactly on lattice lines, and a micrometre beside them.
+    // Edges exactly on lattice lines, and a micrometre beside them.
     for offset in [0.0, 1e-6, -1e-6, 9e-4, 2e-3] {
         let zone = Zone(move |p: DVec2| (p.x - 25.0 - offset).abs() - 1.5);
         let m = mesh(&mesher(50.0), ChunkCoord::new(0, 0), &terrain(), &zone);

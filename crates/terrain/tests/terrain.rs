@@ -1,4 +1,4 @@
-//! What a terrain promises, whatever its parameters.
+//! The guarantees of a terrain for any parameters.
 
 use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
@@ -77,7 +77,7 @@ proptest! {
         y in -1e4_f64..1e4,
         angle in 0.0_f64..6.3,
     ) {
-        // A nanowavelength away, height and gradient are practically the same.
+        // A billionth of a wavelength away, height and gradient are practically the same.
         let t = Terrain::new(p, Key::world(seed)).expect("valid");
         let step = finest(&p) * 1e-6;
         let a = t.sample(DVec2::new(x, y));
@@ -136,7 +136,7 @@ fn most_of_the_range_is_used_and_there_are_no_plateaus() {
         flat += u32::from(s.gradient.length() < 1e-3);
     }
     assert!(low < 5.0 && high > 45.0, "{low}..{high}");
-    // Where the slope is about 1, so small a one is met by chance only.
+    // Where the slope is about 1, such a small one occurs only by chance.
     assert!(flat < 20, "{flat} flat points of 200000");
 }
 
@@ -157,7 +157,7 @@ fn heights_do_not_repeat_after_256_cells() {
             .count()
     };
     assert!(repeats(&*ours) < 5);
-    // The test can see a period: the permutation table's.
+    // The test detects a period, that of the permutation table.
     assert_eq!(repeats(&*noise), 1000);
 }
 

@@ -15,7 +15,7 @@ use nemoral_trails::{DressingKind, TrailParams, TrailSurfaceKind, TrailZone, Tra
 
 const SIZE_M: f64 = 50.0;
 
-/// Rolling hills of a few sines: enough for a map.
+/// Rolling hills of a few sines, which are enough for a map.
 struct Hills;
 
 impl Surface for Hills {

@@ -1,11 +1,11 @@
-//! A bounded memory of pure functions.
+//! A bounded cache of pure functions.
 
 use std::collections::{HashMap, VecDeque};
 use std::hash::Hash;
 use std::sync::{Mutex, PoisonError};
 
-/// Remembers the last `capacity` values that were made. Values must be pure functions of their
-/// keys: what is remembered, and what two threads make twice, cannot change a result.
+/// Keeps the last `capacity` values that were made. Values must be pure functions of their keys, so
+/// that neither evictions nor two threads that make the same value can change a result.
 pub(crate) struct Cache<K, V> {
     capacity: usize,
     state: Mutex<State<K, V>>,
@@ -30,7 +30,8 @@ impl<K: Copy + Eq + Hash, V: Clone> Cache<K, V> {
     }
 
     pub(crate) fn get_or_make(&self, key: K, make: impl FnOnce() -> V) -> V {
-        // A panic while the lock is held leaves the state whole: nothing of ours runs inside.
+        // A panic while the lock is held leaves the state consistent, as no code of values runs
+        // inside.
         let lock = || self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(value) = lock().values.get(&key) {
             return value.clone();

@@ -10,10 +10,10 @@ pub(crate) struct Cubic {
 }
 
 impl Cubic {
-    /// The gentle cubic between two points with given unit directions.
+    /// A smooth cubic between two points with given unit directions.
     ///
-    /// Its handles are those with which a cubic is closest to a circular arc, for the mean of the
-    /// angles between directions and chord: 2 / (3 (1 + cos α)) of the chord.
+    /// Its handles are 2 / (3 (1 + cos α)) of the chord, with which a cubic is closest to a
+    /// circular arc, where α is the mean of the angles between directions and chord.
     pub(crate) fn between(ends: [DVec2; 2], directions: [DVec2; 2], max_handle_m: f64) -> Self {
         let chord = ends[1] - ends[0];
         let length = chord.length();
@@ -31,7 +31,8 @@ impl Cubic {
     pub(crate) fn at(&self, t: f64) -> [DVec2; 3] {
         let [p, q] = self.ends;
         let [m, n] = self.slopes;
-        // p + t m + t² c + t³ d; differences first, so that far worlds lose nothing.
+        // p + t m + t² c + t³ d. Differences are computed first, so that nothing is lost far from
+        // the origin.
         let chord = q - p;
         let c = 3.0 * chord - 2.0 * m - n;
         let d = m + n - 2.0 * chord;
@@ -71,7 +72,8 @@ impl Cubic {
     }
 
     /// The parameter of the point nearest to `p`, if it is in 0..=1 and `p` is not beyond the
-    /// centre of curvature; Newton from the ends' projections, exact to rounding.
+    /// centre of curvature; found by Newton's method from the projections of the ends, exact to
+    /// rounding.
     #[inline]
     pub(crate) fn nearest(&self, p: DVec2) -> f64 {
         let chord = self.ends[1] - self.ends[0];
@@ -89,7 +91,8 @@ impl Cubic {
     }
 }
 
-/// Half the second derivative of the squared distance from `away` off the curve, kept positive.
+/// Half the second derivative of the squared distance from a point that is `away` from the curve,
+/// kept positive.
 #[inline]
 pub(crate) fn stiffness(away: DVec2, d1: DVec2, d2: DVec2) -> f64 {
     let speed = d1.length_squared();
@@ -132,7 +135,7 @@ mod tests {
             let best = (0..=4000)
                 .map(|i| c.at(f64::from(i) / 4000.0)[0].distance(p))
                 .fold(f64::INFINITY, f64::min);
-            // The samples are 1 cm apart: a point on the curve may lie between two.
+            // The samples are 1 cm apart, so a point on the curve may lie between two.
             prop_assert!(found <= best + 1e-9 && found > best - 6e-3, "{} {}", found, best);
         }
     }

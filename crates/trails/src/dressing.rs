@@ -1,20 +1,19 @@
-//! What grows and lies on trails and at their edges.
+//! Grass and stones on trails and at their edges.
 
 use glam::DVec2;
 
-/// What stands on a trail or at its edge.
+/// The kinds of dressing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum DressingKind {
-    /// A tuft of grass, or what else can bear to be trodden on.
+    /// A tuft of grass or of another plant that tolerates being trodden on.
     Grass,
     /// A stone.
     Stone,
-    /// A tuft of grass just beside the surface, where light and water are, whose blades hang over
-    /// the edge.
+    /// A tuft of grass just beside the surface, whose blades hang over the edge.
     Verge,
 }
 
-/// A thing that belongs to a trail.
+/// A tuft or stone that belongs to a trail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrailDressing {
     /// World position, metres.

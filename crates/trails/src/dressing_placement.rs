@@ -12,14 +12,14 @@ const STONES: Domain = Domain::new("trails.stones");
 const GRASS: Domain = Domain::new("trails.grass");
 const VERGE: Domain = Domain::new("trails.verge");
 
-/// How far from an edge the grass of the verge stands, metres.
+/// The greatest distance of the verge's grass from the edge, metres.
 const VERGE_M: f64 = 0.5;
 
-/// The verge is overgrown here and bare there, metres from one to the other.
+/// The wavelength at which verges alternate between overgrown and bare, metres.
 const VERGE_WAVE_M: f64 = 4.0;
 
-/// The stones of a trail: a uniform number up to the most, anywhere on the surface, but wheels
-/// have pushed most of them out of the ruts.
+/// The stones of a trail: a uniform number up to the greatest, anywhere on the surface, but mostly
+/// outside of the ruts.
 pub(crate) fn stones(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<TrailDressing> {
     let key = key.domain(STONES).chunk(path.id().birth);
     let count = key.rng().between(0, params.rocks_max_per_trail);
@@ -46,8 +46,8 @@ pub(crate) fn stones(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<Tr
     (0..count).map(stone).collect()
 }
 
-/// The grass that a trail would have in a chunk, from each time it goes through: half of the most
-/// to the most, denser in the middle, none in the ruts.
+/// The grass that a trail would have in a chunk, for each passage through it: from half of the
+/// greatest number to all of it, denser in the middle, none in the ruts.
 pub(crate) fn grass(
     params: &TrailParams,
     key: Key,
@@ -80,7 +80,8 @@ pub(crate) fn grass(
     }
 }
 
-/// The grass of a trail's verges along its way through a chunk, thick at the edge and in places.
+/// The grass of a trail's verges along its passage through a chunk, dense at the edge, and growing
+/// in patches.
 pub(crate) fn verges(
     params: &TrailParams,
     key: Key,

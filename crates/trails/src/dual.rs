@@ -1,10 +1,10 @@
-//! Numbers that know their gradient.
+//! Numbers with their gradients.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::DVec2;
 
-/// A value and its gradient by the point it was taken at (forward-mode differentiation).
+/// A value and its gradient with respect to position (forward-mode differentiation).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Dual {
     pub(crate) value: f64,

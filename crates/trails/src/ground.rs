@@ -17,7 +17,7 @@ use crate::{TrailParams, TrailPath, TrailSurfaceKind};
 /// Inner corners between the edges of two trails that meet have this radius, metres.
 const FILLET_M: f64 = 1.5;
 
-/// The shape of the surface lives on beyond the edge for this far, fading, metres.
+/// The distance beyond the edge over which the shape of the surface fades, metres.
 const SHOULDER_M: f64 = 1.5;
 
 /// Slopes start with a round foot of about this size, metres.
@@ -26,10 +26,10 @@ const FOOT_M: f64 = 0.3;
 /// The corner between a slope and the untouched ground is rounded by this, metres of height.
 const ROUND_M: f64 = 0.2;
 
-/// Beyond this distance from its edge a trail leaves the ground alone, metres.
+/// Beyond this distance from its edge a trail does not change the ground, metres.
 const REACH_M: f64 = 12.0;
 
-/// A slope that changed the ground by less than this is no slope, metres.
+/// The least change of the ground that counts as a slope, metres.
 const TOUCH_M: f64 = 0.02;
 
 /// The ground near a chunk with its trails carved in.
@@ -39,17 +39,17 @@ const TOUCH_M: f64 = 0.02;
 ///
 /// z = min(max(t, f + p − F(d)), f + p + C(d)), with rounded corners,
 ///
-/// where F and C rise as 1 to the fill and the cut ratio, and beyond all bounds towards 12 m, so
-/// that a trail's influence ends there whatever the ground. Where trails meet, f is the mean of
-/// their formations weighted smoothly by distance, and their outlines join with rounded inner
-/// corners, so there are no steps. Every value depends on the world position and on what is within
-/// reach alone, so that grounds made for neighbouring chunks agree to the bit.
+/// where F and C rise with the fill and the cut ratio, and without bounds towards 12 m, so that a
+/// trail's influence ends there on any ground. Where trails meet, f is the mean of their formations
+/// weighted smoothly by distance, and their outlines join with rounded inner corners, so there are
+/// no steps. Every value depends only on the world position and on the trails within reach, so that
+/// grounds made for neighbouring chunks agree to the bit.
 pub struct TrailGround {
     params: Arc<TrailParams>,
     base: Arc<dyn Surface>,
     paths: Vec<Arc<TrailPath>>,
     index: Index,
-    /// Of the knots that are close: where trails are dense, a few of many.
+    /// An index of the knots that are close, which are few of many where trails are dense.
     close: Index,
 }
 
@@ -68,14 +68,15 @@ struct Strand<'a> {
     edge: Dual,
 }
 
-/// A knot nearer than this may be of a trail that shapes the ground here.
+/// The distance within which a knot may belong to a trail that shapes the ground here.
 fn close_m(params: &TrailParams) -> f64 {
     0.5 * params.width_m + SHOULDER_M.max(FILLET_M) + 0.5
 }
 
-/// How far from a chunk trails must be known to carve its ground.
+/// The distance from a chunk within which trails must be known to carve its ground.
 pub(crate) fn reach_m(params: &TrailParams) -> f64 {
-    // A knot for every metre: the nearest one is less than a metre farther than the trail.
+    // There is a knot at every metre, so the nearest one is less than a metre farther than the
+    // trail.
     REACH_M + 0.5 * params.width_m + 1.0
 }
 
@@ -109,7 +110,7 @@ impl TrailGround {
         }
     }
 
-    /// Which part of a trail is here; by the nearest one where trails meet.
+    /// The part of a trail at this position; where trails meet, that of the nearest one.
     #[must_use]
     pub fn zone(&self, world_m: DVec2) -> TrailZone {
         self.beside(world_m, self.part(world_m).map(|p| p.zone))
@@ -117,8 +118,8 @@ impl TrailGround {
 
     /// Signed distance to the nearest border between parts of trails, slopes counting as untouched
     /// ground, metres: negative on surface and strip, positive in ruts and off the trails,
-    /// `f64::INFINITY` farther than 12 m from all. So parts that touch differ in sign, and a mesh
-    /// cut where it is 0 follows every border.
+    /// `f64::INFINITY` farther than 12 m from all. Parts that touch differ in sign, so a mesh that
+    /// is cut along its zeros follows every border.
     #[must_use]
     pub fn border_m(&self, world_m: DVec2) -> f64 {
         match self.part(world_m) {
@@ -128,8 +129,8 @@ impl TrailGround {
         }
     }
 
-    /// [`zone`](Self::zone) for a piece of a mesh cut along the borders: the nearest part on its
-    /// side of them, whatever rounding says of its middle.
+    /// [`zone`](Self::zone) for a piece of a mesh that is cut along the borders: the nearest part
+    /// on its side of them, whatever the rounding of its middle.
     #[must_use]
     pub fn zone_on_side(&self, world_m: DVec2, negative: bool) -> TrailZone {
         let zone = self.part(world_m).map(|p| {
@@ -155,7 +156,7 @@ impl TrailGround {
         })
     }
 
-    /// Tells slopes from untouched ground where no trail's surface is.
+    /// Distinguishes slopes from untouched ground beside the surfaces of trails.
     fn beside(&self, world_m: DVec2, zone: Option<TrailZone>) -> TrailZone {
         match zone {
             Some(TrailZone::Off) => {
@@ -189,7 +190,8 @@ impl TrailGround {
         Some(strand.foot.distance.copysign(side))
     }
 
-    /// The nearest points of all stretches of trails that are close, or of the nearest one.
+    /// The nearest points of all stretches of trails that are close, or that of the nearest
+    /// stretch.
     fn strands(&self, p: DVec2) -> Vec<Strand<'_>> {
         let mut strands = Vec::new();
         let close = close_m(&self.params);
@@ -278,7 +280,7 @@ impl TrailGround {
                     total = total + weight;
                     sum = sum + weight * self.params.profile(&strand.foot);
                 }
-                // Where none is close there is nothing to divide.
+                // Where no trail is close, the divisor would be 0.
                 let inverse = 1.0 / total.value.max(f64::MIN_POSITIVE);
                 sum * total.chain((inverse, -inverse * inverse))
             }
@@ -302,7 +304,7 @@ impl TrailGround {
             rise.scale(1.0 / self.params.section.cut_ratio),
             rise.scale(1.0 / self.params.section.fill_ratio),
         );
-        // Never so round that the two corners meet.
+        // The rounding is limited, so that the two corners do not meet.
         let gap = cut + fill;
         let whole = gap.value + 2.0 * ROUND_M;
         let k = gap.chain((
@@ -372,8 +374,8 @@ fn union(strands: &[Strand<'_>]) -> Option<Dual> {
     Some(Dual::new(FILLET_M - root, gradient / root))
 }
 
-/// How far slopes of 1:1 have come at a distance from the edge: a round foot, then a straight
-/// slope, then steeper and steeper without bounds towards the reach. Value and derivative.
+/// The height of a slope of 1:1 at a distance from the edge, and its derivative: a round foot, then
+/// a straight slope, then steeper and steeper without bounds towards the reach.
 fn slope(d: f64) -> (f64, f64) {
     let foot = d * d / (d + FOOT_M);
     let d_foot = (d * d + 2.0 * d * FOOT_M) / ((d + FOOT_M) * (d + FOOT_M));

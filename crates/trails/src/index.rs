@@ -1,4 +1,4 @@
-//! Which knots are near a point.
+//! The search for knots near a point.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ const CELL_M: f64 = 4.0;
 /// A run of knots of one path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
-    /// Its place in the list of paths.
+    /// Its index in the list of paths.
     pub(crate) path: u32,
     pub(crate) first: u32,
     pub(crate) end: u32,
@@ -29,7 +29,7 @@ pub(crate) struct Index {
 }
 
 impl Index {
-    /// Looks only at the transits through chunks that are `near`.
+    /// Makes the index from the transits through chunks that are `near`.
     pub(crate) fn new(
         paths: &[Arc<TrailPath>],
         low: DVec2,
@@ -40,7 +40,7 @@ impl Index {
         let size = ((high - low) / CELL_M).ceil().max(DVec2::ONE);
         let (columns, rows) = (size.x as usize, size.y as usize);
         let mut cells = vec![Vec::<Stretch>::new(); columns * rows];
-        // Rounding must not lose a knot.
+        // The margin keeps rounding from losing a knot.
         let reach = reach_m + 1e-3;
         for (path, trail) in (0_u32..).zip(paths) {
             for (_, _, knots) in trail.transits().filter(|t| near(t.1)) {

@@ -1,4 +1,4 @@
-//! Where exactly a trail crosses the borders of its chunks.
+//! The exact points at which a trail crosses the borders of its chunks.
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
@@ -10,10 +10,10 @@ use crate::route::Step;
 const CROSSING: Domain = Domain::new("trails.crossing");
 const END: Domain = Domain::new("trails.end");
 
-/// Places on a border from which a trail takes the one with the least climb.
+/// The number of places on a border, of which a trail takes the one with the least climb.
 const CANDIDATES: usize = 4;
 
-/// Most a trail leans from the border's normal where it crosses, radians.
+/// The greatest angle of a trail to the border's normal where it crosses, radians.
 const LEAN_RAD: f64 = 0.5;
 
 /// The identity of a trail: the chunk that it starts in. At most one trail starts in a chunk.
@@ -28,7 +28,7 @@ pub struct TrailId {
 pub(crate) struct Layout {
     chunk_size_m: f64,
     steps: Vec<Step>,
-    /// One more than steps; `nodes[i]` is where `steps[i]` begins.
+    /// The crossings, one more than there are steps; `nodes[i]` is where `steps[i]` begins.
     nodes: Vec<Node>,
 }
 
@@ -52,7 +52,7 @@ impl Layout {
             let offset = step.exit.vector() * (0.25 * side) + jitter;
             step.chunk.centre_m(chunk_size_m) + offset * chunk_size_m
         };
-        // A trail ends a quarter of a chunk past the middle of the last one, going on straight.
+        // A trail ends a quarter of a chunk past the middle of the last one, straight on.
         let entered = Step {
             exit: steps[last.saturating_sub(1)].exit,
             ..steps[last]
@@ -82,7 +82,8 @@ impl Layout {
             let chord = points[b] - points[a];
             let inner = 0 < i && i < points.len() - 1;
             let direction = if inner {
-                // The border's normal, turned towards the way of the neighbours, plus a little.
+                // The border's normal, turned towards the direction between the neighbouring nodes,
+                // with a small random angle.
                 let normal = steps[i - 1].exit.vector();
                 let mut rng = border_key(key.domain(CROSSING).chunk(birth), &steps[i - 1])
                     .item(i as u64 - 1)

@@ -18,18 +18,19 @@
 //! ```
 //!
 //! # The model
-//! Nunes, Ferreira and Peixoto (section IV-C) start trails in chunks with a probability, lead them
-//! on to the opposite border with another, lay a strip of a given width and section over the
-//! ground, and grow grass along its middle and small rocks on it. (Grass on the verges is ours.)
-//! They name the carving of the ground as what is missing. Here:
-//! - A trail is born in a chunk and walks on for up to 40 chunks. A chunk finds its trails by
-//!   asking every chunk within that reach whether a trail is born there and comes by; so no order
-//!   of visits matters.
+//! Nunes, Ferreira and Peixoto (section IV-C) start trails in chunks with a probability, continue
+//! them to the opposite border with another, lay a strip of a given width and section over the
+//! ground, and place grass along its middle and small rocks on it. (Grass on the verges is our
+//! addition.) They name the carving of the ground as future work. In this crate:
+//! - A trail is born in a chunk and goes on for up to 40 chunks. A chunk finds its trails by
+//!   testing every chunk within that reach for a trail that is born there and passes by, so the
+//!   order of visits does not matter.
 //! - Trails cross borders at keyed places and directions, and run along cubic curves between.
-//! - [`TrailGround`] carves them: formation by low-passing and grade-limiting the ground along the
-//!   trail, cut and fill slopes of given ratios, crossfall, crown, wheel ruts, a ridge between.
+//! - [`TrailGround`] carves them: the formation is the ground along the trail, smoothed and limited
+//!   in grade; there are cut and fill slopes of given ratios, crossfall, crown, wheel ruts, and a
+//!   ridge between these.
 //! - A trail's material varies from trail to trail and along each ([`TrailSurfaceKind`]): the
-//!   paper's segmentation failed on trails that looked other than its one texture.
+//!   paper's segmentation failed on trails that looked different from its one texture.
 //!
 //! All lengths are metres; offsets are positive to the left of a trail's direction.
 

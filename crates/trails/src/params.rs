@@ -14,7 +14,7 @@ pub struct TrailParams {
     /// times three quarters of `max_length_chunks` trails.
     pub spawn_probability: f64,
     /// Probability that a trail leaves a chunk by the border opposite to the one it came in by,
-    /// 0..=1; else it turns left or right, with equal chances.
+    /// 0..=1; otherwise it turns left or right with equal probability.
     pub forward_probability: f64,
     /// The most chunks a trail goes through, 1..=64; lengths are uniform from half of it.
     pub max_length_chunks: u32,
@@ -25,7 +25,7 @@ pub struct TrailParams {
     /// How far from a trail's middle its grass grows, metres, 0..=10.
     pub grass_spread_m: f64,
     /// Tufts of grass that a metre of each edge has room for, 0..=20; 0 for bare verges. About half
-    /// of them grow, in places.
+    /// of them grow, in patches.
     pub verge_tufts_per_m: f64,
     /// The most stones on one trail, over its whole length; 0 for none.
     pub rocks_max_per_trail: u32,
@@ -54,8 +54,8 @@ pub struct Section {
     pub crown: f64,
     /// Wheel ruts; trails narrower than 2 m never have them.
     pub ruts: Option<Ruts>,
-    /// The user's own curve, added to the rest: (offset, height) in metres, by rising offset;
-    /// linear between, constant beyond. Empty for none.
+    /// The user's own curve, which is added: (offset, height) in metres, by rising offset,
+    /// interpolated linearly and constant beyond the ends. Empty for none.
     pub curve: Vec<DVec2>,
 }
 
@@ -105,7 +105,7 @@ impl Default for Section {
 }
 
 impl Default for Ruts {
-    /// A car's: 5 cm deep, 1.6 m apart.
+    /// The ruts of a car: 5 cm deep, 1.6 m apart.
     fn default() -> Self {
         Self {
             depth_m: 0.05,

@@ -14,7 +14,7 @@ use crate::{TrailParams, TrailSurfaceKind};
 const RUTS: Domain = Domain::new("trails.ruts");
 const KINDS: Domain = Domain::new("trails.kinds");
 
-/// Distance between knots, metres, about.
+/// Approximate distance between knots, metres.
 const STEP_M: f64 = 1.0;
 
 /// Trails narrow and fade over this length at both ends, metres.
@@ -26,7 +26,7 @@ const END_WIDTH: f64 = 0.3;
 /// Standard deviation of the last smoothing of heights and of depths, metres.
 const ROUNDING_M: f64 = 3.0;
 
-/// The run of one trail: a smooth curve by arc length, with what varies along it.
+/// The run of one trail: a smooth curve by arc length, with the properties that vary along it.
 ///
 /// Its tangent is continuous everywhere. Arc lengths are within 0.1 % of true ones.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ pub struct TrailPath {
     stones: Vec<TrailDressing>,
 }
 
-/// A place on a trail, and what the trail is like there.
+/// A point of a trail, with the trail's properties there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Knot {
     pub(crate) position: DVec2,
@@ -53,7 +53,7 @@ pub(crate) struct Knot {
     pub(crate) lane: Lane,
 }
 
-/// What is interpolated linearly between knots.
+/// Properties that are interpolated linearly between knots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane {
     /// Half the width, metres.
@@ -168,8 +168,8 @@ impl TrailPath {
         }
     }
 
-    /// The same trail where it is on the map alone: all heights are 0, and nothing lies on it. A
-    /// small part of the work.
+    /// The same trail on the map only: all heights are 0, and it has no stones. That takes a small
+    /// part of the work.
     pub(crate) fn outline(params: &TrailParams, layout: &Layout) -> Self {
         let (points, transits) = layout.points(STEP_M);
         let length = points[points.len() - 1].2;
@@ -195,7 +195,7 @@ impl TrailPath {
         }
     }
 
-    /// Which trail it is.
+    /// The identity of the trail.
     #[must_use]
     pub fn id(&self) -> TrailId {
         self.id
@@ -244,12 +244,12 @@ impl TrailPath {
         self.kinds.at(s_m)
     }
 
-    /// The chunks the trail goes through, in order; a chunk is there as often as it is entered.
+    /// The chunks that the trail goes through, in order; a chunk occurs as often as it is entered.
     pub fn chunks(&self) -> impl Iterator<Item = ChunkCoord> + '_ {
         self.transits.iter().map(|t| t.0)
     }
 
-    /// Gives the trail the stones that lie on it.
+    /// Adds the stones that lie on the trail.
     pub(crate) fn with_stones(mut self, stones: Vec<TrailDressing>) -> Self {
         self.stones = stones;
         self
@@ -263,8 +263,8 @@ impl TrailPath {
         &self.knots
     }
 
-    /// Each transit's number, chunk and range of knots; the border knot between two is the later
-    /// one's, the very last knot the last one's.
+    /// Each transit's number, chunk and range of knots. The knot on the border between two transits
+    /// belongs to the later one, the very last knot to the last one.
     pub(crate) fn transits(
         &self,
     ) -> impl Iterator<Item = (usize, ChunkCoord, std::ops::Range<usize>)> + '_ {
@@ -275,7 +275,7 @@ impl TrailPath {
         })
     }
 
-    /// The foot of a point, from the knot nearest to it in some stretch of the trail.
+    /// The foot of a point, given the nearest knot in some stretch of the trail.
     pub(crate) fn foot(&self, p: DVec2, nearest_knot: usize) -> Foot {
         let knot = &self.knots[nearest_knot];
         let ahead = (p - knot.position).dot(knot.tangent) > 0.0;
@@ -347,7 +347,7 @@ impl TrailPath {
     }
 }
 
-/// How far a trail of this length has come to its full width and depth, 0..1.
+/// The share of its full width and depth that a trail of this length has at an arc length, 0..1.
 fn fade(s_m: f64, length_m: f64) -> f64 {
     let taper = TAPER_M.min(length_m / 3.0);
     smoothstep(s_m.min(length_m - s_m) / taper)

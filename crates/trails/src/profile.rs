@@ -1,9 +1,9 @@
-//! Numbers along a trail: smoothing, grade limit, keyed variation.
+//! Sequences along a trail: smoothing, grade limit, keyed variation.
 
 use nemoral_seed::{Draw, Key};
 
-/// Low-pass by a Gaussian of `sigma` samples. The sequence goes on beyond its ends by point
-/// reflection, so that ends and constant slopes are kept.
+/// Low-pass by a Gaussian of `sigma` samples. The sequence is continued beyond its ends by point
+/// reflection, so that ends and constant slopes do not change.
 pub(crate) fn smooth(values: &[f64], sigma: f64) -> Vec<f64> {
     let radius = (3.0 * sigma).ceil() as i64;
     let kernel: Vec<f64> = (0..=radius)

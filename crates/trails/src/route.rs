@@ -1,4 +1,4 @@
-//! Which chunks a trail goes through.
+//! The chunks that a trail goes through.
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
@@ -32,7 +32,7 @@ impl Heading {
     }
 }
 
-/// A chunk on a trail's way.
+/// A chunk on the route of a trail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Step {
     pub(crate) chunk: ChunkCoord,
@@ -59,7 +59,7 @@ impl Router {
         }
     }
 
-    /// The way of the trail born in a chunk, if one is.
+    /// The route of the trail that is born in a chunk, if there is one.
     ///
     /// The first chunk is left in a uniform direction, every further one by the opposite border
     /// with the forward probability, else by the left or the right one. The number of chunks is
@@ -107,7 +107,7 @@ pub(crate) struct Walk {
 
 impl Walk {
     fn meets(mut self, chunk: ChunkCoord) -> bool {
-        // A step covers one chunk of the way that is left at most.
+        // A step covers at most one chunk of the remaining distance.
         let far = |s: &Step| s.chunk.x.abs_diff(chunk.x) + s.chunk.y.abs_diff(chunk.y);
         while far(&self.next) < self.left {
             match self.next() {

@@ -10,14 +10,14 @@ use crate::{Ruts, Section, TrailParams};
 /// Trails narrower than this have no wheel ruts, metres.
 const RUT_WIDTH_M: f64 = 2.0;
 
-/// The depth of the ruts is this much below, and of the ridge between them above, the rest.
+/// The share of the ruts' depth by which the ridge between them is higher than the rest.
 const RIDGE: f64 = 0.25;
 
-/// Half the width of a rut where it is a rut, in standard deviations.
+/// Half of the width that counts as a rut, in standard deviations.
 const RUT_EDGE: f64 = 1.25;
 
-/// Ruts, the strip and what is left at the edges are at least this wide where they are told apart:
-/// the diagonal of a fine cell of the ground's mesh, which could step over less.
+/// The least width of ruts, strip and edges that are told apart: the diagonal of a fine cell of the
+/// ground's mesh, which might miss narrower parts.
 const BAND_M: f64 = 0.36;
 
 impl TrailParams {
@@ -64,7 +64,7 @@ impl TrailParams {
         height + s.chain(polyline(&self.section.curve, s.value))
     }
 
-    /// Where a point on a trail is across it, by its foot and its signed distance to the edge.
+    /// The part of a trail that a point is on, by its foot and its signed distance to the edge.
     pub(crate) fn part(&self, foot: &Foot, edge_m: f64) -> Part {
         let edge = Part {
             zone: TrailZone::Surface,
@@ -77,7 +77,7 @@ impl TrailParams {
         let offset = (foot.away.dot(foot.left) - foot.lane.wander).abs();
         let half = (RUT_EDGE * ruts.sigma_m).max(0.5 * BAND_M);
         let inner = 0.5 * ruts.gauge_m - half;
-        // Distances out of the ruts, to the edge's side and to the middle's.
+        // Distances from the ruts, towards the edge and towards the middle.
         let out = (offset - inner - 2.0 * half).max(edge_m + BAND_M);
         let within = if inner < 0.5 * BAND_M {
             f64::NEG_INFINITY
@@ -116,13 +116,13 @@ pub(crate) struct Part {
     pub(crate) zone: TrailZone,
     /// Distance to the nearest border of the part, metres.
     pub(crate) border_m: f64,
-    /// What is on the other side of it.
+    /// The part on the other side of that border.
     pub(crate) beyond: TrailZone,
 }
 
 impl Section {
-    /// Rise per metre to the left for a ground that rises this much to the left: downhill, and in
-    /// full from 10 % on.
+    /// Rise per metre to the left on a ground with this slope to the left; it falls downhill, fully
+    /// from slopes of 10 % on.
     pub(crate) fn tilt(&self, side_slope: f64) -> f64 {
         self.crossfall * (side_slope / 0.1).clamp(-1.0, 1.0)
     }

@@ -1,4 +1,4 @@
-//! The surfaces along a trail: which kind where, and how deep ruts get in it.
+//! The kinds of surface along a trail, and the depth of ruts in them.
 
 use nemoral_seed::{Draw, Key};
 
@@ -12,8 +12,8 @@ pub(crate) struct SurfaceKinds {
 }
 
 impl SurfaceKinds {
-    /// A trail has a kind of its own, with stretches of others: two thirds of the stretches of 60
-    /// to 180 m are of its own.
+    /// Draws the kinds of a trail: a main kind, which two thirds of the stretches of 60 to 180 m
+    /// have, and others.
     pub(crate) fn draw(params: &TrailParams, key: Key, length_m: f64) -> Self {
         if let Some(kind) = params.surface {
             return Self {

@@ -18,8 +18,8 @@ const TRAILS: Domain = Domain::new("trails");
 
 /// The trails of an endless world, found from any chunk.
 ///
-/// A pure function of its parameters, key and ground: what was asked before, from which thread, and
-/// what its bounded memory has forgotten, cannot change an answer.
+/// A value is a pure function of its parameters, key and ground: neither earlier calls, nor
+/// threads, nor evictions from its bounded cache can change a result.
 pub struct Trails {
     params: Arc<TrailParams>,
     chunk_size_m: f64,
@@ -30,7 +30,7 @@ pub struct Trails {
     paths: Cache<ChunkCoord, Arc<TrailPath>>,
 }
 
-/// Where the edges of trails are near a chunk.
+/// The edges of trails near a chunk.
 #[derive(Debug)]
 pub struct TrailEdges(TrailGround);
 
@@ -66,7 +66,7 @@ impl Trails {
         Self::with_memory(params, chunk_size_m, key, base, [16_384, 160])
     }
 
-    /// Trails whose caches hold so many chunks' births and so many paths.
+    /// Trails whose caches hold this number of chunks' births and of paths.
     fn with_memory(
         params: TrailParams,
         chunk_size_m: f64,
@@ -87,7 +87,7 @@ impl Trails {
         })
     }
 
-    /// What these trails were made with.
+    /// The parameters of these trails.
     #[must_use]
     pub fn params(&self) -> &TrailParams {
         &self.params
@@ -109,14 +109,14 @@ impl Trails {
         self.near(coord, margin_m, |birth| self.path(birth))
     }
 
-    /// Does any trail touch a chunk?
+    /// Whether any trail touches a chunk.
     #[must_use]
     pub fn is_crossed(&self, coord: ChunkCoord) -> bool {
         !self.births_through(coord).is_empty()
     }
 
-    /// Where the edges of trails are, for points at most `margin_m` from a chunk: as
-    /// [`ground_near`](Self::ground_near) says, without the work that heights take.
+    /// The edges of trails, for points at most `margin_m` from a chunk: as in
+    /// [`ground_near`](Self::ground_near), but without computing heights.
     #[must_use]
     pub fn edges_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailEdges {
         let outline = |birth| {
@@ -126,7 +126,7 @@ impl Trails {
         TrailEdges(self.near(coord, margin_m, outline))
     }
 
-    /// The ground near a chunk, of paths that `path` makes.
+    /// The ground near a chunk, with paths that `path` makes.
     fn near(
         &self,
         coord: ChunkCoord,
@@ -135,7 +135,7 @@ impl Trails {
     ) -> TrailGround {
         let margin_m = margin_m.max(0.0);
         let size = self.chunk_size_m;
-        // A hair more: vertices on the border are computed in other ways.
+        // Slightly more, as vertices on the border may be computed with other rounding.
         let low = coord.origin_m(size) - DVec2::splat(margin_m + 1e-3);
         let high = low + DVec2::splat(size + 2.0 * (margin_m + 1e-3));
         let reach = (margin_m + reach_m(&self.params) + 1.0) / size;
@@ -160,7 +160,7 @@ impl Trails {
     }
 
     /// The trail nearest to a point within `radius_m` of it, and the arc length of the closest
-    /// point of its middle. All chunks within the radius are looked at.
+    /// point of its middle. All chunks within the radius are searched.
     #[must_use]
     pub fn nearest(&self, world_m: DVec2, radius_m: f64) -> Option<(Arc<TrailPath>, f64)> {
         let mut best = (radius_m, None);
@@ -203,7 +203,7 @@ impl Trails {
                 }
             }
         }
-        // The keyed priority decides who stays.
+        // The keyed priority decides which tufts stay.
         let most = self.params.grass_max_per_chunk as usize;
         tufts.sort_by_key(|t| t.0);
         tufts.truncate(most);
@@ -220,7 +220,7 @@ impl Trails {
     fn add_verges(&self, coord: ChunkCoord, dressing: &mut Vec<TrailDressing>) {
         let size = self.chunk_size_m;
         let others = dressing.len();
-        // A trail just beyond the border has a verge here.
+        // A trail just beyond the border may have a verge here.
         for x in -1..=1 {
             for y in -1..=1 {
                 let chunk = coord.offset(x, y);

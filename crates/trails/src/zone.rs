@@ -1,6 +1,6 @@
 //! The parts of a trail that a point can be on.
 
-/// Which part of a trail a point is on.
+/// The part of a trail that a point is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum TrailZone {
     /// Ground that no trail has touched.

@@ -1,4 +1,4 @@
-//! What trails do to the ground.
+//! The carving of the ground by trails.
 
 mod common;
 
@@ -21,7 +21,7 @@ fn params(section: Section) -> TrailParams {
     }
 }
 
-/// Places well inside the trails around the origin that are far from other trails and from ends.
+/// A place well inside of a trail, far from other trails and from ends.
 struct Place {
     ground: Arc<TrailGround>,
     path: Arc<TrailPath>,
@@ -41,7 +41,7 @@ fn lonely_places(trails: &Trails, clearance_m: f64) -> Vec<Place> {
                 let at = path.position_m(s);
                 let left = path.tangent(s).perp();
                 let alone = |side: f64| {
-                    // Nothing comes closer to a point beside the trail than the trail does.
+                    // No other trail comes closer to a point beside the trail.
                     let p = at + left * (side * clearance_m / 2.0);
                     let (near, t) = trails.nearest(p, clearance_m).expect("the trail itself");
                     near.id() == path.id() && (t - s).abs() < 3.0
@@ -86,7 +86,7 @@ proptest! {
         let corner = there.origin_m(SIZE_M);
         let along = if east { DVec2::Y } else { DVec2::X };
         for i in 0..=600 {
-            // On the border, and a little to both sides, where both are valid.
+            // Points on the border and slightly to both sides, where both grounds are valid.
             for off in [0.0, -2.9, 2.9] {
                 let p = corner + along * (f64::from(i) / 600.0 * SIZE_M) + along.perp() * off;
                 prop_assert_eq!(a.sample(p), b.sample(p));
@@ -113,7 +113,7 @@ proptest! {
                 let h = |d: DVec2| ground.height_m(p + d * e);
                 let steps = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y].map(h);
                 let here = ground.height_m(p);
-                // No step anywhere, not even where slopes meet.
+                // There is no step anywhere, not even where slopes meet.
                 prop_assert!(
                     steps.iter().all(|s| (s - here).abs() < 20.0 * e),
                     "{} {:?}",
@@ -127,7 +127,7 @@ proptest! {
                 }
             }
         }
-        // Only creases may differ: valleys between slopes, and knots.
+        // Only creases may differ, such as valleys between slopes, and knots.
         prop_assert!(off * 100 <= near, "{} of {}", off, near);
     }
 }
@@ -173,7 +173,7 @@ fn slopes_are_no_steeper_than_their_ratios() {
         fill_ratio: 1.6,
         ..plain()
     };
-    // 25 % across: slopes stay well within reach.
+    // With 25 % across, slopes stay well within reach.
     let base = flat(DVec2::new(0.2, 0.15));
     let trails = trails(params(section), 3, Arc::clone(&base));
     let (mut cuts, mut fills) = (0, 0);
@@ -183,7 +183,7 @@ fn slopes_are_no_steeper_than_their_ratios() {
             let (z, ground) = (p.ground.sample(at), base.sample(at));
             let touched = z.height_m - ground.height_m;
             if p.ground.edge_m(at) > 0.05 && touched.abs() > 0.1 {
-                // The slope across, and what the grade along adds.
+                // The gradient has the slope across, and the grade along adds to it.
                 let across = z.gradient.length();
                 let limit: f64 = if touched < 0.0 { 1.0 / 0.8 } else { 1.0 / 1.6 };
                 assert!(across < f64::hypot(1.12 * limit, 0.21), "{across} {limit}");
@@ -223,7 +223,7 @@ fn ground_is_untouched_where_no_slope_reaches() {
 
 #[test]
 fn a_plain_trail_on_a_plane_changes_nothing_it_need_not() {
-    // Along the fall line nothing is cut or filled beyond rounding; on level ground not at all.
+    // Along the fall line nothing is cut or filled beyond rounding, on level ground nothing at all.
     let base = flat(DVec2::ZERO);
     let trails = trails(params(plain()), 5, Arc::clone(&base));
     for p in lonely_places(&trails, 8.0) {
@@ -307,7 +307,7 @@ fn the_section_is_carved() {
         }),
         ..plain()
     };
-    // Mean depth below the ridge: the depth and a quarter, give or take the keyed variation.
+    // The mean depth below the ridge is the depth and a quarter, up to the keyed variation.
     for side in [-0.8, 0.8] {
         let depth = -relief(rutted.clone(), 3.0, side);
         assert!((0.15..0.3).contains(&depth), "{depth}");
@@ -351,12 +351,12 @@ fn zones_meet_where_the_border_says() {
             let (a, b) = (at(i), at(i + 1));
             let (za, zb) = (flat(p.ground.zone(a)), flat(p.ground.zone(b)));
             let (da, db) = (p.ground.border_m(a), p.ground.border_m(b));
-            // As smooth as the position, but for the ruts' wander.
+            // It changes like the position, except for the wander of the ruts.
             assert!((da - db).abs() < 1.2e-3, "{da} {db}");
             assert_eq!(za != zb, da.signum() != db.signum(), "{za:?} {zb:?}");
             if za != zb {
                 borders += 1;
-                // Whichever side rounding puts a piece of mesh on, its part is one of the two.
+                // On whichever side rounding puts a piece of the mesh, its part is one of the two.
                 let sides = [true, false].map(|n| flat(p.ground.zone_on_side(a, n)));
                 assert!(sides.contains(&za) && sides.contains(&zb), "{sides:?}");
             }

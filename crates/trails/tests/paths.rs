@@ -1,4 +1,4 @@
-//! Where trails run.
+//! The paths of trails.
 
 mod common;
 
@@ -48,7 +48,7 @@ proptest! {
                 let mut got = Vec::new();
                 for (_, p) in points(&path, 0.7) {
                     let c = ChunkCoord::containing(p, SIZE_M);
-                    // A millimetre of doubt at borders.
+                    // Points within a millimetre of a border are skipped.
                     let sure = ChunkCoord::containing(p + 1e-3, SIZE_M)
                         == ChunkCoord::containing(p - 1e-3, SIZE_M);
                     if sure && got.last() != Some(&c) {
@@ -80,7 +80,7 @@ proptest! {
                 let d = pair[1].1 - pair[0].1;
                 length += d.length();
                 prop_assert!((d.length() / step - 1.0).abs() < 0.01);
-                // The direction is that of the way, and turns no faster than on a 4 m circle.
+                // The direction is that of the path, and turns no faster than on a circle of 4 m.
                 let [a, b] = [path.tangent(pair[0].0), path.tangent(pair[1].0)];
                 prop_assert!((d / d.length() - a).length() < 0.02, "{} {}", d, a);
                 prop_assert!((b - a).length() < step / 4.0 + 1e-6);
@@ -124,7 +124,7 @@ proptest! {
 
 #[test]
 fn both_sides_of_a_border_know_the_same_crossings() {
-    // The same trail asked from either chunk, in worlds with separate memories.
+    // The same trail from either chunk, in worlds with separate caches.
     let (a, b) = (dense(9), dense(9));
     let mut crossings = 0;
     let pairs = around(ChunkCoord::new(0, 0), 2).flat_map(|c| {
@@ -209,7 +209,7 @@ fn the_order_of_questions_does_not_matter() {
     let chunks: Vec<_> = around(ChunkCoord::new(7, -3), 3).collect();
     let trails = dense(12);
     let expected: Vec<_> = chunks.iter().map(|&c| ask(&trails, c)).collect();
-    // Backwards, each with no memory at all, and all at once.
+    // In reverse order, each without a cache, and all at once.
     let again = dense(12);
     for (i, &chunk) in chunks.iter().enumerate().rev() {
         assert_eq!(ask(&again, chunk), expected[i]);
@@ -268,7 +268,7 @@ fn grass_is_where_and_as_much_as_was_asked_for() {
         }
     }
     assert!(chunks > 30);
-    // Denser in the middle: a uniform spread would have half of them there.
+    // It is denser in the middle, where a uniform distribution would have half of the tufts.
     assert!(f64::from(inner) > 0.65 * f64::from(tufts));
 }
 
@@ -322,7 +322,7 @@ fn verges_grow_at_edges_and_on_no_trail() {
             near += u32::from(edge_m < 0.125);
         }
     }
-    // Some of the room is on other trails, and what grows varies along the way.
+    // Some of the room is on other trails, and growth varies along the trail.
     let grown = f64::from(tufts) / (4.0 * room_m);
     assert!((0.4..0.65).contains(&grown), "{grown}");
     // Half of them stand in the nearest quarter.
@@ -435,7 +435,7 @@ fn impossible_trails_are_refused() {
 
 #[test]
 fn value_stability() {
-    // A sloping plane: sines are not the same on every platform.
+    // The ground is a sloping plane, because sines differ between platforms.
     let params = TrailParams {
         spawn_probability: 0.1,
         ..TrailParams::default()

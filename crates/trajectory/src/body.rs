@@ -1,4 +1,4 @@
-//! How a body lies on the ground, and how it moves while a scan is taken.
+//! The pose of a body on the ground, and its motion while a scan is taken.
 
 use nemoral_scene::glam::{DMat3, DQuat, DVec2, DVec3};
 use nemoral_scene::{RigidTransform, Surface};
@@ -13,8 +13,8 @@ pub struct Body {
 }
 
 impl Body {
-    /// The pose of a body whose origin stands at `world_m` and looks along `forward`: four wheels
-    /// on the ground give height, pitch and roll.
+    /// The pose of a body at `world_m` that faces `forward`; four wheels on the ground give height,
+    /// pitch and roll.
     #[must_use]
     pub fn stand(&self, world_m: DVec2, forward: DVec2, ground: &dyn Surface) -> RigidTransform {
         let forward = forward.normalize_or(DVec2::X);
@@ -57,7 +57,8 @@ impl PoseTrack {
         half_s: f64,
         mut pose_at: impl FnMut(f64) -> Result<RigidTransform, E>,
     ) -> Result<Self, E> {
-        // At a walking pace a body moves millimetres between samples; in between poses are blended.
+        // At a walking pace a body moves millimetres between samples, and poses in between are
+        // interpolated.
         const HALF: i32 = 8;
         let half_s = half_s.max(1e-9);
         let poses = (-HALF..=HALF)
@@ -75,8 +76,8 @@ impl PoseTrack {
         let t = x - i as f64;
         let (a, b) = (&self.poses[i], &self.poses[i + 1]);
         RigidTransform {
-            // A pulse asks for its pose. Between samples a body turns by a hundredth of a radian,
-            // where this differs from the arc by 1e-8.
+            // This is called for every pulse. Between samples a body turns by at most a hundredth
+            // of a radian, for which linear interpolation differs from the arc by 1e-8.
             rotation: a.rotation.lerp(b.rotation, t),
             translation_m: a.translation_m.lerp(b.translation_m, t),
         }

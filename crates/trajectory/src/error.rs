@@ -1,4 +1,4 @@
-//! What can be wrong with a file of poses.
+//! Errors of files of poses.
 
 /// An error in a file of poses; `origin` is what the caller calls the file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -11,9 +11,9 @@ pub enum Error {
         origin: String,
         /// Number of the line, from 1.
         line: usize,
-        /// What is there, quoted, not all of it if it is long.
+        /// The text of the line, quoted and shortened if it is long.
         shown: String,
-        /// What should be there.
+        /// What is expected.
         expected: &'static str,
     },
     /// There is no pose.

@@ -1,18 +1,20 @@
-//! This crate says where a carrier of sensors goes: a pose of its body for any time, in any order.
+//! This crate computes where a carrier of sensors goes: a pose of its body for any time, in any
+//! order.
 //!
-//! A [`Trajectory`] is a [`Path`] that is driven at a [`Pace`] by a [`Body`]:
+//! A [`Trajectory`] is a [`Path`] that a [`Body`] follows at a [`Pace`]:
 //! - [`Path::ThereAndBack`]: along a line, a trail for example, to its end and back, and so on.
 //! - [`Path::Wander`]: a smooth curve about a straight line, which keeps clear of obstacles.
-//! - [`Path::Straight`]: a straight line, through whatever stands there.
-//! - [`Path::Stations`]: a grid of level stations, as of terrestrial scanning.
+//! - [`Path::Straight`]: a straight line, which does not avoid anything.
+//! - [`Path::Stations`]: a grid of level stations, as in terrestrial scanning.
 //! - [`Path::Recording`]: poses from a file of TUM's or KITTI's format ([`read_poses`]).
 //!
 //! Nothing is simulated step by step: a pose is a pure function of a frame's number and of a time
-//! relative to it, so any frame can be made first. Frames are the moments at which sensors look.
+//! relative to it, so any frame can be made first. Frames are the moments at which sensors record.
 //!
-//! The land is the user's, behind three ports: what stands near a place ([`Obstacles`], a closure
-//! will do), the ground ([`nemoral_scene::Surface`]), and lines to follow ([`Polyline`]). Where
-//! ground is made piece by piece, [`Trajectory::stance`] says first where it is needed.
+//! The user provides the land through three ports: the obstacles near a place ([`Obstacles`], which
+//! closures implement), the ground ([`nemoral_scene::Surface`]), and lines to follow
+//! ([`Polyline`]). Where ground is made piece by piece, [`Trajectory::stance`] tells first where it
+//! is needed.
 //!
 //! Positions are world positions in metres, x east, y north, z up. A body's x axis points forward,
 //! its y axis to the left; its origin is on the ground between its wheels.

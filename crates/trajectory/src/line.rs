@@ -1,4 +1,4 @@
-//! Along a line, there and back.
+//! A path along a line, there and back.
 
 use std::sync::Arc;
 
@@ -6,13 +6,13 @@ use nemoral_scene::glam::DVec2;
 
 use crate::Polyline;
 
-/// At the end of a line the body turns on the spot within this way, metres.
+/// The distance over which a body turns around at the end of a line, metres.
 const TURN_M: f64 = 2.0;
 
 /// Position on the map, metres, and direction of travel, of length 1.
 pub type Heading = (DVec2, DVec2);
 
-/// Along a line to its end, back to its beginning, and so on.
+/// A path along a line to its end, back to its beginning, and so on.
 #[derive(Clone, Debug)]
 pub struct ThereAndBack {
     line: Arc<dyn Polyline>,
@@ -38,7 +38,8 @@ impl ThereAndBack {
         Some(Self { line, start_m })
     }
 
-    /// Where it is after `s_m` metres from the start; before the start where that is negative.
+    /// The position and direction after `s_m` metres from the start; negative values are before the
+    /// start.
     #[must_use]
     pub fn at(&self, s_m: f64) -> Heading {
         let length = self.line.length_m();
@@ -110,7 +111,7 @@ mod tests {
             assert!(position.distance(DVec2::new(x, 0.0)) < 1e-12, "at {s} m");
             assert!((heading.x - forward).abs() < 1e-12, "at {s} m");
         }
-        // No jump anywhere: a quarter turn is at the very end.
+        // There is no jump anywhere; a quarter turn is at the very end.
         for i in 0..8000 {
             let ((p, d), (q, e)) = (
                 path.at(f64::from(i) * 0.01),

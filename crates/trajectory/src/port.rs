@@ -1,4 +1,4 @@
-//! What a trajectory asks of the land.
+//! The ports through which a trajectory gets to know the land.
 
 use std::fmt::Debug;
 
@@ -13,14 +13,14 @@ pub struct Obstacle {
     pub radius_m: f64,
 }
 
-/// What stands near a place. A closure of the same arguments is one.
+/// The obstacles near a place. Closures with the same arguments implement it.
 pub trait Obstacles {
-    /// Why it cannot be said.
+    /// The error of the user's land.
     type Error;
 
-    /// Every obstacle whose surface is closer than `reach_m` to a place on the map; more does no
-    /// harm to what is found, only to the time it takes. The order must not depend on anything but
-    /// the arguments.
+    /// Every obstacle whose surface is closer than `reach_m` to a place on the map; further ones do
+    /// not change the result but take time. The order must not depend on anything but the
+    /// arguments.
     ///
     /// # Errors
     /// If the land there cannot be made.

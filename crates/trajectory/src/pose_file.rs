@@ -8,9 +8,9 @@ use crate::Error;
 /// A format of pose files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoseFormat {
-    /// TUM: `t x y z qx qy qz qw` a line.
+    /// TUM: `t x y z qx qy qz qw` on each line.
     Tum,
-    /// KITTI: a 3 x 4 matrix a line, row by row, without a time.
+    /// KITTI: a 3 x 4 matrix on each line, row by row, without a time.
     Kitti,
 }
 
@@ -30,7 +30,7 @@ impl PoseFormat {
 /// the text of a file; `origin` is what errors call it.
 ///
 /// # Errors
-/// If a line is not a pose: with its number and what is expected.
+/// If a line is not a pose; the error has its number and what is expected.
 pub fn read_poses(
     text: &str,
     origin: &str,
@@ -42,7 +42,7 @@ pub fn read_poses(
             continue;
         }
         let wrong = |expected: &'static str| {
-            // A line of megabytes is no message.
+            // A long line is shortened in the message.
             let (end, cut) = match line.char_indices().nth(80) {
                 Some((end, _)) => (end, "…"),
                 None => (line.len(), ""),

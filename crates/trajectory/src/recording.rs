@@ -1,4 +1,4 @@
-//! Poses that were recorded, in time.
+//! Recorded poses with times.
 
 use nemoral_scene::RigidTransform;
 
@@ -7,7 +7,7 @@ use crate::Error;
 /// Poses with their times; frame k is at pose k.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// Increasing.
+    /// The times, which increase.
     times_s: Vec<f64>,
     poses: Vec<RigidTransform>,
     on_ground: bool,
@@ -15,8 +15,8 @@ pub struct Recording {
 
 impl Recording {
     /// A recording of poses as [`read_poses`](crate::read_poses) gives them. Those without a time
-    /// lie `step_s` apart, from 0. With `on_ground` only places and headings count: height, pitch
-    /// and roll are the ground's. Errors call the poses `origin`.
+    /// lie `step_s` apart, from 0. With `on_ground` only positions on the map and headings are
+    /// used; height, pitch and roll come from the ground. Errors call the poses `origin`.
     ///
     /// # Errors
     /// If there is no pose, or times do not increase.
@@ -50,13 +50,13 @@ impl Recording {
         })
     }
 
-    /// How many poses there are.
+    /// The number of poses.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.poses.len() as u64
     }
 
-    /// Do only places and headings count?
+    /// Whether only positions on the map and headings are used.
     #[must_use]
     pub fn is_on_ground(&self) -> bool {
         self.on_ground
@@ -71,8 +71,8 @@ impl Recording {
         self.times_s[number as usize]
     }
 
-    /// The pose at a time: between two poses on the arc from one to the other, outside of all the
-    /// nearest.
+    /// The pose at a time: between two poses it is on the arc from one to the other; outside of the
+    /// recording it is the nearest pose.
     #[must_use]
     pub fn at(&self, time_s: f64) -> RigidTransform {
         let (times_s, poses) = (&self.times_s, &self.poses);

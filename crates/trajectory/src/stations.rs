@@ -1,4 +1,4 @@
-//! Fixed stations, as of terrestrial scanning.
+//! Fixed stations, as in terrestrial scanning.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use nemoral_scene::glam::DVec2;
 
 use crate::{Obstacle, Obstacles};
 
-/// A tripod is moved in steps of this, metres.
+/// The steps in which a tripod is moved, metres.
 const STEP_M: f64 = 0.25;
 
 /// A grid of places, numbered from west to east and then from south to north.
@@ -14,7 +14,7 @@ const STEP_M: f64 = 0.25;
 pub struct Stations {
     /// The middle of the grid on the map, metres.
     pub middle_m: DVec2,
-    /// Where bodies look, of any length above 0.
+    /// The direction that bodies face, of any length above 0.
     pub forward: DVec2,
     /// Stations from west to east, at least 1.
     pub columns: u32,
@@ -27,14 +27,14 @@ pub struct Stations {
 }
 
 impl Stations {
-    /// How many there are.
+    /// The number of stations.
     #[must_use]
     pub fn count(&self) -> u64 {
         u64::from(self.columns) * u64::from(self.rows)
     }
 
-    /// Where a station stands: its place of the grid, or the nearest around it, up to a third of
-    /// the stations' distance away, that is clear of everything.
+    /// The place of a station: its place on the grid, or the nearest one around it, up to a third
+    /// of the stations' distance away, that is clear of everything.
     ///
     /// # Errors
     /// The error of `obstacles`.
@@ -110,7 +110,7 @@ mod tests {
             assert!(p.distance(stem.position_m) >= stem.radius_m + 1.0);
         }
         assert!(p.distance(DVec2::new(10.0, 26.0)) < 1.6);
-        // Where nothing is clear the station stands where it was asked to.
+        // Where no place is clear, the station stays at its place on the grid.
         let thicket: Vec<Obstacle> = (-9..=9)
             .flat_map(|x| {
                 (-9..=9).map(move |y| stem(10.0 + f64::from(x), 26.0 + f64::from(y), 0.5))

@@ -1,11 +1,11 @@
-//! A path that is driven.
+//! A path that a body follows in time.
 
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
 use nemoral_scene::{RigidTransform, Surface};
 
 use crate::{Body, Obstacles, Recording, Stations, ThereAndBack, Wander};
 
-/// Where a body goes on the map.
+/// The path of a body on the map.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Path {
@@ -15,23 +15,23 @@ pub enum Path {
     Wander(Wander),
     /// A straight line.
     Straight {
-        /// Where it starts.
+        /// The start of the line.
         start_m: DVec2,
         /// Its direction, of length 1.
         forward: DVec2,
     },
-    /// A grid of stations, one a frame.
+    /// A grid of stations, one for each frame.
     Stations(Stations),
-    /// Poses of a file, one a frame.
+    /// Poses of a file, one for each frame.
     Recording(Recording),
 }
 
-/// How fast a body goes, and how often its sensors look.
+/// The speed of a body, and the interval of frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
-    /// Frames lie this far apart, metres.
+    /// Distance between frames, metres.
     pub spacing_m: f64,
-    /// Or this long apart, seconds; 0 to go by metres.
+    /// Time between frames, seconds; 0 to use the distance instead.
     pub spacing_s: f64,
     /// Speed, metres per second; above 0.
     pub speed_m_s: f64,
@@ -59,41 +59,41 @@ impl Pace {
     }
 }
 
-/// Where a body goes and how it lies there: a pure function of a frame's number, and of a time
-/// relative to that frame's.
+/// The pose of a body as a pure function of a frame's number and of a time relative to that
+/// frame's.
 #[derive(Debug)]
 pub struct Trajectory {
-    /// Where it goes on the map.
+    /// The path on the map.
     pub path: Path,
-    /// How fast, and how often its sensors look. A recording has times of its own.
+    /// The speed and the interval of frames. A recording has times of its own.
     pub pace: Pace,
-    /// What lies on the ground.
+    /// The footprint of the body.
     pub body: Body,
 }
 
-/// What a path alone says of a pose: all but the ground.
+/// The part of a pose that follows from the path alone, without the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stance {
-    /// Wheels on the ground.
+    /// The body stands with its wheels on the ground.
     OnWheels {
         /// Position on the map, metres.
         position_m: DVec2,
         /// Direction on the map, of any length.
         forward: DVec2,
     },
-    /// Level, with its origin on the ground, as on a tripod.
+    /// The body is level, with its origin on the ground, as on a tripod.
     Level {
         /// Position on the map, metres.
         position_m: DVec2,
         /// Direction on the map, of any length.
         forward: DVec2,
     },
-    /// A pose that has nothing to do with the ground.
+    /// A pose that does not depend on the ground.
     Free(RigidTransform),
 }
 
 impl Stance {
-    /// Where ground is needed, within the size of a body; `None` if none is.
+    /// The place where ground is needed, within the size of a body; `None` if it is not needed.
     #[must_use]
     pub fn ground_m(&self) -> Option<DVec2> {
         match *self {
@@ -123,7 +123,7 @@ impl Stance {
 }
 
 impl Trajectory {
-    /// How many frames the path has, if it ends.
+    /// The number of frames of the path, if it ends.
     #[must_use]
     pub fn frames(&self) -> Option<u64> {
         match &self.path {
@@ -145,7 +145,7 @@ impl Trajectory {
         }
     }
 
-    /// Where the body is `offset_s` after a frame's time, and how it lies there.
+    /// The body's stance `offset_s` after a frame's time.
     ///
     /// # Errors
     /// The first error of `obstacles`.
@@ -184,7 +184,7 @@ impl Trajectory {
         })
     }
 
-    /// The body's world pose `offset_s` after a frame's time, on a ground that is there everywhere.
+    /// The body's world pose `offset_s` after a frame's time, on a ground that exists everywhere.
     ///
     /// # Errors
     /// The first error of `obstacles`.

@@ -1,4 +1,4 @@
-//! A smooth wander between stems: evaluable anywhere without the way there.
+//! A smooth wander between stems, which can be evaluated anywhere without what comes before.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,23 +8,23 @@ use nemoral_seed::{Domain, Draw, Key};
 
 use crate::{Heading, Obstacle, Obstacles};
 
-/// Named before this crate was: another name would change every wander.
+/// The name is older than this crate; another one would change every wander.
 const WANDER: Domain = Domain::new("pipeline.wander");
 
 /// Distance between knots along the guide line, metres.
 const KNOT_M: f64 = 3.0;
 /// Knots in a block.
 const BLOCK: i64 = 24;
-/// Lateral choices at a knot, evenly over the amplitude.
+/// Number of lateral choices at a knot, evenly spaced over the amplitude.
 const CHOICES: usize = 41;
 
 /// A curve about a straight guide line, displaced sideways so that it keeps its clearance.
 ///
-/// The line is cut into blocks of 72 m. Where blocks meet the displacement is keyed, inside a block
-/// it is the best of all ways over a grid of choices (dynamic programming over clearance and
-/// smoothness), and a cubic spline joins the knots: so any point needs its own and the next block
-/// alone, whatever came before. Positions go by metres along the guide line; the way itself is
-/// longer by the slope of the displacement, at most a few percent.
+/// The line is cut into blocks of 72 m. Where blocks meet, the displacement is keyed; inside a
+/// block it is the best of all paths over a grid of choices (by dynamic programming over clearance
+/// and smoothness), and a cubic spline joins the knots. So a point depends only on its own and the
+/// next block. Positions are in metres along the guide line; the path itself is longer by the slope
+/// of the displacement, at most by a few percent.
 #[derive(Debug)]
 pub struct Wander {
     start_m: DVec2,
@@ -36,8 +36,8 @@ pub struct Wander {
 }
 
 impl Wander {
-    /// A wander from `start_m` along `forward`, which strays up to `amplitude_m` to either side and
-    /// keeps `clearance_m` from obstacles where there is room.
+    /// A wander from `start_m` along `forward`, which deviates by up to `amplitude_m` to either
+    /// side and keeps `clearance_m` from obstacles where there is room.
     #[must_use]
     pub fn new(
         start_m: DVec2,
@@ -65,7 +65,7 @@ impl Wander {
         let x = s_m / KNOT_M;
         let i = x.floor() as i64;
         let t = x - i as f64;
-        // Catmull-Rom: four knots around.
+        // A Catmull-Rom spline through the four surrounding knots.
         let mut d = [0.0; 4];
         for (k, value) in d.iter_mut().enumerate() {
             *value = self.knot(i + k as i64 - 1, obstacles)?;
@@ -98,7 +98,7 @@ impl Wander {
             None => {
                 let offsets = Arc::new(self.solve(block, obstacles)?);
                 let mut blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);
-                // A drive needs the block at hand and its neighbours.
+                // A drive needs the current block and its neighbours.
                 while blocks.len() >= 16 {
                     blocks.pop_first();
                 }
@@ -113,7 +113,7 @@ impl Wander {
         (choice as f64 / (CHOICES - 1) as f64 * 2.0 - 1.0) * self.amplitude_m
     }
 
-    /// Where the curve would be if nothing stood there: a slow keyed curve. The start is at 0.
+    /// The displacement without obstacles: a slow keyed curve, which is 0 at the start.
     fn undisturbed_m(&self, index: i64) -> f64 {
         let anchor = |block: i64| {
             if block == 0 {
@@ -127,14 +127,15 @@ impl Wander {
         anchor(block) * (1.0 - ease) + anchor(block + 1) * ease
     }
 
-    /// The displacement of the first knot of a block: the free choice nearest to where it would be.
+    /// The displacement of the first knot of a block: the free choice nearest to the undisturbed
+    /// one.
     fn entry<O: Obstacles + ?Sized>(&self, block: i64, obstacles: &O) -> Result<usize, O::Error> {
         let costs = self.costs(block * BLOCK, obstacles)?;
         let best = (0..CHOICES).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
         Ok(best.expect("there are choices"))
     }
 
-    /// What each choice at a knot costs: distance from where the curve would be, and lack of
+    /// The cost of each choice at a knot: the distance from the undisturbed curve, and lack of
     /// clearance.
     fn costs<O: Obstacles + ?Sized>(
         &self,
@@ -149,7 +150,8 @@ impl Wander {
         let costs = (0..CHOICES).map(|choice| {
             let offset = self.choice_m(choice);
             let p = on_line + left * offset;
-            // A knot stands for half the way to its neighbours: look ahead and behind as well.
+            // A knot stands for half the path to its neighbours, so points ahead and behind are
+            // tested as well.
             let blocked: f64 = near
                 .iter()
                 .map(
@@ -174,7 +176,8 @@ impl Wander {
         Ok(costs.collect())
     }
 
-    /// The displacements of a block's knots: the cheapest way from its entry to the next block's.
+    /// The displacements of a block's knots: the cheapest path from its entry to that of the next
+    /// block.
     fn solve<O: Obstacles + ?Sized>(
         &self,
         block: i64,
@@ -186,7 +189,7 @@ impl Wander {
         );
         let step_cost = |a: usize, b: usize| {
             let step = (self.choice_m(a) - self.choice_m(b)) / KNOT_M;
-            // Beyond 45 degrees a body would turn rather than drive.
+            // Steps beyond 45 degrees are penalised, as a body would turn rather than drive.
             40.0 * step * step
                 + if step.abs() > 1.0 {
                     1e5 * step.abs()

@@ -177,7 +177,7 @@ impl<'a> Fields<'a> {
         self.text();
         let chunk = ChunkCoord::new(self.parse()?, self.parse()?);
         let id = ObjectId::new(chunk, self.parse()?);
-        // The image's and the label's id follow from the true one.
+        // The ids of images and labels follow from the true id.
         self.fields.nth(1);
         id.filter(|&id| self.row.iter().zip(id_fields(id)).all(|(a, b)| a == b))
             .ok_or_else(|| {

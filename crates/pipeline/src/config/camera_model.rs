@@ -1,4 +1,4 @@
-//! What a camera's table means to the renderer.
+//! Turns a camera's table into the parameters of the renderer.
 
 use nemoral_render::{Exposure, Lens, SensorNoise, ToneCurve};
 use nemoral_scene::glam::DVec2;
@@ -12,7 +12,7 @@ impl Camera {
     /// The camera's pinhole and lens.
     ///
     /// # Errors
-    /// If they are impossible; the error names the key below the camera's table.
+    /// If they are invalid; the error names the key below the camera's table.
     pub fn intrinsics(&self) -> Result<Intrinsics, ParamError> {
         let (width, height) = (self.width_px, self.height_px);
         let distortion = match &self.lens {
@@ -61,7 +61,7 @@ impl Camera {
         }
     }
 
-    /// When the camera's rows see light.
+    /// When the camera's rows are exposed.
     #[must_use]
     pub fn shutter_times(&self) -> Shutter {
         Shutter {
@@ -70,7 +70,7 @@ impl Camera {
         }
     }
 
-    /// Where the camera's optical frame sits on the body.
+    /// The position and direction of the camera's optical frame on the body.
     #[must_use]
     pub fn body_from_camera(&self) -> RigidTransform {
         mount(
@@ -80,7 +80,7 @@ impl Camera {
         ) * RigidTransform::body_from_optical()
     }
 
-    /// What the camera's sensor adds to its pictures; `serial` decides its fixed pattern.
+    /// The noise of the camera's sensor; `serial` decides its fixed pattern.
     pub(crate) fn sensor_noise(&self, serial: Key) -> Option<SensorNoise> {
         let n = &self.noise;
         n.enabled.then_some(SensorNoise {
@@ -95,7 +95,7 @@ impl Camera {
         })
     }
 
-    /// How bright pictures come out.
+    /// The exposure of pictures.
     pub(crate) fn exposure_mode(&self) -> Exposure {
         match self.exposure {
             ExposureMode::Auto => Exposure::metered(self.exposure_bias_ev),
@@ -105,7 +105,7 @@ impl Camera {
         }
     }
 
-    /// What the camera's look is: how light becomes brightness, and what the lens adds.
+    /// The camera's look: the tone curve, and the effects of the lens.
     pub(crate) fn tone_and_lens(&self) -> (ToneCurve, Lens) {
         match self.look {
             Look::Cinema => (
@@ -140,7 +140,7 @@ mod tests {
 
     use super::*;
 
-    /// A grey card before the lens, wherever it looks.
+    /// A grey card in front of the lens, in every direction.
     struct GreyCard;
 
     impl RayCaster for GreyCard {
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// 18 % of what a light meter reads: sRGB's 118, and 125 by the filmic curve.
+    /// The code of 18 % of what a light meter reads is sRGB's 118, and 125 with the filmic curve.
     #[test]
     fn a_grey_card_has_its_code_value_in_every_look() {
         let mut camera = Camera {
@@ -165,7 +165,7 @@ mod tests {
             materials: &materials,
             sky_visibility: &OpenSky,
         };
-        // In an integrating sphere, as bright as EV 12 is meant for.
+        // The inside of an integrating sphere with the luminance that EV 12 is meant for.
         let white = 0.125 * 4096.0 / 0.18;
         for (look, code) in [(Look::Robot, 118), (Look::Cinema, 125), (Look::Flat, 118)] {
             camera.look = look;
@@ -191,7 +191,7 @@ mod tests {
             };
             let got = shoot(12.0);
             assert!(got.abs_diff(code) <= 1, "{look:?}: {got} for {code}");
-            // A stop more is half the light.
+            // One stop more halves the light.
             assert!(shoot(13.0) < got - 25, "{look:?}");
         }
     }

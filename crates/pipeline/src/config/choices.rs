@@ -1,4 +1,4 @@
-//! Keys whose value is one of a few words: an enum each, so that every use names every case.
+//! Keys whose value is one of a few words. Each has an enum, so that every use names every case.
 
 use nemoral_lidar::Device;
 use nemoral_scene::TrailSurfaceKind;
@@ -38,7 +38,7 @@ macro_rules! choices {
 }
 
 choices! {
-    /// Which noise the terrain sums.
+    /// The noise that the terrain sums.
     TerrainNoise {
         /// Gradient noise of this project, without a period and with exact gradients.
         Nemoral = "nemoral",
@@ -46,11 +46,11 @@ choices! {
         PerlinSurflet = "perlin-surflet",
     }
 
-    /// How bright pictures come out.
+    /// How the exposure of pictures is chosen.
     ExposureMode {
-        /// As a light meter says.
+        /// By a light meter.
         Auto = "auto",
-        /// As the config says.
+        /// By the config.
         Fixed = "fixed",
     }
 
@@ -88,9 +88,9 @@ choices! {
         Ouster = "ouster",
     }
 
-    /// How measured ranges err.
+    /// The model of range errors.
     RangeNoiseModel {
-        /// Not at all.
+        /// No errors.
         Off = "off",
         /// The paper's normal distribution.
         Paper = "paper",
@@ -114,9 +114,9 @@ choices! {
 
     /// The format of a file of poses.
     PathFormat {
-        /// TUM: `t x y z qx qy qz qw` a line.
+        /// TUM: `t x y z qx qy qz qw` on each line.
         Tum = "tum",
-        /// KITTI: a 3 x 4 matrix a line.
+        /// KITTI: a 3 x 4 matrix on each line.
         Kitti = "kitti",
     }
 }
@@ -135,7 +135,7 @@ pub(super) const TRAIL_SURFACES: [&str; 1 + TrailSurfaceKind::ALL.len()] = {
     words
 };
 
-/// The word of `lidar.device` for a scanner of one's own.
+/// The word of `lidar.device` for a user's own scanner.
 pub(super) const CUSTOM_DEVICE: &str = "custom";
 
 /// The words of `lidar.device`.

@@ -8,14 +8,14 @@ use super::{
     LidarSpinning, Noise, RangeNoiseModel, SpinningHead,
 };
 
-/// What a device sets in a LiDAR's table, over the preset and under all that a user sets. `None` of
-/// `custom`, and of a name that is refused elsewhere.
+/// The keys that a device sets in a LiDAR's table, over the preset and under everything that a user
+/// sets. `None` for `custom`, and for a name that is refused elsewhere.
 pub(super) fn layer(name: &str) -> Option<Table> {
     let lidar = lidar(Device::from_name(name)?);
     let Ok(Value::Table(mut table)) = Value::try_from(&lidar) else {
         unreachable!("a config is plain data");
     };
-    // How it is mounted, and what is made of its echoes, is not the device's.
+    // The device sets neither the mount nor what is made of its echoes.
     table.retain(|key, _| {
         !key.starts_with("mount_") && !["returns", "max_returns", "deskew"].contains(&key)
     });
@@ -87,10 +87,10 @@ fn lidar(device: Device) -> Lidar {
     }
 }
 
-/// The way of light in a nanosecond, metres.
+/// The distance that light travels in a nanosecond, metres.
 pub(crate) const LIGHT_M_PER_NS: f64 = 0.299_792_458;
 
-/// To a millionth: numbers of data sheets, not of f32.
+/// Rounds to a millionth, so that numbers look like those of data sheets rather than like f32.
 fn round(x: f64) -> f64 {
     (x * 1e6).round() / 1e6
 }

@@ -1,41 +1,41 @@
-//! What is wrong with a request, and where it says so.
+//! Errors in a request, with their places.
 
 use std::fmt;
 
 use super::words::cut;
 use crate::Error;
 
-/// The number of a request's errors that are told; of the rest their number is.
+/// The number of a request's errors that are shown; the rest are only counted.
 const TOLD: usize = 10;
 /// The number of characters of a long line that are shown, and of those before the error.
 const LINE: usize = 100;
 const BEFORE: usize = 30;
 
-/// One thing that is wrong with a request.
+/// An error in a request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConfigError {
     /// The dotted key.
     pub path: String,
     /// What is wrong: the value and what is allowed.
     pub message: String,
-    /// Where: file, line, column and the line's text.
+    /// Its place: file, line, column and the line's text.
     pub place: Option<Place>,
 }
 
-/// Where a request says something.
+/// A place in a request.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
     /// In a file.
     File {
         /// The file's name.
         name: String,
-        /// From 1.
+        /// Its number, from 1.
         line: usize,
-        /// From 1.
+        /// Its number, from 1.
         column: usize,
         /// The line.
         text: String,
-        /// How many characters are meant.
+        /// The number of characters that the error is about.
         length: usize,
     },
     /// In an argument, such as `--set a.b=c`.
@@ -65,8 +65,8 @@ impl fmt::Display for ConfigError {
     }
 }
 
-/// The part of a line that is shown, how far in it something stands that is at `start` of the
-/// whole, and how many characters there are from there on.
+/// The part of a line that is shown, the position in it of the character at `start` of the whole
+/// line, and the number of characters from there on.
 fn part_of_line(line: &str, start: usize) -> (String, usize, usize) {
     let length = line.chars().count();
     if length <= LINE {
@@ -84,7 +84,7 @@ fn part_of_line(line: &str, start: usize) -> (String, usize, usize) {
     (part, indent, shown)
 }
 
-/// What is wrong with a request: all of it, or the first of much and how much more there is.
+/// The errors in a request: all of them, or the first of many and the number of the others.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ConfigErrors {
     /// At most ten.
@@ -94,7 +94,7 @@ pub struct ConfigErrors {
 }
 
 impl ConfigErrors {
-    /// Adds an error, which is made only if it is told.
+    /// Adds an error, which is made only if it is to be shown.
     pub(super) fn add(&mut self, make: impl FnOnce() -> ConfigError) {
         if self.errors.len() < TOLD {
             self.errors.push(make());

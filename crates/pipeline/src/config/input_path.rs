@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::plan::{Encode, Encoder};
 
-/// The path of a file that a config names; empty for none. Keys of this type are all there is that
-/// leads to a file: [`InputFiles`](crate::InputFiles) finds each of them by itself, reads it, and
-/// keys of plans go by what is in it.
+/// The path of a file that a config names; empty for none. Only keys of this type lead to files:
+/// [`InputFiles`](crate::InputFiles) finds each of them by itself and reads the file, and keys of
+/// plans depend on its content.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(transparent)]
 pub struct InputPath(String);
@@ -18,7 +18,7 @@ impl InputPath {
         &self.0
     }
 
-    /// Is no file named?
+    /// Whether no file is named.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

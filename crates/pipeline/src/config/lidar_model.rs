@@ -1,4 +1,4 @@
-//! What a LiDAR's table means to the scanner and to its range noise.
+//! Turns a LiDAR's table into the parameters of the scanner and of its range noise.
 
 use std::f64::consts::TAU;
 
@@ -25,7 +25,7 @@ pub(crate) fn refused_at(path: &str, why: impl std::fmt::Display) -> Error {
 }
 
 impl Lidar {
-    /// Where the LiDAR frame sits on the body.
+    /// The position and direction of the LiDAR frame on the body.
     #[must_use]
     pub fn body_from_lidar(&self) -> RigidTransform {
         mount(
@@ -48,7 +48,7 @@ impl Lidar {
             LidarPattern::Avia(_) => Box::new(Avia),
             LidarPattern::Horizon(_) => Box::new(HorizonLike),
             LidarPattern::Lines(l) => {
-                // A turn holds the pulses asked for.
+                // One turn has the number of pulses that is asked for.
                 let columns = self.pulses.div_ceil(l.lines).max(1);
                 let params = RepeatingLinesParams {
                     lines: l.lines as u8,
@@ -75,7 +75,7 @@ impl Lidar {
             }
             LidarPattern::Panorama(p) => {
                 let (bottom, top) = (p.low_deg.to_radians(), p.high_deg.to_radians());
-                // Square cells of the angles.
+                // The steps of both angles are equal.
                 let pulses = f64::from(self.pulses);
                 let rows = (pulses * (top - bottom) / TAU).sqrt().round().max(1.0);
                 let params = PanoramaParams {
@@ -99,13 +99,13 @@ impl Lidar {
         })
     }
 
-    /// What the scanner does with its pulses, which reach no farther than anything is visible.
+    /// The parameters of the scanner, whose range is limited to the visible radius.
     pub(crate) fn scanner_params(&self, visible_radius_m: f64) -> ScannerParams {
         let l = self;
         ScannerParams {
             pulses_per_scan: l.pulses,
             min_range_m: l.min_range_m as f32,
-            // All sensors see equally far.
+            // All sensors see to the same distance.
             max_range_m: l.max_range_m.min(visible_radius_m) as f32,
             wavelength: if l.wavelength_nm == 1550 {
                 Wavelength::Nm1550
@@ -135,7 +135,7 @@ impl Lidar {
         }
     }
 
-    /// How ranges err.
+    /// The model of range errors.
     pub(crate) fn range_noise(&self) -> RangeNoise {
         let n = &self.noise;
         match n.model {

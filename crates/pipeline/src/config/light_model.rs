@@ -1,4 +1,4 @@
-//! What the tables of the sun, the sky and the weather mean to the renderer.
+//! Turns the tables of the sun, the sky and the weather into the parameters of the renderer.
 
 use nemoral_render::{SkyParams, UtcTime};
 use nemoral_scene::glam::{DVec3, Vec3};
@@ -7,7 +7,7 @@ use super::{Sky, Sun, SunDate, SunPosition, Weather};
 use crate::Error;
 
 impl Sun {
-    /// Where the sun stands.
+    /// The position of the sun.
     pub(crate) fn place(&self) -> Result<nemoral_render::Sun, Error> {
         match &self.position {
             SunPosition::Angles(a) => {
@@ -53,7 +53,8 @@ fn parse_utc(text: &str) -> Option<UtcTime> {
     })
 }
 
-/// Sky and air; `foliage_albedo` is what leaves send on of the light on them, linear sRGB.
+/// The parameters of sky and air; `foliage_albedo` is the share of the light on leaves that they
+/// scatter, linear sRGB.
 pub(crate) fn sky_params(
     sun: &Sun,
     sky: &Sky,

@@ -28,14 +28,14 @@ impl Layers {
     /// Reads, checks and merges the layers.
     ///
     /// # Errors
-    /// Everything that is wrong: unreadable or malformed files, unknown keys, values that are not
-    /// allowed, combinations that cannot be, with the numbers that `[ranges]` drew, files that are
-    /// named and cannot be read.
+    /// All errors: unreadable or malformed files, unknown keys, values that are not allowed,
+    /// impossible combinations (with the numbers that `[ranges]` drew), and named files that cannot
+    /// be read.
     pub fn load(&self) -> Result<Config, Error> {
         self.load_with_inputs().map(|(config, _)| config)
     }
 
-    /// The same, with the files that the config names: they are read only here.
+    /// The same, with the files that the config names, which are read only here.
     ///
     /// # Errors
     /// As [`Layers::load`].
@@ -51,9 +51,9 @@ impl Layers {
         resolve(&preset, &mut sources)
     }
 
-    /// The preset, asked for by argument or by the file.
+    /// The preset, which the argument or the file names.
     fn base(&self, sources: &mut [Source]) -> Result<Preset, Error> {
-        // The argument wins over the file; what the file says must be right all the same.
+        // The argument overrides the file, whose own preset must be valid all the same.
         let argument = self.preset.as_deref().map(|name| by_name(name, None));
         let mut preset = argument.transpose()?;
         for source in sources {
@@ -77,7 +77,7 @@ impl Config {
         toml::to_string(&to_table(self)).expect("a config is plain data")
     }
 
-    /// A config from TOML that [`Config::to_toml`] wrote, or that a user did.
+    /// A config from TOML that [`Config::to_toml`] or a user wrote.
     ///
     /// # Errors
     /// As [`Layers::load`].
@@ -114,7 +114,7 @@ fn no_preset(value: &str, near: &[&str], place: Option<Place>) -> Error {
     ConfigErrors::from_iter([error]).into()
 }
 
-/// A preset with the sources over it, their ranges drawn, proved possible.
+/// A preset with the sources over it, with their ranges drawn and the result checked.
 fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<(Config, InputFiles), Error> {
     let mut errors = ConfigErrors::default();
     let ranges = ranges::take(sources, &mut errors);
@@ -151,8 +151,8 @@ fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<(Config, InputFile
     Ok((config, inputs))
 }
 
-/// A preset, and over it what the sensors bring along that the sources name: LiDARs what is in
-/// their data sheets, further cameras what the first one is.
+/// A preset with the defaults of the sensors that the sources name: LiDARs have the values of their
+/// data sheets, further cameras those of the first one.
 fn with_sensors(preset: &Preset, sources: &[Source]) -> Table {
     let mut merged = to_table(&preset.config());
     let lidar_of = |device: Option<String>| device.and_then(|name| devices::layer(&name));
@@ -192,7 +192,7 @@ fn table_at<'a>(table: &'a mut Table, key: &str) -> &'a mut Table {
     inner.expect("a config has all its tables")
 }
 
-/// What the last source that says it says.
+/// The text of a key in the last source that has it.
 fn last_text(sources: &[Source], path: &[&str]) -> Option<String> {
     let (key, tables) = path.split_last()?;
     let said = |s: &Source| {
@@ -247,7 +247,7 @@ fn check_table(path: &str, table: &Table, source: &Source, errors: &mut ConfigEr
 }
 
 fn unknown(path: &str, key: &str, value: &Value, spec: &SectionSpec) -> String {
-    // A further sensor's path is not its definition's.
+    // The path of a further sensor differs from that of its definition.
     let prefix = if spec.path.is_empty() {
         String::new()
     } else {
@@ -260,7 +260,7 @@ fn unknown(path: &str, key: &str, value: &Value, spec: &SectionSpec) -> String {
     });
     let keys = spec.keys.iter().map(|k| k.name);
     let full = cut(&join(path, key));
-    // Somebody who sets a value means no table, and the other way round.
+    // A value is compared with keys and a table with tables.
     let alike: Vec<&str> = if value.is_table() {
         tables.clone().collect()
     } else {

@@ -1,4 +1,4 @@
-//! Requests: layered, checked, with errors that point at the line.
+//! Requests, which are made of layers and checked, with errors that point at the line.
 
 mod camera_model;
 mod choices;

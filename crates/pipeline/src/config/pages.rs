@@ -1,4 +1,4 @@
-//! The definition of the keys, for people and for editors.
+//! The definition of the keys, as pages for people and as a schema for editors.
 
 use std::fmt::Write;
 
@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::{Config, Preset, SECTIONS};
 
-/// A config as commented TOML: every key with what it does, what it may be, and why it is so.
+/// A config as commented TOML: every key with its purpose, its allowed values and the source of its
+/// default.
 #[must_use]
 pub fn annotated_toml(config: &Config) -> String {
     let values: toml::Table = config.to_toml().parse().expect("our own TOML parses");
@@ -51,11 +52,11 @@ pub fn annotated_toml(config: &Config) -> String {
 
 /// Tables for further sensors.
 struct Further {
-    /// The table whose tables they are.
+    /// The table that contains them.
     path: &'static str,
-    /// The table that they say all that differs from, if they follow one.
+    /// The table whose values they inherit, if there is one.
     first: Option<&'static str>,
-    /// What a config without them shows.
+    /// The example that is shown in a config without them.
     example: &'static str,
 }
 
@@ -87,7 +88,7 @@ fn further(path: &str) -> Option<Further> {
 }
 
 impl Further {
-    /// What is to be said of them, or an example to take the comment from.
+    /// Their tables, or a commented example.
     fn tables(&self, values: &toml::Table, further: &toml::Table) -> String {
         if further.is_empty() {
             return self.example.to_owned();
@@ -104,7 +105,7 @@ impl Further {
     }
 }
 
-/// What a table says otherwise than another.
+/// The values of a table that differ from those of another.
 fn differing(first: &toml::Table, table: &toml::Table) -> toml::Table {
     let mut out = toml::Table::new();
     for (key, value) in table {
@@ -171,7 +172,7 @@ fn object(path: &str) -> Value {
             properties.insert(name.to_owned(), object(sub.path));
         }
     }
-    // Of further sensors the keys are names, of ranges paths.
+    // The keys of further sensors are names, those of ranges are paths.
     let others = match path {
         "cameras" => object("camera"),
         "lidars" => object("lidar"),

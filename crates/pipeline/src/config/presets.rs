@@ -17,22 +17,22 @@ impl Preset {
     pub const ALL: &'static [Self] = &[
         Self {
             name: "default",
-            doc: "what people want to look at: medium density, trees to 300 m, rectangular pattern",
+            doc: "a start: medium density, trees to 300 m, rectangular scan pattern",
             change: |_| {},
         },
         Self {
             name: "low",
-            doc: "the paper's experiment: 31 trees a chunk, everything to 100 m",
+            doc: "the paper's experiment: 31 trees per chunk, everything to 100 m",
             change: |c| paper(c, 31.0),
         },
         Self {
             name: "medium",
-            doc: "the paper's experiment: 96 trees a chunk, everything to 100 m",
+            doc: "the paper's experiment: 96 trees per chunk, everything to 100 m",
             change: |c| paper(c, 96.0),
         },
         Self {
             name: "high",
-            doc: "the paper's experiment: 210 trees a chunk, everything to 100 m",
+            doc: "the paper's experiment: 210 trees per chunk, everything to 100 m",
             change: |c| paper(c, 210.0),
         },
         Self {
@@ -43,8 +43,8 @@ impl Preset {
         },
         Self {
             name: "eucalyptus-plantation",
-            doc: "Eucalyptus globulus in rows of 3 x 3 m, 940 trees/ha left of 1111: bark and \
-                leaves on the ground, little else",
+            doc: "Eucalyptus globulus in rows of 3 x 3 m, 940 trees/ha of 1111 planted: bark \
+                and leaves on the ground, little else",
             change: stands::eucalyptus_plantation,
         },
         Self {
@@ -61,7 +61,7 @@ impl Preset {
         },
         Self {
             name: "spruce",
-            doc: "Picea abies, managed, 580 trees/ha: dark, needles and moss, stumps of thinnings",
+            doc: "Picea abies, managed, 580 trees/ha: dark, with needles, moss and stumps",
             change: stands::spruce,
         },
         Self {

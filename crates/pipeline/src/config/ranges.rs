@@ -13,21 +13,21 @@ const RANGES: Domain = Domain::new("pipeline.ranges");
 /// Ranges.
 pub(super) const SECTION: SectionSpec = SectionSpec {
     path: "ranges",
-    doc: " Numbers drawn for each sequence: `\"placement.trees\" = [60, 140]` draws that key, \
-        once, from the seed; any key that is a number may be named, and both ends are allowed. \
-        What was drawn is in the data set's config.toml and dataset.json. A value that is set \
-        later, by `--set` over a file, wins over the range.",
+    doc: " Numbers drawn from the seed: `\"placement.trees\" = [60, 140]` draws that key once, \
+        both ends included. Every key that is a number may be named. The numbers that were drawn \
+        are in the data set's config.toml and dataset.json. A value that is set later, by `--set` \
+        over a file, overrides the range.",
     choice: None,
     keys: &[],
 };
 
-/// One range, and the source that says it.
+/// One range, and the source that gives it.
 #[derive(Debug)]
 pub(super) struct Range {
     path: String,
     low: f64,
     high: f64,
-    /// Are whole numbers drawn?
+    /// Whether whole numbers are drawn.
     whole: bool,
     source: usize,
 }
@@ -94,7 +94,7 @@ pub(super) fn draw(
         } else {
             Value::Float(rng.range_f64(*low, *high))
         };
-        // A table that was just chosen has no more keys than were named.
+        // A variant's table that was not in the preset has only the keys that were named.
         let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
         let inside = match table {
             "" => Some(&mut *merged),
@@ -118,19 +118,19 @@ pub(super) fn draw(
     }
 }
 
-/// Where the range of a key stands, if there is one.
+/// The place of a key's range, if there is one.
 pub(super) fn place_of(ranges: &[Range], sources: &[Source], path: &str) -> Option<super::Place> {
     let range = ranges.iter().find(|r| r.path == path)?;
     place(&sources[range.source], path)
 }
 
 fn place(source: &Source, path: &str) -> Option<super::Place> {
-    // As one quoted key, or as tables.
+    // It may be one quoted key, or nested tables.
     let quoted = source.place_of_parts(&["ranges", path]);
     quoted.or_else(|| source.place_of(&join("ranges", path)))
 }
 
-/// The two ends of a range and whether it is of whole numbers, or what is wrong with it.
+/// The two ends of a range and whether it is of whole numbers, or the error in it.
 fn ends(path: &str, value: &Value, source: &Source) -> Result<(f64, f64, bool), String> {
     let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
     let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == key));
@@ -178,7 +178,7 @@ fn ends(path: &str, value: &Value, source: &Source) -> Result<(f64, f64, bool), 
     ))
 }
 
-/// Keys of nested tables as paths; quoted paths are paths already.
+/// Turns keys of nested tables into paths; quoted paths are paths already.
 fn flatten(path: &str, table: Table, out: &mut Vec<(String, Value)>) {
     for (key, value) in table {
         let full = join(path, &key);

@@ -20,14 +20,14 @@ pub enum Allowed {
     OneOf(&'static [&'static str]),
     /// Any text.
     Text,
-    /// The path of a file of at most so many bytes.
+    /// The path of a file of at most this number of bytes.
     File(u64),
     /// Three real numbers, both ends included.
     Triple(f64, f64),
 }
 
 impl Allowed {
-    /// In words, for messages and pages.
+    /// A description in words, for messages and pages.
     #[must_use]
     pub fn describe(&self) -> String {
         match self {
@@ -48,7 +48,7 @@ impl Allowed {
         }
     }
 
-    /// Is this value allowed?
+    /// Whether this value is allowed.
     #[must_use]
     pub fn allows(&self, value: &Value) -> bool {
         match (self, value) {
@@ -88,7 +88,7 @@ impl Allowed {
     }
 }
 
-/// A TOML number; whole numbers are numbers too.
+/// A TOML number, which may be a whole number.
 fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Integer(i) => Some(*i as f64),
@@ -104,7 +104,7 @@ pub struct KeySpec {
     pub name: &'static str,
     /// What it does.
     pub doc: &'static str,
-    /// What it may be.
+    /// Its allowed values.
     pub allowed: Allowed,
     /// Where the default comes from.
     pub source: &'static str,
@@ -159,7 +159,7 @@ macro_rules! section {
 
         impl $crate::plan::Encode for $name {
             fn encode(&self, encoder: &mut dyn $crate::plan::Encoder) {
-                // All fields, or it does not compile.
+                // A field that is missing here does not compile.
                 let Self { $( $field, )* $($( $sub, )*)? } = self;
                 let _ = &encoder;
                 $( encoder.field(stringify!($field), $field); )*
@@ -182,7 +182,7 @@ macro_rules! section {
             };
         }
     };
-    // What is flattened has the names of its variants.
+    // A flattened part has the names of its variants.
     (@encode $encoder:ident, $sub:ident, flatten) => {
         $crate::plan::Encode::encode($sub, $encoder)
     };

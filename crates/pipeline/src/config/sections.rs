@@ -18,15 +18,15 @@ const TEXT: u64 = 1 << 20;
 const DATA: u64 = 256 << 20;
 
 section! {
-    /// A whole request: what world, what robot, what is recorded.
+    /// A whole request: the world, the robot, and what is recorded.
     Config at "" {
         /// The world's seed. The same seed, config and program give the same bytes.
-        seed: u64 = 7, Whole(0, i64::MAX), "any number; TOML reaches 2^63 - 1";
+        seed: u64 = 7, Whole(0, i64::MAX), "any number; TOML allows up to 2^63 - 1";
         /// How many frames the sequence has.
-        frames: u64 = 10, Whole(1, 10_000_000), "enough to see, done in a minute";
+        frames: u64 = 10, Whole(1, 10_000_000), "enough to look at, made in a minute";
     }
     plus {
-        /// Chunks and how far is seen.
+        /// Chunks and visible distances.
         chunks: Chunks;
         /// Terrain.
         terrain: Terrain;
@@ -80,15 +80,16 @@ section! {
         octaves: u32 = 6, Whole(1, 16), "paper, Fig. 3, has 5; one more for relief under 4 m";
         /// Size of the largest hills.
         scale_m: f64 = 130.0, RealAbove(0.0, 10_000.0),
-            "paper, Fig. 3, has 40: steep; here walkable";
+            "paper, Fig. 3, has 40, which is steep; ours is walkable";
         /// Frequency of each layer over the one before.
         lacunarity: f64 = 2.1, RealAbove(1.0, 10.0),
             "paper, IV-B: above 1; not 2, so that lattices do not align";
         /// Amplitude of each layer over the one before.
         persistence: f64 = 0.33, Real(0.0, 1.0), "paper, IV-B: 0..1";
         /// The greatest height.
-        max_height_m: f64 = 22.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50: mountains; here hills";
-        /// Which noise: ours, or the noise crate's.
+        max_height_m: f64 = 22.0, Real(0.0, 2000.0), "paper, Fig. 3, has 50, for mountains; ours \
+            are hills";
+        /// The noise: ours, or that of the noise crate.
         noise: TerrainNoise = TerrainNoise::Nemoral, OneOf(TerrainNoise::WORDS),
             "ours has no period and exact gradients";
         /// Side of a terrain cell away from trails.
@@ -101,7 +102,7 @@ section! {
 section! {
     /// The trails (paper, IV-C), carved into the terrain.
     Trails at "trails" {
-        /// Are there trails?
+        /// Whether there are trails.
         enabled: bool = true, Flag, "paper, IV-C: can be switched off";
         /// Width.
         width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
@@ -125,14 +126,14 @@ section! {
         grass_spread_m: f64 = 0.6, Real(0.0, 5.0), "paper, IV-C; between the ruts";
         /// Room for tufts of grass on a metre of each edge, of which about half grow; 0 for bare
         /// verges.
-        verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, where light and water are";
+        verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, which get light and water";
         /// Most stones along a trail in a chunk; 0 for none.
         rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
     }
 }
 
 section! {
-    /// What stands in a chunk (paper, IV-D): rocks first, then trees, stumps and shrubs.
+    /// Rocks, trees, stumps and shrubs, which are placed in this order (paper, IV-D).
     Placement at "placement" {
         /// Mean number of trees in a chunk.
         trees: f64 = 96.0, Real(0.0, 400.0), "paper, VI: medium";
@@ -146,10 +147,10 @@ section! {
         rocks_max: u32 = 14, Whole(0, 400), "paper, IV-D";
         /// Multiplies the radii of occupation: larger is sparser.
         density_factor: f64 = 1.0, RealAbove(0.0, 10.0), "paper, IV-D";
-        /// Two things keep this times the sum of their radii between them.
-        spacing_factor: f64 = 1.3, Real(1.0, 10.0), "trunks apart, crowns may overlap";
-        /// How evenly scattered things stand: the least distance over the spacing of a pattern with
-        /// no room left; 0.3 as natural stands, 0.5 as thinned ones.
+        /// The least distance of two objects, in multiples of the sum of their radii.
+        spacing_factor: f64 = 1.3, Real(1.0, 10.0), "trunks keep apart, crowns may overlap";
+        /// Regularity: the least distance of plants over the spacing of a saturated pattern; 0.3 as
+        /// in natural stands, 0.5 as in thinned ones.
         hard_core: f64 = 0.5, Real(0.1, 0.7), "our choice: 0.4-0.6";
     }
     plus {
@@ -164,26 +165,26 @@ section! {
 
 section! {
     /// Trees in rows, as in plantations: a grid over the whole world. Of its places,
-    /// `placement.trees` hold a tree; the rest failed or was thinned. Neighbours keep each other
-    /// small.
+    /// `placement.trees` hold a tree; in the others the tree died or was thinned. Neighbours
+    /// compete.
     PlacementRows at "placement.rows" {
-        /// From row to row; 0: no rows, trees are scattered.
+        /// Distance between rows; 0 for scattered trees without rows.
         spacing_m: f64 = 0.0, Real(0.0, 20.0), "scattered; eucalypts are planted 3 x 3 m";
-        /// From tree to tree in a row.
+        /// Distance between trees in a row.
         in_row_m: f64 = 3.0, Real(0.8, 20.0), "our choice";
-        /// Standard deviation of a tree about its place, each way.
+        /// Standard deviation of a tree's position about its place, along each axis.
         jitter_m: f64 = 0.2, Real(0.0, 1.0), "our choice: 0.15-0.3";
-        /// Where rows head, clockwise from north.
+        /// Direction of the rows, clockwise from north.
         heading_deg: f64 = 25.0, Real(-180.0, 180.0), "any";
     }
 }
 
 section! {
-    /// Gaps in the canopy, with wavy outlines, anywhere. Trees stand beside them, as densely as
-    /// `placement.trees` needs.
+    /// Gaps in the canopy at random places, with wavy outlines. Trees stand outside of them, as
+    /// densely as `placement.trees` requires.
     PlacementGaps at "placement.gaps" {
-        /// Share of the forest that is gap; 0 for none.
-        share: f64 = 0.0, Real(0.0, 0.6), "none, as the paper's forests";
+        /// Share of the forest that is in gaps; 0 for no gaps.
+        share: f64 = 0.0, Real(0.0, 0.6), "none, as in the paper's forests";
         /// Smallest mean radius.
         radius_min_m: f64 = 5.0, Real(1.0, 10.0), "our choice: 5-15";
         /// Largest mean radius.
@@ -201,11 +202,11 @@ section! {
     Regeneration at "placement.regeneration" {
         /// Mean number of saplings in a chunk.
         saplings: f64 = 0.0, Real(0.0, 400.0),
-            "none, as the paper's forests; our choice for others: 25-500";
+            "none, as in the paper's forests; our choice for others: 25-500";
         /// Seedlings on a square metre of a cluster in full light; down to a tenth of that in deep
         /// shade, 6 % of it outside clusters, none on trails.
         seedlings: f64 = 0.4, Real(0.0, 2.0),
-            "our choice: some; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
+            "our choice: few; young beeches in gaps 2.5-55, Sagheb-Talebi 2012";
         /// Share of the ground that clusters cover.
         share: f64 = 0.2, Real(0.02, 0.9), "our choice";
         /// Smallest mean radius of a cluster.
@@ -232,13 +233,13 @@ section! {
         ferns: f64 = 0.6, Real(0.0, 100.0), "open forests of the south";
     }
     plus {
-        /// What the ground is covered with.
+        /// The cover of the ground.
         floor: Floor;
     }
 }
 
 section! {
-    /// The forest floor: shares of what covers it, in patches of some metres.
+    /// The forest floor: shares of its covers, which form patches of some metres.
     Floor at "undergrowth.floor" {
         /// Share of fallen leaves.
         leaf_litter: f64 = 1.0, Real(0.0, 1000.0), "a mixed forest";
@@ -258,10 +259,11 @@ section! {
         trunk_radius_m: f64 = 0.04, Real(0.005, 1.0), "our choice";
         /// Mean stem diameter at breast height.
         dbh_mean_m: f64 = 0.26, Real(0.08, 0.8), "our choice: managed stands";
-        /// Shape of the Weibull distribution of diameters: 1.2 of all ages, 3 of one age.
+        /// Shape of the Weibull distribution of diameters: 1.2 for uneven-aged stands, 3 for
+        /// even-aged ones.
         dbh_shape: f64 = 2.5, Real(1.0, 6.0), "our choice";
         /// Thinnest tree.
-        dbh_min_m: f64 = 0.10, Real(0.07, 0.5), "callipered from here";
+        dbh_min_m: f64 = 0.10, Real(0.07, 0.5), "usual threshold of inventories";
         /// Thickest tree.
         dbh_max_m: f64 = 0.60, Real(0.1, 1.5), "our choice: managed stands";
         /// Share of maritime pines.
@@ -282,9 +284,9 @@ section! {
         beech: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
         /// Share of silver birches.
         silver_birch: f64 = 0.0, Real(0.0, 1000.0), "not in the paper's forests";
-        /// A species file of one's own (TOML, as those in crates/assets/species); empty for none.
+        /// Your own species file (TOML, like those in crates/assets/species); empty for none.
         own_species: InputPath = InputPath::default(), File(TEXT), "none";
-        /// Its share.
+        /// Share of that species.
         own_share: f64 = 0.0, Real(0.0, 1000.0), "none";
         /// Share of the trees that are dead and still stand.
         snags: f64 = 0.03, Real(0.0, 0.9), "managed European stands: a few in a hundred";
@@ -306,13 +308,13 @@ section! {
         colour: [f64; 3] = [1.0; 3], Triple(0.0, 10.0), "physical";
     }
     plus {
-        /// Where it stands.
+        /// The sun's position.
         #[serde(flatten)]
         position: SunPosition;
     }
 }
 
-/// Where the sun stands.
+/// The sun's position.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -353,9 +355,9 @@ section! {
         longitude_deg: f64 = -8.4103, Real(-180.0, 180.0), "Coimbra";
         /// Date and time in UTC.
         utc: String = "2022-06-21T14:30:00".into(), Text, "YYYY-MM-DDThh:mm:ss";
-        /// So many hours after that (negative: before): a number, so that the time can be drawn
-        /// from a range; 24 is the next day.
-        later_h: f64 = 0.0, Real(-8784.0, 8784.0), "then";
+        /// Hours to add to that time (negative: to subtract). As a number it can be drawn from a
+        /// range.
+        later_h: f64 = 0.0, Real(-8784.0, 8784.0), "that time itself";
     }
 }
 
@@ -367,10 +369,10 @@ section! {
         /// Share of cloud: 0 clear, 1 overcast.
         overcast: f64 = 0.0, Real(0.0, 1.0), "clear";
         /// A photographed sky instead: an equirectangular Radiance (.hdr) or OpenEXR file, zenith
-        /// on top. It is seen in the gaps and lights the scene, as brightly as the modelled sky
-        /// would; the sun stays that of `[sun]`, and the one in the image is cut.
+        /// on top. It is visible in gaps and lights the scene as brightly as the modelled sky
+        /// would. The sun is still that of `[sun]`; the one in the image is removed.
         image: InputPath = InputPath::default(), File(DATA), "none";
-        /// Where the middle column of that image looks, clockwise from north.
+        /// Direction of the middle column of that image, clockwise from north.
         image_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north";
         /// Multiplies that image's light.
         image_gain: f64 = 1.0, Real(0.001, 1000.0), "as bright as the modelled sky";
@@ -378,19 +380,19 @@ section! {
 }
 
 section! {
-    /// The air near the ground: how far one sees in it, and fog.
+    /// The air near the ground: visibility and fog.
     Weather at "weather" {
-        /// Meteorological visibility at the camera's height: where 2 % of the contrast is left.
-        /// Haze below 10,000, mist below 2000.
+        /// Meteorological visibility at the camera's height: the distance at which 2 % of the
+        /// contrast is left. It is haze below 10,000 and mist below 2000.
         visibility_m: f64 = 20_000.0, Real(10.0, 1_000_000.0), "a clear day; Koschmieder 1924";
-        /// The height over which that haze thins by e.
+        /// The height over which that haze decreases by a factor of e.
         haze_height_m: f64 = 100.0, Real(1.0, 10_000.0),
             "a shallow layer: crowns against the sky stay clear";
-        /// Fog: its extinction at its base, 3.912 over the visibility there; 0 for none.
+        /// Extinction of fog at its base, which is 3.912 over the visibility there; 0 for no fog.
         fog_per_m: f64 = 0.0, Real(0.0, 1.0), "none";
-        /// The height in the world where it has that extinction; below it is thicker.
+        /// The height in the world at which fog has that extinction; below, it is denser.
         fog_base_m: f64 = 0.0, Real(-1000.0, 10_000.0), "where the terrain is lowest";
-        /// The height over which it thins by e.
+        /// The height over which fog decreases by a factor of e.
         fog_height_m: f64 = 8.0, Real(0.5, 1000.0), "fog on a valley floor";
     }
 }
@@ -398,86 +400,87 @@ section! {
 section! {
     /// The camera (paper, V-C).
     Camera at "camera" {
-        /// Is there a camera? Without the first there are no further ones.
+        /// Whether there is a camera. Without the first one there are no further ones.
         enabled: bool = true, Flag, "a scan alone is 20 times as fast";
         /// Columns.
         width_px: u32 = 1280, Whole(16, 8192), "paper, VI";
         /// Rows.
         height_px: u32 = 720, Whole(16, 8192), "paper, VI";
-        /// Colour samples of every pixel. A GPU takes 1, or else 4 of each, whichever is asked for
-        /// here or for edges.
-        samples: u32 = 1, Whole(1, 256), "a mean of light costs as many rays";
-        /// Colour samples of the tenth of the pixels whose neighbours differ most from them, if
-        /// that is more; 1, with `samples` 1, is the draft.
-        edge_samples: u32 = 4, Whole(1, 256), "smooth edges where they are seen";
-        /// Over how many surfaces light is followed to the sky, by rays drawn at random; 0 takes
-        /// the mean light of a place from how open its sky is. On the CPU alone. Grainy below some
-        /// 64 `samples`, with which 4 bounces take minutes.
-        bounces: u32 = 0, Whole(0, 16), "mean light comes within a tenth or two of it";
-        /// How bright pictures come out: by a light meter, or always as `exposure_ev` says.
+        /// Colour samples of every pixel. A GPU takes 1 if nothing more is asked for here and for
+        /// edges, else 4 of every pixel.
+        samples: u32 = 1, Whole(1, 256), "mean light needs as many rays";
+        /// Colour samples of the tenth of the pixels that differ most from their neighbours, if
+        /// that is more than `samples`. If both are 1, the picture is a draft.
+        edge_samples: u32 = 4, Whole(1, 256), "smooth edges where they are visible";
+        /// Number of surfaces over which light is followed to the sky by random rays; 0 takes the
+        /// mean light of a place from its sky view factor. More than 0 works on the CPU alone, and
+        /// is grainy with less than about 64 `samples`, with which 4 bounces take minutes.
+        bounces: u32 = 0, Whole(0, 16), "mean light is within a tenth or two of it";
+        /// Exposure of pictures: by a light meter, or fixed to `exposure_ev`.
         exposure: ExposureMode = ExposureMode::Auto, OneOf(ExposureMode::WORDS), "as cameras do";
-        /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. Sunny
-        /// 15, overcast or shade 12, under crowns 8 to 11.
-        exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a wood on a clear day";
-        /// How light becomes a picture: `robot`, what a small camera really sees in a wood: harsh,
-        /// skies that clip, edges that glare, dark corners; `cinema`, a soft curve that keeps
-        /// highlights; `flat`, proportional to light, a clean lens, for those who augment
-        /// themselves.
+        /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. It is
+        /// 15 in sunshine, 12 under an overcast sky or in shade, 8 to 11 under crowns.
+        exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a forest on a clear day";
+        /// How light becomes a picture: `robot` is what a small camera records in a forest, with
+        /// harsh contrast, clipped skies, glare at edges and dark corners; `cinema` is a soft curve
+        /// that keeps highlights; `flat` is proportional to light, with a clean lens, for those who
+        /// augment pictures themselves.
         look: Look = Look::Robot, OneOf(Look::WORDS), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
         exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0),
-            "as cameras meter: for the bright gaps, leaving leaves dark";
-        /// Write `radiance`, the light itself behind the lens, before exposure and sensor: OpenEXR,
-        /// linear sRGB in cd/m², 32-bit floats.
-        radiance: bool = false, Flag, "at most 11 MB a picture of 1280 x 720";
+            "as cameras meter: for bright gaps, so that leaves are dark";
+        /// Write `radiance`, the light behind the lens, before exposure and sensor: OpenEXR, linear
+        /// sRGB in cd/m², 32-bit floats.
+        radiance: bool = false, Flag, "at most 11 MB for a picture of 1280 x 720";
         /// Write `sky`, a mask of where nothing was hit.
-        sky: bool = false, Flag, "depth 0 says the same";
-        /// Write `flow`, the optical flow to the next frame: exact, and whether the next frame
-        /// shows it.
-        flow: bool = false, Flag, "one more ray a pixel";
-        /// Write `trunks`, the nearest trunk behind leaves, shrubs and whatever hides it.
-        trunks: bool = false, Flag, "the paper's hard case, VII; one more ray a pixel";
+        sky: bool = false, Flag, "depth 0 contains the same";
+        /// Write `flow`, the exact optical flow to the next frame, with a flag for points that the
+        /// next frame shows.
+        flow: bool = false, Flag, "one more ray for each pixel";
+        /// Write `trunks`, the nearest trunk at each pixel, also behind leaves and shrubs.
+        trunks: bool = false, Flag, "the paper's hard case, VII; one more ray for each pixel";
         /// Write `boxes`, 2-D and 3-D boxes of trees, stumps, shrubs and rocks with their visible
         /// fraction.
-        boxes: bool = false, Flag, "each thing is cast on its own";
-        /// Boxes of things up to so far.
+        boxes: bool = false, Flag, "each object is cast separately";
+        /// Greatest distance of objects with boxes.
         boxes_range_m: f64 = 60.0, Real(1.0, 600.0), "a tree there is still 10 pixels wide";
-        /// Mounted this far in front of the body's origin.
+        /// Position in front of the body's origin.
         mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "a small tracked robot";
-        /// This far to its left.
+        /// Position to the left of it.
         mount_y_m: f64 = 0.0, Real(-10.0, 10.0), "centred";
-        /// This far above the ground.
+        /// Height above the ground.
         mount_z_m: f64 = 1.2, Real(0.0, 50.0), "a small tracked robot";
-        /// Turned to the left.
+        /// Rotation to the left.
         mount_yaw_deg: f64 = 0.0, Real(-180.0, 180.0), "forward";
-        /// Nose down.
+        /// Pitch, downwards.
         mount_pitch_deg: f64 = 0.0, Real(-90.0, 90.0), "level";
     }
     plus {
-        /// How wide it sees.
+        /// The camera's optics.
         #[serde(flatten)]
         optics: CameraOptics;
-        /// What its lens does.
+        /// The camera's lens.
         #[serde(flatten)]
         lens: CameraLens;
-        /// When it sees light.
+        /// The camera's shutter.
         shutter: CameraShutter;
-        /// What its sensor adds.
+        /// The noise of the camera's sensor.
         noise: CameraNoise;
     }
 }
 
 section! {
-    /// When the camera's rows see light. Only a robot that moves can tell: what passes is blurred,
-    /// and lines lean. Truth is that of each row in the middle of its exposure.
+    /// When the camera's rows are exposed. While the robot moves, pictures blur and vertical lines
+    /// lean. The truth of each row is that of the middle of its exposure.
     CameraShutter at "camera.shutter" {
         /// How long each row is exposed; 0 for an instant, without motion blur.
         exposure_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 5 to 20 under crowns, 1 in the sun";
-        /// From the first row's time to the last one's, a rolling shutter; 0 for a global one.
+        /// From the first row's time to the last one's, for a rolling shutter; 0 for a global
+        /// shutter.
         readout_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 10 to 33 of rolling CMOS sensors";
-        /// Least colour samples a pixel of a picture that blurs: one in each of so many parts of
-        /// the exposure.
-        samples: u32 = 9, Whole(2, 256), "steps of a blur of 9 pixels cannot be seen";
+        /// Least number of colour samples for each pixel of a picture with motion blur, one in each
+        /// of as many parts of the exposure.
+        samples: u32 = 9, Whole(2, 256), "steps of a blur of 9 pixels are not visible";
     }
 }
 
@@ -485,23 +488,23 @@ section! {
     /// The noise of the camera's sensor, in electrons (EMVA 1288, linear model), before the tone
     /// curve.
     CameraNoise at "camera.noise" {
-        /// Is there any?
+        /// Whether there is noise.
         enabled: bool = false, Flag, "off: those who augment add their own";
         /// Electrons that a pixel holds before it clips.
         full_well_e: f64 = 10_500.0, Real(10.0, 1e7),
             "Sony IMX273: 40.2 dB at best (EMVA 1288 of Balluff's mvBlueFOX3-2016)";
-        /// Noise of reading, electrons.
+        /// Read noise, electrons.
         read_noise_e: f64 = 2.4, Real(0.0, 10_000.0), "the same: 71.4 dB of dynamic range";
         /// Amplification before the converter: with 2 a pixel clips at half its full well.
         gain: f64 = 1.0, Real(1.0, 1000.0), "none in good light";
-        /// In less light than this (EV at ISO 100) each stop doubles the gain.
+        /// Below this exposure value (ISO 100), each stop doubles the gain.
         gain_below_ev: f64 = 8.0, Real(-20.0, 30.0), "f/2 and 1/60 s, wide open";
         /// Spread of the pixels' sensitivity (PRNU).
         prnu: f64 = 0.008, Real(0.0, 0.5), "0.5 to 1 % of CMOS sensors";
         /// Spread of the pixels' dark level (DSNU), electrons.
         dsnu_e: f64 = 1.0, Real(0.0, 10_000.0), "about 1 of good CMOS sensors";
         /// Bits of the converter.
-        bits: u32 = 12, Whole(1, 16), "machine vision's";
+        bits: u32 = 12, Whole(1, 16), "usual in machine vision";
     }
 }
 
@@ -516,7 +519,7 @@ pub(super) const FURTHER_CAMERAS: SectionSpec = SectionSpec {
     keys: &[],
 };
 
-/// How wide the camera sees.
+/// The optics of a camera.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -569,23 +572,23 @@ section! {
         fx_px: f64 = 760.0, Real(1.0, 1e6), "80 degrees on 1280 pixels";
         /// Focal length along columns.
         fy_px: f64 = 760.0, Real(1.0, 1e6), "square pixels";
-        /// Where the axis meets the picture, from the left; OpenCV's plus 0.5.
+        /// Principal point from the left edge; OpenCV's plus 0.5.
         cx_px: f64 = 640.0, Real(-8192.0, 16384.0), "the middle of 1280 pixels";
-        /// From above; OpenCV's plus 0.5.
+        /// Principal point from the top edge; OpenCV's plus 0.5.
         cy_px: f64 = 360.0, Real(-8192.0, 16384.0), "the middle of 720 pixels";
     }
 }
 
-/// What the camera's lens does to rays.
+/// The lens of a camera.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CameraLens {
-    /// Nothing.
+    /// No distortion.
     Pinhole(CameraPinhole),
-    /// Bends lines a little.
+    /// Brown and Conrady's distortion.
     BrownConrady(CameraBrownConrady),
-    /// Draws angles.
+    /// A fisheye.
     Fisheye(CameraFisheye),
 }
 
@@ -607,14 +610,14 @@ section! {
 }
 
 section! {
-    /// Brown and Conrady's distortion with OpenCV's coefficients, on picture and truth alike. The
-    /// field of view is the middle row's.
+    /// Brown and Conrady's distortion with OpenCV's coefficients, applied to picture and truth
+    /// alike. The field of view is that of the middle row.
     CameraBrownConrady at "camera.brown_conrady", one of "the camera's lens" {
-        /// Radial: negative for barrels.
+        /// Radial coefficient, negative for barrel distortion.
         k1: f64 = -0.1, Real(-100.0, 100.0), "a wide lens of machine vision";
-        /// Radial, fourth power.
+        /// Radial coefficient of the fourth power.
         k2: f64 = 0.01, Real(-100.0, 100.0), "a wide lens of machine vision";
-        /// Radial, sixth power.
+        /// Radial coefficient of the sixth power.
         k3: f64 = 0.0, Real(-100.0, 100.0), "none";
         /// Tangential.
         p1: f64 = 0.0, Real(-1.0, 1.0), "none";
@@ -624,16 +627,16 @@ section! {
 }
 
 section! {
-    /// An equidistant fisheye after Kannala and Brandt with OpenCV's coefficients, on picture and
-    /// truth alike; every pixel must see within 89 degrees of the axis.
+    /// An equidistant fisheye after Kannala and Brandt with OpenCV's coefficients, applied to
+    /// picture and truth alike. Every pixel must look within 89 degrees of the axis.
     CameraFisheye at "camera.fisheye", one of "the camera's lens" {
-        /// Third power of the angle.
+        /// Coefficient of the third power of the angle.
         k1: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
-        /// Fifth power.
+        /// Coefficient of the fifth power.
         k2: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
-        /// Seventh power.
+        /// Coefficient of the seventh power.
         k3: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
-        /// Ninth power.
+        /// Coefficient of the ninth power.
         k4: f64 = 0.0, Real(-100.0, 100.0), "equidistant";
     }
 }
@@ -641,46 +644,46 @@ section! {
 section! {
     /// The LiDAR (paper, V-B).
     Lidar at "lidar" {
-        /// A scanner by its data sheet: sets the pattern, the pulses of 0.1 s, ranges, beam, errors
-        /// and noise below; what is set besides stays as set.
+        /// A scanner by its data sheet. It sets the pattern, the pulses of 0.1 s, ranges, beam,
+        /// errors and noise below; keys that you set yourself override it.
         device: String = CUSTOM_DEVICE.into(), OneOf(&DEVICES),
             "the makers' data sheets, each named in the handbook";
         /// Pulses fired in a scan.
         pulses: u32 = 50_000, Whole(1, 10_000_000), "paper, VI";
-        /// Pulses that hit something nearer give no return.
+        /// Surfaces nearer than this block pulses and give no return.
         min_range_m: f64 = 0.5, Real(0.0, 10.0), "blind zone: Livox";
-        /// Nothing farther gives a return.
+        /// Surfaces farther than this give no return.
         max_range_m: f64 = 260.0, Real(1.0, 2000.0), "Livox wiki, at 80 % reflectance";
         /// Laser wavelength.
         wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
         /// Which echoes of a pulse become points.
         returns: ReturnMode = ReturnMode::Strongest, OneOf(ReturnMode::WORDS),
-            "one each, as the paper's";
-        /// Of `all`, at most so many.
-        max_returns: u32 = 5, Whole(1, 15), "LAS numbers 15";
-        /// Write points in the LiDAR frame of the frame's time; else raw, each in the frame of its
-        /// pulse.
+            "one for each pulse, as in the paper";
+        /// The most returns of a pulse with `all`.
+        max_returns: u32 = 5, Whole(1, 15), "LAS allows 15";
+        /// Write points in the LiDAR frame at the frame's time; if false, raw points, each in the
+        /// LiDAR frame at its pulse's time.
         deskew: bool = true, Flag, "our choice";
-        /// Mounted this far in front of the body's origin.
+        /// Position in front of the body's origin.
         mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "above the camera";
-        /// This far to its left.
+        /// Position to the left of it.
         mount_y_m: f64 = 0.0, Real(-10.0, 10.0), "centred";
-        /// This far above the ground.
+        /// Height above the ground.
         mount_z_m: f64 = 1.35, Real(0.0, 50.0), "above the camera";
-        /// Turned to the left.
+        /// Rotation to the left.
         mount_yaw_deg: f64 = 0.0, Real(-180.0, 180.0), "forward";
-        /// Nose down.
+        /// Pitch, downwards.
         mount_pitch_deg: f64 = 0.0, Real(-90.0, 90.0), "level";
     }
     plus {
-        /// Where it looks.
+        /// The LiDAR's pattern.
         #[serde(flatten)]
         pattern: LidarPattern;
-        /// How wide its pulses are.
+        /// The LiDAR's beam.
         beam: LidarBeam;
-        /// How it errs besides ranging.
+        /// Errors other than those of ranges.
         errors: LidarErrors;
-        /// How its ranges err.
+        /// Errors of ranges.
         noise: Noise;
     }
 }
@@ -743,7 +746,7 @@ section! {
         low_deg: f64 = -15.0, Real(-90.0, 90.0), "VLP-16 user manual";
         /// Highest line.
         high_deg: f64 = 15.0, Real(-90.0, 90.0), "VLP-16 user manual";
-        /// Turns a second.
+        /// Turns per second.
         rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
     }
 }
@@ -773,36 +776,36 @@ section! {
 section! {
     /// A spinning head, with its beam table and firing times.
     LidarSpinning at "lidar.spinning", one of "the scan pattern" {
-        /// Whose.
+        /// The scanner.
         head: SpinningHead = SpinningHead::Vlp16, OneOf(SpinningHead::WORDS),
             "Velodyne and Ouster manuals, ros-drivers/velodyne";
-        /// Turns a second.
+        /// Turns per second.
         rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
         /// Beams of an `ouster`.
         beams: u32 = 64, Whole(1, 255), "OS1-64";
         /// Vertical field of view of an `ouster`.
         vertical_fov_deg: f64 = 45.0, RealAbove(0.0, 180.0), "OS1; an OS0 has 90";
-        /// Columns a turn of an `ouster`.
+        /// Columns per turn of an `ouster`.
         columns: u32 = 1024, Whole(1, 100_000), "OS1 at 10 Hz";
     }
 }
 
 section! {
-    /// A terrestrial scanner: one turn of sweeps from below to the zenith, at equal angles; it
-    /// holds the pulses asked for.
+    /// A terrestrial scanner: one turn of sweeps from below to the zenith, at equal angles; it has
+    /// the number of pulses that is asked for.
     LidarPanorama at "lidar.panorama", one of "the scan pattern" {
         /// Lowest pulse, above the horizon.
         low_deg: f64 = -60.0, Real(-90.0, 90.0), "the tripod hides what is below";
         /// Highest pulse.
         high_deg: f64 = 90.0, Real(-90.0, 90.0), "the zenith";
-        /// Pulses a second.
+        /// Pulses per second.
         rate_hz: f64 = 2e6, RealAbove(0.0, 1e8), "phase-shift scanners";
     }
 }
 
 section! {
-    /// A table of pulses, replayed: rows of `time, azimuth, elevation[, ring]` in seconds and
-    /// degrees.
+    /// A table of pulses that is replayed: rows of `time, azimuth, elevation[, ring]` in seconds
+    /// and degrees.
     LidarTable at "lidar.table", one of "the scan pattern" {
         /// The CSV file.
         path: InputPath = InputPath::default(), File(DATA), "none";
@@ -810,15 +813,15 @@ section! {
 }
 
 section! {
-    /// The laser beam: cast as sub-rays, whose echoes mix or part as in a real pulse.
+    /// The laser beam. It is cast as sub-rays, whose echoes mix or separate as in a real pulse.
     LidarBeam at "lidar.beam" {
         /// Divergence sideways, full width at half maximum.
         horizontal_deg: f64 = 0.28, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
         /// Divergence upwards, full width at half maximum.
         vertical_deg: f64 = 0.03, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
-        /// Rings of sub-rays around the middle: 0, 1, 2, 3 make 1, 7, 19, 37 rays a pulse.
-        rings: u32 = 0, Whole(0, 8), "a line, as the paper's; 2 is HELIOS++'s";
-        /// Length of the pulse: surfaces half of it apart melt into one echo.
+        /// Rings of sub-rays around the middle: 0, 1, 2, 3 give 1, 7, 19, 37 rays for each pulse.
+        rings: u32 = 0, Whole(0, 8), "a line, as in the paper; HELIOS++ has 2";
+        /// Length of the pulse; surfaces that are less than half of it apart merge into one echo.
         pulse_ns: f64 = 4.0, Real(0.0, 100.0), "Livox scanners in HELIOS++";
     }
 }
@@ -826,7 +829,7 @@ section! {
 section! {
     /// Errors of pointing and detection.
     LidarErrors at "lidar.errors" {
-        /// Standard deviation of a pulse's direction, sideways and up.
+        /// Standard deviation of a pulse's direction, sideways and upwards.
         angular_deg: f64 = 0.0, Real(0.0, 5.0), "off; Livox below 0.05 to 0.1";
         /// Ranges are written in steps of this; 0 for none.
         range_step_m: f64 = 0.0, Real(0.0, 1.0), "off; Velodyne 0.002, Livox 0.001";
@@ -838,15 +841,15 @@ section! {
 }
 
 section! {
-    /// How measured ranges err (paper, V-B).
+    /// Errors of measured ranges (paper, V-B).
     Noise at "lidar.noise" {
-        /// The model: none; the paper's; Laconte's bias; a spread by incidence, by range, or by
-        /// signal to noise with a threshold of detection.
+        /// The model: no errors, the paper's, Laconte's bias, a spread by incidence, by range, or
+        /// by signal-to-noise ratio with a threshold of detection.
         model: RangeNoiseModel = RangeNoiseModel::Paper, OneOf(RangeNoiseModel::WORDS),
             "paper, V-B; each model's source is named in the handbook";
         /// Standard deviation of `paper` and `laconte`.
         sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox wiki: Mid-40 at 20 m";
-        /// Whose bias `laconte` has.
+        /// The sensor whose bias `laconte` has.
         laconte_device: LaconteSensor = LaconteSensor::Hdl32e, OneOf(LaconteSensor::WORDS),
             "Laconte et al. 2019, in libpointmatcher";
         /// `laconte` by its closed form: within 2 % for narrow beams, and faster.
@@ -868,42 +871,42 @@ section! {
 }
 
 section! {
-    /// The robot: where it goes, and how often it looks.
+    /// The robot: its path, and the interval of frames.
     Robot at "robot" {
-        /// Frames lie this far apart.
+        /// Distance between frames.
         spacing_m: f64 = 1.0, Real(0.0, 1000.0), "new views, overlapping";
-        /// Or this long apart; 0 to go by metres.
+        /// Time between frames; 0 to use the distance instead.
         spacing_s: f64 = 0.0, Real(0.0, 3600.0), "by metres";
-        /// Speed, for times, and for the motion during a scan.
+        /// Speed, which gives times and the motion during a scan.
         speed_m_s: f64 = 1.0, RealAbove(0.0, 30.0), "walking pace";
-        /// Where it starts, metres east.
+        /// Start of the path, metres east.
         start_x_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
-        /// Where it starts, metres north.
+        /// Start of the path, metres north.
         start_y_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
         /// Heading of `straight` and of a wander, clockwise from north.
         heading_deg: f64 = 45.0, Real(-360.0, 360.0), "north-east";
-        /// Distance between axles: body pitch follows the ground over it.
+        /// Distance between axles, over which the body's pitch follows the ground.
         wheelbase_m: f64 = 0.8, Real(0.1, 10.0), "a small tracked robot";
-        /// Distance between tracks: body roll follows the ground over it.
+        /// Distance between tracks, over which the body's roll follows the ground.
         track_m: f64 = 0.6, Real(0.1, 10.0), "a small tracked robot";
-        /// Kept from stems and rocks on a wander.
-        clearance_m: f64 = 0.8, Real(0.0, 10.0), "half the robot and a hand";
+        /// Clearance from stems and rocks on a wander.
+        clearance_m: f64 = 0.8, Real(0.0, 10.0), "half the robot's width and a margin";
     }
     plus {
-        /// Where it goes.
+        /// The path.
         #[serde(flatten)]
         path: RobotPath;
     }
 }
 
-/// Where the robot goes.
+/// The path of the robot.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum RobotPath {
     /// Along the nearest trail, there and back.
     Trail(PathTrail),
-    /// A smooth wander through the wood.
+    /// A smooth wander through the forest.
     Wander(PathWander),
     /// A straight line.
     Straight(PathStraight),
@@ -930,33 +933,33 @@ impl Default for RobotPath {
 section! {
     /// Along the nearest trail; a wander if there is none.
     PathTrail at "robot.trail", one of "the robot's path" {
-        /// A trail is looked for this far from the start.
+        /// Distance from the start within which a trail is searched.
         search_radius_m: f64 = 500.0, Real(0.0, 2000.0), "our choice";
     }
 }
 
 section! {
-    /// A smooth wander that keeps from stems and rocks.
+    /// A smooth wander that avoids stems and rocks.
     PathWander at "robot.wander", one of "the robot's path" {
-        /// How far it strays from its heading's line.
+        /// The greatest deviation from the line of its heading.
         amplitude_m: f64 = 8.0, Real(0.0, 30.0), "a few trees wide";
     }
 }
 
 section! {
-    /// A straight line, through whatever stands there.
+    /// A straight line, which does not avoid anything.
     PathStraight at "robot.straight", one of "the robot's path" {}
 }
 
 section! {
-    /// Fixed stations, as of terrestrial scanning: a grid about the start, each level, still, and
-    /// moved to the nearest place that is clear.
+    /// Fixed stations, as in terrestrial scanning: a grid around the start. Each station is level
+    /// and still, and is moved to the nearest clear place.
     PathStations at "robot.stations", one of "the robot's path" {
         /// Stations from west to east.
         columns: u32 = 3, Whole(1, 1000), "a plot of 30 m";
         /// Stations from south to north.
         rows: u32 = 3, Whole(1, 1000), "a plot of 30 m";
-        /// Between neighbours.
+        /// Distance between neighbouring stations.
         distance_m: f64 = 12.0, RealAbove(0.0, 1000.0), "10 to 15 m are usual";
     }
 }
@@ -966,10 +969,11 @@ section! {
     PathFile at "robot.file", one of "the robot's path" {
         /// The file.
         path: InputPath = InputPath::default(), File(DATA), "none";
-        /// Its format: TUM (`t x y z qx qy qz qw`) or KITTI (a 3 x 4 matrix a line).
-        format: PathFormat = PathFormat::Tum, OneOf(PathFormat::WORDS), "TUM carries times";
+        /// Its format: TUM (`t x y z qx qy qz qw`) or KITTI (a 3 x 4 matrix), one pose on each
+        /// line.
+        format: PathFormat = PathFormat::Tum, OneOf(PathFormat::WORDS), "TUM contains times";
         /// Take height, pitch and roll from the ground instead of the file.
-        on_ground: bool = true, Flag, "the file knows nothing of this ground";
+        on_ground: bool = true, Flag, "the file does not know this ground";
     }
 }
 
@@ -978,10 +982,10 @@ section! {
     Output at "output" {
         /// The class table.
         ontology: String = "paper".into(), OneOf(&["paper", "fuel"]), "paper, V-A and VII";
-        /// Write a PLY with every field of every point, beside `.bin` and `.label`.
+        /// Write a PLY with every field of every point, besides `.bin` and `.label`.
         ply: bool = true, Flag, "true range, true id, time, normal and more";
         /// Write depth as float32 `.npy` instead of 16-bit PNG.
-        depth_npy: bool = false, Flag, "PNG is read by every loader, and good to 2 mm";
+        depth_npy: bool = false, Flag, "every loader reads PNG, which is exact to 2 mm";
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Camera, Config, Lidar};
 
-/// Names that no further sensor may have: the first ones and their folders have them.
+/// Names that no further sensor may have, because the first sensors and their folders have them.
 pub(super) const RESERVED: [&str; 16] = [
     "camera", "lidar", "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky",
     "flow", "trunks", "boxes", "radiance", "velodyne", "labels", "points",
@@ -14,7 +14,7 @@ pub(crate) fn sensor_name(path: &str) -> &str {
 }
 
 impl Config {
-    /// Every camera that is there with the path of its table, the first one first.
+    /// Every enabled camera with the path of its table, the first one first.
     pub(crate) fn all_cameras(&self) -> impl Iterator<Item = (String, &Camera)> {
         let further = self
             .cameras

@@ -10,15 +10,15 @@ use nemoral_scene::glam::Vec3;
 use super::Sky;
 use crate::{Error, InputFiles};
 
-/// The most pixels of a sky image; decoded, each takes twelve bytes, with an opacity sixteen.
+/// The most pixels of a sky image. A decoded pixel takes twelve bytes, or sixteen with opacity.
 const MOST_PIXELS: u64 = 8192 * 4096;
-/// The most bytes of a decoded one, of which there are two for a while.
+/// The most bytes of a decoded image, of which two exist for a while.
 const MOST_BYTES: u64 = 12 * MOST_PIXELS;
 
 /// The sky image that a config names, if it names one.
 ///
 /// # Errors
-/// If the file is no Radiance or OpenEXR image of a sky, or a larger one than is decoded.
+/// If the file is not a Radiance or OpenEXR image of a sky, or is larger than the limit.
 pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImage>, Error> {
     let Some(file) = inputs.get(&sky.image) else {
         return Ok(None);
@@ -28,7 +28,7 @@ pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImag
     };
     let reader = ImageReader::new(Cursor::new(file.bytes()));
     let reader = reader.with_guessed_format().map_err(|e| refused(&e))?;
-    // Pictures for screens have no light beyond their white.
+    // Images for screens have no values above white.
     if !matches!(
         reader.format(),
         Some(ImageFormat::Hdr | ImageFormat::OpenExr)
@@ -36,7 +36,7 @@ pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImag
         return Err(refused(&"must be a Radiance (.hdr) or OpenEXR (.exr) file"));
     }
     let mut decoder = reader.into_decoder().map_err(|e| refused(&e))?;
-    // The header is asked before room is made for what it says.
+    // The header is checked before memory is allocated.
     let (width, height) = decoder.dimensions();
     if u64::from(width) * u64::from(height) > MOST_PIXELS {
         return Err(refused(&format!(
@@ -78,7 +78,8 @@ mod tests {
     #[test]
     fn both_formats_are_read_and_light_comes_from_where_it_is() {
         let folder = tempfile::tempdir().expect("a folder");
-        // The east is bright: three quarters of the way from the left edge (north in the middle).
+        // The east is bright, which is three quarters of the width from the left edge (north is in
+        // the middle).
         let pixel = |x: u32, _: u32| {
             let east = (40..56).contains(&x);
             image::Rgb(if east {
@@ -103,7 +104,7 @@ mod tests {
             assert!(east.y > 2.0 * west.y, "{name}: {east} {west}");
             let seen = one.sky_radiance(Vec3::new(0.8, 0.0, 0.6));
             assert!((seen.x / seen.z - 2.0).abs() < 0.05, "{name}: {seen}");
-            // As bright as the modelled sky, times the gain; the sun is the sun.
+            // The image is as bright as the modelled sky times the gain; the sun does not change.
             let modelled = nemoral_render::Lighting::new(&sun, &params).expect("valid");
             let level = |l: &nemoral_render::Lighting| {
                 l.sky_irradiance(Vec3::Z)

@@ -1,4 +1,4 @@
-//! The TOML that a request is made of: what it says, and where.
+//! The TOML sources of a request: their values, and the places of these.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ impl Source {
         Self::parse(&path.display().to_string(), false, text)
     }
 
-    /// `terrain.octaves=3` is TOML already; a bare word is text.
+    /// A `--set` argument. `terrain.octaves=3` is TOML already; a bare word is taken as text.
     pub(super) fn setting(setting: &str) -> Result<Self, Error> {
         let name = format!("--set {setting}");
         let Some((key, value)) = setting.split_once('=') else {
@@ -63,7 +63,7 @@ impl Source {
         }
     }
 
-    /// What is wrong with a dotted key of this source.
+    /// An error about a dotted key of this source.
     pub(super) fn error(&self, path: &str, message: String) -> ConfigError {
         ConfigError {
             path: path.to_owned(),
@@ -72,13 +72,13 @@ impl Source {
         }
     }
 
-    /// Where a dotted key stands in this source.
+    /// The place of a dotted key in this source.
     pub(super) fn place_of(&self, path: &str) -> Option<Place> {
         let parts: Vec<&str> = path.split('.').collect();
         self.place_of_parts(&parts)
     }
 
-    /// Where a key stands whose parts may have dots themselves.
+    /// The place of a key whose parts may contain dots.
     pub(super) fn place_of_parts(&self, parts: &[&str]) -> Option<Place> {
         let parsed = toml::de::DeTable::parse(&self.text).ok()?;
         let mut table = parsed.get_ref();
@@ -116,7 +116,7 @@ fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {
     }
 }
 
-/// The definition of a table. A further sensor has that of the first.
+/// The definition of a table. A further sensor has that of the first one.
 pub(super) fn section(path: &str) -> Option<&'static SectionSpec> {
     let further = [("cameras.", "camera"), ("lidars.", "lidar")];
     let of_first = further.iter().find_map(|(prefix, first)| {
@@ -135,7 +135,7 @@ pub(super) fn join(path: &str, key: &str) -> String {
     }
 }
 
-/// The most bytes of the file that a key names; 0 of a key that names none.
+/// The most bytes of the file that a key names; 0 for a key that names no file.
 pub(crate) fn most_bytes(key: &str) -> u64 {
     let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
     let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == name));

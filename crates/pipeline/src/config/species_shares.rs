@@ -3,8 +3,7 @@
 use super::Assets;
 
 impl Assets {
-    /// The built-in species with their shares; one's own is not among them, but for its share
-    /// (`None`).
+    /// The built-in species with their shares, and the share of the user's own species (`None`).
     #[must_use]
     pub fn shares(&self) -> [(Option<&'static str>, f64); 10] {
         [

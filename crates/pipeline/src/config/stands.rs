@@ -1,12 +1,13 @@
-//! Recipes of stands: what a forester would write on the map.
+//! Recipes of stands, in a forester's terms.
 //!
-//! Numbers per hectare, spacing and diameters lie inside the ranges named at each recipe: usual
-//! ones in Europe's forestry, which of them is our choice, as are numbers that no range is named
-//! for (saplings, stumps, shrubs, Weibull shapes). A chunk of 50 m is a quarter of a hectare.
+//! Numbers per hectare, spacing and diameters lie in the ranges that are given with each recipe,
+//! which are usual in European forestry. The values within these ranges are our choice, and so are
+//! numbers without a range (saplings, stumps, shrubs, Weibull shapes). A chunk of 50 m is a quarter
+//! of a hectare.
 
 use super::{Assets, Config, Floor};
 
-/// No species: each recipe names its own.
+/// Removes all species, as each recipe names its own.
 fn bare(config: &mut Config) -> &mut Assets {
     let a = &mut config.assets;
     a.maritime_pine = 0.0;
@@ -27,7 +28,7 @@ fn floor(leaf_litter: f64, needle_litter: f64, moss: f64) -> Floor {
     }
 }
 
-/// Pinaster 250-700/ha at 40-60 years, dunes; gorse and heather below.
+/// Pinus pinaster, 250-700/ha at 40-60 years, on dunes, with gorse and heather.
 pub(super) fn maritime_pine(c: &mut Config) {
     let a = bare(c);
     a.maritime_pine = 1.0;
@@ -54,8 +55,8 @@ pub(super) fn maritime_pine(c: &mut Config) {
     c.trails.rocks_max = 2;
 }
 
-/// Globulus in rows of 3 x 3 m, 1111/ha planted; 15 % have failed or were thinned. Slender: H/D
-/// 90-120.
+/// Eucalyptus globulus in rows of 3 x 3 m, 1111/ha planted, of which 15 % died or were thinned. The
+/// trees are slender, with H/D of 90-120.
 pub(super) fn eucalyptus_plantation(c: &mut Config) {
     let a = bare(c);
     a.eucalyptus = 1.0;
@@ -83,9 +84,9 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
     c.trails.width_m = 3.2;
 }
 
-/// Anchor species 60-80 %, nearly all ages: a Weibull shape of 1.7 (1 to 1.5 is all of them);
-/// saplings 100-2000/ha. So few trees, as crowns are as wide as those of trees in the open: more of
-/// them would pass LAI 5.5.
+/// The main species has 60-80 %, with nearly all ages: a Weibull shape of 1.7 (1 to 1.5 is fully
+/// uneven-aged); saplings 100-2000/ha. There are so few trees because the crowns are as wide as
+/// those of trees in the open, and more of them would exceed an LAI of 5.5.
 pub(super) fn oak_mixed(c: &mut Config) {
     let a = bare(c);
     a.english_oak = 0.65;
@@ -114,7 +115,8 @@ pub(super) fn oak_mixed(c: &mut Config) {
     c.trails.surface = "leaf_litter".to_owned();
 }
 
-/// Beech 200-600/ha, LAI 5-7: cover ~ exp(-LAI/2), so next to none but dead leaves.
+/// Beech 200-600/ha, LAI 5-7. The cover of undergrowth is about exp(-LAI/2), so there is little but
+/// dead leaves.
 pub(super) fn beech(c: &mut Config) {
     let a = bare(c);
     a.beech = 0.96;
@@ -145,7 +147,7 @@ pub(super) fn beech(c: &mut Config) {
     c.trails.surface = "leaf_litter".to_owned();
 }
 
-/// Spruce 400-1200/ha, LAI 4-8; stumps a quarter of the number (10-60 % in managed stands).
+/// Spruce 400-1200/ha, LAI 4-8; there are a quarter as many stumps (10-60 % in managed stands).
 pub(super) fn spruce(c: &mut Config) {
     let a = bare(c);
     a.norway_spruce = 0.97;
@@ -173,7 +175,7 @@ pub(super) fn spruce(c: &mut Config) {
     c.trails.surface = "needles".to_owned();
 }
 
-/// Birch 500-1500/ha, mixed with pine; heather for the dwarf shrubs; boulders to 300/ha.
+/// Birch 500-1500/ha, mixed with pine; heather stands for the dwarf shrubs; boulders up to 300/ha.
 pub(super) fn boreal_birch_pine(c: &mut Config) {
     let a = bare(c);
     a.scots_pine = 0.47;
@@ -203,7 +205,7 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
     c.trails.width_m = 2.2;
 }
 
-/// Montado 40-120/ha, pasture below, LAI 0.5-2; the land rolls gently.
+/// Montado with 40-120 trees/ha, LAI 0.5-2, over pasture on gentle hills.
 pub(super) fn montado(c: &mut Config) {
     let a = bare(c);
     a.cork_oak = 1.0;

@@ -1,4 +1,4 @@
-//! Combinations of keys that cannot be, though each value alone is allowed.
+//! Combinations of keys that are impossible, though each value alone is allowed.
 
 use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
@@ -11,25 +11,25 @@ use crate::{Error, InputFiles};
 /// `.label` files number the objects of a chunk from 1 to this.
 const OBJECTS_OF_A_CHUNK_MAX: f64 = 1023.0;
 
-/// Instance images tell so many chunks apart along each axis.
+/// The number of chunks along each axis that instance images can distinguish.
 const CHUNKS_OF_A_VIEW_MAX: f64 = 16.0;
 
-/// The impossible combinations found so far: the key to blame and the message.
+/// The impossible combinations found so far: the key and the message.
 #[derive(Default)]
 struct Problems(Vec<(String, String)>);
 
 impl Problems {
-    /// Blames the table or key at `path`; the message starts with that path.
+    /// Adds an error about the table or key at `path`, with which the message starts.
     fn add(&mut self, path: &str, message: &str) {
         self.0.push((path.to_owned(), format!("{path}{message}")));
     }
 
-    /// Blames a key for its value: `key = value: must …`.
+    /// Adds an error about the value of a key: `key = value: must …`.
     fn refuse(&mut self, key: &str, value: impl std::fmt::Display, must: &str) {
         self.add(key, &format!(" = {value}: must {must}"));
     }
 
-    /// Blames `low` if it is above `high`.
+    /// Adds an error about `low` if it is above `high`.
     fn ordered(&mut self, low: (&str, f64), high: (&str, f64)) {
         if low.1 > high.1 {
             let must = format!("be at most {} = {}", high.0, high.1);
@@ -39,7 +39,7 @@ impl Problems {
 }
 
 impl Config {
-    /// Every impossible combination: the key to blame and what is wrong.
+    /// Every impossible combination: the key and the message.
     pub(super) fn problems(&self, inputs: &InputFiles) -> Vec<(String, String)> {
         let mut out = Problems::default();
         self.chunk_problems(&mut out);
@@ -93,8 +93,8 @@ impl Config {
             ("placement.regeneration.radius_min_m", young.radius_min_m),
             ("placement.regeneration.radius_max_m", young.radius_max_m),
         );
-        // Saplings grow in clusters, so their number in a chunk varies more than that of scattered
-        // points: by the mean number of saplings in a cluster.
+        // Saplings grow in clusters, so the variance of their number in a chunk is that of
+        // scattered points times the mean number of saplings in a cluster.
         let radius_m = f64::midpoint(young.radius_min_m, young.radius_max_m);
         let cluster_m2 = std::f64::consts::PI * radius_m * radius_m;
         let clusters = young.share * c.size_m * c.size_m / cluster_m2;

@@ -1,11 +1,11 @@
-//! What a user wrote, in messages: in full while it is short.
+//! Quotations of what a user wrote in messages, which are shortened if they are long.
 
 use toml::Value;
 
-/// So many characters of a key or a value are shown.
+/// The number of characters of a key or a value that are shown.
 const SHOWN: usize = 60;
 
-/// Text that goes on for ever is cut.
+/// Shortens long text.
 pub(super) fn cut(text: &str) -> String {
     match text.char_indices().nth(SHOWN) {
         Some((at, _)) => format!("{}…", &text[..at]),
@@ -13,13 +13,13 @@ pub(super) fn cut(text: &str) -> String {
     }
 }
 
-/// A value as TOML; numbers of hundreds of digits have an exponent.
+/// A value as TOML; numbers with hundreds of digits are written with an exponent.
 pub(super) fn shown(value: &Value) -> String {
     match value {
         Value::Float(x) if x.is_finite() && *x != 0.0 && !(1e-7..1e16).contains(&x.abs()) => {
             format!("{x:e}")
         }
-        // All of a long array or table would be written before it is cut.
+        // Otherwise all of a long array or table would be written before it is shortened.
         Value::Array(items) if items.len() > SHOWN => {
             format!("[{}, …]", shown(&items[0]))
         }
@@ -36,7 +36,7 @@ pub(super) fn shown(value: &Value) -> String {
 pub(super) fn did_you_mean<'a>(said: &str, names: &[&'a str]) -> Option<&'a str> {
     let distance = |name: &str| edit_distance(name, said);
     let near = |name: &&str| distance(name) <= name.len().max(said.len()) / 3;
-    // Nothing is near to what is much longer than all.
+    // A text that is much longer than all names is near to none.
     let longest = names.iter().map(|name| name.len()).max()?;
     if said.len() > 2 * longest {
         return None;
@@ -48,7 +48,7 @@ pub(super) fn did_you_mean<'a>(said: &str, names: &[&'a str]) -> Option<&'a str>
         .min_by_key(|name| distance(name))
 }
 
-/// Levenshtein's distance.
+/// The Levenshtein distance.
 fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

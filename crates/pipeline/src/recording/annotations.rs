@@ -16,15 +16,15 @@ use super::scene::{FrameScene, chunk_offset_m};
 use crate::world::cameras::CameraRig;
 use crate::world::uncovered::UncoveredGeometry;
 
-/// What pictures of a frame are annotated from.
+/// The data from which pictures of a frame are annotated.
 pub(crate) struct Annotator<'a> {
-    /// The ontology whose trunks are meant.
+    /// The ontology that defines trunks.
     pub(crate) ontology: &'a Ontology,
-    /// How far pictures see, metres.
+    /// The greatest distance that pictures show, metres.
     pub(crate) max_range_m: f32,
     /// The frame's scene.
     pub(crate) scene: &'a FrameScene,
-    /// The scene without what hides; needed for trunks and boxes.
+    /// The scene without foliage and other occluders, which trunks and boxes need.
     pub(crate) stripped: Option<StrippedScene>,
     /// The body's pose in the scene, and how it moves.
     pub(crate) body: (RigidTransform, Twist),
@@ -33,7 +33,7 @@ pub(crate) struct Annotator<'a> {
 }
 
 impl Annotator<'_> {
-    /// What a camera asks for, of its picture.
+    /// The annotations that a camera asks for, of its picture.
     pub(crate) fn annotate(&self, rig: &CameraRig, images: &CameraImages) -> Annotations {
         let view = |rig: &CameraRig, (body, motion): (RigidTransform, Twist)| View {
             shutter: rig.shutter,
@@ -78,7 +78,7 @@ impl Annotator<'_> {
     }
 }
 
-/// A frame's scene without what hides.
+/// A frame's scene without foliage and other occluders.
 pub(crate) struct StrippedScene {
     ground: RayScene,
     trunks: RayScene,
@@ -130,7 +130,7 @@ impl Stripped {
         }
     }
 
-    /// A scene of nothing else.
+    /// A scene of this object alone.
     fn alone(&self) -> RayScene {
         let group = Group::build(vec![(self.place, Arc::clone(&self.shape))]);
         RayScene::new(vec![(self.offset, Arc::new(group))])

@@ -1,5 +1,4 @@
-//! What a frame is recorded from: the robot's pose, the visible scene, and what pictures are
-//! annotated from.
+//! The content of a frame: the robot's pose, the visible scene, and the data for annotations.
 
 pub(crate) mod annotations;
 pub mod pose;

@@ -1,4 +1,4 @@
-//! Where the robot is at a frame.
+//! The robot's pose at a frame.
 
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, RigidTransform, Twist};
@@ -9,16 +9,17 @@ use crate::world::lidars::LidarRig;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
 use nemoral_trajectory::PoseTrack;
 
-/// Where the robot is, and how it moves while its LiDAR scans.
+/// The robot's pose, and its motion while its LiDAR scans.
 #[derive(Debug)]
 pub struct FramePose {
     /// The frame's time, seconds: the middle of the exposure and of the scan.
     pub time_s: f64,
-    /// World poses of the body about that time.
+    /// World poses of the body around that time.
     pub track: PoseTrack,
-    /// How the body moves while cameras with a shutter take their pictures; still for others.
+    /// How the body moves while cameras with a shutter take their pictures; still if there are
+    /// none.
     pub motion: Twist,
-    /// The chunk the robot is in: the scene's origin is its corner.
+    /// The chunk that the robot is in, whose corner is the scene's origin.
     pub chunk: ChunkCoord,
 }
 
@@ -61,7 +62,7 @@ impl FramePose {
     }
 }
 
-/// How the body moves about a frame, over the time that pictures take; still if they take none.
+/// How the body moves around a frame's time, over the duration of pictures; still if that is 0.
 ///
 /// # Errors
 /// If the ground or the objects around cannot be made.

@@ -1,4 +1,4 @@
-//! What is visible at a frame.
+//! The visible scene of a frame.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,13 +9,14 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, InstancedScene, PlacedGroup, RayCaster};
 use nemoral_stand::SkyViewFactor;
 
-/// What is visible from a frame, around the corner of the robot's chunk.
+/// Everything that is visible at a frame, around the corner of the robot's chunk.
 pub struct FrameScene {
-    /// What rays are cast at. Sensors know no more of it, and hand it batches.
+    /// The ray caster of the scene. Sensors know nothing else of it, and cast rays in batches.
     pub caster: Arc<dyn RayCaster + Send + Sync>,
-    /// What it is made of, each with its offset in the scene: any other caster would be, too.
+    /// The groups that the caster is made of, each with its offset in the scene. Another caster
+    /// would be made of them, too.
     pub groups: Vec<(Vec3, Arc<Group>)>,
-    /// Where the scene's origin is in the world.
+    /// The world position of the scene's origin.
     pub origin_m: DVec3,
     chunk_size_m: f64,
     sky_view: BTreeMap<ChunkCoord, Arc<SkyViewFactor>>,
@@ -37,7 +38,8 @@ impl fmt::Debug for FrameScene {
 }
 
 impl FrameScene {
-    /// The scene around the corner of a chunk, of groups in any chunks and of the sky above them.
+    /// The scene around the corner of a chunk, from groups in any chunks and their sky view
+    /// factors.
     pub(crate) fn new(
         around: ChunkCoord,
         chunk_size_m: f64,
@@ -56,7 +58,7 @@ impl FrameScene {
         }
     }
 
-    /// Share of the sky seen at a point of the scene.
+    /// The sky view factor at a point of the scene.
     #[must_use]
     pub fn sky_view_factor(&self, scene_point: Vec3) -> f32 {
         let world = self.origin_m + scene_point.as_dvec3();
@@ -71,7 +73,7 @@ pub fn visible_chunks(position_m: DVec2, radius_m: f64, chunk_size_m: f64) -> Ve
     ChunkCoord::within(position_m, radius_m, chunk_size_m)
 }
 
-/// Where a chunk's corner is in a scene around the corner of another one.
+/// The position of a chunk's corner in a scene around the corner of another one.
 pub(crate) fn chunk_offset_m(chunk: ChunkCoord, around: ChunkCoord, chunk_size_m: f64) -> Vec3 {
     Vec3::new(
         (chunk.x - around.x) as f32,

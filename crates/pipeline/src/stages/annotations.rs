@@ -55,7 +55,7 @@ impl Stage<Forest> for TrunkStage {
     }
 }
 
-/// Takes away what hides the ground and the trunks of a chunk.
+/// Removes everything that hides the ground and the trunks of a chunk.
 #[derive(Clone, Copy, Debug)]
 pub struct UncoveredGeometryStage {
     /// Side of a chunk.
@@ -96,7 +96,7 @@ impl Stage<Forest> for UncoveredGeometryStage {
     }
 }
 
-/// Finds the annotations that the pictures were asked for.
+/// Makes the annotations that the cameras were asked for.
 #[derive(Clone, Debug)]
 pub struct AnnotationStage {
     ontology: String,

@@ -1,4 +1,4 @@
-//! What is grown once for a world.
+//! The library that is grown once for a world.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A frame: where the robot is, what it sees there, and what its sensors make of it.
+//! A frame: the robot's pose, the visible scene, pictures and scans.
 
 use std::sync::Arc;
 
@@ -80,9 +80,9 @@ impl Stage<Forest> for PoseStage {
 pub struct SceneStage {
     /// Side of a chunk.
     pub chunk_size_m: f64,
-    /// How far trees and ground are visible.
+    /// The distance to which trees and ground are visible.
     pub visible_radius_m: f64,
-    /// How far undergrowth is visible.
+    /// The distance to which undergrowth is visible.
     pub undergrowth_radius_m: f64,
 }
 

@@ -14,11 +14,11 @@ use crate::world::ground::ChunkGround;
 use crate::world::ground_mesh::GroundMeshRecipe;
 use crate::{Error, InputFiles};
 
-/// The ground of a chunk and all its objects: what has an id, and what it stands on.
+/// The ground of a chunk and all its objects with an id.
 #[derive(Debug)]
 pub struct ObjectGeometry(pub Arc<Group>);
 
-/// Meshes the ground of a chunk and stands its objects on it.
+/// Meshes the ground of a chunk and places its objects on it.
 #[derive(Clone, Debug)]
 pub struct ObjectGeometryStage {
     ground: GroundMeshRecipe,

@@ -1,4 +1,4 @@
-//! Where rocks and woody plants stand.
+//! The placement of rocks and woody plants.
 
 use std::sync::Arc;
 
@@ -47,7 +47,7 @@ impl Stage<Forest> for PlacementStage {
     }
 }
 
-/// The rocks of a chunk of phase `N`: it sees those of lower phases next to it.
+/// The rocks of a chunk of phase `N`, which avoid those of neighbours in lower phases.
 #[derive(Clone, Copy, Debug)]
 pub struct RockPhaseStage<const N: usize>;
 

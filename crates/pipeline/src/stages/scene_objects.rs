@@ -1,4 +1,4 @@
-//! The objects of a chunk: what was placed, numbered and stood on the ground.
+//! The objects of a chunk: its sites, numbered and put on the ground.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::object_sites::object_sites;
 
-/// Numbers the sites of a chunk and stands them on its ground.
+/// Numbers the sites of a chunk and puts them on its ground.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneObjectStage;
 

@@ -1,4 +1,4 @@
-//! How much of the sky is seen past the crowns.
+//! The sky view factor under the crowns.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::ChunkGround;
 
-/// Measures the [`SkyViewFactor`] of a chunk at what stands in it and in its neighbours.
+/// Measures the [`SkyViewFactor`] of a chunk from the trees in it and in its neighbours.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyViewStage {
     /// Side of a chunk.
@@ -47,7 +47,7 @@ impl Stage<Forest> for SkyViewStage {
             Demand<'_, ObjectGeometry>,
         ),
     ) -> Result<SkyViewFactor, Error> {
-        // Whole chunks until the reach of the rays is covered.
+        // The number of rings of chunks that covers the reach of the rays.
         let rings = (REACH_M / self.chunk_size_m).ceil() as i32;
         let around: Vec<(i32, i32)> = (-rings..=rings)
             .flat_map(|x| (-rings..=rings).map(move |y| (x, y)))

@@ -1,4 +1,4 @@
-//! Makes the trajectory that a config asks for.
+//! The trajectory that a config asks for.
 
 use std::sync::Arc;
 

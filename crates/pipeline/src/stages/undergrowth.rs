@@ -1,4 +1,4 @@
-//! Where low plants grow, seedlings of trees among them.
+//! The places of low plants and of tree seedlings.
 
 use std::sync::Arc;
 
@@ -58,7 +58,7 @@ impl Stage<Forest> for FloraStage {
     }
 }
 
-/// Sows the undergrowth of a chunk.
+/// Places the undergrowth of a chunk.
 #[derive(Clone, Copy, Debug)]
 pub struct UndergrowthStage;
 
@@ -85,7 +85,7 @@ impl Stage<Forest> for UndergrowthStage {
     }
 }
 
-/// Sows the tree seedlings of a chunk.
+/// Places the tree seedlings of a chunk.
 #[derive(Clone, Copy, Debug)]
 pub struct SeedlingStage {
     per_m2: f64,

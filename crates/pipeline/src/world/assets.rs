@@ -1,4 +1,4 @@
-//! What is grown once for a world, with a ray-casting tree for each shape.
+//! The plants of a world, with an acceleration structure for each shape.
 
 use std::sync::Arc;
 
@@ -12,15 +12,15 @@ use rayon::prelude::*;
 use super::recipe::Recipe;
 use crate::Error;
 
-/// The library and, in the same order, each shape's ray-casting tree.
+/// The library and, in the same order, each shape's acceleration structure.
 #[derive(Debug)]
 pub struct WorldAssets {
     /// Everything that was grown.
     pub library: Arc<Library>,
-    /// What stands as a tree: living ones, then dead ones, then saplings.
+    /// The standing trees: living ones, then dead ones, then saplings.
     pub standing: Vec<Standing>,
-    /// From here on, `standing` has saplings: a layer of their own, whose weights are among
-    /// themselves.
+    /// The index in `standing` of the first sapling. Saplings are a layer of their own, and their
+    /// weights are relative to each other.
     pub first_sapling: usize,
     /// Of `library.stumps`.
     pub stumps: Vec<Arc<Blas>>,
@@ -36,7 +36,7 @@ pub struct WorldAssets {
     pub ferns: Vec<Arc<Blas>>,
     /// Of `library.seedlings`.
     pub seedlings: Vec<Arc<Blas>>,
-    /// How often each of them is chosen, relative to the others.
+    /// How often each of the seedlings is chosen, relative to the others.
     pub seedling_weights: Vec<f64>,
     /// Of `library.litter`.
     pub litter: Vec<Arc<Blas>>,
@@ -44,7 +44,7 @@ pub struct WorldAssets {
     pub trail_tufts: Vec<Arc<Blas>>,
     /// Of `library.trail_stones`.
     pub trail_stones: Vec<Arc<Blas>>,
-    /// How copies of trees are turned and sized.
+    /// The turns and sizes of copies of trees.
     pub variation: InstanceVariation,
 }
 
@@ -53,19 +53,19 @@ pub struct WorldAssets {
 pub struct Standing {
     /// The tree.
     pub tree: TreeAsset,
-    /// Its ray-casting tree.
+    /// Its acceleration structure.
     pub blas: Arc<Blas>,
     /// How often it is chosen, relative to the others.
     pub weight: f64,
 }
 
 impl WorldAssets {
-    /// The library of a recipe, ready to be cast rays at.
+    /// The library of a recipe, prepared for ray casting.
     pub(crate) fn new(library: Arc<Library>, recipe: &Recipe, world: Key) -> Result<Self, Error> {
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
-        // Of each species as many looks, one species after the other.
+        // There are as many shapes of each species, one species after the other.
         let of_species = params.seedlings_per_species as usize;
         let seedling_weights = species
             .iter()
@@ -115,7 +115,7 @@ impl WorldAssets {
         })
     }
 
-    /// How high trees are, by how often each is chosen, metres; saplings apart.
+    /// Mean height of trees without saplings, weighted by how often each is chosen, metres.
     #[must_use]
     pub fn mean_height_m(&self) -> f64 {
         let grown = self.standing[..self.first_sapling].iter();
@@ -125,7 +125,7 @@ impl WorldAssets {
         if weight > 0.0 { sum / weight } else { 0.0 }
     }
 
-    /// An object's shape with its ray-casting tree.
+    /// An object's shape with its acceleration structure.
     #[must_use]
     pub fn shape(&self, object: &SceneObject) -> &Arc<Blas> {
         match object.kind {
@@ -137,7 +137,7 @@ impl WorldAssets {
         }
     }
 
-    /// An object placed in its chunk, with its ray-casting tree.
+    /// An object placed in its chunk, with its acceleration structure.
     pub(crate) fn instance(
         &self,
         object: &SceneObject,

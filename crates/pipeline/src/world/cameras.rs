@@ -11,32 +11,32 @@ use crate::config::{self, Camera, Config, sky_image, sky_params};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Backend, Error, InputFiles, Renderer};
 
-/// The purpose of the fixed patterns of sensors.
+/// The domain of the fixed patterns of sensors.
 const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
 
-/// The share of pixels that edges may be.
+/// The greatest share of pixels that are sampled as edges.
 const EDGES: f32 = 0.1;
 
 /// A camera with its place on the body.
 #[derive(Debug)]
 pub struct CameraRig {
-    /// The name of its table: the first one's is `camera`.
+    /// The name of its table, which is `camera` for the first one.
     pub name: String,
     /// Its pinhole and lens.
     pub intrinsics: Intrinsics,
-    /// The body's frame from the optical one.
+    /// The transform from the optical frame to the body's.
     pub body_from_camera: RigidTransform,
-    /// Takes the pictures; cameras of one look share a renderer.
+    /// The renderer that takes the pictures; cameras of the same look share one.
     pub renderer: Arc<Renderer>,
-    /// How bright they come out.
+    /// The exposure of its pictures.
     pub exposure: Exposure,
-    /// How light becomes brightness.
+    /// The tone curve.
     pub tone: ToneCurve,
-    /// When its rows see light.
+    /// When its rows are exposed.
     pub shutter: Shutter,
-    /// What its sensor adds.
+    /// The noise of its sensor.
     pub noise: Option<SensorNoise>,
-    /// The annotations that are wanted besides.
+    /// The annotations that are asked for.
     pub annotations: AnnotationKinds,
     /// Objects farther away than this, metres, get no boxes.
     pub boxes_range_m: f64,
@@ -50,7 +50,7 @@ impl CameraRig {
         renderer: Arc<Renderer>,
         world: Key,
     ) -> Result<Self, Error> {
-        // Before the first picture, and so before anything is written.
+        // This is checked before the first picture, and so before anything is written.
         renderer.check_size(camera.width_px, camera.height_px)?;
         let name = config::sensor_name(path);
         let serial = world.domain(SPECIMEN).domain(Domain::new(name));
@@ -72,24 +72,24 @@ impl CameraRig {
 /// The pinhole of the camera whose table is at `path`.
 ///
 /// # Errors
-/// If it is impossible; the config's ranges leave little room for that.
+/// If it is invalid, which the allowed ranges of the config almost exclude.
 pub fn intrinsics(path: &str, camera: &Camera) -> Result<Intrinsics, Error> {
     camera
         .intrinsics()
         .map_err(|e| Error::request(format!("{path}.{e}")))
 }
 
-/// What a config asks for in the robot's cameras.
+/// The robot's cameras, as a config describes them.
 #[derive(Clone, Debug)]
 pub(crate) struct CameraRecipe {
-    /// Their tables in the config, and what these say.
+    /// The paths of their tables, and the tables.
     cameras: Vec<(String, Camera)>,
     sun: config::Sun,
     sky: config::Sky,
     weather: config::Weather,
     max_range_m: f64,
     backend: Backend,
-    /// Whose leaves light passes.
+    /// The trees, whose leaves scatter light.
     trees: Recipe,
     inputs: InputFiles,
 }

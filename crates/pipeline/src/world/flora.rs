@@ -20,11 +20,11 @@ const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
 pub struct Patch {
     /// What it is.
     pub kind: PatchKind,
-    /// Where it is, which of its kind, how turned and how large.
+    /// Its position, variety, turn and size.
     pub point: CoverPoint,
 }
 
-/// The undergrowth of a world: its grid, and where which plants like to grow.
+/// The undergrowth of a world: its grid, and the preferred places of its plants.
 #[derive(Debug)]
 pub struct Flora {
     grid: GroundCover,

@@ -1,4 +1,4 @@
-//! The ground: terrain with trails carved into it. One owner, one surface.
+//! The ground: terrain with trails carved into it, which is one surface with one owner.
 
 use std::sync::Arc;
 
@@ -14,8 +14,8 @@ use nemoral_trails::{
 use crate::config::TerrainNoise;
 use crate::{Error, config};
 
-/// Ground is asked for this far outside of its chunk: robots, light and placement look over the
-/// border.
+/// How far outside of its chunk a ground is valid, metres, because robots, light and placement look
+/// over the border.
 const MARGIN_M: f64 = 12.0;
 
 /// The endless ground of a world.
@@ -93,7 +93,8 @@ impl GroundModel {
         };
         let (mut near, mut all) = (0_u32, 0_u32);
         for i in 0..256 {
-            // Every fifth chunk of a square: births reach over 40, so neighbours tell little new.
+            // Every fifth chunk of a square is sampled, as trails reach over 40 chunks and
+            // neighbours add little information.
             let chunk = centre.offset(5 * (i % 16 - 8), 5 * (i / 16 - 8));
             let origin = chunk.origin_m(self.chunk_size_m);
             let edges = (trails.is_crossed(chunk)).then(|| trails.edges_near(chunk, 1.0));
@@ -132,7 +133,7 @@ impl ChunkGround {
             .map_or(f64::INFINITY, |g| g.edge_m(world_m))
     }
 
-    /// Which part of a trail a piece of the ground's mesh lies on, by its middle and its side of
+    /// The part of a trail that a piece of the ground's mesh lies on, by its middle and its side of
     /// the break-lines.
     #[must_use]
     pub fn trail_zone(&self, world_m: DVec2, inside: bool) -> TrailZone {
@@ -141,7 +142,7 @@ impl ChunkGround {
             .map_or(TrailZone::Off, |g| g.zone_on_side(world_m, inside))
     }
 
-    /// What the trail is made of there.
+    /// The surface of the trail at a world position.
     #[must_use]
     pub fn trail_kind(&self, world_m: DVec2) -> Option<TrailSurfaceKind> {
         self.carved.as_ref().and_then(|g| g.kind(world_m))
@@ -163,7 +164,7 @@ impl GroundZones for ChunkGround {
             .carved
             .as_ref()
             .map_or(f64::INFINITY, |g| g.border_m(world_m));
-        // The slopes that a trail cuts and fills are as fine as its surface.
+        // The slopes that a trail cuts and fills are meshed as finely as its surface.
         let detail_m = if edge_m < 1.0 { 0.0 } else { f64::INFINITY };
         ZoneSample { edge_m, detail_m }
     }

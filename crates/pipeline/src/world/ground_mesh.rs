@@ -19,12 +19,12 @@ use crate::plan::{Encode, Encoder};
 
 const FLOOR: Domain = Domain::new("pipeline.floor");
 
-/// What a config asks for in the mesh of the ground.
+/// The mesh of the ground, as a config describes it.
 #[derive(Clone, Debug)]
 pub(crate) struct GroundMeshRecipe {
     mesher: GroundMesher,
     params: MeshParams,
-    /// Of what covers the ground, in the order of the library's floors.
+    /// The shares of ground covers, in the order of the library's floors.
     floor: [f64; 3],
 }
 
@@ -74,7 +74,7 @@ impl GroundMeshRecipe {
 impl Encode for GroundMeshRecipe {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
-            // Made of the parameters.
+            // It is made from the parameters.
             mesher: _,
             params,
             floor,

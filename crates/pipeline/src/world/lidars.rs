@@ -12,13 +12,13 @@ use crate::{Error, InputFiles};
 /// A LiDAR with its place on the body.
 #[derive(Debug)]
 pub struct LidarRig {
-    /// The name of its table: the first one's is `lidar`.
+    /// The name of its table, which is `lidar` for the first one.
     pub name: String,
-    /// The body's frame from the LiDAR's.
+    /// The transform from the LiDAR's frame to the body's.
     pub body_from_lidar: RigidTransform,
-    /// Fires the pulses.
+    /// The scanner.
     pub scanner: Scanner,
-    /// How its ranges err.
+    /// The model of its range errors.
     pub noise: Noise,
 }
 
@@ -42,7 +42,7 @@ impl LidarRig {
     }
 }
 
-/// lidar-noise behind lidar's port.
+/// A noise model of lidar-noise behind the port of lidar.
 #[derive(Debug)]
 pub struct Noise(RangeSensor);
 
@@ -57,7 +57,7 @@ impl RangeModel for Noise {
     }
 }
 
-/// What a config asks for in one of the robot's LiDARs.
+/// One of the robot's LiDARs, as a config describes it.
 #[derive(Clone, Debug)]
 pub(crate) struct LidarRecipe {
     /// Its table in the config.
@@ -68,7 +68,7 @@ pub(crate) struct LidarRecipe {
 }
 
 impl LidarRecipe {
-    /// Of each of a config's LiDARs.
+    /// The recipes of all LiDARs of a config.
     pub(crate) fn all(config: &Config, inputs: &InputFiles) -> Vec<Self> {
         let recipe = |(path, lidar): (String, &Lidar)| Self {
             path,

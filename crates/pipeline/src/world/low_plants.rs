@@ -1,4 +1,4 @@
-//! Low plants of a chunk, each as one of the library's shapes.
+//! The low plants of a chunk, each with one of the library's shapes.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use super::assets::WorldAssets;
 use super::flora::Patch;
 use super::ground::ChunkGround;
 
-/// What grows low in a chunk: undergrowth, seedlings, and grass on trails.
+/// The low plants of a chunk: undergrowth, seedlings, and grass on trails.
 pub(crate) struct LowPlants<'a> {
     pub(crate) patches: &'a [Patch],
     pub(crate) seedlings: &'a [CoverPoint],

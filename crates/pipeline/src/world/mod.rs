@@ -1,4 +1,4 @@
-//! What a world is made of, from a config: its ground and plants, and the robot's sensors.
+//! The content of a world, made from a config: its ground and plants, and the robot's sensors.
 
 pub mod assets;
 pub mod cameras;

@@ -1,4 +1,4 @@
-//! From what was placed to what gets an id.
+//! The sites that get an id, from all that was placed.
 
 use nemoral_placement::Site;
 use nemoral_scene::{ChunkCoord, ObjectKind};
@@ -29,7 +29,7 @@ pub(crate) fn object_sites(
     sites
 }
 
-/// An object of a placed site, as large as its asset, nearly.
+/// An object of a placed site, nearly as large as its asset.
 fn grown(kind: ObjectKind, site: &Site) -> ObjectSite {
     ObjectSite {
         kind,

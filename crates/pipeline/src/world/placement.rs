@@ -1,4 +1,4 @@
-//! How densely rocks and woody plants are placed, and which.
+//! The densities and varieties of rocks and woody plants.
 
 use nemoral_placement::{
     LayerParams, ParamError, Patches, Placement, PlacementError, PlacementParams, RockParams, Rows,
@@ -25,10 +25,10 @@ const fn layer_key(layer: StandLayer) -> &'static str {
     }
 }
 
-/// Shrubs grow into each other: they keep apart by this share of their spread.
+/// Shrubs may overlap; their hard core is this share of their spread.
 const SHRUB_CORE: f64 = 0.4;
 
-/// Nothing woody stands nearer to a trail's edge than its radius and this.
+/// The least distance of woody plants from a trail's edge, in addition to their radius, metres.
 const VERGE_M: f64 = 0.25;
 
 /// Whether a disk keeps clear of trails.
@@ -36,11 +36,11 @@ pub(crate) fn is_beside_trails(ground: &ChunkGround, world_m: DVec2, radius_m: f
     ground.trail_edge_m(world_m) > radius_m + VERGE_M
 }
 
-/// What a config asks for in the places of rocks and woody plants.
+/// The placement of rocks and woody plants, as a config describes it.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacementRecipe {
     placement: config::Placement,
-    /// Of gorse, heather and bramble.
+    /// Weights of gorse, heather and bramble.
     shrubs: [f64; 3],
     chunk_size_m: f64,
     centre: ChunkCoord,
@@ -90,7 +90,7 @@ impl PlacementRecipe {
             })
             .collect();
         let rocks = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
-        // Targets are means over the whole plane; trails take their share of it.
+        // Targets are means over the whole plane, of which trails take a share.
         let weight: f64 = trees.iter().map(|t| t.weight).sum();
         let mean_radius =
             trees.iter().map(|t| t.weight * t.radius_m.0).sum::<f64>() / weight.max(1e-9);

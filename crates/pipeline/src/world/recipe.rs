@@ -1,4 +1,4 @@
-//! What a config asks the library to grow.
+//! The library, as a config describes it.
 
 use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies};
 use nemoral_scene::glam::Vec3;
@@ -7,7 +7,7 @@ use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Error, InputFiles};
 
-/// What is to be grown.
+/// The plants that are to be grown.
 #[derive(Clone, Debug)]
 pub(crate) struct Recipe {
     assets: config::Assets,
@@ -43,7 +43,7 @@ impl Encode for Recipe {
             own_species,
             own_share,
             snags,
-            // How often a shrub is placed makes no difference to how it is grown.
+            // The frequency of a shrub does not change how it is grown.
             gorse: _,
             heather: _,
             bramble: _,
@@ -71,13 +71,13 @@ impl Encode for Recipe {
     }
 }
 
-/// One dead tree is grown for so many living ones.
+/// The number of living trees for each dead one that is grown.
 const LIVING_PER_SNAG: u32 = 4;
 
-/// So many seedlings are grown of each species.
+/// The number of seedlings that are grown of each species.
 const SEEDLINGS: u32 = 8;
 
-/// One sapling is grown for so many living trees.
+/// The number of living trees for each sapling that is grown.
 const LIVING_PER_SAPLING: u32 = 2;
 
 impl Recipe {
@@ -115,8 +115,8 @@ impl Recipe {
         species.collect()
     }
 
-    /// The share of the light on leaves that leaves their shoot again, linear sRGB: the mean over
-    /// all leaf area, by the species' shares and their leaf area at the stand's mean diameter.
+    /// The share of the light on leaves that their shoots scatter, linear sRGB: the mean over all
+    /// leaf area, by the species' shares and their leaf area at the stand's mean diameter.
     pub(crate) fn foliage_albedo(&self) -> Result<Vec3, Error> {
         let named = self.species()?;
         let share = |name: &str| {

@@ -1,4 +1,4 @@
-//! The robot's way, on the ground and between the objects of the forest.
+//! The robot's trajectory, on the ground and between the objects of the forest.
 
 use std::sync::Arc;
 
@@ -12,18 +12,18 @@ use super::ground::ChunkGround;
 use crate::Error;
 use crate::plan::Demand;
 
-/// Where the robot goes: a pure function of the frame's number.
+/// The robot's trajectory, a pure function of the frame's number.
 #[derive(Debug)]
 pub struct RobotTrajectory {
     /// The path, and how it is driven.
     pub trajectory: Trajectory,
-    /// What the user should know: that there is no trail to follow.
+    /// A note for the user: that there is no trail to follow.
     pub note: Option<String>,
     /// Side of a chunk.
     pub chunk_size_m: f64,
 }
 
-/// The ground around the robot and what stands on it.
+/// The ground around the robot, and the objects on it.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
     /// The ground of any chunk.
@@ -33,13 +33,13 @@ pub struct Surroundings<'a> {
 }
 
 impl RobotTrajectory {
-    /// What the user should know about the path that was found.
+    /// A note for the user about the path that was found.
     #[must_use]
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }
 
-    /// How many frames the path has, if it ends.
+    /// The number of frames of the path, if it ends.
     #[must_use]
     pub fn frames(&self) -> Option<u64> {
         self.trajectory.frames()
@@ -73,7 +73,7 @@ impl RobotTrajectory {
                 let chunk = ChunkCoord::containing(position_m, chunk_size_m);
                 Ok(stance.pose(body, &*surroundings.ground.at(chunk)?))
             }
-            // Any ground will do: the pose does not depend on it.
+            // The pose does not depend on the ground, so any will do.
             None => Ok(stance.pose(body, &FlatSurface::default())),
         }
     }

@@ -1,4 +1,4 @@
-//! Geometry without what hides: the ground, trunks, and each object by itself.
+//! Geometry without foliage and other occluders: the ground, trunks, and each object by itself.
 
 use std::sync::Arc;
 
@@ -9,12 +9,12 @@ use nemoral_stand::{SceneObject, SceneObjects};
 use super::assets::WorldAssets;
 use crate::Error;
 
-/// Trees and stumps without all that is no trunk.
+/// The trunks of trees and stumps.
 #[derive(Debug)]
 pub struct Trunks {
-    /// Of `standing`; `None` without trunk.
+    /// Those of `standing`; `None` without a trunk.
     standing: Vec<Option<Arc<Blas>>>,
-    /// Of `stumps`.
+    /// Those of `stumps`.
     stumps: Vec<Option<Arc<Blas>>>,
 }
 
@@ -37,8 +37,8 @@ impl Trunks {
     }
 }
 
-/// The geometry of a chunk without what hides it: its ground, its trunks on the ground, and its
-/// objects one by one.
+/// The geometry of a chunk without foliage and other occluders: its ground, the trunks on it, and
+/// its objects one by one.
 #[derive(Debug)]
 pub struct UncoveredGeometry {
     pub(crate) ground: Arc<Group>,
@@ -47,7 +47,7 @@ pub struct UncoveredGeometry {
 }
 
 impl UncoveredGeometry {
-    /// Strips a chunk, of whose ground and objects `geometry` is.
+    /// Strips a chunk whose ground and objects are in `geometry`.
     pub(crate) fn new(
         (at, chunk_size_m): (ChunkCoord, f64),
         trunks: &Trunks,
@@ -55,7 +55,7 @@ impl UncoveredGeometry {
         geometry: &Group,
         objects: &SceneObjects,
     ) -> Self {
-        // All that has no id there is the chunk's ground.
+        // Instances without an id are the chunk's ground.
         let ground: Vec<_> = (geometry.instances().iter())
             .filter(|(instance, _)| instance.object.is_none())
             .map(|(instance, shape)| (instance.place(), Arc::clone(shape)))

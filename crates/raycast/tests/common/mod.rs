@@ -72,7 +72,8 @@ pub fn blas(mesh: Mesh, cards: Vec<Card>, library: &MaterialLibrary) -> Arc<Blas
 }
 
 pub fn blas_of(prototype: Arc<Prototype>, library: &MaterialLibrary) -> Arc<Blas> {
-    // Answers do not depend on the care: half of the shapes take one, half the other.
+    // Results do not depend on the quality, so half of the shapes are built with one and half with
+    // the other.
     let careful = prototype.cards().len().is_multiple_of(2);
     let quality = if careful {
         Quality::High
@@ -143,7 +144,7 @@ pub fn place(
     (place, Arc::clone(blas))
 }
 
-/// Any invertible map of moderate size: turned, scaled, sheared, sometimes mirrored or the
+/// A random invertible map of moderate size: rotated, scaled, sheared, sometimes mirrored or the
 /// identity.
 pub fn linear(rng: &mut PhiloxRng) -> Mat3 {
     if rng.chance(0.2) {
@@ -202,7 +203,7 @@ pub fn rays(seed: u64, targets: &[Vec3], n: usize) -> Vec<Ray> {
             let away = [0.5, 5.0, 50.0, 300.0][i % 4];
             let mut r = ray(target + direction(&mut rng) * away, target);
             if i % 5 == 0 {
-                // Along an axis, where slabs divide by zero.
+                // A direction along an axis, where the slab test divides by zero.
                 r.direction = [Vec3::X, -Vec3::Y, -Vec3::Z][i % 3];
                 r.origin = target - r.direction * away;
             }

@@ -1,5 +1,4 @@
-//! The pass, and what it is drawn of. The workspace's tests hold its map against rays
-//! (`tests/tests/gpu.rs`).
+//! The pass, and the scene that it is drawn of. The workspace's tests compare its map with rays.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -38,7 +37,7 @@ impl Pass for SpeciesMap {
     }
 }
 
-/// Trees in a row. A pipeline's `Forest` casts rays as well; here they are only drawn.
+/// Trees in a row. They are only drawn here, so no rays can be cast at them.
 pub(crate) struct Avenue {
     pub(crate) materials: MaterialLibrary,
     pub(crate) trees: Arc<Trees>,
@@ -106,7 +105,7 @@ impl Avenue {
         Ok(Self { materials, trees })
     }
 
-    /// Along it, from where it begins.
+    /// A view along the avenue, from its beginning.
     pub(crate) fn view(width: u32, height: u32) -> Result<View, Box<dyn Error>> {
         let body = RigidTransform::from_xyz_rpy(DVec3::new(0.0, 0.5, 1.6), 0.0, -0.1, 0.0);
         let pose = body * RigidTransform::body_from_optical();

@@ -1,4 +1,4 @@
-//! A pass of one's own: which species stands at each pixel, drawn by the GPU beside the truth.
+//! A user's own pass: the species at each pixel, drawn by the GPU beside the truth.
 //!
 //! `cargo run -p nemoral-render --features gpu --example species_map` writes `species_map.png`.
 

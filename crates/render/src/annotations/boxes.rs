@@ -19,17 +19,18 @@ pub struct Candidate {
     pub object: ObjectId,
     /// What it is.
     pub kind: ObjectKind,
-    /// The scene's frame from that of an upright box around it, whose middle is its origin.
+    /// The transform to the scene's frame from that of an upright box around the object, whose
+    /// origin is the middle of the box.
     pub scene_from_box: RigidTransform,
     /// Length, width and height of that box, metres.
     pub size_m: DVec3,
 }
 
 impl Candidate {
-    /// An object with the upright box around its placed shape, turned as the shape is turned.
+    /// An object with the upright box around its placed shape, turned like the shape.
     ///
-    /// `foot_m` is where the shape's origin stands in the scene, `linear` the scene's axes from the
-    /// shape's, `bounds` the box around the shape in its own frame.
+    /// `foot_m` is the position of the shape's origin in the scene, `linear` the linear map from
+    /// the shape's axes to the scene's, and `bounds` the box around the shape in its own frame.
     #[must_use]
     pub fn around(
         object: ObjectId,
@@ -72,12 +73,12 @@ fn upright_box(foot_m: DVec3, linear: &Mat3, b: Bounds) -> (RigidTransform, DVec
     (scene_from_box, high - low)
 }
 
-/// The boxes of those things of which the picture would show a pixel if they stood alone on the
-/// ground.
+/// The boxes of those objects that the picture would show in at least one pixel if they stood alone
+/// on the ground.
 ///
-/// `ground_m` is how far the ground is on each pixel's ray
-/// ([`nearest_objects`](crate::nearest_objects) of it); `alone` gives a thing's own caster, by its
-/// number. `max_range_m` is the picture's.
+/// `ground_m` is the distance of the ground on each pixel's ray
+/// ([`nearest_objects`](crate::nearest_objects) of the ground); `alone` gives the caster of a
+/// single object, by its number. `max_range_m` is that of the picture.
 #[must_use]
 pub fn object_boxes<C: RayCaster>(
     candidates: &[Candidate],
@@ -96,7 +97,7 @@ pub fn object_boxes<C: RayCaster>(
             *bounds = bounds.with((i % width) as u32, (i / width) as u32);
         }
     }
-    // A pixel's ray is the same for all things.
+    // A pixel's ray is the same for all objects.
     let to_ground: Vec<Ray> = (ground_m.pixels().par_iter().enumerate())
         .map(|(i, (ground_m, _))| {
             view.ray(
@@ -119,7 +120,8 @@ pub fn object_boxes<C: RayCaster>(
         let of_row = range.right - range.left;
         for (i, met) in (0..).zip(met) {
             let (x, y) = (range.left + i % of_row, range.top + i / of_row);
-            // What is seen is there: a GPU's border may lie a pixel beside that of the rays.
+            // Pixels that show the object count too, as a GPU's border may lie one pixel beside
+            // that of the rays.
             if met || *truth.object.at(x as usize, y as usize) == c.object {
                 count += 1;
                 whole = whole.with(x, y);
@@ -148,9 +150,10 @@ pub fn object_boxes<C: RayCaster>(
     boxes
 }
 
-/// Pixels that hold all of a thing's: those around its box, or all if that reaches behind the lens.
+/// The pixels that may show the object: those around its box, or all if the box reaches behind the
+/// lens.
 fn bounds_in_image(c: &Candidate, view: &View) -> Option<PixelBox> {
-    /// Points on an edge of the box: lenses bend edges.
+    /// Number of points on an edge of the box, because lenses bend edges.
     const STEPS: u32 = 6;
     let k = &view.intrinsics;
     let size = DVec2::new(k.width.into(), k.height.into());
@@ -186,7 +189,7 @@ fn bounds_in_image(c: &Candidate, view: &View) -> Option<PixelBox> {
     let (low, high) = if behind {
         (DVec2::ZERO, size)
     } else {
-        // Between the points an edge may bulge.
+        // An edge may bulge between the points.
         let spare = (high - low) * 0.05 + 1.0;
         ((low - spare).max(DVec2::ZERO), (high + spare).min(size))
     };
@@ -205,7 +208,7 @@ mod tests {
 
     use super::*;
 
-    /// Half a world, to the right of the plane through the lens.
+    /// A half space, to the right of a plane through the lens.
     struct Right;
 
     impl RayCaster for Right {
@@ -231,7 +234,7 @@ mod tests {
             scene_from_box: RigidTransform::from_xyz_rpy(DVec3::X * 5.0, 0.0, 0.0, 0.0),
             size_m: DVec3::splat(20.0),
         };
-        // The picture's border lies a pixel to the left of the middle in one of the rows.
+        // In one of the rows the border in the picture lies one pixel to the left of the middle.
         let shown = |i: usize| if i == 11 { object } else { ObjectId::NONE };
         let all = |i: f32| Image::new(8, 4, vec![i; 32]);
         let truth = TruthImages {

@@ -1,5 +1,5 @@
-//! Annotations beyond a picture's pixels: optical flow, what is behind, and boxes. They are found
-//! by casting rays, whatever renderer took the picture.
+//! Annotations of pictures: optical flow, hidden trunks, and boxes. They are found by casting rays,
+//! whichever renderer took the picture.
 
 pub(crate) mod boxes;
 pub(crate) mod nearest;

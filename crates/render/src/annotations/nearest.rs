@@ -1,4 +1,4 @@
-//! The nearest surface on each pixel's ray, of a scene from which parts were taken away.
+//! The nearest surface on each pixel's ray in a scene from which parts were removed.
 
 use nemoral_scene::{Image, ObjectId, Ray, RayCaster, Semantic, TruthImages};
 use rayon::prelude::*;
@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::pixel_centre;
 use crate::View;
 
-/// Distance and owner of the nearest surface on the ray of each pixel's centre, of a scene from
-/// which things were taken away; infinite and [`ObjectId::NONE`] where there is none.
+/// Distance and object of the nearest surface on the ray of each pixel's centre, in a scene from
+/// which parts were removed; infinite and [`ObjectId::NONE`] where there is none.
 #[must_use]
 pub fn nearest_objects(
     caster: &dyn RayCaster,
@@ -34,9 +34,9 @@ pub fn nearest_objects(
     Image::new(width, height, pixels)
 }
 
-/// The owners that rays found in a scene of some parts alone (`cast`), and those that the picture
-/// shows: on a part's border a GPU's pixel may show what the ray just misses. `is_part` tells these
-/// parts by what they are.
+/// Merges the objects that rays found in a scene of some parts alone (`cast`) with those that the
+/// picture shows, because on a part's border a GPU's pixel may show what the ray just misses.
+/// `is_part` tells by the semantic whether a surface belongs to these parts.
 #[must_use]
 pub fn with_visible(
     cast: &Image<ObjectId>,
@@ -62,7 +62,7 @@ mod tests {
     fn a_trunk_that_is_seen_is_the_nearest() {
         let tree = |item| ObjectId::new(ChunkCoord::new(0, 0), item).expect("in range");
         let (none, near, far) = (ObjectId::NONE, tree(1), tree(2));
-        // The ray hits and the pixel shows, it misses, a leaf is before, a stem of nobody.
+        // The ray hits what the pixel shows; it misses; a leaf is in front; the stem has no object.
         let cast = [near, far, far, far];
         let shown = [near, near, near, none];
         use Semantic::{Leaf, Stem};

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::pixel_centre;
 use crate::View;
 
-/// Where each surface of a picture is in the next one. The world stands still, so it follows from
-/// depth and the two views; whether the next picture shows it is cast.
+/// Where each surface of a picture is in the next one. The world stands still, so this follows from
+/// depth and the two views; whether the next picture shows a surface is found by a ray.
 ///
 /// `truth` is what `view` sees; both views are in the frame of `caster`'s scene.
 #[must_use]
@@ -45,7 +45,8 @@ pub fn optical_flow(
                 let eye = next.scene_from_row(at.y).translation_m;
                 let way = place - eye;
                 let far_m = way.length();
-                // Short of the surface itself, as far as f32 and a grazing look can tell.
+                // The ray ends short of the surface itself, by the error of f32 under grazing
+                // incidence.
                 let spare_m = 1e-3 + 2e-4 * far_m;
                 rays.push(Ray {
                     origin: eye.as_vec3(),

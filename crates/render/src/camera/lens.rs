@@ -7,14 +7,15 @@ use rayon::prelude::*;
 use crate::colour::in_parts;
 use crate::error::{ParamError, check};
 
-/// Scattering and fall-off. In a forest they decide how trunks look against the sky: its gaps are
-/// stops brighter than anything before them, and what they spill washes out edges nearby.
+/// Scattering and fall-off. In a forest they decide how trunks look against the sky: gaps are
+/// several stops brighter than anything in front of them, and their scattered light washes out
+/// nearby edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// The share of all light that is spread evenly over the picture, 0..=0.5; a clean lens has
     /// 0.01.
     pub veiling_glare: f32,
-    /// The share of light that is scattered around where it should go, 0..=0.5: half of it within a
+    /// The share of light that is scattered around its image point, 0..=0.5: half of it within a
     /// hundredth of the picture's width, a fifth within a tenth and more (two of the components of
     /// the glare of optics and eyes; Spencer et al. 1995, "Physically-based glare effects").
     pub halo: f32,
@@ -37,7 +38,7 @@ impl Default for Lens {
 /// The halo's parts: the spread of a Gaussian as a share of the picture's width, and its weight.
 const HALO: [(f32, f32); 3] = [(0.004, 0.5), (0.02, 0.3), (0.08, 0.2)];
 
-/// Light around is worked out on blocks of this many pixels a side.
+/// Scattered light is computed on blocks of this number of pixels along each side.
 const BLOCK: usize = 4;
 
 impl Lens {
@@ -58,7 +59,7 @@ impl Lens {
         Ok(())
     }
 
-    /// Turns the light before the lens, row by row, into the light behind it.
+    /// Turns the light in front of the lens, row by row, into the light behind it.
     pub(crate) fn apply(&self, light: &mut [Vec3], intrinsics: &Intrinsics) {
         if *self == Self::NONE {
             return;
@@ -87,7 +88,7 @@ impl Lens {
     }
 }
 
-/// A picture of blocks.
+/// A picture whose pixels are blocks.
 struct Coarse {
     width: usize,
     light: Vec<Vec3>,
@@ -114,7 +115,7 @@ impl Coarse {
         }
     }
 
-    /// Means of blocks; at the borders of fewer pixels.
+    /// The means of blocks, which have fewer pixels at the borders.
     fn of(light: &[Vec3], width: usize) -> Self {
         let height = light.len() / width;
         let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
@@ -131,8 +132,8 @@ impl Coarse {
     }
 
     /// Three running means along rows and along columns: a Gaussian to a few percent (Wells 1986,
-    /// "Efficient synthesis of Gaussian filters by cascaded uniform filters"), of whole reach:
-    /// small spreads are rounded. Beyond the border the picture goes on as at it.
+    /// "Efficient synthesis of Gaussian filters by cascaded uniform filters"), of whole reach, so
+    /// that small spreads are rounded. Beyond the border the picture is constant.
     fn blur(&mut self, sigma: f32) {
         let reach = (0.5 * ((4.0 * sigma * sigma + 1.0).sqrt() - 1.0)).round() as usize;
         let (width, height) = (self.width, self.light.len() / self.width);
@@ -155,7 +156,7 @@ impl Coarse {
         }
     }
 
-    /// Between the blocks' middles.
+    /// Interpolates between the middles of blocks.
     fn at(&self, x: usize, y: usize) -> Vec3 {
         let height = self.light.len() / self.width;
         let split = |i: usize, n: usize| {
@@ -182,7 +183,7 @@ impl Clone for Coarse {
     }
 }
 
-/// The mean of each place and `reach` more to both sides.
+/// The mean of each element and `reach` more on both sides.
 fn running_mean(line: &mut [Vec3], reach: usize) {
     let before = line.to_vec();
     let at = |i: isize| before[i.clamp(0, before.len() as isize - 1) as usize];
@@ -215,7 +216,8 @@ mod tests {
         lens.apply(&mut light, &optics);
         let total: f32 = light.iter().map(|c| c.y).sum();
         assert!((total / 15360.0 - 1.0).abs() < 2e-3, "{total}");
-        // The point stays, near it is more than far from it, and nowhere less than the veil.
+        // The point remains, there is more light near it than far from it, and nowhere less than
+        // the veil.
         let at = |x: usize, y: usize| light[y * 160 + x].y;
         assert!((at(80, 48) / 15360.0 - 0.85).abs() < 0.01);
         assert!(at(84, 48) > 2.0 * at(100, 48) && at(100, 48) > at(140, 48));

@@ -1,4 +1,4 @@
-//! What a camera does to light: where it looks from, its lens, its exposure and its sensor.
+//! The camera: its view, lens, exposure and sensor.
 
 pub(crate) mod lens;
 pub(crate) mod sensor_noise;

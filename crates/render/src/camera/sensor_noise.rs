@@ -5,12 +5,12 @@ use nemoral_seed::{Domain, Draw, Key, Rng};
 
 use crate::error::{ParamError, check};
 
-/// The noise of a sensor after the linear model of EMVA 1288 (release 4.0), in electrons: light
-/// frees electrons one by one, so their count varies as chance has it (shot noise); reading adds
-/// its own; no two pixels are quite alike (fixed pattern); a converter counts in steps.
+/// The noise of a sensor by the linear model of EMVA 1288 (release 4.0), in electrons. Light frees
+/// electrons at random (shot noise), reading adds an error (read noise), pixels differ from each
+/// other (fixed pattern), and a converter counts in steps.
 ///
-/// Each colour is its own sensor here: there is no colour filter mosaic, and no mixing of noise
-/// between colours.
+/// Each colour is a sensor of its own here: there is no colour filter mosaic, and noise is not
+/// mixed between colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNoise {
     /// Electrons that a pixel holds before it clips, 10..=10,000,000.
@@ -19,16 +19,16 @@ pub struct SensorNoise {
     pub read_noise_e: f64,
     /// Amplification before the converter, 1..=1000: with 2 a pixel clips at half its full well.
     pub gain: f64,
-    /// In less light than this, EV at ISO 100, shutter and aperture are wide open and each stop
-    /// doubles the gain. −20..=30; −20 keeps it.
+    /// Below this exposure value (ISO 100) shutter and aperture are wide open, and each stop
+    /// doubles the gain. −20..=30; with −20 the gain is constant.
     pub gain_below_ev: f64,
     /// Spread of the pixels' sensitivity (PRNU), 0..=0.5: 0.01 is a percent.
     pub prnu: f64,
     /// Spread of the pixels' dark level (DSNU), electrons, 0..=10,000.
     pub dsnu_e: f64,
-    /// Of the converter, 1..=16.
+    /// Bits of the converter, 1..=16.
     pub bits: u32,
-    /// Which specimen: equal keys have equal fixed patterns.
+    /// The individual sensor; equal keys have equal fixed patterns.
     pub serial: Key,
 }
 
@@ -93,8 +93,8 @@ impl Sensor {
         }
     }
 
-    /// What is read of exposed light at the `index`-th pixel. Below 0 where noise is: the dark
-    /// level is taken off after the converter, as cameras do.
+    /// The value that is read for exposed light at the `index`-th pixel. With noise it may be below
+    /// 0, because the dark level is subtracted after the converter, as in cameras.
     pub(crate) fn read(&self, index: usize, exposed: Vec3) -> Vec3 {
         let n = &self.noise;
         let mut rng = self.temporal.item(index as u64).rng();
@@ -115,15 +115,15 @@ impl Sensor {
     }
 }
 
-/// How many electrons come where `mean` are expected: Poisson's distribution, by inversion of few,
-/// from 30 on by the normal one of the same mean and variance.
+/// The number of electrons where `mean` are expected: Poisson's distribution, by inversion for
+/// small means, and from 30 on the normal distribution of the same mean and variance.
 fn shot(mean: f64, rng: &mut impl Rng) -> f64 {
     if mean >= 30.0 {
         return (mean + mean.sqrt() * rng.normal()).round();
     }
     let mut left = rng.unit_f64();
     let (mut count, mut probability) = (0.0, libm::exp(-mean));
-    // Rounding may leave a crumb of probability beyond all counts.
+    // Rounding may leave a little probability beyond all counts.
     while left >= probability && count < 200.0 {
         left -= probability;
         count += 1.0;
@@ -136,7 +136,7 @@ fn shot(mean: f64, rng: &mut impl Rng) -> f64 {
 mod tests {
     use super::*;
 
-    /// Shot and read noise of a sensor as good as machine vision's.
+    /// Shot and read noise of a good sensor for machine vision.
     const PLAIN: SensorNoise = SensorNoise {
         full_well_e: 10_000.0,
         read_noise_e: 2.5,
@@ -165,8 +165,8 @@ mod tests {
         (mean, variance)
     }
 
-    /// The photon transfer curve: mean K μ, variance K² (μ + σ²) + 1/12, K codes an electron; 1/12
-    /// holds while noise spans a code or more.
+    /// The photon transfer curve has the mean K μ and the variance K² (μ + σ²) + 1/12, with K codes
+    /// per electron; 1/12 is valid while noise spans at least one code.
     #[test]
     fn mean_and_variance_are_emvas() {
         for bits in [12, 14] {
@@ -188,7 +188,8 @@ mod tests {
                         off.abs() < 4.5,
                         "{case}: the mean is {mean}, {off} sigma off"
                     );
-                    // The spread of a variance, for a little more than a normal's fourth moment.
+                    // The deviation in units of the spread of a variance, for a fourth moment
+                    // slightly above that of a normal distribution.
                     let off = (variance / exact - 1.0) / (2.2 / n).sqrt();
                     assert!(
                         off.abs() < 4.5,
@@ -199,7 +200,7 @@ mod tests {
         }
     }
 
-    /// The third moment tells Poisson's from a normal distribution: μ^(-1/2).
+    /// The third moment, μ^(-1/2), distinguishes Poisson's from a normal distribution.
     #[test]
     fn few_electrons_are_skewed() {
         let mut rng = Key::world(3).rng();
@@ -211,7 +212,7 @@ mod tests {
         assert!((none - (-1.5_f64).exp()).abs() < 0.012, "{none}");
     }
 
-    /// EMVA's PRNU and DSNU: what is left of many pictures' mean, and the same in each of them.
+    /// PRNU and DSNU by EMVA's definition: the part of the noise that is equal in all pictures.
     #[test]
     fn the_fixed_pattern_is_the_specimens() {
         let noise = SensorNoise {
@@ -222,7 +223,8 @@ mod tests {
         };
         let k = f64::from((1 << 14) - 1) / noise.full_well_e;
         let spread = |mean_e: f64| {
-            // Independent shot noise in two pictures: their covariance is the pattern's variance.
+            // Shot noise in two pictures is independent, so their covariance is the variance of the
+            // pattern.
             let (a, b) = (codes(noise, mean_e, 0.0, 1), codes(noise, mean_e, 0.0, 2));
             let ((mean_a, _), (mean_b, _)) = (moments(&a), moments(&b));
             let covariance = a.iter().zip(&b).map(|(a, b)| (a - mean_a) * (b - mean_b));
@@ -249,14 +251,14 @@ mod tests {
         };
         assert_eq!(noise.saturation_e(9.0), 10_000.0);
         assert_eq!(noise.saturation_e(5.0), 1250.0);
-        // Ten times what clips, with the spread of its shot noise, is all white.
+        // Ten times the light that clips is all white, in spite of its shot noise.
         let top = f64::from((1 << 14) - 1);
         assert!(
             codes(noise, 1e5, 9.0, 0)
                 .iter()
                 .all(|c| (c - top).abs() < 1e-2)
         );
-        // Three stops less light: the noise of the same grey is 8^(1/2) as strong.
+        // With three stops less light, the noise of the same grey is 8^(1/2) times as strong.
         let relative = |ev: f64, mean_e| {
             let (mean, variance) = moments(&codes(noise, mean_e, ev, 0));
             variance.sqrt() / mean

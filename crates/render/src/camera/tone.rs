@@ -1,4 +1,4 @@
-//! From luminance to code values: exposure, tone curve, transfer function.
+//! Exposure, tone curve and transfer function, which turn luminance into code values.
 
 use glam::Vec3;
 use nemoral_scene::{Image, code_thresholds};
@@ -15,19 +15,19 @@ const LUMINANCE_AT_EV_0: f64 = 0.125;
 /// The displayed reflectance of the metered luminance: middle grey.
 const MIDDLE_GREY: f64 = 0.18;
 
-/// How bright a picture becomes.
+/// The exposure of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// As a camera does it: the picture's log-mean luminance becomes `key` (0.18 is middle grey),
-    /// then `bias_ev` stops brighter.
+    /// Automatic, as in a camera: the picture's log-mean luminance becomes `key` (0.18 is middle
+    /// grey), made brighter by `bias_ev` stops.
     Auto {
         /// 0.01..=1.
         key: f64,
         /// −10..=10 stops.
         bias_ev: f64,
     },
-    /// By hand: a luminance of 0.125 · 2^ev100 cd/m² becomes middle grey. Sunny 15, shade 12,
-    /// under closed crowns 7..10.
+    /// Fixed: a luminance of 0.125 · 2^ev100 cd/m² becomes middle grey. It is about 15 in sunshine,
+    /// 12 in shade, and 7..10 under closed crowns.
     Fixed {
         /// −10..=25.
         ev100: f64,
@@ -41,7 +41,7 @@ impl Default for Exposure {
 }
 
 impl Exposure {
-    /// As a light meter sets it, `bias_ev` stops brighter.
+    /// The exposure of a light meter, made brighter by `bias_ev` stops.
     #[must_use]
     pub const fn metered(bias_ev: f64) -> Self {
         Self::Auto {
@@ -71,7 +71,7 @@ impl Exposure {
     }
 }
 
-/// What luminance is multiplied with, so that the metered one becomes middle grey.
+/// The factor on luminance that turns the metered one into middle grey.
 pub(crate) fn scale_of(ev100: f64) -> f32 {
     (MIDDLE_GREY / (LUMINANCE_AT_EV_0 * libm::exp2(ev100))) as f32
 }
@@ -94,10 +94,10 @@ pub(crate) fn log_mean_luminance(linear: &[Vec3]) -> f64 {
     }
 }
 
-/// How exposed light becomes brightness on the screen.
+/// The curve from exposed light to brightness on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// A camera's picture: a soft toe, a long shoulder (Hable 2010, "Uncharted 2", with his
+    /// A camera's curve: a soft toe and a long shoulder (Hable 2010, "Uncharted 2", with his
     /// constants, white at 5.6), channel by channel, so that highlights lose their colour before
     /// they clip.
     #[default]
@@ -115,7 +115,7 @@ impl ToneCurve {
         }
     }
 
-    /// Exposed linear light to displayed linear light, one channel; monotone, 0 stays 0.
+    /// Maps exposed linear light to displayed linear light, for one channel; monotone, and 0 for 0.
     fn apply(self, x: f64) -> f64 {
         match self {
             Self::Linear => x.min(1.0),
@@ -144,7 +144,7 @@ fn srgb_oetf(x: f64) -> f64 {
 const FIRST_EXPONENT: u32 = 127 - 14;
 const OCTAVES: u32 = 20;
 
-/// Light to code values, exactly and fast: for each code value the smallest light that reaches it.
+/// Maps light to code values, exactly and fast, by the smallest light of each code value.
 struct Encoder {
     thresholds: [f32; 255],
     /// For each 1/64 of an octave, the code at its lower end.
@@ -166,7 +166,7 @@ impl Encoder {
 
     #[inline]
     fn code(&self, x: f32) -> u8 {
-        // The exponent and six bits of the mantissa say nearly all; what is left is counted.
+        // The exponent and six bits of the mantissa almost determine the code; the rest is counted.
         let cell = (x.max(0.0).to_bits() >> 17).saturating_sub(FIRST_EXPONENT << 6);
         let mut code = self.starts[(cell as usize).min(self.starts.len() - 1)];
         while code < 255 && self.thresholds[usize::from(code)] <= x {
@@ -196,7 +196,7 @@ pub(crate) fn develop(
     }
 }
 
-/// Code values of what is `read` of the exposed light of each pixel.
+/// The code values of the exposed light of each pixel, as changed by `read`.
 fn encode(
     linear: &Image<Vec3>,
     ev100: f64,
@@ -271,7 +271,7 @@ mod tests {
                 "each code is reached"
             );
         }
-        // sRGB's well-known pair.
+        // A well-known pair of sRGB values.
         assert_eq!(
             Encoder::new(ToneCurve::Linear).encode(Vec3::splat(0.2140)),
             [127; 3]

@@ -7,7 +7,7 @@ use super::sensor_noise::SensorNoise;
 use super::tone::{Exposure, ToneCurve};
 use crate::error::{ParamError, check};
 
-/// One picture to take: a lens, a pose, a shutter, and how light becomes code values.
+/// One picture to take: a lens, a pose, a shutter, an exposure and a tone curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The pinhole and its lens.
@@ -15,16 +15,16 @@ pub struct View {
     /// The pose of the optical frame (x right, y down, z forward) in the frame's scene, at the
     /// picture's time.
     pub scene_from_camera: RigidTransform,
-    /// How that pose moves about the picture's time.
+    /// The motion of that pose around the picture's time.
     pub motion: Twist,
-    /// When the rows see light. Truth is that of a row's middle of the exposure, in the optical
-    /// frame as it is then; colour is what the row sees through its exposure.
+    /// When the rows are exposed. The truth of a row is that of the middle of its exposure, in the
+    /// optical frame at that time; its colour is the mean over its exposure.
     pub shutter: Shutter,
-    /// How much light becomes which brightness.
+    /// The exposure.
     pub exposure: Exposure,
-    /// How brightness becomes code values.
+    /// The tone curve.
     pub tone: ToneCurve,
-    /// What the sensor adds; `None` for a perfect one.
+    /// The noise of the sensor; `None` for a perfect one.
     pub noise: Option<SensorNoise>,
 }
 
@@ -64,8 +64,8 @@ impl View {
         }
     }
 
-    /// The pose of the optical frame when the row at `y_px` from the top is in the middle of its
-    /// exposure: the frame that depth and normals of that row are in.
+    /// The pose of the optical frame in the middle of the exposure of the row at `y_px` from the
+    /// top, which is the frame of that row's depth and normals.
     #[inline]
     #[must_use]
     pub fn scene_from_row(&self, y_px: f64) -> RigidTransform {
@@ -92,25 +92,26 @@ impl View {
         (self.intrinsics).project_moving(in_camera, &self.shutter, &self.motion)
     }
 
-    /// Does what it sees blur?
+    /// Whether its picture has motion blur.
     pub(crate) fn blurs(&self) -> bool {
         self.shutter.exposure_s > 0.0 && self.motion != Twist::STILL
     }
 
-    /// Do its rows see from different places?
+    /// Whether its rows are taken from different poses.
     #[cfg(feature = "gpu")]
     pub(crate) fn rolls(&self) -> bool {
         self.shutter.readout_s > 0.0 && self.motion != Twist::STILL
     }
 
-    /// What it sees so much later, all rows as much, in an instant: the same rays as
+    /// The view with all rows `offset_s` later and exposed for an instant, which has the rays of
     /// [`ray_at`](Self::ray_at).
     #[cfg(feature = "gpu")]
     pub(crate) fn later(&self, offset_s: f64) -> Self {
         let moved = self.motion.after(offset_s);
         Self {
             scene_from_camera: self.scene_from_camera * moved,
-            // The way goes on straight; the axes in which it is told have turned.
+            // The origin moves on along a straight line, but its velocity is expressed in the
+            // rotated axes.
             motion: Twist {
                 linear_m_s: moved.rotation.inverse() * self.motion.linear_m_s,
                 angular_rad_s: self.motion.angular_rad_s,
@@ -124,7 +125,7 @@ impl View {
     }
 
     /// # Errors
-    /// If the intrinsics, the pose or the exposure cannot make a picture.
+    /// If the intrinsics, the pose or the exposure are not valid.
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         let k = &self.intrinsics;
         for (field, side) in [("view.width_px", k.width), ("view.height_px", k.height)] {
@@ -172,7 +173,7 @@ impl View {
         self.exposure.check()
     }
 
-    /// The copy of a scene direction in the optical frame of the row at `y_px`.
+    /// A scene direction in the optical frame of the row at `y_px`.
     pub(crate) fn to_optical(self, direction: Vec3, y_px: f64) -> Vec3 {
         let v: DVec3 = self.scene_from_row(y_px).rotation.inverse() * direction.as_dvec3();
         v.as_vec3()

@@ -9,7 +9,7 @@ use super::readback::Readback;
 use super::{Gpu, GpuError};
 use crate::{Lighting, View};
 
-/// The four samples of a pixel, as `lighting.wgsl` has them.
+/// The four samples of a pixel; they must equal those in `lighting.wgsl`.
 const SAMPLES: [DVec2; 4] = [
     DVec2::new(-0.125, -0.375),
     DVec2::new(0.375, -0.125),

@@ -1,4 +1,5 @@
-//! A pool of buffers for primitives: pages of one size, each bound whole to a shader.
+//! A pool of buffers for primitives: pages of one size, each of which is bound to a shader as a
+//! whole.
 
 use super::pipeline::GROUP_PAGE;
 use super::primitive::PrimitiveKind;
@@ -11,7 +12,7 @@ fn capacity(kind: PrimitiveKind) -> u32 {
     (PAGE_BYTES / kind.stride()) as u32
 }
 
-/// The bytes of the pages that so many primitives fill.
+/// The bytes of the pages that this number of primitives fills.
 pub(crate) fn bytes_of_pages(kind: PrimitiveKind, primitives: u64) -> u64 {
     primitives.div_ceil(u64::from(capacity(kind))) * PAGE_BYTES
 }
@@ -29,11 +30,11 @@ pub(crate) struct Page {
     pub(crate) kind: PrimitiveKind,
     buffer: wgpu::Buffer,
     pub(crate) group: wgpu::BindGroup,
-    /// Free ranges (first primitive, count) in order; no two of them touch.
+    /// Free ranges (first primitive, count) in order, with gaps between them.
     free: Vec<(u32, u32)>,
 }
 
-/// All pages. A page that was given back leaves `None`, so that the numbers of the others stay.
+/// All pages. A page that was freed leaves `None`, so that the numbers of the others do not change.
 #[derive(Debug, Default)]
 pub(crate) struct BufferPool {
     pub(crate) pages: Vec<Option<Page>>,

@@ -1,4 +1,4 @@
-//! The course of a picture: what is uploaded, drawn and read back.
+//! The steps of a picture: uploading, drawing and reading back.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,7 +30,7 @@ use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
 /// The images of the truth pass and of the passes that were added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpuImages {
-    /// What is exactly at each pixel's centre.
+    /// The truth at exactly each pixel's centre.
     pub truth: TruthImages,
     /// For each pass that was added, in order, what its `paint` returned.
     pub passes: Vec<Image<[u32; 4]>>,
@@ -40,8 +40,8 @@ pub struct GpuImages {
 ///
 /// It keeps shapes, instances and materials on the GPU between pictures, within
 /// [`memory_mib`](GpuParams::memory_mib); the GPU decides which instances a picture shows. While
-/// one picture comes back, another thread's is drawn. The truth is the ray-cast camera's but for
-/// rounding: on borders of surfaces a pixel in some thousands sees the neighbour.
+/// one picture is read back, that of another thread is drawn. The truth is the ray-cast camera's
+/// except for rounding: on borders of surfaces, one pixel in some thousands shows the neighbour.
 pub struct GpuCamera {
     gpu: Gpu,
     params: GpuParams,
@@ -106,8 +106,8 @@ impl GpuCamera {
         &self.gpu
     }
 
-    /// Checks that the GPU can draw pictures of this size in pixels. Every picture is checked; this
-    /// is for those who want to know before the first one.
+    /// Checks that the GPU can draw pictures of this size in pixels. Every picture is checked by
+    /// itself; this allows a check before the first one.
     ///
     /// # Errors
     /// If the GPU is too small for them.
@@ -142,7 +142,7 @@ impl GpuCamera {
     /// The truth and all passes that were added, without colour.
     ///
     /// # Errors
-    /// If the view is impossible, the scene does not fit, or the GPU failed.
+    /// If the view is invalid, the scene does not fit, or the GPU failed.
     pub fn draw(&self, scene: &SceneView<'_>, view: &View) -> Result<GpuImages, GpuError> {
         view.check()?;
         let mut state = self.state();
@@ -159,7 +159,7 @@ impl GpuCamera {
         })
     }
 
-    /// Uploads all that a picture needs, and culls it.
+    /// Uploads everything that a picture needs, and culls it.
     fn prepare(
         &self,
         state: &mut State,
@@ -325,7 +325,7 @@ impl GpuCamera {
                 targets.cast_rays(&self.gpu, instant, picture.origin_m);
             }
             let (readback, submission) = state.lighting.draw(&inputs, &light)?;
-            // One is read while the GPU is at the next.
+            // One is read back while the GPU draws the next.
             if i < 2 {
                 picture.reservation.add(readback.bytes());
             }
@@ -356,7 +356,8 @@ impl GpuCamera {
         u64::from(self.params.memory_mib) << 20
     }
 
-    /// A panic while a picture was rendered left nothing half done that the next one would use.
+    /// A panic while a picture was rendered cannot leave a state that the next picture must not
+    /// use.
     fn state(&self) -> std::sync::MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -365,7 +366,7 @@ impl GpuCamera {
 impl CameraRenderer for GpuCamera {
     type Error = GpuError;
 
-    /// The key is for the sensor's noise alone: nothing else in the picture is random.
+    /// The key is for the sensor's noise alone, as nothing else in the picture is random.
     fn render(
         &self,
         scene: &SceneView<'_>,

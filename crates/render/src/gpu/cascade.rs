@@ -1,4 +1,4 @@
-//! Cascaded shadow maps: which part of the scene each of them covers.
+//! Cascaded shadow maps, and the part of the scene that each of them covers.
 
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3, Mat4, Vec3, Vec4};
@@ -11,7 +11,8 @@ use crate::View;
 /// How far towards the sun a caster may be from what it shades, metres.
 const CASTERS_M: f64 = 200.0;
 
-/// What a shadow map sees: a square prism along the sun's light, about the frame's origin.
+/// The volume of a shadow map: a square prism along the sun's light, relative to the frame's
+/// origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cascade {
     /// Across, up the map, and towards the sun; unit.
@@ -53,7 +54,8 @@ impl Cascade {
                     far(ends[0]).max(far(ends[1]))
                 };
                 let half_m = corners.iter().map(reach).fold(1.0, f64::max);
-                // In whole texels of the scene, so that a still thing's shadow is still.
+                // The centre is moved in whole texels, so that the shadow of a still object is
+                // still.
                 let texel = 2.0 * half_m / f64::from(side);
                 let middle = pose.translation_m + forward * middle;
                 let snap =
@@ -70,7 +72,7 @@ impl Cascade {
             .collect()
     }
 
-    /// The space of all that may cast a shadow on what is seen.
+    /// The volume of everything that may cast a shadow on visible surfaces.
     pub(crate) fn frustum(&self) -> Frustum {
         let [x, y, z] = self.axes;
         let c = self.centre;
@@ -90,7 +92,8 @@ impl Cascade {
         2.0 * self.half_m / f64::from(self.side)
     }
 
-    /// Clip coordinates from scene axes about the origin; the nearer to the sun, the greater z.
+    /// The transform from scene axes around the origin to clip coordinates, in which z is greater
+    /// nearer to the sun.
     pub(crate) fn clip(&self) -> Mat4 {
         let depth = 2.0 * self.half_m + CASTERS_M;
         let row = |axis: DVec3, at: f64, size: f64, plus: f64| -> Vec4 {
@@ -107,7 +110,7 @@ impl Cascade {
         .transpose()
     }
 
-    /// What the shaders know of the cascade; `origin` is the frame's origin relative to the
+    /// The record of the cascade for shaders; `origin` is the frame's origin relative to the
     /// instance buffer's.
     pub(crate) fn frame(&self, origin: DVec3) -> FrameRecord {
         let [x, y, z] = self.axes;

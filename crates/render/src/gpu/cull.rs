@@ -117,7 +117,7 @@ pub(crate) struct Culler {
     pipeline: wgpu::ComputePipeline,
 }
 
-/// What the views of a picture draw: the camera first, then each shadow map.
+/// The culled draws of the views of a picture: the camera first, then each shadow map.
 #[derive(Debug)]
 pub(crate) struct Culled {
     of_pages: Vec<PageDraws>,

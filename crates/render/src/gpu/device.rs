@@ -7,13 +7,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{GpuError, requirements};
 
-/// Which GPUs will do.
+/// The kinds of GPUs that are accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Accept {
-    /// Hardware alone.
+    /// Only hardware.
     Hardware,
-    /// Software that plays a GPU (Mesa's lavapipe) too, if there is no hardware: right, and slower
-    /// than the ray-cast camera.
+    /// Also software that emulates a GPU (Mesa's lavapipe), if there is no hardware. Its pictures
+    /// are right, but it is slower than the ray-cast camera.
     Any,
 }
 
@@ -28,7 +28,7 @@ struct Inner {
     device: wgpu::Device,
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
-    /// The first thing that went wrong outside of an error scope.
+    /// The first error outside of an error scope.
     failure: Arc<Mutex<Option<GpuError>>>,
 }
 
@@ -39,15 +39,15 @@ impl fmt::Debug for Gpu {
 }
 
 impl Inner {
-    /// A lock that a panic left is whole: every change is one statement.
+    /// A panic of another thread leaves the value consistent, as every change is one statement.
     fn failure(&self) -> MutexGuard<'_, Option<GpuError>> {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Drop for Inner {
-    /// wgpu panics when the queue of a lost GPU is dropped with work in it. So it is not: the
-    /// process has nothing left to do with it but to say so and end.
+    /// wgpu panics when the queue of a lost GPU is dropped with work in it. Therefore it is not
+    /// dropped; the process can only report the error and end anyway.
     fn drop(&mut self) {
         if matches!(&*self.failure(), Some(GpuError::Lost { .. })) {
             std::mem::forget(self.queue.clone());
@@ -56,7 +56,8 @@ impl Drop for Inner {
 }
 
 impl Gpu {
-    /// Opens the best GPU there is: discrete before integrated, Vulkan, Metal or DirectX before GL.
+    /// Opens the best GPU: discrete ones before integrated ones, and Vulkan, Metal or DirectX
+    /// before GL.
     ///
     /// The environment may narrow the choice, as in all programs that use wgpu: `WGPU_BACKEND`
     /// (`vulkan`, `metal`, `dx12`, `gl`) and `WGPU_ADAPTER_NAME` (a part of the name).
@@ -69,7 +70,8 @@ impl Gpu {
             return Err(GpuError::NoAdapter { reason });
         }
         let mut found = Vec::new();
-        // GL where nothing better answers: asking it wakes the window system's libraries.
+        // GL is asked only if there is nothing better, because that loads the libraries of the
+        // window system.
         let asked = match wgpu::Backends::from_env() {
             Some(backends) => vec![backends],
             None => vec![wgpu::Backends::PRIMARY, wgpu::Backends::GL],
@@ -83,7 +85,7 @@ impl Gpu {
         }
         adapters
             .retain(|a| accept == Accept::Any || a.get_info().device_type != wgpu::DeviceType::Cpu);
-        // The sort is stable: of equals, the first that the system names.
+        // The sort is stable, so that of equal GPUs the first that the system lists is taken.
         adapters.sort_by_key(|a| rank(&a.get_info()));
         let Some(adapter) = adapters.into_iter().next() else {
             let reason = if found.is_empty() {
@@ -151,14 +153,14 @@ impl Gpu {
         })
     }
 
-    /// The GPU and the interface it is driven through, such as `NVIDIA H200 (vulkan)`.
+    /// The GPU and its interface, such as `NVIDIA H200 (vulkan)`.
     #[must_use]
     pub fn name(&self) -> String {
         let info = &self.inner.info;
         format!("{} ({})", info.name, info.backend)
     }
 
-    /// Is it software?
+    /// Whether it is software.
     #[must_use]
     pub fn is_software(&self) -> bool {
         self.inner.info.device_type == wgpu::DeviceType::Cpu
@@ -172,7 +174,7 @@ impl Gpu {
         &self.inner.queue
     }
 
-    /// Draws that the GPU tells itself may start at any instance.
+    /// Whether indirect draws may start at any instance.
     pub(crate) fn starts_anywhere(&self) -> bool {
         self.starts_anywhere
     }
@@ -186,14 +188,14 @@ impl Gpu {
         }
     }
 
-    /// Shaders may choose samples of a pixel. Not in GL: naga's GLSL has their mask in a type of
-    /// its own.
+    /// Whether shaders may choose the samples of a pixel. In GL they may not, because naga's GLSL
+    /// uses another type for the mask.
     pub(crate) fn chooses_samples(&self) -> bool {
         self.inner.info.backend != wgpu::Backend::Gl
     }
 
     /// # Errors
-    /// What has gone wrong since the GPU was opened. A lost GPU stays lost.
+    /// Checks for errors since the GPU was opened. A lost GPU stays lost.
     pub(crate) fn check(&self) -> Result<(), GpuError> {
         let mut slot = self.inner.failure();
         match &*slot {
@@ -210,7 +212,7 @@ impl Gpu {
             timeout: None,
         };
         let polled = survived(|| self.inner.device.poll(wait));
-        // What the driver said is better than that waiting failed.
+        // The driver's error is more useful than the fact that waiting failed.
         self.check()?;
         polled
     }
@@ -221,7 +223,7 @@ impl Gpu {
         requirements::check_size(&self.name(), size, &self.inner.device.limits())
     }
 
-    /// Loses the GPU, as if its driver had failed once all that was asked for is done.
+    /// Loses the GPU, as if its driver had failed after all submitted work is done.
     #[cfg(test)]
     pub(crate) fn lose(&self) {
         self.inner.device.destroy();
@@ -230,8 +232,8 @@ impl Gpu {
     }
 }
 
-/// Waits. Of a GPU that is lost meanwhile wgpu tells by a panic, when it has locked nothing and
-/// told the callback: an error like others.
+/// Waits. If the GPU is lost meanwhile, wgpu panics after it has released its locks and called the
+/// callback; that is turned into an error.
 fn survived(
     poll: impl FnOnce() -> Result<wgpu::PollStatus, wgpu::PollError>,
 ) -> Result<(), GpuError> {
@@ -243,15 +245,15 @@ fn survived(
     Err(GpuError::Lost { reason })
 }
 
-/// What a panic said.
+/// The message of a panic.
 fn message_of(panic: &(dyn Any + Send)) -> String {
     let literal = panic.downcast_ref::<&str>().copied();
     let said = literal.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     said.unwrap_or("waiting for it failed").to_owned()
 }
 
-/// Could there be a GPU? Asking its drivers costs a third of a second, and they talk to the
-/// standard error of machines without a display.
+/// Whether there may be a GPU. Asking its drivers takes a third of a second, and on machines
+/// without a display they write to standard error.
 #[allow(
     clippy::disallowed_methods,
     reason = "a folder of devices is looked at, no file of anybody's"
@@ -263,7 +265,7 @@ fn has_hardware() -> bool {
     let Ok(devices) = std::fs::read_dir("/dev") else {
         return true;
     };
-    // Mesa's drivers, NVIDIA's, and those of Windows' Linux and of phones.
+    // The drivers of Mesa and NVIDIA, those of Linux under Windows, and those of phones.
     let prefixes = ["dri", "nvidia", "dxg", "kgsl", "mali"];
     devices.flatten().any(|device| {
         let name = device.file_name();
@@ -273,11 +275,12 @@ fn has_hardware() -> bool {
     })
 }
 
-/// What answers, if `WGPU_ADAPTER_NAME` does not speak against it.
+/// The adapters that exist, filtered by `WGPU_ADAPTER_NAME`.
 fn adapters_of(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = backends;
-    // No validation layers, whatever the profile: they may be older than the shaders' language.
+    // Validation layers are off in all profiles, because they may be older than the language of the
+    // shaders.
     descriptor.flags = wgpu::InstanceFlags::empty().with_env();
     let instance = wgpu::Instance::new(descriptor);
     let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
@@ -288,7 +291,7 @@ fn adapters_of(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {
     adapters
 }
 
-/// The smaller, the better.
+/// The rank of an adapter; smaller is better.
 fn rank(info: &wgpu::AdapterInfo) -> (u8, u8) {
     let kind = match info.device_type {
         wgpu::DeviceType::DiscreteGpu => 0,

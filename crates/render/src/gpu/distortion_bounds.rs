@@ -1,13 +1,13 @@
-//! What a rasteriser must know of lenses and rolling shutters: where primitives may be in the
-//! picture.
+//! Bounds on the positions of primitives in pictures with lenses and rolling shutters, for a
+//! rasteriser.
 //!
-//! A rasteriser keeps straight lines straight, and draws an instant. A bent picture is drawn by
-//! boxes around the primitives' pictures; each fragment then meets the primitive with its pixel's
-//! own ray from its row's own place, so that truth is as exact as a pinhole's. A box may be too
-//! large, never too small: it lies around where the corners are drawn, and farther out by what the
-//! surface between them may bend. If D draws directions and |D″| ≤ K along great circles, what lies
-//! between corners that are δ apart is at most K δ² / 6 from their hull (the remainder of linear
-//! interpolation in a triangle whose circumcircle has the radius δ / √3).
+//! A rasteriser keeps straight lines straight, and draws an instant. A distorted picture is drawn
+//! by boxes around the images of primitives; each fragment then intersects the primitive with its
+//! pixel's own ray from its row's own position, so that the truth is as exact as with a pinhole. A
+//! box may be too large, but never too small: it contains the images of the corners, enlarged by
+//! how far the surface between them may bulge. If D projects directions and |D″| ≤ K along great
+//! circles, points between corners that are δ apart are at most K δ² / 6 from their hull (the
+//! remainder of linear interpolation in a triangle whose circumcircle has the radius δ / √3).
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
@@ -30,29 +30,29 @@ pub(crate) struct DistortionRecord {
 /// The number of steps of the angle to the axis that the curvature is tabulated in. It must equal
 /// that in `surface.wgsl`.
 const STEPS: usize = 16;
-/// Primitives that look wider are drawn everywhere; as in `surface.wgsl`.
+/// Primitives with a larger angular width are drawn everywhere; as in `surface.wgsl`.
 const LARGE_RAD: f64 = 0.5;
 
-/// Pixels that the GPU's arithmetic may be off: its arctangent has 12 good bits at least (Vulkan's
+/// The error of the GPU's arithmetic, pixels: its arctangent is exact to at least 12 bits (Vulkan's
 /// "Precision of GLSL.std.450 instructions"), and a picture's radius is some thousand pixels.
 const ARITHMETIC_PX: f64 = 0.75;
 
-/// A lens's picture of directions, without what is not the same all around the axis, and continued
-/// beyond the picture.
+/// The radial part of a lens's projection of directions, continued beyond the picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DistortionBounds {
     intrinsics: Intrinsics,
-    /// The angle to the axis of the widest ray in the picture; beyond, radii grow evenly.
+    /// The angle to the axis of the widest ray in the picture; beyond it, radii grow linearly.
     pub(crate) widest_rad: f64,
     radius: f64,
     slope: f64,
-    /// The farthest that a pixel lies from where this model draws its ray.
+    /// The greatest distance of a pixel from the position where this model projects its ray,
+    /// pixels.
     beside_px: f64,
     curvature: [f64; STEPS],
 }
 
 impl DistortionBounds {
-    /// The bounds of a view; `None` if straight lines stay straight in it.
+    /// The bounds of a view; `None` if its picture is not distorted.
     pub(crate) fn of(view: &View) -> Option<Self> {
         let straight = view.intrinsics.distortion == Distortion::None;
         (!straight || view.rolls()).then(|| Self::new(view.intrinsics))
@@ -71,13 +71,13 @@ impl DistortionBounds {
             curvature: [0.0; STEPS],
         };
         let beside = rays(&k).map(|(pixel, ray)| bounds.draw(ray).distance(pixel));
-        // Between the places that were looked at it may be a little more.
+        // Between the sampled places it may be slightly more.
         bounds.beside_px = 1.25 * beside.fold(0.0, f64::max);
         bounds.curvature = bounds.curvature();
         bounds
     }
 
-    /// Where a ray is drawn, pixels.
+    /// Where a ray is projected, pixels.
     fn draw(&self, ray: DVec3) -> DVec2 {
         let k = &self.intrinsics;
         let angle = angle(ray);
@@ -91,14 +91,14 @@ impl DistortionBounds {
         DVec2::new(k.cx, k.cy) + DVec2::new(k.fx, k.fy) * way * radius
     }
 
-    /// The strongest second derivative along great circles, pixels by radians squared, of
-    /// directions that are at most each of the steps from the axis.
+    /// The greatest second derivative along great circles, pixels per radian squared, of directions
+    /// up to each of the steps from the axis.
     fn curvature(&self) -> [f64; STEPS] {
         const H: f64 = 1e-3;
         const FINER: usize = 8;
         const WAYS: usize = 8;
         let reach = self.widest_rad + LARGE_RAD;
-        // The same all around the axis if the longer focal length stands for both.
+        // It is rotationally symmetric if the longer focal length is used for both axes.
         let mut even = *self;
         even.intrinsics.fx = self.intrinsics.fx.max(self.intrinsics.fy);
         even.intrinsics.fy = even.intrinsics.fx;
@@ -158,7 +158,7 @@ pub(crate) fn widest_rad(k: &Intrinsics) -> f64 {
     rays(k).map(|(_, ray)| angle(ray)).fold(0.0, f64::max)
 }
 
-/// Places all over a picture, its corners among them, and their rays.
+/// Places all over a picture, including its corners, and their rays.
 fn rays(k: &Intrinsics) -> impl Iterator<Item = (DVec2, DVec3)> {
     const SIDE: u32 = 48;
     let size = DVec2::new(f64::from(k.width), f64::from(k.height));
@@ -211,7 +211,7 @@ mod tests {
         LazyLock::new(|| lenses().map(DistortionBounds::new));
 
     proptest! {
-        /// By the margin of `box` in `surface.wgsl`.
+        /// This tests the margin of `box` in `surface.wgsl`.
         #[test]
         fn what_lies_between_corners_is_drawn_near_their_hull(
             lens in 0_usize..5,
@@ -238,7 +238,7 @@ mod tests {
                 bounds.beside_px + bounds.curvature[step.min(STEPS - 1)] * width * width * 0.25;
             let drawn = rays.map(|ray| bounds.draw(ray));
 
-            // Points in the middles of borders are farthest out.
+            // Points in the middles of sides are farthest out.
             let point = (corners[0] + corners[1]) * 0.5 + (corners[2] - corners[0]) * inwards;
             let place = k
                 .project(point)

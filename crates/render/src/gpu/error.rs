@@ -1,4 +1,4 @@
-//! What can go wrong on a GPU.
+//! Errors of the GPU camera.
 
 use crate::ParamError;
 
@@ -6,16 +6,16 @@ use crate::ParamError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// No driver, or none that is wanted.
+    /// There is no GPU, or none that is accepted.
     #[error(
         "no GPU: {reason}. Use the CPU (--backend cpu), install the GPU's Vulkan driver, or \
          software Vulkan for tests (Debian, Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)"
     )]
     NoAdapter {
-        /// What was found, or what the system said.
+        /// What was found, or the system's error.
         reason: String,
     },
-    /// The GPU is there and cannot do what is needed.
+    /// The GPU lacks something that is needed.
     #[error(
         "the GPU {name} is too small: {what}. Use the CPU (--backend cpu) or another GPU \
          (WGPU_ADAPTER_NAME, a part of its name)"
@@ -34,7 +34,7 @@ pub enum GpuError {
     NoDevice {
         /// The GPU.
         name: String,
-        /// What the driver said.
+        /// The driver's message.
         reason: String,
     },
     /// The scene does not fit.
@@ -48,22 +48,22 @@ pub enum GpuError {
         /// The limit.
         allowed_mib: u64,
     },
-    /// The GPU went away: reset, unplugged, or its driver crashed.
+    /// The GPU was lost: reset, unplugged, or its driver crashed.
     ///
-    /// A data set keeps the renderer that it began with, so the CPU is no way to go on.
+    /// A data set keeps the renderer that it began with, so a run cannot continue on the CPU.
     #[error(
         "the GPU was lost: {reason}. It was reset or unplugged, or its driver failed. The frames \
          of a data set that are written are whole: go on with --resume when the GPU answers again, \
          or begin anew on the CPU (--backend cpu with --overwrite or another --out)"
     )]
     Lost {
-        /// What the driver said.
+        /// The driver's message.
         reason: String,
     },
     /// The driver refused a command.
     #[error("the GPU refused a command: {reason}")]
     Refused {
-        /// What it said.
+        /// The driver's message.
         reason: String,
     },
     /// A pass's shader is wrong.
@@ -71,13 +71,13 @@ pub enum GpuError {
     Shader {
         /// The pass.
         pass: String,
-        /// What the compiler said.
+        /// The compiler's message.
         reason: String,
     },
     /// The scene was given without its shapes.
     #[error("the scene is given without its shapes (SceneView::instances)")]
     NoShapes,
-    /// The view or a parameter is impossible.
+    /// The view or a parameter is invalid.
     #[error(transparent)]
     Param(#[from] ParamError),
 }

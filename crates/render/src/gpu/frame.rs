@@ -1,4 +1,4 @@
-//! What the shaders know of a view.
+//! The record of a view for shaders.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3, Mat4, Vec4};
@@ -9,7 +9,8 @@ use crate::View;
 /// Surfaces nearer than this are not drawn.
 const NEAR_M: f64 = 0.01;
 
-/// A frame's origin lies on a grid of this step, so that places of chunks are exact in f32.
+/// A frame's origin lies on a grid with this number of steps per metre, so that positions of chunks
+/// are exact in f32.
 pub(crate) const GRID_PER_M: f64 = 1024.0;
 
 /// `Frame` in `surface.wgsl`.
@@ -28,7 +29,8 @@ pub(crate) struct FrameRecord {
 }
 
 impl FrameRecord {
-    /// Of a view about `origin_m`, which lies at `origin` from the instance buffer's origin.
+    /// The record of a view around `origin_m`, which lies at `origin` from the instance buffer's
+    /// origin.
     pub(crate) fn new(
         view: &View,
         distortion: Option<&DistortionBounds>,

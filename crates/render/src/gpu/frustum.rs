@@ -1,5 +1,5 @@
-//! What of a scene a view or a shadow map may see, tested with bounding spheres: by the CPU for
-//! chunks, by the GPU for instances.
+//! Frustum culling with bounding spheres for views and shadow maps: by the CPU for chunks, by the
+//! GPU for instances.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4};
@@ -15,16 +15,16 @@ pub(crate) struct BoundingSphere {
     pub(crate) radius: f64,
 }
 
-/// What is inside of all planes, within range of the eye, and within an angle of an axis.
+/// The space inside of all planes, within range of the eye, and within an angle of an axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
-    /// Unit normals that point inwards; w: how far inside the origin is.
+    /// Unit normals that point inwards; w is how far inside the origin is.
     planes: [DVec4; 6],
     eye: DVec3,
     range_m: f64,
     axis: DVec3,
     half_angle_rad: f64,
-    /// How far the eye may be from `eye` while the picture is taken.
+    /// The greatest distance of the eye from `eye` while the picture is taken.
     eye_travel_m: f64,
 }
 
@@ -35,12 +35,12 @@ pub(crate) struct FrustumRecord {
     planes: [[f32; 4]; 6],
     eye_and_range: [f32; 4],
     axis_and_travel: [f32; 4],
-    /// Cosine and sine.
+    /// Cosine and sine of the half angle.
     half_angle: [f32; 2],
     unused: [f32; 2],
 }
 
-/// A plane that has everything inside.
+/// A plane with everything inside.
 pub(crate) const NO_PLANE: DVec4 = DVec4::new(0.0, 0.0, 0.0, 1e9);
 /// A range that reaches everything, metres.
 const FAR_M: f64 = 1e9;
@@ -90,7 +90,7 @@ impl Frustum {
         }
     }
 
-    /// May any part of a sphere be seen?
+    /// Whether any part of a sphere may be visible.
     pub(crate) fn may_see(&self, sphere: &BoundingSphere) -> bool {
         let inside = |plane: &DVec4| plane.dot(sphere.centre.extend(1.0)) >= -sphere.radius;
         let at = sphere.centre - self.eye;
@@ -177,7 +177,7 @@ mod tests {
             let origin = DVec3::new(2.0, -2.0, 0.0);
             let frustum =
                 Frustum::of_view(&view, DistortionBounds::of(&view).as_ref(), origin, 60.0);
-            // Corners and borders often.
+            // Corners and borders are tested often.
             let pixel = DVec2::new(x, y).clamp(DVec2::ZERO, DVec2::new(64.0, 36.0));
             let ray = view.ray(pixel, 60.0);
             let place = ray.origin.as_dvec3() + ray.direction.as_dvec3() * range_m;
@@ -186,7 +186,7 @@ mod tests {
                 radius: 0.0,
             };
             prop_assert!(frustum.may_see(&sphere) || place.distance(pose.translation_m) > 60.0);
-            // And what is behind is not.
+            // A sphere behind the camera is not visible.
             let behind = BoundingSphere {
                 centre: pose.transform_point(DVec3::new(0.1 * x, 0.1 * y, -range_m - 10.0))
                     - origin,
@@ -221,7 +221,7 @@ mod tests {
             if inside && optical.length() <= 60.0 {
                 prop_assert!(frustum.may_see(&sphere));
             }
-            // And what is far outside is not.
+            // A sphere far outside is not visible.
             if optical.z < -radius - 1e-6 || optical.length() > 60.0 + radius + 1e-6 {
                 prop_assert!(!frustum.may_see(&sphere));
             }

@@ -28,11 +28,11 @@ struct InstanceRecord {
 }
 
 impl InstanceRecord {
-    /// An instance of a group that lies at `offset` from the buffer's origin.
+    /// The record of an instance of a group at `offset` from the buffer's origin.
     fn new(instance: &Instance, offset: DVec3) -> Self {
         let exact = offset + instance.position_m.as_dvec3();
-        // On the grid, so that the difference to a frame's origin, which is on the grid too, is
-        // exact.
+        // The position is on the grid, so that the difference to a frame's origin, which is on the
+        // grid too, is exact.
         let place = ((exact * GRID_PER_M).round() / GRID_PER_M).as_vec3();
         let rest = (exact - place.as_dvec3()).as_vec3();
         let axes = instance.linear;
@@ -61,7 +61,7 @@ struct GroupEntry {
     shapes: Vec<usize>,
 }
 
-/// The instances of one prototype, which lie side by side.
+/// The instances of one prototype, which are consecutive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InstanceRange {
     pub(crate) first: u32,
@@ -81,7 +81,7 @@ pub(crate) struct InstanceBuffer {
     pub(crate) bounding_spheres: wgpu::Buffer,
 }
 
-/// Positions up to so far from the origin are still exact.
+/// The distance from the origin up to which positions are exact.
 const REACH_M: f64 = 4096.0;
 
 /// An instance before the sort.
@@ -93,8 +93,8 @@ struct Placed {
 }
 
 impl InstanceBuffer {
-    /// Uploads the instances of groups relative to `origin_m`; of one prototype the nearest come
-    /// first.
+    /// Uploads the instances of groups relative to `origin_m`; those of one prototype are sorted by
+    /// distance.
     pub(crate) fn upload(
         gpu: &Gpu,
         groups: &[PlacedGroup],
@@ -148,7 +148,7 @@ impl InstanceBuffer {
         });
         let records: Vec<InstanceRecord> = placed.iter().map(|p| p.record).collect();
         let sphere = |p: &Placed| {
-            // Larger by what f32 rounds off the centre.
+            // The radius is enlarged by the rounding of the centre to f32.
             let radius = p.bounds.radius + 1e-3 + 1e-6 * p.bounds.centre.length();
             p.bounds.centre.extend(radius).as_vec4().to_array()
         };
@@ -167,7 +167,7 @@ impl InstanceBuffer {
         })
     }
 
-    /// Does it hold the instances of these groups, exactly enough for frames about `origin_m`?
+    /// Whether it has the instances of these groups, exactly enough for frames around `origin_m`.
     pub(crate) fn holds(&self, groups: &[PlacedGroup], origin_m: DVec3) -> bool {
         let same = |(entry, (offset, group)): (&GroupEntry, &PlacedGroup)| {
             let (held, given) = (entry.group.as_ptr(), Arc::as_ptr(group));
@@ -179,8 +179,8 @@ impl InstanceBuffer {
             && self.shapes.iter().all(|(p, _)| p.strong_count() > 0)
     }
 
-    /// The prototypes of the groups that any of these frustums may see, with their instances.
-    /// Frustums are relative to `origin_m`.
+    /// The prototypes, with their instances, of the groups that may be visible in any of these
+    /// frustums, which are relative to `origin_m`.
     pub(crate) fn visible_prototypes(
         &self,
         frustums: &[Frustum],
@@ -236,7 +236,7 @@ pub(crate) fn bounding_sphere(instance: &Instance, offset: DVec3) -> Option<Boun
     let extent = DVec3::new(reach(rows.x_axis), reach(rows.y_axis), reach(rows.z_axis));
     sound.then(|| BoundingSphere {
         centre: offset + instance.position_m.as_dvec3() + linear * middle,
-        // A little larger, for what f32 rounds.
+        // The radius is slightly enlarged for the rounding to f32.
         radius: extent.length() + 1e-3,
     })
 }

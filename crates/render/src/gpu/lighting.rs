@@ -1,4 +1,4 @@
-//! The colour pass: shadow maps, light in tables, one or four samples a pixel.
+//! The colour pass: shadow maps, tables of light, and one or four samples per pixel.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -20,7 +20,8 @@ use crate::colour::LUMINANCE;
 use crate::sky::haze::Haze;
 use crate::{Lighting, SceneView, View};
 
-/// The target's format. It needs floats: a pixel's light may be a 10⁸th of another's.
+/// The target's format. It needs floats, because the light of two pixels may differ by a factor of
+/// 10⁸.
 const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 // These must equal the constants of `lighting.wgsl`.
 const CASCADES: usize = 4;
@@ -81,7 +82,7 @@ struct LightingTargets {
     colour: wgpu::Texture,
 }
 
-/// What the lighting pass needs of one picture.
+/// The inputs of the lighting pass for one picture.
 pub(crate) struct LightingInputs<'a> {
     pub(crate) gpu: &'a Gpu,
     pub(crate) layouts: &'a Layouts,
@@ -456,8 +457,8 @@ fn colour(
     Pipelines::new(gpu, layouts, &stage)
 }
 
-/// The sun's disc in a pixel. It is supersampled, for it may be smaller than the pixel and is far
-/// brighter than the sky.
+/// The radiance of the sun's disc in a pixel. It is supersampled, because the disc may be smaller
+/// than the pixel and is far brighter than the sky.
 fn sun_seen(view: &View, centre: DVec2, disc: impl Fn(Vec3) -> Vec3) -> Vec3 {
     const SIDE: u32 = 8;
     let part = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE) - 0.5;
@@ -493,12 +494,12 @@ fn unfold(p: Vec2) -> Vec3 {
     } else {
         Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
     };
-    // Of length at least 1 / sqrt 3.
+    // Its length is at least 1 / sqrt 3.
     let n = p.extend(z);
     n / n.length()
 }
 
-/// IEEE 754 binary16.
+/// The value of an IEEE 754 binary16 number.
 fn from_half(bits: u16) -> f32 {
     let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
     let (exponent, fraction) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023) / 1024.0);

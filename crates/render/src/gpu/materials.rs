@@ -29,12 +29,12 @@ struct Record {
 /// A material library on the GPU.
 #[derive(Debug)]
 pub(crate) struct Materials {
-    /// What was uploaded; its masks and textures are kept, so that no other takes their place in
-    /// memory.
+    /// The library that was uploaded. Its masks and textures are kept alive, so that no others get
+    /// their addresses.
     library: Vec<Material>,
     pub(crate) records: wgpu::Buffer,
     pub(crate) masks: wgpu::Buffer,
-    /// Albedo, all mips of all textures: square roots of linear light, ten bits each.
+    /// The albedo of all mips of all textures, as square roots of linear light with ten bits each.
     pub(crate) texels: wgpu::Buffer,
 }
 
@@ -82,7 +82,7 @@ impl Materials {
         })
     }
 
-    /// Is this what was uploaded?
+    /// Whether this is the library that was uploaded.
     pub(crate) fn are(&self, library: &MaterialLibrary) -> bool {
         let same_mask = |a: &Option<Arc<AlphaMask>>, b: &Option<Arc<AlphaMask>>| match (a, b) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
@@ -109,7 +109,7 @@ impl Materials {
     }
 }
 
-/// Where a shared thing begins in `out`; writes it there if it is new.
+/// The index in `out` of a shared mask or texture, which is written there if it is new.
 fn place<T>(
     known: &mut Vec<(Arc<T>, u32)>,
     thing: &Arc<T>,

@@ -1,4 +1,4 @@
-//! How much device memory is in use, and by whom.
+//! Accounting of device memory.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,7 +16,7 @@ pub struct GpuMemory {
     pub evicted: u64,
 }
 
-/// Device memory of a picture that is being rendered; it is given back on drop.
+/// Device memory of a picture that is being rendered; it is released on drop.
 #[derive(Debug)]
 pub(crate) struct MemoryReservation {
     pub(crate) bytes: u64,

@@ -1,14 +1,14 @@
-//! The camera that draws on a GPU, through wgpu: offscreen, no window, no display.
+//! The camera that draws on a GPU through wgpu, offscreen, without a window or a display.
 //!
-//! Everything is drawn as what the ray-cast camera casts at: the same triangles, cards and one-bit
-//! masks. The rasteriser only proposes which pixels a primitive may cover; a fragment then meets
-//! its primitive with the ray through the pixel's centre, by the formula of the ray caster, so that
-//! neither a GPU's snapped vertices nor its interpolation touch depth, mask or normal.
+//! It draws the same triangles, cards and one-bit masks that the ray-cast camera casts rays at. The
+//! rasteriser only proposes which pixels a primitive may cover; a fragment then intersects its
+//! primitive with the ray through the pixel's centre, by the formula of the ray caster, so that
+//! neither the rounding of vertices nor the interpolation of a GPU affects depth, mask or normal.
 //!
-//! What a picture needs is on the GPU before it: prototypes come when a chunk that has them may be
-//! seen, and go with their last chunk or when others need the room; instances come with their
-//! chunks. A compute pass culls them for the camera and for each shadow map, and writes the draws
-//! that are then drawn indirectly. While one picture comes back, the next can be drawn.
+//! Resources stay on the GPU between pictures: prototypes are uploaded when a chunk that has them
+//! may be visible, and dropped with their last chunk or when others need the memory; instances are
+//! uploaded with their chunks. A compute pass culls them for the camera and for each shadow map,
+//! and writes the indirect draws. While one picture is read back, the next can be drawn.
 
 mod accumulation;
 mod buffer_pool;

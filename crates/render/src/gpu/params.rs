@@ -1,23 +1,23 @@
-//! What a GPU's pictures are made with.
+//! The parameters of the GPU camera.
 
 use crate::Lens;
 use crate::error::{ParamError, check};
 
-/// How the GPU's pictures are made.
+/// The parameters of pictures by the GPU.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GpuParams {
-    /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
+    /// The greatest visible distance, metres, 1..=100,000; surfaces fade into the sky towards it.
     pub max_range_m: f32,
-    /// What the lens does to the light.
+    /// Scattering and fall-off of the lens.
     pub lens: Lens,
-    /// Return the radiance image too?
+    /// Whether the radiance image is returned, too.
     pub keep_linear: bool,
     /// Colour samples of a pixel: 1, at its centre, or 4.
     pub colour_samples: u32,
-    /// Instants of a picture that blurs because the camera moves, 2..=256, in as many equal parts
-    /// of the exposure; each is drawn with as many samples a pixel.
+    /// Number of instants of a picture with motion blur, 2..=256, one in each of as many equal
+    /// parts of the exposure; each is drawn with `colour_samples`.
     pub blur_samples: u32,
-    /// Sides of each shadow map, texels, 256..=8192.
+    /// Side of each shadow map, texels, 256..=8192.
     pub shadow_px: u32,
     /// The most device memory that is used, MiB, 128..=1,048,576.
     pub memory_mib: u32,
@@ -44,7 +44,7 @@ impl GpuParams {
         let range = self.max_range_m.into();
         check("camera.max_range_m", range, 1.0, 1e5, "1..=100,000 m")?;
         self.lens.check()?;
-        // WebGPU promises these two.
+        // WebGPU guarantees these two numbers.
         if ![1, 4].contains(&self.colour_samples) {
             return Err(ParamError::new(
                 "camera.colour_samples",

@@ -1,4 +1,4 @@
-//! The seam for passes: what every surface writes in place of its material.
+//! The interface of passes, which write something else than colours for every surface.
 
 use nemoral_scene::MaterialLibrary;
 
@@ -33,7 +33,7 @@ pub trait Pass: std::fmt::Debug + Send + Sync {
     /// A name for error messages.
     fn name(&self) -> &str;
 
-    /// WGSL that defines `paint`, and what it needs beside it.
+    /// WGSL that defines `paint`, and everything that it needs.
     fn wgsl(&self) -> &str;
 
     /// Numbers for the shader, such as one for each material.

@@ -1,4 +1,4 @@
-//! Layouts, pipelines and buffers: how shaders are given what they read.
+//! Layouts, pipelines and buffers of shaders.
 
 use nemoral_scene::MaterialLibrary;
 
@@ -10,18 +10,19 @@ const SURFACE: &str = include_str!("shaders/surface.wgsl");
 /// The part that passes with one sample a pixel share.
 const EXACT: &str = include_str!("shaders/exact.wgsl");
 
-/// What the passes' target holds.
+/// The format of the passes' target.
 pub(crate) const EXACT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 /// Reversed: 1 at the near plane, 0 far away.
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// More than a GPU rounds vertices by, 1/256 pixel at most: in exact passes the fragment decides.
+/// The margin of primitives in exact passes, pixels, where the fragment decides. It is more than
+/// the rounding of vertices by a GPU, which is at most 1/256 pixel.
 const MARGIN_PX: f64 = 0.01;
 
 /// The binding of a page in its group.
 pub(crate) const GROUP_PAGE: u32 = 0;
 
-/// A buffer that shaders read, with its content; never empty, as no binding may be.
+/// A buffer that shaders read, with its content. It is never empty, because bindings must not be.
 pub(crate) fn storage(gpu: &Gpu, label: &str, content: &[u8]) -> Result<wgpu::Buffer, GpuError> {
     let limit = gpu.device().limits().max_storage_buffer_binding_size;
     if content.len() as u64 > limit {
@@ -56,7 +57,7 @@ pub(crate) fn buffer(
     Ok(buffer)
 }
 
-/// A target or a map.
+/// A texture for a target or a shadow map.
 pub(crate) fn texture(
     gpu: &Gpu,
     label: &str,
@@ -187,21 +188,21 @@ impl Layouts {
     }
 }
 
-/// What a pipeline is made of beside its shader.
+/// What a pipeline consists of besides the shared shader.
 pub(crate) struct Stage<'a> {
     pub(crate) label: &'a str,
     /// WGSL after `surface.wgsl`.
     pub(crate) shader: &'a str,
     /// The fragment shader's name.
     pub(crate) fragment: &'a str,
-    /// Group 2.
+    /// The layout of group 2.
     pub(crate) layout: &'a wgpu::BindGroupLayout,
-    /// None: depth alone.
+    /// The format of the target; `None` for depth alone.
     pub(crate) target: Option<wgpu::TextureFormat>,
     pub(crate) samples: u32,
-    /// How far primitives are drawn over their borders.
+    /// How far primitives are drawn over their borders, pixels.
     pub(crate) margin_px: f64,
-    /// Are they for pictures that a lens or a rolling shutter distorts?
+    /// Whether they are for pictures that a lens or a rolling shutter distorts.
     pub(crate) distorted: bool,
 }
 
@@ -247,14 +248,14 @@ impl Pipelines {
                     module: &module,
                     entry_point: Some("vertex"),
                     compilation_options: options.clone(),
-                    // Numbers of instances, those that are visible.
+                    // The numbers of the visible instances.
                     buffers: &[Some(wgpu::VertexBufferLayout {
                         array_stride: 4,
                         step_mode: wgpu::VertexStepMode::Instance,
                         attributes: &wgpu::vertex_attr_array![0 => Uint32],
                     })],
                 },
-                // Both sides are seen.
+                // Both sides are visible, so nothing is culled.
                 primitive: wgpu::PrimitiveState::default(),
                 depth_stencil: Some(wgpu::DepthStencilState {
                     format: DEPTH_FORMAT,
@@ -312,7 +313,7 @@ impl DistortionVariants {
         }
     }
 
-    /// Makes them for distorted pictures, if there are none.
+    /// Makes the pipelines for distorted pictures, if there are none yet.
     pub(crate) fn prepare_distorted(
         &mut self,
         make: impl FnOnce() -> Result<Pipelines, GpuError>,

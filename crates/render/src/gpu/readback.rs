@@ -1,21 +1,21 @@
-//! From the GPU's memory to ours.
+//! Copies images from the GPU's memory to the processor's.
 
 use std::sync::mpsc;
 
 use super::{Gpu, GpuError};
 
-/// A picture on its way back.
+/// An image that is being read back.
 #[derive(Debug)]
 pub(crate) struct Readback {
     buffer: wgpu::Buffer,
-    /// Bytes of a row, and of a row with what pads it.
+    /// Bytes of a row, and of a row with its padding.
     row: usize,
     padded: usize,
     rows: usize,
 }
 
 impl Readback {
-    /// Copies a texture of `pixel` bytes a pixel when the encoder's commands run.
+    /// Encodes the copy of a texture with `pixel` bytes per pixel.
     pub(crate) fn encode(
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
@@ -65,13 +65,13 @@ impl Readback {
         let (sender, receiver) = mpsc::channel();
         self.buffer
             .map_async(wgpu::MapMode::Read, .., move |result| {
-                // Nobody listens any more if waiting failed.
+                // If waiting failed, there is no receiver any more.
                 let _ = sender.send(result);
             });
         gpu.wait(submission.clone())?;
         let refused = |reason: String| GpuError::Refused { reason };
-        // The copy is done; another thread that polls the same device may have the news and be
-        // about to tell.
+        // The copy is done, but another thread that polls the same device may be just about to
+        // report it.
         match receiver.recv() {
             Ok(Ok(())) => {}
             Ok(Err(e)) => return Err(refused(e.to_string())),

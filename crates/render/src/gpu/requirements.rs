@@ -1,15 +1,16 @@
-//! What a GPU must be able to do.
+//! The requirements on GPUs.
 
 use super::GpuError;
 
-/// What a shader stage sees of storage buffers: the lit pass's fragments do.
+/// The number of storage buffers that a shader stage needs; the fragments of the lighting pass need
+/// the most.
 const STORAGE_BUFFERS: u32 = 8;
 
-/// The least that a shader must see of a buffer, bytes: pages of shapes are as large.
+/// The least size of a buffer binding, bytes.
 const BINDING: u64 = 64 << 20;
 
 /// # Errors
-/// If the GPU of this name lacks something, which is then named as wgpu names it.
+/// If the GPU of this name lacks something; the error names it in wgpu's terms.
 pub(super) fn check(
     name: &str,
     flags: wgpu::DownlevelFlags,

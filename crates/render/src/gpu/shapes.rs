@@ -47,9 +47,9 @@ struct CardRecord {
 
 #[derive(Debug)]
 struct Shape {
-    /// While this is held, no other prototype can take its address.
+    /// While this pointer exists, no other prototype can get its address.
     prototype: Weak<Prototype>,
-    /// By `PrimitiveKind`.
+    /// The ranges of each `PrimitiveKind`.
     ranges: [Vec<Range>; 2],
     /// The last frame that drew it.
     used: u64,
@@ -58,13 +58,13 @@ struct Shape {
 #[derive(Debug)]
 pub(crate) struct Shapes {
     pub(crate) pool: BufferPool,
-    /// By the address of the prototype.
+    /// The resident shapes, by the address of the prototype.
     shapes: BTreeMap<usize, Shape>,
     frame: u64,
     pub(crate) evicted: u64,
-    /// Bytes that all of the camera may use.
+    /// The most bytes that the camera may use.
     pub(crate) limit: u64,
-    /// Bytes of them that are used outside of the pool.
+    /// The part of these bytes that is used outside of the pool.
     pub(crate) held: u64,
 }
 
@@ -163,7 +163,7 @@ impl Shapes {
                 let needed = self.held + pages.iter().sum::<u64>();
                 let allowed_mib = self.limit >> 20;
                 return Err(GpuError::OutOfMemory {
-                    // What was drawn before may leave pages half full.
+                    // Earlier shapes may leave pages half full.
                     needed_mib: needed.div_ceil(1 << 20).max(allowed_mib + 1),
                     allowed_mib,
                 });
@@ -271,7 +271,8 @@ fn windowed_cards(prototype: &Prototype) -> impl Iterator<Item = TriangleRecord>
     })
 }
 
-/// The other material above three shares of five bits, in thirtieths: a half is exact.
+/// The other material in the upper bits, above three shares of five bits each, in thirtieths, so
+/// that a half is exact.
 fn packed_blend(blend: &Blend) -> u32 {
     let [a, b, c] = blend
         .shares
@@ -279,7 +280,7 @@ fn packed_blend(blend: &Blend) -> u32 {
     u32::from(blend.other.0) << 16 | c << 10 | b << 5 | a
 }
 
-/// A byte for each corner, and bit 15, which no blend sets.
+/// A byte for each corner, and bit 15, which is not set in any blend.
 fn packed_ambient_occlusion(near: &AmbientOcclusion, corners: [u32; 3]) -> u32 {
     packed_shares(corners.map(|i| near.vertices[i as usize]))
 }

@@ -1,4 +1,4 @@
-//! What a GPU camera keeps between pictures.
+//! The state of a GPU camera between pictures.
 
 use glam::DVec3;
 use nemoral_scene::PlacedGroup;
@@ -17,11 +17,11 @@ pub(crate) struct State {
     pub(crate) materials: Option<Materials>,
     pub(crate) instances: Option<InstanceBuffer>,
     pub(crate) shapes: Shapes,
-    /// The truth is the first.
+    /// All exact passes, of which the truth is the first.
     pub(crate) passes: Vec<ExactPass>,
     pub(crate) lighting: LightingPass,
     pub(crate) targets: Option<Targets>,
-    /// Bytes that the last picture reserved: the next one will need about as many.
+    /// Bytes that the last picture reserved, as an estimate for the next one.
     pub(crate) transient: u64,
 }
 
@@ -45,7 +45,7 @@ impl State {
             .as_ref()
             .is_some_and(|held| held.holds(groups, origin_m))
         {
-            // The old one first: both need not fit.
+            // The old buffer is dropped first, so that both need not fit.
             self.instances = None;
             self.instances = Some(InstanceBuffer::upload(gpu, groups, origin_m)?);
             gpu.check()?;
@@ -87,7 +87,7 @@ impl State {
         let size = [view.intrinsics.width, view.intrinsics.height];
         if self.targets.as_ref().is_none_or(|t| t.size != size) {
             gpu.check_size(size)?;
-            // The old ones first: both need not fit.
+            // The old targets are dropped first, so that both need not fit.
             self.targets = None;
             self.targets = Some(Targets::new(gpu, size)?);
             gpu.check()?;

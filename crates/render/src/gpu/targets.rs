@@ -1,4 +1,4 @@
-//! What a camera's pictures are drawn to, the rays that go with it, and what comes back.
+//! The targets of a camera's pictures, their rays, and the images that are read back.
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
@@ -9,14 +9,14 @@ use super::pipeline::{DEPTH_FORMAT, EXACT_FORMAT, storage, texture};
 use super::{Gpu, GpuError};
 use crate::View;
 
-/// What is drawn to.
+/// The targets for one picture size.
 pub(crate) struct Targets {
     pub(crate) size: [u32; 2],
     pub(crate) exact: wgpu::Texture,
     pub(crate) depth: wgpu::Texture,
     /// Directions of the pixels' centres, and their z in the optical frame.
     pub(crate) rays: wgpu::Texture,
-    /// Where each row looks from, about the frame's origin.
+    /// The position of the camera for each row, relative to the frame's origin.
     pub(crate) eyes: wgpu::Buffer,
 }
 
@@ -44,8 +44,7 @@ impl Targets {
         })
     }
 
-    /// The rays of a view, as the ray-cast camera has them: to the bit, so that both renderers ask
-    /// the same question.
+    /// Uploads the rays of a view, which are equal to those of the ray-cast camera to the bit.
     pub(crate) fn cast_rays(&self, gpu: &Gpu, view: &View, origin_m: DVec3) {
         let eye = |y: u32| {
             let eye = view.scene_from_row(f64::from(y) + 0.5).translation_m - origin_m;
@@ -116,7 +115,7 @@ pub(crate) fn texels(rows: &mut dyn Iterator<Item = &[u8]>, view: &View) -> Imag
     Image::new(width, height, pixels)
 }
 
-/// What the truth pass wrote, in our terms.
+/// The truth images from what the truth pass wrote.
 pub(crate) fn truth_images(
     texels: &Image<[u32; 4]>,
     view: &View,
@@ -131,7 +130,7 @@ pub(crate) fn truth_images(
         0 => ObjectId::NONE,
         number => objects[number as usize - 1],
     };
-    // Into the optical frame of each row.
+    // Normals are transformed to the optical frame of each row.
     let mut normals = vec![Vec3::ZERO; width * height];
     let rows = normals.par_chunks_mut(width).enumerate();
     rows.for_each(|(y, row)| {

@@ -4,8 +4,7 @@ use std::io::Write;
 
 use super::{Accept, Gpu};
 
-/// A GPU that is the test's own, so that it may be lost; otherwise as `nemoral_tests::gpu::gpu` has
-/// it.
+/// A GPU for one test, so that it may be lost; otherwise as in `nemoral_tests::gpu::gpu`.
 pub(super) fn gpu(test: &str) -> Option<Gpu> {
     Gpu::open(Accept::Any)
         .map_err(|e| {

@@ -2,9 +2,9 @@
 //!
 //! The texture is laid out anew around each vertex of a triangular lattice, shifted and turned by
 //! the vertex's hash, and blended between the three nearest (Mikkelsen 2022, "Practical real-time
-//! hex-tiling"), with the variance that blending loses given back (Deliot and Heitz 2019,
-//! "Procedural stochastic textures by tiling and blending"). Lattice and tint have a period of
-//! 1024 m, like ground coordinates, so they have no seam.
+//! hex-tiling"), with the variance restored that blending loses (Deliot and Heitz 2019, "Procedural
+//! stochastic textures by tiling and blending"). Lattice and tint have a period of 1024 m, like
+//! ground coordinates, so they have no seam.
 
 use glam::{Vec2, Vec3};
 use nemoral_scene::{Hit, MaterialId, MaterialLibrary, Texture};
@@ -12,11 +12,11 @@ use nemoral_scene::{Hit, MaterialId, MaterialLibrary, Texture};
 /// The period of ground coordinates, metres.
 const PERIOD_M: f32 = 1024.0;
 
-/// Distance of lattice vertices over the side of the texture's tile: near 1 one sees whole copies,
-/// near 0 only their blend.
+/// Distance of lattice vertices over the side of the texture's tile: near 1 whole copies are
+/// visible, near 0 only their blend.
 const SPACING: f32 = 0.6;
 
-/// The albedo of the ground at a hit, of its material and of what that passes over into there.
+/// The albedo of the ground at a hit, from its material and the one that it blends into there.
 pub(crate) fn albedo(materials: &MaterialLibrary, hit: &Hit, footprint_m: f32) -> Vec3 {
     let of = |id: MaterialId| {
         let m = materials.get(id);
@@ -25,7 +25,7 @@ pub(crate) fn albedo(materials: &MaterialLibrary, hit: &Hit, footprint_m: f32) -
     let Some((other, share)) = hit.shading.blend else {
         return of(hit.surface.material);
     };
-    // From both sides of a border one and the same patches lie on top.
+    // The same patches lie on top on both sides of a border.
     let share = if hit.surface.material.0 < other.0 {
         ragged(share, hit.shading.uv)
     } else {
@@ -40,8 +40,9 @@ pub(crate) fn albedo(materials: &MaterialLibrary, hit: &Hit, footprint_m: f32) -
     }
 }
 
-/// What is seen of a share: needles and crumbs of one ground lie on the other, in patches as wide
-/// as a hand and as a finger. 0, 1/2 and 1 stay so on average, and 0 and 1 everywhere.
+/// The visible share of a blend. Needles and crumbs of one ground lie on the other, in patches as
+/// wide as a hand and as a finger. On average 0, 1/2 and 1 do not change, and 0 and 1 change
+/// nowhere.
 fn ragged(share: f32, at_m: Vec2) -> f32 {
     let noise = 0.6 * value_noise(at_m, 8192, 4) + 0.4 * value_noise(at_m, 32768, 5);
     let lifted = share + 2.0 * share * (1.0 - share) * noise;
@@ -61,7 +62,8 @@ fn of_texture(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> V
 }
 
 fn laid_anew(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Vec3 {
-    // A whole number of vertices in each direction: equilateral up to rounding.
+    // The number of vertices is whole in each direction, so triangles are equilateral up to
+    // rounding.
     let columns = (PERIOD_M / (SPACING * tile_m)).round().max(2.0);
     let half_rows = (PERIOD_M / (SPACING * tile_m * 1.732)).round().max(1.0);
     let step = Vec2::new(PERIOD_M / columns, PERIOD_M / (2.0 * half_rows));
@@ -82,7 +84,7 @@ fn laid_anew(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Ve
     };
     let vertices = [corner, (1.0, 0.0, right), (0.0, 1.0, top)];
 
-    // Sharpened weights keep two thirds of the ground a single copy.
+    // Sharpened weights leave two thirds of the ground to a single copy.
     let sharp = vertices.map(|(_, _, w): (f32, f32, f32)| (w * w) * (w * w));
     let total: f32 = sharp.iter().sum();
     let mean = texture.mean();
@@ -104,7 +106,7 @@ fn laid_anew(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Ve
         squares += w * w;
         kept += w;
     }
-    // The few dropped percent go to the others.
+    // The few percent that are dropped go to the others.
     let deviation = sum / kept;
     (mean + deviation * (kept / squares.sqrt())).clamp(Vec3::ZERO, Vec3::ONE)
 }
@@ -117,7 +119,8 @@ fn turn(hash: u32) -> Vec2 {
     if hash >> 31 == 1 { -c } else { c }
 }
 
-/// Dry and damp, worn and fresh: slow changes of brightness (±15 %) and warmth (±5 %) over 4..16 m.
+/// Slow changes of brightness (±15 %) and warmth (±5 %) over 4..16 m, for dry and damp, worn and
+/// fresh ground.
 fn macro_tint(at_m: Vec2) -> Vec3 {
     let slow = value_noise(at_m, 64, 1);
     let middle = value_noise(at_m, 128, 2);
@@ -265,7 +268,7 @@ mod tests {
         let seen: Vec<f32> = (0..n * n).map(|i| ragged(0.5, at(i))).collect();
         let mean = seen.iter().sum::<f32>() / seen.len() as f32;
         assert!((mean - 0.5).abs() < 0.02, "{mean}");
-        // In patches: a half of it is seen nearly as it is.
+        // It forms patches, so in a half of the area it is almost unblended.
         let clear = seen.iter().filter(|&&s| !(0.2..=0.8).contains(&s)).count();
         assert!(clear > seen.len() / 3, "{clear} of {}", seen.len());
     }

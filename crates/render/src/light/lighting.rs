@@ -11,11 +11,10 @@ use crate::sky::irradiance::Irradiance;
 use crate::sky::model::Sky;
 use crate::{SkyImage, SkyParams, Sun};
 
-/// Haze that the sky's aerosols explain, 1/m: a visibility of 20 km.
+/// The haze of the sky's own aerosols, 1/m, for a visibility of 20 km.
 const CLEAR_EXTINCTION: f32 = (KOSCHMIEDER / 20_000.0) as f32;
 
-/// All light there is in a scene: linear sRGB, scaled so that luminance is in cd/m² and illuminance
-/// in lux.
+/// The light of a scene: linear sRGB, scaled so that luminance is in cd/m² and illuminance in lux.
 #[derive(Clone, Debug)]
 pub struct Lighting {
     sun_direction: Vec3,
@@ -24,11 +23,11 @@ pub struct Lighting {
     /// The irradiance of the sky alone, by normal.
     sky_irradiance: Irradiance,
     ground_albedo: Vec3,
-    /// Sky and sun on open level ground.
+    /// Irradiance of sky and sun on open level ground.
     global: Vec3,
-    /// The sky alone on open level ground.
+    /// Irradiance of the sky alone on open level ground.
     diffuse: Vec3,
-    /// What comes through crowns of sky view factor i / 256, as a share of what falls on them.
+    /// The share of light that passes crowns with a sky view factor of i / 256.
     through_crowns: Vec<Vec3>,
     haze: Layer,
     /// The fog at `fog_base_m`.
@@ -37,19 +36,18 @@ pub struct Lighting {
 }
 
 impl Lighting {
-    /// The light of a sun and a sky. Takes some 20 ms: make one for many pictures.
+    /// The light of a sun and a sky. It takes some 20 ms, so use one for many pictures.
     ///
     /// # Errors
-    /// If a parameter is out of its range, or the sun is more than 6° below the horizon, where a
-    /// camera sees nothing.
+    /// If a parameter is out of its range, or the sun is more than 6° below the horizon, where it
+    /// is too dark for a camera.
     pub fn new(sun: &Sun, sky: &SkyParams) -> Result<Self, ParamError> {
         Self::under(sun, sky, None)
     }
 
-    /// The same with the sky of an image: seen in the gaps, and lighting the scene. The sun is
-    /// still that of the angles (`overcast` dims it, as ever). The image's own unit does not
-    /// matter: its sky gives level ground the light that the modelled one would, times `gain`
-    /// (0.001..=1000).
+    /// The same with the sky of an image, which is visible in gaps and lights the scene. The sun is
+    /// still that of the angles (and dimmed by `overcast`). The image's own unit does not matter:
+    /// its sky gives level ground the light of the modelled one, times `gain` (0.001..=1000).
     ///
     /// # Errors
     /// As [`new`](Self::new), and if `gain` is out of its range.
@@ -80,8 +78,8 @@ impl Lighting {
         if let Some((image, gain)) = image {
             table = table.replaced_by(image, gain as f32);
         }
-        // Mist and fog spread the beam: droplets send 70 % of it on within a few degrees, and the
-        // ground gets most of the rest from all over the sky.
+        // Mist and fog scatter the beam: droplets scatter 70 % of it within a few degrees, and the
+        // ground gets most of the rest from the whole sky.
         let z = sun.direction().z.max(0.02);
         let mist = (KOSCHMIEDER / sky.visibility_m - f64::from(CLEAR_EXTINCTION)).max(0.0);
         let depth = 0.3 * (mist * sky.haze_height_m + sky.fog_per_m * sky.fog_height_m) / z;
@@ -96,8 +94,8 @@ impl Lighting {
         ))
     }
 
-    /// The same radiance from every direction, above and below, and no sun: the inside of an
-    /// integrating sphere, to calibrate and to test with.
+    /// Equal radiance from every direction, above and below, without a sun, as inside of an
+    /// integrating sphere, for calibration and tests.
     #[must_use]
     pub fn uniform(radiance: Vec3) -> Self {
         let params = SkyParams {
@@ -111,11 +109,11 @@ impl Lighting {
     fn assemble(sun_direction: Vec3, sun_irradiance: Vec3, sky: Sky, params: &SkyParams) -> Self {
         let sky_irradiance = Irradiance::of_sky(|d| sky.radiance(d));
         let diffuse = sky_irradiance.at(Vec3::Z);
-        // Leaves that keep a share w of the light are to all orders of scattering as leaves that
-        // absorb sqrt(1 - w) as much (Goudriaan 1977). Of clumped foliage, whose depth is spread by
-        // a gamma distribution around its mean d, (1 + d / k)^-k passes (Nilson 1971, negative
-        // binomial), and most of what does goes by gaps, without a colour. Followed light
-        // (`RayCastParams::bounces`) has k = 1/2.
+        // With all orders of scattering, leaves that scatter a share w of the light act like leaves
+        // whose extinction is sqrt(1 - w) as large (Goudriaan 1977). Of the light on clumped
+        // foliage, whose optical depth has a gamma distribution around its mean d, (1 + d / k)^-k
+        // passes (Nilson 1971, negative binomial), most of it through gaps and so without a colour.
+        // Path tracing (`RayCastParams::bounces`) gives k = 1/2.
         let exponent = params.foliage_albedo.map(|w| (1.0 - w).sqrt());
         let through_crowns = (0..=256)
             .map(|i| {
@@ -151,27 +149,27 @@ impl Lighting {
         self.sun_direction
     }
 
-    /// The sun on a plane that faces it: linear sRGB, lux.
+    /// The irradiance of the sun on a plane that faces it: linear sRGB, lux.
     #[must_use]
     pub fn sun_irradiance(&self) -> Vec3 {
         self.sun_irradiance
     }
 
-    /// What the sky sends from a unit direction, without the sun's disc; below the horizon, the
-    /// horizon's haze. Linear sRGB, cd/m².
+    /// The radiance of the sky from a unit direction, without the sun's disc; below the horizon it
+    /// is that of the horizon's haze. Linear sRGB, cd/m².
     #[must_use]
     pub fn sky_radiance(&self, direction: Vec3) -> Vec3 {
         self.sky.radiance(direction)
     }
 
-    /// What the open sky gives a surface with this unit normal: linear sRGB, lux.
+    /// The irradiance of the open sky on a surface with this unit normal: linear sRGB, lux.
     #[must_use]
     pub fn sky_irradiance(&self, normal: Vec3) -> Vec3 {
         self.sky_irradiance.at(normal)
     }
 
-    /// What thick mist sends from a unit direction: the sun's light by the droplets' phase
-    /// function, the sky's and the ground's from all sides.
+    /// The radiance of dense mist from a unit direction: the sun's light by the droplets' phase
+    /// function, and that of sky and ground from all sides.
     pub(crate) fn mist_radiance(&self, direction: Vec3) -> Vec3 {
         let cos = direction.dot(self.sun_direction).clamp(-1.0, 1.0);
         self.sun_irradiance * mie_phase(cos)
@@ -179,7 +177,7 @@ impl Lighting {
             + self.global * self.ground_albedo * (0.5 / PI)
     }
 
-    /// What is behind everything: the sky, or as much of it as the mist lets through.
+    /// The background: the sky, as far as mist lets it through.
     pub(crate) fn background(&self, haze: &Haze, direction: Vec3) -> Vec3 {
         let through = haze.sky_transmittance(direction.z);
         let sky = self.sky_radiance(direction);
@@ -190,10 +188,10 @@ impl Lighting {
         }
     }
 
-    /// The sun itself in a direction, as radiance; black beside its disc.
+    /// The radiance of the sun's disc in a direction; black beside the disc.
     pub(crate) fn sun_disc(&self, haze: &Haze, direction: Vec3) -> Vec3 {
         let r = Sun::ANGULAR_RADIUS_RAD as f32;
-        // The difference of unit vectors is the angle, to a part in 10^6 here.
+        // The difference of the unit vectors is the angle, with a relative error of 10^-6 here.
         if (direction - self.sun_direction).length() >= r {
             return Vec3::ZERO;
         }
@@ -203,7 +201,7 @@ impl Lighting {
     /// The air around a camera at a height, in a world that ends at `range_m`.
     pub(crate) fn haze(&self, camera_z_m: f32, range_m: f32) -> Haze {
         let air = self.haze;
-        // Far below its base the fog would overflow; e^20 times as thick is a wall already.
+        // Far below its base the fog would overflow; e^20 times the extinction is opaque already.
         let above = (camera_z_m - self.fog_base_m) / self.fog.height_m;
         Haze {
             air,
@@ -249,8 +247,9 @@ pub(crate) struct Ambient<'a> {
 impl Ambient<'_> {
     /// Irradiance on a surface with this unit normal.
     ///
-    /// The gaps of a canopy are seen overhead, because a slanting ray passes more leaves: so the
-    /// less open, the steeper the sky's light comes down, here as a lobe ((n.z + 0.65) / 1.65)².
+    /// The gaps of a canopy are mostly overhead, because a slanting ray passes more leaves. So the
+    /// more closed the canopy is, the steeper the light of the sky comes down, which is modelled as
+    /// a lobe ((n.z + 0.65) / 1.65)².
     pub(crate) fn irradiance(&self, n: Vec3) -> Vec3 {
         let l = self.lighting;
         let lobe = ((n.z + 0.65) * (1.0 / 1.65)).max(0.0);
@@ -277,7 +276,7 @@ mod tests {
             "{closed} of {open}"
         );
         assert!(closed.y / closed.x > open.y / open.x && closed.y / closed.z > open.y / open.z);
-        // Energy: no more comes through than falls on top.
+        // Energy is conserved: no more comes through than falls on top.
         for i in 0..=20 {
             let o = i as f32 / 20.0;
             assert!(l.through_crowns(o).max_element() <= 1.0);

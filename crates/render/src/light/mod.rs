@@ -1,4 +1,5 @@
-//! Light in a forest: what reaches a place, and what a surface there sends on.
+//! Light in a forest: the light that reaches a place, and what a surface reflects and transmits of
+//! it.
 
 pub(crate) mod hex_tiling;
 pub(crate) mod lighting;

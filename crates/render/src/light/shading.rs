@@ -14,18 +14,19 @@ use crate::light::lighting::{Ambient, Lighting};
 /// Reflectance of a dielectric at right angles (refractive index 1.5).
 const F0: f32 = 0.04;
 
-/// A surface with everything a shader needs to know of it.
+/// A surface with all properties that shading needs.
 #[derive(Clone, Copy)]
 pub(crate) struct Surface {
-    /// Towards the viewer's side.
+    /// The shading normal on the viewer's side.
     normal: Vec3,
-    /// What is reflected from below the skin, and what comes through; with the sheen at most 1.
+    /// The reflectance from below the skin and the transmittance; with the specular part they are
+    /// at most 1.
     body: Vec3,
     transmittance: Vec3,
     roughness: f32,
 }
 
-/// Where and how a surface is seen.
+/// How a surface is viewed.
 pub(crate) struct SurfaceView<'a> {
     pub(crate) ray: &'a Ray,
     pub(crate) hit: &'a Hit,
@@ -36,7 +37,7 @@ pub(crate) struct SurfaceView<'a> {
 }
 
 impl SurfaceView<'_> {
-    /// What turns the hit's normals to the viewer's side, 1 or -1.
+    /// The sign that turns the hit's normals to the viewer's side, 1 or -1.
     fn facing(&self) -> f32 {
         if self.hit.surface.geometric_normal.dot(self.ray.direction) > 0.0 {
             -1.0
@@ -46,18 +47,17 @@ impl SurfaceView<'_> {
     }
 }
 
-/// A surface under its light, without the air before it.
+/// A shaded surface, without the air in front of it.
 pub(crate) struct Shaded {
-    /// What it is.
+    /// The surface.
     pub(crate) surface: Surface,
-    /// Radiance by the light of sky, leaves and ground.
+    /// Radiance from the light of sky, leaves and ground.
     pub(crate) indirect: Vec3,
     /// The part of it that is reflected specularly.
     pub(crate) sheen: Vec3,
-    /// Radiance by the sun as if nothing were between; zero if the sun shines on no side that
-    /// counts.
+    /// Radiance from the sun without occlusion; zero if the sun shines on no side that matters.
     pub(crate) direct: Vec3,
-    /// The ray to the sun, if it counts: light that something blocks is not there.
+    /// The ray to the sun, if it matters; if something blocks it, there is no direct light.
     pub(crate) shadow: Option<Ray>,
     /// The sky view factor at the surface.
     pub(crate) sky_view_factor: f32,
@@ -81,7 +81,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
         hit.shading.ambient_occlusion,
     );
 
-    // The sun, if it shines on a side that passes light on and nothing is between.
+    // The sun's light, if it shines on a side that reflects or transmits it.
     let irradiance = lighting.sun_irradiance();
     let cos = surface.normal.dot(seen.sun);
     let lit_front = cos > 0.0 && flat.dot(seen.sun) > 0.0;
@@ -106,7 +106,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
 /// The ray from a hit in a direction, on the side that `side` points to.
 fn leaving(seen: &SurfaceView<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
     let point = seen.ray.at(seen.hit.surface.distance_m);
-    // Off the surface by more than the rounding of distance and coordinates.
+    // The origin is off the surface by more than the rounding of distance and coordinates.
     let offset = 1e-4 * (1.0 + seen.hit.surface.distance_m) + 2e-6 * point.abs().max_element();
     Ray {
         origin: point + side * offset,
@@ -117,9 +117,9 @@ fn leaving(seen: &SurfaceView<'_>, side: Vec3, direction: Vec3, t_max_m: f32) ->
 }
 
 impl Surface {
-    /// A ray to somewhere that light may come from, drawn by how much of it the surface sends on
-    /// from below its skin, and what the radiance found there is to be multiplied with; `None` if
-    /// it sends on nothing.
+    /// A random ray to where light may come from, drawn by how much the surface scatters from there
+    /// below its skin, and the factor for the radiance along it; `None` if the surface scatters
+    /// nothing.
     pub(crate) fn bounce(
         &self,
         seen: &SurfaceView<'_>,
@@ -135,23 +135,25 @@ impl Surface {
         } else {
             return None;
         };
-        // By the cosine (Malley's method): a point of the disc, lifted.
+        // The direction is weighted by the cosine (Malley's method): a point of the disc, projected
+        // up to the hemisphere.
         let (x, y) = self.normal.any_orthonormal_pair();
         let (radius, turn) = (rng.unit_f32().sqrt(), rng.unit_f64() * TAU);
         let (sin, cos) = libm::sincos(turn);
         let lift = (1.0 - radius * radius).max(0.0).sqrt();
         let direction = (x * cos as f32 + y * sin as f32) * radius + self.normal * (side * lift);
         let flat = seen.hit.surface.geometric_normal * (seen.facing() * side);
-        // What a shading normal sends into the flat surface stays on its side: no light is lost.
+        // Directions into the flat surface are reflected to its outer side, so that no light is
+        // lost.
         let under = flat.dot(direction).min(0.0);
         let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
         let (_, entering) = self.skin(seen.ray.direction);
         Some((leaving(seen, flat, direction, reach_m), weight * entering))
     }
 
-    /// Of light from all around, what glances off towards who looks along `view`, and what enters
-    /// as far as what is below the skin knows: all but what glances off besides the sheen of a
-    /// straight seen.
+    /// For light from all around: the share that is reflected specularly to a viewer along `view`,
+    /// and the share that enters the surface, where the specular reflection at normal incidence is
+    /// already part of the albedo.
     fn skin(&self, view: Vec3) -> (f32, f32) {
         let gloss = gloss(self.roughness);
         let cos = (-view.dot(self.normal)).max(0.0);
@@ -171,7 +173,7 @@ fn direct(surface: &Surface, cos: f32, sun: Vec3, view: Vec3) -> Vec3 {
     if gloss == 0.0 {
         return diffuse * cos;
     }
-    // GGX with Kelemen's visibility; never sharper than a 2 degree highlight.
+    // GGX with Kelemen's visibility; highlights are at least 2 degrees wide.
     let half = (sun - view).normalize_or(surface.normal);
     let (nh, vh) = (surface.normal.dot(half), (-view).dot(half).max(0.1));
     let alpha = (surface.roughness * surface.roughness).max(0.05);
@@ -181,7 +183,7 @@ fn direct(surface: &Surface, cos: f32, sun: Vec3, view: Vec3) -> Vec3 {
     (diffuse + Vec3::splat(specular)) * cos
 }
 
-/// Radiance from sky, leaves and ground, and what of it glances off.
+/// Radiance from sky, leaves and ground, and its specular part.
 fn indirect(
     surface: &Surface,
     ambient: &Ambient<'_>,
@@ -202,7 +204,7 @@ fn indirect(
         return (diffuse * PER_PI, Vec3::ZERO);
     }
     let mirrored = view - n * (2.0 * view.dot(n));
-    // The smoother, the more of the sky itself is seen in the surface.
+    // The smoother the surface, the more it mirrors the sky itself.
     let smooth = (1.0 - surface.roughness) * (1.0 - surface.roughness);
     let blurred = ambient.irradiance(mirrored) * PER_PI;
     let reflected = if mirrored.z > 0.0 && smooth > 0.05 {
@@ -218,23 +220,25 @@ fn indirect(
     (diffuse * (PER_PI * entering) + sheen, sheen)
 }
 
-/// What is left of light from all around where near parts of the same shape leave a share of it.
-/// They send back some of what they get, and if they get what the surface gets, all orders of that
-/// are a geometric series (Jimenez et al. 2016, "Practical real-time strategies for accurate
-/// indirect occlusion", before they fit it to scenes). They are taken for what the surface is, and
-/// half of what such `kept` goes back where it came from: leaves reflect about as much as they pass
-/// on, and most light comes from above.
+/// The factor on light from all around where near parts of the same shape let only a share of it
+/// through. These parts scatter some of their light to the surface; if they get as much light as
+/// the surface, all orders of scattering form a geometric series (Jimenez et al. 2016, "Practical
+/// real-time strategies for accurate indirect occlusion", without their fit to scenes). They are
+/// assumed to be of the surface's own material, which scatters the share `kept`, half of it back to
+/// where it came from: leaves reflect about as much as they transmit, and most light comes from
+/// above.
 fn among_near(ambient_occlusion: f32, kept: Vec3) -> Vec3 {
     ambient_occlusion / (Vec3::ONE - kept * (0.5 * (1.0 - ambient_occlusion)))
 }
 
-/// How much of the dielectric's sheen is seen as such; that of a matt surface looks like its body.
+/// The visible share of the dielectric's specular reflection; that of a matt surface looks like its
+/// diffuse colour.
 fn gloss(roughness: f32) -> f32 {
     let gloss = 1.0 - roughness * roughness;
     if gloss < 0.05 { 0.0 } else { gloss }
 }
 
-/// Schlick's approximation, from `f0` at right angles to `f90` at grazing.
+/// Schlick's approximation, from `f0` at normal to `f90` at grazing incidence.
 fn fresnel(f0: f32, f90: f32, cos: f32) -> f32 {
     let x = (1.0 - cos).clamp(0.0, 1.0);
     f0 + (f90 - f0) * (x * x) * (x * x) * x
@@ -249,9 +253,9 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
         .dot(hit.surface.geometric_normal)
         .abs()
         .max(0.05);
-    // A sample's ellipse on the surface is 1 / cos longer than wide: take the mean. Of the ground,
-    // which is looked at along itself, its width: or single leaves, a few pixels wide and one high,
-    // would blur.
+    // A sample's ellipse on the surface is 1 / cos times as long as wide, and the mean is used. For
+    // the ground, which is viewed at grazing angles, it is the width, because single leaves, a few
+    // pixels wide and one high, would blur otherwise.
     let width_m = hit.surface.distance_m * seen.sample_rad;
     let texture = &material.albedo;
     let mut reflectance = if material.ground {
@@ -263,7 +267,7 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
     let leaf = transmittance != Vec3::ZERO;
     let blade = texture.mean().dot(LUMINANCE);
     if leaf && blade > 1e-3 {
-        // Veins and twigs on the card reflect less than the blade and pass less on.
+        // Veins and twigs on the card reflect and transmit less than the blade.
         transmittance *= (reflectance.dot(LUMINANCE) / blade).min(1.25);
     }
     if !material.ground {
@@ -275,21 +279,22 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
     let roughness = material.roughness.clamp(0.0, 1.0);
     Surface {
         normal,
-        // An albedo as measured is of all that comes back, the sheen of the skin included: of a
-        // leaf's blue, most.
+        // A measured albedo contains all reflected light, including the specular reflection of the
+        // skin, which is most of a leaf's blue.
         body: (reflectance - gloss(roughness) * F0).max(Vec3::ZERO),
         transmittance: transmittance.min(Vec3::ONE - reflectance),
         roughness,
     }
 }
 
-/// No two plants have one colour: brightness ±12 %, leaves also ±5 degrees of hue. 0.5 is neutral.
+/// The colour variation of a plant: ±12 % of brightness, and for leaves ±5 degrees of hue. 0.5 is
+/// neutral.
 fn variation(v: f32, leaf: bool) -> Vec3 {
     let light = 1.0 + 0.24 * (v - 0.5);
     if !leaf {
         return Vec3::splat(light);
     }
-    // A second number that does not follow the first; 0.5 stays 0.5.
+    // A second number that is independent of the first, and 0.5 for 0.5.
     let w = v * 7.0;
     let yellow = 0.2 * (w - w.floor() - 0.5);
     Vec3::new(1.0 + yellow, 1.0, 1.0 - yellow) * light

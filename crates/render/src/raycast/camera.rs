@@ -53,18 +53,18 @@ impl RayCastCamera {
         &self.lighting
     }
 
-    /// What is exactly at each pixel's centre, without colour: as in
-    /// [`render`](CameraRenderer::render).
+    /// The truth at exactly each pixel's centre, as in [`render`](CameraRenderer::render), without
+    /// colour.
     ///
     /// # Errors
-    /// If the view is impossible.
+    /// If the view is invalid.
     pub fn truth(&self, scene: &SceneView<'_>, view: &View) -> Result<TruthImages, ParamError> {
         view.check()?;
         Ok(truth_images(scene, view, self.params.max_range_m))
     }
 
-    /// What is exactly at an image position in pixels (not only at pixel centres): the same ray and
-    /// the same hit as in [`render`](CameraRenderer::render).
+    /// The truth at an image position in pixels, which need not be a pixel's centre, by the same
+    /// ray and hit as in [`render`](CameraRenderer::render).
     #[must_use]
     pub fn truth_at(&self, scene: &SceneView<'_>, view: &View, pixel: DVec2) -> PixelTruth {
         let ray = view.ray(pixel, self.params.max_range_m);
@@ -106,7 +106,8 @@ impl PictureContext<'_> {
                         object[i] = t.object;
                         depth_m[i] = t.depth_m;
                         normal[i] = t.normal;
-                        // One word for every pixel, hit or not, so that none shifts the others.
+                        // Every pixel takes one word, whether or not it hits anything, so that
+                        // pixels do not depend on each other.
                         let sun_point = self.sun_disc.of_pixel(pixel, rng.next_u32());
                         let c = self.radiance(ray, hit, sun_point);
                         linear[i] = c.rest;
@@ -151,7 +152,7 @@ impl CameraRenderer for RayCastCamera {
         } else {
             p.colour_samples
         };
-        // All samples of every pixel, or those after the first; then more for the silhouettes.
+        // All samples of every pixel, or those after the first one; then more for silhouettes.
         let (mut frame, additional) = if p.bounces > 0 {
             let frame = FrameBuffer::of_truth(self.truth(scene, view)?);
             (frame, AdditionalSamples::beside(0, samples))

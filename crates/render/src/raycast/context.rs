@@ -10,7 +10,7 @@ use crate::sky::haze::Haze;
 use crate::sky::sun_disc::SunDisc;
 use crate::{SceneView, View};
 
-/// What all rays of one picture share.
+/// The data that all rays of one picture share.
 pub(super) struct PictureContext<'a> {
     pub(super) params: &'a RayCastParams,
     pub(super) lighting: &'a Lighting,
@@ -28,7 +28,7 @@ pub(super) struct PictureContext<'a> {
 pub(super) struct RayRadiance {
     /// All light but the sun's.
     pub(super) rest: Vec3,
-    /// The sun's light as if nothing were between.
+    /// The sun's light without occlusion.
     pub(super) sun: Vec3,
     /// The ray to the sun, if the surface reflects or transmits any of its light.
     pub(super) shadow: Option<Ray>,
@@ -89,7 +89,8 @@ impl PictureContext<'_> {
         }
     }
 
-    /// What the air before a surface of this sky view factor transmits, and what radiance it adds.
+    /// The transmittance of the air in front of a surface with this sky view factor, and the
+    /// radiance that it adds.
     pub(super) fn air(
         &self,
         ray: &Ray,
@@ -99,7 +100,8 @@ impl PictureContext<'_> {
     ) -> (f32, Vec3) {
         let rise_m = ray.direction.z * hit.surface.distance_m;
         let (air, fade) = self.haze.transmittance(hit.surface.distance_m, rise_m);
-        // Air under crowns is as dark as what it hides; at the end of the world it is the sky's.
+        // Air under crowns is as dark as the surface behind it; at the end of the visible range it
+        // has the light of the sky.
         let sky_view_factor = 0.5 * (sky_view_factor + self.sky_view_factor);
         let glow = sky_view_factor * (1.0 - air) * fade;
         (air * fade, background * (1.0 - fade + glow))

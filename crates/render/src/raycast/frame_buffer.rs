@@ -11,10 +11,10 @@ pub(crate) struct FrameBuffer {
     pub(crate) object: Vec<ObjectId>,
     pub(crate) depth_m: Vec<f32>,
     pub(crate) normal: Vec<Vec3>,
-    /// Radiance, at first without the sun's.
+    /// Radiance, at first without that of the sun.
     pub(crate) linear: Vec<Vec3>,
-    /// The sun's radiance as if nothing were between; zero where it does not count. Empty, as is
-    /// what follows, if the picture's light is followed.
+    /// The sun's radiance without occlusion; zero where it does not matter. In path-traced pictures
+    /// this and the next field are empty.
     pub(crate) sun: Vec<Vec3>,
     /// Whether the shadow ray reaches the sun.
     pub(crate) lit: Vec<bool>,
@@ -62,8 +62,8 @@ impl FrameBuffer {
     }
 }
 
-/// A map of one value. That its memory is touched for the first time costs more than to write it:
-/// all threads share that.
+/// A map with one value. Touching memory for the first time takes longer than writing it, so all
+/// threads share that.
 pub(crate) fn filled<T: Copy + Send + Sync>(value: T, n: usize) -> Vec<T> {
     let mut map = Vec::new();
     rayon::iter::repeat_n(value, n)

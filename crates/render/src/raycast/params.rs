@@ -1,9 +1,9 @@
-//! What a ray-cast picture is made with.
+//! The parameters of the ray-cast camera.
 
 use crate::camera::lens::Lens;
 use crate::error::{ParamError, check};
 
-/// How carefully a picture is made.
+/// The parameters of a ray-cast picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayCastParams {
     /// Colour samples of every pixel, 1..=256; the first lies at its centre.
@@ -13,23 +13,22 @@ pub struct RayCastParams {
     /// The most further samples for silhouettes, as a share of the number of pixels, 0..=256; the
     /// strongest contrasts are served first.
     pub edge_budget: f32,
-    /// The least colour samples of every pixel of a picture that blurs because the camera moves,
-    /// 2..=256: one each for as many equal parts of the exposure.
+    /// The least number of colour samples of every pixel of a picture with motion blur, 2..=256,
+    /// one in each of as many equal parts of the exposure.
     pub blur_samples: u32,
-    /// Over how many surfaces light is followed that comes by way of them, 0..=16, by rays drawn at
-    /// random; what is left after the last is the mean light of its place. With 0 it is that at
-    /// once.
+    /// The number of surfaces over which light is followed by random rays, 0..=16. After the last
+    /// one, the mean light of its place is used; with 0 it is used at once.
     pub bounces: u32,
-    /// How far is seen; things fade into the sky towards there. Metres, 1..=100,000.
+    /// The greatest visible distance, metres, 1..=100,000; surfaces fade into the sky towards it.
     pub max_range_m: f32,
-    /// What the lens does to the light.
+    /// Scattering and fall-off of the lens.
     pub lens: Lens,
-    /// Return the radiance image too?
+    /// Whether the radiance image is returned, too.
     pub keep_linear: bool,
 }
 
 impl RayCastParams {
-    /// One ray per pixel: for previews and speed.
+    /// One ray per pixel, for previews and speed.
     #[must_use]
     pub fn draft() -> Self {
         Self {
@@ -38,7 +37,7 @@ impl RayCastParams {
         }
     }
 
-    /// Four samples everywhere and twelve on silhouettes: for figures.
+    /// Four samples everywhere and twelve on silhouettes, for figures.
     #[must_use]
     pub fn fine() -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! A path tracer: light by way of other surfaces, ray by ray.
+//! A path tracer, which follows light over several surfaces.
 
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray};
@@ -9,7 +9,7 @@ use crate::light::shading::{SurfaceView, shade};
 
 const BOUNCES: Domain = Domain::new("render.bounces");
 
-/// The angle of the bundle that a bounced ray stands for: textures are averaged over it.
+/// The angle of the bundle that a bounced ray stands for, over which textures are averaged.
 const BUNDLE_RAD: f32 = 0.3;
 
 /// A path from the camera towards the lights.
@@ -18,14 +18,15 @@ struct Path {
     sample: usize,
     ray: Ray,
     hit: Option<Hit>,
-    /// The path's throughput: what the radiance along the ray is multiplied with.
+    /// The path's throughput, the factor for the radiance along the ray.
     throughput: Vec3,
     rng: PhiloxRng,
 }
 
 impl PictureContext<'_> {
-    /// The colours of rays by paths (Kajiya 1986), summed by pixel: from each surface one ray to
-    /// where light may come from, drawn by what the surface sends on of it, and one to the sun.
+    /// The colours of rays by path tracing (Kajiya 1986), summed by pixel. From each surface one
+    /// ray goes to where light may come from, drawn by how the surface scatters it, and one to the
+    /// sun.
     pub(super) fn path_traced(
         &self,
         rays: &[Ray],
@@ -60,7 +61,7 @@ impl PictureContext<'_> {
         sums_per_pixel(&colours, samples)
     }
 
-    /// Adds the light at the paths' ends to their samples, and keeps those that go on.
+    /// Adds the light at the ends of paths to their samples, and keeps the paths that continue.
     fn gather(&self, paths: &mut Vec<Path>, surface: u32, suns: &[Vec3], colours: &mut [Vec3]) {
         let lighting = self.lighting;
         let last = surface == self.params.bounces;
@@ -70,7 +71,7 @@ impl PictureContext<'_> {
             let ray = path.ray;
             let background = lighting.background(&self.haze, ray.direction);
             let Some(hit) = path.hit else {
-                // By way of surfaces, the disc itself is what the rays to the sun are for.
+                // After the first surface, rays to the sun account for its disc.
                 let disc = (surface == 0).then(|| lighting.sun_disc(&self.haze, ray.direction));
                 *colour += path.throughput * (background + disc.unwrap_or_default());
                 return false;
@@ -99,7 +100,7 @@ impl PictureContext<'_> {
                 *colour += path.throughput * shaded.indirect;
                 return false;
             }
-            // What mirrors is seen in the mean light.
+            // Specular reflection uses the mean light.
             *colour += path.throughput * shaded.sheen;
             let reach_m = self.params.max_range_m;
             let Some((ray, throughput)) = shaded.surface.bounce(&view, reach_m, &mut path.rng)

@@ -9,10 +9,10 @@ use crate::{SceneView, View};
 
 /// Rows that are cast together.
 pub(super) const ROWS: usize = 16;
-/// Rays that are cast together: enough that a caster finds many alike.
+/// Rays that are cast together, so many that a caster finds similar ones.
 pub(super) const BATCH: usize = 4096;
 
-/// What is exactly at an image position.
+/// The truth at an image position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelTruth {
     /// The fine semantic; [`Semantic::Sky`] where nothing was hit.
@@ -95,7 +95,7 @@ pub(super) fn truth_images(scene: &SceneView<'_>, view: &View, max_range_m: f32)
 
 /// Casts the rays through the centres of a band of [`ROWS`] rows, or of those that are left, in
 /// batches of at most [`BATCH`]. Calls `visit` for each pixel with its number in the band, its
-/// column and row, its ray, and what that hits.
+/// column and row, its ray, and the hit.
 pub(super) fn cast_band(
     scene: &SceneView<'_>,
     view: &View,

@@ -1,22 +1,23 @@
-//! Soft shadows: one shadow ray a pixel, filtered over the neighbours on the same surface.
+//! Soft shadows by one shadow ray per pixel, filtered over the neighbours on the same surface.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::frame_buffer::FrameBuffer;
 
-/// Rows that are worked on together: they share the rows around them.
+/// Rows that are processed together, as they share the rows around them.
 const ROWS: usize = 16;
-/// How many pixels away others tell of a pixel's shadow.
+/// The greatest distance of pixels that contribute to a pixel's shadow, pixels.
 const REACH: usize = 2;
-/// What a pixel weighs by its distance along a row or a column: the mean of three, taken twice.
+/// The weight of a pixel by its distance along a row or a column: the mean of three, taken twice.
 const WEIGHTS: [f32; 2 * REACH + 1] = [1.0, 2.0, 3.0, 2.0, 1.0];
 /// The farthest two depths of one surface are apart, as a share of the depth.
 const SAME_DEPTH: f32 = 0.03;
 /// The least cosine between two normals of one surface.
 const SAME_NORMAL: f32 = 0.8;
 
-/// Adds the sun, as much of its disc as the pixels around see that lie on the same surface.
+/// Adds the sun's light, by the share of its disc that is visible to the surrounding pixels on the
+/// same surface.
 pub(super) fn add_filtered_sun(frame: &mut FrameBuffer) {
     let mut linear = std::mem::take(&mut frame.linear);
     let width = frame.width;
@@ -35,13 +36,13 @@ pub(super) fn add_filtered_sun(frame: &mut FrameBuffer) {
     frame.linear = linear;
 }
 
-/// The share of the sun's disc that each pixel of `rows` rows from the `first` on sees: of the 5 ×
-/// 5 pixels around it, those that lie on the same surface, the nearer the more, as if the mean of 3
-/// × 3 were taken twice.
+/// The visible share of the sun's disc for each pixel of `rows` rows from the `first` on: the
+/// weighted mean over those of the surrounding 5 × 5 pixels that lie on the same surface, with the
+/// weights of a mean over 3 × 3 taken twice.
 ///
-/// The shadow rays of any 3 × 3 go to nine different parts of the disc (see `SunDisc`), which so
-/// all weigh the same: one ray per pixel gives smooth penumbrae. A mean of 3 × 3 would, too, but
-/// where light comes through needles it shows each ray that arrives as a square.
+/// The shadow rays of any 3 × 3 pixels go to nine different parts of the disc (see `SunDisc`), all
+/// of which have the same weight, so one ray per pixel gives smooth penumbrae. So would a mean over
+/// 3 × 3, but where light comes through needles it would show each ray that arrives as a square.
 fn sun_fractions(frame: &FrameBuffer, first: usize, rows: usize) -> Vec<f32> {
     let width = frame.width;
     let strip = Strip::new(frame, first, rows);
@@ -57,14 +58,16 @@ fn sun_fractions(frame: &FrameBuffer, first: usize, rows: usize) -> Vec<f32> {
                 add(&here, &there, down * right, &mut seen, &mut all);
             }
         }
-        // A pixel that the sun does not count for lies on no surface, not even its own.
+        // A pixel for which the sun does not matter has no neighbours on the same surface, not even
+        // itself.
         shares.extend(seen.iter().zip(&all).map(|(s, a)| s / a.max(1.0)));
     }
     shares
 }
 
-/// Adds the pixels `there` of weight `weight` to all that lie on the surfaces of those `here`, and
-/// to those seen by the sun. One pass over plain rows without a branch, as compilers can make wide.
+/// Adds `weight` to `all` for each pixel of `here` whose counterpart in `there` lies on the same
+/// surface, and to `seen` if that is in sunlight. It is one pass over plain rows without a branch,
+/// which compilers can vectorise.
 fn add(here: &Pixels, there: &Pixels, weight: f32, seen: &mut [f32], all: &mut [f32]) {
     let n = seen.len();
     let (a, b) = (here.cut(n), there.cut(n));
@@ -83,13 +86,13 @@ fn add(here: &Pixels, there: &Pixels, weight: f32, seen: &mut [f32], all: &mut [
     }
 }
 
-/// Some rows of a picture with [`REACH`] pixels of no surface on all sides (or those rows that are
-/// there).
+/// Some rows of a picture, with a margin of [`REACH`] pixels on all sides, which are empty outside
+/// of the picture.
 struct Strip {
     stride: usize,
     /// Low and high bits of the id.
     object: [Vec<u32>; 2],
-    /// Not a number, which is near none, where the sun does not count.
+    /// NaN, which is near nothing, where the sun does not matter.
     depth_m: Vec<f32>,
     normal: [Vec<f32>; 3],
     lit: Vec<f32>,
@@ -146,7 +149,7 @@ impl Strip {
 }
 
 impl<'a> Pixels<'a> {
-    /// The first `n`, which tells the compiler that there are so many.
+    /// The first `n`, which tells the compiler their number.
     fn cut(&self, n: usize) -> Pixels<'a> {
         Pixels {
             object: self.object.map(|half| &half[..n]),
@@ -180,7 +183,7 @@ mod tests {
         assert!((sum - Vec3::ONE).length() < 1e-5, "{sum}");
     }
 
-    /// The oracle: pixel by pixel as the words say it.
+    /// The oracle, pixel by pixel as the documentation says.
     fn share(frame: &FrameBuffer, x: usize, y: usize) -> f32 {
         let (width, height) = (frame.width, frame.semantic.len() / frame.width);
         let i = y * width + x;

@@ -1,4 +1,4 @@
-//! Silhouettes: where further colour samples are worth most.
+//! Silhouettes, where further colour samples are worth most.
 
 use rayon::prelude::*;
 
@@ -8,9 +8,9 @@ use crate::colour::LUMINANCE;
 /// The number of scores that a pixel may have.
 const BINS: usize = 256;
 
-/// The pixels on silhouettes, at most `limit`, in index order: where a neighbour belongs to
-/// another thing, another class or another depth. If there are too many, those with the strongest
-/// contrast on the screen (`log_mean` is the picture's log-mean luminance).
+/// The pixels on silhouettes, at most `limit`, in index order: where a neighbour has another
+/// object, class or depth. If there are too many, those with the strongest contrast on the screen
+/// (`log_mean` is the picture's log-mean luminance).
 pub(super) fn silhouettes(frame: &FrameBuffer, log_mean: f64, limit: usize) -> Vec<u32> {
     let per_log_mean = 1.0 / log_mean as f32;
     let scores: Vec<u8> = (0..frame.linear.len())
@@ -21,8 +21,8 @@ pub(super) fn silhouettes(frame: &FrameBuffer, log_mean: f64, limit: usize) -> V
     for &s in &scores {
         counts[usize::from(s)] += 1;
     }
-    // The weakest score for which all pixels above it still fit; of those that have it, an
-    // evenly spread share.
+    // The weakest score for which all pixels above it still fit; of the pixels with that score, an
+    // evenly spread share is taken.
     let (mut weakest, mut above) = (BINS - 1, 0);
     while weakest > 1 && above + counts[weakest] <= limit {
         above += counts[weakest];
@@ -46,7 +46,7 @@ pub(super) fn silhouettes(frame: &FrameBuffer, log_mean: f64, limit: usize) -> V
         .collect()
 }
 
-/// 0 inside a thing, else 1..=255 by contrast.
+/// The score of a pixel: 0 inside of an object, else 1..=255 by contrast.
 fn score(frame: &FrameBuffer, i: usize, per_log_mean: f32) -> u8 {
     let column = i % frame.width;
     let mut contrast = -1.0_f32;
@@ -58,7 +58,7 @@ fn score(frame: &FrameBuffer, i: usize, per_log_mean: f32) -> u8 {
     ];
     for j in neighbours.into_iter().flatten() {
         if differ(frame, i, j) {
-            // Brightness as the screen shows it, about.
+            // The approximate brightness on the screen.
             let shown = |i: usize| {
                 let y = frame.linear[i].dot(LUMINANCE) * per_log_mean;
                 y / (y + 1.0)
@@ -115,7 +115,7 @@ mod tests {
                 ..FrameBuffer::new(20, 20)
             };
             let all = silhouettes(&drawn, 10.0, 400);
-            // The oracle: some of four neighbours has another class.
+            // The oracle: at least one of four neighbours has another class.
             let edge = |i: usize| {
                 let (x, y) = (i as i32 % 20, i as i32 / 20);
                 [(-1, 0), (1, 0), (0, -1), (0, 1)].iter().any(|(dx, dy)| {

@@ -1,4 +1,4 @@
-//! Jittered samples of pixels' colours beside the first one at each pixel's centre.
+//! Jittered samples of pixels' colours besides the first one at each pixel's centre.
 
 use glam::{DVec2, Vec3};
 use nemoral_seed::{Draw, Key, Rng};
@@ -15,7 +15,7 @@ pub(super) struct AdditionalSamples {
     pub(super) samples: u32,
     /// The number of equal parts of the exposure, one for each sample.
     parts: u32,
-    /// The part of the exposure that has its sample already, if there is one.
+    /// The part of the exposure that has a sample already, if any.
     done: Option<u32>,
 }
 
@@ -42,7 +42,7 @@ impl AdditionalSamples {
     }
 
     /// When the samples of a pixel are taken, as shares of the exposure, -0.5..0.5: one in each
-    /// part that is not done, in an order that has nothing to do with where in the pixel they lie.
+    /// part that is not done, in an order that does not depend on their positions in the pixel.
     fn times(&self, rng: &mut impl Rng, out: &mut Vec<f64>) {
         out.clear();
         out.extend(
@@ -88,7 +88,8 @@ impl PictureContext<'_> {
                         additional.times(&mut rng, &mut times);
                     }
                     for (k, &time) in times.iter().enumerate() {
-                        // A Fibonacci lattice, shifted at random: even in rows and in columns.
+                        // A randomly shifted Fibonacci lattice, which is even in rows and in
+                        // columns.
                         let k = k as f64;
                         let at =
                             shift + DVec2::new(k / f64::from(samples), k * 0.618_033_988_749_895);

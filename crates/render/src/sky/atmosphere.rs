@@ -21,15 +21,15 @@ const MIE_SCALE_M: f64 = 1_200.0;
 /// Ozone is a tent around this height.
 const OZONE_M: f64 = 25_000.0;
 const OZONE_HALF_WIDTH_M: f64 = 15_000.0;
-/// Half of the sun's disc, radians: how soft the earth's shadow is.
+/// Half of the sun's angular diameter, radians, which gives the penumbra of the earth's shadow.
 const SUN_RADIUS_RAD: f64 = crate::Sun::ANGULAR_RADIUS_RAD;
-/// How far the local vertical turns along a view ray before it leaves the air.
+/// The greatest angle by which the local vertical turns along a view ray before it leaves the air.
 const MAX_TURN_RAD: f64 = 0.175;
 
-/// Share of the light that aerosols scatter, not absorb (rural aerosol).
+/// The share of extinct light that aerosols scatter rather than absorb (rural aerosol).
 const MIE_ALBEDO: f64 = 0.93;
 
-/// The air: coefficients at red, green, blue, per metre at sea level.
+/// The coefficients of the air at red, green, blue, per metre at sea level.
 #[derive(Clone, Debug)]
 pub(crate) struct Atmosphere {
     rayleigh: DVec3,
@@ -39,15 +39,15 @@ pub(crate) struct Atmosphere {
     ground_albedo: DVec3,
 }
 
-/// What comes from one direction of the sky for a sun of illuminance 1, phase functions left out:
-/// they are sharper than the table these are kept in.
+/// The light from one direction of the sky for a sun of illuminance 1, without phase functions,
+/// which are too sharp for the resolution of the table.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Scattered {
     /// The part to multiply with the molecules' phase function.
     pub(crate) rayleigh: DVec3,
     /// The part to multiply with the aerosols' phase function.
     pub(crate) mie: DVec3,
-    /// Scattered more than once, from all sides.
+    /// Multiply scattered light, from all sides.
     pub(crate) multiple: DVec3,
 }
 
@@ -87,7 +87,7 @@ impl Atmosphere {
         }
     }
 
-    /// What an observer on the ground receives of a beam that arrives above the air.
+    /// The share of a beam above the air that reaches an observer on the ground.
     pub(crate) fn sun_transmittance(&self, elevation_rad: f64) -> DVec3 {
         self.lit(0.0, elevation_rad)
     }
@@ -107,9 +107,9 @@ impl Atmosphere {
         self.transmittance(column_to_sun(height_m, elevation_rad)) * visible
     }
 
-    /// Walks along a view ray from a height with this upward cosine and hands each step's height,
-    /// position and the light it passes on to `step`; returns the transmittance and whether the
-    /// ground was hit.
+    /// Marches along a view ray from a height with this upward cosine and passes the height, the
+    /// position and the transmitted share of each step to `step`; returns the transmittance and
+    /// whether the ground was hit.
     fn march(
         &self,
         height_m: f64,
@@ -171,7 +171,8 @@ impl Atmosphere {
         }
     }
 
-    /// Second order over 1 minus what one more scattering keeps: the geometric series.
+    /// The geometric series of all orders: the second order over 1 minus the share that one more
+    /// scattering keeps.
     fn all_orders(&self, height_m: f64, sun_elevation_rad: f64) -> DVec3 {
         const COSINES: u32 = 8;
         const AZIMUTHS: u32 = 4;
@@ -200,8 +201,8 @@ impl Atmosphere {
         (second / n) / (DVec3::ONE - (kept / n).min(DVec3::splat(0.98)))
     }
 
-    /// What the sky sends down from a direction (z up), for a sun of illuminance 1 whose unit
-    /// direction is `sun`.
+    /// The light of the sky from a direction (z up), for a sun of illuminance 1 with the unit
+    /// direction `sun`.
     pub(crate) fn scattered(
         &self,
         direction: DVec3,
@@ -279,7 +280,7 @@ fn column_to_sun(height_m: f64, elevation_rad: f64) -> Column {
     let (cos, sin) = (libm::sin(elevation_rad), libm::cos(elevation_rad));
     let exponential =
         |scale: f64| libm::exp(-height_m / scale) * scale * chapman(r / scale, cos, sin);
-    // Ozone is a thin shell: the slant path is the same each time it is crossed.
+    // Ozone is a thin shell, and the slant path is the same at each crossing.
     let shell = GROUND_M + OZONE_M;
     let above = ozone_above(height_m);
     let share = if elevation_rad >= 0.0 || r * sin > shell {
@@ -318,8 +319,8 @@ fn chapman(x: f64, cos: f64, sin: f64) -> f64 {
     if cos >= 0.0 {
         from_horizon_up(x, cos)
     } else {
-        // Down to the lowest point and out again, less what lies behind. Beyond 50 scale heights
-        // nothing comes through, so the exponent may stop there.
+        // The column is that down to the lowest point and out again, less the part behind. Beyond
+        // 50 scale heights no light comes through, so the exponent is limited there.
         let lowest = x * sin;
         2.0 * libm::exp((x - lowest).min(50.0)) * from_horizon_up(lowest, 0.0)
             - from_horizon_up(x, -cos)

@@ -3,22 +3,23 @@
 /// 2 % of the contrast is left at the visibility: −ln 0.02 (Koschmieder 1924).
 pub(crate) const KOSCHMIEDER: f64 = 3.912;
 
-/// A layer of air that thins with height: extinction σ(z) = σ(camera) · e^(−(z − camera) / height).
+/// A layer of air whose extinction decreases with height: σ(z) = σ(camera) · e^(−(z − camera) /
+/// height).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Layer {
     /// The extinction at the camera, 1/m.
     pub(crate) extinction: f32,
-    /// The height over which it thins by e, metres.
+    /// The height over which it decreases by a factor of e, metres.
     pub(crate) height_m: f32,
 }
 
 impl Layer {
-    /// The optical depth of a way that rises by `rise_m`: σ · d · (1 − e^(−x)) / x with
-    /// x = rise / height, the integral of σ along it.
+    /// The optical depth of a path that rises by `rise_m`: σ · d · (1 − e^(−x)) / x with x = rise /
+    /// height, the integral of σ along it.
     fn depth(&self, distance_m: f32, rise_m: f32) -> f32 {
         let x = rise_m / self.height_m;
         let mean = if x.abs() < 0.1 {
-            // The quotient's series, where it loses its digits.
+            // The series of the quotient, where the quotient itself would be inexact.
             1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0))))
         } else {
             // Far below the camera the layer would overflow; e^20 is opaque already.
@@ -28,22 +29,22 @@ impl Layer {
         self.extinction * distance_m * mean
     }
 
-    /// The optical depth of a way out to the sky with this upward sine.
+    /// The optical depth of a path out to the sky with this upward sine.
     fn depth_out(&self, rise: f32) -> f32 {
         self.extinction * self.height_m / rise.max(1e-3)
     }
 }
 
-/// Aerial perspective, and the end of the visible world.
+/// Aerial perspective, and the fade at the end of the visible range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Haze {
     /// All haze but fog.
     pub(crate) air: Layer,
-    /// The share of `air` that the sky's own aerosols do not explain: mist, 0..=1.
+    /// The share of `air` that is mist beyond the sky's own aerosols, 0..=1.
     pub(crate) mist: f32,
     /// Fog near the ground.
     pub(crate) fog: Layer,
-    /// Where everything is sky, metres.
+    /// The distance beyond which everything is sky, metres.
     pub(crate) range_m: f32,
 }
 
@@ -57,10 +58,11 @@ impl Haze {
         libm::expf(-self.mist * self.air.depth_out(rise) - self.fog.depth_out(rise))
     }
 
-    /// The share of a surface's light that arrives: air, then the fade at the end of the world.
+    /// The shares of a surface's light that pass the air and the fade at the end of the visible
+    /// range.
     ///
     /// Air is Beer and Lambert's law through two exponential layers. The fade (1 − (d / range)⁴)²
-    /// takes 12 % at half the range and all of it at the range, so that no edge is seen.
+    /// takes 12 % at half the range and everything at the range, so that no edge is visible.
     pub(crate) fn transmittance(&self, distance_m: f32, rise_m: f32) -> (f32, f32) {
         let mut depth = self.air.depth(distance_m, rise_m);
         if self.fog.extinction > 0.0 {
@@ -112,8 +114,8 @@ mod tests {
     }
 
     proptest! {
-        /// Through both layers at once, up, down and level, against the integral and, in f64, the
-        /// closed form.
+        /// Both layers at once, upwards, downwards and level, are compared with the integral and,
+        /// in f64, with the closed form.
         #[test]
         fn air_is_beer_and_lamberts_law(
             distance in 0.5_f32..2000.0,

@@ -38,12 +38,12 @@ fn basis(d: DVec3) -> [f64; 9] {
 }
 
 impl Irradiance {
-    /// Of a sky of given radiance over the upper hemisphere, none below.
+    /// The irradiance of a sky of given radiance over the upper hemisphere, with none below.
     pub(crate) fn of_sky(radiance: impl Fn(Vec3) -> Vec3) -> Self {
         const N: u32 = 4096;
         let mut c = [DVec3::ZERO; 9];
         for i in 0..N {
-            // A Fibonacci lattice: equal areas on the hemisphere.
+            // A Fibonacci lattice, whose points have equal areas on the hemisphere.
             let z = (f64::from(i) + 0.5) / f64::from(N);
             let r = libm::sqrt(1.0 - z * z);
             let (sin, cos) = libm::sincos(f64::from(i) * 2.399_963_229_728_653);

@@ -1,5 +1,5 @@
-//! Sun and sky: where the sun stands, what the air makes of its light, and the haze before a
-//! camera.
+//! Sun and sky: the sun's position, the scattering of its light in the air, and the haze in front
+//! of a camera.
 
 pub(crate) mod atmosphere;
 pub(crate) mod haze;

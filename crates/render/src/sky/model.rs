@@ -11,32 +11,32 @@ use crate::sky::irradiance::Irradiance;
 /// The air and the clouds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyParams {
-    /// How hazy: optical thickness of the air over that of clean air, at 550 nm, 1..=10. 2 is very
-    /// clear, 3 clear, 5 hazy, 10 fog.
+    /// Turbidity: the optical thickness of the air over that of clean air, at 550 nm, 1..=10. 2 is
+    /// very clear, 3 clear, 5 hazy, 10 fog.
     pub turbidity: f64,
-    /// Cloud cover as an even veil: 0 clear ..= 1 overcast, without a sun.
+    /// Cloud cover as an even veil, from 0 (clear) to 1 (overcast, without a sun).
     pub overcast: f64,
-    /// Multiplies the strength of the sun above the atmosphere, 0..=100; 1 is ours.
+    /// Multiplies the strength of the sun above the atmosphere, 0..=100; 1 is that of our sun.
     pub sun_intensity: f64,
     /// Multiplies its colour, linear sRGB, each 0..=10.
     pub sun_tint: Vec3,
     /// Mean albedo of the ground around, linear sRGB, each 0..=1.
     pub ground_albedo: Vec3,
-    /// Share of the light on a leaf that leaves it again on either side (reflectance +
-    /// transmittance), linear sRGB, each 0..=0.99: the green of the light under crowns.
+    /// Share of the light on a leaf that it scatters to either side (reflectance + transmittance),
+    /// linear sRGB, each 0..=0.99. It makes the light under crowns green.
     pub foliage_albedo: Vec3,
-    /// Meteorological visibility at the camera's height, metres, 10..=1,000,000: where 2 % of the
-    /// contrast is left. Mist is below 1000.
+    /// Meteorological visibility at the camera's height, metres, 10..=1,000,000: the distance at
+    /// which 2 % of the contrast is left. Mist is below 1000.
     pub visibility_m: f64,
-    /// The height over which that haze thins by e, metres, 1..=10,000.
+    /// The height over which that haze decreases by a factor of e, metres, 1..=10,000.
     pub haze_height_m: f64,
-    /// Fog on the ground: its extinction at its base, 1/m, 0..=1; 3.912 / visibility in it
-    /// (Koschmieder 1924). 0 for none.
+    /// The extinction of ground fog at its base, 1/m, 0..=1, which is 3.912 / visibility
+    /// (Koschmieder 1924); 0 for no fog.
     pub fog_per_m: f64,
     /// The height in the scene at which the fog has that extinction, metres, −10,000..=10,000.
-    /// Below it is thicker, above thinner.
+    /// Below, it is denser.
     pub fog_base_m: f64,
-    /// The height over which it thins by e, metres, 0.5..=1000.
+    /// The height over which the fog decreases by a factor of e, metres, 0.5..=1000.
     pub fog_height_m: f64,
 }
 
@@ -123,7 +123,7 @@ const SOLAR_CONSTANT_LX: f64 = 128_000.0;
 /// The sun's colour above the air (5900 K) in linear sRGB, luminance 1.
 const SOLAR_COLOUR: DVec3 = DVec3::new(1.08, 0.98, 0.95);
 
-/// What an overcast sky lets through of a clear day's light (Kasten and Czeplak 1980).
+/// The share of a clear day's light that an overcast sky lets through (Kasten and Czeplak 1980).
 const OVERCAST_TRANSMITTANCE: f32 = 0.25;
 
 /// Radiance of the sky: linear sRGB with luminance in cd/m².
@@ -138,7 +138,7 @@ pub(crate) enum Sky {
 /// A modelled sky.
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
-    /// The sun's direction without its height, unit length (any, for a sun in the zenith).
+    /// The horizontal direction of the sun, unit length (any direction, for a sun in the zenith).
     sun_azimuth: Vec2,
     /// `ROWS` of `COLUMNS`. Row v has elevation v² · 90°, column u has sin(azimuth from the sun /
     /// 2) = u: fine near the horizon and near the sun.
@@ -147,7 +147,8 @@ pub(crate) struct Table {
 
 const ROWS: usize = 96;
 const COLUMNS: usize = 96;
-/// Scattering without phase functions is smooth: one in so many rows and columns is integrated.
+/// Scattering without phase functions is smooth, so only one in this number of rows and columns is
+/// integrated.
 const COARSE: usize = 4;
 
 impl Sky {
@@ -164,14 +165,14 @@ impl Sky {
             table: clear_table(&air, elevation, beam),
         };
         if params.overcast > 0.0 {
-            // The veil passes on a share of what a clear sky and its sun would give the ground;
-            // droplets scatter all colours alike, so most of the blue comes back as white.
+            // The veil transmits a share of the light that a clear sky and its sun would give the
+            // ground. Droplets scatter all colours equally, so most of the blue becomes white.
             let global = Irradiance::of_sky(|d| sky.radiance(d)).at(Vec3::Z)
                 + clear_sun * sun.direction().z.max(0.0) as f32;
             let white = Vec3::splat(global.dot(crate::colour::LUMINANCE));
             let overcast = params.overcast as f32;
             let ground = global.lerp(white, 0.7) * (overcast * OVERCAST_TRANSMITTANCE);
-            // CIE overcast sky: three times brighter overhead than at the horizon.
+            // The CIE overcast sky is three times as bright overhead as at the horizon.
             let zenith = ground * (9.0 / (7.0 * std::f32::consts::PI));
             for (i, l) in sky.table.iter_mut().enumerate() {
                 let v = (i / COLUMNS) as f32 / (ROWS - 1) as f32;
@@ -185,7 +186,7 @@ impl Sky {
         )
     }
 
-    /// The sky of an image, `gain` times as bright as this one: by illuminance on level ground.
+    /// The sky of an image, `gain` times as bright as this one by its illuminance on level ground.
     pub(crate) fn replaced_by(&self, image: &SkyImage, gain: f32) -> Self {
         let level = |sky: &Self| {
             let e = Irradiance::of_sky(|d| sky.radiance(d)).at(Vec3::Z);
@@ -212,8 +213,8 @@ impl Sky {
         }
     }
 
-    /// What comes from a unit direction, without the sun's disc; below the horizon, the horizon's
-    /// haze.
+    /// The radiance from a unit direction, without the sun's disc; below the horizon it is that of
+    /// the horizon's haze.
     #[inline]
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {
@@ -227,10 +228,10 @@ impl Table {
     #[inline]
     fn radiance(&self, direction: Vec3) -> Vec3 {
         let flat = direction.truncate();
-        // 1e-12 keeps the zenith, where all azimuths are one, from dividing by zero.
+        // 1e-12 avoids a division by zero at the zenith.
         let cos_azimuth = flat.dot(self.sun_azimuth) / (flat.length_squared() + 1e-12).sqrt();
         let u = (0.5 - 0.5 * cos_azimuth).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f32;
-        // Abramowitz and Stegun 4.4.45: the zenith angle over 90°, to 5e-5.
+        // The zenith angle over 90°, to 5e-5 (Abramowitz and Stegun 4.4.45).
         let z = direction.z.clamp(0.0, 1.0);
         let polynomial = 0.999_957 + z * (-0.135_036 + z * (0.047_276 - z * 0.011_923));
         let elevation = 1.0 - (1.0 - z).sqrt() * polynomial;
@@ -248,7 +249,7 @@ impl Table {
 
 /// The clear sky's table for a beam above the air.
 fn clear_table(air: &Atmosphere, sun_elevation_rad: f64, beam: DVec3) -> Vec<Vec3> {
-    // In a frame whose x axis lies below the sun.
+    // The frame's x axis lies below the sun.
     let (sin, cos) = libm::sincos(sun_elevation_rad);
     let sun = DVec3::new(cos, 0.0, sin);
     let direction = |u: f64, v: f64| {
@@ -336,9 +337,9 @@ mod tests {
             "{horizon} {zenith}"
         );
         assert!(horizon.z / horizon.x < zenith.z / zenith.x);
-        // The aureole, and the sunward half against the other.
+        // The aureole, and the half towards the sun against the other one.
         assert!(luminance(s.radiance(towards(180.0, 36.0))) > 4.0 * luminance(zenith));
-        // Nothing but haze below the horizon.
+        // There is nothing but haze below the horizon.
         let (at, below) = (
             s.radiance(towards(10.0, 0.0)),
             s.radiance(towards(10.0, -30.0)),

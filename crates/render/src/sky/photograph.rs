@@ -9,13 +9,13 @@ use nemoral_scene::Image;
 use crate::colour::LUMINANCE;
 use crate::error::{ParamError, check};
 
-/// The sun in a photograph is cut to this many times the sky's median luminance: the sun shines by
-/// angles, once, and its disc would be noise in nine numbers of irradiance.
+/// The sun in a photograph is limited to this multiple of the sky's median luminance, because the
+/// sun is modelled separately, and its disc would be noise in the nine coefficients of irradiance.
 const BRIGHTEST: f32 = 50.0;
 
 /// An equirectangular image of the sky: columns go once around, rows from the zenith to the nadir.
 ///
-/// Only the upper half is used: what is below the horizon shows the horizon, as under modelled
+/// Only the upper half is used; directions below the horizon show the horizon, as with modelled
 /// skies.
 #[derive(Clone, Debug)]
 pub struct SkyImage {
@@ -30,13 +30,13 @@ pub struct SkyImage {
 }
 
 impl SkyImage {
-    /// From linear sRGB in any unit. The middle column looks at `azimuth_deg`, clockwise from
-    /// north; columns to the right of it lie clockwise. What is more than 50 times as bright as the
-    /// median (the sun) is cut to that, in its own colour.
+    /// A sky from linear sRGB in any unit. The middle column is in the direction `azimuth_deg`,
+    /// clockwise from north, and columns to the right of it follow clockwise. Pixels more than 50
+    /// times as bright as the median (the sun) are limited to that, in their own colour.
     ///
     /// # Errors
     /// If the image has fewer than 4 × 2 pixels or more than 16384 a side, a value that is negative
-    /// or no number, or no light at all in its upper half.
+    /// or NaN, or no light at all in its upper half.
     pub fn new(image: &Image<Vec3>, azimuth_deg: f64) -> Result<Self, ParamError> {
         let (width, height) = (image.width(), image.height());
         let sides = "4..=16384 wide and 2..=16384 high";
@@ -88,7 +88,7 @@ impl SkyImage {
         }
     }
 
-    /// Adds light, the same from everywhere.
+    /// Adds light from all directions equally.
     pub(crate) fn veiled(&self, veil: Vec3) -> Self {
         Self {
             radiance: self.radiance.iter().map(|&c| c + veil).collect(),
@@ -96,7 +96,8 @@ impl SkyImage {
         }
     }
 
-    /// What comes from a unit direction (x east, y north, z up): between the four pixels around.
+    /// The radiance from a unit direction (x east, y north, z up), interpolated between four
+    /// pixels.
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
         let azimuth = libm::atan2f(direction.x, direction.y);
         let turn = (azimuth - self.left_rad) / TAU;

@@ -27,7 +27,8 @@ impl Sun {
     /// The sun's angular radius seen from the earth, radians (a disc of 0.53°).
     pub const ANGULAR_RADIUS_RAD: f64 = 0.004_65;
 
-    /// By azimuth (clockwise from north: 90 is east) and elevation over the horizon, degrees.
+    /// The sun at an azimuth (clockwise from north: 90 is east) and an elevation over the horizon,
+    /// degrees.
     ///
     /// # Errors
     /// If the azimuth is not −360..=360 or the elevation not −90..=90.
@@ -41,9 +42,9 @@ impl Sun {
         })
     }
 
-    /// By place (degrees; north and east are positive) and time, with the formulas of NOAA's solar
-    /// calculator (after Meeus, "Astronomical Algorithms"); geometric, so without refraction.
-    /// Within 0.02° of the NREL solar position algorithm.
+    /// The sun at a place (degrees; north and east are positive) and a time, by the formulas of
+    /// NOAA's solar calculator (after Meeus, "Astronomical Algorithms"). The position is geometric,
+    /// so without refraction, and within 0.02° of the NREL solar position algorithm.
     ///
     /// # Errors
     /// If the place is not on the earth or the time not in the calendar.
@@ -103,7 +104,7 @@ impl Sun {
         self.direction
     }
 
-    /// Clockwise from north, 0..360 degrees.
+    /// The azimuth clockwise from north, 0..360 degrees.
     #[must_use]
     pub fn azimuth_deg(&self) -> f64 {
         libm::atan2(self.direction.x, self.direction.y)
@@ -111,7 +112,7 @@ impl Sun {
             .rem_euclid(360.0)
     }
 
-    /// Over the horizon, −90..=90 degrees.
+    /// The elevation over the horizon, −90..=90 degrees.
     #[must_use]
     pub fn elevation_deg(&self) -> f64 {
         libm::asin(self.direction.z.clamp(-1.0, 1.0)).to_degrees()
@@ -119,16 +120,16 @@ impl Sun {
 }
 
 impl UtcTime {
-    /// So many hours later; negative is earlier.
+    /// The time this number of hours later; negative is earlier.
     ///
     /// # Errors
-    /// If this is not in the calendar or the hours are more than 200 years'.
+    /// If this is not in the calendar or the hours are more than 200 years.
     pub fn later(self, hours: f64) -> Result<Self, ParamError> {
         let most = 200.0 * 366.0 * 24.0;
         check("time.later_h", hours, -most, most, "200 years at most")?;
         let hour = self.hour + hours;
         let days = (hour / 24.0).floor();
-        // The inverse, of Fliegel and Van Flandern (1968) too.
+        // The inverse by Fliegel and Van Flandern (1968).
         let mut l = self.day_number()? + days as i32 + 68_569;
         let n = 4 * l / 146_097;
         l -= (146_097 * n + 3) / 4;
@@ -204,7 +205,7 @@ mod tests {
         .expect("on earth")
     }
 
-    /// The NREL algorithm's answers (computed with pvlib; true elevation).
+    /// The results of the NREL algorithm (computed with pvlib; true elevation).
     #[test]
     fn agrees_with_the_nrel_algorithm() {
         let coimbra = (40.2033, -8.4103);

@@ -36,7 +36,8 @@ impl SunDisc {
         Self { directions }
     }
 
-    /// For the first sample of a pixel (column, row): any 3 × 3 pixels get all parts of the disc.
+    /// The direction for the first sample of a pixel (column, row); any 3 × 3 pixels get all parts
+    /// of the disc.
     pub(crate) fn of_pixel(&self, (x, y): (usize, usize), word: u32) -> Vec3 {
         let part = x % 3 + 3 * (y % 3);
         self.directions[part * POINTS + word as usize % POINTS]
@@ -44,13 +45,13 @@ impl SunDisc {
 
     /// A random point of the disc.
     pub(crate) fn at_random(&self, word: u32) -> Vec3 {
-        // Lemire's multiplication: an index without bias to speak of.
+        // Lemire's multiplication gives an index with negligible bias.
         let index = (u64::from(word) * self.directions.len() as u64) >> 32;
         self.directions[index as usize]
     }
 }
 
-/// The square −1..1 on the unit disc, areas in proportion (Shirley and Chiu 1997).
+/// Maps the square −1..1 to the unit disc with proportional areas (Shirley and Chiu 1997).
 fn disc_from_square(a: f64, b: f64) -> (f64, f64) {
     use std::f64::consts::FRAC_PI_4;
     let (r, angle) = if a == 0.0 && b == 0.0 {

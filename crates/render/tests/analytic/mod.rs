@@ -1,5 +1,5 @@
-//! Worlds of exact shapes, cast at in f64: the oracle of the camera's tests, and its example's
-//! scene.
+//! Worlds of exact shapes, for which rays are computed in f64: the oracle of the camera's tests,
+//! and the scene of its example.
 #![allow(
     dead_code,
     unreachable_pub,
@@ -28,14 +28,14 @@ pub enum Shape {
         centre: DVec3,
         radius: f64,
     },
-    /// Upright, without ends.
+    /// An upright cylinder without ends.
     Cylinder {
         foot: DVec3,
         radius: f64,
         height: f64,
     },
     Card(Card),
-    /// Things inside a sphere.
+    /// Shapes inside of a sphere.
     Group {
         centre: DVec3,
         radius: f64,
@@ -63,7 +63,7 @@ struct Found {
     uv_per_m: f32,
 }
 
-/// What a camera sees of a world, the light itself too: no glare, nothing far away is lost.
+/// The pictures of a world with their radiance, without glare and with a long visible range.
 pub fn radiances(
     world: &World,
     lighting: Lighting,
@@ -241,7 +241,7 @@ impl World {
     }
 }
 
-/// Of a t² + 2 b t + c = 0.
+/// The roots of a t² + 2 b t + c = 0.
 fn roots(a: f64, b: f64, c: f64) -> impl Iterator<Item = f64> {
     let d = b * b - a * c;
     let root = d.max(0.0).sqrt();
@@ -271,7 +271,7 @@ pub fn object(item: u16) -> ObjectId {
     ObjectId::new(ChunkCoord::new(2, -3), item).unwrap_or(ObjectId::NONE)
 }
 
-/// A pose that looks from one point to another, level.
+/// A level pose that looks from one point to another.
 pub fn look(from: DVec3, to: DVec3) -> RigidTransform {
     let forward = (to - from) / (to - from).length();
     let yaw = forward.y.atan2(forward.x);

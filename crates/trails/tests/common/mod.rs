@@ -1,4 +1,4 @@
-//! Grounds and trails to test with.
+//! Grounds and trails for tests.
 #![allow(dead_code, unreachable_pub, reason = "each test program uses its part")]
 
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use nemoral_trails::{Section, TrailParams, Trails};
 
 pub const SIZE_M: f64 = 50.0;
 
-/// Sines: smooth, with known slopes of up to about `steepness`.
+/// Hills of sines, which are smooth and have slopes of up to about `steepness`.
 pub struct Hills {
     pub steepness: f64,
 }
@@ -46,7 +46,7 @@ pub fn hills(steepness: f64) -> Arc<dyn Surface> {
     Arc::new(Hills { steepness })
 }
 
-/// A section without anything on it.
+/// A flat section.
 pub fn plain() -> Section {
     Section {
         crossfall: 0.0,

@@ -30,7 +30,7 @@ fn layers_lie_over_each_other() {
         (config.terrain.scale_m, config.terrain.noise),
         (40.0, TerrainNoise::PerlinSurflet)
     );
-    // The argument wins over the file's preset.
+    // The argument overrides the file's preset.
     assert_eq!(
         load("low", "preset = \"high\"", &[])
             .expect("fine")
@@ -164,7 +164,7 @@ fn presets_are_valid_and_survive_a_round_trip() {
     }
 }
 
-/// Fewer would be seen to be copies. Only the tests' own preset may be in a hurry.
+/// With fewer individuals, copies would be noticeable. Only the preset of the tests may have fewer.
 #[test]
 fn presets_grow_enough_individuals() {
     for preset in Preset::ALL.iter().filter(|p| p.name != "demo") {
@@ -199,11 +199,11 @@ fn a_commented_config_has_its_further_sensors() {
         config,
         "{annotated}"
     );
-    // What a further camera takes from the first is not said again.
+    // Values that a further camera takes from the first one are not repeated.
     let right = annotated.split("[cameras.right]").nth(1).expect("there");
     assert!(right.starts_with("\nmount_y_m = -0.12\n\n"), "{right}");
 
-    // Without any there is an example, which is one once the comment is taken away.
+    // Without any there is a commented example, which is valid once the comment marks are removed.
     let plain = crate::config::annotated_toml(&Config::default());
     let uncommented: Vec<&str> = plain
         .lines()
@@ -379,14 +379,14 @@ fn ranges_are_drawn_from_the_seed_and_recorded() {
             .count();
         assert!((40..95).contains(&count), "{octaves}: {count}");
     }
-    // Keys are drawn apart: diameters know nothing of numbers.
+    // Keys are drawn independently: diameters do not correlate with numbers.
     let covariance: f64 = drawn
         .iter()
         .map(|c| (c.placement.trees - 100.0) / 23.1 * (c.assets.dbh_mean_m - 0.25) / 0.0289)
         .sum::<f64>()
         / 200.0;
     assert!(covariance.abs() < 0.3, "{covariance}");
-    // The same seed draws the same, and what was drawn is a config like any other.
+    // The same seed draws the same numbers, and the result is a config like any other.
     assert_eq!(drawn[7], at(7));
     assert_eq!(
         Config::from_toml(&drawn[7].to_toml()).expect("fine"),
@@ -423,8 +423,8 @@ fn weather_time_and_exposure_are_drawn_too() {
         for d in &drawn {
             (least, most) = (least.min(d[k]), most.max(d[k]));
         }
-        // All of the range and nothing else: of a hundred, the outermost are about a hundredth from
-        // its ends.
+        // Draws cover the whole range and nothing else: of a hundred, the outermost are about a
+        // hundredth from its ends.
         let tenth = 0.1 * (high - low);
         assert!(least >= low && least < low + tenth, "{k}: {least}");
         assert!(most <= high && most > high - tenth, "{k}: {most}");
@@ -483,7 +483,7 @@ fn wrong_ranges_are_named() {
         message(load("", both, &[])),
         &["is set beside it", "c.toml:2"],
     );
-    // What was drawn must be possible, and the range is to blame.
+    // Drawn values must be valid too, and the error names the range.
     has(
         refused("\"chunks.visible_radius_m\" = [500, 600]"),
         &["c.toml:2", "views would span"],

@@ -1,4 +1,4 @@
-//! What the GPU culls is what the processor would.
+//! The GPU culls the same instances as the processor.
 
 use glam::{DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
@@ -126,7 +126,7 @@ fn the_gpu_keeps_what_is_seen_in_order() {
         },
         ..straight
     };
-    // It turns so fast that more than half of all directions are seen.
+    // It turns so fast that it sees more than half of all directions.
     let spun = View {
         motion: Twist {
             angular_rad_s: DVec3::Y * 25.0,
@@ -143,7 +143,7 @@ fn the_gpu_keeps_what_is_seen_in_order() {
         frustum(&bent),
         frustum(&spun),
         cascade[1].frustum(),
-        // Everything, also what lies straight against the axis that it does not have.
+        // Everything, including what lies opposite to the axis, which it does not have.
         Frustum::from_planes([NO_PLANE; 6]),
     ];
 
@@ -176,7 +176,7 @@ fn the_gpu_keeps_what_is_seen_in_order() {
     for (v, frustum) in frustums.iter().enumerate() {
         let (mut kept, mut all, mut on_border) = (0, 0, 0);
         for (shape, (_, alike)) in seen.iter().enumerate() {
-            // Three draws, of one page: in order of the shapes.
+            // There are three draws of one page, in the order of shapes.
             let draw = &arguments[(v * 3 + shape) * 4..][..4];
             assert_eq!([draw[0], draw[3]], [3, alike.first], "{v} {shape}");
             let numbers = alike.first..alike.first + alike.count;
@@ -191,7 +191,7 @@ fn the_gpu_keeps_what_is_seen_in_order() {
                         ..ball
                     })
                 };
-                // On the very border both are right.
+                // Exactly on the border both results are right.
                 let [surely, perhaps] = [0.0, 5e-3].map(sees);
                 let is_drawn = drawn.binary_search(&n).is_ok();
                 assert!(surely <= is_drawn && is_drawn <= perhaps, "{v} {n}");

@@ -1,4 +1,4 @@
-//! A GPU that fails is an error in clear words, never a panic.
+//! A failing GPU is an error with a clear message, never a panic.
 
 use glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{
@@ -12,8 +12,8 @@ use super::super::testing::gpu;
 use super::*;
 use crate::{CameraRenderer, GpuCamera, GpuParams, Lighting, SceneView, SkyVisibility, View};
 
-/// When the GPU of a scene is lost: while the picture is prepared, or when its truth is drawn and
-/// its light is asked for.
+/// When the GPU is lost: while the picture is prepared, or after its truth is drawn and before its
+/// light is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Loss {
     Never,
@@ -21,7 +21,7 @@ enum Loss {
     BeforeTheLight,
 }
 
-/// A stone before the camera.
+/// A stone in front of the camera.
 struct Stone {
     group: Arc<Single>,
     materials: MaterialLibrary,
@@ -107,7 +107,7 @@ fn view() -> View {
 }
 
 fn a_camera(gpu: &Gpu) -> Result<GpuCamera, GpuError> {
-    // Software draws shadow maps texel by texel.
+    // Software draws shadow maps slowly, so these are small.
     let quick = GpuParams {
         colour_samples: 1,
         shadow_px: 256,
@@ -139,7 +139,7 @@ fn a_gpu_that_is_lost_is_an_error_from_then_on() {
         assert!(sound.truth.semantic.pixels().contains(&Semantic::Rock));
         let losing = Stone::new(&gpu, loss);
         if loss == Loss::Never {
-            // Between two pictures.
+            // The GPU is lost between two pictures.
             gpu.lose();
         }
         assert_lost(render(&losing), &format!("{loss:?}, its picture"));
@@ -178,7 +178,7 @@ fn a_gpu_that_is_lost_while_a_picture_comes_back_is_an_error() {
     assert_lost(rows, "a picture that was drawn");
 }
 
-/// wgpu tells of a GPU that fails while it is waited for by a panic; software never fails so.
+/// If a GPU fails while it is waited for, wgpu panics; software GPUs never fail in that way.
 #[test]
 fn waiting_survives_a_panic() {
     assert_eq!(survived(|| Ok(wgpu::PollStatus::QueueEmpty)), Ok(()));

@@ -1,15 +1,15 @@
 // Finds the instances that each view draws. A workgroup goes through the instances of a prototype
-// for a view, and writes the numbers of those that may be seen in their order, so that the result
-// does not depend on the order of threads.
+// for a view, and writes the numbers of those that may be visible in their order, so that the
+// result does not depend on the order of threads.
 
 struct Frustum {
-    // Inwards, unit; w: how far inside the origin is.
+    // Unit normals that point inwards; w: how far inside the origin is.
     planes: array<vec4f, 6>,
-    // w: how far is seen.
+    // w: the greatest visible distance.
     eye: vec4f,
     // w: how far the eye may be from there while the picture is taken.
     axis: vec4f,
-    // Cosine and sine of the angle to the axis that is seen.
+    // Cosine and sine of the half angle around the axis that is visible.
     half_angle: vec4f,
 }
 
@@ -37,12 +37,12 @@ struct Counts {
 
 @group(0) @binding(0) var<uniform> counts: Counts;
 @group(0) @binding(1) var<storage, read> frustums: array<Frustum>;
-// About the instance buffer's origin; w: radius.
+// Relative to the instance buffer's origin; w: radius.
 @group(0) @binding(2) var<storage, read> bounding_spheres: array<vec4f>;
 @group(0) @binding(3) var<storage, read> shapes: array<Shape>;
-// Which draws are a shape's.
+// The draws of each shape.
 @group(0) @binding(4) var<storage, read> draws_of: array<u32>;
-// View by view: numbers of instances, and what is drawn with them.
+// View by view: numbers of instances, and the draws that use them.
 @group(0) @binding(5) var<storage, read_write> visible: array<u32>;
 @group(0) @binding(6) var<storage, read_write> draws: array<Draw>;
 
@@ -62,13 +62,14 @@ fn may_see(view: u32, sphere: vec4f) -> bool {
     if distance_m - radius > frustums[view].eye.w {
         return false;
     }
-    // What looks wider than all that is behind the cone is in it.
+    // A sphere with a larger angular radius than the rest outside of the cone reaches into the
+    // cone.
     let cosine = frustums[view].half_angle.x;
     let sine = frustums[view].half_angle.y;
     if distance_m <= radius || (cosine < 0.0 && radius >= sine * distance_m) {
         return true;
     }
-    // The cosine of the half angle and half the angle that the sphere takes, together.
+    // The cosine of the sum of the half angle and the angular radius of the sphere.
     let tangent_m = sqrt((distance_m - radius) * (distance_m + radius));
     return dot(at, axis.xyz) >= cosine * tangent_m - sine * radius;
 }

@@ -1,14 +1,15 @@
-// One sample at the pixel's centre, nothing blended.
+// One sample at the pixel's centre, without blending.
 
 @group(2) @binding(0) var<storage, read> table: array<u32>;
-// The ray-cast camera's own rays, to the bit; w: z in the optical frame.
+// The rays of the ray-cast camera, equal to the bit; w: z in the optical frame.
 @group(2) @binding(1) var rays: texture_2d<f32>;
-// Where each row looks from.
+// The position of the camera for each row.
 @group(2) @binding(2) var<storage, read> eyes: array<vec4f>;
 
 struct Painted {
     @location(0) value: vec4u,
-    // Of the intersection itself: what is nearer is decided as the ray caster decides it.
+    // The depth is that of the intersection itself, so that the nearest surface is the one of the
+    // ray caster.
     @builtin(frag_depth) depth: f32,
 }
 

@@ -1,9 +1,9 @@
-// The picture: what light/shading.rs does, with shadow maps for shadow rays and tables for the
-// light.
+// The colours of a picture. This follows light/shading.rs, with shadow maps instead of shadow rays
+// and tables of light.
 
 const PI = 3.14159265;
 const CASCADES = 4u;
-// Directions a side of an octahedral map: of the background, of irradiance.
+// Directions along a side of an octahedral map, of the background and of irradiance.
 const SKY_SIDE = 128u;
 const AMBIENT_SIDE = 16u;
 // Steps of openness.
@@ -15,11 +15,11 @@ const GRID_UP = 32u;
 struct Light {
     // Towards the sun; w: width of a sample at 1 m.
     sun: vec4f,
-    // On a plane that faces it; w: what radiance is multiplied with for the target.
+    // On a plane that faces it; w: the factor from radiance to the target's values.
     irradiance: vec4f,
-    // Extinction 1/m, height over which it thins by e, range, openness at the camera.
+    // Extinction 1/m, its scale height, range, openness at the camera.
     air: vec4f,
-    // Shadow coordinates from scene axes about the origin.
+    // Transforms from scene axes around the origin to shadow coordinates.
     cascades: array<mat4x4f, 4>,
     // Where each ends, metres from the camera.
     ends: vec4f,
@@ -28,7 +28,7 @@ struct Light {
     // Corner, step across.
     near_grid: vec4f,
     far_grid: vec4f,
-    // Steps up of both; fog: extinction 1/m, height over which it thins by e.
+    // Steps up of both; fog: extinction 1/m, its scale height.
     up_and_fog: vec4f,
 }
 
@@ -38,10 +38,11 @@ struct Light {
 @group(2) @binding(2) var<storage, read> tables: array<vec4f>;
 @group(2) @binding(3) var<storage, read> openness: array<f32>;
 @group(2) @binding(4) var shadows: texture_depth_2d_array;
-// The same maps, to be read: what compares cannot tell how far casters are, not in GL.
+// The same maps for reading, because a comparison sampler cannot return the depth of casters in GL.
 @group(2) @binding(8) var caster_heights: texture_2d_array<f32>;
 @group(2) @binding(5) var comparison: sampler_comparison;
-// For distorted pictures: rays of the pixels' centres, where each row looks from.
+// For distorted pictures: the rays of the pixels' centres, and the position of the camera for each
+// row.
 @group(2) @binding(6) var rays: texture_2d<f32>;
 @group(2) @binding(7) var<storage, read> eyes: array<vec4f>;
 
@@ -51,7 +52,7 @@ fn octahedral(n: vec3f) -> vec2f {
     return select(folded, p, n.z >= 0.0);
 }
 
-// Bilinear, from a square of directions whose rim stands for itself.
+// Bilinear interpolation in a square of directions, whose rim is folded onto itself.
 fn table(first: u32, side: u32, n: vec3f) -> vec3f {
     let p = (octahedral(n) * 0.5 + 0.5) * f32(side - 1u);
     let c = min(vec2u(p), vec2u(side - 2u));
@@ -74,7 +75,7 @@ fn irradiance(open: f32, n: vec3f) -> vec3f {
     return mix(table(first, AMBIENT_SIDE, n), table(first + size, AMBIENT_SIDE, n), x - f32(i));
 }
 
-// A point relative to the camera in a grid of openness.
+// The openness at a point relative to the camera, from a grid.
 fn open_in(first: u32, corner: vec3f, step: vec2f, point: vec3f) -> f32 {
     let top = vec3f(f32(GRID_SIDE - 1u), f32(GRID_SIDE - 1u), f32(GRID_UP - 1u));
     let p = clamp((point - corner) / step.xxy, vec3f(0.0), top);
@@ -106,23 +107,24 @@ fn openness_at(point: vec3f) -> f32 {
         vec2f(far.w, light.up_and_fog.y), point);
 }
 
-// Half the sun's angular width: a penumbra is as wide on each side by the way from what casts it.
+// Half of the sun's angular width; the half width of a penumbra is this times the distance from its
+// caster.
 const SUN_RADIUS = 0.00465;
-// Ways that are looked up for casters, metres, and texels of a shadow map that are looked at around
-// one.
+// The distance within which casters are searched, metres, and the texels of a shadow map that are
+// read around a point.
 const CASTER_M = 30.0;
 const REACH = 24.0;
 const TAPS = 16;
 
-// Points of a disc, evenly (Vogel 1979, "A better way to construct the sunflower head").
+// Evenly spread points of a disc (Vogel 1979, "A better way to construct the sunflower head").
 fn vogel(i: i32, turn: f32) -> vec2f {
     let angle = f32(i) * 2.3999632 + turn;
     return sqrt((f32(i) + 0.5) / f32(TAPS)) * vec2f(cos(angle), sin(angle));
 }
 
-// The share of the sun's light that arrives: as much of its disc as is not behind what the map
-// shows (Fernando 2005, "Percentage-closer soft shadows"). The taps are turned from pixel to pixel,
-// by Jimenez's (2014) interleaved gradient noise.
+// The share of the sun's light that arrives, by the share of its disc that casters in the map leave
+// (Fernando 2005, "Percentage-closer soft shadows"). The taps are turned from pixel to pixel, by
+// Jimenez's (2014) interleaved gradient noise.
 fn sunlight(s: Surface, pixel: vec2f) -> f32 {
     var k = 0u;
     while k < CASCADES - 1u && s.distance_m > light.ends[k] {
@@ -133,13 +135,15 @@ fn sunlight(s: Surface, pixel: vec2f) -> f32 {
     let sun = light.sun.xyz;
     let cosine = dot(s.normal, sun);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    // Off the surface towards the sun's side by what a texel and the filter cover.
+    // The point is moved off the surface towards the sun's side by the width of a texel and of the
+    // filter.
     let side = select(-1.0, 1.0, cosine > 0.0);
     let shift = s.normal * (side * texel_m * (0.5 + 2.0 * sine));
     let at = map * vec4f(s.point + frame.eye.xyz + shift, 1.0);
     let size = vec2f(textureDimensions(shadows));
     let uv = at.xy * vec2f(0.5, -0.5) + 0.5;
-    // How the surface's own depth changes from texel to texel: else slopes would shade themselves.
+    // The change of the surface's own depth from texel to texel, without which slopes would shade
+    // themselves.
     let across = normalize(vec3f(map[0].x, map[1].x, map[2].x));
     let up = normalize(vec3f(map[0].y, map[1].y, map[2].y));
     let per_m = length(vec3f(map[0].z, map[1].z, map[2].z));
@@ -179,7 +183,7 @@ fn texel(at: u32) -> vec3f {
     return root * root;
 }
 
-// Texture::sample: bilinear in the nearest mip.
+// As Texture::sample: bilinear in the nearest mip.
 fn sample(material: u32, uv: vec2f, footprint: f32) -> vec3f {
     var size = vec2u(materials[material].albedo_width, materials[material].albedo_height);
     var first = materials[material].albedo;
@@ -200,7 +204,7 @@ fn sample(material: u32, uv: vec2f, footprint: f32) -> vec3f {
     return mix(bottom, top, f.y);
 }
 
-// ground.rs: the texture laid out anew around the vertices of a lattice.
+// As hex_tiling.rs: the texture is laid out anew around the vertices of a lattice.
 fn hash(x: u32, y: u32) -> u32 {
     let r = y * 0x85EBCA77u;
     var h = (x * 0x9E3779B1u) ^ ((r << 15u) | (r >> 17u));
@@ -281,7 +285,7 @@ fn ground(material: u32, at: vec2f, tile: f32, footprint: f32) -> vec3f {
     return base * vec3f(1.0 + warm, 1.0, 1.0 - warm) * bright;
 }
 
-// What is seen of a share.
+// The visible share of a blend, as in hex_tiling.rs.
 fn ragged(share: f32, at: vec2f) -> f32 {
     let noise = 0.6 * value_noise(at, 8192u, 4u) + 0.4 * value_noise(at, 32768u, 5u);
     let lifted = share + 2.0 * share * (1.0 - share) * noise;
@@ -297,8 +301,8 @@ fn fresnel(f90: f32, cosine: f32) -> f32 {
     return F0 + (f90 - F0) * x * x * x * x * x;
 }
 
-// haze.rs: optical depth of the air before a surface; the layer's extinction at the camera, its
-// height.
+// As haze.rs: the optical depth of the air in front of a surface, from a layer's extinction at the
+// camera and its scale height.
 fn depth(layer: vec2f, s: Surface) -> f32 {
     let x = s.ray.z * s.distance_m / layer.y;
     let y = max(x, -20.0);
@@ -306,7 +310,7 @@ fn depth(layer: vec2f, s: Surface) -> f32 {
     return layer.x * s.distance_m * select((1.0 - exp(-y)) / y, series, abs(x) < 0.1);
 }
 
-// What arrives at the camera, air included.
+// The radiance that arrives at the camera, air included.
 fn shade(s: Surface, pixel: vec2f) -> vec3f {
     let m = materials[s.material];
     let is_ground = (m.flags & 1u) == 1u;
@@ -364,7 +368,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     if leaf {
         indirect += transmittance * irradiance(open, -n);
     }
-    // What near parts of the shape leave of it, and send back.
+    // The share of it that near parts of the shape let through, and what they reflect.
     indirect *= s.ambient_occlusion /
         (1.0 - (body + transmittance) * (0.5 * (1.0 - s.ambient_occlusion)));
     indirect /= PI;
@@ -406,7 +410,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
         direct *= light.irradiance.rgb * sunlight(s, pixel);
     }
 
-    // The air between: haze.rs.
+    // The air in between, as in haze.rs.
     let air = exp(-depth(light.air.xy, s) - depth(light.up_and_fog.zw, s));
     let far = s.distance_m / light.air.z;
     let fade = max(1.0 - far * far * far * far, 0.0);
@@ -419,7 +423,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
 const SAMPLES = array<vec2f, 4>(
     vec2f(-0.125, -0.375), vec2f(0.375, -0.125), vec2f(-0.375, 0.125), vec2f(0.125, 0.375));
 
-// How rays change from a pixel to the next: over both neighbours where there are two.
+// The difference of rays from a pixel to the next, over both neighbours where there are two.
 fn slope(at: vec2i, to: vec2i) -> vec4f {
     let last = vec2i(textureDimensions(rays)) - 1;
     let before = clamp(at - to, vec2i(0), last);
@@ -428,7 +432,7 @@ fn slope(at: vec2i, to: vec2i) -> vec4f {
     return (textureLoad(rays, after, 0) - textureLoad(rays, before, 0)) / f32(steps);
 }
 
-// Through a sample: unit, and its z in the optical frame.
+// The unit direction through a sample, and its z in the optical frame.
 fn ray_of_sample(position: vec2f, k: u32) -> vec4f {
     let offset = select(SAMPLES[k], vec2f(0.0), SINGLE);
     if !DISTORTED {
@@ -448,8 +452,8 @@ fn eye_of(position: vec2f) -> vec3f {
     return frame.eye.xyz;
 }
 
-// Which samples a primitive shows in: each asks the one-bit mask, which is alpha to coverage
-// without an alpha.
+// The samples in which a primitive is visible. Each is tested with the one-bit mask, which replaces
+// alpha to coverage.
 fn shown_in(v: Vertex, proposed: u32) -> u32 {
     let i = instances[v.instance];
     let p = primitive(v.primitive);
@@ -467,7 +471,7 @@ fn shown_in(v: Vertex, proposed: u32) -> u32 {
     return samples;
 }
 
-// At the first of the samples.
+// The surface at the first of the samples.
 fn shown(v: Vertex, samples: u32) -> Surface {
     let ray = ray_of_sample(v.position.xy, firstTrailingBit(samples));
     return surface(v, eye_of(v.position.xy), ray);
@@ -477,7 +481,8 @@ fn painted(s: Surface, pixel: vec2f) -> vec4f {
     return vec4f(min(shade(s, pixel) * light.irradiance.w, vec3f(6e4)), 1.0);
 }
 
-// What a primitive shows in any of a pixel's samples: those bits, or the fragment is not there.
+// The bits of a pixel's samples in which a primitive is visible; without any, the fragment is
+// discarded.
 fn of_samples(v: Vertex, proposed: u32) -> u32 {
     let samples = shown_in(v, proposed);
     if samples == 0u {

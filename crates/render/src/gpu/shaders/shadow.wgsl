@@ -1,5 +1,5 @@
-// What the sun sees: depth alone. The rays are parallel: `forward` is their direction, `eye` the
-// origin of the image's corner, `right` and `down` lead to the next pixels.
+// The shadow maps, which have depth alone. The rays are parallel: `forward` is their direction,
+// `eye` the origin of the image's corner, `right` and `down` lead to the next pixels.
 
 @fragment
 fn fragment(v: Vertex) {

@@ -1,15 +1,17 @@
-// What all passes share: the scene, and where the ray of a pixel meets a primitive of it.
+// The part that all passes share: the scene, and the intersection of a pixel's ray with a primitive
+// of it.
 
 struct Frame {
-    // Clip coordinates from scene axes about the frame's origin; depth is near / z.
+    // The transform from scene axes around the frame's origin to clip coordinates; depth is near /
+    // z.
     clip: mat4x4f,
-    // The frame's origin about the origin that instances are stored relative to. Both lie on a
-    // grid, and so do places of instances: what is left of them is exact, and neighbouring chunks
-    // round their common vertices alike.
+    // The frame's origin, relative to the origin of the instance buffer. Both lie on a grid, and so
+    // do positions of instances: their differences are exact, and neighbouring chunks round their
+    // common vertices equally.
     origin: vec4f,
     // The camera, next to the origin.
     eye: vec4f,
-    // The optical axis; w: the farthest distance that is seen, metres.
+    // The optical axis; w: the greatest visible distance, metres.
     forward: vec4f,
     // The step to the next pixel at z = 1; w: the principal point, pixels.
     right: vec4f,
@@ -19,23 +21,24 @@ struct Frame {
     // The rest is for pictures that a lens or a rolling shutter distorts: distortion_bounds.rs.
     // Focal lengths and principal point, pixels.
     lens: vec4f,
-    // Of the odd powers from the third on, in the radius that a ray is drawn at.
+    // Coefficients of the odd powers from the third on in the radius at which a ray is projected.
     radial: vec4f,
     // The widest ray: its angle, its radius, the radius' slope by the angle; w: 1 if radii are
     // powers of the angle, 0 if of its tangent.
     widest: vec4f,
-    // How far the camera goes and turns while the rows are read: metres, radians, optical axes; w
-    // of the first: pixels that the lens draws beside this model.
+    // How far the camera moves and turns while the rows are read: metres, radians, optical axes; w
+    // of the first: the greatest error of this model of the lens, pixels.
     linear: vec4f,
     angular: vec4f,
-    // Pixels by the square of an angle that straight lines bend, up to each sixteenth of the
-    // widest angle and half a radian.
+    // The bend of straight lines, pixels per radian squared, up to each sixteenth of the widest
+    // angle plus half a radian.
     curvature: array<vec4f, 4>,
 }
 
-// Scene axes about the instance buffer's origin from the shape's: three columns and the place.
+// The transform from the shape's axes to scene axes around the instance buffer's origin: three
+// columns and the position.
 struct Instance {
-    // w: what is left of the place beside the grid.
+    // w: the remainder of the position beside the grid.
     x: vec4f,
     y: vec4f,
     z: vec4f,
@@ -67,7 +70,7 @@ struct Material {
 @group(0) @binding(3) var<storage, read> masks: array<u32>;
 @group(1) @binding(0) var<storage, read> primitives: array<vec4u>;
 
-// Is the page one of cards, or of triangles?
+// Whether the page has cards rather than triangles.
 override CARDS: bool = false;
 
 struct Primitive {
@@ -89,12 +92,12 @@ fn primitive(index: u32) -> Primitive {
     return Primitive(a, b - a, c - a, word.w);
 }
 
-// The place on the grid, relative to the frame's origin.
+// The position on the grid, relative to the frame's origin.
 fn place_of(i: Instance) -> vec3f {
     return i.place.xyz - frame.origin.xyz;
 }
 
-// What the grid leaves of the place: half a millimetre at most.
+// The remainder of the position beside the grid, at most half a millimetre.
 fn rest_of(i: Instance) -> vec3f {
     return vec3f(i.x.w, i.y.w, i.z.w);
 }
@@ -103,7 +106,7 @@ fn to_scene(i: Instance, v: vec3f) -> vec3f {
     return i.x.xyz * v.x + i.y.xyz * v.y + i.z.xyz * v.z;
 }
 
-// Normals go by the cofactors, which is the inverse transpose but for a factor.
+// Normals are transformed by the cofactors, which are the inverse transpose up to a factor.
 fn normal_to_scene(i: Instance, n: vec3f) -> vec3f {
     return cross(i.y.xyz, i.z.xyz) * n.x
         + cross(i.z.xyz, i.x.xyz) * n.y
@@ -130,18 +133,20 @@ fn corner_of(index: u32, k: u32) -> vec3f {
         let to_v = select(vec3f(0.0), p.edge_v, k >= 2u);
         return p.corner + to_u + to_v;
     }
-    // As it is stored: neighbours share it to the bit.
+    // The corner as it is stored, which neighbours share to the bit.
     return bitcast<vec3f>(primitives[index * 5u + k].xyz);
 }
 
 // How far primitives are drawn over their borders, pixels.
 override MARGIN_PX: f32 = 0.0;
-// Has a pixel one sample, at its centre?
+// Whether a pixel has one sample, at its centre.
 override SINGLE: bool = true;
-// Is the picture distorted? Then boxes around the primitives are drawn, and fragments decide.
+// Whether the picture is distorted. Then boxes around the primitives are drawn, and fragments
+// decide.
 override DISTORTED: bool = false;
 
-// Where a point of the optical axes is drawn, pixels. Beyond the widest ray radii grow evenly.
+// Where a point of the optical axes is projected, pixels. Beyond the widest ray radii grow
+// linearly.
 fn drawn(p: vec3f) -> vec2f {
     let across = length(p.xy);
     let angle = atan2(across, p.z);
@@ -155,7 +160,7 @@ fn drawn(p: vec3f) -> vec2f {
     return frame.lens.zw + frame.lens.xy * p.xy * (radius / max(across, 1e-20));
 }
 
-// The point as the row at `y` sees it: from where the camera is by then.
+// The point in the optical axes of the row at `y`, at the time when that is read.
 fn seen_by_row(p: vec3f, y: f32) -> vec3f {
     let part = clamp(y / frame.size.y, -1.0, 2.0) - 0.5;
     let q = p - frame.linear.xyz * part;
@@ -166,7 +171,7 @@ fn seen_by_row(p: vec3f, y: f32) -> vec3f {
         + axis * (dot(axis, q) * (1.0 - cos(angle)));
 }
 
-// Where the row that sees a point draws it; z: pixels by which that may be wrong.
+// Where a point is projected by the row that sees it; z: the possible error, pixels.
 fn drawn_by_row(p: vec3f) -> vec3f {
     var at = drawn(p);
     if all(frame.linear.xyz == vec3f(0.0)) && all(frame.angular.xyz == vec3f(0.0)) {
@@ -181,8 +186,8 @@ fn drawn_by_row(p: vec3f) -> vec3f {
     return vec3f(at, 2.0 * step);
 }
 
-// Clip coordinates of a corner of the box that a primitive's picture lies in: around the pictures
-// of its corners, and as much more as its borders may bend.
+// Clip coordinates of a corner of the box around a primitive's image: around the images of its
+// corners, enlarged by how far its borders may bend.
 fn box(i: Instance, index: u32, v: u32) -> vec4f {
     let corners = select(3u, 4u, CARDS);
     var rays: array<vec3f, 4>;
@@ -205,7 +210,7 @@ fn box(i: Instance, index: u32, v: u32) -> vec4f {
             width = max(width, distance(rays[j], rays[k]));
         }
     }
-    // Angles from chords; those of half a radian are a hundredth longer.
+    // Angles are computed from chords; angles of half a radian are a hundredth longer.
     width *= 1.02;
     if width < 0.5 {
         let step = u32(clamp((front + width) / (frame.widest.x + 0.5) * 16.0, 0.0, 15.0));
@@ -213,7 +218,8 @@ fn box(i: Instance, index: u32, v: u32) -> vec4f {
         low -= margin;
         high += margin;
     } else {
-        // What is so large, or around the camera, may be anywhere; unless it is behind.
+        // A primitive that is so large, or around the camera, may be anywhere, unless it is behind
+        // the camera.
         let sway = 0.5 * length(frame.angular.xyz) + length(frame.linear.xyz) / near;
         let hidden = front - 2.0 * width > frame.widest.x + sway;
         low = select(vec2f(-1.0), vec2f(-9.0), hidden);
@@ -255,7 +261,7 @@ fn vertex(@builtin(vertex_index) v: u32, @location(0) number: u32) -> Vertex {
     if MARGIN_PX > 0.0 {
         let before = clip * vec4f(corner_of(index, select(k - 1u, corners - 1u, k == 0u)), 1.0);
         let after = clip * vec4f(corner_of(index, select(k + 1u, 0u, k + 1u == corners)), 1.0);
-        // What reaches behind the camera is large and stays as it is.
+        // A primitive that reaches behind the camera is large and is not enlarged.
         if min(at.w, min(before.w, after.w)) > at.z {
             let half = frame.size.xy * 0.5;
             let here = at.xy / at.w;
@@ -278,11 +284,11 @@ struct Intersection {
     // Weights of the edges.
     u: f32,
     v: f32,
-    // Not of unit length.
+    // The normal, not of unit length.
     normal: vec3f,
 }
 
-// The upper half of the digits.
+// The upper half of the mantissa.
 fn upper(x: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(x) & 0xFFFFF000u);
 }
@@ -296,9 +302,10 @@ fn product_minus(a: vec3f, b: f32, c: vec3f) -> vec3f {
     return (ah * bh - c) + (ah * bl + al * bh) + al * bl;
 }
 
-// The ray from the eye along a unit vector with the plane of a primitive, by Cramer's rule as the
-// ray caster has it. Places on the primitive are told from a point of the ray close to it: a
-// hundred metres away, f32 would miss a leaf's texels by a hundredth of their size.
+// Intersects the ray from the eye along a unit vector with the plane of a primitive, by Cramer's
+// rule as the ray caster does. Positions on the primitive are computed from a point of the ray
+// close to it; otherwise, at a hundred metres, the error of f32 would be a hundredth of a leaf's
+// texel.
 fn intersect(i: Instance, p: Primitive, eye: vec3f, d: vec3f) -> Intersection {
     let corner = to_scene(i, p.corner);
     let eu = to_scene(i, p.edge_u);
@@ -310,13 +317,13 @@ fn intersect(i: Instance, p: Primitive, eye: vec3f, d: vec3f) -> Intersection {
     let t = dot(normal, corner + (place + rest)) / det;
     let q = product_minus(d, t, place) - rest - corner;
     let moment = cross(d, q);
-    // What is left of the distance to the plane, and the edges' weights.
+    // The rest of the distance to the plane, and the weights of the edges.
     return Intersection(t - dot(normal, q) / det, dot(moment, ev) / det,
         -dot(moment, eu) / det, normal);
 }
 
-// Does the ray intersect the primitive itself? A hair more than it: of neighbours one is always
-// met.
+// Whether the ray intersects the primitive itself, slightly enlarged, so that at least one of two
+// neighbours is always hit.
 fn is_inside(m: Intersection) -> bool {
     const HAIR = 2e-5;
     let third = select(1.0 - m.u - m.v, min(1.0 - m.u, 1.0 - m.v), CARDS);
@@ -332,7 +339,7 @@ fn uv_at(index: u32, m: Intersection) -> vec2f {
     return b.xy * (1.0 - m.u - m.v) + b.zw * m.u + c.xy * m.v;
 }
 
-// Is the nearest texel opaque?
+// Whether the nearest texel is opaque.
 fn is_opaque(material: u32, uv: vec2f) -> bool {
     let width = materials[material].mask_width;
     if width == 0u {
@@ -345,7 +352,7 @@ fn is_opaque(material: u32, uv: vec2f) -> bool {
     return (word >> (column % 32u) & 1u) == 1u;
 }
 
-// From the camera through an image position: unit, and its z in the optical frame.
+// The unit direction from the camera through an image position, and its z in the optical frame.
 fn ray_of(pixel: vec2f) -> vec4f {
     let ray = frame.forward.xyz
         + frame.right.xyz * (pixel.x - frame.right.w)
@@ -367,10 +374,10 @@ struct Surface {
     shading_normal: vec3f,
     uv: vec2f,
     uv_per_m: f32,
-    // The ground that the colour passes over into, and its share.
+    // The ground that the colour blends into, and its share.
     other: u32,
     other_share: f32,
-    // The share of light from all around that near parts of the shape leave.
+    // The share of light from all around that near parts of the shape let through.
     ambient_occlusion: f32,
 }
 

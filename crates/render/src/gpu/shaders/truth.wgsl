@@ -1,4 +1,4 @@
-// The replacement shader of the truth: class, instance, planar depth and normal, exactly.
+// The replacement shader of the truth, which writes exact class, instance, planar depth and normal.
 
 fn paint(s: Surface) -> vec4u {
     return vec4u(
