@@ -5,8 +5,8 @@
 //! cargo run --release -p nemoral-tests --example light_sheet -- light.png [STAND...]
 //! ```
 //!
-//! Columns are stands, rows are skies. The sun stands where it does to the robot's heading,
-//! whatever way the trail goes.
+//! Columns are stands, rows are skies. The sun's azimuth is relative to the robot's heading, so
+//! that it does not depend on the trail.
 #![allow(clippy::print_stderr, reason = "progress for its user")]
 
 use std::path::PathBuf;
@@ -19,16 +19,17 @@ use nemoral_tests::config;
 
 const STANDS: [&str; 3] = ["beech", "maritime-pine", "boreal-birch-pine"];
 
-/// The frame of the presets' drive.
+/// Number of the frame of the presets' drive.
 const FRAME: u64 = 5;
 
 /// Width and height of a picture on the sheet; it is taken twice as large.
 const TILE: [usize; 2] = [480, 270];
 
-/// Between pictures, pixels.
+/// Space between pictures, pixels.
 const GAP: usize = 6;
 
-/// A name, where the sun is (degrees right of the heading, and above the horizon), and the air.
+/// A name, the sun's position (degrees right of the heading, and above the horizon), and settings
+/// of the air.
 type Sky = (&'static str, f64, f64, &'static [&'static str]);
 
 const SKIES: [Sky; 5] = [
@@ -83,7 +84,7 @@ fn main() -> Result<(), Error> {
 }
 
 fn under_all_skies(stand: &str) -> Result<Vec<Image<[u8; 3]>>, Error> {
-    // The wood is the same under every sky: what was grown for one is there for the next.
+    // The forest is the same under every sky: what was grown for one is reused for the next.
     let store = Store::unlimited();
     let shoot = |sky: &Sky, azimuth_deg: f64| {
         let (_, _, elevation_deg, air) = sky;
@@ -116,7 +117,7 @@ fn under_all_skies(stand: &str) -> Result<Vec<Image<[u8; 3]>>, Error> {
         .collect()
 }
 
-/// Four pixels to one.
+/// The image at half the resolution: each pixel is the mean of four.
 fn halved(image: &Image<[u8; 3]>) -> Image<[u8; 3]> {
     let (width, height) = (image.width() / 2, image.height() / 2);
     let mean = |i: usize| {

@@ -5,7 +5,8 @@
 //! cargo run --release -p nemoral-tests --example realism
 //! ```
 //!
-//! Stands can be named, to look at a few: then the page is printed, and nothing is written.
+//! With names of stands as arguments, only these are measured; the page is printed and nothing is
+//! written.
 
 #![allow(
     clippy::disallowed_methods,

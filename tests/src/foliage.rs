@@ -1,4 +1,4 @@
-//! Random foliage, and what physics says of rays in it: none of this is from the crates under test.
+//! Random foliage and the physics of rays in it, independent of the crates under test.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -11,14 +11,14 @@ use nemoral_scene::{
 };
 use nemoral_seed::{Draw, PhiloxRng};
 
-/// How leaves are inclined; azimuths are random.
+/// Distribution of the leaves' inclinations; azimuths are random.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inclination {
-    /// As the surface of a sphere: G is ½ in every direction.
+    /// Like the surface of a sphere: G is ½ in every direction.
     Spherical,
-    /// Flat: G is the cosine of the zenith angle.
+    /// Horizontal leaves: G is the cosine of the zenith angle.
     Horizontal,
-    /// Upright: G is 2 / π times the sine of the zenith angle.
+    /// Vertical leaves: G is 2 / π times the sine of the zenith angle.
     Vertical,
 }
 
@@ -45,15 +45,15 @@ impl Inclination {
     }
 }
 
-/// A direction, all alike.
+/// A random direction, uniform on the sphere.
 pub fn any_direction(rng: &mut PhiloxRng) -> DVec3 {
     Inclination::Spherical.normal(rng)
 }
 
-/// A leaf: a round hole-ridden picture on a square card.
+/// A leaf: a round picture with a hole on a square card.
 #[derive(Debug)]
 pub struct LeafKind {
-    /// With the leaf's material alone.
+    /// A library with only the leaf's material.
     pub materials: MaterialLibrary,
     /// The card's width, metres.
     pub card_m: f64,
@@ -113,7 +113,7 @@ impl LeafKind {
         }
     }
 
-    /// As many leaves with their centres where `place` puts them, as one shape.
+    /// As many leaves as one shape, with their centres where `place` puts them.
     ///
     /// # Panics
     /// If a place is not finite.
@@ -136,7 +136,7 @@ impl LeafKind {
         group_of(Arc::new(shape), &self.materials)
     }
 
-    /// A tile of this size with as many leaves at random in its part from the origin to `filled`.
+    /// A tile of this size with as many leaves at random places between the origin and `filled`.
     #[must_use]
     pub fn tile(
         &self,
@@ -153,8 +153,8 @@ impl LeafKind {
     }
 }
 
-/// A slab or block without edges: a tile of this size, and its copies this often to each side along
-/// each axis.
+/// A slab or block without edges: a tile of this size with this many copies to each side along each
+/// axis.
 #[must_use]
 pub fn periodic(tile: &Arc<Group>, size_m: f64, around: [i32; 3]) -> RayScene {
     let [nx, ny, nz] = around;
@@ -170,7 +170,7 @@ pub fn periodic(tile: &Arc<Group>, size_m: f64, around: [i32; 3]) -> RayScene {
     RayScene::new(groups)
 }
 
-/// A group of one shape, as it is.
+/// A group with one copy of a shape.
 fn group_of(shape: Arc<Prototype>, materials: &MaterialLibrary) -> Arc<Group> {
     let blas = Arc::new(Blas::build(Arc::clone(&shape), materials));
     let instance = InstancePlace {
@@ -182,13 +182,13 @@ fn group_of(shape: Arc<Prototype>, materials: &MaterialLibrary) -> Arc<Group> {
     Arc::new(Group::build(vec![(instance, blas)]))
 }
 
-/// The share of rays that meet nothing.
+/// The share of rays that hit nothing.
 pub fn gap_fraction(caster: &dyn RayCaster, rays: &[Ray]) -> f64 {
     let through = rays.iter().filter(|r| caster.closest_hit(r).is_none());
     through.count() as f64 / rays.len() as f64
 }
 
-/// Kolmogorov's probability that a sample from this distribution lies as far off it as this one.
+/// Kolmogorov's probability that a sample from this distribution is as far from it as this one.
 #[must_use]
 pub fn kolmogorov_smirnov(sample: &mut [f64], distribution: impl Fn(f64) -> f64) -> f64 {
     sample.sort_by(f64::total_cmp);
@@ -197,7 +197,7 @@ pub fn kolmogorov_smirnov(sample: &mut [f64], distribution: impl Fn(f64) -> f64)
         let f = distribution(x);
         most.max(f - i as f64 / n).max((i + 1) as f64 / n - f)
     });
-    // Stephens (1970): the limit law, good from n = 8 on with this argument.
+    // Stephens (1970): with this argument the limit law is good from n = 8 on.
     let x = farthest * (n.sqrt() + 0.12 + 0.11 / n.sqrt());
     let term = |k: i32| {
         let k = f64::from(k);
@@ -210,7 +210,7 @@ pub fn kolmogorov_smirnov(sample: &mut [f64], distribution: impl Fn(f64) -> f64)
 mod tests {
     use super::*;
 
-    /// Critical values of the limit law, from tables.
+    /// Critical values of the limit law are those of tables.
     #[test]
     fn kolmogorovs_law() {
         for (x, p) in [(1.2238, 0.10), (1.3581, 0.05), (1.6276, 0.01)] {

@@ -1,4 +1,4 @@
-//! The GPU that tests draw on, if there is one, and how two renderers' truths are compared.
+//! The GPU that tests draw on, if there is one, and the comparison of two renderers' truths.
 
 use std::fmt;
 use std::io::Write;
@@ -7,8 +7,9 @@ use std::sync::OnceLock;
 use nemoral_render::{Accept, Gpu};
 use nemoral_scene::{Ontology, TruthImages};
 
-/// A GPU, or what plays one. Without any the test skips itself, and says so past the harness's
-/// capture; with `NEMORAL_REQUIRE_GPU` in the environment it fails instead.
+/// A GPU, or a software renderer in its place. Without any, `None`: the test skips itself, and a
+/// message is written past the harness's capture. With `NEMORAL_REQUIRE_GPU` in the environment the
+/// test fails instead.
 ///
 /// # Panics
 /// If there is none and one is required.
@@ -22,14 +23,14 @@ pub fn gpu(test: &str) -> Option<&'static Gpu> {
                 std::env::var_os("NEMORAL_REQUIRE_GPU").is_none(),
                 "{message}"
             );
-            // The macros' output of a test that passes is swallowed; this is not.
+            // The harness captures the output of macros in tests that pass, but not this.
             let _ = std::io::stderr().write_all(message.as_bytes());
             None
         }
     }
 }
 
-/// How far two renderers agree about a picture.
+/// The agreement of two renderers about a picture.
 #[derive(Clone, Debug)]
 pub struct Agreement {
     /// Share of pixels with equal class.
@@ -39,14 +40,15 @@ pub struct Agreement {
     /// Name, pixels and share of pixels with equal class, for each class of the first picture but
     /// Background.
     pub classes: Vec<(String, usize, f64)>,
-    /// Relative difference of depth that 99 % of the pixels with equal class and instance keep.
+    /// The 99th percentile of the relative difference of depth, of pixels with equal class and
+    /// instance.
     pub depth_p99: f64,
-    /// 99 % of the normals of such pixels differ less, radians.
+    /// The 99th percentile of the angle between the normals of such pixels, radians.
     pub normal_p99_rad: f64,
 }
 
 impl Agreement {
-    /// Of two truths of one size.
+    /// Compares two truths of the same size.
     ///
     /// # Panics
     /// If the sizes differ.
@@ -92,8 +94,8 @@ impl Agreement {
         }
     }
 
-    /// Is this agreement what two right renderers of one scene show? Classes count with at least
-    /// `least` pixels.
+    /// Whether two correct renderers of one scene would agree so. Only classes with at least
+    /// `least` pixels count.
     #[must_use]
     pub fn is_right(&self, least: usize) -> bool {
         self.class >= 0.999

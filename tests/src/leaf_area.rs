@@ -1,4 +1,4 @@
-//! Leaf area from first returns, voxel by voxel, as foresters do it; and the truth beside it.
+//! Leaf area from first returns, voxel by voxel, as in forestry, with the true leaf area.
 
 use std::f64::consts::PI;
 
@@ -12,27 +12,26 @@ pub struct Voxels {
     size_m: f64,
     counts: I64Vec3,
     cells: Vec<Voxel>,
-    /// Where leaves stopped rays: the voxel, and the leaf's normal.
+    /// Stops of rays by leaves: the voxel, and the leaf's normal.
     stops: Vec<(usize, Vec3)>,
 }
 
-/// What is known of a voxel.
+/// The measurements of a voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Voxel {
     /// Rays that entered it.
     pub rays: u32,
-    /// A bit for each station that such a ray came from.
+    /// The stations that such rays came from, a bit each.
     pub stations: u8,
-    /// The rays of each station: the sum of their directions times their chords through it, as if
-    /// nothing stopped them, metres.
+    /// For each station, the sum of its rays' directions times their chords through the voxel, as
+    /// if nothing stopped them, metres.
     pub paths_m: [Vec3; 8],
-    /// The truth: leaf area in it, m².
+    /// True leaf area in the voxel, m².
     pub leaf_m2: f32,
 }
 
 impl Voxel {
-    /// The metres of rays in it that a leaf with this normal may stop: chords times the leaf's
-    /// projection, added up.
+    /// The sum of the rays' chords times the projection of a leaf with this normal, metres.
     fn projected_m(&self, normal: Vec3) -> f32 {
         let of_station = |path: &Vec3| path.dot(normal).abs();
         self.paths_m.iter().map(of_station).sum()
@@ -62,19 +61,19 @@ impl Voxels {
         inside.then_some(i as usize)
     }
 
-    /// All of them.
+    /// All voxels.
     #[must_use]
     pub fn cells(&self) -> &[Voxel] {
         &self.cells
     }
 
-    /// Leaf area of each by contact frequency, m²: stops per projected metre of the rays that
+    /// Leaf area of each voxel by contact frequency, m²: stops per projected metre of the rays that
     /// entered (Warren Wilson 1960; on voxels Hosoi and Omasa 2006).
     ///
-    /// A stop counts by how likely one was: a leaf of its normal is met once in so many metres of
-    /// all rays that came, from wherever (Horvitz and Thompson 1952). So nothing need be known of
-    /// how leaves stand, nor that those which are seen stand as the others do. Exact as long as no
-    /// ray would be stopped twice, so for voxels smaller than the gaps between leaves; in larger
+    /// Each stop is weighted by the inverse of its probability, given the leaf's normal and all
+    /// rays of all stations (Horvitz and Thompson 1952). So the estimate needs no distribution of
+    /// inclinations, nor that visible leaves are inclined like hidden ones. It is exact as long as
+    /// no ray would be stopped twice, so for voxels smaller than the gaps between leaves; in larger
     /// ones leaves hide each other.
     #[must_use]
     pub fn leaf_areas_m2(&self) -> Vec<f64> {
@@ -86,7 +85,7 @@ impl Voxels {
         areas_m2
     }
 
-    /// Adds the leaf area of a shape's cards, opaque texel by texel.
+    /// Adds the leaf area of a shape's cards, of each opaque texel to its voxel.
     ///
     /// # Panics
     /// If a card has no mask.
@@ -114,8 +113,8 @@ impl Voxels {
         }
     }
 
-    /// Adds a ray of a station, 0 to 7, that ran from outside to `end_m` and was stopped there, by
-    /// a leaf with this normal or by wood, or ran on.
+    /// Adds a ray of a station, 0 to 7, that came from outside to `end_m` and was stopped there by
+    /// a leaf with this normal or by wood, or went on.
     pub fn add_ray(
         &mut self,
         station: u32,

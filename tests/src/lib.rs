@@ -1,4 +1,4 @@
-//! What the tests of the whole share: small worlds, and the bytes of what is recorded in them.
+//! What the integration tests share: small worlds, and the bytes of recordings in them.
 
 pub mod foliage;
 pub mod gpu;
@@ -22,18 +22,18 @@ pub const STANDS: [&str; 7] = [
     "montado",
 ];
 
-/// A world with a store of its own.
+/// A world with its own store.
 #[derive(Debug)]
 pub struct World {
-    /// What was asked for.
+    /// The config of the world.
     pub config: Config,
-    /// Its plans.
+    /// The world's plans.
     pub forest: ForestPlan,
-    /// What was computed so far.
+    /// The values computed so far.
     pub store: Store,
 }
 
-/// The config of a preset with settings over it, each `key=value`.
+/// The config of a preset overridden by settings, each `key=value`.
 ///
 /// # Panics
 /// If it is refused.
@@ -48,7 +48,7 @@ pub fn config(preset: &str, settings: &[&str]) -> Config {
 }
 
 impl World {
-    /// The world of a preset with settings over it.
+    /// The world of a preset overridden by settings.
     ///
     /// # Panics
     /// If the config is refused.
@@ -69,13 +69,13 @@ impl World {
         Runner::new(self.forest.plan(), &self.store, threads)
     }
 
-    /// Drops what was computed of chunks and frames. What belongs to the world is dear and stays.
+    /// Drops the values of chunks and frames. Those of the whole world are costly and stay.
     pub fn forget(&self) {
         self.store.retain(|_, at| at == At::World);
     }
 }
 
-/// All that the sensors of a frame record, to the bit.
+/// All that the sensors record in a frame, to the bit.
 ///
 /// # Errors
 /// If the frame cannot be made.
@@ -121,7 +121,7 @@ fn scan_bytes(scan: &[LidarPoint]) -> Vec<u8> {
     bytes
 }
 
-/// The snippet of the guide's page on one's own mesh.
+/// Compiles the snippet of the guide's page on user meshes.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/guide/own-mesh.md")]
 pub struct OwnMesh;

@@ -1,5 +1,5 @@
-//! One truth for all sensors: a camera where the LiDAR is sees, at each point's exact place in its
-//! image, what the pulse hit.
+//! All sensors share one truth: at each point's exact position in its image, a camera at the
+//! LiDAR's position sees what the pulse hit.
 
 use std::sync::{Arc, LazyLock};
 
@@ -12,8 +12,8 @@ use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Intrinsics, LidarPoint, Ontology};
 use nemoral_tests::World;
 
-/// The robot stands still while it scans, its LiDAR does not err, and its camera is where the
-/// LiDAR is and sees all of it.
+/// The robot stands still while it scans, its LiDAR has no errors, and its camera is at the LiDAR's
+/// position with all points in view.
 const SETTINGS: [&str; 11] = [
     "frames=6",
     "chunks.visible_radius_m=60",
@@ -28,7 +28,7 @@ const SETTINGS: [&str; 11] = [
     "robot.speed_m_s=1e-6",
 ];
 
-/// A frame, ready to be asked.
+/// A frame with its picture and scan.
 struct Frame {
     assets: Arc<WorldAssets>,
     cameras: Arc<Vec<CameraRig>>,
@@ -65,14 +65,14 @@ fn assert_same_place(camera: &CameraRig, lidar: &LidarRig) {
     assert_eq!(a.translation_m, b.translation_m);
 }
 
-/// A point in the camera's frame, its place in the image, and what the camera sees there.
+/// A point in the camera's frame, its position in the image, and what the camera sees there.
 struct Seen {
     in_camera: DVec3,
     truth: PixelTruth,
 }
 
 impl Frame {
-    /// Looks, through a view, at the place of each point, moved by `shift` pixels.
+    /// Looks through a view at the image position of each point, moved by `shift` pixels.
     fn look<'a>(
         &'a self,
         view: &'a View,
@@ -107,7 +107,7 @@ impl Frame {
         })
     }
 
-    /// Points, and those whose class or instance the camera denies.
+    /// Number of points, and of those for which the camera sees another class or instance.
     fn label_errors(&self, shift: DVec2) -> (usize, usize) {
         let ontology = Ontology::paper();
         let denied = |(point, seen): &(&LidarPoint, Seen)| {
@@ -119,7 +119,7 @@ impl Frame {
     }
 }
 
-/// Sums over all frames.
+/// The sums of label errors over all frames.
 fn label_errors(shift: DVec2) -> (usize, usize) {
     let sum = |a: (usize, usize), b: (usize, usize)| (a.0 + b.0, a.1 + b.1);
     let each = FRAMES.iter().map(|frame| frame.label_errors(shift));
@@ -158,7 +158,7 @@ fn a_camera_at_the_lidar_sees_what_the_pulses_hit() {
     for class in ontology.classes() {
         println!("  {:<12}{:>8}", class.name, points[usize::from(class.id)]);
     }
-    // It is a wood: ground, stems, leaves and low plants are all in view.
+    // Ground, stems, leaves and low plants are all in view.
     assert!(all >= 120_000, "{all}");
     for class in [1, 2, 3, 4, 6] {
         assert!(points[class] >= 100, "class {class}: {}", points[class]);
@@ -191,7 +191,7 @@ fn a_pose_five_centimetres_off_is_noticed() {
         let middle = values.len() / 2;
         *values.select_nth_unstable_by(middle, f64::total_cmp).1
     };
-    // Depth that the camera sees less the point's, on surfaces that face the sensor.
+    // The residuals are the camera's depths less the points', on surfaces that face the sensor.
     let residuals = |forward_m: f64| -> Vec<f64> {
         let mut residuals = Vec::new();
         for frame in &*FRAMES {
@@ -200,7 +200,7 @@ fn a_pose_five_centimetres_off_is_noticed() {
             view.scene_from_camera.translation_m += forward * forward_m;
             for (point, seen) in frame.look(&view, DVec2::ZERO) {
                 let residual = f64::from(seen.truth.depth_m) - seen.in_camera.z;
-                // Half a metre: the camera sees past the point.
+                // From half a metre on, the camera sees past the point.
                 if point.incidence_cos >= 0.9 && residual.abs() < 0.5 {
                     residuals.push(residual);
                 }

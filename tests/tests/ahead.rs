@@ -1,4 +1,4 @@
-//! A GPU draws a frame while the one before comes back and is scanned: no byte knows of it.
+//! A GPU draws a frame while the previous one is read back and scanned, and this changes no byte.
 
 #![allow(
     clippy::disallowed_methods,
@@ -64,7 +64,8 @@ fn frames_drawn_ahead_are_those_drawn_in_turn() {
         generate(&request, &notes, &AtomicBool::new(false)).expect("a data set");
     };
     make(&[0, 1, 3], "ahead", OpenMode::Fresh);
-    // What has no next one is drawn alone; what is there is not drawn again.
+    // A frame without a next one is drawn alone; a frame that is already recorded is not drawn
+    // again.
     make(&[3], "in-turn", OpenMode::Fresh);
     make(&[3, 1], "in-turn", OpenMode::Resume);
     for frame in [1, 3] {

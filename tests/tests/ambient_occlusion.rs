@@ -1,4 +1,4 @@
-//! The ambient occlusion within low plants, against light that is followed ray by ray.
+//! The ambient occlusion within low plants, compared with path-traced light.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::Arc;
@@ -16,16 +16,16 @@ use nemoral_scene::{
 };
 use nemoral_seed::Key;
 
-/// Of the pictures, pixels.
+/// Width of the pictures, pixels.
 const WIDTH: usize = 160;
 
 const SOIL: &str = "soil of this test";
 
-/// What the ground reflects.
+/// Reflectance of the ground.
 const GROUND: f32 = 0.15;
 
-/// Plants in rows, a metre and a half apart, on open level ground: a forest of shapes as they are,
-/// or without what is known of the light between their parts.
+/// Plants in rows, 1.5 m apart, on open level ground, with the ambient occlusion of their shapes,
+/// or without.
 fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> RayScene {
     let soil = materials
         .materials()
@@ -73,7 +73,7 @@ fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> 
     RayScene::new(vec![(Vec3::ZERO, Arc::new(Group::build(instances)))])
 }
 
-/// From a man's height, down at the plants.
+/// A view down at the plants from eye level.
 fn view() -> View {
     let intrinsics = Intrinsics::from_fov(WIDTH as u32, 96, 1.1).expect("valid");
     let eye = DVec3::new(-1.8, 0.0, 1.5);
@@ -124,15 +124,15 @@ fn picture(forest: &RayScene, materials: &MaterialLibrary, samples: u32, bounces
         .collect()
 }
 
-/// The light of places with so much ambient occlusion, summed.
+/// Sums of the light of places in a range of ambient occlusion.
 #[derive(Default)]
 struct Part {
     pixels: usize,
-    /// The quick light, the same without what is known of near parts, and followed light.
+    /// The quick light, the same without the occlusion by near parts, and the path-traced light.
     light: [f64; 3],
 }
 
-/// The share of ambient light that parts dark places from light ones.
+/// The share of ambient light that separates dark places from light ones.
 const DARK: f32 = 0.7;
 
 #[test]
@@ -180,7 +180,8 @@ fn low_plants_are_dark_within_as_followed_light_has_it() {
         for ratio in [dark[0], light[0]] {
             assert!((0.85..1.35).contains(&ratio), "{name}: {ratio:.2}");
         }
-        // The dark is as much darker than the light, which it is not by itself.
+        // Dark places have the right brightness relative to light ones, but not without the
+        // occlusion.
         let [right, wrong] = [0, 1].map(|i| dark[i] / light[i]);
         assert!((0.85..1.15).contains(&right), "{name}: {right:.2}");
         assert!(wrong > 1.2, "{name}: {wrong:.2}");

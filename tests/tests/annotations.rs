@@ -1,5 +1,5 @@
-//! Further truth, found a second time by walking each ray through the whole scene, surface after
-//! surface: nothing is taken away there, so what was taken away before was the right thing.
+//! Further truth, compared with a walk of each ray through the whole scene, surface by surface,
+//! which removes nothing from the scene as the faster computation does.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, LazyLock};
@@ -70,7 +70,7 @@ impl Seen {
             .semantic
     }
 
-    /// Every surface on a ray, the nearest first, until `stop` says it is enough.
+    /// Visits every surface on a ray, the nearest first, until `stop` is true.
     fn walk(&self, mut ray: Ray, mut stop: impl FnMut(&Hit) -> bool) {
         while let Some(hit) = self.scene.caster.closest_hit(&ray) {
             if stop(&hit) {
@@ -144,7 +144,7 @@ fn flow_leads_to_the_same_surface_in_the_next_frame() {
             outside += 1;
             continue;
         }
-        // How far the place is from the next camera, by the ray's own direction.
+        // This is the distance of the place from the next camera along the ray's direction.
         let ray = seen.view.ray(centre((x, y)), range_m());
         let slant = seen.view.intrinsics.direction(centre((x, y))).z as f32;
         let place = ray.at(depth_m / slant).as_dvec3();
@@ -163,7 +163,8 @@ fn flow_leads_to_the_same_surface_in_the_next_frame() {
     }
     println!("flow: {shown} shown, {hidden} hidden, {outside} outside, {wrong} doubtful");
     assert!(shown > 3000 && hidden > 100 && outside > 100);
-    // Leaves on edge, and grazing ground, within the tolerances of both.
+    // Some differ within the tolerances of both computations, at leaves on edge and at grazing
+    // ground.
     assert!(wrong * 200 < shown + hidden, "{wrong}");
 }
 
@@ -205,7 +206,8 @@ fn boxes_hold_what_their_things_cover() {
         entry.0 += 1;
         entry.1 = entry.1.with(x as u32, y as u32);
     };
-    // Each thing's nearest and farthest corner, in multiples of its box's half.
+    // The farthest point of each object from the middle of its box, in multiples of the box's half
+    // size.
     let mut corners: BTreeMap<ObjectId, f64> = BTreeMap::new();
     let of_box: BTreeMap<ObjectId, _> = boxes.iter().map(|b| (b.object, b)).collect();
     let camera_from_scene = seen.view.scene_from_camera.inverse();
@@ -238,7 +240,7 @@ fn boxes_hold_what_their_things_cover() {
         let of_visible = b.visible.map(|v| (b.visible_px, v));
         assert_eq!(visible.get(&id).copied(), of_visible, "{b:?}");
         assert!((0.0..=1.0).contains(&b.visible_fraction()));
-        // Every surface point lies in the box, and things are not lost in theirs.
+        // Every surface point lies in the box, and boxes are not too large.
         assert!(corners[&id] < 1.0 + 1e-3, "{} {b:?}", corners[&id]);
         assert!(
             b.whole_px < 40 || corners[&id] > 0.5,
@@ -248,7 +250,7 @@ fn boxes_hold_what_their_things_cover() {
         half_hidden += usize::from(b.visible_fraction() < 0.5);
         unseen += usize::from(b.visible_px == 0);
     }
-    // All that is near enough has one.
+    // Every object that is near enough has a box.
     let eye = seen.view.scene_from_camera.translation_m + seen.scene.origin_m;
     let runner = WORLD.runner(2);
     let mut near = 0;

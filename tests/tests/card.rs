@@ -17,7 +17,7 @@ use nemoral_scene::{
 };
 use nemoral_seed::Key;
 
-/// What a camera sees that looks at the card's face.
+/// The picture of a camera that looks at the card's face.
 const FACE: [&str; 9] = [
     ".........",
     ".FFFFF...",
@@ -30,7 +30,7 @@ const FACE: [&str; 9] = [
     ".........",
 ];
 
-/// A pixel of the picture, and a texel of the card, at the card's distance.
+/// Size of a pixel of the picture, and of a texel of the card, at the card's distance.
 const TEXEL_M: f64 = 0.1;
 const DISTANCE_M: f64 = 5.0;
 
@@ -63,7 +63,7 @@ fn as_card(ink: MaterialId) -> (Mesh, Vec<Card>) {
     (Mesh::default(), vec![card])
 }
 
-/// The same from two triangles with the card's texture coordinates.
+/// The same letter on two triangles with the card's texture coordinates.
 fn as_triangles(ink: MaterialId) -> (Mesh, Vec<Card>) {
     let (_, cards) = as_card(ink);
     let triangle = |corners| Triangle {
@@ -82,12 +82,12 @@ fn as_triangles(ink: MaterialId) -> (Mesh, Vec<Card>) {
     (mesh, Vec::new())
 }
 
-/// The letter stands before a sensor at the origin that looks east, where [`FACE`] has it.
+/// Places the letter in front of a sensor at the origin that looks east, where [`FACE`] has it.
 fn groups((mesh, cards): (Mesh, Vec<Card>), library: &MaterialLibrary) -> Vec<(Vec3, Arc<Group>)> {
     let shape = Prototype::new("F", mesh, cards, library).expect("a sound shape");
     let blas = Arc::new(Blas::build(Arc::new(shape), library));
     let instance = InstancePlace {
-        // Its foot's left end is the lower left corner of the picture's pixel (1, 7).
+        // The left end of the letter's foot is the lower left corner of the picture's pixel (1, 7).
         position_m: DVec3::new(DISTANCE_M, 3.5 * TEXEL_M, -3.5 * TEXEL_M).as_vec3() - OFFSET,
         linear: Mat3::from_rotation_z(-FRAC_PI_2),
         object: ObjectId::new(ChunkCoord::new(3, -2), 9).expect("in range"),
@@ -96,7 +96,7 @@ fn groups((mesh, cards): (Mesh, Vec<Card>), library: &MaterialLibrary) -> Vec<(V
     vec![(OFFSET, Arc::new(Group::build(vec![(instance, blas)])))]
 }
 
-/// Where the chunk of the card lies in the scene.
+/// Position of the card's chunk in the scene.
 const OFFSET: Vec3 = Vec3::new(50.0, -50.0, 0.0);
 
 fn intrinsics() -> Intrinsics {
@@ -112,7 +112,7 @@ fn intrinsics() -> Intrinsics {
     }
 }
 
-/// The sensor looks at the face, or from as far behind at the back.
+/// Poses of the sensor: it looks at the face, or from the same distance at the back.
 fn bodies() -> [RigidTransform; 2] {
     let behind = DVec3::new(2.0 * DISTANCE_M, 0.0, 0.0);
     [
@@ -150,7 +150,7 @@ impl ScanPattern for Raster {
     }
 }
 
-/// What a caster, and both sensors through it, see of the letter.
+/// The pictures of the letter by a caster and by both sensors with it.
 fn pictures(
     caster: &dyn RayCaster,
     materials: &MaterialLibrary,

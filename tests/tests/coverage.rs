@@ -1,5 +1,5 @@
-//! Leaves cover as much of a picture far off as they do near by, and in the same colour: one mask
-//! decides every ray, whatever the distance, and colours alone have mips.
+//! Distant leaves cover as much of a picture as near ones, in the same colour: every ray is decided
+//! by the same mask at any distance, and only colours have mips.
 
 use std::sync::{Arc, LazyLock};
 
@@ -16,12 +16,12 @@ use nemoral_scene::{
 };
 use nemoral_seed::{Draw, Key};
 
-/// A pixel is a few texels of a card, and a quarter of the card.
+/// Distances at which a pixel is some texels of a card, and a quarter of the card.
 const DISTANCES_M: [f64; 2] = [5.0, 80.0];
 const PIXELS: u32 = 256;
 const HALF_VIEW_DEG: f64 = 10.0;
 
-/// Rec. 709.
+/// Weights of luminance by Rec. 709.
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
@@ -37,7 +37,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     Library::grow(&params, Key::world(3)).expect("valid")
 });
 
-/// A picture of a species' twigs, and its size on the species' tree, metres.
+/// The material of a species' twigs, and the size of its cards on the species' tree, metres.
 fn twig(species: &str) -> (MaterialId, [f32; 2]) {
     let tree = LIBRARY.trees.iter().find(|t| t.species == species);
     let card = tree.expect("one of each").prototype.cards()[0];
@@ -45,15 +45,15 @@ fn twig(species: &str) -> (MaterialId, [f32; 2]) {
     (card.material, size)
 }
 
-/// What a camera sees of a wall of as many cards as its view holds, whole ones, in even light.
+/// A picture of a wall of whole cards, as many as fit into the view, in even light.
 fn seen(
     (material, [width, height]): (MaterialId, [f32; 2]),
     materials: &MaterialLibrary,
     distance_m: f64,
 ) -> CameraImages {
     let view_m = 2.0 * (distance_m * HALF_VIEW_DEG.to_radians().tan()) as f32;
-    // Room for each to stand anywhere by a quarter of its side: in step with the pixels they would
-    // beat.
+    // Each card is displaced at random by up to a quarter of its side, as a regular grid would beat
+    // with the pixels.
     let cell = [width, height].map(|side| 1.25 * side);
     let [columns, rows] = cell.map(|side| (0.99 * view_m / side).floor());
     let low = Vec3::new(
@@ -97,7 +97,7 @@ fn seen(
         .expect("renders")
 }
 
-/// The pixels that show leaves, and their mean luminance.
+/// The number of pixels that show leaves, and their mean luminance.
 fn leaves(images: &CameraImages) -> (f64, f64) {
     let light = images.linear.as_ref().expect("asked for");
     let shown = images.truth.semantic.pixels().iter().zip(light.pixels());
@@ -109,7 +109,7 @@ fn leaves(images: &CameraImages) -> (f64, f64) {
     (count, sum / count)
 }
 
-/// How bright the air is before what has no light of its own.
+/// The brightness of the air before something black.
 fn air(distance_m: f64) -> f64 {
     let mut materials = MaterialLibrary::new();
     let black = materials.add(Material::plain("black", Semantic::Leaf, Vec3::ZERO));
@@ -139,7 +139,7 @@ fn leaves_cover_as_much_far_off_as_near_by_in_the_same_colour() {
         let mask = mask.expect("leaves are cut out").opaque_fraction();
         println!("{species}: {mask:.4}, share and luminance {near:.4?} near by, {far:.4?} far off");
         for (distance_m, (share, _)) in DISTANCES_M.into_iter().zip([near, far]) {
-            // A deviation of chance is 1 % where leaves are few.
+            // The standard deviation by chance is 1 % where leaves are few.
             assert!(
                 (share / mask - 1.0).abs() < 0.04,
                 "{species} covers {share:.4} at {distance_m} m, its mask {mask:.4}"

@@ -1,4 +1,4 @@
-//! The light of a real wood, where crowns hide most of the sky, is the same by both renderers.
+//! Both renderers give the same light in a forest whose crowns hide most of the sky.
 
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::{Runner, Store};
@@ -10,18 +10,19 @@ use nemoral_tests::config;
 use nemoral_tests::gpu::gpu;
 use nemoral_tests::realism::luminance_of_light;
 
-/// A class must have so many pixels to be judged.
+/// Least number of pixels of a class that is compared.
 const LEAST: usize = 300;
-/// How far the mean light of a class may be apart, relative, at one sample in each pixel's middle.
-/// Measured, of oaks and of spruces, in the sun and under clouds: at most 1.0 % (low plants in the
-/// sun: shadow maps blur what blades cast), 0.4 % and less for most classes. Without crowns before
-/// the sky each class but the sky would have 5.8 % more at least.
+/// Greatest relative difference of the mean light of a class, at one sample in each pixel's middle.
+/// Oaks and spruces, in the sun and under clouds, were measured to differ by at most 1.0 % (low
+/// plants in the sun, as shadow maps blur the shadows of blades), and by 0.4 % or less for most
+/// classes. Without crowns before the sky, each class but the sky would have at least 5.8 % more
+/// light.
 const MOST: f64 = 0.02;
-/// The same at four samples of each pixel. Measured: 3.5 % (canopy and shrubs: a GPU shades a leaf
-/// once a pixel, and lets through what its coverage leaves).
+/// The same at four samples of each pixel. It was measured to be 3.5 % (canopy and shrubs, as a GPU
+/// shades a leaf once per pixel and lets through what its coverage leaves).
 const MOST_OF_FOUR: f64 = 0.05;
 
-/// By how much the second picture's light is more, relative, in the mean over each class's pixels.
+/// The relative difference of the second picture's mean light from the first's, by class.
 fn differences(a: &CameraImages, b: &CameraImages) -> Vec<(String, f64)> {
     let ontology = Ontology::paper();
     let class = |i: &CameraImages, at: usize| ontology.class(i.truth.semantic.pixels()[at]).id;
@@ -40,7 +41,7 @@ fn differences(a: &CameraImages, b: &CameraImages) -> Vec<(String, f64)> {
 }
 
 #[test]
-fn a_wood_is_as_light_by_both_renderers() {
+fn a_forest_is_as_light_by_both_renderers() {
     if gpu("light under crowns").is_none() {
         return;
     }
@@ -57,7 +58,7 @@ fn a_wood_is_as_light_by_both_renderers() {
         ];
         config("oak-mixed", &settings)
     };
-    // The wood is the same: it is grown once.
+    // The forest is the same, so it is grown once.
     let store = Store::unlimited();
     let plan = |choice, config: &Config| {
         let (backend, _) = Backend::for_config(choice, config).expect("a renderer");
@@ -84,11 +85,11 @@ fn a_wood_is_as_light_by_both_renderers() {
     let (cpu, cast, drawn) = pair("camera.edge_samples=1");
     let apart = differences(&cast, &drawn);
     println!("{apart:?}");
-    assert!(apart.len() >= 6, "sky and a wood: {apart:?}");
+    assert!(apart.len() >= 6, "sky and a forest: {apart:?}");
     assert!(apart.iter().all(|(_, d)| d.abs() < MOST), "{apart:?}");
     assert!((cast.ev100 - drawn.ev100).abs() < 0.02);
 
-    // A renderer that forgets the crowns is found out, by all classes but the sky itself.
+    // A renderer that ignores the crowns is detected by all classes but the sky itself.
     let runner = Runner::new(cpu.plan(), &store, 2);
     let rig = &runner.get(cpu.cameras, ()).expect("cameras")[0];
     let scene = runner.get(cpu.scene, 0).expect("a scene");

@@ -8,7 +8,7 @@ use nemoral_tests::realism::ranges::{DBH_BIAS_M, DBH_RMSE_M};
 use nemoral_tests::realism::{STATIONS, ScannedDiameters};
 use nemoral_tests::{STANDS, config};
 
-/// Four scans of a wood that is quickly grown.
+/// Settings for four scans of a forest that grows quickly.
 const SMALL: [&str; 7] = [
     "assets.individuals=3",
     "chunks.undergrowth_radius_m=0",
@@ -22,7 +22,8 @@ const SMALL: [&str; 7] = [
 fn scanned(preset: &str, store: &Store, settings: &[&str]) -> ScannedDiameters {
     let config = config(preset, &[&STATIONS[..], settings].concat());
     let forest = ForestPlan::new(&config).unwrap_or_else(|e| panic!("{e}"));
-    // Keys tell values apart: what does not depend on the settings is made once.
+    // The keys in the store include the settings that matter, so that what does not depend on them
+    // is computed once.
     let runner = Runner::new(forest.plan(), store, 2);
     let found = ScannedDiameters::of(&forest, &config, &runner);
     println!(
@@ -45,8 +46,8 @@ fn is_sound(found: &ScannedDiameters) {
     assert!(within(DBH_BIAS_M, found.bias_m()), "{found:?}");
 }
 
-/// In two woods; and not with a scanner whose range errs, nor with one whose beam is wide: at a
-/// stem's border it averages the stem and what is behind it.
+/// A circle gives the diameter in two forests, but not with range errors, nor with a wide beam,
+/// which at a stem's border averages the stem and what is behind it.
 #[test]
 fn a_circle_in_a_slice_gives_the_diameter() {
     let store = Store::unlimited();

@@ -26,7 +26,7 @@ fn collect(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
         let path = entry.expect("a readable entry").path();
         let name = path.file_name().expect("a name").to_string_lossy();
         if path.is_dir() {
-            // What is built, and what is no part of the repository.
+            // Build outputs and files outside of the repository are left out.
             let is_ours = !["target", ".git", "corpus", "artifacts"].contains(&&*name)
                 && !name.starts_with("nemoral-out");
             if is_ours {
@@ -87,7 +87,7 @@ fn targets(line: &str) -> Vec<String> {
     inline.chain(html).map(str::to_owned).collect()
 }
 
-/// A heading's text with its links and marks taken away.
+/// A heading's text without its links and marks.
 fn plain(heading: &str) -> String {
     let mut text = String::new();
     let mut rest = heading;
@@ -122,7 +122,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
     anchors
 }
 
-/// A path below the root without `.` and `..`; nothing if it leaves the repository.
+/// A path below the root without `.` and `..`; `None` if it leaves the repository.
 fn normal(path: &Path) -> Option<PathBuf> {
     let mut normal = PathBuf::new();
     for part in path.components() {
@@ -136,7 +136,7 @@ fn normal(path: &Path) -> Option<PathBuf> {
     Some(normal)
 }
 
-/// What is wrong with a link of a page.
+/// The fault of a link of a page, if it has one.
 fn fault(pages: &BTreeMap<String, String>, page: &str, target: &str) -> Option<String> {
     if target.contains("://") || target.starts_with("mailto:") {
         return None;

@@ -1,5 +1,5 @@
-//! A GPU camera that drives from chunk to chunk: what is left behind goes, what comes is uploaded,
-//! and no picture shows that something else was there before.
+//! A GPU camera that drives from chunk to chunk: old chunks are evicted, new ones are uploaded, and
+//! no picture depends on what was in memory before.
 
 use nemoral_pipeline::ChunkManager;
 use nemoral_pipeline::config::Config;
@@ -9,26 +9,26 @@ use nemoral_render::{CameraImages, GpuMemory};
 use nemoral_tests::config;
 use nemoral_tests::gpu::gpu;
 
-/// Back towards the start; no two have a chunk in common.
+/// Frames in descending order. No two have a chunk in common.
 const FRAMES: [u64; 3] = [2, 1, 0];
 const AMPLE_MIB: u32 = 4096;
 
-/// A wood, and what was grown of it.
-struct Wood {
+/// A forest and its computed values.
+struct Forest {
     config: Config,
     backend: Backend,
     store: Store,
 }
 
-/// What a drive leaves: the last picture, and the camera's memory after each frame.
+/// The results of a drive: the last picture, and the camera's memory after each frame.
 struct Driven {
     last: CameraImages,
     memory: Vec<GpuMemory>,
 }
 
-impl Wood {
-    /// Takes frames with a new camera. After each the chunk manager deletes what is farther away
-    /// than this.
+impl Forest {
+    /// Takes frames with a new camera. After each frame the chunk manager deletes chunks farther
+    /// away than `delete_radius_m`.
     fn drive(&self, frames: &[u64], memory_mib: u32, delete_radius_m: f64) -> Driven {
         let backend = self.backend.clone().with_gpu_memory(memory_mib);
         let forest = ForestPlan::on(&self.config, backend).expect("a plan");
@@ -64,7 +64,8 @@ fn chunks_come_and_go_without_a_trace() {
     if gpu("chunks that come and go").is_none() {
         return;
     }
-    // What is in memory is ground, some megabytes a chunk; trees are few and the same everywhere.
+    // The memory holds mostly ground, some megabytes per chunk; trees are few and the same
+    // everywhere.
     let settings = [
         "frames=3",
         "placement.trees=4",
@@ -81,13 +82,13 @@ fn chunks_come_and_go_without_a_trace() {
     ];
     let config = config("demo", &settings);
     let (backend, _) = Backend::for_config(BackendChoice::Gpu, &config).expect("a GPU");
-    let wood = Wood {
+    let forest = Forest {
         config,
         backend,
         store: Store::unlimited(),
     };
     let drive = |what: &str, frames: &[u64], memory_mib, delete_radius_m| {
-        let driven = wood.drive(frames, memory_mib, delete_radius_m);
+        let driven = forest.drive(frames, memory_mib, delete_radius_m);
         println!("{what}: {:?}", driven.memory);
         let is_bounded = |m: &GpuMemory| m.bytes <= m.limit_bytes;
         assert!(driven.memory.iter().all(is_bounded));
@@ -96,12 +97,12 @@ fn chunks_come_and_go_without_a_trace() {
     let evicted = |driven: &Driven| driven.memory[driven.memory.len() - 1].evicted;
 
     let fresh = drive("a fresh camera", &[0], AMPLE_MIB, 1000.0);
-    // Chunks that the manager deletes leave the GPU by themselves: nobody has to make room …
+    // Chunks that the manager deletes leave the GPU without any need for room.
     let deleted = drive("chunks deleted", &FRAMES, AMPLE_MIB, 20.0);
     assert!(deleted.last == fresh.last);
     assert_eq!(evicted(&deleted), 0);
-    // … in so much, and half a page for what a picture borrows, in which those that it keeps have
-    // to.
+    // The most memory used so far, and half a page for temporary buffers of a picture, is the limit
+    // for drives in which the manager keeps chunks.
     let most = deleted.memory.iter().map(|m| m.bytes).max();
     let little_mib = (most.expect("a frame") >> 20) as u32 + 8;
     let kept = drive("chunks kept, little memory", &FRAMES, little_mib, 1000.0);

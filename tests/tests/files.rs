@@ -1,4 +1,4 @@
-//! What `check` says of a recorded wood, from its files alone; and that it notices when they lie.
+//! `check` on recorded forests: it accepts them by their files alone, and rejects altered files.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -47,8 +47,8 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
     folder
 }
 
-/// Data sets of a drive along a trail, with pictures of an ordinary size and with tiny ones, of
-/// which fewer points are comparable.
+/// Data sets of a drive along a trail, with pictures of a usual size and with tiny ones, in which
+/// fewer points are comparable.
 static RECORDED: LazyLock<[TempDir; 2]> = LazyLock::new(|| {
     [["1280", "720", "30000"], ["160", "96", "150000"]].map(|[width, height, pulses]| {
         let settings = [
@@ -68,7 +68,7 @@ fn recorded() -> [PathBuf; 2] {
         .map(|folder| folder.path().join("recorded"))
 }
 
-/// The agreement that a data set of any renderer must show.
+/// Asserts the agreement that a data set of any renderer must have.
 fn assert_agrees(report: &CheckReport) {
     assert!(report.problems.is_empty(), "{:?}", report.problems);
     let agreement = &report.agreement;
@@ -82,7 +82,7 @@ fn assert_agrees(report: &CheckReport) {
         assert!(share >= 0.95, "{}: {share}", class.name);
         judged += 1;
     }
-    assert!(judged >= 4, "a wood has more than {judged} classes");
+    assert!(judged >= 4, "a forest has more than {judged} classes");
     for residual in [&agreement.same_frame, &agreement.next_frame] {
         let median_m = residual.median_m().expect("surfaces that face the sensor");
         assert!(median_m.abs() < 0.01, "{median_m}");
@@ -91,7 +91,7 @@ fn assert_agrees(report: &CheckReport) {
 }
 
 #[test]
-fn a_recorded_wood_agrees_with_itself() {
+fn a_recorded_forest_agrees_with_itself() {
     for recorded in recorded() {
         let report = check(&recorded).expect("a data set");
         println!("{report}");
@@ -99,17 +99,17 @@ fn a_recorded_wood_agrees_with_itself() {
     }
 }
 
-/// What a GPU draws fits what the processor scans, in a stand of a preset: class, instance and
-/// depth, and flow, trunks and boxes, which the processor casts for pictures that it did not take.
+/// Pictures by a GPU agree with scans by the processor, in a stand of a preset: class, instance and
+/// depth, and flow, trunks and boxes, which the processor casts for the GPU's pictures.
 #[test]
-fn a_wood_drawn_by_a_gpu_agrees_with_its_scans() {
+fn a_forest_drawn_by_a_gpu_agrees_with_its_scans() {
     if gpu("a data set drawn by a GPU").is_none() {
         return;
     }
     let settings = [
         "frames=2",
         "assets.individuals=1",
-        // Software draws every vertex of what is visible.
+        // A software renderer is slow, as it processes every vertex of what is visible.
         "chunks.visible_radius_m=30",
         "chunks.undergrowth_radius_m=15",
         "camera.width_px=480",
@@ -145,10 +145,10 @@ fn a_wood_drawn_by_a_gpu_agrees_with_its_scans() {
     assert!(!labels.failures().is_empty());
 }
 
-/// How a copy of the data set lies.
+/// The alteration of a copy of the data set.
 #[derive(Clone, Copy)]
 enum Lie {
-    /// Not at all.
+    /// No alteration.
     None,
     /// Classes and instances lie one pixel to the right of the rest.
     Labels,
@@ -167,7 +167,7 @@ fn shifted<T: Clone>(image: &Image<T>, columns: usize) -> Image<T> {
     Image::new(width, height, (0..width * height).map(pixel).collect())
 }
 
-/// Writes a copy that lies, of what every camera writes, and asks `check`.
+/// Writes a copy with every camera's files altered, and runs `check` on it.
 fn told(recorded: &Path, lie: Lie) -> Agreement {
     let folder = TempDir::new().expect("a temporary folder");
     let dataset = Dataset::open(recorded).expect("a data set");
@@ -176,7 +176,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         camera.annotations = AnnotationKinds::default();
     }
     let ontology: &Ontology = &header.ontology;
-    // A surface of each class, and the thing of each image id.
+    // These map class numbers to semantics, and image ids to objects.
     let semantics: HashMap<u8, Semantic> = Semantic::ALL
         .iter()
         .map(|s| (ontology.class(*s).id, *s))
@@ -239,7 +239,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         .finish(&tables, &[Track { sequence: 0, poses }])
         .expect("a data set");
     let report = check(folder.path()).expect("a data set");
-    // Labels that do not fit their depths are noticed even without a LiDAR.
+    // Labels that do not match their depths are detected even without a LiDAR.
     let fits = !matches!(lie, Lie::Labels);
     assert_eq!(report.problems.is_empty(), fits, "{:?}", report.problems);
     report.agreement
@@ -264,7 +264,7 @@ fn lies_are_noticed_from_the_files_alone() {
             residual(&poses),
             poses.next_frame.points()
         );
-        // The copy says what the original says.
+        // An unaltered copy gives the same agreement as the original.
         let original = check(&recorded).expect("a data set").agreement;
         assert_eq!(original.classes, honest.classes);
         assert!(honest.failures().is_empty());

@@ -1,5 +1,5 @@
-//! Rays through foliage obey physics: gap fractions and free paths of random leaves in closed form,
-//! and the cards of the library one by one.
+//! Rays through foliage obey physics: gap fractions and free paths of random leaves have their
+//! closed forms, and each card of the library lets through what its mask leaves open.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use nemoral_tests::foliage::{
 };
 use rayon::prelude::*;
 
-/// Where leaves project alike whatever their inclinations.
+/// The zenith angle at which the projection of leaves hardly depends on their inclination.
 const HINGE_DEG: f64 = 57.5;
 const SEEDS: u64 = 8;
 const RAYS: usize = 8_000;
@@ -23,7 +23,7 @@ fn ray(origin: DVec3, direction: DVec3) -> Ray {
     Ray::new(origin.as_vec3(), direction.as_vec3())
 }
 
-/// The gap fraction of a slab along a zenith angle, over all seeds.
+/// The gap fraction of a slab along a zenith angle, as the mean over all seeds.
 fn slab(leaf: &LeafKind, inclination: Inclination, index: f64, zenith_deg: f64) -> f64 {
     const SIDE_M: f64 = 6.0;
     const HEIGHT_M: f64 = 3.0;
@@ -33,7 +33,7 @@ fn slab(leaf: &LeafKind, inclination: Inclination, index: f64, zenith_deg: f64) 
         let mut rng = Key::world(seed).rng();
         let size = DVec3::new(SIDE_M, SIDE_M, HEIGHT_M);
         let tile = leaf.tile(size, leaves, inclination, &mut rng);
-        // A ray leaves its tile, sideways, for the next one's copy.
+        // A ray that leaves its tile sideways enters a copy of it.
         let forest = periodic(&tile, SIDE_M, [1, 1, 0]);
         let rays: Vec<Ray> = (0..RAYS)
             .map(|_| {
@@ -49,7 +49,7 @@ fn slab(leaf: &LeafKind, inclination: Inclination, index: f64, zenith_deg: f64) 
     gaps.sum::<f64>() / SEEDS as f64
 }
 
-/// P = exp(−G · LAI / cos θ): at nadir, and at the hinge, where the same holds for all
+/// P = exp(−G · LAI / cos θ), at nadir, and at the hinge, where it is the same for all
 /// inclinations.
 #[test]
 fn the_gap_fraction_of_a_slab_is_beers() {
@@ -75,7 +75,7 @@ fn the_gap_fraction_of_a_slab_is_beers() {
             "{inclination:?} LAI {index} at {zenith_deg}°: {gap} {law}"
         );
         if inclination == Spherical {
-            // Were the picture's holes leaf, or its round shape square, it would show.
+            // The test would detect leaves without their holes, and square ones.
             let filled = (-g * index / leaf.opaque() / zenith.cos()).exp();
             assert!((gap - filled).abs() > 0.02, "{gap} {filled}");
         }
@@ -90,7 +90,7 @@ fn the_gap_fraction_of_a_round_crown_is_known() {
     for (index, table) in [(1.0, 0.6164), (3.0, 0.2597)] {
         let k = 0.75 * index;
         let law = 2.0 * (1.0 - (1.0 + k) * f64::exp(-k)) / (k * k);
-        // The table's index: leaf area over the crown's disc.
+        // The index is leaf area over the area of the crown's disc.
         let leaves = (index * PI * RADIUS_M * RADIUS_M / leaf.area_m2()).round() as usize;
         let gaps = (0..SEEDS).into_par_iter().map(|seed| {
             let mut rng = Key::world(seed).rng();
@@ -98,7 +98,7 @@ fn the_gap_fraction_of_a_round_crown_is_known() {
                 |rng: &mut PhiloxRng| any_direction(rng) * RADIUS_M * rng.unit_f64().cbrt();
             let crown = leaf.group(leaves, Inclination::Spherical, in_ball, &mut rng);
             let forest = RayScene::new(vec![(Vec3::ZERO, crown)]);
-            // From a side of its own for each seed.
+            // Each seed has its own direction.
             let ahead = any_direction(&mut rng);
             let (a, b) = ahead.any_orthonormal_pair();
             let rays: Vec<Ray> = (0..RAYS)
@@ -117,8 +117,8 @@ fn the_gap_fraction_of_a_round_crown_is_known() {
     }
 }
 
-/// Distances from anywhere, anywhere, to the first leaf, in a block without edges whose leaves fill
-/// it, or are all in a quarter of each tile.
+/// Distances from random places in random directions to the first leaf, in a block without edges
+/// whose leaves fill it, or are all in a quarter of each tile.
 fn first_hits_m(leaf: &LeafKind, density: f64, clumped: bool) -> Vec<f64> {
     const SIDE_M: f64 = 5.0;
     let leaves = (density * SIDE_M.powi(3) / leaf.area_m2()).round() as usize;
@@ -138,7 +138,7 @@ fn first_hits_m(leaf: &LeafKind, density: f64, clumped: bool) -> Vec<f64> {
     (0..SEEDS).into_par_iter().flat_map_iter(of_seed).collect()
 }
 
-/// The mean free path is 1 / (G u), and so is the whole law; it is not where cards count as leaves,
+/// The free path is exponential with the mean 1 / (G u), but not where whole cards count as leaves,
 /// or where leaves are clumped.
 #[test]
 fn first_hits_in_random_foliage_are_exponential() {
@@ -158,7 +158,7 @@ fn first_hits_in_random_foliage_are_exponential() {
     assert!(p < 1e-6, "clumped: p = {p}");
 }
 
-/// Each masked material of the library, on a card of its own: rays pass where it is not opaque.
+/// Rays pass a card of each masked material of the library where it is not opaque.
 #[test]
 fn every_card_of_the_library_lets_through_what_its_mask_does_not_stop() {
     const RAYS: u32 = 20_000;
@@ -183,7 +183,7 @@ fn every_card_of_the_library_lets_through_what_its_mask_does_not_stop() {
         let opaque = opaque.count() as f64 / texels as f64;
         assert!((0.02..0.98).contains(&opaque), "{name}: {opaque}");
         let mut rng = Key::world(id.into()).rng();
-        // A parallelogram somewhere, which need not be a rectangle.
+        // The card is any parallelogram, not only a rectangle.
         let [corner, edge_u] = [0; 2].map(|_| 2.0 * any_direction(&mut rng));
         let edge_v = edge_u.any_orthonormal_vector() * 1.5 + 0.3 * edge_u;
         let card = Card {
@@ -196,7 +196,7 @@ fn every_card_of_the_library_lets_through_what_its_mask_does_not_stop() {
             .expect("a card is sound");
         let forest = RayScene::of_shape(Arc::new(shape), &library.materials);
         let passed = (0..RAYS).filter(|_| {
-            // Not at the very borders, where rounding may miss the card.
+            // Rays avoid the very borders, where rounding may miss the card.
             let [u, v] = [0; 2].map(|_| rng.range_f64(1e-5, 1.0 - 1e-5));
             let target = corner + u * edge_u + v * edge_v;
             let back = any_direction(&mut rng);

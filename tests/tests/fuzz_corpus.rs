@@ -1,5 +1,5 @@
-//! What the fuzzers have started from and what they have found, once more, without them: no input
-//! panics, hangs, or asks for a gigabyte.
+//! Replays the fuzzers' seeds and findings without a fuzzer: no input may panic, hang, or allocate
+//! a gigabyte.
 
 #![allow(
     clippy::disallowed_methods,
@@ -17,9 +17,9 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// More than any input may ask for at once, bytes.
+/// A single allocation that no input may reach, bytes.
 const LIMIT: usize = 1 << 30;
-/// Longer than any input may take: a thousand times what the slowest does, for busy machines.
+/// The time that no input may reach: a thousand times that of the slowest one, for busy machines.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn fuzz(folder: &str) -> PathBuf {
@@ -28,7 +28,7 @@ fn fuzz(folder: &str) -> PathBuf {
         .join(folder)
 }
 
-/// The entries of a folder that must be there, by name.
+/// The entries of a folder, sorted by name. The folder must exist.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let read = fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     let mut paths: Vec<_> = read.map(|entry| entry.expect("an entry").path()).collect();
@@ -36,7 +36,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// What is wrong with what a target does with an input, if anything.
+/// The fault of a target with an input, if there is one.
 fn fault(target: &Target, input: &[u8]) -> Option<String> {
     MEMORY.reset_peak_usage();
     let before = MEMORY.current_usage();
@@ -57,7 +57,7 @@ fn no_input_panics_hangs_or_asks_for_a_gigabyte() {
     for target in TARGETS {
         let mut inputs = entries(&fuzz("corpus").join(target.name));
         assert!(!inputs.is_empty(), "{}: the corpus is empty", target.name);
-        // What takes a fuzzer seconds is not among what it starts from.
+        // Inputs that take a fuzzer seconds are in another folder than its seeds.
         let heavy = fuzz("heavy").join(target.name);
         if heavy.exists() {
             inputs.extend(entries(&heavy));

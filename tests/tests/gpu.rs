@@ -1,4 +1,5 @@
-//! The GPU's truth is the ray-cast camera's: two renderers, each the other's proof.
+//! The GPU's truth agrees with that of the ray-cast camera: each of the two renderers tests the
+//! other.
 
 #[path = "../../crates/render/examples/species_map/avenue.rs"]
 mod avenue;
@@ -24,7 +25,7 @@ use nemoral_seed::{Domain, Draw, Key, PhiloxRng, Rng};
 use nemoral_tests::World;
 use nemoral_tests::gpu::{Agreement, gpu};
 
-/// A class must have so many pixels for its own share to be asked.
+/// Least number of pixels of a class whose own share is tested.
 const LEAST: usize = 300;
 
 fn camera(gpu: &Gpu, params: GpuParams) -> GpuCamera {
@@ -37,14 +38,14 @@ fn cast(scene: &SceneView<'_>, view: &View) -> TruthImages {
     images.expect("a picture").truth
 }
 
-/// A wood at random: leaning planes of ground, masked cards and triangles, turned, sheared and
-/// mirrored, in two chunks.
-struct Wood {
+/// A random forest in two chunks: sloping planes of ground, masked cards and triangles, rotated,
+/// sheared and mirrored.
+struct RandomForest {
     materials: MaterialLibrary,
     forest: RayScene,
 }
 
-/// Any mask: blobs of some texels, so that borders are everywhere.
+/// A random mask of blobs of some texels, with borders everywhere.
 fn mask(rng: &mut PhiloxRng, width: usize, height: usize) -> AlphaMask {
     let salt = rng.next_u32();
     let blob = |c: usize, r: usize| {
@@ -54,7 +55,7 @@ fn mask(rng: &mut PhiloxRng, width: usize, height: usize) -> AlphaMask {
     AlphaMask::from_fn(width, height, blob).expect("allowed")
 }
 
-impl Wood {
+impl RandomForest {
     fn new(seed: u64, change: impl Fn(AlphaMask) -> AlphaMask) -> Self {
         let mut rng = Key::world(seed).domain(Domain::new("test.wood")).rng();
         let rng = &mut rng;
@@ -142,7 +143,7 @@ fn shape(mesh: Mesh, cards: Vec<Card>, materials: &MaterialLibrary) -> Arc<Blas>
     Arc::new(Blas::build(Arc::new(shape), materials))
 }
 
-/// A six-sided trunk of triangles, cards about its top, and masked triangles at its foot.
+/// A six-sided trunk of triangles with cards around its top and masked triangles at its foot.
 fn plant(
     rng: &mut PhiloxRng,
     bark: MaterialId,
@@ -207,7 +208,7 @@ fn ground(
     let mut mesh = Mesh::default();
     for i in 0..=SIDE {
         for j in 0..=SIDE {
-            // Borders are level, so that chunks meet.
+            // The borders are level, so that chunks fit together.
             let inner = (1..SIDE).contains(&i) && (1..SIDE).contains(&j);
             let z = if inner { unit(rng) } else { 0.5 };
             mesh.positions
@@ -238,7 +239,7 @@ fn ground(
     shape(mesh, Vec::new(), materials)
 }
 
-/// From the edge of the wood, towards it.
+/// A view from the edge of the forest into it.
 fn view(width: u32, height: u32) -> View {
     let k = Intrinsics::from_fov(width, height, 1.3).expect("valid");
     let body = RigidTransform::from_xyz_rpy(DVec3::new(-45.3, 1.7, 2.9), 0.02, 0.03, 0.05);
@@ -246,25 +247,25 @@ fn view(width: u32, height: u32) -> View {
 }
 
 #[test]
-fn random_woods_are_the_same_for_both_renderers() {
-    let Some(gpu) = gpu("random woods") else {
+fn random_forests_are_the_same_for_both_renderers() {
+    let Some(gpu) = gpu("random forests") else {
         return;
     };
     let camera = camera(gpu, GpuParams::default());
     for seed in 0..4 {
-        let wood = Wood::new(seed, |m| m);
-        // A width that does not fill rows of 256 bytes.
+        let forest = RandomForest::new(seed, |m| m);
+        // The width is no multiple of a row of 256 bytes.
         let view = view(403, 301);
         let drawn = camera
-            .draw(&wood.scene(), &view)
+            .draw(&forest.scene(), &view)
             .unwrap_or_else(|e| panic!("{e}"));
-        let agreement = Agreement::of(&cast(&wood.scene(), &view), &drawn.truth);
-        println!("wood {seed}: {agreement}");
+        let agreement = Agreement::of(&cast(&forest.scene(), &view), &drawn.truth);
+        println!("forest {seed}: {agreement}");
         assert!(agreement.is_right(LEAST), "{seed}: {agreement}");
     }
 }
 
-/// The same place through other lenses and shutters.
+/// Views from the same place through other lenses and shutters.
 fn bent_views() -> Vec<(&'static str, View)> {
     let straight = view(403, 301);
     let through = |fov_rad: f64, lens: Distortion| View {
@@ -315,15 +316,15 @@ fn lenses_and_shutters_bend_both_renderers_alike() {
     };
     let camera = camera(gpu, GpuParams::default());
     for seed in [2, 3] {
-        let wood = Wood::new(seed, |m| m);
+        let forest = RandomForest::new(seed, |m| m);
         for (what, view) in bent_views() {
-            let drawn = camera.draw(&wood.scene(), &view);
+            let drawn = camera.draw(&forest.scene(), &view);
             let drawn = drawn.unwrap_or_else(|e| panic!("{e}")).truth;
-            let right = cast(&wood.scene(), &view);
+            let right = cast(&forest.scene(), &view);
             let agreement = Agreement::of(&right, &drawn);
-            println!("{what}, wood {seed}: {agreement}");
+            println!("{what}, forest {seed}: {agreement}");
             assert!(agreement.is_right(LEAST), "{what}, {seed}: {agreement}");
-            // And it is the bend that is seen: without it nothing agrees.
+            // Without the lens or shutter nothing agrees.
             let straight = View {
                 intrinsics: view
                     .intrinsics
@@ -332,7 +333,7 @@ fn lenses_and_shutters_bend_both_renderers_alike() {
                 shutter: Shutter::INSTANT,
                 ..view
             };
-            let straight = camera.draw(&wood.scene(), &straight);
+            let straight = camera.draw(&forest.scene(), &straight);
             let straight = Agreement::of(&right, &straight.unwrap_or_else(|e| panic!("{e}")).truth);
             assert!(!straight.is_right(LEAST), "{what}: {straight}");
         }
@@ -343,9 +344,9 @@ fn lenses_and_shutters_bend_both_renderers_alike() {
 fn what_is_wrong_is_found() {
     let Some(gpu) = gpu("sabotage") else { return };
     let camera = camera(gpu, GpuParams::default());
-    let wood = Wood::new(7, |m| m);
+    let forest = RandomForest::new(7, |m| m);
     let view = view(400, 300);
-    let right = cast(&wood.scene(), &view);
+    let right = cast(&forest.scene(), &view);
     let found = |what: &str, truth: &TruthImages| {
         let agreement = Agreement::of(&right, truth);
         println!("{what}: {agreement}");
@@ -357,11 +358,11 @@ fn what_is_wrong_is_found() {
             .unwrap_or_else(|e| panic!("{e}"))
             .truth
     };
-    let drawn = draw(&wood.scene(), &view);
+    let drawn = draw(&forest.scene(), &view);
     assert!(Agreement::of(&right, &drawn).is_right(LEAST));
 
-    // A cut-off that leaves a texel's rim too much.
-    let wide = Wood::new(7, |m| {
+    // These masks have a rim of one texel too much.
+    let wide = RandomForest::new(7, |m| {
         let grown = |c: usize, r: usize| m.texel(c, r) || (c > 0 && m.texel(c - 1, r));
         AlphaMask::from_fn(m.width(), m.height(), grown).expect("as large")
     });
@@ -369,7 +370,7 @@ fn what_is_wrong_is_found() {
 
     let mut shifted = view;
     shifted.intrinsics.cx += 0.5;
-    found("half a pixel", &draw(&wood.scene(), &shifted));
+    found("half a pixel", &draw(&forest.scene(), &shifted));
 
     let mut filtered = drawn.clone();
     filtered.semantic = majority(&drawn.semantic);
@@ -393,8 +394,8 @@ fn majority(image: &Image<Semantic>) -> Image<Semantic> {
     Image::new(w, h, (0..w * h).map(pixel).collect())
 }
 
-/// A square of 512 m about a point, spanned by two axes, in cells of 4 m.
-fn plane(foot: Vec3, u: Vec3, v: Vec3) -> Wood {
+/// A square of 512 m around a point, spanned by two axes, in cells of 4 m.
+fn plane(foot: Vec3, u: Vec3, v: Vec3) -> RandomForest {
     const SIDE: u32 = 128;
     let mut materials = MaterialLibrary::new();
     let material = materials.add(Material::plain("wall", Semantic::Rock, Vec3::ONE));
@@ -414,7 +415,7 @@ fn plane(foot: Vec3, u: Vec3, v: Vec3) -> Wood {
     }
     let shape = shape(mesh, Vec::new(), &materials);
     let instance = placed(&shape, foot, Mat3::IDENTITY, ObjectId::NONE);
-    Wood {
+    RandomForest {
         materials,
         forest: RayScene::new(vec![(Vec3::ZERO, Arc::new(Group::build(vec![instance])))]),
     }
@@ -430,7 +431,7 @@ fn depth_is_right_to_a_millimetre_up_to_100_m() {
     let pose = RigidTransform::from_xyz_rpy(DVec3::new(0.4, -0.3, 0.2), 0.1, -0.05, 0.7)
         * RigidTransform::body_from_optical();
     let view = View::new(k, pose);
-    // In numbers that f32 holds, so that the planes are where they are said to be.
+    // The numbers are exact in f32, so that the planes are in their exact places.
     let planes = [
         (
             "ground 1.5 m below",
@@ -464,9 +465,9 @@ fn depth_is_right_to_a_millimetre_up_to_100_m() {
         ),
     ];
     for (what, foot, u, v) in planes {
-        let wood = plane(foot, u, v);
+        let forest = plane(foot, u, v);
         let drawn = camera
-            .draw(&wood.scene(), &view)
+            .draw(&forest.scene(), &view)
             .unwrap_or_else(|e| panic!("{e}"));
         let normal = u.as_dvec3().cross(v.as_dvec3());
         let (mut worst, mut seen) = (0.0_f64, 0);
@@ -485,7 +486,7 @@ fn depth_is_right_to_a_millimetre_up_to_100_m() {
     }
 }
 
-/// A frame of the pipeline, as both renderers are given it.
+/// A frame of the pipeline for both renderers.
 struct Frame {
     assets: Arc<WorldAssets>,
     scene: Arc<FrameScene>,
@@ -523,7 +524,7 @@ fn the_three_presets_are_the_same_for_both_renderers() {
     };
     let camera = camera(gpu, GpuParams::default());
     for preset in ["low", "medium", "high"] {
-        // Nothing changed: as far and as large as the presets see. Software's time is that of
+        // The presets keep their range and resolution. A software renderer's time is that of
         // vertices, not of pixels.
         let frame = Frame::new(&World::new(preset, &[]), 0);
         let drawn = camera
@@ -535,8 +536,8 @@ fn the_three_presets_are_the_same_for_both_renderers() {
     }
 }
 
-/// Crowns that close and open within some metres, and let more light in the higher one is: as fast
-/// as the pipeline's sky view factor changes, which has a node every five metres.
+/// Crowns that close and open within some metres, and let in more light at greater heights. They
+/// change as fast as the pipeline's sky view factor can, which has a node every five metres.
 fn crowns(p: Vec3) -> f32 {
     let gaps = (0.4 * p.x).sin() * (0.5 * p.y).cos();
     (0.35 + 0.3 * gaps + 0.03 * p.z).clamp(0.0, 1.0)
@@ -561,7 +562,7 @@ fn pictures_look_alike() {
     let photograph = Image::new(64, 32, (0..64 * 32).map(pixel).collect());
     let photograph = SkyImage::new(&photograph, 0.0).expect("a sky");
     let fog = Lighting::photographed(&sun, &fog, &photograph, 0.8).expect("valid");
-    // A lens, and a moving camera that sees light for a while, row after row.
+    // These are a lens, and a moving camera with an exposure time and a rolling shutter.
     let wide = Intrinsics::through_lens(
         320,
         240,
@@ -589,7 +590,7 @@ fn pictures_look_alike() {
         ..view
     };
     let standard = GpuParams::default();
-    // One sample a pixel is the same light, if not as smooth.
+    // One sample per pixel gives the same light, with more noise.
     let draft = GpuParams {
         colour_samples: 1,
         ..standard
@@ -622,7 +623,7 @@ fn pictures_look_alike() {
         assert!(median < 0.015 && most < 0.1, "{what}: {median} {most}");
         assert!(exposure < 0.1, "{what}: {exposure} EV");
     }
-    // Crowns that are a step of the finest grid of sky view factors beside their place are noticed.
+    // Crowns that are displaced by a step of the finest grid of sky view factors are detected.
     let beside = |p: Vec3| crowns.sky_view_factor(p + Vec3::X * 1.5);
     let (median, most, _) = difference(gpu, draft, &overcast, [crowns, &beside], &plain);
     println!("crowns beside: {median} in the median, {most} at the 95th percentile");
@@ -638,12 +639,12 @@ fn pictures_of_two_threads_are_those_taken_in_turn() {
     let light = Lighting::new(&sun, &SkyParams::default()).expect("valid");
     let camera = GpuCamera::new(gpu, GpuParams::default(), light);
     let camera = camera.unwrap_or_else(|e| panic!("{e}"));
-    // Two scenes, so that instances come and go.
-    let woods = [5, 6].map(|seed| Wood::new(seed, |m| m));
+    // These are two scenes, so that instances come and go.
+    let forests = [5, 6].map(|seed| RandomForest::new(seed, |m| m));
     let take = |i: usize| {
         let mut view = view(160, 96 + 8 * (i % 3) as u32);
         view.scene_from_camera.translation_m.x += i as f64;
-        let images = camera.render(&woods[i / 2 % 2].scene(), &view, Key::world(1));
+        let images = camera.render(&forests[i / 2 % 2].scene(), &view, Key::world(1));
         images.unwrap_or_else(|e| panic!("{e}"))
     };
     let in_turn: Vec<_> = (0..8).map(take).collect();
@@ -657,13 +658,14 @@ fn pictures_of_two_threads_are_those_taken_in_turn() {
     });
     assert!(in_turn == at_once);
     assert!(in_turn[0].truth != in_turn[2].truth);
-    // What they had borrowed is given back.
+    // Temporary buffers are given back.
     take(7);
     assert_eq!(camera.memory().bytes, memory);
 }
 
-/// How far the two renderers' light is apart in blocks of 16 pixels, relative: median and 95th
-/// percentile; and their exposures, EV. The sky is seen past these crowns by one and the other.
+/// The relative difference of the two renderers' light in blocks of 16 pixels, as median and 95th
+/// percentile, and the difference of their exposures, EV. Each renderer has its own crowns before
+/// the sky.
 fn difference(
     gpu: &Gpu,
     params: GpuParams,
@@ -682,10 +684,10 @@ fn difference(
         ..params
     };
     let draw = GpuCamera::new(gpu, params, lighting.clone()).unwrap_or_else(|e| panic!("{e}"));
-    let wood = Wood::new(5, |m| m);
+    let forest = RandomForest::new(5, |m| m);
     let under = |sky_visibility| SceneView {
         sky_visibility,
-        ..wood.scene()
+        ..forest.scene()
     };
     let a = cast.render(&under(of_cast), view, Key::world(1));
     let a = a.expect("a picture");
@@ -693,7 +695,8 @@ fn difference(
     let b = b.unwrap_or_else(|e| panic!("{e}"));
     assert!(Agreement::of(&a.truth, &b.truth).is_right(LEAST));
     let exposure = (a.ev100 - b.ev100).abs() as f32;
-    // Blocks of 16 pixels: penumbrae and silhouettes are sampled otherwise, light is not.
+    // Blocks of 16 pixels are compared, as the renderers sample penumbrae and silhouettes
+    // differently.
     let blocks = |image: &Image<Vec3>| -> Vec<Vec3> {
         let mean = |i: usize| {
             let (left, top) = (i % 20 * 16, i / 20 * 16);
@@ -712,7 +715,7 @@ fn difference(
     (differences[150], differences[285], exposure)
 }
 
-/// The example of a pass, `species_map`, written with what `render` gives to anyone: its map has
+/// The map of `species_map`, an example of a user's pass with the public interface of `render`, has
 /// the species that rays hit.
 #[test]
 fn the_examples_species_map_is_what_rays_hit() {
@@ -737,7 +740,8 @@ fn the_examples_species_map_is_what_rays_hit() {
     let agreement = Agreement::of(&cast(&scene, &view), &drawn.truth);
     assert!(agreement.is_right(LEAST), "{agreement}");
 
-    // By what was hit: its pixels, and those that have its number. First what is no tree.
+    // By species that was hit: its pixels, and those with its number in the map. The first entry is
+    // for what is no tree.
     let mut species = [(0, 0); SPECIES.len() + 1];
     for (i, texel) in drawn.passes[0].pixels().iter().enumerate() {
         let centre = DVec2::new((i % 640) as f64 + 0.5, (i / 640) as f64 + 0.5);
@@ -760,7 +764,7 @@ fn the_examples_species_map_is_what_rays_hit() {
     }
 }
 
-/// What a material is called, and where: a user's pass.
+/// A user's pass that writes the material's entry of a table, its number and its class.
 #[derive(Debug)]
 struct MaterialMap;
 
@@ -790,9 +794,9 @@ fn a_pass_from_outside_sees_what_the_truth_sees() {
     camera
         .add_pass(Box::new(MaterialMap))
         .unwrap_or_else(|e| panic!("{e}"));
-    let wood = Wood::new(3, |m| m);
+    let forest = RandomForest::new(3, |m| m);
     let drawn = camera
-        .draw(&wood.scene(), &view(160, 96))
+        .draw(&forest.scene(), &view(160, 96))
         .unwrap_or_else(|e| panic!("{e}"));
     let truth = drawn.truth.semantic.pixels();
     for (semantic, &[name, material, number, one]) in truth.iter().zip(drawn.passes[0].pixels()) {
@@ -824,7 +828,7 @@ fn a_pass_from_outside_sees_what_the_truth_sees() {
     assert!(error.to_string().contains("nothing"), "{error}");
 }
 
-/// Shapes that are only drawn, never cast at.
+/// Shapes that are only drawn, without a ray caster.
 struct Bag(Vec<Instance>);
 
 impl InstanceGroup for Bag {
@@ -860,7 +864,7 @@ fn memory_is_bounded_and_reported() {
     let camera = camera(gpu, params);
     let mut materials = MaterialLibrary::new();
     let material = materials.add(Material::plain("stone", Semantic::Rock, Vec3::ONE));
-    // Four shapes of 150,000 triangles: 48 MB.
+    // These are four shapes of 150,000 triangles, 48 MB.
     let heap = |seed: u64| {
         let mut rng = Key::world(seed).domain(Domain::new("test.heap")).rng();
         let rng = &mut rng;
@@ -913,7 +917,7 @@ fn memory_is_bounded_and_reported() {
     }
     assert!(camera.memory().evicted >= 4, "{:?}", camera.memory());
 
-    // What can never fit is refused in words, and what fits is drawn afterwards.
+    // A scene that can never fit is refused with a message, and one that fits is drawn afterwards.
     let all = Bags(heaps.iter().flat_map(|h| h.0.clone()).collect());
     let error = draw(&all).expect_err("too much");
     let GpuError::OutOfMemory {
@@ -925,7 +929,7 @@ fn memory_is_bounded_and_reported() {
     };
     assert!(needed_mib > 128, "{error}");
     draw(&heaps[1]).unwrap_or_else(|e| panic!("{e}"));
-    // As much as it asks for is enough.
+    // The memory that the message asks for is enough.
     let enough = GpuParams {
         memory_mib: needed_mib as u32,
         ..params
@@ -933,7 +937,7 @@ fn memory_is_bounded_and_reported() {
     let larger = GpuCamera::new(gpu, enough, Lighting::uniform(Vec3::ONE));
     draw_with(&larger.unwrap_or_else(|e| panic!("{e}")), &all).unwrap_or_else(|e| panic!("{e}"));
 
-    // What nobody has any more goes by itself.
+    // Shapes without owners are evicted without any need for room.
     drop((heaps, all));
     draw(&Bags(Vec::new())).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(camera.memory().shapes, 0);

@@ -1,4 +1,4 @@
-//! Who may know whom (ARCHITECTURE.md), from cargo's own account of the workspace.
+//! The dependencies between crates (ARCHITECTURE.md), from cargo's metadata of the workspace.
 
 #![allow(
     clippy::disallowed_methods,
@@ -12,7 +12,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// The stage crates, each of which does one thing and knows only the vocabulary and the keys.
+/// The stage crates, each of which has one task and depends only on the vocabulary and the keys.
 const STAGES: [&str; 11] = [
     "nemoral-assets",
     "nemoral-dataset",
@@ -27,10 +27,10 @@ const STAGES: [&str; 11] = [
     "nemoral-trajectory",
 ];
 
-/// The engine of plans, which knows files alone.
+/// The engine of plans, which depends on files alone.
 const PLAN: &str = "nemoral-plan";
 
-/// The crates that everybody may know, and that know none of ours.
+/// The crates that every crate may depend on, and that depend on no other of ours.
 const LEAVES: [&str; 3] = ["nemoral-files", "nemoral-scene", "nemoral-seed"];
 
 struct Package {
@@ -55,7 +55,7 @@ impl Package {
             .collect()
     }
 
-    /// Its Rust files below a folder.
+    /// The package's Rust files below a folder.
     fn sources(&self, below: &str) -> Vec<(PathBuf, String)> {
         let mut found = Vec::new();
         collect(&self.folder.join(below), &mut found);
@@ -137,7 +137,7 @@ fn stage_crates_know_only_scene_seed_and_files() {
     let all = crates();
     let shared = BTreeSet::from(LEAVES);
     for name in STAGES {
-        // Their tests and examples too.
+        // This includes their tests and examples.
         let known = find(&all, name).ours(&["normal", "build", "dev"]);
         assert!(known.is_subset(&shared), "{name}: {known:?}");
     }
@@ -152,7 +152,7 @@ fn stage_crates_know_only_scene_seed_and_files() {
         let known = find(&all, name).ours(&["normal", "build"]);
         assert!(known.is_empty(), "{name}: {known:?}");
     }
-    // Its tests and examples too.
+    // This includes its tests and examples.
     let plan = find(&all, PLAN).ours(&["normal", "build", "dev"]);
     assert_eq!(plan, BTreeSet::from(["nemoral-files"]));
 }
@@ -178,7 +178,7 @@ fn the_pipeline_wires_and_the_program_only_asks() {
             package.name
         );
     }
-    // A crate that nobody has thought of here is not checked here.
+    // A crate that is not listed here would not be checked.
     let known: BTreeSet<&str> = STAGES
         .into_iter()
         .chain(LEAVES)
@@ -216,7 +216,7 @@ fn unsafe_is_where_it_is_known() {
                     let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
                     words.any(|w| w == "unsafe")
                 };
-                // This file speaks of it.
+                // This file names it in strings.
                 if code.clone().any(is_unsafe) && !path.ends_with("tests/graph.rs") {
                     let below = path.strip_prefix(root()).expect("below the root");
                     found.insert(below.to_string_lossy().replace('\\', "/"));
@@ -224,7 +224,7 @@ fn unsafe_is_where_it_is_known() {
             }
         }
     }
-    // The second is a foreign library, for a comparison only.
+    // The second one binds a foreign library for a comparison.
     let allowed = [
         "crates/raycast/src/simd.rs",
         "benches/benches/casters/embree.rs",

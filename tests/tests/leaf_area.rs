@@ -1,4 +1,4 @@
-//! Leaf area of grown trees from where first returns come back, against what was grown.
+//! Leaf area of grown trees estimated from first returns, compared with the true one.
 #![allow(clippy::print_stdout, reason = "figures for its reader")]
 
 use std::f64::consts::TAU;
@@ -11,28 +11,29 @@ use nemoral_scene::{Bounds, Hit, MaterialLibrary, Ray, RayCaster, Semantic};
 use nemoral_seed::{Draw, Key};
 use nemoral_tests::leaf_area::Voxels;
 
-/// Small against the cards' distances, large against their texels.
+/// Edge of fine voxels, metres: small relative to the cards' distances, large relative to their
+/// texels.
 const VOXEL_M: f64 = 0.06;
-/// As large as a cluster of leaves.
+/// Edge of coarse voxels, metres: the size of a cluster of leaves.
 const COARSE_M: f64 = 0.3;
 const SEED: u64 = 2;
 const STATIONS: u32 = 8;
-/// A leaf that one station sees edge-on another one sees.
+/// Least number of stations of a voxel: a leaf that is edge-on from one is visible from another.
 const STATIONS_AT_LEAST: u32 = 2;
-/// Of a station: to the side and up.
+/// Rays of a station to the side and up.
 const RASTER: [u32; 2] = [800, 140];
 
-/// What a layer of a crown was found to have.
+/// The estimate for a layer of a crown.
 #[derive(Debug)]
 struct Found {
-    /// Leaf area where at least thirty rays came, m².
+    /// True leaf area of voxels with at least thirty rays, m².
     truth_m2: f64,
-    /// Of all in the layer.
+    /// Share of these voxels in the leaf area of the layer.
     share_seen: f64,
     found_m2: f64,
 }
 
-/// The metre of the crown around its leaves' mean height.
+/// The layer of the crown within half a metre of its leaves' mean height.
 fn layer(tree: &TreeAsset) -> Bounds {
     let corners = || tree.prototype.cards().iter().flat_map(|c| c.corners());
     let mean_z = corners().map(|p| p.z).sum::<f32>() / corners().count() as f32;
@@ -43,8 +44,8 @@ fn layer(tree: &TreeAsset) -> Bounds {
     }
 }
 
-/// Rays from stations around the tree, on the ground and as high as above it in turn, over the
-/// layer.
+/// Rays over the layer from stations around the tree, alternately near the ground and above the
+/// tree.
 fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
     let mut rng = key.rng();
     let (low, high) = (layer.min.as_dvec3(), layer.max.as_dvec3());
@@ -60,7 +61,8 @@ fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
                 |k: u32, n: u32, jitter: f64| 2.0 * (f64::from(k) + jitter) / f64::from(n) - 1.0;
             let y = at(i % RASTER[0], RASTER[0], rng.unit_f64());
             let z = at(i / RASTER[0], RASTER[1], rng.unit_f64());
-            // Twice the layer's height: slanted rays cross it where it is near or far.
+            // The raster has twice the layer's height, as slanted rays cross the layer at its near
+            // or far side.
             let target = middle + y * left + 2.0 * z * half.z * DVec3::Z;
             let towards = (target - origin).normalize();
             rays.push(Ray::new(origin.as_vec3(), towards.as_vec3()));
@@ -69,7 +71,7 @@ fn rays(layer: &Bounds, top_m: f64, key: Key) -> Vec<Ray> {
     rays
 }
 
-/// First returns of all rays.
+/// Records the first returns of all rays.
 fn record(tree: &TreeAsset, materials: &MaterialLibrary, rays: &[Ray]) -> Vec<Option<Hit>> {
     let forest = RayScene::of_shape(Arc::clone(&tree.prototype), materials);
     let mut hits = vec![None; rays.len()];
@@ -87,7 +89,7 @@ fn find(
     let mut voxels = Voxels::fill(layer, voxel_m);
     voxels.add_truth(&tree.prototype, materials);
     for (i, (ray, hit)) in (0_u32..).zip(rays.iter().zip(hits)) {
-        // Wood stops rays too, and is no leaf.
+        // Wood stops rays too, but is no leaf.
         let semantic = hit.map(|h| materials.get(h.surface.material).semantic);
         let is_leaf = matches!(semantic, Some(Semantic::Leaf | Semantic::Needle));
         let leaf = hit.filter(|_| is_leaf).map(|h| h.surface.geometric_normal);
@@ -110,10 +112,10 @@ fn find(
     }
 }
 
-/// Within 10 % for each species; in voxels that hold clusters, leaves hide each other: there a good
-/// part is missing, so this can fail.
+/// Asserts that the estimate is within 10 % for each species, and that it misses a good part in
+/// voxels of the size of clusters, where leaves hide each other, so that the assertion can fail.
 fn check(seed: u64) {
-    // Of the middle of a thicker oak's crown less than a third is seen.
+    // In a thicker oak, rays reach less than a third of the middle of the crown.
     let stand = StandParams {
         dbh_max_m: 0.35,
         ..StandParams::default()

@@ -1,5 +1,5 @@
-//! A real camera's faults in a real wood: shutters and noise on pictures, truth that fits them,
-//! light itself on disk.
+//! The imperfections of a real camera in a forest: shutters and noise on pictures, truth that
+//! matches them, and radiance on disk.
 
 #![allow(
     clippy::disallowed_methods,
@@ -26,9 +26,9 @@ impl Observer for Silent {
     fn frame(&self, _: Done) {}
 }
 
-/// A hurried robot with a cheap camera. Its labels fit its pictures and its scans all the same.
+/// A fast robot with a cheap camera. Its labels nevertheless match its pictures and its scans.
 #[test]
-fn a_rolling_shutter_in_a_wood_passes_the_check() {
+fn a_rolling_shutter_in_a_forest_passes_the_check() {
     let settings = [
         "frames=2",
         "camera.width_px=320",
@@ -41,7 +41,7 @@ fn a_rolling_shutter_in_a_wood_passes_the_check() {
         "camera.shutter.samples=3",
         "robot.speed_m_s=6",
         "lidar.pulses=20000",
-        // A camera beside it that takes an instant.
+        // Another camera has a global shutter and no exposure time.
         "cameras.good.shutter.readout_ms=0",
         "cameras.good.shutter.exposure_ms=0",
         "cameras.good.flow=false",
@@ -82,7 +82,8 @@ fn a_rolling_shutter_in_a_wood_passes_the_check() {
         "{motion:?}"
     );
 
-    // Told that it stood still, the check finds the mounts wrong: points lie before or behind.
+    // If the check is told that the robot stood still, points lie before or behind surfaces, as
+    // with wrong mounts.
     let path = out.join("dataset.json");
     let text = std::fs::read_to_string(&path).expect("read");
     std::fs::write(&path, text.replace("\"body_motion\"", "\"forgotten\"")).expect("write");
@@ -90,11 +91,10 @@ fn a_rolling_shutter_in_a_wood_passes_the_check() {
     assert!(still.contains("pixels flow elsewhere"), "{still}");
 }
 
-/// Noise is on the picture alone, another in each frame and camera, and strong where light is
-/// scarce.
+/// Noise is only in the picture, differs between frames and cameras, and is stronger in low light.
 #[test]
 fn noise_is_on_the_picture_alone() {
-    // The wood is the same for every camera: it is grown once, and pictures are taken anew.
+    // The forest is the same for every camera and grown once; only pictures are computed anew.
     let store = Store::unlimited();
     let take = |more: &[&str]| {
         let mut settings = vec![
@@ -120,7 +120,7 @@ fn noise_is_on_the_picture_alone() {
             .sum();
         (sum / a.rgb.pixels().len() as f64).sqrt()
     };
-    // A code value or two of 255: a good sensor in daylight.
+    // Noise of a good sensor in daylight is one or two of 255 code values.
     assert!(
         (0.3..3.0).contains(&off(&clean, &noisy)),
         "{}",
@@ -131,7 +131,7 @@ fn noise_is_on_the_picture_alone() {
     assert_eq!(take(&["camera.noise.enabled=true"]), noisy);
 }
 
-/// A backend takes every camera: the pipeline's own pictures through a lens, while the robot moves.
+/// Both backends take the pipeline's pictures through a lens while the robot moves.
 #[test]
 fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
     let Some(gpu) = gpu("a lens and a shutter in the pipeline") else {

@@ -1,11 +1,11 @@
-//! Every package that is compiled here may be used under a licence of a short list.
+//! Every package that is compiled here has a licence of a short list.
 
 use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
 
-/// SPDX ids of permissive licences. Whoever adds one has read it.
+/// SPDX ids of permissive licences. Read a licence before you add it.
 const ALLOWED: [&str; 12] = [
     "0BSD",
     "Apache-2.0",
@@ -21,7 +21,7 @@ const ALLOWED: [&str; 12] = [
     "Zlib",
 ];
 
-/// May something under this SPDX expression be used? `OR` binds less than `AND`, and an old `/`
+/// Whether this SPDX expression allows use. `OR` has lower precedence than `AND`, and an old `/`
 /// means `OR`.
 fn is_allowed(expression: &str) -> bool {
     let spaced = expression
@@ -33,7 +33,7 @@ fn is_allowed(expression: &str) -> bool {
     either(&words, &mut at) == Some(true) && at == words.len()
 }
 
-/// One of several, by `OR`; nothing if the expression is not one.
+/// Alternatives joined by `OR`; `None` for a malformed expression.
 fn either(words: &[&str], at: &mut usize) -> Option<bool> {
     let mut allowed = all(words, at)?;
     while words.get(*at) == Some(&"OR") {
@@ -43,7 +43,7 @@ fn either(words: &[&str], at: &mut usize) -> Option<bool> {
     Some(allowed)
 }
 
-/// All of several, by `AND`.
+/// Terms joined by `AND`.
 fn all(words: &[&str], at: &mut usize) -> Option<bool> {
     let mut allowed = one(words, at)?;
     while words.get(*at) == Some(&"AND") {
@@ -109,7 +109,7 @@ fn cargo(arguments: &[&str]) -> String {
 
 #[test]
 fn every_package_has_an_allowed_licence() {
-    // Packages of this platform: those of others need not have been fetched.
+    // Only packages of this platform are read, as those of others may not be downloaded.
     let version = cargo(&["--version", "--verbose"]);
     let host = version.lines().find_map(|l| l.strip_prefix("host: "));
     let host = host.expect("cargo names its host");

@@ -1,5 +1,4 @@
-//! The mean light under crowns, which pictures are lit by, against light that is followed ray by
-//! ray.
+//! The quick mean light under crowns, which lights pictures, compared with path-traced light.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::ForestPlan;
@@ -44,7 +43,7 @@ fn taken(store: &Store, stand: &str, more: &[&str]) -> Vec<CameraImages> {
     [0, 30, 60].into_iter().map(take).collect()
 }
 
-/// Mean light of pixels that show one of these, cd/m², and how many there are.
+/// Mean light of pixels of these classes, cd/m², and their number.
 fn mean_of(pictures: &[CameraImages], semantics: &[Semantic]) -> (DVec3, usize) {
     let (mut sum, mut count) = (DVec3::ZERO, 0);
     for images in pictures {
@@ -59,8 +58,8 @@ fn mean_of(pictures: &[CameraImages], semantics: &[Semantic]) -> (DVec3, usize) 
     (sum / count as f64, count)
 }
 
-/// Standard deviation of the logarithm of light in squares of this side, pixels: single ones hold
-/// the noise of light that is followed by a few samples, which is contrast too.
+/// Side of the squares whose logarithms of light are compared by standard deviation, pixels. Single
+/// pixels would add the noise of path tracing with few samples.
 const SQUARE: usize = 4;
 
 fn contrast(pictures: &[CameraImages]) -> f64 {

@@ -1,6 +1,6 @@
-//! What a robot's camera sees in a wood is harsh: bright gaps that clip, trunks that are dark
-//! before them, edges washed by glare, dark corners, litter sharp to the single leaf. The three
-//! looks, in a closed stand.
+//! The three looks in a closed stand. Pictures of a robot's camera in a forest are harsh: gaps
+//! clip, trunks are dark in front of them, glare washes out edges, corners are dark, and litter is
+//! sharp down to single leaves.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::ForestPlan;
@@ -16,14 +16,14 @@ const HEIGHT: usize = 180;
 const FLOOR: [Semantic; 3] = [Semantic::Litter, Semantic::GroundMoss, Semantic::Soil];
 const WOOD: [Semantic; 3] = [Semantic::Stem, Semantic::Limb, Semantic::RootFlare];
 
-/// A picture, and its luminance as it is shown and as it was.
+/// A picture, with its luminance as displayed and as in the scene.
 struct Taken {
     images: CameraImages,
     shown: Image<f64>,
     scene: Image<f64>,
 }
 
-/// The same views of a spruce stand by each look.
+/// Pictures of a spruce stand by a look, with the same views for each look.
 fn taken(store: &Store, look: &str) -> Vec<Taken> {
     let settings = [
         "assets.individuals=1",
@@ -62,7 +62,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// What pictures have at all pixels of which something holds.
+/// The values of pictures at all pixels that meet a condition.
 fn of(
     pictures: &[Taken],
     value: impl Fn(&Taken, usize) -> f64,
@@ -81,7 +81,7 @@ fn is_sky(semantic: &Image<Semantic>, i: usize) -> bool {
     semantic.pixels()[i] == Semantic::Sky
 }
 
-/// Is the sky within two pixels along the row?
+/// Whether the sky is within two pixels along the row.
 fn before_sky(semantic: &Image<Semantic>, i: usize) -> bool {
     let (row, column) = (i / WIDTH * WIDTH, i % WIDTH);
     let near = column.saturating_sub(2)..(column + 3).min(WIDTH);
@@ -89,7 +89,7 @@ fn before_sky(semantic: &Image<Semantic>, i: usize) -> bool {
 }
 
 #[test]
-fn a_wood_is_harsh_to_a_small_camera() {
+fn a_forest_is_harsh_to_a_small_camera() {
     let store = Store::unlimited();
     let [robot, cinema, flat] = ["robot", "cinema", "flat"].map(|look| taken(&store, look));
     let scene = |t: &Taken, i: usize| t.scene.pixels()[i];
@@ -107,7 +107,7 @@ fn a_wood_is_harsh_to_a_small_camera() {
     };
     let shares = [&robot, &cinema, &flat].map(|p| clipped(p));
     println!("of gaps clip: {shares:.2?}");
-    // A soft curve keeps what the two others lose.
+    // The soft curve keeps highlights that the two others lose.
     assert!(shares[0] > 0.5 && shares[1] < 0.05 && shares[2] > 0.5);
 
     let against = |s: &Image<Semantic>, i: usize| is_trunk(s, i) && before_sky(s, i);
@@ -138,8 +138,9 @@ fn a_wood_is_harsh_to_a_small_camera() {
     assert!(corners < 0.85 * middle);
 }
 
-/// How alike the light of neighbours in a row is, of pixels of litter 2 to 4 m away: the
-/// correlation of its logarithm, of shadows and slopes freed by what is 4 pixels on either side.
+/// The correlation of the logarithm of light between neighbours in a row, for pixels of litter 2 to
+/// 4 m away, after the mean of the pixels 4 to either side is subtracted, which removes shadows and
+/// slopes.
 fn likeness(images: &CameraImages) -> f64 {
     let (semantic, depth_m) = (&images.truth.semantic, &images.truth.depth_m);
     let light = images.linear.as_ref().expect("asked for").pixels();
@@ -180,6 +181,7 @@ fn near_litter_is_sharp_to_the_single_leaf() {
     let images = Runner::new(forest.plan(), &store, 2).get(forest.images, 0);
     let likeness = likeness(&images.expect("pictures")[0]);
     println!("neighbours in litter are alike by {likeness:.2}");
-    // 0.79 where a sample takes the mean of its ellipse's axes; noise would have 0.
+    // It would be 0.79 if samples were filtered with the mean of their ellipse's axes, and 0 for
+    // noise.
     assert!((0.4..0.73).contains(&likeness), "{likeness:.2}");
 }

@@ -1,8 +1,8 @@
-//! What the manual says in numbers is what the crates say.
+//! Numbers in the manual agree with the crates.
 
 use nemoral_lidar::{Device, Wavelength};
 
-/// A device's row in `docs/explanation/lidar.md`.
+/// The row of a device in `docs/explanation/lidar.md`.
 fn row(device: Device) -> String {
     let (sheet, params, rate_hz) = (device.sheet(), device.params(), device.pattern().rate_hz());
     let [wide, tall] = sheet.field_of_view_deg;

@@ -1,5 +1,5 @@
-//! Order does not exist: the same bytes for any number of threads, any order of frames, any store,
-//! from any plan of the same request, near the origin and far from it.
+//! Results do not depend on order: bytes are the same for any number of threads, any order of
+//! frames, any store and any plan of the same request, near the origin and far from it.
 
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
@@ -12,7 +12,8 @@ use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::SceneObject;
 use nemoral_tests::{World, record};
 
-/// Small views that still reach over chunk borders; frames 30 m apart, so that chunks come and go.
+/// Settings with small views that still reach over chunk borders, and with frames 30 m apart, so
+/// that chunks come and go.
 const SMALL: [&str; 10] = [
     "frames=3",
     "chunks.visible_radius_m=20",
@@ -32,13 +33,14 @@ fn settings(more: &[&'static str]) -> Vec<&'static str> {
     [&SMALL, more].concat()
 }
 
-/// A world and what its frames are.
+/// A world and its frames.
 struct Known {
     world: World,
     frames: Vec<Vec<u8>>,
 }
 
-/// Tests take turns: each wants a store without chunks and frames of others.
+/// The world of these tests. The lock makes them take turns, as each needs a store without chunks
+/// and frames of others.
 static HOME: LazyLock<Mutex<Known>> = LazyLock::new(|| {
     let world = World::new("demo", &settings(&[]));
     let frames = frames(&world, &world.runner(1), &FRAMES);
@@ -51,7 +53,7 @@ fn home() -> MutexGuard<'static, Known> {
     known
 }
 
-/// Another world that shares this one's store, and with it the library that both grow alike.
+/// Another world that shares the store, and with it the library, which is the same for both.
 fn beside(known: &Known, more: &[&'static str]) -> World {
     let world = World::new("demo", &settings(more));
     let assets = |w: &World| w.forest.plan().key(w.forest.assets, ());
@@ -67,7 +69,7 @@ fn frames(world: &World, runner: &Runner<'_>, order: &[u64]) -> Vec<Vec<u8>> {
     made.collect()
 }
 
-/// Says which frame differs first, and where, rather than printing megabytes.
+/// Asserts that frames are equal, and reports the first difference rather than megabytes.
 #[track_caller]
 fn assert_same(a: &[Vec<u8>], b: &[Vec<u8>], what: &str) {
     assert_eq!(a.len(), b.len(), "{what}");
@@ -102,7 +104,8 @@ fn threads_do_not_matter() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let pool = pool.build().expect("a pool");
         known.world.forget();
-        // One node at a time: a job of the pool never waits for another's node.
+        // The runner computes one node at a time, so that no job of the pool waits for another's
+        // node.
         let made = pool.install(|| frames(&known.world, &known.world.runner(1), &FRAMES[..1]));
         let what = format!("{threads} threads for pixels and pulses");
         assert_same(&made, &known.frames[..1], &what);
@@ -131,7 +134,7 @@ fn backwards_is_forwards() {
 
 #[test]
 fn a_store_that_keeps_one_value_is_enough() {
-    // Everything is made again and again: a smaller world, or this takes minutes.
+    // Everything is computed repeatedly, which would take minutes in a larger world.
     let tiny = [
         "chunks.visible_radius_m=10",
         "chunks.undergrowth_radius_m=5",
@@ -165,7 +168,7 @@ fn a_fresh_plan_for_each_frame_is_the_same() {
         let expected = &known.frames[frame as usize..=frame as usize];
         assert_same(&frames(&world, &runner, &[frame]), expected, "a fresh plan");
     }
-    // Nothing shared at all, as in another process.
+    // Nothing is shared, as in another process.
     let world = World::new("demo", &settings(&[]));
     let made = frames(&world, &world.runner(2), &[1]);
     assert_same(&made, &known.frames[1..=1], "a fresh plan and store");
@@ -175,7 +178,7 @@ fn a_fresh_plan_for_each_frame_is_the_same() {
 fn another_seed_is_another_world() {
     let known = home();
     let world = World::new("demo", &settings(&["seed=8"]));
-    // Growing its assets would show nothing more.
+    // Growing the assets too would test nothing more.
     let chunk = ChunkCoord::new(0, 0);
     let (a, b) = (&known.world, &world);
     let key = |w: &World| w.forest.plan().key(w.forest.objects, chunk);
@@ -184,7 +187,7 @@ fn another_seed_is_another_world() {
     assert_ne!(key(a), key(b));
 }
 
-/// Fifty thousand kilometres from the origin.
+/// Settings for a place 50,000 km from the origin.
 const FAR: [&str; 3] = [
     "robot.start_x_m=50000025.0",
     "robot.start_y_m=-49999975.0",
@@ -216,7 +219,7 @@ fn far_from_the_origin_nothing_changes() {
             if point.object.is_none() {
                 continue;
             }
-            // The id leads to the thing, which stands where the point is.
+            // The id gives the object, which is where the point is.
             let chunk = point.object.chunk();
             let things = runner.get(world.forest.objects, chunk).expect("things");
             let thing = &things.0[usize::from(point.object.item()) - 1];
@@ -256,7 +259,7 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
         let solid = runner
             .get(world.forest.object_geometry, chunk)
             .expect("geometry");
-        // Rust prints floats so that they can be read back: equal texts are equal things.
+        // Rust prints floats exactly, so equal texts mean equal objects.
         let things: Vec<String> = things
             .0
             .iter()
@@ -287,7 +290,7 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
     let hits = first.1.iter().flatten().count();
     assert!(hits >= 450, "{hits} of 500 rays hit");
 
-    // The robot leaves; the chunk manager deletes what is far behind it.
+    // The robot leaves, and the chunk manager deletes chunks far behind it.
     let manager = ChunkManager::new(world.config.chunks.clone());
     let plan = world.forest.plan();
     let key = plan.key(world.forest.objects, chunk);
@@ -305,7 +308,7 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
     );
     assert_eq!(world.store.count("chunk.ground"), 0);
 
-    // Others come first this time.
+    // Other chunks are computed first this time.
     for (dx, dy) in [(1, 1), (-1, 0), (0, -1)] {
         let other = chunk.offset(dx, dy);
         runner

@@ -1,6 +1,6 @@
-//! Pictures of an open wood of cork oaks have the statistics and classes that
-//! docs/measurements/realism.md measures of all stands, crowns of spruce their colours, and each
-//! measure leaves its range when its cause is broken on purpose.
+//! Pictures of an open stand of cork oaks have statistics and classes in the ranges of
+//! docs/measurements/realism.md, and crowns of spruce have their colours. Each measure leaves its
+//! range when its cause is broken on purpose.
 
 use std::sync::{Arc, LazyLock};
 
@@ -32,24 +32,24 @@ const SETTINGS: [&str; 12] = [
 ];
 const FRAMES: u64 = 3;
 
-struct Wood {
+struct Stand {
     store: Store,
     assets: Arc<WorldAssets>,
     images: Vec<Arc<Vec<CameraImages>>>,
 }
 
-static WOOD: LazyLock<Wood> = LazyLock::new(|| {
+static STAND: LazyLock<Stand> = LazyLock::new(|| {
     let store = Store::unlimited();
     let (assets, images) = taken("montado", &store, &[]);
-    Wood {
+    Stand {
         store,
         assets,
         images,
     }
 });
 
-/// Of a preset with settings over these. Keys tell values apart: what does not depend on them is
-/// made once.
+/// Pictures of a preset with further settings. What does not depend on them is computed once, as
+/// the keys in the store are the same.
 fn taken(
     preset: &str,
     store: &Store,
@@ -63,17 +63,17 @@ fn taken(
     (assets, (0..FRAMES).map(image).collect())
 }
 
-/// Over the pictures of the robot's own camera.
+/// The mean of a measure over the pictures of the robot's camera.
 fn mean(of: impl Fn(&CameraImages) -> f64) -> f64 {
-    WOOD.images.iter().map(|i| of(&i[0])).sum::<f64>() / FRAMES as f64
+    STAND.images.iter().map(|i| of(&i[0])).sum::<f64>() / FRAMES as f64
 }
 
-/// Their pixels, changed.
+/// The mean of a measure over the same pictures with changed pixels.
 fn mean_of(change: impl Fn(&Image<[u8; 3]>) -> Image<[u8; 3]>, of: fn(&Image<f64>) -> f64) -> f64 {
     mean(|i| of(&luminance(&change(&i.rgb))))
 }
 
-/// Each pixel the mean of those right of it and below it.
+/// A picture each of whose pixels is the mean of those right of it and below it.
 fn smeared(picture: &Image<[u8; 3]>, across: usize, down: usize) -> Image<[u8; 3]> {
     let (w, h) = (picture.width(), picture.height());
     let pixel = |i: usize| {
@@ -97,7 +97,7 @@ fn noise(picture: &Image<[u8; 3]>) -> Image<[u8; 3]> {
 }
 
 #[test]
-fn pictures_of_no_wood_are_noticed() {
+fn pictures_of_no_forest_are_noticed() {
     let slope = |v: &Image<f64>| amplitude_slope(&spectrum(v));
     leaves(
         "slope",
@@ -140,7 +140,8 @@ fn pictures_of_no_wood_are_noticed() {
 
 #[test]
 fn crowns_of_other_colours_are_noticed() {
-    // As PhenoCams on towers see them; another camera than the first would be one more picture.
+    // The first camera is mounted like PhenoCams on towers, as a second one would need one more
+    // picture.
     let tower = ["camera.mount_z_m=45", "camera.mount_pitch_deg=60"];
     let images = taken("spruce", &Store::unlimited(), &tower).1;
     let painted = |paint: fn([u8; 3]) -> [u8; 3]| {
@@ -220,19 +221,19 @@ fn classes_that_are_missing_are_noticed() {
         ),
     ];
     for (cause, settings, classes) in broken {
-        let without = taken("montado", &WOOD.store, settings).1;
+        let without = taken("montado", &STAND.store, settings).1;
         for class in classes {
             let range = ranges::class_share(class).expect("not of rocks");
             let broken = [(cause, share(&without, class))];
             let measure = format!("share of {class}");
-            leaves(&measure, range, share(&WOOD.images, class), &broken);
+            leaves(&measure, range, share(&STAND.images, class), &broken);
         }
     }
 }
 
 #[test]
 fn ground_that_shows_its_tile_is_noticed() {
-    let materials = WOOD.assets.library.materials.materials();
+    let materials = STAND.assets.library.materials.materials();
     let ground: Vec<&Material> = materials.iter().filter(|m| m.ground).collect();
     assert!(ground.len() > 3, "a floor and trails");
     for material in ground {

@@ -1,5 +1,5 @@
-//! What stands in the paper's three forests, counted as a user would: through the plans, with the
-//! trails on, a hundred chunks of each.
+//! Objects in the paper's three forests, counted through the plans as by a user, with trails, in a
+//! hundred chunks of each.
 
 use std::collections::HashSet;
 use std::sync::{Arc, LazyLock};
@@ -15,10 +15,10 @@ use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_stand::{SceneObject, SceneObjects};
 use nemoral_tests::config;
 
-/// The paper, section VI: trees in a chunk, on average.
+/// Mean number of trees in a chunk (paper, section VI).
 const PRESETS: [(&str, f64); 3] = [("low", 31.0), ("medium", 96.0), ("high", 210.0)];
 
-/// Chunks along a side of the square that is looked at.
+/// Side of the square that is counted, chunks.
 const SIDE: i32 = 10;
 
 struct Chunk {
@@ -36,7 +36,7 @@ struct Stand {
 }
 
 static STANDS: LazyLock<Vec<Stand>> = LazyLock::new(|| {
-    // Keys tell values apart, so three plans share a store, and grow their one library once.
+    // Three plans share a store, and the library, which is the same, is grown once.
     let store = Store::unlimited();
     let stand = |(name, target): (&'static str, f64)| {
         let config = config(name, &[]);
@@ -75,7 +75,7 @@ impl Chunk {
 }
 
 impl Stand {
-    /// How many of a kind each chunk has.
+    /// The number of objects of a kind in each chunk.
     fn counts(&self, kind: ObjectKind) -> Vec<f64> {
         let count = |c: &Chunk| c.of(kind).count() as f64;
         self.chunks.iter().map(count).collect()
@@ -94,7 +94,7 @@ fn variance(values: &[f64]) -> f64 {
 #[test]
 fn the_papers_three_densities_are_met() {
     for stand in &*STANDS {
-        // Rows of trees.csv, as a forester counts them.
+        // Trees are counted as rows of trees.csv.
         let trees = |c: &Chunk| {
             let records = c
                 .things
@@ -116,7 +116,7 @@ fn the_papers_three_densities_are_met() {
             variance / mean
         );
         assert!((mean / stand.target - 1.0).abs() <= 0.05, "{mean}");
-        // Neither a plantation nor clumps: a scattered pattern has 1.
+        // A random pattern has 1, rows have less and clumps more.
         assert!((0.3..2.5).contains(&(variance / mean)), "{variance}");
         let different: HashSet<u64> = counts.iter().map(|c| *c as u64).collect();
         assert!(different.len() >= 10, "counts vary");
@@ -138,7 +138,7 @@ fn stumps_shrubs_and_rocks_meet_their_numbers() {
             kind.name(),
             counts.len()
         );
-        // What scatters, and what rocks and trees take away from those that come after them.
+        // The tolerance covers chance, and the room that rocks and trees take from later objects.
         let tolerance = 3.0 * expected.sqrt() + 0.05 * expected;
         assert!((total - expected).abs() <= tolerance, "{}", kind.name());
     };
@@ -152,7 +152,7 @@ fn stumps_shrubs_and_rocks_meet_their_numbers() {
         let allowed = f64::from(p.rocks_min)..=f64::from(p.rocks_max);
         let counts = stand.counts(ObjectKind::Rock);
         assert!(counts.iter().all(|n| allowed.contains(n)), "{counts:?}");
-        // The whole range is used.
+        // The counts use the whole range.
         assert!(counts.contains(allowed.start()) && counts.contains(allowed.end()));
     }
 }
@@ -175,7 +175,7 @@ fn no_two_things_are_too_near_across_borders_too() {
         let (mut pairs, mut across, mut tightest) = (0_u64, 0_u64, f64::INFINITY);
         for (i, here) in chunks.iter().enumerate() {
             let (x, y) = (i as i32 % SIDE, i as i32 / SIDE);
-            // This chunk and half of its neighbours: every pair once.
+            // This chunk and half of its neighbours give every pair once.
             for (dx, dy) in [(0, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
                 let Some(there) = at(x + dx, y + dy) else {
                     continue;
@@ -279,7 +279,7 @@ fn neither_border_nor_phase_shows() {
             }
         }
     }
-    // 3 % or 3 sigma of scattered points.
+    // The tolerance is 3 % or 3 sigma of random points.
     let check = |what: &str, count: f64, expected: f64| {
         let (off, sigmas) = (count / expected - 1.0, (count - expected) / expected.sqrt());
         println!(
@@ -289,7 +289,7 @@ fn neither_border_nor_phase_shows() {
         assert!(off.abs() <= 0.03 || sigmas.abs() <= 3.0, "{what}");
     };
     for (i, count) in strips.into_iter().enumerate() {
-        // Squares of 50 m less i times 0.5 m on each side.
+        // These squares have a side of 50 m less 0.5 m times i on each side.
         let inner = 50.0 - i as f64;
         let share = (inner.powi(2) - (inner - 1.0).powi(2)) / 2500.0;
         let what = format!("strip {:.1}..{:.1} m", i as f64 / 2.0, (i + 1) as f64 / 2.0);

@@ -1,4 +1,4 @@
-//! Range errors as they come out of the whole scanner: pattern, rays, echoes, receiver.
+//! Range errors of the whole scanner: pattern, rays, echoes and receiver.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use nemoral_scene::{
 };
 use nemoral_seed::Key;
 
-/// A plate: where its middle is, its normal, half its width, its reflectance.
+/// A plate: its centre, normal, half width and reflectance.
 type Plate = (DVec3, DVec3, f64, f32);
 
 fn plates(plates: &[Plate]) -> (RayScene, MaterialLibrary) {
@@ -89,7 +89,7 @@ fn scan_by(
     })
 }
 
-/// Straight ahead, again and again.
+/// A pulse straight ahead.
 fn ahead(number: u64) -> Pulse {
     Pulse {
         time_s: number as f64 * 1e-5,
@@ -98,7 +98,7 @@ fn ahead(number: u64) -> Pulse {
     }
 }
 
-/// A normal that beams along x meet at this angle.
+/// A normal with this angle of incidence for beams along x.
 fn tilted(incidence_deg: f64) -> DVec3 {
     let (sin, cos) = incidence_deg.to_radians().sin_cos();
     DVec3::new(-cos, 0.6 * sin, 0.8 * sin)
@@ -107,7 +107,7 @@ fn tilted(incidence_deg: f64) -> DVec3 {
 const N: u32 = 100_000;
 const SIGMA_M: f64 = 0.01;
 
-/// The biases are the published filter's, computed outside of this project.
+/// The biases are those of the published filter, computed outside of this project.
 #[test]
 fn the_mean_error_off_a_tilted_plane_is_the_published_one() {
     use LaconteDevice::{SickLms1xx, VelodyneHdl32e};
@@ -130,13 +130,13 @@ fn the_mean_error_off_a_tilted_plane_is_the_published_one() {
         let off = (mean_m - bias_m) / (SIGMA_M / f64::from(N).sqrt());
         println!("{device:?}: mean {mean_m:.6} m, published {bias_m} m: {off:.2} standard errors");
         assert!(off.abs() < 4.0, "{device:?}: {mean_m} {bias_m} {off}");
-        // The deviation of a standard deviation is σ / √(2 n).
+        // The standard error of a standard deviation is σ / √(2 n).
         let spread = variance.sqrt() / SIGMA_M - 1.0;
         assert!(spread.abs() < 4.0 / f64::from(2 * N).sqrt(), "{spread}");
     }
 }
 
-/// The same over a whole field of view, where each pulse has its own range and incidence.
+/// The mean error over a whole field of view, where each pulse has its own range and incidence.
 #[test]
 fn the_mean_error_over_a_field_of_view_is_the_models() {
     let (middle, normal) = (DVec3::X * 12.0, tilted(50.0));
@@ -173,7 +173,7 @@ fn the_mean_error_over_a_field_of_view_is_the_models() {
     );
 }
 
-/// 90, 127 and 255 m at 10, 20 and 80 %: the data sheet's ladder from one of its rows.
+/// The data sheet's ranges of 90, 127 and 255 m at 10, 20 and 80 % follow from one of them.
 #[test]
 fn the_ladder_of_ranges_holds_through_the_scanner() {
     let ladder = [(0.1, 90.0), (0.2, 127.3), (0.8, 254.6)];
@@ -202,7 +202,8 @@ fn the_ladder_of_ranges_holds_through_the_scanner() {
     }
 }
 
-/// What each pulse does is its own, with every error there is: a laser more changes no other's.
+/// The errors of each pulse are its own, with all errors enabled: one more laser changes no other
+/// pulse.
 #[test]
 fn one_more_laser_changes_no_other_pulse() {
     let errors = PulseErrors {
@@ -236,7 +237,7 @@ fn one_more_laser_changes_no_other_pulse() {
         ..ScannerParams::default()
     });
     assert_eq!(ten.len(), 3600);
-    // Pulses of a laser differ, and lasers do.
+    // Errors differ between pulses of a laser, and between lasers.
     let errors_m = |ring: u8| -> Vec<f32> {
         let of_ring = ten.iter().filter(|p| p.ring == ring);
         of_ring.map(|p| p.range_m - p.true_range_m).collect()
@@ -245,7 +246,8 @@ fn one_more_laser_changes_no_other_pulse() {
     assert_ne!(errors_m(3)[0], errors_m(3)[1]);
 }
 
-/// A turn of ten lasers, whose points are those that it has with one more laser on top or between.
+/// The points of a turn of ten lasers, after asserting that they are the same with one more laser
+/// on top or between them.
 fn one_more_laser(params: &ScannerParams) -> Vec<LidarPoint> {
     let laser = |ring: u8| Laser {
         elevation_rad: f64::from(ring) * 0.02 - 0.1,
@@ -262,7 +264,7 @@ fn one_more_laser(params: &ScannerParams) -> Vec<LidarPoint> {
             .map(|i| {
                 let (sin, cos) = (f64::from(i) * FRAC_PI_2).sin_cos();
                 let ahead = DVec3::new(cos, sin, 0.0);
-                // They overlap at the corners.
+                // The plates overlap at the corners.
                 (8.0 * ahead, -ahead, 9.0, 0.5)
             })
             .collect();
@@ -277,10 +279,11 @@ fn one_more_laser(params: &ScannerParams) -> Vec<LidarPoint> {
         )
     };
     let ten = turn((0..10).map(laser).collect());
-    // All but the number of the pulse.
+    // All fields but the number of the pulse are compared.
     let bytes = |p: &LidarPoint| format!("{:?}", LidarPoint { pulse: 0, ..*p });
     let expected: Vec<_> = ten.iter().map(bytes).collect();
-    // On top, where it fires last, and in the middle, where it fires between the others.
+    // The further laser is on top, where it fires last, or in the middle, where it fires between
+    // the others.
     for extra in [
         laser(10),
         Laser {

@@ -1,6 +1,6 @@
-//! Each measure of realism is in its range on a grown beech wood, and leaves it when its cause is
-//! broken on purpose (species' relations in `relations.rs`, pictures in `pictures.rs`). What the
-//! measures say of all stands is in docs/measurements/realism.md.
+//! Each measure of realism is in its range in a grown beech stand, and leaves it when its cause is
+//! broken on purpose (species' relations are in `relations.rs`, pictures in `pictures.rs`). The
+//! measures of all stands are in docs/measurements/realism.md.
 
 use std::sync::{Arc, LazyLock};
 
@@ -18,9 +18,10 @@ use nemoral_tests::realism::{
     weibull_fit,
 };
 
-/// Chunks along a side.
+/// Side of the square that is measured, chunks.
 const SIDE: i32 = 5;
-/// From the border to where lines up begin: what is 50 m high hides nothing of them.
+/// Distance from the border to where lines begin, metres: nothing outside of the square that is up
+/// to 50 m high can be on them.
 const MARGIN_M: f64 = 80.0;
 const SETTINGS: [&str; 5] = [
     "assets.english_oak=0",
@@ -30,34 +31,34 @@ const SETTINGS: [&str; 5] = [
     "frames=1",
 ];
 
-struct Wood {
+struct Stand {
     config: Config,
     assets: Arc<WorldAssets>,
     survey: Survey,
 }
 
-fn wood(preset: &str, settings: &[&str]) -> Wood {
+fn stand(preset: &str, settings: &[&str]) -> Stand {
     let world = World::new(preset, settings);
     let runner = world.runner(2);
     let assets = runner.get(world.forest.assets, ()).expect("assets");
-    Wood {
+    Stand {
         survey: Survey::of(&world, &runner, &assets, SIDE),
         assets,
         config: world.config,
     }
 }
 
-static BEECH: LazyLock<Wood> = LazyLock::new(|| wood("beech", &SETTINGS));
+static BEECH: LazyLock<Stand> = LazyLock::new(|| stand("beech", &SETTINGS));
 
-static PLANTATION: LazyLock<Wood> = LazyLock::new(|| {
+static PLANTATION: LazyLock<Stand> = LazyLock::new(|| {
     let settings = [
         &SETTINGS[1..],
         &["placement.stumps=0", "placement.shrubs=0"],
     ];
-    wood("eucalyptus-plantation", &settings.concat())
+    stand("eucalyptus-plantation", &settings.concat())
 });
 
-/// In every second square of 30 m.
+/// Whether a place is in every second square of 30 m.
 fn in_groups(place: &DVec2) -> bool {
     (*place / 30.0).floor().element_sum() % 2.0 == 0.0
 }
@@ -94,7 +95,8 @@ fn stems_that_stand_otherwise_are_noticed() {
     let broken = [("groups and meadows", far(&groups))];
     leaves("g(5–15 m)", ranges::PAIRS_FAR, far(&places), &broken);
 
-    // Beeches are wide apart: what their marks say is asked of a plantation, below. It can tell.
+    // Beeches are too far apart for the mark correlation, which is tested on a plantation below.
+    // This shows that it detects independent sizes.
     let sizes = |of: &dyn Fn(usize) -> f64| -> Vec<(DVec2, f64)> {
         let places = places.iter().enumerate();
         places.map(|(i, p)| (*p, of(i))).collect()
@@ -213,7 +215,8 @@ fn a_stand_that_is_thinner_or_thicker_is_noticed() {
     );
 }
 
-/// With saplings and dead trees; of three individuals a species, that there be many pairs.
+/// The stand has saplings and dead trees, and three individuals per species, so that there are many
+/// pairs.
 #[test]
 fn copies_that_stand_alike_are_noticed() {
     let settings = [
@@ -242,7 +245,7 @@ fn copies_that_stand_alike_are_noticed() {
     }
 }
 
-/// The same trees with other cards.
+/// The same trees with changed cards.
 fn with_cards(
     trees: &[Standing],
     materials: &MaterialLibrary,
@@ -283,7 +286,7 @@ fn leaves_of_another_size_or_place_are_noticed() {
     let sound = canopy(trees, materials);
     let gaps = sound.gaps();
 
-    // Drawn at twice the scale of what the inventory counts.
+    // The cards have twice the scale of what the inventory counts.
     let twice = with_cards(trees, materials, |_, c| Card {
         corner: middle(c) - c.edge_u - c.edge_v,
         edge_u: 2.0 * c.edge_u,
@@ -301,7 +304,7 @@ fn leaves_of_another_size_or_place_are_noticed() {
         filled.add(material);
     }
     let filled = canopy(trees, &filled);
-    // All leaves of a crown near its stem.
+    // All leaves of a crown are near its stem.
     let huddled = with_cards(trees, materials, |_, c| {
         let at = middle(c);
         Card {
@@ -310,7 +313,7 @@ fn leaves_of_another_size_or_place_are_noticed() {
         }
     });
     let huddled = canopy(&huddled, materials);
-    // Every second square of 30 m without a tree.
+    // Every second square of 30 m is without trees.
     let mut parted = trees.clone();
     parted.retain(|t| in_groups(&t.foot_m));
     let parted = canopy(&parted, materials);
@@ -327,8 +330,8 @@ fn leaves_of_another_size_or_place_are_noticed() {
         ],
     );
     leaves(
-        // Under that of beech woods in the field, .8 to .95: the page says so. Ours, and a quarter
-        // either way.
+        // This is below that of beech forests in the field, .8 to .95, as the page says. The range
+        // is our value and a quarter either way.
         "Ω",
         (0.31, 0.52),
         gaps.clumping(),
@@ -419,7 +422,7 @@ fn leaves_of_another_size_or_place_are_noticed() {
         of(&heights_m).mode,
         &[("upside down", of(&turned).mode)],
     );
-    // Each leaf a tenth as far from two thirds of the dominant height as it was.
+    // Each leaf is moved to a tenth of its distance from two thirds of the dominant height.
     let layer_m = 0.67 * dominant_m as f32;
     let layered = with_cards(trees, materials, |_, c| {
         let fall_m = 0.9 * (layer_m - middle(c).z);
@@ -437,7 +440,8 @@ fn leaves_of_another_size_or_place_are_noticed() {
     );
 }
 
-/// Where photographs' Ω is in its range: that of beech is not, as the page says.
+/// The Ω of photographs in a stand where it is in its range, which that of beech is not, as the
+/// page says.
 #[test]
 fn groups_and_meadows_are_noticed_in_photographs() {
     let materials = &PLANTATION.assets.library.materials;

@@ -1,12 +1,11 @@
-//! Grown trees show the relations that their species was given, and trees of a species that was
-//! given others do not. What is found of all species is in docs/measurements/realism.md.
+//! Grown trees have the relations of their species, and trees that grew by altered relations do
+//! not. The results of all species are in docs/measurements/realism.md.
 
 use nemoral_assets::{Allometry, Species};
 use nemoral_tests::realism::ranges::{self, leaves};
 use nemoral_tests::realism::{HeightScatter, Relations, stand_diameters};
 
-/// Trees are grown of a species whose relations are altered, and measured against the published
-/// ones.
+/// Trees grow by altered relations and are compared with the published ones.
 #[test]
 fn relations_miss_trees_that_grew_by_others() {
     let published = Species::beech();
@@ -16,7 +15,7 @@ fn relations_miss_trees_that_grew_by_others() {
         Relations::from_sizes(&published, Relations::of(&altered, 120).sizes)
     };
     let sound = grown_by(&|_| ());
-    // Of two halves, the one that is farther off.
+    // The half of the trees with the larger deviation.
     let worst = |r: &Relations, i: usize| {
         let [thin, thick] = r.ratios.map(|half| half[i]);
         if (thin - 1.0).abs() > (thick - 1.0).abs() {
@@ -26,8 +25,8 @@ fn relations_miss_trees_that_grew_by_others() {
         }
     };
     let taller = grown_by(&|a| a.dominant[1] *= 1.06);
-    // As tall when dominant, and taller before: the mean over all trees would hide a good part of
-    // it.
+    // The trees are as tall when dominant but taller before, of which the mean over all trees would
+    // hide a good part.
     let earlier = grown_by(&|a| a.height_curve[0] = 0.03);
     let stout = grown_by(&|a| a.slenderness[1] = 75.0);
     leaves(
@@ -64,7 +63,7 @@ fn relations_miss_trees_that_grew_by_others() {
     );
 }
 
-/// What the measures say of the species as they are is in docs/measurements/realism.md.
+/// The measures of the unaltered species are in docs/measurements/realism.md.
 #[test]
 fn heights_that_scatter_otherwise_are_noticed() {
     let heights = |name: &str, height_sd: f64, slenderness: Option<[f64; 2]>| {

@@ -1,5 +1,5 @@
-//! Seedlings of trees on the forest floor: how many, where, of which species, and that nothing else
-//! moves for them.
+//! Seedlings of trees on the forest floor: their number, places and species, and that they change
+//! nothing else.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::f64::consts::TAU;
@@ -11,16 +11,16 @@ use nemoral_scene::{ChunkCoord, Instance, ObjectId, Semantic, Surface};
 use nemoral_stand::StandLayer;
 use nemoral_tests::{World, config};
 
-/// One tree of each species: what grows below does not know how many there are.
+/// A setting for one individual of each species, on which seedlings do not depend.
 const FEW: &str = "assets.individuals=1";
 
 const CHUNK_M: f64 = 50.0;
 
-/// A mixture with trails all over it.
+/// A mixed stand with many trails.
 static OAKS: LazyLock<World> =
     LazyLock::new(|| World::new("oak-mixed", &[FEW, "trails.spawn_probability=0.1"]));
 
-/// So many chunks along a side.
+/// The chunks of a square with this side.
 fn square(side: i32) -> impl Iterator<Item = ChunkCoord> {
     (0..side * side).map(move |i| ChunkCoord::new(i % side - side / 2, i / side - side / 2))
 }
@@ -30,7 +30,7 @@ fn places(runner: &Runner<'_>, world: &World, at: ChunkCoord) -> Vec<DVec2> {
     seedlings.iter().map(|p| p.position_m).collect()
 }
 
-/// Ground of one kind, and the seedlings on it.
+/// Area of one kind of ground, and its seedlings.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stratum {
     m2: f64,
@@ -43,8 +43,8 @@ impl Stratum {
     }
 }
 
-/// Ground in clusters and outside, each by the share of the sky that is seen: below a tenth, and
-/// above a sixth.
+/// Ground in clusters and outside, each where less than a tenth of the sky is visible, and where
+/// more than a sixth is.
 #[derive(Debug, Default)]
 struct Strata {
     inside: [Stratum; 2],
@@ -97,7 +97,7 @@ fn they_come_up_in_clusters_and_in_light() {
     println!("spruce, in shade and in light: {strata:?}");
     let asked = world.config.placement.regeneration.seedlings;
     let [shade, light] = strata.inside;
-    // Both kinds of ground are there, and not by a patch or two.
+    // There are many patches of both kinds of ground.
     assert!(shade.m2 > 1500.0 && light.m2 > 1500.0);
     assert!(light.per_m2() > 2.0 * shade.per_m2());
     assert!((0.4 * asked..asked).contains(&light.per_m2()));
@@ -121,7 +121,7 @@ fn none_is_on_a_trail_and_none_is_in_a_row() {
             assert!(edge_m > 0.35, "{p}: {edge_m} m from a trail");
             beside += u32::from(edge_m < 1.5);
             all += 1;
-            // The grid they are sown on has cells of 0.7 m.
+            // Seedlings are placed on a grid with cells of 0.7 m.
             for (wave, x) in waves.iter_mut().zip(p.to_array()) {
                 *wave += DVec2::from_angle(TAU * x / 0.7);
             }
@@ -131,7 +131,7 @@ fn none_is_on_a_trail_and_none_is_in_a_row() {
     assert!(beside > 30, "the trails do pass by: {beside}");
     for wave in waves {
         let order = wave.length() / f64::from(all);
-        // Of the undergrowth's grid it is 0.4, of a grid without jitter 1.
+        // It is 0.4 for the undergrowth's grid, and 1 for a grid without jitter.
         assert!(order < 0.1, "{order}");
     }
 }
@@ -147,7 +147,8 @@ fn a_chunk_does_not_know_its_neighbours() {
     let chunk = |p: &&DVec2| ChunkCoord::containing(**p, CHUNK_M) == at;
     let last: Vec<DVec2> = all.iter().filter(chunk).copied().collect();
     assert!(first.len() > 100 && first == last);
-    // Nor does a border show: as many as elsewhere stand within a metre of one.
+    // Chunk borders are not visible either: as many seedlings as elsewhere are within a metre of
+    // one.
     let border_m = |x: f64| {
         let within = x.rem_euclid(CHUNK_M);
         within.min(CHUNK_M - within)
@@ -157,7 +158,7 @@ fn a_chunk_does_not_know_its_neighbours() {
         .filter(|p| border_m(p.x) < 1.0 || border_m(p.y) < 1.0);
     let (near, area) = (near.count() as f64, 1.0 - (48.0 * 48.0) / 2500.0);
     let expected = area * all.len() as f64;
-    // Clusters make them scatter more than points do.
+    // The count scatters more than that of random points, as there are clusters.
     assert!((near / expected - 1.0).abs() < 0.25, "{near} of {expected}");
 }
 
@@ -168,7 +169,7 @@ fn a_plantation_has_none() {
     assert!(of("montado") < of("medium") && of("medium") < of("oak-mixed"));
 }
 
-/// What grows low in a chunk, apart: seedlings, and everything else.
+/// The low plants of a chunk: seedlings, and all others.
 fn low(world: &World, at: ChunkCoord) -> (Vec<Instance>, Vec<Instance>) {
     let low = world
         .runner(2)

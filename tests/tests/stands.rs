@@ -1,5 +1,5 @@
-//! The recipes of stands, looked at as a forester would: numbers, diameters, how stems stand, what
-//! grows up, and that each gives a frame.
+//! The stand presets by forest inventory: numbers, diameters, the pattern of stems, regeneration,
+//! and that each gives a frame.
 
 #![allow(
     clippy::disallowed_methods,
@@ -15,10 +15,10 @@ use nemoral_scene::{ChunkCoord, Semantic, TreeRecord};
 use nemoral_tests::realism::{clark_evans, row_power};
 use nemoral_tests::{STANDS, World};
 
-/// Chunks along a side of the square that is looked at.
+/// Side of the square that is surveyed, chunks.
 const SIDE: i32 = 10;
 
-/// A near view in a small picture: numbers and places do not know how far is seen.
+/// Settings for a short range and a small picture, on which numbers and places do not depend.
 const SMALL: [&str; 8] = [
     "chunks.visible_radius_m=30",
     "chunks.undergrowth_radius_m=15",
@@ -41,7 +41,7 @@ fn trees(world: &World, runner: &Runner<'_>) -> Vec<TreeRecord> {
     all.filter_map(|t| assets.tree_record(t)).collect()
 }
 
-/// The mean diameter that a config asks for: of its truncated distribution, over its species.
+/// The mean diameter that a config asks for, of its truncated distribution and over its species.
 fn asked_dbh_m(assets: &Assets) -> f64 {
     let limits = [assets.dbh_min_m, assets.dbh_max_m];
     let (mut sum, mut shares) = (0.0, 0.0);
@@ -59,7 +59,8 @@ fn asked_dbh_m(assets: &Assets) -> f64 {
     sum / shares
 }
 
-/// What decides most: rows, and a mixture with gaps and regeneration; two individuals a species.
+/// The two most different stands: rows, and a mixture with gaps and regeneration; with two
+/// individuals per species.
 #[test]
 fn rows_and_mixtures_are_as_described() {
     are_as_described(&["eucalyptus-plantation", "oak-mixed"], 2, 0.35);
@@ -71,8 +72,8 @@ fn every_recipe_gives_the_stand_it_describes() {
     are_as_described(&STANDS, 8, 0.10);
 }
 
-/// The mean diameter of so many individuals a species is within `dbh_tolerance` of the
-/// distribution's.
+/// Asserts that stands are as described. The mean diameter with this many individuals per species
+/// is within `dbh_tolerance` of the distribution's.
 fn are_as_described(stands: &[&str], individuals: u32, dbh_tolerance: f64) {
     for &name in stands {
         let individuals = format!("assets.individuals={individuals}");
@@ -85,7 +86,7 @@ fn are_as_described(stands: &[&str], individuals: u32, dbh_tolerance: f64) {
             all.into_iter().partition(|t| t.age_class == "sapling");
         check_stand(name, &world.config, &grown, dbh_tolerance);
         check_regeneration(name, &world.config, &young);
-        // And it can be recorded.
+        // A frame of the stand can be recorded.
         let images = &runner.get(world.forest.images, 0).expect("a frame")[0];
         let scans = runner.get(world.forest.scans, 0).expect("a scan");
         assert!(scans[0].len() > 50, "{name}: {} points", scans[0].len());
@@ -99,11 +100,13 @@ fn are_as_described(stands: &[&str], individuals: u32, dbh_tolerance: f64) {
     }
 }
 
-/// As the species file itself invites to: copied, changed, handed in. The whole stand is of it.
+/// A user copies and changes a species file, as the file itself suggests. The whole stand has this
+/// species.
 #[test]
 fn an_own_species_stands_in_the_forest() {
     const BEECH: &str = include_str!("../../crates/assets/species/beech.toml");
-    // Far lower than any beech of its diameter, so that it cannot be one under another name.
+    // The trees are far lower than any beech of their diameter, so that they cannot be ordinary
+    // beeches.
     let low = BEECH
         .replace("name = \"beech\"", "name = \"low_beech\"")
         .replace("dominant = [45.0, 32.0]", "dominant = [45.0, 14.0]");
@@ -135,7 +138,7 @@ fn an_own_species_stands_in_the_forest() {
     let grown: Vec<_> = all.iter().filter(|t| t.age_class != "sapling").collect();
     assert!((200..all.len()).contains(&grown.len()), "young and grown");
     for t in grown {
-        // Scatter of the height is 8 %, its limit 2.5 times that.
+        // The scatter of heights is 8 %, and its limit is 2.5 times that.
         let (own, other) = (species.mean_height_m(t.dbh_m), beech.mean_height_m(t.dbh_m));
         assert!((0.75..1.25).contains(&(t.height_m / own)), "{own}: {t:?}");
         assert!(t.height_m < 0.8 * other, "{other}: {t:?}");
@@ -157,7 +160,7 @@ fn check_stand(name: &str, config: &Config, grown: &[TreeRecord], dbh_tolerance:
          m, rows {:.0}",
         heading(0.0)
     );
-    // A few in a hundred chunks, and 3 sigma of scattered points.
+    // The tolerance is 5 %, or 3 sigma of random points in a hundred chunks.
     let tolerance = 0.05_f64.max(3.0 / (target * 100.0).sqrt());
     assert!((mean / target - 1.0).abs() < tolerance, "{name}: {mean}");
     assert!(
@@ -190,7 +193,7 @@ fn check_regeneration(name: &str, config: &Config, young: &[TreeRecord]) {
     let target = config.placement.regeneration.saplings;
     let mean = young.len() as f64 / f64::from(SIDE * SIDE);
     println!("{name}: {mean:.1} of {target} saplings a chunk");
-    // Clusters scatter more than points.
+    // Clusters scatter more than random points.
     assert!((mean - target).abs() < 0.2 * target + 0.5, "{name}: {mean}");
     for t in young {
         assert!((0.6..5.0).contains(&t.height_m), "{name}: {t:?}");

@@ -1,5 +1,5 @@
-//! Several cameras on one robot see one world: what one sees at a place, the others see there too,
-//! or something before it; and disparity is what the baseline says.
+//! Several cameras on one robot see the same world: at a place that one camera sees, the others see
+//! the same or something in front of it; and disparity follows from the baseline.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use nemoral_tests::World;
 
 const BASELINE_M: f64 = 0.12;
 
-/// A right eye beside the camera, and one that looks aside.
+/// A world with a right stereo camera beside the camera, and with one that looks aside.
 fn world() -> World {
     World::new(
         "demo",
@@ -35,28 +35,29 @@ struct Frame {
     scene_from_body: RigidTransform,
 }
 
-/// A camera with what it saw.
+/// A camera with its pictures.
 struct Eye<'a> {
     rig: &'a CameraRig,
-    /// Where it is said to be.
+    /// The declared pose of the camera.
     body_from_camera: RigidTransform,
     images: &'a CameraImages,
 }
 
-/// How one camera's pixels look in another.
+/// The comparison of one camera's pixels with another camera.
 #[derive(Debug, Default)]
 struct Compared {
-    /// Pixels that fall into the other's image.
+    /// Pixels whose places are in the other's image.
     all: usize,
-    /// Those whose place the other sees, to a millimetre in ten metres.
+    /// Pixels whose place the other sees, to a millimetre in ten metres.
     seen: usize,
-    /// Of these, those of another class or thing.
+    /// Of these, pixels with another class or object.
     other: usize,
-    /// Those where the other sees past the place, through the surface that is there.
+    /// Pixels where the other sees past the place, through the surface there.
     past: usize,
 }
 
-/// Takes every pixel of `a` to where it is, and casts there from `b`, at the exact image position.
+/// Takes every pixel of `a` to its place in the world, and casts from `b` to that place, at its
+/// exact image position.
 fn compare(frame: &Frame, a: &Eye<'_>, b: &Eye<'_>) -> Compared {
     let scene = SceneView {
         caster: &*frame.scene.caster,
@@ -131,7 +132,7 @@ fn what_one_eye_sees_the_other_sees_a_baseline_beside() {
     let [left, right, side] = &eyes[..] else {
         panic!("three cameras");
     };
-    // The right eye is a baseline to the right, and nothing else.
+    // The right camera differs only by a baseline to the right.
     let right_from_left = right.body_from_camera.inverse() * left.body_from_camera;
     let aside = right_from_left.translation_m - DVec3::new(-BASELINE_M, 0.0, 0.0);
     assert!(aside.length() < 1e-12 && right_from_left.rotation.w.abs() > 1.0 - 1e-12);
@@ -147,7 +148,7 @@ fn what_one_eye_sees_the_other_sees_a_baseline_beside() {
         assert!(c.all > 15_000 && share(c.seen) > 0.6, "{name}: {c:?}");
         assert!(share(c.other) < 1e-3, "{name}: {c:?}");
         assert!(share(c.past) < 2e-3, "{name}: {c:?}");
-        // Sabotage: a mount wrong by a centimetre.
+        // A mount that is wrong by a centimetre is detected.
         let mut wrong = Eye { ..*b };
         wrong.body_from_camera.translation_m.y += 0.01;
         let w = compare(&frame, a, &wrong);
@@ -155,7 +156,7 @@ fn what_one_eye_sees_the_other_sees_a_baseline_beside() {
         assert!(w.past > 20 * c.past.max(10), "{name}: {w:?}, {c:?}");
     }
 
-    // By the images alone: disparity is focal length × baseline / depth.
+    // In the images alone, disparity is focal length × baseline / depth.
     let (fx, truth) = (left.rig.intrinsics.fx, &left.images.truth);
     let median = |baseline_m: f64| {
         let mut differences = Vec::new();
@@ -176,7 +177,7 @@ fn what_one_eye_sees_the_other_sees_a_baseline_beside() {
     println!("depth by disparity: {sound} off (median), {mirrored} with the eyes exchanged");
     assert!(sound < 0.02 && mirrored > 2.0 * sound);
 
-    // Two cameras, two draws.
+    // The cameras have different noise.
     assert_ne!(left.images.rgb, right.images.rgb);
 }
 

@@ -127,12 +127,16 @@ mod tests {
     proptest! {
         #[test]
         fn a_windows_hull_holds_what_is_opaque_on_the_card(
-            w in 1_usize..60, h in 1_usize..60, texels in proptest::collection::vec((0_usize..60, 0_usize..60), 1..5),
-            origin in (0.0_f32..1.0, 0.0_f32..1.0), size in (0.01_f32..0.7, 0.01_f32..0.7), turn in -3.2_f32..3.2,
+            (w, h) in (1_usize..60, 1_usize..60),
+            texels in proptest::collection::vec((0_usize..60, 0_usize..60), 1..5),
+            origin in (0.0_f32..1.0, 0.0_f32..1.0),
+            size in (0.01_f32..0.7, 0.01_f32..0.7),
+            turn in -3.2_f32..3.2,
             place in (0.0_f64..1.0, 0.0_f64..1.0),
         ) {
             use glam::Vec2;
-            let mask = AlphaMask::from_fn(w, h, |c, r| texels.iter().any(|&(x, y)| (x % w, y % h) == (c, r))).expect("size");
+            let opaque = |c, r| texels.iter().any(|&(x, y)| (x % w, y % h) == (c, r));
+            let mask = AlphaMask::from_fn(w, h, opaque).expect("size");
             // Turns beyond a bound stand for upright windows.
             let axis = if turn.abs() > 1.6 { Vec2::X } else { Vec2::from_angle(turn) };
             let window = TextureWindow {
@@ -146,9 +150,11 @@ mod tests {
             if mask.is_opaque(uv.x, uv.y) {
                 let low = hull.iter().copied().fold(DVec2::INFINITY, DVec2::min);
                 let high = hull.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-                prop_assert!((place - low).min_element() >= 0.0 && (high - place).min_element() >= 0.0);
+                prop_assert!((place - low).min_element() >= 0.0);
+                prop_assert!((high - place).min_element() >= 0.0);
             }
-            prop_assert!(hull.iter().all(|p| p.min_element() > -1e-9 && p.max_element() < 1.0 + 1e-9));
+            prop_assert!(hull.iter().all(|p| p.min_element() > -1e-9));
+            prop_assert!(hull.iter().all(|p| p.max_element() < 1.0 + 1e-9));
         }
 
         #[test]

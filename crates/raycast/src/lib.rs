@@ -29,8 +29,8 @@
 //! # What is hit
 //! - Triangles and cards are hit from both sides, borders included. A masked one is hit only where
 //!   [`AlphaMask::is_opaque`](nemoral_scene::AlphaMask::is_opaque) says so at the texture
-//!   coordinate of the hit. A primitive without area is never hit. Two triangles that form a leaf are one
-//!   card: [`Quad`](nemoral_scene::Quad) says when, and how far its hits may be off theirs.
+//!   coordinate of the hit. A primitive without area is never hit. Two triangles that form a leaf
+//!   are one card: [`Quad`](nemoral_scene::Quad) says when, and how far its hits may be off theirs.
 //! - Hits count from `t_min_m` to `t_max_m`, both included. At equal `distance_m` the lowest object
 //!   id wins, then the lowest number of group, instance, primitive.
 //! - No ray passes between triangles that share an edge, nor between those of neighbouring groups

@@ -225,9 +225,10 @@ proptest! {
                 let Some(record) = record else { continue };
                 let (_, group) = &caster.groups()[record.group as usize];
                 let (instance, _) = &group.instances()[record.instance as usize];
+                let shape = &instance.prototype;
                 let of_it = match record.primitive {
-                    Primitive::Triangle(k) => instance.prototype.mesh().triangles[k as usize].material,
-                    Primitive::Card(k) => instance.prototype.cards()[k as usize].material,
+                    Primitive::Triangle(k) => shape.mesh().triangles[k as usize].material,
+                    Primitive::Card(k) => shape.cards()[k as usize].material,
                 };
                 prop_assert_eq!(Some(of_it), hit.map(|h| h.surface.material));
             }
@@ -272,7 +273,8 @@ proptest! {
                 _ => false,
             };
             differ += u32::from(!same);
-            if let (true, Some(a), Some(b)) = (same, cards.closest_hit(r), triangles.closest_hit(r)) {
+            let hits = (cards.closest_hit(r), triangles.closest_hit(r));
+            if let (true, (Some(a), Some(b))) = (same, hits) {
                 prop_assert!((a.shading.normal - b.shading.normal).length() < 1e-2);
                 prop_assert!((a.shading.uv - b.shading.uv).length() < 1e-3);
                 let (a, b) = (a.shading.uv_per_m, b.shading.uv_per_m);

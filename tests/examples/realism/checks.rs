@@ -1,11 +1,11 @@
-//! What is measured, and what it should be.
+//! Measures and their ranges.
 
 use nemoral_assets::Species;
 use nemoral_tests::realism::ranges;
 
 use crate::measure::Stand;
 
-/// A measure of a stand and its range, if there is one for such stands.
+/// A measure of a stand, and its range if there is one for such stands.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Check {
     pub(crate) value: f64,
@@ -22,13 +22,14 @@ impl Check {
         }
     }
 
-    /// What could not be measured, as there is nothing of it, is not out of its range.
+    /// Whether the measure is in its range. A measure of something that the stand has none of
+    /// counts as met.
     pub(crate) fn is_met(&self) -> bool {
         let range = self.range.filter(|_| !self.value.is_nan());
         range.is_none_or(|(low, high)| (low..=high).contains(&self.value))
     }
 
-    /// For a table's cell.
+    /// The text of a table's cell.
     pub(crate) fn cell(&self) -> String {
         let places = self.places;
         match self.range {
@@ -41,16 +42,16 @@ impl Check {
     }
 }
 
-/// A table's column: its head, and the check.
+/// A table's column: its heading and its check.
 pub(crate) type Column = (&'static str, fn(&Stand) -> Check);
 
-/// From a share, which measures are.
+/// A check in percent of a measure that is a share.
 pub(crate) fn percent(share: f64, places: usize, range: impl Into<Option<ranges::Range>>) -> Check {
     let range = range.into().map(|(low, high)| (100.0 * low, 100.0 * high));
     Check::new(100.0 * share, places, range)
 }
 
-/// Of a million pairs; of none, no number.
+/// A check of the pairs that look alike, per million pairs; NaN without any pairs.
 fn alike((alike, same): (usize, usize)) -> Check {
     Check::new(1e6 * alike as f64 / same as f64, 0, ranges::ALIKE)
 }
@@ -99,7 +100,7 @@ pub(crate) const STEMS: &[Column] = &[
     ("saplings alike within 30 m", |s| alike(s.saplings_alike)),
 ];
 
-/// From metres, which measures are in.
+/// A check in millimetres of a measure in metres.
 fn millimetres(value_m: f64, (low_m, high_m): (f64, f64)) -> Check {
     let range = (1000.0 * low_m, 1000.0 * high_m);
     Check::new(1000.0 * value_m, 1, range)
@@ -188,7 +189,7 @@ pub(crate) const PICTURES: &[Column] = &[
     }),
 ];
 
-/// The share of the trees that have needles.
+/// The share of trees with needles.
 fn needles(s: &Stand) -> f64 {
     let needles =
         |name: &str| Species::built_in(name).is_some_and(|s| s.foliage.silhouette_factor < 0.9);

@@ -1,4 +1,4 @@
-//! What is measured of a stand.
+//! Measurement of a stand.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -20,24 +20,25 @@ use nemoral_tests::realism::{
 };
 use nemoral_tests::{World, config};
 
-/// Chunks along a side of the square whose trees are counted.
+/// Side of the square whose trees are counted, chunks.
 pub(crate) const SIDE: i32 = 8;
-/// And whose leaves are.
+/// Side of the square whose leaves are counted, chunks.
 const LEAFY_SIDE: i32 = 5;
-/// From the border of that square to where lines begin: 1.57 times the height of the trees.
+/// Distance from the border of that square to where lines begin, metres: 1.57 times the height of
+/// the trees.
 const MARGIN_M: f64 = 60.0;
-/// Of the smallest of the scales that clumping is shown by: as large as a shoot's picture.
+/// Edge of the smallest voxels by which clumping is shown, metres: the size of a shoot's picture.
 const VOXEL_M: f64 = 0.4;
 const LINES: usize = 8_000;
-/// Of the sky, from under the trees.
+/// Number of photographs of the sky from under the trees.
 const PHOTOGRAPHS: usize = 200;
 /// The ring step of the pair correlation, metres.
 pub(crate) const STEP_M: f64 = 0.5;
-/// Frames that are looked at.
+/// Frames whose pictures and scans are measured.
 const FRAMES: [u64; 5] = [0, 6, 12, 18, 24];
-/// Pulses from above in each.
+/// Pulses from above at each frame.
 const PULSES: u32 = 20_000;
-/// Within this of the robot, metres.
+/// Pulses from above come down within this distance of the robot, metres.
 const FLIGHT_M: f64 = 45.0;
 
 /// A stand, measured.
@@ -50,34 +51,36 @@ pub(crate) struct Stand {
     pub(crate) basal_area_m2_ha: f64,
     /// Share of the trees within their species' limits of slenderness.
     pub(crate) slender: f64,
-    /// Between the trees' diameters and those asked for.
+    /// Distance between the distributions of the trees' diameters and of those asked for.
     pub(crate) diameter_distance: f64,
-    /// Of the trees: shape and scale.
+    /// Shape and scale of the Weibull distribution of the trees' diameters.
     pub(crate) weibull: (f64, f64),
-    /// The shape's range with so few individuals.
+    /// The range of the shape that so few individuals allow.
     pub(crate) shapes: (f64, f64),
     pub(crate) clark_evans: f64,
     pub(crate) pairs: Vec<f64>,
     pub(crate) marks: f64,
-    /// Pairs of the same individual within 30 m, alike and all: of grown and dead trees, ...
+    /// Pairs of the same individual within 30 m that look alike, and all such pairs, of grown and
+    /// dead trees.
     pub(crate) alike: (usize, usize),
-    /// ... and of saplings.
+    /// The same of saplings.
     pub(crate) saplings_alike: (usize, usize),
     /// Diameters by circles fitted to scans.
     pub(crate) scanned: ScannedDiameters,
     pub(crate) dominant_m: f64,
     pub(crate) leaf_area_index: f64,
     pub(crate) gaps: Gaps,
-    /// What was demanded of the silhouettes over leaf area.
+    /// Silhouette over leaf area, as the species' files ask for.
     pub(crate) silhouette: f64,
     /// Ω as photographs of the sky find it.
     pub(crate) photographed: f64,
     pub(crate) by_scale: Vec<(f64, f64)>,
-    /// Along the hinge, from 1.3 m up: of leaves, of trees.
+    /// Share of lines along the hinge, from 1.3 m up, that meet no leaf; `openness` is that of
+    /// lines that meet nothing of a tree.
     pub(crate) leafless: f64,
     pub(crate) openness: f64,
     pub(crate) openness_above: f64,
-    /// By species: mean and standard deviation of the leaves' inclination, degrees.
+    /// Mean and standard deviation of the leaves' inclination by species, degrees.
     pub(crate) inclination: BTreeMap<String, (f64, f64)>,
     /// Plant area density by metre above ground, m²/m³.
     pub(crate) profile: Vec<f64>,
@@ -87,9 +90,9 @@ pub(crate) struct Stand {
     pub(crate) isotropy: f64,
     pub(crate) tones: Tones,
     pub(crate) colour: Option<Colour>,
-    /// From above the crowns.
+    /// Colour of foliage from above the crowns.
     pub(crate) colour_from_above: Option<Colour>,
-    /// How much the kind of ground repeats that does most.
+    /// Repetition of the kind of ground that repeats most.
     pub(crate) ground_repeats: f64,
     /// Share of the pixels and of the points, by class.
     pub(crate) classes: Vec<(String, f64, f64)>,
@@ -107,7 +110,7 @@ impl Stand {
             "camera.height_px=360",
             "camera.edge_samples=4",
             "camera.radiance=true",
-            // The crowns from above, as PhenoCams on towers see them.
+            // A camera sees the crowns from above, like PhenoCams on towers.
             "cameras.tower.mount_z_m=45",
             "cameras.tower.mount_pitch_deg=60",
             "lidar.pulses=20000",
@@ -177,7 +180,7 @@ impl Stand {
     }
 }
 
-/// The same stand from a tripod: its library and chunks are taken as they were made.
+/// Scans the same stand from a tripod, with the library and chunks that are already computed.
 fn scanned(name: &str, world: &World) -> ScannedDiameters {
     let config = config(name, &STATIONS);
     let forest = ForestPlan::new(&config).expect("a preset");
@@ -245,8 +248,8 @@ fn inclinations(assets: &WorldAssets) -> BTreeMap<String, (f64, f64)> {
         .collect()
 }
 
-/// As an airborne scanner has it: first returns of pulses within 10° of the vertical, everything
-/// that grows there included.
+/// The profile of an airborne scanner: from first returns of pulses within 10° of the vertical,
+/// with everything that grows there.
 fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
     let mut heights_m = Vec::new();
     for frame in FRAMES {
@@ -276,7 +279,7 @@ fn profile(world: &World, runner: &Runner<'_>) -> Vec<f64> {
     plant_area_density(&heights_m, 45)
 }
 
-/// By lines straight down from 2 m above ground, trails included.
+/// Cover of low plants along lines straight down from 2 m above ground, trails included.
 fn low_cover(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> LowCover {
     const FROM_M: f64 = 2.0;
     let mut cover = LowCover::default();
@@ -304,10 +307,10 @@ fn low_cover(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> LowCov
     cover
 }
 
-/// What the robot's sensors see, and a camera high above it.
+/// What the robot's sensors and a camera high above it see.
 struct Views {
     luminances: Vec<Image<f64>>,
-    /// Before the sensor clips.
+    /// Luminance before the sensor clips.
     lights: Vec<Image<f64>>,
     colours: Vec<Colour>,
     from_above: Vec<Colour>,

@@ -1,4 +1,4 @@
-//! The page.
+//! The page as Markdown.
 
 use std::fmt::Write;
 
@@ -10,18 +10,18 @@ use crate::measure::{STEP_M, Stand};
 use crate::plots;
 use crate::wrap::wrapped;
 
-/// A species' grown trees.
+/// Measures of grown trees of a species.
 pub(crate) struct Grown {
     pub(crate) species: Species,
-    /// Of trees of all diameters.
+    /// Relations of trees of all diameters.
     pub(crate) relations: Relations,
-    /// Of those of a stand.
+    /// Scatter of heights of trees of a stand.
     pub(crate) heights: HeightScatter,
 }
 
 struct Page {
     text: String,
-    /// What is out of its range: the stand or species, the measure, the cell.
+    /// Measures out of their ranges: the stand or species, the measure, the cell.
     misses: Vec<[String; 3]>,
 }
 
@@ -113,7 +113,7 @@ impl Page {
         self.text.push_str(text);
     }
 
-    /// Rows are stands.
+    /// Writes a table whose rows are stands.
     fn table(&mut self, stands: &[Stand], columns: &[Column]) {
         self.add("\n| stand |");
         for (head, _) in columns {
@@ -236,7 +236,7 @@ impl Page {
              - Height over diameter within the species' limits.\n\
              - Clark and Evans's R: 0.9–1.4 in natural and managed stands, over 1.5 only in \
              plantations. The pair correlation g: none at a stem's width, 1 farther off.\n\
-             - Neighbours within 3.5 m keep each other small in real woods: the mean product of \
+             - Neighbours within 3.5 m keep each other small in real stands: the mean product of \
              their diameters over the squared mean is under 1. Ours do by how they are placed: \
              thick ones keep others farther off, and in rows each is a share smaller for its \
              neighbours' vigour.\n\
@@ -380,7 +380,7 @@ impl Page {
              -1.5 (Tolhurst et al. 1992); isotropy, the amplitude of waves along the horizontal \
              over that of waves along the vertical, more than 1 where upright things are many. Its \
              range is an assumption, and nothing that was read bears it out: in photographs, also \
-             of a wood alone, vertical and horizontal contours prevail (Coppola et al. 1998), \
+             of forests alone, vertical and horizontal contours prevail (Coppola et al. 1998), \
              natural scenes have most at the horizontal, next at the vertical and least between \
              (Hansen and Essock 2004), and how they are aligned depends strongly on what they are \
              of, with a difference between the two on average (Keil and Cristóbal 2000). We leave \
@@ -430,7 +430,7 @@ impl Page {
     }
 }
 
-/// What is known of a miss, by its measure.
+/// The explanation of a measure that is out of its range.
 fn why(measure: &str) -> &'static str {
     match measure {
         "Weibull shape" => "eight individuals, of which some stand here more often than others",
@@ -443,7 +443,7 @@ fn why(measure: &str) -> &'static str {
             "twigs and small leaves everywhere: few even surfaces; the range is an assumption"
         }
         "isotropy" => {
-            "upright stems, or level ground and boughs; real woods are not isotropic either \
+            "upright stems, or level ground and boughs; real forests are not isotropic either \
              (Coppola et al. 1998), and the range is an assumption"
         }
         _ => "",

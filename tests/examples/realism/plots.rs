@@ -1,4 +1,4 @@
-//! The plots.
+//! The plots of the page.
 
 use nemoral_assets::{Species, TreeSize};
 use nemoral_tests::realism::{Plot, Relations, Series, asked_diameters};
@@ -32,7 +32,7 @@ fn dots(name: impl Into<String>, points: Vec<(f64, f64)>) -> Series {
     }
 }
 
-/// Grown trees and the published curves.
+/// Plots of a species: grown trees and the published curves.
 pub(crate) fn of_species(species: &Species, relations: &Relations) -> [(&'static str, Plot); 3] {
     let [low, high] = species.allometry.dbh_range_m;
     let of = |title: &str, y: &str, grown: fn(&TreeSize) -> f64, curve: &dyn Fn(f64) -> f64| {
@@ -65,7 +65,7 @@ pub(crate) fn of_species(species: &Species, relations: &Relations) -> [(&'static
     ]
 }
 
-/// A stand's diameters, pairs, gaps and profile.
+/// Plots of a stand: diameters, pairs, gaps and profile.
 pub(crate) fn of_stand(stand: &Stand) -> [(&'static str, Plot); 4] {
     [
         ("diameter", diameters(stand)),

@@ -1,4 +1,4 @@
-//! Lines of the page that are not too long.
+//! Wrapping of the page's lines.
 
 /// The widest line outside of tables.
 const COLUMNS: usize = 100;
@@ -22,7 +22,7 @@ pub(crate) fn wrapped(markdown: &str) -> String {
     out
 }
 
-/// Breaks a line at blanks, but neither inside of code nor before what would begin a list.
+/// Breaks a line at blanks, except inside code and before characters that would begin a list.
 fn wrap(line: &str, indent: &str, out: &mut String) {
     let mut words: Vec<String> = Vec::new();
     let mut is_code = false;

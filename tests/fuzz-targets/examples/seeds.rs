@@ -1,7 +1,7 @@
 //! Makes the corpora's seeds and the dictionaries anew: `seeds FUZZ [DATASET]...`, where FUZZ is
-//! the folder of the fuzzers. Files of the base's two data sets, and of further ones that the
-//! program has made, go to the targets that read them; requests are those that the program's own
-//! presets and species are.
+//! the folder of the fuzzers. Files of the two base data sets, and of the given ones, which the
+//! program has made, go to the targets that read them; requests are the program's own presets and
+//! species.
 
 #![allow(
     clippy::disallowed_methods,
@@ -19,7 +19,7 @@ use nemoral_fuzz_targets::{files, write_shard};
 use nemoral_pipeline::config::Preset;
 use serde_json::Value;
 
-/// Nothing larger is a seed: mutating it finds little.
+/// Size of the largest seed, bytes: mutating larger ones finds little.
 const LARGEST: usize = 48 << 10;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     seeds.merges()
 }
 
-/// The words of texts that have many: their keys and tables.
+/// Writes the dictionaries of text formats with many words: their keys and tables.
 fn dictionaries(folder: &Path) -> Result<(), Box<dyn Error>> {
     let mut words = BTreeSet::new();
     for preset in Preset::ALL {
@@ -60,7 +60,7 @@ fn dictionaries(folder: &Path) -> Result<(), Box<dyn Error>> {
     write_dictionary(&folder.join("species.dict"), &keys(text).collect())
 }
 
-/// Keys with their sign of equality, and tables in brackets.
+/// The keys of a TOML text with their equals signs, and its tables in brackets.
 fn keys(toml: &str) -> impl Iterator<Item = String> {
     toml.lines()
         .filter_map(|line| match line.split_once(" = ") {
@@ -89,14 +89,14 @@ impl Seeds {
         Ok(())
     }
 
-    /// Every kind of file of a data set, once.
+    /// Makes a seed of each kind of file of a data set.
     fn dataset(&self, name: &str, root: &Path) -> Result<(), Box<dyn Error>> {
         let files = files(root);
         let mut of_kind: BTreeMap<&str, &str> = BTreeMap::new();
         for path in files.keys() {
             let folder = path.rsplit('/').nth(1).unwrap_or("");
             let extension = path.rsplit('.').next().unwrap_or("");
-            // Of frames, the first one's.
+            // Only the first frame's files are used.
             if !path.contains("/sequences/") && !path.starts_with("sequences/")
                 || path.ends_with("txt")
             {
@@ -168,7 +168,7 @@ impl Seeds {
         self.put(target, &format!("{name}-{folder}"), &input)
     }
 
-    /// The state that a data set had when it was unfinished.
+    /// Makes a seed of the state that a data set had before it was finished.
     fn state(&self, name: &str, manifest: &[u8]) -> Result<(), Box<dyn Error>> {
         let mut header: Value = serde_json::from_slice(manifest)?;
         let frames = header["frames"].take();
@@ -180,7 +180,7 @@ impl Seeds {
         self.put("state", name, input.as_bytes())
     }
 
-    /// Configs, settings, species, patterns, poses.
+    /// Makes seeds of configs, settings, species, patterns and poses.
     fn requests(&self) -> Result<(), Box<dyn Error>> {
         for preset in Preset::ALL {
             let name = preset.name;
@@ -205,7 +205,7 @@ impl Seeds {
         self.put("robot_poses", "tum", tum.as_bytes())
     }
 
-    /// Both formats of skies.
+    /// Makes seeds of both formats of skies.
     fn skies(&self) -> Result<(), Box<dyn Error>> {
         let folder = tempfile::tempdir()?;
         let pixel = |x: u32, y: u32| image::Rgb([x as f32, 1.0, 0.5 * y as f32]);
@@ -218,7 +218,7 @@ impl Seeds {
         Ok(())
     }
 
-    /// Instructions for two shards, one of each kind.
+    /// Makes seeds of instructions for two shards, one of each kind.
     fn merges(&self) -> Result<(), Box<dyn Error>> {
         self.put("merge", "untouched", &[0])?;
         self.put("merge", "everything", &[0xff])?;
@@ -233,7 +233,7 @@ impl Seeds {
     }
 }
 
-/// Of a table, the first lines.
+/// The first lines of a table; other files are left whole.
 fn head<'a>(bytes: &'a [u8], target: &str) -> &'a [u8] {
     if ["manifest", "config"].contains(&target) {
         return bytes;

@@ -1,5 +1,5 @@
-//! The data sets that are mutated: the two shards of a drive of two frames, with every kind of file
-//! that there is and next to nothing in them.
+//! The data sets that are mutated: the two shards of a drive of two frames, with tiny files of
+//! every kind.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -26,7 +26,7 @@ pub type Files = BTreeMap<String, Vec<u8>>;
 const SIZE: (u32, u32) = (12, 8);
 /// Frames of the drive.
 const FRAMES: u64 = 2;
-/// How far away everything is, metres.
+/// Depth of every pixel, metres.
 const DEPTH_M: f32 = 4.0;
 
 /// Reads a folder.
@@ -57,7 +57,7 @@ pub fn files(root: &Path) -> Files {
     found
 }
 
-/// The two shards.
+/// The files of the two shards.
 #[must_use]
 pub fn shards() -> [Files; 2] {
     let scratch = Scratch::new();
@@ -68,7 +68,7 @@ pub fn shards() -> [Files; 2] {
     })
 }
 
-/// Writes some frames of the drive.
+/// Writes frames of the drive.
 ///
 /// # Panics
 /// If they cannot be written.
@@ -88,7 +88,7 @@ pub fn write_shard(out: &Path, depth: DepthFormat, frames: Range<u64>) {
     writer.finish(&world, &[track]).expect("a whole data set");
 }
 
-/// It stands still, so that the flow is 0.
+/// The robot stands still, so that the flow is 0.
 fn pose() -> RigidTransform {
     RigidTransform::from_xyz_rpy(DVec3::new(120.0, -30.0, 2.0), 0.0, 0.1, 0.2)
 }

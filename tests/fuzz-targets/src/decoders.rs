@@ -1,7 +1,7 @@
 //! Single files of a data set.
 //!
-//! A picture's input has what `dataset.json` says of it before its bytes: its kind, its columns and
-//! its rows. Rows and columns are a byte each, that is 1 to 256, and 16 or 32 times that if the
+//! The input of a picture begins with what `dataset.json` would say about it: its kind, its columns
+//! and its rows. Rows and columns are a byte each, that is 1 to 256, and 16 or 32 times that if the
 //! kind's bits 6 or 7 are set.
 
 use nemoral_dataset::fuzz;
@@ -18,50 +18,50 @@ fn text(input: &[u8]) -> Option<&str> {
     std::str::from_utf8(input).ok()
 }
 
-/// All kinds of PNG.
+/// Decodes all kinds of PNG.
 pub fn png(input: &[u8]) {
     if let Some((kind, size, bytes)) = picture(input) {
         let _ = fuzz::png(kind, bytes, size);
     }
 }
 
-/// Depth as `.npy`.
+/// Decodes depth as `.npy`.
 pub fn npy(input: &[u8]) {
     if let Some((_, size, bytes)) = picture(input) {
         let _ = fuzz::npy(bytes, size);
     }
 }
 
-/// Radiance as `.exr`.
+/// Decodes radiance as `.exr`.
 pub fn exr(input: &[u8]) {
     if let Some((_, size, bytes)) = picture(input) {
         let _ = fuzz::exr(bytes, size);
     }
 }
 
-/// A scan; what is accepted is what is written.
+/// Reads a scan. An accepted one is as long as when it is written.
 pub fn ply(input: &[u8]) {
     if let Ok(written) = fuzz::ply(input) {
         assert_eq!(written.len(), input.len(), "a scan has one form");
     }
 }
 
-/// `.bin`.
+/// Reads a `.bin` file of points.
 pub fn bin(input: &[u8]) {
     let _ = fuzz::points(input);
 }
 
-/// `.label`.
+/// Reads a `.label` file.
 pub fn label(input: &[u8]) {
     let _ = fuzz::labels(input);
 }
 
-/// `poses.txt`.
+/// Reads a `poses.txt`.
 pub fn poses(input: &[u8]) {
     let _ = text(input).map(fuzz::poses);
 }
 
-/// `calib.txt`; what is accepted can be written and read again.
+/// Reads a `calib.txt`. An accepted one can be written and read again.
 pub fn calib(input: &[u8]) {
     if let Some(Ok(written)) = text(input).map(fuzz::calibration) {
         let again = fuzz::calibration(&written);
@@ -69,12 +69,12 @@ pub fn calib(input: &[u8]) {
     }
 }
 
-/// `times.txt`.
+/// Reads a `times.txt`.
 pub fn times(input: &[u8]) {
     let _ = text(input).map(fuzz::times);
 }
 
-/// `trees.csv`; what is accepted can be written and read again.
+/// Reads a `trees.csv`. An accepted one can be written and read again.
 pub fn trees(input: &[u8]) {
     if let Some(Ok(written)) = text(input).map(fuzz::trees) {
         let again = fuzz::trees(&written);
@@ -82,7 +82,7 @@ pub fn trees(input: &[u8]) {
     }
 }
 
-/// `instances.csv`; what is accepted can be written and read again.
+/// Reads an `instances.csv`. An accepted one can be written and read again.
 pub fn instances(input: &[u8]) {
     if let Some(Ok(written)) = text(input).map(fuzz::objects) {
         let again = fuzz::objects(&written);
@@ -90,7 +90,7 @@ pub fn instances(input: &[u8]) {
     }
 }
 
-/// Boxes.
+/// Reads boxes.
 pub fn boxes(input: &[u8]) {
     let _ = fuzz::boxes(input);
 }

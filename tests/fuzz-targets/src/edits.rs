@@ -1,8 +1,8 @@
-//! Changes to the files of a data set, as an input's bytes ask for them.
+//! Changes to the files of a data set by an input's bytes.
 //!
-//! Random bytes alone never come past a checksum. So an input is a list of small instructions
-//! (which file, which change), and afterwards the checksums are made good again, unless the input
-//! asks for them to be left: a stranger can do so too.
+//! Random bytes alone never match a checksum. So an input is a list of small instructions (which
+//! file, which change), after which the checksums are corrected, as an attacker could do too,
+//! unless the input asks for leaving them.
 
 use serde_json::Value;
 
@@ -10,7 +10,7 @@ use nemoral_dataset::fuzz;
 
 use crate::base::Files;
 
-/// Takes values off an input; zeros when it has ended.
+/// Takes values from the front of an input, and zeros after its end.
 #[derive(Debug)]
 pub(crate) struct Instructions<'a>(pub(crate) &'a [u8]);
 
@@ -29,7 +29,7 @@ impl<'a> Instructions<'a> {
         usize::from(self.byte()) << 8 | usize::from(self.byte())
     }
 
-    /// As many bytes as the next one says.
+    /// As many bytes as the next byte says.
     fn bytes(&mut self) -> &'a [u8] {
         let length = usize::from(self.byte()).min(self.0.len());
         let (bytes, rest) = self.0.split_at(length);
@@ -42,7 +42,7 @@ impl<'a> Instructions<'a> {
     }
 }
 
-/// What strangers write where a number or a name is meant.
+/// Hostile values in the place of a number or a name.
 const VALUES: [&str; 28] = [
     "0",
     "1",
@@ -74,7 +74,7 @@ const VALUES: [&str; 28] = [
     "\"a\\u0000b\"",
 ];
 
-/// Names under which something may be put into a folder.
+/// Names under which an instruction may put something into a folder.
 const NAMES: [&str; 12] = [
     ".nemoral/header.json",
     ".nemoral/lock",
@@ -90,7 +90,7 @@ const NAMES: [&str; 12] = [
     "sequences",
 ];
 
-/// Where a link may lead to, from a data set's folder.
+/// Targets of links, relative to a data set's folder.
 const LEADS: [&str; 5] = [
     "../outside",
     "../outside/kept.txt",
@@ -99,7 +99,7 @@ const LEADS: [&str; 5] = [
     "loop",
 ];
 
-/// What a name in a data set's folder stands for.
+/// An entry of a data set's folder.
 #[derive(Clone, Debug)]
 pub(crate) enum Thing {
     File(Vec<u8>),
@@ -113,7 +113,7 @@ pub(crate) struct Part {
     pub(crate) things: Vec<(String, Thing)>,
     /// The names of files that have changed.
     changed: Vec<String>,
-    /// Are the checksums left as they are?
+    /// Whether the checksums are left as they are.
     is_left_unsealed: bool,
 }
 
@@ -188,7 +188,7 @@ impl Part {
             7 => self.remove_or_repeat(from),
             8 => {
                 let lead = LEADS[usize::from(from.byte()) % LEADS.len()];
-                // Of the file, or of a folder above it.
+                // The link replaces the file, or a folder above it.
                 let depth = usize::from(from.byte()) % 4;
                 let parts: Vec<&str> = name.split('/').collect();
                 let link = parts[..parts.len() - depth.min(parts.len() - 1)].join("/");
@@ -248,7 +248,7 @@ impl Part {
         self.put(name, Thing::File(text.into_bytes()));
     }
 
-    /// Puts another value in the place of one.
+    /// Replaces a value by another one.
     fn set_leaf(
         &mut self,
         from: &mut Instructions<'_>,
@@ -267,7 +267,7 @@ impl Part {
         self.put_document(name, &json);
     }
 
-    /// Removes an entry of a list or a table, or has an entry of a list twice.
+    /// Removes an entry of a list or a table, or repeats an entry of a list.
     fn remove_or_repeat(&mut self, from: &mut Instructions<'_>) {
         let Some((name, mut json)) = self.document(from) else {
             return;
@@ -312,7 +312,7 @@ impl Part {
         self.put_document(name, &json);
     }
 
-    /// Makes the data set an unfinished one.
+    /// Turns the data set into an unfinished one.
     fn unfinish(&mut self, from: &mut Instructions<'_>) {
         let Some(Value::Object(mut manifest)) = self.json("dataset.json") else {
             return;
@@ -331,7 +331,7 @@ impl Part {
         }
     }
 
-    /// Puts a value in the place of a number in a text.
+    /// Replaces a number in a text by a value.
     fn number(&mut self, name: &str, from: &mut Instructions<'_>) {
         let (at, value) = (from.word(), usize::from(from.byte()));
         self.change(name, |bytes| {
@@ -348,7 +348,7 @@ impl Part {
         });
     }
 
-    /// Makes the checksums good, unless they are to be left.
+    /// Corrects the checksums, unless they are to be left.
     pub(crate) fn seal(&mut self) {
         if self.is_left_unsealed {
             return;
@@ -403,7 +403,7 @@ fn is_list_of_tables(value: &Value) -> bool {
     value.is_null() || list.iter().all(of_tables)
 }
 
-/// Is it a list or a table with something in it?
+/// Whether it is a list or a table with entries.
 fn holds_others(json: &Value) -> bool {
     match json {
         Value::Array(list) => !list.is_empty(),
@@ -412,7 +412,7 @@ fn holds_others(json: &Value) -> bool {
     }
 }
 
-/// How many values there are that hold no others.
+/// The number of values that are not themselves lists or tables with entries.
 fn leaves(json: &Value) -> usize {
     match json {
         Value::Array(list) if !list.is_empty() => list.iter().map(leaves).sum(),
@@ -421,7 +421,7 @@ fn leaves(json: &Value) -> usize {
     }
 }
 
-/// The one with this number; the number counts down.
+/// The leaf with this number, which is counted down.
 fn leaf<'a>(json: &'a mut Value, number: &mut usize) -> Option<&'a mut Value> {
     if !holds_others(json) {
         if *number == 0 {

@@ -1,5 +1,5 @@
-//! Whole folders: two shards of a data set, changed, then opened, checked, counted, merged, gone on
-//! with and overwritten. Whatever happens, nothing beside them changes.
+//! Whole folders: two shards of a data set are changed, then opened, checked, counted, merged,
+//! resumed and overwritten. Whatever happens, no file outside of them may change.
 
 use std::fs;
 use std::path::Path;
@@ -13,14 +13,14 @@ use crate::scratch::Scratch;
 
 static SHARDS: LazyLock<[Files; 2]> = LazyLock::new(shards);
 
-/// What lies beside the data sets.
+/// Files beside the data sets.
 const OUTSIDE: [(&str, &str); 3] = [
     ("canary.txt", "alive"),
     ("outside/kept.txt", "kept"),
     ("outside/velodyne/000000.bin", "not a scan of ours"),
 ];
 
-/// What is done with the folders.
+/// The operations on the folders, as bits.
 #[derive(Clone, Copy)]
 struct Tasks(u8);
 
@@ -30,7 +30,7 @@ impl Tasks {
     }
 }
 
-/// Two data sets, changed by instructions: the first byte says what is done with them.
+/// Operates on two data sets changed by instructions; the first byte selects the operations.
 ///
 /// # Panics
 /// If anything beside the data sets changes, or if what was merged cannot be opened.
@@ -64,13 +64,14 @@ pub fn merge(input: &[u8]) {
     assert_untouched(scratch.path());
 }
 
-/// Lays out a folder; of what cannot be there together, the first is.
+/// Writes a folder. Of entries that exclude each other, the first is written.
 fn write(part: &Part, root: &Path) {
     fs::create_dir_all(root).expect("a folder can be made");
     for (name, thing) in &part.things {
         let path = root.join(name);
         let above = path.parent().unwrap_or(root);
-        // Never through a link: what lies outside is not to be written by ourselves.
+        // Files are never written through a link, so that this function itself changes nothing
+        // outside.
         let is_inside = above
             .ancestors()
             .take_while(|folder| *folder != root)
@@ -96,7 +97,7 @@ fn link(_: &str, _: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Reads all of a data set.
+/// Opens a data set and reads all of it.
 fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
     if let (true, Ok(dataset)) = (tasks.has(0), Dataset::open(root)) {
         for i in 0..dataset.frames().len() {
@@ -121,7 +122,7 @@ fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
     }
 }
 
-/// Merges, and goes on with it.
+/// Merges the data sets and resumes the result.
 fn unite(parts: &[&Path], out: &Path, tasks: Tasks) {
     let params = |mode| MergeParams {
         mode,
@@ -139,7 +140,7 @@ fn unite(parts: &[&Path], out: &Path, tasks: Tasks) {
     }
 }
 
-/// Goes on with a part, or replaces it, as its own header says.
+/// Resumes a part or replaces it, with its own header.
 fn go_on(root: &Path, tasks: Tasks) {
     let of_manifest = Dataset::open(root)
         .map(|d| d.manifest().header.clone())
@@ -167,7 +168,7 @@ fn mode(tasks: Tasks) -> OpenMode {
     }
 }
 
-/// The header of a part that nobody has changed.
+/// The header of an unchanged part.
 fn base_header() -> Option<nemoral_dataset::DatasetHeader> {
     let json = &SHARDS[0]["dataset.json"];
     let manifest: Result<nemoral_dataset::Manifest, _> = serde_json::from_slice(json);

@@ -1,10 +1,10 @@
-//! This crate is what is done with an input by the fuzzers in `fuzz/`, and again on stable Rust by
-//! the replay of their corpora (`tests/tests/fuzz_corpus.rs`): one function of bytes for each kind
-//! of file that a stranger may have made.
+//! The functions that the fuzzers in `fuzz/` and, on stable Rust, the replay of their corpora
+//! (`tests/tests/fuzz_corpus.rs`) call with their inputs: one function of bytes for each kind of
+//! file that may come from others.
 //!
 //! A function may refuse its input in any way that returns. It must not panic, abort, hang, or ask
-//! for a gigabyte. Some hold more against what they are given: that what is accepted can be written
-//! and read again, and that nothing outside a data set's folder is touched.
+//! for a gigabyte. Some functions also assert that an accepted input can be written and read again,
+//! or that nothing outside a data set's folder changes.
 
 #![allow(
     clippy::disallowed_methods,
@@ -21,12 +21,12 @@ mod state;
 
 pub use base::{Files, files, shards, write_shard};
 
-/// What is done with an input.
+/// A function for inputs, with its name.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// The name of its binary in `fuzz/`, and of its corpus's folder.
     pub name: &'static str,
-    /// Takes one input.
+    /// Runs one input.
     pub run: fn(&[u8]),
 }
 

@@ -1,4 +1,4 @@
-//! What a user asks for, and the files that a request names.
+//! Requests of a user, and the files that a request names.
 
 use nemoral_assets::Species;
 use nemoral_lidar::{CsvPattern, ScanPattern};
@@ -8,10 +8,10 @@ use nemoral_trajectory::PoseFormat;
 
 use crate::scratch::Scratch;
 
-/// No message is longer than this, whatever was asked for.
+/// The greatest length of an error message.
 const MESSAGE_BYTES: usize = 64 << 10;
 
-/// Loads a request; what is accepted can be written and read again.
+/// Loads a request. An accepted one can be written and read again.
 fn load(layers: &Layers) {
     match layers.load() {
         Ok(config) => {
@@ -25,7 +25,7 @@ fn load(layers: &Layers) {
     }
 }
 
-/// A config file.
+/// Loads a config file.
 pub fn config(input: &[u8]) {
     let scratch = Scratch::new();
     let file = Some(scratch.put("config.toml", input));
@@ -35,7 +35,7 @@ pub fn config(input: &[u8]) {
     });
 }
 
-/// `--set` texts, a line each; the first line is the preset's name, or empty.
+/// Loads `--set` texts, one on each line; the first line is the preset's name, or empty.
 pub fn settings(input: &[u8]) {
     let Ok(text) = std::str::from_utf8(input) else {
         return;
@@ -48,7 +48,7 @@ pub fn settings(input: &[u8]) {
     });
 }
 
-/// A species file.
+/// Loads a species file.
 pub fn species(input: &[u8]) {
     let Ok(text) = std::str::from_utf8(input) else {
         return;
@@ -59,7 +59,7 @@ pub fn species(input: &[u8]) {
     }
 }
 
-/// A table of pulses.
+/// Loads a table of pulses.
 pub fn pattern(input: &[u8]) {
     match CsvPattern::from_csv(input) {
         Ok(pattern) => {
@@ -78,7 +78,7 @@ pub fn pattern(input: &[u8]) {
     }
 }
 
-/// Poses for the robot; the first byte says which format.
+/// Loads poses for the robot; the first byte selects the format.
 pub fn robot_poses(input: &[u8]) {
     let Some((format, bytes)) = input.split_first() else {
         return;
@@ -105,7 +105,7 @@ pub fn robot_poses(input: &[u8]) {
     }
 }
 
-/// A photographed sky.
+/// Loads a photographed sky.
 pub fn sky(input: &[u8]) {
     let scratch = Scratch::new();
     let name = if input.starts_with(b"#?") {

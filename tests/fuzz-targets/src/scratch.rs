@@ -1,11 +1,11 @@
-//! A folder for the files of an input.
+//! Temporary folders for the files of an input.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-/// A folder that goes when it is dropped; in memory, where there is such a place.
+/// A folder that is removed when dropped; it is in memory where the system has such a folder.
 #[derive(Debug)]
 pub(crate) struct Scratch(TempDir);
 
@@ -25,7 +25,7 @@ impl Scratch {
         self.0.path()
     }
 
-    /// Writes a file and makes its folders.
+    /// Writes a file and creates its folders.
     pub(crate) fn put(&self, name: &str, bytes: &[u8]) -> PathBuf {
         let path = self.path().join(name);
         if let Some(folder) = path.parent() {

@@ -1,10 +1,10 @@
-//! What a folder says of itself: `dataset.json`, and the state of an unfinished data set.
+//! The files that describe a data set: `dataset.json`, and the state of an unfinished data set.
 
 use nemoral_dataset::{Dataset, OpenMode, Writer, fuzz};
 
 use crate::scratch::Scratch;
 
-/// `dataset.json`; what is accepted can be written and read again.
+/// Reads a `dataset.json`. An accepted one can be written and read again.
 pub fn manifest(input: &[u8]) {
     let scratch = Scratch::new();
     scratch.put("dataset.json", input);
@@ -22,8 +22,8 @@ pub fn manifest(input: &[u8]) {
     assert!(again.is_untouched());
 }
 
-/// The header and records of an unfinished data set, between bytes 0, and what a writer makes of
-/// them. Each is sealed if the byte before it is even.
+/// Opens an unfinished data set by its header and records, which are separated by bytes 0. Each is
+/// sealed if the byte before it is even.
 pub fn state(input: &[u8]) {
     let Ok(text) = std::str::from_utf8(input) else {
         return;

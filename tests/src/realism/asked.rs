@@ -7,10 +7,10 @@ use nemoral_seed::{Draw, Key};
 use super::ranges::Range;
 use super::weibull_fit;
 
-/// A sample of the diameters that a config asks for, as trees are scaled by a tenth either way.
+/// A sample of the diameters that a config asks for, whose trees are scaled by up to a tenth.
 ///
 /// # Panics
-/// If it asks for one's own species.
+/// If it asks for the user's species.
 #[must_use]
 pub fn asked_diameters(assets: &Assets) -> Vec<f64> {
     const SAMPLE: f64 = 6000.0;
@@ -26,7 +26,7 @@ pub fn asked_diameters(assets: &Assets) -> Vec<f64> {
         for i in 0..n as u32 {
             let rank = (f64::from(i) + 0.5) / n;
             let dbh_m = species.dbh_of_rank(assets.dbh_mean_m, assets.dbh_shape, limits, rank);
-            // Van der Corput's sequence: scales as if at random, and none twice.
+            // Van der Corput's sequence gives scales like random ones, but none twice.
             let scale = 0.9 + 0.2 * f64::from(i.reverse_bits()) / f64::from(u32::MAX);
             out.push(dbh_m * scale);
         }
@@ -34,11 +34,11 @@ pub fn asked_diameters(assets: &Assets) -> Vec<f64> {
     out
 }
 
-/// Where 95 of 100 fitted shapes are if the stand's individuals are drawn again and again: few
-/// trees, one of each part of the distribution, do not tell its shape well.
+/// The range of 95 of 100 fitted shapes if the stand's individuals are drawn repeatedly. It is
+/// wide, as few trees, one from each part of the distribution, determine its shape poorly.
 ///
 /// # Panics
-/// If it asks for one's own species.
+/// If it asks for the user's species.
 #[must_use]
 pub fn asked_shapes(a: &Assets) -> Range {
     const AGAIN: u64 = 400;

@@ -1,5 +1,4 @@
-//! Gaps of a canopy, from its leaves' positions and areas, and again by rays that meet their
-//! pictures.
+//! Gaps of a canopy, from its leaves' positions and areas, and from rays cast at their pictures.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -16,63 +15,65 @@ use rayon::prelude::*;
 
 use crate::leaf_area::projection;
 
-/// Where leaves project alike whatever their inclinations: 0.93 is 1 / (2 cos 57.5°).
+/// The zenith angle at which the projection of leaves hardly depends on their inclination: 0.93 is
+/// 1 / (2 cos 57.5°).
 pub const HINGE_DEG: f64 = 57.5;
-/// Photographs are cut into as many sectors by azimuth, 15° each ...
+/// Number of sectors of a photograph by azimuth, 15° each.
 const SECTORS: usize = 24;
-/// ... of a ring this wide around the hinge, degrees ...
+/// Width of the ring around the hinge that is evaluated, degrees.
 const RING_DEG: f64 = 10.0;
-/// ... and each sector has so many lines.
+/// Number of lines in each sector.
 const SECTOR_LINES: usize = 256;
-/// Lines begin at the height of an instrument, metres.
+/// Height at which lines begin, that of an instrument, metres.
 const FROM_M: f64 = 1.3;
-/// A card is so many parts a side, each about as large as a leaf: leaf area is not everywhere alike
-/// on it.
+/// Number of parts along each side of a card. A part is about as large as a leaf, as leaf area is
+/// not uniform over a card.
 const PARTS: usize = 8;
 
-/// Above all trees, metres.
+/// A height above all trees, metres.
 const TOP_M: f64 = 80.0;
 
 /// A tree that stands on level ground.
 #[derive(Clone, Debug)]
 pub struct Standing {
-    /// Its shape.
+    /// Shape of the tree.
     pub shape: Arc<Prototype>,
-    /// Where.
+    /// Position of the foot, metres.
     pub foot_m: DVec2,
-    /// How it is turned and scaled.
+    /// Rotation and scale.
     pub linear: Mat3,
-    /// One-sided leaf area, as its inventory says, m².
+    /// One-sided leaf area by the inventory, m².
     pub leaf_area_m2: f64,
 }
 
-/// Projected leaf area along the hinge, by voxels.
+/// Projected leaf area along the hinge, in voxels.
 #[derive(Clone, Debug)]
 pub struct LeafField {
     low: DVec3,
     voxel_m: f64,
     counts: [usize; 3],
-    /// m² per voxel.
+    /// Projected leaf area of each voxel, m².
     projected_m2: Vec<f32>,
 }
 
 /// The gaps of a canopy along the hinge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gaps {
-    /// The leaf area index above the lines, as inventoried.
+    /// The leaf area index above the lines, by the inventory.
     pub leaf_area_index: f64,
-    /// Silhouette of the pictures over leaf area: how leaves of a shoot hide each other.
+    /// Silhouette of the pictures over leaf area, which is lower the more the leaves of a shoot
+    /// hide each other.
     pub shoots: f64,
-    /// Mean projection of a unit of silhouette along the hinge, over a half.
+    /// Mean projection of a unit of silhouette along the hinge, over ½.
     pub projection: f64,
-    /// Ω beyond the shoot: of crowns, and of stems' places.
+    /// Ω above the shoot: of crowns and of stem positions.
     pub crowns: f64,
-    /// The share of lines without a leaf that is expected of the leaves' places and areas.
+    /// The expected share of lines without a leaf, by the leaves' positions and areas.
     pub expected: f64,
 }
 
 impl Gaps {
-    /// Ω of all levels: gaps are exp(-0.93 Ω LAI).
+    /// Ω of all levels, with which gaps are exp(-0.93 Ω LAI).
     #[must_use]
     pub fn clumping(&self) -> f64 {
         self.shoots * self.projection * self.crowns
@@ -80,7 +81,7 @@ impl Gaps {
 }
 
 impl LeafField {
-    /// An empty one over a square from `low_m`, as high as needed.
+    /// An empty field over a square from `low_m`, of this height.
     #[must_use]
     pub fn new(low_m: DVec2, edge_m: f64, height_m: f64, voxel_m: f64) -> Self {
         let across = (edge_m / voxel_m).ceil() as usize;
@@ -103,14 +104,15 @@ impl LeafField {
         (x < nx && y < ny && z < nz).then_some((z * ny + y) * nx + x)
     }
 
-    /// Adds projected leaf area at a place; outside of the field, nothing.
+    /// Adds projected leaf area at a place; area outside of the field is left out.
     pub fn add(&mut self, at: DVec3, projected_m2: f64) {
         if let Some(i) = self.index(at) {
             self.projected_m2[i] += projected_m2 as f32;
         }
     }
 
-    /// Projected leaf area along a line per area across it: how many leaves it meets on average.
+    /// Projected leaf area along a line per cross-section, which is the mean number of leaves that
+    /// it meets.
     #[must_use]
     pub fn along(&self, origin: DVec3, direction: DVec3) -> f64 {
         let step_m = 0.5 * self.voxel_m;
@@ -164,7 +166,7 @@ impl LeafField {
 /// Trees on level ground, and lines up through the middle of them.
 #[derive(Debug)]
 pub struct Canopy {
-    /// Along the hinge, each from a place of its own.
+    /// Lines along the hinge, each from its own place.
     pub lines: Vec<(DVec3, DVec3)>,
     square: (DVec2, f64),
     trees: Vec<Tree>,
@@ -172,7 +174,7 @@ pub struct Canopy {
     everything: RayScene,
 }
 
-/// A tree, for lines.
+/// A tree that lines are tested against.
 #[derive(Debug)]
 struct Tree {
     foot: DVec3,
@@ -184,7 +186,7 @@ struct Tree {
 }
 
 impl Canopy {
-    /// The trees that stand in a square; lines begin in its middle, `margin_m` from the border,
+    /// A canopy of the trees in a square. Lines begin at least `margin_m` inside of the border,
     /// which should be 1.6 times the height of the trees.
     ///
     /// # Panics
@@ -231,13 +233,13 @@ impl Canopy {
         }
     }
 
-    /// What the leaves' places and areas say of gaps, with no ray cast at a mask.
+    /// Gaps by the leaves' positions and areas, without casting rays at masks.
     ///
-    /// A line goes on through each part of a card that it crosses with probability 1 - q, q the
-    /// part's share of leaf: a leaf is there or it is not (Nilson's positive binomial within the
-    /// shoot, 1971). So a line is free with the product of these, and the canopy's gaps are their
-    /// mean over lines. All clumping above the size of a leaf is in it: of shoots, of crowns, of
-    /// stems' places.
+    /// A line passes each part of a card that it crosses with probability 1 - q, where q is the
+    /// part's share of leaf (Nilson's positive binomial within the shoot, 1971). The probability
+    /// that a line is free is the product of these, and the canopy's gaps are its mean over lines.
+    /// It contains all clumping above the size of a leaf: of shoots, of crowns and of stem
+    /// positions.
     #[must_use]
     pub fn gaps(&self) -> Gaps {
         let along: Vec<(f64, f64)> = self.lines.par_iter().map(|l| self.along(*l)).collect();
@@ -260,7 +262,7 @@ impl Canopy {
         }
     }
 
-    /// The leaves that a line meets on average, and the probability that it meets none.
+    /// The mean number of leaves that a line meets, and the probability that it meets none.
     fn along(&self, (origin, direction): (DVec3, DVec3)) -> (f64, f64) {
         let level = direction.truncate().normalize();
         let (mut met, mut free) = (0.0, 1.0);
@@ -271,7 +273,7 @@ impl Canopy {
                 continue;
             }
             let from = tree.inverse * (origin - tree.foot).as_vec3();
-            // Not of unit length: a scaled tree's own metres are other ones.
+            // The direction is not of unit length, as the tree's own frame is scaled.
             let along = tree.inverse * direction.as_vec3();
             tree.leaves.cross(from, along, |q| {
                 met += q;
@@ -281,12 +283,12 @@ impl Canopy {
         (met, free)
     }
 
-    /// Ω as photographs of the sky find it, from as many of the lines' feet: of each photograph the
-    /// share P of sky in each sector of the ring at the hinge, wood hiding it too, and ln(mean P) /
-    /// mean(ln P) (Lang and Xiang 1986), a sector without sky counted as half a line; the mean over
-    /// photographs. What is clumped inside of a sector, or from one photograph to the next, it does
-    /// not see: so it is nearer to 1 than [`Gaps::clumping`] (as Woodgate et al. 2017 found in a
-    /// virtual wood, the more the lower one looks).
+    /// Ω as photographs of the sky measure it, from the feet of this many lines. For each
+    /// photograph it is ln(mean P) / mean(ln P) (Lang and Xiang 1986), with the share P of sky in
+    /// each sector of the ring at the hinge, where wood hides the sky too and a sector without sky
+    /// counts as half a line; the result is the mean over photographs. It misses clumping inside of
+    /// a sector and from one photograph to the next, so it is nearer to 1 than [`Gaps::clumping`]
+    /// (as Woodgate et al. 2017 found in a virtual forest, the more the lower one looks).
     #[must_use]
     pub fn clumping_as_photographed(&self, photographs: usize) -> f64 {
         let mut rng = Key::world(14).rng();
@@ -314,8 +316,8 @@ impl Canopy {
         each.sum::<f64>() / photographs as f64
     }
 
-    /// Ω of silhouettes at random inside of voxels, from these up in octaves, -ln(mean exp(-L)) /
-    /// mean L over lines: what each scale adds.
+    /// Ω of silhouettes at random places inside of voxels, -ln(mean exp(-L)) / mean L over lines,
+    /// for octaves of voxel sizes from `voxel_m` up: it shows what each scale contributes.
     #[must_use]
     pub fn clumping_by_scale(&self, voxel_m: f64, octaves: usize) -> Vec<(f64, f64)> {
         let top_m = |t: &Tree| t.scale * t.leaves.top_m;
@@ -348,8 +350,8 @@ impl Canopy {
         open(&self.everything, &self.lines)
     }
 
-    /// Heights above ground, metres, where pulses straight down first return: in the middle of the
-    /// square, one for each line.
+    /// Heights above ground of the first returns of pulses straight down at the feet of the lines,
+    /// metres.
     #[must_use]
     pub fn first_returns_m(&self) -> Vec<f64> {
         let ray = |(foot, _): &(DVec3, DVec3)| Ray::new(foot.with_z(TOP_M).as_vec3(), Vec3::NEG_Z);
@@ -361,7 +363,7 @@ impl Canopy {
             .collect()
     }
 
-    /// The share of lines to the zenith that meet nothing of a tree, from where the others begin.
+    /// The share of lines to the zenith, from where the others begin, that meet nothing of a tree.
     #[must_use]
     pub fn openness_above(&self) -> f64 {
         let up = self.lines.iter().map(|(origin, _)| (*origin, DVec3::Z));
@@ -375,7 +377,7 @@ fn open(forest: &RayScene, lines: &[(DVec3, DVec3)]) -> f64 {
     free.iter().filter(|f| **f).count() as f64 / lines.len() as f64
 }
 
-/// Which lines meet nothing.
+/// Whether each line meets nothing.
 fn free(forest: &RayScene, lines: &[(DVec3, DVec3)]) -> Vec<bool> {
     let ray = |(o, d): &(DVec3, DVec3)| Ray::new(o.as_vec3(), d.as_vec3());
     let rays: Vec<Ray> = lines.iter().map(ray).collect();
@@ -384,7 +386,7 @@ fn free(forest: &RayScene, lines: &[(DVec3, DVec3)]) -> Vec<bool> {
     hits.iter().map(Option::is_none).collect()
 }
 
-/// Groups of so many trees next to each other, metres a side.
+/// Side of the squares by which trees are grouped, metres.
 const GROUP_M: f64 = 25.0;
 
 fn forest(trees: &[Standing], materials: &MaterialLibrary, leaves_only: bool) -> RayScene {
@@ -425,12 +427,12 @@ fn forest(trees: &[Standing], materials: &MaterialLibrary, leaves_only: bool) ->
 /// A shape's leaves, as areas at places.
 #[derive(Debug)]
 struct Leaves {
-    /// Of each part of each card: its middle, and its projection along the hinge, m².
+    /// The middle of each part of each card, and its projection along the hinge, m².
     points: Vec<(Vec3, f64)>,
     cards: Vec<(Card, Arc<Shares>)>,
-    /// Of the farthest card's corner from the foot, seen from above, metres.
+    /// Horizontal distance of the farthest card corner from the foot, metres.
     reach_m: f64,
-    /// Of the highest one, metres.
+    /// Height of the highest card corner, metres.
     top_m: f64,
     projected_m2: f64,
     silhouette_m2: f64,
@@ -474,10 +476,10 @@ impl Leaves {
         out
     }
 
-    /// Says the share of leaf in each part that a line crosses.
+    /// Calls `met` with the share of leaf in each part that a line crosses.
     fn cross(&self, from: Vec3, along: Vec3, mut met: impl FnMut(f64)) {
         for (card, shares) in &self.cards {
-            // Cramer's rule for from + t along = corner + u edge_u + v edge_v.
+            // This is Cramer's rule for from + t along = corner + u edge_u + v edge_v.
             let normal = card.edge_u.cross(card.edge_v);
             let steep = along.dot(normal);
             let to = from - card.corner;
@@ -523,8 +525,7 @@ fn opaque_parts(mask: &AlphaMask) -> Shares {
 mod tests {
     use super::*;
 
-    /// Leaves at random have no clumps; in half of the columns, Ω is what two kinds of columns
-    /// give.
+    /// Random leaves have an Ω of 1. In half of the columns, Ω is that of two kinds of columns.
     #[test]
     fn fields_of_known_clumping() {
         const VOXEL_M: f64 = 0.5;
@@ -552,7 +553,7 @@ mod tests {
         let (mean, gaps) = halves.over(&lines);
         assert!((mean - 2.0).abs() < 1e-6, "{mean}");
         assert!((gaps - 0.5 * (1.0 + (-4.0_f64).exp())).abs() < 1e-6);
-        // In larger voxels than the columns, it is gone.
+        // Voxels larger than the columns do not show the clumping.
         let (_, gaps) = halves.coarser().coarser().over(&lines);
         assert!((gaps - (-2.0_f64).exp()).abs() < 1e-6, "{gaps}");
     }

@@ -1,20 +1,20 @@
-//! Stems in a slice of a scan.
+//! Circles through the points of stems in a slice of a scan.
 
 use nemoral_scene::glam::DVec2;
 
 /// A circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Circle {
-    /// Its middle.
+    /// Centre of the circle.
     pub centre: DVec2,
-    /// Its radius.
+    /// Radius of the circle.
     pub radius: f64,
-    /// Root mean square distance of the points from it.
+    /// Root mean square distance of the points from the circle.
     pub residual: f64,
 }
 
-/// The circle nearest to the points in the least-squares sense of their distances: Kåsa's algebraic
-/// fit (1976) to start from, then Gauss and Newton. `None` without three points that turn a corner.
+/// The least-squares circle by the points' distances from it: Gauss-Newton iterations from Kåsa's
+/// algebraic fit (1976). `None` without three points off a line.
 #[must_use]
 pub fn circle(points: &[DVec2]) -> Option<Circle> {
     let n = points.len() as f64;
@@ -40,7 +40,7 @@ pub fn circle(points: &[DVec2]) -> Option<Circle> {
     let mut centre = mean + offset;
     let mut radius = (offset.length_squared() + (xx + yy) / n).sqrt();
     for _ in 0..20 {
-        // Normal equations of the distances' derivatives by centre and radius.
+        // These are the normal equations of the distances' derivatives by centre and radius.
         let (mut a, mut b) = ([[0.0; 3]; 3], [0.0; 3]);
         for p in points {
             let d = *p - centre;

@@ -1,10 +1,10 @@
-//! How much of pictures and scans is of which class.
+//! Shares of classes in pictures and scans.
 
 use std::collections::BTreeMap;
 
 use nemoral_scene::{Ontology, Semantic};
 
-/// Pixels and points by their class' number.
+/// Numbers of pixels and points by class.
 #[derive(Clone, Debug, Default)]
 pub struct ClassCounts {
     pixels: BTreeMap<usize, u32>,

@@ -1,4 +1,4 @@
-//! How much of the ground low plants cover.
+//! The share of the ground that low plants cover.
 
 use nemoral_scene::{Material, Semantic};
 
@@ -13,7 +13,7 @@ pub const LOW_PLANTS: [&str; 7] = [
     "seedlings",
 ];
 
-/// What lines straight down from 2 m above ground meet first.
+/// Counts of what lines straight down from 2 m above ground meet first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LowCover {
     lines: u32,
@@ -22,12 +22,13 @@ pub struct LowCover {
 }
 
 impl LowCover {
-    /// Counts a line that met this first, if anything.
+    /// Counts a line by the material that it met first, if any.
     pub fn add(&mut self, met: Option<&Material>) {
         self.lines += 1;
         let Some(met) = met else { return };
         let name = match met.semantic {
-            // Two shrubs are one semantic; their wood is one material, and counted as neither.
+            // Both shrubs have the same semantic class. Their wood shares a material and counts as
+            // neither.
             Semantic::Shrub => met.name.split('.').next().unwrap_or_default(),
             Semantic::Bramble => "bramble",
             Semantic::Fern => "ferns",
@@ -42,14 +43,14 @@ impl LowCover {
         }
     }
 
-    /// The share of the ground under each of [`LOW_PLANTS`], seen from above: what is under others
-    /// is not seen.
+    /// The share of the ground that each of [`LOW_PLANTS`] covers, seen from above, where plants
+    /// hide others.
     #[must_use]
     pub fn shares(&self) -> [f64; LOW_PLANTS.len()] {
         self.of.map(|n| f64::from(n) / f64::from(self.lines))
     }
 
-    /// And under any.
+    /// The share of the ground that any of them covers.
     #[must_use]
     pub fn any(&self) -> f64 {
         f64::from(self.any) / f64::from(self.lines)

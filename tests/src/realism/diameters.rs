@@ -1,5 +1,5 @@
-//! Diameters at breast height from scans, as foresters measure them: a slice, a circle, the truth
-//! beside it.
+//! Diameters at breast height from scans, by a circle in a slice as in forestry, with their true
+//! values.
 
 use std::collections::BTreeMap;
 
@@ -11,19 +11,19 @@ use nemoral_scene::{ChunkCoord, ObjectId, Semantic, TreeRecord};
 
 use super::circle;
 
-/// Where foresters put the tape, above ground, metres.
+/// Breast height above ground, metres.
 const BREAST_M: f64 = 1.3;
 /// Half of the slice's thickness, metres.
 const HALF_SLICE_M: f64 = 0.06;
-/// Stems farther from the scanner are left out, metres.
+/// Greatest distance of a stem from the scanner, metres.
 const FARTHEST_M: f64 = 15.0;
-/// And those with fewer points.
+/// Least number of points on a stem.
 const LEAST_POINTS: usize = 30;
-/// Thinner ones are no trees yet, metres.
+/// Least diameter of a tree, metres.
 const LEAST_DBH_M: f64 = 0.07;
 
-/// What makes a preset's robot a scanner on a tripod without range errors, at nine stations whose
-/// stems are not the same: settings over the preset.
+/// Settings that make a preset's robot a scanner on a tripod without range errors, at nine stations
+/// with different stems.
 pub const STATIONS: [&str; 13] = [
     "frames=9",
     "chunks.visible_radius_m=20",
@@ -54,14 +54,14 @@ pub struct ScannedStem {
 /// The stems of a world's scans.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScannedDiameters {
-    /// Each once for each scan that it is in.
+    /// The stems; each counts once for each scan that it is in.
     pub stems: Vec<ScannedStem>,
 }
 
 impl ScannedDiameters {
-    /// Of living trees within 15 m of the scanner with 30 points or more in a slice 12 cm thick at
-    /// breast height. Which point is whose is taken from the truth: how well stems are told apart
-    /// is another question.
+    /// Diameters of living trees within 15 m of the scanner, with at least 30 points in a slice 12
+    /// cm thick at breast height. The truth tells which points belong to a stem, as segmentation is
+    /// another question.
     ///
     /// # Panics
     /// If the world cannot be grown or scanned.
@@ -108,13 +108,13 @@ impl ScannedDiameters {
         Self { stems }
     }
 
-    /// Mean of found less true, metres; no number without stems.
+    /// Mean error, metres; NaN without stems.
     #[must_use]
     pub fn bias_m(&self) -> f64 {
         self.mean(|s| s.found_m - s.true_m)
     }
 
-    /// Root mean square of found less true, metres.
+    /// Root mean square error, metres.
     #[must_use]
     pub fn rmse_m(&self) -> f64 {
         self.mean(|s| (s.found_m - s.true_m).powi(2)).sqrt()

@@ -1,4 +1,4 @@
-//! Whether ground shows the tile that it is made of.
+//! Visibility of the tile that ground is textured with.
 
 use nemoral_render::{
     CameraRenderer, Lens, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, View,
@@ -11,15 +11,15 @@ use nemoral_seed::Key;
 
 use super::picture::luminance_of_light;
 
-/// Pixels of a tile's side.
+/// Side of a tile, pixels.
 const TILE: usize = 32;
 
-/// Tiles along the picture's side.
+/// Side of the picture, tiles.
 const TILES: usize = 16;
 
-/// Level ground at height 0, of the first material.
+/// Level ground at height 0 of the first material.
 struct Level {
-    /// Of texture coordinates, metres.
+    /// Unit of texture coordinates, metres.
     unit_m: f32,
 }
 
@@ -37,9 +37,9 @@ impl RayCaster for Level {
     }
 }
 
-/// How much ground of this material repeats: the greatest correlation of its brightness with that
-/// one tile's width away, in sixteen directions; 1 for a plain tiled picture. What is brighter over
-/// more than a tile is left out.
+/// The repetition of ground of this material: the greatest correlation of its brightness with that
+/// at the distance of a tile's width, in sixteen directions. It is 1 for a plain tiled picture.
+/// Differences over more than a tile are removed before.
 #[must_use]
 pub fn ground_repetition(material: &Material) -> f64 {
     let unit_m = if material.ground {
@@ -50,7 +50,7 @@ pub fn ground_repetition(material: &Material) -> f64 {
     repetition(&from_above(material, unit_m), TILE)
 }
 
-/// Its brightness from straight above in even light.
+/// The brightness of the material from straight above in even light.
 fn from_above(material: &Material, unit_m: f32) -> Image<f64> {
     let mut materials = MaterialLibrary::new();
     materials.add(material.clone());
@@ -78,11 +78,11 @@ fn from_above(material: &Material, unit_m: f32) -> Image<f64> {
     luminance_of_light(&images.linear.expect("asked for"), images.ev100)
 }
 
-/// The greatest autocorrelation `lag_px` away, of what differs from the mean of a square of that
-/// side.
+/// The greatest autocorrelation at the distance `lag_px`, of differences from the mean of a square
+/// of that side.
 fn repetition(image: &Image<f64>, lag_px: usize) -> f64 {
     let (w, h) = (image.width() as i64, image.height() as i64);
-    // Sums over all that is left of and above a pixel.
+    // These are the sums over all pixels left of and above each pixel.
     let mut sums = vec![0.0; ((w + 1) * (h + 1)) as usize];
     let at = |x: i64, y: i64| (y * (w + 1) + x) as usize;
     for y in 0..h {

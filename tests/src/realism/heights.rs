@@ -1,4 +1,4 @@
-//! How trees' heights scatter about their height curve.
+//! Scatter of trees' heights about their height curve.
 
 use nemoral_assets::{Species, TreeSize};
 
@@ -14,12 +14,12 @@ pub struct HeightScatter {
     pub sd_m: f64,
     /// Standard deviation of the residuals over the curve's height.
     pub sd_share: f64,
-    /// The share of the trees as slender, or as stout, as their species ever is: cut to that.
+    /// The share of trees at a limit of their species' slenderness, to which they were clipped.
     pub clipped: f64,
 }
 
 impl HeightScatter {
-    /// Of trees of this species.
+    /// The scatter of trees of this species.
     #[must_use]
     pub fn of(species: &Species, sizes: &[TreeSize]) -> Self {
         let n = sizes.len() as f64;
@@ -43,11 +43,11 @@ impl HeightScatter {
     }
 }
 
-/// The diameters of so many trees of an even-aged stand that has grown up, metres, thin ones first:
-/// its mean diameter is where the species' mature trees begin. The scatter is a share of height in
-/// ours and one number of metres in published fits, so it can be compared only at heights such as
-/// those fits were made at: thin trees, of which the relations' even diameters have many, scatter
-/// by less, and are cut by the limits of slenderness.
+/// The diameters of this many trees of an even-aged mature stand, metres, in ascending order; the
+/// mean diameter is the least of the species' mature trees. Our scatter is a share of height and
+/// that of published fits is in metres, so they are comparable only at the heights of those fits:
+/// thin trees, of which the relations' even diameters have many, scatter by less and are clipped by
+/// the limits of slenderness.
 #[must_use]
 pub fn stand_diameters(species: &Species, trees: u32) -> Vec<f64> {
     let al = &species.allometry;

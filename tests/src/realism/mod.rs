@@ -1,6 +1,6 @@
-//! Measures of realism that need no photograph: how stems stand, how
-//! leaves let light through, how light is spread over a picture, how thick a stem is in a scan.
-//! None of this is from the crates under test.
+//! Measures of realism that need no photographs: the pattern of stems, the gaps between leaves, the
+//! distribution of light over a picture, the diameter of a stem in a scan. All of them are
+//! independent of the crates under test.
 
 mod asked;
 mod canopy;

@@ -1,12 +1,11 @@
-//! How light and colour are spread over a picture.
+//! Statistics of light and colour in a picture.
 
 use std::f64::consts::PI;
 
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Image, Semantic};
 
-/// The luminance of light itself over the one that an exposure maps to 1, row by row: what is
-/// brighter is not clipped.
+/// The luminance of the light over that which an exposure maps to 1, row by row, without clipping.
 #[must_use]
 pub fn luminance_of_light(radiance: &Image<Vec3>, ev100: f64) -> Image<f64> {
     let white = 0.125 * ev100.exp2() / 0.18;
@@ -19,7 +18,7 @@ pub fn luminance(rgb: &Image<[u8; 3]>) -> Image<f64> {
     rgb.map(|rgb| of_linear(rgb.map(linear)))
 }
 
-/// Rec. 709.
+/// Luminance by Rec. 709.
 fn of_linear([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
@@ -65,7 +64,8 @@ pub fn isotropy(image: &Image<f64>) -> f64 {
         let ring = x.hypot(y).round() as usize;
         if (4..=n / 4).contains(&ring) && x != y {
             let (sum, count) = &mut sums[usize::from(x < y)];
-            // Octaves alike: waves of nature have amplitudes like 1 / frequency.
+            // Amplitudes of natural images fall like 1 / frequency, so this weights octaves
+            // equally.
             (*sum, *count) = (*sum + amplitude * x.hypot(y), *count + 1);
         }
     }
@@ -106,14 +106,14 @@ fn amplitudes(image: &Image<f64>) -> (usize, Vec<f64>) {
     (n, out)
 }
 
-/// How light is spread over a picture's values.
+/// Statistics of a picture's luminance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tones {
     /// Standard deviation of the natural logarithm of luminance, which is at least one step of 8
     /// bits.
     pub log_sd: f64,
     /// Kurtosis of the differences of log-luminance between neighbours in a row: 3 for noise, more
-    /// where flat things have edges.
+    /// for flat regions with edges.
     pub gradient_kurtosis: f64,
 }
 
@@ -135,7 +135,7 @@ pub fn tones(image: &Image<f64>) -> Tones {
     }
 }
 
-/// Cooley and Tukey (1965), radix 2, in place.
+/// The transform of Cooley and Tukey (1965), radix 2, in place.
 fn fourier(values: &mut [(f64, f64)]) {
     let n = values.len();
     let bits = n.trailing_zeros();
@@ -160,9 +160,9 @@ fn fourier(values: &mut [(f64, f64)]) {
     }
 }
 
-/// The slope of a spectrum on logarithmic axes, from 4 cycles a picture to half of what it
-/// resolves, octaves weighted alike. Photographs of nature have -0.8 to -1.5 (Tolhurst et al.
-/// 1992).
+/// The slope of a spectrum on logarithmic axes, from 4 cycles per picture to half of its
+/// resolution, with equal weights of octaves. Photographs of nature have -0.8 to -1.5 (Tolhurst et
+/// al. 1992).
 #[must_use]
 pub fn amplitude_slope(spectrum: &[f64]) -> f64 {
     let points: Vec<(f64, f64, f64)> = (4..=spectrum.len() / 2)
@@ -176,12 +176,12 @@ pub fn amplitude_slope(spectrum: &[f64]) -> f64 {
     mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x).powi(2))
 }
 
-/// What colours a picture's leaves and needles have.
+/// The colours of a picture's leaves and needles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Colour {
     /// Mean green chromatic coordinate, G / (R + G + B), of foliage.
     pub gcc: f64,
-    /// The share of foliage that is glaring green: saturation over 0.7 and value over 0.6.
+    /// The share of foliage that is vivid green: saturation over 0.7 and value over 0.6.
     pub glaring: f64,
     /// The median hue of foliage, degrees: 60 is yellow, 120 green.
     pub hue_deg: f64,
@@ -214,7 +214,7 @@ pub fn colour(rgb: &Image<[u8; 3]>, semantic: &Image<Semantic>) -> Option<Colour
     })
 }
 
-/// Hue on the hexagon; grey has none.
+/// Hue on the hexagon; `None` for grey.
 fn hue_deg(&[r, g, b]: &[f64; 3]) -> Option<f64> {
     let most = r.max(g).max(b);
     let span = most - r.min(g).min(b);
@@ -244,12 +244,12 @@ mod tests {
         image(128, |_, _| rng.unit_f64())
     }
 
-    /// White noise is flat and what is blurred is steep: neither looks like nature.
+    /// White noise has a flat spectrum and blur a steep one: neither looks like nature.
     #[test]
     fn the_slope_tells_noise_and_blur() {
         let flat = amplitude_slope(&spectrum(&noise()));
         assert!(flat.abs() < 0.25, "{flat}");
-        // Discs of all sizes that hide each other, as things in a wood do: about -1.
+        // Discs of all sizes that hide each other, like objects in a forest, have about -1.
         let mut rng = Key::world(2).rng();
         let mut pixels = vec![0.0; 128 * 128];
         for _ in 0..4000 {
@@ -268,8 +268,8 @@ mod tests {
         let within = |(low, high): Range, v: f64| (low..=high).contains(&v);
         assert!(within(SLOPE, leaves), "{leaves}");
         assert!(within(ISOTROPY, isotropy(&discs)), "{}", isotropy(&discs));
-        // Edges between flat things; noise has none, and a picture hung with stripes has a
-        // direction.
+        // The discs have edges between flat regions and no direction, noise has no edges, and
+        // stripes have a direction.
         assert!(
             within(KURTOSIS, tones(&discs).gradient_kurtosis),
             "{:?}",

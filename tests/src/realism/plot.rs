@@ -5,26 +5,26 @@ use std::fmt::Write;
 /// Points or a line of a plot.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// Its name.
+    /// Name in the legend.
     pub name: String,
-    /// Its points.
+    /// Points of the series.
     pub points: Vec<(f64, f64)>,
-    /// A line through them, or dots.
+    /// Whether a line is drawn through the points, or dots.
     pub line: bool,
 }
 
 /// A plot with linear axes.
 #[derive(Clone, Debug)]
 pub struct Plot {
-    /// Above it.
+    /// Title above the plot.
     pub title: String,
-    /// Under the horizontal axis, with its unit.
+    /// Label of the horizontal axis, with its unit.
     pub x: String,
-    /// Beside the vertical axis, with its unit.
+    /// Label of the vertical axis, with its unit.
     pub y: String,
-    /// What is drawn, each in its own colour.
+    /// Series, each drawn in its own colour.
     pub series: Vec<Series>,
-    /// A band of y that is the reference's range.
+    /// A band of y: the range of the reference.
     pub band: Option<(f64, f64)>,
 }
 
@@ -32,7 +32,7 @@ const COLOURS: [&str; 8] = [
     "#1b6e53", "#c26a1b", "#3a5ba0", "#a03a6b", "#6b6b1b", "#555555", "#2b9fb3", "#8a4f2d",
 ];
 const SIZE: (f64, f64) = (460.0, 300.0);
-/// Left, top, right, bottom of the plot's field.
+/// Left, top, right and bottom margins of the plot.
 const MARGIN: [f64; 4] = [54.0, 28.0, 12.0, 40.0];
 
 impl Plot {
@@ -119,7 +119,7 @@ impl Plot {
                     path.join(" ")
                 );
             } else {
-                // Lines without length and with round ends: a few bytes each.
+                // Dots are lines without length and with round ends, which take few bytes.
                 let dot = |(x, y): &(f64, f64)| format!("M{:.0},{:.0}h0", sx(*x), sy(*y));
                 let dots: String = series.points.iter().map(dot).collect();
                 let _ = writeln!(
@@ -141,7 +141,7 @@ impl Plot {
     }
 }
 
-/// As many places as the span needs.
+/// A number with as many decimal places as the span needs.
 fn number(value: f64, span: f64) -> String {
     let places = if span >= 20.0 {
         0

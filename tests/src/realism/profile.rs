@@ -1,18 +1,18 @@
-//! How plants are spread over heights, from where pulses from above first return.
+//! Vertical distribution of plants, from first returns of pulses from above.
 
-/// Plant area density of each metre above ground, m²/m³: -d ln P / dz / K, P the share of pulses
-/// that first return from below z, with K = 0.5 (Bouvier et al. 2015). `heights_m` are those of all
-/// first returns, the ground's near 0.
+/// Plant area density of each metre above ground, m²/m³: -d ln P / dz / K, with the share P of
+/// pulses that first return from below z and K = 0.5 (Bouvier et al. 2015). `heights_m` are the
+/// heights of all first returns, of which those of the ground are near 0.
 #[must_use]
 pub fn plant_area_density(heights_m: &[f64], metres: usize) -> Vec<f64> {
     let below = |z: usize| {
         let z = z as f64;
-        // Where nothing came through, half a pulse did.
+        // Where no pulse came through, half a pulse is assumed.
         heights_m.iter().filter(|h| **h < z).count().max(1) as f64
     };
     (0..metres)
         .map(|z| {
-            // The ground's own returns are no plants.
+            // Returns of the ground itself do not count as plants.
             let low = if z == 0 {
                 heights_m.iter().filter(|h| **h < 0.1).count().max(1) as f64
             } else {
@@ -23,12 +23,13 @@ pub fn plant_area_density(heights_m: &[f64], metres: usize) -> Vec<f64> {
         .collect()
 }
 
-/// What stands out of a profile.
+/// Layers of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layers {
     /// The height of the densest layer over 2 m, over the stand's dominant height.
     pub mode: f64,
-    /// The heights over 2 m where it is more than half as dense, over the dominant height.
+    /// The extent of heights over 2 m with more than half of the greatest density, over the
+    /// dominant height.
     pub breadth: f64,
     /// The density under 2 m over the mean between 2 m and the dominant height.
     pub understorey: f64,
@@ -60,7 +61,7 @@ mod tests {
     use super::*;
     use nemoral_seed::{Draw, Key};
 
-    /// Random leaves in two layers come back as what they were made with.
+    /// The densities of random leaves in two layers are found again.
     #[test]
     fn densities_of_layers_come_back() {
         let mut rng = Key::world(4).rng();
@@ -71,7 +72,7 @@ mod tests {
         };
         let heights: Vec<f64> = (0..100_000)
             .map(|_| {
-                // A pulse down from 20 m, stopped with probability K u dz.
+                // A pulse comes down from 20 m and is stopped with probability K u dz.
                 let mut z = 20.0;
                 while z > 0.0 && !rng.chance(0.5 * density(z) * 0.05) {
                     z -= 0.05;
@@ -88,7 +89,7 @@ mod tests {
         assert!((0.65..0.9).contains(&layers.mode), "{layers:?}");
         assert!((0.2..0.35).contains(&layers.breadth), "{layers:?}");
         assert!(layers.understorey > 1.5, "{layers:?}");
-        // Upside down, the densest layer is low.
+        // The densest layer of the reversed profile is low.
         let turned: Vec<f64> = profile.iter().rev().copied().collect();
         assert!(super::layers(&turned, 18.0).mode < 0.5);
     }

@@ -1,10 +1,10 @@
-//! The ranges that measures are held to: the page's and the tests'.
+//! The ranges of measures, for the page and for the tests.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-/// From least to greatest, both in it.
+/// The least and the greatest value, inclusive.
 pub type Range = (f64, f64);
 
-/// A measure is in its range, and out of it for each cause.
+/// Asserts that a measure is in its range, and out of it for each broken cause.
 ///
 /// # Panics
 /// If not.
@@ -16,7 +16,7 @@ pub fn leaves(measure: &str, (low, high): Range, sound: f64, broken: &[(&str, f6
     }
 }
 
-/// Grown-up living trees, of those asked for.
+/// Number of grown living trees over that asked for.
 pub const TREES: Range = (0.95, 1.05);
 
 /// Basal area of a stand, m²/ha.
@@ -29,8 +29,8 @@ pub fn basal_area(stand: &str) -> Range {
     }
 }
 
-/// The greatest distance between the distributions of diameters found and asked for: one tree of
-/// each of so many parts of it, and chance.
+/// The greatest distance between the distributions of diameters found and asked for, of one
+/// individual for each of so many parts of the distribution, with chance.
 #[must_use]
 pub fn diameter_distance(individuals: u32) -> Range {
     (0.0, 1.0 / f64::from(individuals))
@@ -39,20 +39,20 @@ pub fn diameter_distance(individuals: u32) -> Range {
 /// The share of trees within their species' limits of slenderness.
 pub const SLENDER: Range = (0.995, 1.0);
 
-/// Clark and Evans's R: of trees in rows, of others.
+/// Clark and Evans's R of trees in rows, or of others.
 #[must_use]
 pub fn clark_evans(in_rows: bool) -> Range {
     if in_rows { (1.5, 2.15) } else { (0.9, 1.4) }
 }
 
-/// The pair correlation at a stem's width.
+/// The pair correlation at the distance of a stem's width.
 pub const PAIRS_NEAR: Range = (0.0, 0.05);
-/// And from 5 to 15 m.
+/// The pair correlation from 5 to 15 m.
 pub const PAIRS_FAR: Range = (0.9, 1.1);
-/// Sizes of neighbours within 3.5 m.
+/// The mark correlation of sizes of neighbours within 3.5 m.
 pub const MARKS: Range = (0.85, 0.995);
 
-/// Pairs of trees that look alike within 30 m, of a million pairs of the same individual: none.
+/// Number of pairs of trees within 30 m that look alike, per million pairs of the same individual.
 pub const ALIKE: Range = (0.0, 0.0);
 
 /// A mean of grown trees over the published relation's.
@@ -60,24 +60,24 @@ pub const RELATIONS: Range = (0.97, 1.03);
 
 /// A diameter at breast height from a scan, root mean square error, metres.
 pub const DBH_RMSE_M: Range = (0.0, 0.02);
-/// And its mean error, metres: none, as well as some tens of stems tell.
+/// Its mean error, metres: 0 within the precision of some tens of stems.
 pub const DBH_BIAS_M: Range = (-0.003, 0.003);
 
 /// Standard deviation of heights about the height curve, metres, of Scots pine, Norway spruce and
 /// birch: Pukkala et al. 2009 have 2.36, 2.10 and 2.00 for all of Finland.
 const HEIGHT_SD_M: Range = (2.0, 2.4);
-/// And of other species, over the curve's height: an assumption.
+/// The same of other species, over the curve's height: an assumption.
 const HEIGHT_SD_SHARE: Range = (0.08, 0.10);
 
-/// The range of [`HeightScatter::sd_m`](super::HeightScatter::sd_m), of the species that have one
-/// in metres.
+/// The range of [`HeightScatter::sd_m`](super::HeightScatter::sd_m) of species that have one in
+/// metres.
 #[must_use]
 pub fn height_sd_m(species: &str) -> Option<Range> {
     let northern = ["scots_pine", "norway_spruce", "silver_birch"];
     northern.contains(&species).then_some(HEIGHT_SD_M)
 }
 
-/// The range of [`HeightScatter::sd_share`](super::HeightScatter::sd_share), of the others.
+/// The range of [`HeightScatter::sd_share`](super::HeightScatter::sd_share) of the other species.
 #[must_use]
 pub fn height_sd_share(species: &str) -> Option<Range> {
     height_sd_m(species).is_none().then_some(HEIGHT_SD_SHARE)
@@ -98,31 +98,31 @@ pub fn leaf_area_index(stand: &str) -> Range {
     }
 }
 
-/// The silhouette of shoots over their leaf area, over what the species' file asks for.
+/// The silhouette of shoots over their leaf area, over that of the species' file.
 pub const SHOOTS: Range = (0.95, 1.05);
-/// Lines without a leaf, over exp(-0.93 Ω LAI).
+/// The share of lines without a leaf over exp(-0.93 Ω LAI).
 pub const OVER_THE_LAW: Range = (0.85, 1.15);
 
-/// Does its Ω as photographed want the factor of shoots? What needles of a shoot hide of each other
-/// no photograph tells.
+/// Whether its photographed Ω needs the factor of shoots, as no photograph shows how needles of a
+/// shoot hide each other.
 #[must_use]
 pub fn is_of_needles(stand: &str) -> bool {
     ["spruce", "maritime-pine"].contains(&stand)
 }
 
-/// Ω as photographs have it: an assumption, .7 to .95 for broad leaves and .5 to .75 for needles.
+/// Ω by photographs: an assumption, .7 to .95 for broad leaves and .5 to .75 for needles.
 #[must_use]
 pub fn photographed(stand: &str) -> Option<Range> {
     match stand {
         _ if is_of_needles(stand) => Some((0.5, 0.75)),
         "beech" | "oak-mixed" => Some((0.7, 0.95)),
-        // Rows are as even as chance, or more so.
+        // Rows are at least as regular as random places.
         "eucalyptus-plantation" => Some((0.8, 1.0)),
         _ => None,
     }
 }
 
-/// What canopies of the kind leave open along the hinge.
+/// The openness of canopies of the kind along the hinge.
 #[must_use]
 pub fn openness(stand: &str) -> Option<Range> {
     match stand {
@@ -133,10 +133,11 @@ pub fn openness(stand: &str) -> Option<Range> {
     }
 }
 
-/// How far an inclination of leaves, or its standard deviation, may be from its species', degrees.
+/// Greatest difference of an inclination of leaves, or of its standard deviation, from that of the
+/// species, degrees.
 pub const INCLINATION_DEG: f64 = 5.0;
 
-/// The height where plants are densest, over the dominant height.
+/// The height of the densest layer over the dominant height.
 #[must_use]
 pub fn densest(stand: &str) -> Range {
     match stand {
@@ -146,26 +147,26 @@ pub fn densest(stand: &str) -> Range {
     }
 }
 
-/// The heights where a wood of shade-bearing trees is half as dense as there or more, over the
-/// dominant height: spruce is broad.
+/// The extent of heights where a forest of shade-tolerant trees is at least half as dense as there,
+/// over the dominant height: spruce is broad.
 pub const BREADTH: Range = (0.4, 0.9);
 
 /// The slope of the amplitude spectrum: photographs of nature (Tolhurst et al. 1992).
 pub const SLOPE: Range = (-1.5, -0.8);
-/// Waves along the horizontal over those along the vertical. The range is an assumption:
-/// photographs of nature that were read of have more of both than of what is between, and not
-/// equally (Coppola et al. 1998, PNAS 95:4002; Hansen and Essock 2004, J. Vision 4(12):5; Keil and
+/// Amplitudes of waves along the horizontal over those along the vertical. The range is an
+/// assumption: photographs of nature have more of both than of diagonal waves, and not equally
+/// (Coppola et al. 1998, PNAS 95:4002; Hansen and Essock 2004, J. Vision 4(12):5; Keil and
 /// Cristóbal 2000, JOSA A 17:697).
 pub const ISOTROPY: Range = (0.9, 1.1);
-/// Correlation of ground with itself a tile away.
+/// Correlation of ground with itself at the distance of a tile.
 pub const GROUND_REPEATS: Range = (-1.0, 0.15);
 /// Standard deviation of the logarithm of luminance.
 pub const LOG_LUMINANCE_SD: Range = (0.75, 1.6);
-/// Kurtosis of steps from pixel to pixel.
+/// Kurtosis of differences from pixel to pixel.
 pub const KURTOSIS: Range = (6.0, 100.0);
 
-/// The green chromatic coordinate of crowns from above, of a stand whose trees have needles to this
-/// share: needles, and evergreen leaves with wax, are greyer than summer leaves.
+/// The green chromatic coordinate of crowns from above, of a stand with this share of needle trees:
+/// needles and waxy evergreen leaves are greyer than summer leaves.
 #[must_use]
 pub fn green(stand: &str, needles: f64) -> Range {
     match needles {
@@ -178,10 +179,10 @@ pub fn green(stand: &str, needles: f64) -> Range {
 
 /// Median hue of foliage, degrees.
 pub const HUE_DEG: Range = (70.0, 110.0);
-/// The share of it that glares.
+/// Share of foliage that is vivid green.
 pub const GLARING: Range = (0.0, 0.01);
 
-/// A class's share of the pixels; there may be no rocks.
+/// The share of a class in the pixels; rocks may be missing.
 #[must_use]
 pub fn class_share(class: &str) -> Option<Range> {
     (class != "Rocks").then_some((0.001, 1.0))

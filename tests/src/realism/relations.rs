@@ -1,21 +1,22 @@
-//! The relations of a species, found again on trees that were grown.
+//! The relations of a species, measured on grown trees.
 
 use nemoral_assets::{FoliageCard, GrowthParams, Species, TreeMaterials, TreeSize, grow};
 use nemoral_scene::MaterialId;
 use nemoral_seed::{Domain, Key};
 
-/// Trees of a species, grown, and what a tape and a ruler say of them.
+/// Grown trees of a species and their measured sizes.
 #[derive(Clone, Debug)]
 pub struct Relations {
-    /// As measured on what was grown.
+    /// Sizes measured on the grown trees.
     pub sizes: Vec<TreeSize>,
-    /// Mean of height, crown width and leaf area over the published curve's, of the thinner half of
-    /// the trees and of the thicker one.
+    /// Means of height, crown width and leaf area over those of the published curves, of the
+    /// thinner and of the thicker half of the trees.
     pub ratios: [[f64; 3]; 2],
 }
 
 impl Relations {
-    /// Of so many trees, evenly over the diameters that the species' relations hold for.
+    /// The relations of this many trees, evenly spread over the diameters that the species'
+    /// relations hold for.
     ///
     /// # Panics
     /// If one cannot be grown.
@@ -27,8 +28,9 @@ impl Relations {
         Self::grown(species, &diameters_m)
     }
 
-    /// Of trees of these diameters (metres), thin ones first. With few cards and little wood: sizes
-    /// do not depend on them (but a test in `crates/assets` grows them whole).
+    /// The relations of trees of these diameters (metres), in ascending order. They grow with few
+    /// cards and little wood, on which sizes do not depend (a test in `crates/assets` grows them
+    /// completely).
     ///
     /// # Panics
     /// If one cannot be grown.
@@ -68,7 +70,7 @@ impl Relations {
         Self::from_sizes(species, diameters_m.iter().enumerate().map(grown).collect())
     }
 
-    /// Of trees that are known already, thin ones first.
+    /// The relations of trees with known sizes, in ascending order of diameters.
     #[must_use]
     pub fn from_sizes(species: &Species, sizes: Vec<TreeSize>) -> Self {
         let (thin, thick) = sizes.split_at(sizes.len() / 2);
@@ -89,7 +91,7 @@ impl Relations {
         Self { sizes, ratios }
     }
 
-    /// The ratios over all trees.
+    /// The mean ratios over all trees.
     #[must_use]
     pub fn mean(&self) -> [f64; 3] {
         let [thin, thick] = self.ratios;

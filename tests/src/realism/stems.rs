@@ -1,12 +1,12 @@
-//! How stems stand, and how thick they are.
+//! Statistics of the positions and diameters of stems.
 
 use std::f64::consts::PI;
 
 use nemoral_scene::glam::DVec2;
 
-/// Clark and Evans's R (1954): the mean distance to the nearest neighbour over that of points
-/// scattered like rain, ½ λ^-½. 1 for rain, 2.15 for a triangular grid. Points nearer to the border
-/// of the square `low..low + edge_m` than `guard_m` are neighbours only.
+/// Clark and Evans's R (1954): the mean distance to the nearest neighbour over that of points at
+/// random, ½ λ^-½. It is 1 for random points and 2.15 for a triangular grid. Points nearer to the
+/// border of the square `low..low + edge_m` than `guard_m` are neighbours only.
 #[must_use]
 pub fn clark_evans(points: &[DVec2], low: DVec2, edge_m: f64, guard_m: f64) -> f64 {
     let inside = |p: &DVec2| {
@@ -30,7 +30,7 @@ pub fn clark_evans(points: &[DVec2], low: DVec2, edge_m: f64, guard_m: f64) -> f
 }
 
 /// The pair correlation g(r) in rings of `step_m` (Ripley's translation correction) of points in a
-/// square of edge `edge_m`: 1 where neighbours do not matter, 0 inside a hard core.
+/// square of edge `edge_m`: 1 for independent points, 0 inside a hard core.
 #[must_use]
 pub fn pair_correlation(points: &[DVec2], edge_m: f64, step_m: f64, rings: usize) -> Vec<f64> {
     let mut sums = vec![0.0; rings];
@@ -50,8 +50,8 @@ pub fn pair_correlation(points: &[DVec2], edge_m: f64, step_m: f64, rings: usize
     sums.into_iter().enumerate().map(of_ring).collect()
 }
 
-/// The power of a wave of this length (m) across a heading in the points, over that of scattered
-/// ones: about 1 without rows, as many as there are points if all stand on them.
+/// The power of a wave of this length (m) across a heading in the points, over that of random
+/// points: about 1 without rows, and the number of points if all are on rows.
 #[must_use]
 pub fn row_power(points: &[DVec2], heading_deg: f64, wave_m: f64) -> f64 {
     let (sin, cos) = heading_deg.to_radians().sin_cos();
@@ -87,8 +87,7 @@ pub fn weibull_fit(values: &[f64]) -> (f64, f64) {
 }
 
 /// The mean product of two neighbours' sizes over the square of the mean size, of pairs within
-/// `reach_m`: below 1 where neighbours keep each other small, 1 where they know nothing of each
-/// other.
+/// `reach_m`: below 1 where neighbours compete, 1 where they are independent.
 #[must_use]
 pub fn mark_correlation(trees: &[(DVec2, f64)], reach_m: f64) -> f64 {
     let mean = trees.iter().map(|t| t.1).sum::<f64>() / trees.len() as f64;
@@ -128,7 +127,7 @@ mod tests {
         (0..n).map(|_| DVec2::new(place(), place())).collect()
     }
 
-    /// A regular grid is no forest, and neither are clumps: R leaves the range of each.
+    /// R tells random points, a grid and clumps apart.
     #[test]
     fn clark_evans_tells_rain_from_grids_and_clumps() {
         let of = |points: &[DVec2]| clark_evans(points, DVec2::ZERO, 200.0, 15.0);
@@ -180,7 +179,8 @@ mod tests {
         let trees: Vec<(DVec2, f64)> = (0..400)
             .map(|i| {
                 let x = f64::from(i);
-                // Pairs a metre apart, one large and one small; or two of a size.
+                // The pairs are a metre apart, with one large and one small point, or with two of
+                // the same size.
                 (
                     DVec2::new(10.0 * (x / 2.0).floor() + x % 2.0, 0.0),
                     1.0 + x % 2.0,

@@ -1,4 +1,4 @@
-//! A world's stand, as measures want it.
+//! A survey of a world's stand for measures.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,40 +14,40 @@ use crate::World;
 /// The trees of a square of chunks around the world's origin.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// The living, grown-up ones as their inventory has them.
+    /// The grown living trees by the inventory.
     pub trees: Vec<TreeRecord>,
-    /// Everything with leaves: those, and saplings.
+    /// Trees with leaves: grown living ones and saplings.
     pub leafy: Vec<Standing>,
-    /// Everything that stands as a tree: those, saplings, and dead ones.
+    /// All standing trees: grown living ones, saplings and dead ones.
     pub copies: Vec<Copied>,
     /// The square's south-west corner and edge, metres.
     pub square: (DVec2, f64),
 }
 
-/// What a tree is a copy of.
+/// The kind of individual that a tree is a copy of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CopyKind {
-    /// A living, grown-up individual.
+    /// A grown living individual.
     Grown,
-    /// One that is none of its species' trees yet.
+    /// A sapling.
     Sapling,
-    /// A dead one.
+    /// A dead individual.
     Dead,
 }
 
-/// A tree is a copy of one of a few individuals.
+/// A tree as a copy of one of a few individuals.
 #[derive(Clone, Debug)]
 pub struct Copied {
-    /// Of which; a sapling's and a dead tree's are others than a grown living one's.
+    /// Number of the individual. Saplings, dead trees and grown living trees have different ones.
     pub individual: usize,
-    /// What it is.
+    /// Kind of the individual.
     pub kind: CopyKind,
-    /// How it stands.
+    /// Position and transform of the copy.
     pub standing: Standing,
 }
 
 impl Survey {
-    /// Of a square of `side` x `side` chunks.
+    /// Surveys a square of `side` x `side` chunks.
     ///
     /// # Panics
     /// If the world cannot be grown.
@@ -100,13 +100,13 @@ impl Survey {
         out
     }
 
-    /// Feet.
+    /// Positions of the feet of the living trees.
     #[must_use]
     pub fn places(&self) -> Vec<DVec2> {
         self.trees.iter().map(|t| t.position_m.truncate()).collect()
     }
 
-    /// The mean height of the thickest trees, 100 a hectare (Assmann), metres.
+    /// The mean height of the 100 thickest trees per hectare (Assmann), metres.
     #[must_use]
     pub fn dominant_height_m(&self) -> f64 {
         let hectares = self.square.1 * self.square.1 / 10_000.0;
@@ -116,9 +116,10 @@ impl Survey {
         by_diameter.iter().map(|t| t.height_m).sum::<f64>() / by_diameter.len() as f64
     }
 
-    /// The pairs of trees that look alike, the same individual turned within 2° of each other and
-    /// of a size within half a percent, and all pairs of the same individual; of those trees that
-    /// are asked for, and of pairs nearer than this, metres.
+    /// The numbers of pairs of trees that look alike (copies of the same individual whose rotations
+    /// are within 2° and whose sizes are within half a percent of each other) and of all pairs of
+    /// the same individual, among the trees that `which` selects, of pairs within this distance,
+    /// metres.
     #[must_use]
     pub fn alike(&self, which: impl Fn(CopyKind) -> bool, within_m: f64) -> (usize, usize) {
         const TURN_DEG: f64 = 2.0;

@@ -1,4 +1,4 @@
-//! `nemoral-assets` alone: plants for another engine.
+//! Use of `nemoral-assets` alone: plants for another engine.
 
 use nemoral_assets::{AssetParams, Library, ParamError};
 use nemoral_scene::{AlphaMask, Semantic};
@@ -14,7 +14,7 @@ fn a_library_is_grown_from_a_key() -> Result<(), ParamError> {
     assert!(library.trees.len() >= 3, "{} trees", library.trees.len());
     let semantic = |material| library.materials.get(material).semantic;
     for tree in &library.trees {
-        // It is as tall as it says, and has wood that carries leaves.
+        // The tree is as tall as its record says, and has wood and leaves.
         let bounds = tree.prototype.bounds();
         let height_m = f64::from(bounds.max.z);
         let ratio = height_m / tree.size.height_m;
@@ -47,7 +47,7 @@ fn a_library_is_grown_from_a_key() -> Result<(), ParamError> {
             );
         }
     }
-    // Leaves are cut out of their cards.
+    // Some materials have masks, which cut leaves out of their cards.
     let masks = library.materials.materials().iter();
     let masks: Vec<&AlphaMask> = masks.filter_map(|m| m.mask.as_deref()).collect();
     assert!(masks.len() > 5, "{} masks", masks.len());

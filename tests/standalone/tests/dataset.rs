@@ -1,4 +1,4 @@
-//! `nemoral-dataset` alone: somebody else's simulator writes and reads a data set.
+//! Use of `nemoral-dataset` alone: another simulator writes and reads a data set.
 
 #![allow(
     clippy::disallowed_methods,
@@ -145,7 +145,7 @@ fn two_halves_make_the_whole() -> Result<(), Box<dyn Error>> {
     let merged = folder("merged");
     merge(&[&second, &first], &merged, MergeParams::default())?;
     let manifest = |folder: &PathBuf| fs::read(folder.join("dataset.json"));
-    // It holds the checksums of everything.
+    // The manifest has the checksums of all files.
     assert_eq!(manifest(&merged)?, manifest(&whole)?);
     assert!(check(&merged)?.passed());
     Ok(())

@@ -1,4 +1,4 @@
-//! `nemoral-lidar` alone: a scanner in somebody's own scene.
+//! Use of `nemoral-lidar` alone: a scanner in another scene.
 
 use nemoral_lidar::{
     EchoObservation, ExactRange, Mid40, ParamError, Pulse, ScanPattern, ScanRequest, Scanner,
@@ -10,7 +10,7 @@ use nemoral_scene::{
 };
 use nemoral_seed::Key;
 
-/// The inside of a ball of 20 m around the origin.
+/// The inside of a sphere of 20 m around the origin.
 struct Ball(MaterialId);
 
 impl RayCaster for Ball {
@@ -61,7 +61,7 @@ fn points_lie_on_what_is_there_although_the_scanner_drives() -> Result<(), Param
 #[test]
 fn closures_are_patterns_and_range_models() -> Result<(), ParamError> {
     let (materials, ball) = ball();
-    // A turn a second, 1000 pulses a turn.
+    // One turn per second, 1000 pulses per turn.
     let turning = |number: u64| {
         let time_s = number as f64 / 1000.0;
         let (sin, cos) = (std::f64::consts::TAU * time_s).sin_cos();
@@ -78,7 +78,7 @@ fn closures_are_patterns_and_range_models() -> Result<(), ParamError> {
     };
     let scanner = Scanner::new(params, Box::new(turning))?;
     assert!((scanner.duration_s() - 1.0).abs() < 0.01);
-    // Too long by a tenth.
+    // Ranges that are 0.1 m too long.
     let model = |echo: &EchoObservation, _: Key| Some(echo.range_m + 0.1);
     let standing = |_: f64| RigidTransform::IDENTITY;
     let points = scanner.scan(&ScanRequest {

@@ -1,4 +1,4 @@
-//! `nemoral-lidar-noise` alone: errors for somebody else's scanner.
+//! Use of `nemoral-lidar-noise` alone: errors for another scanner.
 
 use nemoral_lidar_noise::{EchoObservation, GaussianRange, RangeNoise, RangeSensor};
 use rand::SeedableRng;
@@ -25,7 +25,7 @@ fn a_livox_sees_a_leaf() {
     let (mean, spread) = moments(&ranges);
     assert!((mean - 20.0).abs() < 0.1, "{mean} m");
     assert!((0.001..0.1).contains(&spread), "{spread} m");
-    // Something dark and far does not answer.
+    // A dark and distant surface gives no return.
     let coal = EchoObservation::at_angle(500.0, 1.2, 0.03);
     assert!(measure(&coal, &mut rng).len() < 50);
 }

@@ -1,4 +1,4 @@
-//! `nemoral-pipeline` alone: one node of a plan, a stage of one's own, no files.
+//! Use of `nemoral-pipeline` alone: one node of a plan, and a user's stage, without files.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ fn the_ground_needs_no_forest() -> Result<(), Error> {
     let ground = runner.get(forest.ground, chunk)?;
     let height_m = ground.height_m(chunk.centre_m(50.0));
     assert!((-2.0..11.0).contains(&height_m), "{height_m} m");
-    // Two nodes were computed, this and the world's model.
+    // Two nodes were computed: this one and the world's model.
     assert_eq!(store.len(), 2);
     Ok(())
 }
@@ -61,7 +61,7 @@ fn a_wrong_request_is_explained() {
     assert!(message.contains("from 1 to 16"), "{message}");
 }
 
-/// Who lives in a chunk.
+/// A stage for the number of deer in a chunk.
 struct Deer {
     per_chunk: u64,
 }
@@ -82,7 +82,7 @@ impl Stage<Forest> for Deer {
     }
 }
 
-/// Their wolves, who hear of them in this chunk.
+/// A stage for the number of wolves in a chunk, which depends on its deer.
 struct Wolves;
 
 impl Stage<Forest> for Wolves {
@@ -112,7 +112,7 @@ fn stages_of_ones_own() -> Result<(), Error> {
     let runner = Runner::new(&plan, &store, 2);
     let chunk = ChunkCoord::new(-4, 4);
     assert_eq!(*runner.get(wolves, chunk)?, *runner.get(deer, chunk)? / 10);
-    // A parameter upstream is in the key of what is downstream.
+    // The key of a node depends on parameters of its inputs.
     let (other, _, of_other) = wired(51);
     assert_ne!(plan.key(wolves, chunk), other.key(of_other, chunk));
     Ok(())

@@ -1,4 +1,4 @@
-//! `nemoral-placement` alone: trees for a map, with a lake.
+//! Use of `nemoral-placement` alone: trees for a map with a lake.
 
 use nemoral_placement::{ParamError, Placement, PlacementParams, Site};
 use nemoral_scene::ChunkCoord;
@@ -22,7 +22,7 @@ fn trees_keep_apart_and_dry() -> Result<(), ParamError> {
         let sites = placement.woody(chunk, &dry, &[]);
         sites.into_iter().filter(|site| site.layer == 0).collect()
     };
-    // Across the border too, whichever chunk is asked first.
+    // It also holds across the border, whichever chunk is computed first.
     let mut east = trees(chunk.offset(1, 0));
     let here = trees(chunk);
     assert_eq!(east, trees(chunk.offset(1, 0)));

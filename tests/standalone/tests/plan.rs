@@ -1,4 +1,4 @@
-//! `nemoral-plan` alone: distances of random walks, each worked out once.
+//! Use of `nemoral-plan` alone: distances of random walks, each computed once.
 
 use std::sync::Arc;
 
@@ -52,7 +52,7 @@ impl StageError<At> for Lost {
     }
 }
 
-/// The context is a seed.
+/// Plans whose context is a seed.
 enum Walks {}
 
 impl PlanTypes for Walks {
@@ -65,7 +65,7 @@ impl PlanTypes for Walks {
     }
 }
 
-/// How many steps a walk has.
+/// Number of steps of a walk.
 struct Steps(u32);
 
 impl Stage<Walks> for Steps {
@@ -84,7 +84,7 @@ impl Stage<Walks> for Steps {
     }
 }
 
-/// Where a walk ends.
+/// End of a walk.
 struct End;
 
 impl Stage<Walks> for End {
@@ -148,17 +148,17 @@ fn a_plan_of_numbers() -> Result<(), Lost> {
     let runner = Runner::new(&plan, &store, 4);
     let value = *runner.get(spread, Walk(9))?;
     assert!(value >= 0.0 && value <= 10_000.0, "{value}");
-    // Ten ends, the number of steps, the spread; of one more walk only what is new.
+    // These are ten ends, the number of steps and the spread; one more walk adds only new nodes.
     assert_eq!(store.computed(), 12);
     runner.get(spread, Walk(10))?;
     assert_eq!(store.computed(), 14);
     assert_eq!(runner.get(spread, Walk(13)), Err(Lost::Walker(13)));
 
-    // A store that forgets all but one value makes it all again, the same.
+    // A store that keeps only one value computes everything again, with the same result.
     let forgetful = Store::with_capacity(1);
     let again = Runner::new(&plan, &forgetful, 1).get(spread, Walk(9))?;
     assert_eq!(*again, value);
-    // A parameter upstream is in the key of what is downstream.
+    // The key of a node depends on parameters of its inputs.
     let (other, of_other) = wired(101);
     assert_ne!(plan.key(spread, Walk(9)), other.key(of_other, Walk(9)));
     assert!(plan.draw(GraphFormat::Mermaid).contains("spread"));

@@ -1,15 +1,15 @@
-//! `nemoral-raycast` alone: line of sight through foliage.
+//! Use of `nemoral-raycast` alone: line of sight through foliage.
 
 use std::sync::Arc;
 
 use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_scene::glam::{Mat3, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, InstancePlace, Material, MaterialLibrary, Mesh, ObjectId, Prototype,
-    Ray, RayCaster, Semantic,
+    AlphaMask, Card, ChunkCoord, InstancePlace, Material, MaterialLibrary, Mesh, ObjectId,
+    Prototype, Ray, RayCaster, Semantic,
 };
 
-/// A square metre of a leaf whose left half is a hole, in 100 places: 2 m above the other.
+/// A square metre of a leaf whose left half is a hole, in 100 places 2 m above each other.
 fn groups() -> Vec<(Vec3, Arc<Group>)> {
     let mut materials = MaterialLibrary::new();
     let mask = AlphaMask::from_fn(8, 8, |column, _| column >= 4).expect("a mask");

@@ -1,4 +1,4 @@
-//! `nemoral-render` alone: pictures of somebody's own scene.
+//! Use of `nemoral-render` alone: pictures of another scene.
 
 use std::error::Error;
 
@@ -13,7 +13,7 @@ use nemoral_scene::{
 };
 use nemoral_seed::Key;
 
-/// A ball of 1 m, 5 m ahead of the origin.
+/// A sphere with a radius of 1 m, 5 m ahead of the origin.
 struct Ball(MaterialId);
 
 const CENTRE_M: Vec3 = Vec3::new(5.0, 0.0, 0.0);
@@ -61,7 +61,7 @@ fn the_truth_is_what_was_hit() -> Result<(), Box<dyn Error>> {
     assert!(truth.normal.at(48, 32).distance(Vec3::NEG_Z) < 0.05);
     assert_eq!(*truth.semantic.at(2, 2), Semantic::Sky);
     assert!(truth.object.at(2, 2).is_none());
-    // The ball's outline has the radius that geometry gives: tan(asin(1/5)) of the focal length.
+    // The sphere's outline has the radius tan(asin(1/5)) times the focal length.
     let seen = truth
         .object
         .pixels()
@@ -80,7 +80,7 @@ fn the_truth_is_what_was_hit() -> Result<(), Box<dyn Error>> {
 
 #[test]
 fn the_sun_lights_the_side_where_it_stands() -> Result<(), Box<dyn Error>> {
-    // Looking east: north is left, south is right.
+    // The camera looks east: north is left, south is right.
     let light = |images: &CameraImages, column| -> u32 {
         images
             .rgb

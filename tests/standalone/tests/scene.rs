@@ -1,4 +1,4 @@
-//! `nemoral-scene` alone: ids, frames and projections for somebody's own labels.
+//! Use of `nemoral-scene` alone: ids, frames and projections for a user's labels.
 
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -34,7 +34,7 @@ fn what_is_ahead_is_in_the_middle_of_the_picture() {
     assert_eq!(ray.at(10.0), Vec3::X * 10.0);
 }
 
-/// A ground of somebody else's.
+/// A user's ground.
 struct Dunes;
 
 impl Surface for Dunes {

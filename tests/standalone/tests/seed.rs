@@ -1,4 +1,4 @@
-//! `nemoral-seed` alone: numbers for a game's loot, say.
+//! Use of `nemoral-seed` alone: random numbers for a game, for example.
 
 use nemoral_seed::{Domain, Draw, Key, Rng};
 

@@ -1,4 +1,4 @@
-//! `nemoral-stand` alone: a meadow's edge for a game, with a forest of one roof.
+//! Use of `nemoral-stand` alone: the edge of a meadow, with a forest of uniform crowns.
 
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, FlatSurface, Hit, MaterialId, ObjectKind, Ray, RayCaster};

@@ -1,4 +1,4 @@
-//! `nemoral-terrain` alone: ground for a game.
+//! Use of `nemoral-terrain` alone: ground for a game.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ fn mesh(x: i32, surface: &dyn Surface) -> Result<Mesh, ParamError> {
     Ok(mesher.mesh(chunk, surface, &NoZones, &|_, _| MaterialId(0)))
 }
 
-/// Northing and height, to the bit, of the vertices at an easting.
+/// Northings and heights, to the bit, of the vertices at an easting.
 fn border(mesh: &Mesh, x_m: f32) -> BTreeSet<[u32; 2]> {
     let there = mesh.positions.iter().filter(|p| p.x == x_m);
     there.map(|p| [p.y.to_bits(), p.z.to_bits()]).collect()
@@ -32,7 +32,7 @@ fn neighbours_meet() -> Result<(), ParamError> {
     Ok(())
 }
 
-/// A hollow, not of noise.
+/// A bowl, not made of noise.
 struct Bowl;
 
 impl Surface for Bowl {

@@ -1,4 +1,4 @@
-//! `nemoral-trails` alone: a hiking map.
+//! Use of `nemoral-trails` alone: a hiking map.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ fn a_trail_is_found_carved_and_dressed() -> Result<(), ParamError> {
 
     let ground = trails.ground_near(chunk, 5.0);
     assert!(ground.edge_m(middle) < 0.0, "on a trail");
-    // Somewhere in the chunk the slope is as it was, elsewhere it is cut or filled.
+    // In some places of the chunk the slope is unchanged, in others it is cut or filled.
     let corner = chunk.origin_m(50.0);
     let changes = (0..2500).map(|i| {
         let at = corner + DVec2::new(f64::from(i % 50), f64::from(i / 50));

@@ -1,4 +1,4 @@
-//! `nemoral-trajectory` alone: round a yard there and back, and through a row of posts.
+//! Use of `nemoral-trajectory` alone: around a yard and back, and through a row of posts.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ const BODY: Body = Body {
     track_m: 0.6,
 };
 
-/// A quarter of a circle about the origin.
+/// A quarter circle about the origin.
 #[derive(Debug)]
 struct Bend {
     radius_m: f64,
@@ -71,7 +71,7 @@ fn a_bend_is_driven_there_and_back_on_a_slope() {
         assert!((at.truncate().length() - 20.0).abs() < 1e-9);
         assert!((at.z - (2.0 + 0.1 * at.x)).abs() < 1e-9);
     }
-    // The body about a frame, for a scan of a tenth of a second.
+    // The body's poses around a frame, for a scan of a tenth of a second.
     let track = PoseTrack::sample(0.05, |t| trajectory.pose(30, t, &nothing, &ground));
     let track = track.expect("never");
     let way = track.at(0.05).translation_m - track.at(-0.05).translation_m;

@@ -9,7 +9,7 @@ use crate::common::{Outcome, base, files, folder, outcome, run, small};
 #[track_caller]
 fn refused(name: &str, config: &[u8]) -> Outcome {
     let folder = folder(name);
-    let (path, out) = (folder.join("wood.toml"), folder.join("out"));
+    let (path, out) = (folder.join("forest.toml"), folder.join("out"));
     fs::write(&path, config).expect("a writable folder");
     let done = run(&[
         "generate",
@@ -43,25 +43,25 @@ fn a_config_that_cannot_be_read() {
         assert!(!out.exists());
     }
     let done = refused("not_text", &[0xFF, 0xFE, 0x00]);
-    assert_says(&done, &["wood.toml", "UTF-8"]);
+    assert_says(&done, &["forest.toml", "UTF-8"]);
 }
 
 #[test]
 fn malformed_toml() {
     let done = refused("malformed", b"frames = 3\n[terrain\noctaves = 3\n");
-    assert_says(&done, &["wood.toml:2:9", "[terrain"]);
+    assert_says(&done, &["forest.toml:2:9", "[terrain"]);
     let done = refused("twice", b"frames = 3\nframes = 4\n");
-    assert_says(&done, &["wood.toml:2:1", "frames"]);
+    assert_says(&done, &["forest.toml:2:1", "frames"]);
 }
 
 #[test]
 fn an_impossible_value() {
-    let done = refused("value", b"# a wood\n[terrain]\noctaves = 99\n");
+    let done = refused("value", b"# a forest\n[terrain]\noctaves = 99\n");
     // The message has the file, the line, the key, the value, and what is allowed.
     assert_says(
         &done,
         &[
-            "wood.toml:3:1",
+            "forest.toml:3:1",
             "terrain.octaves = 99",
             "from 1 to 16",
             "3 | octaves = 99",
@@ -70,15 +70,15 @@ fn an_impossible_value() {
     let done = refused("type", b"[terrain]\n  octaves = \"many\"\n");
     assert_says(
         &done,
-        &["wood.toml:2:3", "terrain.octaves", "many", "from 1 to 16"],
+        &["forest.toml:2:3", "terrain.octaves", "many", "from 1 to 16"],
     );
     let done = refused("nan", b"[lidar]\nmax_range_m = nan\n");
-    assert_says(&done, &["wood.toml:2:1", "lidar.max_range_m", "nan"]);
+    assert_says(&done, &["forest.toml:2:1", "lidar.max_range_m", "nan"]);
     let done = refused("word", b"[output]\nontology = \"animals\"\n");
     assert_says(
         &done,
         &[
-            "wood.toml:2:1",
+            "forest.toml:2:1",
             "output.ontology",
             "animals",
             "paper",
@@ -93,19 +93,22 @@ fn everything_wrong_is_said_at_once() {
         "several",
         b"frames = 0\n[chunks]\nsize = 50\n[trails]\nwidth_m = -1\n",
     );
-    assert_says(&done, &["wood.toml:1:1", "frames = 0"]);
-    assert_says(&done, &["wood.toml:3:1", "chunks.size", "size_m"]);
-    assert_says(&done, &["wood.toml:5:1", "trails.width_m = -1"]);
+    assert_says(&done, &["forest.toml:1:1", "frames = 0"]);
+    assert_says(&done, &["forest.toml:3:1", "chunks.size", "size_m"]);
+    assert_says(&done, &["forest.toml:5:1", "trails.width_m = -1"]);
 }
 
 #[test]
 fn an_unknown_key() {
     let done = refused("key", b"frames = 3\n\n[terrain]\noctave = 3\n");
-    assert_says(&done, &["wood.toml:4:1", "terrain.octave", "`octaves`"]);
+    assert_says(&done, &["forest.toml:4:1", "terrain.octave", "`octaves`"]);
     let done = refused("section", b"[ocean]\ndepth_m = 3\n");
-    assert_says(&done, &["wood.toml:1:2", "ocean", "no such key", "terrain"]);
+    assert_says(
+        &done,
+        &["forest.toml:1:2", "ocean", "no such key", "terrain"],
+    );
     let done = refused("preset", b"preset = \"jungle\"\n");
-    assert_says(&done, &["wood.toml:1:1", "jungle", "medium", "demo"]);
+    assert_says(&done, &["forest.toml:1:1", "jungle", "medium", "demo"]);
 }
 
 #[test]
@@ -117,7 +120,7 @@ fn an_impossible_combination() {
     assert_says(
         &done,
         &[
-            "wood.toml:3:1",
+            "forest.toml:3:1",
             "chunks.undergrowth_radius_m = 80",
             "at most chunks.visible_radius_m = 60",
         ],

@@ -10,7 +10,7 @@ use super::errors::{ConfigError, ConfigErrors, Place};
 use super::schema::SectionSpec;
 use super::source::{Source, join, section};
 use super::words::{cut, did_you_mean, shown};
-use super::{Config, Lidar, Preset, SECTIONS, devices, ranges};
+use super::{Config, Preset, SECTIONS, devices, ranges};
 use crate::{Error, InputFiles};
 
 /// What a user asked for, in layers: a preset, a file over it, settings over that.

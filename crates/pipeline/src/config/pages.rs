@@ -99,8 +99,13 @@ impl Further {
             let table = table.as_table().unwrap_or(&first);
             // A device of its own lies over what is inherited.
             let mut inherited = first.clone();
-            let device = table.get("device").filter(|&d| first.get("device") != Some(d));
-            if let Some(layer) = device.and_then(toml::Value::as_str).and_then(devices::layer) {
+            let device = table
+                .get("device")
+                .filter(|&d| first.get("device") != Some(d));
+            if let Some(layer) = device
+                .and_then(toml::Value::as_str)
+                .and_then(devices::layer)
+            {
                 merge(&format!("{}.{name}", self.path), &mut inherited, &layer);
             }
             let mut said = differing(&inherited, table);

@@ -339,15 +339,24 @@ fn further_lidars_have_the_keys_of_the_first() {
     let file = format!("{told}\n{file}");
     let config = load("", &file, &[]).expect("fine");
     let (rear, top) = (&config.lidars["rear"], &config.lidars["top"]);
-    let sheet = load("", "[lidar]\ndevice = \"mid40\"", &[]).expect("fine").lidar;
-    assert_eq!((top.pulses, top.max_range_m, top.mount_z_m), (77, 60.0, 2.0));
+    let sheet = load("", "[lidar]\ndevice = \"mid40\"", &[])
+        .expect("fine")
+        .lidar;
+    assert_eq!(
+        (top.pulses, top.max_range_m, top.mount_z_m),
+        (77, 60.0, 2.0)
+    );
     assert_eq!((rear.pulses, rear.mount_z_m), (sheet.pulses, 2.0));
     assert_eq!(rear.pattern, sheet.pattern);
     let same_as_first = file.replace("mount_yaw_deg = 180", "pulses = 77");
     for file in [&file, &same_as_first] {
         let config = load("", file, &[]).expect("fine");
         let annotated = crate::config::annotated_toml(&config);
-        assert_eq!(Config::from_toml(&annotated).expect("fine"), config, "{annotated}");
+        assert_eq!(
+            Config::from_toml(&annotated).expect("fine"),
+            config,
+            "{annotated}"
+        );
     }
     let paths: Vec<String> = config.all_lidars().map(|(path, _)| path).collect();
     assert_eq!(paths, ["lidar", "lidars.rear", "lidars.top"]);
