@@ -28,8 +28,8 @@ use nemoral_lidar::{
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec3, Mat3, Vec3};
 use nemoral_scene::{
-    Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, RigidTransform,
-    Semantic, Triangle,
+    InstancePlace, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype,
+    RigidTransform, Semantic, Triangle,
 };
 use nemoral_seed::Key;
 
@@ -52,8 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} triangles", mesh.triangles.len());
     let prototype = Arc::new(Prototype::new("plot", mesh, Vec::new(), &materials)?);
     let blas = Arc::new(Blas::build(Arc::clone(&prototype), &materials));
-    let instance = Instance {
-        prototype,
+    let instance = InstancePlace {
         position_m: Vec3::ZERO,
         linear: Mat3::IDENTITY,
         object: ObjectId::NONE,
@@ -157,7 +156,7 @@ fn plot() -> Result<Mesh, Box<dyn std::error::Error>> {
     let cells = (0..side - 1).flat_map(|j| (0..side - 1).map(move |i| j * side + i));
     let squares = cells.map(|k| [k, k + 1, k + side + 1, k + side]);
     add(&mut mesh, ground, squares.flat_map(halves));
-    let (groups, _) = reference::grow()?;
+    let (groups, _) = reference::grow(false)?;
     let instances = groups.iter().flat_map(|(_, group)| group.instances());
     let trees = instances.filter(|(i, _)| i.prototype.cards().len() > 1000);
     for (k, (tree, _)) in trees.take(20).enumerate() {

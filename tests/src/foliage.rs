@@ -6,8 +6,8 @@ use std::sync::Arc;
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec3, Mat3, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype,
-    Ray, RayCaster, Semantic,
+    AlphaMask, Card, InstancePlace, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
+    Prototype, Ray, RayCaster, Semantic,
 };
 use nemoral_seed::{Draw, PhiloxRng};
 
@@ -173,8 +173,7 @@ pub fn periodic(tile: &Arc<Group>, size_m: f64, around: [i32; 3]) -> RayScene {
 /// A group with one copy of a shape.
 fn group_of(shape: Arc<Prototype>, materials: &MaterialLibrary) -> Arc<Group> {
     let blas = Arc::new(Blas::build(Arc::clone(&shape), materials));
-    let instance = Instance {
-        prototype: shape,
+    let instance = InstancePlace {
         position_m: Vec3::ZERO,
         linear: Mat3::IDENTITY,
         object: ObjectId::NONE,

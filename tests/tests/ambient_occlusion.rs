@@ -11,8 +11,8 @@ use nemoral_render::{
 };
 use nemoral_scene::glam::{DMat3, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    Hit, Instance, Intrinsics, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype,
-    RayCaster, RigidTransform, Semantic, Triangle,
+    Hit, InstancePlace, Intrinsics, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
+    Prototype, RayCaster, RigidTransform, Semantic, Triangle,
 };
 use nemoral_seed::Key;
 
@@ -50,8 +50,7 @@ fn planted(plants: &[&PlantAsset], materials: &MaterialLibrary, known: bool) -> 
     let mut instances = Vec::new();
     let mut place = |prototype: Arc<Prototype>, position_m: Vec3| {
         let blas = Arc::new(Blas::build(Arc::clone(&prototype), materials));
-        let instance = Instance {
-            prototype,
+        let instance = InstancePlace {
             position_m,
             linear: Mat3::IDENTITY,
             object: ObjectId::NONE,

@@ -12,7 +12,7 @@ use nemoral_render::{
 };
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Distortion, Instance, Intrinsics, Material, MaterialId,
+    AlphaMask, Card, ChunkCoord, Distortion, InstancePlace, Intrinsics, Material, MaterialId,
     MaterialLibrary, Mesh, ObjectId, Prototype, RayCaster, RigidTransform, Semantic, Triangle,
 };
 use nemoral_seed::Key;
@@ -86,8 +86,7 @@ fn as_triangles(ink: MaterialId) -> (Mesh, Vec<Card>) {
 fn groups((mesh, cards): (Mesh, Vec<Card>), library: &MaterialLibrary) -> Vec<(Vec3, Arc<Group>)> {
     let shape = Prototype::new("F", mesh, cards, library).expect("a sound shape");
     let blas = Arc::new(Blas::build(Arc::new(shape), library));
-    let instance = Instance {
-        prototype: Arc::clone(blas.prototype()),
+    let instance = InstancePlace {
         // The left end of the letter's foot is the lower left corner of the picture's pixel (1, 7).
         position_m: DVec3::new(DISTANCE_M, 3.5 * TEXEL_M, -3.5 * TEXEL_M).as_vec3() - OFFSET,
         linear: Mat3::from_rotation_z(-FRAC_PI_2),

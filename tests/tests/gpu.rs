@@ -17,8 +17,9 @@ use nemoral_render::{
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use nemoral_scene::{
     AlphaMask, Blend, Card, ChunkCoord, Distortion, Hit, Image, Instance, InstanceGroup,
-    InstancedScene, Intrinsics, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, PlacedGroup,
-    Prototype, Ray, RayCaster, RigidTransform, Semantic, Shutter, Triangle, TruthImages, Twist,
+    InstancePlace, InstancedScene, Intrinsics, Material, MaterialId, MaterialLibrary, Mesh,
+    ObjectId, PlacedGroup, Prototype, Ray, RayCaster, RigidTransform, Semantic, Shutter, Triangle,
+    TruthImages, Twist,
 };
 use nemoral_seed::{Domain, Draw, Key, PhiloxRng, Rng};
 use nemoral_tests::World;
@@ -127,9 +128,8 @@ fn placed(
     position_m: Vec3,
     linear: Mat3,
     object: ObjectId,
-) -> (Instance, Arc<Blas>) {
-    let instance = Instance {
-        prototype: Arc::clone(shape.prototype()),
+) -> (InstancePlace, Arc<Blas>) {
+    let instance = InstancePlace {
         position_m,
         linear,
         object,
@@ -727,7 +727,7 @@ fn the_examples_species_map_is_what_rays_hit() {
     let drawn = avenue.draw(gpu, &view).unwrap_or_else(|e| panic!("{e}"));
     let trees = avenue.trees.0.iter().map(|tree| {
         let shape = Blas::build(Arc::clone(&tree.prototype), &avenue.materials);
-        (tree.clone(), Arc::new(shape))
+        (tree.place(), Arc::new(shape))
     });
     let group = Arc::new(Group::build(trees.collect()));
     let forest = RayScene::new(vec![(Vec3::ZERO, group)]);

@@ -256,7 +256,7 @@ fn ids_are_unique_and_fit_a_label() {
             stand.name,
             seen.len()
         );
-        assert!((1..=1023).contains(&most));
+        assert!((1..=1310).contains(&most));
     }
 }
 

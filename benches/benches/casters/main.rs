@@ -121,11 +121,16 @@ fn compare(
     }
     let parry = Parry::new(&placed);
     let forest = world.forest();
+    let imported = world.imported.clone().map(RayScene::new);
     let portable = forest.clone().portable();
     let works = rays::all(&world.eyes);
     let names: Vec<&str> = works.iter().map(|w| w.name).collect();
     for work in works.iter().filter(|w| choice.wants(w.name, &names)) {
         let mut rows = rows(&forest, &portable, rival.as_ref(), &parry);
+        if let Some(imported) = &imported {
+            let leaves = |rays: &[Ray], out: &mut [f32]| batch(imported, rays, out);
+            rows.push(Row::new("nemoral, imported", Fired, Box::new(leaves)));
+        }
         let casters: Vec<String> = rows.iter().map(|r| r.name.clone()).collect();
         let casters: Vec<&str> = casters.iter().map(String::as_str).collect();
         rows.retain(|r| choice.wants(&r.name, &casters));
@@ -155,14 +160,22 @@ fn rows<'a>(
         }
         let single = move |rays: &[Ray], out: &mut [f32]| {
             for (ray, out) in rays.iter().zip(out) {
+                let hit = caster.closest_surface(ray);
+                *out = hit.map_or(f32::INFINITY, |hit| hit.distance_m);
+            }
+        };
+        let shaded = move |rays: &[Ray], out: &mut [f32]| {
+            for (ray, out) in rays.iter().zip(out) {
                 let hit = caster.closest_hit(ray);
                 *out = hit.map_or(f32::INFINITY, |hit| hit.surface.distance_m);
             }
         };
+        let each = format!("{name} one by one");
+        rows.push(Row::new(&each, Fired, Box::new(single)));
         rows.push(Row::new(
-            &format!("{name} one by one"),
+            &format!("{each}, shaded"),
             Fired,
-            Box::new(single),
+            Box::new(shaded),
         ));
     }
     if let Some(rival) = rival {

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use nemoral_raycast::{Blas, Group, Quality};
 use nemoral_scene::glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
-    Prototype, Semantic, Triangle,
+    AlphaMask, Card, ChunkCoord, Instance, InstancePlace, Material, MaterialId, MaterialLibrary,
+    Mesh, ObjectId, Prototype, Semantic, Triangle,
 };
 use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
 
@@ -30,7 +30,9 @@ const TREES: [(u32, u32); 6] = [
 
 pub(crate) type Forest = (Vec<(Vec3, Arc<Group>)>, MaterialLibrary);
 
-pub(crate) fn grow() -> Result<Forest, Box<dyn Error>> {
+/// Grows the forest. Leaves are cards, each with a mask of its shape, or, as an OBJ has them, two
+/// triangles whose texture coordinates are a window of one atlas.
+pub(crate) fn grow(leaves_are_triangles: bool) -> Result<Forest, Box<dyn Error>> {
     let key = Key::world(7).domain(STAGE);
     let mut library = MaterialLibrary::new();
     library.add(Material::plain("soil", Semantic::Soil, Vec3::splat(0.2)));
@@ -42,7 +44,19 @@ pub(crate) fn grow() -> Result<Forest, Box<dyn Error>> {
             ..Material::plain("leaf", Semantic::Leaf, Vec3::splat(0.1))
         });
     }
-    let blas = |name: &str, mesh: Mesh, cards: Vec<Card>| {
+    let atlas = AlphaMask::from_fn(256, 256, |c, r| {
+        leaf_shape(c / 128 + 2 * (r / 128), c % 128, r % 128)
+    })?;
+    let atlas = library.add(Material {
+        mask: Some(Arc::new(atlas)),
+        ..Material::plain("leaves", Semantic::Leaf, Vec3::splat(0.1))
+    });
+    let blas = |name: &str, mut mesh: Mesh, mut cards: Vec<Card>| {
+        if leaves_are_triangles {
+            for (i, card) in cards.drain(..).enumerate() {
+                add_leaf(&mut mesh, &card, atlas, i);
+            }
+        }
         let shape = Prototype::new(name, mesh, cards, &library)?;
         Ok::<_, Box<dyn Error>>(Arc::new(Blas::with_quality(
             Arc::new(shape),
@@ -65,7 +79,7 @@ pub(crate) fn grow() -> Result<Forest, Box<dyn Error>> {
         let chunk = ChunkCoord::new(cx, cy);
         let corner = Vec3::new(cx as f32, cy as f32, 0.0) * CHUNK_M;
         let ground = blas("ground", ground(corner), Vec::new())?;
-        let still = place(&ground, Vec3::ZERO, Mat3::IDENTITY, ObjectId::NONE);
+        let still = place(Vec3::ZERO, Mat3::IDENTITY, ObjectId::NONE);
         let mut rng = key.chunk(chunk).rng();
         let mut instances = vec![(still, ground)];
         for item in 0..260_u16 {
@@ -76,7 +90,7 @@ pub(crate) fn grow() -> Result<Forest, Box<dyn Error>> {
             let (yaw, scale) = (rng.range_f32(0.0, TAU), rng.range_f32(0.8, 1.25));
             let linear = Instance::upright(yaw, scale, Vec2::ZERO);
             let object = ObjectId::new(chunk, item + 1).unwrap_or(ObjectId::NONE);
-            instances.push((place(blas, foot, linear, object), Arc::clone(blas)));
+            instances.push((place(foot, linear, object), Arc::clone(blas)));
         }
         groups.push((corner, Arc::new(Group::build(instances))));
     }
@@ -90,9 +104,8 @@ pub(crate) fn eye(k: usize) -> Vec3 {
     p.extend(height(p.x, p.y) + 1.5)
 }
 
-fn place(blas: &Blas, position_m: Vec3, linear: Mat3, object: ObjectId) -> Instance {
-    Instance {
-        prototype: Arc::clone(blas.prototype()),
+fn place(position_m: Vec3, linear: Mat3, object: ObjectId) -> InstancePlace {
+    InstancePlace {
         position_m,
         linear,
         object,
@@ -203,6 +216,22 @@ fn shrub(rng: &mut PhiloxRng) -> Vec<Card> {
             leaf(rng, at, 0.09)
         })
         .collect()
+}
+
+/// Adds a leaf as two triangles, its corners in one of four orders.
+fn add_leaf(mesh: &mut Mesh, card: &Card, atlas: MaterialId, order: usize) {
+    let shape = card.material.0 - 2;
+    let from = Vec2::new(f32::from(shape % 2), f32::from(shape / 2)) * 0.5;
+    let to = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|p| from + p * 0.5);
+    let first = mesh.positions.len() as u32;
+    let normal = card.edge_u.cross(card.edge_v).normalize_or(Vec3::Z);
+    for k in 0..4 {
+        let k = (k + order) % 4;
+        mesh.positions.push(card.corners()[k]);
+        mesh.normals.push(normal);
+        mesh.uvs.push(to[k]);
+    }
+    quad(mesh, [first, first + 1, first + 2, first + 3], atlas);
 }
 
 fn scatter(rng: &mut PhiloxRng, radius: f32) -> Vec3 {

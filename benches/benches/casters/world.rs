@@ -16,6 +16,9 @@ pub(crate) struct World {
     pub(crate) name: &'static str,
     pub(crate) groups: Vec<(Vec3, Arc<Group>)>,
     pub(crate) materials: MaterialLibrary,
+    /// The same forest with its leaves as an OBJ has them: pairs of triangles that show windows of
+    /// one atlas.
+    pub(crate) imported: Option<Vec<(Vec3, Arc<Group>)>>,
     pub(crate) eyes: Vec<Eye>,
 }
 
@@ -33,12 +36,14 @@ impl World {
 
     /// The forest of `reference`: 2,500 trees and 4,000 shrubs on 250 m x 250 m.
     fn reference() -> Result<Self, Box<dyn Error>> {
-        let (groups, materials) = reference::grow()?;
+        let (groups, materials) = reference::grow(false)?;
+        let (imported, _) = reference::grow(true)?;
         let eye = |k: usize| (reference::eye(k), Mat3::from_rotation_z(k as f32));
         Ok(Self {
             name: "reference",
             groups,
             materials,
+            imported: Some(imported),
             eyes: (0..8).map(eye).collect(),
         })
     }
@@ -65,6 +70,7 @@ impl World {
                 .library
                 .materials
                 .clone(),
+            imported: None,
             eyes,
         })
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nemoral_scene::{
     AlphaMask, AmbientOcclusion, Card, Material, MaterialLibrary, Mesh, Optics, Prototype,
-    PrototypeError, Semantic, Texture,
+    PrototypeError, Semantic, Texture, TextureWindow,
 };
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +65,7 @@ struct StoredShape<'a> {
     name: Cow<'a, str>,
     mesh: Cow<'a, Mesh>,
     cards: Cow<'a, [Card]>,
+    card_windows: Cow<'a, [TextureWindow]>,
     ambient_occlusion: Option<Cow<'a, AmbientOcclusion>>,
 }
 
@@ -238,13 +239,17 @@ impl<'a> StoredShape<'a> {
             name: Cow::Borrowed(prototype.name()),
             mesh: Cow::Borrowed(prototype.mesh()),
             cards: Cow::Borrowed(prototype.cards()),
+            card_windows: Cow::Borrowed(prototype.card_windows()),
             ambient_occlusion: prototype.ambient_occlusion().map(Cow::Borrowed),
         }
     }
 
     fn restore(self, materials: &MaterialLibrary) -> Result<Arc<Prototype>, DeserializeError> {
         let (mesh, cards) = (self.mesh.into_owned(), self.cards.into_owned());
-        let prototype = Prototype::new(self.name, mesh, cards, materials)?;
+        let mut prototype = Prototype::new(self.name, mesh, cards, materials)?;
+        if !self.card_windows.is_empty() {
+            prototype = prototype.with_card_windows(self.card_windows.into_owned())?;
+        }
         Ok(Arc::new(match self.ambient_occlusion {
             Some(near) => prototype.with_ambient_occlusion(near.into_owned())?,
             None => prototype,

@@ -18,6 +18,8 @@ pub(crate) const INSTANCES: &str = "instances.csv";
 /// The files at the top, except `dataset.json`.
 pub(crate) const TOP_FILES: [&str; 5] = [README, CONFIG, ONTOLOGY, TREES, INSTANCES];
 pub(crate) const SEQUENCES: &str = "sequences";
+/// The folder of KITTI's odometry benchmark for all sequences' poses.
+pub(crate) const ALL_POSES: &str = "poses";
 pub(crate) const POSES: &str = "poses.txt";
 pub(crate) const CALIB: &str = "calib.txt";
 pub(crate) const TIMES: &str = "times.txt";
@@ -172,11 +174,22 @@ pub(crate) fn common_files(
     for (number, length) in sequences {
         let path = |name| inner(&sequence_file(number, name));
         files.push((path(POSES), limits::lines_bytes(length)));
+        files.push((inner(&kitti_poses(number)), limits::lines_bytes(length)));
         files.push((path(TIMES), limits::lines_bytes(length)));
         files.push((path(CALIB), limits::calibration_bytes(header.cameras.len())));
     }
     files.sort();
     files
+}
+
+/// `poses/NN.txt`, where readers of KITTI's odometry benchmark look for a sequence's `poses.txt`.
+pub(crate) fn kitti_poses(number: u32) -> String {
+    format!("{ALL_POSES}/{number:02}.txt")
+}
+
+/// Whether this is the name of a file of `poses`.
+pub(crate) fn is_kitti_poses(name: &str) -> bool {
+    name.strip_suffix(".txt").is_some_and(is_sequence_name)
 }
 
 /// `sequences/NN/NAME`.

@@ -9,6 +9,7 @@
 //! OUT/sequences/NN/{image_2,semantic,instance,depth,normals}/000000.png
 //!                  velodyne/000000.bin  labels/000000.label  points/000000.ply
 //!                  poses.txt  calib.txt  times.txt
+//! OUT/poses/NN.txt
 //! ```
 //! A further camera or LiDAR has the same folders inside a folder of its name, except that the
 //! pictures of a further camera called `right` are in `image_3`. While a data set is unfinished,
@@ -27,7 +28,7 @@
 //! | `.bin` | little-endian f32 x, y, z, intensity |
 //! | `.label` | little-endian u32: class in the lower, [`to_label_id`](nemoral_scene::ObjectId::to_label_id) in the upper 16 bits |
 //! | `.ply` | binary little-endian, every field of a [`LidarPoint`](nemoral_scene::LidarPoint) |
-//! | `poses.txt`, `calib.txt`, `times.txt` | KITTI odometry's; line k is frame k of the whole sequence, made here or not |
+//! | `poses.txt`, `calib.txt`, `times.txt` | KITTI odometry's; line k is frame k of the whole sequence, made here or not; `poses/NN.txt` is a copy |
 //! | `ontology.yaml` | the class table for semantic-kitti-api (the paper's classes are section V-A's) |
 //!
 //! # Promises

@@ -124,7 +124,12 @@ impl Dataset {
         let Some(inner) = self.folder.inner_path_of(path) else {
             return false;
         };
-        let own = [layout::SEQUENCES, layout::STATE, layout::MANIFEST];
+        let own = [
+            layout::SEQUENCES,
+            layout::ALL_POSES,
+            layout::STATE,
+            layout::MANIFEST,
+        ];
         own.contains(&inner.components().next().unwrap_or_default())
             || self.manifest.files.iter().any(|f| f.path == inner)
     }

@@ -319,6 +319,7 @@ impl Writer {
             texts.extend([
                 (path(layout::CALIB), calibration.clone()),
                 (path(layout::POSES), drive.poses.clone()),
+                (layout::kitti_poses(number), drive.poses.clone()),
                 (path(layout::TIMES), drive.times.clone()),
             ]);
         }

@@ -22,7 +22,7 @@
 //! let woody = placement.woody(chunk, &beside_trail, &rocks); // and the 8 neighbours' rocks
 //! let trees = woody.iter().filter(|site| site.layer == 0).count();
 //! assert!((60..130).contains(&trees));
-//! # Ok::<(), nemoral_placement::ParamError>(())
+//! # Ok::<(), nemoral_placement::PlacementError>(())
 //! ```
 //!
 //! # The model (paper, section IV-D, and where this differs)

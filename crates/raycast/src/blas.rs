@@ -3,29 +3,30 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec2};
-use nemoral_scene::{AlphaMask, Bounds, MaterialId, MaterialLibrary, Mesh, Prototype, Triangle};
+use nemoral_scene::{AlphaMask, Bounds, MaterialLibrary, Mesh, Prototype, Quad, Triangle};
 use rayon::prelude::*;
 
 use crate::block::{Block, PackedPrimitive, Shape};
 use crate::bvh8::{BuildEffort, Bvh8};
-use crate::hull::opaque_hull;
+use crate::hull::{SQUARE, opaque_hull, window_hull};
 use crate::intersection::{self, Intersection, LocalRay};
 use crate::nearest::{Nearest, PrimitiveHit, PrimitiveRef, Rank};
 use crate::node::{LEAF, LaneRay, Node, bounds_of, extent};
 use crate::quantization_grid::QuantizationGrid;
 use crate::quantized_node::QuantizedNode;
+use crate::shape_surfaces::{QuadPart, ShapeSurface, ShapeSurfaces};
 use crate::simd::Isa;
 use crate::traversal::{LeafVisitor, Stack, traverse};
 
 /// A prototype with its acceleration structure: made once, shared by all its instances.
 ///
-/// Primitives are numbered: the triangles of the mesh in their order, then the cards in theirs.
-/// Degenerate ones (without area) are never hit.
+/// Primitives are numbered: the triangles of the mesh in their order, then the cards in theirs. A
+/// [`Quad`](nemoral_scene::Quad) of the mesh is one primitive with the number of its first
+/// triangle. Degenerate ones (without area) are never hit.
 #[derive(Debug)]
 pub struct Blas {
     prototype: Arc<Prototype>,
-    /// The masks, by material id.
-    masks: Vec<Option<Arc<AlphaMask>>>,
+    surfaces: ShapeSurfaces,
     parts: Vec<Part>,
     grid: QuantizationGrid,
     nodes: Vec<QuantizedNode>,
@@ -83,15 +84,10 @@ impl Blas {
         materials: &MaterialLibrary,
         quality: Quality,
     ) -> Self {
-        let masks: Vec<Option<Arc<AlphaMask>>> = materials
-            .materials()
-            .iter()
-            .map(|m| m.mask.clone())
-            .collect();
         let mut blas = Self {
             extent: extent(&prototype.bounds()),
+            surfaces: ShapeSurfaces::of(&prototype, materials),
             prototype,
-            masks,
             parts: Vec::new(),
             grid: QuantizationGrid::IDENTITY,
             nodes: Vec::new(),
@@ -129,6 +125,26 @@ impl Blas {
         &self.prototype
     }
 
+    /// The memory that the tree takes, bytes: what it holds besides its prototype and the masks.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let boxes: usize = self
+            .parts
+            .iter()
+            .map(|p| size_of::<Part>() + size_of_val(p.boxes.as_slice()))
+            .sum();
+        size_of::<Self>()
+            + boxes
+            + size_of_val(self.nodes.as_slice())
+            + size_of_val(self.blocks.as_slice())
+            + self.surfaces.memory_bytes()
+    }
+
+    /// The masks of its primitives.
+    pub(crate) fn masks(&self) -> impl Iterator<Item = &Arc<AlphaMask>> {
+        self.surfaces.all().iter().filter_map(|s| s.mask.as_ref())
+    }
+
     pub(crate) fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -137,22 +153,42 @@ impl Blas {
         self.prototype.mesh().triangles.len() + self.prototype.cards().len()
     }
 
-    /// A primitive, unless it is degenerate.
-    fn shape(&self, primitive: usize) -> Option<(Shape, MaterialId)> {
+    /// The quad that is numbered by its first triangle.
+    pub(crate) fn quad(&self, primitive: u32) -> Option<&Quad> {
+        let quads = self.prototype.quads();
+        match self.surfaces.part(quads, primitive) {
+            QuadPart::First(quad) => Some(&quads[quad]),
+            _ => None,
+        }
+    }
+
+    /// A primitive with its surface, unless it is degenerate or the second triangle of a quad.
+    fn shape(&self, primitive: usize) -> Option<(Shape, u16)> {
         let mesh = self.prototype.mesh();
-        let (shape, material) = match mesh.triangles.get(primitive) {
-            Some(t) => {
-                let corners = t.corners.map(|i| mesh.positions[i as usize]);
-                (Shape::Triangle(corners), t.material)
-            }
+        let (shape, surface) = match mesh.triangles.get(primitive) {
+            Some(t) => match self.surfaces.part(self.prototype.quads(), primitive as u32) {
+                QuadPart::None => {
+                    let corners = t.corners.map(|i| mesh.positions[i as usize]);
+                    let surface = self.surfaces.of_material(t.material);
+                    (Shape::Triangle(corners), surface)
+                }
+                QuadPart::First(quad) => {
+                    let (c, _) = self.prototype.quads()[quad].card(mesh);
+                    let card = Shape::Card([c.corner, c.edge_u, c.edge_v]);
+                    (card, self.surfaces.of_quad(quad))
+                }
+                QuadPart::Second => return None,
+            },
             None => {
-                let c = &self.prototype.cards()[primitive - mesh.triangles.len()];
-                (Shape::Card([c.corner, c.edge_u, c.edge_v]), c.material)
+                let number = primitive - mesh.triangles.len();
+                let c = &self.prototype.cards()[number];
+                let card = Shape::Card([c.corner, c.edge_u, c.edge_v]);
+                (card, self.surfaces.of_card(number, c.material))
             }
         };
         let [u, v] = shape.edges();
         // The products of f32 are exact in f64: this is zero if and only if there is no area.
-        (u.cross(v) != DVec3::ZERO).then_some((shape, material))
+        (u.cross(v) != DVec3::ZERO).then_some((shape, surface))
     }
 
     /// The primitive of a hit, from the block that the traversal has just looked at if there is
@@ -161,46 +197,47 @@ impl Blas {
         &self,
         primitive: u32,
         place: &PrimitiveRef,
-    ) -> Option<(Shape, MaterialId)> {
-        let Some(block) = self.block(place.block) else {
-            return self.shape(primitive as usize);
+    ) -> Option<(Shape, &ShapeSurface)> {
+        let (shape, surface) = match self.block(place.block) {
+            Some(block) => {
+                let lane = place.lane as usize;
+                (block.shape(lane), block.primitive(lane).1)
+            }
+            None => self.shape(primitive as usize)?,
         };
-        let lane = place.lane as usize;
-        Some((block.shape(lane), MaterialId(block.primitive(lane).1)))
+        Some((shape, self.surfaces.get(surface)))
     }
 
     /// A primitive as a block stores it, unless it is degenerate.
     fn packed(&self, primitive: u32) -> Option<PackedPrimitive> {
-        let (shape, material) = self.shape(primitive as usize)?;
+        let (shape, surface) = self.shape(primitive as usize)?;
         Some(PackedPrimitive {
             primitive,
-            material: material.0,
+            surface,
             shape,
         })
     }
 
     /// The primitives that can be hit, and the boxes of their opaque parts.
     fn pack(&self) -> (Vec<u32>, Vec<Bounds>) {
-        let mut hulls = vec![None; self.masks.len()];
+        let mut hulls = vec![None; self.surfaces.all().len()];
         let mut primitives = Vec::with_capacity(self.primitive_count());
         let mut boxes = Vec::with_capacity(self.primitive_count());
         for primitive in 0..self.primitive_count() {
-            let Some((shape, material)) = self.shape(primitive) else {
+            let Some((shape, surface)) = self.shape(primitive) else {
                 continue;
             };
             let bounds = match shape {
                 Shape::Triangle(corners) => Bounds::of_points(corners),
                 Shape::Card(card) => {
                     let [corner, u, v] = card.map(|p| p.as_dvec3());
-                    let index = usize::from(material.0);
-                    let hull = hulls[index].get_or_insert_with(|| match &self.masks[index] {
-                        Some(mask) => opaque_hull(mask),
-                        None => vec![
-                            glam::DVec2::ZERO,
-                            glam::DVec2::X,
-                            glam::DVec2::ONE,
-                            glam::DVec2::Y,
-                        ],
+                    let hull = hulls[usize::from(surface)].get_or_insert_with(|| {
+                        let ShapeSurface { mask, window, .. } = self.surfaces.get(surface);
+                        match (mask, window) {
+                            (Some(mask), Some(window)) => window_hull(mask, window),
+                            (Some(mask), None) => opaque_hull(mask),
+                            (None, _) => SQUARE.to_vec(),
+                        }
                     });
                     if hull.is_empty() {
                         continue;
@@ -216,7 +253,7 @@ impl Blas {
 
     /// The intersection of a ray with an opaque point of a primitive, at any distance.
     pub(crate) fn intersect(&self, primitive: u32, ray: &LocalRay) -> Option<Intersection> {
-        let (shape, material) = self.shape(primitive as usize)?;
+        let (shape, surface) = self.shape(primitive as usize)?;
         let (is_triangle, intersection) = match shape {
             Shape::Triangle(corners) => (
                 true,
@@ -224,25 +261,20 @@ impl Blas {
             ),
             Shape::Card(card) => (false, intersection::card(ray, card.map(|p| p.as_dvec3()))),
         };
-        intersection.filter(|m| self.is_opaque(is_triangle, primitive, material.0, m))
+        intersection.filter(|m| self.is_opaque(is_triangle, primitive, surface, m))
     }
 
     #[inline(always)]
-    fn is_opaque(
-        &self,
-        is_triangle: bool,
-        primitive: u32,
-        material: u16,
-        m: &Intersection,
-    ) -> bool {
-        let Some(mask) = &self.masks[usize::from(material)] else {
+    fn is_opaque(&self, is_triangle: bool, primitive: u32, surface: u16, m: &Intersection) -> bool {
+        let surface = self.surfaces.get(surface);
+        let Some(mask) = &surface.mask else {
             return true;
         };
         let uv = if is_triangle {
             let mesh = self.prototype.mesh();
             triangle_uv(mesh, &mesh.triangles[primitive as usize], m)
         } else {
-            Vec2::new(m.u as f32, m.v as f32)
+            surface.card_uv(m.u, m.v)
         };
         mask.is_opaque(uv.x, uv.y)
     }
@@ -313,8 +345,8 @@ impl Blas {
         let Some(m) = intersection else {
             return (Intersection::NONE, false);
         };
-        let (primitive, material) = block.primitive(lane);
-        (m, self.is_opaque(is_triangle, primitive, material, &m))
+        let (primitive, surface) = block.primitive(lane);
+        (m, self.is_opaque(is_triangle, primitive, surface, &m))
     }
 
     /// Asks the processor to fetch a node or a block.

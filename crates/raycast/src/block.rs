@@ -32,8 +32,8 @@ pub(crate) struct Block {
     /// 1 for a triangle, 0 for a card.
     triangle: F8,
     primitives: [u32; 8],
-    /// The material of each primitive.
-    materials: [u16; 8],
+    /// The surface of each primitive, numbered by the shape.
+    surfaces: [u16; 8],
     /// The largest coordinate of any edge, in absolute value.
     edge: f32,
 }
@@ -42,7 +42,8 @@ pub(crate) struct Block {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PackedPrimitive {
     pub(crate) primitive: u32,
-    pub(crate) material: u16,
+    /// Numbered by the shape.
+    pub(crate) surface: u16,
     pub(crate) shape: Shape,
 }
 
@@ -77,7 +78,7 @@ impl Block {
             third: [F8::splat(0.0); 3],
             triangle: F8::splat(0.0),
             primitives: [u32::MAX; 8],
-            materials: [0; 8],
+            surfaces: [0; 8],
             edge: 0.0,
         };
         for (lane, packed) in primitives.iter().enumerate() {
@@ -93,7 +94,7 @@ impl Block {
             }
             block.triangle.0[lane] = triangle;
             block.primitives[lane] = packed.primitive;
-            block.materials[lane] = packed.material;
+            block.surfaces[lane] = packed.surface;
             for edge in edges {
                 block.edge = block.edge.max(edge.abs().max_element());
             }
@@ -119,10 +120,10 @@ impl Block {
         }
     }
 
-    /// The number of a lane's primitive and its material.
+    /// The number of a lane's primitive and that of its surface.
     #[inline(always)]
     pub(crate) fn primitive(&self, lane: usize) -> (u32, u16) {
-        (self.primitives[lane & 7], self.materials[lane & 7])
+        (self.primitives[lane & 7], self.surfaces[lane & 7])
     }
 
     /// A lane's primitive, as it is in its prototype.

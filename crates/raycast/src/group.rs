@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use nemoral_scene::{Bounds, Instance, InstanceGroup, ObjectId};
+use nemoral_scene::{Bounds, Instance, InstanceGroup, InstancePlace, ObjectId};
 
 use crate::blas::{Blas, Source};
 use crate::bvh8::{self, BuildEffort};
@@ -40,9 +40,13 @@ pub(crate) struct Pose {
 }
 
 /// A part of an instance: a leaf of the group's tree.
-#[derive(Clone, Copy, Debug)]
+///
+/// Two lines of a processor's cache hold all that it takes to get to the shape.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
 struct InstancePart {
     pose: Pose,
+    blas: Arc<Blas>,
     object: ObjectId,
     instance: u32,
     /// The root of the part in the instance's [`Blas`].
@@ -94,13 +98,17 @@ impl InstanceGroup for Group {
 }
 
 impl Group {
-    /// Prepares instances. Their order gives their numbers, which decide ties in distance between
-    /// hits of one object: the caller sorts. An instance is cast at with the [`Blas`] beside it,
-    /// which is that of its prototype.
+    /// Prepares instances of shapes. Their order gives their numbers, which decide ties in distance
+    /// between hits of one object: the caller sorts.
     ///
     /// An instance whose linear map is singular or not finite is never hit.
     #[must_use]
-    pub fn build(instances: Vec<(Instance, Arc<Blas>)>) -> Self {
+    pub fn build(shapes: Vec<(InstancePlace, Arc<Blas>)>) -> Self {
+        let instance = |(place, blas): (InstancePlace, Arc<Blas>)| {
+            let instance = Instance::new(Arc::clone(blas.prototype()), place);
+            (instance, blas)
+        };
+        let instances: Vec<(Instance, Arc<Blas>)> = shapes.into_iter().map(instance).collect();
         let poses: Vec<Option<Pose>> = instances.iter().map(|(i, _)| Pose::of(i)).collect();
         let mut parts = Vec::new();
         let mut boxes = Vec::new();
@@ -109,6 +117,7 @@ impl Group {
             for part in blas.parts() {
                 parts.push(InstancePart {
                     pose: *pose,
+                    blas: Arc::clone(blas),
                     object: instance.object,
                     instance: i as u32,
                     root: part.root,
@@ -131,7 +140,19 @@ impl Group {
         }
     }
 
-    /// The instances in order of their numbers.
+    /// The memory that the instances and their tree take, bytes, without the shapes that they
+    /// share.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        size_of::<Self>()
+            + size_of_val(self.instances.as_slice())
+            + size_of_val(self.poses.as_slice())
+            + size_of_val(self.parts.as_slice())
+            + size_of_val(self.boxes.as_slice())
+            + size_of_val(self.nodes.as_slice())
+    }
+
+    /// The instances in order of their numbers, each with its shape.
     #[must_use]
     pub fn instances(&self) -> &[(Instance, Arc<Blas>)] {
         &self.instances
@@ -186,7 +207,6 @@ impl Group {
     #[inline(always)]
     pub(crate) fn instance_ref(&self, number: u32, part_number: u32) -> InstanceRef<'_> {
         let part = &self.parts[part_number as usize];
-        let (_, blas) = &self.instances[part.instance as usize];
         let rank = Rank {
             object: part.object,
             group: number,
@@ -195,7 +215,7 @@ impl Group {
         };
         InstanceRef {
             pose: &part.pose,
-            blas,
+            blas: &part.blas,
             root: part.root,
             source: Source {
                 rank,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use nemoral_scene::{Hit, Instance, Shading, SurfaceHit};
+use nemoral_scene::{Hit, Instance, Shading, SurfaceHit, TextureWindow};
 
 use crate::blas::{Blas, triangle_uv};
 use crate::block::Shape;
@@ -32,13 +32,13 @@ impl ResolvedHit for SurfaceHit {
             rank, primitive, ..
         } = nearest.found()?;
         let instance = (groups[rank.group as usize].1).instance_ref(rank.group, primitive.part);
-        let (shape, material) = instance.blas.shape_at(rank.primitive, primitive)?;
+        let (shape, surface) = instance.blas.shape_at(rank.primitive, primitive)?;
         let [u, v] = shape.edges();
         let normal = instance.pose.normal_to_group(u.cross(v)).try_normalize();
         Some(Self {
             distance_m: nearest.t(),
             geometric_normal: normal.unwrap_or(DVec3::Z).as_vec3(),
-            material,
+            material: surface.material,
             object: rank.object,
         })
     }
@@ -53,42 +53,56 @@ fn shaded_hit(
     distance_m: f32,
 ) -> Option<Hit> {
     let (primitive, m) = (found.rank.primitive, &found.intersection);
-    let (shape, material) = blas.shape_at(primitive, &found.primitive)?;
+    let (shape, surface) = blas.shape_at(primitive, &found.primitive)?;
+    let mesh = blas.prototype().mesh();
+    // A quad is shaded as the triangle of it that was hit.
+    let (triangle, weights) = match shape {
+        Shape::Triangle(_) => (Some(primitive), [m.u, m.v]),
+        Shape::Card(_) => match blas.quad(primitive) {
+            Some(quad) => {
+                let (number, u, v) = quad.triangle_at(mesh, m.u, m.v);
+                (Some(number), [u, v])
+            }
+            None => (None, [m.u, m.v]),
+        },
+    };
     let linear = instance.linear.as_dmat3();
     let [edge_u, edge_v] = shape.edges();
     let mut blend = None;
     let mut ambient_occlusion = 1.0;
-    let (vertex_normal, uv, uv_area) = match shape {
-        Shape::Triangle(_) => {
-            let mesh = blas.prototype().mesh();
-            let triangle = &mesh.triangles[primitive as usize];
-            let normal = match triangle.corners.map(|i| mesh.normal(i)) {
-                [Some(a), Some(b), Some(c)] => {
-                    let [a, b, c] = [a, b, c].map(|n| n.as_dvec3());
-                    Some(a * (1.0 - m.u - m.v) + b * m.u + c * m.v)
-                }
-                _ => None,
-            };
-            let [a, b, c] = triangle.corners.map(|i| mesh.uv(i).as_dvec2());
-            let uv_area = (b - a).perp_dot(c - a).abs();
-            blend = mesh.blends.get(primitive as usize).and_then(|blend| {
-                let [a, b, c] = blend.shares.map(f64::from);
-                let share = (a * (1.0 - m.u - m.v) + b * m.u + c * m.v) as f32;
-                (share > 0.0).then_some((blend.other, share))
-            });
-            if let Some(occlusion) = blas.prototype().ambient_occlusion() {
-                ambient_occlusion = occlusion.in_triangle(triangle.corners, m.u as f32, m.v as f32);
+    let card_uv = || surface.card_uv(m.u, m.v);
+    let (vertex_normal, uv, uv_area) = if let Some(number) = triangle {
+        let [u, v] = weights;
+        let triangle = &mesh.triangles[number as usize];
+        let normal = match triangle.corners.map(|i| mesh.normal(i)) {
+            [Some(a), Some(b), Some(c)] => {
+                let [a, b, c] = [a, b, c].map(|n| n.as_dvec3());
+                Some(a * (1.0 - u - v) + b * u + c * v)
             }
-            (normal, triangle_uv(mesh, triangle, m), uv_area)
+            _ => None,
+        };
+        let [a, b, c] = triangle.corners.map(|i| mesh.uv(i).as_dvec2());
+        let uv_area = (b - a).perp_dot(c - a).abs();
+        blend = mesh.blends.get(number as usize).and_then(|blend| {
+            let [a, b, c] = blend.shares.map(f64::from);
+            let share = (a * (1.0 - u - v) + b * u + c * v) as f32;
+            (share > 0.0).then_some((blend.other, share))
+        });
+        if let Some(occlusion) = blas.prototype().ambient_occlusion() {
+            ambient_occlusion = occlusion.in_triangle(triangle.corners, u as f32, v as f32);
         }
-        Shape::Card(_) => {
-            let uv = DVec3::new(m.u, m.v, 0.0).as_vec3().truncate();
-            if let Some(occlusion) = blas.prototype().ambient_occlusion() {
-                let card = primitive as usize - blas.prototype().mesh().triangles.len();
-                ambient_occlusion = occlusion.on_card(card, uv.x, uv.y);
-            }
-            (None, uv, 1.0)
+        let uv = match shape {
+            Shape::Triangle(_) => triangle_uv(mesh, triangle, m),
+            Shape::Card(_) => card_uv(),
+        };
+        (normal, uv, uv_area)
+    } else {
+        if let Some(occlusion) = blas.prototype().ambient_occlusion() {
+            let card = primitive as usize - mesh.triangles.len();
+            ambient_occlusion = occlusion.on_card(card, m.u as f32, m.v as f32);
         }
+        let uv_area = surface.window.as_ref().map_or(1.0, TextureWindow::area);
+        (None, card_uv(), uv_area)
     };
     let normal_to_scene = |n: DVec3| pose.normal_to_group(n).try_normalize();
     let geometric = normal_to_scene(edge_u.cross(edge_v)).unwrap_or(DVec3::Z);
@@ -103,7 +117,7 @@ fn shaded_hit(
         surface: SurfaceHit {
             distance_m,
             geometric_normal: geometric.as_vec3(),
-            material,
+            material: surface.material,
             object: instance.object,
         },
         shading: Shading {

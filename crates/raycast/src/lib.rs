@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use glam::{Mat3, Vec3};
+//! use glam::Vec3;
 //! use nemoral_raycast::{Blas, Group, RayScene};
 //! use nemoral_scene::*;
 //!
@@ -17,9 +17,8 @@
 //! let prototype = Arc::new(Prototype::new("one leaf", Mesh::default(), vec![card], &materials)?);
 //!
 //! let blas = Arc::new(Blas::build(Arc::clone(&prototype), &materials));
-//! let (position_m, linear, object) = (Vec3::Z * 2.0, Mat3::IDENTITY, ObjectId::NONE);
-//! let leaf = Instance { prototype, position_m, linear, object, variation: 0.0 };
-//! let scene = RayScene::new(vec![(Vec3::ZERO, Arc::new(Group::build(vec![(leaf, blas)])))]);
+//! let group = Group::build(vec![(InstancePlace::at(Vec3::Z * 2.0), blas)]);
+//! let scene = RayScene::new(vec![(Vec3::ZERO, Arc::new(group))]);
 //!
 //! // For one shape as it is, `RayScene::of_shape(prototype, &materials)` is enough.
 //! let hit = scene.closest_hit(&Ray::new(Vec3::new(0.25, 0.5, 0.0), Vec3::Z));
@@ -30,7 +29,8 @@
 //! # What is hit
 //! - Triangles and cards are hit from both sides, borders included. A masked one is hit only where
 //!   [`AlphaMask::is_opaque`](nemoral_scene::AlphaMask::is_opaque) says so at the texture
-//!   coordinate of the hit. A primitive without area is never hit.
+//!   coordinate of the hit. A primitive without area is never hit. Two triangles that form a leaf
+//!   are one card: [`Quad`](nemoral_scene::Quad) says when, and how far its hits may be off theirs.
 //! - Hits count from `t_min_m` to `t_max_m`, both included. At equal `distance_m` the lowest object
 //!   id wins, then the lowest number of group, instance, primitive.
 //! - No ray passes between triangles that share an edge, nor between those of neighbouring groups
@@ -63,6 +63,7 @@ mod bvh2_build;
 mod bvh8;
 mod group;
 mod hit;
+mod hit_record;
 mod hull;
 mod interleaved_traversal;
 mod intersection;
@@ -77,6 +78,7 @@ mod ray_mask;
 mod ray_scene;
 mod ray_soa;
 mod ray_sort;
+mod shape_surfaces;
 mod simd;
 mod tlas;
 mod traversal;
@@ -84,6 +86,7 @@ mod traversal;
 pub use blas::{Blas, Quality};
 pub use brute_force::BruteForce;
 pub use group::Group;
+pub use hit_record::{HitRecord, Primitive};
 pub use ray_scene::RayScene;
 
 #[cfg(doctest)]

@@ -65,7 +65,8 @@ impl Nearest {
     #[inline(always)]
     pub(crate) fn of(ray: &Ray) -> Self {
         Self {
-            t_min: ray.t_min_m,
+            // Never −0, whose bits sort after all positive distances.
+            t_min: ray.t_min_m + 0.0,
             t: ray.t_max_m,
             found: None,
         }
@@ -79,6 +80,15 @@ impl Nearest {
     #[inline(always)]
     pub(crate) fn t(&self) -> f32 {
         self.t
+    }
+
+    /// Whether nothing counts any more at this distance, nor at any that has its
+    /// [key](crate::simd::Keys) or a later one.
+    #[inline(always)]
+    pub(crate) fn is_below_key(&self, distance: f32) -> bool {
+        // Keys are the upper halves of distances. They are in order unless some are negative.
+        let least = f32::from_bits(distance.to_bits() & 0xFFFF_0000);
+        least > self.t && self.t_min.is_sign_positive()
     }
 
     /// The nearest hit so far.

@@ -1,17 +1,20 @@
 //! The scene that rays are cast at.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 use nemoral_scene::{
-    Hit, Instance, InstanceGroup, InstancedScene, MaterialLibrary, ObjectId, PlacedGroup,
-    Prototype, Ray, RayCaster, SurfaceHit,
+    Hit, InstanceGroup, InstancePlace, InstancedScene, MaterialLibrary, PlacedGroup, Prototype,
+    Ray, RayCaster, SurfaceHit,
 };
 use rayon::prelude::*;
 
 use crate::blas::Blas;
 use crate::group::Group;
 use crate::hit::ResolvedHit;
+use crate::hit_record::HitRecord;
 use crate::intersection::LocalRay;
 use crate::nearest::Nearest;
 use crate::node::LaneRay;
@@ -47,15 +50,9 @@ impl RayScene {
     /// against `materials` (see [`Prototype::new`]).
     #[must_use]
     pub fn of_shape(prototype: Arc<Prototype>, materials: &MaterialLibrary) -> Self {
-        let blas = Arc::new(Blas::build(Arc::clone(&prototype), materials));
-        let instance = Instance {
-            prototype,
-            position_m: Vec3::ZERO,
-            linear: Mat3::IDENTITY,
-            object: ObjectId::NONE,
-            variation: 0.0,
-        };
-        let group = Group::build(vec![(instance, blas)]);
+        let blas = Arc::new(Blas::build(prototype, materials));
+        let place = InstancePlace::at(Vec3::ZERO).with_variation(0.0);
+        let group = Group::build(vec![(place, blas)]);
         Self::new(vec![(Vec3::ZERO, Arc::new(group))])
     }
 
@@ -71,6 +68,53 @@ impl RayScene {
     #[must_use]
     pub fn groups(&self) -> &[(Vec3, Arc<Group>)] {
         &self.tlas.groups
+    }
+
+    /// Which primitive of which instance a ray hits first.
+    #[must_use]
+    pub fn closest_record(&self, ray: &Ray) -> Option<HitRecord> {
+        let nearest = self.cast::<false>(ray);
+        HitRecord::of(&self.tlas.groups, &nearest)
+    }
+
+    /// The same for each ray, as fast as [`closest_surfaces`](RayCaster::closest_surfaces).
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_records(&self, rays: &[Ray], records: &mut [Option<HitRecord>]) {
+        self.resolve(rays, records);
+    }
+
+    /// The memory that the scene takes, bytes: groups, shapes with their prototypes, and masks,
+    /// each once. Textures are not included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        // By address: what is shared counts once.
+        let (mut groups, mut known) = (BTreeSet::new(), BTreeSet::new());
+        let mut bytes = size_of::<Self>()
+            + size_of_val(self.tlas.groups.as_slice())
+            + size_of_val(self.tlas.nodes.as_slice());
+        for (_, group) in &self.tlas.groups {
+            if !groups.insert(Arc::as_ptr(group)) {
+                continue;
+            }
+            bytes += group.memory_bytes();
+            for (_, blas) in group.instances() {
+                if !known.insert(Arc::as_ptr(blas).cast::<()>()) {
+                    continue;
+                }
+                bytes += blas.memory_bytes();
+                if known.insert(Arc::as_ptr(blas.prototype()).cast()) {
+                    bytes += blas.prototype().memory_bytes();
+                }
+                for mask in blas.masks() {
+                    if known.insert(Arc::as_ptr(mask).cast()) {
+                        bytes += mask.memory_bytes();
+                    }
+                }
+            }
+        }
+        bytes
     }
 
     /// Describes the nearest hits of rays.
@@ -119,9 +163,16 @@ impl RayScene {
     }
 
     /// The nearest hit (with `ANY`: any hit) of a ray.
-    fn cast<const ANY: bool>(&self, ray: &Ray, stack: &mut Stack) -> Nearest {
+    fn cast<const ANY: bool>(&self, ray: &Ray) -> Nearest {
+        thread_local! {
+            /// Kept from ray to ray: to clear a new one takes longer than a twentieth of a ray.
+            static STACK: RefCell<Stack> = const { RefCell::new(Stack::new()) };
+        }
         let tlas = &self.tlas;
-        self.level.run(Cast::<ANY> { tlas, ray, stack })
+        STACK.with_borrow_mut(|stack| {
+            stack.clear();
+            self.level.run(Cast::<ANY> { tlas, ray, stack })
+        })
     }
 }
 
@@ -182,12 +233,17 @@ impl<const ANY: bool> LeafVisitor for Groups<'_, ANY> {
 
 impl RayCaster for RayScene {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let nearest = self.cast::<false>(ray, &mut Stack::new());
+        let nearest = self.cast::<false>(ray);
         Hit::of(&self.tlas.groups, &nearest)
     }
 
+    fn closest_surface(&self, ray: &Ray) -> Option<SurfaceHit> {
+        let nearest = self.cast::<false>(ray);
+        SurfaceHit::of(&self.tlas.groups, &nearest)
+    }
+
     fn is_occluded(&self, ray: &Ray) -> bool {
-        let nearest = self.cast::<true>(ray, &mut Stack::new());
+        let nearest = self.cast::<true>(ray);
         nearest.found().is_some()
     }
 

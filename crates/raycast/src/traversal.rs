@@ -59,10 +59,16 @@ impl Stack {
         while self.len > base {
             let visit = &mut self.visits[self.len - 1];
             let lane = isa.first(&visit.keys);
+            let distance = visit.distances.0[lane & 7];
+            if nearest.is_below_key(distance) {
+                // The others are no nearer.
+                self.len -= 1;
+                continue;
+            }
             visit.keys.remove(lane);
             visit.left -= 1;
             self.len -= usize::from(visit.left == 0);
-            if visit.distances.0[lane & 7] <= nearest.t() {
+            if distance <= nearest.t() {
                 return Some(nodes[visit.node as usize].child(lane));
             }
         }

@@ -2,9 +2,11 @@
 
 use std::fmt;
 
-/// Where a card or triangle is opaque: one bit for each of at most 256 × 256 texels, decided once
-/// when the asset is made. Every camera and every laser reads this mask, nearest texel, on every
-/// backend.
+/// Where a card or triangle is opaque: one bit for each texel, decided once when the asset is made.
+/// Every camera and every laser reads this mask, nearest texel, on every backend.
+///
+/// Sides are any numbers from 1 to 65,535, powers of two or not. Small masks stay in a processor's
+/// cache, so our own cards keep to 256 × 256.
 ///
 /// Row 0 is at v = 0. A texel is `min(floor(u · width), width − 1)`; u and v outside 0..1 clamp.
 #[derive(Clone, PartialEq, Eq)]
@@ -18,7 +20,7 @@ pub struct AlphaMask {
     words: Vec<u32>,
 }
 
-/// A mask's size is not 1..=256 by 1..=256.
+/// A side of a mask is not 1..=65,535.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaskError {
     /// The width asked for.
@@ -31,7 +33,7 @@ impl fmt::Display for MaskError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "mask of {} x {} texels: 1..=256 by 1..=256 are allowed",
+            "mask of {} x {} texels: 1..=65535 by 1..=65535 are allowed",
             self.width, self.height
         )
     }
@@ -43,15 +45,16 @@ impl AlphaMask {
     /// A mask from a function of (column, row).
     ///
     /// # Errors
-    /// If a side is not 1..=256.
+    /// If a side is not 1..=65,535.
     pub fn from_fn(
         width: usize,
         height: usize,
         opaque: impl Fn(usize, usize) -> bool,
     ) -> Result<Self, MaskError> {
-        if !(1..=256).contains(&width) || !(1..=256).contains(&height) {
+        let side = |n: usize| u16::try_from(n).ok().filter(|&n| n > 0);
+        let (Some(columns), Some(rows)) = (side(width), side(height)) else {
             return Err(MaskError { width, height });
-        }
+        };
         let mut words = vec![0; width.div_ceil(32) * height];
         for row in 0..height {
             for column in (0..width).filter(|&column| opaque(column, row)) {
@@ -59,8 +62,8 @@ impl AlphaMask {
             }
         }
         Ok(Self {
-            width: width as u16,
-            height: height as u16,
+            width: columns,
+            height: rows,
             words,
         })
     }
@@ -102,6 +105,42 @@ impl AlphaMask {
         self.texel(column, row)
     }
 
+    /// The first and the last opaque texel of a row among some of its columns; `None` if there is
+    /// none.
+    ///
+    /// # Panics
+    /// If the row or a column is out of range.
+    #[must_use]
+    pub fn opaque_span(
+        &self,
+        row: usize,
+        columns: std::ops::RangeInclusive<usize>,
+    ) -> Option<(usize, usize)> {
+        let (from, to) = columns.into_inner();
+        let mut span = None;
+        for block in from / 32..=to / 32 {
+            let mut word = self.words[block * self.height() + row];
+            if block == from / 32 {
+                word &= u32::MAX << (from % 32);
+            }
+            if block == to / 32 {
+                word &= u32::MAX >> (31 - to % 32);
+            }
+            if word != 0 {
+                let first = block * 32 + word.trailing_zeros() as usize;
+                let last = block * 32 + 31 - word.leading_zeros() as usize;
+                span = Some((span.map_or(first, |(first, _)| first), last));
+            }
+        }
+        span
+    }
+
+    /// The memory that the mask takes, bytes.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.words.as_slice())
+    }
+
     /// The opaque share of all texels, 0..=1.
     #[must_use]
     pub fn opaque_fraction(&self) -> f64 {
@@ -139,10 +178,7 @@ mod kept {
 
         fn try_from(kept: KeptMask) -> Result<Self, MaskError> {
             let (width, height) = (usize::from(kept.width), usize::from(kept.height));
-            let sides = 1..=256;
-            let fits = sides.contains(&width)
-                && sides.contains(&height)
-                && kept.words.len() == width.div_ceil(32) * height;
+            let fits = width > 0 && height > 0 && kept.words.len() == width.div_ceil(32) * height;
             fits.then_some(Self {
                 width: kept.width,
                 height: kept.height,
@@ -169,7 +205,9 @@ mod tests {
     #[test]
     fn sizes_are_checked() {
         assert!(AlphaMask::from_fn(0, 4, |_, _| true).is_err());
-        assert!(AlphaMask::from_fn(4, 257, |_, _| true).is_err());
+        assert!(AlphaMask::from_fn(4, 65_536, |_, _| true).is_err());
+        let tall = AlphaMask::from_fn(3, 65_535, |c, r| (c, r) == (2, 65_534)).expect("size");
+        assert!(tall.is_opaque(1.0, 1.0) && !tall.is_opaque(1.0, 0.9999));
     }
 
     proptest! {
@@ -184,6 +222,10 @@ mod tests {
                     prop_assert_eq!(m.texel(c, r), f(c, r));
                 }
             }
+            let (from, to) = (salt as usize % w, w - 1 - (salt as usize % w) / 2);
+            let opaque = |&c: &usize| f(c, 0);
+            let span = (from..=to).find(opaque).zip((from..=to).rev().find(opaque));
+            prop_assert_eq!(if from > to { None } else { m.opaque_span(0, from..=to) }, span);
         }
     }
 }

@@ -78,16 +78,22 @@ impl ObjectId {
         (c.x.rem_euclid(16) as u32) << 20 | (c.y.rem_euclid(16) as u32) << 16 | self.item() as u32
     }
 
-    /// The 16-bit id of `.label` files: chunk x mod 8, chunk y mod 8, item 1..=1023, for objects at
-    /// most 3 chunks from the sensor's chunk; 0 for none, farther objects and higher items.
+    /// The highest [`item`](Self::item) that `.label` files can number.
+    pub const LABEL_ITEM_MAX: u16 = 1310;
+
+    /// The 16-bit id of `.label` files: `(5 (x mod 5) + y mod 5) 1310 + item` for the objects of
+    /// chunks at most 2 from the sensor's, with items 1..=1310; 0 for none, farther objects and
+    /// higher items. It is below 2^15, as SemanticKITTI's tools for panoptic segmentation pack it
+    /// with other bits.
     #[must_use]
     pub const fn to_label_id(self, sensor_chunk: ChunkCoord) -> u16 {
         let c = self.chunk();
-        let near = (c.x - sensor_chunk.x).abs() <= 3 && (c.y - sensor_chunk.y).abs() <= 3;
-        if self.is_none() || !near || self.item() > 1023 {
+        let near = (c.x - sensor_chunk.x).abs() <= 2 && (c.y - sensor_chunk.y).abs() <= 2;
+        if self.is_none() || !near || self.item() > Self::LABEL_ITEM_MAX {
             return 0;
         }
-        (c.x.rem_euclid(8) as u16) << 13 | (c.y.rem_euclid(8) as u16) << 10 | self.item()
+        let place = 5 * c.x.rem_euclid(5) as u16 + c.y.rem_euclid(5) as u16;
+        place * Self::LABEL_ITEM_MAX + self.item()
     }
 }
 
@@ -128,13 +134,14 @@ mod tests {
         let centre = ChunkCoord::new(-5, 1000);
         let (mut images, mut labels) = (HashSet::new(), HashSet::new());
         for (dx, dy) in (-7..=8).flat_map(|x| (-7..=8).map(move |y| (x, y))) {
-            for item in [1, 2, 1023] {
+            for item in [1, 2, ObjectId::LABEL_ITEM_MAX] {
                 let id = ObjectId::new(centre.offset(dx, dy), item).expect("in range");
                 assert!(images.insert(id.to_image_id()));
                 let label = id.to_label_id(centre);
-                let near = dx.abs() <= 3 && dy.abs() <= 3;
+                let near = dx.abs() <= 2 && dy.abs() <= 2;
                 assert_eq!(label != 0, near);
                 assert!(!near || labels.insert(label));
+                assert!(label <= 32_750);
             }
         }
     }

@@ -1,11 +1,12 @@
 //! Shapes: triangles and leaf cards, made once and placed many times.
 
+use std::collections::HashSet;
 use std::fmt;
-use std::sync::Arc;
 
-use glam::{Mat3, Vec2, Vec3};
+use glam::Vec3;
 
-use crate::{AmbientOcclusion, Bounds, Card, MaterialId, MaterialLibrary, Mesh, ObjectId};
+use crate::quad::{self, Quad};
+use crate::{AmbientOcclusion, Bounds, Card, MaterialId, MaterialLibrary, Mesh, TextureWindow};
 
 /// A shape that instances share: a tree, a rock, a patch of grass, a chunk's ground.
 #[derive(Clone, Debug)]
@@ -13,8 +14,14 @@ pub struct Prototype {
     name: String,
     mesh: Mesh,
     cards: Vec<Card>,
+    /// One for each card, or none if all show whole textures.
+    card_windows: Vec<TextureWindow>,
+    /// In order of their first triangles.
+    quads: Vec<Quad>,
     bounds: Bounds,
     ambient_occlusion: Option<AmbientOcclusion>,
+    /// How many different pairs of a material and a window its cards may have.
+    max_windows: usize,
 }
 
 /// Why a shape is not a [`Prototype`].
@@ -71,6 +78,17 @@ pub enum PrototypeError {
         shares: [usize; 2],
         /// How many vertices and cards there are.
         lengths: [usize; 2],
+    },
+    /// Windows are not as many as cards, not finite, or too many different ones.
+    Windows {
+        /// The shape's name.
+        name: String,
+        /// How many windows there are.
+        windows: usize,
+        /// How many cards there are.
+        cards: usize,
+        /// How many different pairs of a material and a window are allowed.
+        allowed: usize,
     },
     /// A coordinate is not finite.
     NotFinite {
@@ -138,6 +156,16 @@ impl fmt::Display for PrototypeError {
                 "shape `{name}` has ambient occlusion of {of_vertices} vertices and {of_cards} \
                  cards for {vertices} and {cards}: give one of each, and none to shapes that blend"
             ),
+            Self::Windows {
+                name,
+                windows,
+                cards,
+                allowed,
+            } => write!(
+                f,
+                "shape `{name}` has {windows} windows for {cards} cards: give one of each with \
+                 finite numbers, at most {allowed} different ones, or none"
+            ),
             Self::NotFinite { name } => {
                 write!(f, "shape `{name}` has a coordinate that is not finite")
             }
@@ -159,7 +187,7 @@ impl fmt::Display for PrototypeError {
 impl std::error::Error for PrototypeError {}
 
 impl Prototype {
-    /// Makes a shape from valid parts.
+    /// Checks that a shape is sound, and finds the leaves among its triangles: see [`Quad`].
     ///
     /// # Errors
     /// If it is empty, its vertex arrays differ in length (except empty ones), blends are missing,
@@ -229,12 +257,46 @@ impl Prototype {
         if !finite {
             return Err(PrototypeError::NotFinite { name });
         }
+        let max_windows = ((1 << 16) - materials) / 2;
+        let quads = with_few_windows(&mesh, quad::find(&mesh, library), max_windows);
         Ok(Self {
             name,
             mesh,
             cards,
+            card_windows: Vec::new(),
+            quads,
             bounds,
             ambient_occlusion: None,
+            max_windows,
+        })
+    }
+
+    /// The same shape whose cards show windows of their textures and masks, one for each card in
+    /// their order.
+    ///
+    /// # Errors
+    /// If there is not one for each card, one is not finite, or there are too many different pairs
+    /// of a material and a window: materials, windows of cards and windows of quads are numbered
+    /// together with 16 bits.
+    pub fn with_card_windows(self, windows: Vec<TextureWindow>) -> Result<Self, PrototypeError> {
+        let distinct: HashSet<_> = (self.cards.iter().zip(&windows))
+            .map(|(card, window)| (card.material, window.to_bits()))
+            .collect();
+        let sound = windows.len() == self.cards.len()
+            && windows.iter().all(TextureWindow::is_finite)
+            && distinct.len() <= self.max_windows;
+        if !sound {
+            return Err(PrototypeError::Windows {
+                name: self.name,
+                windows: windows.len(),
+                cards: self.cards.len(),
+                allowed: self.max_windows,
+            });
+        }
+        let card_windows = windows;
+        Ok(Self {
+            card_windows,
+            ..self
         })
     }
 
@@ -277,8 +339,9 @@ impl Prototype {
     ) -> Result<Option<Self>, PrototypeError> {
         let triangles = self.mesh.triangles.iter().copied();
         let triangles: Vec<_> = triangles.filter(|t| keep(t.material)).collect();
-        let cards = self.cards.iter().copied();
-        let cards: Vec<_> = cards.filter(|c| keep(c.material)).collect();
+        let kept = |(i, card): (usize, &Card)| keep(card.material).then_some((i, *card));
+        let (numbers, cards): (Vec<usize>, Vec<Card>) =
+            self.cards.iter().enumerate().filter_map(kept).unzip();
         if triangles.is_empty() && cards.is_empty() {
             return Ok(None);
         }
@@ -287,7 +350,12 @@ impl Prototype {
             blends: Vec::new(),
             ..self.mesh.clone()
         };
-        Self::new(self.name.clone(), mesh, cards, library).map(Some)
+        let shape = Self::new(self.name.clone(), mesh, cards, library)?;
+        if self.card_windows.is_empty() {
+            return Ok(Some(shape));
+        }
+        let windows = numbers.iter().map(|&i| self.card_windows[i]).collect();
+        shape.with_card_windows(windows).map(Some)
     }
 
     /// The name, for logs and exports.
@@ -308,6 +376,51 @@ impl Prototype {
         &self.cards
     }
 
+    /// What each card shows of its texture and mask; empty if all show them whole.
+    #[must_use]
+    pub fn card_windows(&self) -> &[TextureWindow] {
+        &self.card_windows
+    }
+
+    /// What a card shows of its texture and mask.
+    #[must_use]
+    pub fn card_window(&self, card: usize) -> TextureWindow {
+        let window = self.card_windows.get(card).copied();
+        window.unwrap_or(TextureWindow::WHOLE)
+    }
+
+    /// The triangles that form cards in pairs, in order of their first triangles.
+    #[must_use]
+    pub fn quads(&self) -> &[Quad] {
+        &self.quads
+    }
+
+    /// The memory that the shape takes, bytes. Materials are not included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let Mesh {
+            positions,
+            normals,
+            uvs,
+            triangles,
+            blends,
+        } = &self.mesh;
+        let occlusion = self.ambient_occlusion.as_ref();
+        size_of::<Self>()
+            + self.name.len()
+            + size_of_val(positions.as_slice())
+            + size_of_val(normals.as_slice())
+            + size_of_val(uvs.as_slice())
+            + size_of_val(triangles.as_slice())
+            + size_of_val(blends.as_slice())
+            + size_of_val(self.cards.as_slice())
+            + size_of_val(self.card_windows.as_slice())
+            + size_of_val(self.quads.as_slice())
+            + occlusion.map_or(0, |o| {
+                size_of_val(o.vertices.as_slice()) + size_of_val(o.cards.as_slice())
+            })
+    }
+
     /// The ambient occlusion between its parts; `None` if it is not known, which counts as
     /// unoccluded.
     #[must_use]
@@ -322,35 +435,15 @@ impl Prototype {
     }
 }
 
-/// A shape placed in a chunk.
-#[derive(Clone, Debug)]
-pub struct Instance {
-    /// The shape that is placed.
-    pub prototype: Arc<Prototype>,
-    /// Where its origin stands: chunk-local, metres, z above the world's zero.
-    pub position_m: Vec3,
-    /// Chunk axes from the shape's axes: rotation, scale, and shear along the ground.
-    pub linear: Mat3,
-    /// Its object id; [`ObjectId::NONE`] for ground and undergrowth.
-    pub object: ObjectId,
-    /// A keyed number, 0..1, that varies the colour of this instance.
-    pub variation: f32,
-}
-
-impl Instance {
-    /// The linear part of a plant that stands upright on a slope: a turn about the vertical and a
-    /// uniform scale, then a shear that keeps verticals vertical and lays its foot on the ground.
-    /// `gradient` is (dz/dx, dz/dy) of the ground, (0, 0) for no shear.
-    #[must_use]
-    pub fn upright(yaw_rad: f32, scale: f32, gradient: Vec2) -> Mat3 {
-        let turn = Mat3::from_rotation_z(yaw_rad) * scale;
-        let shear = Mat3::from_cols(
-            Vec3::new(1.0, 0.0, gradient.x),
-            Vec3::new(0.0, 1.0, gradient.y),
-            Vec3::Z,
-        );
-        shear * turn
-    }
+/// The quads whose windows are among the first `max` different ones: others stay triangles.
+fn with_few_windows(mesh: &Mesh, mut quads: Vec<Quad>, max: usize) -> Vec<Quad> {
+    let mut known = HashSet::new();
+    quads.retain(|quad| {
+        let (card, window) = quad.card(mesh);
+        let key = (card.material, window.to_bits());
+        known.contains(&key) || (known.len() < max && known.insert(key))
+    });
+    quads
 }
 
 #[cfg(test)]
@@ -358,6 +451,7 @@ mod tests {
     use super::*;
     use crate::{Blend, Triangle};
     use crate::{Material, Semantic};
+    use glam::Vec2;
 
     /// The error message about a mesh that was made invalid.
     fn refused(spoil: impl Fn(&mut Mesh)) -> String {

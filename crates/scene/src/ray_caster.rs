@@ -31,6 +31,12 @@ pub trait RayCaster: Sync {
     /// The nearest hit with `t_min_m <= distance <= t_max_m`.
     fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
 
+    /// The surface part of what [`closest_hit`](Self::closest_hit) finds. Casters for which that is
+    /// less work override this.
+    fn closest_surface(&self, ray: &Ray) -> Option<SurfaceHit> {
+        self.closest_hit(ray).map(SurfaceHit::from)
+    }
+
     /// Whether there is any hit.
     fn is_occluded(&self, ray: &Ray) -> bool {
         self.closest_hit(ray).is_some()
@@ -78,6 +84,10 @@ pub trait RayCaster: Sync {
 impl<C: RayCaster + ?Sized> RayCaster for &C {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         (**self).closest_hit(ray)
+    }
+
+    fn closest_surface(&self, ray: &Ray) -> Option<SurfaceHit> {
+        (**self).closest_surface(ray)
     }
 
     fn is_occluded(&self, ray: &Ray) -> bool {

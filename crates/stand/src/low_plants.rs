@@ -1,9 +1,7 @@
 //! Low plants on the ground: their shapes, turns and colours.
 
-use std::sync::Arc;
-
 use nemoral_scene::glam::{DVec2, Vec2};
-use nemoral_scene::{Instance, ObjectId, Prototype, Surface};
+use nemoral_scene::{Instance, InstancePlace, ObjectId, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
 /// The domain of the draws by which low plants differ.
@@ -26,16 +24,14 @@ impl LowPlant {
     /// The plant as one of several shapes, on the slope of its ground, its stems vertical.
     ///
     /// Shapes are chosen with these weights, or with equal chances; there is no plant if there is
-    /// nothing to choose from. `origin_m` is the world position of the instance's frame;
-    /// `prototype` gives what a shape looks like.
-    pub fn instance<'s, S>(
+    /// nothing to choose from. `origin_m` is the world position of the instance's frame.
+    pub fn place<'s, S>(
         &self,
         shapes: &'s [S],
         weights: Option<&[f64]>,
-        prototype: impl Fn(&S) -> &Arc<Prototype>,
         ground: &(impl Surface + ?Sized),
         origin_m: DVec2,
-    ) -> Option<(Instance, &'s S)> {
+    ) -> Option<(InstancePlace, &'s S)> {
         let mut rng = self.key.domain(LOW_PLANT_VARIATION).rng();
         let chosen = match weights {
             Some(weights) => rng.weighted(weights),
@@ -46,13 +42,12 @@ impl LowPlant {
         let sample = ground.sample(self.position_m);
         let gradient: Vec2 = sample.gradient.as_vec2();
         let local_m = (self.position_m - origin_m).extend(sample.height_m);
-        let instance = Instance {
-            prototype: Arc::clone(prototype(shape)),
+        let place = InstancePlace {
             position_m: local_m.as_vec3(),
             linear: Instance::upright(self.yaw_rad as f32, self.scale as f32, gradient),
             object: ObjectId::NONE,
             variation: rng.unit_f32(),
         };
-        Some((instance, shape))
+        Some((place, shape))
     }
 }

@@ -1,10 +1,9 @@
 //! The objects of a chunk that have an id: sites are numbered, put on the ground, and varied.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2};
-use nemoral_scene::{ChunkCoord, Instance, ObjectId, ObjectKind, Prototype, Surface};
+use nemoral_scene::{ChunkCoord, Instance, InstancePlace, ObjectId, ObjectKind, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::{Error, InstanceVariation, Variation, grown_scale, sapling_scale};
@@ -36,17 +35,11 @@ pub struct SceneObject {
 }
 
 impl SceneObject {
-    /// The instance of a shape that is placed like the object.
+    /// Where its shape is placed in the object's chunk.
     #[must_use]
-    pub fn instance(
-        &self,
-        prototype: &Arc<Prototype>,
-        chunk: ChunkCoord,
-        chunk_size_m: f64,
-    ) -> Instance {
+    pub fn place(&self, chunk: ChunkCoord, chunk_size_m: f64) -> InstancePlace {
         let local = self.position_m - chunk.origin_m(chunk_size_m).extend(0.0);
-        Instance {
-            prototype: Arc::clone(prototype),
+        InstancePlace {
             position_m: local.as_vec3(),
             linear: self.linear,
             object: self.object,

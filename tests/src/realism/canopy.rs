@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, Instance, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, Ray,
+    AlphaMask, Card, InstancePlace, MaterialId, MaterialLibrary, Mesh, ObjectId, Prototype, Ray,
     RayCaster,
 };
 use nemoral_seed::{Draw, Key};
@@ -391,7 +391,7 @@ const GROUP_M: f64 = 25.0;
 
 fn forest(trees: &[Standing], materials: &MaterialLibrary, leaves_only: bool) -> RayScene {
     let mut shapes: BTreeMap<*const Prototype, Arc<Blas>> = BTreeMap::new();
-    let mut groups: BTreeMap<[i64; 2], Vec<(Instance, Arc<Blas>)>> = BTreeMap::new();
+    let mut groups: BTreeMap<[i64; 2], Vec<(InstancePlace, Arc<Blas>)>> = BTreeMap::new();
     for tree in trees {
         let blas = shapes
             .entry(Arc::as_ptr(&tree.shape))
@@ -407,8 +407,7 @@ fn forest(trees: &[Standing], materials: &MaterialLibrary, leaves_only: bool) ->
             })
             .clone();
         let cell = (tree.foot_m / GROUP_M).floor();
-        let instance = Instance {
-            prototype: Arc::clone(blas.prototype()),
+        let instance = InstancePlace {
             position_m: (tree.foot_m - cell * GROUP_M).as_vec2().extend(0.0),
             linear: tree.linear,
             object: ObjectId::NONE,

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_scene::glam::{Mat3, Vec3};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Instance, Material, MaterialLibrary, Mesh, ObjectId, Prototype,
-    Ray, RayCaster, Semantic,
+    AlphaMask, Card, ChunkCoord, InstancePlace, Material, MaterialLibrary, Mesh, ObjectId,
+    Prototype, Ray, RayCaster, Semantic,
 };
 
 /// A square metre of a leaf whose left half is a hole, in 100 places 2 m above each other.
@@ -27,8 +27,7 @@ fn groups() -> Vec<(Vec3, Arc<Group>)> {
     let prototype = Arc::new(prototype.expect("a leaf"));
     let blas = Arc::new(Blas::build(Arc::clone(&prototype), &materials));
     let leaf = |i: u16| {
-        let instance = Instance {
-            prototype: Arc::clone(&prototype),
+        let instance = InstancePlace {
             position_m: Vec3::Z * 2.0 * f32::from(i),
             linear: Mat3::IDENTITY,
             object: ObjectId::new(ChunkCoord::new(0, 0), i).expect("in range"),

@@ -32,6 +32,7 @@ fn a_data_set_is_complete_checked_and_counted() {
         "dataset.json",
         "instances.csv",
         "ontology.yaml",
+        "poses/00.txt",
         "trees.csv",
         "sequences/00/calib.txt",
         "sequences/00/poses.txt",

@@ -258,6 +258,12 @@ impl Checker<'_> {
                     self.problem(path, message);
                 }
             }
+            let copy = layout::kitti_poses(s.number);
+            if let Some(text) = self.read(&copy, self.dataset.read_text(&copy))
+                && Some(text) != self.dataset.read_text(&poses).ok()
+            {
+                self.problem(copy, format!("differs from {poses}"));
+            }
             let camera_from_lidar = kitti::from_rows(&calibration.camera_from_lidar);
             self.calibration(&calib, &calibration);
             let track = Track {

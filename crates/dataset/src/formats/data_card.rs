@@ -117,11 +117,11 @@ request and `nemoral generate config.toml` makes it again. The data belong to wh
 (0, 0, 0) = nothing there |
 {further}| `sequences/NN/velodyne/*.bin` | float32 x, y, z, intensity; LiDAR frame, {moment} |
 | `sequences/NN/labels/*.label` | uint32: class in the lower 16 bits, instance (`label_id`, \
-within 3 chunks) in the upper 16 |
+within 2 chunks, at most 32,750) in the upper 16 |
 | `sequences/NN/points/*.ply` | every field of every point: true range, true id, ring, return, \
 time, normal, flags |
 | `sequences/NN/poses.txt` | line k: frame k of the whole drive, reference camera, \
-relative to frame 0 (KITTI) |
+relative to frame 0 (KITTI); `poses/NN.txt` is a copy |
 | `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and \
 Tr, LiDAR to first camera (KITTI); P_NAME and Tr_NAME of further cameras: \
 pixels from the first camera's frame, LiDAR to camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \

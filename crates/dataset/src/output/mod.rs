@@ -70,9 +70,9 @@ pub(crate) fn look(folder: &Folder) -> Result<Content, Error> {
     }
 }
 
-/// The files below `sequences` that a data set with this header owns by the layout, whether or not
-/// they are recorded, including temporary files of killed processes. Links and folders with such
-/// names do not count.
+/// The files below `sequences` and `poses` that a data set with this header owns by the layout,
+/// whether or not they are recorded, including temporary files of killed processes. Links and
+/// folders with such names do not count.
 pub(crate) fn owned_files(
     folder: &Folder,
     header: &DatasetHeader,
@@ -88,6 +88,8 @@ pub(crate) fn owned_files(
         }
         owned.extend(files(folder, &sequence, |name| texts.contains(&name))?);
     }
+    let all_poses = layout::inner(layout::ALL_POSES);
+    owned.extend(files(folder, &all_poses, layout::is_kitti_poses)?);
     Ok(owned)
 }
 
@@ -132,6 +134,7 @@ pub(crate) fn clear(folder: &Folder, header: &DatasetHeader) -> Result<(), Error
         folders.insert(sequence);
     }
     folders.insert(layout::inner(layout::SEQUENCES));
+    folders.insert(layout::inner(layout::ALL_POSES));
     // The innermost folders come first. A folder that is not empty contains files of others and
     // stays.
     for path in folders.iter().rev() {

@@ -215,6 +215,8 @@ fn poses_five_centimetres_off_move_the_residual_to_the_next_frame() {
     fs::write(path, text).expect("write");
     reseal(dir.path(), "sequences/00/poses.txt");
     let report = report(dir.path());
+    let copy = about(&report, "poses/00.txt");
+    assert_eq!(copy, ["differs from sequences/00/poses.txt"]);
     let median = report.agreement.next_frame.median_m().expect("points");
     println!("median depth residual to the next frame with poses 5 cm off: {median:+.4} m");
     assert!(median.abs() > 0.03);

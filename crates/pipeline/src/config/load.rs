@@ -10,7 +10,7 @@ use super::errors::{ConfigError, ConfigErrors, Place};
 use super::schema::SectionSpec;
 use super::source::{Source, join, section};
 use super::words::{cut, did_you_mean, shown};
-use super::{Config, Lidar, Preset, SECTIONS, devices, ranges};
+use super::{Config, Preset, SECTIONS, devices, ranges};
 use crate::{Error, InputFiles};
 
 /// What a user asked for, in layers: a preset, a file over it, settings over that.
@@ -151,26 +151,30 @@ fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<(Config, InputFile
     Ok((config, inputs))
 }
 
-/// A preset with the defaults of the sensors that the sources name: LiDARs have the values of their
-/// data sheets, further cameras those of the first one.
+/// A preset with the defaults of the sensors that the sources name: further cameras and LiDARs have
+/// the values of the first one, and LiDARs with a device those of its data sheet over them.
 fn with_sensors(preset: &Preset, sources: &[Source]) -> Table {
     let mut merged = to_table(&preset.config());
     let lidar_of = |device: Option<String>| device.and_then(|name| devices::layer(&name));
     if let Some(layer) = lidar_of(last_text(sources, &["lidar", "device"])) {
         merge("lidar", table_at(&mut merged, "lidar"), &layer);
     }
-    let mut first = table_at(&mut merged, "camera").clone();
-    for said in sources.iter().filter_map(|s| s.table.get("camera")) {
-        if let Value::Table(said) = said {
-            merge("camera", &mut first, said);
+    let mut first_of = |key: &str| {
+        let mut first = table_at(&mut merged, key).clone();
+        for said in sources.iter().filter_map(|s| s.table.get(key)) {
+            if let Value::Table(said) = said {
+                merge(key, &mut first, said);
+            }
         }
-    }
+        first
+    };
+    let (camera, lidar) = (first_of("camera"), first_of("lidar"));
     for name in names(sources, "cameras") {
-        table_at(&mut merged, "cameras").insert(name, Value::Table(first.clone()));
+        table_at(&mut merged, "cameras").insert(name, Value::Table(camera.clone()));
     }
     for name in names(sources, "lidars") {
         let path = format!("lidars.{name}");
-        let mut lidar = to_table(&Lidar::default());
+        let mut lidar = lidar.clone();
         if let Some(layer) = lidar_of(last_text(sources, &["lidars", &name, "device"])) {
             merge(&path, &mut lidar, &layer);
         }
@@ -277,7 +281,7 @@ fn unknown(path: &str, key: &str, value: &Value, spec: &SectionSpec) -> String {
 }
 
 /// Lays `over` on `base`. Choosing a variant of a choice removes the others.
-fn merge(path: &str, base: &mut Table, over: &Table) {
+pub(super) fn merge(path: &str, base: &mut Table, over: &Table) {
     for (key, value) in over {
         let full = join(path, key);
         if let Some(choice) = section(&full).and_then(|s| s.choice) {

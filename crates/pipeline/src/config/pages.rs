@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
-use super::{Config, Preset, SECTIONS};
+use super::load::merge;
+use super::{Config, Preset, SECTIONS, devices};
 
 /// A config as commented TOML: every key with its purpose, its allowed values and the source of its
 /// default.
@@ -54,8 +55,8 @@ pub fn annotated_toml(config: &Config) -> String {
 struct Further {
     /// The table that contains them.
     path: &'static str,
-    /// The table whose values they inherit, if there is one.
-    first: Option<&'static str>,
+    /// The table whose values they inherit.
+    first: &'static str,
     /// The example that is shown in a config without them.
     example: &'static str,
 }
@@ -64,7 +65,7 @@ fn further(path: &str) -> Option<Further> {
     match path {
         "cameras" => Some(Further {
             path: "cameras",
-            first: Some("camera"),
+            first: "camera",
             example: "\
 # [cameras.right]          # the right eye of a stereo pair
 # mount_y_m = -0.12
@@ -76,7 +77,7 @@ fn further(path: &str) -> Option<Further> {
         }),
         "lidars" => Some(Further {
             path: "lidars",
-            first: None,
+            first: "lidar",
             example: "\
 # [lidars.top]             # one by its data sheet, above the first
 # device = \"vlp16\"
@@ -93,10 +94,22 @@ impl Further {
         if further.is_empty() {
             return self.example.to_owned();
         }
-        let first = self.first.and_then(|first| lookup(values, first));
-        let first = first.cloned().unwrap_or_default();
+        let first = lookup(values, self.first).cloned().unwrap_or_default();
         let named = further.iter().map(|(name, table)| {
-            let said = differing(&first, table.as_table().unwrap_or(&first));
+            let table = table.as_table().unwrap_or(&first);
+            // A device of its own lies over what is inherited.
+            let mut inherited = first.clone();
+            let device = table
+                .get("device")
+                .filter(|&d| first.get("device") != Some(d));
+            if let Some(layer) = device
+                .and_then(toml::Value::as_str)
+                .and_then(devices::layer)
+            {
+                merge(&format!("{}.{name}", self.path), &mut inherited, &layer);
+            }
+            let mut said = differing(&inherited, table);
+            said.extend(device.map(|d| ("device".to_owned(), d.clone())));
             (name.clone(), toml::Value::Table(said))
         });
         let named = toml::Value::Table(named.collect());

@@ -732,7 +732,8 @@ impl Default for LidarPattern {
 pub(super) const FURTHER_LIDARS: SectionSpec = SectionSpec {
     path: "lidars",
     doc: " Further LiDARs on the same robot: a table `[lidars.NAME]` for each, with the keys of \
-        `[lidar]`. Their files are in folders of that name.",
+        `[lidar]`, says how it differs from the first one. Their files are in folders of that \
+        name.",
     choice: None,
     keys: &[],
 };

@@ -9,7 +9,7 @@ use super::{Config, Lidar, LidarPattern, RobotPath, SunPosition, sky_image};
 use crate::{Error, InputFiles};
 
 /// `.label` files number the objects of a chunk from 1 to this.
-const OBJECTS_OF_A_CHUNK_MAX: f64 = 1023.0;
+const OBJECTS_OF_A_CHUNK_MAX: f64 = ObjectId::LABEL_ITEM_MAX as f64;
 
 /// The number of chunks along each axis that instance images can distinguish.
 const CHUNKS_OF_A_VIEW_MAX: f64 = 16.0;

@@ -7,7 +7,9 @@ use nemoral_render::{
     CameraImages, Candidate, View, nearest_objects, object_boxes, optical_flow, with_visible,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{Annotations, ChunkCoord, Instance, Ontology, RigidTransform, Semantic, Twist};
+use nemoral_scene::{
+    Annotations, ChunkCoord, InstancePlace, Ontology, RigidTransform, Semantic, Twist,
+};
 use nemoral_stand::SceneObject;
 
 use super::scene::{FrameScene, chunk_offset_m};
@@ -110,27 +112,27 @@ struct Stripped {
     candidate: Candidate,
     foot_m: DVec3,
     offset: Vec3,
-    instance: Instance,
+    place: InstancePlace,
     shape: Arc<Blas>,
 }
 
 impl Stripped {
-    fn new(offset: Vec3, (object, instance, shape): &(SceneObject, Instance, Arc<Blas>)) -> Self {
-        let foot_m = (offset + instance.position_m).as_dvec3();
+    fn new(offset: Vec3, (object, place, shape): &(SceneObject, InstancePlace, Arc<Blas>)) -> Self {
+        let foot_m = (offset + place.position_m).as_dvec3();
         let bounds = shape.prototype().bounds();
         let (object, kind) = (object.object, object.kind);
         Self {
-            candidate: Candidate::around(object, kind, foot_m, &instance.linear, bounds),
+            candidate: Candidate::around(object, kind, foot_m, &place.linear, bounds),
             foot_m,
             offset,
-            instance: instance.clone(),
+            place: *place,
             shape: Arc::clone(shape),
         }
     }
 
     /// A scene of this object alone.
     fn alone(&self) -> RayScene {
-        let group = Group::build(vec![(self.instance.clone(), Arc::clone(&self.shape))]);
+        let group = Group::build(vec![(self.place, Arc::clone(&self.shape))]);
         RayScene::new(vec![(self.offset, Arc::new(group))])
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nemoral_assets::{Library, PlantAsset, SizeClass, TreeAsset};
 use nemoral_raycast::Blas;
-use nemoral_scene::{ChunkCoord, Instance, ObjectKind, ObjectRecord, Prototype, TreeRecord};
+use nemoral_scene::{ChunkCoord, InstancePlace, ObjectKind, ObjectRecord, Prototype, TreeRecord};
 use nemoral_seed::Key;
 use nemoral_stand::{InstanceVariation, SceneObject};
 use rayon::prelude::*;
@@ -143,10 +143,9 @@ impl WorldAssets {
         object: &SceneObject,
         chunk: ChunkCoord,
         chunk_size_m: f64,
-    ) -> (Instance, Arc<Blas>) {
+    ) -> (InstancePlace, Arc<Blas>) {
         let shape = self.shape(object);
-        let instance = object.instance(shape.prototype(), chunk, chunk_size_m);
-        (instance, Arc::clone(shape))
+        (object.place(chunk, chunk_size_m), Arc::clone(shape))
     }
 
     /// An object's row of `instances.csv`.

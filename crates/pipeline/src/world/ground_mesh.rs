@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nemoral_assets::GroundMaterials;
 use nemoral_raycast::Blas;
-use nemoral_scene::glam::{DVec2, Mat3, Vec3};
-use nemoral_scene::{ChunkCoord, Instance, MaterialId, ObjectId, Prototype};
+use nemoral_scene::glam::{DVec2, Vec3};
+use nemoral_scene::{ChunkCoord, InstancePlace, MaterialId, Prototype};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{FLOOR_FIELD, Field, FloorComposition};
 use nemoral_terrain::{GroundMesher, MeshParams};
@@ -55,7 +55,7 @@ impl GroundMeshRecipe {
         world: Key,
         assets: &WorldAssets,
         ground: &ChunkGround,
-    ) -> Result<(Instance, Arc<Blas>), Error> {
+    ) -> Result<(InstancePlace, Arc<Blas>), Error> {
         let library = &assets.library;
         let floor = FloorComposition::new(
             self.floor,
@@ -67,16 +67,7 @@ impl GroundMeshRecipe {
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
             .map_err(Error::of_stage)?;
         let blas = Arc::new(Blas::build(Arc::new(prototype), &library.materials));
-        Ok((
-            Instance {
-                prototype: Arc::clone(blas.prototype()),
-                position_m: Vec3::ZERO,
-                linear: Mat3::IDENTITY,
-                object: ObjectId::NONE,
-                variation: 0.5,
-            },
-            blas,
-        ))
+        Ok((InstancePlace::at(Vec3::ZERO), blas))
     }
 }
 

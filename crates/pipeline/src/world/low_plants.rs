@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nemoral_placement::CoverPoint;
 use nemoral_raycast::Blas;
-use nemoral_scene::{ChunkCoord, Instance};
+use nemoral_scene::{ChunkCoord, InstancePlace};
 use nemoral_seed::Key;
 use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
 use nemoral_trails::{DressingKind, TrailDressing};
@@ -28,12 +28,12 @@ impl LowPlants<'_> {
         world: Key,
         assets: &WorldAssets,
         ground: &ChunkGround,
-    ) -> Vec<(Instance, Arc<Blas>)> {
+    ) -> Vec<(InstancePlace, Arc<Blas>)> {
         let origin = at.origin_m(chunk_size_m);
         let mut instances = Vec::new();
         let mut plant = |shapes: &[Arc<Blas>], weights: Option<&[f64]>, plant: LowPlant| {
-            let placed = plant.instance(shapes, weights, |s| s.prototype(), ground, origin);
-            instances.extend(placed.map(|(instance, shape)| (instance, Arc::clone(shape))));
+            let placed = plant.place(shapes, weights, ground, origin);
+            instances.extend(placed.map(|(place, shape)| (place, Arc::clone(shape))));
         };
         for Patch { kind, point } in self.patches {
             let shapes = match kind {

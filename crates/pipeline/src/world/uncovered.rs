@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nemoral_raycast::{Blas, Group};
-use nemoral_scene::{ChunkCoord, Instance, MaterialId, ObjectKind, Ontology, Semantic};
+use nemoral_scene::{ChunkCoord, InstancePlace, MaterialId, ObjectKind, Ontology, Semantic};
 use nemoral_stand::{SceneObject, SceneObjects};
 
 use super::assets::WorldAssets;
@@ -43,7 +43,7 @@ impl Trunks {
 pub struct UncoveredGeometry {
     pub(crate) ground: Arc<Group>,
     pub(crate) trunks: Arc<Group>,
-    pub(crate) objects: Vec<(SceneObject, Instance, Arc<Blas>)>,
+    pub(crate) objects: Vec<(SceneObject, InstancePlace, Arc<Blas>)>,
 }
 
 impl UncoveredGeometry {
@@ -58,7 +58,7 @@ impl UncoveredGeometry {
         // Instances without an id are the chunk's ground.
         let ground: Vec<_> = (geometry.instances().iter())
             .filter(|(instance, _)| instance.object.is_none())
-            .cloned()
+            .map(|(instance, shape)| (instance.place(), Arc::clone(shape)))
             .collect();
         let mut with_trunks = ground.clone();
         for object in &objects.0 {
@@ -68,13 +68,12 @@ impl UncoveredGeometry {
                 _ => &None,
             };
             if let Some(shape) = shape {
-                let instance = object.instance(shape.prototype(), at, chunk_size_m);
-                with_trunks.push((instance, Arc::clone(shape)));
+                with_trunks.push((object.place(at, chunk_size_m), Arc::clone(shape)));
             }
         }
         let objects = objects.0.iter().map(|object| {
-            let (instance, shape) = assets.instance(object, at, chunk_size_m);
-            (object.clone(), instance, shape)
+            let (place, shape) = assets.instance(object, at, chunk_size_m);
+            (object.clone(), place, shape)
         });
         Self {
             ground: Arc::new(Group::build(ground)),

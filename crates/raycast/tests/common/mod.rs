@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{Mat3, Quat, Vec2, Vec3};
 use nemoral_raycast::{Blas, Group, Quality};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Instance, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
-    Prototype, Ray, Semantic, Triangle,
+    AlphaMask, Card, ChunkCoord, Instance, InstancePlace, Material, MaterialId, MaterialLibrary,
+    Mesh, ObjectId, Prototype, Ray, Semantic, Triangle,
 };
 use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
 
@@ -68,7 +68,10 @@ pub fn add_masked(library: &mut MaterialLibrary, mask: AlphaMask) -> MaterialId 
 
 pub fn blas(mesh: Mesh, cards: Vec<Card>, library: &MaterialLibrary) -> Arc<Blas> {
     let prototype = Prototype::new("shape", mesh, cards, library).expect("valid by construction");
-    let prototype = Arc::new(prototype);
+    blas_of(Arc::new(prototype), library)
+}
+
+pub fn blas_of(prototype: Arc<Prototype>, library: &MaterialLibrary) -> Arc<Blas> {
     // Results do not depend on the quality, so half of the shapes are built with one and half with
     // the other.
     let careful = prototype.cards().len().is_multiple_of(2);
@@ -125,16 +128,20 @@ pub fn clutter(rng: &mut PhiloxRng, triangles: u32, cards: u32, half: f32) -> (M
     (mesh, cards)
 }
 
-pub fn place(blas: &Arc<Blas>, position_m: Vec3, linear: Mat3, item: u16) -> (Instance, Arc<Blas>) {
+pub fn place(
+    blas: &Arc<Blas>,
+    position_m: Vec3,
+    linear: Mat3,
+    item: u16,
+) -> (InstancePlace, Arc<Blas>) {
     let object = ObjectId::new(ChunkCoord::new(0, 0), item).unwrap_or(ObjectId::NONE);
-    let instance = Instance {
-        prototype: Arc::clone(blas.prototype()),
+    let place = InstancePlace {
         position_m,
         linear,
         object,
         variation: f32::from(item) / 16.0,
     };
-    (instance, Arc::clone(blas))
+    (place, Arc::clone(blas))
 }
 
 /// A random invertible map of moderate size: rotated, scaled, sheared, sometimes mirrored or the

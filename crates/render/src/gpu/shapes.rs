@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use nemoral_scene::{AmbientOcclusion, Blend, Prototype};
+use nemoral_scene::{AmbientOcclusion, Blend, Card, Prototype, TextureWindow};
 
 use super::buffer_pool::{BufferPool, Range, bytes_of_pages};
 use super::octahedral::octahedral;
@@ -154,8 +154,8 @@ impl Shapes {
             } else if !self.evict_oldest() {
                 let count = |kind| -> u64 {
                     let of = |p: &Arc<Prototype>| match kind {
-                        PrimitiveKind::Triangles => p.mesh().triangles.len() as u64,
-                        PrimitiveKind::Cards => p.cards().len() as u64,
+                        PrimitiveKind::Triangles => triangles(p).len() as u64,
+                        PrimitiveKind::Cards => cards(p).len() as u64,
                     };
                     wanted.clone().map(of).sum()
                 };
@@ -236,7 +236,39 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
             },
         }
     };
-    mesh.triangles.iter().enumerate().map(record).collect()
+    let of_mesh = mesh.triangles.iter().enumerate().map(record);
+    of_mesh.chain(windowed_cards(prototype)).collect()
+}
+
+fn shows_whole(prototype: &Prototype, card: usize) -> bool {
+    prototype.card_window(card) == TextureWindow::WHOLE
+}
+
+/// Cards that show a part of their texture, as two triangles each: those have texture coordinates.
+fn windowed_cards(prototype: &Prototype) -> impl Iterator<Item = TriangleRecord> {
+    let windowed = |(i, _): &(usize, &Card)| !shows_whole(prototype, *i);
+    let cards = prototype.cards().iter().enumerate().filter(windowed);
+    cards.flat_map(|(i, card)| {
+        let window = prototype.card_window(i);
+        let normal = octahedral(card.edge_u.cross(card.edge_v).normalize_or(Vec3::Z));
+        let places = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let uvs = places.map(|(s, t)| window.uv(s, t).to_array());
+        let points = card.corners().map(|p| p.to_array());
+        let near = prototype.ambient_occlusion().map(|near| near.cards[i]);
+        [[0, 1, 2], [0, 2, 3]].map(|[a, b, c]: [usize; 3]| TriangleRecord {
+            a: points[a],
+            material: u32::from(card.material.0),
+            b: points[b],
+            normal_a: normal,
+            c: points[c],
+            normal_b: normal,
+            uv_a: uvs[a],
+            uv_b: uvs[b],
+            uv_c: uvs[c],
+            normal_c: normal,
+            extra: near.map_or(0, |n| packed_shares([a, b, c].map(|k| n[k]))),
+        })
+    })
 }
 
 /// The other material in the upper bits, above three shares of five bits each, in thirtieths, so
@@ -250,7 +282,11 @@ fn packed_blend(blend: &Blend) -> u32 {
 
 /// A byte for each corner, and bit 15, which is not set in any blend.
 fn packed_ambient_occlusion(near: &AmbientOcclusion, corners: [u32; 3]) -> u32 {
-    let [a, b, c] = corners.map(|i| u32::from(near.vertices[i as usize]));
+    packed_shares(corners.map(|i| near.vertices[i as usize]))
+}
+
+fn packed_shares(shares: [u8; 3]) -> u32 {
+    let [a, b, c] = shares.map(u32::from);
     c << 24 | b << 16 | 1 << 15 | a
 }
 
@@ -259,7 +295,7 @@ fn cards(prototype: &Prototype) -> Vec<CardRecord> {
         Some(near) => u32::from_le_bytes(near.cards[i]),
         None => u32::MAX,
     };
-    let record = |(i, c): (usize, &nemoral_scene::Card)| CardRecord {
+    let record = |(i, c): (usize, &Card)| CardRecord {
         corner: c.corner.to_array(),
         material: u32::from(c.material.0),
         edge_u: c.edge_u.to_array(),
@@ -267,5 +303,42 @@ fn cards(prototype: &Prototype) -> Vec<CardRecord> {
         edge_v: c.edge_v.to_array(),
         unused_v: 0,
     };
-    prototype.cards().iter().enumerate().map(record).collect()
+    let whole = |(i, _): &(usize, &Card)| shows_whole(prototype, *i);
+    let cards = prototype.cards().iter().enumerate().filter(whole);
+    cards.map(record).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+    use nemoral_scene::{Material, MaterialLibrary, Mesh, Semantic};
+
+    use super::*;
+
+    #[test]
+    fn a_card_with_a_window_is_two_triangles_with_its_texture_coordinates() {
+        let mut materials = MaterialLibrary::new();
+        let material = materials.add(Material::plain("leaf", Semantic::Leaf, Vec3::ONE));
+        let card = Card {
+            corner: Vec3::ZERO,
+            edge_u: Vec3::X,
+            edge_v: Vec3::Y,
+            material,
+        };
+        let shape = Prototype::new("two", Mesh::default(), vec![card; 2], &materials);
+        let part = TextureWindow::rectangle(Vec2::new(0.5, 0.0), Vec2::new(1.0, 0.25));
+        let windows = vec![TextureWindow::WHOLE, part.flipped()];
+        let shape = (shape.expect("sound").with_card_windows(windows)).expect("one of each");
+        let (triangles, cards) = (triangles(&shape), cards(&shape));
+        assert_eq!((triangles.len(), cards.len()), (2, 1));
+        let [first, second] = &triangles[..] else {
+            panic!("two");
+        };
+        assert_eq!(
+            [first.uv_a, first.uv_b, first.uv_c],
+            [[1.0, 0.0], [0.5, 0.0], [0.5, 0.25]]
+        );
+        assert_eq!(second.uv_c, [1.0, 0.25]);
+        assert_eq!((first.c, second.b), ([1.0, 1.0, 0.0], [1.0, 1.0, 0.0]));
+    }
 }

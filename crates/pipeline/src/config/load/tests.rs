@@ -124,7 +124,7 @@ fn impossible_combinations_are_refused_where_they_stand() {
         ),
         (
             "[placement]\ntrees = 400\nshrubs = 400\nstumps = 200",
-            "number only 1023",
+            "number only 1310",
         ),
         ("[robot]\nspacing_m = 0", "one must be above 0"),
         ("[robot.file]\nformat = \"kitti\"", "must name a file"),
@@ -334,6 +334,30 @@ fn further_lidars_have_the_keys_of_the_first() {
         (rear.pulses, rear.mount_yaw_deg, rear.min_range_m),
         (5, 180.0, 1.0)
     );
+    // What the first one is told they all have, but a device's sheet lies over it.
+    let told = "[lidar]\npulses = 77\nmax_range_m = 60\nmount_z_m = 2\n[lidar.lines]\nlines = 3";
+    let file = format!("{told}\n{file}");
+    let config = load("", &file, &[]).expect("fine");
+    let (rear, top) = (&config.lidars["rear"], &config.lidars["top"]);
+    let sheet = load("", "[lidar]\ndevice = \"mid40\"", &[])
+        .expect("fine")
+        .lidar;
+    assert_eq!(
+        (top.pulses, top.max_range_m, top.mount_z_m),
+        (77, 60.0, 2.0)
+    );
+    assert_eq!((rear.pulses, rear.mount_z_m), (sheet.pulses, 2.0));
+    assert_eq!(rear.pattern, sheet.pattern);
+    let same_as_first = file.replace("mount_yaw_deg = 180", "pulses = 77");
+    for file in [&file, &same_as_first] {
+        let config = load("", file, &[]).expect("fine");
+        let annotated = crate::config::annotated_toml(&config);
+        assert_eq!(
+            Config::from_toml(&annotated).expect("fine"),
+            config,
+            "{annotated}"
+        );
+    }
     let paths: Vec<String> = config.all_lidars().map(|(path, _)| path).collect();
     assert_eq!(paths, ["lidar", "lidars.rear", "lidars.top"]);
     assert_eq!(

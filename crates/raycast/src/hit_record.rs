@@ -1,0 +1,66 @@
+//! Which primitive of which instance a ray hits.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use nemoral_scene::ObjectId;
+
+use crate::group::Group;
+use crate::hit::ResolvedHit;
+use crate::nearest::{Nearest, PrimitiveHit};
+
+/// A primitive of a [`Prototype`](nemoral_scene::Prototype), by its number there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Primitive {
+    /// A triangle of the mesh, also where two of them form a card.
+    Triangle(u32),
+    /// A card.
+    Card(u32),
+}
+
+/// Where a ray hits which primitive of which instance: what physics and picking ask for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitRecord {
+    /// Distance from the ray's origin, metres.
+    pub distance_m: f32,
+    /// The object that was hit.
+    pub object: ObjectId,
+    /// The number of the group in its [`RayScene`](crate::RayScene).
+    pub group: u32,
+    /// The number of the instance in its [`Group`].
+    pub instance: u32,
+    /// The primitive of the instance's prototype.
+    pub primitive: Primitive,
+    /// Where on the primitive. Triangle: the weights of its second and third corner. Card: the
+    /// shares of its edges u and v.
+    pub place: [f64; 2],
+}
+
+impl ResolvedHit for HitRecord {
+    fn of(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Self> {
+        let PrimitiveHit {
+            rank, intersection, ..
+        } = nearest.found()?;
+        let (_, blas) = &groups[rank.group as usize].1.instances()[rank.instance as usize];
+        let mesh = blas.prototype().mesh();
+        let triangles = mesh.triangles.len() as u32;
+        let (primitive, place) = if let Some(quad) = blas.quad(rank.primitive) {
+            let (number, u, v) = quad.triangle_at(mesh, intersection.u, intersection.v);
+            (Primitive::Triangle(number), [u, v])
+        } else {
+            let place = [intersection.u, intersection.v];
+            match rank.primitive.checked_sub(triangles) {
+                None => (Primitive::Triangle(rank.primitive), place),
+                Some(card) => (Primitive::Card(card), place),
+            }
+        };
+        Some(Self {
+            distance_m: nearest.t(),
+            object: rank.object,
+            group: rank.group,
+            instance: rank.instance,
+            primitive,
+            place,
+        })
+    }
+}

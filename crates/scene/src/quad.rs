@@ -1,0 +1,432 @@
+//! Quads of a mesh that are cards: leaves of imported plants.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+use crate::{Card, MaterialLibrary, Mesh, TextureWindow};
+
+/// Two triangles of a mesh that together are one card: casters intersect the card, which is
+/// quicker, and name, shade and draw the triangles.
+///
+/// [`Prototype::new`](crate::Prototype::new) finds them. The triangles share a material with a
+/// mask, and an edge at whose ends positions and texture coordinates are equal to the bit. They
+/// are wound alike, form a parallelogram, and their texture coordinates are affine over it. Each
+/// corner may be off by 1/2048 of the shorter side, and its texture coordinate by 1/64 of a texel
+/// of the mask: by so much a card's hits may differ from the triangles'. Quads that touch other
+/// triangles along an edge stay triangles, lest rays pass between, as do those that blend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quad {
+    /// The numbers of the triangles, ascending.
+    pub triangles: [u32; 2],
+    /// The vertices at the card's corners, in the order of [`Card::corners`].
+    pub corners: [u32; 4],
+}
+
+/// How far the fourth corner may be from where the other three have it, in shorter sides. Each
+/// corner is then off by a quarter of it.
+const SKEW: f64 = 1.0 / 512.0;
+
+/// The same for texture coordinates, in texels of the mask.
+const SKEW_TEXELS: f64 = 1.0 / 16.0;
+
+/// Edges of more triangles are no leaves' diagonals, and would take long.
+const MOST_AT_EDGE: usize = 64;
+
+/// The least sine of the angle between the sides.
+const LEAST_SINE: f64 = 1e-3;
+
+impl Quad {
+    /// The card that the quad is in its mesh, and the part of the texture that it shows: the
+    /// parallelogram nearest to the four corners.
+    #[must_use]
+    pub fn card(&self, mesh: &Mesh) -> (Card, TextureWindow) {
+        let p = self.corners.map(|i| mesh.positions[i as usize].as_dvec3());
+        let uv = self.corners.map(|i| mesh.uv(i).as_dvec2());
+        let ([corner, edge_u, edge_v], _) = parallelogram(p);
+        let ([origin, along_u, along_v], _) = parallelogram(uv);
+        let material = mesh.triangles[self.triangles[0] as usize].material;
+        let card = Card {
+            corner: corner.as_vec3(),
+            edge_u: edge_u.as_vec3(),
+            edge_v: edge_v.as_vec3(),
+            material,
+        };
+        let window = TextureWindow {
+            origin: origin.as_vec2(),
+            along_u: along_u.as_vec2(),
+            along_v: along_v.as_vec2(),
+        };
+        (card, window)
+    }
+
+    /// The triangle at the place (s, t) of the card, with the weights of its second and third
+    /// corner there.
+    #[must_use]
+    pub fn triangle_at(&self, mesh: &Mesh, s: f64, t: f64) -> (u32, f64, f64) {
+        const PLACES: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        let at = |vertex: u32| mesh.positions[vertex as usize];
+        let place = |vertex: u32| {
+            let corner = self.corners.iter().position(|&c| at(c) == at(vertex));
+            PLACES[corner.unwrap_or(0)]
+        };
+        let point = DVec2::new(s, t);
+        let weights = |number: u32| {
+            let [a, b, c] = mesh.triangles[number as usize].corners.map(place);
+            let area = (b - a).perp_dot(c - a);
+            let u = (point - a).perp_dot(c - a) / area;
+            let v = (b - a).perp_dot(point - a) / area;
+            (number, u, v)
+        };
+        let [first, second] = self.triangles.map(weights);
+        // The one that the point is farther inside of.
+        let inside = |(_, u, v): (u32, f64, f64)| u.min(v).min(1.0 - u - v);
+        if inside(first) >= inside(second) {
+            first
+        } else {
+            second
+        }
+    }
+}
+
+/// A corner and two edges, in f64.
+trait Point: Copy {
+    fn fit(points: [Self; 4]) -> ([Self; 3], Self);
+}
+
+macro_rules! point {
+    ($vector:ty) => {
+        impl Point for $vector {
+            fn fit([a, b, c, d]: [Self; 4]) -> ([Self; 3], Self) {
+                let skew = (a - b) + (c - d);
+                let edge_u = ((b - a) + (c - d)) / 2.0;
+                let edge_v = ((d - a) + (c - b)) / 2.0;
+                ([a - skew / 4.0, edge_u, edge_v], skew)
+            }
+        }
+    };
+}
+point!(DVec2);
+point!(DVec3);
+
+/// The parallelogram nearest to four points in turn: a corner and its edges, and by how much the
+/// points fail to be one. Each point is off by a quarter of that.
+fn parallelogram<P: Point>(points: [P; 4]) -> ([P; 3], P) {
+    P::fit(points)
+}
+
+/// A position by its bits; both zeros are one.
+type Place = [u32; 3];
+
+fn place(p: Vec3) -> Place {
+    (p + Vec3::ZERO).to_array().map(f32::to_bits)
+}
+
+/// An edge between two places, the lower one first.
+type Edge = [Place; 2];
+
+fn edge(a: Vec3, b: Vec3) -> Edge {
+    let (a, b) = (place(a), place(b));
+    [a.min(b), a.max(b)]
+}
+
+/// The quads of a mesh whose indices and materials are valid, in order of their first triangles.
+pub(crate) fn find(mesh: &Mesh, library: &MaterialLibrary) -> Vec<Quad> {
+    let masked = |i: usize| {
+        let material = library.get(mesh.triangles[i].material);
+        let blends = mesh.blends.get(i).is_some_and(|b| b.shares != [0.0; 3]);
+        material.mask.is_some() && !blends
+    };
+    if mesh.uvs.is_empty() {
+        return Vec::new();
+    }
+    let candidates: Vec<u32> = (0..mesh.triangles.len())
+        .filter(|&i| masked(i))
+        .map(|i| i as u32)
+        .collect();
+    let edges = |i: u32| {
+        let [a, b, c] = corners(mesh, i);
+        [edge(a, b), edge(b, c), edge(c, a)]
+    };
+    // The candidates at each edge.
+    let mut at_edge: HashMap<Edge, Vec<u32>> = HashMap::new();
+    for &i in &candidates {
+        for edge in edges(i) {
+            at_edge.entry(edge).or_default().push(i);
+        }
+    }
+    // A triangle takes the first later one that makes a parallelogram of it.
+    let mut taken = vec![false; mesh.triangles.len()];
+    let mut quads = Vec::new();
+    for &i in &candidates {
+        if taken[i as usize] {
+            continue;
+        }
+        let few = edges(i).map(|e| &at_edge[&e]).into_iter();
+        let partners = few.filter(|all| all.len() <= MOST_AT_EDGE).flatten();
+        let mut partners: Vec<u32> = partners.copied().filter(|&k| k > i).collect();
+        partners.sort_unstable();
+        let mut open = partners.into_iter().filter(|&k| !taken[k as usize]);
+        if let Some(quad) = open.find_map(|k| join(mesh, library, i, k)) {
+            for k in quad.triangles {
+                taken[k as usize] = true;
+            }
+            quads.push(quad);
+        }
+    }
+    alone(mesh, quads)
+}
+
+fn corners(mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
+    let corners = mesh.triangles[triangle as usize].corners;
+    corners.map(|i| mesh.positions[i as usize])
+}
+
+/// The quad of two triangles, if they are one.
+fn join(mesh: &Mesh, library: &MaterialLibrary, i: u32, k: u32) -> Option<Quad> {
+    let [first, second] = [i, k].map(|t| mesh.triangles[t as usize]);
+    if first.material != second.material {
+        return None;
+    }
+    let at = |v: u32| (mesh.positions[v as usize], mesh.uv(v));
+    // Of the three ways round each, one in which the second goes back along the edge that the
+    // first goes along: a, b, c and d, c, b.
+    let turns = |[a, b, c]: [u32; 3]| [[a, b, c], [b, c, a], [c, a, b]];
+    for [a, b, c] in turns(first.corners) {
+        for [d, e, f] in turns(second.corners) {
+            if at(b) == at(f) && at(c) == at(e) {
+                // Which corner is the first decides nothing but how few windows there are: the one
+                // with the lowest texture coordinate, which makes a whole texture one.
+                let round = [a, b, d, c];
+                let lowest = (0..4).min_by(|&x, &y| {
+                    let [x, y] = [x, y].map(|k: usize| mesh.uv(round[k]));
+                    (x.x.total_cmp(&y.x)).then(x.y.total_cmp(&y.y))
+                })?;
+                let corners = [0, 1, 2, 3].map(|k| round[(lowest + k) % 4]);
+                let quad = Quad {
+                    triangles: [i, k],
+                    corners,
+                };
+                return quad.is_card(mesh, library).then_some(quad);
+            }
+        }
+    }
+    None
+}
+
+impl Quad {
+    fn is_card(&self, mesh: &Mesh, library: &MaterialLibrary) -> bool {
+        let p = self.corners.map(|i| mesh.positions[i as usize].as_dvec3());
+        let ([_, u, v], skew) = parallelogram(p);
+        let (lu, lv) = (u.length(), v.length());
+        let flat = u.cross(v).length() > LEAST_SINE * lu * lv && skew.length() <= SKEW * lu.min(lv);
+        let material = mesh.triangles[self.triangles[0] as usize].material;
+        let Some(mask) = &library.get(material).mask else {
+            return false;
+        };
+        let size = DVec2::new(mask.width() as f64, mask.height() as f64);
+        let uv: [Vec2; 4] = self.corners.map(|i| mesh.uv(i));
+        let (_, uv_skew) = parallelogram(uv.map(Vec2::as_dvec2));
+        let affine = (uv_skew * size).abs().max_element() <= SKEW_TEXELS;
+        // What became infinite or NaN fails every comparison.
+        let (card, window) = self.card(mesh);
+        let sound = card.edge_u.as_dvec3().cross(card.edge_v.as_dvec3()) != DVec3::ZERO;
+        flat && affine && sound && window.is_finite()
+    }
+}
+
+/// Those quads of which no edge is an edge of anything but quads with the same four corners (the
+/// back of the same leaf, or copies).
+fn alone(mesh: &Mesh, quads: Vec<Quad>) -> Vec<Quad> {
+    let places = |q: &Quad| {
+        let mut places = q.corners.map(|i| place(mesh.positions[i as usize]));
+        places.sort_unstable();
+        places
+    };
+    let border = |q: &Quad| {
+        let [a, b, c, d] = q.corners.map(|i| mesh.positions[i as usize]);
+        [edge(a, b), edge(b, c), edge(c, d), edge(d, a)]
+    };
+    // The one set of corners that an edge belongs to; `None` if there are several.
+    let mut owners: HashMap<Edge, Option<[Place; 4]>> = HashMap::new();
+    let mut in_quad = vec![false; mesh.triangles.len()];
+    for quad in &quads {
+        let own = places(quad);
+        for edge in border(quad) {
+            let owner = owners.entry(edge).or_insert(Some(own));
+            if *owner != Some(own) {
+                *owner = None;
+            }
+        }
+        for t in quad.triangles {
+            in_quad[t as usize] = true;
+        }
+    }
+    for i in (0..mesh.triangles.len()).filter(|&i| !quads.is_empty() && !in_quad[i]) {
+        let [a, b, c] = corners(mesh, i as u32);
+        for edge in [edge(a, b), edge(b, c), edge(c, a)] {
+            if let Some(owner) = owners.get_mut(&edge) {
+                *owner = None;
+            }
+        }
+    }
+    let is_alone = |q: &Quad| border(q).iter().all(|e| owners[e].is_some());
+    quads.into_iter().filter(is_alone).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::{AlphaMask, Blend, Material, MaterialId, Semantic, Triangle};
+
+    const CORNERS: [Vec2; 4] = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+
+    /// An opaque material, then two with masks of 100 × 60.
+    fn library() -> MaterialLibrary {
+        let mut library = MaterialLibrary::new();
+        library.add(Material::plain("bark", Semantic::Stem, Vec3::ONE));
+        for _ in 0..2 {
+            let mask = AlphaMask::from_fn(100, 60, |c, r| c > r).expect("size");
+            library.add(Material {
+                mask: Some(Arc::new(mask)),
+                ..Material::plain("leaf", Semantic::Leaf, Vec3::ONE)
+            });
+        }
+        library
+    }
+
+    /// A leaf of 4 cm by 6 cm somewhere, as two triangles with vertices of their own.
+    fn leaf(mesh: &mut Mesh, at: Vec3, uvs: [Vec2; 4], order: [[usize; 3]; 2]) {
+        let (u, v) = (Vec3::new(0.04, 0.01, 0.0), Vec3::new(-0.01, 0.05, 0.03));
+        for corners in order {
+            let first = mesh.positions.len() as u32;
+            for k in corners {
+                let place = CORNERS[k];
+                mesh.positions.push(at + u * place.x + v * place.y);
+                mesh.uvs.push(uvs[k]);
+            }
+            mesh.triangles.push(Triangle {
+                corners: [first, first + 1, first + 2],
+                material: MaterialId(1),
+            });
+        }
+    }
+
+    fn one(uvs: [Vec2; 4], order: [[usize; 3]; 2]) -> Mesh {
+        let mut mesh = Mesh::default();
+        leaf(&mut mesh, Vec3::new(3.0, 1.0, 9.0), uvs, order);
+        mesh
+    }
+
+    #[test]
+    fn a_leaf_is_one_card_however_it_is_cut_and_turned() {
+        let orders = [
+            [[0, 1, 2], [0, 2, 3]],
+            [[1, 2, 0], [3, 0, 2]],
+            [[0, 1, 3], [3, 1, 2]],
+            [[2, 3, 1], [0, 1, 3]],
+        ];
+        for order in orders {
+            let mesh = one(CORNERS, order);
+            let found = find(&mesh, &library());
+            let [quad] = found[..] else {
+                panic!("{order:?}: {found:?}");
+            };
+            let (card, window) = quad.card(&mesh);
+            assert_eq!(window, TextureWindow::WHOLE, "{order:?}");
+            assert!((card.corner - Vec3::new(3.0, 1.0, 9.0)).length() < 1e-6);
+            assert!((card.edge_u - Vec3::new(0.04, 0.01, 0.0)).length() < 2e-6);
+            // Each triangle has its side of the diagonal.
+            for (s, t) in [(0.9, 0.2), (0.2, 0.9), (0.1, 0.1), (0.8, 0.9)] {
+                let (number, u, v) = quad.triangle_at(&mesh, s, t);
+                assert!(u >= -1e-12 && v >= -1e-12 && u + v <= 1.0 + 1e-12);
+                let [a, b, c] = mesh.triangles[number as usize].corners.map(|i| mesh.uv(i));
+                let uv = a * (1.0 - u - v) as f32 + b * u as f32 + c * v as f32;
+                assert!((uv - Vec2::new(s as f32, t as f32)).length() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn windows_of_an_atlas_are_kept() {
+        let order = [[0, 1, 2], [0, 2, 3]];
+        let window = TextureWindow::rectangle(Vec2::new(0.25, 0.5), Vec2::new(0.5, 1.0));
+        for window in [
+            window,
+            window.flipped(),
+            window.turned(),
+            window.flipped().turned(),
+        ] {
+            let uvs = CORNERS.map(|p| window.uv(p.x.into(), p.y.into()));
+            let mesh = one(uvs, order);
+            let (card, found) = find(&mesh, &library())[0].card(&mesh);
+            // Its corner is the one with the lowest texture coordinate.
+            assert_eq!(found.origin, Vec2::new(0.25, 0.5));
+            assert_eq!(found.area(), 0.125);
+            let normal = Vec3::new(0.04, 0.01, 0.0).cross(Vec3::new(-0.01, 0.05, 0.03));
+            assert!(card.edge_u.cross(card.edge_v).dot(normal) > 0.0);
+        }
+        // Turned by less than a quarter it is a window too, unless it is bent.
+        let turn = Vec2::from_angle(0.3) * 0.4;
+        let turned = CORNERS.map(|p| Vec2::new(0.3, 0.3) + turn.rotate(p));
+        assert_eq!(find(&one(turned, order), &library()).len(), 1);
+        let mut bent = turned;
+        bent[2].x += 0.01;
+        assert!(find(&one(bent, order), &library()).is_empty());
+    }
+
+    #[test]
+    fn the_back_of_a_leaf_is_a_card_and_what_touches_others_is_none() {
+        let order = [[0, 1, 2], [0, 2, 3]];
+        let mut mesh = one(CORNERS, order);
+        let back = [[2, 1, 0], [3, 2, 0]];
+        leaf(&mut mesh, Vec3::new(3.0, 1.0, 9.0), CORNERS, back);
+        let found = find(&mesh, &library());
+        assert_eq!(found.len(), 2);
+        assert_eq!((found[0].triangles, found[1].triangles), ([0, 1], [2, 3]));
+        // A neighbour along an edge.
+        let next = Vec3::new(3.0, 1.0, 9.0) + Vec3::new(0.04, 0.01, 0.0);
+        leaf(&mut mesh, next, CORNERS, order);
+        assert!(find(&mesh, &library()).is_empty());
+    }
+
+    #[test]
+    fn what_is_no_leaf_stays_triangles() {
+        let order = [[0, 1, 2], [0, 2, 3]];
+        let sound = one(CORNERS, order);
+        assert_eq!(find(&sound, &library()).len(), 1);
+        type Spoil = fn(&mut Mesh);
+        let spoilt: [Spoil; 8] = [
+            |m| m.uvs.clear(),
+            |m| m.triangles[1].material = MaterialId(2),
+            |m| {
+                m.triangles
+                    .iter_mut()
+                    .for_each(|t| t.material = MaterialId(0))
+            },
+            |m| m.triangles[1].corners.swap(0, 1),
+            |m| m.positions[5].z += 0.0002,
+            |m| m.positions[3].z = m.positions[3].z.next_up(),
+            |m| m.uvs[3].x += 0.1,
+            |m| {
+                let blend = Blend {
+                    other: MaterialId(0),
+                    shares: [0.5; 3],
+                };
+                m.blends = vec![blend; 2];
+            },
+        ];
+        for (i, spoil) in spoilt.into_iter().enumerate() {
+            let mut mesh = sound.clone();
+            spoil(&mut mesh);
+            assert!(find(&mesh, &library()).is_empty(), "{i}");
+        }
+        let flat = |m: &mut Mesh| m.positions.iter_mut().for_each(|p| *p = p.with_y(p.x));
+        let mut mesh = sound;
+        flat(&mut mesh);
+        mesh.positions.iter_mut().for_each(|p| p.z = p.x);
+        assert!(find(&mesh, &library()).is_empty());
+    }
+}
