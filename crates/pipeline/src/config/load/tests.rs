@@ -123,7 +123,7 @@ fn impossible_combinations_are_refused_where_they_stand() {
             "must be at most placement.rocks_max = 14",
         ),
         (
-            "[placement]\ntrees = 700\nshrubs = 400\nstumps = 200",
+            "[placement]\ntrees = 400\nshrubs = 400\nregeneration.saplings = 400",
             "number only 1310",
         ),
         ("[robot]\nspacing_m = 0", "one must be above 0"),
