@@ -2,78 +2,13 @@
 
 pub mod foliage;
 pub mod gpu;
-pub mod leaf_area;
-pub mod realism;
 
-use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::plan::{At, Runner, Store};
+pub use nemoral_realism::{STANDS, World, config};
+
+use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::{Error, ForestPlan};
 use nemoral_render::CameraImages;
 use nemoral_scene::LidarPoint;
-
-/// The presets that are recipes of stands.
-pub const STANDS: [&str; 7] = [
-    "maritime-pine",
-    "eucalyptus-plantation",
-    "oak-mixed",
-    "beech",
-    "spruce",
-    "boreal-birch-pine",
-    "montado",
-];
-
-/// A world with its own store.
-#[derive(Debug)]
-pub struct World {
-    /// The config of the world.
-    pub config: Config,
-    /// The world's plans.
-    pub forest: ForestPlan,
-    /// The values computed so far.
-    pub store: Store,
-}
-
-/// The config of a preset overridden by settings, each `key=value`.
-///
-/// # Panics
-/// If it is refused.
-#[must_use]
-pub fn config(preset: &str, settings: &[&str]) -> Config {
-    let layers = Layers {
-        preset: Some(preset.to_owned()),
-        file: None,
-        settings: settings.iter().map(|s| (*s).to_owned()).collect(),
-    };
-    layers.load().unwrap_or_else(|e| panic!("{e}"))
-}
-
-impl World {
-    /// The world of a preset overridden by settings.
-    ///
-    /// # Panics
-    /// If the config is refused.
-    #[must_use]
-    pub fn new(preset: &str, settings: &[&str]) -> Self {
-        let config = config(preset, settings);
-        let forest = ForestPlan::new(&config).unwrap_or_else(|e| panic!("{e}"));
-        Self {
-            config,
-            forest,
-            store: Store::unlimited(),
-        }
-    }
-
-    /// A runner that computes this many nodes at once.
-    #[must_use]
-    pub fn runner(&self, threads: usize) -> Runner<'_> {
-        Runner::new(self.forest.plan(), &self.store, threads)
-    }
-
-    /// Drops the values of chunks and frames. Those of the whole world are costly and stay.
-    pub fn forget(&self) {
-        self.store.retain(|_, at| at == At::World);
-    }
-}
 
 /// All that the sensors record in a frame, to the bit.
 ///

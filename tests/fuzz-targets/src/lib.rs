@@ -1,6 +1,6 @@
 //! The functions that the fuzzers in `fuzz/` and, on stable Rust, the replay of their corpora
-//! (`tests/tests/fuzz_corpus.rs`) call with their inputs: one function of bytes for each kind of
-//! file that may come from others.
+//! (`tests/corpus.rs`) call with their inputs: one function of bytes for each kind of file that may
+//! come from others.
 //!
 //! A function may refuse its input in any way that returns. It must not panic, abort, hang, or ask
 //! for a gigabyte. Some functions also assert that an accepted input can be written and read again,

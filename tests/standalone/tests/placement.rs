@@ -1,6 +1,6 @@
 //! Use of `nemoral-placement` alone: trees for a map with a lake.
 
-use nemoral_placement::{ParamError, Placement, PlacementParams, Site};
+use nemoral_placement::{Placement, PlacementError, PlacementParams, Site};
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
@@ -13,7 +13,7 @@ fn dry(position_m: DVec2, radius_m: f64) -> bool {
 }
 
 #[test]
-fn trees_keep_apart_and_dry() -> Result<(), ParamError> {
+fn trees_keep_apart_and_dry() -> Result<(), PlacementError> {
     let params = PlacementParams::default();
     let least = params.spacing_factor * params.density_factor;
     let placement = Placement::new(params, Key::world(7))?;

@@ -1,0 +1,7 @@
+//! Sensors, renderers and casters agree with each other, point by point and pixel by pixel.
+
+mod annotations;
+mod card;
+mod coverage;
+mod sensors;
+mod stereo;

@@ -1,0 +1,11 @@
+//! The GPU camera compared with the ray-cast camera. Each test needs a Vulkan or OpenGL driver, of
+//! a GPU or in software.
+
+mod common;
+mod memory;
+mod passes;
+mod pictures;
+mod truth;
+
+#[path = "../../../crates/render/examples/species_map/avenue.rs"]
+mod avenue;

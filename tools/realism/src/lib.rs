@@ -1,0 +1,43 @@
+//! Measures of realism that need no photographs: the pattern of stems, the gaps between leaves, the
+//! distribution of light over a picture, the diameter of a stem in a scan. All of them are
+//! independent of the crates under test.
+
+mod asked;
+mod canopy;
+mod circle;
+mod classes;
+mod cover;
+mod diameters;
+mod ground;
+mod heights;
+mod leaf_area;
+mod picture;
+mod plot;
+mod profile;
+pub mod ranges;
+mod relations;
+mod stems;
+mod survey;
+mod world;
+
+pub use asked::{asked_diameters, asked_shapes};
+pub use canopy::{Canopy, Gaps, HINGE_DEG, LeafField, Standing};
+pub use circle::{Circle, circle};
+pub use classes::ClassCounts;
+pub use cover::{LOW_PLANTS, LowCover};
+pub use diameters::{STATIONS, ScannedDiameters, ScannedStem};
+pub use ground::ground_repetition;
+pub use heights::{HeightScatter, stand_diameters};
+pub use leaf_area::Voxels;
+pub use picture::{
+    Colour, Tones, amplitude_slope, colour, isotropy, luminance, luminance_of_light, spectrum,
+    tones,
+};
+pub use plot::{Plot, Series};
+pub use profile::{Layers, layers, plant_area_density};
+pub use relations::Relations;
+pub use stems::{
+    clark_evans, distribution_distance, mark_correlation, pair_correlation, row_power, weibull_fit,
+};
+pub use survey::{Copied, CopyKind, Survey};
+pub use world::{STANDS, World, config};
