@@ -60,6 +60,7 @@ impl Forest {
 }
 
 #[test]
+#[ignore = "minutes: .ci/full runs it"]
 fn chunks_come_and_go_without_a_trace() {
     if gpu("chunks that come and go").is_none() {
         return;

@@ -82,13 +82,30 @@ fn bent_views() -> Vec<(&'static str, View)> {
 
 #[test]
 fn lenses_and_shutters_bend_both_renderers_alike() {
+    lenses_and_shutters(&[("a barrel", 2), ("a rolling fisheye", 3)]);
+}
+
+#[test]
+#[ignore = "takes long: for .ci/full"]
+fn all_lenses_and_shutters_bend_both_renderers_alike() {
+    let all = bent_views();
+    let names = all.iter().map(|(what, _)| *what);
+    lenses_and_shutters(
+        &names
+            .flat_map(|what| [(what, 2), (what, 3)])
+            .collect::<Vec<_>>(),
+    );
+}
+
+/// Compares the renderers through named views into the forests of seeds.
+fn lenses_and_shutters(cases: &[(&str, u64)]) {
     let Some(gpu) = gpu("lenses and shutters") else {
         return;
     };
     let camera = camera(gpu, GpuParams::default());
-    for seed in [2, 3] {
+    for &(name, seed) in cases {
         let forest = RandomForest::new(seed, |m| m);
-        for (what, view) in bent_views() {
+        for (what, view) in bent_views().into_iter().filter(|(what, _)| *what == name) {
             let drawn = camera.draw(&forest.scene(), &view);
             let drawn = drawn.unwrap_or_else(|e| panic!("{e}")).truth;
             let right = cast(&forest.scene(), &view);
@@ -289,12 +306,20 @@ impl Frame {
 }
 
 #[test]
+fn a_preset_is_the_same_for_both_renderers() {
+    presets(&["medium"]);
+}
+
+#[test]
+#[ignore = "takes long: for .ci/full"]
 fn the_three_presets_are_the_same_for_both_renderers() {
-    let Some(gpu) = gpu("low, medium and high") else {
-        return;
-    };
+    presets(&["low", "medium", "high"]);
+}
+
+fn presets(presets: &[&str]) {
+    let Some(gpu) = gpu("presets") else { return };
     let camera = camera(gpu, GpuParams::default());
-    for preset in ["low", "medium", "high"] {
+    for preset in presets {
         // The presets keep their range and resolution. A software renderer's time is that of
         // vertices, not of pixels.
         let frame = Frame::new(&World::new(preset, &[]), 0);

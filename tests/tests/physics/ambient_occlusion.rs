@@ -1,5 +1,4 @@
 //! The ambient occlusion within low plants, compared with path-traced light.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::Arc;
 

@@ -1,5 +1,4 @@
 //! Leaf area of grown trees estimated from first returns, compared with the true one.
-#![allow(clippy::print_stdout, reason = "figures for its reader")]
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -147,8 +147,9 @@ fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
             "camera.fisheye.k1=-0.02",
             "camera.shutter.readout_ms=30",
             "robot.speed_m_s=3",
-            "chunks.visible_radius_m=30",
-            "chunks.undergrowth_radius_m=10",
+            "chunks.visible_radius_m=12",
+            "chunks.undergrowth_radius_m=4",
+            "assets.individuals=1",
         ],
     );
     let (drawing, said) = Backend::for_config(BackendChoice::Gpu, &config).expect("a GPU");

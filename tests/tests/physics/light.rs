@@ -1,5 +1,4 @@
 //! The quick mean light under crowns, which lights pictures, compared with path-traced light.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::plan::{Runner, Store};
@@ -85,9 +84,19 @@ fn green(light: DVec3) -> f64 {
 
 #[test]
 fn mean_light_is_near_followed_light() {
-    for stand in ["spruce", "beech"] {
+    mean_is_near_followed(&["spruce"], &["sky.overcast=0"]);
+}
+
+#[test]
+#[ignore = "a minute: .ci/full runs it"]
+fn mean_light_is_near_followed_light_in_sun_and_under_clouds() {
+    mean_is_near_followed(&["spruce", "beech"], &["sky.overcast=0", "sky.overcast=1"]);
+}
+
+fn mean_is_near_followed(stands: &[&str], skies: &[&str]) {
+    for stand in stands {
         let store = Store::unlimited();
-        for sky in ["sky.overcast=0", "sky.overcast=1"] {
+        for sky in skies {
             let mean = taken(&store, stand, &[sky, "camera.samples=9"]);
             let followed = taken(
                 &store,

@@ -171,6 +171,7 @@ fn crowns_of_other_colours_are_noticed() {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn classes_that_are_missing_are_noticed() {
     let ontology = Ontology::by_name("paper").expect("the paper's");
     let share = |images: &[Arc<Vec<CameraImages>>], class: &str| {
