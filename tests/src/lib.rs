@@ -47,7 +47,7 @@ fn scan_bytes(scan: &[LidarPoint]) -> Vec<u8> {
         let vectors = [p.position_m.to_array(), p.normal.to_array()].concat();
         bytes.extend(metres.iter().chain(&vectors).flat_map(|f| f.to_le_bytes()));
         bytes.extend(p.object.to_u64().to_le_bytes());
-        bytes.extend(p.time_offset_ns.to_le_bytes());
+        bytes.extend(p.time_ns.to_le_bytes());
         bytes.extend(p.pulse.to_le_bytes());
         let small = [p.reflectivity, p.semantic as u8, p.ring, p.flags.0];
         bytes.extend(small);

@@ -125,7 +125,7 @@ fn points() -> Vec<LidarPoint> {
             ring: (pulse % 6) as u8,
             return_number: 1,
             returns: 1,
-            time_offset_ns: 2000 * pulse,
+            time_ns: 2000 * i64::from(pulse),
             pulse,
             incidence_cos: rng.unit_f32(),
             normal: Vec3::X,

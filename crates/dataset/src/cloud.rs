@@ -77,6 +77,8 @@ pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> 
     };
     let mut count = 0_usize;
     for record in &dataset.manifest().frames {
+        let frame = i32::try_from(record.index)
+            .map_err(|_| Error::invalid("frame", record.index, "at most 2147483647"))?;
         for (i, lidar) in header.lidars.iter().enumerate() {
             let world_from_lidar = record.world_from_body() * lidar.body_from_lidar;
             for p in dataset.read_ply(record, i)? {
@@ -87,7 +89,7 @@ pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> 
                         world,
                         world_from_lidar: &world_from_lidar,
                         colour,
-                        frame: record.index as u32,
+                        frame,
                         lidar: i as u8,
                     };
                     write_point(&mut body, &p, &place).map_err(Error::io(out))?;
@@ -132,7 +134,7 @@ struct Placed<'a> {
     world: DVec3,
     world_from_lidar: &'a RigidTransform,
     colour: [u8; 3],
-    frame: u32,
+    frame: i32,
     lidar: u8,
 }
 
@@ -161,7 +163,7 @@ fn write_point(out: &mut impl Write, p: &PlyPoint, place: &Placed<'_>) -> io::Re
     out.write_all(&chunk.x.to_le_bytes())?;
     out.write_all(&chunk.y.to_le_bytes())?;
     out.write_all(&place.frame.to_le_bytes())?;
-    out.write_all(&point.object.item().to_le_bytes())?;
+    out.write_all(&i32::from(point.object.item()).to_le_bytes())?;
     let [r, g, b] = place.colour;
     out.write_all(&[
         p.class,

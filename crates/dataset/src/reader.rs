@@ -244,24 +244,24 @@ impl Dataset {
         })
     }
 
-    /// Class and distance from the LiDAR of each point, from `.bin` and `.label`.
+    /// Class and position of each point in the LiDAR's frame, from `.bin` and `.label`.
     ///
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`], naming the file.
-    pub(crate) fn read_classes_and_ranges(
+    pub(crate) fn read_classes_and_positions(
         &self,
         frame: &FrameRecord,
         lidar: usize,
-    ) -> Result<Vec<(u8, f32)>, Error> {
+    ) -> Result<Vec<(u8, Vec3)>, Error> {
         let f = layout::lidar_folders(&self.manifest.header, lidar);
         let points = self.load(frame, &f.velodyne, "bin", scan::decode_points)?;
         let labels = self.load(frame, &f.labels, "label", scan::decode_labels)?;
         let class = |(class, _): (u16, u16)| class as u8;
-        let range_m = |[x, y, z, _]: [f32; 4]| (x * x + y * y + z * z).sqrt();
+        let position_m = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z);
         Ok(labels
             .into_iter()
             .zip(points)
-            .map(|(l, p)| (class(l), range_m(p)))
+            .map(|(l, p)| (class(l), position_m(p)))
             .collect())
     }
 

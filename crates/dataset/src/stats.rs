@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use crate::formats::images;
+use crate::overlap::Overlap;
 use crate::{Dataset, Error};
 
 /// One class's share of pixels and points.
@@ -55,6 +56,10 @@ pub struct Stats {
     pub depth_m: Option<Quantiles>,
     /// Measured range of points, to 1/256 m; `None` without points.
     pub range_m: Option<Quantiles>,
+    /// The share of a frame's points that are within 0.1 m of a point of the frame before in its
+    /// sequence, by the first LiDAR; `None` without such pairs, or if scans are raw. It tells how
+    /// many frames differ: of a still robot it is near 1.
+    pub overlap: Option<Quantiles>,
 }
 
 impl Stats {
@@ -97,11 +102,19 @@ impl fmt::Display for Stats {
             "{:<16}{:>9}{:>9}{:>9}{:>9}{:>9}",
             "", "min", "5 %", "median", "95 %", "max"
         )?;
+        let in_percent = |q: Quantiles| Quantiles {
+            min: 100.0 * q.min,
+            p05: 100.0 * q.p05,
+            median: 100.0 * q.median,
+            p95: 100.0 * q.p95,
+            max: 100.0 * q.max,
+        };
         for (name, q) in [
             ("DBH, m", self.dbh_m),
             ("tree height, m", self.tree_height_m),
             ("depth, m", self.depth_m),
             ("range, m", self.range_m),
+            ("seen before, %", self.overlap.map(in_percent)),
         ] {
             if let Some(q) = q {
                 writeln!(
@@ -124,6 +137,7 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
     let manifest = dataset.manifest();
     let (mut pixels, mut points) = ([0_u64; 256], [0_u64; 256]);
     let (mut depths, mut ranges) = (Histogram::new(), Histogram::new());
+    let mut overlap = Overlap::default();
     for frame in &manifest.frames {
         for camera in 0..manifest.header.cameras.len() {
             let (semantic, depth_m) = dataset.read_semantic_and_depth(frame, camera)?;
@@ -133,9 +147,18 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
             depth_m.pixels().iter().for_each(|&z| depths.add(z));
         }
         for lidar in 0..manifest.header.lidars.len() {
-            for (class, range_m) in dataset.read_classes_and_ranges(frame, lidar)? {
+            let spec = &manifest.header.lidars[lidar];
+            let world_from_lidar = frame.world_from_body() * spec.body_from_lidar;
+            let mut in_world = Vec::new();
+            for (class, position_m) in dataset.read_classes_and_positions(frame, lidar)? {
                 points[usize::from(class)] += 1;
-                ranges.add(range_m);
+                ranges.add(position_m.length());
+                if lidar == 0 && spec.deskewed {
+                    in_world.push(world_from_lidar.transform_point(position_m.as_dvec3()));
+                }
+            }
+            if lidar == 0 {
+                overlap.add(frame.sequence, in_world);
             }
         }
     }
@@ -164,6 +187,7 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
         tree_height_m: quantiles(trees.iter().map(|t| t.height_m).collect()),
         depth_m: depths.quantiles(),
         range_m: ranges.quantiles(),
+        overlap: quantiles(overlap.shares()),
     })
 }
 

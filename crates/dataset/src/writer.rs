@@ -444,6 +444,17 @@ impl Writer {
                 }
             }
         }
+        for lidar in &frame.lidars {
+            if let Some(p) = lidar.points.iter().find(|p| !ply::holds(p)) {
+                let found = format!("{} at {} ns", p.pulse, p.time_ns);
+                let allowed = "below 2^31, within 2^50 ns (13 days) of the frame's time";
+                return Err(Error::invalid(
+                    format!("{name}.{}.pulse", lidar.name),
+                    found,
+                    allowed,
+                ));
+            }
+        }
         if !(frame.time_s.is_finite() && frame.world_from_body.translation_m.is_finite()) {
             let found = format!("{} s, {:?}", frame.time_s, frame.world_from_body);
             return Err(Error::invalid(format!("{name}.pose"), found, "finite"));

@@ -111,7 +111,7 @@ fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
             if x < 0.0 || y < 0.0 || x >= width.into() || y >= height.into() {
                 continue;
             }
-            let share = f64::from(p.time_offset_ns) * 1e-9 / scanner.duration_s();
+            let share = 0.5 + p.time_ns as f64 * 1e-9 / scanner.duration_s();
             let colour = match p.semantic {
                 Semantic::Leaf => Rgb([70, 220, 90]),
                 _ => Rgb([

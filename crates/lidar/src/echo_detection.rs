@@ -277,7 +277,7 @@ impl ScanContext<'_> {
             ring: pulse.ring,
             return_number: reported.return_number,
             returns: reported.returns,
-            time_offset_ns: ((pulse.time_s - self.start_s) * 1e9).round() as u32,
+            time_ns: ((pulse.time_s - self.middle_s) * 1e9).round() as i64,
             pulse: cast.batch.start + reported.shot,
             incidence_cos: reported.incidence_cos,
             normal,

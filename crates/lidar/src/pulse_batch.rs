@@ -17,8 +17,6 @@ pub(crate) struct ScanContext<'a> {
     pub(crate) pattern: &'a dyn ScanPattern,
     pub(crate) sub_rays: &'a [SubRay],
     pub(crate) first_pulse: u64,
-    /// When the first pulse fires, in the pattern's time.
-    pub(crate) start_s: f64,
     /// The frame's time, in the pattern's.
     pub(crate) middle_s: f64,
     /// The transform at the frame's time.

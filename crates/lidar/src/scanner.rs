@@ -133,7 +133,6 @@ impl Scanner {
             pattern: &*self.pattern,
             sub_rays: &self.sub_rays,
             first_pulse: request.first_pulse,
-            start_s,
             middle_s: start_s + self.duration_s() / 2.0,
             lidar_from_scene: (request.scene_from_lidar_at)(0.0).inverse(),
             caster: request.caster,

@@ -231,10 +231,14 @@ fn the_scan_is_centred_on_the_frame_and_times_are_the_patterns() {
     assert_eq!(points.len(), 48_001);
     for (i, p) in points.iter().enumerate() {
         assert_eq!(p.pulse as usize, i);
-        assert_eq!(p.time_offset_ns, (i as u32 / 6) * 25_000);
+        let after_first_ns = (i / 6 * 25_000) as f64;
+        assert_eq!(
+            p.time_ns,
+            (after_first_ns - 0.5e9 * duration_s).round() as i64
+        );
         let direction = HorizonLike.pulse(first + i as u64).direction;
         let told_s = 10.0 - f64::from(p.true_range_m) * direction.x;
-        let fired_s = f64::from(p.time_offset_ns) * 1e-9 - duration_s / 2.0;
+        let fired_s = p.time_ns as f64 * 1e-9;
         assert!((told_s - fired_s).abs() < 2e-5, "{told_s} {fired_s}");
     }
 }
@@ -307,8 +311,12 @@ proptest! {
     /// A pulse keeps its point when the scan gets longer.
     #[test]
     fn one_more_pulse_changes_no_other(pulses in 1_u32..6000, first in 0_u64..1 << 36) {
-        // Longer scans start earlier, which has no effect on a sensor that stands still.
-        let shorter = scan(&scanner(pulses, Mid40), first, &wall(), &standing, &gaussian);
+        // Longer scans start earlier, by half a pulse, which has no other effect on a sensor that
+        // stands still.
+        let mut shorter = scan(&scanner(pulses, Mid40), first, &wall(), &standing, &gaussian);
+        for p in &mut shorter {
+            p.time_ns -= 5_000;
+        }
         let longer = scan(&scanner(pulses + 1, Mid40), first, &wall(), &standing, &gaussian);
         prop_assert_eq!(&longer[..shorter.len()], &shorter[..]);
         prop_assert_eq!(longer.len(), shorter.len() + 1);
@@ -320,9 +328,14 @@ proptest! {
         let whole = scan(&scanner(2 * half, Mid40), first, &wall(), &standing, &gaussian);
         let mut halves = scan(&halved, first, &wall(), &standing, &gaussian);
         let second = scan(&halved, first + u64::from(half), &wall(), &standing, &gaussian);
+        // A half's time is that of its own middle.
+        let quarter_ns = i64::from(half) * 5_000;
+        for p in &mut halves {
+            p.time_ns -= quarter_ns;
+        }
         halves.extend(second.into_iter().map(|p| LidarPoint {
             pulse: p.pulse + half,
-            time_offset_ns: p.time_offset_ns + half * 10_000,
+            time_ns: p.time_ns + quarter_ns,
             ..p
         }));
         prop_assert_eq!(halves, whole);
@@ -410,12 +423,12 @@ fn value_stability() {
                 p.position_m.to_array(),
                 p.true_range_m,
                 p.range_m,
-                p.time_offset_ns,
+                p.time_ns,
             )
         })
         .collect();
     assert_eq!(format!("{got:?}"), VALUES);
 }
-const VALUES: &str = "[([15.850436, -2.8488946, -0.67743796], 16.118631, 16.118675, 0), \
-    ([15.818215, -2.7126105, -1.9149655], 16.140772, 16.162937, 25000), ([15.807784, -2.7060547, \
-    -1.6646084], 16.125166, 16.123863, 25000)]";
+const VALUES: &str = "[([15.850436, -2.8488946, -0.67743796], 16.118631, 16.118675, -6250), \
+    ([15.818215, -2.7126105, -1.9149655], 16.140772, 16.162937, 18750), ([15.807784, -2.7060547, \
+    -1.6646084], 16.125166, 16.123863, 18750)]";

@@ -51,8 +51,9 @@ pub struct LidarPoint {
     pub return_number: u8,
     /// How many returns the pulse gave.
     pub returns: u8,
-    /// Time of firing after the start of the scan, nanoseconds.
-    pub time_offset_ns: u32,
+    /// Time of firing after the frame's time, which is the middle of the scan, nanoseconds;
+    /// negative before it.
+    pub time_ns: i64,
     /// Number of the pulse in the scan.
     pub pulse: u32,
     /// Cosine of the angle between beam and surface normal, 0..1.

@@ -224,7 +224,7 @@ fn point(i: u32) -> LidarPoint {
         ring: i as u8,
         return_number: 1,
         returns: 1,
-        time_offset_ns: 4_000 * i,
+        time_ns: 4_000 * i64::from(i) - 40_000,
         pulse: i,
         incidence_cos: 0.9,
         normal: -Vec3::X,

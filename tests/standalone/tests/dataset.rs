@@ -97,7 +97,7 @@ fn point(i: u16) -> LidarPoint {
         ring: 0,
         return_number: 1,
         returns: 1,
-        time_offset_ns: 1000 * u32::from(i),
+        time_ns: 1000 * i64::from(i),
         pulse: u32::from(i),
         incidence_cos: 8.0 / range_m,
         normal: Vec3::NEG_X,

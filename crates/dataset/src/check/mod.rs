@@ -290,6 +290,17 @@ impl Checker<'_> {
             let name = format!("Tr_{}", asked.name);
             mount(&name, &asked.camera_from_lidar, &found.camera_from_lidar);
         }
+        for (asked, found) in asked.further_lidars.iter().zip(&found.further_lidars) {
+            let name = format!("Tr_{}", asked.name);
+            mount(&name, &asked.camera_from_lidar, &found.camera_from_lidar);
+        }
+        let lidars = |c: &Calibration| -> Vec<String> {
+            c.further_lidars.iter().map(|l| l.name.clone()).collect()
+        };
+        if lidars(&asked) != lidars(found) {
+            let message = "the lines Tr_NAME differ from the further LiDARs in dataset.json";
+            self.problem(path, message);
+        }
         let lenses = |c: &Calibration| -> Vec<Distortion> {
             let of_further = c.further.iter().map(|c| c.distortion);
             std::iter::once(c.distortion).chain(of_further).collect()

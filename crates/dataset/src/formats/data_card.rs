@@ -119,12 +119,13 @@ request and `nemoral generate config.toml` makes it again. The data belong to wh
 | `sequences/NN/labels/*.label` | uint32: class in the lower 16 bits, instance (`label_id`, \
 within 2 chunks, at most 32,750) in the upper 16 |
 | `sequences/NN/points/*.ply` | every field of every point: true range, true id, ring, return, \
-time, normal, flags |
-| `sequences/NN/poses.txt` | line k: frame k of the whole drive, reference camera, \
+`t` in seconds after the frame's time (that of `times.txt` and `poses.txt`), normal, flags |
+| `sequences/NN/poses.txt` | line k: frame k of the whole drive, {posed}, \
 relative to frame 0 (KITTI); `poses/NN.txt` is a copy |
 | `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and \
 Tr, LiDAR to first camera (KITTI); P_NAME and Tr_NAME of further cameras: \
-pixels from the first camera's frame, LiDAR to camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \
+pixels from the first camera's frame, first LiDAR to camera; Tr_NAME of further LiDARs: LiDAR to \
+first camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \
 F_NAME (its fisheye's k1 to k4) where a lens distorts |
 | `sequences/NN/times.txt` | seconds |
 | `trees.csv`, `instances.csv` | the inventory: positions in the world, sizes, species |
@@ -141,6 +142,11 @@ called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
 {rolling}",
         rolling = rolling,
+        posed = if h.cameras.is_empty() {
+            "reference LiDAR"
+        } else {
+            "reference camera"
+        },
         licence = serde_json::to_string(&h.licence).expect("a string is JSON"),
         generator = h.generator,
         version = h.version,

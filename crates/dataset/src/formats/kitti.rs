@@ -25,6 +25,17 @@ pub struct Calibration {
     pub distortion: Distortion,
     /// The further cameras, in the header's order.
     pub further: Vec<CameraCalibration>,
+    /// The further LiDARs, in the header's order.
+    pub further_lidars: Vec<LidarCalibration>,
+}
+
+/// A further LiDAR's line of `calib.txt`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LidarCalibration {
+    /// Its name, the NAME of the line.
+    pub name: String,
+    /// Tr_NAME: the reference camera's frame from this LiDAR's.
+    pub camera_from_lidar: [[f64; 4]; 3],
 }
 
 /// A further camera's lines of `calib.txt`.
@@ -61,6 +72,10 @@ impl Calibration {
             distortion: c.intrinsics.distortion,
         });
         let further: Vec<_> = further.collect();
+        let further_lidars = header.lidars.iter().skip(1).map(|l| LidarCalibration {
+            name: l.name.clone(),
+            camera_from_lidar: relative(&reference, &l.body_from_lidar).to_rows(),
+        });
         let right = further.iter().find(|c| c.name == RIGHT);
         Self {
             projections: [first, first, first, right.map_or(first, |c| c.projection)],
@@ -70,6 +85,7 @@ impl Calibration {
                 .first()
                 .map_or(Distortion::None, |c| c.intrinsics.distortion),
             further,
+            further_lidars: further_lidars.collect(),
         }
     }
 }
@@ -142,9 +158,9 @@ fn lens_line(distortion: &Distortion) -> Option<(&'static str, Rows)> {
     Some((letter, rows))
 }
 
-/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras, and for
-/// lenses `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line has twelve numbers, because loaders
-/// take each for a matrix.
+/// `calib.txt`: `P0:` to `P3:` and `Tr:`, then `P_NAME:` and `Tr_NAME:` of further cameras and
+/// `Tr_NAME:` of further LiDARs, and for lenses `D2:` or `F2:`, `D_NAME:` or `F_NAME:`. Every line
+/// has twelve numbers, because loaders take each for a matrix.
 pub(crate) fn encode_calibration(calibration: &Calibration) -> String {
     let mut out = String::new();
     let mut line = |name: &str, rows: &Rows| {
@@ -164,6 +180,9 @@ pub(crate) fn encode_calibration(calibration: &Calibration) -> String {
         if let Some((letter, rows)) = lens_line(&camera.distortion) {
             line(&format!("{letter}_{}", camera.name), &rows);
         }
+    }
+    for lidar in &calibration.further_lidars {
+        line(&format!("Tr_{}", lidar.name), &lidar.camera_from_lidar);
     }
     out
 }
@@ -225,11 +244,18 @@ pub(crate) fn decode_calibration(path: &Path, text: &str) -> Result<Calibration,
             Distortion::None
         })
     };
-    let cameras = text.lines().filter_map(|l| {
-        let (name, _) = l.strip_prefix("P_")?.split_once(": ")?;
-        Some(name)
+    let names = |prefix: &'static str| {
+        let name = move |l| Some(str::strip_prefix(l, prefix)?.split_once(": ")?.0);
+        text.lines().filter_map(name)
+    };
+    let is_camera = |name: &str| names("P_").any(|camera| camera == name);
+    let further_lidars = names("Tr_").filter(|name| !is_camera(name)).map(|name| {
+        Ok(LidarCalibration {
+            name: name.to_owned(),
+            camera_from_lidar: named(&format!("Tr_{name}"))?,
+        })
     });
-    let further = cameras.map(|name| {
+    let further = names("P_").map(|name| {
         Ok(CameraCalibration {
             name: name.to_owned(),
             projection: named(&format!("P_{name}"))?,
@@ -242,6 +268,7 @@ pub(crate) fn decode_calibration(path: &Path, text: &str) -> Result<Calibration,
         camera_from_lidar: named("Tr")?,
         distortion: lens("2")?,
         further: further.collect::<Result<_, Error>>()?,
+        further_lidars: further_lidars.collect::<Result<_, Error>>()?,
     })
 }
 
@@ -290,9 +317,13 @@ mod tests {
                 camera_from_lidar: b,
                 distortion: bent,
                 further,
+                further_lidars: vec![LidarCalibration {
+                    name: "roof".to_owned(),
+                    camera_from_lidar: b,
+                }],
             };
             let text = encode_calibration(&calibration);
-            prop_assert_eq!(text.matches(':').count(), 9);
+            prop_assert_eq!(text.matches(':').count(), 10);
             prop_assert_eq!(decode_calibration(p, &text).expect("valid"), calibration);
         }
 

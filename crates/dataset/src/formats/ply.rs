@@ -4,6 +4,8 @@
 //! a header that describes it to every reader. Only the layout of scans is read, so that a file's
 //! size follows from the number of points that its header declares before memory is allocated.
 //! Tests read both layouts by another implementation of the format.
+//!
+//! Whole numbers are bytes or signed 32-bit integers, as Open3D's reader of tensors skips others.
 
 use std::path::Path;
 
@@ -36,13 +38,13 @@ const FIELDS: [(&str, &str); 23] = [
     ("semantic", "uchar"),
     ("chunk_x", "int"),
     ("chunk_y", "int"),
-    ("item", "ushort"),
-    ("label_instance", "ushort"),
+    ("item", "int"),
+    ("label_instance", "int"),
     ("ring", "uchar"),
     ("return_no", "uchar"),
     ("n_returns", "uchar"),
-    ("time_offset_ns", "uint"),
-    ("pulse", "uint"),
+    ("t", "double"),
+    ("pulse", "int"),
     ("incidence_cos", "float"),
     ("nx", "float"),
     ("ny", "float"),
@@ -50,7 +52,7 @@ const FIELDS: [(&str, &str); 23] = [
     ("flags", "uchar"),
 ];
 /// Bytes of a scan's vertex.
-const STRIDE: usize = 67;
+const STRIDE: usize = 75;
 
 /// The properties of a registered cloud's vertex, in the file's order.
 const CLOUD_FIELDS: [(&str, &str); 23] = [
@@ -66,8 +68,8 @@ const CLOUD_FIELDS: [(&str, &str); 23] = [
     ("nz", "float"),
     ("chunk_x", "int"),
     ("chunk_y", "int"),
-    ("frame", "uint"),
-    ("item", "ushort"),
+    ("frame", "int"),
+    ("item", "int"),
     ("class", "uchar"),
     ("semantic", "uchar"),
     ("lidar", "uchar"),
@@ -87,8 +89,8 @@ pub(crate) fn cloud_header(vertices: usize) -> Vec<u8> {
 }
 
 fn scan_header(vertices: usize) -> String {
-    let comment = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); flags 1 \
-        mixed, 2 false alarm";
+    let comment = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); t seconds \
+        after the frame's time; flags 1 mixed, 2 false alarm";
     header(&FIELDS, comment, vertices)
 }
 
@@ -125,10 +127,10 @@ pub(crate) fn encode(points: &[PlyPoint]) -> Vec<u8> {
         let chunk = p.object.chunk();
         out.extend_from_slice(&chunk.x.to_le_bytes());
         out.extend_from_slice(&chunk.y.to_le_bytes());
-        out.extend_from_slice(&p.object.item().to_le_bytes());
-        out.extend_from_slice(&label.to_le_bytes());
+        out.extend_from_slice(&i32::from(p.object.item()).to_le_bytes());
+        out.extend_from_slice(&i32::from(*label).to_le_bytes());
         out.extend_from_slice(&[p.ring, p.return_number, p.returns]);
-        out.extend_from_slice(&p.time_offset_ns.to_le_bytes());
+        out.extend_from_slice(&seconds(p.time_ns).to_le_bytes());
         out.extend_from_slice(&p.pulse.to_le_bytes());
         let [nx, ny, nz] = p.normal.to_array();
         for value in [p.incidence_cos, nx, ny, nz] {
@@ -137,6 +139,22 @@ pub(crate) fn encode(points: &[PlyPoint]) -> Vec<u8> {
         out.push(p.flags.0);
     }
     out
+}
+
+/// Whether the file's types hold a point's numbers.
+pub(crate) fn holds(point: &LidarPoint) -> bool {
+    i32::try_from(point.pulse).is_ok() && point.time_ns.unsigned_abs() < 1 << 50
+}
+
+/// Whole nanoseconds as seconds.
+fn seconds(time_ns: i64) -> f64 {
+    time_ns as f64 / 1e9
+}
+
+/// The whole nanoseconds of which these are the seconds, if there are any.
+fn nanoseconds(time_s: f64) -> Option<i64> {
+    let time_ns = (time_s * 1e9).round() as i64;
+    (seconds(time_ns).to_bits() == time_s.to_bits()).then_some(time_ns)
 }
 
 /// The points of a file, which must have the layout of [`encode`].
@@ -186,6 +204,12 @@ impl Fields<'_> {
         value
     }
 
+    /// A number that the type has.
+    fn whole<T: TryFrom<i32>>(&mut self, name: &str) -> Result<T, String> {
+        let value = i32::from_le_bytes(self.take());
+        T::try_from(value).map_err(|_| format!("{name} {value} is out of range"))
+    }
+
     fn float(&mut self) -> f32 {
         f32::from_le_bytes(self.take())
     }
@@ -203,13 +227,16 @@ fn point(bytes: &[u8; STRIDE]) -> Result<PlyPoint, String> {
     let semantic =
         Semantic::from_u8(semantic).ok_or_else(|| format!("semantic {semantic} is unknown"))?;
     let chunk = ChunkCoord::new(i32::from_le_bytes(f.take()), i32::from_le_bytes(f.take()));
-    let object = match (u16::from_le_bytes(f.take()), chunk) {
+    let object = match (f.whole("item")?, chunk) {
         (0, ChunkCoord { x: 0, y: 0 }) => ObjectId::NONE,
         (item, chunk) => ObjectId::new(chunk, item)
             .ok_or_else(|| format!("there is no item {item} in a chunk {chunk}"))?,
     };
-    let label = u16::from_le_bytes(f.take());
+    let label = f.whole("label_instance")?;
     let [ring, return_number, returns] = f.take();
+    let time_s = f64::from_le_bytes(f.take());
+    let time_ns = nanoseconds(time_s)
+        .ok_or_else(|| format!("t {time_s} s is no whole number of nanoseconds"))?;
     let point = LidarPoint {
         position_m,
         true_range_m,
@@ -221,8 +248,8 @@ fn point(bytes: &[u8; STRIDE]) -> Result<PlyPoint, String> {
         ring,
         return_number,
         returns,
-        time_offset_ns: u32::from_le_bytes(f.take()),
-        pulse: u32::from_le_bytes(f.take()),
+        time_ns,
+        pulse: f.whole("pulse")?,
         incidence_cos: f.float(),
         normal: f.vector(),
         flags: PointFlags(f.byte()),
@@ -258,7 +285,7 @@ mod tests {
                 ring: 7,
                 return_number: 2,
                 returns: 3,
-                time_offset_ns: 1_000_000 + i,
+                time_ns: 1_000_003 * (i64::from(i) - 2),
                 pulse: 77 * i,
                 incidence_cos: f(7),
                 normal: Vec3::new(f(8), f(9), f(10)),
@@ -300,13 +327,13 @@ mod tests {
                 ("semantic", Property::UChar(p.semantic as u8)),
                 ("chunk_x", Property::Int(chunk.x)),
                 ("chunk_y", Property::Int(chunk.y)),
-                ("item", Property::UShort(p.object.item())),
-                ("label_instance", Property::UShort(*label)),
+                ("item", Property::Int(p.object.item().into())),
+                ("label_instance", Property::Int((*label).into())),
                 ("ring", Property::UChar(p.ring)),
                 ("return_no", Property::UChar(p.return_number)),
                 ("n_returns", Property::UChar(p.returns)),
-                ("time_offset_ns", Property::UInt(p.time_offset_ns)),
-                ("pulse", Property::UInt(p.pulse)),
+                ("t", Property::Double(p.time_ns as f64 / 1e9)),
+                ("pulse", Property::Int(p.pulse as i32)),
                 ("incidence_cos", Property::Float(p.incidence_cos)),
                 ("nx", Property::Float(p.normal.x)),
                 ("ny", Property::Float(p.normal.y)),
@@ -337,6 +364,7 @@ mod tests {
             text("vertex 1\n", "vertex 01\n"),
             text("vertex 1\n", "vertex -1\n"),
             text("float x", "double x"),
+            text("\nproperty double t\n", "\nproperty float tt\n"),
             bytes[..bytes.len() - 1].to_vec(),
             [&*bytes, &[0]].concat(),
             Vec::new(),

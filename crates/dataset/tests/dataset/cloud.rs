@@ -31,8 +31,7 @@ fn read(path: &Path) -> Vec<Vertex> {
         let mut words = line.split(' ').skip(1);
         let size = match words.next().expect("a type") {
             "double" => 8,
-            "float" | "int" | "uint" => 4,
-            "ushort" => 2,
+            "float" | "int" => 4,
             "uchar" => 1,
             other => panic!("{other}"),
         };
@@ -50,8 +49,8 @@ fn read(path: &Path) -> Vec<Vertex> {
     };
     let vertex = |v: &[u8]| Vertex {
         world: DVec3::new(f64_at(v, "x"), f64_at(v, "y"), f64_at(v, "z")),
-        frame: u32::from_le_bytes(v[at["frame"]..][..4].try_into().expect("4 bytes")),
-        item: u16::from_le_bytes(v[at["item"]..][..2].try_into().expect("2 bytes")),
+        frame: i32::from_le_bytes(v[at["frame"]..][..4].try_into().expect("4 bytes")) as u32,
+        item: i32::from_le_bytes(v[at["item"]..][..4].try_into().expect("4 bytes")) as u16,
         class: v[at["class"]],
     };
     bytes[body..].chunks_exact(offset).map(vertex).collect()

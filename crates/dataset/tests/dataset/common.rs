@@ -405,7 +405,7 @@ fn scan(world: &[Sphere], world_from_lidar: &RigidTransform, frame: u64) -> Vec<
             ring: (pulse % 6) as u8,
             return_number: 1,
             returns: 1,
-            time_offset_ns: 5_000 * pulse,
+            time_ns: 5_000 * i64::from(pulse) - 70_000,
             pulse,
             incidence_cos: incidence as f32,
             normal: back.transform_vector(hit.normal).as_vec3(),

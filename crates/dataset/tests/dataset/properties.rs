@@ -37,33 +37,29 @@ fn point() -> impl Strategy<Value = LidarPoint> {
     (
         what,
         bytes,
-        any::<u32>(),
-        any::<u32>(),
+        -(1_i64 << 50) + 1..1_i64 << 50,
+        0..=i32::MAX as u32,
         prop::num::f32::NORMAL,
     )
         .prop_map(
-            |(
-                (position_m, normal, v, semantic, object),
-                b,
-                time_offset_ns,
-                pulse,
-                incidence_cos,
-            )| LidarPoint {
-                position_m,
-                true_range_m: v.x,
-                range_m: v.y,
-                intensity: v.z,
-                reflectivity: b.0,
-                semantic,
-                object,
-                ring: b.1,
-                return_number: b.2,
-                returns: b.3,
-                time_offset_ns,
-                pulse,
-                incidence_cos,
-                normal,
-                flags: PointFlags(b.4),
+            |((position_m, normal, v, semantic, object), b, time_ns, pulse, incidence_cos)| {
+                LidarPoint {
+                    position_m,
+                    true_range_m: v.x,
+                    range_m: v.y,
+                    intensity: v.z,
+                    reflectivity: b.0,
+                    semantic,
+                    object,
+                    ring: b.1,
+                    return_number: b.2,
+                    returns: b.3,
+                    time_ns,
+                    pulse,
+                    incidence_cos,
+                    normal,
+                    flags: PointFlags(b.4),
+                }
             },
         )
 }

@@ -140,9 +140,8 @@ fn read_ply(bytes: &[u8]) -> Vec<Vec<(String, f64)>> {
         for (kind, name) in &fields {
             let value = match *kind {
                 "uchar" => f64::from(take(1)[0]),
-                "ushort" => f64::from(u16::from_le_bytes(take(2).try_into().expect("2"))),
+                "double" => f64::from_le_bytes(take(8).try_into().expect("8")),
                 "int" => f64::from(i32::from_le_bytes(take(4).try_into().expect("4"))),
-                "uint" => f64::from(u32::from_le_bytes(take(4).try_into().expect("4"))),
                 "float" => f64::from(f32::from_le_bytes(take(4).try_into().expect("4"))),
                 other => panic!("{other}"),
             };
@@ -198,7 +197,7 @@ fn a_second_reader_sees_the_same_points() {
             ("ring", f64::from(p.ring)),
             ("return_no", f64::from(p.return_number)),
             ("n_returns", f64::from(p.returns)),
-            ("time_offset_ns", f64::from(p.time_offset_ns)),
+            ("t", p.time_ns as f64 / 1e9),
             ("pulse", f64::from(p.pulse)),
             ("incidence_cos", f64::from(p.incidence_cos)),
             ("nx", f64::from(p.normal.x)),
@@ -282,6 +281,7 @@ fn further_sensors_and_no_camera() {
     camera.name = "rear".to_owned();
     camera.intrinsics = Intrinsics::from_fov(16, 20, 0.9).expect("valid");
     lidar.name = "low".to_owned();
+    lidar.body_from_lidar.translation_m.z -= 0.75;
     two.cameras.push(camera);
     two.lidars.push(lidar);
     two.ontology = Ontology::fuel();
@@ -299,7 +299,33 @@ fn further_sensors_and_no_camera() {
     let frame = dataset.read_frame(0).expect("frame");
     assert_eq!(frame.cameras[1].semantic.width(), 16);
 
-    assert_eq!(dataset.calibration(0).expect("calib").further.len(), 1);
+    let calibration = dataset.calibration(0).expect("calib");
+    assert_eq!(calibration.further.len(), 1);
+    let [low] = &calibration.further_lidars[..] else {
+        panic!("{calibration:?}");
+    };
+    assert_eq!(low.name, "low");
+    // Lower by 0.75 m than the first LiDAR, in the camera's axes: y is down.
+    let first = calibration.camera_from_lidar;
+    let lower = DVec3::from_array(std::array::from_fn(|i| {
+        low.camera_from_lidar[i][3] - first[i][3]
+    }));
+    assert!(
+        (lower.length() - 0.75).abs() < 1e-9 && lower.y > 0.7,
+        "{lower}"
+    );
+    let text = fs::read_to_string(at.join("calib.txt")).expect("read");
+    let tr = text.lines().find(|l| l.starts_with("Tr: ")).expect("Tr");
+    for (with, what) in [
+        (tr.replace("Tr: ", "\nTr_low: ") + "\nX: ", "Tr_low is 0.75"),
+        ("\nTr_high: ".to_owned(), "Tr_NAME differ"),
+    ] {
+        let lie = text.replace("\nTr_low: ", &with);
+        fs::write(at.join("calib.txt"), lie).expect("write");
+        crate::common::reseal(&dir.path().join("two"), "sequences/00/calib.txt");
+        let report = nemoral_dataset::check(&dir.path().join("two")).expect("check");
+        assert!(report.to_string().contains(what), "{what}: {report}");
+    }
 
     let lidar_only = nemoral_dataset::DatasetHeader {
         cameras: Vec::new(),
