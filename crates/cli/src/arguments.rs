@@ -55,7 +55,7 @@ pub(crate) struct World {
     /// Sets one key, such as `terrain.octaves=4`; may be given often.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// The world's seed.
+    /// The world's seed, from which those of further sequences are drawn.
     #[arg(
         long,
         value_name = "N",
@@ -63,6 +63,9 @@ pub(crate) struct World {
         value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64)
     )]
     pub(crate) seed: Option<u64>,
+    /// Number of sequences, each a drive through a world of its own.
+    #[arg(long, value_name = "N")]
+    pub(crate) sequences: Option<u32>,
     /// Threads to use; all cores if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
@@ -218,7 +221,7 @@ pub(crate) struct Plan {
     pub(crate) explain: bool,
     /// Lists the sequences, with what is drawn for each, instead of the graph.
     #[arg(long, conflicts_with = "explain")]
-    pub(crate) sequences: bool,
+    pub(crate) list: bool,
     /// Which sequence.
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub(crate) sequence: u32,

@@ -119,6 +119,7 @@ fn open_mode(resume: bool, overwrite: bool) -> OpenMode {
 fn load(world: &World) -> Result<Sequences, Failure> {
     let mut settings = world.settings.clone();
     settings.extend(world.seed.map(|seed| format!("seed={seed}")));
+    settings.extend(world.sequences.map(|n| format!("sequences={n}")));
     let layers = Layers {
         preset: world.preset.clone(),
         file: world.config.clone(),
@@ -273,7 +274,7 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
 
 fn run_plan(a: &Plan) -> Result<bool, Failure> {
     let sequences = load(&a.world)?;
-    if a.sequences {
+    if a.list {
         return list_sequences(&sequences);
     }
     let SequenceConfig { config, inputs, .. } = sequences.get(a.sequence)?;

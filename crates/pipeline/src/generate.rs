@@ -94,6 +94,12 @@ pub fn generate(
     let (backend, threads) = (&request.backend, request.threads);
     let mut worlds = Worlds::new(&request.sequences, backend, &store, threads);
     let numbers: Vec<u32> = request.frames.sequences().collect();
+    if numbers.len() > 1 {
+        let count = numbers.len();
+        observer.note(&format!(
+            "the worlds of {count} sequences are checked before the first frame"
+        ));
+    }
     for &number in &numbers {
         let world = worlds.enter(number)?;
         if let Some(last) = request.frames.last() {

@@ -11,3 +11,4 @@ mod hostile;
 mod questions;
 mod recording;
 mod refusals;
+mod sequences;

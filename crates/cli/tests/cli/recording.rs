@@ -30,13 +30,14 @@ fn a_data_set_is_complete_checked_and_counted() {
         "README.md",
         "config.toml",
         "dataset.json",
-        "instances.csv",
         "ontology.yaml",
         "poses/00.txt",
-        "trees.csv",
         "sequences/00/calib.txt",
+        "sequences/00/config.toml",
+        "sequences/00/instances.csv",
         "sequences/00/poses.txt",
         "sequences/00/times.txt",
+        "sequences/00/trees.csv",
     ]
     .map(str::to_owned)
     .into();
@@ -164,7 +165,8 @@ fn another_seed_replaces_a_data_set_only_if_asked() {
         let name = format!("sequences/00/{name}");
         assert!(old[&name] != new[&name], "{name}");
     }
-    assert!(old["trees.csv"] != new["trees.csv"]);
+    let trees = "sequences/00/trees.csv";
+    assert!(old[trees] != new[trees]);
     // Files that are not part of the data set stay.
     assert_eq!(fs::read(&foreign).expect("still there"), b"mine");
 
