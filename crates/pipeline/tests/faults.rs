@@ -20,7 +20,9 @@ use nemoral_files::is_temporary_name;
 use nemoral_files::observe::{Operation, observe};
 use nemoral_pipeline::config::{Config, Layers};
 use nemoral_pipeline::plan::Cache;
-use nemoral_pipeline::{Backend, Done, Error, InputFiles, Observer, Request, generate};
+use nemoral_pipeline::{
+    Backend, Done, Error, FrameSelection, InputFiles, Observer, Request, generate,
+};
 
 /// The smallest forest with a camera, a LiDAR and plants to keep, because dozens are recorded.
 fn tiny() -> Config {
@@ -82,7 +84,7 @@ impl Place {
         let request = Request {
             config: tiny(),
             inputs: InputFiles::default(),
-            frames: [0..2].into_iter().collect(),
+            frames: FrameSelection::first(2),
             out: self.out(),
             mode,
             threads: 1,
