@@ -2,21 +2,23 @@
 
 use nemoral_scene::ParamError;
 
-/// One kind of disk or plant in a layer: a species, a prototype, a size class.
+/// One kind of disk in a sample, or of plant in a layer: a species, a prototype, a size class.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variety {
-    /// Its share among the layer's sites, relative to the other varieties' weights; at least 0.
+    /// Its share among a layer's sites, or among the darts of [`PoissonDisks`](crate::PoissonDisks),
+    /// relative to the other varieties' weights; at least 0.
     pub weight: f64,
-    /// The range of its occupancy radius in metres (a trunk's or a foot's, not a crown's): drawn
-    /// uniformly, more than 0.
+    /// The range of its radius in metres, more than 0, drawn uniformly; of a plant, the radius that
+    /// its trunk or foot occupies, not its crown's.
     pub radius_m: (f64, f64),
 }
 
-/// Checks weights and radii; no radius may be larger than `max_m`.
+/// Checks weights and radii; no radius may be larger than `max_m`, which `what_max` explains.
 pub(crate) fn check_varieties(
     path: &str,
     varieties: &[Variety],
     max_m: f64,
+    what_max: &str,
 ) -> Result<(), ParamError> {
     check_weights(path, varieties.iter().map(|v| v.weight))?;
     for (i, v) in varieties.iter().enumerate() {
@@ -25,10 +27,7 @@ pub(crate) fn check_varieties(
             return Err(ParamError::new(
                 format!("{path}[{i}].radius_m"),
                 format!("{:?}", v.radius_m),
-                format!(
-                    "a range (low, high) with 0 < low <= high <= {max_m} \
-                     (half a chunk over the factor of the distance rule)"
-                ),
+                format!("a range (low, high) with 0 < low <= high <= {max_m} ({what_max})"),
             ));
         }
     }

@@ -18,7 +18,7 @@ pub(crate) fn heading(angle: f32) -> Vec2 {
     Vec2::new(-libm::sin(a) as f32, libm::cos(a) as f32)
 }
 
-/// A leaf colour varied as leaves vary: hue by ±4°, value by ±15 % (section 3.2).
+/// A leaf colour varied as leaves vary: hue by ±4°, value by ±15 %.
 pub(crate) fn varied(colour: Vec3, rng: &mut impl Rng) -> Vec3 {
     let hue = rng.range_f32(-1.0, 1.0);
     // Towards yellow, red and green rise together; towards blue-green red falls.

@@ -212,7 +212,8 @@ pub fn reference_page() -> String {
     let mut out = String::from("# Config reference\n\n");
     out.push_str(&wrapped(
         "Made by `nemoral config reference`. A config is TOML; what it leaves out is the preset's. \
-         `nemoral config init` writes one to start from, `nemoral config check FILE` proves one.",
+         `nemoral config init` writes one to start from, `nemoral config check FILE` proves one. \
+         Relative paths in it start at the folder in which the program runs.",
         "",
     ));
     out.push_str("\n## Presets\n\n");

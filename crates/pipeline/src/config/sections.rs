@@ -830,8 +830,9 @@ section! {
 }
 
 section! {
-    /// A table of pulses that is replayed: rows of `time, azimuth, elevation[, ring]` in seconds
-    /// and degrees.
+    /// A table of pulses that is replayed: rows of `time, azimuth, elevation[, ring]` in seconds,
+    /// degrees to the left of forward and degrees up. A header may come first; times never
+    /// decrease.
     LidarTable at "lidar.table", one of "the scan pattern" {
         /// The CSV file.
         path: InputPath = InputPath::default(), File(DATA), "none";

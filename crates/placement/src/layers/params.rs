@@ -159,6 +159,7 @@ impl PlacementParams {
                 "at most 10000",
             ));
         }
+        const WHAT_REACH: &str = "half a chunk over the factor of the distance rule";
         // Only the 8 neighbours of a chunk are considered, so no distance rule may reach beyond
         // them.
         let reach = self.chunk_size_m / 2.0;
@@ -167,6 +168,7 @@ impl PlacementParams {
                 "rocks.varieties",
                 &rocks.varieties,
                 reach / self.rock_factor(),
+                WHAT_REACH,
             )?;
         }
         if let Some(gaps) = &self.gaps {
@@ -191,6 +193,7 @@ impl PlacementParams {
                     &format!("layers[{i}].varieties"),
                     &layer.varieties,
                     reach / self.rock_factor(),
+                    WHAT_REACH,
                 )?;
                 ParamError::check_within(format!("layers[{i}].in_gaps"), layer.in_gaps, 0.0, 20.0)?;
                 if let Some(clusters) = &layer.clusters {

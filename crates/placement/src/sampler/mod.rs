@@ -113,7 +113,7 @@ impl<K: SampleKey> PoissonDisks<K> {
         } = params;
         ParamError::check_within("tile_m", tile_m, 1e-3, 1e6)?;
         ParamError::check_within("rounds", f64::from(rounds), 1.0, 8.0)?;
-        check_varieties("varieties", &varieties, tile_m)?;
+        check_varieties("varieties", &varieties, tile_m, "tile_m")?;
         for (i, v) in varieties.iter().enumerate() {
             // Positions of smaller disks would be too coarse.
             let field = format!("varieties[{i}].radius_m.0");
