@@ -18,10 +18,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nemoral_dataset::{Dataset, OpenMode};
 use nemoral_files::is_temporary_name;
 use nemoral_files::observe::{Operation, observe};
-use nemoral_pipeline::config::{Config, Layers};
+use nemoral_pipeline::config::{Config, Layers, Sequences};
 use nemoral_pipeline::plan::Cache;
 use nemoral_pipeline::{
-    Backend, Done, Error, FrameSelection, InputFiles, Observer, Request, generate,
+    Backend, Done, Error, FrameSelection, Observer, Request, SequenceFrames, generate,
 };
 
 /// The smallest forest with a camera, a LiDAR and plants to keep, because dozens are recorded.
@@ -82,9 +82,8 @@ impl Place {
     fn generate(&self, mode: OpenMode) -> Result<(), Error> {
         let cache = Cache::open(self.cache()).expect("a folder");
         let request = Request {
-            config: tiny(),
-            inputs: InputFiles::default(),
-            frames: FrameSelection::first(2),
+            sequences: Sequences::of(&tiny()).expect("valid"),
+            frames: SequenceFrames::new(FrameSelection::first(2), 1),
             out: self.out(),
             mode,
             threads: 1,

@@ -96,10 +96,8 @@ impl Seeds {
         for path in files.keys() {
             let folder = path.rsplit('/').nth(1).unwrap_or("");
             let extension = path.rsplit('.').next().unwrap_or("");
-            // Only the first frame's files are used.
-            if !path.contains("/sequences/") && !path.starts_with("sequences/")
-                || path.ends_with("txt")
-            {
+            // Only the first frame's files are used: `sequences/NN/FOLDER/FILE`.
+            if !path.starts_with("sequences/") || path.matches('/').count() < 3 {
                 continue;
             }
             of_kind
@@ -189,6 +187,11 @@ impl Seeds {
         let ranges = "preset = \"demo\"\n[ranges]\n\"placement.trees\" = [60, 140]\n\
                       [cameras.rear]\nyaw_deg = 180.0\n[lidars.side]\ndevice = \"vlp-16\"\n";
         self.put("config", "ranges", ranges.as_bytes())?;
+        let vary = "sequences = 9\n[splits]\ntrain = 0.5\nval = 0.25\ntest = 0.25\nby = \"preset\"\n\
+                    [vary]\npreset = { beech = 2, demo = 1 }\ncamera.sky = [true, false]\n\
+                    [[vary.group.a]]\nweight = 2\nsky.overcast = [0, 1]\n[[vary.group.a]]\n\
+                    \"lidar.spinning\" = {}\n";
+        self.put("config", "vary", vary.as_bytes())?;
         let settings = "demo\nseed=3\nframes=2\nsky.image=\"x.hdr\"\nrobot.spacing_m=0.5\n\
                         lidars.rear.device=vlp-16\ncamera.width_px=320\n\
                         ranges.\"placement.trees\"=[1, 2]";

@@ -3,7 +3,7 @@
 use nemoral_assets::Species;
 use nemoral_lidar::{CsvPattern, ScanPattern};
 use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::fuzz;
+use nemoral_pipeline::{Error, fuzz};
 use nemoral_trajectory::PoseFormat;
 
 use crate::scratch::Scratch;
@@ -11,18 +11,23 @@ use crate::scratch::Scratch;
 /// The greatest length of an error message.
 const MESSAGE_BYTES: usize = 64 << 10;
 
-/// Loads a request. An accepted one can be written and read again.
+/// Loads a request. An accepted one can be written and read again, and so can its first sequence.
 fn load(layers: &Layers) {
-    match layers.load() {
-        Ok(config) => {
-            let again = Config::from_toml(&config.to_toml());
-            assert_eq!(again.expect("what was written is read"), config);
-        }
-        Err(e) => {
-            let length = e.to_string().len();
-            assert!(length <= MESSAGE_BYTES, "a message of {length} bytes");
-        }
+    if let Err(e) = load_sequences(layers) {
+        let length = e.to_string().len();
+        assert!(length <= MESSAGE_BYTES, "a message of {length} bytes");
     }
+}
+
+fn load_sequences(layers: &Layers) -> Result<(), Error> {
+    let sequences = layers.sequences()?;
+    let config = sequences.get(0)?.config;
+    for text in [config.to_toml(), sequences.to_toml()?] {
+        let again = Config::from_toml(&text);
+        assert_eq!(again.expect("what was written is read"), config);
+    }
+    sequences.get(sequences.len() - 1)?;
+    Ok(())
 }
 
 /// Loads a config file.

@@ -185,13 +185,11 @@ fn object(path: &str) -> Value {
             properties.insert(name.to_owned(), object(sub.path));
         }
     }
-    // The keys of further sensors are names, those of ranges are paths.
+    // The keys of further sensors are names, those of draws are paths.
     let others = match path {
         "cameras" => object("camera"),
         "lidars" => object("lidar"),
-        "ranges" => {
-            json!({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})
-        }
+        "vary" | "ranges" => json!({"type": ["array", "object"]}),
         _ => json!(false),
     };
     json!({
