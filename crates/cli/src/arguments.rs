@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use nemoral_convert::FormatName;
 use nemoral_pipeline::BackendChoice;
 
 use crate::frames::{Frames, Shard};
@@ -42,6 +44,8 @@ pub(crate) enum Command {
     Merge(Merge),
     /// Joins all scans of a data set into one registered, labelled cloud.
     Cloud(Cloud),
+    /// Writes a data set in another format, for readers that do not know ours.
+    Convert(Convert),
 }
 
 /// The world, and how it differs from the preset.
@@ -92,6 +96,33 @@ pub(crate) struct Cloud {
     /// Leaves out mixed returns and false alarms.
     #[arg(long)]
     pub(crate) pure: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Convert {
+    /// The data set.
+    pub(crate) dir: PathBuf,
+    /// The format: see the handbook's page "Formats".
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    pub(crate) to: FormatName,
+    /// The output folder.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// The classes to write: a built-in table or a TOML file; the format's own if not given.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) ontology: Option<String>,
+    /// Continues a conversion that was interrupted.
+    #[arg(long, conflicts_with = "overwrite")]
+    pub(crate) resume: bool,
+    /// Replaces the conversion in the output folder, and no files of others.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+}
+
+/// The formats by name, which the help lists.
+fn formats() -> impl TypedValueParser<Value = FormatName> {
+    let names = PossibleValuesParser::new(FormatName::ALL.map(FormatName::name));
+    names.try_map(|name| name.parse::<FormatName>())
 }
 
 #[derive(Args, Debug)]
