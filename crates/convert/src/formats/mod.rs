@@ -1,7 +1,10 @@
 //! The formats, a file for each.
 
 mod coco;
+mod colmap;
 mod kitti;
+mod laz;
+mod nerfstudio;
 mod tum;
 
 use std::fmt;
@@ -19,11 +22,24 @@ pub enum FormatName {
     Tum,
     /// COCO: objects with masks, and panoptic segments.
     Coco,
+    /// LAZ: each scan as compressed LAS 1.4, in world coordinates.
+    Laz,
+    /// COLMAP's text model.
+    Colmap,
+    /// nerfstudio's `transforms.json`.
+    Nerfstudio,
 }
 
 impl FormatName {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Kitti, Self::Tum, Self::Coco];
+    pub const ALL: [Self; 6] = [
+        Self::Kitti,
+        Self::Tum,
+        Self::Coco,
+        Self::Laz,
+        Self::Colmap,
+        Self::Nerfstudio,
+    ];
 
     /// The name on the command line.
     #[must_use]
@@ -32,6 +48,9 @@ impl FormatName {
             Self::Kitti => "kitti",
             Self::Tum => "tum",
             Self::Coco => "coco",
+            Self::Laz => "laz",
+            Self::Colmap => "colmap",
+            Self::Nerfstudio => "nerfstudio",
         }
     }
 
@@ -42,6 +61,9 @@ impl FormatName {
             Self::Kitti => Box::new(kitti::Kitti { ontology }),
             Self::Tum => Box::new(tum::Tum),
             Self::Coco => Box::new(coco::Coco { ontology }),
+            Self::Laz => Box::new(laz::Laz { ontology }),
+            Self::Colmap => Box::new(colmap::Colmap),
+            Self::Nerfstudio => Box::new(nerfstudio::Nerfstudio),
         }
     }
 }

@@ -8,7 +8,9 @@
 )]
 
 mod coco;
+mod colmap;
 mod common;
 mod folders;
 mod kitti;
+mod laz;
 mod tum;
