@@ -126,13 +126,25 @@ impl Source {
         self.dataset.frames().len()
     }
 
+    /// The bytes of one of a camera's files.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file, or if the camera does not write it.
+    pub fn camera_bytes(
+        &self,
+        frame: &FrameRef<'_>,
+        camera: usize,
+        file: CameraFile,
+    ) -> Result<Vec<u8>, Error> {
+        Ok(self.dataset.camera_bytes(frame.record, camera, file)?)
+    }
+
     /// The bytes of a camera's picture, a PNG of 8-bit sRGB.
     ///
     /// # Errors
     /// [`Error::Dataset`], naming the file.
     pub fn picture_bytes(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Vec<u8>, Error> {
-        let dataset = &self.dataset;
-        Ok(dataset.camera_bytes(frame.record, camera, CameraFile::Rgb)?)
+        self.camera_bytes(frame, camera, CameraFile::Rgb)
     }
 
     /// A camera's picture.

@@ -14,7 +14,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nemoral_scene::ObjectKind;
+use nemoral_scene::{ObjectKind, ObjectRecord};
 use png::{BitDepth, ColorType};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -66,13 +66,7 @@ impl Format for Coco {
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = Labels::of(source, self.ontology.as_ref())?;
-        let objects = source.objects()?;
-        let kinds: BTreeMap<u32, usize> = (objects.iter())
-            .filter_map(|o| {
-                let kind = ObjectKind::ALL.iter().position(|k| *k == o.kind)?;
-                Some((o.object.to_image_id(), kind))
-            })
-            .collect();
+        let kinds = Kinds::of(source)?;
         let mut keys = Vec::new();
         for sequence in source.sequences() {
             for frame in source.frames(sequence.number) {
@@ -140,6 +134,33 @@ impl Format for Coco {
     }
 }
 
+/// The kind of each object, by its id in instance maps.
+pub(super) struct Kinds(BTreeMap<u32, usize>);
+
+impl Kinds {
+    pub(super) fn of(source: &Source) -> Result<Self, Error> {
+        let kind = |o: &ObjectRecord| {
+            let kind = ObjectKind::ALL.iter().position(|k| *k == o.kind)?;
+            Some((o.object.to_image_id(), kind))
+        };
+        Ok(Self(source.objects()?.iter().filter_map(kind).collect()))
+    }
+
+    /// Where an object's kind stands in [`ObjectKind::ALL`].
+    pub(super) fn kind(
+        &self,
+        format: &'static str,
+        instance: u32,
+        picture: &str,
+    ) -> Result<usize, Error> {
+        let known = self.0.get(&instance).copied();
+        known.ok_or_else(|| Error::Unsuitable {
+            format,
+            reason: format!("{picture} shows object {instance}, which instances.csv lacks"),
+        })
+    }
+}
+
 /// Refuses a data set without pictures.
 pub(super) fn needs_cameras(format: &'static str, source: &Source) -> Result<(), Error> {
     if source.sequences().any(|s| !s.cameras.is_empty()) {
@@ -161,7 +182,7 @@ fn frame_files(
     sequence: &Sequence<'_>,
     frame: &FrameRef<'_>,
     labels: &Labels,
-    kinds: &BTreeMap<u32, usize>,
+    kinds: &Kinds,
     files: &mut Files,
 ) -> Result<Vec<Picture>, Error> {
     let mut pictures = Vec::new();
@@ -195,13 +216,10 @@ fn frame_files(
         let bytes = pictures::encode(width, height, rgb, eight, None, &ids);
         files.put(format!("panoptic/{name}"), bytes);
         let object = |(instance, pixels): (u32, Vec<usize>)| {
-            let kind = kinds.get(&instance).ok_or_else(|| Error::Unsuitable {
-                format: "coco",
-                reason: format!("{name} shows object {instance}, which instances.csv lacks"),
-            })?;
+            let kind = kinds.kind("coco", instance, &name)?;
             Ok(Object {
                 instance,
-                kind: *kind,
+                kind,
                 area: pixels.len(),
                 bounds: bounds(&pixels, height),
                 counts: rle::compress(pixels, width * height),

@@ -107,7 +107,13 @@ pub(super) fn first_camera(source: &Source, sequence: &Sequence<'_>) -> Option<R
 pub(super) fn model_of(k: &Intrinsics) -> (&'static str, Vec<f64>) {
     let mut all = vec![k.fx, k.fy, k.cx, k.cy];
     let name = match k.distortion {
-        Distortion::BrownConrady { k1, k2, k3, p1, p2 } if k3 == 0.0 => {
+        Distortion::BrownConrady {
+            k1,
+            k2,
+            k3: 0.0,
+            p1,
+            p2,
+        } => {
             all.extend([k1, k2, p1, p2]);
             "OPENCV"
         }

@@ -2,10 +2,13 @@
 
 mod coco;
 mod colmap;
+mod huggingface;
 mod kitti;
 mod laz;
 mod nerfstudio;
 mod tum;
+mod webdataset;
+mod yolo;
 
 use std::fmt;
 use std::str::FromStr;
@@ -28,17 +31,26 @@ pub enum FormatName {
     Colmap,
     /// nerfstudio's `transforms.json`.
     Nerfstudio,
+    /// YOLO's boxes.
+    Yolo,
+    /// WebDataset's tar files.
+    WebDataset,
+    /// A folder of pictures for Hugging Face's `datasets`, with Croissant's description.
+    HuggingFace,
 }
 
 impl FormatName {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 9] = [
         Self::Kitti,
         Self::Tum,
         Self::Coco,
         Self::Laz,
         Self::Colmap,
         Self::Nerfstudio,
+        Self::Yolo,
+        Self::WebDataset,
+        Self::HuggingFace,
     ];
 
     /// The name on the command line.
@@ -51,6 +63,9 @@ impl FormatName {
             Self::Laz => "laz",
             Self::Colmap => "colmap",
             Self::Nerfstudio => "nerfstudio",
+            Self::Yolo => "yolo",
+            Self::WebDataset => "webdataset",
+            Self::HuggingFace => "hf",
         }
     }
 
@@ -64,6 +79,9 @@ impl FormatName {
             Self::Laz => Box::new(laz::Laz { ontology }),
             Self::Colmap => Box::new(colmap::Colmap),
             Self::Nerfstudio => Box::new(nerfstudio::Nerfstudio),
+            Self::Yolo => Box::new(yolo::Yolo),
+            Self::WebDataset => Box::new(webdataset::WebDataset),
+            Self::HuggingFace => Box::new(huggingface::HuggingFace { ontology }),
         }
     }
 }
