@@ -16,6 +16,7 @@
 use nemoral_dataset::CameraFile;
 use nemoral_scene::Image;
 use png::{BitDepth, ColorType};
+use serde::Serialize;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
@@ -60,12 +61,12 @@ impl Format for HuggingFace {
                 sink.step(&key, |files| {
                     let mut rows = String::new();
                     for i in 0..sequence.cameras.len() {
-                        let row = row(&sequence, &frame, i);
-                        for (column, bytes) in maps(source, &frame, i, &labels)? {
-                            let path = row[column].as_str().expect("a path");
+                        let row = Row::of(&sequence, &frame, i);
+                        for (path, bytes) in maps(source, &frame, i, &labels, &row)? {
                             files.put(format!("data/{path}"), bytes);
                         }
-                        rows += &format!("{row}\n");
+                        rows += &serde_json::to_string(&row).expect("numbers and names");
+                        rows.push('\n');
                     }
                     Ok(rows)
                 })?;
@@ -98,49 +99,73 @@ impl Format for HuggingFace {
     }
 }
 
-/// The row of a picture.
-fn row(sequence: &Sequence<'_>, frame: &FrameRef<'_>, camera: usize) -> Value {
-    let c = &sequence.cameras[camera];
-    let k = &c.intrinsics;
-    let path = |map: &str| {
-        format!(
-            "{:02}/{map}/{:06}_{}.png",
-            frame.sequence, frame.index, c.name
-        )
-    };
-    let pose = frame.world_from_body() * c.body_from_camera;
-    let mut row = json!({
-        "file_name": path("image"),
-        "sequence": frame.sequence, "frame": frame.index, "camera": c.name,
-        "time_s": frame.time_s, "fx": k.fx, "fy": k.fy, "cx": k.cx, "cy": k.cy,
-        "world_from_camera": pose.to_rows(),
-    });
-    for map in MAPS {
-        row[format!("{map}_file_name")] = path(map).into();
-    }
-    row
+/// The row of a picture. The order counts: `datasets` 5.2 mixes up the columns of pictures if
+/// `file_name` is not the first.
+#[derive(Serialize)]
+struct Row<'a> {
+    file_name: String,
+    semantic_file_name: String,
+    instance_file_name: String,
+    depth_file_name: String,
+    normals_file_name: String,
+    sequence: u32,
+    frame: u64,
+    camera: &'a str,
+    time_s: f64,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+    world_from_camera: [[f64; 4]; 3],
 }
 
-/// The columns of a picture's files, with their bytes.
-fn maps(
+impl<'a> Row<'a> {
+    fn of(sequence: &Sequence<'a>, frame: &FrameRef<'_>, camera: usize) -> Self {
+        let c = &sequence.cameras[camera];
+        let k = &c.intrinsics;
+        let (number, index) = (frame.sequence, frame.index);
+        let path = |map: &str| format!("{number:02}/{map}/{index:06}_{}.png", c.name);
+        let [semantic, instance, depth, normals] = MAPS.map(path);
+        Self {
+            file_name: path("image"),
+            semantic_file_name: semantic,
+            instance_file_name: instance,
+            depth_file_name: depth,
+            normals_file_name: normals,
+            sequence: number,
+            frame: index,
+            camera: &c.name,
+            time_s: frame.time_s,
+            fx: k.fx,
+            fy: k.fy,
+            cx: k.cx,
+            cy: k.cy,
+            world_from_camera: (frame.world_from_body() * c.body_from_camera).to_rows(),
+        }
+    }
+}
+
+/// A picture's files, with their bytes.
+fn maps<'a>(
     source: &Source,
     frame: &FrameRef<'_>,
     camera: usize,
     labels: &Labels,
-) -> Result<[(&'static str, Vec<u8>); 5], Error> {
+    row: &'a Row<'_>,
+) -> Result<[(&'a str, Vec<u8>); 5], Error> {
     let bytes = |file| source.camera_bytes(frame, camera, file);
     let classes = source
         .classes(frame, camera)?
         .map(|&class| labels.id(class) as u8);
     Ok([
-        ("file_name", bytes(CameraFile::Rgb)?),
-        ("semantic_file_name", encode_classes(&classes, labels)),
-        ("instance_file_name", bytes(CameraFile::Instance)?),
+        (&row.file_name, bytes(CameraFile::Rgb)?),
+        (&row.semantic_file_name, encode_classes(&classes, labels)),
+        (&row.instance_file_name, bytes(CameraFile::Instance)?),
         (
-            "depth_file_name",
+            &row.depth_file_name,
             encode_depth(&source.depth_m(frame, camera)?),
         ),
-        ("normals_file_name", bytes(CameraFile::Normals)?),
+        (&row.normals_file_name, bytes(CameraFile::Normals)?),
     ])
 }
 
