@@ -173,6 +173,12 @@ impl std::fmt::Debug for Stream {
 }
 
 impl Stream {
+    /// The number of bytes so far.
+    #[must_use]
+    pub fn position(&self) -> u64 {
+        self.bytes
+    }
+
     /// Appends bytes.
     ///
     /// # Errors

@@ -111,7 +111,7 @@ fn encode_grey(picture: &Image<[u8; 3]>) -> Vec<u8> {
 }
 
 /// The reference sensor's poses, relative to its first one.
-fn poses(sequence: &Sequence<'_>, frames: &[FrameRef<'_>]) -> String {
+pub(super) fn poses(sequence: &Sequence<'_>, frames: &[FrameRef<'_>]) -> String {
     let pose = |f: &FrameRef<'_>| f.world_from_body() * sequence.body_from_reference();
     let first = frames.first().map_or(RigidTransform::IDENTITY, pose);
     frames
@@ -121,7 +121,7 @@ fn poses(sequence: &Sequence<'_>, frames: &[FrameRef<'_>]) -> String {
 }
 
 /// `P0` to `P3`, those of the left and the right camera, and `Tr`.
-fn calibration(sequence: &Sequence<'_>) -> String {
+pub(super) fn calibration(sequence: &Sequence<'_>) -> String {
     let reference = sequence.body_from_reference();
     let projection = |camera: usize| {
         let Some(c) = sequence.cameras.get(camera) else {

@@ -5,7 +5,9 @@ mod colmap;
 mod huggingface;
 mod kitti;
 mod laz;
+mod mcap;
 mod nerfstudio;
+mod rellis;
 mod tum;
 mod webdataset;
 mod yolo;
@@ -37,11 +39,15 @@ pub enum FormatName {
     WebDataset,
     /// A folder of pictures for Hugging Face's `datasets`, with Croissant's description.
     HuggingFace,
+    /// RELLIS-3D's layout and classes.
+    Rellis,
+    /// MCAP with ROS 2's messages.
+    Mcap,
 }
 
 impl FormatName {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Kitti,
         Self::Tum,
         Self::Coco,
@@ -51,6 +57,8 @@ impl FormatName {
         Self::Yolo,
         Self::WebDataset,
         Self::HuggingFace,
+        Self::Rellis,
+        Self::Mcap,
     ];
 
     /// The name on the command line.
@@ -66,6 +74,8 @@ impl FormatName {
             Self::Yolo => "yolo",
             Self::WebDataset => "webdataset",
             Self::HuggingFace => "hf",
+            Self::Rellis => "rellis",
+            Self::Mcap => "mcap",
         }
     }
 
@@ -82,6 +92,8 @@ impl FormatName {
             Self::Yolo => Box::new(yolo::Yolo),
             Self::WebDataset => Box::new(webdataset::WebDataset),
             Self::HuggingFace => Box::new(huggingface::HuggingFace { ontology }),
+            Self::Rellis => Box::new(rellis::Rellis { ontology }),
+            Self::Mcap => Box::new(mcap::Mcap { ontology }),
         }
     }
 }

@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to yolo` by numpy and PyYAML, and compares it with the instance maps.
 
-    python yolo.py DATASET CONVERTED
+    python read_yolo.py DATASET CONVERTED
 
 Needs numpy, pillow, pyyaml.
 """

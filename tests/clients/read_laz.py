@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to laz` by laspy with lazrs, and compares it with the data set.
 
-    python laz.py DATASET CONVERTED
+    python read_laz.py DATASET CONVERTED
 
 Needs numpy, laspy, lazrs, plyfile.
 """

@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to colmap` by pycolmap, and compares it with the data set.
 
-    python colmap.py DATASET CONVERTED
+    python read_colmap.py DATASET CONVERTED
 
 Needs numpy, pillow, pycolmap. The points of scans are projected by pycolmap's own camera models and
 poses, and by the data set's mounts and lenses.

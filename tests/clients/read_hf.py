@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to hf` by datasets and mlcroissant, and compares it with the data set.
 
-    python hf.py DATASET CONVERTED
+    python read_hf.py DATASET CONVERTED
 
 Needs numpy, pillow, datasets, mlcroissant. Nothing is fetched.
 """

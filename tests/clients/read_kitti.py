@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to kitti` by pykitti, and compares it with the data set.
 
-    python kitti.py DATASET CONVERTED
+    python read_kitti.py DATASET CONVERTED
 
 Needs numpy, pykitti.
 """

@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to nerfstudio` by numpy, and compares it with the data set.
 
-    python nerfstudio.py DATASET CONVERTED
+    python read_nerfstudio.py DATASET CONVERTED
 
 Needs numpy.
 """

@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to webdataset` by webdataset, and compares it with the data set.
 
-    python webdataset_.py DATASET CONVERTED
+    python read_webdataset.py DATASET CONVERTED
 
 Needs numpy, pillow, webdataset.
 """

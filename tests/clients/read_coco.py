@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to coco` by pycocotools, and compares it with the data set.
 
-    python coco.py DATASET CONVERTED
+    python read_coco.py DATASET CONVERTED
 
 Needs numpy, pillow, pycocotools.
 """

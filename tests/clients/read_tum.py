@@ -1,6 +1,6 @@
 """Reads `nemoral convert --to tum` by evo's trajectory reader, and compares it with the data set.
 
-    python tum.py DATASET CONVERTED
+    python read_tum.py DATASET CONVERTED
 
 Needs numpy, pillow, evo.
 """
