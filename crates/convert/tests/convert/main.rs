@@ -14,6 +14,7 @@ mod folders;
 mod huggingface;
 mod kitti;
 mod laz;
+mod mcap;
 mod rellis;
 mod tum;
 mod webdataset;
