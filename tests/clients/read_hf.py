@@ -39,7 +39,8 @@ def main(dataset, out):
             assert row[map_].mode == native.mode
             assert (np.asarray(row[map_]) == np.asarray(native)).all(), map_
         if (folder / "depth" / name).exists():
-            assert (np.asarray(row["depth"]) == np.asarray(Image.open(folder / "depth" / name))).all()
+            native = np.asarray(Image.open(folder / "depth" / name))
+            assert (np.asarray(row["depth"]) == native).all()
         if first:
             native = Image.open(folder / "image_2" / name)
             assert (np.asarray(row["image"]) == np.asarray(native)).all()

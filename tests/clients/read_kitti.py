@@ -48,7 +48,7 @@ def main(dataset, out):
         calib = dict(l.split(": ") for l in (source / "calib.txt").read_text().splitlines())
         assert abs(tr - matrix([float(v) for v in calib["Tr"].split()])).max() < 1e-12
     assert worst < 1e-9, worst
-    print(f"kitti: {len(frames)} frames, {pictures} pictures, {points} points; poses to {worst:.1e} m")
+    print(f"kitti: {len(frames)} frames, {pictures} pictures, {points} points; poses to {worst:.1e}")
 
 
 main(*sys.argv[1:])

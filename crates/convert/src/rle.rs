@@ -2,8 +2,8 @@
 //!
 //! Pixels are numbered column by column. The counts of runs alternate between 0 and 1, beginning
 //! with 0. Compressed, from the third count on, each is written as its difference to the count two
-//! before it, in groups of five bits from the lowest on, each in a character from `0` (48) on: bit 5
-//! says that more follow, bit 4 of the last group is the sign. Source: pycocotools,
+//! before it, in groups of five bits from the lowest on, each in a character from `0` (48) on: bit
+//! 5 says that more follow, bit 4 of the last group is the sign. Source: pycocotools,
 //! `common/maskApi.c`, `rleToString`.
 
 /// The compressed runs of a mask that is given by its pixels, numbered column by column, in

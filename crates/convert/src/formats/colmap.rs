@@ -6,10 +6,10 @@
 //! Poses are the truth, in metres, relative to the first camera's at the first frame: the world is
 //! where that camera stands, so that coordinates are small. `frame0.txt` has its pose in the data
 //! set's world, a 3 × 4 matrix, row-major. `points3D.txt` is empty; COLMAP triangulates points for
-//! known poses (`point_triangulator`). A camera model is `PINHOLE`, `OPENCV` or, with a sixth power,
-//! `FULL_OPENCV`, or `OPENCV_FISHEYE`; the first pixel's centre is (0.5, 0.5), as ours. A rolling
-//! shutter's picture has the pose of its middle row. Source: COLMAP's page "Output Format", and
-//! `src/colmap/sensor/models.h`.
+//! known poses (`point_triangulator`). A camera model is `PINHOLE`, `OPENCV` or, with a sixth
+//! power, `FULL_OPENCV`, or `OPENCV_FISHEYE`; the first pixel's centre is (0.5, 0.5), as ours. A
+//! rolling shutter's picture has the pose of its middle row. Source: COLMAP's page "Output Format",
+//! and `src/colmap/sensor/models.h`.
 
 use nemoral_scene::glam::DQuat;
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};

@@ -1,5 +1,5 @@
-//! A folder of pictures as Hugging Face's `datasets` reads it (`imagefolder`), a row for each picture
-//! with its truth beside it:
+//! A folder of pictures as Hugging Face's `datasets` reads it (`imagefolder`), a row for each
+//! picture with its truth beside it:
 //! ```text
 //! README.md                                  the data card
 //! croissant.json                             the same for machines: Croissant 1.0
@@ -7,11 +7,11 @@
 //! data/SS/{image,semantic,instance,depth,normals}/FFFFFF_CAMERA.png
 //! ```
 //! A column `NAME_file_name` is read as a picture of its own called NAME, so that truth maps do not
-//! pool with pictures: `image` (8-bit sRGB), `semantic` (palette: class ids), `instance` (8-bit RGB,
-//! id = R + 256 G + 65536 B), `depth` (16-bit, 256 = 1 m, 0 = none), `normals`. The other columns are
-//! `sequence`, `frame`, `camera`, `time_s`, `fx`, `fy`, `cx`, `cy` and `world_from_camera` (3 × 4).
-//! Source: the pages "Create an image dataset" and "Dataset Cards" of Hugging Face; Croissant's
-//! specification 1.0 (MLCommons).
+//! pool with pictures: `image` (8-bit sRGB), `semantic` (palette: class ids), `instance` (8-bit
+//! RGB, id = R + 256 G + 65536 B), `depth` (16-bit, 256 = 1 m, 0 = none), `normals`. The other
+//! columns are `sequence`, `frame`, `camera`, `time_s`, `fx`, `fy`, `cx`, `cy` and
+//! `world_from_camera` (3 × 4). Source: the pages "Create an image dataset" and "Dataset Cards" of
+//! Hugging Face; Croissant's specification 1.0 (MLCommons).
 
 use nemoral_dataset::CameraFile;
 use nemoral_scene::Image;
@@ -273,7 +273,10 @@ fn croissant(source: &Source, sha256: &str) -> Value {
         json!({
             "@type": "cr:Field", "@id": format!("pictures/{column}"), "name": column,
             "dataType": data_type,
-            "source": { "fileObject": { "@id": "metadata.jsonl" }, "extract": { "column": column } },
+            "source": {
+                "fileObject": { "@id": "metadata.jsonl" },
+                "extract": { "column": column },
+            },
         })
     };
     let fields: Vec<_> = text
@@ -287,7 +290,7 @@ fn croissant(source: &Source, sha256: &str) -> Value {
         "@type": "sc:Dataset",
         "conformsTo": "http://mlcommons.org/croissant/1.0",
         "name": "nemoral",
-        "description": "Pictures of virtual forests, with exact classes, objects, depth and normals.",
+        "description": "Pictures of virtual forests, with exact classes, depth and normals.",
         "license": source.licence(),
         "version": "1.0.0",
         "url": "https://huggingface.co/datasets",

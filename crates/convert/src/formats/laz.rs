@@ -3,13 +3,14 @@
 //! SS/LIDAR/FFFFFF.laz
 //! ```
 //! x, y and z are the world's, at the frame's pose, in steps of 0.1 mm. `gps_time` is seconds after
-//! the start of the sequence, `intensity` that of the scan times 65535, `point_source_id` the number
-//! of the LiDAR, from 1. `classification` is by the table `asprs` unless another is given; what the
-//! data set knows besides is in extra dimensions: `class` and `semantic`, the object's `instance` (as
-//! in instance maps), `ring`, `pulse`, `range`, `range_true`, `incidence_cos`, `flags`.
+//! the start of the sequence, `intensity` that of the scan times 65535, `point_source_id` the
+//! number of the LiDAR, from 1. `classification` is by the table `asprs` unless another is given;
+//! what the data set knows besides is in extra dimensions: `class` and `semantic`, the object's
+//! `instance` (as in instance maps), `ring`, `pulse`, `range`, `range_true`, `incidence_cos`,
+//! `flags`.
 //!
-//! Source: LAS specification 1.4 R15 (ASPRS): header, table 3; point format 6, table 13; extra bytes,
-//! table 24. Points are compressed by the crate `laz`.
+//! Source: LAS specification 1.4 R15 (ASPRS): header, table 3; point format 6, table 13; extra
+//! bytes, table 24. Points are compressed by the crate `laz`.
 
 use std::io::Cursor;
 
@@ -74,7 +75,7 @@ impl Format for Laz {
         }
         if !lidars.all(|l| l.ply) {
             let reason = "points/*.ply are missing, which alone have times and returns; make the \
-                          data set with lidar.ply = true";
+                          data set with output.ply = true";
             return Err(unsuitable(reason));
         }
         self.labels(source).map(drop)

@@ -3,9 +3,9 @@
 //! SS/images/CAMERA/FFFFFF.png
 //! SS/transforms.json
 //! ```
-//! `transform_matrix` takes points of the camera (x right, y up, z backward, as OpenGL's) to a world
-//! in metres with z up, whose origin is the first camera's place at the first frame, rounded to
-//! metres, and whose axes are the data set's; `origin_m` is that place. Every frame has its own
+//! `transform_matrix` takes points of the camera (x right, y up, z backward, as OpenGL's) to a
+//! world in metres with z up, whose origin is the first camera's place at the first frame, rounded
+//! to metres, and whose axes are the data set's; `origin_m` is that place. Every frame has its own
 //! camera: `OPENCV` or `OPENCV_FISHEYE`; the first pixel's centre is (0.5, 0.5). `time` is in
 //! seconds. Source: nerfstudio's page "Data conventions".
 

@@ -5,8 +5,8 @@
 //! SS-NAME/groundtruth.txt      timestamp tx ty tz qx qy qz qw
 //! ```
 //! Poses are those of the sensor in the world: a camera's optical frame (x right, y down, z
-//! forward), or a LiDAR's (x forward, y left, z up), which has `groundtruth.txt` alone. Depth beyond
-//! 13.1 m, which 16 bits cannot hold, is 0. Source: the benchmark's page "File Formats".
+//! forward), or a LiDAR's (x forward, y left, z up), which has `groundtruth.txt` alone. Depth
+//! beyond 13.1 m, which 16 bits cannot hold, is 0. Source: the benchmark's page "File Formats".
 
 use nemoral_scene::{Image, RigidTransform};
 use png::{BitDepth, ColorType};

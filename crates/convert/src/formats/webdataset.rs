@@ -107,7 +107,10 @@ fn describe(sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Vec<u8> {
             "world_from_camera": in_world(c.body_from_camera),
         })
     };
-    let lidar = |l: &nemoral_dataset::LidarSpec| json!({ "name": l.name, "world_from_lidar": in_world(l.body_from_lidar) });
+    let lidar = |l: &nemoral_dataset::LidarSpec| {
+        let pose = in_world(l.body_from_lidar);
+        json!({ "name": l.name, "world_from_lidar": pose })
+    };
     let value = json!({
         "sequence": frame.sequence, "frame": frame.index, "time_s": frame.time_s,
         "world_from_body": world_from_body.to_rows(),
@@ -134,8 +137,9 @@ fn npy(data_type: &str, (rows, columns): (usize, usize), data: &[u8]) -> Vec<u8>
 /// A member of a tar file: a header of one block, and the bytes, filled up to whole blocks.
 fn member(out: &mut Stream, name: &str, bytes: &[u8]) -> Result<(), Error> {
     let mut header = [0_u8; BLOCK];
-    let mut field =
-        |at: usize, text: &str| header[at..at + text.len()].copy_from_slice(text.as_bytes());
+    let mut field = |at: usize, text: &str| {
+        header[at..at + text.len()].copy_from_slice(text.as_bytes());
+    };
     // Sensors' names have at most 64 characters, so that names fit into 100.
     field(0, name);
     field(100, "0000644\0");

@@ -4,9 +4,9 @@
 //! labels/SS/FFFFFF_CAMERA.txt   kind, then the middle's x and y, width and height, in pictures
 //! data.yaml                     paths and the names of kinds
 //! ```
-//! A box is around the visible pixels of a whole object: tree, stump, shrub or rock. Where there are
-//! several sequences, the last one is for validation. Source: Ultralytics' page "Object Detection
-//! Datasets Overview".
+//! A box is around the visible pixels of a whole object: tree, stump, shrub or rock. Where there
+//! are several sequences, the last one is for validation. Source: Ultralytics' page "Object
+//! Detection Datasets Overview".
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,5 @@
-//! Small data sets, by closed forms: a wall of patches in front of cameras, a scan of the same wall.
+//! Small data sets, by closed forms: a wall of patches in front of cameras, a scan of the same
+//! wall.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! ROS 2's messages: their definitions, and how they are laid out in bytes.
 //!
 //! Source: the `.msg` files of common_interfaces and geometry2 (comments left out); the layout is
-//! OMG's plain CDR, little-endian: each number at a multiple of its size, counted from after the four
-//! bytes that name the encoding.
+//! OMG's plain CDR, little-endian: each number at a multiple of its size, counted from after the
+//! four bytes that name the encoding.
 
 use nemoral_scene::RigidTransform;
 

@@ -75,7 +75,8 @@ impl<'a> Container<'a> {
         })
     }
 
-    /// Writes messages, in order of their time, as one chunk; schemas and channels are in the first.
+    /// Writes messages, in order of their time, as one chunk; schemas and channels are in the
+    /// first.
     pub(super) fn chunk(&mut self, messages: &[Message]) -> Result<(), Error> {
         let (Some(first), Some(last)) = (messages.first(), messages.last()) else {
             return Ok(());

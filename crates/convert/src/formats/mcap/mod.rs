@@ -55,10 +55,9 @@ impl Format for Mcap {
         if source.sequences().flat_map(|s| s.lidars).any(|l| !l.ply) {
             return Err(Error::Unsuitable {
                 format: "mcap",
-                reason:
-                    "points/*.ply are missing, which alone have rings and times; make the data \
-                         set with lidar.ply = true"
-                        .to_owned(),
+                reason: "points/*.ply are missing, which alone have rings and times; make the \
+                         data set with output.ply = true"
+                    .to_owned(),
             });
         }
         self.labels(source).map(drop)
