@@ -72,7 +72,7 @@ fn seen(column: usize, row: usize, frame: u64) -> (Semantic, ObjectId) {
     let x = column + frame as usize;
     match (x / 5 % 6, row / 4 % 5) {
         (_, 0) => (Semantic::Sky, ObjectId::NONE),
-        (1, 1 | 2) if (column + row) % 3 > 0 => (Semantic::Leaf, object(0)),
+        (1, 1 | 2) if !(column + row).is_multiple_of(3) => (Semantic::Leaf, object(0)),
         (1, _) => (Semantic::Stem, object(0)),
         (3, 3) => (Semantic::Rock, object(1)),
         (4, 2) => (Semantic::Shrub, object(2)),
