@@ -12,12 +12,13 @@ use crate::Error;
 const TABLE_BYTES: u64 = 1 << 20;
 
 /// The tables that are built in, by name.
-const BUILT_IN: [(&str, &str); 3] = [
+const BUILT_IN: [(&str, &str); 4] = [
     (
         "semantickitti",
         include_str!("../ontologies/semantickitti.toml"),
     ),
     ("rellis", include_str!("../ontologies/rellis.toml")),
+    ("goose", include_str!("../ontologies/goose.toml")),
     ("asprs", include_str!("../ontologies/asprs.toml")),
 ];
 

@@ -2,6 +2,7 @@
 
 mod coco;
 mod colmap;
+mod goose;
 mod huggingface;
 mod kitti;
 mod laz;
@@ -41,13 +42,15 @@ pub enum FormatName {
     HuggingFace,
     /// RELLIS-3D's layout and classes.
     Rellis,
+    /// GOOSE's layout and classes.
+    Goose,
     /// MCAP with ROS 2's messages.
     Mcap,
 }
 
 impl FormatName {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Kitti,
         Self::Tum,
         Self::Coco,
@@ -58,6 +61,7 @@ impl FormatName {
         Self::WebDataset,
         Self::HuggingFace,
         Self::Rellis,
+        Self::Goose,
         Self::Mcap,
     ];
 
@@ -75,6 +79,7 @@ impl FormatName {
             Self::WebDataset => "webdataset",
             Self::HuggingFace => "hf",
             Self::Rellis => "rellis",
+            Self::Goose => "goose",
             Self::Mcap => "mcap",
         }
     }
@@ -93,6 +98,7 @@ impl FormatName {
             Self::WebDataset => Box::new(webdataset::WebDataset),
             Self::HuggingFace => Box::new(huggingface::HuggingFace { ontology }),
             Self::Rellis => Box::new(rellis::Rellis { ontology }),
+            Self::Goose => Box::new(goose::Goose { ontology }),
             Self::Mcap => Box::new(mcap::Mcap { ontology }),
         }
     }

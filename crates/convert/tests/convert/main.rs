@@ -11,6 +11,7 @@ mod coco;
 mod colmap;
 mod common;
 mod folders;
+mod goose;
 mod huggingface;
 mod kitti;
 mod laz;
