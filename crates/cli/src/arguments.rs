@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use nemoral_convert::FormatName;
+use nemoral_convert::{FormatName, Table};
 use nemoral_pipeline::BackendChoice;
 
 use crate::frames::{Frames, Shard};
@@ -45,6 +45,7 @@ pub(crate) enum Command {
     /// Joins all scans of a data set into one registered, labelled cloud.
     Cloud(Cloud),
     /// Writes a data set in another format, for readers that do not know ours.
+    #[command(after_help = list_of_formats())]
     Convert(Convert),
 }
 
@@ -102,13 +103,13 @@ pub(crate) struct Cloud {
 pub(crate) struct Convert {
     /// The data set.
     pub(crate) dir: PathBuf,
-    /// The format: see the handbook's page "Formats".
-    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    /// The format, one of those below.
+    #[arg(long, value_name = "FORMAT", value_parser = formats(), hide_possible_values = true)]
     pub(crate) to: FormatName,
     /// The output folder.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// The classes to write: a built-in table or a TOML file; the format's own if not given.
+    /// The classes to write, a built-in table or a TOML file.
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) ontology: Option<String>,
     /// Continues a conversion that was interrupted.
@@ -119,7 +120,19 @@ pub(crate) struct Convert {
     pub(crate) overwrite: bool,
 }
 
-/// The formats by name, which the help lists.
+/// What the help says about formats.
+fn list_of_formats() -> String {
+    let names = FormatName::ALL.map(FormatName::name);
+    let lines: Vec<_> = names.chunks(10).map(|some| some.join(", ")).collect();
+    let tables: Vec<_> = Table::built_in().collect();
+    format!(
+        "Formats: {}\nTables of classes: {}",
+        lines.join(",\n         "),
+        tables.join(", ")
+    )
+}
+
+/// The formats by name.
 fn formats() -> impl TypedValueParser<Value = FormatName> {
     let names = PossibleValuesParser::new(FormatName::ALL.map(FormatName::name));
     names.try_map(|name| name.parse::<FormatName>())

@@ -143,8 +143,13 @@ pub fn convert(dataset: &Path, out: &Path, params: &ConvertParams) -> Result<Con
             path: out.to_owned(),
         });
     }
-    let ontology = params.ontology.clone();
-    let format = params.format.with(ontology);
+    if params.ontology.is_some() && !params.format.takes_ontology() {
+        return Err(Error::Unsuitable {
+            format: params.format.name(),
+            reason: "it has no place for the classes of a table; leave --ontology out".to_owned(),
+        });
+    }
+    let format = params.format.with(params.ontology.clone());
     format.check(&source)?;
     let ontology = params
         .ontology

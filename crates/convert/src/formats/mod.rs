@@ -84,6 +84,16 @@ impl FormatName {
         }
     }
 
+    /// Whether a class table may be given.
+    #[must_use]
+    pub const fn takes_ontology(self) -> bool {
+        use FormatName as F;
+        matches!(
+            self,
+            F::Kitti | F::Coco | F::Laz | F::HuggingFace | F::Rellis | F::Goose | F::Mcap
+        )
+    }
+
     /// The format with the given classes in place of its own.
     #[must_use]
     pub fn with(self, ontology: Option<Table>) -> Box<dyn Format> {

@@ -19,6 +19,21 @@ use crate::{Error, Format, FrameRef, Sink, Source, pictures};
 pub(crate) struct Tum;
 
 impl Format for Tum {
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        for sequence in source.sequences() {
+            let frames: Vec<_> = source.frames(sequence.number).collect();
+            // Pictures are called by their times.
+            let same = frames.windows(2).find(|p| p[1].time_s - p[0].time_s < 1e-6);
+            if let Some([a, b]) = same {
+                return Err(Error::Unsuitable {
+                    format: "tum",
+                    reason: format!("frames {} and {} have the same time", a.name(), b.name()),
+                });
+            }
+        }
+        Ok(())
+    }
+
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         for sequence in source.sequences() {
             let folder = |name: &str| format!("{:02}-{name}", sequence.number);

@@ -155,6 +155,8 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
         let owned: Vec<_> = header.cameras.iter().zip(&seen).map(camera).collect();
         let points = if header.lidars.is_empty() {
             Vec::new()
+        } else if header.cameras.is_empty() {
+            scan(&self::header(), index)
         } else {
             scan(header, index)
         };

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_convert::{ConvertParams, Error, FormatName, Mode, Table, convert};
+use nemoral_dataset::DatasetHeader;
 use nemoral_files::is_temporary_name;
 use nemoral_files::observe::observe;
 
@@ -225,4 +226,59 @@ fn a_table_that_does_not_fit_is_refused_before_anything_is_written() {
     let e = convert(&source, &out, &params).expect_err("lacks classes");
     assert!(e.to_string().contains("Terrain, Traversable"), "{e}");
     assert!(e.is_request() && !out.exists());
+    // Nor is one taken that the format would not use.
+    for format in FormatName::ALL.into_iter().filter(|f| !f.takes_ontology()) {
+        let params = ConvertParams {
+            ontology: Some(Table::load("rellis").expect("built in")),
+            ..ConvertParams::new(format)
+        };
+        let e = convert(&source, &out, &params).expect_err("no place for classes");
+        assert!(
+            matches!(e, Error::Unsuitable { .. }) && !out.exists(),
+            "{e}"
+        );
+    }
+}
+
+#[test]
+fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_written() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let out = dir.path().join("out");
+    let blind = dir.path().join("blind");
+    write(
+        &blind,
+        &DatasetHeader {
+            cameras: vec![],
+            ..header()
+        },
+        &[0],
+    );
+    let deaf = dir.path().join("deaf");
+    write(
+        &deaf,
+        &DatasetHeader {
+            lidars: vec![],
+            ..header()
+        },
+        &[0],
+    );
+    let mut refused = Vec::new();
+    for format in FormatName::ALL {
+        for source in [&blind, &deaf] {
+            match run(source, &out, format, Mode::Fresh) {
+                Ok(_) => fs::remove_dir_all(&out).expect("removed"),
+                Err(e) => {
+                    assert!(
+                        matches!(e, Error::Unsuitable { .. }) && !out.exists(),
+                        "{e}"
+                    );
+                    refused.push(format.name());
+                }
+            }
+        }
+    }
+    assert_eq!(
+        refused,
+        ["coco", "laz", "colmap", "nerfstudio", "yolo", "hf"]
+    );
 }
