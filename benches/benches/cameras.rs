@@ -20,6 +20,7 @@ use std::time::Instant;
 use cpu_time::ProcessTime;
 use nemoral_benches::settings;
 use nemoral_dataset::{CameraData, CameraFile};
+use nemoral_pipeline::config::Sequences;
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{Backend, BackendChoice, Error, ForestPlan};
 use nemoral_render::{OpenSky, SceneView, View};
@@ -150,9 +151,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             runner.get(forest.images, 0)?,
             runner.get(forest.annotations, 0)?,
         );
-        let header = nemoral_pipeline::header(&config, &forest)?;
+        let header = nemoral_pipeline::header(&Sequences::of(&config)?, &backend)?;
+        let sequence = &header.sequences[0];
         let data = CameraData {
-            name: &header.cameras[0].name,
+            name: &sequence.cameras[0].name,
             rgb: &images[0].rgb,
             radiance: images[0].linear.as_ref(),
             truth: &images[0].truth,
@@ -163,7 +165,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .into_iter()
             .filter(|f| name(*f).contains(&wanted))
         {
-            let bytes = || file.encode(&header, 0, &data).expect("asked for");
+            let bytes = || {
+                let bytes = file.encode(sequence, &header.ontology, 0, &data);
+                bytes.expect("asked for")
+            };
             let name = format!("{}, {} kB", name(file), bytes().len() / 1000);
             report(&name, &|| (), &|| {
                 std::fs::write(folder.path().join("file"), bytes()).expect("room for it");

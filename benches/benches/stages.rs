@@ -8,9 +8,9 @@ use nemoral_benches::{Grown, config};
 use nemoral_dataset::{CameraData, DatasetHeader, FrameData, LidarData, OpenMode, Writer};
 use nemoral_lidar::{HorizonLike, Mid40, ScanPattern};
 use nemoral_lidar_noise::{EchoObservation, RangeNoise, RangeSensor};
-use nemoral_pipeline::ForestPlan;
-use nemoral_pipeline::config::Config;
+use nemoral_pipeline::config::{Config, Sequences};
 use nemoral_pipeline::plan::{Node, Runner, Store};
+use nemoral_pipeline::{Backend, ForestPlan};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Annotations, ChunkCoord, Surface, Twist};
 use nemoral_seed::{Domain, Key};
@@ -107,8 +107,8 @@ fn files(c: &mut Criterion) {
     let scans = runner.get(grown.forest.scans, 0).expect("grown");
     let pose = runner.get(grown.forest.pose, 0).expect("grown");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let writer = Writer::create(folder.path(), OpenMode::Fresh, header(&config, &grown))
-        .expect("an empty folder");
+    let writer =
+        Writer::create(folder.path(), OpenMode::Fresh, header(&config)).expect("an empty folder");
     let annotations = Annotations::default();
     let frame = FrameData {
         sequence: 0,
@@ -135,8 +135,9 @@ fn files(c: &mut Criterion) {
     });
 }
 
-fn header(config: &Config, grown: &Grown) -> DatasetHeader {
-    nemoral_pipeline::header(config, &grown.forest).expect("valid")
+fn header(config: &Config) -> DatasetHeader {
+    let sequences = Sequences::of(config).expect("valid");
+    nemoral_pipeline::header(&sequences, &Backend::Cpu).expect("valid")
 }
 
 criterion_group! {

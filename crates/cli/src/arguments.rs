@@ -97,6 +97,9 @@ pub(crate) struct Cloud {
     /// Leaves out mixed returns and false alarms.
     #[arg(long)]
     pub(crate) pure: bool,
+    /// Which sequence, if there are several.
+    #[arg(long, value_name = "K")]
+    pub(crate) sequence: Option<u32>,
 }
 
 #[derive(Args, Debug)]
@@ -142,7 +145,8 @@ fn formats() -> impl TypedValueParser<Value = FormatName> {
 pub(crate) struct Generate {
     #[command(flatten)]
     pub(crate) world: World,
-    /// `N` frames, or which frames to make: `A..B` (without B), or a list of frames and ranges.
+    /// `N` frames, or which frames of each sequence to make: `A..B` (without B), or a list of
+    /// frames and ranges.
     #[arg(long, value_name = "N|A..B|LIST")]
     pub(crate) frames: Option<Frames>,
     /// The output folder.
@@ -206,6 +210,9 @@ pub(crate) struct Preview {
     /// Which frame.
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub(crate) frame: u64,
+    /// Which sequence.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) sequence: u32,
     /// Which renderer takes the picture.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,
@@ -221,7 +228,13 @@ pub(crate) enum ConfigCommand {
     /// Prints a commented config to start from.
     Init(World),
     /// Prints the config that a run would use, every key.
-    Show(World),
+    Show {
+        #[command(flatten)]
+        world: World,
+        /// Which sequence.
+        #[arg(long, value_name = "K", default_value_t = 0)]
+        sequence: u32,
+    },
     /// Checks a config for everything that `generate` would refuse before its first frame.
     Check {
         #[command(flatten)]
@@ -247,6 +260,12 @@ pub(crate) struct Plan {
     /// Lists each stage with its key instead of the graph.
     #[arg(long)]
     pub(crate) explain: bool,
+    /// Lists the sequences, with what is drawn for each, instead of the graph.
+    #[arg(long, conflicts_with = "explain")]
+    pub(crate) sequences: bool,
+    /// Which sequence.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) sequence: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -9,11 +9,11 @@ use etcetera::BaseStrategy;
 use nemoral_convert::{ConvertParams, Mode, Table};
 use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
-    Config, Layers, Preset, annotated_toml, json_schema, reference_page,
+    Layers, Preset, SequenceConfig, Sequences, annotated_toml, json_schema, reference_page,
 };
 use nemoral_pipeline::plan::{Cache, GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, Error, ForestPlan, FrameSelection, InputFiles, Request, check, check_png_name,
+    Backend, Error, ForestPlan, FrameSelection, Request, SequenceFrames, check, check_png_name,
     estimate, generate, preview, write_png,
 };
 
@@ -95,6 +95,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
             let params = CloudParams {
                 voxel_m: a.voxel,
                 pure: a.pure,
+                sequence: a.sequence,
             };
             let points = nemoral_dataset::cloud(&a.dir, &a.out, params)?;
             say(&format!("{points} points in {}", a.out.display()))?;
@@ -151,7 +152,7 @@ fn open_mode(resume: bool, overwrite: bool) -> OpenMode {
     }
 }
 
-fn load(world: &World) -> Result<(Config, InputFiles), Failure> {
+fn load(world: &World) -> Result<Sequences, Failure> {
     let mut settings = world.settings.clone();
     settings.extend(world.seed.map(|seed| format!("seed={seed}")));
     let layers = Layers {
@@ -159,7 +160,7 @@ fn load(world: &World) -> Result<(Config, InputFiles), Failure> {
         file: world.config.clone(),
         settings,
     };
-    Ok(layers.load_with_inputs()?)
+    Ok(layers.sequences()?)
 }
 
 /// The number of threads to use, which is handed to rayon.
@@ -207,11 +208,13 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     if let Some(Frames::Length(n)) = a.frames {
         world.settings.push(format!("frames={n}"));
     }
-    let (config, inputs) = load(&world)?;
-    let mut frames = match &a.frames {
+    let sequences = load(&world)?;
+    let config = sequences.get(0)?.config;
+    let of_each = match &a.frames {
         Some(Frames::These(frames)) => frames.clone(),
         _ => FrameSelection::first(config.frames),
     };
+    let mut frames = SequenceFrames::new(of_each, sequences.len());
     if let Some(shard) = a.shard {
         frames = shard.of(&frames);
     }
@@ -229,7 +232,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
         message: format!("cannot listen for signals: {e}"),
         is_request: false,
     })?;
-    let reporter = Reporter::new(frames.count(), a.quiet);
+    let reporter = Reporter::new(frames.count(), sequences.len(), a.quiet);
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
     if config.camera.enabled {
         reporter.note_with_first(of_backend);
@@ -240,8 +243,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     }
     let request = Request {
         cache,
-        config,
-        inputs,
+        sequences,
         frames,
         out: a.out.clone(),
         mode,
@@ -261,7 +263,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
 
 fn run_preview(a: &Preview) -> Result<bool, Failure> {
     check_png_name(&a.out)?;
-    let (config, inputs) = load(&a.world)?;
+    let SequenceConfig { config, inputs, .. } = load(&a.world)?.get(a.sequence)?;
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
     let (cache, no_cache) = cache(&a.keeping);
     let threads = threads(&a.world)?;
@@ -282,12 +284,16 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
                 say(&format!("{:<21} {}", preset.name, preset.doc))?;
             }
         }
-        ConfigCommand::Init(world) => say(annotated_toml(&load(world)?.0).trim_end())?,
-        ConfigCommand::Show(world) => say(load(world)?.0.to_toml().trim_end())?,
+        ConfigCommand::Init(world) => {
+            say(annotated_toml(load(world)?.asked()).trim_end())?;
+        }
+        ConfigCommand::Show { world, sequence } => {
+            say(load(world)?.get(*sequence)?.config.to_toml().trim_end())?;
+        }
         ConfigCommand::Check { world, keeping } => {
-            let (config, inputs) = load(world)?;
+            let sequences = load(world)?;
             let (cache, no_cache) = cache(keeping);
-            let known = check(&config, &inputs, threads(world)?, cache)?;
+            let known = check(&sequences, threads(world)?, cache)?;
             for message in known.into_iter().chain(no_cache) {
                 note(&message);
             }
@@ -302,7 +308,11 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
 }
 
 fn run_plan(a: &Plan) -> Result<bool, Failure> {
-    let (config, inputs) = load(&a.world)?;
+    let sequences = load(&a.world)?;
+    if a.sequences {
+        return list_sequences(&sequences);
+    }
+    let SequenceConfig { config, inputs, .. } = sequences.get(a.sequence)?;
     let forest = ForestPlan::with_inputs(&config, &inputs, Backend::Cpu)?;
     if a.explain {
         let (cache, no_cache) = cache(&a.keeping);
@@ -311,13 +321,30 @@ fn run_plan(a: &Plan) -> Result<bool, Failure> {
         }
         let store = Store::unlimited().with_cache(cache);
         say(forest.plan().explain(&store).trim_end())?;
-        say(&estimate(&config).to_string())?;
+        say(&estimate(&config, sequences.len()).to_string())?;
     } else {
         let format = match a.format {
             Graph::Mermaid => GraphFormat::Mermaid,
             Graph::Dot => GraphFormat::Dot,
         };
         say(forest.plan().draw(format).trim_end())?;
+    }
+    Ok(true)
+}
+
+/// Prints a line for each sequence: its number, its split, its world's seed and what was drawn.
+fn list_sequences(sequences: &Sequences) -> Result<bool, Failure> {
+    for number in 0..sequences.len() {
+        let sequence = sequences.get(number)?;
+        let mut line = format!("{number:02}");
+        if let Some(split) = sequence.split {
+            line += &format!("  {:5}", split.name());
+        }
+        line += &format!("  seed = {}", sequence.config.seed);
+        for (key, value) in &sequence.drawn {
+            line += &format!("  {key} = {value}");
+        }
+        say(&line)?;
     }
     Ok(true)
 }

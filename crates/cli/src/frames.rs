@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::str::FromStr;
 
-use nemoral_pipeline::FrameSelection;
+use nemoral_pipeline::{FrameSelection, SequenceFrames};
 
 /// What `--frames` asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,7 +75,7 @@ pub(crate) struct Shard {
 
 impl Shard {
     /// The frames of this shard.
-    pub(crate) fn of(self, frames: &FrameSelection) -> FrameSelection {
+    pub(crate) fn of(self, frames: &SequenceFrames) -> SequenceFrames {
         frames.shard(self.index, self.count)
     }
 }
@@ -135,9 +135,10 @@ mod tests {
 
     #[test]
     fn shards() {
-        let frames = FrameSelection::first(10);
+        let frames = SequenceFrames::new(FrameSelection::first(10), 1);
         let shard: Shard = "1/4".parse().expect("fine");
-        assert_eq!(shard.of(&frames), FrameSelection::from_iter([range(2, 5)]));
+        let of_first = shard.of(&frames).of(0);
+        assert_eq!(of_first, FrameSelection::from_iter([range(2, 5)]));
         for bad in ["4/4", "1", "a/b", "0/0", "-1/2"] {
             assert!(bad.parse::<Shard>().is_err(), "{bad}");
         }

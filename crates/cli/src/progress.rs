@@ -30,6 +30,7 @@ pub(crate) fn say(text: &str) -> io::Result<()> {
 pub(crate) struct Reporter {
     bar: Option<ProgressBar>,
     quiet: bool,
+    sequences: u32,
     started: Instant,
     last_line: Mutex<Option<Instant>>,
     bytes: Mutex<u64>,
@@ -39,7 +40,8 @@ pub(crate) struct Reporter {
 }
 
 impl Reporter {
-    pub(crate) fn new(frames: u64, quiet: bool) -> Self {
+    /// Reports a run of this number of frames of so many sequences.
+    pub(crate) fn new(frames: u64, sequences: u32, quiet: bool) -> Self {
         let bar = (!quiet && io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new(frames);
             let template = "{bar:32} {pos}/{len} frames  {msg}  {eta} left";
@@ -53,6 +55,7 @@ impl Reporter {
         Self {
             bar,
             quiet,
+            sequences,
             started: Instant::now(),
             last_line: Mutex::new(None),
             bytes: Mutex::new(0),
@@ -133,9 +136,14 @@ impl Observer for Reporter {
         if due || done.count == done.total {
             *last = Some(Instant::now());
             let left = rate * (done.total - done.count) as f64;
+            let of = if self.sequences > 1 {
+                format!("sequence {}, ", done.sequence)
+            } else {
+                String::new()
+            };
             let kept = if done.resumed { " (was there)" } else { "" };
             self.line(&format!(
-                "frame {}{kept}: {} of {}, {rate:.2} s a frame, {left:.0} s left",
+                "{of}frame {}{kept}: {} of {}, {rate:.2} s a frame, {left:.0} s left",
                 done.frame, done.count, done.total
             ));
         }

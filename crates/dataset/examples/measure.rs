@@ -7,8 +7,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use nemoral_dataset::{
-    CameraData, CameraSpec, DatasetHeader, FrameData, LidarData, LidarSpec, OpenMode, Track,
-    WorldTables, Writer,
+    CameraData, CameraSpec, DatasetHeader, FrameData, LidarData, LidarSpec, OpenMode, SequenceSpec,
+    Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
@@ -145,7 +145,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let rgb = all.map(|p| (p.colour * 255.0).to_array().map(|c| c as u8));
     let points = points();
-    let header = DatasetHeader {
+    let mut header = DatasetHeader::new("measure", "0", 1, Ontology::paper());
+    header.sequences[0] = SequenceSpec {
         cameras: vec![CameraSpec {
             name: "front".into(),
             intrinsics: Intrinsics::from_fov(W as u32, H as u32, 1.4)?,
@@ -161,7 +162,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             pointing_errors: false,
             ply: true,
         }],
-        ..DatasetHeader::new("measure", "0", 1, Ontology::paper())
+        ..SequenceSpec::new(0, 1)
     };
     let writer = Writer::create(Path::new(&out), OpenMode::Overwrite, header)?;
     let extra = Annotations::default();
@@ -204,6 +205,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         1e3 * start.elapsed().as_secs_f64()
     );
     let poses = vec![(0.0, RigidTransform::IDENTITY); 5];
-    writer.finish(&WorldTables::default(), &[Track { sequence: 0, poses }])?;
+    writer.write_sequence(&Track { sequence: 0, poses }, &WorldTables::default())?;
+    writer.finish()?;
     Ok(())
 }

@@ -1,9 +1,9 @@
 //! The single files that a camera writes for a frame.
 
 use crate::formats::{annotations, exr, images, npy};
-use nemoral_scene::Intrinsics;
+use nemoral_scene::{Intrinsics, Ontology};
 
-use crate::{CameraData, DatasetHeader, DepthFormat, limits};
+use crate::{CameraData, DepthFormat, SequenceSpec, limits};
 
 /// One of the files that a camera writes for a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +46,9 @@ impl CameraFile {
         Self::Radiance,
     ];
 
-    /// Whether a header asks for it from its `camera`-th camera.
-    pub(crate) fn is_asked(self, header: &DatasetHeader, camera: usize) -> bool {
-        let extra = header.cameras[camera].annotations;
+    /// Whether a sequence asks for it from its `camera`-th camera.
+    pub(crate) fn is_asked(self, sequence: &SequenceSpec, camera: usize) -> bool {
+        let extra = sequence.cameras[camera].annotations;
         match self {
             Self::Rgb | Self::Semantic | Self::Instance | Self::Depth | Self::Normals => true,
             Self::Sky => extra.sky,
@@ -59,27 +59,28 @@ impl CameraFile {
         }
     }
 
-    /// Its bytes, as [`Writer`](crate::Writer) writes them, for the `camera`-th camera of a header;
-    /// `None` if the header does not ask for it or `data` does not contain it.
+    /// Its bytes, as [`Writer`](crate::Writer) writes them, for the `camera`-th camera of a
+    /// sequence; `None` if the sequence does not ask for it or `data` does not contain it.
     ///
     /// # Panics
-    /// If the header has fewer cameras.
+    /// If the sequence has fewer cameras.
     #[must_use]
     pub fn encode(
         self,
-        header: &DatasetHeader,
+        sequence: &SequenceSpec,
+        ontology: &Ontology,
         camera: usize,
         data: &CameraData<'_>,
     ) -> Option<Vec<u8>> {
-        if !self.is_asked(header, camera) {
+        if !self.is_asked(sequence, camera) {
             return None;
         }
         let (truth, further) = (data.truth, data.annotations);
         Some(match self {
             Self::Rgb => images::encode_rgb(data.rgb),
-            Self::Semantic => images::encode_semantic(&truth.semantic, &header.ontology),
+            Self::Semantic => images::encode_semantic(&truth.semantic, ontology),
             Self::Instance => images::encode_instance(&truth.object),
-            Self::Depth => match header.depth_format {
+            Self::Depth => match sequence.depth_format {
                 DepthFormat::Png16 => images::encode_depth(&truth.depth_m),
                 DepthFormat::Npy => npy::encode(&truth.depth_m),
             },
@@ -93,12 +94,12 @@ impl CameraFile {
     }
 
     /// The most bytes that it may have for a camera of this size.
-    pub(crate) fn max_bytes(self, header: &DatasetHeader, size: &Intrinsics) -> u64 {
+    pub(crate) fn max_bytes(self, sequence: &SequenceSpec, size: &Intrinsics) -> u64 {
         let bytes_per_pixel = match self {
             Self::Boxes => return limits::BOXES_BYTES,
             Self::Semantic | Self::Sky => 1,
             Self::Rgb | Self::Instance | Self::Normals | Self::Trunks => 3,
-            Self::Depth => match header.depth_format {
+            Self::Depth => match sequence.depth_format {
                 DepthFormat::Png16 => 2,
                 DepthFormat::Npy => 4,
             },
@@ -124,9 +125,9 @@ impl CameraFile {
         }
     }
 
-    pub(crate) fn extension(self, header: &DatasetHeader) -> &'static str {
+    pub(crate) fn extension(self, sequence: &SequenceSpec) -> &'static str {
         match self {
-            Self::Depth => match header.depth_format {
+            Self::Depth => match sequence.depth_format {
                 DepthFormat::Png16 => "png",
                 DepthFormat::Npy => "npy",
             },

@@ -20,13 +20,15 @@ pub struct CloudParams {
     pub voxel_m: Option<f64>,
     /// Whether mixed returns and false alarms are left out.
     pub pure: bool,
+    /// Which sequence; may be `None` if there is only one.
+    pub sequence: Option<u32>,
 }
 
 /// Allowed sides of voxels, metres: from finer than any scanner measures to larger than any
 /// scanner's reach.
 const VOXEL_M: std::ops::RangeInclusive<f64> = 1e-4..=1e3;
 
-/// Writes the points of all frames and all LiDARs in world coordinates, in the order of frames, as
+/// Writes the points of all frames and all LiDARs of a sequence in world coordinates, in the order of frames, as
 /// a binary PLY at `out`: for plots that are scanned from stations, and for maps of drives.
 ///
 /// Positions are the measured ones, registered by the true poses. Every point has its class, its
@@ -35,7 +37,7 @@ const VOXEL_M: std::ops::RangeInclusive<f64> = 1e-4..=1e3;
 /// file appears when it is whole.
 ///
 /// # Errors
-/// If a scan is missing or damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is
+/// If there is no such sequence, or there are several and none is named, if a scan is missing or damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is
 /// out of range, if `out` does not end in `.ply` or is one of the data set's own files, or if the
 /// file cannot be written.
 pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> {
@@ -59,7 +61,20 @@ pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> 
         return Err(Error::invalid("out", out.display(), allowed));
     }
     let header = &dataset.manifest().header;
-    for lidar in &header.lidars {
+    let sequences = (dataset.manifest().tracks.iter()).map(|t| t.sequence);
+    let mut only = sequences
+        .clone()
+        .filter(|&s| params.sequence.is_none_or(|of| of == s));
+    let (Some(number), None) = (only.next(), only.next()) else {
+        let found = params.sequence.map_or("none".to_owned(), |s| s.to_string());
+        let there: Vec<String> = sequences.map(|s| s.to_string()).collect();
+        let allowed = format!("one of {}: each is a world of its own", there.join(", "));
+        return Err(Error::invalid("sequence", found, allowed));
+    };
+    let sequence = header
+        .sequence(number)
+        .expect("a manifest's tracks are of sequences");
+    for lidar in &sequence.lidars {
         if !lidar.ply {
             let allowed = "a data set with PLY files (output.ply = true)";
             return Err(Error::invalid("dir", dir.display(), allowed));
@@ -76,10 +91,10 @@ pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> 
         seen: HashSet::new(),
     };
     let mut count = 0_usize;
-    for record in &dataset.manifest().frames {
+    for record in (dataset.frames().iter()).filter(|f| f.sequence == number) {
         let frame = i32::try_from(record.index)
             .map_err(|_| Error::invalid("frame", record.index, "at most 2147483647"))?;
-        for (i, lidar) in header.lidars.iter().enumerate() {
+        for (i, lidar) in sequence.lidars.iter().enumerate() {
             let world_from_lidar = record.world_from_body() * lidar.body_from_lidar;
             for p in dataset.read_ply(record, i)? {
                 let world = world_from_lidar.transform_point(p.point.position_m.as_dvec3());

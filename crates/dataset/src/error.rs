@@ -64,16 +64,11 @@ pub enum Error {
         path: PathBuf,
     },
     /// The parts of a merge do not have all frames of a sequence; nothing was written.
-    #[error(
-        "sequence {sequence}: no part has frames {missing} of its {length}; --partial merges what \
-         there is"
-    )]
+    #[error("sequence {sequence}: no part has {missing}; --partial merges what there is")]
     Incomplete {
         /// The sequence.
         sequence: u32,
-        /// Its length.
-        length: u64,
-        /// The missing frames, as ranges.
+        /// What is missing, in words: `frames 3..5 of its 8`.
         missing: String,
     },
     /// Resume or merge of data sets that were made differently; nothing was touched.

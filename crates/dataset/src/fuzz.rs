@@ -140,13 +140,12 @@ pub fn boxes(bytes: &[u8]) -> Result<(), Error> {
 #[must_use]
 pub fn texts(manifest: &Manifest) -> [String; 4] {
     let classes = manifest.frames.last().map(|f| f.point_classes.clone());
-    let numbers: Vec<u32> = manifest.sequences.iter().map(|s| s.number).collect();
-    let ontology = &manifest.header.ontology;
+    let header = &manifest.header;
     [
         manifest.to_json(),
         data_card::encode(manifest),
-        ontology_yaml::encode(ontology, &classes.unwrap_or_default(), &numbers),
-        kitti::encode_calibration(&Calibration::of(&manifest.header)),
+        ontology_yaml::encode(header, &classes.unwrap_or_default()),
+        kitti::encode_calibration(&Calibration::of(&header.sequences[0])),
     ]
 }
 

@@ -1,13 +1,10 @@
 //! What is the same for the whole data set and decides its bytes.
 
-use std::collections::BTreeMap;
-
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{AnnotationKinds, Intrinsics, Ontology, RigidTransform, Shutter};
 use serde::{Deserialize, Serialize};
 
-use crate::serde_scene;
-use crate::{Error, limits};
+use crate::{Error, SequenceSpec, Split, limits, serde_scene};
 
 /// The name of the further camera that is KITTI's right one: its pictures are in `image_3`, its
 /// projection is `P3`.
@@ -85,36 +82,25 @@ pub struct DatasetHeader {
     pub generator: String,
     /// Its version.
     pub version: String,
-    /// The world's seed.
+    /// The seed from which the sequences' seeds come.
     pub seed: u64,
     /// The resolved backend: `cpu`, or the GPU path's name. Never `auto`.
     pub backend: String,
-    /// Side of a chunk, metres.
-    pub chunk_size_m: f64,
-    /// How depth is stored.
-    pub depth_format: DepthFormat,
     /// The licence the user gives the data, for the data card (an SPDX id, or words).
     pub licence: String,
     /// The class table.
     #[serde(with = "serde_scene::ontology")]
     pub ontology: Ontology,
-    /// All cameras, the reference camera first.
-    pub cameras: Vec<CameraSpec>,
-    /// All LiDARs, the reference LiDAR first.
-    pub lidars: Vec<LidarSpec>,
-    /// Key of each world stage: name to hexadecimal.
-    pub stage_keys: BTreeMap<String, String>,
-    /// The resolved configuration. It has what decides the content and nothing else (no threads, no
-    /// output folder, no frame range), because a resumed run compares it.
-    pub config: serde_json::Value,
-    /// The same for human readers, written to `config.toml`. It is not compared.
+    /// All sequences of the data set, by number, whether or not a shard has frames of them.
+    pub sequences: Vec<SequenceSpec>,
+    /// The request, from which all sequences can be made again, written to `config.toml`. It is not
+    /// compared.
     #[serde(skip)]
     pub config_toml: String,
 }
 
 impl DatasetHeader {
-    /// A header without sensors: chunks of 50 m, backend `cpu`, 16-bit depth, no licence given,
-    /// an empty configuration.
+    /// A header of sequence 0 without sensors: backend `cpu`, no licence given.
     #[must_use]
     pub fn new(generator: &str, version: &str, seed: u64, ontology: Ontology) -> Self {
         Self {
@@ -122,78 +108,44 @@ impl DatasetHeader {
             version: version.to_owned(),
             seed,
             backend: "cpu".to_owned(),
-            chunk_size_m: 50.0,
-            depth_format: DepthFormat::default(),
             licence: "unspecified".to_owned(),
             ontology,
-            cameras: Vec::new(),
-            lidars: Vec::new(),
-            stage_keys: BTreeMap::new(),
-            config: serde_json::Value::Object(serde_json::Map::new()),
+            sequences: vec![SequenceSpec::new(0, seed)],
             config_toml: String::new(),
         }
     }
 
-    /// The mount of the reference sensor, whose poses `poses.txt` has: the first camera, or the
-    /// first LiDAR if there is no camera.
+    /// A sequence by its number.
     #[must_use]
-    pub fn body_from_reference(&self) -> RigidTransform {
-        let camera = self.cameras.first().map(|c| c.body_from_camera);
-        let lidar = self.lidars.first().map(|l| l.body_from_lidar);
-        camera.or(lidar).unwrap_or(RigidTransform::IDENTITY)
+    pub fn sequence(&self, number: u32) -> Option<&SequenceSpec> {
+        let at = self.sequences.binary_search_by_key(&number, |s| s.number);
+        at.ok().map(|i| &self.sequences[i])
     }
 
-    /// Checks names, mounts and sizes, before writing and after reading.
+    /// The numbers of the sequences of a split.
+    #[must_use]
+    pub fn numbers(&self, split: Option<Split>) -> Vec<u32> {
+        let of_split = self.sequences.iter().filter(|s| s.split == split);
+        of_split.map(|s| s.number).collect()
+    }
+
+    /// Checks all sequences, before writing and after reading.
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        if self.cameras.is_empty() && self.lidars.is_empty() {
-            return Err(Error::invalid(
-                "cameras",
-                "[]",
-                "at least one camera or LiDAR",
-            ));
+        if !(1..=limits::MAX_SEQUENCES).contains(&self.sequences.len()) {
+            let allowed = format!("1 to {}", limits::MAX_SEQUENCES);
+            let found = self.sequences.len();
+            return Err(Error::invalid("number of sequences", found, allowed));
         }
-        let sensors = self.cameras.len() + self.lidars.len();
-        if sensors > limits::MAX_SENSORS {
-            let allowed = format!("at most {}", limits::MAX_SENSORS);
-            return Err(Error::invalid("number of sensors", sensors, allowed));
+        if !self.sequences.is_sorted_by(|a, b| a.number < b.number) {
+            let allowed = "in order of their numbers, each once";
+            return Err(Error::invalid("sequences", "…", allowed));
         }
-        for camera in &self.cameras {
-            validate_camera(camera)?;
-        }
-        if !(self.chunk_size_m.is_finite() && self.chunk_size_m > 0.0) {
-            return Err(Error::invalid(
-                "chunk_size_m",
-                self.chunk_size_m,
-                "positive",
-            ));
-        }
-        let cameras = self.cameras.iter().map(|c| (&c.name, &c.body_from_camera));
-        let lidars = self.lidars.iter().map(|l| (&l.name, &l.body_from_lidar));
-        let mut names = Vec::new();
-        for (name, mount) in cameras.chain(lidars) {
-            check_sensor_name(name)?;
-            if names.contains(&name) {
-                return Err(Error::invalid(
-                    "sensor name",
-                    name,
-                    "unique among all sensors",
-                ));
-            }
-            names.push(name);
-            if !(is_place(mount.translation_m) && mount.rotation.is_normalized()) {
-                return Err(Error::invalid(
-                    format!("{name}.mount"),
-                    format!("{mount:?}"),
-                    "finite, with a unit rotation",
-                ));
-            }
-        }
-        Ok(())
+        self.sequences.iter().try_for_each(SequenceSpec::validate)
     }
 }
 
 /// Checks a picture's size and the numbers by which points are projected.
-fn validate_camera(camera: &CameraSpec) -> Result<(), Error> {
+pub(crate) fn validate_camera(camera: &CameraSpec) -> Result<(), Error> {
     let k = &camera.intrinsics;
     let field = |what| format!("{}.{what}", camera.name);
     for (what, side) in [("width", k.width), ("height", k.height)] {
@@ -230,7 +182,7 @@ pub(crate) fn is_place(position_m: DVec3) -> bool {
 
 /// Refuses names that could be mistaken for a folder of the layout, or that some file systems do
 /// not allow.
-fn check_sensor_name(name: &str) -> Result<(), Error> {
+pub(crate) fn check_sensor_name(name: &str) -> Result<(), Error> {
     const RESERVED: [&str; 14] = [
         "image_2", "image_3", "semantic", "instance", "depth", "normals", "sky", "flow", "trunks",
         "boxes", "radiance", "velodyne", "labels", "points",

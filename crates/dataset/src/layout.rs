@@ -2,7 +2,7 @@
 
 use nemoral_files::InnerPath;
 
-use crate::{CameraFile, DatasetHeader, header, limits};
+use crate::{CameraFile, SequenceSpec, header, limits};
 
 pub(crate) const MANIFEST: &str = "dataset.json";
 /// Present while a data set is unfinished: the header, a record for each frame, a lock.
@@ -16,13 +16,15 @@ pub(crate) const ONTOLOGY: &str = "ontology.yaml";
 pub(crate) const TREES: &str = "trees.csv";
 pub(crate) const INSTANCES: &str = "instances.csv";
 /// The files at the top, except `dataset.json`.
-pub(crate) const TOP_FILES: [&str; 5] = [README, CONFIG, ONTOLOGY, TREES, INSTANCES];
+pub(crate) const TOP_FILES: [&str; 3] = [README, CONFIG, ONTOLOGY];
 pub(crate) const SEQUENCES: &str = "sequences";
 /// The folder of KITTI's odometry benchmark for all sequences' poses.
 pub(crate) const ALL_POSES: &str = "poses";
 pub(crate) const POSES: &str = "poses.txt";
 pub(crate) const CALIB: &str = "calib.txt";
 pub(crate) const TIMES: &str = "times.txt";
+/// The files of a sequence that belong to no frame.
+pub(crate) const SEQUENCE_FILES: [&str; 6] = [CALIB, CONFIG, INSTANCES, POSES, TIMES, TREES];
 
 /// The folders of one LiDAR, below the sequence's.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,8 +36,8 @@ pub(crate) struct LidarFolders {
 
 /// The folder below the sequence in which the `i`-th camera writes one of its files; those of the
 /// first camera are SemanticKITTI's.
-pub(crate) fn camera_folder(header: &DatasetHeader, i: usize, file: CameraFile) -> String {
-    let name = &header.cameras[i].name;
+pub(crate) fn camera_folder(sequence: &SequenceSpec, i: usize, file: CameraFile) -> String {
+    let name = &sequence.cameras[i].name;
     if i > 0 && name == header::RIGHT && file == CameraFile::Rgb {
         return "image_3".to_owned();
     }
@@ -43,8 +45,8 @@ pub(crate) fn camera_folder(header: &DatasetHeader, i: usize, file: CameraFile) 
 }
 
 /// The folders of the `i`-th LiDAR; those of the first one are SemanticKITTI's.
-pub(crate) fn lidar_folders(header: &DatasetHeader, i: usize) -> LidarFolders {
-    let prefix = prefix(i, &header.lidars[i].name);
+pub(crate) fn lidar_folders(sequence: &SequenceSpec, i: usize) -> LidarFolders {
+    let prefix = prefix(i, &sequence.lidars[i].name);
     LidarFolders {
         velodyne: format!("{prefix}velodyne"),
         labels: format!("{prefix}labels"),
@@ -61,16 +63,16 @@ fn prefix(i: usize, name: &str) -> String {
 }
 
 /// Every folder of a sequence with the extension of its files.
-pub(crate) fn sensor_folders(header: &DatasetHeader) -> Vec<(String, &'static str)> {
+pub(crate) fn sensor_folders(sequence: &SequenceSpec) -> Vec<(String, &'static str)> {
     let mut all = Vec::new();
-    for i in 0..header.cameras.len() {
-        let asked = (CameraFile::ALL.into_iter()).filter(|file| file.is_asked(header, i));
-        all.extend(asked.map(|file| (camera_folder(header, i, file), file.extension(header))));
+    for i in 0..sequence.cameras.len() {
+        let asked = (CameraFile::ALL.into_iter()).filter(|file| file.is_asked(sequence, i));
+        all.extend(asked.map(|f| (camera_folder(sequence, i, f), f.extension(sequence))));
     }
-    for i in 0..header.lidars.len() {
-        let f = lidar_folders(header, i);
+    for i in 0..sequence.lidars.len() {
+        let f = lidar_folders(sequence, i);
         all.extend([(f.velodyne, "bin"), (f.labels, "label")]);
-        if header.lidars[i].ply {
+        if sequence.lidars[i].ply {
             all.push((f.points, "ply"));
         }
     }
@@ -78,13 +80,16 @@ pub(crate) fn sensor_folders(header: &DatasetHeader) -> Vec<(String, &'static st
 }
 
 /// `sequences/NN`.
-pub(crate) fn sequence(number: u32) -> String {
+pub(crate) fn sequence_folder(number: u32) -> String {
     format!("{SEQUENCES}/{number:02}")
 }
 
 /// `sequences/NN/FOLDER/IIIIII.EXT`.
 pub(crate) fn frame_file(sequence_number: u32, folder: &str, index: u64, ext: &str) -> String {
-    format!("{}/{folder}/{index:06}.{ext}", sequence(sequence_number))
+    format!(
+        "{}/{folder}/{index:06}.{ext}",
+        sequence_folder(sequence_number)
+    )
 }
 
 /// `.nemoral/frames/NN-IIIIII.json`.
@@ -106,9 +111,11 @@ pub(crate) fn is_frame_file(name: &str, extension: &str) -> bool {
         .is_some_and(|(stem, e)| is_number(stem, 6) && e == extension)
 }
 
-/// Whether this is the name of a sequence's folder.
-pub(crate) fn is_sequence_name(name: &str) -> bool {
-    is_number(name, 2)
+/// The number of a sequence, by the name of its folder.
+pub(crate) fn sequence_of_name(name: &str) -> Option<u32> {
+    let number = name.parse().ok()?;
+    // A sequence has only one valid name.
+    (format!("{number:02}") == name).then_some(number)
 }
 
 fn is_number(text: &str, least_digits: usize) -> bool {
@@ -120,34 +127,31 @@ pub(crate) fn inner(path: &str) -> InnerPath {
     InnerPath::new(path).expect("the layout's names are plain")
 }
 
-/// One file of the `i`-th camera for a frame, given by its sequence and index.
+/// One file of the `i`-th camera for a frame.
 pub(crate) fn camera_file(
-    header: &DatasetHeader,
-    (number, index): (u32, u64),
+    sequence: &SequenceSpec,
+    index: u64,
     i: usize,
     file: CameraFile,
 ) -> String {
-    let folder = camera_folder(header, i, file);
-    frame_file(number, &folder, index, file.extension(header))
+    let folder = camera_folder(sequence, i, file);
+    frame_file(sequence.number, &folder, index, file.extension(sequence))
 }
 
 /// Every file of a frame, by path, with the most bytes that it may have.
-pub(crate) fn frame_files(
-    header: &DatasetHeader,
-    number: u32,
-    index: u64,
-) -> Vec<(InnerPath, u64)> {
+pub(crate) fn frame_files(sequence: &SequenceSpec, index: u64) -> Vec<(InnerPath, u64)> {
+    let number = sequence.number;
     let path = |folder: &str, extension| inner(&frame_file(number, folder, index, extension));
     let mut files = Vec::new();
-    for (i, camera) in header.cameras.iter().enumerate() {
-        let asked = (CameraFile::ALL.into_iter()).filter(|file| file.is_asked(header, i));
+    for (i, camera) in sequence.cameras.iter().enumerate() {
+        let asked = (CameraFile::ALL.into_iter()).filter(|file| file.is_asked(sequence, i));
         files.extend(asked.map(|file| {
-            let limit = file.max_bytes(header, &camera.intrinsics);
-            (inner(&camera_file(header, (number, index), i, file)), limit)
+            let limit = file.max_bytes(sequence, &camera.intrinsics);
+            (inner(&camera_file(sequence, index, i, file)), limit)
         }));
     }
-    for (i, lidar) in header.lidars.iter().enumerate() {
-        let f = lidar_folders(header, i);
+    for (i, lidar) in sequence.lidars.iter().enumerate() {
+        let f = lidar_folders(sequence, i);
         files.push((path(&f.velodyne, "bin"), limits::scan_bytes(16)));
         files.push((path(&f.labels, "label"), limits::scan_bytes(4)));
         if lidar.ply {
@@ -159,24 +163,24 @@ pub(crate) fn frame_files(
 }
 
 /// Every file that belongs to no frame, by path, with the most bytes that it may have. Sequences
-/// are given by their numbers and lengths.
-pub(crate) fn common_files(
-    header: &DatasetHeader,
-    sequences: impl IntoIterator<Item = (u32, u64)>,
+/// are given with their lengths.
+pub(crate) fn common_files<'a>(
+    sequences: impl IntoIterator<Item = (&'a SequenceSpec, u64)>,
 ) -> Vec<(InnerPath, u64)> {
-    let mut files = vec![
-        (inner(README), limits::TEXT_BYTES),
-        (inner(CONFIG), limits::TEXT_BYTES),
-        (inner(ONTOLOGY), limits::TEXT_BYTES),
-        (inner(TREES), limits::TABLE_BYTES),
-        (inner(INSTANCES), limits::TABLE_BYTES),
-    ];
-    for (number, length) in sequences {
-        let path = |name| inner(&sequence_file(number, name));
-        files.push((path(POSES), limits::lines_bytes(length)));
-        files.push((inner(&kitti_poses(number)), limits::lines_bytes(length)));
-        files.push((path(TIMES), limits::lines_bytes(length)));
-        files.push((path(CALIB), limits::calibration_bytes(header.cameras.len())));
+    let mut files: Vec<_> = TOP_FILES.map(|f| (inner(f), limits::TEXT_BYTES)).into();
+    for (sequence, length) in sequences {
+        let path = |name| inner(&sequence_file(sequence.number, name));
+        let poses = limits::lines_bytes(length);
+        let sensors = sequence.cameras.len() + sequence.lidars.len();
+        files.extend([
+            (path(POSES), poses),
+            (inner(&kitti_poses(sequence.number)), poses),
+            (path(TIMES), poses),
+            (path(CALIB), limits::calibration_bytes(sensors)),
+            (path(CONFIG), limits::TEXT_BYTES),
+            (path(TREES), limits::TABLE_BYTES),
+            (path(INSTANCES), limits::TABLE_BYTES),
+        ]);
     }
     files.sort();
     files
@@ -189,10 +193,10 @@ pub(crate) fn kitti_poses(number: u32) -> String {
 
 /// Whether this is the name of a file of `poses`.
 pub(crate) fn is_kitti_poses(name: &str) -> bool {
-    name.strip_suffix(".txt").is_some_and(is_sequence_name)
+    name.strip_suffix(".txt").is_some_and(|n| is_number(n, 2))
 }
 
 /// `sequences/NN/NAME`.
 pub(crate) fn sequence_file(number: u32, name: &str) -> String {
-    format!("{}/{name}", sequence(number))
+    format!("{}/{name}", sequence_folder(number))
 }

@@ -5,13 +5,14 @@
 //! The layout is SemanticKITTI's, so that existing loaders read it unchanged, with images beside
 //! the scans:
 //! ```text
-//! OUT/README.md  dataset.json  config.toml  ontology.yaml  trees.csv  instances.csv
+//! OUT/README.md  dataset.json  config.toml  ontology.yaml
 //! OUT/sequences/NN/{image_2,semantic,instance,depth,normals}/000000.png
 //!                  velodyne/000000.bin  labels/000000.label  points/000000.ply
-//!                  poses.txt  calib.txt  times.txt
+//!                  poses.txt  calib.txt  times.txt  config.toml  trees.csv  instances.csv
 //! OUT/poses/NN.txt
 //! ```
-//! A further camera or LiDAR has the same folders inside a folder of its name, except that the
+//! A data set has one or more sequences, each a drive through a world of its own, with sensors of
+//! its own. A further camera or LiDAR has the same folders inside a folder of its name, except that the
 //! pictures of a further camera called `right` are in `image_3`. While a data set is unfinished,
 //! `OUT/.nemoral/` holds its header and a record for each whole frame.
 //!
@@ -53,16 +54,14 @@
 //! # let folder = tempfile::tempdir()?;
 //! # let out = folder.path();
 //! let mount = RigidTransform::IDENTITY;
-//! let header = DatasetHeader {
-//!     lidars: vec![LidarSpec {
-//!         name: "top".into(),
-//!         body_from_lidar: mount,
-//!         deskewed: true,
-//!         pointing_errors: false,
-//!         ply: true,
-//!     }],
-//!     ..DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper())
-//! };
+//! let mut header = DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper());
+//! header.sequences[0].lidars = vec![LidarSpec {
+//!     name: "top".into(),
+//!     body_from_lidar: mount,
+//!     deskewed: true,
+//!     pointing_errors: false,
+//!     ply: true,
+//! }];
 //! let writer = Writer::create(out, OpenMode::Fresh, header)?;
 //! writer.write_frame(&FrameData {
 //!     sequence: 0,
@@ -75,7 +74,8 @@
 //!     frame_key: [0; 32],
 //! })?;
 //! let track = Track { sequence: 0, poses: vec![(0.0, mount)] };
-//! writer.finish(&WorldTables::default(), &[track])?;
+//! writer.write_sequence(&track, &WorldTables::default())?;
+//! writer.finish()?;
 //!
 //! assert_eq!(Dataset::open(out)?.read_frame(0)?.lidars[0].points.len(), 0);
 //! assert!(check(out)?.passed());
@@ -102,6 +102,7 @@ mod output;
 mod overlap;
 mod reader;
 mod seal;
+mod sequence_spec;
 mod serde_scene;
 mod stats;
 mod writer;
@@ -117,9 +118,10 @@ pub use formats::kitti::{Calibration, CameraCalibration, LidarCalibration};
 pub use formats::ply::PlyPoint;
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
-pub use manifest::{FORMAT_VERSION, FrameRecord, Manifest, SequenceRecord};
+pub use manifest::{FORMAT_VERSION, FrameRecord, Manifest, TrackRecord};
 pub use merge::{MergeParams, merge};
 pub use nemoral_files::InnerPath;
 pub use reader::{CameraFrame, Dataset, Frame, LidarFrame};
+pub use sequence_spec::{SequenceSpec, Split};
 pub use stats::{ClassShare, Quantiles, Stats, stats};
 pub use writer::{OpenMode, Writer};

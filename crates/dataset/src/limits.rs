@@ -18,11 +18,11 @@ pub(crate) const MAX_POINTS: u64 = 50_000_000;
 /// within it.
 pub(crate) const MAX_POSITION_M: f64 = 1e12;
 
-/// A header of a data set that is being written.
-pub(crate) const HEADER_BYTES: u64 = 16 << 20;
+/// A header of a data set that is being written, which has some 15 kB for each sequence.
+pub(crate) const HEADER_BYTES: u64 = 512 << 20;
 /// A frame's record while the data set is being written.
 pub(crate) const RECORD_BYTES: u64 = 1 << 20;
-/// `dataset.json`, which has some 2 kB for each frame.
+/// `dataset.json`, which has some 2 kB for each frame and 15 kB for each sequence.
 pub(crate) const MANIFEST_BYTES: u64 = 2 << 30;
 /// A table of objects, some 200 bytes each.
 pub(crate) const TABLE_BYTES: u64 = 2 << 30;
@@ -36,9 +36,9 @@ pub(crate) const fn lines_bytes(frames: u64) -> u64 {
     frames.saturating_mul(12 * 25)
 }
 
-/// `calib.txt`: five lines, and three for each further camera, each of at most 400 bytes.
-pub(crate) const fn calibration_bytes(cameras: usize) -> u64 {
-    400 * (8 + 3 * cameras as u64)
+/// `calib.txt`: five lines, and three for each further sensor, each of at most 400 bytes.
+pub(crate) const fn calibration_bytes(sensors: usize) -> u64 {
+    400 * (8 + 3 * sensors as u64)
 }
 
 /// A picture with `bytes_per_pixel` before compression, which may make it slightly longer.

@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::formats::kitti;
 use crate::header::is_place;
-use crate::{DatasetHeader, Error, FileRecord, layout, limits, seal};
+use crate::{DatasetHeader, Error, FileRecord, SequenceSpec, layout, limits, seal};
 
 /// The version of the layout that this crate writes; it reads no other.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// `dataset.json`: everything about a data set except its content. It contains no time of day, host
 /// name, thread count or duration, so that equal requests give equal bytes.
@@ -23,19 +23,19 @@ pub struct Manifest {
     /// What decides the bytes.
     #[serde(flatten)]
     pub header: DatasetHeader,
-    /// The sequences, by number.
-    pub sequences: Vec<SequenceRecord>,
+    /// The tracks of the sequences that have frames here, by sequence.
+    pub tracks: Vec<TrackRecord>,
     /// The files that belong to no frame, by path; `dataset.json` itself is not among them.
     pub files: Vec<FileRecord>,
     /// The frames that exist here, by sequence and index: a shard lists its own.
     pub frames: Vec<FrameRecord>,
 }
 
-/// A drive.
+/// The drive of a sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SequenceRecord {
-    /// Its number, the NN of `sequences/NN`.
-    pub number: u32,
+pub struct TrackRecord {
+    /// The sequence's number.
+    pub sequence: u32,
     /// Number of frames of the whole drive, and of lines of `poses.txt` and `times.txt`.
     pub length: u64,
     /// The frames that exist here, as half-open ranges.
@@ -70,8 +70,8 @@ pub struct FrameRecord {
     pub files: Vec<FileRecord>,
 }
 
-impl SequenceRecord {
-    /// [`SequenceRecord::world_from_frame0`] as a transform.
+impl TrackRecord {
+    /// [`TrackRecord::world_from_frame0`] as a transform.
     #[must_use]
     pub fn world_from_frame0(&self) -> RigidTransform {
         kitti::from_rows(&self.world_from_frame0)
@@ -146,20 +146,18 @@ impl Manifest {
     /// layout.
     pub(crate) fn validate(&self) -> Result<(), Error> {
         self.header.validate()?;
-        if self.sequences.len() > limits::MAX_SEQUENCES {
-            let allowed = format!("at most {}", limits::MAX_SEQUENCES);
-            let found = self.sequences.len();
-            return Err(Error::invalid("number of sequences", found, allowed));
+        if !self.tracks.is_sorted_by(|a, b| a.sequence < b.sequence) {
+            let allowed = "in order of their sequences, each once";
+            return Err(Error::invalid("tracks", "…", allowed));
         }
-        if !self.sequences.is_sorted_by(|a, b| a.number < b.number) {
-            return Err(Error::invalid(
-                "sequences",
-                "…",
-                "in order of their numbers, each once",
-            ));
-        }
-        for s in &self.sequences {
-            s.validate()?;
+        let mut driven = Vec::new();
+        for track in &self.tracks {
+            track.validate()?;
+            let sequence = self.header.sequence(track.sequence).ok_or_else(|| {
+                let allowed = "that of a sequence";
+                Error::invalid("tracks: sequence", track.sequence, allowed)
+            })?;
+            driven.push((sequence, track.length));
         }
         let at = |f: &FrameRecord| (f.sequence, f.index);
         if !self.frames.is_sorted_by(|a, b| at(a) < at(b)) {
@@ -169,29 +167,27 @@ impl Manifest {
                 "in order of their numbers, each once",
             ));
         }
-        let length: BTreeMap<u32, u64> = self
-            .sequences
-            .iter()
-            .map(|s| (s.number, s.length))
-            .collect();
         for f in &self.frames {
-            let field = format!("frame {} of sequence {}", f.index, f.sequence);
-            match length.get(&f.sequence) {
-                None => return Err(Error::invalid(field, "there", "of a sequence that exists")),
-                Some(&length) if f.index >= length => {
-                    let allowed = format!("one of the sequence's {length}");
-                    return Err(Error::invalid(field, "there", allowed));
+            let field = || format!("frame {} of sequence {}", f.index, f.sequence);
+            match driven.binary_search_by_key(&f.sequence, |(s, _)| s.number) {
+                Err(_) => {
+                    let allowed = "of a sequence with a track";
+                    return Err(Error::invalid(field(), "there", allowed));
                 }
-                Some(_) => f.validate(&self.header)?,
+                Ok(i) if f.index >= driven[i].1 => {
+                    let allowed = format!("one of the sequence's {}", driven[i].1);
+                    return Err(Error::invalid(field(), "there", allowed));
+                }
+                Ok(i) => f.validate(driven[i].0)?,
             }
         }
         let mut listed: BTreeMap<u32, Vec<[u64; 2]>> = BTreeMap::new();
         for f in &self.frames {
             extend(listed.entry(f.sequence).or_default(), f.index);
         }
-        for s in &self.sequences {
-            if s.frames != listed.remove(&s.number).unwrap_or_default() {
-                let field = format!("sequence {}.frames", s.number);
+        for t in &self.tracks {
+            if t.frames != listed.remove(&t.sequence).unwrap_or_default() {
+                let field = format!("track of sequence {}.frames", t.sequence);
                 return Err(Error::invalid(
                     field,
                     "others",
@@ -199,15 +195,13 @@ impl Manifest {
                 ));
             }
         }
-        let sequences = self.sequences.iter().map(|s| (s.number, s.length));
-        let expected = layout::common_files(&self.header, sequences);
-        same_files("files", &self.files, &expected)
+        same_files("files", &self.files, &layout::common_files(driven))
     }
 }
 
-impl SequenceRecord {
+impl TrackRecord {
     fn validate(&self) -> Result<(), Error> {
-        let field = |what| format!("sequence {}.{what}", self.number);
+        let field = |what| format!("track of sequence {}.{what}", self.sequence);
         if !(1..=limits::MAX_FRAMES).contains(&self.length) {
             let allowed = format!("1 to {}", limits::MAX_FRAMES);
             return Err(Error::invalid(field("length"), self.length, allowed));
@@ -218,14 +212,14 @@ impl SequenceRecord {
 
 impl FrameRecord {
     /// Checks names, numbers and files of one frame, which may be one that no manifest lists yet.
-    pub(crate) fn validate(&self, header: &DatasetHeader) -> Result<(), Error> {
+    pub(crate) fn validate(&self, sequence: &SequenceSpec) -> Result<(), Error> {
         let name = format!("frame {} of sequence {}", self.index, self.sequence);
         if self.index >= limits::MAX_FRAMES {
             let allowed = format!("less than {}", limits::MAX_FRAMES);
             return Err(Error::invalid(name, self.index, allowed));
         }
         // The limit keeps sums over all frames from overflowing.
-        let most = limits::MAX_POINTS * header.lidars.len() as u64;
+        let most = limits::MAX_POINTS * sequence.lidars.len() as u64;
         if let Some((class, count)) = self.point_classes.iter().find(|(_, n)| **n > most) {
             let field = format!("{name}.point_classes.{class}");
             return Err(Error::invalid(field, count, format!("at most {most}")));
@@ -247,8 +241,8 @@ impl FrameRecord {
                 "finite",
             ));
         }
-        if self.sensor_chunks.len() != header.lidars.len() {
-            let (found, asked) = (self.sensor_chunks.len(), header.lidars.len());
+        if self.sensor_chunks.len() != sequence.lidars.len() {
+            let (found, asked) = (self.sensor_chunks.len(), sequence.lidars.len());
             let allowed = format!("{asked}, one for each LiDAR");
             return Err(Error::invalid(
                 format!("{name}.sensor_chunks"),
@@ -263,7 +257,7 @@ impl FrameRecord {
                 "64 hexadecimal digits",
             ));
         }
-        let expected = layout::frame_files(header, self.sequence, self.index);
+        let expected = layout::frame_files(sequence, self.index);
         same_files(&format!("{name}.files"), &self.files, &expected)
     }
 }

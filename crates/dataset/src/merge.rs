@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::formats::tables;
 use crate::manifest::ranges;
 use crate::writer::Drive;
-use crate::{Dataset, Error, Manifest, OpenMode, Writer, layout, output::compare};
+use crate::{Dataset, DatasetHeader, Error, Manifest, OpenMode, Writer, layout, output::compare};
 
 /// How [`merge`] treats its output folder and missing frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,41 +41,46 @@ pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifes
     {
         return Err(Error::invalid("out", out.display(), "none of the parts"));
     }
-    let header = first.manifest().header.clone();
-    let (mut trees, mut objects) = (tables::Rows::new(), tables::Rows::new());
+    let mut header = first.manifest().header.clone();
     let mut drives: BTreeMap<u32, Drive> = BTreeMap::new();
     for part in &parts {
         compare::compare(part.root(), &part.manifest().header, &header)?;
         part.verify_common_files()?;
-        for row in part.tree_rows()?.into_values() {
-            tables::insert(&mut trees, "trees", row)?;
-        }
-        for row in part.object_rows()?.into_values() {
-            tables::insert(&mut objects, "instances", row)?;
-        }
-        for sequence in &part.manifest().sequences {
-            let path = |name| layout::sequence_file(sequence.number, name);
+        for track in &part.manifest().tracks {
+            let path = |name| layout::sequence_file(track.sequence, name);
             let drive = Drive {
-                length: sequence.length,
-                world_from_frame0: sequence.world_from_frame0,
+                length: track.length,
+                world_from_frame0: track.world_from_frame0,
                 poses: part.read_text(&path(layout::POSES))?,
                 times: part.read_text(&path(layout::TIMES))?,
             };
             let ours = drives
-                .entry(sequence.number)
+                .entry(track.sequence)
                 .or_insert_with(|| drive.clone());
             if *ours != drive {
                 return Err(Error::Mismatch {
                     path: part.root().to_owned(),
-                    field: format!("track of sequence {}", sequence.number),
+                    field: format!("track of sequence {}", track.sequence),
                     found: format!("{} frames", drive.length),
                     asked: format!("{} frames with other poses or times", ours.length),
                 });
             }
         }
+        // These texts are for human readers, and a part has only those of its own sequences.
+        let theirs = &part.manifest().header.sequences;
+        for (ours, theirs) in header.sequences.iter_mut().zip(theirs) {
+            if ours.config_toml.is_empty() {
+                ours.config_toml.clone_from(&theirs.config_toml);
+            }
+        }
     }
     if !params.partial {
-        refuse_gaps(&parts, &drives)?;
+        refuse_gaps(&parts, &header, &drives)?;
+    }
+    // Tables are read twice, so that those that contradict each other are refused before anything
+    // is written, and that those of one sequence are in memory at a time.
+    for &sequence in drives.keys() {
+        tables_of(&parts, sequence)?;
     }
     let writer = Writer::create(out, params.mode, header)?;
     for part in &parts {
@@ -83,11 +88,41 @@ pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifes
             writer.adopt(part, record)?;
         }
     }
-    writer.conclude(&trees, &objects, &drives)
+    for (&sequence, drive) in &drives {
+        let (trees, objects) = tables_of(&parts, sequence)?;
+        let spec = writer.header().sequence(sequence);
+        let spec = spec.expect("a manifest's tracks are of sequences");
+        writer.put_sequence(spec, drive, &trees, &objects)?;
+    }
+    writer.finish()
+}
+
+/// The united tables of a sequence.
+fn tables_of(parts: &[Dataset], sequence: u32) -> Result<(tables::Rows, tables::Rows), Error> {
+    let (mut trees, mut objects) = (tables::Rows::new(), tables::Rows::new());
+    for part in parts.iter().filter(|p| p.track(sequence).is_ok()) {
+        for row in part.tree_rows(sequence)?.into_values() {
+            tables::insert(&mut trees, "trees", row)?;
+        }
+        for row in part.object_rows(sequence)?.into_values() {
+            tables::insert(&mut objects, "instances", row)?;
+        }
+    }
+    Ok((trees, objects))
 }
 
 /// Refuses parts that do not have all frames of all sequences.
-fn refuse_gaps(parts: &[Dataset], drives: &BTreeMap<u32, Drive>) -> Result<(), Error> {
+fn refuse_gaps(
+    parts: &[Dataset],
+    header: &DatasetHeader,
+    drives: &BTreeMap<u32, Drive>,
+) -> Result<(), Error> {
+    if let Some(none) = (header.sequences.iter()).find(|s| !drives.contains_key(&s.number)) {
+        return Err(Error::Incomplete {
+            sequence: none.number,
+            missing: "any of its frames".to_owned(),
+        });
+    }
     for (&sequence, drive) in drives {
         let frames = parts.iter().flat_map(Dataset::frames);
         let there: BTreeSet<u64> = frames
@@ -113,8 +148,7 @@ fn refuse_gaps(parts: &[Dataset], drives: &BTreeMap<u32, Drive>) -> Result<(), E
             };
             return Err(Error::Incomplete {
                 sequence,
-                length: drive.length,
-                missing: missing.join(", ") + &and,
+                missing: format!("frames {}{and} of its {}", missing.join(", "), drive.length),
             });
         }
     }

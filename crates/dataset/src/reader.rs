@@ -9,7 +9,7 @@ use nemoral_scene::{Flow, Image, ObjectBox, ObjectRecord, RigidTransform, TreeRe
 use crate::formats::{Size, annotations, exr, images, kitti, npy, ply, scan, tables};
 use crate::{
     Calibration, CameraFile, DepthFormat, Error, FileRecord, FrameRecord, Manifest, PlyPoint,
-    SequenceRecord, layout,
+    SequenceSpec, TrackRecord, layout,
 };
 
 /// A finished data set on disk. Every file that is read is compared with its size and checksum in
@@ -99,9 +99,16 @@ impl Dataset {
             manifest,
             is_untouched,
         };
-        // The config is for human readers only; `check` reports what is wrong with it.
+        // Configs are for human readers only; `check` reports what is wrong with them.
         let config = dataset.read_text(layout::CONFIG);
         dataset.manifest.header.config_toml = config.unwrap_or_default();
+        for i in 0..dataset.manifest.header.sequences.len() {
+            let number = dataset.manifest.header.sequences[i].number;
+            if dataset.track(number).is_ok() {
+                let config = dataset.read_text(&layout::sequence_file(number, layout::CONFIG));
+                dataset.manifest.header.sequences[i].config_toml = config.unwrap_or_default();
+            }
+        }
         Ok(dataset)
     }
 
@@ -172,9 +179,9 @@ impl Dataset {
         let allowed = || format!("less than {count}, the number of frames here");
         let frame = self.frames().get(i);
         let frame = frame.ok_or_else(|| Error::invalid("frame", i, allowed()))?;
-        let header = &self.manifest.header;
-        let cameras = (0..header.cameras.len()).map(|c| self.read_camera(frame, c));
-        let lidars = (0..header.lidars.len()).map(|l| self.read_lidar(frame, l));
+        let sequence = self.sequence_of(frame);
+        let cameras = (0..sequence.cameras.len()).map(|c| self.read_camera(frame, c));
+        let lidars = (0..sequence.lidars.len()).map(|l| self.read_lidar(frame, l));
         Ok(Frame {
             cameras: cameras.collect::<Result<_, _>>()?,
             lidars: lidars.collect::<Result<_, _>>()?,
@@ -267,7 +274,7 @@ impl Dataset {
         camera: usize,
     ) -> Result<(Image<u8>, Image<f32>), Error> {
         use CameraFile::{Depth, Semantic};
-        let decode_depth = match self.manifest.header.depth_format {
+        let decode_depth = match self.sequence_of(frame).depth_format {
             DepthFormat::Png16 => images::decode_depth,
             DepthFormat::Npy => npy::decode,
         };
@@ -278,7 +285,7 @@ impl Dataset {
     }
 
     fn read_camera(&self, frame: &FrameRecord, camera: usize) -> Result<CameraFrame, Error> {
-        let spec = &self.manifest.header.cameras[camera];
+        let spec = &self.sequence_of(frame).cameras[camera];
         use CameraFile as F;
         let (semantic, depth_m) = self.read_semantic_and_depth(frame, camera)?;
         Ok(CameraFrame {
@@ -307,12 +314,13 @@ impl Dataset {
     }
 
     fn read_lidar(&self, frame: &FrameRecord, lidar: usize) -> Result<LidarFrame, Error> {
-        let f = layout::lidar_folders(&self.manifest.header, lidar);
+        let sequence = self.sequence_of(frame);
+        let f = layout::lidar_folders(sequence, lidar);
         Ok(LidarFrame {
-            name: self.manifest.header.lidars[lidar].name.clone(),
+            name: sequence.lidars[lidar].name.clone(),
             points: self.load(frame, &f.velodyne, "bin", scan::decode_points)?,
             labels: self.load(frame, &f.labels, "label", scan::decode_labels)?,
-            ply: if self.manifest.header.lidars[lidar].ply {
+            ply: if sequence.lidars[lidar].ply {
                 self.read_ply(frame, lidar)?
             } else {
                 Vec::new()
@@ -329,7 +337,7 @@ impl Dataset {
         frame: &FrameRecord,
         lidar: usize,
     ) -> Result<Vec<(u8, Vec3)>, Error> {
-        let f = layout::lidar_folders(&self.manifest.header, lidar);
+        let f = layout::lidar_folders(self.sequence_of(frame), lidar);
         let points = self.load(frame, &f.velodyne, "bin", scan::decode_points)?;
         let labels = self.load(frame, &f.labels, "label", scan::decode_labels)?;
         let class = |(class, _): (u16, u16)| class as u8;
@@ -350,7 +358,7 @@ impl Dataset {
         frame: &FrameRecord,
         lidar: usize,
     ) -> Result<Vec<PlyPoint>, Error> {
-        let f = layout::lidar_folders(&self.manifest.header, lidar);
+        let f = layout::lidar_folders(self.sequence_of(frame), lidar);
         self.load(frame, &f.points, "ply", ply::decode)
     }
 
@@ -375,9 +383,9 @@ impl Dataset {
         file: CameraFile,
         decode: impl Fn(&Path, &[u8]) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        let header = &self.manifest.header;
-        let folder = layout::camera_folder(header, camera, file);
-        self.load(frame, &folder, file.extension(header), decode)
+        let sequence = self.sequence_of(frame);
+        let folder = layout::camera_folder(sequence, camera, file);
+        self.load(frame, &folder, file.extension(sequence), decode)
     }
 
     /// One image of a frame. Its size must be the camera's, which is known before memory is
@@ -389,7 +397,7 @@ impl Dataset {
         file: CameraFile,
         decode: impl Fn(&Path, &[u8], Size) -> Result<Image<T>, Error>,
     ) -> Result<Image<T>, Error> {
-        let k = &self.manifest.header.cameras[camera].intrinsics;
+        let k = &self.sequence_of(frame).cameras[camera].intrinsics;
         let size = (k.width as usize, k.height as usize);
         self.camera_file(frame, camera, file, |path, bytes| decode(path, bytes, size))
     }
@@ -406,14 +414,25 @@ impl Dataset {
         )
     }
 
-    /// The record of a sequence.
+    /// The sequence of a frame of this data set.
+    ///
+    /// # Panics
+    /// If the frame is another data set's, whose sequence this one does not have.
+    #[must_use]
+    pub fn sequence_of(&self, frame: &FrameRecord) -> &SequenceSpec {
+        let sequence = self.manifest.header.sequence(frame.sequence);
+        sequence.expect("a manifest's frames are of its sequences")
+    }
+
+    /// The record of a sequence's drive.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if there is no such sequence.
-    pub fn sequence(&self, number: u32) -> Result<&SequenceRecord, Error> {
-        let mut all = self.manifest.sequences.iter();
-        all.find(|s| s.number == number)
-            .ok_or_else(|| Error::invalid("sequence", number, "one that the data set has"))
+    /// [`Error::Invalid`] if there is no such sequence here.
+    pub fn track(&self, sequence: u32) -> Result<&TrackRecord, Error> {
+        let tracks = &self.manifest.tracks;
+        let at = tracks.binary_search_by_key(&sequence, |t| t.sequence);
+        at.map(|i| &tracks[i])
+            .map_err(|_| Error::invalid("sequence", sequence, "one with frames here"))
     }
 
     /// `poses.txt`: for each frame of the whole sequence, the transform that takes points of the
@@ -422,7 +441,7 @@ impl Dataset {
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn poses(&self, sequence: u32) -> Result<Vec<RigidTransform>, Error> {
-        let path = format!("{}/{}", layout::sequence(sequence), layout::POSES);
+        let path = layout::sequence_file(sequence, layout::POSES);
         let rows = self.load_text(&path, kitti::decode_poses)?;
         Ok(rows.iter().map(kitti::from_rows).collect())
     }
@@ -432,7 +451,7 @@ impl Dataset {
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn calibration(&self, sequence: u32) -> Result<Calibration, Error> {
-        let path = format!("{}/{}", layout::sequence(sequence), layout::CALIB);
+        let path = layout::sequence_file(sequence, layout::CALIB);
         self.load_text(&path, kitti::decode_calibration)
     }
 
@@ -441,32 +460,36 @@ impl Dataset {
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn times(&self, sequence: u32) -> Result<Vec<f64>, Error> {
-        let path = format!("{}/{}", layout::sequence(sequence), layout::TIMES);
+        let path = layout::sequence_file(sequence, layout::TIMES);
         self.load_text(&path, kitti::decode_times)
     }
 
-    /// `trees.csv`, by true id.
+    /// `trees.csv` of a sequence, by true id.
     ///
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
-    pub fn trees(&self) -> Result<Vec<TreeRecord>, Error> {
-        tables::trees(&self.root().join(layout::TREES), &self.tree_rows()?)
+    pub fn trees(&self, sequence: u32) -> Result<Vec<TreeRecord>, Error> {
+        let path = layout::sequence_file(sequence, layout::TREES);
+        tables::trees(&self.root().join(path), &self.tree_rows(sequence)?)
     }
 
-    /// `instances.csv`, by true id.
+    /// `instances.csv` of a sequence, by true id.
     ///
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
-    pub fn objects(&self) -> Result<Vec<ObjectRecord>, Error> {
-        tables::objects(&self.root().join(layout::INSTANCES), &self.object_rows()?)
+    pub fn objects(&self, sequence: u32) -> Result<Vec<ObjectRecord>, Error> {
+        let path = layout::sequence_file(sequence, layout::INSTANCES);
+        tables::objects(&self.root().join(path), &self.object_rows(sequence)?)
     }
 
-    pub(crate) fn tree_rows(&self) -> Result<tables::Rows, Error> {
-        self.load_text(layout::TREES, tables::read_tree_rows)
+    pub(crate) fn tree_rows(&self, sequence: u32) -> Result<tables::Rows, Error> {
+        let path = layout::sequence_file(sequence, layout::TREES);
+        self.load_text(&path, tables::read_tree_rows)
     }
 
-    pub(crate) fn object_rows(&self) -> Result<tables::Rows, Error> {
-        self.load_text(layout::INSTANCES, tables::read_object_rows)
+    pub(crate) fn object_rows(&self, sequence: u32) -> Result<tables::Rows, Error> {
+        let path = layout::sequence_file(sequence, layout::INSTANCES);
+        self.load_text(&path, tables::read_object_rows)
     }
 
     pub(crate) fn read_text(&self, relative: &str) -> Result<String, Error> {

@@ -139,15 +139,15 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
     let (mut depths, mut ranges) = (Histogram::new(), Histogram::new());
     let mut overlap = Overlap::default();
     for frame in &manifest.frames {
-        for camera in 0..manifest.header.cameras.len() {
+        let sequence = dataset.sequence_of(frame);
+        for camera in 0..sequence.cameras.len() {
             let (semantic, depth_m) = dataset.read_semantic_and_depth(frame, camera)?;
             for &class in semantic.pixels() {
                 pixels[usize::from(class)] += 1;
             }
             depth_m.pixels().iter().for_each(|&z| depths.add(z));
         }
-        for lidar in 0..manifest.header.lidars.len() {
-            let spec = &manifest.header.lidars[lidar];
+        for (lidar, spec) in sequence.lidars.iter().enumerate() {
             let world_from_lidar = frame.world_from_body() * spec.body_from_lidar;
             let mut in_world = Vec::new();
             for (class, position_m) in dataset.read_classes_and_positions(frame, lidar)? {
@@ -162,7 +162,10 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
             }
         }
     }
-    let trees = dataset.trees()?;
+    let mut trees = Vec::new();
+    for track in &manifest.tracks {
+        trees.extend(dataset.trees(track.sequence)?);
+    }
     let share = |c: &nemoral_scene::Class| ClassShare {
         id: c.id,
         name: c.name.clone(),
@@ -172,7 +175,7 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
     let of_frames = manifest.frames.iter().map(crate::FrameRecord::bytes);
     let of_files = manifest.files.iter().map(|f| f.bytes);
     Ok(Stats {
-        sequences: manifest.sequences.len(),
+        sequences: manifest.tracks.len(),
         frames: manifest.frames.len(),
         bytes: of_frames.chain(of_files).sum(),
         classes: manifest

@@ -14,8 +14,8 @@ use crate::manifest::ranges;
 use crate::output::{self, Content};
 use crate::{
     CameraData, CameraFile, Dataset, DatasetHeader, Error, FORMAT_VERSION, FileRecord, FrameData,
-    FrameRecord, LidarData, Manifest, PlyPoint, SequenceRecord, Track, WorldTables, layout,
-    output::compare, output::state,
+    FrameRecord, LidarData, Manifest, PlyPoint, SequenceSpec, Track, TrackRecord, WorldTables,
+    layout, output::compare, output::state,
 };
 
 /// What to do with an output folder that is not empty.
@@ -49,6 +49,8 @@ pub struct Writer {
     header: DatasetHeader,
     class_ids: [u8; Semantic::ALL.len()],
     records: Mutex<BTreeMap<(u32, u64), FrameRecord>>,
+    /// The sequences whose own files are written, with these.
+    drives: Mutex<BTreeMap<u32, (TrackRecord, Vec<FileRecord>)>>,
     syncer: Mutex<Syncer>,
     /// It is held and not used.
     _lock: Lock,
@@ -87,7 +89,10 @@ impl Writer {
                 finished: finished.is_some(),
             }),
             (Content::Dataset { header: found, .. }, OpenMode::Resume) => {
-                compare::compare(out, found, header)
+                // A data set may get further sequences.
+                let mut known = header.clone();
+                (known.sequences).retain(|s| found.sequence(s.number).is_some());
+                compare::compare(out, found, &known)
             }
             _ => Ok(()),
         }
@@ -136,6 +141,7 @@ impl Writer {
             class_ids: images::class_ids(&header.ontology),
             header,
             records: Mutex::new(records),
+            drives: Mutex::default(),
             syncer: Mutex::new(Syncer::start(folder.clone())?),
             folder,
             _lock: lock,
@@ -161,8 +167,8 @@ impl Writer {
         &self.header
     }
 
-    /// The frames recorded so far by (sequence, index), those of earlier runs included: the tables
-    /// and tracks that [`Writer::finish`] takes must cover all of them.
+    /// The frames recorded so far by (sequence, index), those of earlier runs included: each of
+    /// their sequences must be [written](Self::write_sequence) before the end.
     #[must_use]
     pub fn frames(&self) -> Vec<(u32, u64)> {
         self.lock().keys().copied().collect()
@@ -176,14 +182,15 @@ impl Writer {
     /// [`Error::Invalid`] if the frame does not fit the header; [`Error::Io`] names the file that
     /// could not be written (disk full, no permission).
     pub fn write_frame(&self, frame: &FrameData<'_>) -> Result<FrameRecord, Error> {
-        self.validate(frame)?;
+        let sequence = self.sequence(frame.sequence)?;
+        self.validate(sequence, frame)?;
         let at = (frame.sequence, frame.index);
         if self.lock().remove(&at).is_some() {
             state::put_record(&self.folder, frame.sequence, frame.index, None)?;
         }
         let mut files = Vec::new();
         for (i, camera) in frame.cameras.iter().enumerate() {
-            self.put_camera(frame, i, camera, &mut files)?;
+            self.put_camera(sequence, frame, i, camera, &mut files)?;
         }
         let mut point_classes = BTreeMap::new();
         for (i, lidar) in frame.lidars.iter().enumerate() {
@@ -191,13 +198,13 @@ impl Writer {
             for p in &points {
                 *point_classes.entry(p.class).or_insert(0) += 1;
             }
-            let f = layout::lidar_folders(&self.header, i);
+            let f = layout::lidar_folders(sequence, i);
             let mut put = |folder: &str, extension, bytes: Vec<u8>| {
                 self.put_frame_file(frame, folder, extension, &bytes, &mut files)
             };
             put(&f.velodyne, "bin", scan::encode_points(&points))?;
             put(&f.labels, "label", scan::encode_labels(&points))?;
-            if self.header.lidars[i].ply {
+            if sequence.lidars[i].ply {
                 put(&f.points, "ply", ply::encode(&points))?;
             }
         }
@@ -229,105 +236,115 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes the files that belong to no single frame, `dataset.json` last, and removes
-    /// `.nemoral/`.
+    /// Writes the files of a sequence that belong to no single frame: the poses and times of the
+    /// whole drive, so that shards agree, and the inventory of its world. It may be called from
+    /// several threads at once.
     ///
-    /// `world` must contain every object that a recorded frame shows ([`Writer::frames`]), and
-    /// `tracks` the poses of each whole sequence, so that shards agree.
+    /// `world` must contain every object that a recorded frame of the sequence shows
+    /// ([`Writer::frames`]).
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a frame without a pose, or with a pose that differs from its track's,
-    /// and for two different objects with one id; [`Error::Io`].
-    pub fn finish(self, world: &WorldTables<'_>, tracks: &[Track]) -> Result<Manifest, Error> {
+    /// [`Error::Invalid`] for a sequence that the header does not have or that was written before,
+    /// for a frame without a pose, or with a pose that differs from its track's, and for two
+    /// different objects with one id; [`Error::Io`].
+    pub fn write_sequence(&self, track: &Track, world: &WorldTables<'_>) -> Result<(), Error> {
+        let spec = self.sequence(track.sequence)?;
+        let mount = spec.body_from_reference();
         for record in self.lock().values() {
-            check_pose(record, tracks)?;
-        }
-        let mount = self.header.body_from_reference();
-        let mut drives = BTreeMap::new();
-        for track in tracks {
-            let poses: Vec<_> = track.poses.iter().map(|(_, p)| *p * mount).collect();
-            let Some(first) = poses.first() else {
-                return Err(Error::invalid("track.poses", "[]", "at least one pose"));
-            };
-            let relative = poses.iter().map(|p| kitti::relative(first, p).to_rows());
-            let times: Vec<_> = track.poses.iter().map(|(t, _)| *t).collect();
-            let drive = Drive {
-                length: poses.len() as u64,
-                world_from_frame0: first.to_rows(),
-                poses: kitti::encode_poses(&relative.collect::<Vec<_>>()),
-                times: kitti::encode_times(&times),
-            };
-            if drives.insert(track.sequence, drive).is_some() {
-                let value = track.sequence;
-                return Err(Error::invalid("track.sequence", value, "named once"));
+            if record.sequence == track.sequence {
+                check_pose(record, track)?;
             }
         }
-        let (trees, objects) = (
-            tables::tree_rows(world.trees)?,
-            tables::object_rows(world.objects)?,
-        );
-        self.conclude(&trees, &objects, &drives)
+        let poses: Vec<_> = track.poses.iter().map(|(_, p)| *p * mount).collect();
+        let Some(first) = poses.first() else {
+            return Err(Error::invalid("track.poses", "[]", "at least one pose"));
+        };
+        let relative = poses.iter().map(|p| kitti::relative(first, p).to_rows());
+        let times: Vec<_> = track.poses.iter().map(|(t, _)| *t).collect();
+        let drive = Drive {
+            length: poses.len() as u64,
+            world_from_frame0: first.to_rows(),
+            poses: kitti::encode_poses(&relative.collect::<Vec<_>>()),
+            times: kitti::encode_times(&times),
+        };
+        let trees = tables::tree_rows(world.trees)?;
+        let objects = tables::object_rows(world.objects)?;
+        self.put_sequence(spec, &drive, &trees, &objects)
     }
 
-    /// Writes the last files from prepared tables and tracks. Merging ends here as well.
-    pub(crate) fn conclude(
-        self,
+    /// The same from prepared tables and tracks, as merging has them.
+    pub(crate) fn put_sequence(
+        &self,
+        spec: &SequenceSpec,
+        drive: &Drive,
         trees: &tables::Rows,
         objects: &tables::Rows,
-        drives: &BTreeMap<u32, Drive>,
-    ) -> Result<Manifest, Error> {
-        let frames: Vec<FrameRecord> = self.lock().values().cloned().collect();
-        let sequences = drives.iter().map(|(&number, drive)| SequenceRecord {
-            number,
+    ) -> Result<(), Error> {
+        if self.drives().contains_key(&spec.number) {
+            return Err(Error::invalid("sequence", spec.number, "written once"));
+        }
+        let path = |name| layout::sequence_file(spec.number, name);
+        let calibration = kitti::encode_calibration(&Calibration::of(spec));
+        let mut files = Vec::new();
+        for (path, text) in [
+            (path(layout::CALIB), calibration),
+            (path(layout::CONFIG), spec.config_toml.clone()),
+            (path(layout::INSTANCES), tables::encode_objects(objects)),
+            (path(layout::POSES), drive.poses.clone()),
+            (layout::kitti_poses(spec.number), drive.poses.clone()),
+            (path(layout::TIMES), drive.times.clone()),
+            (path(layout::TREES), tables::encode_trees(trees)),
+        ] {
+            let record = FileRecord::put(&self.folder, layout::inner(&path), text.as_bytes())?;
+            files.push(record);
+        }
+        let record = TrackRecord {
+            sequence: spec.number,
             length: drive.length,
-            frames: ranges(
-                frames
-                    .iter()
-                    .filter(|f| f.sequence == number)
-                    .map(|f| f.index),
-            ),
+            // These are known at the end.
+            frames: Vec::new(),
             world_from_frame0: drive.world_from_frame0,
-        });
+        };
+        self.drives().insert(spec.number, (record, files));
+        Ok(())
+    }
+
+    /// Writes the files of the whole data set, `dataset.json` last, and removes `.nemoral/`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if a sequence with frames was not [written](Self::write_sequence);
+    /// [`Error::Io`].
+    pub fn finish(self) -> Result<Manifest, Error> {
+        let frames: Vec<FrameRecord> = self.lock().values().cloned().collect();
         let mut manifest = Manifest {
             format_version: FORMAT_VERSION,
             header: self.header.clone(),
-            sequences: sequences.collect(),
+            tracks: Vec::new(),
             files: Vec::new(),
             frames,
         };
+        for (mut track, files) in std::mem::take(&mut *self.drives()).into_values() {
+            let first = (manifest.frames).partition_point(|f| f.sequence < track.sequence);
+            let of_track = manifest.frames[first..].iter();
+            let of_track = of_track.take_while(|f| f.sequence == track.sequence);
+            track.frames = ranges(of_track.map(|f| f.index));
+            manifest.tracks.push(track);
+            manifest.files.extend(files);
+        }
         let mut point_classes = BTreeMap::new();
         for (&class, count) in manifest.frames.iter().flat_map(|f| &f.point_classes) {
             *point_classes.entry(class).or_insert(0) += count;
         }
-        let numbers: Vec<u32> = drives.keys().copied().collect();
-        let mut texts = vec![
-            (layout::README.to_owned(), data_card::encode(&manifest)),
-            (layout::CONFIG.to_owned(), self.header.config_toml.clone()),
-            (
-                layout::ONTOLOGY.to_owned(),
-                ontology_yaml::encode(&self.header.ontology, &point_classes, &numbers),
-            ),
-            (layout::TREES.to_owned(), tables::encode_trees(trees)),
-            (
-                layout::INSTANCES.to_owned(),
-                tables::encode_objects(objects),
-            ),
-        ];
-        let calibration = kitti::encode_calibration(&Calibration::of(&self.header));
-        for (&number, drive) in drives {
-            let path = |name| layout::sequence_file(number, name);
-            texts.extend([
-                (path(layout::CALIB), calibration.clone()),
-                (path(layout::POSES), drive.poses.clone()),
-                (layout::kitti_poses(number), drive.poses.clone()),
-                (path(layout::TIMES), drive.times.clone()),
-            ]);
-        }
-        texts.sort();
-        for (path, text) in texts {
-            let record = FileRecord::put(&self.folder, layout::inner(&path), text.as_bytes())?;
+        let ontology = ontology_yaml::encode(&self.header, &point_classes);
+        for (name, text) in [
+            (layout::README, data_card::encode(&manifest)),
+            (layout::CONFIG, self.header.config_toml.clone()),
+            (layout::ONTOLOGY, ontology),
+        ] {
+            let record = FileRecord::put(&self.folder, layout::inner(name), text.as_bytes())?;
             manifest.files.push(record);
         }
+        manifest.files.sort_by(|a, b| a.path.cmp(&b.path));
         // A resumed folder may hold frames that no track knows.
         manifest.validate()?;
         let syncer = self
@@ -381,8 +398,17 @@ impl Writer {
         self.records.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn validate(&self, frame: &FrameData<'_>) -> Result<(), Error> {
-        let h = &self.header;
+    /// What decides the bytes of a sequence.
+    fn sequence(&self, number: u32) -> Result<&SequenceSpec, Error> {
+        let known = self.header.sequence(number);
+        known.ok_or_else(|| Error::invalid("sequence", number, "one of the header's"))
+    }
+
+    fn drives(&self) -> MutexGuard<'_, BTreeMap<u32, (TrackRecord, Vec<FileRecord>)>> {
+        self.drives.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn validate(&self, h: &SequenceSpec, frame: &FrameData<'_>) -> Result<(), Error> {
         let name = format!("frame {}", frame.index);
         let asked: Vec<&str> = h.cameras.iter().map(|c| &*c.name).collect();
         let found: Vec<&str> = frame.cameras.iter().map(|c| c.name).collect();
@@ -477,15 +503,16 @@ impl Writer {
 
     fn put_camera(
         &self,
+        sequence: &SequenceSpec,
         frame: &FrameData<'_>,
         i: usize,
         camera: &CameraData<'_>,
         files: &mut Vec<FileRecord>,
     ) -> Result<(), Error> {
         for file in CameraFile::ALL {
-            if let Some(bytes) = file.encode(&self.header, i, camera) {
-                let extension = file.extension(&self.header);
-                let folder = layout::camera_folder(&self.header, i, file);
+            if let Some(bytes) = file.encode(sequence, &self.header.ontology, i, camera) {
+                let extension = file.extension(sequence);
+                let folder = layout::camera_folder(sequence, i, file);
                 self.put_frame_file(frame, &folder, extension, &bytes, files)?;
             }
         }
@@ -524,11 +551,10 @@ fn hex(key: &[u8; 32]) -> String {
 
 /// Checks that a frame's pose is its track's; otherwise images and `poses.txt` would contradict
 /// each other.
-fn check_pose(record: &FrameRecord, tracks: &[Track]) -> Result<(), Error> {
-    let track = tracks.iter().find(|t| t.sequence == record.sequence);
+fn check_pose(record: &FrameRecord, track: &Track) -> Result<(), Error> {
     let pose = usize::try_from(record.index)
         .ok()
-        .and_then(|i| track?.poses.get(i));
+        .and_then(|i| track.poses.get(i));
     let field = format!(
         "pose of frame {} in sequence {}",
         record.index, record.sequence

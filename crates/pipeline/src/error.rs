@@ -58,6 +58,15 @@ impl Error {
         Self::Request(message.into().into())
     }
 
+    /// Says in which of several sequences a request is wrong.
+    pub(crate) fn in_sequence(self, number: u32, of: u32) -> Self {
+        if of > 1 && self.is_request() {
+            Self::request(format!("sequence {number}: {self}"))
+        } else {
+            self
+        }
+    }
+
     /// Whether the request was wrong (exit code 2), rather than its execution (1).
     #[must_use]
     pub fn is_request(&self) -> bool {

@@ -39,7 +39,7 @@ const CORE_S_PER_MEGABOUNCE: f64 = 3.0;
 /// The estimated cost of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Frames of the sequence.
+    /// Frames of all sequences.
     pub frames: u64,
     /// Gigabytes on disk.
     pub gigabytes: f64,
@@ -47,9 +47,9 @@ pub struct Estimate {
     pub core_minutes: f64,
 }
 
-/// Estimates the cost of a run from measurements of the presets.
+/// Estimates the cost of a run of so many sequences like this one from measurements of the presets.
 #[must_use]
-pub fn estimate(config: &Config) -> Estimate {
+pub fn estimate(config: &Config, sequences: u32) -> Estimate {
     let (mut bytes, mut seconds) = (0.0, 0.0);
     for (_, camera) in config.all_cameras() {
         let (mut per_pixel, mut per_megapixel) = (BYTES_PER_PIXEL, CORE_S_PER_MEGAPIXEL);
@@ -79,11 +79,11 @@ pub fn estimate(config: &Config) -> Estimate {
     } else {
         BYTES_PER_POINT
     };
-    let frames = config.frames as f64;
+    let frames = config.frames as f64 * f64::from(sequences);
     bytes += pulses * RETURNS * per_point;
     seconds += rays / 1e6 * CORE_S_PER_MEGARAY;
     Estimate {
-        frames: config.frames,
+        frames: config.frames.saturating_mul(sequences.into()),
         gigabytes: frames * bytes / 1e9,
         core_minutes: frames * seconds / 60.0,
     }
@@ -112,7 +112,7 @@ mod tests {
                 file: None,
                 settings: settings.iter().map(|s| (*s).to_owned()).collect(),
             };
-            estimate(&layers.load().expect("valid"))
+            estimate(&layers.load().expect("valid"), 1)
         };
         let plain = of(&[]);
         assert!(

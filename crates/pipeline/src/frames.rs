@@ -65,19 +65,108 @@ impl FrameSelection {
     #[must_use]
     pub fn shard(&self, index: u64, count: u64) -> Self {
         assert!(index < count, "shard {index} of {count}");
-        let all = u128::from(self.count());
-        let cut = |i: u128| (all * i / u128::from(count)) as u64;
-        let (from, to) = (cut(index.into()), cut(u128::from(index) + 1));
+        self.positions(cut(self.count(), index, count))
+    }
+
+    /// The frames at these positions in the set.
+    fn positions(&self, positions: Range<u64>) -> Self {
         let mut before = 0;
         let parts = self.ranges.iter().map(|range| {
             let length = range.end - range.start;
             // The limits as numbers within this range.
-            let low = from.saturating_sub(before).min(length);
-            let high = to.saturating_sub(before).min(length);
+            let low = positions.start.saturating_sub(before).min(length);
+            let high = positions.end.saturating_sub(before).min(length);
             before += length;
             range.start + low..range.start + high
         });
         parts.collect()
+    }
+}
+
+/// The positions of the part `index` of `count` equal parts of `all`.
+fn cut(all: u64, index: u64, count: u64) -> Range<u64> {
+    let at = |i: u64| (u128::from(all) * u128::from(i) / u128::from(count)) as u64;
+    at(index)..at(index + 1)
+}
+
+/// The same frames of each of several sequences, or a part of these.
+///
+/// ```
+/// use nemoral_pipeline::{FrameSelection, SequenceFrames};
+///
+/// let frames = SequenceFrames::new(FrameSelection::first(10), 4);
+/// assert_eq!(frames.count(), 40);
+/// // A worker's frames are neighbours, so that it grows few worlds.
+/// let half = frames.shard(1, 3);
+/// assert_eq!(half.of(0).count() + half.of(1).count() + half.of(2).count(), half.count());
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SequenceFrames {
+    of_each: FrameSelection,
+    sequences: u32,
+    /// Which of all frames, in the order of sequences.
+    part: Range<u64>,
+}
+
+impl SequenceFrames {
+    /// These frames of sequences 0, 1, …, `sequences` - 1.
+    #[must_use]
+    pub fn new(of_each: FrameSelection, sequences: u32) -> Self {
+        let all = of_each.count().saturating_mul(sequences.into());
+        Self {
+            of_each,
+            sequences,
+            part: 0..all,
+        }
+    }
+
+    /// The part `index` of `count` equal parts, `index` from 0, as [`FrameSelection::shard`] cuts
+    /// them.
+    ///
+    /// # Panics
+    /// If `index` is not below `count`.
+    #[must_use]
+    pub fn shard(&self, index: u64, count: u64) -> Self {
+        assert!(index < count, "shard {index} of {count}");
+        let part = cut(self.count(), index, count);
+        Self {
+            part: self.part.start + part.start..self.part.start + part.end,
+            ..self.clone()
+        }
+    }
+
+    /// The number of frames.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.part.end - self.part.start
+    }
+
+    /// The last frame that is asked for of each sequence; `None` if there is none.
+    #[must_use]
+    pub fn last(&self) -> Option<u64> {
+        self.of_each.last()
+    }
+
+    /// The frames of a sequence.
+    #[must_use]
+    pub fn of(&self, sequence: u32) -> FrameSelection {
+        let length = self.of_each.count();
+        let before = length.saturating_mul(sequence.into());
+        let within = |at: u64| at.saturating_sub(before).min(length);
+        self.of_each
+            .positions(within(self.part.start)..within(self.part.end))
+    }
+
+    /// The sequences that have frames here.
+    pub fn sequences(&self) -> impl Iterator<Item = u32> + '_ {
+        let length = self.of_each.count().max(1);
+        let first = self.part.start / length;
+        let end = if self.part.is_empty() {
+            first
+        } else {
+            self.part.end.div_ceil(length).min(self.sequences.into())
+        };
+        (first..end).map(|number| number as u32)
     }
 }
 
@@ -125,6 +214,31 @@ mod tests {
             let sizes: Vec<u64> = shards.iter().map(FrameSelection::count).collect();
             let (least, most) = (sizes.iter().min(), sizes.iter().max());
             prop_assert!(most.zip(least).is_some_and(|(a, b)| a - b <= 1));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn parts_of_sequences_hold_each_frame_once(
+            frames in prop::collection::vec((0_u64..30, 0_u64..6), 0..4),
+            sequences in 1_u32..9,
+            count in 1_u64..20,
+        ) {
+            let each: FrameSelection = frames.into_iter().map(|(a, n)| a..a + n).collect();
+            let all = SequenceFrames::new(each.clone(), sequences);
+            prop_assert_eq!(all.count(), each.count() * u64::from(sequences));
+            let mut found = Vec::new();
+            for index in 0..count {
+                let part = all.shard(index, count);
+                let before = found.len() as u64;
+                for number in part.sequences() {
+                    prop_assert!(!part.of(number).is_empty());
+                    found.extend(part.of(number).iter().map(|frame| (number, frame)));
+                }
+                prop_assert_eq!(found.len() as u64 - before, part.count());
+            }
+            let expected = (0..sequences).flat_map(|s| each.iter().map(move |f| (s, f)));
+            prop_assert_eq!(found, expected.collect::<Vec<_>>());
         }
     }
 

@@ -1,38 +1,31 @@
 //! Makes a data set from a request.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 
-use nemoral_dataset::{
-    CameraData, FrameData, LidarData, Manifest, OpenMode, Track, WorldTables, Writer,
-};
+use nemoral_dataset::{CameraData, FrameData, LidarData, Manifest, OpenMode, WorldTables, Writer};
 use nemoral_render::CameraImages;
-use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, ObjectRecord, TreeRecord};
+use nemoral_scene::{Annotations, LidarPoint};
 
 use crate::chunks::ChunkManager;
-use crate::config::Config;
+use crate::config::Sequences;
+use crate::drive::{inventory, track};
 use crate::header::header;
 use crate::plan::{At, Cache, Hasher, Runner, Store};
-use crate::prove::{prove, within_sequence};
+use crate::prove::within_sequence;
 use crate::recording::pose::FramePose;
-use crate::recording::scene::visible_chunks;
-use crate::world::trajectory::Surroundings;
-use crate::{Backend, Error, ForestPlan, FrameSelection, InputFiles};
+use crate::worlds::{World, Worlds};
+use crate::{Backend, Error, ForestPlan, SequenceFrames};
 
-/// The number of the one sequence of a data set.
-const SEQUENCE: u32 = 0;
 /// What is to be made, and where.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// The world and its sensors.
-    pub config: Config,
-    /// The files that the config names, read with it.
-    pub inputs: InputFiles,
-    /// Which frames of the sequence.
-    pub frames: FrameSelection,
+    /// The worlds and their sensors.
+    pub sequences: Sequences,
+    /// Which frames of the sequences.
+    pub frames: SequenceFrames,
     /// The output folder.
     pub out: PathBuf,
     /// What to do if the folder is not empty.
@@ -57,6 +50,8 @@ pub trait Observer: Sync {
 /// A frame that is on disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Done {
+    /// The frame's sequence.
+    pub sequence: u32,
     /// The frame.
     pub frame: u64,
     /// How many frames of this run are on disk now.
@@ -92,58 +87,93 @@ pub fn generate(
     observer: &dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Manifest, Error> {
-    let config = &request.config;
-    let forest = ForestPlan::with_inputs(config, &request.inputs, request.backend.clone())?;
-    let store = Store::unlimited().with_cache(request.cache.clone());
-    let runner = Runner::new(forest.plan(), &store, request.threads);
-
     // Everything that can be refused is refused before anything is written.
-    let header = header(config, &forest)?;
+    let header = header(&request.sequences, &request.backend)?;
     Writer::probe(&request.out, request.mode, &header)?;
-    if let Some(last) = request.frames.last() {
-        within_sequence(config, last)?;
+    let store = Store::unlimited().with_cache(request.cache.clone());
+    let (backend, threads) = (&request.backend, request.threads);
+    let mut worlds = Worlds::new(&request.sequences, backend, &store, threads);
+    let numbers: Vec<u32> = request.frames.sequences().collect();
+    for &number in &numbers {
+        let world = worlds.enter(number)?;
+        if let Some(last) = request.frames.last() {
+            within_sequence(&world.sequence.config, last)?;
+        }
+        if let Some(note) = worlds.prove(&world)? {
+            observer.note(&note);
+        }
     }
-    if let Some(note) = prove(config, &forest, &runner)? {
-        observer.note(&note);
-    }
-    let rigs = runner.get(forest.cameras, ())?;
 
     let writer = Writer::create(&request.out, request.mode, header)?;
-    record(request, &forest, &runner, &writer, observer, stop)?;
+    let mut done = 0;
+    for &number in &numbers {
+        let world = worlds.enter(number)?;
+        let runner = worlds.runner(&world);
+        record(request, (&world, done), &runner, &writer, observer, stop)?;
+        done += request.frames.of(number).count();
+        if done == request.frames.count() {
+            note_memory(&world, &runner, observer)?;
+        }
+        conclude(&world, &runner, &writer)?;
+    }
+    // A resumed folder may have frames of sequences of which none are asked for now.
+    let mut others: Vec<u32> = writer
+        .frames()
+        .into_iter()
+        .map(|(number, _)| number)
+        .collect();
+    others.dedup();
+    others.retain(|number| !numbers.contains(number));
+    for number in others {
+        let world = worlds.enter(number)?;
+        conclude(&world, &worlds.runner(&world), &writer)?;
+    }
+    Ok(writer.finish()?)
+}
+
+/// Notes the memory of GPUs, once for each renderer.
+fn note_memory(world: &World, runner: &Runner<'_>, observer: &dyn Observer) -> Result<(), Error> {
+    let rigs = runner.get(world.forest.cameras, ())?;
     for (i, rig) in rigs.iter().enumerate() {
         let known = (rigs[..i].iter()).any(|other| Arc::ptr_eq(&other.renderer, &rig.renderer));
         if let Some(memory) = rig.renderer.gpu_memory().filter(|_| !known) {
             observer.note(&memory);
         }
     }
+    Ok(())
+}
+
+/// Writes the files of a sequence whose frames are done.
+fn conclude(world: &World, runner: &Runner<'_>, writer: &Writer) -> Result<(), Error> {
     // The frames are done, and the rest needs only values of the world.
-    store.retain(|_, at| at == At::World);
-    let tracks = tracks(config, &forest, &runner)?;
-    let frames: Vec<u64> = writer
-        .frames()
-        .into_iter()
-        .map(|(_, frame)| frame)
-        .collect();
-    let (trees, objects) = inventory(config, &forest, &runner, &frames)?;
+    runner.store().retain(|_, at| at == At::World);
+    let (number, config) = (world.sequence.number, &world.sequence.config);
+    let track = track((number, config), &world.forest, runner)?;
+    let frames = writer.frames().into_iter();
+    let frames = frames.filter(|f| f.0 == number).map(|f| f.1);
+    let (trees, objects) = inventory(config, &world.forest, runner, frames)?;
     let tables = WorldTables {
         trees: &trees,
         objects: &objects,
     };
-    Ok(writer.finish(&tables, &[tracks])?)
+    Ok(writer.write_sequence(&track, &tables)?)
 }
 
-/// Makes the missing frames one after the other, while others are written and a GPU draws the next
-/// one.
+/// Makes the missing frames of a sequence one after the other, while others are written and a GPU
+/// draws the next one. `done` is how many frames of other sequences are done.
 fn record(
     request: &Request,
-    forest: &ForestPlan,
+    (world, done): (&World, u64),
     runner: &Runner<'_>,
     writer: &Writer,
     observer: &dyn Observer,
     stop: &AtomicBool,
 ) -> Result<(), Error> {
     let total = request.frames.count();
-    let manager = ChunkManager::new(request.config.chunks.clone());
+    let World { sequence, forest } = world;
+    let number = sequence.number;
+    let frames = request.frames.of(number);
+    let manager = ChunkManager::new(sequence.config.chunks.clone());
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         // At most two frames wait, so that a slow disk delays the frames rather than filling the
@@ -151,17 +181,18 @@ fn record(
         let (sender, receiver) = mpsc::sync_channel::<Result<Finished, u64>>(2);
         let (writer, failed) = (&writer, &failed);
         let writing = scope.spawn(move || {
-            for (before, item) in (0_u64..).zip(receiver) {
+            for (before, item) in (done..).zip(receiver) {
                 let (frame, bytes, resumed) = match item {
                     Err(frame) => (frame, 0, true),
                     Ok(finished) => {
-                        let bytes = write(writer, &finished).inspect_err(|_| {
+                        let bytes = write(writer, number, &finished).inspect_err(|_| {
                             failed.store(true, Ordering::Relaxed);
                         })?;
                         (finished.frame, bytes, false)
                     }
                 };
                 observer.frame(Done {
+                    sequence: number,
                     frame,
                     count: before + 1,
                     total,
@@ -172,7 +203,7 @@ fn record(
             Ok::<_, Error>(())
         });
         let made = (|| {
-            let mut frames = request.frames.iter().peekable();
+            let mut frames = frames.iter().peekable();
             while let Some(frame) = frames.next() {
                 if stop.load(Ordering::Relaxed) {
                     return Err(Error::Interrupted);
@@ -181,12 +212,12 @@ fn record(
                     break;
                 }
                 let key = frame_key(forest, frame);
-                let item = if writer.has_frame(SEQUENCE, frame, &key) {
+                let item = if writer.has_frame(number, frame, &key) {
                     Err(frame)
                 } else {
                     let is_drawn_ahead = |next: &u64| {
                         request.backend.draws_ahead()
-                            && !writer.has_frame(SEQUENCE, *next, &frame_key(forest, *next))
+                            && !writer.has_frame(number, *next, &frame_key(forest, *next))
                     };
                     let coming = frames.peek().copied().filter(is_drawn_ahead);
                     if let Some(next) = coming {
@@ -236,9 +267,11 @@ fn make(
     })
 }
 
-fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
+fn write(writer: &Writer, number: u32, finished: &Finished) -> Result<u64, Error> {
+    let sequence = writer.header().sequence(number);
+    let sequence = sequence.expect("the header has all sequences of the request");
     let pictures = finished.images.iter().zip(&*finished.annotations);
-    let cameras = writer.header().cameras.iter().zip(pictures);
+    let cameras = sequence.cameras.iter().zip(pictures);
     let cameras = cameras.map(|(spec, (image, annotations))| CameraData {
         name: &spec.name,
         rgb: &image.rgb,
@@ -246,14 +279,14 @@ fn write(writer: &Writer, finished: &Finished) -> Result<u64, Error> {
         truth: &image.truth,
         annotations,
     });
-    let lidars = writer.header().lidars.iter().zip(&*finished.scans);
+    let lidars = sequence.lidars.iter().zip(&*finished.scans);
     let lidars = lidars.map(|(spec, points)| LidarData {
         name: &spec.name,
         points,
         sensor_chunk: finished.pose.chunk,
     });
     let record = writer.write_frame(&FrameData {
-        sequence: SEQUENCE,
+        sequence: number,
         index: finished.frame,
         time_s: finished.pose.time_s,
         world_from_body: finished.pose.world_from_body(),
@@ -271,93 +304,4 @@ fn frame_key(forest: &ForestPlan, frame: u64) -> [u8; 32] {
     hasher.write_bytes(&forest.plan().key(forest.annotations, frame).0);
     hasher.write_bytes(&forest.plan().key(forest.scans, frame).0);
     hasher.finish().0
-}
-
-/// The number of poses that a thread computes at a time.
-const BLOCK: u64 = 256;
-/// The number of poses that each thread computes before chunks are freed.
-const ROUND: u64 = 4 * BLOCK;
-
-/// The poses of the whole sequence, whichever frames are made here: only that in the middle of each
-/// frame's track, computed by all threads.
-fn tracks(config: &Config, forest: &ForestPlan, runner: &Runner<'_>) -> Result<Track, Error> {
-    let manager = ChunkManager::new(config.chunks.clone());
-    let trajectory = runner.get(forest.trajectory, ())?;
-    let pose = |frame: u64| {
-        let surroundings = Surroundings {
-            ground: runner.demand(forest.ground),
-            objects: runner.demand(forest.objects),
-        };
-        let pose = trajectory.pose(frame, 0.0, surroundings)?;
-        Ok::<_, Error>((trajectory.time_s(frame), pose))
-    };
-    let mut poses = Vec::new();
-    while (poses.len() as u64) < config.frames {
-        let first = poses.len() as u64;
-        let end = (first + ROUND * runner.threads() as u64).min(config.frames);
-        let next = AtomicU64::new(first);
-        let blocks = std::thread::scope(|scope| {
-            let work = || {
-                let mut done = Vec::new();
-                loop {
-                    let from = next.fetch_add(BLOCK, Ordering::Relaxed);
-                    if from >= end {
-                        return Ok::<_, Error>(done);
-                    }
-                    let block = (from..end.min(from + BLOCK)).map(pose);
-                    done.push((from, block.collect::<Result<Vec<_>, _>>()?));
-                }
-            };
-            let workers: Vec<_> = (0..runner.threads()).map(|_| scope.spawn(work)).collect();
-            let done = workers
-                .into_iter()
-                .map(|w| w.join().unwrap_or(Err(Error::StagePanicked)));
-            done.collect::<Result<Vec<_>, Error>>()
-        })?;
-        let blocks: BTreeMap<u64, Vec<_>> = blocks.into_iter().flatten().collect();
-        poses.extend(blocks.into_values().flatten());
-        if let Some((_, body)) = poses.last() {
-            manager.evict(runner.store(), body.translation_m.truncate(), &[]);
-        }
-    }
-    Ok(Track {
-        sequence: SEQUENCE,
-        poses,
-    })
-}
-
-/// Every object in a chunk that is visible from one of the frames, in order of id.
-fn inventory(
-    config: &Config,
-    forest: &ForestPlan,
-    runner: &Runner<'_>,
-    frames: &[u64],
-) -> Result<(Vec<TreeRecord>, Vec<ObjectRecord>), Error> {
-    let chunks = &config.chunks;
-    let mut visible: BTreeSet<ChunkCoord> = BTreeSet::new();
-    for &frame in frames {
-        let position = runner
-            .get(forest.pose, frame)?
-            .world_from_body()
-            .translation_m
-            .truncate();
-        visible.extend(visible_chunks(
-            position,
-            chunks.visible_radius_m,
-            chunks.size_m,
-        ));
-    }
-    let assets = runner.get(forest.assets, ())?;
-    let (mut trees, mut objects) = (Vec::new(), Vec::new());
-    for &chunk in &visible {
-        for object in &runner.get(forest.objects, chunk)?.0 {
-            objects.push(assets.object_record(object));
-            trees.extend(assets.tree_record(object));
-        }
-        // Chunks come column by column, so those two columns back are no longer needed.
-        runner
-            .store()
-            .retain(|_, at| !matches!(at, At::Chunk(c) if c.x < chunk.x - 2));
-    }
-    Ok((trees, objects))
 }

@@ -1,19 +1,41 @@
 //! The header of a data set's manifest.
 
-use nemoral_dataset::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
+use nemoral_dataset::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec, SequenceSpec};
 use nemoral_scene::Ontology;
 
-use crate::config::{self, Config};
+use crate::config::{self, Config, SequenceConfig, Sequences};
 use crate::world::cameras::intrinsics;
-use crate::{Error, ForestPlan};
+use crate::{Backend, Error, ForestPlan};
 
 /// The header, which has everything that decides the bytes of a data set.
 ///
 /// # Errors
-/// If a camera is invalid.
-pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Error> {
-    let ontology = Ontology::by_name(&config.output.ontology)
+/// If a sequence's config is impossible.
+pub fn header(sequences: &Sequences, backend: &Backend) -> Result<DatasetHeader, Error> {
+    let first = sequences.get(0)?;
+    let ontology = Ontology::by_name(&first.config.output.ontology)
         .expect("the config's words are the built-in ontologies");
+    let spec = |number| {
+        let sequence = sequences.get(number)?;
+        let forest = ForestPlan::with_inputs(&sequence.config, &sequence.inputs, backend.clone());
+        let spec = forest.and_then(|forest| sequence_spec(&sequence, &forest));
+        spec.map_err(|e| e.in_sequence(number, sequences.len()))
+    };
+    Ok(DatasetHeader {
+        generator: "nemoral".to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seed: sequences.seed(),
+        backend: backend.name(),
+        licence: String::new(),
+        ontology,
+        sequences: (0..sequences.len()).map(spec).collect::<Result<_, _>>()?,
+        config_toml: sequences.to_toml()?,
+    })
+}
+
+/// What decides the bytes of a sequence.
+fn sequence_spec(sequence: &SequenceConfig, forest: &ForestPlan) -> Result<SequenceSpec, Error> {
+    let config: &Config = &sequence.config;
     let stage_keys = forest
         .plan()
         .provenance()
@@ -40,19 +62,22 @@ pub fn header(config: &Config, forest: &ForestPlan) -> Result<DatasetHeader, Err
         pointing_errors: lidar.errors.angular_deg > 0.0,
         ply: config.output.ply,
     };
-    Ok(DatasetHeader {
-        generator: "nemoral".to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+    let json = |value: &toml::Value| serde_json::to_value(value).expect("TOML is plain data");
+    let drawn = sequence
+        .drawn
+        .iter()
+        .map(|(key, value)| (key.clone(), json(value)));
+    Ok(SequenceSpec {
+        number: sequence.number,
         seed: config.seed,
-        backend: forest.backend().name(),
+        split: sequence.split,
+        drawn: drawn.collect(),
         chunk_size_m: config.chunks.size_m,
         depth_format: if config.output.depth_npy {
             DepthFormat::Npy
         } else {
             DepthFormat::Png16
         },
-        licence: String::new(),
-        ontology,
         cameras: config.all_cameras().map(camera).collect::<Result<_, _>>()?,
         lidars: config.all_lidars().map(lidar).collect(),
         stage_keys: stage_keys.collect(),

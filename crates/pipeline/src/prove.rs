@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::config::Config;
+use crate::config::{Config, Sequences};
 use crate::header::header;
 use crate::plan::{Cache, Runner, Store};
-use crate::{Backend, Error, ForestPlan, InputFiles};
+use crate::worlds::Worlds;
+use crate::{Backend, Error, ForestPlan};
 
 /// Refuses everything that [`generate`](crate::generate) refuses before its first frame, except
 /// what depends on the output folder and the GPU. The result is a list of notes for the user.
@@ -16,19 +17,19 @@ use crate::{Backend, Error, ForestPlan, InputFiles};
 /// # Errors
 /// The first error.
 pub fn check(
-    config: &Config,
-    inputs: &InputFiles,
+    sequences: &Sequences,
     threads: usize,
     cache: Option<Arc<Cache>>,
-) -> Result<Option<String>, Error> {
-    let forest = ForestPlan::with_inputs(config, inputs, Backend::Cpu)?;
-    header(config, &forest)?;
+) -> Result<Vec<String>, Error> {
+    header(sequences, &Backend::Cpu)?;
     let store = Store::unlimited().with_cache(cache);
-    prove(
-        config,
-        &forest,
-        &Runner::new(forest.plan(), &store, threads),
-    )
+    let mut worlds = Worlds::new(sequences, &Backend::Cpu, &store, threads);
+    let mut notes = Vec::new();
+    for number in 0..sequences.len() {
+        let world = worlds.enter(number)?;
+        notes.extend(worlds.prove(&world)?);
+    }
+    Ok(notes)
 }
 
 /// Computes everything that a world's frames have in common. The result is a list of notes for the

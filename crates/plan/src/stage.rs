@@ -35,6 +35,13 @@ pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
         inputs: <Self::Inputs as Inputs<P, Self::At>>::Values<'_>,
     ) -> Result<Self::Output, P::Error>;
 
+    /// The context that it runs in and that its key depends on: the plan's by default. A stage that
+    /// depends on less than all of it may give another one, so that plans of different contexts
+    /// share its values.
+    fn context(&self, plan: &P::Context) -> P::Context {
+        plan.clone()
+    }
+
     /// How a [`Cache`](crate::Cache) stores the output between runs. By default it does not; this
     /// is meant for outputs that are expensive to compute.
     fn kept() -> Option<Kept<Self::Output>> {
@@ -60,7 +67,8 @@ impl<P: PlanTypes, S: Stage<P>> Erased<P> for Wired<P, S> {
     fn run(&self, at: P::At, runner: &Runner<'_, P>) -> Result<Value, P::Error> {
         let at = S::At::restore(at).expect("handles carry their plan's coordinate type");
         let values = self.edges.fetch(at, runner)?;
-        let output = self.stage.run(at, runner.plan.context.clone(), values)?;
+        let context = self.stage.context(&runner.plan.context);
+        let output = self.stage.run(at, context, values)?;
         Ok(Arc::new(output))
     }
 
@@ -86,7 +94,7 @@ impl<P: PlanTypes> Plan<P> {
         let inputs = edges.nodes();
         let mut hasher = Hasher::new(S::ID);
         hasher.write_u64(u64::from(S::VERSION));
-        P::hash_context(&self.context, &mut hasher);
+        P::hash_context(&stage.context(&self.context), &mut hasher);
         stage.fingerprint(&mut hasher);
         for &input in &inputs {
             hasher.write_bytes(&self.entries[input].base.0);

@@ -126,7 +126,7 @@ impl Seeds {
                 "npy" | "exr" => {
                     let header = &files["dataset.json"];
                     let json: Value = serde_json::from_slice(header)?;
-                    let of = &json["cameras"][0]["intrinsics"];
+                    let of = &json["sequences"][0]["cameras"][0]["intrinsics"];
                     let side = |name: &str| of[name].as_u64().unwrap_or(1) as u32;
                     let size = (side("width"), side("height"));
                     self.picture(kind, path, name, 0, size, bytes)?;
@@ -139,8 +139,8 @@ impl Seeds {
             ("sequences/00/poses.txt", "poses"),
             ("sequences/00/calib.txt", "calib"),
             ("sequences/00/times.txt", "times"),
-            ("trees.csv", "trees"),
-            ("instances.csv", "instances"),
+            ("sequences/00/trees.csv", "trees"),
+            ("sequences/00/instances.csv", "instances"),
             ("dataset.json", "manifest"),
             ("config.toml", "config"),
         ] {
@@ -172,7 +172,7 @@ impl Seeds {
     fn state(&self, name: &str, manifest: &[u8]) -> Result<(), Box<dyn Error>> {
         let mut header: Value = serde_json::from_slice(manifest)?;
         let frames = header["frames"].take();
-        let state = serde_json::json!({ "format_version": 1, "header": header });
+        let state = serde_json::json!({ "format_version": nemoral_dataset::FORMAT_VERSION, "header": header });
         let mut input = format!("0{state}");
         for frame in frames.as_array().into_iter().flatten().take(2) {
             input += &format!("\u{0}0{frame}");

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use nemoral_dataset::{
     CameraData, CameraSpec, DatasetHeader, DepthFormat, FrameData, LidarData, LidarSpec, OpenMode,
-    Track, WorldTables, Writer,
+    SequenceSpec, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DQuat, DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
@@ -85,7 +85,8 @@ pub fn write_shard(out: &Path, depth: DepthFormat, frames: Range<u64>) {
     };
     let poses = (0..FRAMES).map(|k| (0.5 * k as f64, pose())).collect();
     let track = Track { sequence: 0, poses };
-    writer.finish(&world, &[track]).expect("a whole data set");
+    writer.write_sequence(&track, &world).expect("a sequence");
+    writer.finish().expect("a whole data set");
 }
 
 /// The robot stands still, so that the flow is 0.
@@ -110,9 +111,8 @@ fn header(depth_format: DepthFormat) -> DatasetHeader {
         pointing_errors: false,
         ply: true,
     };
-    DatasetHeader {
+    let sequence = SequenceSpec {
         depth_format,
-        licence: "CC-BY-4.0".to_owned(),
         cameras: vec![CameraSpec {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(SIZE.0, SIZE.1, 1.2).expect("valid"),
@@ -131,6 +131,12 @@ fn header(depth_format: DepthFormat) -> DatasetHeader {
         stage_keys: BTreeMap::from([("terrain".to_owned(), "0f".repeat(32))]),
         config: serde_json::json!({ "placement": { "trees": 60 } }),
         config_toml: "[placement]\ntrees = 60\n".to_owned(),
+        ..SequenceSpec::new(0, 7)
+    };
+    DatasetHeader {
+        licence: "CC-BY-4.0".to_owned(),
+        config_toml: "[placement]\ntrees = 60\n".to_owned(),
+        sequences: vec![sequence],
         ..DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper())
     }
 }
@@ -201,7 +207,11 @@ fn write_frame(writer: &Writer, header: &DatasetHeader, index: u64) {
             truth: &truth,
             annotations: &annotations,
         }],
-        lidars: header.lidars.iter().map(|l| lidar(&l.name)).collect(),
+        lidars: header.sequences[0]
+            .lidars
+            .iter()
+            .map(|l| lidar(&l.name))
+            .collect(),
         frame_key: [index as u8; 32],
     };
     writer.write_frame(&frame).expect("a frame of the header's");

@@ -324,7 +324,7 @@ impl Part {
             let sealed = fuzz::seal(&frame.to_string());
             self.put(&name, Thing::File(sealed.into_bytes()));
         }
-        let state = serde_json::json!({ "format_version": 1, "header": manifest });
+        let state = serde_json::json!({ "format_version": nemoral_dataset::FORMAT_VERSION, "header": manifest });
         self.put_document(NAMES[0], &state);
         if from.byte().is_multiple_of(2) {
             self.things.retain(|(n, _)| n != "dataset.json");

@@ -103,9 +103,9 @@ fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
         for i in 0..dataset.frames().len() {
             let _ = dataset.read_frame(i);
         }
-        for s in &dataset.manifest().sequences {
-            let _ = (dataset.poses(s.number), dataset.times(s.number));
-            let _ = dataset.calibration(s.number);
+        for t in &dataset.manifest().tracks {
+            let _ = (dataset.poses(t.sequence), dataset.times(t.sequence));
+            let _ = dataset.calibration(t.sequence);
         }
     }
     let report = check(root).map(|report| report.to_string());
@@ -117,6 +117,7 @@ fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
         let params = CloudParams {
             voxel_m: tasks.has(2).then_some(0.05),
             pure: tasks.has(3),
+            sequence: None,
         };
         let _ = cloud(root, &scratch.path().join("cloud.ply"), params);
     }
@@ -155,8 +156,7 @@ fn go_on(root: &Path, tasks: Tasks) {
         for (sequence, index) in writer.frames() {
             std::hint::black_box(writer.has_frame(sequence, index, &[0; 32]));
         }
-        let tables = nemoral_dataset::WorldTables::default();
-        let _ = writer.finish(&tables, &[]);
+        let _ = writer.finish();
     }
 }
 

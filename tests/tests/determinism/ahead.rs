@@ -9,7 +9,8 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::OpenMode;
-use nemoral_pipeline::{Backend, BackendChoice, Done, InputFiles, Observer, Request, generate};
+use nemoral_pipeline::config::Sequences;
+use nemoral_pipeline::{Backend, BackendChoice, Done, Observer, Request, SequenceFrames, generate};
 use nemoral_tests::config;
 use nemoral_tests::gpu::gpu;
 
@@ -63,9 +64,8 @@ fn ahead_is_in_turn(frames: &[u64]) {
     let notes = Notes::default();
     let make = |frames: &[u64], name: &str, mode| {
         let request = Request {
-            frames: frames.iter().map(|&frame| frame..frame + 1).collect(),
-            inputs: InputFiles::default(),
-            config: config.clone(),
+            frames: SequenceFrames::new(frames.iter().map(|&frame| frame..frame + 1).collect(), 1),
+            sequences: Sequences::of(&config).expect("valid"),
             out: folder.join(name),
             mode,
             threads: 2,

@@ -9,9 +9,10 @@
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, OpenMode, check};
+use nemoral_pipeline::config::Sequences;
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{
-    Backend, BackendChoice, Done, ForestPlan, FrameSelection, InputFiles, Observer, Request,
+    Backend, BackendChoice, Done, ForestPlan, FrameSelection, Observer, Request, SequenceFrames,
     generate,
 };
 use nemoral_scene::Shutter;
@@ -51,9 +52,8 @@ fn a_rolling_shutter_in_a_forest_passes_the_check() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("recorded");
     let request = Request {
-        frames: FrameSelection::first(2),
-        inputs: InputFiles::read(&config).expect("readable files"),
-        config,
+        frames: SequenceFrames::new(FrameSelection::first(2), 1),
+        sequences: Sequences::of(&config).expect("valid"),
         out: out.clone(),
         mode: OpenMode::Fresh,
         threads: 2,
@@ -66,7 +66,7 @@ fn a_rolling_shutter_in_a_forest_passes_the_check() {
     assert!(report.passed(), "{report}");
 
     let dataset = Dataset::open(&out).expect("a data set");
-    let cameras = &dataset.manifest().header.cameras;
+    let cameras = &dataset.manifest().header.sequences[0].cameras;
     let shutter = Shutter {
         exposure_s: 0.01,
         readout_s: 0.033,

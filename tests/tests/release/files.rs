@@ -9,8 +9,9 @@ use nemoral_dataset::{
     Agreement, CameraData, CheckReport, Dataset, FrameData, LidarData, OpenMode, Track,
     WorldTables, Writer, check,
 };
+use nemoral_pipeline::config::Sequences;
 use nemoral_pipeline::{
-    Backend, BackendChoice, Done, FrameSelection, InputFiles, Observer, Request, generate,
+    Backend, BackendChoice, Done, FrameSelection, Observer, Request, SequenceFrames, generate,
 };
 use nemoral_scene::{
     AnnotationKinds, Annotations, ChunkCoord, Image, LidarPoint, ObjectId, Ontology, Semantic,
@@ -35,9 +36,8 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
     let (backend, _) = Backend::for_config(choice, &config).expect("a renderer");
     let request = Request {
         cache: None,
-        frames: FrameSelection::first(config.frames),
-        inputs: InputFiles::read(&config).expect("readable files"),
-        config,
+        frames: SequenceFrames::new(FrameSelection::first(config.frames), 1),
+        sequences: Sequences::of(&config).expect("valid"),
         out: folder.path().join("recorded"),
         mode: OpenMode::Fresh,
         threads: 2,
@@ -172,7 +172,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
     let folder = TempDir::new().expect("a temporary folder");
     let dataset = Dataset::open(recorded).expect("a data set");
     let mut header = dataset.manifest().header.clone();
-    for camera in &mut header.cameras {
+    for camera in &mut header.sequences[0].cameras {
         camera.annotations = AnnotationKinds::default();
     }
     let ontology: &Ontology = &header.ontology;
@@ -181,7 +181,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         .iter()
         .map(|s| (ontology.class(*s).id, *s))
         .collect();
-    let objects = dataset.objects().expect("a table");
+    let objects = dataset.objects(0).expect("a table");
     let ids: HashMap<u32, ObjectId> = objects
         .iter()
         .map(|o| (o.object.to_image_id(), o.object))
@@ -232,12 +232,13 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         writer.write_frame(&data).expect("a frame");
     }
     let tables = WorldTables {
-        trees: &dataset.trees().expect("a table"),
+        trees: &dataset.trees(0).expect("a table"),
         objects: &objects,
     };
     writer
-        .finish(&tables, &[Track { sequence: 0, poses }])
-        .expect("a data set");
+        .write_sequence(&Track { sequence: 0, poses }, &tables)
+        .expect("a sequence");
+    writer.finish().expect("a data set");
     let report = check(folder.path()).expect("a data set");
     // Labels that do not match their depths are detected even without a LiDAR.
     let fits = !matches!(lie, Lie::Labels);

@@ -4,14 +4,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nemoral_scene::glam::{DVec2, Vec3};
-use nemoral_scene::{Flow, PixelBox, RigidTransform, Semantic, Twist};
+use nemoral_scene::{Flow, Ontology, PixelBox, RigidTransform, Semantic, Twist};
 
 use crate::reader::CameraFrame;
-use crate::{CameraFile, CameraSpec, DatasetHeader, DepthFormat};
+use crate::{CameraFile, CameraSpec, DepthFormat, SequenceSpec};
 
 /// One camera's frame, to be checked.
 pub(crate) struct AnnotationView<'a> {
-    pub(crate) header: &'a DatasetHeader,
+    pub(crate) ontology: &'a Ontology,
+    pub(crate) sequence: &'a SequenceSpec,
     pub(crate) spec: &'a CameraSpec,
     pub(crate) camera: &'a CameraFrame,
     /// The transform from the reference camera's frame to its next one; `None` after the last
@@ -60,7 +61,7 @@ impl AnnotationView<'_> {
         let step = self.next_from_here?;
         // The step of the reference camera, as seen by this camera.
         let reference_from_camera =
-            self.header.body_from_reference().inverse() * self.spec.body_from_camera;
+            self.sequence.body_from_reference().inverse() * self.spec.body_from_camera;
         let next_from_here = reference_from_camera.inverse() * *step * reference_from_camera;
         let (k, shutter) = (&self.spec.intrinsics, &self.spec.shutter);
         let mount = &self.spec.body_from_camera;
@@ -72,7 +73,7 @@ impl AnnotationView<'_> {
             None if shutter.readout_s > 0.0 => return None,
             None => Twist::STILL,
         };
-        let half_step_m = match self.header.depth_format {
+        let half_step_m = match self.sequence.depth_format {
             DepthFormat::Png16 => 0.5 / 256.0,
             DepthFormat::Npy => 0.0,
         };
@@ -114,7 +115,7 @@ impl AnnotationView<'_> {
             "pixels have an id that instances.csv lacks",
         );
         strangers.or_else(|| {
-            let class = self.header.ontology.class(Semantic::Stem).id;
+            let class = self.ontology.class(Semantic::Stem).id;
             let c = self.camera;
             let seen = c.semantic.pixels().iter().zip(c.instance.pixels());
             let wrong = seen

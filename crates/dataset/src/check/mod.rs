@@ -19,7 +19,7 @@ use self::annotations::AnnotationView;
 use crate::formats::{images, kitti, ontology_yaml};
 use crate::{
     Calibration, CameraCalibration, CameraFile, Dataset, Error, FileRecord, Frame, FrameRecord,
-    PlyPoint, layout, output, reader,
+    PlyPoint, TrackRecord, layout, output, reader,
 };
 
 /// Something wrong with a data set.
@@ -91,14 +91,10 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
         problems: Vec::new(),
         agreement: Agreement::new(
             &manifest.header.ontology,
-            manifest
-                .header
-                .lidars
-                .iter()
+            (manifest.header.sequences.iter())
+                .flat_map(|s| &s.lidars)
                 .all(crate::LidarSpec::well_placed),
         ),
-        true_ids: BTreeSet::new(),
-        image_ids: BTreeSet::new(),
     };
     if !dataset.is_untouched() {
         checker.problem(layout::MANIFEST, reader::CHANGED);
@@ -107,9 +103,13 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
     for file in &manifest.files {
         checker.verified(std::slice::from_ref(file));
     }
-    checker.tables();
-    let sequences = checker.sequences();
-    checker.frames(&sequences);
+    checker.ontology();
+    for track in &manifest.tracks {
+        let inventory = checker.inventory(track.sequence);
+        if let Some(drive) = checker.drive(track) {
+            checker.frames(track.sequence, &drive, &inventory);
+        }
+    }
     Ok(CheckReport {
         problems: checker.problems,
         frames: manifest.frames.len(),
@@ -119,19 +119,23 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
     })
 }
 
-/// The content of a sequence's text files.
-struct Track {
+/// The content of a sequence's poses, times and calibration.
+struct Drive {
     poses: Vec<RigidTransform>,
     times: Vec<f64>,
     camera_from_lidar: RigidTransform,
+}
+
+/// The ids of a sequence's objects.
+struct Inventory {
+    true_ids: BTreeSet<ObjectId>,
+    image_ids: BTreeSet<u32>,
 }
 
 struct Checker<'a> {
     dataset: &'a Dataset,
     problems: Vec<Problem>,
     agreement: Agreement,
-    true_ids: BTreeSet<ObjectId>,
-    image_ids: BTreeSet<u32>,
 }
 
 impl Checker<'_> {
@@ -189,12 +193,15 @@ impl Checker<'_> {
         sound
     }
 
-    /// Checks `trees.csv`, `instances.csv` and `ontology.yaml`.
-    fn tables(&mut self) {
-        let objects = self.dataset.objects();
-        let objects = self.read(layout::INSTANCES, objects).unwrap_or_default();
-        let trees = self.dataset.trees();
-        let trees = self.read(layout::TREES, trees).unwrap_or_default();
+    /// Checks `trees.csv` and `instances.csv` of a sequence.
+    fn inventory(&mut self, sequence: u32) -> Inventory {
+        let path = |name| layout::sequence_file(sequence, name);
+        let (of_trees, of_objects) = (path(layout::TREES), path(layout::INSTANCES));
+        let objects = self.dataset.objects(sequence);
+        let objects = self.read(&of_objects, objects).unwrap_or_default();
+        let trees = self.dataset.trees(sequence);
+        let trees = self.read(&of_trees, trees).unwrap_or_default();
+        let path = of_trees;
         let is_tree = |o: &&nemoral_scene::ObjectRecord| o.kind == ObjectKind::Tree;
         let of_objects: BTreeSet<_> = objects.iter().filter(is_tree).map(|o| o.object).collect();
         let of_trees: BTreeSet<_> = trees.iter().map(|t| t.object).collect();
@@ -205,23 +212,28 @@ impl Checker<'_> {
                 of_objects.len(),
                 id.to_u64()
             );
-            self.problem(layout::TREES, message);
+            self.problem(&path, message);
         }
         for tree in &trees {
             if let Some(message) = impossible(tree) {
-                self.problem(layout::TREES, message);
+                self.problem(&path, message);
             }
         }
-        self.true_ids = objects.iter().map(|o| o.object).collect();
-        self.image_ids = self.true_ids.iter().map(|id| id.to_image_id()).collect();
+        let true_ids: BTreeSet<ObjectId> = objects.iter().map(|o| o.object).collect();
+        Inventory {
+            image_ids: true_ids.iter().map(|id| id.to_image_id()).collect(),
+            true_ids,
+        }
+    }
 
+    /// Checks `ontology.yaml`.
+    fn ontology(&mut self) {
         let manifest = self.dataset.manifest();
         let mut point_classes = BTreeMap::new();
         for (&class, count) in manifest.frames.iter().flat_map(|f| &f.point_classes) {
             *point_classes.entry(class).or_insert(0) += count;
         }
-        let numbers: Vec<u32> = manifest.sequences.iter().map(|s| s.number).collect();
-        let yaml = ontology_yaml::encode(&manifest.header.ontology, &point_classes, &numbers);
+        let yaml = ontology_yaml::encode(&manifest.header, &point_classes);
         let found = self.dataset.read_text(layout::ONTOLOGY);
         if self
             .read(layout::ONTOLOGY, found)
@@ -234,51 +246,50 @@ impl Checker<'_> {
         }
     }
 
-    /// Compares `poses.txt`, `calib.txt` and `times.txt` with `dataset.json`.
-    fn sequences(&mut self) -> BTreeMap<u32, Track> {
-        let mut tracks = BTreeMap::new();
-        for s in &self.dataset.manifest().sequences {
-            let path = |name| format!("{}/{name}", layout::sequence(s.number));
-            let (poses, times, calib) = (
-                path(layout::POSES),
-                path(layout::TIMES),
-                path(layout::CALIB),
-            );
-            let read = (
-                self.read(&poses, self.dataset.poses(s.number)),
-                self.read(&times, self.dataset.times(s.number)),
-                self.read(&calib, self.dataset.calibration(s.number)),
-            );
-            let (Some(pose_list), Some(time_list), Some(calibration)) = read else {
-                continue;
-            };
-            for (path, lines) in [(&poses, pose_list.len()), (&times, time_list.len())] {
-                if lines as u64 != s.length {
-                    let message = format!("has {lines} lines, the sequence {} frames", s.length);
-                    self.problem(path, message);
-                }
+    /// Compares `poses.txt`, `calib.txt` and `times.txt` of a sequence with `dataset.json`.
+    fn drive(&mut self, track: &TrackRecord) -> Option<Drive> {
+        let number = track.sequence;
+        let path = |name| layout::sequence_file(number, name);
+        let (poses, times, calib) = (
+            path(layout::POSES),
+            path(layout::TIMES),
+            path(layout::CALIB),
+        );
+        let read = (
+            self.read(&poses, self.dataset.poses(number)),
+            self.read(&times, self.dataset.times(number)),
+            self.read(&calib, self.dataset.calibration(number)),
+        );
+        let (Some(pose_list), Some(time_list), Some(calibration)) = read else {
+            let name = layout::sequence_folder(number);
+            self.problem(name, "its frames cannot be checked without these files");
+            return None;
+        };
+        for (path, lines) in [(&poses, pose_list.len()), (&times, time_list.len())] {
+            if lines as u64 != track.length {
+                let message = format!("has {lines} lines, the sequence {} frames", track.length);
+                self.problem(path, message);
             }
-            let copy = layout::kitti_poses(s.number);
-            if let Some(text) = self.read(&copy, self.dataset.read_text(&copy))
-                && Some(text) != self.dataset.read_text(&poses).ok()
-            {
-                self.problem(copy, format!("differs from {poses}"));
-            }
-            let camera_from_lidar = kitti::from_rows(&calibration.camera_from_lidar);
-            self.calibration(&calib, &calibration);
-            let track = Track {
-                poses: pose_list,
-                times: time_list,
-                camera_from_lidar,
-            };
-            tracks.insert(s.number, track);
         }
-        tracks
+        let copy = layout::kitti_poses(number);
+        if let Some(text) = self.read(&copy, self.dataset.read_text(&copy))
+            && Some(text) != self.dataset.read_text(&poses).ok()
+        {
+            self.problem(copy, format!("differs from {poses}"));
+        }
+        let camera_from_lidar = kitti::from_rows(&calibration.camera_from_lidar);
+        if let Some(sequence) = self.dataset.manifest().header.sequence(number) {
+            self.calibration(&calib, &Calibration::of(sequence), &calibration);
+        }
+        Some(Drive {
+            poses: pose_list,
+            times: time_list,
+            camera_from_lidar,
+        })
     }
 
     /// Compares `calib.txt` with the intrinsics and mounts of `dataset.json`.
-    fn calibration(&mut self, path: &str, found: &Calibration) {
-        let asked = Calibration::of(&self.dataset.manifest().header);
+    fn calibration(&mut self, path: &str, asked: &Calibration, found: &Calibration) {
         let mut mount = |name: &str, asked: &kitti::Rows, found: &kitti::Rows| {
             if let Some(distance) = differs(&kitti::from_rows(asked), &kitti::from_rows(found)) {
                 let message = format!("{name} is {distance} off the mounts in dataset.json");
@@ -297,7 +308,7 @@ impl Checker<'_> {
         let lidars = |c: &Calibration| -> Vec<String> {
             c.further_lidars.iter().map(|l| l.name.clone()).collect()
         };
-        if lidars(&asked) != lidars(found) {
+        if lidars(asked) != lidars(found) {
             let message = "the lines Tr_NAME differ from the further LiDARs in dataset.json";
             self.problem(path, message);
         }
@@ -305,7 +316,7 @@ impl Checker<'_> {
             let of_further = c.further.iter().map(|c| c.distortion);
             std::iter::once(c.distortion).chain(of_further).collect()
         };
-        if lenses(&asked) != lenses(found) {
+        if lenses(asked) != lenses(found) {
             self.problem(
                 path,
                 "the lines D or F differ from the lenses in dataset.json",
@@ -318,26 +329,23 @@ impl Checker<'_> {
             let line = |c: &CameraCalibration| (c.name.clone(), c.projection);
             c.further.iter().map(line).collect()
         };
-        if lines(&asked) != lines(found) {
+        if lines(asked) != lines(found) {
             let message = "the lines P_NAME differ from the further cameras in dataset.json";
             self.problem(path, message);
         }
     }
 
-    fn frames(&mut self, tracks: &BTreeMap<u32, Track>) {
+    /// Checks the frames of a sequence.
+    fn frames(&mut self, sequence: u32, drive: &Drive, inventory: &Inventory) {
         // The frame before, for the residual across frames.
-        let mut before: Option<(u32, RigidTransform, Frame)> = None;
-        for (i, record) in self.dataset.frames().iter().enumerate() {
-            let name = format!(
-                "{} frame {:06}",
-                layout::sequence(record.sequence),
-                record.index
-            );
-            let Some(track) = tracks.get(&record.sequence) else {
-                self.problem(name, "has no readable sequence");
-                continue;
-            };
-            let pose = self.pose(record, track);
+        let mut before: Option<(RigidTransform, Frame)> = None;
+        let all = self.dataset.frames();
+        let first = all.partition_point(|f| f.sequence < sequence);
+        let end = all.partition_point(|f| f.sequence <= sequence);
+        for (i, record) in (first..end).zip(&all[first..end]) {
+            let folder = layout::sequence_folder(sequence);
+            let name = format!("{folder} frame {:06}", record.index);
+            let pose = self.pose(record, drive);
             // Reading verifies all files of the frame. If that fails, each file is compared with
             // its record, so that all damaged files are named.
             let frame = match self.dataset.read_frame(i) {
@@ -349,17 +357,11 @@ impl Checker<'_> {
                     continue;
                 }
             };
-            self.images(record, &frame);
-            self.annotations(record, self.dataset.frames().get(i + 1), track, &frame);
-            self.points(record, &frame);
-            self.agreement(
-                record,
-                track,
-                pose,
-                &frame,
-                before.as_ref().filter(|b| b.0 == record.sequence),
-            );
-            before = pose.map(|pose| (record.sequence, pose, frame));
+            self.images(record, &frame, inventory);
+            self.annotations(record, all[..end].get(i + 1), drive, &frame, inventory);
+            self.points(record, &frame, inventory);
+            self.agreement(record, drive, pose, &frame, before.as_ref());
+            before = pose.map(|pose| (pose, frame));
         }
     }
 
@@ -368,39 +370,40 @@ impl Checker<'_> {
         &mut self,
         record: &FrameRecord,
         next_record: Option<&FrameRecord>,
-        track: &Track,
+        track: &Drive,
         frame: &Frame,
+        inventory: &Inventory,
     ) {
         let header = &self.dataset.manifest().header;
+        let sequence = self.dataset.sequence_of(record);
         let index = usize::try_from(record.index).unwrap_or(usize::MAX);
         let next = index.checked_add(1).and_then(|next| track.poses.get(next));
         let step = track.poses.get(index).zip(next);
         let next_from_here = step.map(|(here, next)| kitti::relative(next, here));
         let next_motion = next_record
-            .filter(|f| {
-                (f.sequence, Some(f.index)) == (record.sequence, record.index.checked_add(1))
-            })
+            .filter(|f| Some(f.index) == record.index.checked_add(1))
             .map(|f| f.body_motion);
         for (i, camera) in frame.cameras.iter().enumerate() {
             let view = AnnotationView {
-                header,
-                spec: &header.cameras[i],
+                ontology: &header.ontology,
+                sequence,
+                spec: &sequence.cameras[i],
                 camera,
                 next_from_here: next_from_here.as_ref(),
                 motion: record.body_motion,
                 next_motion,
-                ids: &self.image_ids,
+                ids: &inventory.image_ids,
             };
             for (file, message) in view.problems() {
-                let path = layout::camera_file(header, (record.sequence, record.index), i, file);
+                let path = layout::camera_file(sequence, record.index, i, file);
                 self.problems.push(Problem { path, message });
             }
         }
     }
 
     /// The reference sensor's pose by `poses.txt`, compared with the body's in `dataset.json`.
-    fn pose(&mut self, record: &FrameRecord, track: &Track) -> Option<RigidTransform> {
-        let folder = layout::sequence(record.sequence);
+    fn pose(&mut self, record: &FrameRecord, track: &Drive) -> Option<RigidTransform> {
+        let folder = layout::sequence_folder(record.sequence);
         let index = usize::try_from(record.index).ok()?;
         let (Some(pose), Some(&time)) = (track.poses.get(index), track.times.get(index)) else {
             let message = format!("has no line for frame {}", record.index);
@@ -414,10 +417,10 @@ impl Checker<'_> {
             );
             self.problem(format!("{folder}/{}", layout::TIMES), message);
         }
-        let sequence = self.dataset.sequence(record.sequence).ok()?;
-        let mount = self.dataset.manifest().header.body_from_reference();
+        let recorded = self.dataset.track(record.sequence).ok()?;
+        let mount = self.dataset.sequence_of(record).body_from_reference();
         let expected = kitti::relative(
-            &sequence.world_from_frame0(),
+            &recorded.world_from_frame0(),
             &(record.world_from_body() * mount),
         );
         if let Some(distance) = differs(&expected, pose) {
@@ -430,12 +433,13 @@ impl Checker<'_> {
         Some(*pose)
     }
 
-    fn images(&mut self, record: &FrameRecord, frame: &Frame) {
+    fn images(&mut self, record: &FrameRecord, frame: &Frame, inventory: &Inventory) {
         let header = &self.dataset.manifest().header;
+        let sequence = self.dataset.sequence_of(record);
         let known: BTreeSet<u8> = header.ontology.classes().iter().map(|c| c.id).collect();
         let sky = header.ontology.class(Semantic::Sky).id;
         for (i, camera) in frame.cameras.iter().enumerate() {
-            let path = |file| layout::camera_file(header, (record.sequence, record.index), i, file);
+            let path = |file| layout::camera_file(sequence, record.index, i, file);
             let pixels = || {
                 let classes = camera
                     .semantic
@@ -458,7 +462,7 @@ impl Checker<'_> {
                 "pixels without depth have a class",
             );
             let instance = path(CameraFile::Instance);
-            let ids = &self.image_ids;
+            let ids = &inventory.image_ids;
             let strangers: Vec<u32> = pixels()
                 .map(|((_, id), _)| *id)
                 .filter(|id| *id != 0 && !ids.contains(id))
@@ -496,15 +500,16 @@ impl Checker<'_> {
         }
     }
 
-    fn points(&mut self, record: &FrameRecord, frame: &Frame) {
+    fn points(&mut self, record: &FrameRecord, frame: &Frame, inventory: &Inventory) {
         let header = &self.dataset.manifest().header;
+        let sequence = self.dataset.sequence_of(record);
         let class_ids = images::class_ids(&header.ontology);
         let mut point_classes = BTreeMap::new();
         for (i, lidar) in frame.lidars.iter().enumerate() {
             for &(class, _) in &lidar.labels {
                 *point_classes.entry(class as u8).or_insert(0) += 1;
             }
-            let f = layout::lidar_folders(header, i);
+            let f = layout::lidar_folders(sequence, i);
             let path = |folder, extension| {
                 layout::frame_file(record.sequence, folder, record.index, extension)
             };
@@ -513,7 +518,7 @@ impl Checker<'_> {
                 let message = format!("{labels} labels for {points} points");
                 self.problem(path(&f.labels, "label"), message);
             }
-            if !header.lidars[i].ply {
+            if !sequence.lidars[i].ply {
                 continue;
             }
             let ply = path(&f.points, "ply");
@@ -538,7 +543,7 @@ impl Checker<'_> {
                 wrong.map(|p| p.class),
                 "points have another class than their semantic's",
             );
-            let true_ids = &self.true_ids;
+            let true_ids = &inventory.true_ids;
             let strangers: Vec<u64> = lidar
                 .ply
                 .iter()
@@ -582,20 +587,20 @@ impl Checker<'_> {
     fn agreement(
         &mut self,
         record: &FrameRecord,
-        track: &Track,
+        track: &Drive,
         pose: Option<RigidTransform>,
         frame: &Frame,
-        before: Option<&(u32, RigidTransform, Frame)>,
+        before: Option<&(RigidTransform, Frame)>,
     ) {
-        let header = &self.dataset.manifest().header;
-        for (c, (camera, image)) in header.cameras.iter().zip(&frame.cameras).enumerate() {
+        let sequence = self.dataset.sequence_of(record);
+        for (c, (camera, image)) in sequence.cameras.iter().zip(&frame.cameras).enumerate() {
             let view = View {
                 camera,
                 motion: record.body_motion.of_mounted(&camera.body_from_camera),
                 image,
-                format: header.depth_format,
+                format: sequence.depth_format,
             };
-            for (l, lidar) in header.lidars.iter().enumerate() {
+            for (l, lidar) in sequence.lidars.iter().enumerate() {
                 // The first pair is checked by the transform that loaders use, the others by their
                 // mounts.
                 let camera_from_lidar = if (c, l) == (0, 0) {
@@ -606,7 +611,7 @@ impl Checker<'_> {
                 self.agreement
                     .add(&view, &frame.lidars[l].ply, &camera_from_lidar);
                 if (c, l) == (0, 0)
-                    && let (Some(pose), Some((_, before, points))) = (pose, before)
+                    && let (Some(pose), Some((before, points))) = (pose, before)
                 {
                     let step = kitti::relative(&pose, before);
                     let next_camera_from_lidar = step * camera_from_lidar;

@@ -2,45 +2,47 @@
 
 use nemoral_scene::AnnotationKinds;
 
-use crate::Manifest;
+use crate::{Manifest, Split};
 
 /// The card of a data set.
 pub(crate) fn encode(manifest: &Manifest) -> String {
     let h = &manifest.header;
     let frames = manifest.frames.len();
-    let of: u64 = manifest.sequences.iter().map(|s| s.length).sum();
-    let list = |names: Vec<String>| {
+    let of: u64 = manifest.tracks.iter().map(|t| t.length).sum();
+    // Cameras and LiDARs of different sequences that are described alike are listed once.
+    let cameras = || h.sequences.iter().flat_map(|s| &s.cameras);
+    let lidars = || h.sequences.iter().flat_map(|s| &s.lidars);
+    let list = |all: &mut dyn Iterator<Item = String>| {
+        let mut names: Vec<String> = Vec::new();
+        for name in all {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
         if names.is_empty() {
             "none".to_owned()
         } else {
             names.join(", ")
         }
     };
-    let cameras = list(
-        h.cameras
-            .iter()
-            .map(|c| {
-                format!(
-                    "{} ({} × {})",
-                    c.name, c.intrinsics.width, c.intrinsics.height
-                )
-            })
-            .collect(),
-    );
-    let lidars = list(h.lidars.iter().map(|l| l.name.clone()).collect());
+    let camera_list = list(&mut cameras().map(|c| {
+        let k = &c.intrinsics;
+        format!("{} ({} × {})", c.name, k.width, k.height)
+    }));
+    let lidar_list = list(&mut lidars().map(|l| l.name.clone()));
     let classes: Vec<String> = h
         .ontology
         .classes()
         .iter()
         .map(|c| format!("{} {}", c.id, c.name))
         .collect();
-    let depth = match h.depth_format {
+    let depth = match h.sequences[0].depth_format {
         crate::DepthFormat::Png16 => {
             "16-bit PNG, metres × 256; 0 = nothing there, 65535 = 255.996 m or more"
         }
         crate::DepthFormat::Npy => "NumPy float32, metres; 0 = nothing there",
     };
-    let all = |asked: fn(&AnnotationKinds) -> bool| h.cameras.iter().any(|c| asked(&c.annotations));
+    let all = |asked: fn(&AnnotationKinds) -> bool| cameras().any(|c| asked(&c.annotations));
     let further: String = [
         (
             all(|e| e.sky),
@@ -74,7 +76,7 @@ pub(crate) fn encode(manifest: &Manifest) -> String {
     .filter(|(asked, _)| *asked)
     .map(|(_, row)| *row)
     .collect();
-    let rolling = if h.cameras.iter().any(|c| c.shutter.readout_s > 0.0) {
+    let rolling = if cameras().any(|c| c.shutter.readout_s > 0.0) {
         "
 A camera with a `shutter` in `dataset.json` reads its rows one after the other: \
 row r of H is exposed
@@ -85,7 +87,7 @@ normals in the camera's frame as it is then. The body moves by the frame's `body
     } else {
         ""
     };
-    let moment = if h.lidars.iter().all(|l| l.deskewed) {
+    let moment = if lidars().all(|l| l.deskewed) {
         "deskewed to the frame's time"
     } else {
         "deskewed to the frame's time, or as it was at each pulse's (`deskewed` in `dataset.json`)"
@@ -98,12 +100,12 @@ tags: [synthetic, forest, lidar, semantic-segmentation, depth-estimation]
 ---
 # A virtual forest, recorded
 
-{frames} of {of} frames. Made by {generator} {version}, seed {seed}, \
+{frames} of {of} frames in {sequences}. Made by {generator} {version}, seed {seed}, \
 backend {backend}; `config.toml` is the whole
 request and `nemoral generate config.toml` makes it again. The data belong to whoever made them.
 
-- Cameras: {cameras}
-- LiDARs: {lidars}
+- Cameras: {camera_list}
+- LiDARs: {lidar_list}
 - Classes (`{ontology}`): {classes}
 
 | file | what it holds |
@@ -128,7 +130,9 @@ pixels from the first camera's frame, first LiDAR to camera; Tr_NAME of further 
 first camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \
 F_NAME (its fisheye's k1 to k4) where a lens distorts |
 | `sequences/NN/times.txt` | seconds |
-| `trees.csv`, `instances.csv` | the inventory: positions in the world, sizes, species |
+| `sequences/NN/trees.csv`, `instances.csv` | the inventory: positions in the sequence's world, \
+sizes, species |
+| `sequences/NN/config.toml` | every key of the sequence, with what was drawn for it |
 | `ontology.yaml` | the class table in SemanticKITTI's form |
 | `dataset.json` | versions, seed, configuration, keys, mounts, frames, sizes, BLAKE3 checksums |
 
@@ -142,7 +146,8 @@ called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
 {rolling}",
         rolling = rolling,
-        posed = if h.cameras.is_empty() {
+        sequences = sequences(manifest),
+        posed = if cameras().next().is_none() {
             "reference LiDAR"
         } else {
             "reference camera"
@@ -155,4 +160,25 @@ exactly at the pixel's centre; nothing in them is blended.
         ontology = h.ontology.name(),
         classes = classes.join(", "),
     )
+}
+
+/// How many sequences there are, and of which splits.
+fn sequences(manifest: &Manifest) -> String {
+    let count = match manifest.tracks.len() {
+        1 => "1 sequence".to_owned(),
+        n => format!("{n} sequences, each of a world of its own"),
+    };
+    let numbers = |split: Split| manifest.header.numbers(Some(split));
+    let of_splits: Vec<String> = (Split::ALL.into_iter())
+        .map(|split| (split, numbers(split)))
+        .filter(|(_, numbers)| !numbers.is_empty())
+        .map(|(split, numbers)| {
+            let numbers: Vec<String> = numbers.iter().map(|n| format!("{n:02}")).collect();
+            format!("{split}: {}", numbers.join(" "))
+        })
+        .collect();
+    if of_splits.is_empty() {
+        return count;
+    }
+    format!("{count} ({})", of_splits.join("; "))
 }

@@ -7,7 +7,7 @@ use nemoral_scene::glam::{DMat3, DQuat, DVec3};
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 
 use crate::header::RIGHT;
-use crate::{DatasetHeader, Error};
+use crate::{Error, SequenceSpec};
 
 /// A 3 × 4 matrix, row-major.
 pub(crate) type Rows = [[f64; 4]; 3];
@@ -23,9 +23,9 @@ pub struct Calibration {
     pub camera_from_lidar: [[f64; 4]; 3],
     /// D2 or F2: the distortion of the first camera's lens, if any.
     pub distortion: Distortion,
-    /// The further cameras, in the header's order.
+    /// The further cameras, in the sequence's order.
     pub further: Vec<CameraCalibration>,
-    /// The further LiDARs, in the header's order.
+    /// The further LiDARs, in the sequence's order.
     pub further_lidars: Vec<LidarCalibration>,
 }
 
@@ -52,12 +52,12 @@ pub struct CameraCalibration {
 }
 
 impl Calibration {
-    /// The calibration of a data set.
-    pub(crate) fn of(header: &DatasetHeader) -> Self {
-        let reference = header.body_from_reference();
-        let lidar = header.lidars.first();
+    /// The calibration of a sequence.
+    pub(crate) fn of(sequence: &SequenceSpec) -> Self {
+        let reference = sequence.body_from_reference();
+        let lidar = sequence.lidars.first();
         let lidar = lidar.map_or(reference, |l| l.body_from_lidar);
-        let first = header
+        let first = sequence
             .cameras
             .first()
             // Without a camera, poses are those of the LiDAR, and P drops the fourth coordinate.
@@ -65,14 +65,14 @@ impl Calibration {
                 || RigidTransform::IDENTITY.to_rows(),
                 |c| projection(&c.intrinsics, &RigidTransform::IDENTITY),
             );
-        let further = header.cameras.iter().skip(1).map(|c| CameraCalibration {
+        let further = sequence.cameras.iter().skip(1).map(|c| CameraCalibration {
             name: c.name.clone(),
             projection: projection(&c.intrinsics, &relative(&c.body_from_camera, &reference)),
             camera_from_lidar: relative(&c.body_from_camera, &lidar).to_rows(),
             distortion: c.intrinsics.distortion,
         });
         let further: Vec<_> = further.collect();
-        let further_lidars = header.lidars.iter().skip(1).map(|l| LidarCalibration {
+        let further_lidars = sequence.lidars.iter().skip(1).map(|l| LidarCalibration {
             name: l.name.clone(),
             camera_from_lidar: relative(&reference, &l.body_from_lidar).to_rows(),
         });
@@ -80,7 +80,7 @@ impl Calibration {
         Self {
             projections: [first, first, first, right.map_or(first, |c| c.projection)],
             camera_from_lidar: relative(&reference, &lidar).to_rows(),
-            distortion: header
+            distortion: sequence
                 .cameras
                 .first()
                 .map_or(Distortion::None, |c| c.intrinsics.distortion),

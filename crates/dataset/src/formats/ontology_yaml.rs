@@ -3,18 +3,17 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use nemoral_scene::{Ontology, Semantic};
+use nemoral_scene::Semantic;
+
+use crate::{DatasetHeader, Split};
 
 /// The table. `point_classes` has the numbers of the data set's LiDAR points by class, for
-/// `content`; `sequences` has the numbers of the sequences, all of which are in the split `train`.
+/// `content`. Without splits, all sequences are in `train`.
 ///
 /// Training ids are 0, 1, 2, …, in the table's order, after the class of the sky, which is 0 and
 /// ignored, as SemanticKITTI's evaluation expects.
-pub(crate) fn encode(
-    ontology: &Ontology,
-    point_classes: &BTreeMap<u8, u64>,
-    sequences: &[u32],
-) -> String {
+pub(crate) fn encode(header: &DatasetHeader, point_classes: &BTreeMap<u8, u64>) -> String {
+    let ontology = &header.ontology;
     let sky = ontology.class(Semantic::Sky).id;
     let mut learning: Vec<u8> = ontology.classes().iter().map(|c| c.id).collect();
     learning.sort_by_key(|&id| id != sky);
@@ -68,13 +67,17 @@ pub(crate) fn encode(
             .map(|(i, &id)| format!("  {i}: {}\n", if id == sky { "True" } else { "False" }))
             .collect(),
     );
-    let list = |s: &[u32]| s.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+    let list = |name: &str, split: &[Option<Split>]| {
+        let of_split = header.sequences.iter().filter(|s| split.contains(&s.split));
+        let numbers: Vec<String> = of_split.map(|s| s.number.to_string()).collect();
+        format!("  {name}: [{}]\n", numbers.join(", "))
+    };
     section(
         "split",
         vec![
-            format!("  train: [{}]\n", list(sequences)),
-            "  valid: []\n".to_owned(),
-            "  test: []\n".to_owned(),
+            list("train", &[None, Some(Split::Train)]),
+            list("valid", &[Some(Split::Val)]),
+            list("test", &[Some(Split::Test)]),
         ],
     );
     out
@@ -87,13 +90,21 @@ fn quoted(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use nemoral_scene::Ontology;
+
     use super::*;
+    use crate::SequenceSpec;
 
     #[test]
     fn the_fuel_table() {
         let points = BTreeMap::from([(1, 3), (7, 1)]);
-        let text = encode(&Ontology::fuel(), &points, &[0, 2]);
-        assert_eq!(text, FUEL);
+        let mut header = DatasetHeader::new("", "", 7, Ontology::fuel());
+        header.sequences.push(SequenceSpec::new(2, 8));
+        assert_eq!(encode(&header, &points), FUEL);
+        header.sequences[0].split = Some(Split::Test);
+        header.sequences[1].split = Some(Split::Val);
+        let split = "  train: []\n  valid: [2]\n  test: [0]\n";
+        assert!(encode(&header, &points).ends_with(split));
     }
 
     const FUEL: &str = r#"# The class table of this data set, in SemanticKITTI's form.

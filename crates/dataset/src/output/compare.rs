@@ -15,8 +15,17 @@ pub(crate) fn compare(
     let value = |h| serde_json::to_value(h).expect("a header has string keys");
     let (found, asked) = (value(found), value(asked));
     // The most informative fields come first.
-    for field in ["generator", "version", "seed", "backend", "config"] {
+    for field in ["generator", "version", "seed", "backend"] {
         differs(root, field, &found[field], &asked[field])?;
+    }
+    let sequences = |header: &'_ Value| header["sequences"].as_array().map_or(0, Vec::len);
+    for i in 0..sequences(&found).min(sequences(&asked)) {
+        let (found, asked) = (&found["sequences"][i], &asked["sequences"][i]);
+        for field in ["seed", "split", "config"] {
+            let path = format!("sequences.{i}.{field}");
+            differs(root, &path, &found[field], &asked[field])?;
+        }
+        differs(root, &format!("sequences.{i}"), found, asked)?;
     }
     differs(root, "", &found, &asked)
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 use nemoral_files::{EntryKind, Folder, InnerPath, is_temporary_name};
 
-use crate::{DatasetHeader, Error, Manifest, layout};
+use crate::{DatasetHeader, Error, Manifest, SequenceSpec, layout};
 
 /// What an output folder holds.
 pub(crate) enum Content {
@@ -78,28 +78,31 @@ pub(crate) fn owned_files(
     header: &DatasetHeader,
 ) -> Result<Vec<InnerPath>, Error> {
     let mut owned = Vec::new();
-    let texts = [layout::POSES, layout::CALIB, layout::TIMES];
-    for sequence in sequences(folder)? {
-        for (of_sensor, extension) in layout::sensor_folders(header) {
+    for (sequence, spec) in sequences(folder, header)? {
+        for (of_sensor, extension) in layout::sensor_folders(spec) {
             let of_sensor = layout::inner(&format!("{sequence}/{of_sensor}"));
             owned.extend(files(folder, &of_sensor, |name| {
                 layout::is_frame_file(name, extension)
             })?);
         }
-        owned.extend(files(folder, &sequence, |name| texts.contains(&name))?);
+        let is_of_sequence = |name: &str| layout::SEQUENCE_FILES.contains(&name);
+        owned.extend(files(folder, &sequence, is_of_sequence)?);
     }
     let all_poses = layout::inner(layout::ALL_POSES);
     owned.extend(files(folder, &all_poses, layout::is_kitti_poses)?);
     Ok(owned)
 }
 
-/// The folders of sequences.
-fn sequences(folder: &Folder) -> Result<Vec<InnerPath>, Error> {
-    let all = layout::inner(layout::SEQUENCES);
-    let entries = folder.entries_of(&all)?.into_iter();
-    let numbered = entries.filter(|e| layout::is_sequence_name(&e.name));
-    Ok(numbered
-        .map(|e| layout::inner(&format!("{all}/{}", e.name)))
+/// The folders of the header's sequences.
+fn sequences<'a>(
+    folder: &Folder,
+    header: &'a DatasetHeader,
+) -> Result<Vec<(InnerPath, &'a SequenceSpec)>, Error> {
+    let entries = folder.entries_of(&layout::inner(layout::SEQUENCES))?;
+    let number = |name: &str| layout::sequence_of_name(name);
+    let known = (entries.iter()).filter_map(|e| header.sequence(number(&e.name)?));
+    Ok(known
+        .map(|s| (layout::inner(&layout::sequence_folder(s.number)), s))
         .collect())
 }
 
@@ -125,8 +128,8 @@ pub(crate) fn clear(folder: &Folder, header: &DatasetHeader) -> Result<(), Error
         folder.remove_file(&path)?;
     }
     let mut folders = BTreeSet::new();
-    for sequence in sequences(folder)? {
-        for (of_sensor, _) in layout::sensor_folders(header) {
+    for (sequence, spec) in sequences(folder, header)? {
+        for (of_sensor, _) in layout::sensor_folders(spec) {
             let of_sensor = layout::inner(&format!("{sequence}/{of_sensor}"));
             folders.extend(of_sensor.parent());
             folders.insert(of_sensor);

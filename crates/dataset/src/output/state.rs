@@ -101,7 +101,10 @@ pub(crate) fn records(
             }
             Err(e) => return Err(e.into()),
         };
-        let record = record.filter(|r| (r.sequence, r.index) == at && r.validate(header).is_ok());
+        let record = record.filter(|r| {
+            (r.sequence, r.index) == at
+                && header.sequence(at.0).is_some_and(|s| r.validate(s).is_ok())
+        });
         records.insert(at, record);
     }
     Ok(records)

@@ -8,6 +8,7 @@ use nemoral_scene::glam::DVec3;
 
 use crate::common::{header, reseal, write};
 
+const TREES: &str = "sequences/00/trees.csv";
 const LABELS: &str = "sequences/00/labels/000001.label";
 const SEMANTIC: &str = "sequences/00/semantic/000001.png";
 const INSTANCE: &str = "sequences/00/instance/000001.png";
@@ -85,7 +86,7 @@ fn missing_truncated_and_flipped_files_are_found() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 4;
     fs::write(at(INSTANCE), bytes).expect("write");
-    fs::write(at("trees.csv"), "").expect("write");
+    fs::write(at(TREES), "").expect("write");
     fs::write(at("sequences/00/semantic/000009.png"), "").expect("write");
     let report = report(dir.path());
     assert!(!report.passed());
@@ -99,7 +100,7 @@ fn missing_truncated_and_flipped_files_are_found() {
     assert!(first(LABELS).contains("No such file"), "{report}");
     assert!(first(PLY).contains("bytes"), "{report}");
     assert!(first(INSTANCE).contains("checksum"), "{report}");
-    assert!(first("trees.csv").contains("bytes"), "{report}");
+    assert!(first(TREES).contains("bytes"), "{report}");
     assert!(
         first("sequences/00/semantic/000009.png").contains("belongs to no frame"),
         "{report}"
@@ -257,10 +258,10 @@ fn wrong_ids_are_found() {
     fs::write(at(LABELS), labels).expect("write");
     reseal(dir.path(), LABELS);
     // One table lacks a tree.
-    let trees = fs::read_to_string(at("trees.csv")).expect("read");
+    let trees = fs::read_to_string(at(TREES)).expect("read");
     let fewer: Vec<&str> = trees.lines().take(2).collect();
-    fs::write(at("trees.csv"), fewer.join("\n") + "\n").expect("write");
-    reseal(dir.path(), "trees.csv");
+    fs::write(at(TREES), fewer.join("\n") + "\n").expect("write");
+    reseal(dir.path(), TREES);
     let report = report(dir.path());
     let expected = ["1 pixels have an id that instances.csv lacks (the first: 592137)"];
     assert_eq!(about(&report, INSTANCE), expected, "{report}");
@@ -269,7 +270,7 @@ fn wrong_ids_are_found() {
         "{report}"
     );
     assert!(
-        about(&report, "trees.csv")[0].contains("1 trees here, 2 in instances.csv"),
+        about(&report, TREES)[0].contains("1 trees here, 2 in instances.csv"),
         "{report}"
     );
     assert_eq!(report.problems.len(), 3, "{report}");
@@ -278,11 +279,11 @@ fn wrong_ids_are_found() {
 #[test]
 fn points_of_things_that_do_not_exist_are_found() {
     let (dir, _) = sound();
-    let path = dir.path().join("instances.csv");
+    let path = dir.path().join("sequences/00/instances.csv");
     let text = fs::read_to_string(&path).expect("read");
     let kept: Vec<&str> = text.lines().filter(|l| !l.contains("rock")).collect();
     fs::write(&path, kept.join("\n") + "\n").expect("write");
-    reseal(dir.path(), "instances.csv");
+    reseal(dir.path(), "sequences/00/instances.csv");
     let report = report(dir.path());
     assert!(
         about(&report, PLY)[0].contains("true id that instances.csv lacks"),

@@ -127,7 +127,7 @@ fn clouds_that_cannot_be_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let (data, out) = (folder.path().join("data"), folder.path().join("c.ply"));
     let mut raw = header();
-    raw.lidars[0].deskewed = false;
+    raw.sequences[0].lidars[0].deskewed = false;
     write(&data, &raw, &[0]);
     let refused = |params| cloud(&data, &out, params).expect_err("refused").to_string();
     assert!(refused(CloudParams::default()).contains("deskewed"));
@@ -137,7 +137,7 @@ fn clouds_that_cannot_be_are_refused() {
     };
     assert!(refused(params).contains("voxel_m"));
     let mut bare = header();
-    bare.lidars[0].ply = false;
+    bare.sequences[0].lidars[0].ply = false;
     let second = folder.path().join("bare");
     write(&second, &bare, &[0]);
     let text = cloud(&second, &out, CloudParams::default())

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use nemoral_dataset::{
-    CameraData, CameraSpec, Dataset, DatasetHeader, DepthFormat, Error, FrameData, LidarData,
-    LidarSpec, Manifest, OpenMode, Track, WorldTables, Writer,
+    CameraData, CameraSpec, Dataset, DatasetHeader, Error, FrameData, LidarData, LidarSpec,
+    Manifest, OpenMode, SequenceSpec, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -101,17 +101,24 @@ pub(crate) fn cast(world: &[Sphere], origin: DVec3, direction: DVec3) -> Option<
 }
 
 pub(crate) fn header() -> DatasetHeader {
-    let optical = RigidTransform::body_from_optical();
-    let mount = |x, y, z| RigidTransform::from_xyz_rpy(DVec3::new(x, y, z), 0.0, 0.05, 0.02);
     DatasetHeader {
         generator: "nemoral".to_owned(),
         version: "0.1.0".to_owned(),
         seed: u64::MAX - 6,
         backend: "cpu".to_owned(),
-        chunk_size_m: CHUNK_M,
-        depth_format: DepthFormat::Png16,
         licence: "CC-BY-4.0".to_owned(),
         ontology: Ontology::paper(),
+        sequences: vec![sequence(0)],
+        config_toml: "[placement]\ndensity = 0.1\n".to_owned(),
+    }
+}
+
+/// A sequence in this world.
+pub(crate) fn sequence(number: u32) -> SequenceSpec {
+    let optical = RigidTransform::body_from_optical();
+    let mount = |x, y, z| RigidTransform::from_xyz_rpy(DVec3::new(x, y, z), 0.0, 0.05, 0.02);
+    SequenceSpec {
+        chunk_size_m: CHUNK_M,
         cameras: vec![CameraSpec {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(320, 240, 1.3).expect("valid"),
@@ -133,6 +140,7 @@ pub(crate) fn header() -> DatasetHeader {
             "lidar": { "pulses": 20_000 },
         }),
         config_toml: "[placement]\ndensity = 0.1\n".to_owned(),
+        ..SequenceSpec::new(number, u64::MAX - 6)
     }
 }
 
@@ -159,7 +167,10 @@ pub(crate) const MOTION: Twist = Twist {
 
 /// The body's motion, which is the same in all frames.
 pub(crate) fn motion(header: &DatasetHeader) -> Twist {
-    let rolls = header.cameras.iter().any(|c| c.shutter.readout_s > 0.0);
+    let rolls = header.sequences[0]
+        .cameras
+        .iter()
+        .any(|c| c.shutter.readout_s > 0.0);
     if rolls { MOTION } else { Twist::STILL }
 }
 
@@ -194,8 +205,8 @@ impl Seen {
             .zip(&self.radiance)
             .zip(&self.truth)
             .zip(&self.annotations)
-            .zip(&header.cameras);
-        let scans = self.points.iter().zip(&header.lidars);
+            .zip(&header.sequences[0].cameras);
+        let scans = self.points.iter().zip(&header.sequences[0].lidars);
         FrameData {
             sequence: 0,
             index: self.index,
@@ -236,7 +247,7 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
     let (time_s, world_from_body) = track(frame + 1).poses[frame];
     let ontology = Ontology::paper();
     let (mut rgb, mut truth, mut annotations) = (Vec::new(), Vec::new(), Vec::new());
-    for camera in &header.cameras {
+    for camera in &header.sequences[0].cameras {
         let k = camera.intrinsics;
         let (w, h) = (k.width as usize, k.height as usize);
         let pixel = |i: usize| {
@@ -271,7 +282,7 @@ pub(crate) fn see(header: &DatasetHeader, frame: usize) -> Seen {
             normal: all.map(|p| p.3),
         });
     }
-    let points = header
+    let points = header.sequences[0]
         .lidars
         .iter()
         .map(|lidar| {
@@ -473,7 +484,8 @@ pub(crate) fn try_finish(writer: Writer, length: usize) -> Result<Manifest, Erro
         trees: &trees,
         objects: &objects,
     };
-    writer.finish(&world, &[track(length)])
+    writer.write_sequence(&track(length), &world)?;
+    writer.finish()
 }
 
 /// Writes frames of a drive of four.
@@ -491,7 +503,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[usize]) -> Dat
 /// A smaller header, for tests that do not need pictures.
 pub(crate) fn small() -> DatasetHeader {
     let mut header = header();
-    header.cameras[0].intrinsics = Intrinsics::from_fov(32, 24, 1.3).expect("valid");
+    header.sequences[0].cameras[0].intrinsics = Intrinsics::from_fov(32, 24, 1.3).expect("valid");
     header
 }
 

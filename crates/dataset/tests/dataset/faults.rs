@@ -31,7 +31,7 @@ fn in_memory() -> tempfile::TempDir {
 /// The smallest data set with a camera and a LiDAR, because thousands are made.
 fn tiny() -> DatasetHeader {
     let mut header = small();
-    header.cameras[0].intrinsics = Intrinsics::from_fov(4, 3, 1.3).expect("valid");
+    header.sequences[0].cameras[0].intrinsics = Intrinsics::from_fov(4, 3, 1.3).expect("valid");
     header
 }
 

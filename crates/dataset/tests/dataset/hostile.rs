@@ -68,13 +68,13 @@ fn a_sensors_name_that_leads_outside_deletes_nothing() {
             };
             if finished {
                 write(&out, &small(), &[0]);
-                tamper(&out, |json| further(&mut json["lidars"]));
+                tamper(&out, |json| further(&mut json["sequences"][0]["lidars"]));
             } else {
                 killed(&out);
                 let path = out.join(".nemoral/header.json");
                 let text = fs::read_to_string(&path).expect("read");
                 let mut sealed: Value = serde_json::from_str(&text).expect("JSON");
-                further(&mut sealed["content"]["header"]["lidars"]);
+                further(&mut sealed["content"]["header"]["sequences"][0]["lidars"]);
                 let content = sealed["content"].to_string();
                 let digest = blake3::hash(content.as_bytes()).to_hex();
                 let text = format!("{{\"blake3\":\"{digest}\",\"content\":{content}}}\n");
@@ -181,7 +181,11 @@ fn a_folder_that_no_whole_header_claims_is_nobodys() {
     let headers: [Option<&[u8]>; 4] = [None, Some(b""), Some(b"{}"), Some(&sealed[..700])];
     for (i, header) in headers.into_iter().enumerate() {
         let out = dir.path().join(i.to_string());
-        let mine = ["README.md", "trees.csv", "sequences/00/image_2/000000.png"];
+        let mine = [
+            "README.md",
+            "config.toml",
+            "sequences/00/image_2/000000.png",
+        ];
         for name in mine {
             let path = out.join(name);
             fs::create_dir_all(path.parent().expect("below")).expect("mkdir");
@@ -282,7 +286,7 @@ fn what_cannot_be_is_not_accepted() {
     write(&root, &small(), &[0, 1]);
     let whole = fs::read(root.join("dataset.json")).expect("read");
     type Lie<'a> = (&'a str, &'a dyn Fn(&mut Value));
-    let lies: [Lie<'_>; 17] = [
+    let lies: [Lie<'_>; 20] = [
         ("world_from_body", &|j| {
             j["frames"][0]["world_from_body"][0][3] = json!(1e308)
         }),
@@ -290,24 +294,37 @@ fn what_cannot_be_is_not_accepted() {
             j["frames"][0]["world_from_body"][0][0] = json!(2.0)
         }),
         ("world_from_frame0", &|j| {
-            j["sequences"][0]["world_from_frame0"][1][3] = json!(-1e300)
+            j["tracks"][0]["world_from_frame0"][1][3] = json!(-1e300)
         }),
         ("one of the sequence's", &|j| {
             j["frames"][1]["index"] = json!(77)
         }),
-        ("of a sequence that exists", &|j| {
+        ("of a sequence with a track", &|j| {
             j["frames"][1]["sequence"] = json!(3)
         }),
         ("order", &|j| j["frames"][1] = j["frames"][0].clone()),
-        ("frames", &|j| j["sequences"][0]["frames"] = json!([[0, 4]])),
-        ("length", &|j| j["sequences"][0]["length"] = json!(0)),
-        ("length", &|j| j["sequences"][0]["length"] = json!(u64::MAX)),
-        ("chunk_size_m", &|j| j["chunk_size_m"] = json!(0.0)),
-        ("sensor name", &|j| j["cameras"][0]["name"] = json!("../..")),
-        ("width", &|j| {
-            j["cameras"][0]["intrinsics"]["width"] = json!(60_000)
+        ("number of sequences", &|j| j["sequences"] = json!([])),
+        ("order of their numbers", &|j| {
+            j["sequences"] = json!([j["sequences"][0], j["sequences"][0]])
         }),
-        ("fx", &|j| j["cameras"][0]["intrinsics"]["fx"] = json!(0.0)),
+        ("that of a sequence", &|j| {
+            j["sequences"][0]["number"] = json!(3)
+        }),
+        ("frames", &|j| j["tracks"][0]["frames"] = json!([[0, 4]])),
+        ("length", &|j| j["tracks"][0]["length"] = json!(0)),
+        ("length", &|j| j["tracks"][0]["length"] = json!(u64::MAX)),
+        ("chunk_size_m", &|j| {
+            j["sequences"][0]["chunk_size_m"] = json!(0.0)
+        }),
+        ("sensor name", &|j| {
+            j["sequences"][0]["cameras"][0]["name"] = json!("../..")
+        }),
+        ("width", &|j| {
+            j["sequences"][0]["cameras"][0]["intrinsics"]["width"] = json!(60_000)
+        }),
+        ("fx", &|j| {
+            j["sequences"][0]["cameras"][0]["intrinsics"]["fx"] = json!(0.0)
+        }),
         ("sensor_chunks", &|j| {
             j["frames"][0]["sensor_chunks"] = json!([])
         }),
@@ -318,13 +335,13 @@ fn what_cannot_be_is_not_accepted() {
             j["frames"][0]["point_classes"]["1"] = json!(u64::MAX)
         }),
         ("number of sensors", &|j| {
-            let camera = j["cameras"][0].clone();
+            let camera = j["sequences"][0]["cameras"][0].clone();
             let named = |i: usize| {
                 let mut camera = camera.clone();
                 camera["name"] = json!(format!("c{i}"));
                 camera
             };
-            j["cameras"] = (0..300).map(named).collect();
+            j["sequences"][0]["cameras"] = (0..300).map(named).collect();
         }),
     ];
     for (field, lie) in lies {
@@ -456,6 +473,7 @@ fn a_cloud_never_takes_the_place_of_a_file_of_the_data_set() {
             CloudParams {
                 voxel_m,
                 pure: false,
+                sequence: None,
             },
         )
     };
@@ -464,7 +482,7 @@ fn a_cloud_never_takes_the_place_of_a_file_of_the_data_set() {
         "sequences/00/new.ply",
         "sequences/00/../00/points/000000.ply",
         "dataset.json",
-        "trees.csv",
+        "sequences/00/trees.csv",
         ".nemoral.txt",
     ] {
         at(&root.join(own), None).expect_err(own);

@@ -16,3 +16,4 @@ mod hostile;
 mod properties;
 mod resume;
 mod round_trip;
+mod sequences;

@@ -93,7 +93,7 @@ proptest! {
     ) {
         let dir = tempfile::tempdir().expect("a folder");
         let mut header = small();
-        header.cameras = vec![CameraSpec {
+        header.sequences[0].cameras = vec![CameraSpec {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(w, h, 1.0).expect("valid"),
             body_from_camera: RigidTransform::body_from_optical(),
@@ -101,6 +101,7 @@ proptest! {
             shutter: Shutter::INSTANT,
             noisy: false,
         }];
+        header.sequences[0].number = 3;
         let all = Image::new(w as usize, h as usize, pixels);
         let truth = TruthImages {
             semantic: all.map(|p| p.0),
@@ -157,7 +158,7 @@ proptest! {
     fn any_points_come_back_through_the_reader(points in prop::collection::vec(point(), 0..200)) {
         let dir = tempfile::tempdir().expect("a folder");
         let mut header = small();
-        header.cameras.clear();
+        header.sequences[0].cameras.clear();
         let writer = Writer::create(dir.path(), OpenMode::Fresh, header.clone()).expect("create");
         let mut seen = see(&header, 0);
         seen.points = vec![points];

@@ -158,16 +158,19 @@ fn resume_refuses_what_differs_and_says_what() {
         refused(&|h| h.backend = "gpu".to_owned()).contains("backend = \"cpu\", asked for \"gpu\"")
     );
     assert!(refused(&|h| h.version = "0.2.0".to_owned()).contains("version = \"0.1.0\""));
-    let e = refused(&|h| h.config["placement"]["density"] = 0.2.into());
+    let e = refused(&|h| h.sequences[0].config["placement"]["density"] = 0.2.into());
     assert!(
         e.contains("config.placement.density = 0.1, asked for 0.2"),
         "{e}"
     );
-    let e = refused(&|h| h.config["trails"] = true.into());
+    let e = refused(&|h| h.sequences[0].config["trails"] = true.into());
     assert!(e.contains("config.trails = nothing, asked for true"), "{e}");
     assert!(refused(&|h| h.ontology = Ontology::fuel()).contains("ontology"));
-    assert!(refused(&|h| h.lidars[0].body_from_lidar.translation_m.z += 1e-12).contains("lidars"));
-    assert!(refused(&|h| h.stage_keys.clear()).contains("stage_keys.terrain"));
+    assert!(
+        refused(&|h| h.sequences[0].lidars[0].body_from_lidar.translation_m.z += 1e-12)
+            .contains("lidars")
+    );
+    assert!(refused(&|h| h.sequences[0].stage_keys.clear()).contains("stage_keys.terrain"));
     assert_eq!(tree(dir.path()), before);
     Writer::probe(dir.path(), OpenMode::Resume, &small()).expect("equal headers");
     assert_eq!(tree(dir.path()), before, "a probe changes nothing");
@@ -180,8 +183,9 @@ fn overwrite_takes_only_what_is_its_own() {
     for finished in [true, false] {
         let out = dir.path().join(finished.to_string());
         let mut header = small();
-        header.cameras.push(header.cameras[0].clone());
-        header.cameras[1].name = "rear".to_owned();
+        let mut rear = header.sequences[0].cameras[0].clone();
+        rear.name = "rear".to_owned();
+        header.sequences[0].cameras.push(rear);
         let writer = Writer::create(&out, OpenMode::Fresh, header.clone()).expect("create");
         for k in [0, 1] {
             writer

@@ -15,8 +15,8 @@ fn a_data_set_comes_back() {
     let header = header();
     let dataset = write(dir.path(), &header, &[0, 1, 3]);
     assert_eq!(dataset.manifest().header, header);
-    assert_eq!(dataset.manifest().sequences[0].frames, [[0, 2], [3, 4]]);
-    assert_eq!(dataset.manifest().sequences[0].length, 4);
+    assert_eq!(dataset.manifest().tracks[0].frames, [[0, 2], [3, 4]]);
+    assert_eq!(dataset.manifest().tracks[0].length, 4);
     for (i, k) in [0, 1, 3].into_iter().enumerate() {
         let (seen, frame) = (see(&header, k), dataset.read_frame(i).expect("frame"));
         let (camera, truth) = (&frame.cameras[0], &seen.truth[0]);
@@ -54,9 +54,9 @@ fn a_data_set_comes_back() {
             );
         }
     }
-    assert_eq!(dataset.trees().expect("trees"), crate::common::trees());
+    assert_eq!(dataset.trees(0).expect("trees"), crate::common::trees());
     assert_eq!(
-        dataset.objects().expect("objects"),
+        dataset.objects(0).expect("objects"),
         crate::common::objects()
     );
     assert!(dataset.read_frame(3).is_err());
@@ -83,14 +83,12 @@ fn poses_calibration_and_times_mean_what_kitti_says() {
     };
     let in_camera = by_rows(&calibration.camera_from_lidar, p);
     let in_frame0 = poses[2].transform_point(in_camera);
-    let in_world = by_rows(
-        &dataset.manifest().sequences[0].world_from_frame0,
-        in_frame0,
-    );
+    let in_world = by_rows(&dataset.manifest().tracks[0].world_from_frame0, in_frame0);
     let world_from_body = crate::common::track(3).poses[2].1;
-    let expected = (world_from_body * header.lidars[0].body_from_lidar).transform_point(p);
+    let expected =
+        (world_from_body * header.sequences[0].lidars[0].body_from_lidar).transform_point(p);
     assert!(in_world.distance(expected) < 1e-9, "{in_world} {expected}");
-    let k = header.cameras[0].intrinsics;
+    let k = header.sequences[0].cameras[0].intrinsics;
     let image = by_rows(&calibration.projections[2], in_camera);
     let pixel = k.project(in_camera).expect("in front");
     assert!((image.truncate() / image.z).distance(pixel) < 1e-9);
@@ -262,10 +260,8 @@ fn images_look_right_to_an_ordinary_viewer() {
 #[test]
 fn float_depth_keeps_every_bit() {
     let dir = tempfile::tempdir().expect("a folder");
-    let header = nemoral_dataset::DatasetHeader {
-        depth_format: DepthFormat::Npy,
-        ..small()
-    };
+    let mut header = small();
+    header.sequences[0].depth_format = DepthFormat::Npy;
     let dataset = write(dir.path(), &header, &[0]);
     let frame = dataset.read_frame(0).expect("frame");
     assert_eq!(frame.cameras[0].depth_m, see(&header, 0).truth[0].depth_m);
@@ -277,13 +273,16 @@ fn float_depth_keeps_every_bit() {
 fn further_sensors_and_no_camera() {
     let dir = tempfile::tempdir().expect("a folder");
     let mut two = small();
-    let (mut camera, mut lidar) = (two.cameras[0].clone(), two.lidars[0].clone());
+    let (mut camera, mut lidar) = (
+        two.sequences[0].cameras[0].clone(),
+        two.sequences[0].lidars[0].clone(),
+    );
     camera.name = "rear".to_owned();
     camera.intrinsics = Intrinsics::from_fov(16, 20, 0.9).expect("valid");
     lidar.name = "low".to_owned();
     lidar.body_from_lidar.translation_m.z -= 0.75;
-    two.cameras.push(camera);
-    two.lidars.push(lidar);
+    two.sequences[0].cameras.push(camera);
+    two.sequences[0].lidars.push(lidar);
     two.ontology = Ontology::fuel();
     let dataset = write(&dir.path().join("two"), &two, &[0]);
     assert_eq!(dataset.manifest().header, two);
@@ -327,19 +326,18 @@ fn further_sensors_and_no_camera() {
         assert!(report.to_string().contains(what), "{what}: {report}");
     }
 
-    let lidar_only = nemoral_dataset::DatasetHeader {
-        cameras: Vec::new(),
-        ..small()
-    };
+    let mut lidar_only = small();
+    lidar_only.sequences[0].cameras.clear();
     let dataset = write(&dir.path().join("lidar"), &lidar_only, &[1]);
     let calibration = dataset.calibration(0).expect("calib");
     assert_eq!(
         calibration.camera_from_lidar,
         nemoral_scene::RigidTransform::IDENTITY.to_rows()
     );
-    let world = crate::common::track(2).poses[1].1 * lidar_only.lidars[0].body_from_lidar;
+    let world =
+        crate::common::track(2).poses[1].1 * lidar_only.sequences[0].lidars[0].body_from_lidar;
     let found =
-        dataset.manifest().sequences[0].world_from_frame0() * dataset.poses(0).expect("poses")[1];
+        dataset.manifest().tracks[0].world_from_frame0() * dataset.poses(0).expect("poses")[1];
     assert!(found.translation_m.distance(world.translation_m) < 1e-9);
 }
 
@@ -347,8 +345,8 @@ fn further_sensors_and_no_camera() {
 fn further_truth_comes_back_and_lies_are_found() {
     let dir = tempfile::tempdir().expect("a folder");
     let mut header = small();
-    header.cameras[0].intrinsics = Intrinsics::from_fov(96, 72, 1.3).expect("valid");
-    header.cameras[0].annotations = AnnotationKinds {
+    header.sequences[0].cameras[0].intrinsics = Intrinsics::from_fov(96, 72, 1.3).expect("valid");
+    header.sequences[0].cameras[0].annotations = AnnotationKinds {
         sky: true,
         flow: true,
         trunks: true,
@@ -469,11 +467,11 @@ fn further_truth_comes_back_and_lies_are_found() {
 fn rolling_shutters_agree_with_scans_and_flow() {
     let dir = tempfile::tempdir().expect("a folder");
     let mut header = crate::common::header();
-    header.cameras[0].shutter = Shutter {
+    header.sequences[0].cameras[0].shutter = Shutter {
         exposure_s: 0.01,
         readout_s: 0.03,
     };
-    header.cameras[0].annotations.flow = true;
+    header.sequences[0].cameras[0].annotations.flow = true;
     let dataset = write(dir.path(), &header, &[0, 1, 2, 3]);
     assert_eq!(dataset.manifest().header, header);
     assert_eq!(dataset.frames()[2].body_motion, crate::common::MOTION);
@@ -520,11 +518,12 @@ fn lenses_come_back_and_agree_with_the_scans() {
         k3: 0.0,
         k4: 0.0,
     };
-    bent.cameras[0].intrinsics = Intrinsics::through_lens(320, 240, 1.3, lens).expect("sound");
-    let mut wide = bent.cameras[0].clone();
+    bent.sequences[0].cameras[0].intrinsics =
+        Intrinsics::through_lens(320, 240, 1.3, lens).expect("sound");
+    let mut wide = bent.sequences[0].cameras[0].clone();
     wide.name = "wide".to_owned();
     wide.intrinsics = Intrinsics::through_lens(320, 240, 2.2, fish).expect("sound");
-    bent.cameras.push(wide);
+    bent.sequences[0].cameras.push(wide);
     let dataset = write(&dir.path().join("bent"), &bent, &[0, 1]);
     assert_eq!(dataset.manifest().header, bent);
     let calibration = dataset.calibration(0).expect("calib");
@@ -547,7 +546,7 @@ fn lenses_come_back_and_agree_with_the_scans() {
 
     // Distorted pictures with a header that says they are not.
     let mut straight = bent.clone();
-    for camera in &mut straight.cameras {
+    for camera in &mut straight.sequences[0].cameras {
         camera.intrinsics.distortion = Distortion::None;
     }
     let out = dir.path().join("straight");
@@ -571,7 +570,7 @@ fn lenses_come_back_and_agree_with_the_scans() {
 fn a_right_eye_is_kittis() {
     let dir = tempfile::tempdir().expect("a folder");
     let mut pair = small();
-    let mut right = pair.cameras[0].clone();
+    let mut right = pair.sequences[0].cameras[0].clone();
     right.name = "right".to_owned();
     // Half a metre to the right in the optical frame.
     let aside = RigidTransform {
@@ -579,7 +578,7 @@ fn a_right_eye_is_kittis() {
         ..RigidTransform::IDENTITY
     };
     right.body_from_camera = right.body_from_camera * aside;
-    pair.cameras.push(right);
+    pair.sequences[0].cameras.push(right);
     let dataset = write(dir.path(), &pair, &[0]);
     let at = dir.path().join("sequences/00");
     for (file, there) in [
@@ -592,7 +591,7 @@ fn a_right_eye_is_kittis() {
     }
     let calibration = dataset.calibration(0).expect("calib");
     let [p2, p3] = [calibration.projections[2], calibration.projections[3]];
-    let k = pair.cameras[0].intrinsics;
+    let k = pair.sequences[0].cameras[0].intrinsics;
     // KITTI: the fourth column is -focal length × baseline.
     assert!((p3[0][3] + 0.5 * k.fx).abs() < 1e-9, "{p3:?}");
     assert!((p3[0][0] - p2[0][0]).abs() < 1e-9 && p2[0][3] == 0.0);
@@ -641,17 +640,20 @@ fn impossible_headers_and_frames_are_refused() {
             .expect_err("refused")
             .to_string()
     };
-    assert!(refused(&|h| h.cameras[0].name = "../x".to_owned()).contains("'../x'"));
-    assert!(refused(&|h| h.cameras[0].name = "velodyne".to_owned()).contains("velodyne"));
-    assert!(refused(&|h| h.lidars[0].name = "front".to_owned()).contains("unique"));
-    assert!(refused(&|h| h.chunk_size_m = f64::NAN).contains("chunk_size_m"));
+    assert!(refused(&|h| h.sequences[0].cameras[0].name = "../x".to_owned()).contains("'../x'"));
     assert!(
-        refused(&|h| h.lidars[0].body_from_lidar.translation_m.x = f64::NAN).contains("top.mount")
+        refused(&|h| h.sequences[0].cameras[0].name = "velodyne".to_owned()).contains("velodyne")
+    );
+    assert!(refused(&|h| h.sequences[0].lidars[0].name = "front".to_owned()).contains("unique"));
+    assert!(refused(&|h| h.sequences[0].chunk_size_m = f64::NAN).contains("chunk_size_m"));
+    assert!(
+        refused(&|h| h.sequences[0].lidars[0].body_from_lidar.translation_m.x = f64::NAN)
+            .contains("top.mount")
     );
     assert!(
         refused(&|h| {
-            h.lidars.clear();
-            h.cameras.clear();
+            h.sequences[0].lidars.clear();
+            h.sequences[0].cameras.clear();
         })
         .contains("at least one")
     );
@@ -681,7 +683,7 @@ fn impossible_headers_and_frames_are_refused() {
     writer.write_frame(&frame).expect("written");
     let world = nemoral_dataset::WorldTables::default();
     let e = writer
-        .finish(&world, &[crate::common::track(4)])
+        .write_sequence(&crate::common::track(4), &world)
         .expect_err("another pose");
     assert!(e.to_string().contains("pose of frame 0"), "{e}");
 }

@@ -8,9 +8,9 @@ use toml::{Table, Value};
 
 use super::errors::{ConfigError, ConfigErrors, Place};
 use super::schema::SectionSpec;
-use super::source::{Source, join, section};
+use super::source::{Source, join, section, value_at};
 use super::words::{cut, did_you_mean, shown};
-use super::{Config, Preset, SECTIONS, devices, ranges};
+use super::{Config, Preset, SECTIONS, Sequences, devices};
 use crate::{Error, InputFiles};
 
 /// What a user asked for, in layers: a preset, a file over it, settings over that.
@@ -29,7 +29,7 @@ impl Layers {
     ///
     /// # Errors
     /// All errors: unreadable or malformed files, unknown keys, values that are not allowed,
-    /// impossible combinations (with the numbers that `[ranges]` drew), and named files that cannot
+    /// impossible combinations (with what `[vary]` drew), and named files that cannot
     /// be read.
     pub fn load(&self) -> Result<Config, Error> {
         self.load_with_inputs().map(|(config, _)| config)
@@ -40,6 +40,15 @@ impl Layers {
     /// # Errors
     /// As [`Layers::load`].
     pub fn load_with_inputs(&self) -> Result<(Config, InputFiles), Error> {
+        let first = self.sequences()?.get(0)?;
+        Ok((first.config, first.inputs))
+    }
+
+    /// All sequences of the request, each with its own config.
+    ///
+    /// # Errors
+    /// As [`Layers::load`], for the first sequence, and if the splits are impossible.
+    pub fn sequences(&self) -> Result<Sequences, Error> {
         let mut sources = Vec::new();
         if let Some(path) = &self.file {
             sources.push(Source::file(path)?);
@@ -47,27 +56,25 @@ impl Layers {
         for setting in &self.settings {
             sources.push(Source::setting(setting)?);
         }
-        let preset = self.base(&mut sources)?;
-        resolve(&preset, &mut sources)
+        Sequences::new(self.preset.clone(), sources)
     }
+}
 
-    /// The preset, which the argument or the file names.
-    fn base(&self, sources: &mut [Source]) -> Result<Preset, Error> {
-        // The argument overrides the file, whose own preset must be valid all the same.
-        let argument = self.preset.as_deref().map(|name| by_name(name, None));
-        let mut preset = argument.transpose()?;
-        for source in sources {
-            if let Some(value) = source.table.remove("preset") {
-                let place = source.place_of("preset");
-                let named = match value.as_str() {
-                    Some(name) => by_name(name, place)?,
-                    None => return Err(no_preset(&shown(&value), &[], place)),
-                };
-                preset = preset.or(Some(named));
-            }
+/// The preset, which the argument or the sources name. The argument overrides the sources, whose
+/// own presets must be valid all the same.
+pub(super) fn base(argument: Option<&str>, sources: &mut [Source]) -> Result<Preset, Error> {
+    let mut preset = argument.map(|name| by_name(name, None)).transpose()?;
+    for source in sources {
+        if let Some(value) = source.table.remove("preset") {
+            let place = source.place_of("preset");
+            let named = match value.as_str() {
+                Some(name) => by_name(name, place)?,
+                None => return Err(no_preset(&shown(&value), &[], place)),
+            };
+            preset = preset.or(Some(named));
         }
-        Ok(preset.unwrap_or(Preset::ALL[0]))
     }
+    Ok(preset.unwrap_or(Preset::ALL[0]))
 }
 
 impl Config {
@@ -82,10 +89,8 @@ impl Config {
     /// # Errors
     /// As [`Layers::load`].
     pub fn from_toml(text: &str) -> Result<Self, Error> {
-        let mut source = Source::parse("config.toml", false, text.to_owned())?;
-        let layers = Layers::default();
-        let preset = layers.base(std::slice::from_mut(&mut source))?;
-        resolve(&preset, std::slice::from_mut(&mut source)).map(|(config, _)| config)
+        let source = Source::parse("config.toml", false, text.to_owned())?;
+        Ok(Sequences::new(None, vec![source])?.get(0)?.config)
     }
 }
 
@@ -114,24 +119,30 @@ fn no_preset(value: &str, near: &[&str], place: Option<Place>) -> Error {
     ConfigErrors::from_iter([error]).into()
 }
 
-/// A preset with the sources over it, with their ranges drawn and the result checked.
-fn resolve(preset: &Preset, sources: &mut [Source]) -> Result<(Config, InputFiles), Error> {
-    let mut errors = ConfigErrors::default();
-    let ranges = ranges::take(sources, &mut errors);
-    let sources: &[Source] = sources;
+/// A preset with the sources over it, checked; `adjust` changes it before that. `errors` are those
+/// found so far.
+pub(super) fn resolve(
+    preset: &Preset,
+    sources: &[Source],
+    mut errors: ConfigErrors,
+    adjust: impl FnOnce(&mut Config),
+) -> Result<(Config, InputFiles), Error> {
     let mut merged = with_sensors(preset, sources);
     for source in sources {
         check_table("", &source.table, source, &mut errors);
         merge("", &mut merged, &source.table);
     }
-    ranges::draw(&ranges, sources, &mut merged, &mut errors);
     errors.into_result()?;
-    let config: Config = Value::Table(merged)
+    let mut config: Config = Value::Table(merged)
         .try_into()
         .expect("a table that passed the checks is a config");
+    adjust(&mut config);
     let place = |path: &str| {
-        let said = sources.iter().rev().find_map(|s| s.place_of(path));
-        ranges::place_of(&ranges, sources, path).or(said)
+        let said = sources
+            .iter()
+            .rev()
+            .filter(|s| value_at(&s.table, path).is_some());
+        said.into_iter().find_map(|s| s.place_of(path))
     };
     let (inputs, unreadable) = InputFiles::read_all(&config);
     let problems = if unreadable.is_empty() {
@@ -315,7 +326,7 @@ fn to_float(value: &Value) -> Value {
     }
 }
 
-fn to_table(config: &impl Serialize) -> Table {
+pub(super) fn to_table(config: &impl Serialize) -> Table {
     Table::try_from(config).expect("a config is plain data")
 }
 

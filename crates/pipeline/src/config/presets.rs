@@ -82,6 +82,17 @@ impl Preset {
         },
     ];
 
+    /// Their names.
+    pub(super) const NAMES: &'static [&'static str] = &{
+        let mut names = [""; Self::ALL.len()];
+        let mut i = 0;
+        while i < names.len() {
+            names[i] = Self::ALL[i].name;
+            i += 1;
+        }
+        names
+    };
+
     /// The preset of this name.
     #[must_use]
     pub fn by_name(name: &str) -> Option<Self> {

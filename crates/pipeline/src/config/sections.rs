@@ -22,10 +22,15 @@ section! {
     Config at "" {
         /// The world's seed. The same seed, config and program give the same bytes.
         seed: u64 = 7, Whole(0, i64::MAX), "any number; TOML allows up to 2^63 - 1";
-        /// How many frames the sequence has.
+        /// How many sequences the data set has, each a drive through a world of its own. Sequence 0
+        /// has the seed above, and the others' seeds are drawn from it.
+        sequences: u32 = 1, Whole(1, 10_000), "one world";
+        /// How many frames each sequence has.
         frames: u64 = 10, Whole(1, 10_000_000), "enough to look at, made in a minute";
     }
     plus {
+        /// Splits.
+        splits: Splits;
         /// Chunks and visible distances.
         chunks: Chunks;
         /// Terrain.
@@ -56,6 +61,23 @@ section! {
         robot: Robot;
         /// Files.
         output: Output;
+    }
+}
+
+section! {
+    /// Which sequences are for training, validation and testing, in shares; without shares the data
+    /// set is not split. No two sequences have a tree, a chunk or a place in common, and sequences
+    /// of different splits share no grown plants and no textures of plants either.
+    Splits at "splits" {
+        /// Share of sequences to learn from. The three shares add up to 1, or all are 0.
+        train: f64 = 0.0, Real(0.0, 1.0), "not split";
+        /// Share of sequences to choose a model by.
+        val: f64 = 0.0, Real(0.0, 1.0), "not split";
+        /// Share of sequences to measure the chosen model.
+        test: f64 = 0.0, Real(0.0, 1.0), "not split";
+        /// The choice or group in `[vary]` whose alternatives are each split in these shares, such
+        /// as `preset`; empty for none.
+        by: String = String::new(), Text, "not stratified";
     }
 }
 
@@ -253,6 +275,9 @@ section! {
 section! {
     /// What is grown.
     Assets at "assets" {
+        /// The seed of plants. Worlds with the same one, and the same plants asked for, share grown
+        /// plants. 0 is the world's own or, if there are several sequences, one for each split.
+        seed: u64 = 0, Whole(0, i64::MAX), "plants are grown once for each split";
         /// Individuals of each tree species.
         individuals: u32 = 8, Whole(1, 64), "our choice: 8-16 look varied";
         /// Wood thicker than this radius is trunk, thinner wood is canopy.
@@ -993,6 +1018,7 @@ section! {
 /// Every section, in the order of the reference page.
 pub const SECTIONS: &[SectionSpec] = &[
     Config::SPEC,
+    Splits::SPEC,
     Chunks::SPEC,
     Terrain::SPEC,
     Trails::SPEC,
@@ -1038,5 +1064,6 @@ pub const SECTIONS: &[SectionSpec] = &[
     PathStations::SPEC,
     PathFile::SPEC,
     Output::SPEC,
-    super::ranges::SECTION,
+    super::vary::VARY,
+    super::vary::RANGES,
 ];

@@ -2,23 +2,26 @@
 
 use std::path::Path;
 
-use toml::Table;
+use toml::{Table, Value};
 
 use super::errors::{ConfigError, ConfigErrors, Place};
 use super::schema::SectionSpec;
 use super::words::cut;
-use super::{Allowed, SECTIONS};
+use super::{Allowed, SECTIONS, vary};
 use crate::Error;
 
 /// The largest config file.
 const FILE_BYTES: u64 = 4 << 20;
 
 /// TOML text with its name and its values.
+#[derive(Clone)]
 pub(super) struct Source {
     pub(super) name: String,
     pub(super) is_argument: bool,
     pub(super) text: String,
     pub(super) table: Table,
+    /// Whether the values are what the text's draws gave.
+    pub(super) is_drawn: bool,
 }
 
 impl Source {
@@ -47,6 +50,7 @@ impl Source {
                 is_argument,
                 text,
                 table,
+                is_drawn: false,
             }),
             Err(error) => {
                 let place = match error.span() {
@@ -74,6 +78,9 @@ impl Source {
 
     /// The place of a dotted key in this source.
     pub(super) fn place_of(&self, path: &str) -> Option<Place> {
+        if self.is_drawn {
+            return vary::place_of(self, path);
+        }
         let parts: Vec<&str> = path.split('.').collect();
         self.place_of_parts(&parts)
     }
@@ -132,6 +139,18 @@ pub(super) fn join(path: &str, key: &str) -> String {
         key.to_owned()
     } else {
         format!("{path}.{key}")
+    }
+}
+
+/// The value of a dotted key.
+pub(super) fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let (key, rest) = path
+        .split_once('.')
+        .map_or((path, None), |(k, r)| (k, Some(r)));
+    let value = table.get(key)?;
+    match rest {
+        None => Some(value),
+        Some(rest) => value_at(value.as_table()?, rest),
     }
 }
 

@@ -38,9 +38,13 @@ impl Stage<Forest> for LibraryStage {
         self.0.fingerprint(hasher);
     }
 
-    fn run(&self, (): (), world: Key, (): ()) -> Result<Library, Error> {
+    fn run(&self, (): (), key: Key, (): ()) -> Result<Library, Error> {
         let species = self.0.species()?;
-        Library::grow(&self.0.params(&species), world).map_err(Error::of_stage)
+        Library::grow(&self.0.params(&species), key).map_err(Error::of_stage)
+    }
+
+    fn context(&self, world: &Key) -> Key {
+        self.0.seed().map_or(*world, Key::world)
     }
 
     fn kept() -> Option<Kept<Library>> {

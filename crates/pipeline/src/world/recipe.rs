@@ -25,6 +25,8 @@ impl Encode for Recipe {
             inputs: _,
         } = self;
         let config::Assets {
+            // It is in the context of the stage that grows the plants.
+            seed: _,
             individuals,
             trunk_radius_m,
             dbh_mean_m,
@@ -92,6 +94,11 @@ impl Recipe {
 
     pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
         self.inputs.encode(hasher, self);
+    }
+
+    /// The seed of the plants, if it is not the world's.
+    pub(crate) fn seed(&self) -> Option<u64> {
+        (self.assets.seed > 0).then_some(self.assets.seed)
     }
 
     /// The species with a share, and their shares.

@@ -223,6 +223,7 @@ fn every_default_is_allowed_and_every_key_is_defined() {
         is_argument: false,
         text: String::new(),
         table: table.clone(),
+        is_drawn: false,
     };
     let mut errors = ConfigErrors::default();
     check_table("", &table, &source, &mut errors);
@@ -416,7 +417,7 @@ fn ranges_are_drawn_from_the_seed_and_recorded() {
         Config::from_toml(&drawn[7].to_toml()).expect("fine"),
         drawn[7]
     );
-    assert_eq!(drawn[7].placement.trees.to_string(), "111.13632536294774");
+    assert_eq!(drawn[7].placement.trees.to_string(), "103.87581498362124");
 }
 
 #[test]
@@ -496,12 +497,15 @@ fn wrong_ranges_are_named() {
         refused("\"placement.tree\" = [1, 2]"),
         &["there is no key placement.tree"],
     );
-    has(refused("\"trails.surface\" = [1, 2]"), &["only numbers"]);
-    has(refused("\"seed\" = [1, 2]"), &["drawn from it"]);
     has(
-        refused("\"sun.date.latitude_deg\" = [1, 2]"),
-        &["there is no [sun.date]"],
+        refused("\"trails.surface\" = [1, 2]"),
+        &["must be [a, b, …] or { a = weight", "\"varied\""],
     );
+    has(
+        refused("\"frames\" = [1, 2]"),
+        &["the same in all sequences"],
+    );
+    has(refused("\"seed\" = [1, 2]"), &["drawn from it"]);
     let both = "placement.trees = 3\nranges.placement.trees = [1, 2]";
     has(
         message(load("", both, &[])),

@@ -1,0 +1,154 @@
+//! What decides the bytes of one sequence, and how to read them.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use nemoral_scene::RigidTransform;
+use serde::{Deserialize, Serialize};
+
+use crate::header::{check_sensor_name, is_place, validate_camera};
+use crate::{CameraSpec, DepthFormat, Error, LidarSpec, limits};
+
+/// The part of a data set that a sequence is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Split {
+    /// To learn from.
+    Train,
+    /// To choose a model by.
+    Val,
+    /// To measure the chosen model.
+    Test,
+}
+
+impl Split {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Train, Self::Val, Self::Test];
+
+    /// `train`, `val` or `test`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Val => "val",
+            Self::Test => "test",
+        }
+    }
+}
+
+impl fmt::Display for Split {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A sequence: a drive through a world of its own, with sensors of its own. What holds for a whole
+/// sequence and decides its bytes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SequenceSpec {
+    /// Its number, the NN of `sequences/NN`.
+    pub number: u32,
+    /// Its world's seed.
+    pub seed: u64,
+    /// What it is for; absent from `dataset.json` if the data set is not split.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub split: Option<Split>,
+    /// What was drawn for this sequence, by key of the configuration; absent from `dataset.json`
+    /// if nothing was.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub drawn: BTreeMap<String, serde_json::Value>,
+    /// Side of a chunk, metres.
+    pub chunk_size_m: f64,
+    /// How depth is stored.
+    pub depth_format: DepthFormat,
+    /// All cameras, the reference camera first.
+    pub cameras: Vec<CameraSpec>,
+    /// All LiDARs, the reference LiDAR first.
+    pub lidars: Vec<LidarSpec>,
+    /// Key of each world stage: name to hexadecimal.
+    pub stage_keys: BTreeMap<String, String>,
+    /// The resolved configuration. It has what decides the content and nothing else (no threads, no
+    /// output folder, no frame range), because a resumed run compares it.
+    pub config: serde_json::Value,
+    /// The same for human readers, written to the sequence's `config.toml`. It is not compared.
+    #[serde(skip)]
+    pub config_toml: String,
+}
+
+impl SequenceSpec {
+    /// A sequence without sensors: chunks of 50 m, 16-bit depth, of no split, an empty
+    /// configuration.
+    #[must_use]
+    pub fn new(number: u32, seed: u64) -> Self {
+        Self {
+            number,
+            seed,
+            split: None,
+            drawn: BTreeMap::new(),
+            chunk_size_m: 50.0,
+            depth_format: DepthFormat::default(),
+            cameras: Vec::new(),
+            lidars: Vec::new(),
+            stage_keys: BTreeMap::new(),
+            config: serde_json::Value::Object(serde_json::Map::new()),
+            config_toml: String::new(),
+        }
+    }
+
+    /// The mount of the reference sensor, whose poses `poses.txt` has: the first camera, or the
+    /// first LiDAR if there is no camera.
+    #[must_use]
+    pub fn body_from_reference(&self) -> RigidTransform {
+        let camera = self.cameras.first().map(|c| c.body_from_camera);
+        let lidar = self.lidars.first().map(|l| l.body_from_lidar);
+        camera.or(lidar).unwrap_or(RigidTransform::IDENTITY)
+    }
+
+    /// Checks names, mounts and sizes.
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        if self.cameras.is_empty() && self.lidars.is_empty() {
+            return Err(Error::invalid(
+                "cameras",
+                "[]",
+                "at least one camera or LiDAR",
+            ));
+        }
+        let sensors = self.cameras.len() + self.lidars.len();
+        if sensors > limits::MAX_SENSORS {
+            let allowed = format!("at most {}", limits::MAX_SENSORS);
+            return Err(Error::invalid("number of sensors", sensors, allowed));
+        }
+        for camera in &self.cameras {
+            validate_camera(camera)?;
+        }
+        if !(self.chunk_size_m.is_finite() && self.chunk_size_m > 0.0) {
+            return Err(Error::invalid(
+                "chunk_size_m",
+                self.chunk_size_m,
+                "positive",
+            ));
+        }
+        let cameras = self.cameras.iter().map(|c| (&c.name, &c.body_from_camera));
+        let lidars = self.lidars.iter().map(|l| (&l.name, &l.body_from_lidar));
+        let mut names = Vec::new();
+        for (name, mount) in cameras.chain(lidars) {
+            check_sensor_name(name)?;
+            if names.contains(&name) {
+                return Err(Error::invalid(
+                    "sensor name",
+                    name,
+                    "unique among all sensors",
+                ));
+            }
+            names.push(name);
+            if !(is_place(mount.translation_m) && mount.rotation.is_normalized()) {
+                return Err(Error::invalid(
+                    format!("{name}.mount"),
+                    format!("{mount:?}"),
+                    "finite, with a unit rotation",
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,275 @@
+//! The configs of a data set's sequences.
+
+use std::collections::BTreeMap;
+
+use nemoral_dataset::Split;
+use nemoral_seed::{Domain, Key};
+use toml::{Table, Value};
+
+use super::errors::{ConfigError, ConfigErrors};
+use super::load::{base, merge, resolve, to_table};
+use super::source::{Source, value_at};
+use super::spread::spread;
+use super::vary::{self, Variation};
+use super::{Config, Preset, Splits};
+use crate::{Error, InputFiles};
+
+const SEEDS: Domain = Domain::new("pipeline.sequence");
+const SPLITS: Domain = Domain::new("pipeline.split");
+const PLANTS: Domain = Domain::new("pipeline.plants");
+
+/// The sequences of a request. Each is a config of its own, made when it is asked for.
+///
+/// ```
+/// use nemoral_pipeline::config::Layers;
+///
+/// let settings = ["sequences=8", "splits.train=0.75", "splits.test=0.25", "vary.preset=[\"beech\", \"spruce\"]"];
+/// let layers = Layers { settings: settings.map(String::from).into(), ..Layers::default() };
+/// let sequences = layers.sequences()?;
+/// assert_eq!(sequences.len(), 8);
+/// let third = sequences.get(3)?;
+/// println!("seed {}, {:?}, {:?}", third.config.seed, third.split, third.drawn);
+/// # Ok::<(), nemoral_pipeline::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Sequences {
+    preset: Option<String>,
+    sources: Vec<Source>,
+    variations: Vec<Variation>,
+    /// What was asked for, with what was drawn for sequence 0.
+    asked: Config,
+    seed: u64,
+    /// Of each sequence, if the data set is split.
+    splits: Vec<Split>,
+    has_own_plants: bool,
+}
+
+/// A sequence of a request.
+#[derive(Clone, Debug)]
+pub struct SequenceConfig {
+    /// Its number.
+    pub number: u32,
+    /// Its world and sensors.
+    pub config: Config,
+    /// The files that the config names, read with it.
+    pub inputs: InputFiles,
+    /// What was drawn for it, by key.
+    pub drawn: BTreeMap<String, Value>,
+    /// What it is for, if the data set is split.
+    pub split: Option<Split>,
+}
+
+impl std::fmt::Debug for Sequences {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let names = self.variations.iter().map(Variation::name);
+        f.debug_struct("Sequences")
+            .field("preset", &self.preset)
+            .field("count", &self.asked.sequences)
+            .field("seed", &self.seed)
+            .field("vary", &names.collect::<Vec<_>>())
+            .field("splits", &self.splits)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Sequences {
+    pub(super) fn new(preset: Option<String>, mut sources: Vec<Source>) -> Result<Self, Error> {
+        let mut errors = ConfigErrors::default();
+        let variations = vary::take(&mut sources, &mut errors);
+        let said = |path: &str| sources.iter().rev().find_map(|s| value_at(&s.table, path));
+        let seed = said("seed").and_then(Value::as_integer);
+        let plants = said("assets.seed").and_then(Value::as_integer);
+        let has_own_plants = plants.is_some_and(|seed| seed != 0)
+            || variations.iter().any(|v| v.sets("assets.seed"));
+        let mut sequences = Self {
+            preset,
+            asked: Config::default(),
+            seed: seed.map_or(Config::default().seed, i64::unsigned_abs),
+            splits: Vec::new(),
+            has_own_plants,
+            variations,
+            sources,
+        };
+        let (preset, sources) = sequences.layers(0)?;
+        let (config, _) = resolve(&preset, &sources, errors, |_| {})?;
+        sequences.asked = config;
+        let splits = &sequences.asked.splits;
+        if splits.train + splits.val + splits.test > 0.0 {
+            sequences.splits = sequences.split(splits)?;
+        }
+        Ok(sequences)
+    }
+
+    /// The sequences of a config that code has made, which draws nothing.
+    ///
+    /// # Errors
+    /// If a value or a combination of values is impossible, or a file that it names cannot be read.
+    pub fn of(config: &Config) -> Result<Self, Error> {
+        let source = Source::parse("config", false, config.to_toml())?;
+        Self::new(None, vec![source])
+    }
+
+    /// How many there are, at least one.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "there is at least one")]
+    pub fn len(&self) -> u32 {
+        self.asked.sequences
+    }
+
+    /// What was asked for, with what was drawn for sequence 0.
+    #[must_use]
+    pub fn asked(&self) -> &Config {
+        &self.asked
+    }
+
+    /// The seed from which those of the sequences come.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The config of a sequence.
+    ///
+    /// # Errors
+    /// If there is no such sequence, or what was drawn for it is impossible.
+    pub fn get(&self, number: u32) -> Result<SequenceConfig, Error> {
+        if number >= self.len() {
+            let last = self.len() - 1;
+            let message = format!("sequence {number}: must be 0 to {last}; sequences = N has more");
+            return Err(Error::request(message));
+        }
+        let (preset, sources) = self.layers(number)?;
+        let split = self.splits.get(number as usize).copied();
+        let adjust = |config: &mut Config| {
+            config.sequences = 1;
+            config.seed = self.seed_of(number);
+            config.splits = Splits::default();
+            if self.len() > 1 && !self.has_own_plants {
+                config.assets.seed = self.plants_of(split);
+            }
+        };
+        let named = resolve(&preset, &sources, ConfigErrors::default(), adjust);
+        let (config, inputs) = named.map_err(|e| e.in_sequence(number, self.len()))?;
+        let merged = to_table(&config);
+        Ok(SequenceConfig {
+            number,
+            drawn: vary::report(&self.variations, self.seed, number, preset.name, &merged),
+            config,
+            inputs,
+            split,
+        })
+    }
+
+    /// The request as TOML, from which all sequences can be made again: of a single sequence every
+    /// key, of several what was asked for over the presets.
+    ///
+    /// # Errors
+    /// As [`Sequences::get`].
+    pub fn to_toml(&self) -> Result<String, Error> {
+        if self.len() == 1 {
+            return Ok(self.get(0)?.config.to_toml());
+        }
+        let mut merged = Table::new();
+        let draws_preset = self.variations.iter().any(|v| v.sets("preset"));
+        let mut sources = self.sources.clone();
+        let preset = base(self.preset.as_deref(), &mut sources)?;
+        if !draws_preset || self.preset.is_some() {
+            merged.insert("preset".to_owned(), preset.name.into());
+        }
+        for source in &sources {
+            merge("", &mut merged, &source.table);
+        }
+        merged.insert("seed".to_owned(), Value::Integer(self.seed as i64));
+        let vary = vary::to_table(&self.variations, self.preset.is_some());
+        if !vary.is_empty() {
+            merged.insert("vary".to_owned(), Value::Table(vary));
+        }
+        Ok(toml::to_string(&merged).expect("a table is plain data"))
+    }
+
+    /// The preset and the sources of a sequence, with what is drawn for it.
+    fn layers(&self, number: u32) -> Result<(Preset, Vec<Source>), Error> {
+        let mut sources = vary::drawn(&self.sources, &self.variations, self.seed, number);
+        let preset = base(self.preset.as_deref(), &mut sources)?;
+        Ok((preset, sources))
+    }
+
+    /// The seed of a sequence's world.
+    fn seed_of(&self, number: u32) -> u64 {
+        if number == 0 {
+            return self.seed;
+        }
+        // TOML has whole numbers to 2^63 - 1.
+        let key = Key::world(self.seed).domain(SEEDS).item(number.into());
+        key.to_u64() >> 1
+    }
+
+    /// The seed of the plants of a split.
+    fn plants_of(&self, split: Option<Split>) -> u64 {
+        let key = Key::world(self.seed).domain(PLANTS);
+        let key = split.map_or(key, |split| key.domain(Domain::new(split.name())));
+        (key.to_u64() >> 1).max(1)
+    }
+
+    /// The split of each sequence. It depends on those before, not on those after.
+    fn split(&self, splits: &Splits) -> Result<Vec<Split>, Error> {
+        let refused = |path: &str, message: String| {
+            let place = self.sources.iter().rev().find_map(|s| s.place_of(path));
+            let path = path.to_owned();
+            let error = ConfigError {
+                path,
+                message,
+                place,
+            };
+            Err(ConfigErrors::from_iter([error]).into())
+        };
+        let shares = [splits.train, splits.val, splits.test];
+        let sum: f64 = shares.iter().sum();
+        if (sum - 1.0).abs() > 1e-6 {
+            let message = format!("splits: train + val + test = {sum}: must be 1");
+            return refused("splits", message);
+        }
+        let by = &splits.by;
+        let strata = self
+            .variations
+            .iter()
+            .find(|v| v.name() == by || v.name().strip_prefix("group.") == Some(by));
+        let is_choice = strata.is_some_and(|v| v.alternative(self.seed, 0).is_some());
+        if !by.is_empty() && !is_choice {
+            let names: Vec<&str> = (self.variations.iter())
+                .filter(|v| v.alternative(self.seed, 0).is_some())
+                .map(Variation::name)
+                .collect();
+            let message = format!(
+                "splits.by = \"{by}\": must be a choice or group in [vary], of which there are: {}",
+                if names.is_empty() {
+                    "none".to_owned()
+                } else {
+                    names.join(", ")
+                }
+            );
+            return refused("splits.by", message);
+        }
+        let mut members: BTreeMap<usize, u32> = BTreeMap::new();
+        let of = |number: u32| {
+            let stratum = strata
+                .and_then(|v| v.alternative(self.seed, number))
+                .unwrap_or(0);
+            let position = members.entry(stratum).or_default();
+            let key = Key::world(self.seed).domain(SPLITS).item(stratum as u64);
+            let u = spread(key, *position);
+            *position += 1;
+            if u < splits.train {
+                Split::Train
+            } else if u < splits.train + splits.val {
+                Split::Val
+            } else {
+                Split::Test
+            }
+        };
+        Ok((0..self.len()).map(of).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,105 @@
+//! What the files of a sequence hold that belong to no frame: the poses of its drive, and the
+//! inventory of its world.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use nemoral_dataset::Track;
+use nemoral_scene::{ChunkCoord, ObjectRecord, TreeRecord};
+
+use crate::chunks::ChunkManager;
+use crate::config::Config;
+use crate::plan::{At, Runner};
+use crate::recording::scene::visible_chunks;
+use crate::world::trajectory::Surroundings;
+use crate::{Error, ForestPlan};
+
+/// The number of poses that a thread computes at a time.
+const BLOCK: u64 = 256;
+/// The number of poses that each thread computes before chunks are freed.
+const ROUND: u64 = 4 * BLOCK;
+
+/// The poses of the whole sequence, whichever frames are made here: only that in the middle of each
+/// frame's track, computed by all threads.
+pub(crate) fn track(
+    (sequence, config): (u32, &Config),
+    forest: &ForestPlan,
+    runner: &Runner<'_>,
+) -> Result<Track, Error> {
+    let manager = ChunkManager::new(config.chunks.clone());
+    let trajectory = runner.get(forest.trajectory, ())?;
+    let pose = |frame: u64| {
+        let surroundings = Surroundings {
+            ground: runner.demand(forest.ground),
+            objects: runner.demand(forest.objects),
+        };
+        let pose = trajectory.pose(frame, 0.0, surroundings)?;
+        Ok::<_, Error>((trajectory.time_s(frame), pose))
+    };
+    let mut poses = Vec::new();
+    while (poses.len() as u64) < config.frames {
+        let first = poses.len() as u64;
+        let end = (first + ROUND * runner.threads() as u64).min(config.frames);
+        let next = AtomicU64::new(first);
+        let blocks = std::thread::scope(|scope| {
+            let work = || {
+                let mut done = Vec::new();
+                loop {
+                    let from = next.fetch_add(BLOCK, Ordering::Relaxed);
+                    if from >= end {
+                        return Ok::<_, Error>(done);
+                    }
+                    let block = (from..end.min(from + BLOCK)).map(pose);
+                    done.push((from, block.collect::<Result<Vec<_>, _>>()?));
+                }
+            };
+            let workers: Vec<_> = (0..runner.threads()).map(|_| scope.spawn(work)).collect();
+            let done = workers
+                .into_iter()
+                .map(|w| w.join().unwrap_or(Err(Error::StagePanicked)));
+            done.collect::<Result<Vec<_>, Error>>()
+        })?;
+        let blocks: BTreeMap<u64, Vec<_>> = blocks.into_iter().flatten().collect();
+        poses.extend(blocks.into_values().flatten());
+        if let Some((_, body)) = poses.last() {
+            manager.evict(runner.store(), body.translation_m.truncate(), &[]);
+        }
+    }
+    Ok(Track { sequence, poses })
+}
+
+/// Every object in a chunk that is visible from one of the frames, in order of id.
+pub(crate) fn inventory(
+    config: &Config,
+    forest: &ForestPlan,
+    runner: &Runner<'_>,
+    frames: impl Iterator<Item = u64>,
+) -> Result<(Vec<TreeRecord>, Vec<ObjectRecord>), Error> {
+    let chunks = &config.chunks;
+    let mut visible: BTreeSet<ChunkCoord> = BTreeSet::new();
+    for frame in frames {
+        let position = runner
+            .get(forest.pose, frame)?
+            .world_from_body()
+            .translation_m
+            .truncate();
+        visible.extend(visible_chunks(
+            position,
+            chunks.visible_radius_m,
+            chunks.size_m,
+        ));
+    }
+    let assets = runner.get(forest.assets, ())?;
+    let (mut trees, mut objects) = (Vec::new(), Vec::new());
+    for &chunk in &visible {
+        for object in &runner.get(forest.objects, chunk)?.0 {
+            objects.push(assets.object_record(object));
+            trees.extend(assets.tree_record(object));
+        }
+        // Chunks come column by column, so those two columns back are no longer needed.
+        runner
+            .store()
+            .retain(|_, at| !matches!(at, At::Chunk(c) if c.x < chunk.x - 2));
+    }
+    Ok((trees, objects))
+}
