@@ -20,14 +20,19 @@ def mount(value):
     return matrix(value)
 
 
+def spec(manifest, sequence):
+    """What dataset.json says of a sequence."""
+    return next(s for s in manifest["sequences"] if s["number"] == sequence)
+
+
 def cameras(manifest, sequence):
     """The cameras of a sequence."""
-    return manifest["cameras"]
+    return spec(manifest, sequence)["cameras"]
 
 
 def lidars(manifest, sequence):
     """The LiDARs of a sequence."""
-    return manifest["lidars"]
+    return spec(manifest, sequence)["lidars"]
 
 
 def frames(manifest, sequence):

@@ -21,12 +21,13 @@ def ids(path):
     return rgb[..., 0] + 256 * rgb[..., 1] + 65536 * rgb[..., 2]
 
 
+def kinds_of(sequence):
+    with open(sequence / "instances.csv", newline="") as file:
+        return {int(row["image_id"]): row["kind"] for row in csv.DictReader(file)}
+
+
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
-    kinds = {}
-    with open(dataset / "instances.csv", newline="") as file:
-        for row in csv.DictReader(file):
-            kinds[int(row["image_id"])] = row["kind"]
     coco = COCO(str(out / "instances.json"))
     panoptic = json.loads((out / "panoptic.json").read_text())
     segments = {a["image_id"]: a for a in panoptic["annotations"]}
@@ -36,6 +37,7 @@ def main(dataset, out):
     for image in coco.loadImgs(coco.getImgIds()):
         sequence, frame, camera = Path(image["file_name"]).stem.split("_", 2)
         folder = dataset / "sequences" / sequence
+        kinds = kinds_of(folder)
         if (folder / camera).exists():
             folder = folder / camera
         instance = ids(folder / "instance" / f"{frame}.png")

@@ -16,8 +16,6 @@ from PIL import Image
 
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
-    with open(dataset / "instances.csv", newline="") as file:
-        kinds = {int(r["image_id"]): r["kind"] for r in csv.DictReader(file)}
     data = yaml.safe_load((out / "data.yaml").read_text())
     folders = sorted(set(data["train"]) | set(data["val"]))
     pictures = boxes = 0
@@ -25,6 +23,8 @@ def main(dataset, out):
         for picture in sorted((out / folder).glob("*.png")):
             frame, camera = picture.stem.split("_", 1)
             source = dataset / "sequences" / picture.parent.name
+            with open(source / "instances.csv", newline="") as file:
+                kinds = {int(r["image_id"]): r["kind"] for r in csv.DictReader(file)}
             if (source / camera).exists():
                 source = source / camera
             rgb = np.asarray(Image.open(source / "instance" / f"{frame}.png")).astype(np.uint32)

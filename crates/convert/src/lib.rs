@@ -26,16 +26,14 @@
 //! # let dataset = &folder.path().join("dataset");
 //! # let out = &folder.path().join("out");
 //! # let mount = RigidTransform::IDENTITY;
-//! # let header = DatasetHeader {
-//! #     lidars: vec![LidarSpec {
-//! #         name: "top".into(),
-//! #         body_from_lidar: mount,
-//! #         deskewed: true,
-//! #         pointing_errors: false,
-//! #         ply: true,
-//! #     }],
-//! #     ..DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper())
-//! # };
+//! # let mut header = DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper());
+//! # header.sequences[0].lidars = vec![LidarSpec {
+//! #     name: "top".into(),
+//! #     body_from_lidar: mount,
+//! #     deskewed: true,
+//! #     pointing_errors: false,
+//! #     ply: true,
+//! # }];
 //! # let writer = Writer::create(dataset, OpenMode::Fresh, header)?;
 //! # writer.write_frame(&FrameData {
 //! #     sequence: 0,
@@ -48,7 +46,8 @@
 //! #     frame_key: [0; 32],
 //! # })?;
 //! # let track = Track { sequence: 0, poses: vec![(0.0, mount)] };
-//! # writer.finish(&WorldTables::default(), &[track])?;
+//! # writer.write_sequence(&track, &WorldTables::default())?;
+//! # writer.finish()?;
 //! let done = convert(dataset, out, &ConvertParams::new(FormatName::Kitti))?;
 //! assert_eq!(done.frames, 1);
 //! assert!(out.join("poses/00.txt").exists());

@@ -96,12 +96,11 @@ impl Source {
 
     /// The sequences, by number.
     pub fn sequences(&self) -> impl Iterator<Item = Sequence<'_>> {
-        let header = &self.manifest().header;
-        let sequences = self.manifest().sequences.iter();
+        let sequences = self.manifest().header.sequences.iter();
         sequences.map(|s| Sequence {
             number: s.number,
-            cameras: &header.cameras,
-            lidars: &header.lidars,
+            cameras: &s.cameras,
+            lidars: &s.lidars,
         })
     }
 
@@ -187,12 +186,12 @@ impl Source {
         Ok(self.dataset.scan(frame.record, lidar)?)
     }
 
-    /// All objects with an id.
+    /// All objects of a sequence with an id.
     ///
     /// # Errors
     /// [`Error::Dataset`], naming the file.
-    pub fn objects(&self) -> Result<Vec<ObjectRecord>, Error> {
-        Ok(self.dataset.objects()?)
+    pub fn objects(&self, sequence: u32) -> Result<Vec<ObjectRecord>, Error> {
+        Ok(self.dataset.objects(sequence)?)
     }
 }
 

@@ -246,7 +246,7 @@ impl Dataset {
     /// # Panics
     /// If the data set has fewer cameras.
     pub fn depth_m(&self, frame: &FrameRecord, camera: usize) -> Result<Image<f32>, Error> {
-        let decode = match self.manifest.header.depth_format {
+        let decode = match self.sequence_of(frame).depth_format {
             DepthFormat::Png16 => images::decode_depth,
             DepthFormat::Npy => npy::decode,
         };

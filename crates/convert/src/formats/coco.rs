@@ -66,9 +66,9 @@ impl Format for Coco {
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = Labels::of(source, self.ontology.as_ref())?;
-        let kinds = Kinds::of(source)?;
         let mut keys = Vec::new();
         for sequence in source.sequences() {
+            let kinds = Kinds::of(source, sequence.number)?;
             for frame in source.frames(sequence.number) {
                 let key = format!("frame-{}", frame.name());
                 sink.step(&key, |files| {
@@ -138,12 +138,14 @@ impl Format for Coco {
 pub(super) struct Kinds(BTreeMap<u32, usize>);
 
 impl Kinds {
-    pub(super) fn of(source: &Source) -> Result<Self, Error> {
+    pub(super) fn of(source: &Source, sequence: u32) -> Result<Self, Error> {
         let kind = |o: &ObjectRecord| {
             let kind = ObjectKind::ALL.iter().position(|k| *k == o.kind)?;
             Some((o.object.to_image_id(), kind))
         };
-        Ok(Self(source.objects()?.iter().filter_map(kind).collect()))
+        Ok(Self(
+            source.objects(sequence)?.iter().filter_map(kind).collect(),
+        ))
     }
 
     /// Where an object's kind stands in [`ObjectKind::ALL`].

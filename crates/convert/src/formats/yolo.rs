@@ -26,8 +26,8 @@ impl Format for Yolo {
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
-        let kinds = Kinds::of(source)?;
         for sequence in source.sequences() {
+            let kinds = Kinds::of(source, sequence.number)?;
             for frame in source.frames(sequence.number) {
                 sink.step(&format!("frame-{}", frame.name()), |files| {
                     for (i, camera) in sequence.cameras.iter().enumerate() {

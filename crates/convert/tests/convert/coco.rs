@@ -92,7 +92,11 @@ fn masks_are_the_instance_maps_and_segments_the_classes() {
     assert_eq!(classes[&2], ("Terrain", 0));
     let names = [1, 2, 4].into_iter().flat_map(|k| {
         let name = move |c: &nemoral_dataset::CameraSpec| format!("00_{k:06}_{}.png", c.name);
-        header.cameras.iter().map(name).collect::<Vec<_>>()
+        header.sequences[0]
+            .cameras
+            .iter()
+            .map(name)
+            .collect::<Vec<_>>()
     });
     let (mut ids, mut crowds) = (Vec::new(), 0);
     for (i, name) in names.enumerate() {

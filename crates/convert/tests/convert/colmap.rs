@@ -25,7 +25,8 @@ fn headers() -> Vec<DatasetHeader> {
     };
     let with = |lens: Distortion| {
         let mut header = header();
-        header.cameras[0].intrinsics = Intrinsics::through_lens(31, 22, 1.3, lens).expect("sound");
+        header.sequences[0].cameras[0].intrinsics =
+            Intrinsics::through_lens(31, 22, 1.3, lens).expect("sound");
         header
     };
     vec![header(), with(brown(0.0)), with(brown(-0.01)), with(fish)]
@@ -63,11 +64,11 @@ fn project(model: &str, k: &[f64], p: DVec3) -> DVec2 {
 fn seen(made: &Made, header: &DatasetHeader, i: usize, camera: usize) -> Vec<(DVec3, DVec2)> {
     let body = pose([1, 2, 4][i]).1;
     let scan = &made.dataset.read_frame(i).expect("a frame").lidars[0].points;
-    let c = &header.cameras[camera];
+    let c = &header.sequences[0].cameras[camera];
     let world_from_camera = body * c.body_from_camera;
     let points = scan.iter().filter_map(|&[x, y, z, _]| {
         let here = DVec3::new(x.into(), y.into(), z.into());
-        let there = (body * header.lidars[0].body_from_lidar).transform_point(here);
+        let there = (body * header.sequences[0].lidars[0].body_from_lidar).transform_point(here);
         let in_camera = world_from_camera.inverse().transform_point(there);
         Some((there, c.intrinsics.project(in_camera)?))
     });

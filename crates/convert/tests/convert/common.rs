@@ -44,18 +44,18 @@ pub(crate) fn header() -> DatasetHeader {
         shutter: Shutter::INSTANT,
         noisy: false,
     };
-    DatasetHeader {
-        licence: "CC-BY-4.0".to_owned(),
-        cameras: vec![camera("front", 0.0), camera("right", -0.5)],
-        lidars: vec![LidarSpec {
-            name: "top".to_owned(),
-            body_from_lidar: mount(0.1),
-            deskewed: true,
-            pointing_errors: false,
-            ply: true,
-        }],
-        ..DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper())
-    }
+    let mut header = DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper());
+    header.licence = "CC-BY-4.0".to_owned();
+    let sequence = &mut header.sequences[0];
+    sequence.cameras = vec![camera("front", 0.0), camera("right", -0.5)];
+    sequence.lidars = vec![LidarSpec {
+        name: "top".to_owned(),
+        body_from_lidar: mount(0.1),
+        deskewed: true,
+        pointing_errors: false,
+        ply: true,
+    }];
+    header
 }
 
 /// The body's time and pose at a frame.
@@ -112,7 +112,10 @@ fn images(camera: &CameraSpec, frame: u64) -> (Image<[u8; 3]>, TruthImages) {
 
 /// A point on the ray of each second pixel of the first camera.
 pub(crate) fn scan(header: &DatasetHeader, frame: u64) -> Vec<LidarPoint> {
-    let (camera, lidar) = (&header.cameras[0], &header.lidars[0]);
+    let (camera, lidar) = (
+        &header.sequences[0].cameras[0],
+        &header.sequences[0].lidars[0],
+    );
     let lidar_from_camera = lidar.body_from_lidar.inverse() * camera.body_from_camera;
     let k = camera.intrinsics;
     let point = |pulse: u32| {
@@ -147,15 +150,24 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
     let writer = Writer::create(out, OpenMode::Fresh, header.clone()).expect("create");
     for &index in frames {
         let (time_s, world_from_body) = pose(index);
-        let seen: Vec<_> = header.cameras.iter().map(|c| images(c, index)).collect();
+        let seen: Vec<_> = header.sequences[0]
+            .cameras
+            .iter()
+            .map(|c| images(c, index))
+            .collect();
         let annotations = Annotations::default();
         let camera = |(spec, (rgb, truth)): (&'_ CameraSpec, &'_ (Image<_>, TruthImages))| {
             (spec.name.clone(), rgb.clone(), truth.clone())
         };
-        let owned: Vec<_> = header.cameras.iter().zip(&seen).map(camera).collect();
-        let points = if header.lidars.is_empty() {
+        let owned: Vec<_> = header.sequences[0]
+            .cameras
+            .iter()
+            .zip(&seen)
+            .map(camera)
+            .collect();
+        let points = if header.sequences[0].lidars.is_empty() {
             Vec::new()
-        } else if header.cameras.is_empty() {
+        } else if header.sequences[0].cameras.is_empty() {
             scan(&self::header(), index)
         } else {
             scan(header, index)
@@ -175,7 +187,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
                     annotations: &annotations,
                 })
                 .collect(),
-            lidars: (header.lidars.iter())
+            lidars: (header.sequences[0].lidars.iter())
                 .map(|l| LidarData {
                     name: &l.name,
                     points: &points,
@@ -198,7 +210,8 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
         trees: &[],
         objects: &objects,
     };
-    writer.finish(&world, &[track]).expect("finish");
+    writer.write_sequence(&track, &world).expect("tables");
+    writer.finish().expect("finish");
     Dataset::open(out).expect("open")
 }
 

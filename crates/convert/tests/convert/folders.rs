@@ -8,7 +8,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_convert::{ConvertParams, Error, FormatName, Mode, Table, convert};
-use nemoral_dataset::DatasetHeader;
 use nemoral_files::is_temporary_name;
 use nemoral_files::observe::observe;
 
@@ -245,23 +244,13 @@ fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_writt
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("out");
     let blind = dir.path().join("blind");
-    write(
-        &blind,
-        &DatasetHeader {
-            cameras: vec![],
-            ..header()
-        },
-        &[0],
-    );
+    let mut without = header();
+    without.sequences[0].cameras.clear();
+    write(&blind, &without, &[0]);
     let deaf = dir.path().join("deaf");
-    write(
-        &deaf,
-        &DatasetHeader {
-            lidars: vec![],
-            ..header()
-        },
-        &[0],
-    );
+    let mut without = header();
+    without.sequences[0].lidars.clear();
+    write(&deaf, &without, &[0]);
     let mut refused = Vec::new();
     for format in FormatName::ALL {
         for source in [&blind, &deaf] {

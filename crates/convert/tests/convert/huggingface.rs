@@ -21,7 +21,7 @@ fn each_row_is_a_picture_with_its_truth() {
     assert_eq!(rows.len(), 6);
     for (i, row) in rows.iter().enumerate() {
         let seen = &made.dataset.read_frame(i / 2).expect("a frame").cameras[i % 2];
-        assert_eq!(row["camera"], *header().cameras[i % 2].name);
+        assert_eq!(row["camera"], *header().sequences[0].cameras[i % 2].name);
         let map = |column: &str| {
             let path = row[column].as_str().expect("a path");
             png(made.out.join("data").join(path)).2

@@ -10,7 +10,10 @@ fn points_poses_and_calibration_are_those_of_the_data_set() {
     let made = made(FormatName::Kitti);
     let sequence = made.out.join("sequences/00");
     let header = header();
-    let (camera, lidar) = (&header.cameras[0], &header.lidars[0]);
+    let (camera, lidar) = (
+        &header.sequences[0].cameras[0],
+        &header.sequences[0].lidars[0],
+    );
     let poses = numbers(&text(made.out.join("poses/00.txt")));
     let times = numbers(&text(sequence.join("times.txt")));
     assert_eq!(times.concat(), [0.0, 0.5, 1.5]);
@@ -48,7 +51,7 @@ fn points_poses_and_calibration_are_those_of_the_data_set() {
             assert!(DVec3::from_array(by_file).distance(expected) < 1e-8);
             // And it is projected to the same pixels, left and right.
             for (p, camera) in [("P2", 0), ("P0", 0), ("P3", 1), ("P1", 1)] {
-                let c = &header.cameras[camera];
+                let c = &header.sequences[0].cameras[camera];
                 let [u, v, w] = apply(&matrix(p), apply(&matrix("Tr"), point));
                 let body = lidar
                     .body_from_lidar

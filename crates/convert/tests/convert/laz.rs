@@ -32,7 +32,7 @@ fn f64_at(bytes: &[u8], at: usize) -> f64 {
 #[test]
 fn points_are_in_the_world_and_nothing_that_is_known_is_lost() {
     let made = made(FormatName::Laz);
-    let lidar = &header().lidars[0];
+    let lidar = &header().sequences[0].lidars[0];
     for (i, frame) in [1_u64, 2, 4].into_iter().enumerate() {
         let path = made.out.join(format!("00/top/{frame:06}.laz"));
         let bytes = std::fs::read(path).expect("a scan");

@@ -141,7 +141,7 @@ fn check_points(made: &crate::common::Made, i: usize, data: &[u8]) {
     let (seconds, nanoseconds) = (r.aligned(4), r.aligned(4));
     let time_s = pose([1, 2, 4][i]).0;
     assert_eq!(seconds as f64 + nanoseconds as f64 * 1e-9, time_s);
-    assert_eq!(r.cdr_text(), header().lidars[0].name);
+    assert_eq!(r.cdr_text(), header().sequences[0].lidars[0].name);
     let scan = &made.dataset.read_frame(i).expect("a frame").lidars[0];
     assert_eq!((r.aligned(4), r.aligned(4)), (1, scan.ply.len() as u64));
     let mut fields = BTreeMap::new();

@@ -9,8 +9,14 @@ use crate::common::{header, made, numbers, png, pose, text};
 fn lists_name_files_and_poses_and_depth_are_those_of_the_data_set() {
     let made = made(FormatName::Tum);
     let header = header();
-    let cameras = header.cameras.iter().map(|c| (&c.name, c.body_from_camera));
-    let lidars = header.lidars.iter().map(|l| (&l.name, l.body_from_lidar));
+    let cameras = header.sequences[0]
+        .cameras
+        .iter()
+        .map(|c| (&c.name, c.body_from_camera));
+    let lidars = header.sequences[0]
+        .lidars
+        .iter()
+        .map(|l| (&l.name, l.body_from_lidar));
     for (name, mount) in cameras.chain(lidars) {
         let folder = made.out.join(format!("00-{name}"));
         let poses = numbers(&text(folder.join("groundtruth.txt")));
@@ -25,7 +31,7 @@ fn lists_name_files_and_poses_and_depth_are_those_of_the_data_set() {
             assert!(turn.dot(expected.rotation).abs() > 1.0 - 1e-12);
         }
     }
-    for (c, camera) in header.cameras.iter().enumerate() {
+    for (c, camera) in header.sequences[0].cameras.iter().enumerate() {
         let folder = made.out.join(format!("00-{}", camera.name));
         for (what, bytes_per_pixel) in [("rgb", 3), ("depth", 2)] {
             let list = text(folder.join(format!("{what}.txt")));

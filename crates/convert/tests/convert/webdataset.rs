@@ -76,7 +76,7 @@ fn samples_hold_what_the_frames_hold() {
         let json: serde_json::Value = serde_json::from_slice(get("json")).expect("JSON");
         let (time_s, body) = pose(frame);
         assert_eq!(json["time_s"].as_f64(), Some(time_s));
-        for (c, camera) in header.cameras.iter().enumerate() {
+        for (c, camera) in header.sequences[0].cameras.iter().enumerate() {
             let at = (body * camera.body_from_camera).translation_m;
             let found = &json["cameras"][c]["world_from_camera"];
             for axis in 0..3 {

@@ -20,7 +20,7 @@ fn boxes_are_around_the_visible_pixels_of_objects() {
         .collect();
     for (i, frame) in [1, 2, 4].into_iter().enumerate() {
         let read = made.dataset.read_frame(i).expect("a frame");
-        for (c, camera) in header().cameras.iter().enumerate() {
+        for (c, camera) in header().sequences[0].cameras.iter().enumerate() {
             let name = format!("00/{frame:06}_{}", camera.name);
             assert!(made.out.join(format!("images/{name}.png")).exists());
             let map = &read.cameras[c].instance;
