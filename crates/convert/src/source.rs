@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use nemoral_dataset::{
-    CameraFile, CameraSpec, Dataset, FrameRecord, LidarFrame, LidarSpec, Manifest,
+    CameraFile, CameraSpec, Dataset, FrameRecord, LidarFrame, LidarSpec, Manifest, Split,
 };
 use nemoral_scene::{Image, ObjectRecord, Ontology, RigidTransform};
 
@@ -101,6 +101,24 @@ impl Source {
             number: s.number,
             cameras: &s.cameras,
             lidars: &s.lidars,
+        })
+    }
+
+    /// The split of a sequence: the data set's own. If it has none, the last one of several
+    /// sequences is for validation, and all others are for training.
+    #[must_use]
+    pub fn split(&self, sequence: u32) -> Split {
+        let all = &self.manifest().header.sequences;
+        let own = all
+            .iter()
+            .find(|s| s.number == sequence)
+            .and_then(|s| s.split);
+        let has_splits = all.iter().any(|s| s.split.is_some());
+        let is_last = all.len() > 1 && all.last().is_some_and(|s| s.number == sequence);
+        own.unwrap_or(if is_last && !has_splits {
+            Split::Val
+        } else {
+            Split::Train
         })
     }
 

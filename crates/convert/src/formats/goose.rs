@@ -8,9 +8,9 @@
 //! ```
 //! A scene is a sequence, `nemoral_SS`; a stem is its name, two underscores, the frame and the time
 //! in nanoseconds. The first camera and the first LiDAR are written. Instances of a picture are
-//! numbered from 1 in 16 bits, in the order of their ids. Where there are several sequences, the
-//! last one is in the split `val`, all others in `train`. A LiDAR's false alarms are undefined, not
-//! sky. Source: Mortimer et al. (ICRA 2024) and the data set's page "Dataset structure".
+//! numbered from 1 in 16 bits, in the order of their ids. Splits are [`Source::split`]'s. A LiDAR's
+//! false alarms are undefined, not sky. Source: Mortimer et al. (ICRA 2024) and the data set's page
+//! "Dataset structure".
 
 use std::collections::BTreeSet;
 
@@ -51,13 +51,8 @@ impl Format for Goose {
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = self.labels(source)?;
         let sky = source.ontology().class(Semantic::Sky).id;
-        let count = source.sequences().count();
-        for (i, sequence) in source.sequences().enumerate() {
-            let split = if count > 1 && i + 1 == count {
-                "val"
-            } else {
-                "train"
-            };
+        for sequence in source.sequences() {
+            let split = source.split(sequence.number).name();
             for frame in source.frames(sequence.number) {
                 sink.step(&format!("frame-{}", frame.name()), |files| {
                     let stem = stem(split, &frame);

@@ -10,9 +10,8 @@
 //! pt_{train,val,test}.lst          scans and their labels
 //! ```
 //! The first camera and the first LiDAR are written. Pictures are PNG, where RELLIS-3D has JPEG;
-//! lists name them. Where there are several sequences, the last one is for validation; `test` is
-//! empty. A LiDAR's false alarms are void, not sky. Source: Jiang et al. (ICRA 2021) and the data
-//! set's `README.md`.
+//! lists name them. Splits are [`Source::split`]'s. A LiDAR's false alarms are void, not sky.
+//! Source: Jiang et al. (ICRA 2021) and the data set's `README.md`.
 
 use nemoral_scene::{Image, Semantic};
 use png::{BitDepth, ColorType};
@@ -93,10 +92,9 @@ impl Format for Rellis {
             })?;
         }
         sink.step("lists", |files| {
-            let count = source.sequences().count();
             let mut lists = [const { String::new() }; 6];
-            for (i, sequence) in source.sequences().enumerate() {
-                let split = usize::from(count > 1 && i + 1 == count);
+            for sequence in source.sequences() {
+                let split = source.split(sequence.number) as usize;
                 for frame in source.frames(sequence.number) {
                     if !sequence.cameras.is_empty() {
                         lists[split] += &format!("{}\n", picture_names(&frame).join(" "));

@@ -4,12 +4,13 @@
 //! labels/SS/FFFFFF_CAMERA.txt   kind, then the middle's x and y, width and height, in pictures
 //! data.yaml                     paths and the names of kinds
 //! ```
-//! A box is around the visible pixels of a whole object: tree, stump, shrub or rock. Where there
-//! are several sequences, the last one is for validation. Source: Ultralytics' page "Object
+//! A box is around the visible pixels of a whole object: tree, stump, shrub or rock. Splits
+//! are [`Source::split`]'s. Source: Ultralytics' page "Object
 //! Detection Datasets Overview".
 
 use std::collections::BTreeMap;
 
+use nemoral_dataset::Split;
 use nemoral_scene::ObjectKind;
 
 use crate::formats::coco::{Kinds, needs_cameras};
@@ -49,8 +50,7 @@ impl Format for Yolo {
             }
         }
         sink.step("data", |files| {
-            let numbers: Vec<_> = source.sequences().map(|s| s.number).collect();
-            files.put("data.yaml", data_yaml(&numbers));
+            files.put("data.yaml", data_yaml(source));
             Ok(String::new())
         })
     }
@@ -78,17 +78,21 @@ fn normalised([left, top, right, bottom]: [usize; 4], size: (usize, usize)) -> [
     ]
 }
 
-fn data_yaml(sequences: &[u32]) -> String {
-    let (train, validation) = match sequences {
-        [train @ .., last] if !train.is_empty() => (train, std::slice::from_ref(last)),
-        all => (all, all),
+fn data_yaml(source: &Source) -> String {
+    let of = |split| -> Vec<u32> {
+        let numbers = source.sequences().map(|s| s.number);
+        numbers.filter(|n| source.split(*n) == split).collect()
     };
+    let (train, mut validation, test) = (of(Split::Train), of(Split::Val), of(Split::Test));
     let mut text = String::from("path: .\n");
-    if sequences.len() < 2 {
-        text += "# There is one sequence, so validation is on the pictures of training.\n";
+    if validation.is_empty() {
+        text += "# No sequence is for validation, so that it is on the pictures of training.\n";
+        validation.clone_from(&train);
     }
-    for (name, numbers) in [("train", train), ("val", validation)] {
-        text += &format!("{name}:\n");
+    for (name, numbers) in [("train", train), ("val", validation), ("test", test)] {
+        if !numbers.is_empty() {
+            text += &format!("{name}:\n");
+        }
         for number in numbers {
             text += &format!("  - images/{number:02}\n");
         }
