@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use nemoral_convert::{FormatName, Table};
 use nemoral_pipeline::BackendChoice;
 
 use crate::frames::{Frames, Shard};
@@ -42,6 +44,9 @@ pub(crate) enum Command {
     Merge(Merge),
     /// Joins all scans of a data set into one registered, labelled cloud.
     Cloud(Cloud),
+    /// Writes a data set in another format, for readers that do not know ours.
+    #[command(after_help = list_of_formats())]
+    Convert(Convert),
 }
 
 /// The world, and how it differs from the preset.
@@ -98,6 +103,45 @@ pub(crate) struct Cloud {
     /// Which sequence, if there are several.
     #[arg(long, value_name = "K")]
     pub(crate) sequence: Option<u32>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Convert {
+    /// The data set.
+    pub(crate) dir: PathBuf,
+    /// The format, one of those below.
+    #[arg(long, value_name = "FORMAT", value_parser = formats(), hide_possible_values = true)]
+    pub(crate) to: FormatName,
+    /// The output folder.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// The classes to write, a built-in table or a TOML file.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) ontology: Option<String>,
+    /// Continues a conversion that was interrupted.
+    #[arg(long, conflicts_with = "overwrite")]
+    pub(crate) resume: bool,
+    /// Replaces the conversion in the output folder, and no files of others.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+}
+
+/// What the help says about formats.
+fn list_of_formats() -> String {
+    let names = FormatName::ALL.map(FormatName::name);
+    let lines: Vec<_> = names.chunks(10).map(|some| some.join(", ")).collect();
+    let tables: Vec<_> = Table::built_in().collect();
+    format!(
+        "Formats: {}\nTables of classes: {}",
+        lines.join(",\n         "),
+        tables.join(", ")
+    )
+}
+
+/// The formats by name.
+fn formats() -> impl TypedValueParser<Value = FormatName> {
+    let names = PossibleValuesParser::new(FormatName::ALL.map(FormatName::name));
+    names.try_map(|name| name.parse::<FormatName>())
 }
 
 #[derive(Args, Debug)]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use etcetera::BaseStrategy;
+use nemoral_convert::{ConvertParams, Mode, Table};
 use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
     Layers, Preset, SequenceConfig, Sequences, annotated_toml, json_schema, reference_page,
@@ -17,8 +18,8 @@ use nemoral_pipeline::{
 };
 
 use crate::arguments::{
-    Arguments, Command, ConfigCommand, Folder, Generate, Graph, Keeping, Merge, Plan, Preview,
-    World,
+    Arguments, Command, ConfigCommand, Convert, Folder, Generate, Graph, Keeping, Merge, Plan,
+    Preview, World,
 };
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
@@ -41,6 +42,19 @@ impl From<Error> for Failure {
 impl From<nemoral_dataset::Error> for Failure {
     fn from(error: nemoral_dataset::Error) -> Self {
         Error::from(error).into()
+    }
+}
+
+impl From<nemoral_convert::Error> for Failure {
+    fn from(error: nemoral_convert::Error) -> Self {
+        let is_request = error.is_request();
+        match error {
+            nemoral_convert::Error::Dataset(e) => e.into(),
+            error => Self {
+                message: error.to_string(),
+                is_request,
+            },
+        }
     }
 }
 
@@ -87,6 +101,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
             say(&format!("{points} points in {}", a.out.display()))?;
             Ok(true)
         }
+        Command::Convert(a) => run_convert(&a),
         Command::Merge(Merge {
             shards,
             out,
@@ -105,6 +120,27 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
             Ok(true)
         }
     }
+}
+
+fn run_convert(a: &Convert) -> Result<bool, Failure> {
+    let params = ConvertParams {
+        format: a.to,
+        ontology: a.ontology.as_deref().map(Table::load).transpose()?,
+        mode: match (a.resume, a.overwrite) {
+            (true, _) => Mode::Resume,
+            (_, true) => Mode::Overwrite,
+            _ => Mode::Fresh,
+        },
+    };
+    let done = nemoral_convert::convert(&a.dir, &a.out, &params)?;
+    say(&format!(
+        "{} frames in {}: {} files, {:.1} MB",
+        done.frames,
+        a.out.display(),
+        done.files,
+        done.bytes as f64 / 1e6
+    ))?;
+    Ok(true)
 }
 
 /// What to do with an output folder that holds something.

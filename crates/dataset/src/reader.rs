@@ -188,6 +188,82 @@ impl Dataset {
         })
     }
 
+    /// The bytes of one of a camera's files, compared with their checksum.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file; [`Error::Invalid`] if the camera
+    /// does not write it.
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn camera_bytes(
+        &self,
+        frame: &FrameRecord,
+        camera: usize,
+        file: CameraFile,
+    ) -> Result<Vec<u8>, Error> {
+        self.camera_file(frame, camera, file, |_, bytes| Ok(bytes.to_vec()))
+    }
+
+    /// A camera's picture, without its other files.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn picture(&self, frame: &FrameRecord, camera: usize) -> Result<Image<[u8; 3]>, Error> {
+        self.image(frame, camera, CameraFile::Rgb, images::decode_rgb)
+    }
+
+    /// The class ids of a camera's pixels, without its other files.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn classes(&self, frame: &FrameRecord, camera: usize) -> Result<Image<u8>, Error> {
+        self.image(frame, camera, CameraFile::Semantic, images::decode_semantic)
+    }
+
+    /// The instance ids of a camera's pixels, without its other files.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn instances(&self, frame: &FrameRecord, camera: usize) -> Result<Image<u32>, Error> {
+        self.image(frame, camera, CameraFile::Instance, images::decode_instance)
+    }
+
+    /// A camera's planar depth in metres, without its other files.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn depth_m(&self, frame: &FrameRecord, camera: usize) -> Result<Image<f32>, Error> {
+        let decode = match self.sequence_of(frame).depth_format {
+            DepthFormat::Png16 => images::decode_depth,
+            DepthFormat::Npy => npy::decode,
+        };
+        self.image(frame, camera, CameraFile::Depth, decode)
+    }
+
+    /// The files of one LiDAR.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    ///
+    /// # Panics
+    /// If the data set has fewer LiDARs.
+    pub fn scan(&self, frame: &FrameRecord, lidar: usize) -> Result<LidarFrame, Error> {
+        self.read_lidar(frame, lidar)
+    }
+
     /// The class ids of a camera, and its depth in metres, without the other images.
     ///
     /// # Errors

@@ -27,6 +27,9 @@ const STAGES: [&str; 11] = [
     "nemoral-trajectory",
 ];
 
+/// The converter, which reads data sets and knows how they are made no more than their readers do.
+const CONVERT: &str = "nemoral-convert";
+
 /// The engine of plans, which depends on files alone.
 const PLAN: &str = "nemoral-plan";
 
@@ -152,6 +155,11 @@ fn stage_crates_know_only_scene_seed_and_files() {
         let known = find(&all, name).ours(&["normal", "build"]);
         assert!(known.is_empty(), "{name}: {known:?}");
     }
+    let convert = find(&all, CONVERT).ours(&["normal", "build", "dev"]);
+    assert_eq!(
+        convert,
+        BTreeSet::from(["nemoral-dataset", "nemoral-files", "nemoral-scene"])
+    );
     // This includes its tests and examples.
     let plan = find(&all, PLAN).ours(&["normal", "build", "dev"]);
     assert_eq!(plan, BTreeSet::from(["nemoral-files"]));
@@ -166,7 +174,12 @@ fn the_pipeline_wires_and_the_program_only_asks() {
         "{pipeline:?}"
     );
     let cli = find(&all, "nemoral-cli").ours(&["normal", "build"]);
-    let allowed = BTreeSet::from(["nemoral-dataset", "nemoral-files", "nemoral-pipeline"]);
+    let allowed = BTreeSet::from([
+        CONVERT,
+        "nemoral-dataset",
+        "nemoral-files",
+        "nemoral-pipeline",
+    ]);
     assert!(cli.is_subset(&allowed), "{cli:?}");
     for package in &all {
         let known = package.ours(&["normal", "build"]);
@@ -182,7 +195,7 @@ fn the_pipeline_wires_and_the_program_only_asks() {
     let known: BTreeSet<&str> = STAGES
         .into_iter()
         .chain(LEAVES)
-        .chain([PLAN, "nemoral-pipeline", "nemoral-cli"])
+        .chain([PLAN, CONVERT, "nemoral-pipeline", "nemoral-cli"])
         .collect();
     let names: BTreeSet<&str> = all.iter().map(|p| &*p.name).collect();
     assert_eq!(names, known);

@@ -1,0 +1,94 @@
+//! What can go wrong with a conversion.
+
+use std::path::PathBuf;
+
+/// Why a data set could not be converted.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The data set cannot be read, or a file of it is damaged.
+    #[error(transparent)]
+    Dataset(#[from] nemoral_dataset::Error),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    Files(#[from] nemoral_files::Error),
+    /// The output folder holds files that no conversion owns; nothing was touched.
+    #[error(
+        "{}: the folder is not empty and holds no conversion (found '{found}'); choose an empty or \
+         a new folder",
+        path.display()
+    )]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// One of the names in it.
+        found: String,
+    },
+    /// The output folder holds a conversion already; nothing was touched.
+    #[error(
+        "{}: the folder holds {} conversion; use --resume to go on with it or --overwrite to \
+         replace it",
+        path.display(),
+        if *finished { "a" } else { "an unfinished" }
+    )]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+        /// Whether it was finished.
+        finished: bool,
+    },
+    /// The state of an unfinished conversion is damaged, so that nothing says which files are its.
+    #[error(
+        "{}: nothing says which of its files are a conversion's: {cause}; remove this folder \
+         yourself if you need nothing in it, or choose another",
+        path.display()
+    )]
+    Damaged {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// Resume of a conversion of something else; nothing was touched.
+    #[error("{}: made with {field} = {found}, asked for {asked}", path.display())]
+    Mismatch {
+        /// The folder.
+        path: PathBuf,
+        /// The first field that differs.
+        field: &'static str,
+        /// Its value in the folder.
+        found: String,
+        /// Its value in the request.
+        asked: String,
+    },
+    /// The output folder lies in the data set's.
+    #[error("{}: lies in the data set's own folder; choose another", path.display())]
+    Inside {
+        /// The output folder.
+        path: PathBuf,
+    },
+    /// The data set lacks what the format needs.
+    #[error("{format}: {reason}")]
+    Unsuitable {
+        /// The format.
+        format: &'static str,
+        /// What is missing, and how to get it.
+        reason: String,
+    },
+    /// A class table that is not valid, or does not fit the data set.
+    #[error("ontology {table}: {reason}")]
+    Ontology {
+        /// The table's name or file.
+        table: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// Whether the request was wrong, rather than its execution.
+    #[must_use]
+    pub fn is_request(&self) -> bool {
+        !matches!(self, Self::Dataset(_) | Self::Files(_))
+    }
+}

@@ -1,0 +1,355 @@
+//! COCO: objects with masks, and panoptic segments.
+//! ```text
+//! images/SS_FFFFFF_CAMERA.png    pictures of all cameras
+//! panoptic/SS_FFFFFF_CAMERA.png  segment ids, R + 256 G + 65536 B; 0 = no class
+//! instances.json                 whole objects; categories are kinds: tree, stump, shrub, rock
+//! panoptic.json                  segments; categories are classes
+//! ```
+//! In `instances.json` an annotation is a whole object, with all its visible pixels as compressed
+//! runs, their number as `area`, and the id of our instance maps as `instance_id`. In
+//! `panoptic.json` a segment is what is visible of one class of one object (`instance_id`), or of
+//! one class without objects. Classes of which any object has a part are things; what such a class
+//! has outside of objects is one segment with `iscrowd` 1. The class of the sky is a segment too.
+//! Source: the pages "Data format" and "Results format" of cocodataset.org.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nemoral_scene::{ObjectKind, ObjectRecord};
+use png::{BitDepth, ColorType};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::labels::Labels;
+use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
+use crate::{pictures, rle};
+
+/// The format.
+#[derive(Debug)]
+pub(crate) struct Coco {
+    pub(crate) ontology: Option<Table>,
+}
+
+/// What a frame's step leaves for the files about all frames, a picture for each camera.
+#[derive(Serialize, Deserialize)]
+struct Picture {
+    name: String,
+    width: usize,
+    height: usize,
+    objects: Vec<Object>,
+    segments: Vec<Segment>,
+}
+
+/// A whole object in a picture.
+#[derive(Serialize, Deserialize)]
+struct Object {
+    instance: u32,
+    kind: usize,
+    area: usize,
+    bounds: [usize; 4],
+    counts: String,
+}
+
+/// What is visible of one class of one object, or of none (0).
+#[derive(Serialize, Deserialize)]
+struct Segment {
+    class: u16,
+    instance: u32,
+    area: usize,
+    bounds: [usize; 4],
+}
+
+impl Format for Coco {
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        needs_cameras("coco", source)?;
+        Labels::of(source, self.ontology.as_ref()).map(drop)
+    }
+
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
+        let labels = Labels::of(source, self.ontology.as_ref())?;
+        let mut keys = Vec::new();
+        for sequence in source.sequences() {
+            let kinds = Kinds::of(source, sequence.number)?;
+            for frame in source.frames(sequence.number) {
+                let key = format!("frame-{}", frame.name());
+                sink.step(&key, |files| {
+                    let pictures = frame_files(source, &sequence, &frame, &labels, &kinds, files)?;
+                    Ok(serde_json::to_string(&pictures).expect("numbers and names"))
+                })?;
+                keys.push(key);
+            }
+        }
+        // One frame's notes are in memory at a time, so they are read again for each list.
+        let info = info(source);
+        let notes = sink.notes();
+        let pictures = || keys.iter().map(|key| read(&notes.of(key)?));
+        sink.stream("instances", "instances.json", |out| {
+            out.put(format!(
+                "{{\"info\":{},\n\"licenses\":{},\n",
+                info,
+                licences(source)
+            ))?;
+            out.put(format!("\"categories\":{},\n", kinds_json()))?;
+            write_images(out, pictures())?;
+            let (mut image, mut id) = (0, 0);
+            let mut list = List::begin(out, "annotations")?;
+            for frame in pictures() {
+                for picture in frame? {
+                    image += 1;
+                    for object in &picture.objects {
+                        id += 1;
+                        list.item(out, &annotation(id, image, &picture, object))?;
+                    }
+                }
+            }
+            list.end(out)?;
+            out.put("}\n")
+        })?;
+        let mut things = BTreeSet::new();
+        for frame in pictures() {
+            let segments = frame?.into_iter().flat_map(|p| p.segments);
+            things.extend(segments.filter(|s| s.instance > 0).map(|s| s.class));
+        }
+        sink.stream("panoptic", "panoptic.json", |out| {
+            out.put(format!(
+                "{{\"info\":{},\n\"licenses\":{},\n",
+                info,
+                licences(source)
+            ))?;
+            out.put(format!(
+                "\"categories\":{},\n",
+                classes_json(&labels, &things)
+            ))?;
+            write_images(out, pictures())?;
+            let mut image = 0;
+            let mut list = List::begin(out, "annotations")?;
+            for frame in pictures() {
+                for picture in frame? {
+                    image += 1;
+                    list.item(out, &panoptic(image, &picture, &things))?;
+                }
+            }
+            list.end(out)?;
+            out.put("}\n")
+        })
+    }
+}
+
+/// The kind of each object, by its id in instance maps.
+pub(super) struct Kinds(BTreeMap<u32, usize>);
+
+impl Kinds {
+    pub(super) fn of(source: &Source, sequence: u32) -> Result<Self, Error> {
+        let kind = |o: &ObjectRecord| {
+            let kind = ObjectKind::ALL.iter().position(|k| *k == o.kind)?;
+            Some((o.object.to_image_id(), kind))
+        };
+        Ok(Self(
+            source.objects(sequence)?.iter().filter_map(kind).collect(),
+        ))
+    }
+
+    /// Where an object's kind stands in [`ObjectKind::ALL`].
+    pub(super) fn kind(
+        &self,
+        format: &'static str,
+        instance: u32,
+        picture: &str,
+    ) -> Result<usize, Error> {
+        let known = self.0.get(&instance).copied();
+        known.ok_or_else(|| Error::Unsuitable {
+            format,
+            reason: format!("{picture} shows object {instance}, which instances.csv lacks"),
+        })
+    }
+}
+
+/// Refuses a data set without pictures.
+pub(super) fn needs_cameras(format: &'static str, source: &Source) -> Result<(), Error> {
+    if source.sequences().any(|s| !s.cameras.is_empty()) {
+        return Ok(());
+    }
+    Err(Error::Unsuitable {
+        format,
+        reason: "the data set has no camera; make it with camera.enabled = true".to_owned(),
+    })
+}
+
+fn read(note: &str) -> Result<Vec<Picture>, Error> {
+    Ok(serde_json::from_str(note).expect("a sealed record has what was written"))
+}
+
+/// Puts a frame's pictures, and returns what is in them.
+fn frame_files(
+    source: &Source,
+    sequence: &Sequence<'_>,
+    frame: &FrameRef<'_>,
+    labels: &Labels,
+    kinds: &Kinds,
+    files: &mut Files,
+) -> Result<Vec<Picture>, Error> {
+    let mut pictures = Vec::new();
+    for (i, camera) in sequence.cameras.iter().enumerate() {
+        let name = format!("{}_{}.png", frame.name(), camera.name);
+        files.put(format!("images/{name}"), source.picture_bytes(frame, i)?);
+        let (classes, instances) = (source.classes(frame, i)?, source.instances(frame, i)?);
+        let (width, height) = (classes.width(), classes.height());
+        // The pixels of each object and of each segment, numbered column by column.
+        let mut objects: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        let mut segments: BTreeMap<(u16, u32), Vec<usize>> = BTreeMap::new();
+        for column in 0..width {
+            for row in 0..height {
+                let (class, instance) = (*classes.at(column, row), *instances.at(column, row));
+                let pixel = column * height + row;
+                if instance > 0 {
+                    objects.entry(instance).or_default().push(pixel);
+                }
+                let segment = (labels.id(class), instance);
+                segments.entry(segment).or_default().push(pixel);
+            }
+        }
+        let mut ids = vec![0; 3 * width * height];
+        for (id, pixels) in (1_u32..).zip(segments.values()) {
+            for &pixel in pixels {
+                let at = 3 * (pixel % height * width + pixel / height);
+                ids[at..at + 3].copy_from_slice(&id.to_le_bytes()[..3]);
+            }
+        }
+        let (rgb, eight) = (ColorType::Rgb, BitDepth::Eight);
+        let bytes = pictures::encode(width, height, rgb, eight, None, &ids);
+        files.put(format!("panoptic/{name}"), bytes);
+        let object = |(instance, pixels): (u32, Vec<usize>)| {
+            let kind = kinds.kind("coco", instance, &name)?;
+            Ok(Object {
+                instance,
+                kind,
+                area: pixels.len(),
+                bounds: bounds(&pixels, height),
+                counts: rle::compress(pixels, width * height),
+            })
+        };
+        let objects: Result<_, Error> = objects.into_iter().map(object).collect();
+        let objects = objects?;
+        let segment = |((class, instance), pixels): (&(u16, u32), &Vec<usize>)| Segment {
+            class: *class,
+            instance: *instance,
+            area: pixels.len(),
+            bounds: bounds(pixels, height),
+        };
+        let segments = segments.iter().map(segment).collect();
+        pictures.push(Picture {
+            name,
+            width,
+            height,
+            objects,
+            segments,
+        });
+    }
+    Ok(pictures)
+}
+
+/// x, y, width and height of pixels that are numbered column by column.
+fn bounds(pixels: &[usize], height: usize) -> [usize; 4] {
+    let column = |p: &usize| p / height;
+    let row = |p: &usize| p % height;
+    let (left, right) = (
+        pixels.first().map_or(0, column),
+        pixels.last().map_or(0, column),
+    );
+    let top = pixels.iter().map(row).min().unwrap_or(0);
+    let bottom = pixels.iter().map(row).max().unwrap_or(0);
+    [left, top, right + 1 - left, bottom + 1 - top]
+}
+
+fn info(source: &Source) -> Value {
+    let description = "Virtual forests, recorded with virtual cameras";
+    json!({ "description": description, "version": source.generator() })
+}
+
+fn licences(source: &Source) -> Value {
+    json!([{ "id": 1, "name": source.licence(), "url": "" }])
+}
+
+fn kinds_json() -> Value {
+    let kind = |(i, kind): (usize, &ObjectKind)| {
+        let supercategory = match kind {
+            ObjectKind::Rock => "ground",
+            _ => "plant",
+        };
+        json!({ "id": i + 1, "name": kind.name(), "supercategory": supercategory })
+    };
+    ObjectKind::ALL.iter().enumerate().map(kind).collect()
+}
+
+fn classes_json(labels: &Labels, things: &BTreeSet<u16>) -> Value {
+    // Category 0 is no class to some readers.
+    let class = |c: &crate::labels::LabelClass| {
+        let is_thing = u8::from(things.contains(&c.id));
+        json!({
+            "id": c.id + 1, "name": c.name, "color": c.colour, "isthing": is_thing,
+            "supercategory": if is_thing == 1 { "thing" } else { "stuff" },
+        })
+    };
+    labels.classes.iter().map(class).collect()
+}
+
+fn annotation(id: u64, image: u64, picture: &Picture, object: &Object) -> Value {
+    json!({
+        "id": id, "image_id": image, "category_id": object.kind + 1, "iscrowd": 0,
+        "area": object.area, "bbox": object.bounds, "instance_id": object.instance,
+        "segmentation": { "size": [picture.height, picture.width], "counts": object.counts },
+    })
+}
+
+fn panoptic(image: u64, picture: &Picture, things: &BTreeSet<u16>) -> Value {
+    let segment = |(id, s): (u32, &Segment)| {
+        let is_crowd = s.instance == 0 && things.contains(&s.class);
+        json!({
+            "id": id, "category_id": s.class + 1, "area": s.area, "bbox": s.bounds,
+            "iscrowd": u8::from(is_crowd), "instance_id": s.instance,
+        })
+    };
+    let segments: Vec<_> = (1..).zip(&picture.segments).map(segment).collect();
+    json!({ "image_id": image, "file_name": picture.name, "segments_info": segments })
+}
+
+fn write_images(
+    out: &mut Stream,
+    frames: impl Iterator<Item = Result<Vec<Picture>, Error>>,
+) -> Result<(), Error> {
+    let mut list = List::begin(out, "images")?;
+    let mut id = 0;
+    for frame in frames {
+        for picture in frame? {
+            id += 1;
+            let (name, width, height) = (picture.name, picture.width, picture.height);
+            let image = json!({
+                "id": id, "file_name": name, "width": width, "height": height, "license": 1,
+            });
+            list.item(out, &image)?;
+        }
+    }
+    list.end(out)?;
+    out.put(",\n")
+}
+
+/// A list of a JSON object, an item on each line.
+struct List {
+    is_empty: bool,
+}
+
+impl List {
+    fn begin(out: &mut Stream, name: &str) -> Result<Self, Error> {
+        out.put(format!("\"{name}\":["))?;
+        Ok(Self { is_empty: true })
+    }
+
+    fn item(&mut self, out: &mut Stream, item: &Value) -> Result<(), Error> {
+        let comma = if self.is_empty { "\n" } else { ",\n" };
+        self.is_empty = false;
+        out.put(format!("{comma}{item}"))
+    }
+
+    fn end(self, out: &mut Stream) -> Result<(), Error> {
+        out.put("\n]")
+    }
+}

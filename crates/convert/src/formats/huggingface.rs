@@ -1,0 +1,360 @@
+//! A folder of pictures as Hugging Face's `datasets` reads it (`imagefolder`), a row for each
+//! picture with its truth beside it:
+//! ```text
+//! README.md                                  the data card
+//! croissant.json                             the same for machines: Croissant 1.0
+//! data/metadata.jsonl                        the rows
+//! data/SS/{image,semantic,instance,depth,normals}/FFFFFF_CAMERA.png
+//! ```
+//! A column `NAME_file_name` is read as a picture of its own called NAME, so that truth maps do not
+//! pool with pictures: `image` (8-bit sRGB), `semantic` (palette: class ids), `instance` (8-bit
+//! RGB, id = R + 256 G + 65536 B), `depth` (16-bit, 256 = 1 m, 0 = none), `normals`. The other
+//! columns are `sequence`, `frame`, `camera`, `time_s`, `fx`, `fy`, `cx`, `cy` and
+//! `world_from_camera` (3 × 4). Source: the pages "Create an image dataset" and "Dataset Cards" of
+//! Hugging Face; Croissant's specification 1.0 (MLCommons).
+
+use nemoral_dataset::CameraFile;
+use nemoral_scene::Image;
+use png::{BitDepth, ColorType};
+use serde::Serialize;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+
+use crate::formats::coco::needs_cameras;
+use crate::labels::Labels;
+use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table, pictures};
+
+/// The format.
+#[derive(Debug)]
+pub(crate) struct HuggingFace {
+    pub(crate) ontology: Option<Table>,
+}
+
+/// The truth maps of a picture.
+const MAPS: [&str; 4] = ["semantic", "instance", "depth", "normals"];
+
+impl HuggingFace {
+    fn labels(&self, source: &Source) -> Result<Labels, Error> {
+        let labels = Labels::of(source, self.ontology.as_ref())?;
+        match labels.classes.iter().find(|c| c.id > 255) {
+            None => Ok(labels),
+            Some(class) => Err(Error::Ontology {
+                table: self.ontology.as_ref().map_or("", |t| &t.name).to_owned(),
+                reason: format!("class {} has id {}: a map has 8 bits", class.name, class.id),
+            }),
+        }
+    }
+}
+
+impl Format for HuggingFace {
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        needs_cameras("hf", source)?;
+        self.labels(source).map(drop)
+    }
+
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
+        let labels = self.labels(source)?;
+        let mut keys = Vec::new();
+        for sequence in source.sequences() {
+            for frame in source.frames(sequence.number) {
+                let key = format!("frame-{}", frame.name());
+                sink.step(&key, |files| {
+                    let mut rows = String::new();
+                    for i in 0..sequence.cameras.len() {
+                        let row = Row::of(&sequence, &frame, i);
+                        for (path, bytes) in maps(source, &frame, i, &labels, &row)? {
+                            files.put(format!("data/{path}"), bytes);
+                        }
+                        rows += &serde_json::to_string(&row).expect("numbers and names");
+                        rows.push('\n');
+                    }
+                    Ok(rows)
+                })?;
+                keys.push(key);
+            }
+        }
+        let notes = sink.notes();
+        let (mut sha256, mut pictures) = (Sha256::new(), 0);
+        for key in &keys {
+            let rows = notes.of(key)?;
+            pictures += rows.lines().count();
+            sha256.update(rows);
+        }
+        sink.stream("metadata", "data/metadata.jsonl", |out| {
+            keys.iter().try_for_each(|key| out.put(notes.of(key)?))
+        })?;
+        let sha256: String = sha256
+            .finalize()
+            .iter()
+            .map(|b| format!("{b:02x}"))
+            .collect();
+        sink.step("card", |files| {
+            files.put("README.md", card(source, &labels, pictures));
+            files.put(
+                "croissant.json",
+                format!("{:#}\n", croissant(source, &sha256)),
+            );
+            Ok(String::new())
+        })
+    }
+}
+
+/// The row of a picture. The order counts: `datasets` 5.2 mixes up the columns of pictures if
+/// `file_name` is not the first.
+#[derive(Serialize)]
+struct Row<'a> {
+    file_name: String,
+    semantic_file_name: String,
+    instance_file_name: String,
+    depth_file_name: String,
+    normals_file_name: String,
+    sequence: u32,
+    frame: u64,
+    camera: &'a str,
+    time_s: f64,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+    world_from_camera: [[f64; 4]; 3],
+}
+
+impl<'a> Row<'a> {
+    fn of(sequence: &Sequence<'a>, frame: &FrameRef<'_>, camera: usize) -> Self {
+        let c = &sequence.cameras[camera];
+        let k = &c.intrinsics;
+        let (number, index) = (frame.sequence, frame.index);
+        let path = |map: &str| format!("{number:02}/{map}/{index:06}_{}.png", c.name);
+        let [semantic, instance, depth, normals] = MAPS.map(path);
+        Self {
+            file_name: path("image"),
+            semantic_file_name: semantic,
+            instance_file_name: instance,
+            depth_file_name: depth,
+            normals_file_name: normals,
+            sequence: number,
+            frame: index,
+            camera: &c.name,
+            time_s: frame.time_s,
+            fx: k.fx,
+            fy: k.fy,
+            cx: k.cx,
+            cy: k.cy,
+            world_from_camera: (frame.world_from_body() * c.body_from_camera).to_rows(),
+        }
+    }
+}
+
+/// A picture's files, with their bytes.
+fn maps<'a>(
+    source: &Source,
+    frame: &FrameRef<'_>,
+    camera: usize,
+    labels: &Labels,
+    row: &'a Row<'_>,
+) -> Result<[(&'a str, Vec<u8>); 5], Error> {
+    let bytes = |file| source.camera_bytes(frame, camera, file);
+    let classes = source
+        .classes(frame, camera)?
+        .map(|&class| labels.id(class) as u8);
+    Ok([
+        (&row.file_name, bytes(CameraFile::Rgb)?),
+        (&row.semantic_file_name, encode_classes(&classes, labels)),
+        (&row.instance_file_name, bytes(CameraFile::Instance)?),
+        (
+            &row.depth_file_name,
+            encode_depth(&source.depth_m(frame, camera)?),
+        ),
+        (&row.normals_file_name, bytes(CameraFile::Normals)?),
+    ])
+}
+
+/// 8-bit palette: the index is the class id.
+fn encode_classes(classes: &Image<u8>, labels: &Labels) -> Vec<u8> {
+    let last = labels.classes.iter().map(|c| c.id).max().unwrap_or(0);
+    let mut palette = vec![0; 3 * (usize::from(last) + 1)];
+    for class in &labels.classes {
+        let at = 3 * usize::from(class.id);
+        palette[at..at + 3].copy_from_slice(&class.colour);
+    }
+    let (width, height) = (classes.width(), classes.height());
+    let (indexed, eight) = (ColorType::Indexed, BitDepth::Eight);
+    pictures::encode(
+        width,
+        height,
+        indexed,
+        eight,
+        Some(palette),
+        classes.pixels(),
+    )
+}
+
+/// 16-bit grey, 256 for a metre; a surface is never 0.
+fn encode_depth(depth_m: &Image<f32>) -> Vec<u8> {
+    let code = |&z: &f32| {
+        if z > 0.0 {
+            ((z * 256.0).round() as u16).max(1)
+        } else {
+            0
+        }
+    };
+    let data: Vec<u8> = (depth_m.pixels().iter())
+        .flat_map(|z| code(z).to_be_bytes())
+        .collect();
+    let (width, height) = (depth_m.width(), depth_m.height());
+    pictures::encode(
+        width,
+        height,
+        ColorType::Grayscale,
+        BitDepth::Sixteen,
+        None,
+        &data,
+    )
+}
+
+/// The data card: YAML for the site, then words.
+fn card(source: &Source, labels: &Labels, pictures: usize) -> String {
+    let classes = labels
+        .classes
+        .iter()
+        .map(|c| format!("| {} | {} |\n", c.id, c.name));
+    format!(
+        "---\n\
+         license: other\n\
+         license_name: {}\n\
+         task_categories:\n\
+         - image-segmentation\n\
+         - depth-estimation\n\
+         tags:\n\
+         - synthetic\n\
+         - forest\n\
+         configs:\n\
+         - config_name: default\n  \
+           data_files:\n  \
+           - split: train\n    \
+             path: data/**\n\
+         ---\n\n\
+         # Pictures of virtual forests, with exact truth\n\n\
+         {pictures} pictures, made by {} and converted by nemoral-convert. Licence: {}.\n\n\
+         - `image`: 8-bit sRGB.\n\
+         - `semantic`: the class of each pixel, as below.\n\
+         - `instance`: the object of each pixel, R + 256 G + 65536 B; 0 for none.\n\
+         - `depth`: planar depth, 16 bits, 256 for a metre; 0 for none.\n\
+         - `normals`: the surface normal in the camera's frame (x right, y down, z forward),\n  \
+           127.5 (n + 1); (0, 0, 0) for none.\n\
+         - `world_from_camera`: the pose, 3 × 4, metres.\n\n\
+         All maps are exact at the pixel's centre.\n\n\
+         | class | name |\n|---|---|\n{}",
+        quoted(source.licence()),
+        source.generator(),
+        source.licence(),
+        classes.collect::<String>(),
+    )
+}
+
+/// A text as YAML, of which JSON is a part.
+fn quoted(text: &str) -> String {
+    json!(text).to_string()
+}
+
+/// Croissant's description: the rows, and the pictures that they name.
+fn croissant(source: &Source, sha256: &str) -> Value {
+    let text = ["camera", "file_name"]
+        .into_iter()
+        .map(|c| (c.to_owned(), "sc:Text"));
+    let maps = MAPS.iter().map(|m| (format!("{m}_file_name"), "sc:Text"));
+    let whole = ["sequence", "frame"]
+        .into_iter()
+        .map(|c| (c.to_owned(), "sc:Integer"));
+    let real = ["time_s", "fx", "fy", "cx", "cy"]
+        .into_iter()
+        .map(|c| (c.to_owned(), "sc:Float"));
+    let field = |(column, data_type): (String, &str)| {
+        json!({
+            "@type": "cr:Field", "@id": format!("pictures/{column}"), "name": column,
+            "dataType": data_type,
+            "source": {
+                "fileObject": { "@id": "metadata.jsonl" },
+                "extract": { "column": column },
+            },
+        })
+    };
+    let fields: Vec<_> = text
+        .chain(maps)
+        .chain(whole)
+        .chain(real)
+        .map(field)
+        .collect();
+    json!({
+        "@context": context(),
+        "@type": "sc:Dataset",
+        "conformsTo": "http://mlcommons.org/croissant/1.0",
+        "name": "nemoral",
+        "description": "Pictures of virtual forests, with exact classes, depth and normals.",
+        "license": source.licence(),
+        "version": "1.0.0",
+        "url": "https://huggingface.co/datasets",
+        "creator": { "@type": "sc:Organization", "name": source.generator() },
+        "distribution": [
+            {
+                "@type": "cr:FileObject", "@id": "metadata.jsonl", "name": "metadata.jsonl",
+                "contentUrl": "data/metadata.jsonl", "encodingFormat": "application/jsonlines",
+                "sha256": sha256,
+            },
+            {
+                "@type": "cr:FileSet", "@id": "pictures-and-maps", "name": "pictures-and-maps",
+                "encodingFormat": "image/png", "includes": "data/*/*/*.png",
+            },
+        ],
+        "recordSet": [
+            { "@type": "cr:RecordSet", "@id": "pictures", "name": "pictures", "field": fields },
+        ],
+    })
+}
+
+/// The specification's own context, appendix 1.
+fn context() -> Value {
+    let plain = [
+        "arrayShape",
+        "citeAs",
+        "column",
+        "equivalentProperty",
+        "extract",
+        "field",
+        "fileObject",
+        "fileProperty",
+        "fileSet",
+        "format",
+        "includes",
+        "isArray",
+        "isLiveDataset",
+        "jsonPath",
+        "key",
+        "md5",
+        "parentField",
+        "path",
+        "recordSet",
+        "references",
+        "regex",
+        "repeated",
+        "replace",
+        "samplingRate",
+        "separator",
+        "source",
+        "subField",
+        "transform",
+    ];
+    let mut context = json!({
+        "@language": "en", "@vocab": "https://schema.org/",
+        "cr": "http://mlcommons.org/croissant/", "dct": "http://purl.org/dc/terms/",
+        "rai": "http://mlcommons.org/croissant/RAI/", "sc": "https://schema.org/",
+        "conformsTo": "dct:conformsTo",
+        "data": { "@id": "cr:data", "@type": "@json" },
+        "dataType": { "@id": "cr:dataType", "@type": "@vocab" },
+        "examples": { "@id": "cr:examples", "@type": "@json" },
+    });
+    for name in plain {
+        context[name] = format!("cr:{name}").into();
+    }
+    context
+}

@@ -1,0 +1,144 @@
+//! KITTI's odometry benchmark, as pykitti and KISS-ICP read it:
+//! ```text
+//! sequences/SS/image_0/000000.png   grey, the first camera
+//! sequences/SS/image_2/000000.png   the first camera; image_1 and image_3 for one called `right`
+//! sequences/SS/velodyne/000000.bin  the first LiDAR, x y z intensity
+//! sequences/SS/labels/000000.label  its classes and instances, as in SemanticKITTI
+//! sequences/SS/calib.txt times.txt
+//! poses/SS.txt
+//! ```
+//! Frames that exist are numbered from 0 without gaps, because readers count lines, and poses are
+//! relative to the first of them. Source: the benchmark's development kit, `readme.txt`.
+
+use nemoral_scene::{Image, RigidTransform};
+use png::{BitDepth, ColorType};
+
+use crate::geometry::{line, relative, rows_line};
+use crate::labels::Labels;
+use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table, pictures};
+
+/// The name of the camera that is KITTI's right one.
+const RIGHT: &str = "right";
+
+/// The format.
+#[derive(Debug)]
+pub(crate) struct Kitti {
+    pub(crate) ontology: Option<Table>,
+}
+
+impl Format for Kitti {
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        Labels::of(source, self.ontology.as_ref()).map(drop)
+    }
+
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
+        let labels = Labels::of(source, self.ontology.as_ref())?;
+        for sequence in source.sequences() {
+            for (k, frame) in source.frames(sequence.number).enumerate() {
+                sink.step(&format!("frame-{}", frame.name()), |files| {
+                    let folder = format!("sequences/{:02}", sequence.number);
+                    for (camera, grey, colour) in pairs(&sequence) {
+                        let picture = source.picture(&frame, camera)?;
+                        files.put(format!("{folder}/{grey}/{k:06}.png"), encode_grey(&picture));
+                        let bytes = source.picture_bytes(&frame, camera)?;
+                        files.put(format!("{folder}/{colour}/{k:06}.png"), bytes);
+                    }
+                    if !sequence.lidars.is_empty() {
+                        let scan = source.scan(&frame, 0)?;
+                        let points = scan.points.iter().flatten().flat_map(|v| v.to_le_bytes());
+                        let path = format!("{folder}/velodyne/{k:06}.bin");
+                        files.put(path, points.collect::<Vec<u8>>());
+                        let word = |&(class, instance): &(u16, u16)| {
+                            u32::from(labels.id(class as u8)) | u32::from(instance) << 16
+                        };
+                        let words = scan.labels.iter().flat_map(|l| word(l).to_le_bytes());
+                        let path = format!("{folder}/labels/{k:06}.label");
+                        files.put(path, words.collect::<Vec<u8>>());
+                    }
+                    Ok(String::new())
+                })?;
+            }
+            sink.step(&format!("sequence-{:02}", sequence.number), |files| {
+                let frames: Vec<_> = source.frames(sequence.number).collect();
+                let folder = format!("sequences/{:02}", sequence.number);
+                let poses = poses(&sequence, &frames);
+                files.put(format!("poses/{:02}.txt", sequence.number), poses.clone());
+                files.put(format!("{folder}/poses.txt"), poses);
+                let first = frames.first().map_or(0.0, |f| f.time_s);
+                let times: String = frames.iter().map(|f| line([f.time_s - first])).collect();
+                files.put(format!("{folder}/times.txt"), times);
+                files.put(format!("{folder}/calib.txt"), calibration(&sequence));
+                Ok(String::new())
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// The cameras that KITTI has a place for, with the folders of their grey and coloured pictures.
+fn pairs(sequence: &Sequence<'_>) -> Vec<(usize, &'static str, &'static str)> {
+    let mut pairs = Vec::new();
+    if !sequence.cameras.is_empty() {
+        pairs.push((0, "image_0", "image_2"));
+    }
+    if let Some(right) = right(sequence) {
+        pairs.push((right, "image_1", "image_3"));
+    }
+    pairs
+}
+
+fn right(sequence: &Sequence<'_>) -> Option<usize> {
+    let mut further = sequence.cameras.iter().enumerate().skip(1);
+    further.find(|(_, c)| c.name == RIGHT).map(|(i, _)| i)
+}
+
+/// The luma of ITU-R BT.601, rounded, as common decoders make grey pictures.
+fn encode_grey(picture: &Image<[u8; 3]>) -> Vec<u8> {
+    let luma = |&[r, g, b]: &[u8; 3]| {
+        let [r, g, b] = [r, g, b].map(u32::from);
+        ((299 * r + 587 * g + 114 * b + 500) / 1000) as u8
+    };
+    let grey: Vec<u8> = picture.pixels().iter().map(luma).collect();
+    let (width, height) = (picture.width(), picture.height());
+    pictures::encode(
+        width,
+        height,
+        ColorType::Grayscale,
+        BitDepth::Eight,
+        None,
+        &grey,
+    )
+}
+
+/// The reference sensor's poses, relative to its first one.
+pub(super) fn poses(sequence: &Sequence<'_>, frames: &[FrameRef<'_>]) -> String {
+    let pose = |f: &FrameRef<'_>| f.world_from_body() * sequence.body_from_reference();
+    let first = frames.first().map_or(RigidTransform::IDENTITY, pose);
+    frames
+        .iter()
+        .map(|f| rows_line(&relative(&first, &pose(f))))
+        .collect()
+}
+
+/// `P0` to `P3`, those of the left and the right camera, and `Tr`.
+pub(super) fn calibration(sequence: &Sequence<'_>) -> String {
+    let reference = sequence.body_from_reference();
+    let projection = |camera: usize| {
+        let Some(c) = sequence.cameras.get(camera) else {
+            // Without a camera, poses are those of the LiDAR.
+            return rows_line(&RigidTransform::IDENTITY);
+        };
+        let k = &c.intrinsics;
+        let [x, y, z] = relative(&c.body_from_camera, &reference).to_rows();
+        let first = (0..4).map(|i| k.fx * x[i] + k.cx * z[i]);
+        let second = (0..4).map(|i| k.fy * y[i] + k.cy * z[i]);
+        line(first.chain(second).chain(z))
+    };
+    let (left, right) = (projection(0), projection(right(sequence).unwrap_or(0)));
+    let lidar = sequence
+        .lidars
+        .first()
+        .map_or(reference, |l| l.body_from_lidar);
+    let tr = rows_line(&relative(&reference, &lidar));
+    format!("P0: {left}P1: {right}P2: {left}P3: {right}Tr: {tr}")
+}

@@ -1,0 +1,290 @@
+//! MCAP with ROS 2's messages, a file for each sequence, for Foxglove, Rerun and `ros2 bag play`:
+//!
+//! | topic | message |
+//! |---|---|
+//! | `/NAME/points` | `PointCloud2` of a LiDAR: x, y, z, intensity, time (float32, seconds after the stamp), instance (uint32, as in instance maps), ring, label (uint16, the class) |
+//! | `/NAME/image` | `Image` of a camera, `rgb8` |
+//! | `/NAME/semantic` | `Image`, `mono8`: the class |
+//! | `/NAME/depth` | `Image`, `32FC1`: planar depth, metres; 0 = none |
+//! | `/NAME/camera_info` | `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it |
+//! | `/tf_static`, `/tf` | sensors in `base_link`, `base_link` in `map` |
+//! | `/odom` | `Odometry` of `base_link` in `map`; velocities are by differences of poses |
+//!
+//! Times are nanoseconds after the start of the sequence. `map` is the data set's world. A camera's
+//! frame is the optical one. A rolling shutter's picture has the pose of its middle row.
+
+mod cdr;
+mod container;
+
+use nemoral_dataset::{CameraSpec, PlyPoint};
+use nemoral_scene::{Distortion, Image, RigidTransform, Twist};
+
+use crate::labels::Labels;
+use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table};
+use cdr::Cdr;
+use container::{Channel, Container, Message};
+
+const MAP: &str = "map";
+const BODY: &str = "base_link";
+/// The channels that are not a sensor's.
+const TF_STATIC: usize = 0;
+const TF: usize = 1;
+const ODOM: usize = 2;
+
+/// The format.
+#[derive(Debug)]
+pub(crate) struct Mcap {
+    pub(crate) ontology: Option<Table>,
+}
+
+impl Mcap {
+    fn labels(&self, source: &Source) -> Result<Labels, Error> {
+        let labels = Labels::of(source, self.ontology.as_ref())?;
+        match labels.classes.iter().find(|c| c.id > 255) {
+            None => Ok(labels),
+            Some(class) => Err(Error::Ontology {
+                table: self.ontology.as_ref().map_or("", |t| &t.name).to_owned(),
+                reason: format!("class {} has id {}: a map has 8 bits", class.name, class.id),
+            }),
+        }
+    }
+}
+
+impl Format for Mcap {
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        if source.sequences().flat_map(|s| s.lidars).any(|l| !l.ply) {
+            return Err(Error::Unsuitable {
+                format: "mcap",
+                reason: "points/*.ply are missing, which alone have rings and times; make the \
+                         data set with output.ply = true"
+                    .to_owned(),
+            });
+        }
+        self.labels(source).map(drop)
+    }
+
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
+        let labels = self.labels(source)?;
+        for sequence in source.sequences() {
+            let key = format!("{:02}", sequence.number);
+            sink.stream(&key, &format!("{key}.mcap"), |out| {
+                let frames: Vec<_> = source.frames(sequence.number).collect();
+                let mut container = Container::begin(out, cdr::schemas(), channels(&sequence))?;
+                for (i, frame) in frames.iter().enumerate() {
+                    let mut messages = Vec::new();
+                    if i == 0 {
+                        messages.push(mounts(&sequence, frame));
+                    }
+                    let (before, after) = (i.checked_sub(1), (i + 1).min(frames.len() - 1));
+                    let twist = twist(&frames[before.unwrap_or(0)], &frames[after]);
+                    messages.extend(poses(frame, &twist));
+                    let mut channel = ODOM + 1;
+                    for (l, lidar) in sequence.lidars.iter().enumerate() {
+                        let scan = source.scan(frame, l)?.ply;
+                        let data = point_cloud(&scan, &labels, frame, &lidar.name);
+                        messages.push(message(channel, frame, data));
+                        channel += 1;
+                    }
+                    for (c, camera) in sequence.cameras.iter().enumerate() {
+                        let data = pictures(source, frame, c, camera, &labels)?;
+                        let all = data.into_iter().zip(channel..);
+                        messages.extend(all.map(|(data, channel)| message(channel, frame, data)));
+                        channel += 4;
+                    }
+                    container.chunk(&messages)?;
+                }
+                container.finish()
+            })?;
+        }
+        Ok(())
+    }
+}
+
+fn time_ns(frame: &FrameRef<'_>) -> u64 {
+    (frame.time_s * 1e9).round() as u64
+}
+
+fn message(channel: usize, frame: &FrameRef<'_>, data: Vec<u8>) -> Message {
+    let time_ns = time_ns(frame);
+    Message {
+        channel,
+        time_ns,
+        data,
+    }
+}
+
+/// The topics of a sequence: those of the robot, then those of each LiDAR and of each camera.
+fn channels(sequence: &Sequence<'_>) -> Vec<Channel> {
+    let channel = |topic: String, schema, durability| Channel {
+        topic,
+        schema,
+        // Keep the last one, reliably; `durability` 1 is for those who join later, 2 is not.
+        qos: format!("- history: 1\n  depth: 10\n  reliability: 1\n  durability: {durability}\n"),
+    };
+    let mut all = vec![
+        channel("/tf_static".to_owned(), cdr::TF, 1),
+        channel("/tf".to_owned(), cdr::TF, 2),
+        channel("/odom".to_owned(), cdr::ODOMETRY, 2),
+    ];
+    for lidar in sequence.lidars {
+        all.push(channel(
+            format!("/{}/points", lidar.name),
+            cdr::POINT_CLOUD,
+            2,
+        ));
+    }
+    for camera in sequence.cameras {
+        let name = &camera.name;
+        all.push(channel(format!("/{name}/image"), cdr::IMAGE, 2));
+        all.push(channel(format!("/{name}/semantic"), cdr::IMAGE, 2));
+        all.push(channel(format!("/{name}/depth"), cdr::IMAGE, 2));
+        all.push(channel(format!("/{name}/camera_info"), cdr::CAMERA_INFO, 2));
+    }
+    all
+}
+
+/// Where the sensors are on the robot.
+fn mounts(sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Message {
+    let lidars = sequence
+        .lidars
+        .iter()
+        .map(|l| (&l.name, &l.body_from_lidar));
+    let cameras = sequence
+        .cameras
+        .iter()
+        .map(|c| (&c.name, &c.body_from_camera));
+    let all: Vec<_> = lidars.chain(cameras).collect();
+    let mut out = Cdr::new();
+    out.u32(all.len() as u32);
+    for (name, mount) in all {
+        out.header(time_ns(frame), BODY).text(name).pose(mount);
+    }
+    message(TF_STATIC, frame, out.finish())
+}
+
+/// Where the robot is, and how it moves.
+fn poses(frame: &FrameRef<'_>, twist: &Twist) -> [Message; 2] {
+    let pose = frame.world_from_body();
+    let mut tf = Cdr::new();
+    tf.u32(1).header(time_ns(frame), MAP).text(BODY).pose(&pose);
+    let mut odometry = Cdr::new();
+    odometry.header(time_ns(frame), MAP).text(BODY).pose(&pose);
+    odometry.f64s(&[0.0; 36]);
+    odometry.f64s(&twist.linear_m_s.to_array());
+    odometry.f64s(&twist.angular_rad_s.to_array());
+    odometry.f64s(&[0.0; 36]);
+    [
+        message(TF, frame, tf.finish()),
+        message(ODOM, frame, odometry.finish()),
+    ]
+}
+
+/// The mean motion between two frames, in the body's axes halfway.
+fn twist(before: &FrameRef<'_>, after: &FrameRef<'_>) -> Twist {
+    let duration_s = after.time_s - before.time_s;
+    if duration_s <= 0.0 {
+        return Twist::STILL;
+    }
+    let pose = |f: &FrameRef<'_>| -> RigidTransform { f.world_from_body() };
+    Twist::between(&pose(before), &pose(after), duration_s)
+}
+
+/// `PointCloud2`.
+fn point_cloud(scan: &[PlyPoint], labels: &Labels, frame: &FrameRef<'_>, name: &str) -> Vec<u8> {
+    const U16: u8 = 4;
+    const U32: u8 = 6;
+    const F32: u8 = 7;
+    const FIELDS: [(&str, u32, u8); 8] = [
+        ("x", 0, F32),
+        ("y", 4, F32),
+        ("z", 8, F32),
+        ("intensity", 12, F32),
+        ("time", 16, F32),
+        ("instance", 20, U32),
+        ("ring", 24, U16),
+        ("label", 26, U16),
+    ];
+    const STEP: u32 = 28;
+    let mut data = Vec::with_capacity(scan.len() * STEP as usize);
+    for p in scan {
+        let point = &p.point;
+        let [x, y, z] = point.position_m.to_array();
+        let time_s = (point.time_ns as f64 * 1e-9) as f32;
+        for value in [x, y, z, point.intensity, time_s] {
+            data.extend_from_slice(&value.to_le_bytes());
+        }
+        data.extend_from_slice(&point.object.to_image_id().to_le_bytes());
+        data.extend_from_slice(&u16::from(point.ring).to_le_bytes());
+        data.extend_from_slice(&labels.id(p.class).to_le_bytes());
+    }
+    let mut out = Cdr::new();
+    out.header(time_ns(frame), name)
+        .u32(1)
+        .u32(scan.len() as u32);
+    out.u32(FIELDS.len() as u32);
+    for (field, offset, data_type) in FIELDS {
+        out.text(field).u32(offset).u8(data_type).u32(1);
+    }
+    out.u8(0)
+        .u32(STEP)
+        .u32(STEP * scan.len() as u32)
+        .bytes(&data)
+        .u8(1);
+    out.finish()
+}
+
+/// The four messages of a camera, in the order of its topics.
+fn pictures(
+    source: &Source,
+    frame: &FrameRef<'_>,
+    i: usize,
+    camera: &CameraSpec,
+    labels: &Labels,
+) -> Result<[Vec<u8>; 4], Error> {
+    let image = |size: (usize, usize), encoding: &str, data: &[u8]| {
+        let (width, height) = size;
+        let mut out = Cdr::new();
+        out.header(time_ns(frame), &camera.name)
+            .u32(height as u32)
+            .u32(width as u32);
+        out.text(encoding)
+            .u8(0)
+            .u32((data.len() / height) as u32)
+            .bytes(data);
+        out.finish()
+    };
+    let rgb = source.picture(frame, i)?;
+    let classes = source
+        .classes(frame, i)?
+        .map(|&class| labels.id(class) as u8);
+    let depth: Image<[u8; 4]> = source.depth_m(frame, i)?.map(|z| z.to_le_bytes());
+    let size = (rgb.width(), rgb.height());
+    Ok([
+        image(size, "rgb8", rgb.pixels().as_flattened()),
+        image(size, "mono8", classes.pixels()),
+        image(size, "32FC1", depth.pixels().as_flattened()),
+        camera_info(frame, camera),
+    ])
+}
+
+/// `CameraInfo`.
+fn camera_info(frame: &FrameRef<'_>, camera: &CameraSpec) -> Vec<u8> {
+    let k = &camera.intrinsics;
+    let (cx, cy) = (k.cx - 0.5, k.cy - 0.5);
+    let (model, d) = match k.distortion {
+        Distortion::BrownConrady { k1, k2, k3, p1, p2 } => ("plumb_bob", vec![k1, k2, p1, p2, k3]),
+        Distortion::Fisheye { k1, k2, k3, k4 } => ("equidistant", vec![k1, k2, k3, k4]),
+        _ => ("plumb_bob", vec![0.0; 5]),
+    };
+    let mut out = Cdr::new();
+    out.header(time_ns(frame), &camera.name)
+        .u32(k.height)
+        .u32(k.width);
+    out.text(model).u32(d.len() as u32).f64s(&d);
+    out.f64s(&[k.fx, 0.0, cx, 0.0, k.fy, cy, 0.0, 0.0, 1.0]);
+    out.f64s(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    out.f64s(&[k.fx, 0.0, cx, 0.0, 0.0, k.fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    // No binning, and the whole picture.
+    out.u32(0).u32(0).u32(0).u32(0).u32(0).u32(0).u8(0);
+    out.finish()
+}

@@ -1,0 +1,131 @@
+//! The formats, a file for each.
+
+mod coco;
+mod colmap;
+mod goose;
+mod huggingface;
+mod kitti;
+mod laz;
+mod mcap;
+mod nerfstudio;
+mod rellis;
+mod tum;
+mod webdataset;
+mod yolo;
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::{Format, Table};
+
+/// The formats that there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FormatName {
+    /// KITTI's odometry benchmark.
+    Kitti,
+    /// TUM's RGB-D benchmark, a folder for each sensor.
+    Tum,
+    /// COCO: objects with masks, and panoptic segments.
+    Coco,
+    /// LAZ: each scan as compressed LAS 1.4, in world coordinates.
+    Laz,
+    /// COLMAP's text model.
+    Colmap,
+    /// nerfstudio's `transforms.json`.
+    Nerfstudio,
+    /// YOLO's boxes.
+    Yolo,
+    /// WebDataset's tar files.
+    WebDataset,
+    /// A folder of pictures for Hugging Face's `datasets`, with Croissant's description.
+    HuggingFace,
+    /// RELLIS-3D's layout and classes.
+    Rellis,
+    /// GOOSE's layout and classes.
+    Goose,
+    /// MCAP with ROS 2's messages.
+    Mcap,
+}
+
+impl FormatName {
+    /// All of them.
+    pub const ALL: [Self; 12] = [
+        Self::Kitti,
+        Self::Tum,
+        Self::Coco,
+        Self::Laz,
+        Self::Colmap,
+        Self::Nerfstudio,
+        Self::Yolo,
+        Self::WebDataset,
+        Self::HuggingFace,
+        Self::Rellis,
+        Self::Goose,
+        Self::Mcap,
+    ];
+
+    /// The name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Kitti => "kitti",
+            Self::Tum => "tum",
+            Self::Coco => "coco",
+            Self::Laz => "laz",
+            Self::Colmap => "colmap",
+            Self::Nerfstudio => "nerfstudio",
+            Self::Yolo => "yolo",
+            Self::WebDataset => "webdataset",
+            Self::HuggingFace => "hf",
+            Self::Rellis => "rellis",
+            Self::Goose => "goose",
+            Self::Mcap => "mcap",
+        }
+    }
+
+    /// Whether a class table may be given.
+    #[must_use]
+    pub const fn takes_ontology(self) -> bool {
+        use FormatName as F;
+        matches!(
+            self,
+            F::Kitti | F::Coco | F::Laz | F::HuggingFace | F::Rellis | F::Goose | F::Mcap
+        )
+    }
+
+    /// The format with the given classes in place of its own.
+    #[must_use]
+    pub fn with(self, ontology: Option<Table>) -> Box<dyn Format> {
+        match self {
+            Self::Kitti => Box::new(kitti::Kitti { ontology }),
+            Self::Tum => Box::new(tum::Tum),
+            Self::Coco => Box::new(coco::Coco { ontology }),
+            Self::Laz => Box::new(laz::Laz { ontology }),
+            Self::Colmap => Box::new(colmap::Colmap),
+            Self::Nerfstudio => Box::new(nerfstudio::Nerfstudio),
+            Self::Yolo => Box::new(yolo::Yolo),
+            Self::WebDataset => Box::new(webdataset::WebDataset),
+            Self::HuggingFace => Box::new(huggingface::HuggingFace { ontology }),
+            Self::Rellis => Box::new(rellis::Rellis { ontology }),
+            Self::Goose => Box::new(goose::Goose { ontology }),
+            Self::Mcap => Box::new(mcap::Mcap { ontology }),
+        }
+    }
+}
+
+impl fmt::Display for FormatName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for FormatName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let names: Vec<_> = Self::ALL.into_iter().map(Self::name).collect();
+        let found = Self::ALL.into_iter().find(|f| f.name() == text);
+        found.ok_or_else(|| format!("no such format; there are {}", names.join(", ")))
+    }
+}

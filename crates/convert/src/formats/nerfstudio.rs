@@ -1,0 +1,99 @@
+//! nerfstudio's `transforms.json`, a folder for each sequence:
+//! ```text
+//! SS/images/CAMERA/FFFFFF.png
+//! SS/transforms.json
+//! ```
+//! `transform_matrix` takes points of the camera (x right, y up, z backward, as OpenGL's) to a
+//! world in metres with z up, whose origin is the first camera's place at the first frame, rounded
+//! to metres, and whose axes are the data set's; `origin_m` is that place. Every frame has its own
+//! camera: `OPENCV` or `OPENCV_FISHEYE`; the first pixel's centre is (0.5, 0.5). `time` is in
+//! seconds. Source: nerfstudio's page "Data conventions".
+
+use nemoral_scene::glam::DQuat;
+use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
+use serde_json::{Value, json};
+
+use crate::formats::coco::needs_cameras;
+use crate::formats::colmap::{first_camera, pictures};
+use crate::{Error, Format, Sink, Source};
+
+/// The format.
+#[derive(Debug)]
+pub(crate) struct Nerfstudio;
+
+impl Format for Nerfstudio {
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        needs_cameras("nerfstudio", source)
+    }
+
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
+        for sequence in source.sequences() {
+            pictures(source, &sequence, sink)?;
+            sink.step(&format!("sequence-{:02}", sequence.number), |files| {
+                let Some(first) = first_camera(source, &sequence) else {
+                    return Ok(String::new());
+                };
+                let origin = first.translation_m.round();
+                let mut text = format!(
+                    "{{\"camera_model\":\"OPENCV\",\"orientation_override\":\"none\",\
+                     \"origin_m\":{},\n\"frames\":[",
+                    json!(origin.to_array())
+                );
+                let mut comma = "\n";
+                for frame in source.frames(sequence.number) {
+                    for camera in sequence.cameras {
+                        let pose = frame.world_from_body() * camera.body_from_camera;
+                        let matrix = matrix(&RigidTransform {
+                            translation_m: pose.translation_m - origin,
+                            ..pose
+                        });
+                        let mut one = camera_keys(&camera.intrinsics);
+                        let path = format!("images/{}/{:06}.png", camera.name, frame.index);
+                        one["file_path"] = path.into();
+                        one["time"] = frame.time_s.into();
+                        one["transform_matrix"] = json!(matrix);
+                        text += &format!("{comma}{one}");
+                        comma = ",\n";
+                    }
+                }
+                text += "\n]}\n";
+                files.put(format!("{:02}/transforms.json", sequence.number), text);
+                Ok(String::new())
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// The pose of a camera whose axes are OpenGL's, from that of one whose axes are OpenCV's.
+fn matrix(pose: &RigidTransform) -> [[f64; 4]; 4] {
+    let [a, b, c] = RigidTransform {
+        rotation: pose.rotation * DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0),
+        ..*pose
+    }
+    .to_rows();
+    [a, b, c, [0.0, 0.0, 0.0, 1.0]]
+}
+
+/// The keys that describe a camera.
+fn camera_keys(k: &Intrinsics) -> Value {
+    let mut keys = json!({
+        "camera_model": "OPENCV", "w": k.width, "h": k.height,
+        "fl_x": k.fx, "fl_y": k.fy, "cx": k.cx, "cy": k.cy,
+    });
+    match k.distortion {
+        Distortion::BrownConrady { k1, k2, k3, p1, p2 } => {
+            for (key, value) in [("k1", k1), ("k2", k2), ("k3", k3), ("p1", p1), ("p2", p2)] {
+                keys[key] = value.into();
+            }
+        }
+        Distortion::Fisheye { k1, k2, k3, k4 } => {
+            keys["camera_model"] = "OPENCV_FISHEYE".into();
+            for (key, value) in [("k1", k1), ("k2", k2), ("k3", k3), ("k4", k4)] {
+                keys[key] = value.into();
+            }
+        }
+        _ => {}
+    }
+    keys
+}

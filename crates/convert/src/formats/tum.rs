@@ -1,0 +1,117 @@
+//! TUM's RGB-D benchmark, a folder for each sensor of each sequence:
+//! ```text
+//! SS-NAME/rgb/12.500000.png    rgb.txt    colour
+//! SS-NAME/depth/12.500000.png  depth.txt  planar depth, 16 bits, 5000 = 1 m, 0 = none
+//! SS-NAME/groundtruth.txt      timestamp tx ty tz qx qy qz qw
+//! ```
+//! Poses are those of the sensor in the world: a camera's optical frame (x right, y down, z
+//! forward), or a LiDAR's (x forward, y left, z up), which has `groundtruth.txt` alone. Depth
+//! beyond 13.1 m, which 16 bits cannot hold, is 0. Source: the benchmark's page "File Formats".
+
+use nemoral_scene::{Image, RigidTransform};
+use png::{BitDepth, ColorType};
+
+use crate::geometry::line;
+use crate::{Error, Format, FrameRef, Sink, Source, pictures};
+
+/// The format.
+#[derive(Debug)]
+pub(crate) struct Tum;
+
+impl Format for Tum {
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        for sequence in source.sequences() {
+            let frames: Vec<_> = source.frames(sequence.number).collect();
+            // Pictures are called by their times.
+            let same = frames.windows(2).find(|p| p[1].time_s - p[0].time_s < 1e-6);
+            if let Some([a, b]) = same {
+                return Err(Error::Unsuitable {
+                    format: "tum",
+                    reason: format!("frames {} and {} have the same time", a.name(), b.name()),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
+        for sequence in source.sequences() {
+            let folder = |name: &str| format!("{:02}-{name}", sequence.number);
+            for frame in source.frames(sequence.number) {
+                sink.step(&format!("frame-{}", frame.name()), |files| {
+                    for (i, camera) in sequence.cameras.iter().enumerate() {
+                        let (folder, stamp) = (folder(&camera.name), stamp(&frame));
+                        let picture = source.picture_bytes(&frame, i)?;
+                        files.put(format!("{folder}/rgb/{stamp}.png"), picture);
+                        let depth = encode_depth(&source.depth_m(&frame, i)?);
+                        files.put(format!("{folder}/depth/{stamp}.png"), depth);
+                    }
+                    Ok(String::new())
+                })?;
+            }
+            let frames: Vec<_> = source.frames(sequence.number).collect();
+            sink.step(&format!("sequence-{:02}", sequence.number), |files| {
+                for camera in sequence.cameras {
+                    let folder = folder(&camera.name);
+                    for what in ["rgb", "depth"] {
+                        let list = frames.iter().map(|f| {
+                            let stamp = stamp(f);
+                            format!("{stamp} {what}/{stamp}.png\n")
+                        });
+                        let head = format!("# timestamp filename of {what} pictures\n");
+                        let text = head + &list.collect::<String>();
+                        files.put(format!("{folder}/{what}.txt"), text);
+                    }
+                    let poses = trajectory(&frames, &camera.body_from_camera);
+                    files.put(format!("{folder}/groundtruth.txt"), poses);
+                }
+                for lidar in sequence.lidars {
+                    let poses = trajectory(&frames, &lidar.body_from_lidar);
+                    files.put(format!("{}/groundtruth.txt", folder(&lidar.name)), poses);
+                }
+                Ok(String::new())
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Seconds after the start of the sequence, to a microsecond.
+fn stamp(frame: &FrameRef<'_>) -> String {
+    format!("{:.6}", frame.time_s)
+}
+
+fn trajectory(frames: &[FrameRef<'_>], body_from_sensor: &RigidTransform) -> String {
+    let mut text = "# timestamp tx ty tz qx qy qz qw\n".to_owned();
+    for frame in frames {
+        let pose = frame.world_from_body() * *body_from_sensor;
+        let numbers = (pose.translation_m.to_array().into_iter()).chain(pose.rotation.to_array());
+        text += &format!("{} {}", stamp(frame), line(numbers));
+    }
+    text
+}
+
+/// 16-bit grey, 5000 for a metre.
+fn encode_depth(depth_m: &Image<f32>) -> Vec<u8> {
+    let code = |&z: &f32| {
+        let code = (z * 5000.0).round();
+        // A surface that is too near for the first step is not nothing.
+        if z > 0.0 && code <= 65535.0 {
+            (code as u16).max(1)
+        } else {
+            0
+        }
+    };
+    let data: Vec<u8> = (depth_m.pixels().iter())
+        .flat_map(|z| code(z).to_be_bytes())
+        .collect();
+    let (width, height) = (depth_m.width(), depth_m.height());
+    pictures::encode(
+        width,
+        height,
+        ColorType::Grayscale,
+        BitDepth::Sixteen,
+        None,
+        &data,
+    )
+}

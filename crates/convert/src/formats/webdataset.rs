@@ -1,0 +1,160 @@
+//! WebDataset: tar files of up to 100 frames, none of two sequences:
+//! ```text
+//! SS-000000.tar
+//!   SS_FFFFFF.json                     time, pose of the body in the world, and of each sensor
+//!   SS_FFFFFF.CAMERA.rgb.png           and .semantic.png, .instance.png, .normals.png: as they are
+//!   SS_FFFFFF.CAMERA.depth.npy         planar depth, float32, metres; 0 = none
+//!   SS_FFFFFF.LIDAR.points.npy         float32, a row for each point: x, y, z, intensity
+//!   SS_FFFFFF.LIDAR.labels.npy         uint16, a row for each point: class, instance
+//! ```
+//! Owners, modes and times of the members are constant. Source: WebDataset's page "The WebDataset
+//! Format"; POSIX.1-1988, `ustar`; NumPy's page "NPY format".
+
+use nemoral_dataset::CameraFile;
+use nemoral_scene::RigidTransform;
+use serde_json::{Value, json};
+
+use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream};
+
+/// Frames in a tar file.
+const FRAMES: usize = 100;
+const BLOCK: usize = 512;
+
+/// The format.
+#[derive(Debug)]
+pub(crate) struct WebDataset;
+
+impl Format for WebDataset {
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
+        for sequence in source.sequences() {
+            let frames: Vec<_> = source.frames(sequence.number).collect();
+            for (i, frames) in frames.chunks(FRAMES).enumerate() {
+                let name = format!("{:02}-{i:06}", sequence.number);
+                sink.stream(&name, &format!("{name}.tar"), |out| {
+                    for frame in frames {
+                        put_frame(source, &sequence, frame, out)?;
+                    }
+                    // Two empty blocks are the end.
+                    out.put([0; 2 * BLOCK])
+                })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn put_frame(
+    source: &Source,
+    sequence: &Sequence<'_>,
+    frame: &FrameRef<'_>,
+    out: &mut Stream,
+) -> Result<(), Error> {
+    let key = frame.name();
+    member(out, &format!("{key}.json"), &describe(sequence, frame))?;
+    for (i, camera) in sequence.cameras.iter().enumerate() {
+        for (what, file) in [
+            ("rgb", CameraFile::Rgb),
+            ("semantic", CameraFile::Semantic),
+            ("instance", CameraFile::Instance),
+            ("normals", CameraFile::Normals),
+        ] {
+            let name = format!("{key}.{}.{what}.png", camera.name);
+            member(out, &name, &source.camera_bytes(frame, i, file)?)?;
+        }
+        let depth = source.depth_m(frame, i)?;
+        let data: Vec<u8> = depth
+            .pixels()
+            .iter()
+            .flat_map(|z| z.to_le_bytes())
+            .collect();
+        let shape = (depth.height(), depth.width());
+        member(
+            out,
+            &format!("{key}.{}.depth.npy", camera.name),
+            &npy("<f4", shape, &data),
+        )?;
+    }
+    for (i, lidar) in sequence.lidars.iter().enumerate() {
+        let scan = source.scan(frame, i)?;
+        let data: Vec<u8> = (scan.points.iter().flatten())
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
+        let points = npy("<f4", (scan.points.len(), 4), &data);
+        member(out, &format!("{key}.{}.points.npy", lidar.name), &points)?;
+        let data: Vec<u8> = (scan.labels.iter())
+            .flat_map(|&(class, instance)| [class, instance])
+            .flat_map(u16::to_le_bytes)
+            .collect();
+        let labels = npy("<u2", (scan.labels.len(), 2), &data);
+        member(out, &format!("{key}.{}.labels.npy", lidar.name), &labels)?;
+    }
+    Ok(())
+}
+
+/// What is not in pictures and scans; matrices are 3 × 4, row-major.
+fn describe(sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Vec<u8> {
+    let world_from_body = frame.world_from_body();
+    let in_world =
+        |body_from_sensor: RigidTransform| (world_from_body * body_from_sensor).to_rows();
+    let camera = |c: &nemoral_dataset::CameraSpec| {
+        let k = &c.intrinsics;
+        json!({
+            "name": c.name, "width": k.width, "height": k.height,
+            "fx": k.fx, "fy": k.fy, "cx": k.cx, "cy": k.cy,
+            "distortion": (k.distortion.coefficients().into_iter())
+                .map(|(name, value)| (name.to_owned(), value.into()))
+                .collect::<serde_json::Map<String, Value>>(),
+            "world_from_camera": in_world(c.body_from_camera),
+        })
+    };
+    let lidar = |l: &nemoral_dataset::LidarSpec| {
+        let pose = in_world(l.body_from_lidar);
+        json!({ "name": l.name, "world_from_lidar": pose })
+    };
+    let value = json!({
+        "sequence": frame.sequence, "frame": frame.index, "time_s": frame.time_s,
+        "world_from_body": world_from_body.to_rows(),
+        "cameras": sequence.cameras.iter().map(camera).collect::<Vec<_>>(),
+        "lidars": sequence.lidars.iter().map(lidar).collect::<Vec<_>>(),
+    });
+    value.to_string().into_bytes()
+}
+
+/// A file of NumPy's, version 1.0, with two dimensions in C's order.
+fn npy(data_type: &str, (rows, columns): (usize, usize), data: &[u8]) -> Vec<u8> {
+    let head = format!(
+        "{{'descr': '{data_type}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}"
+    );
+    // Magic, version and length are ten bytes, and the data begin at a multiple of 64.
+    let length = (10 + head.len() + 1).next_multiple_of(64) - 10;
+    let mut out = b"\x93NUMPY\x01\x00".to_vec();
+    out.extend_from_slice(&(length as u16).to_le_bytes());
+    out.extend_from_slice(format!("{head:<width$}\n", width = length - 1).as_bytes());
+    out.extend_from_slice(data);
+    out
+}
+
+/// A member of a tar file: a header of one block, and the bytes, filled up to whole blocks.
+fn member(out: &mut Stream, name: &str, bytes: &[u8]) -> Result<(), Error> {
+    let mut header = [0_u8; BLOCK];
+    let mut field = |at: usize, text: &str| {
+        header[at..at + text.len()].copy_from_slice(text.as_bytes());
+    };
+    // Sensors' names have at most 64 characters, so that names fit into 100.
+    field(0, name);
+    field(100, "0000644\0");
+    field(108, "0000000\0");
+    field(116, "0000000\0");
+    field(124, &format!("{:011o}\0", bytes.len()));
+    field(136, "00000000000\0");
+    // The sum is taken with blanks in its own place.
+    field(148, "        ");
+    field(156, "0");
+    field(257, "ustar\x0000");
+    let sum: u32 = header.iter().map(|b| u32::from(*b)).sum();
+    header[148..156].copy_from_slice(format!("{sum:06o}\0 ").as_bytes());
+    out.put(header)?;
+    out.put(bytes)?;
+    let rest = bytes.len().next_multiple_of(BLOCK) - bytes.len();
+    out.put(&[0; BLOCK][..rest])
+}

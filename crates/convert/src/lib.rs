@@ -1,0 +1,186 @@
+//! This crate converts finished data sets to other people's formats.
+//!
+//! A [`Format`] reads a [`Source`] (sequences, their sensors, their frames) and writes through a
+//! [`Sink`]. [`FormatName`] lists the formats that there are.
+//!
+//! # Promises
+//! - One frame is in memory at a time, and what a format has to collect over all frames waits on
+//!   disk.
+//! - Equal data sets give equal bytes.
+//! - Every file of the data set that is read is compared with its checksum. A damaged one is an
+//!   error, and no file of its frame is written.
+//! - A file appears under its final name only when it is whole. A conversion that was killed goes
+//!   on with [`Mode::Resume`] and ends with the same bytes. `conversion.json`, which is written
+//!   last, says what was converted and lists all files with their checksums.
+//! - A folder with other people's files is refused; [`Mode::Overwrite`] removes what a conversion
+//!   owns, and nothing else.
+//!
+//! # Example
+//! ```
+//! use nemoral_convert::{ConvertParams, FormatName, convert};
+//! # use nemoral_dataset::*;
+//! # use nemoral_scene::{ChunkCoord, Ontology, RigidTransform, Twist};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! # let dataset = &folder.path().join("dataset");
+//! # let out = &folder.path().join("out");
+//! # let mount = RigidTransform::IDENTITY;
+//! # let mut header = DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper());
+//! # header.sequences[0].lidars = vec![LidarSpec {
+//! #     name: "top".into(),
+//! #     body_from_lidar: mount,
+//! #     deskewed: true,
+//! #     pointing_errors: false,
+//! #     ply: true,
+//! # }];
+//! # let writer = Writer::create(dataset, OpenMode::Fresh, header)?;
+//! # writer.write_frame(&FrameData {
+//! #     sequence: 0,
+//! #     index: 0,
+//! #     time_s: 0.0,
+//! #     world_from_body: mount,
+//! #     body_motion: Twist::STILL,
+//! #     cameras: vec![],
+//! #     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
+//! #     frame_key: [0; 32],
+//! # })?;
+//! # let track = Track { sequence: 0, poses: vec![(0.0, mount)] };
+//! # writer.write_sequence(&track, &WorldTables::default())?;
+//! # writer.finish()?;
+//! let done = convert(dataset, out, &ConvertParams::new(FormatName::Kitti))?;
+//! assert_eq!(done.frames, 1);
+//! assert!(out.join("poses/00.txt").exists());
+//! # Ok(())
+//! # }
+//! ```
+
+mod error;
+mod formats;
+mod geometry;
+mod labels;
+mod pictures;
+mod rle;
+mod sink;
+mod source;
+mod table;
+
+use std::path::Path;
+
+use nemoral_files::Folder;
+
+pub use error::Error;
+pub use formats::FormatName;
+pub use sink::{Files, Mode, Notes, Sink, Stream};
+pub use source::{FrameRef, Sequence, Source};
+pub use table::{Table, TableClass};
+
+/// A format that data sets can be written in.
+pub trait Format {
+    /// Writes all files. Everything that it writes must be a function of the source and of the
+    /// format's own options.
+    ///
+    /// # Errors
+    /// Of reading and of writing.
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error>;
+
+    /// Refuses a source that lacks what the format needs, before anything is written.
+    ///
+    /// # Errors
+    /// [`Error::Unsuitable`] and [`Error::Ontology`], saying what is needed.
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        let _ = source;
+        Ok(())
+    }
+}
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub struct ConvertParams {
+    /// The format.
+    pub format: FormatName,
+    /// The classes to write in place of the data set's own, or in place of the format's.
+    pub ontology: Option<Table>,
+    /// What to do with a folder that holds a conversion.
+    pub mode: Mode,
+}
+
+impl ConvertParams {
+    /// A conversion into a new folder, with the format's own classes.
+    #[must_use]
+    pub fn new(format: FormatName) -> Self {
+        Self {
+            format,
+            ontology: None,
+            mode: Mode::Fresh,
+        }
+    }
+}
+
+/// What a conversion holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Converted {
+    /// Frames of the data set.
+    pub frames: usize,
+    /// Files that were written, except `conversion.json`.
+    pub files: usize,
+    /// Their size.
+    pub bytes: u64,
+}
+
+/// Converts the data set in a folder.
+///
+/// # Errors
+/// [`Error::Unsuitable`] and [`Error::Ontology`] if the format cannot hold the data set;
+/// [`Error::Inside`], [`Error::Foreign`], [`Error::Exists`], [`Error::Mismatch`] and
+/// [`Error::Damaged`] for a folder that cannot be used; [`Error::Dataset`] and [`Error::Files`],
+/// naming the file.
+pub fn convert(dataset: &Path, out: &Path, params: &ConvertParams) -> Result<Converted, Error> {
+    let source = Source::open(dataset)?;
+    if nemoral_files::is_same(dataset, out) || Folder::new(dataset).inner_path_of(out).is_some() {
+        return Err(Error::Inside {
+            path: out.to_owned(),
+        });
+    }
+    if params.ontology.is_some() && !params.format.takes_ontology() {
+        return Err(Error::Unsuitable {
+            format: params.format.name(),
+            reason: "it has no place for the classes of a table; leave --ontology out".to_owned(),
+        });
+    }
+    let format = params.format.with(params.ontology.clone());
+    format.check(&source)?;
+    let ontology = params
+        .ontology
+        .as_ref()
+        .map(|t| digest(t.text().as_bytes()));
+    let request = sink::Request {
+        converter: format!("nemoral-convert {}", env!("CARGO_PKG_VERSION")),
+        format: params.format.name().to_owned(),
+        source: source.digest().to_owned(),
+        ontology,
+    };
+    let frames = source.frame_count();
+    let converted = |files: usize, bytes| Converted {
+        frames,
+        files,
+        bytes,
+    };
+    match Sink::open(out, params.mode, request)? {
+        sink::Opened::Finished { files, bytes } => Ok(converted(files, bytes)),
+        sink::Opened::Ready(mut sink) => {
+            format.write(&source, &mut sink)?;
+            let (files, bytes) = sink.finish()?;
+            Ok(converted(files, bytes))
+        }
+    }
+}
+
+/// BLAKE3, hexadecimal.
+fn digest(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

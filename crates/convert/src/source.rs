@@ -1,0 +1,238 @@
+//! What is converted: a data set, as sequences with their sensors and frames.
+//!
+//! All reading of a data set's header is here, so that no format knows where sensors are written.
+
+use std::path::Path;
+
+use nemoral_dataset::{
+    CameraFile, CameraSpec, Dataset, FrameRecord, LidarFrame, LidarSpec, Manifest, Split,
+};
+use nemoral_scene::{Image, ObjectRecord, Ontology, RigidTransform};
+
+use crate::{Error, digest};
+
+/// The most bytes of a `dataset.json`.
+const MANIFEST_BYTES: u64 = 2 << 30;
+
+/// A finished data set that is being converted. Every file that is read is compared with its
+/// checksum.
+#[derive(Clone, Debug)]
+pub struct Source {
+    dataset: Dataset,
+    digest: String,
+}
+
+/// A drive with its own sensors.
+#[derive(Clone, Copy, Debug)]
+pub struct Sequence<'a> {
+    /// Its number.
+    pub number: u32,
+    /// Its cameras, the reference camera first.
+    pub cameras: &'a [CameraSpec],
+    /// Its LiDARs, the reference LiDAR first.
+    pub lidars: &'a [LidarSpec],
+}
+
+/// A frame that exists, by sequence and index.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameRef<'a> {
+    /// The sequence's number.
+    pub sequence: u32,
+    /// The frame's number in its sequence.
+    pub index: u64,
+    /// Seconds after the start of the sequence.
+    pub time_s: f64,
+    record: &'a FrameRecord,
+}
+
+impl Source {
+    /// Opens a data set.
+    ///
+    /// # Errors
+    /// As [`Dataset::open`].
+    pub fn open(dir: &Path) -> Result<Self, Error> {
+        let dataset = Dataset::open(dir)?;
+        let manifest = nemoral_files::read(&dir.join("dataset.json"), MANIFEST_BYTES)?;
+        Ok(Self {
+            dataset,
+            digest: digest(&manifest),
+        })
+    }
+
+    /// The data set's folder.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        self.dataset.root()
+    }
+
+    fn manifest(&self) -> &Manifest {
+        self.dataset.manifest()
+    }
+
+    /// BLAKE3 of `dataset.json`, which has the checksums of all files.
+    #[must_use]
+    pub fn digest(&self) -> &str {
+        &self.digest
+    }
+
+    /// The program that made the data set, with its version.
+    #[must_use]
+    pub fn generator(&self) -> String {
+        let header = &self.manifest().header;
+        format!("{} {}", header.generator, header.version)
+    }
+
+    /// The licence that the user gives the data.
+    #[must_use]
+    pub fn licence(&self) -> &str {
+        &self.manifest().header.licence
+    }
+
+    /// The classes of pictures and scans.
+    #[must_use]
+    pub fn ontology(&self) -> &Ontology {
+        &self.manifest().header.ontology
+    }
+
+    /// The sequences, by number.
+    pub fn sequences(&self) -> impl Iterator<Item = Sequence<'_>> {
+        let sequences = self.manifest().header.sequences.iter();
+        sequences.map(|s| Sequence {
+            number: s.number,
+            cameras: &s.cameras,
+            lidars: &s.lidars,
+        })
+    }
+
+    /// The split of a sequence: the data set's own. If it has none, the last one of several
+    /// sequences is for validation, and all others are for training.
+    #[must_use]
+    pub fn split(&self, sequence: u32) -> Split {
+        let all = &self.manifest().header.sequences;
+        let own = all
+            .iter()
+            .find(|s| s.number == sequence)
+            .and_then(|s| s.split);
+        let has_splits = all.iter().any(|s| s.split.is_some());
+        let is_last = all.len() > 1 && all.last().is_some_and(|s| s.number == sequence);
+        own.unwrap_or(if is_last && !has_splits {
+            Split::Val
+        } else {
+            Split::Train
+        })
+    }
+
+    /// The frames of a sequence that exist, by index.
+    pub fn frames(&self, sequence: u32) -> impl Iterator<Item = FrameRef<'_>> {
+        let frames = self.dataset.frames();
+        let first = frames.partition_point(|f| f.sequence < sequence);
+        let of_sequence = frames[first..]
+            .iter()
+            .take_while(move |f| f.sequence == sequence);
+        of_sequence.map(|record| FrameRef {
+            sequence: record.sequence,
+            index: record.index,
+            time_s: record.time_s,
+            record,
+        })
+    }
+
+    /// The number of frames that exist, of all sequences.
+    #[must_use]
+    pub fn frame_count(&self) -> usize {
+        self.dataset.frames().len()
+    }
+
+    /// The bytes of one of a camera's files.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file, or if the camera does not write it.
+    pub fn camera_bytes(
+        &self,
+        frame: &FrameRef<'_>,
+        camera: usize,
+        file: CameraFile,
+    ) -> Result<Vec<u8>, Error> {
+        Ok(self.dataset.camera_bytes(frame.record, camera, file)?)
+    }
+
+    /// The bytes of a camera's picture, a PNG of 8-bit sRGB.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn picture_bytes(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Vec<u8>, Error> {
+        self.camera_bytes(frame, camera, CameraFile::Rgb)
+    }
+
+    /// A camera's picture.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn picture(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<[u8; 3]>, Error> {
+        Ok(self.dataset.picture(frame.record, camera)?)
+    }
+
+    /// The class ids of a camera's pixels.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn classes(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<u8>, Error> {
+        Ok(self.dataset.classes(frame.record, camera)?)
+    }
+
+    /// The instance ids of a camera's pixels; 0 for none.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn instances(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<u32>, Error> {
+        Ok(self.dataset.instances(frame.record, camera)?)
+    }
+
+    /// A camera's planar depth, metres; 0 for none.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn depth_m(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<f32>, Error> {
+        Ok(self.dataset.depth_m(frame.record, camera)?)
+    }
+
+    /// A LiDAR's scan.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn scan(&self, frame: &FrameRef<'_>, lidar: usize) -> Result<LidarFrame, Error> {
+        Ok(self.dataset.scan(frame.record, lidar)?)
+    }
+
+    /// All objects of a sequence with an id.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn objects(&self, sequence: u32) -> Result<Vec<ObjectRecord>, Error> {
+        Ok(self.dataset.objects(sequence)?)
+    }
+}
+
+impl Sequence<'_> {
+    /// The mount of the reference sensor: the first camera, or the first LiDAR if there is none.
+    #[must_use]
+    pub fn body_from_reference(&self) -> RigidTransform {
+        let camera = self.cameras.first().map(|c| c.body_from_camera);
+        let lidar = self.lidars.first().map(|l| l.body_from_lidar);
+        camera.or(lidar).unwrap_or(RigidTransform::IDENTITY)
+    }
+}
+
+impl FrameRef<'_> {
+    /// The body's pose in the world.
+    #[must_use]
+    pub fn world_from_body(&self) -> RigidTransform {
+        self.record.world_from_body()
+    }
+
+    /// `SS_FFFFFF`, unique in the data set.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{:02}_{:06}", self.sequence, self.index)
+    }
+}

@@ -1,0 +1,277 @@
+//! Class tables: other data sets' classes, and which of ours each is made of.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use nemoral_scene::{Ontology, Semantic};
+use serde::Deserialize;
+
+use crate::Error;
+
+/// The most bytes of a table.
+const TABLE_BYTES: u64 = 1 << 20;
+
+/// The tables that are built in, by name.
+const BUILT_IN: [(&str, &str); 4] = [
+    (
+        "semantickitti",
+        include_str!("../ontologies/semantickitti.toml"),
+    ),
+    ("rellis", include_str!("../ontologies/rellis.toml")),
+    ("goose", include_str!("../ontologies/goose.toml")),
+    ("asprs", include_str!("../ontologies/asprs.toml")),
+];
+
+/// A class table, read from TOML:
+/// ```toml
+/// name = "mine"
+/// source = "where ids, names and colours come from"
+/// rest = "void"            # the class of everything that no class lists; optional
+///
+/// [[class]]
+/// id = 0                   # 0 to 65535
+/// name = "void"
+/// colour = [0, 0, 0]       # sRGB
+/// from = []                # classes of the data set, or fine semantics
+///
+/// [[class]]
+/// id = 4
+/// name = "tree"
+/// colour = [0, 255, 0]
+/// from = ["Trunks", "Canopy", "stem", "leaf"]
+/// ```
+/// A name of `from` is that of a class of the data set. A table may have names for several
+/// ontologies at once, such as the paper's classes and fine semantics.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Table {
+    /// Its name.
+    pub name: String,
+    /// Where its ids, names and colours come from.
+    pub source: String,
+    /// The name of the class of everything that no class lists.
+    pub rest: Option<String>,
+    /// The classes, in the file's order.
+    pub classes: Vec<TableClass>,
+    text: String,
+}
+
+/// A class of a [`Table`].
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableClass {
+    /// The number that is written.
+    pub id: u16,
+    /// The name.
+    pub name: String,
+    /// The colour, sRGB.
+    pub colour: [u8; 3],
+    /// Names of the data set's classes that it is made of.
+    pub from: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    source: String,
+    rest: Option<String>,
+    class: Vec<TableClass>,
+}
+
+impl Table {
+    /// The names of the built-in tables.
+    pub fn built_in() -> impl Iterator<Item = &'static str> {
+        BUILT_IN.into_iter().map(|(name, _)| name)
+    }
+
+    /// A built-in table by its name, or the table in a file.
+    ///
+    /// # Errors
+    /// [`Error::Ontology`] if it is not valid, [`Error::Files`] if it cannot be read.
+    pub fn load(name_or_file: &str) -> Result<Self, Error> {
+        let built_in = BUILT_IN.into_iter().find(|(name, _)| *name == name_or_file);
+        if let Some((name, text)) = built_in {
+            return Self::parse(name, text);
+        }
+        let path = Path::new(name_or_file);
+        match nemoral_files::read_text(path, TABLE_BYTES) {
+            Err(e) if e.is_not_found() => {
+                let names: Vec<_> = Self::built_in().collect();
+                let reason = format!(
+                    "there is no such file, and tables are: {}",
+                    names.join(", ")
+                );
+                Err(error(name_or_file, reason))
+            }
+            text => Self::parse(name_or_file, &text?),
+        }
+    }
+
+    /// A table from its text; `name_or_file` is what errors call it.
+    ///
+    /// # Errors
+    /// [`Error::Ontology`] if it is not valid.
+    pub fn parse(name_or_file: &str, text: &str) -> Result<Self, Error> {
+        let file: File = toml::from_str(text).map_err(|e| error(name_or_file, e.to_string()))?;
+        let table = Self {
+            name: file.name,
+            source: file.source,
+            rest: file.rest,
+            classes: file.class,
+            text: text.to_owned(),
+        };
+        let twice = |names: Vec<String>| {
+            let mut seen = BTreeSet::new();
+            names.into_iter().find(|name| !seen.insert(name.clone()))
+        };
+        let classes = &table.classes;
+        let listed = || classes.iter().flat_map(|c| c.from.iter().cloned());
+        for (what, found) in [
+            (
+                "id",
+                twice(classes.iter().map(|c| c.id.to_string()).collect()),
+            ),
+            (
+                "name",
+                twice(classes.iter().map(|c| c.name.clone()).collect()),
+            ),
+            ("source class", twice(listed().collect())),
+        ] {
+            if let Some(found) = found {
+                return Err(error(
+                    name_or_file,
+                    format!("the {what} {found} is there twice"),
+                ));
+            }
+        }
+        if let Some(rest) = &table.rest
+            && classes.iter().all(|c| c.name != *rest)
+        {
+            let reason = format!("rest = \"{rest}\" is none of its classes");
+            return Err(error(name_or_file, reason));
+        }
+        Ok(table)
+    }
+
+    /// Its text.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The id for each class of an ontology, in its order.
+    ///
+    /// # Errors
+    /// [`Error::Ontology`] with the names that the table lists and nobody knows, or the classes
+    /// that it does not list although it has no `rest`; also if it lists none of the classes,
+    /// because it is made for another ontology.
+    pub fn ids_for(&self, own: &Ontology) -> Result<Vec<u16>, Error> {
+        let known = [Ontology::paper(), Ontology::fuel(), own.clone()];
+        let is_known = |name: &str| {
+            let classes = known.iter().flat_map(Ontology::classes);
+            let semantics = Semantic::ALL.iter().map(|s| s.name());
+            classes
+                .map(|c| &*c.name)
+                .chain(semantics)
+                .any(|n| n == name)
+        };
+        let listed = self.classes.iter().flat_map(|c| &c.from);
+        let unknown: Vec<_> = listed.filter(|n| !is_known(n)).map(|n| &**n).collect();
+        if !unknown.is_empty() {
+            let reason = format!("from: no ontology has the classes {}", unknown.join(", "));
+            return Err(error(&self.name, reason));
+        }
+        let listing = |name: &String| self.classes.iter().find(|c| c.from.contains(name));
+        let names = || own.classes().iter().map(|c| &c.name);
+        let missing: Vec<_> = names()
+            .filter(|n| listing(n).is_none())
+            .map(|n| &**n)
+            .collect();
+        let is_foreign = missing.len() == own.classes().len();
+        if is_foreign || (self.rest.is_none() && !missing.is_empty()) {
+            let reason = format!(
+                "the data set's ontology '{}' has classes that the table does not list: {}; list \
+                 them, or make the data set with output.ontology = one whose classes it lists",
+                own.name(),
+                missing.join(", ")
+            );
+            return Err(error(&self.name, reason));
+        }
+        let rest = (self.rest.as_ref()).and_then(|r| self.classes.iter().find(|c| c.name == *r));
+        let ids = names().map(|n| listing(n).or(rest).map_or(0, |c| c.id));
+        Ok(ids.collect())
+    }
+}
+
+fn error(table: &str, reason: String) -> Error {
+    Error::Ontology {
+        table: table.to_owned(),
+        reason,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn built_in_tables_fit_every_built_in_ontology() {
+        for name in Table::built_in() {
+            let table = Table::load(name).expect(name);
+            assert_eq!(table.name, name);
+            assert!(table.source.len() > 10, "{name} cites its source");
+            for own in [Ontology::paper(), Ontology::fuel()] {
+                table.ids_for(&own).unwrap_or_else(|e| panic!("{e}"));
+            }
+            // Every fine semantic too, whatever their ontology will be called.
+            for semantic in Semantic::ALL {
+                let listed = table
+                    .classes
+                    .iter()
+                    .any(|c| c.from.iter().any(|f| f == semantic.name()));
+                assert!(
+                    listed || table.rest.is_some(),
+                    "{name}: {}",
+                    semantic.name()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_table_lacks_or_invents_is_listed() {
+        let head = "name = \"x\"\nsource = \"s\"\n";
+        let class = |id: u16, from: &str| {
+            format!("[[class]]\nid = {id}\nname = \"c{id}\"\ncolour = [0, 0, 0]\nfrom = [{from}]\n")
+        };
+        let ids = |text: &str| Table::parse("x", text)?.ids_for(&Ontology::paper());
+        let e = ids(&format!("{head}{}", class(1, "\"Trunks\", \"Canopy\""))).expect_err("lacks");
+        assert!(
+            e.to_string()
+                .contains("Background, Terrain, Traversable, Shrubs"),
+            "{e}"
+        );
+        let e = ids(&format!("{head}{}", class(1, "\"Trunk\", \"Treetop\""))).expect_err("invents");
+        assert!(e.to_string().contains("Trunk, Treetop"), "{e}");
+        let rest = format!("rest = \"c0\"\n{}", class(0, ""));
+        let e = ids(&format!("{head}{rest}{}", class(1, "\"stem\""))).expect_err("other classes");
+        assert!(e.to_string().contains("output.ontology"), "{e}");
+        let found = ids(&format!("{head}{rest}{}", class(9, "\"Trunks\""))).expect("fits");
+        assert_eq!(found, [0, 0, 0, 9, 0, 0, 0, 0]);
+        for (text, said) in [
+            (format!("{head}{}{}", class(1, ""), class(1, "")), "twice"),
+            (
+                format!("{head}{}{}", class(1, "\"a\""), class(2, "\"a\"")),
+                "twice",
+            ),
+            (
+                format!("{head}rest = \"b\"\n{}", class(1, "")),
+                "none of its classes",
+            ),
+            (format!("{head}typo = 1\n{}", class(1, "")), "typo"),
+        ] {
+            let e = Table::parse("x", &text).expect_err("invalid");
+            assert!(e.to_string().contains(said), "{e}");
+        }
+    }
+}

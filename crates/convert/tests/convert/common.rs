@@ -1,0 +1,300 @@
+//! Small data sets, by closed forms: a wall of patches in front of cameras, a scan of the same
+//! wall.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use nemoral_convert::{ConvertParams, Converted, Error, FormatName, Mode, convert};
+use nemoral_dataset::{
+    CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, LidarData, LidarSpec, OpenMode,
+    Track, WorldTables, Writer,
+};
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::{
+    AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, ObjectKind,
+    ObjectRecord, Ontology, PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist,
+};
+
+/// Where the drive begins, far from the origin as in long drives.
+pub(crate) const START: DVec3 = DVec3::new(-12_345.5, 27_500.25, 3.0);
+
+/// The tree, the rock and the shrub of every picture.
+pub(crate) fn objects() -> Vec<ObjectRecord> {
+    let chunk = ChunkCoord::containing(START.truncate(), 50.0);
+    let kinds = [ObjectKind::Tree, ObjectKind::Rock, ObjectKind::Shrub];
+    let record = |(i, &kind): (usize, &ObjectKind)| ObjectRecord {
+        object: ObjectId::new(chunk, i as u16 + 1).expect("in range"),
+        kind,
+        species: "fagus".to_owned(),
+        position_m: START,
+        radius_m: 0.5,
+        height_m: 2.0,
+    };
+    kinds.iter().enumerate().map(record).collect()
+}
+
+pub(crate) fn header() -> DatasetHeader {
+    let optical = RigidTransform::body_from_optical();
+    let mount = |y| RigidTransform::from_xyz_rpy(DVec3::new(0.3, y, 1.3), 0.01, 0.05, 0.02);
+    let camera = |name: &str, y| CameraSpec {
+        name: name.to_owned(),
+        intrinsics: Intrinsics::from_fov(31, 22, 1.3).expect("valid"),
+        body_from_camera: mount(y) * optical,
+        annotations: AnnotationKinds::default(),
+        shutter: Shutter::INSTANT,
+        noisy: false,
+    };
+    let mut header = DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper());
+    header.licence = "CC-BY-4.0".to_owned();
+    let sequence = &mut header.sequences[0];
+    sequence.cameras = vec![camera("front", 0.0), camera("right", -0.5)];
+    sequence.lidars = vec![LidarSpec {
+        name: "top".to_owned(),
+        body_from_lidar: mount(0.1),
+        deskewed: true,
+        pointing_errors: false,
+        ply: true,
+    }];
+    header
+}
+
+/// The body's time and pose at a frame.
+pub(crate) fn pose(frame: u64) -> (f64, RigidTransform) {
+    let k = frame as f64;
+    let at = START + DVec3::new(0.8 * k, 0.1 * k, 0.01 * k);
+    let turned = RigidTransform::from_xyz_rpy(at, 0.02 * k, -0.01 * k, 0.4 + 0.1 * k);
+    (0.5 * k + 0.25, turned)
+}
+
+/// What a pixel, or a laser, sees: patches with and without objects, with holes.
+fn seen(column: usize, row: usize, frame: u64) -> (Semantic, ObjectId) {
+    let object = |i: usize| objects()[i].object;
+    let x = column + frame as usize;
+    match (x / 5 % 6, row / 4 % 5) {
+        (_, 0) => (Semantic::Sky, ObjectId::NONE),
+        (1, 1 | 2) if !(column + row).is_multiple_of(3) => (Semantic::Leaf, object(0)),
+        (1, _) => (Semantic::Stem, object(0)),
+        (3, 3) => (Semantic::Rock, object(1)),
+        (4, 2) => (Semantic::Shrub, object(2)),
+        (4, 3) => (Semantic::Grass, ObjectId::NONE),
+        (5, _) => (Semantic::TrailSurface, ObjectId::NONE),
+        _ => (Semantic::Litter, ObjectId::NONE),
+    }
+}
+
+fn images(camera: &CameraSpec, frame: u64) -> (Image<[u8; 3]>, TruthImages) {
+    let (w, h) = (
+        camera.intrinsics.width as usize,
+        camera.intrinsics.height as usize,
+    );
+    let all = Image::new(w, h, (0..w * h).map(|i| (i % w, i / w)).collect());
+    let depth = |c: usize, r: usize| match seen(c, r, frame).0 {
+        Semantic::Sky => 0.0,
+        _ => 1.0 + c as f32 * 0.7 + r as f32 * 0.01,
+    };
+    let shift = camera.name.len();
+    let rgb = all.map(|&(c, r)| [(c * 7 + shift) as u8, (r * 11) as u8, (c * r) as u8]);
+    let normal = |c, r| {
+        if depth(c, r) > 0.0 {
+            -Vec3::Z
+        } else {
+            Vec3::ZERO
+        }
+    };
+    let truth = TruthImages {
+        semantic: all.map(|&(c, r)| seen(c, r, frame).0),
+        object: all.map(|&(c, r)| seen(c, r, frame).1),
+        depth_m: all.map(|&(c, r)| depth(c, r)),
+        normal: all.map(|&(c, r)| normal(c, r)),
+    };
+    (rgb, truth)
+}
+
+/// A point on the ray of each second pixel of the first camera.
+pub(crate) fn scan(header: &DatasetHeader, frame: u64) -> Vec<LidarPoint> {
+    let (camera, lidar) = (
+        &header.sequences[0].cameras[0],
+        &header.sequences[0].lidars[0],
+    );
+    let lidar_from_camera = lidar.body_from_lidar.inverse() * camera.body_from_camera;
+    let k = camera.intrinsics;
+    let point = |pulse: u32| {
+        let (column, row) = (2 * pulse % k.width, 2 * pulse / k.width);
+        let at = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+        let range = 3.0 + 0.05 * f64::from(pulse);
+        let position = lidar_from_camera.transform_point(k.direction(at) * range);
+        let (semantic, object) = seen(column as usize, row as usize, frame);
+        LidarPoint {
+            position_m: position.as_vec3(),
+            true_range_m: position.length() as f32,
+            range_m: position.length() as f32,
+            intensity: 0.001 * pulse as f32,
+            reflectivity: (pulse % 150) as u8,
+            semantic,
+            object,
+            ring: (pulse % 16) as u8,
+            return_number: 1 + (pulse % 2) as u8,
+            returns: 2,
+            time_ns: 1_000 * i64::from(pulse) - 50_000,
+            pulse,
+            incidence_cos: 0.5,
+            normal: Vec3::X,
+            flags: PointFlags(0),
+        }
+    };
+    (0..k.width * k.height / 2).map(point).collect()
+}
+
+/// Writes frames of a drive of five.
+pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Dataset {
+    let writer = Writer::create(out, OpenMode::Fresh, header.clone()).expect("create");
+    for &index in frames {
+        let (time_s, world_from_body) = pose(index);
+        let seen: Vec<_> = header.sequences[0]
+            .cameras
+            .iter()
+            .map(|c| images(c, index))
+            .collect();
+        let annotations = Annotations::default();
+        let camera = |(spec, (rgb, truth)): (&'_ CameraSpec, &'_ (Image<_>, TruthImages))| {
+            (spec.name.clone(), rgb.clone(), truth.clone())
+        };
+        let owned: Vec<_> = header.sequences[0]
+            .cameras
+            .iter()
+            .zip(&seen)
+            .map(camera)
+            .collect();
+        let points = if header.sequences[0].lidars.is_empty() {
+            Vec::new()
+        } else if header.sequences[0].cameras.is_empty() {
+            scan(&self::header(), index)
+        } else {
+            scan(header, index)
+        };
+        let frame = FrameData {
+            sequence: 0,
+            index,
+            time_s,
+            world_from_body,
+            body_motion: Twist::STILL,
+            cameras: (owned.iter())
+                .map(|(name, rgb, truth)| CameraData {
+                    name,
+                    rgb,
+                    radiance: None,
+                    truth,
+                    annotations: &annotations,
+                })
+                .collect(),
+            lidars: (header.sequences[0].lidars.iter())
+                .map(|l| LidarData {
+                    name: &l.name,
+                    points: &points,
+                    sensor_chunk: ChunkCoord::containing(
+                        world_from_body.translation_m.truncate(),
+                        50.0,
+                    ),
+                })
+                .collect(),
+            frame_key: [index as u8; 32],
+        };
+        writer.write_frame(&frame).expect("frame");
+    }
+    let track = Track {
+        sequence: 0,
+        poses: (0..5).map(pose).collect(),
+    };
+    let objects = objects();
+    let world = WorldTables {
+        trees: &[],
+        objects: &objects,
+    };
+    writer.write_sequence(&track, &world).expect("tables");
+    writer.finish().expect("finish");
+    Dataset::open(out).expect("open")
+}
+
+/// A data set of frames 1, 2 and 4, converted.
+pub(crate) struct Made {
+    _folder: tempfile::TempDir,
+    pub(crate) dataset: Dataset,
+    pub(crate) out: PathBuf,
+    pub(crate) done: Converted,
+}
+
+pub(crate) fn made(format: FormatName) -> Made {
+    made_of(format, &header())
+}
+
+pub(crate) fn made_of(format: FormatName, header: &DatasetHeader) -> Made {
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = folder.path().join("dataset");
+    let dataset = write(&source, header, &[1, 2, 4]);
+    let out = folder.path().join("out");
+    let done = run(&source, &out, format, Mode::Fresh).expect("converted");
+    Made {
+        _folder: folder,
+        dataset,
+        out,
+        done,
+    }
+}
+
+pub(crate) fn run(
+    source: &Path,
+    out: &Path,
+    format: FormatName,
+    mode: Mode,
+) -> Result<Converted, Error> {
+    let params = ConvertParams {
+        mode,
+        ..ConvertParams::new(format)
+    };
+    convert(source, out, &params)
+}
+
+/// Every file below a folder with its bytes.
+pub(crate) fn tree(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![root.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let bytes = std::fs::read(&path).expect("a file");
+                files.insert(path.strip_prefix(root).expect("below").to_owned(), bytes);
+            }
+        }
+    }
+    files
+}
+
+pub(crate) fn text(path: impl AsRef<Path>) -> String {
+    let path = path.as_ref();
+    std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// The numbers of each line that is no comment.
+pub(crate) fn numbers(text: &str) -> Vec<Vec<f64>> {
+    let lines = text.lines().filter(|l| !l.starts_with('#'));
+    let words = |l: &str| -> Vec<f64> {
+        l.split_whitespace()
+            .filter_map(|w| w.parse().ok())
+            .collect()
+    };
+    lines.map(words).collect()
+}
+
+/// The samples of a PNG: width, height, channels × bytes, data.
+pub(crate) fn png(path: impl AsRef<Path>) -> (usize, usize, Vec<u8>) {
+    let file = std::fs::File::open(path.as_ref()).expect("a picture");
+    let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
+    decoder.set_transformations(png::Transformations::IDENTITY);
+    let mut reader = decoder.read_info().expect("a PNG");
+    let mut data = vec![0; reader.output_buffer_size().expect("small")];
+    let info = reader.next_frame(&mut data).expect("pixels");
+    (info.width as usize, info.height as usize, data)
+}

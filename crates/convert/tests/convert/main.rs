@@ -1,0 +1,22 @@
+//! All tests are in one binary, because linking takes most of the time. `common` makes data sets,
+//! `folders` proves what holds for every format (resume, failing disks, damaged sources), and each
+//! format has a file in which an independent reader reads it back.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
+mod coco;
+mod colmap;
+mod common;
+mod folders;
+mod goose;
+mod huggingface;
+mod kitti;
+mod laz;
+mod mcap;
+mod rellis;
+mod tum;
+mod webdataset;
+mod yolo;

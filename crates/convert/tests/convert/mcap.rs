@@ -1,0 +1,182 @@
+//! MCAP, read record by record, and point clouds by plain CDR.
+
+use std::collections::BTreeMap;
+
+use nemoral_convert::FormatName;
+
+use crate::common::{header, made, pose};
+
+/// Reads little-endian numbers and texts one after the other.
+struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0 }
+    }
+
+    fn take(&mut self, n: usize) -> &'a [u8] {
+        self.at += n;
+        &self.bytes[self.at - n..self.at]
+    }
+
+    fn number(&mut self, n: usize) -> u64 {
+        self.take(n)
+            .iter()
+            .rev()
+            .fold(0, |sum, b| sum << 8 | u64::from(*b))
+    }
+
+    fn text(&mut self) -> String {
+        let n = self.number(4) as usize;
+        String::from_utf8(self.take(n).to_vec()).expect("UTF-8")
+    }
+
+    fn map(&mut self, key: usize, value: usize) -> BTreeMap<u64, u64> {
+        let end = self.number(4) as usize + self.at;
+        let mut map = BTreeMap::new();
+        while self.at < end {
+            let key = self.number(key);
+            map.insert(key, self.number(value));
+        }
+        map
+    }
+
+    /// The next record: its code and content.
+    fn record(&mut self) -> (u64, &'a [u8]) {
+        let code = self.number(1);
+        let n = self.number(8) as usize;
+        (code, self.take(n))
+    }
+
+    /// A number of CDR, at a multiple of its size after the first four bytes.
+    fn aligned(&mut self, n: usize) -> u64 {
+        self.at = 4 + (self.at - 4).next_multiple_of(n);
+        self.number(n)
+    }
+
+    fn cdr_text(&mut self) -> String {
+        let n = self.aligned(4) as usize;
+        let text = self.take(n);
+        assert_eq!(text.last(), Some(&0));
+        String::from_utf8(text[..n - 1].to_vec()).expect("UTF-8")
+    }
+}
+
+#[test]
+fn the_index_leads_to_messages_and_points_are_those_of_scans() {
+    let made = made(FormatName::Mcap);
+    let bytes = std::fs::read(made.out.join("00.mcap")).expect("a file");
+    let magic = b"\x89MCAP0\r\n";
+    assert!(bytes.starts_with(magic) && bytes.ends_with(magic));
+
+    // From the footer to the summary, to chunks, to messages.
+    let footer = bytes.len() - 8 - 29;
+    let (code, content) = Reader::new(&bytes[footer..]).record();
+    assert_eq!((code, content.len()), (2, 20));
+    let start = Reader::new(content).number(8) as usize;
+    let mut summary = Reader::new(&bytes[start..footer]);
+    let (mut topics, mut chunks, mut total) = (BTreeMap::new(), Vec::new(), 0);
+    while summary.at < footer - start {
+        let (code, content) = summary.record();
+        let mut r = Reader::new(content);
+        match code {
+            4 => {
+                let id = r.number(2);
+                let _schema = r.number(2);
+                topics.insert(id, r.text());
+            }
+            8 => chunks.push(content),
+            0x0B => total = r.number(8),
+            _ => {}
+        }
+    }
+    assert_eq!((topics.len(), chunks.len()), (3 + 1 + 2 * 4, 3));
+    let mut count = 0;
+    for (i, chunk) in chunks.into_iter().enumerate() {
+        let frame = [1, 2, 4][i];
+        let mut r = Reader::new(chunk);
+        let (first, last) = (r.number(8), r.number(8));
+        let (at, length) = (r.number(8) as usize, r.number(8) as usize);
+        let places = r.map(2, 8);
+        let (code, content) = Reader::new(&bytes[at..at + length]).record();
+        assert_eq!((code, content.len() + 9), (6, length));
+        let mut r = Reader::new(content);
+        assert_eq!((r.number(8), r.number(8)), (first, last));
+        let size = r.number(8) as usize;
+        let crc = r.number(4) as u32;
+        assert_eq!(r.text(), "");
+        assert_eq!(r.number(8) as usize, size);
+        let records = r.take(size);
+        assert_eq!(crc, crc32fast::hash(records));
+        for (channel, place) in places {
+            let (code, content) = Reader::new(&bytes[place as usize..]).record();
+            assert_eq!(code, 7);
+            let mut r = Reader::new(content);
+            assert_eq!(r.number(2), channel);
+            for (time, offset) in r.map(8, 8) {
+                let (code, content) = Reader::new(&records[offset as usize..]).record();
+                assert_eq!(code, 5);
+                let mut r = Reader::new(content);
+                assert_eq!(r.number(2), channel);
+                let _sequence = r.number(4);
+                assert_eq!((r.number(8), r.number(8)), (time, time));
+                assert_eq!(time as f64 * 1e-9, pose(frame).0);
+                count += 1;
+                if topics[&channel] == "/top/points" {
+                    check_points(&made, i, r.take(content.len() - 22));
+                }
+            }
+        }
+    }
+    assert_eq!((count, total), (3 * 11 + 1, 3 * 11 + 1));
+}
+
+fn check_points(made: &crate::common::Made, i: usize, data: &[u8]) {
+    assert_eq!(data[..4], [0, 1, 0, 0]);
+    let mut r = Reader::new(data);
+    r.at = 4;
+    let (seconds, nanoseconds) = (r.aligned(4), r.aligned(4));
+    let time_s = pose([1, 2, 4][i]).0;
+    assert_eq!(seconds as f64 + nanoseconds as f64 * 1e-9, time_s);
+    assert_eq!(r.cdr_text(), header().sequences[0].lidars[0].name);
+    let scan = &made.dataset.read_frame(i).expect("a frame").lidars[0];
+    assert_eq!((r.aligned(4), r.aligned(4)), (1, scan.ply.len() as u64));
+    let mut fields = BTreeMap::new();
+    for _ in 0..r.aligned(4) {
+        let name = r.cdr_text();
+        let offset = r.aligned(4) as usize;
+        let data_type = r.number(1);
+        assert_eq!(r.aligned(4), 1);
+        fields.insert(name, (offset, data_type));
+    }
+    assert_eq!(r.number(1), 0, "little-endian");
+    let step = r.aligned(4) as usize;
+    assert_eq!(r.aligned(4) as usize, step * scan.ply.len());
+    let n = r.aligned(4) as usize;
+    let points = r.take(n);
+    assert_eq!((r.number(1), r.at), (1, data.len()));
+    for ((point, p), &[x, y, z, intensity]) in points.chunks(step).zip(&scan.ply).zip(&scan.points)
+    {
+        let number = |name: &str| {
+            let (at, data_type) = fields[name];
+            let size = match data_type {
+                4 => 2,
+                6 | 7 => 4,
+                other => panic!("type {other}"),
+            };
+            Reader::new(&point[at..]).number(size)
+        };
+        let real = |name: &str| f32::from_bits(number(name) as u32);
+        assert_eq!(
+            [real("x"), real("y"), real("z"), real("intensity")],
+            [x, y, z, intensity]
+        );
+        assert!((f64::from(real("time")) - p.point.time_ns as f64 * 1e-9).abs() < 1e-8);
+        assert_eq!(number("ring"), u64::from(p.point.ring));
+        assert_eq!(number("label"), u64::from(p.class));
+        assert_eq!(number("instance"), u64::from(p.point.object.to_image_id()));
+    }
+}

@@ -1,0 +1,83 @@
+"""Reads `nemoral convert --to coco` by pycocotools, and compares it with the data set.
+
+    python read_coco.py DATASET CONVERTED
+
+Needs numpy, pillow, pycocotools.
+"""
+
+import csv
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from pycocotools.coco import COCO
+from pycocotools.cocoeval import COCOeval
+
+
+def ids(path):
+    rgb = np.asarray(Image.open(path)).astype(np.uint32)
+    return rgb[..., 0] + 256 * rgb[..., 1] + 65536 * rgb[..., 2]
+
+
+def kinds_of(sequence):
+    with open(sequence / "instances.csv", newline="") as file:
+        return {int(row["image_id"]): row["kind"] for row in csv.DictReader(file)}
+
+
+def main(dataset, out):
+    dataset, out = Path(dataset), Path(out)
+    coco = COCO(str(out / "instances.json"))
+    panoptic = json.loads((out / "panoptic.json").read_text())
+    segments = {a["image_id"]: a for a in panoptic["annotations"]}
+    classes = {c["id"]: c for c in panoptic["categories"]}
+    names = {c["id"]: c["name"] for c in coco.loadCats(coco.getCatIds())}
+    objects = parts = 0
+    for image in coco.loadImgs(coco.getImgIds()):
+        sequence, frame, camera = Path(image["file_name"]).stem.split("_", 2)
+        folder = dataset / "sequences" / sequence
+        kinds = kinds_of(folder)
+        if (folder / camera).exists():
+            folder = folder / camera
+        instance = ids(folder / "instance" / f"{frame}.png")
+        semantic = np.asarray(Image.open(folder / "semantic" / f"{frame}.png"))
+        found = np.zeros_like(instance)
+        for a in coco.loadAnns(coco.getAnnIds(imgIds=image["id"])):
+            mask = coco.annToMask(a).astype(bool)
+            rows, columns = np.nonzero(mask)
+            box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
+            assert a["area"] == mask.sum() and a["bbox"] == box, a["id"]
+            assert names[a["category_id"]] == kinds[a["instance_id"]]
+            assert not found[mask].any()
+            found[mask] = a["instance_id"]
+            objects += 1
+        assert (found == instance).all(), image["file_name"]
+        annotation = segments[image["id"]]
+        map_ = ids(out / "panoptic" / annotation["file_name"])
+        assert set(np.unique(map_)) == {s["id"] for s in annotation["segments_info"]}
+        for s in annotation["segments_info"]:
+            mask = map_ == s["id"]
+            assert s["area"] == mask.sum()
+            assert (semantic[mask] == s["category_id"] - 1).all()
+            assert (instance[mask] == s["instance_id"]).all()
+            crowd = classes[s["category_id"]]["isthing"] and s["instance_id"] == 0
+            assert s["iscrowd"] == int(crowd)
+            parts += 1
+    # The truth, found as such, has an average precision of 1.
+    results = [
+        {k: a[k] for k in ("image_id", "category_id", "segmentation", "bbox")} | {"score": 1.0}
+        for a in coco.loadAnns(coco.getAnnIds())
+    ]
+    evaluation = COCOeval(coco, coco.loadRes(results), "segm")
+    evaluation.params.maxDets = [1, 10, 1000]
+    evaluation.evaluate()
+    evaluation.accumulate()
+    # Of all sizes, with all detections.
+    precision = evaluation.eval["precision"][:, :, :, 0, -1]
+    ap = precision[precision > -1].mean()
+    assert ap == 1.0, ap
+    print(f"coco: {len(coco.imgs)} pictures, {objects} objects, {parts} segments equal; AP {ap}")
+
+
+main(*sys.argv[1:])

@@ -1,0 +1,123 @@
+"""Reads `nemoral convert --to mcap` by mcap-ros2-support, and compares it with the data set.
+
+    python read_mcap.py DATASET CONVERTED
+
+Needs numpy, pillow, plyfile, mcap-ros2-support.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+from common import cameras, lidars, matrix, mount
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from PIL import Image
+from plyfile import PlyData
+
+TYPES = {4: "<u2", 6: "<u4", 7: "<f4"}
+
+
+def transform(value):
+    t, q = value.translation, value.rotation
+    return mount({"translation_m": [t.x, t.y, t.z], "rotation_xyzw": [q.x, q.y, q.z, q.w]})
+
+
+def cloud(message):
+    names = [f.name for f in message.fields]
+    formats = [TYPES[f.datatype] for f in message.fields]
+    offsets = [f.offset for f in message.fields]
+    layout = dict(names=names, formats=formats, offsets=offsets, itemsize=message.point_step)
+    points = np.frombuffer(bytes(message.data), np.dtype(layout))
+    assert len(points) == message.width * message.height
+    return points
+
+
+def main(dataset, out):
+    dataset, out = Path(dataset), Path(out)
+    manifest = json.loads((dataset / "dataset.json").read_text())
+    count = points = pictures = 0
+    for file in sorted(out.glob("*.mcap")):
+        sequence = int(file.stem)
+        source = dataset / "sequences" / file.stem
+        frames = {round(f["time_s"] * 1e9): f for f in manifest["frames"]
+                  if f["sequence"] == sequence}
+        sensors = {l["name"]: l["body_from_lidar"] for l in lidars(manifest, sequence)}
+        sensors |= {c["name"]: c["body_from_camera"] for c in cameras(manifest, sequence)}
+        specs = {c["name"]: c for c in cameras(manifest, sequence)}
+        firsts = {lidars(manifest, sequence)[0]["name"]} if lidars(manifest, sequence) else set()
+        firsts |= {cameras(manifest, sequence)[0]["name"]} if specs else set()
+        seen = {}
+        with open(file, "rb") as stream:
+            reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+            summary = reader.get_summary()
+            assert len(summary.chunk_indexes) == len(frames)
+            for _, channel, raw, message in reader.iter_decoded_messages():
+                seen[channel.topic] = seen.get(channel.topic, 0) + 1
+                count += 1
+                frame = frames[raw.log_time]
+                name = f"{frame['index']:06}"
+                if channel.topic == "/tf_static":
+                    for t in message.transforms:
+                        assert t.header.frame_id == "base_link"
+                        pose = mount(sensors.pop(t.child_frame_id))
+                        assert abs(transform(t.transform) - pose).max() < 1e-12
+                    assert not sensors
+                    continue
+                stamp = getattr(message, "header", None) or message.transforms[0].header
+                time = stamp.stamp.sec * 10**9 + stamp.stamp.nanosec
+                assert time == raw.log_time
+                body = matrix(frame["world_from_body"])
+                if channel.topic == "/tf":
+                    assert message.transforms[0].child_frame_id == "base_link"
+                    assert abs(transform(message.transforms[0].transform) - body).max() < 1e-9
+                    continue
+                if channel.topic == "/odom":
+                    p = message.pose.pose.position
+                    assert abs(np.array([p.x, p.y, p.z]) - body[:3, 3]).max() < 1e-9
+                    continue
+                _, sensor, what = channel.topic.split("/")
+                assert stamp.frame_id == sensor
+                folder = source if sensor in firsts else source / sensor
+                if what == "points":
+                    scan = PlyData.read(folder / "points" / f"{name}.ply")["vertex"].data
+                    found = cloud(message)
+                    for a, b in [("x", "x"), ("y", "y"), ("z", "z"), ("intensity", "intensity"),
+                                 ("ring", "ring"), ("label", "class")]:
+                        assert (found[a] == scan[b]).all(), a
+                    assert abs(found["time"] - scan["t"]).max() < 1e-8
+                    id_ = (scan["chunk_x"] % 16 << 20) | (scan["chunk_y"] % 16 << 16) | scan["item"]
+                    assert (found["instance"] == np.where(scan["item"] == 0, 0, id_)).all()
+                    points += len(found)
+                elif what == "camera_info":
+                    k = specs[sensor]["intrinsics"]
+                    expected = [k["fx"], 0, k["cx"] - 0.5, 0, k["fy"], k["cy"] - 0.5, 0, 0, 1]
+                    assert np.allclose(message.k, expected) and message.width == k["width"]
+                    lens = k.get("distortion", {"model": "none"})
+                    models = {"fisheye": "equidistant"}
+                    assert message.distortion_model == models.get(lens["model"], "plumb_bob")
+                else:
+                    shape = (message.height, message.width)
+                    data = bytes(message.data)
+                    if what == "depth":
+                        depth = folder / "depth" / name
+                        if depth.with_suffix(".npy").exists():
+                            truth = np.load(depth.with_suffix(".npy"))
+                        else:
+                            truth = np.asarray(Image.open(depth.with_suffix(".png"))) / 256
+                        found = np.frombuffer(data, "<f4").reshape(shape)
+                        assert (found == truth.astype(np.float32)).all()
+                    elif what == "semantic":
+                        truth = np.asarray(Image.open(folder / "semantic" / f"{name}.png"))
+                        assert (np.frombuffer(data, np.uint8).reshape(shape) == truth).all()
+                    elif sensor in firsts:
+                        truth = np.asarray(Image.open(folder / "image_2" / f"{name}.png"))
+                        assert message.encoding == "rgb8"
+                        assert (np.frombuffer(data, np.uint8).reshape(*shape, 3) == truth).all()
+                    pictures += 1
+        assert {n for t, n in seen.items() if t != "/tf_static"} == {len(frames)}, seen
+    print(f"mcap: {count} messages, {points} points, {pictures} pictures equal")
+
+
+main(*sys.argv[1:])
