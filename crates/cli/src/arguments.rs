@@ -148,8 +148,7 @@ fn formats() -> impl TypedValueParser<Value = FormatName> {
 pub(crate) struct Generate {
     #[command(flatten)]
     pub(crate) world: World,
-    /// `N` frames, or which frames of each sequence to make: `A..B` (without B), or a list of
-    /// frames and ranges.
+    /// `N` frames, or those of each sequence to make: `A..B` (without B), or a list of such.
     #[arg(long, value_name = "N|A..B|LIST")]
     pub(crate) frames: Option<Frames>,
     /// The output folder.

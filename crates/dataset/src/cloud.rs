@@ -28,8 +28,9 @@ pub struct CloudParams {
 /// scanner's reach.
 const VOXEL_M: std::ops::RangeInclusive<f64> = 1e-4..=1e3;
 
-/// Writes the points of all frames and all LiDARs of a sequence in world coordinates, in the order of frames, as
-/// a binary PLY at `out`: for plots that are scanned from stations, and for maps of drives.
+/// Writes the points of all frames and all LiDARs of a sequence in world coordinates, in the order
+/// of frames, as a binary PLY at `out`: for plots that are scanned from stations, and for maps of
+/// drives.
 ///
 /// Positions are the measured ones, registered by the true poses. Every point has its class, its
 /// object (`chunk_x`, `chunk_y`, `item` as in `trees.csv` and `instances.csv`), frame, LiDAR,
@@ -37,9 +38,9 @@ const VOXEL_M: std::ops::RangeInclusive<f64> = 1e-4..=1e3;
 /// file appears when it is whole.
 ///
 /// # Errors
-/// If there is no such sequence, or there are several and none is named, if a scan is missing or damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is
-/// out of range, if `out` does not end in `.ply` or is one of the data set's own files, or if the
-/// file cannot be written.
+/// If there is no such sequence, or there are several and none is named, if a scan is missing or
+/// damaged, was written raw (not deskewed) or without PLY, if `voxel_m` is out of range, if `out`
+/// does not end in `.ply` or is one of the data set's own files, or if the file cannot be written.
 pub fn cloud(dir: &Path, out: &Path, params: CloudParams) -> Result<u64, Error> {
     if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
         let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());

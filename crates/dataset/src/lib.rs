@@ -12,9 +12,9 @@
 //! OUT/poses/NN.txt
 //! ```
 //! A data set has one or more sequences, each a drive through a world of its own, with sensors of
-//! its own. A further camera or LiDAR has the same folders inside a folder of its name, except that the
-//! pictures of a further camera called `right` are in `image_3`. While a data set is unfinished,
-//! `OUT/.nemoral/` holds its header and a record for each whole frame.
+//! its own. A further camera or LiDAR has the same folders inside a folder of its name, except that
+//! the pictures of a further camera called `right` are in `image_3`. While a data set is
+//! unfinished, `OUT/.nemoral/` holds its header and a record for each whole frame.
 //!
 //! | file | content |
 //! |---|---|

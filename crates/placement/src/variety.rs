@@ -5,8 +5,8 @@ use nemoral_scene::ParamError;
 /// One kind of disk in a sample, or of plant in a layer: a species, a prototype, a size class.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variety {
-    /// Its share among a layer's sites, or among the darts of [`PoissonDisks`](crate::PoissonDisks),
-    /// relative to the other varieties' weights; at least 0.
+    /// Its share among a layer's sites, or among the darts of
+    /// [`PoissonDisks`](crate::PoissonDisks), relative to the other varieties' weights; at least 0.
     pub weight: f64,
     /// The range of its radius in metres, more than 0, drawn uniformly; of a plant, the radius that
     /// its trunk or foot occupies, not its crown's.

@@ -170,7 +170,8 @@ impl Seeds {
     fn state(&self, name: &str, manifest: &[u8]) -> Result<(), Box<dyn Error>> {
         let mut header: Value = serde_json::from_slice(manifest)?;
         let frames = header["frames"].take();
-        let state = serde_json::json!({ "format_version": nemoral_dataset::FORMAT_VERSION, "header": header });
+        let version = nemoral_dataset::FORMAT_VERSION;
+        let state = serde_json::json!({ "format_version": version, "header": header });
         let mut input = format!("0{state}");
         for frame in frames.as_array().into_iter().flatten().take(2) {
             input += &format!("\u{0}0{frame}");
@@ -187,8 +188,8 @@ impl Seeds {
         let ranges = "preset = \"demo\"\n[ranges]\n\"placement.trees\" = [60, 140]\n\
                       [cameras.rear]\nyaw_deg = 180.0\n[lidars.side]\ndevice = \"vlp-16\"\n";
         self.put("config", "ranges", ranges.as_bytes())?;
-        let vary = "sequences = 9\n[splits]\ntrain = 0.5\nval = 0.25\ntest = 0.25\nby = \"preset\"\n\
-                    [vary]\npreset = { beech = 2, demo = 1 }\ncamera.sky = [true, false]\n\
+        let vary = "sequences = 9\n[splits]\ntrain = 0.5\nval = 0.25\ntest = 0.25\n\
+                    by = \"preset\"\n[vary]\npreset = { beech = 2, demo = 1 }\ncamera.sky = [true, false]\n\
                     [[vary.group.a]]\nweight = 2\nsky.overcast = [0, 1]\n[[vary.group.a]]\n\
                     \"lidar.spinning\" = {}\n";
         self.put("config", "vary", vary.as_bytes())?;

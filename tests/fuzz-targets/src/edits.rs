@@ -324,7 +324,8 @@ impl Part {
             let sealed = fuzz::seal(&frame.to_string());
             self.put(&name, Thing::File(sealed.into_bytes()));
         }
-        let state = serde_json::json!({ "format_version": nemoral_dataset::FORMAT_VERSION, "header": manifest });
+        let version = nemoral_dataset::FORMAT_VERSION;
+        let state = serde_json::json!({ "format_version": version, "header": manifest });
         self.put_document(NAMES[0], &state);
         if from.byte().is_multiple_of(2) {
             self.things.retain(|(n, _)| n != "dataset.json");

@@ -23,7 +23,8 @@ const PLANTS: Domain = Domain::new("pipeline.plants");
 /// ```
 /// use nemoral_pipeline::config::Layers;
 ///
-/// let settings = ["sequences=8", "splits.train=0.75", "splits.test=0.25", "vary.preset=[\"beech\", \"spruce\"]"];
+/// let stands = "vary.preset=[\"beech\", \"spruce\"]";
+/// let settings = ["sequences=8", "splits.train=0.75", "splits.test=0.25", stands];
 /// let layers = Layers { settings: settings.map(String::from).into(), ..Layers::default() };
 /// let sequences = layers.sequences()?;
 /// assert_eq!(sequences.len(), 8);
