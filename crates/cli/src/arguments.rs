@@ -178,9 +178,22 @@ pub(crate) struct Generate {
     pub(crate) overwrite: bool,
     #[command(flatten)]
     pub(crate) keeping: Keeping,
+    /// How progress is reported.
+    #[arg(long, value_enum, default_value_t = Progress::Auto)]
+    pub(crate) progress: Progress,
     /// Prints nothing but errors.
-    #[arg(long, short)]
+    #[arg(long, short, conflicts_with = "progress")]
     pub(crate) quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Progress {
+    /// A bar if standard error is a terminal, else lines.
+    Auto,
+    /// Lines on standard error, at most one a second.
+    Lines,
+    /// A JSON object a line on standard output for each note and frame, and at the end.
+    Json,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

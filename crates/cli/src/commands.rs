@@ -233,7 +233,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
         message: format!("cannot listen for signals: {e}"),
         is_request: false,
     })?;
-    let reporter = Reporter::new(frames.count(), sequences.len(), a.quiet);
+    let reporter = Reporter::new(frames.count(), sequences.len(), a.progress, a.quiet);
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
     if config.camera.enabled {
         reporter.note_with_first(of_backend);
@@ -252,13 +252,8 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
         backend: backend.with_gpu_memory(a.gpu_memory),
     };
     let manifest = generate(&request, &reporter, &stop);
-    let (megabytes, seconds) = reporter.totals();
-    let manifest = manifest.inspect_err(|_| reporter.finish(""))?;
-    reporter.finish(&format!(
-        "{} frames in {}, {megabytes:.1} MB written in {seconds:.1} s",
-        manifest.frames.len(),
-        a.out.display()
-    ));
+    let manifest = manifest.inspect_err(|_| reporter.fail())?;
+    reporter.finish(manifest.frames.len(), &a.out);
     Ok(true)
 }
 

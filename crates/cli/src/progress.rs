@@ -1,11 +1,15 @@
 //! What the user sees: a bar on a terminal, plain lines otherwise.
 
 use std::io::{self, IsTerminal, Write};
-use std::sync::Mutex;
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use nemoral_pipeline::{Done, Observer};
+use serde_json::{Value, json};
+
+use crate::arguments::Progress;
 
 /// Writes an error to standard error.
 pub(crate) fn complain(message: &str) {
@@ -26,10 +30,17 @@ pub(crate) fn say(text: &str) -> io::Result<()> {
     }
 }
 
-/// Reports a run to a person.
+/// Where a run is reported.
+enum Report {
+    Nowhere,
+    Bar(ProgressBar),
+    Lines,
+    Json,
+}
+
+/// Reports a run to a person, or to a program.
 pub(crate) struct Reporter {
-    bar: Option<ProgressBar>,
-    quiet: bool,
+    report: Report,
     sequences: u32,
     started: Instant,
     last_line: Mutex<Option<Instant>>,
@@ -41,8 +52,8 @@ pub(crate) struct Reporter {
 
 impl Reporter {
     /// Reports a run of this number of frames of so many sequences.
-    pub(crate) fn new(frames: u64, sequences: u32, quiet: bool) -> Self {
-        let bar = (!quiet && io::stderr().is_terminal()).then(|| {
+    pub(crate) fn new(frames: u64, sequences: u32, progress: Progress, quiet: bool) -> Self {
+        let bar = || {
             let bar = ProgressBar::new(frames);
             let template = "{bar:32} {pos}/{len} frames  {msg}  {eta} left";
             if let Ok(style) = ProgressStyle::with_template(template) {
@@ -51,10 +62,15 @@ impl Reporter {
             bar.set_message("growing the forest");
             bar.enable_steady_tick(Duration::from_millis(250));
             bar
-        });
+        };
+        let report = match progress {
+            _ if quiet => Report::Nowhere,
+            Progress::Auto if io::stderr().is_terminal() => Report::Bar(bar()),
+            Progress::Auto | Progress::Lines => Report::Lines,
+            Progress::Json => Report::Json,
+        };
         Self {
-            bar,
-            quiet,
+            report,
             sequences,
             started: Instant::now(),
             last_line: Mutex::new(None),
@@ -65,73 +81,99 @@ impl Reporter {
 
     /// Notes something with the first frame.
     pub(crate) fn note_with_first(&self, message: String) {
-        self.with_first
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-            .push(message);
+        lock(&self.with_first).push(message);
     }
 
     fn line(&self, text: &str) {
-        match &self.bar {
-            Some(bar) => bar.println(text),
-            None if self.quiet => {}
-            None => {
+        match &self.report {
+            Report::Bar(bar) => bar.println(text),
+            Report::Lines => {
                 let _ = writeln!(io::stderr(), "{text}");
             }
+            Report::Nowhere | Report::Json => {}
         }
     }
 
-    /// Ends the report, with a last line if there is something to say.
-    pub(crate) fn finish(&self, text: &str) {
-        if let Some(bar) = &self.bar {
+    /// Writes an event for a program. If nobody reads it any more, the run goes on.
+    fn event(&self, event: &Value) {
+        let _ = say(&event.to_string());
+    }
+
+    /// Ends the report of a run that failed.
+    pub(crate) fn fail(&self) {
+        if let Report::Bar(bar) = &self.report {
             bar.finish_and_clear();
         }
-        if !text.is_empty() {
-            self.line(text);
+    }
+
+    /// Ends the report of a run whose data set now has this number of frames.
+    pub(crate) fn finish(&self, frames: usize, out: &Path) {
+        self.fail();
+        let (megabytes, seconds) = self.totals();
+        let out = out.display();
+        if let Report::Json = self.report {
+            let bytes = *lock(&self.bytes);
+            self.event(&json!({
+                "event": "done",
+                "frames": frames,
+                "out": out.to_string(),
+                "bytes": bytes,
+                "elapsed_s": seconds,
+            }));
         }
+        self.line(&format!(
+            "{frames} frames in {out}, {megabytes:.1} MB written in {seconds:.1} s"
+        ));
     }
 
     /// Megabytes written and seconds taken.
-    pub(crate) fn totals(&self) -> (f64, f64) {
-        let bytes = *self
-            .bytes
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
+    fn totals(&self) -> (f64, f64) {
+        let bytes = *lock(&self.bytes);
         (bytes as f64 / 1e6, self.started.elapsed().as_secs_f64())
     }
 }
 
+/// A panic of another thread leaves these values consistent, as every change is one statement.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 impl Observer for Reporter {
     fn note(&self, message: &str) {
+        if let Report::Json = self.report {
+            self.event(&json!({ "event": "note", "message": message }));
+        }
         self.line(&format!("note: {message}"));
     }
 
     fn frame(&self, done: Done) {
-        *self
-            .bytes
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner) += done.bytes;
-        let first = std::mem::take(
-            &mut *self
-                .with_first
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner),
-        );
+        *lock(&self.bytes) += done.bytes;
+        let first = std::mem::take(&mut *lock(&self.with_first));
         for message in first {
             self.note(&message);
         }
         let elapsed = self.started.elapsed().as_secs_f64();
         let rate = elapsed / done.count as f64;
-        if let Some(bar) = &self.bar {
+        if let Report::Json = self.report {
+            self.event(&json!({
+                "event": "frame",
+                "sequence": done.sequence,
+                "frame": done.frame,
+                "done": done.count,
+                "total": done.total,
+                "bytes": done.bytes,
+                "resumed": done.resumed,
+                "elapsed_s": elapsed,
+            }));
+            return;
+        }
+        if let Report::Bar(bar) = &self.report {
             bar.set_position(done.count);
             bar.set_message(format!("{rate:.2} s a frame"));
             return;
         }
         // Logs of long runs stay short: a line a second, and the last.
-        let mut last = self
-            .last_line
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut last = lock(&self.last_line);
         let due = last.is_none_or(|t| t.elapsed() >= Duration::from_secs(1));
         if due || done.count == done.total {
             *last = Some(Instant::now());

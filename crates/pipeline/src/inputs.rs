@@ -82,7 +82,7 @@ impl InputFiles {
     /// # Errors
     /// All files that cannot be read, because they are missing, not regular, or too large.
     pub fn read(config: &Config) -> Result<Self, Error> {
-        let (files, problems) = Self::read_all(config);
+        let (files, problems) = Self::read_all(config, &Self::default());
         if problems.is_empty() {
             return Ok(files);
         }
@@ -95,12 +95,17 @@ impl InputFiles {
     }
 
     /// The files that can be read, and for each of the others the key that names it and the reason.
-    pub(crate) fn read_all(config: &Config) -> (Self, Vec<(String, String)>) {
+    /// Files that are known are not read again.
+    pub(crate) fn read_all(config: &Config, known: &Self) -> (Self, Vec<(String, String)>) {
         let (mut files, mut problems) = (BTreeMap::new(), Vec::new());
         for (key, name) in named(config) {
             let Entry::Vacant(vacant) = files.entry(name) else {
                 continue;
             };
+            if let Some(file) = known.0.get(vacant.key()) {
+                vacant.insert(file.clone());
+                continue;
+            }
             let path = PathBuf::from(vacant.key());
             match nemoral_files::read(&path, most_bytes(&key)) {
                 Ok(bytes) => {
@@ -110,6 +115,13 @@ impl InputFiles {
             }
         }
         (Self(Arc::new(files)), problems)
+    }
+
+    /// These files and those of another config.
+    pub(crate) fn and(&self, others: &Self) -> Self {
+        let mut all = BTreeMap::clone(&self.0);
+        all.extend((others.0.iter()).map(|(name, file)| (name.clone(), file.clone())));
+        Self(Arc::new(all))
     }
 
     /// Checks that these are the files of a config.

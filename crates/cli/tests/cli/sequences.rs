@@ -120,6 +120,33 @@ fn worlds_are_drawn_recorded_sharded_and_continued() {
 }
 
 #[test]
+fn programs_read_progress_as_json() {
+    let out = folder("progress").join("out");
+    let json = ["--sequences", "2", "--frames", "2", "--progress", "json"];
+    let done = outcome(&mut small(&out, &json));
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert_eq!(done.stderr, "");
+    let events: Vec<serde_json::Value> = (done.stdout.lines())
+        .map(|line| serde_json::from_str(line).expect("an object a line"))
+        .collect();
+    let frames = events.iter().filter(|e| e["event"] == "frame");
+    let frames: Vec<(u64, u64, u64)> = frames
+        .map(|e| {
+            assert_eq!((&e["total"], &e["resumed"]), (&4.into(), &false.into()));
+            let number = |key: &str| e[key].as_u64().expect("a number");
+            (number("sequence"), number("frame"), number("done"))
+        })
+        .collect();
+    assert_eq!(frames, [(0, 0, 1), (0, 1, 2), (1, 0, 3), (1, 1, 4)]);
+    let last = events.last().expect("an end");
+    assert_eq!(
+        (&last["event"], &last["frames"]),
+        (&"done".into(), &4.into())
+    );
+    assert!(last["bytes"].as_u64() > Some(1000), "{last}");
+}
+
+#[test]
 fn sequences_are_listed_and_the_last_one_is_checked_before_the_first_frame() {
     let folder = folder("listed");
     let config = folder.join("varied.toml");

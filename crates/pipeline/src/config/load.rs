@@ -120,11 +120,12 @@ fn no_preset(value: &str, near: &[&str], place: Option<Place>) -> Error {
 }
 
 /// A preset with the sources over it, checked; `adjust` changes it before that. `errors` are those
-/// found so far.
+/// found so far, `known` the files that were read already.
 pub(super) fn resolve(
     preset: &Preset,
     sources: &[Source],
     mut errors: ConfigErrors,
+    known: &InputFiles,
     adjust: impl FnOnce(&mut Config),
 ) -> Result<(Config, InputFiles), Error> {
     let mut merged = with_sensors(preset, sources);
@@ -144,7 +145,7 @@ pub(super) fn resolve(
             .filter(|s| value_at(&s.table, path).is_some());
         said.into_iter().find_map(|s| s.place_of(path))
     };
-    let (inputs, unreadable) = InputFiles::read_all(&config);
+    let (inputs, unreadable) = InputFiles::read_all(&config, known);
     let problems = if unreadable.is_empty() {
         config.problems(&inputs)
     } else {

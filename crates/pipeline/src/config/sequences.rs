@@ -1,6 +1,7 @@
 //! The configs of a data set's sequences.
 
 use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use nemoral_dataset::Split;
 use nemoral_seed::{Domain, Key};
@@ -43,6 +44,9 @@ pub struct Sequences {
     /// Of each sequence, if the data set is split.
     splits: Vec<Split>,
     has_own_plants: bool,
+    /// The files that the configs made so far name. Each is read once, so that all plans of the
+    /// request see the same bytes, whatever happens to the file meanwhile.
+    files: Arc<Mutex<InputFiles>>,
 }
 
 /// A sequence of a request.
@@ -88,11 +92,13 @@ impl Sequences {
             seed: seed.map_or(Config::default().seed, i64::unsigned_abs),
             splits: Vec::new(),
             has_own_plants,
+            files: Arc::default(),
             variations,
             sources,
         };
         let (preset, sources) = sequences.layers(0)?;
-        let (config, _) = resolve(&preset, &sources, errors, |_| {})?;
+        let (config, files) = resolve(&preset, &sources, errors, &InputFiles::default(), |_| {})?;
+        sequences.files = Arc::new(Mutex::new(files));
         sequences.asked = config;
         let splits = &sequences.asked.splits;
         if splits.train + splits.val + splits.test > 0.0 {
@@ -149,8 +155,11 @@ impl Sequences {
                 config.assets.seed = self.plants_of(split);
             }
         };
-        let named = resolve(&preset, &sources, ConfigErrors::default(), adjust);
-        let (config, inputs) = named.map_err(|e| e.in_sequence(number, self.len()))?;
+        let mut known = self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        let resolved = resolve(&preset, &sources, ConfigErrors::default(), &known, adjust);
+        let (config, inputs) = resolved.map_err(|e| e.in_sequence(number, self.len()))?;
+        *known = known.and(&inputs);
+        drop(known);
         let merged = to_table(&config);
         Ok(SequenceConfig {
             number,

@@ -209,7 +209,7 @@ impl Draw {
         }
     }
 
-    /// As it is read. Weights of words are kept by repeating no word, so that they are read alike.
+    /// As it is written in a config.
     fn to_value(&self) -> Value {
         match self {
             Self::Number { low, high, whole } => {

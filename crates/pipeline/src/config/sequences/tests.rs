@@ -177,6 +177,25 @@ fn a_sequence_and_the_whole_request_can_be_made_again_from_their_toml() {
 }
 
 #[test]
+#[expect(clippy::disallowed_methods, reason = "tests write files directly")]
+fn a_file_is_read_once_for_all_sequences() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let species = folder.path().join("own.toml");
+    let text = nemoral_assets::Species::built_in_toml("beech").expect("there is a beech");
+    std::fs::write(&species, text).expect("a writable folder");
+    let sequences = of(&format!(
+        "sequences = 2\n[assets]\nown_species = {species:?}\nown_share = 1"
+    ));
+    let sequences = sequences.expect("fine");
+    std::fs::write(&species, "changed meanwhile").expect("a writable folder");
+    for k in 0..2 {
+        let SequenceConfig { config, inputs, .. } = sequences.get(k).expect("it is known");
+        let file = inputs.get(&config.assets.own_species).expect("it is named");
+        assert_eq!(file.text().expect("text"), text);
+    }
+}
+
+#[test]
 fn what_cannot_be_drawn_is_named() {
     let has = |text: &str, parts: &[&str]| {
         let message = refused(text);
@@ -210,6 +229,10 @@ fn what_cannot_be_drawn_is_named() {
     has(
         "[[vary.group.a]]\nplacement.trees = \"x\"",
         &["alternative 0: placement.trees", "[least"],
+    );
+    has(
+        "[[vary.group.a]]\noutput.ply = true",
+        &["the same in all sequences"],
     );
     has(
         "[[vary.group.a]]\nplacement.tree = 3",

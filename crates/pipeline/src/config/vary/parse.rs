@@ -65,6 +65,12 @@ fn flatten(path: &str, table: Table, out: &mut Vec<(String, Value)>) {
     }
 }
 
+/// Whether a key is the same in all sequences.
+fn is_fixed(path: &str) -> bool {
+    let table = path.split_once('.').map(|(table, _)| table);
+    FIXED.contains(&path) || table.is_some_and(|t| FIXED_TABLES.contains(&t))
+}
+
 /// What values a key may have; `None` if there is no such key.
 fn allowed(path: &str) -> Option<Allowed> {
     if path == "preset" {
@@ -83,8 +89,7 @@ fn draw(path: &str, value: &Value, source: &Source) -> Result<Draw, String> {
     if path == "seed" {
         return Err(": what is drawn is drawn from it".to_owned());
     }
-    let table = path.split_once('.').map(|(table, _)| table);
-    if FIXED.contains(&path) || table.is_some_and(|t| FIXED_TABLES.contains(&t)) {
+    if is_fixed(path) {
         return Err(": it is the same in all sequences".to_owned());
     }
     if value_at(&source.table, path).is_some() {
@@ -183,9 +188,7 @@ fn group(value: &Value, source: &Source) -> Result<Draw, String> {
         for (path, value) in flat {
             let about = |message: String| format!(", alternative {i}: {}{message}", cut(&path));
             let member = match allowed(&path) {
-                Some(allowed) if allowed.allows(&value) && !FIXED.contains(&&*path) => {
-                    Member::Fixed(value)
-                }
+                Some(allowed) if allowed.allows(&value) && !is_fixed(&path) => Member::Fixed(value),
                 // The name of a variant, which has only defaults.
                 None if value.as_table().is_some_and(Table::is_empty)
                     && section(&path).is_some() =>
