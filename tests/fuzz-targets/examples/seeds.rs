@@ -189,7 +189,8 @@ impl Seeds {
                       [cameras.rear]\nyaw_deg = 180.0\n[lidars.side]\ndevice = \"vlp-16\"\n";
         self.put("config", "ranges", ranges.as_bytes())?;
         let vary = "sequences = 9\n[splits]\ntrain = 0.5\nval = 0.25\ntest = 0.25\n\
-                    by = \"preset\"\n[vary]\npreset = { beech = 2, demo = 1 }\ncamera.sky = [true, false]\n\
+                    by = \"preset\"\n[vary]\npreset = { beech = 2, demo = 1 }\n\
+                    camera.sky = [true, false]\n\
                     [[vary.group.a]]\nweight = 2\nsky.overcast = [0, 1]\n[[vary.group.a]]\n\
                     \"lidar.spinning\" = {}\n";
         self.put("config", "vary", vary.as_bytes())?;
