@@ -306,3 +306,28 @@ fn the_reference_is_what_the_program_prints() {
         "run `nemoral config reference > docs/reference/config.md`"
     );
 }
+
+#[test]
+fn configs_of_the_guide_are_requests() {
+    let mut blocks = 0;
+    for page in ["docs/guide/many-worlds.md", "docs/guide/weather.md"] {
+        for block in pages()[page].split("```toml\n").skip(1) {
+            let config = block.split("```").next().unwrap_or_default();
+            let folder = tempfile::tempdir().expect("a folder");
+            let file = folder.path().join("guide.toml");
+            fs::write(&file, config).expect("a writable folder");
+            let layers = nemoral_pipeline::config::Layers {
+                file: Some(file),
+                ..Default::default()
+            };
+            let sequences = layers.sequences().unwrap_or_else(|e| panic!("{page}: {e}"));
+            for number in 0..sequences.len() {
+                sequences
+                    .get(number)
+                    .unwrap_or_else(|e| panic!("{page}: {e}"));
+            }
+            blocks += 1;
+        }
+    }
+    assert!(blocks > 5, "{blocks} configs");
+}
