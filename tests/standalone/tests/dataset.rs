@@ -22,24 +22,22 @@ use nemoral_scene::{
 /// A wall 8 m ahead, seen by a camera and by a LiDAR at the same place.
 fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>> {
     let intrinsics = Intrinsics::from_fov(32, 24, 1.0)?;
-    let header = DatasetHeader {
-        cameras: vec![CameraSpec {
-            name: "eye".into(),
-            intrinsics,
-            body_from_camera: RigidTransform::body_from_optical(),
-            annotations: AnnotationKinds::default(),
-            shutter: Shutter::INSTANT,
-            noisy: false,
-        }],
-        lidars: vec![LidarSpec {
-            name: "top".into(),
-            body_from_lidar: RigidTransform::IDENTITY,
-            deskewed: true,
-            pointing_errors: false,
-            ply: true,
-        }],
-        ..DatasetHeader::new("somebody", "1.0", 7, Ontology::paper())
-    };
+    let mut header = DatasetHeader::new("somebody", "1.0", 7, Ontology::paper());
+    header.sequences[0].cameras = vec![CameraSpec {
+        name: "eye".into(),
+        intrinsics,
+        body_from_camera: RigidTransform::body_from_optical(),
+        annotations: AnnotationKinds::default(),
+        shutter: Shutter::INSTANT,
+        noisy: false,
+    }];
+    header.sequences[0].lidars = vec![LidarSpec {
+        name: "top".into(),
+        body_from_lidar: RigidTransform::IDENTITY,
+        deskewed: true,
+        pointing_errors: false,
+        ply: true,
+    }];
     let pose = |index: u64| RigidTransform::from_xyz_rpy(DVec3::X * index as f64, 0.0, 0.0, 0.0);
     let whole = |value: f32| Image::new(32, 24, vec![value; 32 * 24]);
     let truth = TruthImages {
@@ -75,7 +73,8 @@ fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<
         })?;
     }
     let poses = (0..4).map(|i| (i as f64, pose(i))).collect();
-    writer.finish(&WorldTables::default(), &[Track { sequence: 0, poses }])?;
+    writer.write_sequence(&Track { sequence: 0, poses }, &WorldTables::default())?;
+    writer.finish()?;
     Ok(())
 }
 
