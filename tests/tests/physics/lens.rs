@@ -133,6 +133,7 @@ fn noise_is_on_the_picture_alone() {
 
 /// Both backends take the pipeline's pictures through a lens while the robot moves.
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
     let Some(gpu) = gpu("a lens and a shutter in the pipeline") else {
         return;
