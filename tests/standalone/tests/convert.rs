@@ -7,7 +7,7 @@
 
 use std::error::Error;
 use std::fs;
-use std::path::PathBuf;
+use std::path::Path;
 
 use nemoral_convert::{ConvertParams, FormatName, convert};
 use nemoral_dataset::{
@@ -17,7 +17,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, Ontology, RigidTransform, Twist};
 
 /// A LiDAR that drives 1 m a frame along x and measures nothing.
-fn write(out: &std::path::Path) -> Result<(), Box<dyn Error>> {
+fn write(out: &Path) -> Result<(), Box<dyn Error>> {
     let mut header = DatasetHeader::new("somebody", "1.0", 7, Ontology::paper());
     header.sequences[0].lidars = vec![LidarSpec {
         name: "top".into(),
@@ -50,29 +50,20 @@ fn write(out: &std::path::Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn folder(name: &str) -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    if path.exists() {
-        fs::remove_dir_all(&path).expect("an old folder goes");
-    }
-    path
-}
-
 #[test]
 fn poses_are_relative_to_the_first() -> Result<(), Box<dyn Error>> {
-    let (dataset, out) = (folder("drive"), folder("drive_kitti"));
+    let folder = tempfile::tempdir()?;
+    let (dataset, out) = (folder.path().join("drive"), folder.path().join("kitti"));
     write(&dataset)?;
     let done = convert(&dataset, &out, &ConvertParams::new(FormatName::Kitti))?;
     assert_eq!(done.frames, 3);
     let poses = fs::read_to_string(out.join("poses/00.txt"))?;
-    let driven_m: Vec<f64> = poses
-        .lines()
-        .map(|line| {
-            let row: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
-            assert_eq!(row.len(), 12);
-            (row[3].powi(2) + row[7].powi(2) + row[11].powi(2)).sqrt()
-        })
-        .collect();
+    let mut driven_m = Vec::new();
+    for line in poses.lines() {
+        let row: Vec<f64> = line.split(' ').map(str::parse).collect::<Result<_, _>>()?;
+        assert_eq!(row.len(), 12);
+        driven_m.push((row[3].powi(2) + row[7].powi(2) + row[11].powi(2)).sqrt());
+    }
     assert_eq!(driven_m.len(), 3);
     for (frame, driven_m) in driven_m.into_iter().enumerate() {
         assert!((driven_m - frame as f64).abs() < 1e-9, "{driven_m} m");

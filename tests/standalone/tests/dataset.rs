@@ -7,7 +7,7 @@
 
 use std::error::Error;
 use std::fs;
-use std::path::PathBuf;
+use std::path::Path;
 
 use nemoral_dataset::{
     CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, LidarData, LidarSpec, MergeParams,
@@ -20,7 +20,7 @@ use nemoral_scene::{
 };
 
 /// A wall 8 m ahead, seen by a camera and by a LiDAR at the same place.
-fn write(out: &std::path::Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>> {
+fn write(out: &Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>> {
     let intrinsics = Intrinsics::from_fov(32, 24, 1.0)?;
     let mut header = DatasetHeader::new("somebody", "1.0", 7, Ontology::paper());
     header.sequences[0].cameras = vec![CameraSpec {
@@ -104,17 +104,10 @@ fn point(i: u16) -> LidarPoint {
     }
 }
 
-fn folder(name: &str) -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    if path.exists() {
-        fs::remove_dir_all(&path).expect("an old folder goes");
-    }
-    path
-}
-
 #[test]
 fn what_is_written_is_read_checked_and_counted() -> Result<(), Box<dyn Error>> {
-    let out = folder("whole");
+    let folder = tempfile::tempdir()?;
+    let out = folder.path().join("whole");
     write(&out, 0..4)?;
     let dataset = Dataset::open(&out)?;
     assert_eq!(dataset.frames().len(), 4);
@@ -137,13 +130,14 @@ fn what_is_written_is_read_checked_and_counted() -> Result<(), Box<dyn Error>> {
 
 #[test]
 fn two_halves_make_the_whole() -> Result<(), Box<dyn Error>> {
-    let (whole, first, second) = (folder("all"), folder("first"), folder("second"));
+    let folder = tempfile::tempdir()?;
+    let [whole, first, second, merged] =
+        ["whole", "first", "second", "merged"].map(|name| folder.path().join(name));
     write(&whole, 0..4)?;
     write(&first, 0..2)?;
     write(&second, 2..4)?;
-    let merged = folder("merged");
     merge(&[&second, &first], &merged, MergeParams::default())?;
-    let manifest = |folder: &PathBuf| fs::read(folder.join("dataset.json"));
+    let manifest = |dataset: &Path| fs::read(dataset.join("dataset.json"));
     // The manifest has the checksums of all files.
     assert_eq!(manifest(&merged)?, manifest(&whole)?);
     assert!(check(&merged)?.passed());
@@ -152,7 +146,8 @@ fn two_halves_make_the_whole() -> Result<(), Box<dyn Error>> {
 
 #[test]
 fn a_folder_of_somebody_elses_is_left_alone() -> Result<(), Box<dyn Error>> {
-    let out = folder("thesis");
+    let folder = tempfile::tempdir()?;
+    let out = folder.path().join("thesis");
     fs::create_dir_all(&out)?;
     fs::write(out.join("thesis.tex"), "text")?;
     let error = write(&out, 0..1).expect_err("it is not empty");

@@ -29,7 +29,6 @@ impl Observer for Notes {
 }
 
 #[test]
-#[ignore = "a minute: .ci/full runs it"]
 fn a_frame_drawn_ahead_is_that_drawn_in_turn() {
     ahead_is_in_turn(&[0, 3]);
 }
