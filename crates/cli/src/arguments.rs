@@ -40,6 +40,8 @@ pub(crate) enum Command {
     Check(Folder),
     /// Counts what a data set holds.
     Stats(Folder),
+    /// Makes one HTML page that shows a data set: frames, scans, inventory, map, warnings.
+    Report(Report),
     /// Joins shards into one data set.
     Merge(Merge),
     /// Joins all scans of a data set into one registered, labelled cloud.
@@ -295,6 +297,15 @@ pub(crate) enum Graph {
 pub(crate) struct Folder {
     /// The data set.
     pub(crate) dir: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Report {
+    /// The data set.
+    pub(crate) dir: PathBuf,
+    /// The page, which opens from disk in any browser.
+    #[arg(long, short, value_name = "FILE", default_value = "report.html")]
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Args, Debug)]

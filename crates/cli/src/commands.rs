@@ -58,6 +58,19 @@ impl From<nemoral_convert::Error> for Failure {
     }
 }
 
+impl From<nemoral_report::Error> for Failure {
+    fn from(error: nemoral_report::Error) -> Self {
+        let is_request = error.is_request();
+        match error {
+            nemoral_report::Error::Dataset(e) => e.into(),
+            error => Self {
+                message: error.to_string(),
+                is_request,
+            },
+        }
+    }
+}
+
 /// The commands themselves write to standard output alone, so an I/O error is about that.
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
@@ -89,6 +102,12 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
         }
         Command::Stats(Folder { dir }) => {
             say(nemoral_dataset::stats(&dir)?.to_string().trim_end())?;
+            Ok(true)
+        }
+        Command::Report(a) => {
+            let made = nemoral_report::report(&a.dir, &a.out)?;
+            let (out, mb) = (a.out.display(), made.bytes as f64 / 1e6);
+            say(&format!("{} frames in {out}, {mb:.1} MB", made.frames))?;
             Ok(true)
         }
         Command::Cloud(a) => {

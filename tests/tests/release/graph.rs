@@ -27,8 +27,8 @@ const STAGES: [&str; 11] = [
     "nemoral-trajectory",
 ];
 
-/// The converter, which reads data sets and knows how they are made no more than their readers do.
-const CONVERT: &str = "nemoral-convert";
+/// The crates that read data sets and know how they are made no more than their readers do.
+const READERS: [&str; 2] = ["nemoral-convert", "nemoral-report"];
 
 /// The engine of plans, which depends on files alone.
 const PLAN: &str = "nemoral-plan";
@@ -155,11 +155,14 @@ fn stage_crates_know_only_scene_seed_and_files() {
         let known = find(&all, name).ours(&["normal", "build"]);
         assert!(known.is_empty(), "{name}: {known:?}");
     }
-    let convert = find(&all, CONVERT).ours(&["normal", "build", "dev"]);
-    assert_eq!(
-        convert,
-        BTreeSet::from(["nemoral-dataset", "nemoral-files", "nemoral-scene"])
-    );
+    for name in READERS {
+        let known = find(&all, name).ours(&["normal", "build", "dev"]);
+        assert_eq!(
+            known,
+            BTreeSet::from(["nemoral-dataset", "nemoral-files", "nemoral-scene"]),
+            "{name}"
+        );
+    }
     // This includes its tests and examples.
     let plan = find(&all, PLAN).ours(&["normal", "build", "dev"]);
     assert_eq!(plan, BTreeSet::from(["nemoral-files"]));
@@ -174,12 +177,8 @@ fn the_pipeline_wires_and_the_program_only_asks() {
         "{pipeline:?}"
     );
     let cli = find(&all, "nemoral-cli").ours(&["normal", "build"]);
-    let allowed = BTreeSet::from([
-        CONVERT,
-        "nemoral-dataset",
-        "nemoral-files",
-        "nemoral-pipeline",
-    ]);
+    let mut allowed = BTreeSet::from(READERS);
+    allowed.extend(["nemoral-dataset", "nemoral-files", "nemoral-pipeline"]);
     assert!(cli.is_subset(&allowed), "{cli:?}");
     for package in &all {
         let known = package.ours(&["normal", "build"]);
@@ -195,7 +194,8 @@ fn the_pipeline_wires_and_the_program_only_asks() {
     let known: BTreeSet<&str> = STAGES
         .into_iter()
         .chain(LEAVES)
-        .chain([PLAN, CONVERT, "nemoral-pipeline", "nemoral-cli"])
+        .chain(READERS)
+        .chain([PLAN, "nemoral-pipeline", "nemoral-cli"])
         .collect();
     let names: BTreeSet<&str> = all.iter().map(|p| &*p.name).collect();
     assert_eq!(names, known);

@@ -1,0 +1,205 @@
+//! What the page shows of the whole data set.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nemoral_dataset::{Dataset, Quantiles, Stats};
+use serde::Serialize;
+
+use crate::{Error, MAX_THUMBNAILS, MAX_TREES, maps, spread, warnings};
+
+/// The page's main data.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary {
+    name: String,
+    generator: String,
+    backend: String,
+    licence: String,
+    seed: String,
+    bytes: u64,
+    config: String,
+    warnings: Vec<String>,
+    classes: Vec<Class>,
+    quantiles: Vec<(&'static str, Option<[f64; 5]>)>,
+    species: Vec<String>,
+    depth: DepthScale,
+    trees_total: usize,
+    trees_shown: usize,
+    sequences: Vec<Sequence>,
+    frames: Vec<Frame>,
+}
+
+#[derive(Debug, Serialize)]
+struct Class {
+    id: u8,
+    name: String,
+    colour: [u8; 3],
+    pixels: u64,
+    points: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct DepthScale {
+    far_m: f32,
+    palette: Vec<[u8; 3]>,
+}
+
+#[derive(Debug, Serialize)]
+struct Sequence {
+    number: u32,
+    seed: String,
+    split: Option<&'static str>,
+    drawn: BTreeMap<String, serde_json::Value>,
+    /// LiDAR points by class id.
+    points: BTreeMap<u8, u64>,
+    /// Species, east, north, DBH, height, crown radius; metres.
+    trees: Vec<(usize, f32, f32, f32, f32, f32)>,
+    /// Trees by species.
+    counts: BTreeMap<usize, usize>,
+}
+
+#[derive(Debug, Serialize)]
+struct Frame {
+    sequence: u32,
+    index: u64,
+    time_s: f64,
+    /// East and north of the body, metres.
+    at: [f32; 2],
+    /// Its place among the frames with all maps.
+    whole: Option<usize>,
+    thumbnail: Option<String>,
+}
+
+fn rounded(v: f64) -> f32 {
+    ((v * 100.0).round() / 100.0) as f32
+}
+
+/// Reads what is needed of every file; `whole` are the frames that have all their maps.
+pub(crate) fn summary(dataset: &Dataset, whole: &[usize]) -> Result<Summary, Error> {
+    let stats = nemoral_dataset::stats(dataset.root())?;
+    let manifest = dataset.manifest();
+    let header = &manifest.header;
+    let frames = dataset.frames();
+    let pictured: BTreeSet<usize> = spread(frames.len(), MAX_THUMBNAILS)
+        .into_iter()
+        .chain(whole.iter().copied())
+        .collect();
+    let mut brightness = Vec::new();
+    let mut shown = Vec::new();
+    for (i, frame) in frames.iter().enumerate() {
+        let has_camera = !dataset.sequence_of(frame).cameras.is_empty();
+        let thumbnail = if has_camera && pictured.contains(&i) {
+            let (thumbnail, bright) = maps::thumbnail(&dataset.picture(frame, 0)?);
+            brightness.push(bright);
+            Some(thumbnail)
+        } else {
+            None
+        };
+        let at = frame.world_from_body().translation_m;
+        shown.push(Frame {
+            sequence: frame.sequence,
+            index: frame.index,
+            time_s: frame.time_s,
+            at: [rounded(at.x), rounded(at.y)],
+            whole: whole.binary_search(&i).ok(),
+            thumbnail,
+        });
+    }
+    let mut species = Vec::new();
+    let mut sequences = Vec::new();
+    // An even choice of trees, of the same share in each sequence.
+    let every = stats.trees.div_ceil(MAX_TREES).max(1);
+    for track in &manifest.tracks {
+        let spec = header
+            .sequence(track.sequence)
+            .expect("tracks are of sequences");
+        let mut trees = Vec::new();
+        let mut counts = BTreeMap::new();
+        for (i, tree) in dataset.trees(track.sequence)?.into_iter().enumerate() {
+            let known = species.iter().position(|s| *s == tree.species);
+            let kind = known.unwrap_or_else(|| {
+                species.push(tree.species.clone());
+                species.len() - 1
+            });
+            *counts.entry(kind).or_default() += 1;
+            if i % every == 0 {
+                trees.push((
+                    kind,
+                    rounded(tree.position_m.x),
+                    rounded(tree.position_m.y),
+                    tree.dbh_m as f32,
+                    rounded(tree.height_m),
+                    rounded(tree.crown_radius_m),
+                ));
+            }
+        }
+        let mut points = BTreeMap::new();
+        for frame in frames.iter().filter(|f| f.sequence == track.sequence) {
+            for (&class, n) in &frame.point_classes {
+                *points.entry(class).or_default() += n;
+            }
+        }
+        sequences.push(Sequence {
+            number: track.sequence,
+            // A number of JavaScript has no room for it.
+            seed: spec.seed.to_string(),
+            split: spec.split.map(|s| s.name()),
+            drawn: spec.drawn.clone(),
+            points,
+            trees,
+            counts,
+        });
+    }
+    let root = dataset.root();
+    let name = root.canonicalize().ok();
+    let name = name.as_deref().unwrap_or(root).file_name();
+    Ok(Summary {
+        name: name.map_or("data set".into(), |n| n.to_string_lossy().into_owned()),
+        generator: format!("{} {}", header.generator, header.version),
+        backend: header.backend.clone(),
+        licence: header.licence.clone(),
+        seed: header.seed.to_string(),
+        bytes: stats.bytes,
+        config: header.config_toml.clone(),
+        warnings: warnings::warnings(dataset, &stats, &brightness),
+        quantiles: quantiles(&stats),
+        classes: classes(dataset, &stats),
+        species,
+        depth: DepthScale {
+            far_m: maps::FAR_M,
+            palette: maps::depth_palette().to_vec(),
+        },
+        trees_total: stats.trees,
+        trees_shown: sequences.iter().map(|s| s.trees.len()).sum(),
+        sequences,
+        frames: shown,
+    })
+}
+
+fn classes(dataset: &Dataset, stats: &Stats) -> Vec<Class> {
+    let classes = dataset.manifest().header.ontology.classes().iter();
+    let counted = classes.zip(&stats.classes);
+    counted
+        .map(|(class, share)| Class {
+            id: class.id,
+            name: class.name.clone(),
+            colour: class.colour,
+            pixels: share.pixels,
+            points: share.points,
+        })
+        .collect()
+}
+
+fn quantiles(stats: &Stats) -> Vec<(&'static str, Option<[f64; 5]>)> {
+    let row = |q: Quantiles| [q.min, q.p05, q.median, q.p95, q.max];
+    let percent = |q: Quantiles| row(q).map(|v| 100.0 * v);
+    vec![
+        ("Diameter at breast height, m", stats.dbh_m.map(row)),
+        ("Height of trees, m", stats.tree_height_m.map(row)),
+        ("Depth of pixels, m", stats.depth_m.map(row)),
+        ("Range of points, m", stats.range_m.map(row)),
+        (
+            "Points seen in the frame before, %",
+            stats.overlap.map(percent),
+        ),
+    ]
+}

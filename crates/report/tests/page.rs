@@ -1,0 +1,163 @@
+//! Pages of small data sets: what is on them, and what is refused.
+
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests, examples and benchmarks use files directly"
+)]
+
+use std::fs;
+use std::path::Path;
+
+use nemoral_dataset::{
+    CameraData, CameraSpec, DatasetHeader, FrameData, LidarData, LidarSpec, OpenMode, Track,
+    WorldTables, Writer,
+};
+use nemoral_report::{Error, MAX_WHOLE_FRAMES, report};
+use nemoral_scene::glam::{DVec3, Vec3};
+use nemoral_scene::{
+    AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, ObjectId, Ontology,
+    RigidTransform, Semantic, Shutter, TruthImages, Twist,
+};
+use serde_json::Value;
+
+const HOSTILE: &str = "# </script><script>alert(1)</script> <!-- \u{2028} \"'";
+
+fn write(out: &Path, frames: u64, of: u64) {
+    let mut header = DatasetHeader::new("somebody", "1.0", u64::MAX, Ontology::paper());
+    header.licence = HOSTILE.into();
+    header.config_toml = HOSTILE.into();
+    header.sequences[0].cameras = vec![CameraSpec {
+        name: "eye".into(),
+        intrinsics: Intrinsics::from_fov(32, 24, 1.0).expect("a camera"),
+        body_from_camera: RigidTransform::body_from_optical(),
+        annotations: AnnotationKinds::default(),
+        shutter: Shutter::INSTANT,
+        noisy: false,
+    }];
+    header.sequences[0].lidars = vec![LidarSpec {
+        name: "top".into(),
+        body_from_lidar: RigidTransform::IDENTITY,
+        deskewed: true,
+        pointing_errors: false,
+        ply: true,
+    }];
+    let whole = |value: f32| Image::new(32, 24, vec![value; 32 * 24]);
+    let truth = TruthImages {
+        semantic: whole(0.0).map(|_| Semantic::Rock),
+        object: whole(0.0).map(|_| ObjectId::NONE),
+        depth_m: whole(8.0),
+        normal: whole(0.0).map(|_| Vec3::NEG_Z),
+    };
+    let pose = |index: u64| RigidTransform::from_xyz_rpy(DVec3::X * index as f64, 0.0, 0.0, 0.0);
+    let writer = Writer::create(out, OpenMode::Fresh, header).expect("a new folder");
+    let (rgb, annotations) = (whole(0.0).map(|_| [90, 80, 70]), Annotations::default());
+    for index in 0..frames {
+        let frame = FrameData {
+            sequence: 0,
+            index,
+            time_s: index as f64,
+            world_from_body: pose(index),
+            body_motion: Twist::STILL,
+            cameras: vec![CameraData {
+                name: "eye",
+                rgb: &rgb,
+                radiance: None,
+                truth: &truth,
+                annotations: &annotations,
+            }],
+            lidars: vec![LidarData {
+                name: "top",
+                points: &[],
+                sensor_chunk: ChunkCoord::new(0, 0),
+            }],
+            frame_key: [0; 32],
+        };
+        writer.write_frame(&frame).expect("it fits its header");
+    }
+    let poses = (0..of).map(|i| (i as f64, pose(i))).collect();
+    let track = Track { sequence: 0, poses };
+    let tables = WorldTables::default();
+    writer.write_sequence(&track, &tables).expect("a track");
+    writer.finish().expect("all is there");
+}
+
+/// The blocks of JSON of a page, by id.
+fn blocks(page: &str) -> Vec<(String, Value)> {
+    let blocks = page
+        .split("<script type=\"application/json\" id=\"")
+        .skip(1);
+    blocks
+        .map(|block| {
+            let (id, rest) = block.split_once("\">").expect("an id");
+            let (json, _) = rest.split_once("</script>").expect("an end");
+            (id.to_owned(), serde_json::from_str(json).expect("JSON"))
+        })
+        .collect()
+}
+
+#[test]
+fn a_page_has_all_frames_and_loads_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (dataset, out) = (folder.path().join("d"), folder.path().join("d.html"));
+    write(&dataset, 30, 31);
+    let made = report(&dataset, &out).expect("a page");
+    let page = fs::read_to_string(&out).expect("a file");
+    assert_eq!((made.frames, made.bytes), (30, page.len()));
+    let blocks = blocks(&page);
+    assert_eq!(blocks.len(), 1 + MAX_WHOLE_FRAMES);
+    let summary = &blocks[0].1;
+    assert_eq!(summary["name"], "d");
+    // A number of JavaScript would be rounded.
+    assert_eq!(summary["seed"], "18446744073709551615");
+    let frames = summary["frames"].as_array().expect("frames");
+    assert_eq!(frames.len(), 30);
+    let whole: Vec<u64> = frames.iter().filter_map(|f| f["whole"].as_u64()).collect();
+    assert_eq!(whole, (0..MAX_WHOLE_FRAMES as u64).collect::<Vec<_>>());
+    let pictured = frames.iter().filter(|f| f["thumbnail"].is_string());
+    assert_eq!(pictured.count(), 30);
+    for (id, block) in &blocks[1..] {
+        let maps = block["views"][0]["maps"].as_array().expect("maps");
+        let names: Vec<&str> = maps.iter().filter_map(|m| m["name"].as_str()).collect();
+        let expected = ["Picture", "Classes", "Instances", "Depth", "Normals"];
+        assert_eq!(names, expected, "{id}");
+        let inside = |m: &Value| {
+            m["src"]
+                .as_str()
+                .is_some_and(|s| s.starts_with("data:image/"))
+        };
+        assert!(maps.iter().all(inside));
+        assert_eq!(block["scans"][0]["total"], 0);
+    }
+    let warnings = summary["warnings"].to_string();
+    for expected in [
+        "30 of the 31 frames",
+        "100 % of all pixels are Rocks",
+        "30 of 30 frames have no LiDAR point",
+        "No pixel and no point is of Background",
+    ] {
+        assert!(warnings.contains(expected), "{expected}: {warnings}");
+    }
+    assert!(page.contains("default-src 'none'"));
+    // The texts of the data set are there, and are no markup.
+    assert_eq!(summary["config"], HOSTILE);
+    assert!(!page.contains("<script>alert"));
+
+    let again = folder.path().join("again.html");
+    report(&dataset, &again).expect("a page");
+    assert_eq!(fs::read_to_string(again).expect("a file"), page);
+}
+
+#[test]
+fn a_page_neither_hides_damage_nor_lies_among_the_data() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (dataset, out) = (folder.path().join("d"), folder.path().join("d.html"));
+    write(&dataset, 1, 1);
+    let inside = report(&dataset, &dataset.join("report.html"));
+    assert!(matches!(inside, Err(Error::Inside { .. })), "{inside:?}");
+    let name = report(&dataset, &folder.path().join("report.png"));
+    assert!(matches!(name, Err(Error::Name { .. })), "{name:?}");
+    fs::write(dataset.join("sequences/00/depth/000000.png"), "none").expect("a file");
+    let error = report(&dataset, &out).expect_err("a damaged file");
+    assert!(error.to_string().contains("depth/000000.png"), "{error}");
+    assert!(!out.exists());
+}

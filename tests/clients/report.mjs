@@ -1,0 +1,77 @@
+// Clicks through the page that `nemoral report` made of a data set with boxes, in Chromium:
+//     node report.mjs PAGE.html FOLDER-FOR-SCREENSHOTS CHROMIUM
+// Needs the npm package puppeteer-core 25. The page may not ask the network for anything.
+import puppeteer from "puppeteer-core";
+import { pathToFileURL } from "node:url";
+const [page, out, executablePath] = process.argv.slice(2);
+const args = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"];
+const browser = await puppeteer.launch({ executablePath, args });
+const problems = [];
+const open = async (width, height, dark, mobile = false) => {
+  const p = await browser.newPage();
+  p.on("pageerror", (e) => problems.push(String(e)));
+  const isAside = (m) => !["error", "warn"].includes(m.type()) || /GPU stall|GL Driver/.test(m.text());
+  p.on("console", (m) => isAside(m) || problems.push(m.text()));
+  p.on("request", (r) => /^https?:/.test(r.url()) && problems.push("request " + r.url()));
+  await p.setViewport({ width, height, isMobile: mobile, hasTouch: mobile, deviceScaleFactor: 1 });
+  await p.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
+  await p.goto(pathToFileURL(page), { waitUntil: "load" });
+  await new Promise((r) => setTimeout(r, 1500));
+  return p;
+};
+const say = (what, ok) => { console.log(ok ? "ok  " : "FAIL", what); if (!ok) problems.push(what); };
+let p = await open(1280, 900, false);
+const text = (id) => p.$eval("#" + id, (e) => e.textContent);
+const src = (id) => p.$eval("#" + id, (e) => e.src);
+const first = await text("which");
+await p.screenshot({ path: `${out}/desktop.png`, fullPage: true });
+await p.click("#after");
+say("the next frame is another", (await text("which")) !== first);
+await p.keyboard.press("ArrowLeft");
+say("a focused button leaves arrow keys to the page", (await text("which")) === first);
+const before = await src("over");
+await p.select("#left", "Depth");
+say("another map is shown", (await src("over")) !== before);
+const box = await (await p.$("#viewer")).boundingBox();
+await p.mouse.click(box.x + box.width * 0.25, box.y + 50);
+say("the slider follows the pointer", Math.abs((await p.$eval("#slide", (e) => +e.value)) - 250) < 10);
+await p.mouse.move(box.x + box.width * 0.6, box.y + box.height * 0.8);
+console.log("     pixel:", await text("pixel"));
+say("a pixel has class and depth", / m$/.test(await text("pixel")));
+await p.click("#boxes");
+say("boxes are drawn", (await p.$$("#outlines rect")).length > 0);
+const drawn = () => p.$eval("#cloud", (c) => { drawScan(); return c.toDataURL(); });
+for (const by of ["instance", "intensity", "height", "range", "time"]) {
+  const was = await drawn();
+  await p.select("#colour", by);
+  say(`a scan by ${by} is another picture`, (await drawn()) !== was);
+}
+const all = await drawn();
+await p.click("#legend button");
+say("a class goes", (await drawn()) !== all);
+const turned = await drawn();
+const cloud = await (await p.$("#cloud")).boundingBox();
+await p.mouse.move(cloud.x + 300, cloud.y + 200);
+await p.mouse.down();
+await p.mouse.move(cloud.x + 450, cloud.y + 240, { steps: 4 });
+await p.mouse.up();
+say("the scan turns", (await drawn()) !== turned);
+await p.select("#colour", "class");
+await p.$eval("#frames", (e) => e.scrollIntoView({ behavior: "instant" }));
+await p.screenshot({ path: `${out}/frames.png` });
+await p.$eval("#scan", (e) => e.scrollIntoView({ behavior: "instant" }));
+await p.screenshot({ path: `${out}/scan.png` });
+const options = await p.$$eval("#world option", (o) => o.map((e) => e.value));
+await p.select("#world", options.at(-1));
+await new Promise((r) => setTimeout(r, 300));
+say("choosing a world goes to its frames", (await text("which")).includes(`sequence ${options.at(-1)}`));
+await p.$eval("#map", (e) => e.scrollIntoView({ behavior: "instant" }));
+await p.screenshot({ path: `${out}/map.png` });
+p = await open(1280, 900, true);
+await p.screenshot({ path: `${out}/dark.png` });
+p = await open(390, 844, false, true);
+say("nothing is wider than a phone", await p.evaluate(() => document.documentElement.scrollWidth <= 390));
+await p.screenshot({ path: `${out}/phone.png`, fullPage: true });
+await browser.close();
+console.log(problems.length, "problems", problems.join("\n"));
+process.exit(problems.length ? 1 : 0);
