@@ -23,7 +23,9 @@ mod tree;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
-pub use library::{AssetParams, Library, PlantAsset, StandParams, StandSpecies, TreeAsset};
+pub use library::{
+    AssetParams, Deadwood, Library, LogAsset, PlantAsset, StandParams, StandSpecies, TreeAsset,
+};
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;
 pub use serialize::DeserializeError;

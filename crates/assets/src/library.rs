@@ -1,5 +1,6 @@
 //! The library: everything a world is made of, grown from one key.
 
+mod deadwood;
 mod plants;
 
 use std::sync::Arc;
@@ -8,6 +9,7 @@ use nemoral_scene::{MaterialLibrary, Prototype};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
+pub use self::deadwood::{Deadwood, LogAsset};
 use self::plants::PlantGrower;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::materials::{GroundMaterials, WorldMaterials};
@@ -33,6 +35,8 @@ pub struct AssetParams {
     pub seedlings_per_species: u32,
     /// Different standing dead trees of each species, 0..=64, as thick as the stand's.
     pub snags_per_species: u32,
+    /// Whether logs, root plates, branches and brash are made.
+    pub deadwood: bool,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
@@ -123,6 +127,8 @@ pub struct Library {
     pub trail_tufts: Vec<PlantAsset>,
     /// Loose stones for trails.
     pub trail_stones: Vec<PlantAsset>,
+    /// What lies of dead trees; nothing if it was not asked for.
+    pub deadwood: Deadwood,
     /// The ground.
     pub ground: GroundMaterials,
 }
@@ -144,6 +150,7 @@ impl Default for AssetParams {
             saplings_per_species: 0,
             seedlings_per_species: 0,
             snags_per_species: 0,
+            deadwood: false,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
         }
@@ -209,7 +216,12 @@ impl Library {
     pub fn grow(params: &AssetParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
-        let materials = WorldMaterials::bake(&species, params.seedlings_per_species > 0, key);
+        let materials = WorldMaterials::bake(
+            &species,
+            params.seedlings_per_species > 0,
+            params.deadwood,
+            key,
+        );
         let masks = MaskCoverage::of(&materials.library);
         let grower = TreeGrower {
             params,
@@ -243,6 +255,9 @@ impl Library {
             litter: plants.litter(),
             trail_tufts: plants.trail_tufts(),
             trail_stones: plants.trail_stones(),
+            deadwood: (materials.deadwood.as_ref())
+                .map(|of| plants.deadwood(&params.species, of))
+                .unwrap_or_default(),
             ground: materials.ground,
             materials: materials.library,
         })

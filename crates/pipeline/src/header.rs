@@ -73,6 +73,7 @@ fn sequence_spec(sequence: &SequenceConfig, forest: &ForestPlan) -> Result<Seque
         split: sequence.split,
         drawn: drawn.collect(),
         chunk_size_m: config.chunks.size_m,
+        has_deadwood: config.deadwood.has_objects(),
         depth_format: if config.output.depth_npy {
             DepthFormat::Npy
         } else {

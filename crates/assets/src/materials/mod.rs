@@ -1,5 +1,6 @@
 //! All materials of a world, baked and registered.
 
+mod deadwood;
 mod foliage;
 mod ground;
 pub(crate) mod optics;
@@ -13,6 +14,7 @@ use nemoral_scene::{MaterialId, MaterialLibrary, Semantic, Texture};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
+use self::deadwood::DeadwoodTextures;
 use self::foliage::{KINDS, leaf_images, register_cards};
 use self::ground::{bake_floors, bake_trails, register_ground};
 use self::solid::{SolidTextures, register_stump, solid};
@@ -20,6 +22,7 @@ use self::trees::register_tree;
 use crate::cards::card_raster::CardImage;
 use crate::tree::{FoliageCard, Species, TreeMaterials};
 
+pub(crate) use self::deadwood::{DeadwoodMaterials, LogMaterials, RootPlateMaterials};
 pub use self::ground::{GroundMaterials, TrailMaterials};
 pub(crate) use self::seedling::SeedlingMaterials;
 pub(crate) use self::solid::StumpMaterials;
@@ -37,6 +40,8 @@ pub(crate) struct WorldMaterials {
     pub(crate) stumps: Vec<StumpMaterials>,
     /// The materials of the seedlings of each species; empty without seedlings.
     pub(crate) seedlings: Vec<SeedlingMaterials>,
+    /// The materials of deadwood, if there is any.
+    pub(crate) deadwood: Option<DeadwoodMaterials>,
     pub(crate) ground: GroundMaterials,
     pub(crate) rock: MaterialId,
     pub(crate) stone: MaterialId,
@@ -63,8 +68,8 @@ pub(crate) struct WorldMaterials {
 
 impl WorldMaterials {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
-    /// The materials of seedlings are made if `seedlings` says so.
-    pub(crate) fn bake(species: &[Species], seedlings: bool, key: Key) -> Self {
+    /// The materials of seedlings and of deadwood are made if `seedlings` and `deadwood` say so.
+    pub(crate) fn bake(species: &[Species], seedlings: bool, deadwood: bool, key: Key) -> Self {
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
@@ -74,7 +79,7 @@ impl WorldMaterials {
                     || bake_floors(textures.item(200)),
                     || {
                         rayon::join(
-                            || SolidTextures::bake(species, textures.item(300)),
+                            || SolidTextures::bake(species, deadwood, textures.item(300)),
                             || {
                                 let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
                                 let trees = species.par_iter().map(|s| {
@@ -93,7 +98,8 @@ impl WorldMaterials {
             .filter(|_| seedlings)
             .map(|s| seedling::images(&s.leaves, cards.domain(Domain::new(&s.name))))
             .collect();
-        Self::register(species, trails, floors, solids, images, leaves, young)
+        let dead = deadwood.then(|| DeadwoodTextures::bake(textures.item(400)));
+        Self::register(species, trails, floors, solids, images, leaves, young, dead)
     }
 
     fn register(
@@ -104,6 +110,7 @@ impl WorldMaterials {
         images: Vec<Vec<Vec<CardImage>>>,
         leaves: Vec<Vec<CardImage>>,
         young: Vec<Vec<CardImage>>,
+        dead: Option<DeadwoodTextures>,
     ) -> Self {
         let mut library = MaterialLibrary::new();
         let ground = register_ground(&mut library, floors, trails);
@@ -192,14 +199,18 @@ impl WorldMaterials {
         );
         stone.tile_m = 0.5;
         let stone = library.add(stone);
-        // Seedlings come last, so that all other materials have the same number with and without
-        // them.
+        // Seedlings and deadwood come last, so that all other materials have the same number with
+        // and without them.
         let of_species = species.iter().zip(&solids.barks).zip(young);
         let seedlings = of_species
             .map(|((s, barks), young)| seedling::register(&mut library, s, barks, young))
             .collect();
+        let deadwood = dead.map(|textures| {
+            DeadwoodMaterials::register(&mut library, species, &solids, &textures, &ground)
+        });
         Self {
             library,
+            deadwood,
             trees,
             stumps,
             seedlings,

@@ -36,7 +36,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
     );
     type Output = UndergrowthGeometry;
     const ID: &'static str = "chunk.undergrowth_geometry";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self { chunk_size_m } = self;

@@ -13,6 +13,7 @@ pub(crate) struct Recipe {
     assets: config::Assets,
     saplings: bool,
     seedlings: bool,
+    deadwood: bool,
     inputs: InputFiles,
 }
 
@@ -22,6 +23,7 @@ impl Encode for Recipe {
             assets,
             saplings,
             seedlings,
+            deadwood,
             inputs: _,
         } = self;
         let config::Assets {
@@ -70,6 +72,7 @@ impl Encode for Recipe {
         encoder.field("snags", snags);
         encoder.field("saplings", saplings);
         encoder.field("seedlings", seedlings);
+        encoder.field("deadwood", deadwood);
     }
 }
 
@@ -88,6 +91,7 @@ impl Recipe {
             assets: config.assets.clone(),
             saplings: config.placement.regeneration.saplings > 0.0,
             seedlings: config.placement.regeneration.seedlings > 0.0,
+            deadwood: config.deadwood.is_any(),
             inputs: inputs.clone(),
         }
     }
@@ -145,6 +149,11 @@ impl Recipe {
         Ok(sum / total)
     }
 
+    /// Mean diameter of the stand's trees at breast height, metres.
+    pub(crate) fn dbh_mean_m(&self) -> f64 {
+        self.assets.dbh_mean_m
+    }
+
     /// The share of standing trees that are dead.
     pub(crate) fn snag_share(&self) -> f64 {
         self.assets.snags
@@ -165,6 +174,7 @@ impl Recipe {
                 0
             },
             seedlings_per_species: if self.seedlings { SEEDLINGS } else { 0 },
+            deadwood: self.deadwood,
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,
