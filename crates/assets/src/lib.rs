@@ -24,7 +24,8 @@ mod tree;
 struct ReadmeDoctests;
 
 pub use library::{
-    AssetParams, Deadwood, Library, LogAsset, PlantAsset, StandParams, StandSpecies, TreeAsset,
+    AssetParams, Climbers, Deadwood, Library, LogAsset, PlantAsset, StandParams, StandSpecies,
+    StemMoss, TreeAsset, TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;

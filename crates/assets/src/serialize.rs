@@ -10,7 +10,8 @@ use nemoral_scene::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Deadwood, GroundMaterials, Library, LogAsset, PlantAsset, SizeClass, TreeAsset, TreeSize,
+    Climbers, Deadwood, GroundMaterials, Library, LogAsset, PlantAsset, SizeClass, TreeAsset,
+    TreeClimbers, TreeSize,
 };
 
 /// Why bytes are not those of a [`Library`].
@@ -46,9 +47,11 @@ struct StoredLibrary<'a> {
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
-    plants: [Vec<StoredPlant<'a>>; 13],
+    plants: [Vec<StoredPlant<'a>>; 14],
     /// Logs, and stems of thrown trees.
     logs: [Vec<StoredLog<'a>>; 2],
+    /// Ivy and moss of each tree, and of each snag.
+    climbers: [Vec<[Vec<StoredShape<'a>>; 2]>; 2],
     ground: Cow<'a, GroundMaterials>,
 }
 
@@ -153,8 +156,11 @@ impl Library {
                 &self.deadwood.root_plates,
                 &self.deadwood.branches,
                 &self.deadwood.brash,
+                &self.climbers.carpets,
             ]
             .map(|plants| plants.iter().map(StoredPlant::of).collect()),
+            climbers: [&self.climbers.trees, &self.climbers.snags]
+                .map(|trees| trees.iter().map(stored_climbers).collect()),
             logs: [&self.deadwood.logs, &self.deadwood.thrown]
                 .map(|logs| logs.iter().map(StoredLog::of).collect()),
             ground: Cow::Borrowed(&self.ground),
@@ -210,7 +216,21 @@ impl Library {
             root_plates,
             branches,
             brash,
+            carpets,
         ] = plants;
+        let [on_trees, on_snags] = stored.climbers.map(|trees| {
+            let trees = trees.into_iter().map(|shapes| {
+                let [ivy, moss] = shapes.map(|shapes| {
+                    let shapes = shapes.into_iter().map(|s| s.restore(&materials));
+                    shapes.collect::<Result<Vec<_>, _>>()
+                });
+                Ok(TreeClimbers {
+                    ivy: ivy?,
+                    moss: moss?,
+                })
+            });
+            trees.collect::<Result<Vec<_>, DeserializeError>>()
+        });
         let [logs, thrown] = stored.logs.map(|logs| {
             let logs = logs.into_iter().map(|log| log.restore(&materials));
             logs.collect::<Result<Vec<_>, _>>()
@@ -229,6 +249,11 @@ impl Library {
             litter: litter?,
             trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
+            climbers: Climbers {
+                trees: on_trees?,
+                snags: on_snags?,
+                carpets: carpets?,
+            },
             deadwood: Deadwood {
                 logs: logs?,
                 thrown: thrown?,
@@ -341,6 +366,11 @@ impl<'a> StoredPlant<'a> {
     }
 }
 
+/// Ivy and moss of a tree.
+fn stored_climbers(tree: &TreeClimbers) -> [Vec<StoredShape<'_>>; 2] {
+    [&tree.ivy, &tree.moss].map(|shapes| shapes.iter().map(|s| StoredShape::of(s)).collect())
+}
+
 impl<'a> StoredLog<'a> {
     fn of(log: &'a LogAsset) -> Self {
         Self {
@@ -382,6 +412,10 @@ mod tests {
             seedlings_per_species: 1,
             snags_per_species: 1,
             deadwood: true,
+            climbers: Some(crate::StemMoss {
+                amount: 1.0,
+                height_m: 1.0,
+            }),
             ..AssetParams::default()
         };
         let library = Library::grow(&params, Key::world(3)).expect("valid");

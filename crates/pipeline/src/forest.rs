@@ -179,13 +179,14 @@ impl ForestPlan {
         let undergrowth = plan.add(UndergrowthStage, (flora.global(), ground, sky_view_factor));
         let seedlings = plan.add(SeedlingStage::new(config), (world, ground, sky_view_factor));
         let undergrowth_geometry = plan.add(
-            UndergrowthGeometryStage { chunk_size_m },
+            UndergrowthGeometryStage::new(config),
             (
                 assets.global(),
                 ground_model.global(),
                 ground,
                 undergrowth,
                 seedlings,
+                objects,
             ),
         );
 

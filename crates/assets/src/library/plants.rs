@@ -88,7 +88,7 @@ impl PlantGrower<'_> {
     }
 
     /// A patch of low plants.
-    fn patch(&self, name: &str, number: u32, shape: Shape) -> PlantAsset {
+    pub(super) fn patch(&self, name: &str, number: u32, shape: Shape) -> PlantAsset {
         let radius_m = shape.reach_m();
         self.leafy(name, number, shape, radius_m, &OcclusionParams::LOW)
     }

@@ -1,5 +1,6 @@
 //! All materials of a world, baked and registered.
 
+mod climbers;
 mod deadwood;
 mod foliage;
 mod ground;
@@ -22,6 +23,7 @@ use self::trees::register_tree;
 use crate::cards::card_raster::CardImage;
 use crate::tree::{FoliageCard, Species, TreeMaterials};
 
+pub(crate) use self::climbers::ClimberMaterials;
 pub(crate) use self::deadwood::{DeadwoodMaterials, LogMaterials, RootPlateMaterials};
 pub use self::ground::{GroundMaterials, TrailMaterials};
 pub(crate) use self::seedling::SeedlingMaterials;
@@ -42,6 +44,8 @@ pub(crate) struct WorldMaterials {
     pub(crate) seedlings: Vec<SeedlingMaterials>,
     /// The materials of deadwood, if there is any.
     pub(crate) deadwood: Option<DeadwoodMaterials>,
+    /// The materials of what grows on stems, if anything does.
+    pub(crate) climbers: Option<ClimberMaterials>,
     pub(crate) ground: GroundMaterials,
     pub(crate) rock: MaterialId,
     pub(crate) stone: MaterialId,
@@ -66,10 +70,30 @@ pub(crate) struct WorldMaterials {
     pub(crate) fallen_leaf: Vec<FoliageCard>,
 }
 
+/// The materials that only some worlds have.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    pub(crate) seedlings: bool,
+    pub(crate) deadwood: bool,
+    pub(crate) climbers: bool,
+}
+
+/// Images of seedlings, textures of deadwood, images of climbers.
+type Rare = (
+    Vec<Vec<CardImage>>,
+    Option<DeadwoodTextures>,
+    Option<Vec<Vec<Vec<CardImage>>>>,
+);
+
 impl WorldMaterials {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
-    /// The materials of seedlings and of deadwood are made if `seedlings` and `deadwood` say so.
-    pub(crate) fn bake(species: &[Species], seedlings: bool, deadwood: bool, key: Key) -> Self {
+    /// What `wanted` leaves out is not made.
+    pub(crate) fn bake(species: &[Species], wanted: Wanted, key: Key) -> Self {
+        let Wanted {
+            seedlings,
+            deadwood,
+            climbers,
+        } = wanted;
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
@@ -99,7 +123,9 @@ impl WorldMaterials {
             .map(|s| seedling::images(&s.leaves, cards.domain(Domain::new(&s.name))))
             .collect();
         let dead = deadwood.then(|| DeadwoodTextures::bake(textures.item(400)));
-        Self::register(species, trails, floors, solids, images, leaves, young, dead)
+        let climbing = climbers.then(|| self::climbers::images(cards));
+        let rare = (young, dead, climbing);
+        Self::register(species, trails, floors, solids, images, leaves, rare)
     }
 
     fn register(
@@ -109,8 +135,7 @@ impl WorldMaterials {
         solids: SolidTextures,
         images: Vec<Vec<Vec<CardImage>>>,
         leaves: Vec<Vec<CardImage>>,
-        young: Vec<Vec<CardImage>>,
-        dead: Option<DeadwoodTextures>,
+        (young, dead, climbing): Rare,
     ) -> Self {
         let mut library = MaterialLibrary::new();
         let ground = register_ground(&mut library, floors, trails);
@@ -199,7 +224,7 @@ impl WorldMaterials {
         );
         stone.tile_m = 0.5;
         let stone = library.add(stone);
-        // Seedlings and deadwood come last, so that all other materials have the same number with
+        // Seedlings, deadwood and climbers come last, so that all other materials have the same number with
         // and without them.
         let of_species = species.iter().zip(&solids.barks).zip(young);
         let seedlings = of_species
@@ -208,9 +233,11 @@ impl WorldMaterials {
         let deadwood = dead.map(|textures| {
             DeadwoodMaterials::register(&mut library, species, &solids, &textures, &ground)
         });
+        let climbers = climbing.map(|images| ClimberMaterials::register(&mut library, images));
         Self {
             library,
             deadwood,
+            climbers,
             trees,
             stumps,
             seedlings,

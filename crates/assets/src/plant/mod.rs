@@ -1,6 +1,7 @@
 //! Everything that stands or lies in a forest and is not a tree.
 
 pub(crate) mod branch;
+pub(crate) mod climber;
 pub(crate) mod floor;
 pub(crate) mod log;
 pub(crate) mod rock;

@@ -124,6 +124,7 @@ fn demo(config: &mut Config) {
         branches: 0.0,
         ..Deadwood::default()
     };
+    (config.climbers.ivy, config.climbers.moss) = (0.0, 0.0);
     config.frames = 2;
     config.chunks.visible_radius_m = 40.0;
     config.chunks.undergrowth_radius_m = 20.0;

@@ -41,6 +41,8 @@ section! {
         placement: Placement;
         /// Logs, thrown trees and branches.
         deadwood: Deadwood;
+        /// Ivy and moss on trees.
+        climbers: Climbers;
         /// Grass, herbs and ferns.
         undergrowth: Undergrowth;
         /// What is grown.
@@ -258,6 +260,23 @@ section! {
         branches: f64 = 4.0, Real(0.0, 40.0), "our choice";
         /// Share of trails that are covered with mats of brash, which machines lay down to drive on.
         brash: f64 = 0.0, Real(0.0, 1.0), "none: skid trails alone have them";
+    }
+}
+
+section! {
+    /// What grows on the stems of trees: ivy and moss.
+    Climbers at "climbers" {
+        /// Share of the trees that ivy climbs; thick ones are climbed more often, and those near
+        /// each other.
+        ivy: f64 = 0.05, Real(0.0, 1.0), "our choice: 0-0.3";
+        /// Of these, the share whose ivy reaches the crown. The others' climbs a third as high.
+        ivy_in_crown: f64 = 0.4, Real(0.0, 1.0), "our choice";
+        /// Cover of moss on the moist side of the stem's foot: 1 as in a moist forest.
+        moss: f64 = 0.5, Real(0.0, 3.0), "our choice";
+        /// How high moss reaches on that side; half as high elsewhere.
+        moss_height_m: f64 = 0.9, Real(0.1, 6.0), "our choice";
+        /// The azimuth of that side, clockwise from north.
+        moss_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north, which the sun dries least";
     }
 }
 
@@ -1051,6 +1070,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     PlacementGaps::SPEC,
     Regeneration::SPEC,
     Deadwood::SPEC,
+    Climbers::SPEC,
     Undergrowth::SPEC,
     Floor::SPEC,
     Assets::SPEC,

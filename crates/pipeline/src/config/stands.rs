@@ -65,6 +65,7 @@ pub(super) fn maritime_pine(c: &mut Config) {
     c.trails.surface = "sand".to_owned();
     c.trails.rocks_max = 2;
     c.deadwood = deadwood([5.0, 2.5, 1.0, 4.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.01, 0.1);
 }
 
 /// Eucalyptus globulus in rows of 3 x 3 m, 1111/ha planted, of which 15 % died or were thinned. The
@@ -95,6 +96,7 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
     c.trails.surface = "dry_earth".to_owned();
     c.trails.width_m = 3.2;
     c.deadwood = deadwood([4.0, 2.2, 0.5, 9.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.02, 0.15);
 }
 
 /// The main species has 60-80 %, with nearly all ages: a Weibull shape of 1.7 (1 to 1.5 is fully
@@ -127,6 +129,7 @@ pub(super) fn oak_mixed(c: &mut Config) {
     c.undergrowth.floor = floor(0.75, 0.0, 0.25);
     c.trails.surface = "leaf_litter".to_owned();
     c.deadwood = deadwood([12.0, 3.0, 1.5, 4.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.18, 0.9);
 }
 
 /// Beech 200-600/ha, LAI 5-7. The cover of undergrowth is about exp(-LAI/2), so there is little but
@@ -160,6 +163,7 @@ pub(super) fn beech(c: &mut Config) {
     c.undergrowth.floor = floor(0.96, 0.0, 0.04);
     c.trails.surface = "leaf_litter".to_owned();
     c.deadwood = deadwood([10.0, 2.8, 1.0, 5.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.05, 0.6);
 }
 
 /// Spruce 400-1200/ha, LAI 4-8; there are a quarter as many stumps (10-60 % in managed stands).
@@ -189,6 +193,7 @@ pub(super) fn spruce(c: &mut Config) {
     c.undergrowth.floor = floor(0.0, 0.62, 0.38);
     c.trails.surface = "needles".to_owned();
     c.deadwood = deadwood([11.0, 2.8, 2.5, 6.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.01, 0.5);
 }
 
 /// Birch 500-1500/ha, mixed with pine; heather stands for the dwarf shrubs; boulders up to 300/ha.
@@ -220,6 +225,7 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
     c.trails.surface = "dry_earth".to_owned();
     c.trails.width_m = 2.2;
     c.deadwood = deadwood([8.0, 3.2, 2.0, 4.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.0, 0.3);
 }
 
 /// Montado with 40-120 trees/ha, LAI 0.5-2, over pasture on gentle hills.
@@ -248,4 +254,5 @@ pub(super) fn montado(c: &mut Config) {
     c.undergrowth.floor = floor(0.15, 0.0, 0.85);
     c.trails.surface = "sand".to_owned();
     c.deadwood = deadwood([1.0, 2.4, 0.0, 0.8]);
+    (c.climbers.ivy, c.climbers.moss) = (0.02, 0.2);
 }

@@ -54,6 +54,11 @@ pub struct WorldAssets {
     pub branches: Vec<Arc<Blas>>,
     /// Of `library.deadwood.brash`.
     pub brash: Vec<Arc<Blas>>,
+    /// Of `library.climbers`: ivy and moss of each grown tree of `standing`; empty if nothing
+    /// climbs.
+    pub climbers: Vec<[Vec<Arc<Blas>>; 2]>,
+    /// Of `library.climbers.carpets`.
+    pub ivy_carpets: Vec<Arc<Blas>>,
     /// The species and their shares.
     pub shares: Vec<(String, f64)>,
     /// Mean diameter of the stand's trees at breast height, metres.
@@ -128,6 +133,13 @@ impl WorldAssets {
             root_plates: plants(&library.deadwood.root_plates),
             branches: plants(&library.deadwood.branches),
             brash: plants(&library.deadwood.brash),
+            climbers: {
+                let of = &library.climbers;
+                let trees = of.trees.iter().chain(&of.snags);
+                let shapes = |shapes: &[Arc<Prototype>]| build(shapes.iter().collect());
+                trees.map(|t| [shapes(&t.ivy), shapes(&t.moss)]).collect()
+            },
+            ivy_carpets: plants(&library.climbers.carpets),
             shares: species.iter().map(|(s, n)| (s.name.clone(), *n)).collect(),
             dbh_mean_m: recipe.dbh_mean_m(),
             variation: InstanceVariation::new(world),

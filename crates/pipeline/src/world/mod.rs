@@ -2,6 +2,7 @@
 
 pub mod assets;
 pub mod cameras;
+pub(crate) mod climbers;
 pub(crate) mod deadwood;
 pub mod flora;
 pub mod ground;

@@ -1,6 +1,6 @@
 //! The library, as a config describes it.
 
-use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies};
+use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies, StemMoss};
 use nemoral_scene::glam::Vec3;
 
 use crate::config::{self, Config};
@@ -14,6 +14,8 @@ pub(crate) struct Recipe {
     saplings: bool,
     seedlings: bool,
     deadwood: bool,
+    /// Density and height of moss on stems; `None` if nothing climbs.
+    climbers: Option<[f64; 2]>,
     inputs: InputFiles,
 }
 
@@ -24,6 +26,7 @@ impl Encode for Recipe {
             saplings,
             seedlings,
             deadwood,
+            climbers,
             inputs: _,
         } = self;
         let config::Assets {
@@ -73,6 +76,8 @@ impl Encode for Recipe {
         encoder.field("saplings", saplings);
         encoder.field("seedlings", seedlings);
         encoder.field("deadwood", deadwood);
+        // Without climbers, no moss of any height.
+        encoder.field("climbers", &climbers.unwrap_or([-1.0, 0.0]));
     }
 }
 
@@ -92,6 +97,10 @@ impl Recipe {
             saplings: config.placement.regeneration.saplings > 0.0,
             seedlings: config.placement.regeneration.seedlings > 0.0,
             deadwood: config.deadwood.is_any(),
+            climbers: {
+                let c = &config.climbers;
+                (c.ivy > 0.0 || c.moss > 0.0).then_some([c.moss, c.moss_height_m])
+            },
             inputs: inputs.clone(),
         }
     }
@@ -175,6 +184,7 @@ impl Recipe {
             },
             seedlings_per_species: if self.seedlings { SEEDLINGS } else { 0 },
             deadwood: self.deadwood,
+            climbers: (self.climbers).map(|[amount, height_m]| StemMoss { amount, height_m }),
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,
