@@ -1,6 +1,5 @@
 //! Stands are what a forester asked for, and pictures of them have the statistics of photographs.
 
-mod deadwood;
 mod looks;
 mod measures;
 mod pictures;

@@ -26,7 +26,7 @@ const VERGE_M: f64 = 0.35;
 /// No log reaches farther from its middle, metres.
 pub(crate) const REACH_M: f64 = 9.5;
 /// How deep logs lie in the ground, as a share of their height, by stage.
-const SUNK: [f64; 5] = [0.05, 0.08, 0.14, 0.26, 0.42];
+const SUNK: [f64; 5] = [0.05, 0.08, 0.15, 0.32, 0.48];
 
 /// Where logs may lie in a chunk.
 pub(crate) struct Surroundings<'a> {

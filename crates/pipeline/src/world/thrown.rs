@@ -39,7 +39,7 @@ impl ThrownTree {
 
     /// Height of the stem's thick end, the plate's centre, above the ground, metres.
     pub(crate) fn held_m(&self) -> f64 {
-        0.62 * self.plate_radius_m()
+        0.48 * self.plate_radius_m()
     }
 
     /// Its number among `count` shapes.

@@ -4,11 +4,40 @@
 use std::sync::LazyLock;
 
 use nemoral_assets::LogAsset;
+use nemoral_pipeline::ForestPlan;
+use nemoral_pipeline::config::{Config, Layers};
+use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectKind, Surface};
 use nemoral_stand::SceneObject;
-use nemoral_tests::{World, config};
+
+/// A world with its own store.
+struct World {
+    forest: ForestPlan,
+    store: Store,
+}
+
+impl World {
+    fn new(preset: &str, settings: &[&str]) -> Self {
+        let forest = ForestPlan::new(&config(preset, settings)).unwrap_or_else(|e| panic!("{e}"));
+        let store = Store::unlimited();
+        Self { forest, store }
+    }
+
+    fn runner(&self, threads: usize) -> Runner<'_> {
+        Runner::new(self.forest.plan(), &self.store, threads)
+    }
+}
+
+fn config(preset: &str, settings: &[&str]) -> Config {
+    let layers = Layers {
+        preset: Some(preset.to_owned()),
+        file: None,
+        settings: settings.iter().map(|s| (*s).to_owned()).collect(),
+    };
+    layers.load().unwrap_or_else(|e| panic!("{e}"))
+}
 
 const FEW: &str = "assets.individuals=1";
 
@@ -215,4 +244,25 @@ fn a_thrown_tree_has_its_plate_and_its_pit() {
     });
     println!("{all} thrown trees");
     assert!(all >= 8, "{all}");
+}
+
+/// What lies in a chunk depends neither on which chunks were asked for before, nor on threads.
+#[test]
+fn the_order_of_chunks_does_not_matter() {
+    let of = |chunks: &[ChunkCoord], threads: usize| {
+        let world = World::new("oak-mixed", &[FEW]);
+        let runner = world.runner(threads);
+        let mut texts: Vec<(ChunkCoord, String)> = Vec::new();
+        for &at in chunks {
+            let objects = runner.get(world.forest.objects, at).expect("objects");
+            texts.push((at, format!("{:?}", objects.0)));
+        }
+        texts.sort();
+        texts
+    };
+    let mut chunks: Vec<ChunkCoord> = square(3).collect();
+    let forwards = of(&chunks, 1);
+    chunks.reverse();
+    chunks.swap(0, 4);
+    assert!(forwards == of(&chunks, 3));
 }
