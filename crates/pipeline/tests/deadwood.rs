@@ -232,7 +232,7 @@ fn a_thrown_tree_has_its_plate_and_its_pit() {
         // The plate stands in the ground and above it.
         let low = plate.position_m.z - ground.height_m(foot);
         assert!(
-            (0.2..0.95).contains(&(low / radius_m)),
+            (0.1..0.9).contains(&(low / radius_m)),
             "{low} of {radius_m}"
         );
         // Behind it the ground is lower than on both sides of the pit.

@@ -107,7 +107,7 @@ impl<'a> Surface<'a> {
         if self.is_rotten() {
             // A mound runs out at its ends.
             let end = t.min(1.0 - t) * self.plan.length_m;
-            r *= 0.30 + 0.70 * smoothstep(0.0, 0.5, end);
+            r *= 0.62 + 0.38 * smoothstep(0.0, 0.28, end);
         }
         r
     }
