@@ -53,6 +53,7 @@ fn sequence_spec(sequence: &SequenceConfig, forest: &ForestPlan) -> Result<Seque
             annotations: camera.annotation_kinds(),
             shutter: camera.shutter_times(),
             noisy: camera.noise.enabled,
+            processed: camera.is_processed(),
         })
     };
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {

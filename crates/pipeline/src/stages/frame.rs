@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nemoral_lidar::ScanRequest;
-use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
+use nemoral_render::{CameraImages, CameraRenderer, SceneView};
 use nemoral_scene::LidarPoint;
 use nemoral_scene::glam::Vec3;
 use nemoral_seed::{Domain, Key};
@@ -178,12 +178,7 @@ impl Stage<Forest> for ImageStage {
             sky_visibility: &sky_view,
         };
         let picture = |(i, rig): (usize, &CameraRig)| {
-            let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);
-            view.exposure = rig.exposure;
-            view.tone = rig.tone;
-            view.noise = rig.noise;
-            view.shutter = rig.shutter;
-            view.motion = pose.motion.of_mounted(&rig.body_from_camera);
+            let view = rig.view(scene_from_body, pose.motion);
             let mut key = world.domain(CAMERA);
             if i > 0 {
                 key = key.domain(Domain::new(&rig.name));
