@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::CommandFactory;
 use etcetera::BaseStrategy;
 use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, laz_cloud};
 use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
@@ -129,6 +130,17 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
             ))?;
             Ok(true)
         }
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            let mut program = Arguments::command();
+            clap_complete::generate(shell, &mut program, "nemoral", &mut script);
+            say(String::from_utf8_lossy(&script).trim_end())?;
+            Ok(true)
+        }
+        Command::Man { command } => {
+            say(manual(command.as_deref())?.trim_end())?;
+            Ok(true)
+        }
     }
 }
 
@@ -179,6 +191,25 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
         say(&format!("{trees} trees in {}", path.display()))?;
     }
     Ok(true)
+}
+
+/// The manual page of the program, or of one of its commands.
+fn manual(command: Option<&str>) -> Result<String, Failure> {
+    let mut program = Arguments::command();
+    program.build();
+    let page = match command {
+        None => program,
+        Some(name) => program.find_subcommand(name).cloned().ok_or_else(|| {
+            let names: Vec<&str> = program.get_subcommands().map(|c| c.get_name()).collect();
+            wrong(format!(
+                "there is no command '{name}'; there are {}",
+                names.join(", ")
+            ))
+        })?,
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page).render(&mut text)?;
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
 fn run_convert(a: &Convert) -> Result<bool, Failure> {

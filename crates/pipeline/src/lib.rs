@@ -24,6 +24,7 @@
 //! - [`recording`]: the content of a frame, from which it is recorded.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
+//! - [`ForestPlan::observe`]: what sensors record at any pose.
 //! - [`check`], [`generate`], [`preview`]: check a request, and make data sets and pictures from
 //!   it.
 //!
@@ -49,6 +50,8 @@ pub mod fuzz;
 mod generate;
 mod header;
 mod inputs;
+mod observe;
+mod pictures;
 pub mod plan;
 mod preview;
 mod prove;
@@ -66,5 +69,9 @@ pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, generate};
 pub use header::header;
 pub use inputs::{InputFile, InputFiles};
+pub use observe::Observation;
+pub use pictures::{
+    picture_of_classes, picture_of_depth, picture_of_instances, picture_of_normals, picture_of_scan,
+};
 pub use preview::{check_png_name, preview, write_png};
 pub use prove::check;

@@ -21,7 +21,7 @@ const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
 const EDGES: f32 = 0.1;
 
 /// A camera with its place on the body.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct CameraRig {
     /// The name of its table, which is `camera` for the first one.
     pub name: String,
