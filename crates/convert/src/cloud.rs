@@ -65,11 +65,8 @@ pub fn laz_cloud(
     }
     .labels(cloud.ontology())?;
     let mut tiles: BTreeMap<Option<[i64; 2]>, Tile> = BTreeMap::new();
-    let failed = |source| {
-        let path = out.to_owned();
-        Error::Files(nemoral_files::Error::Io { path, source })
-    };
-    cloud.for_each(|point: &CloudPoint| {
+    let failed = |e: io::Error| Error::from(nemoral_files::Error::io(out)(e));
+    cloud.for_each(|point: &CloudPoint| -> Result<(), Error> {
         let number = params.tile_m.map(|side| {
             let tile = (point.world_m.truncate() / side).floor();
             [tile.x as i64, tile.y as i64]

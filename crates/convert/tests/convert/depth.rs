@@ -1,6 +1,6 @@
 //! Depth as floats: OpenEXR by the crate `exr`'s reader, NumPy's arrays by their format.
 
-use exr::prelude::{FlatSamples, read_all_data_from_file};
+use exr::prelude::{FlatSamples, Vec2, read_first_flat_layer_from_file};
 use nemoral_convert::FormatName;
 
 use crate::common::{header, made};
@@ -14,10 +14,10 @@ fn every_depth_is_the_data_sets() {
             let depth_m = seen.depth_m.pixels();
             assert!(depth_m.iter().any(|z| *z > 0.0));
             let path = exr.out.join(format!("00/{}/{frame:06}.exr", spec.name));
-            let image = read_all_data_from_file(path).expect("OpenEXR");
-            let layer = &image.layer_data[0];
-            assert_eq!(image.layer_data.len(), 1);
-            assert_eq!(layer.size, (31, 22).into());
+            let image = read_first_flat_layer_from_file(path).expect("OpenEXR");
+            let layer = &image.layer_data;
+            assert_eq!(layer.size, Vec2(31, 22));
+            assert_eq!(layer.channel_data.list.len(), 1);
             let channel = &layer.channel_data.list[0];
             assert_eq!(channel.name.to_string(), "Z");
             let FlatSamples::F32(samples) = &channel.sample_data else {

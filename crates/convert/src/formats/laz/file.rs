@@ -41,12 +41,12 @@ pub(crate) struct LazPoint<'a> {
 }
 
 /// Writes a file point by point. Its header, which says how many there are, is written last.
-pub(crate) struct LazWriter<W: Write + Seek + Send + 'static> {
+pub(crate) struct LazWriter<W: Write + Seek + Send + Sync + 'static> {
     compressor: LasZipCompressor<'static, W>,
     header: Header,
 }
 
-impl<W: Write + Seek + Send + 'static> LazWriter<W> {
+impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
     /// Begins a file whose coordinates are relative to `origin_m`.
     pub(crate) fn new(mut to: W, origin_m: DVec3) -> io::Result<Self> {
         let extra_bytes: u16 = EXTRA.iter().map(|(_, _, bytes)| bytes).sum();
