@@ -38,7 +38,7 @@ def main(dataset, sequence="00"):
     truth = truth[[int(scan.stem) for scan in scans]]
     truth = np.linalg.inv(truth[0]) @ truth
 
-    odometry = KissICP(load_config(None, max_range=100.0))
+    odometry = KissICP(load_config(None))
     found = []
     for scan in scans:
         points = np.fromfile(scan, dtype=np.float32).reshape(-1, 4)[:, :3].astype(np.float64)
