@@ -24,6 +24,7 @@
 //! - [`recording`]: the content of a frame, from which it is recorded.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
+//! - [`Recorder`]: single frames in memory, along the path or anywhere else.
 //! - [`check`], [`generate`], [`preview`]: check a request, and make data sets and pictures from
 //!   it.
 //!
@@ -50,8 +51,10 @@ mod generate;
 mod header;
 mod inputs;
 pub mod plan;
+mod pool;
 mod preview;
 mod prove;
+mod recorder;
 pub mod recording;
 pub mod stages;
 pub mod world;
@@ -66,5 +69,7 @@ pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, generate};
 pub use header::header;
 pub use inputs::{InputFile, InputFiles};
+pub use pool::use_thread_pool;
 pub use preview::{check_png_name, preview, write_png};
 pub use prove::check;
+pub use recorder::{Observation, Recorder, Recording};

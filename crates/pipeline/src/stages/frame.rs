@@ -13,6 +13,7 @@ use super::object_geometry::ObjectGeometry;
 use super::undergrowth_geometry::UndergrowthGeometry;
 use crate::Error;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
+use crate::pool::in_pool;
 use crate::recording::pose::FramePose;
 use crate::recording::scene::{FrameScene, visible_chunks};
 use crate::world::assets::WorldAssets;
@@ -131,12 +132,10 @@ impl Stage<Forest> for SceneStage {
             undergrowth.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?))));
         let sky_view = visible.iter().copied().zip(sky_view.all(&visible)?);
         let groups = objects.chain(undergrowth);
-        Ok(FrameScene::new(
-            pose.chunk,
-            size,
-            groups,
-            sky_view.collect(),
-        ))
+        let sky_view = sky_view.collect();
+        Ok(in_pool(|| {
+            FrameScene::new(pose.chunk, size, groups, sky_view)
+        }))
     }
 }
 
@@ -190,7 +189,7 @@ impl Stage<Forest> for ImageStage {
             }
             rig.renderer.render(&seen, &view, key.item(at))
         };
-        rigs.iter().enumerate().map(picture).collect()
+        in_pool(|| rigs.iter().enumerate().map(picture).collect())
     }
 }
 
@@ -235,6 +234,6 @@ impl Stage<Forest> for ScanStage {
                 key: world.domain(Domain::new(&rig.name)).item(at),
             })
         };
-        Ok(rigs.iter().map(scan).collect())
+        Ok(in_pool(|| rigs.iter().map(scan).collect()))
     }
 }
