@@ -107,6 +107,7 @@ impl Camera {
 
     /// The camera's look: the tone curve, and the effects of the lens.
     pub(crate) fn tone_and_lens(&self) -> (ToneCurve, Lens) {
+        let spread_px = self.spread_px as f32;
         match self.look {
             Look::Cinema => (
                 ToneCurve::Filmic,
@@ -114,9 +115,16 @@ impl Camera {
                     veiling_glare: 0.01,
                     halo: 0.02,
                     vignetting: 0.2,
+                    spread_px,
                 },
             ),
-            Look::Flat => (ToneCurve::Linear, Lens::default()),
+            Look::Flat => (
+                ToneCurve::Linear,
+                Lens {
+                    spread_px,
+                    ..Lens::default()
+                },
+            ),
             // A small plastic lens on a small sensor.
             Look::Robot => (
                 ToneCurve::Linear,
@@ -124,6 +132,7 @@ impl Camera {
                     veiling_glare: 0.02,
                     halo: 0.06,
                     vignetting: 0.5,
+                    spread_px,
                 },
             ),
         }

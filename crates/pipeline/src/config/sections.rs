@@ -434,9 +434,15 @@ section! {
         /// Colour samples of every pixel. A GPU takes 1 if nothing more is asked for here and for
         /// edges, else 4 of every pixel.
         samples: u32 = 1, Whole(1, 256), "mean light needs as many rays";
-        /// Colour samples of the tenth of the pixels that differ most from their neighbours, if
-        /// that is more than `samples`. If both are 1, the picture is a draft.
+        /// Colour samples of the pixels that differ most from their neighbours, if that is more
+        /// than `samples`. If both are 1, the picture is a draft.
         edge_samples: u32 = 4, Whole(1, 256), "smooth edges where they are visible";
+        /// The greatest share of pixels that get `edge_samples`.
+        edge_share: f64 = 0.1, Real(0.0, 1.0), "TODO";
+        /// How far lens and sensor spread the light of a point: the standard deviation of a
+        /// Gaussian, in pixels, of the picture alone. 0.5 is a sharp lens, and a third or less is
+        /// not visible.
+        spread_px: f64 = 0.6, Real(0.0, 4.0), "TODO";
         /// Number of surfaces over which light is followed to the sky by random rays; 0 takes the
         /// mean light of a place from its sky view factor. More than 0 works on the CPU alone, and
         /// is grainy with less than about 64 `samples`, with which 4 bounces take minutes.

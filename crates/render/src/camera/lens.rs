@@ -1,13 +1,14 @@
-//! Scattering and fall-off of light in the lens.
+//! Sharpness of the lens, and scattering and fall-off of light in it.
 
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::Intrinsics;
 use rayon::prelude::*;
 
+use super::point_spread::spread;
 use crate::colour::in_parts;
 use crate::error::{ParamError, check};
 
-/// Scattering and fall-off. In a forest they decide how trunks look against the sky: gaps are
+/// Sharpness, scattering and fall-off. In a forest they decide how trunks look against the sky: gaps are
 /// several stops brighter than anything in front of them, and their scattered light washes out
 /// nearby edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +23,10 @@ pub struct Lens {
     /// How much corners darken: 0 not at all, 1 by the fourth power of the cosine, as behind a
     /// plain lens. 0..=1.
     pub vignetting: f32,
+    /// The standard deviation of the light of a point around its place, pixels, 0..=4: by
+    /// diffraction, aberrations, focus and the filter in front of a sensor. It is a Gaussian, of
+    /// which less than a third of a pixel cannot be seen.
+    pub spread_px: f32,
 }
 
 impl Default for Lens {
@@ -31,6 +36,7 @@ impl Default for Lens {
             veiling_glare: 0.01,
             halo: 0.0,
             vignetting: 0.0,
+            spread_px: 0.0,
         }
     }
 }
@@ -46,6 +52,7 @@ impl Lens {
         veiling_glare: 0.0,
         halo: 0.0,
         vignetting: 0.0,
+        spread_px: 0.0,
     };
 
     pub(crate) fn check(&self) -> Result<(), ParamError> {
@@ -53,6 +60,7 @@ impl Lens {
             ("lens.veiling_glare", self.veiling_glare, 0.5, "0..=0.5"),
             ("lens.halo", self.halo, 0.5, "0..=0.5"),
             ("lens.vignetting", self.vignetting, 1.0, "0..=1"),
+            ("lens.spread_px", self.spread_px, 4.0, "0..=4 pixels"),
         ] {
             check(field, value.into(), 0.0, most, allowed)?;
         }
@@ -65,6 +73,7 @@ impl Lens {
             return;
         }
         let width = intrinsics.width as usize;
+        spread(light, width, self.spread_px);
         let part = |light: &[Vec3]| light.iter().map(|c| c.as_dvec3()).sum::<DVec3>();
         let sum: DVec3 = in_parts(light, part).into_iter().sum();
         let veil = (sum / light.len() as f64).as_vec3() * self.veiling_glare;
@@ -211,7 +220,7 @@ mod tests {
         let lens = Lens {
             veiling_glare: 0.05,
             halo: 0.1,
-            vignetting: 0.0,
+            ..Lens::NONE
         };
         lens.apply(&mut light, &optics);
         let total: f32 = light.iter().map(|c| c.y).sum();
@@ -232,6 +241,7 @@ mod tests {
             veiling_glare: 0.02,
             halo: 0.08,
             vignetting,
+            spread_px: 0.7,
         };
         let mut light = even.clone();
         lens(0.0).apply(&mut light, &optics);
