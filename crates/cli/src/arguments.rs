@@ -49,6 +49,16 @@ pub(crate) enum Command {
     /// Writes a data set in another format, for readers that do not know ours.
     #[command(after_help = list_of_formats())]
     Convert(Convert),
+    /// Prints a script by which a shell completes commands and options.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Prints the manual page of the program, or of one of its commands.
+    Man {
+        /// The command.
+        command: Option<String>,
+    },
 }
 
 /// The world, and how it differs from the preset.

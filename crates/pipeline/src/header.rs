@@ -34,7 +34,10 @@ pub fn header(sequences: &Sequences, backend: &Backend) -> Result<DatasetHeader,
 }
 
 /// What decides the bytes of a sequence.
-fn sequence_spec(sequence: &SequenceConfig, forest: &ForestPlan) -> Result<SequenceSpec, Error> {
+pub(crate) fn sequence_spec(
+    sequence: &SequenceConfig,
+    forest: &ForestPlan,
+) -> Result<SequenceSpec, Error> {
     let config: &Config = &sequence.config;
     let stage_keys = forest
         .plan()

@@ -15,7 +15,7 @@ use crate::{Backend, Error, InputFiles, Renderer};
 const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
 
 /// A camera with its place on the body.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct CameraRig {
     /// The name of its table, which is `camera` for the first one.
     pub name: String,
