@@ -157,7 +157,7 @@ impl CameraRecipe {
             lens: camera.tone_and_lens().1,
             colour_samples: camera.samples,
             edge_samples,
-            edge_budget: camera.edge_share as f32 * edge_samples as f32,
+            edge_budget: edge_samples as f32,
             blur_samples: camera.shutter.samples,
             bounces: camera.bounces,
             max_range_m: self.max_range_m as f32,
