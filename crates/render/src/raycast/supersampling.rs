@@ -60,8 +60,12 @@ impl AdditionalSamples {
     }
 }
 
-/// The pixels of a group, along rows: so many share a caster's batch with those beside and below.
+/// Columns of a tile of [`ROWS`] rows, pixels.
 const TILE: u32 = 64;
+
+/// The greatest number of samples of a pixel that take the sun's share from the samples around
+/// them. More samples find a shadow's shape by themselves.
+const SHARING_SHADOWS: u32 = 4;
 
 /// Roberts' sequence of low discrepancy in two dimensions ("The unreasonable effectiveness of
 /// quasirandom sequences", 2018): any first few of its points are far apart.
@@ -152,14 +156,15 @@ impl PictureContext<'_> {
             let keys = pixels.iter().map(|&pixel| key.item(pixel.into()));
             return self.path_traced(&rays, &hits, &suns, keys, samples as usize);
         }
+        // The samples of a blurred pixel are not of one instant.
+        let shares_shadows = !blurs && before + samples <= SHARING_SHADOWS;
         let mut shadows = ShadowRays::default();
         let (mut colours, suns): (Vec<Vec3>, Vec<Vec3>) = (0..rays.len())
             .map(|k| {
                 let c = self.radiance(&rays[k], hits[k].as_ref(), suns[k]);
                 let known = c.shadow.and(hits[k].as_ref()).and_then(|hit| {
-                    // The samples of a blurred pixel are not of one instant.
-                    let seen = pixel_truth(self.scene, view, places[k], &rays[k], Some(hit));
-                    (!blurs).then(|| frame.sun_share(places[k], &seen))?
+                    let seen = || pixel_truth(self.scene, view, places[k], &rays[k], Some(hit));
+                    shares_shadows.then(|| frame.sun_share(places[k], &seen()))?
                 });
                 match known {
                     Some(share) => (c.rest + c.sun * share, Vec3::ZERO),
