@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import os
 import struct
 import zlib
 from functools import cached_property
@@ -406,6 +407,12 @@ class Frame:
         for number, colour in self.colours.items():
             table[number] = colour
         return np.concatenate([self.image, table[self.semantic]], axis=1)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write what :meth:`show` shows as a PNG."""
+        data = png(self.show())
+        with open(path, "wb") as file:
+            file.write(data)
 
     def _repr_png_(self) -> bytes | None:
         return png(self.show()) if self.cameras else None
