@@ -25,7 +25,7 @@ pub(crate) fn json(value: Value) -> String {
 /// code. `program` is the file of this module.
 #[pyfunction]
 pub(crate) fn run_program(py: Python<'_>, arguments: Vec<OsString>, program: PathBuf) -> u8 {
-    py.detach(|| nemoral_cli::run(arguments, Some(&program)))
+    py.detach(|| nemoral_cli::run(arguments, Some(program.as_path())))
 }
 
 /// Hands what a run tells to the calling thread.

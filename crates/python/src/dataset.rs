@@ -26,7 +26,7 @@ pub(crate) struct Dataset {
 impl Dataset {
     #[new]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let dataset = work::brief(py, || Ok(nemoral_dataset::Dataset::open(&path)?))?;
+        let dataset = work::brief(py, |_| Ok(nemoral_dataset::Dataset::open(&path)?))?;
         let header = &dataset.manifest().header;
         Ok(Self {
             ontology: Arc::new(header.ontology.clone()),
@@ -103,7 +103,7 @@ impl Dataset {
 
     /// `poses.txt`: poses of the reference camera relative to frame 0.
     fn poses<'py>(&self, py: Python<'py>, sequence: u32) -> PyResult<Bound<'py, PyAny>> {
-        let poses = work::brief(py, || Ok(self.dataset.poses(sequence)?))?;
+        let poses = work::brief(py, |_| Ok(self.dataset.poses(sequence)?))?;
         let rows = poses.iter().flat_map(|pose| {
             let [x, y, z] = pose.to_rows();
             [x, y, z, [0.0, 0.0, 0.0, 1.0]]
@@ -113,18 +113,18 @@ impl Dataset {
 
     /// `times.txt`.
     fn times(&self, py: Python<'_>, sequence: u32) -> PyResult<Vec<f64>> {
-        work::brief(py, || Ok(self.dataset.times(sequence)?))
+        work::brief(py, |_| Ok(self.dataset.times(sequence)?))
     }
 
     /// The columns of `trees.csv`.
     fn trees<'py>(&self, py: Python<'py>, sequence: u32) -> PyResult<Bound<'py, PyDict>> {
-        let trees = work::brief(py, || Ok(self.dataset.trees(sequence)?))?;
+        let trees = work::brief(py, |_| Ok(self.dataset.trees(sequence)?))?;
         tree_columns(py, &trees.iter().collect::<Vec<&TreeRecord>>())
     }
 
     /// The columns of `instances.csv`.
     fn objects<'py>(&self, py: Python<'py>, sequence: u32) -> PyResult<Bound<'py, PyDict>> {
-        let objects = work::brief(py, || Ok(self.dataset.objects(sequence)?))?;
+        let objects = work::brief(py, |_| Ok(self.dataset.objects(sequence)?))?;
         object_columns(py, &objects.iter().collect::<Vec<&ObjectRecord>>())
     }
 }

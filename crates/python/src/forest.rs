@@ -10,7 +10,7 @@ use nemoral_pipeline::plan::Cache;
 use nemoral_pipeline::{Backend, BackendChoice, Observation, Recorder};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
-    ObjectRecord, Ontology, Ray, RayCaster, RigidTransform, Semantic, SurfaceHit, TreeRecord, Twist,
+    ObjectRecord, Ontology, Ray, RigidTransform, Semantic, SurfaceHit, TreeRecord, Twist,
 };
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;

@@ -92,7 +92,7 @@ fn read<T: Send>(
     at: usize,
     read: impl Fn(&Dataset, &FrameRecord) -> Result<T, nemoral_dataset::Error> + Sync,
 ) -> PyResult<T> {
-    work::brief(py, || {
+    work::brief(py, |_| {
         read(dataset, &dataset.frames()[at]).map_err(Failure::from)
     })
 }
@@ -155,6 +155,10 @@ impl Frame {
                     ("brown_conrady", vec![k1, k2, p1, p2, k3])
                 }
                 Distortion::Fisheye { k1, k2, k3, k4 } => ("fisheye", vec![k1, k2, k3, k4]),
+                other => {
+                    let numbers = other.coefficients().into_iter().map(|(_, number)| number);
+                    ("other", numbers.collect())
+                }
             };
             dict.set_item("distortion_model", model)?;
             dict.set_item("distortion", PyArray1::from_vec(py, numbers))?;

@@ -56,7 +56,7 @@ impl Terrain {
             let rows = places.rows().into_iter();
             rows.map(|row| DVec2::new(row[0], row[1])).collect()
         };
-        let samples = work::brief(py, || {
+        let samples = work::brief(py, |pool| {
             if let Some(p) = places.iter().find(|p| !(p.abs().max_element() <= 1e9)) {
                 return Err(Failure::argument("x, y", p, "finite, at most 1e9 m"));
             }
@@ -64,7 +64,7 @@ impl Terrain {
                 let s = self.0.sample(*p);
                 [s.height_m, s.gradient.x, s.gradient.y]
             };
-            Ok(places.par_iter().map(sample).collect::<Vec<[f64; 3]>>())
+            Ok(pool.install(|| places.par_iter().map(sample).collect::<Vec<[f64; 3]>>()))
         })?;
         Ok(arrays::rows(py, samples)?.into_any())
     }

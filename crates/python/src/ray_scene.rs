@@ -11,6 +11,7 @@ use nemoral_scene::{
 use numpy::{PyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rayon::ThreadPool;
 
 use crate::failure::Failure;
 use crate::{arrays, work};
@@ -76,8 +77,8 @@ impl RayScene {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The scene, built now if it has changed.
-    pub(crate) fn built(&self) -> Arc<Built> {
+    /// The scene, built in the pool now if it has changed.
+    pub(crate) fn built(&self, pool: &ThreadPool) -> Arc<Built> {
         let mut parts = self.parts();
         if let Some(built) = &parts.built {
             return Arc::clone(built);
@@ -87,7 +88,8 @@ impl RayScene {
             let shape = &parts.meshes[i.mesh as usize].shape;
             (i.place, Arc::clone(shape))
         });
-        let group = Group::build(shapes.collect());
+        let shapes: Vec<_> = shapes.collect();
+        let group = pool.install(|| Group::build(shapes));
         let label = |i: &InstancePart| {
             let semantic = parts.meshes[i.mesh as usize].semantic;
             [i.mesh, semantic, i.instance]
@@ -136,7 +138,7 @@ impl RayScene {
             rows.map(|r| [r[0], r[1], r[2]]).collect()
         };
         let alpha = alpha.map(|alpha| alpha.as_array().to_owned());
-        work::brief(py, move || {
+        work::brief(py, move |pool| {
             if !(0.0..=1.0).contains(&reflectance) {
                 return Err(Failure::argument("reflectance", reflectance, "0 to 1"));
             }
@@ -182,7 +184,7 @@ impl RayScene {
                 value: None,
                 allowed: None,
             })?;
-            let shape = Arc::new(Blas::build(Arc::new(shape), &materials));
+            let shape = Arc::new(pool.install(|| Blas::build(Arc::new(shape), &materials)));
             parts.materials = materials;
             parts.meshes.push(MeshPart { shape, semantic });
             parts.built = None;
@@ -206,7 +208,7 @@ impl RayScene {
             };
             (0..all.dim().0).map(matrix).collect()
         };
-        work::brief(py, move || {
+        work::brief(py, move |_| {
             let mut parts = self.parts();
             if mesh as usize >= parts.meshes.len() {
                 let allowed = format!("the number of one of {} meshes", parts.meshes.len());
@@ -244,7 +246,7 @@ impl RayScene {
 
     /// The memory that the scene takes, bytes.
     fn memory_bytes(&self, py: Python<'_>) -> PyResult<usize> {
-        work::brief(py, || Ok(self.built().caster.memory_bytes()))
+        work::brief(py, |pool| Ok(self.built(pool).caster.memory_bytes()))
     }
 
     /// The nearest hit of each ray.
@@ -256,11 +258,11 @@ impl RayScene {
         tfar: f32,
     ) -> PyResult<Bound<'py, PyDict>> {
         let flat = flat(&rays);
-        let hits = work::brief(py, || {
-            let built = self.built();
+        let hits = work::brief(py, |pool| {
+            let built = self.built(pool);
             let (rays, lengths) = rays_of(&flat, tnear, tfar)?;
             let mut records = vec![None; rays.len()];
-            built.caster.closest_records(&rays, &mut records);
+            pool.install(|| built.caster.closest_records(&rays, &mut records));
             Ok(Hits::new(&built, &records, &lengths))
         })?;
         let dict = PyDict::new(py);
@@ -286,12 +288,14 @@ impl RayScene {
         /// Rays of a task.
         const TASK: usize = 8192;
         let flat = flat(&rays);
-        let occluded = work::brief(py, || {
-            let built = self.built();
+        let occluded = work::brief(py, |pool| {
+            let built = self.built(pool);
             let (rays, _) = rays_of(&flat, tnear, tfar)?;
             let mut occluded = vec![false; rays.len()];
             let tasks = rays.par_chunks(TASK).zip(occluded.par_chunks_mut(TASK));
-            tasks.for_each(|(rays, occluded)| built.caster.are_occluded(rays, occluded));
+            pool.install(|| {
+                tasks.for_each(|(rays, occluded)| built.caster.are_occluded(rays, occluded));
+            });
             Ok(occluded)
         })?;
         Ok(PyArray1::from_vec(py, occluded))

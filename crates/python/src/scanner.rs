@@ -123,20 +123,21 @@ impl Scanner {
         seed: u64,
         index: u64,
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
-        let bytes = work::brief(py, || {
+        let bytes = work::brief(py, |pool| {
             if !(0.0..=1e9).contains(&time_s) {
                 return Err(Failure::argument("time_s", time_s, "0 to 1e9 s"));
             }
             let scene_from_lidar = arrays::transform("pose", &pose)?;
-            let built = scene.built();
-            let points = self.scanner.scan(&ScanRequest {
+            let built = scene.built(pool);
+            let request = ScanRequest {
                 first_pulse: self.scanner.first_pulse_at(time_s),
                 caster: &built.caster,
                 materials: &built.materials,
                 scene_from_lidar_at: &|_| scene_from_lidar,
                 range_model: &*self.range_model,
                 key: Key::world(seed).domain(SCAN).item(index),
-            });
+            };
+            let points = pool.install(|| self.scanner.scan(&request));
             let mut bytes = Vec::with_capacity(RECORD_BYTES * points.len());
             for point in &points {
                 write(point, &built, &mut bytes);

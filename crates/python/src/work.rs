@@ -9,6 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use pyo3::prelude::*;
+use rayon::ThreadPool;
 
 use crate::failure::Failure;
 use crate::pool;
@@ -120,15 +121,16 @@ fn labour<T: Send + 'static>(
     let _ = sender.send(Message::Done(result));
 }
 
-/// Short work without the interpreter's lock, on the calling thread.
+/// Short work without the interpreter's lock, on the calling thread. It may compute in the pool, but
+/// must not hold a lock there that another caller may wait for in the pool.
 pub(crate) fn brief<T: Send>(
     py: Python<'_>,
-    work: impl FnOnce() -> Result<T, Failure> + Send,
+    work: impl FnOnce(&ThreadPool) -> Result<T, Failure> + Send,
 ) -> PyResult<T> {
     let result = py.detach(|| {
         let pool = pool::ready()?;
         let _busy = pool::Busy::new();
-        let result = catch_unwind(AssertUnwindSafe(|| pool.install(work)));
+        let result = catch_unwind(AssertUnwindSafe(|| work(&pool)));
         Ok::<_, PyErr>(result.unwrap_or_else(|panic| Err(broken(&*panic))))
     })?;
     result.map_err(|failure| failure.raise(py))
