@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::CommandFactory;
 use etcetera::BaseStrategy;
-use nemoral_convert::{ConvertParams, Mode, Table};
+use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, laz_cloud};
 use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
     Layers, Preset, SequenceConfig, Sequences, annotated_toml, json_schema, reference_page,
@@ -18,8 +19,8 @@ use nemoral_pipeline::{
 };
 
 use crate::arguments::{
-    Arguments, Command, ConfigCommand, Convert, Folder, Generate, Graph, Keeping, Merge, Plan,
-    Preview, World,
+    Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Keeping, Merge,
+    Plan, Preview, World,
 };
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
@@ -112,16 +113,7 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
             say(&format!("{} frames in {out}, {mb:.1} MB", made.frames))?;
             Ok(true)
         }
-        Command::Cloud(a) => {
-            let params = CloudParams {
-                voxel_m: a.voxel,
-                pure: a.pure,
-                sequence: a.sequence,
-            };
-            let points = nemoral_dataset::cloud(&a.dir, &a.out, params)?;
-            say(&format!("{points} points in {}", a.out.display()))?;
-            Ok(true)
-        }
+        Command::Cloud(a) => run_cloud(a),
         Command::Convert(a) => run_convert(&a),
         Command::Merge(Merge {
             shards,
@@ -140,7 +132,86 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
             ))?;
             Ok(true)
         }
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            let mut program = Arguments::command();
+            clap_complete::generate(shell, &mut program, "nemoral", &mut script);
+            say(String::from_utf8_lossy(&script).trim_end())?;
+            Ok(true)
+        }
+        Command::Man { command } => {
+            say(manual(command.as_deref())?.trim_end())?;
+            Ok(true)
+        }
     }
+}
+
+fn run_cloud(a: Cloud) -> Result<bool, Failure> {
+    let params = CloudParams {
+        voxel_m: a.voxel,
+        pure: a.pure,
+        sequence: a.sequence,
+        crop: a.crop,
+        only: a.only_class,
+    };
+    let is_laz = a
+        .out
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("laz"));
+    if !is_laz && (a.tile.is_some() || a.ontology.is_some()) {
+        let message = format!(
+            "--out {}: --tile and --ontology are for LAZ; give it a name that ends in .laz",
+            a.out.display()
+        );
+        return Err(Failure {
+            message,
+            is_request: true,
+        });
+    }
+    let cloud = nemoral_dataset::Cloud::open(&a.dir, params)?;
+    if let Some(trees) = &a.trees {
+        cloud.check_name(trees, "csv")?;
+    }
+    if is_laz {
+        let laz = LazCloudParams {
+            tile_m: a.tile,
+            ontology: a.ontology.as_deref().map(Table::load).transpose()?,
+        };
+        for tile in laz_cloud(&cloud, &a.out, &laz)? {
+            say(&format!(
+                "{} points in {}",
+                tile.points,
+                tile.path.display()
+            ))?;
+        }
+    } else {
+        let points = cloud.write_ply(&a.out)?;
+        say(&format!("{points} points in {}", a.out.display()))?;
+    }
+    if let Some(path) = &a.trees {
+        let trees = cloud.write_trees(path)?;
+        say(&format!("{trees} trees in {}", path.display()))?;
+    }
+    Ok(true)
+}
+
+/// The manual page of the program, or of one of its commands.
+fn manual(command: Option<&str>) -> Result<String, Failure> {
+    let mut program = Arguments::command();
+    program.build();
+    let page = match command {
+        None => program,
+        Some(name) => program.find_subcommand(name).cloned().ok_or_else(|| {
+            let names: Vec<&str> = program.get_subcommands().map(|c| c.get_name()).collect();
+            wrong(format!(
+                "there is no command '{name}'; there are {}",
+                names.join(", ")
+            ))
+        })?,
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page).render(&mut text)?;
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
 fn run_convert(a: &Convert) -> Result<bool, Failure> {

@@ -56,6 +56,7 @@ pub(crate) fn sequence_spec(
             annotations: camera.annotation_kinds(),
             shutter: camera.shutter_times(),
             noisy: camera.noise.enabled,
+            processed: camera.is_processed(),
         })
     };
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {

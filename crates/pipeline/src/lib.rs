@@ -50,6 +50,7 @@ pub mod fuzz;
 mod generate;
 mod header;
 mod inputs;
+mod pictures;
 pub mod plan;
 mod pool;
 mod preview;
@@ -57,6 +58,7 @@ mod prove;
 mod recorder;
 pub mod recording;
 pub mod stages;
+mod surroundings;
 pub mod world;
 mod worlds;
 
@@ -69,6 +71,9 @@ pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, generate};
 pub use header::header;
 pub use inputs::{InputFile, InputFiles};
+pub use pictures::{
+    picture_of_classes, picture_of_depth, picture_of_instances, picture_of_normals, picture_of_scan,
+};
 pub use pool::use_thread_pool;
 pub use preview::{check_png_name, preview, write_png};
 pub use prove::check;

@@ -12,18 +12,18 @@ use nemoral_scene::{
     TreeRecord, Twist,
 };
 use nemoral_seed::{Domain, Key};
-use nemoral_trajectory::PoseTrack;
 
 use crate::chunks::ChunkManager;
 use crate::config::{Config, SequenceConfig};
 use crate::header::sequence_spec;
 use crate::plan::{Cache, Runner, Stage, Store};
+use crate::pool::in_pool;
 use crate::prove::prove;
+use crate::recording::moment::Moment;
 use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
 use crate::stages::annotations::AnnotationStage;
 use crate::stages::assets::LibraryStage;
-use crate::stages::frame::{ImageStage, ScanStage, SceneStage};
 use crate::{Backend, Error, ForestPlan};
 
 /// The noise of what is observed without an index.
@@ -53,6 +53,33 @@ pub struct Observation {
     pub time_s: f64,
     /// The number that keys the sensors' noise; without one, pose and time do.
     pub index: Option<u64>,
+}
+
+/// The greatest distance of a pose from the world's origin along each axis, metres.
+const FARTHEST_M: f64 = 1e8;
+
+impl Observation {
+    fn check(&self) -> Result<(), Error> {
+        let RigidTransform {
+            rotation,
+            translation_m,
+        } = self.world_from_body;
+        if !rotation.is_normalized() {
+            let message = format!("rotation = {rotation}: must be a unit quaternion");
+            return Err(Error::request(message));
+        }
+        if translation_m.abs().max_element() > FARTHEST_M || !translation_m.is_finite() {
+            let message = format!("translation_m = {translation_m}: must be within 1e8 m");
+            return Err(Error::request(message));
+        }
+        if !(0.0..=1e9).contains(&self.time_s) {
+            return Err(Error::request(format!(
+                "time_s = {}: must be 0..=1e9",
+                self.time_s
+            )));
+        }
+        Ok(())
+    }
 }
 
 /// Records frames of a sequence in memory. It keeps the chunks around the last place, as
@@ -197,6 +224,7 @@ impl Recorder {
     /// # Errors
     /// If the place is beyond the world, or its chunks cannot be made.
     pub fn observe(&self, observation: &Observation) -> Result<Recording, Error> {
+        observation.check()?;
         self.prepare()?;
         if let Some(frame) = self.frame_at(observation)? {
             return self.frame(frame);
@@ -204,46 +232,40 @@ impl Recorder {
         let config = self.config();
         let (runner, forest) = (self.runner(), &self.forest);
         let lidars = runner.get(forest.lidars, ())?;
-        let longest_s = lidars.iter().map(|l| l.scanner.duration_s());
-        let half_s = longest_s.fold(0.0, f64::max) / 2.0;
-        let Observation {
-            world_from_body,
-            motion,
-            time_s,
-            index,
-        } = *observation;
-        let place = |offset_s: f64| Ok::<_, Error>(world_from_body * motion.after(offset_s));
-        let position_m = world_from_body.translation_m.truncate();
-        let pose = Arc::new(FramePose {
-            time_s,
-            track: PoseTrack::sample(half_s, place)?,
-            motion: if pictures_s(config) > 0.0 {
-                motion
-            } else {
-                Twist::STILL
-            },
-            chunk: ChunkCoord::containing(position_m, config.chunks.size_m),
-        });
-        let at = index.unwrap_or_else(|| noise_of(observation));
-        let world = Key::world(config.seed);
-        let scene = self.scene(at, Arc::clone(&pose))?;
-        let assets = runner.get(forest.assets, ())?;
         let rigs = runner.get(forest.cameras, ())?;
-        let of_pose = (Arc::clone(&pose), Arc::clone(&scene));
-        let inputs = (Arc::clone(&rigs), Arc::clone(&assets), of_pose.0, of_pose.1);
-        let images = Arc::new(ImageStage.run(at, world, inputs)?);
+        let assets = runner.get(forest.assets, ())?;
+        let mut pose = FramePose::moving(
+            (observation.world_from_body, observation.motion),
+            observation.time_s,
+            &lidars,
+            config.chunks.size_m,
+        );
+        if pictures_s(config) == 0.0 {
+            pose.motion = Twist::STILL;
+        }
+        let place_m = observation.world_from_body.translation_m.truncate();
+        let scene = forest.scene_around(&runner, place_m, f64::INFINITY)?;
+        let number = observation.index.unwrap_or_else(|| noise_of(observation));
+        let materials = &assets.library.materials;
+        let moment = Moment::new(forest.world(), number, &pose, &scene, materials);
+        let picture = |(i, rig)| moment.picture(i, rig);
+        let images: Vec<CameraImages> = in_pool(|| {
+            rigs.iter()
+                .enumerate()
+                .map(picture)
+                .collect::<Result<_, _>>()
+        })?;
+        let scans = in_pool(|| lidars.iter().map(|rig| moment.scan(rig)).collect());
         let annotations = AnnotationStage::new(config).annotate(
             &rigs,
             (&pose, &scene, &images),
             runner.demand(forest.uncovered_geometry),
             None,
         )?;
-        let inputs = (lidars, assets, Arc::clone(&pose), scene);
-        let scans = ScanStage.run(at, world, inputs)?;
         self.leave(&pose);
         Ok(Recording {
-            pose,
-            images,
+            pose: Arc::new(pose),
+            images: Arc::new(images),
             annotations: Arc::new(annotations),
             scans: Arc::new(scans),
         })
@@ -268,16 +290,10 @@ impl Recorder {
     /// If its chunks cannot be made.
     pub fn scene_at(&self, world_from_body: RigidTransform) -> Result<Arc<FrameScene>, Error> {
         self.prepare()?;
-        let position_m = world_from_body.translation_m.truncate();
-        let pose = Arc::new(FramePose {
-            time_s: 0.0,
-            track: PoseTrack::sample(0.0, |_| Ok::<_, Error>(world_from_body))?,
-            motion: Twist::STILL,
-            chunk: ChunkCoord::containing(position_m, self.config().chunks.size_m),
-        });
-        let scene = self.scene(0, Arc::clone(&pose))?;
-        self.leave(&pose);
-        Ok(scene)
+        let place_m = world_from_body.translation_m.truncate();
+        let scene = (self.forest).scene_around(&self.runner(), place_m, f64::INFINITY)?;
+        self.manager.evict(&self.store, place_m, &[]);
+        Ok(Arc::new(scene))
     }
 
     /// The ground at world positions, in their order: height and slope, and the signed distance to
@@ -349,24 +365,6 @@ impl Recorder {
 
     fn config(&self) -> &Config {
         &self.sequence.config
-    }
-
-    fn scene(&self, at: u64, pose: Arc<FramePose>) -> Result<Arc<FrameScene>, Error> {
-        let chunks = &self.config().chunks;
-        let stage = SceneStage {
-            chunk_size_m: chunks.size_m,
-            visible_radius_m: chunks.visible_radius_m,
-            undergrowth_radius_m: chunks.undergrowth_radius_m,
-        };
-        let (runner, forest) = (self.runner(), &self.forest);
-        let inputs = (
-            pose,
-            runner.demand(forest.object_geometry),
-            runner.demand(forest.undergrowth_geometry),
-            runner.demand(forest.sky_view_factor),
-        );
-        let scene = stage.run(at, Key::world(self.config().seed), inputs)?;
-        Ok(Arc::new(scene))
     }
 
     /// The frame of the sequence that an observation repeats.

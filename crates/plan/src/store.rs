@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use crate::node::Value;
-use crate::{AnyCoordinate, Cache, Fingerprint, PlanTypes, StageError};
+use crate::{AnyCoordinate, Cache, Fingerprint, Plan, PlanTypes, StageError};
 
 /// A thread-safe store of node values. A value is computed by one thread; others that want it
 /// meanwhile wait. Evicting a value never changes a result, only the work.
@@ -144,6 +144,21 @@ impl<P: PlanTypes> Store<P> {
         let mut inner = lock(&self.inner);
         inner.slots.retain(|_, slot| match slot {
             Slot::Ready { id, at, value, .. } if !keep(id, *at) => {
+                dropped.push(Arc::clone(value));
+                false
+            }
+            _ => true,
+        });
+        drop(inner);
+    }
+
+    /// Drops every value that is not one of this plan's, such as those of a plan before it. What
+    /// both have in common stays.
+    pub fn retain_plan(&self, plan: &Plan<P>) {
+        let mut dropped = Vec::new();
+        let mut inner = lock(&self.inner);
+        inner.slots.retain(|&key, slot| match slot {
+            Slot::Ready { id, at, value, .. } if !plan.has(key, id, *at) => {
                 dropped.push(Arc::clone(value));
                 false
             }
