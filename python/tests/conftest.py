@@ -33,8 +33,8 @@ def command(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 def settings(config: dict[str, Any]) -> list[str]:
     """A config as arguments of the command."""
-    texts = {True: "true", False: "false"}
-    return [f"--set={key}={texts.get(v, v) if isinstance(v, bool) else v}" for key, v in config.items()]
+    texts = {key: str(v).lower() if isinstance(v, bool) else v for key, v in config.items()}
+    return [f"--set={key}={v}" for key, v in texts.items()]
 
 
 @pytest.fixture(scope="session")

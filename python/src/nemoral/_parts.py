@@ -323,7 +323,8 @@ def poisson_disks(
         arguments.array(name, value, np.float64, (2,)).tolist()
         for name, value in (("low", low), ("high", high))
     ]
-    limits = arguments.array("radius_m", np.atleast_1d(radius_m), np.float64, (None,))  # type: ignore[arg-type]
+    given: npt.ArrayLike = [radius_m] if np.ndim(radius_m) == 0 else radius_m  # type: ignore
+    limits = arguments.array("radius_m", given, np.float64, (None,))
     if len(limits) not in (1, 2) or not 1e-3 <= limits[0] <= limits[-1] <= 2e4:
         raise arguments.refuse("radius_m", radius_m, "0.001 to 20000 m, or two such numbers")
     rows = _native.poisson_disks(

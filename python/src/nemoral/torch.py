@@ -144,7 +144,8 @@ class FrameStream(IterableDataset[Any]):
         if (rank is None) != (world_size is None):
             raise arguments.refuse("rank, world_size", (rank, world_size), "both given, or neither")
         if rank is not None and world_size is not None:
-            arguments.whole("rank", rank, 0, arguments.whole("world_size", world_size, 1, 2**31) - 1)
+            size = arguments.whole("world_size", world_size, 1, 2**31)
+            arguments.whole("rank", rank, 0, size - 1)
         self.frames = frames
         self.start = arguments.whole("start", start, 0, 2**62)
         self.rank = rank
