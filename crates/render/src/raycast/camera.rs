@@ -165,13 +165,13 @@ impl CameraRenderer for RayCastCamera {
         let n = frame.linear.len();
         if additional.samples > 0 {
             let every: Vec<u32> = (0..n as u32).collect();
-            context.add_samples(&mut frame.linear, &every, additional, key.domain(ALL));
+            context.add_samples(&mut frame, &every, additional, key.domain(ALL));
         }
         if p.edge_samples > 0 {
             let limit = f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples);
             let edges = silhouettes(&frame, log_mean_luminance(&frame.linear), limit as usize);
             context.add_samples(
-                &mut frame.linear,
+                &mut frame,
                 &edges,
                 AdditionalSamples::beside(samples, p.edge_samples),
                 key.domain(EDGES),

@@ -12,28 +12,29 @@ const REACH: usize = 2;
 /// The weight of a pixel by its distance along a row or a column: the mean of three, taken twice.
 const WEIGHTS: [f32; 2 * REACH + 1] = [1.0, 2.0, 3.0, 2.0, 1.0];
 /// The farthest two depths of one surface are apart, as a share of the depth.
-const SAME_DEPTH: f32 = 0.03;
+pub(super) const SAME_DEPTH: f32 = 0.03;
 /// The least cosine between two normals of one surface.
-const SAME_NORMAL: f32 = 0.8;
+pub(super) const SAME_NORMAL: f32 = 0.8;
 
 /// Adds the sun's light, by the share of its disc that is visible to the surrounding pixels on the
 /// same surface.
 pub(super) fn add_filtered_sun(frame: &mut FrameBuffer) {
     let mut linear = std::mem::take(&mut frame.linear);
-    let width = frame.width;
+    let mut shares = std::mem::take(&mut frame.sun_share);
+    let (width, read) = (frame.width, &*frame);
     linear
         .par_chunks_mut(width * ROWS)
+        .zip(shares.par_chunks_mut(width * ROWS))
         .enumerate()
-        .for_each(|(strip, rows)| {
+        .for_each(|(strip, (rows, shares))| {
             let first = strip * ROWS;
-            let share = sun_fractions(frame, first, rows.len() / width);
-            let frame = &*frame;
-            let sun = &frame.sun[first * width..];
-            for ((out, sun), share) in rows.iter_mut().zip(sun).zip(share) {
-                *out += *sun * share;
+            shares.copy_from_slice(&sun_fractions(read, first, rows.len() / width));
+            let sun = &read.sun[first * width..];
+            for ((out, sun), share) in rows.iter_mut().zip(sun).zip(shares) {
+                *out += *sun * *share;
             }
         });
-    frame.linear = linear;
+    (frame.linear, frame.sun_share) = (linear, shares);
 }
 
 /// The visible share of the sun's disc for each pixel of `rows` rows from the `first` on: the
