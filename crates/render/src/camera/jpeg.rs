@@ -159,7 +159,7 @@ impl Plane {
     /// Independent JPEG Group's library does.
     fn doubled(&self, width: usize, height: usize) -> Self {
         let next = |i: usize| {
-            if i % 2 == 0 {
+            if i.is_multiple_of(2) {
                 (i / 2).saturating_sub(1)
             } else {
                 i / 2 + 1
@@ -278,8 +278,8 @@ mod tests {
         let (width, height) = (64, 48);
         // Columns of equal luma and alternating colour.
         let original: Vec<[u8; 3]> = (0..width * height)
-            .map(|i| {
-                if i % 2 == 0 {
+            .map(|i: usize| {
+                if i.is_multiple_of(2) {
                     [180, 100, 100]
                 } else {
                     [80, 150, 110]
