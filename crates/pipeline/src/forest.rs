@@ -7,7 +7,7 @@ use nemoral_scene::{Annotations, ChunkCoord, LidarPoint};
 use nemoral_seed::Key;
 use nemoral_stand::{FallenStem, SceneObjects, SkyViewFactor};
 
-use crate::config::Config;
+use crate::config::{Chunks, Config};
 use crate::plan::{Node, Plan};
 use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
@@ -38,6 +38,8 @@ use crate::{Backend, Error, InputFiles};
 pub struct ForestPlan {
     plan: Plan,
     backend: Backend,
+    world: Key,
+    pub(crate) chunks: Chunks,
     /// World: the ground's terrain and trails.
     pub ground_model: Node<(), GroundModel>,
     /// World: the library of grown plants.
@@ -116,7 +118,8 @@ impl ForestPlan {
     ) -> Result<Self, Error> {
         inputs.check(config)?;
         let chunk_size_m = config.chunks.size_m;
-        let mut plan = Plan::new(Key::world(config.seed));
+        let world_key = Key::world(config.seed);
+        let mut plan = Plan::new(world_key);
 
         let ground_model = plan.add(GroundStage::new(config), ());
         let library = plan.add(LibraryStage::new(config, inputs), ());
@@ -239,6 +242,8 @@ impl ForestPlan {
         Ok(Self {
             plan,
             backend,
+            world: world_key,
+            chunks: config.chunks.clone(),
             ground_model,
             library,
             assets,
@@ -269,6 +274,12 @@ impl ForestPlan {
     #[must_use]
     pub fn backend(&self) -> &Backend {
         &self.backend
+    }
+
+    /// The world's key.
+    #[must_use]
+    pub fn world(&self) -> Key {
+        self.world
     }
 
     /// The plan itself.

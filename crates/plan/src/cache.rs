@@ -54,7 +54,16 @@ impl Cache {
     /// # Errors
     /// If the folder cannot be made, or the program cannot read itself.
     pub fn open(folder: impl Into<PathBuf>) -> io::Result<Self> {
-        let program = nemoral_files::read(&std::env::current_exe()?, PROGRAM_BYTES);
+        Self::open_for(folder, &std::env::current_exe()?)
+    }
+
+    /// The same for a program that is not the process's own file, such as a library that an
+    /// interpreter has loaded.
+    ///
+    /// # Errors
+    /// If the folder cannot be made, or the program cannot be read.
+    pub fn open_for(folder: impl Into<PathBuf>, program: &Path) -> io::Result<Self> {
+        let program = nemoral_files::read(program, PROGRAM_BYTES);
         let mut hasher = Hasher::new("maker");
         hasher.write_bytes(&program.map_err(io::Error::other)?);
         Self::of_maker(folder.into(), hasher.finish())
@@ -220,6 +229,21 @@ mod tests {
                 .count(),
             1
         );
+    }
+
+    #[test]
+    fn another_program_is_another_maker() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let program = dir.path().join("program");
+        let opened = |bytes: &[u8]| {
+            fs::write(&program, bytes).expect("written");
+            Cache::open_for(dir.path().join("kept"), &program).expect("a folder")
+        };
+        opened(b"one").put(key(7), b"a value");
+        assert!(opened(b"one").has(key(7)));
+        assert!(!opened(b"two").has(key(7)));
+        let none = dir.path().join("none");
+        assert!(Cache::open_for(dir.path().join("kept"), &none).is_err());
     }
 
     #[test]

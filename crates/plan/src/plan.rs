@@ -61,6 +61,12 @@ impl<P: PlanTypes> Plan<P> {
         self.entries.iter().map(|e| (e.node.id(), e.base)).collect()
     }
 
+    /// Whether a stage has this key at a coordinate.
+    pub(crate) fn has(&self, key: Fingerprint, id: &'static str, at: P::At) -> bool {
+        let of_stage = (0..self.entries.len()).filter(|&i| self.entries[i].node.id() == id);
+        of_stage.into_iter().any(|i| self.key_of(i, at) == key)
+    }
+
     pub(crate) fn key_of(&self, index: usize, at: P::At) -> Fingerprint {
         let mut hasher = Hasher::new("at");
         hasher.write_bytes(&self.entries[index].base.0);

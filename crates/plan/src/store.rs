@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use crate::node::Value;
-use crate::{AnyCoordinate, Cache, Fingerprint, PlanTypes, StageError};
+use crate::{AnyCoordinate, Cache, Fingerprint, Plan, PlanTypes, StageError};
 
 /// A thread-safe store of node values. A value is computed by one thread; others that want it
 /// meanwhile wait. Evicting a value never changes a result, only the work.
@@ -150,6 +150,44 @@ impl<P: PlanTypes> Store<P> {
             _ => true,
         });
         drop(inner);
+    }
+
+    /// Drops every value that is not one of this plan's, such as those of a plan before it. What
+    /// both have in common stays.
+    pub fn retain_plan(&self, plan: &Plan<P>) {
+        let mut dropped = Vec::new();
+        let mut inner = lock(&self.inner);
+        inner.slots.retain(|&key, slot| match slot {
+            Slot::Ready { id, at, value, .. } if !plan.has(key, id, *at) => {
+                dropped.push(Arc::clone(value));
+                false
+            }
+            _ => true,
+        });
+        drop(inner);
+    }
+
+    /// Takes over another store's values of a stage, so that both share them.
+    pub fn adopt(&self, other: &Self, stage: &str) {
+        if std::ptr::eq(self, other) {
+            return;
+        }
+        let of_stage = |(key, slot): (&Fingerprint, &Slot<P>)| match slot {
+            Slot::Ready { id, at, value, age } if *id == stage => {
+                Some((*age, (*key, Arc::clone(value), *id, *at)))
+            }
+            _ => None,
+        };
+        let theirs = lock(&other.inner);
+        let mut found: Vec<_> = theirs.slots.iter().filter_map(of_stage).collect();
+        drop(theirs);
+        found.sort_unstable_by_key(|&(age, _)| age);
+        let mut inner = lock(&self.inner);
+        for (_, (key, value, id, at)) in found {
+            inner.clock += 1;
+            let age = inner.clock;
+            (inner.slots.entry(key)).or_insert(Slot::Ready { value, id, at, age });
+        }
     }
 
     /// How many values are kept now.

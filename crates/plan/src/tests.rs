@@ -210,6 +210,35 @@ fn a_value_is_computed_once_while_it_is_kept() {
 }
 
 #[test]
+fn a_plan_that_follows_another_keeps_what_both_have() {
+    let (first, _, smooth) = plan(1.0, 2.0);
+    let (second, _, other) = plan(1.0, 3.0);
+    let store = Store::unlimited();
+    let before = Runner::new(&first, &store, 1).demand(smooth);
+    before.all(&square(4)).expect("runs");
+    let after = Runner::new(&second, &store, 1);
+    after.get(other, Cell(0, 0)).expect("runs");
+    let heights = store.count("height");
+    store.retain_plan(&second);
+    assert_eq!((store.count("smooth"), store.count("height")), (1, heights));
+    assert!(store.contains(second.key(other, Cell(0, 0))));
+    assert_eq!(store.count("scale"), 1);
+}
+
+#[test]
+fn a_store_adopts_the_values_of_a_stage() {
+    let (plan, height, _) = plan(1.0, 2.0);
+    let (theirs, ours) = (Store::unlimited(), Store::unlimited());
+    let value = Runner::new(&plan, &theirs, 1).get(height, Cell(0, 0));
+    ours.adopt(&theirs, "scale");
+    ours.adopt(&ours, "scale");
+    assert_eq!((ours.count("scale"), ours.count("height")), (1, 0));
+    let again = Runner::new(&plan, &ours, 1).get(height, Cell(0, 0));
+    assert_eq!(again, value);
+    assert_eq!(ours.computed(), 1);
+}
+
+#[test]
 fn keys_change_with_what_a_value_depends_on_and_with_nothing_else() {
     let at = Cell(3, -4);
     let (a, a_height, a_smooth) = plan(1.0, 2.0);

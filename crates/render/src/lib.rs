@@ -53,19 +53,22 @@
 //! - Haze, by visibility (Koschmieder 1924), and ground fog both decrease exponentially with
 //!   height, and are integrated in closed form along every ray.
 //! - One shadow ray per sample goes to a point of the sun's disc; neighbouring pixels use different
-//!   parts of the disc, so penumbrae are smooth.
+//!   parts of the disc, and are averaged as far as a penumbra is wide, so penumbrae are smooth.
 //! - There are no ambient-occlusion rays: the light of the sky, the green light that leaves scatter
 //!   down (Goudriaan 1977) and the light that the ground reflects follow from one number per place,
 //!   the sky view factor ([`SkyVisibility`]), and one that is baked with each shape, the share that
 //!   its near parts let through ([`AmbientOcclusion`](nemoral_scene::AmbientOcclusion)).
 //! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is
 //!   conserved: a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
-//! - The lens ([`Lens`]) adds veiling glare, a halo around bright areas, and darker corners.
-//! - Exposure is set by a light meter ([`Exposure`]), followed by a filmic curve ([`ToneCurve`])
-//!   and sRGB.
+//! - The lens ([`Lens`]) spreads points, which filters detail finer than pixels, and adds veiling
+//!   glare, a halo around bright areas, and darker corners.
+//! - Exposure is set by a light meter ([`Exposure`], [`Metering`]), followed by a filmic curve
+//!   ([`ToneCurve`]) and sRGB.
 //!
 //! # Imperfections of a camera
-//! A camera is perfect unless a [`View`] says otherwise. [`SensorNoise`] is EMVA 1288's. With a
+//! A camera is perfect unless a [`View`] says otherwise. [`SensorNoise`] is EMVA 1288's.
+//! [`Processing`] is what a camera makes of a sensor's values, from white balance to JPEG's
+//! artefacts, and [`Soiling`] dirt and drops on the lens; both change the picture alone. With a
 //! shutter ([`nemoral_scene::Shutter`]), a moving camera ([`nemoral_scene::Twist`]) reads row after
 //! row, each from the pose at its time, with motion blur over its exposure. The truth is that of
 //! the middle of each row's exposure, so labels fit the picture.
@@ -92,10 +95,16 @@ struct ReadmeDoctests;
 pub use annotations::boxes::{Candidate, object_boxes};
 pub use annotations::nearest::{nearest_objects, with_visible};
 pub use annotations::optical_flow::optical_flow;
-pub use camera::lens::Lens;
+pub use camera::aberration::ChromaticAberration;
+pub use camera::jpeg::Jpeg;
+pub use camera::lens::{Lens, Vignetting};
+pub use camera::metering::Metering;
+pub use camera::processing::Processing;
 pub use camera::sensor_noise::SensorNoise;
+pub use camera::soiling::Soiling;
 pub use camera::tone::{Exposure, ToneCurve};
 pub use camera::view::View;
+pub use camera::white_balance::{WhiteBalance, WhiteReference};
 pub use error::ParamError;
 #[cfg(feature = "gpu")]
 pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};

@@ -8,7 +8,10 @@ use crate::Error;
 
 impl Sun {
     /// The position of the sun.
-    pub(crate) fn place(&self) -> Result<nemoral_render::Sun, Error> {
+    ///
+    /// # Errors
+    /// If the date is none.
+    pub fn place(&self) -> Result<nemoral_render::Sun, Error> {
         match &self.position {
             SunPosition::Angles(a) => {
                 nemoral_render::Sun::from_angles(a.azimuth_deg, a.elevation_deg)

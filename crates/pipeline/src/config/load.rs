@@ -84,6 +84,22 @@ impl Config {
         toml::to_string(&to_table(self)).expect("a config is plain data")
     }
 
+    /// Refuses impossible combinations of values, of which each alone is allowed.
+    ///
+    /// # Errors
+    /// All of them.
+    pub fn check(&self, inputs: &InputFiles) -> Result<(), Error> {
+        inputs.check(self)?;
+        let problems = self.problems(inputs).into_iter();
+        let errors = problems.map(|(path, message)| ConfigError {
+            path,
+            message,
+            place: None,
+        });
+        ConfigErrors::from_iter(errors).into_result()?;
+        Ok(())
+    }
+
     /// A config from TOML that [`Config::to_toml`] or a user wrote.
     ///
     /// # Errors

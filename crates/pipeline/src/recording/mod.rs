@@ -1,5 +1,6 @@
 //! The content of a frame: the robot's pose, the visible scene, and the data for annotations.
 
 pub(crate) mod annotations;
+pub mod moment;
 pub mod pose;
 pub mod scene;

@@ -1,5 +1,7 @@
 //! The robot's pose at a frame.
 
+use std::convert::Infallible;
+
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, RigidTransform, Twist};
 
@@ -37,12 +39,7 @@ impl FramePose {
                 "frame {at}: the path has {frames} poses"
             )));
         }
-        let longest_s = lidars
-            .iter()
-            .map(|l| l.scanner.duration_s())
-            .fold(0.0, f64::max);
-        let half_s = longest_s / 2.0;
-        let track = PoseTrack::sample(half_s, |offset_s| {
+        let track = PoseTrack::sample(half_scan_s(lidars), |offset_s| {
             trajectory.pose(at, offset_s, surroundings)
         })?;
         let position = track.middle().translation_m.truncate();
@@ -55,11 +52,52 @@ impl FramePose {
         })
     }
 
+    /// A body with these LiDARs that holds still.
+    #[must_use]
+    pub fn still(
+        world_from_body: RigidTransform,
+        time_s: f64,
+        lidars: &[LidarRig],
+        chunk_size_m: f64,
+    ) -> Self {
+        Self::moving(
+            (world_from_body, Twist::STILL),
+            time_s,
+            lidars,
+            chunk_size_m,
+        )
+    }
+
+    /// A body with these LiDARs that moves steadily, in its own axes.
+    #[must_use]
+    pub fn moving(
+        (world_from_body, motion): (RigidTransform, Twist),
+        time_s: f64,
+        lidars: &[LidarRig],
+        chunk_size_m: f64,
+    ) -> Self {
+        let place = |offset_s| Ok::<_, Infallible>(world_from_body * motion.after(offset_s));
+        let Ok(track) = PoseTrack::sample(half_scan_s(lidars), place);
+        let place_m = world_from_body.translation_m.truncate();
+        Self {
+            time_s,
+            track,
+            motion,
+            chunk: ChunkCoord::containing(place_m, chunk_size_m),
+        }
+    }
+
     /// The body's world pose at the frame's time.
     #[must_use]
     pub fn world_from_body(&self) -> RigidTransform {
         self.track.middle()
     }
+}
+
+/// Half the duration of the longest scan, seconds.
+fn half_scan_s(lidars: &[LidarRig]) -> f64 {
+    let durations = lidars.iter().map(|l| l.scanner.duration_s());
+    durations.fold(0.0, f64::max) / 2.0
 }
 
 /// How the body moves around a frame's time, over the duration of pictures; still if that is 0.

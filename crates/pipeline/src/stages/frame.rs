@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
-use nemoral_lidar::ScanRequest;
-use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
-use nemoral_scene::LidarPoint;
-use nemoral_scene::glam::Vec3;
-use nemoral_seed::{Domain, Key};
+use nemoral_render::CameraImages;
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, LidarPoint};
+use nemoral_seed::Key;
 use nemoral_stand::{SceneObjects, SkyViewFactor};
 
 use super::object_geometry::ObjectGeometry;
 use super::undergrowth_geometry::UndergrowthGeometry;
 use crate::Error;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
+use crate::pool::in_pool;
+use crate::recording::moment::Moment;
 use crate::recording::pose::FramePose;
 use crate::recording::scene::{FrameScene, visible_chunks};
 use crate::world::assets::WorldAssets;
@@ -20,8 +21,6 @@ use crate::world::cameras::CameraRig;
 use crate::world::ground::ChunkGround;
 use crate::world::lidars::LidarRig;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
-
-const CAMERA: Domain = Domain::new("pipeline.camera");
 
 /// Drives the robot to a frame.
 #[derive(Clone, Copy, Debug)]
@@ -120,23 +119,32 @@ impl Stage<Forest> for SceneStage {
             Demand<'_, SkyViewFactor>,
         ),
     ) -> Result<FrameScene, Error> {
-        let size = self.chunk_size_m;
         let position = pose.world_from_body().translation_m.truncate();
-        let visible = visible_chunks(position, self.visible_radius_m, size);
-        let near = visible_chunks(position, self.undergrowth_radius_m, size);
+        self.gather((pose.chunk, position), objects, undergrowth, sky_view)
+    }
+}
+
+impl SceneStage {
+    /// The scene that is visible from a place, around the corner of a chunk.
+    pub(crate) fn gather(
+        &self,
+        (around, place_m): (ChunkCoord, DVec2),
+        objects: Demand<'_, ObjectGeometry>,
+        undergrowth: Demand<'_, UndergrowthGeometry>,
+        sky_view: Demand<'_, SkyViewFactor>,
+    ) -> Result<FrameScene, Error> {
+        let size = self.chunk_size_m;
+        let visible = visible_chunks(place_m, self.visible_radius_m, size);
+        let near = visible_chunks(place_m, self.undergrowth_radius_m, size);
         let objects = objects.all(&visible)?.into_iter().map(|g| Arc::clone(&g.0));
         let objects = visible.iter().copied().zip(objects);
         let undergrowth = near.iter().zip(undergrowth.all(&near)?);
         let undergrowth =
             undergrowth.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?))));
         let sky_view = visible.iter().copied().zip(sky_view.all(&visible)?);
+        let sky_view = sky_view.collect();
         let groups = objects.chain(undergrowth);
-        Ok(FrameScene::new(
-            pose.chunk,
-            size,
-            groups,
-            sky_view.collect(),
-        ))
+        Ok(in_pool(|| FrameScene::new(around, size, groups, sky_view)))
     }
 }
 
@@ -154,7 +162,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -169,28 +177,9 @@ impl Stage<Forest> for ImageStage {
             Arc<FrameScene>,
         ),
     ) -> Result<Vec<CameraImages>, Error> {
-        let scene_from_body = pose.track.relative_to(scene.origin_m).middle();
-        let sky_view = |p: Vec3| scene.sky_view_factor(p);
-        let seen = SceneView {
-            caster: &*scene.caster,
-            instances: Some(&*scene),
-            materials: &assets.library.materials,
-            sky_visibility: &sky_view,
-        };
-        let picture = |(i, rig): (usize, &CameraRig)| {
-            let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);
-            view.exposure = rig.exposure;
-            view.tone = rig.tone;
-            view.noise = rig.noise;
-            view.shutter = rig.shutter;
-            view.motion = pose.motion.of_mounted(&rig.body_from_camera);
-            let mut key = world.domain(CAMERA);
-            if i > 0 {
-                key = key.domain(Domain::new(&rig.name));
-            }
-            rig.renderer.render(&seen, &view, key.item(at))
-        };
-        rigs.iter().enumerate().map(picture).collect()
+        let moment = Moment::new(world, at, &pose, &scene, &assets.library.materials);
+        let picture = |(i, rig)| moment.picture(i, rig);
+        in_pool(|| rigs.iter().enumerate().map(picture).collect())
     }
 }
 
@@ -223,18 +212,9 @@ impl Stage<Forest> for ScanStage {
             Arc<FrameScene>,
         ),
     ) -> Result<Vec<Vec<LidarPoint>>, Error> {
-        let track = pose.track.relative_to(scene.origin_m);
-        let scan = |rig: &LidarRig| {
-            let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
-            rig.scanner.scan(&ScanRequest {
-                first_pulse: rig.scanner.first_pulse_at(pose.time_s),
-                caster: &*scene.caster,
-                materials: &assets.library.materials,
-                scene_from_lidar_at: &scene_from_lidar,
-                range_model: &rig.noise,
-                key: world.domain(Domain::new(&rig.name)).item(at),
-            })
-        };
-        Ok(rigs.iter().map(scan).collect())
+        let moment = Moment::new(world, at, &pose, &scene, &assets.library.materials);
+        Ok(in_pool(|| {
+            rigs.iter().map(|rig| moment.scan(rig)).collect()
+        }))
     }
 }

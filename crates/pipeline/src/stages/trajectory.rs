@@ -57,6 +57,12 @@ impl TrajectoryStage {
     }
 }
 
+/// The direction on the map that is this far clockwise from north.
+pub(crate) fn forward(heading_deg: f64) -> DVec2 {
+    let (sin, cos) = libm::sincos(heading_deg.to_radians());
+    DVec2::new(sin, cos)
+}
+
 impl Encode for TrajectoryStage {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
@@ -88,8 +94,7 @@ impl Stage<Forest> for TrajectoryStage {
     ) -> Result<RobotTrajectory, Error> {
         let r = &self.robot;
         let start_m = DVec2::new(r.start_x_m, r.start_y_m);
-        let (sin, cos) = libm::sincos(r.heading_deg.to_radians());
-        let forward = DVec2::new(sin, cos);
+        let forward = forward(r.heading_deg);
         let wander = |amplitude_m: f64| {
             Path::Wander(Wander::new(
                 start_m,

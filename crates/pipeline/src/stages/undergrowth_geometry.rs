@@ -10,6 +10,7 @@ use nemoral_stand::SceneObjects;
 
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
+use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::climbers::Climbing;
 use crate::world::flora::Patch;
@@ -94,7 +95,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
             instances.extend(climbing.instances(place, &objects, &assets, &ground));
         }
         let is_bare = instances.is_empty();
-        let group = (!is_bare).then(|| Arc::new(Group::build(instances)));
+        let group = (!is_bare).then(|| Arc::new(in_pool(|| Group::build(instances))));
         Ok(UndergrowthGeometry(group))
     }
 }

@@ -1,0 +1,115 @@
+//! A moment, at which the robot's sensors record the scene around it.
+
+use std::fmt;
+
+use nemoral_lidar::ScanRequest;
+use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
+use nemoral_scene::glam::Vec3;
+use nemoral_scene::{LidarPoint, MaterialLibrary, RayCaster};
+use nemoral_seed::{Domain, Key};
+
+use super::pose::FramePose;
+use super::scene::FrameScene;
+use crate::Error;
+use crate::world::cameras::CameraRig;
+use crate::world::lidars::LidarRig;
+
+const CAMERA: Domain = Domain::new("pipeline.camera");
+
+/// A moment of a robot. Everything that its sensors record depends on this alone.
+#[derive(Clone, Copy)]
+pub struct Moment<'a> {
+    /// What rays are cast at, usually the scene's own caster.
+    pub caster: &'a dyn RayCaster,
+    world: Key,
+    number: u64,
+    pose: &'a FramePose,
+    scene: &'a FrameScene,
+    materials: &'a MaterialLibrary,
+}
+
+impl fmt::Debug for Moment<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Moment")
+            .field("number", &self.number)
+            .field("time_s", &self.pose.time_s)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Moment<'a> {
+    /// The moment of this number in a world. Equal numbers give equal noise; frames have their own.
+    /// The scene's materials are those of the world's library.
+    #[must_use]
+    pub fn new(
+        world: Key,
+        number: u64,
+        pose: &'a FramePose,
+        scene: &'a FrameScene,
+        materials: &'a MaterialLibrary,
+    ) -> Self {
+        Self {
+            caster: &*scene.caster,
+            world,
+            number,
+            pose,
+            scene,
+            materials,
+        }
+    }
+
+    /// The view of a camera.
+    #[must_use]
+    pub fn view(&self, rig: &CameraRig) -> View {
+        let scene_from_body = self.pose.track.relative_to(self.scene.origin_m).middle();
+        rig.view(scene_from_body, self.pose.motion)
+    }
+
+    /// The picture of a camera, and the truth about it. `position` is the camera's among those of
+    /// the robot, from 0.
+    ///
+    /// # Errors
+    /// If the renderer fails.
+    pub fn picture(&self, position: usize, rig: &CameraRig) -> Result<CameraImages, Error> {
+        self.picture_of(position, rig, &self.view(rig))
+    }
+
+    /// The same of another view, such as one of another size.
+    ///
+    /// # Errors
+    /// If the view is impossible, or the renderer fails.
+    pub fn picture_of(
+        &self,
+        position: usize,
+        rig: &CameraRig,
+        view: &View,
+    ) -> Result<CameraImages, Error> {
+        let mut key = self.world.domain(CAMERA);
+        if position > 0 {
+            key = key.domain(Domain::new(&rig.name));
+        }
+        let sky_view = |p: Vec3| self.scene.sky_view_factor(p);
+        let seen = SceneView {
+            caster: self.caster,
+            instances: Some(self.scene),
+            materials: self.materials,
+            sky_visibility: &sky_view,
+        };
+        rig.renderer.render(&seen, view, key.item(self.number))
+    }
+
+    /// The points of a LiDAR.
+    #[must_use]
+    pub fn scan(&self, rig: &LidarRig) -> Vec<LidarPoint> {
+        let track = self.pose.track.relative_to(self.scene.origin_m);
+        let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
+        rig.scanner.scan(&ScanRequest {
+            first_pulse: rig.scanner.first_pulse_at(self.pose.time_s),
+            caster: self.caster,
+            materials: self.materials,
+            scene_from_lidar_at: &scene_from_lidar,
+            range_model: &rig.noise,
+            key: self.world.domain(Domain::new(&rig.name)).item(self.number),
+        })
+    }
+}
