@@ -258,6 +258,6 @@ mod tests {
         assert!(a.meets(&b(0.5, 0.3, 1.5)) && a.meets(&b(3.9, 0.1, 0.0)));
         assert!(a.meets(&b(1.0, 0.15, 0.0)));
         assert!(!a.meets(&b(0.0, 0.25, 0.0)) && !a.meets(&b(4.3, 0.0, 0.0)));
-        assert!(!a.meets(&b(0.0, 2.3, 1.5707)));
+        assert!(!a.meets(&b(0.0, 2.3, std::f64::consts::FRAC_PI_2)));
     }
 }
