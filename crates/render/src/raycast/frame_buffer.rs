@@ -7,6 +7,9 @@ use rayon::prelude::*;
 use super::primary_rays::PixelTruth;
 use super::shadow_filter::{SAME_DEPTH, SAME_NORMAL};
 
+/// Side of the squares of pixels of which one finds out what blocks its shadow ray.
+pub(crate) const LATTICE: usize = 4;
+
 /// The images of a picture, row by row.
 pub(crate) struct FrameBuffer {
     pub(crate) width: usize,
@@ -17,12 +20,15 @@ pub(crate) struct FrameBuffer {
     /// Radiance, at first without that of the sun.
     pub(crate) linear: Vec<Vec3>,
     /// The sun's radiance without occlusion; zero where it does not matter. In path-traced pictures
-    /// this and the next two fields are empty.
+    /// this and the next three fields are empty.
     pub(crate) sun: Vec<Vec3>,
     /// Whether the shadow ray reaches the sun.
     pub(crate) lit: Vec<bool>,
     /// The share of the sun's disc that is visible from the surface, once it is known.
     pub(crate) sun_share: Vec<f32>,
+    /// For one pixel of each [`LATTICE`], how far from its surface its shadow ray was blocked,
+    /// metres; 0 where it was not.
+    pub(crate) blocker_m: Vec<f32>,
 }
 
 impl FrameBuffer {
@@ -38,6 +44,7 @@ impl FrameBuffer {
             sun: filled(Vec3::ZERO, n),
             lit: filled(false, n),
             sun_share: filled(0.0, n),
+            blocker_m: filled(0.0, width.div_ceil(LATTICE) * height.div_ceil(LATTICE)),
         }
     }
 
@@ -54,7 +61,18 @@ impl FrameBuffer {
             sun: Vec::new(),
             lit: Vec::new(),
             sun_share: Vec::new(),
+            blocker_m: Vec::new(),
         }
+    }
+
+    /// Whether the pixel `i` shows the surface of an object at this depth and with this normal, and
+    /// the sun matters there.
+    #[inline]
+    pub(crate) fn shows(&self, i: usize, object: ObjectId, depth_m: f32, normal: Vec3) -> bool {
+        self.sun[i] != Vec3::ZERO
+            && self.object[i] == object
+            && (self.depth_m[i] - depth_m).abs() < SAME_DEPTH * depth_m
+            && self.normal[i].dot(normal) > SAME_NORMAL
     }
 
     /// The share of the sun's disc that is visible from a surface at an image position: the mean of
@@ -68,11 +86,7 @@ impl FrameBuffer {
         for y in top..(top + 2).min(height) {
             for x in left..(left + 2).min(width) {
                 let i = y * width + x;
-                let same = self.sun[i] != Vec3::ZERO
-                    && self.object[i] == seen.object
-                    && (self.depth_m[i] - seen.depth_m).abs() < SAME_DEPTH * seen.depth_m
-                    && self.normal[i].dot(seen.normal) > SAME_NORMAL;
-                if same {
+                if self.shows(i, seen.object, seen.depth_m, seen.normal) {
                     sum += self.sun_share[i];
                     pixels += 1.0;
                 }
