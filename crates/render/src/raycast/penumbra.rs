@@ -35,7 +35,7 @@ pub(super) fn penumbrae(frame: &FrameBuffer, shares: &[f32], focal_px: f32) -> V
                 // A uniform disc's spread along an axis is half of its radius.
                 let radius_px = Sun::ANGULAR_RADIUS_RAD as f32 * blocker_m(frame, x, y) * focal_px
                     / frame.depth_m[i];
-                let step = (0.5 * radius_px / SPREAD).min(WIDEST) as usize;
+                let step = (0.5 * radius_px / SPREAD).min(WIDEST).round() as usize;
                 if step > 0 {
                     *out = mean(frame, shares, (x, y), step);
                 }
