@@ -139,11 +139,10 @@ mod tests {
     #[test]
     fn other_surfaces_do_not_count() {
         let (mut frame, mut shares) = speckled(20.0);
-        for i in 0..96 * 64 {
-            if i % 96 >= 48 {
-                frame.depth_m[i] = 20.0;
-            }
-            shares[i] = f32::from(u8::from(i % 96 >= 48));
+        for (i, (share, depth_m)) in shares.iter_mut().zip(&mut frame.depth_m).enumerate() {
+            let far = i % 96 >= 48;
+            *depth_m = if far { 20.0 } else { 10.0 };
+            *share = f32::from(u8::from(far));
         }
         assert_eq!(penumbrae(&frame, &shares, 700.0), shares);
     }
