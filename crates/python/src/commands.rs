@@ -188,11 +188,14 @@ pub(crate) fn cloud(
     voxel_m: Option<f64>,
     pure: bool,
     sequence: Option<u32>,
+    only: Vec<String>,
 ) -> PyResult<u64> {
     let params = CloudParams {
         voxel_m,
         pure,
         sequence,
+        only,
+        ..CloudParams::default()
     };
     work::run(py, move || Ok(nemoral_dataset::cloud(&dir, &out, params)?))
 }
