@@ -172,16 +172,19 @@ impl<P: PlanTypes> Store<P> {
         if std::ptr::eq(self, other) {
             return;
         }
-        let mut found = Vec::new();
-        for (key, slot) in &lock(&other.inner).slots {
-            if let Slot::Ready { value, id, at, .. } = slot
-                && *id == stage
-            {
-                found.push((*key, Arc::clone(value), *id, *at));
+        let of_stage = |(key, slot): (&Fingerprint, &Slot<P>)| match slot {
+            Slot::Ready { value, id, at, age } if *id == stage => {
+                Some((*age, *key, Arc::clone(value), *id, *at))
             }
-        }
+            _ => None,
+        };
+        let mut found: Vec<_> = {
+            let theirs = lock(&other.inner);
+            theirs.slots.iter().filter_map(of_stage).collect()
+        };
+        found.sort_by_key(|(age, ..)| *age);
         let mut inner = lock(&self.inner);
-        for (key, value, id, at) in found {
+        for (_, key, value, id, at) in found {
             inner.clock += 1;
             let age = inner.clock;
             (inner.slots.entry(key)).or_insert(Slot::Ready { value, id, at, age });

@@ -378,7 +378,7 @@ def grow_tree(
     """Grow a tree of a diameter at breast height; the rest is drawn from published allometry.
 
     Args:
-        species: such as ``"european_beech"``; an unknown one is refused with the names of all.
+        species: such as ``"beech"``; an unknown one is refused with the names of all.
         dbh_m: 0.02 to 1.5 m.
         seed: 0 to 2**63 - 1.
         wood_triangles_max: 3,000 to 200,000.
