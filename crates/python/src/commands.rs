@@ -113,12 +113,12 @@ fn open_mode(mode: &str) -> Result<OpenMode, Failure> {
     }
 }
 
-/// Checks a data set: whether it passed, the report in words, and each problem.
+/// Whether a data set passed, the report in words, and each problem: its file, and what is wrong.
+type Checked = (bool, String, Vec<(String, String)>);
+
+/// Checks a data set.
 #[pyfunction]
-pub(crate) fn check(
-    py: Python<'_>,
-    dir: PathBuf,
-) -> PyResult<(bool, String, Vec<(String, String)>)> {
+pub(crate) fn check(py: Python<'_>, dir: PathBuf) -> PyResult<Checked> {
     work::run(py, move || {
         let report = nemoral_dataset::check(&dir)?;
         let problems = report.problems.iter();
