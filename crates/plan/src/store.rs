@@ -173,18 +173,17 @@ impl<P: PlanTypes> Store<P> {
             return;
         }
         let of_stage = |(key, slot): (&Fingerprint, &Slot<P>)| match slot {
-            Slot::Ready { value, id, at, age } if *id == stage => {
-                Some((*age, *key, Arc::clone(value), *id, *at))
+            Slot::Ready { id, at, value, age } if *id == stage => {
+                Some((*age, (*key, Arc::clone(value), *id, *at)))
             }
             _ => None,
         };
-        let mut found: Vec<_> = {
-            let theirs = lock(&other.inner);
-            theirs.slots.iter().filter_map(of_stage).collect()
-        };
-        found.sort_by_key(|(age, ..)| *age);
+        let theirs = lock(&other.inner);
+        let mut found: Vec<_> = theirs.slots.iter().filter_map(of_stage).collect();
+        drop(theirs);
+        found.sort_unstable_by_key(|&(age, _)| age);
         let mut inner = lock(&self.inner);
-        for (_, key, value, id, at) in found {
+        for (_, (key, value, id, at)) in found {
             inner.clock += 1;
             let age = inner.clock;
             (inner.slots.entry(key)).or_insert(Slot::Ready { value, id, at, age });
