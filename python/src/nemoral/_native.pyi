@@ -9,7 +9,6 @@ Array = npt.NDArray[Any]
 Pair = list[float]
 Settings = list[dict[str, Any]]
 
-__file__: str
 __version__: str
 POINT_FIELDS: list[tuple[str, str]]
 SEMANTICS: list[str]
