@@ -4,6 +4,7 @@ mod arguments;
 mod commands;
 mod frames;
 mod progress;
+mod view;
 
 use std::process::ExitCode;
 

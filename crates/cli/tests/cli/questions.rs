@@ -149,7 +149,8 @@ fn the_reference_has_the_help_of_every_command() {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/cli.md");
     let page = plain(&fs::read_to_string(page).expect("the handbook's page"));
     let commands = [
-        "", "generate", "preview", "config", "plan", "check", "stats", "merge", "cloud", "convert",
+        "", "generate", "preview", "view", "config", "plan", "check", "stats", "report", "merge",
+        "cloud", "convert",
     ];
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
