@@ -90,20 +90,19 @@ fn the_config_of_what_is_seen_makes_the_same_picture() {
     let store = Store::unlimited();
     let runner = Runner::new(plan.plan(), &store, 2);
     let images = runner.get(plan.images, 0).expect("a picture");
-    assert_eq!(colour.painted.image, images[0].rgb);
     let seen = |map| whole(&forest, &Glance { map, ..glance }).painted.image;
     let ontology = Ontology::paper();
-    assert_eq!(
-        seen(Map::Classes),
-        picture_of_classes(&images[0].truth, &ontology)
-    );
-    assert_eq!(seen(Map::Instances), picture_of_instances(&images[0].truth));
+    assert!(seen(Map::Classes) == picture_of_classes(&images[0].truth, &ontology));
+    assert!(seen(Map::Instances) == picture_of_instances(&images[0].truth));
+    let differ = |a: &[[u8; 3]], b: &[[u8; 3]]| a.iter().zip(b).filter(|(a, b)| a != b).count();
+    let off = differ(colour.painted.image.pixels(), images[0].rgb.pixels());
+    assert_eq!(off, 0, "pixels of colour differ");
     let scans = runner.get(plan.scans, 0).expect("a scan");
     let camera = &config.camera;
     let camera_from_lidar = camera.body_from_camera().inverse() * config.lidar.body_from_lidar();
     let intrinsics = camera.intrinsics().expect("a camera");
     let scan = picture_of_scan(&scans[0], &ontology, &intrinsics, &camera_from_lidar);
-    assert_eq!(seen(Map::Lidar), scan);
+    assert!(seen(Map::Lidar) == scan);
     // A drive begins there with the robot's own sensors.
     let drive = forest.config(&glance, true).expect("a config");
     let drive = Config::from_toml(&drive).expect("a config that is allowed");
@@ -178,7 +177,7 @@ fn what_is_impossible_is_said_and_changes_nothing() {
     let error = until("an error", || forest.state().error);
     assert!(error.contains("placement"), "{error}");
     assert_eq!(forest.state().values, values);
-    assert_eq!(whole(&forest, &glance).painted.image, first.painted.image);
+    assert!(whole(&forest, &glance).painted.image == first.painted.image);
     // The next change is not taken for the one that failed.
     forest.change(&set("trees", 200.0)).expect("it is allowed");
     assert!(whole(&forest, &glance).revision > first.revision);

@@ -1,20 +1,39 @@
 //! A caster that can be interrupted.
 
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nemoral_scene::{Hit, Ray, RayCaster, SurfaceHit};
 
-/// Casts rays until it is stopped, and meets nothing from then on. A picture that is not wanted any
-/// more ends soon after, as the sky takes little time.
+/// Casts rays until it is stopped. Then it unwinds to [`unless_given_up`], so that a picture that is
+/// not wanted any more takes no more time, whatever renderer casts the rays; in a program that
+/// cannot unwind it meets nothing from then on.
 #[derive(Clone, Copy)]
 pub(super) struct Interruptible<'a> {
     pub(super) caster: &'a dyn RayCaster,
     pub(super) stop: &'a AtomicBool,
 }
 
+/// What is unwound with.
+struct GivenUp;
+
+/// Runs something that may be interrupted; `None` if it was.
+pub(super) fn unless_given_up<T>(run: impl FnOnce() -> T) -> Option<T> {
+    // What it had begun is dropped, and nothing else was changed.
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(done) => Some(done),
+        Err(cause) if cause.is::<GivenUp>() => None,
+        Err(panic) => resume_unwind(panic),
+    }
+}
+
 impl Interruptible<'_> {
     fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        let stopped = self.stop.load(Ordering::Relaxed);
+        if stopped && cfg!(panic = "unwind") {
+            resume_unwind(Box::new(GivenUp));
+        }
+        stopped
     }
 }
 

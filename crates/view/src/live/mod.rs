@@ -56,14 +56,18 @@ struct Shared {
     store: Store,
     /// Pictures have threads of their own, so that they do not queue behind what grows.
     painters: rayon::ThreadPool,
-    mind: Mutex<Mind>,
-    changed: Condvar,
     /// Held while a picture is made.
     easel: Mutex<()>,
+    mind: Mutex<Mind>,
+    changed: Condvar,
     /// Who waits for a whole picture that is being made, and how it is given up.
     still: Mutex<Option<(u64, Arc<AtomicBool>)>>,
     /// How many drafts are being made or waited for.
-    drafts: AtomicUsize,
+    movers: AtomicUsize,
+}
+
+fn too_many(threads: usize, error: &dyn std::fmt::Display) -> Error {
+    Error::value("threads", threads, format!("fewer: {error}"))
 }
 
 /// What is wanted and what there is.
@@ -158,8 +162,6 @@ impl LiveForest {
         let threads = threads.max(1);
         // What can be refused at once is.
         world::plan(&sequence.config, &sequence.inputs, &backend)?;
-        let failed =
-            |e: &dyn std::fmt::Display| Error::value("threads", threads, format!("fewer: {e}"));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let painters = pool.thread_name(|i| format!("painter {i}")).build();
         let shared = Arc::new(Shared {
@@ -167,7 +169,8 @@ impl LiveForest {
             backend,
             threads,
             store: Store::unlimited().with_cache(cache),
-            painters: painters.map_err(|e| failed(&e))?,
+            painters: painters.map_err(|e| too_many(threads, &e))?,
+            easel: Mutex::new(()),
             mind: Mutex::new(Mind {
                 wanted: sequence.config,
                 revision: 1,
@@ -181,14 +184,13 @@ impl LiveForest {
                 stopping: false,
             }),
             changed: Condvar::new(),
-            easel: Mutex::new(()),
             still: Mutex::new(None),
-            drafts: AtomicUsize::new(0),
+            movers: AtomicUsize::new(0),
         });
         let growing = Arc::clone(&shared);
         let grower = thread::Builder::new().name("grower".to_owned());
         let grow = move || grow(&growing);
-        grower.spawn(grow).map_err(|e| failed(&e))?;
+        grower.spawn(grow).map_err(|e| too_many(threads, &e))?;
         Ok(Self { shared })
     }
 
@@ -243,7 +245,7 @@ impl LiveForest {
         glance.check()?;
         let shared = &*self.shared;
         let given_up = Arc::new(AtomicBool::new(false));
-        let _waiting = (!glance.still).then(|| Waiting::new(&shared.drafts));
+        let _waiting = (!glance.still).then(|| Waiting::new(&shared.movers));
         if let Some((viewer, before)) = &*lock(&shared.still) {
             // Who moves comes before who rests, and a viewer needs one picture only.
             if !glance.still || *viewer == glance.viewer {
@@ -253,7 +255,7 @@ impl LiveForest {
         let _easel = lock(&shared.easel);
         if glance.still {
             *lock(&shared.still) = Some((glance.viewer, Arc::clone(&given_up)));
-            if shared.drafts.load(Ordering::SeqCst) > 0 {
+            if shared.movers.load(Ordering::SeqCst) > 0 {
                 given_up.store(true, Ordering::SeqCst);
             }
         }
@@ -283,9 +285,11 @@ impl LiveForest {
             stop: given_up,
         };
         let seen = this_view(&shown.world.config, &place, glance.size_px);
-        let painted = shared
-            .painters
-            .install(|| paint::paint(shared, &shown, &seen, glance, &caster))?;
+        let paint = || paint::paint(shared, &shown, &seen, glance, &caster);
+        let Some(painted) = caster::unless_given_up(|| shared.painters.install(paint)) else {
+            return Ok(None);
+        };
+        let painted = painted?;
         Ok(Some(Picture {
             painted,
             place,
