@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use nemoral_convert::{FormatName, Table};
+use nemoral_dataset::Crop;
 use nemoral_pipeline::BackendChoice;
 
 use crate::frames::{Frames, Shard};
@@ -46,11 +47,21 @@ pub(crate) enum Command {
     Report(Report),
     /// Joins shards into one data set.
     Merge(Merge),
-    /// Joins all scans of a data set into one registered, labelled cloud.
+    /// Joins all scans of a sequence into one registered, labelled cloud.
     Cloud(Cloud),
     /// Writes a data set in another format, for readers that do not know ours.
     #[command(after_help = list_of_formats())]
     Convert(Convert),
+    /// Prints a script by which a shell completes commands and options.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Prints the manual page of the program, or of one of its commands.
+    Man {
+        /// The command.
+        command: Option<String>,
+    },
 }
 
 /// The world, and how it differs from the preset.
@@ -95,9 +106,24 @@ pub(crate) struct Keeping {
 pub(crate) struct Cloud {
     /// The data set.
     pub(crate) dir: PathBuf,
-    /// The cloud, a binary PLY.
+    /// The cloud: a binary PLY, or LAZ if the name ends in .laz.
     #[arg(long, short, value_name = "FILE", default_value = "cloud.ply")]
     pub(crate) out: PathBuf,
+    /// Keeps a rectangle, WEST,SOUTH,EAST,NORTH, or a circular plot, EAST,NORTH,RADIUS, in metres.
+    #[arg(long, value_name = "W,S,E,N|E,N,R", allow_hyphen_values = true)]
+    pub(crate) crop: Option<Crop>,
+    /// Keeps points of these classes of the data set or fine semantics, such as Trunks,leaf.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(crate) only_class: Vec<String>,
+    /// Writes the inventory of the plot too: the rows of trees.csv whose trees stand in it.
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) trees: Option<PathBuf>,
+    /// Writes LAZ in square tiles of this side, metres: NAME_X_Y.laz.
+    #[arg(long, value_name = "M")]
+    pub(crate) tile: Option<f64>,
+    /// The classes of LAZ, a built-in table or a TOML file; ASPRS's if not given.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) ontology: Option<String>,
     /// Keeps one point in each cube of this side, metres.
     #[arg(long, value_name = "M")]
     pub(crate) voxel: Option<f64>,

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::CommandFactory;
 use etcetera::BaseStrategy;
-use nemoral_convert::{ConvertParams, Mode, Table};
+use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, laz_cloud};
 use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
     Layers, Preset, SequenceConfig, Sequences, annotated_toml, json_schema, reference_page,
@@ -18,8 +19,8 @@ use nemoral_pipeline::{
 };
 
 use crate::arguments::{
-    Arguments, Command, ConfigCommand, Convert, Folder, Generate, Graph, Keeping, Merge, Plan,
-    Preview, World,
+    Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Keeping, Merge,
+    Plan, Preview, World,
 };
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
@@ -99,13 +100,15 @@ fn wrong(message: impl Display) -> Failure {
 }
 
 /// Runs a command. The result is `false` if it ran but its answer is no.
-pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
+///
+/// `program` is the file that makes values which are kept between runs.
+pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, Failure> {
     match arguments.command {
-        Command::Generate(a) => run_generate(&a),
-        Command::Preview(a) => run_preview(&a),
-        Command::View(a) => view::run(a),
-        Command::Config(a) => run_config(&a),
-        Command::Plan(a) => run_plan(&a),
+        Command::Generate(a) => run_generate(&a, program),
+        Command::Preview(a) => run_preview(&a, program),
+        Command::View(a) => view::run(a, program),
+        Command::Config(a) => run_config(&a, program),
+        Command::Plan(a) => run_plan(&a, program),
         Command::Check(Folder { dir }) => {
             let report = nemoral_dataset::check(&dir)?;
             say(&report.to_string())?;
@@ -121,16 +124,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
             say(&format!("{} frames in {out}, {mb:.1} MB", made.frames))?;
             Ok(true)
         }
-        Command::Cloud(a) => {
-            let params = CloudParams {
-                voxel_m: a.voxel,
-                pure: a.pure,
-                sequence: a.sequence,
-            };
-            let points = nemoral_dataset::cloud(&a.dir, &a.out, params)?;
-            say(&format!("{points} points in {}", a.out.display()))?;
-            Ok(true)
-        }
+        Command::Cloud(a) => run_cloud(a),
         Command::Convert(a) => run_convert(&a),
         Command::Merge(Merge {
             shards,
@@ -149,7 +143,86 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Failure> {
             ))?;
             Ok(true)
         }
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            let mut program = Arguments::command();
+            clap_complete::generate(shell, &mut program, "nemoral", &mut script);
+            say(String::from_utf8_lossy(&script).trim_end())?;
+            Ok(true)
+        }
+        Command::Man { command } => {
+            say(manual(command.as_deref())?.trim_end())?;
+            Ok(true)
+        }
     }
+}
+
+fn run_cloud(a: Cloud) -> Result<bool, Failure> {
+    let params = CloudParams {
+        voxel_m: a.voxel,
+        pure: a.pure,
+        sequence: a.sequence,
+        crop: a.crop,
+        only: a.only_class,
+    };
+    let is_laz = a
+        .out
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("laz"));
+    if !is_laz && (a.tile.is_some() || a.ontology.is_some()) {
+        let message = format!(
+            "--out {}: --tile and --ontology are for LAZ; give it a name that ends in .laz",
+            a.out.display()
+        );
+        return Err(Failure {
+            message,
+            is_request: true,
+        });
+    }
+    let cloud = nemoral_dataset::Cloud::open(&a.dir, params)?;
+    if let Some(trees) = &a.trees {
+        cloud.check_name(trees, "csv")?;
+    }
+    if is_laz {
+        let laz = LazCloudParams {
+            tile_m: a.tile,
+            ontology: a.ontology.as_deref().map(Table::load).transpose()?,
+        };
+        for tile in laz_cloud(&cloud, &a.out, &laz)? {
+            say(&format!(
+                "{} points in {}",
+                tile.points,
+                tile.path.display()
+            ))?;
+        }
+    } else {
+        let points = cloud.write_ply(&a.out)?;
+        say(&format!("{points} points in {}", a.out.display()))?;
+    }
+    if let Some(path) = &a.trees {
+        let trees = cloud.write_trees(path)?;
+        say(&format!("{trees} trees in {}", path.display()))?;
+    }
+    Ok(true)
+}
+
+/// The manual page of the program, or of one of its commands.
+fn manual(command: Option<&str>) -> Result<String, Failure> {
+    let mut program = Arguments::command();
+    program.build();
+    let page = match command {
+        None => program,
+        Some(name) => program.find_subcommand(name).cloned().ok_or_else(|| {
+            let names: Vec<&str> = program.get_subcommands().map(|c| c.get_name()).collect();
+            wrong(format!(
+                "there is no command '{name}'; there are {}",
+                names.join(", ")
+            ))
+        })?,
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page).render(&mut text)?;
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
 fn run_convert(a: &Convert) -> Result<bool, Failure> {
@@ -211,7 +284,10 @@ pub(crate) fn threads(world: &World) -> Result<usize, Failure> {
 }
 
 /// The cache folder, and a message if it cannot be used although one was wanted.
-pub(crate) fn cache(keeping: &Keeping) -> (Option<Arc<Cache>>, Option<String>) {
+pub(crate) fn cache(
+    keeping: &Keeping,
+    program: Option<&Path>,
+) -> (Option<Arc<Cache>>, Option<String>) {
     if keeping.no_cache {
         return (None, None);
     }
@@ -224,7 +300,11 @@ pub(crate) fn cache(keeping: &Keeping) -> (Option<Arc<Cache>>, Option<String>) {
             Err(_) => return (None, None),
         },
     };
-    match Cache::open(&folder) {
+    let opened = match program {
+        Some(program) => Cache::open_for(&folder, program),
+        None => Cache::open(&folder),
+    };
+    match opened {
         Ok(cache) => (Some(Arc::new(cache)), None),
         Err(e) => {
             let folder = folder.display();
@@ -234,7 +314,7 @@ pub(crate) fn cache(keeping: &Keeping) -> (Option<Arc<Cache>>, Option<String>) {
     }
 }
 
-fn run_generate(a: &Generate) -> Result<bool, Failure> {
+fn run_generate(a: &Generate, program: Option<&Path>) -> Result<bool, Failure> {
     let mut world = a.world.clone();
     if let Some(Frames::Length(n)) = a.frames {
         world.settings.push(format!("frames={n}"));
@@ -268,7 +348,7 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     if config.camera.enabled {
         reporter.note_with_first(of_backend);
     }
-    let (cache, no_cache) = cache(&a.keeping);
+    let (cache, no_cache) = cache(&a.keeping, program);
     if let Some(no_cache) = no_cache {
         reporter.note_with_first(no_cache);
     }
@@ -287,11 +367,11 @@ fn run_generate(a: &Generate) -> Result<bool, Failure> {
     Ok(true)
 }
 
-fn run_preview(a: &Preview) -> Result<bool, Failure> {
+fn run_preview(a: &Preview, program: Option<&Path>) -> Result<bool, Failure> {
     check_png_name(&a.out)?;
     let SequenceConfig { config, inputs, .. } = load(&a.world)?.get(a.sequence)?;
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
-    let (cache, no_cache) = cache(&a.keeping);
+    let (cache, no_cache) = cache(&a.keeping, program);
     let threads = threads(&a.world)?;
     let sheet = preview(&config, &inputs, backend, a.frame, threads, cache)?;
     write_png(&sheet, &a.out)?;
@@ -303,7 +383,7 @@ fn run_preview(a: &Preview) -> Result<bool, Failure> {
     Ok(true)
 }
 
-fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
+fn run_config(command: &ConfigCommand, program: Option<&Path>) -> Result<bool, Failure> {
     match command {
         ConfigCommand::Presets => {
             for preset in Preset::ALL {
@@ -318,7 +398,7 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
         }
         ConfigCommand::Check { world, keeping } => {
             let sequences = load(world)?;
-            let (cache, no_cache) = cache(keeping);
+            let (cache, no_cache) = cache(keeping, program);
             let known = check(&sequences, threads(world)?, cache)?;
             for message in known.into_iter().chain(no_cache) {
                 note(&message);
@@ -333,7 +413,7 @@ fn run_config(command: &ConfigCommand) -> Result<bool, Failure> {
     Ok(true)
 }
 
-fn run_plan(a: &Plan) -> Result<bool, Failure> {
+fn run_plan(a: &Plan, program: Option<&Path>) -> Result<bool, Failure> {
     let sequences = load(&a.world)?;
     if a.list {
         return list_sequences(&sequences);
@@ -341,7 +421,7 @@ fn run_plan(a: &Plan) -> Result<bool, Failure> {
     let SequenceConfig { config, inputs, .. } = sequences.get(a.sequence)?;
     let forest = ForestPlan::with_inputs(&config, &inputs, Backend::Cpu)?;
     if a.explain {
-        let (cache, no_cache) = cache(&a.keeping);
+        let (cache, no_cache) = cache(&a.keeping, program);
         if let Some(no_cache) = no_cache {
             note(&no_cache);
         }

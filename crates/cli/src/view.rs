@@ -1,5 +1,6 @@
 //! The command `view`: a page for a browser, until Ctrl-C.
 
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
@@ -11,10 +12,10 @@ use crate::commands::{Failure, cache, load, threads};
 use crate::progress::{note, say};
 
 /// Serves the page until it is stopped.
-pub(crate) fn run(a: View) -> Result<bool, Failure> {
+pub(crate) fn run(a: View, program: Option<&Path>) -> Result<bool, Failure> {
     let sequence = load(&a.world)?.get(a.sequence)?;
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &sequence.config)?;
-    let (cache, no_cache) = cache(&a.keeping);
+    let (cache, no_cache) = cache(&a.keeping, program);
     let forest = LiveForest::new(ForestParams {
         sequence,
         backend,

@@ -1,5 +1,7 @@
 //! The classes that a conversion writes: the data set's own, or those of a table.
 
+use nemoral_scene::{Ontology, Semantic};
+
 use crate::{Error, Source, Table};
 
 /// A class that is written.
@@ -16,13 +18,19 @@ pub(crate) struct Labels {
     /// In the table's order.
     pub(crate) classes: Vec<LabelClass>,
     id_of: [u16; 256],
+    /// By the number of the fine semantic.
+    id_of_semantic: Vec<u16>,
 }
 
 impl Labels {
     /// The classes of a source, through a table if there is one.
     pub(crate) fn of(source: &Source, table: Option<&Table>) -> Result<Self, Error> {
+        Self::of_ontology(source.ontology(), table)
+    }
+
+    /// The classes of a data set's ontology, through a table if there is one.
+    pub(crate) fn of_ontology(own: &Ontology, table: Option<&Table>) -> Result<Self, Error> {
         let mut id_of = [0; 256];
-        let own = source.ontology();
         let Some(table) = table else {
             for class in own.classes() {
                 id_of[usize::from(class.id)] = u16::from(class.id);
@@ -32,9 +40,11 @@ impl Labels {
                 name: c.name.clone(),
                 colour: c.colour,
             });
+            let id = |s: &Semantic| u16::from(own.class(*s).id);
             return Ok(Self {
                 classes: classes.collect(),
                 id_of,
+                id_of_semantic: Semantic::ALL.iter().map(id).collect(),
             });
         };
         let ids = table.ids_for(own)?;
@@ -49,7 +59,13 @@ impl Labels {
         Ok(Self {
             classes: classes.collect(),
             id_of,
+            id_of_semantic: table.ids_for_semantics(own)?,
         })
+    }
+
+    /// The id that is written for a fine semantic.
+    pub(crate) fn id_of_semantic(&self, semantic: Semantic) -> u16 {
+        self.id_of_semantic[semantic as usize]
     }
 
     /// The id that is written for a class on disk.

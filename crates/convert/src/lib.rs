@@ -55,6 +55,7 @@
 //! # }
 //! ```
 
+mod cloud;
 mod error;
 mod formats;
 mod geometry;
@@ -69,6 +70,7 @@ use std::path::Path;
 
 use nemoral_files::Folder;
 
+pub use cloud::{LazCloudParams, LazTile, laz_cloud};
 pub use error::Error;
 pub use formats::FormatName;
 pub use sink::{Files, Mode, Notes, Sink, Stream};

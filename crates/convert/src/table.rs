@@ -12,13 +12,19 @@ use crate::Error;
 const TABLE_BYTES: u64 = 1 << 20;
 
 /// The tables that are built in, by name.
-const BUILT_IN: [(&str, &str); 4] = [
+const BUILT_IN: [(&str, &str); 7] = [
     (
         "semantickitti",
         include_str!("../ontologies/semantickitti.toml"),
     ),
     ("rellis", include_str!("../ontologies/rellis.toml")),
     ("goose", include_str!("../ontologies/goose.toml")),
+    ("rugd", include_str!("../ontologies/rugd.toml")),
+    ("wildscenes", include_str!("../ontologies/wildscenes.toml")),
+    (
+        "for-instance",
+        include_str!("../ontologies/for-instance.toml"),
+    ),
     ("asprs", include_str!("../ontologies/asprs.toml")),
 ];
 
@@ -203,6 +209,25 @@ impl Table {
     }
 }
 
+impl Table {
+    /// The id for each fine semantic, by its number: of the class that lists it, or else of that
+    /// which lists the ontology's class of it, or else of the rest.
+    ///
+    /// # Errors
+    /// As [`ids_for`](Self::ids_for).
+    pub fn ids_for_semantics(&self, own: &Ontology) -> Result<Vec<u16>, Error> {
+        let of_class = self.ids_for(own)?;
+        let id = |semantic: &Semantic| {
+            let name = semantic.name().to_owned();
+            let finer = self.classes.iter().find(|c| c.from.contains(&name));
+            let class = own.class(*semantic);
+            let position = own.classes().iter().position(|c| c.id == class.id);
+            finer.map_or(of_class[position.expect("a class of its own")], |c| c.id)
+        };
+        Ok(Semantic::ALL.iter().map(id).collect())
+    }
+}
+
 fn error(table: &str, reason: String) -> Error {
     Error::Ontology {
         table: table.to_owned(),
@@ -236,6 +261,29 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn semantics_are_finer_than_classes() {
+        let table = Table::load("for-instance").expect("built in");
+        let ids = table
+            .ids_for_semantics(&Ontology::paper())
+            .expect("it fits");
+        let of = |semantic: Semantic| ids[semantic as usize];
+        // In the paper's classes all three are Canopy.
+        assert_eq!(
+            [Semantic::Leaf, Semantic::Needle, Semantic::Twig].map(of),
+            [5, 5, 6]
+        );
+        assert_eq!(
+            [Semantic::Stem, Semantic::Limb, Semantic::Stump].map(of),
+            [4, 6, 0]
+        );
+        let coarse = "name = \"x\"\nsource = \"s\"\nrest = \"a\"\n[[class]]\nid = 7\n\
+                      name = \"a\"\ncolour = [0, 0, 0]\nfrom = [\"Trunks\"]\n";
+        let table = Table::parse("x", coarse).expect("valid");
+        let ids = table.ids_for_semantics(&Ontology::paper()).expect("fits");
+        assert!(ids.iter().all(|id| *id == 7));
     }
 
     #[test]

@@ -154,6 +154,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             annotations: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
+            processed: false,
         }],
         lidars: vec![LidarSpec {
             name: "top".into(),

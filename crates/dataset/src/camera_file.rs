@@ -77,7 +77,7 @@ impl CameraFile {
         }
         let (truth, further) = (data.truth, data.annotations);
         Some(match self {
-            Self::Rgb => images::encode_rgb(data.rgb),
+            Self::Rgb => images::encode_rgb(data.rgb, Some(&sequence.cameras[camera].intrinsics)),
             Self::Semantic => images::encode_semantic(&truth.semantic, ontology),
             Self::Instance => images::encode_instance(&truth.object),
             Self::Depth => match sequence.depth_format {

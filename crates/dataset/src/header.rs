@@ -44,6 +44,11 @@ pub struct CameraSpec {
     /// Whether its pictures have a sensor's noise; absent from `dataset.json` if not.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub noisy: bool,
+    /// Whether its pictures are more than a tone curve of the light at each pixel, equal for all
+    /// colours: white balance, noise reduction, saturation, sharpening or JPEG. Absent from
+    /// `dataset.json` if not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub processed: bool,
 }
 
 /// A LiDAR of the data set. The first one writes `velodyne`, `labels` and `points`, further ones

@@ -37,6 +37,10 @@ pub(crate) mod ontology {
     use serde::de::Error as _;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+    /// The last semantic that every manifest names. A manifest made before one was added lacks it,
+    /// and its data set has no such surface: the class of the sky stands for it.
+    const LAST_OF_FIRST: Semantic = Semantic::Stone;
+
     #[derive(Serialize, Deserialize)]
     struct Form {
         name: String,
@@ -70,7 +74,7 @@ pub(crate) mod ontology {
 
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Ontology, D::Error> {
         let form = Form::deserialize(d)?;
-        for s in Semantic::ALL {
+        for s in Semantic::ALL.iter().filter(|&&s| s <= LAST_OF_FIRST) {
             if !form.semantics.contains_key(s.name()) {
                 return Err(D::Error::custom(format!(
                     "semantic '{}' has no class",
@@ -78,12 +82,53 @@ pub(crate) mod ontology {
                 )));
             }
         }
+        let sky = form.semantics[Semantic::Sky.name()];
+        let class_of = |s: Semantic| form.semantics.get(s.name()).copied().unwrap_or(sky);
         let classes = form.classes.into_iter().map(|c| Class {
             id: c.id,
             name: c.name,
             colour: c.colour,
         });
-        Ontology::new(&form.name, classes.collect(), |s| form.semantics[s.name()])
+        Ontology::new(&form.name, classes.collect(), class_of)
             .ok_or_else(|| D::Error::custom("classes repeat, or a semantic names an unknown class"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nemoral_scene::{Ontology, Semantic};
+    use serde_json::Value;
+
+    #[derive(Debug, serde::Serialize, serde::Deserialize)]
+    struct Header {
+        #[serde(with = "super::ontology")]
+        ontology: Ontology,
+    }
+
+    fn written() -> Value {
+        let ontology = Ontology::paper();
+        serde_json::to_value(Header { ontology }).expect("it is written")
+    }
+
+    fn without(semantic: Semantic) -> Result<Ontology, serde_json::Error> {
+        let mut json = written();
+        let semantics = json["ontology"]["semantics"].as_object_mut();
+        semantics.expect("a table").remove(semantic.name());
+        serde_json::from_value(json).map(|h: Header| h.ontology)
+    }
+
+    #[test]
+    fn ontologies_are_read_as_written() {
+        let read: Header = serde_json::from_value(written()).expect("it is read");
+        assert_eq!(read.ontology, Ontology::paper());
+    }
+
+    #[test]
+    fn what_an_older_manifest_could_not_know_is_background() {
+        let old = without(Semantic::Log).expect_err("it was always there");
+        assert!(old.to_string().contains("'log' has no class"), "{old}");
+        let read = without(Semantic::RootPlate).expect("it came later");
+        assert_eq!(read.class(Semantic::RootPlate).name, "Background");
+        assert_eq!(read.class(Semantic::Log).name, "Trunks");
     }
 }

@@ -56,15 +56,15 @@ impl fmt::Debug for Scanner {
     }
 }
 
-/// The longest scan whose times fit a point's 32-bit nanoseconds.
-const MAX_DURATION_S: f64 = u32::MAX as f64 * 1e-9;
+/// The longest scan. Terrestrial scanners take minutes.
+const MAX_DURATION_S: f64 = 3600.0;
 
 impl Scanner {
     /// A scanner with these parameters.
     ///
     /// # Errors
     /// If a parameter is out of its range, if the pattern's rate is not positive, or if the scan
-    /// would last longer than 4.29 s (times of points are 32-bit nanoseconds).
+    /// would last longer than an hour.
     pub fn new(params: ScannerParams, pattern: Box<dyn ScanPattern>) -> Result<Self, ParamError> {
         params.check()?;
         let rate_hz = pattern.rate_hz();
@@ -73,7 +73,7 @@ impl Scanner {
             f64::from(params.pulses_per_scan) / rate_hz <= MAX_DURATION_S,
             "pulses_per_scan",
             params.pulses_per_scan,
-            "at most what the pattern fires in 4.29 s",
+            "at most what the pattern fires in 3600 s",
         )?;
         Ok(Self {
             params,

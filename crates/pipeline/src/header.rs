@@ -34,7 +34,10 @@ pub fn header(sequences: &Sequences, backend: &Backend) -> Result<DatasetHeader,
 }
 
 /// What decides the bytes of a sequence.
-fn sequence_spec(sequence: &SequenceConfig, forest: &ForestPlan) -> Result<SequenceSpec, Error> {
+pub(crate) fn sequence_spec(
+    sequence: &SequenceConfig,
+    forest: &ForestPlan,
+) -> Result<SequenceSpec, Error> {
     let config: &Config = &sequence.config;
     let stage_keys = forest
         .plan()
@@ -53,6 +56,7 @@ fn sequence_spec(sequence: &SequenceConfig, forest: &ForestPlan) -> Result<Seque
             annotations: camera.annotation_kinds(),
             shutter: camera.shutter_times(),
             noisy: camera.noise.enabled,
+            processed: camera.is_processed(),
         })
     };
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {

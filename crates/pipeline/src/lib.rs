@@ -24,7 +24,7 @@
 //! - [`recording`]: the content of a frame, from which it is recorded.
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
-//! - [`ForestPlan::observe`]: what sensors record at any pose.
+//! - [`Recorder`]: single frames in memory, along the path or anywhere else.
 //! - [`check`], [`generate`], [`preview`]: check a request, and make data sets and pictures from
 //!   it.
 //!
@@ -50,13 +50,15 @@ pub mod fuzz;
 mod generate;
 mod header;
 mod inputs;
-mod observe;
 mod pictures;
 pub mod plan;
+mod pool;
 mod preview;
 mod prove;
+mod recorder;
 pub mod recording;
 pub mod stages;
+mod surroundings;
 pub mod world;
 mod worlds;
 
@@ -69,9 +71,10 @@ pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, generate};
 pub use header::header;
 pub use inputs::{InputFile, InputFiles};
-pub use observe::Observation;
 pub use pictures::{
     picture_of_classes, picture_of_depth, picture_of_instances, picture_of_normals, picture_of_scan,
 };
+pub use pool::use_thread_pool;
 pub use preview::{check_png_name, preview, write_png};
 pub use prove::check;
+pub use recorder::{Observation, Recorder, Recording};

@@ -1,47 +1,72 @@
 //! Sensors at any pose record what they record at a frame there.
 
-use nemoral_pipeline::config::{Config, PathStations, Preset, RobotPath};
-use nemoral_pipeline::plan::{Runner, Store};
-use nemoral_pipeline::{Error, ForestPlan};
-use nemoral_scene::RigidTransform;
+use nemoral_pipeline::config::{Layers, Sequences};
+use nemoral_pipeline::{Backend, Error, Observation, Recorder};
 use nemoral_scene::glam::{DQuat, DVec3};
+use nemoral_scene::{RigidTransform, Twist};
 
-fn stations() -> Config {
-    let mut config = Preset::by_name("demo").expect("there is a demo").config();
-    config.robot.path = RobotPath::Stations(PathStations::default());
-    config.camera.noise.enabled = true;
-    config
+/// A recorder of a robot that holds still at stations, or drives.
+fn recorder(settings: &[&str]) -> Result<Recorder, Error> {
+    let layers = Layers {
+        preset: Some("demo".to_owned()),
+        file: None,
+        settings: settings.iter().map(|&s| s.to_owned()).collect(),
+    };
+    let sequences: Sequences = layers.sequences()?;
+    Recorder::new(sequences.get(0)?, Backend::Cpu, None, 2)
+}
+
+fn stations() -> Result<Recorder, Error> {
+    recorder(&["robot.path=\"stations\"", "camera.noise.enabled=true"])
+}
+
+fn still(world_from_body: RigidTransform, time_s: f64, index: u64) -> Observation {
+    Observation {
+        world_from_body,
+        motion: Twist::STILL,
+        time_s,
+        index: Some(index),
+    }
 }
 
 #[test]
 fn at_the_pose_of_a_station_it_is_that_stations_frame() -> Result<(), Error> {
-    let config = stations();
-    let forest = ForestPlan::new(&config)?;
-    let store = Store::unlimited();
-    let runner = Runner::new(forest.plan(), &store, 2);
-    let pose = runner.get(forest.pose, 5)?;
-    let seen = forest.observe(&runner, pose.world_from_body(), pose.time_s, 5)?;
-    assert_eq!(seen.images, *runner.get(forest.images, 5)?);
-    assert_eq!(seen.scans, *runner.get(forest.scans, 5)?);
-    assert!(!seen.scans[0].is_empty());
-    // Another number is another noise, at another time the LiDAR scans another part of its pattern.
-    let noisy = forest.observe(&runner, pose.world_from_body(), pose.time_s, 6)?;
-    assert_ne!(noisy.images[0].rgb, seen.images[0].rgb);
-    assert_eq!(noisy.images[0].truth, seen.images[0].truth);
-    let later = forest.observe(&runner, pose.world_from_body(), pose.time_s + 0.05, 5)?;
-    assert_ne!(later.scans, seen.scans);
-    assert_eq!(later.images, seen.images);
+    let recorder = stations()?;
+    let pose = recorder.pose(5)?;
+    let (here, time_s) = (pose.world_from_body(), pose.time_s);
+    let frame = recorder.frame(5)?;
+    // A number beyond the sequence is noise of its own, which no frame has.
+    let beyond = recorder.observe(&still(here, time_s, 1 << 40))?;
+    assert_ne!(beyond.images[0].rgb, frame.images[0].rgb);
+    assert_eq!(beyond.images[0].truth, frame.images[0].truth);
+    assert!(!beyond.scans[0].is_empty());
+    // At another time the LiDAR scans another part of its pattern.
+    let later = recorder.observe(&still(here, time_s + 0.05, 5))?;
+    assert_eq!(later.images, frame.images);
+    assert_ne!(later.scans, frame.scans);
+    let same = recorder.observe(&still(here, time_s, 5))?;
+    assert_eq!(same.images, frame.images);
+    assert_eq!(same.scans, frame.scans);
+    Ok(())
+}
+
+#[test]
+fn at_the_pose_time_and_number_of_a_drives_frame_it_is_that_frame() -> Result<(), Error> {
+    let recorder = recorder(&["camera.enabled=false"])?;
+    let pose = recorder.pose(3)?;
+    let seen = recorder.observe(&still(pose.world_from_body(), pose.time_s, 3))?;
+    assert_eq!(seen.scans, recorder.frame(3)?.scans);
+    let held = recorder.observe(&still(pose.world_from_body(), pose.time_s, 4))?;
+    assert_ne!(held.scans, seen.scans);
     Ok(())
 }
 
 #[test]
 fn impossible_poses_are_refused() -> Result<(), Error> {
-    let forest = ForestPlan::new(&stations())?;
-    let store = Store::unlimited();
-    let runner = Runner::new(forest.plan(), &store, 1);
+    let recorder = stations()?;
     let refused = |pose: RigidTransform, time_s| {
-        let error = forest
-            .observe(&runner, pose, time_s, 0)
+        let error = recorder
+            .observe(&still(pose, time_s, 0))
             .expect_err("a wrong request");
         assert!(error.is_request(), "{error}");
         error.to_string()
@@ -58,6 +83,5 @@ fn impossible_poses_are_refused() -> Result<(), Error> {
     for time_s in [f64::NAN, -1.0, f64::INFINITY] {
         assert!(refused(here, time_s).contains("time_s = "));
     }
-    assert!(store.is_empty(), "a wrong request grows nothing");
     Ok(())
 }

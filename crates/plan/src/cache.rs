@@ -54,7 +54,16 @@ impl Cache {
     /// # Errors
     /// If the folder cannot be made, or the program cannot read itself.
     pub fn open(folder: impl Into<PathBuf>) -> io::Result<Self> {
-        let program = nemoral_files::read(&std::env::current_exe()?, PROGRAM_BYTES);
+        Self::open_for(folder, &std::env::current_exe()?)
+    }
+
+    /// The same for a program that is not the process's own file, such as a library that an
+    /// interpreter has loaded.
+    ///
+    /// # Errors
+    /// If the folder cannot be made, or the program cannot be read.
+    pub fn open_for(folder: impl Into<PathBuf>, program: &Path) -> io::Result<Self> {
+        let program = nemoral_files::read(program, PROGRAM_BYTES);
         let mut hasher = Hasher::new("maker");
         hasher.write_bytes(&program.map_err(io::Error::other)?);
         Self::of_maker(folder.into(), hasher.finish())

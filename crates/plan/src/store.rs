@@ -167,6 +167,27 @@ impl<P: PlanTypes> Store<P> {
         drop(inner);
     }
 
+    /// Takes over another store's values of a stage, so that both share them.
+    pub fn adopt(&self, other: &Self, stage: &str) {
+        if std::ptr::eq(self, other) {
+            return;
+        }
+        let mut found = Vec::new();
+        for (key, slot) in &lock(&other.inner).slots {
+            if let Slot::Ready { value, id, at, .. } = slot
+                && *id == stage
+            {
+                found.push((*key, Arc::clone(value), *id, *at));
+            }
+        }
+        let mut inner = lock(&self.inner);
+        for (key, value, id, at) in found {
+            inner.clock += 1;
+            let age = inner.clock;
+            (inner.slots.entry(key)).or_insert(Slot::Ready { value, id, at, age });
+        }
+    }
+
     /// How many values are kept now.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -61,11 +61,13 @@
 //! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is
 //!   conserved: a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
 //! - The lens ([`Lens`]) adds veiling glare, a halo around bright areas, and darker corners.
-//! - Exposure is set by a light meter ([`Exposure`]), followed by a filmic curve ([`ToneCurve`])
-//!   and sRGB.
+//! - Exposure is set by a light meter ([`Exposure`], [`Metering`]), followed by a filmic curve
+//!   ([`ToneCurve`]) and sRGB.
 //!
 //! # Imperfections of a camera
-//! A camera is perfect unless a [`View`] says otherwise. [`SensorNoise`] is EMVA 1288's. With a
+//! A camera is perfect unless a [`View`] says otherwise. [`SensorNoise`] is EMVA 1288's.
+//! [`Processing`] is what a camera makes of a sensor's values, from white balance to JPEG's
+//! artefacts, and [`Soiling`] dirt and drops on the lens; both change the picture alone. With a
 //! shutter ([`nemoral_scene::Shutter`]), a moving camera ([`nemoral_scene::Twist`]) reads row after
 //! row, each from the pose at its time, with motion blur over its exposure. The truth is that of
 //! the middle of each row's exposure, so labels fit the picture.
@@ -92,10 +94,16 @@ struct ReadmeDoctests;
 pub use annotations::boxes::{Candidate, object_boxes};
 pub use annotations::nearest::{nearest_objects, with_visible};
 pub use annotations::optical_flow::optical_flow;
-pub use camera::lens::Lens;
+pub use camera::aberration::ChromaticAberration;
+pub use camera::jpeg::Jpeg;
+pub use camera::lens::{Lens, Vignetting};
+pub use camera::metering::Metering;
+pub use camera::processing::Processing;
 pub use camera::sensor_noise::SensorNoise;
+pub use camera::soiling::Soiling;
 pub use camera::tone::{Exposure, ToneCurve};
 pub use camera::view::View;
+pub use camera::white_balance::{WhiteBalance, WhiteReference};
 pub use error::ParamError;
 #[cfg(feature = "gpu")]
 pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};

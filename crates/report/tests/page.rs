@@ -33,6 +33,7 @@ fn write(out: &Path, frames: u64, of: u64) {
         annotations: AnnotationKinds::default(),
         shutter: Shutter::INSTANT,
         noisy: false,
+        processed: false,
     }];
     header.sequences[0].lidars = vec![LidarSpec {
         name: "top".into(),

@@ -119,10 +119,13 @@ fn paper_classes() -> Vec<Class> {
 fn paper_class(semantic: Semantic) -> u8 {
     use Semantic as S;
     match semantic {
-        S::Sky => 0,
+        S::Sky | S::AirborneEcho => 0,
         S::Soil | S::Litter | S::FallenTwig | S::GroundMoss | S::CutSlope => 1,
+        S::FallenBranch | S::SurfaceRoot | S::FallenBark => 1,
+        S::Water | S::Ice | S::Snow => 1,
         S::TrailSurface | S::TrailRut | S::TrailStrip => 2,
         S::Stem | S::Limb | S::RootFlare | S::Stump | S::Log | S::Snag | S::StemGrowth => 3,
+        S::RootPlate => 3,
         S::Branch | S::Twig | S::Leaf | S::Needle => 4,
         S::Shrub | S::Bramble | S::Climber => 5,
         S::Grass | S::Herb | S::Fern | S::Seedling => 6,
@@ -153,6 +156,24 @@ mod tests {
                 "{}",
                 class.name
             );
+        }
+    }
+
+    #[test]
+    fn what_lies_falls_and_flows_has_the_class_of_its_kind() {
+        let paper = Ontology::paper();
+        for (semantic, class) in [
+            (Semantic::Log, "Trunks"),
+            (Semantic::RootPlate, "Trunks"),
+            (Semantic::FallenBranch, "Terrain"),
+            (Semantic::SurfaceRoot, "Terrain"),
+            (Semantic::FallenBark, "Terrain"),
+            (Semantic::Water, "Terrain"),
+            (Semantic::Ice, "Terrain"),
+            (Semantic::Snow, "Terrain"),
+            (Semantic::AirborneEcho, "Background"),
+        ] {
+            assert_eq!(paper.class(semantic).name, class, "{}", semantic.name());
         }
     }
 

@@ -87,4 +87,20 @@ semantics! {
     Rock = 27, "rock";
     /// Stone over 5 cm.
     Stone = 28, "stone";
+    /// Branch or top of a tree that lies on the ground.
+    FallenBranch = 29, "fallen_branch";
+    /// Root plate of a thrown tree.
+    RootPlate = 30, "root_plate";
+    /// Root of a living tree at the surface of the ground.
+    SurfaceRoot = 31, "surface_root";
+    /// Bark strip or cone on the ground.
+    FallenBark = 32, "fallen_bark";
+    /// Water.
+    Water = 33, "water";
+    /// Ice.
+    Ice = 34, "ice";
+    /// Snow.
+    Snow = 35, "snow";
+    /// False echo in the air: rain, fog, snowfall or dust.
+    AirborneEcho = 36, "airborne_echo";
 }

@@ -3,5 +3,6 @@
 mod annotations;
 mod card;
 mod coverage;
+mod processing;
 mod sensors;
 mod stereo;

@@ -9,6 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
+use nemoral_scene::{Ontology, Semantic};
+
 /// The widest line, in characters.
 const COLUMNS: usize = 100;
 
@@ -330,4 +332,20 @@ fn configs_of_the_guide_are_requests() {
         }
     }
     assert!(blocks > 5, "{blocks} configs");
+}
+
+#[test]
+fn the_page_of_classes_has_every_semantic() {
+    let page = fs::read_to_string(root().join("docs/reference/classes.md")).expect("the page");
+    let paper = Ontology::paper();
+    for (i, semantic) in Semantic::ALL.iter().enumerate() {
+        let name = semantic.name();
+        assert!(page.contains(&format!("| {i} | `{name}` | ")), "{name}");
+        let class = paper.class(*semantic);
+        let row = page
+            .lines()
+            .find(|l| l.starts_with(&format!("| {} | {} |", class.id, class.name)))
+            .expect("a row for each class");
+        assert!(row.contains(&format!("`{name}`")), "{name}: {row}");
+    }
 }

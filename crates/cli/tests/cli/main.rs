@@ -12,3 +12,4 @@ mod questions;
 mod recording;
 mod refusals;
 mod sequences;
+mod terminal;

@@ -148,11 +148,12 @@ fn the_reference_has_the_help_of_every_command() {
     };
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/cli.md");
     let page = plain(&fs::read_to_string(page).expect("the handbook's page"));
-    let commands = [
-        "", "generate", "preview", "view", "config", "plan", "check", "stats", "report", "merge",
-        "cloud", "convert",
-    ];
-    for command in commands {
+    let program = answer(&["--help"]);
+    let list = program.lines().skip_while(|l| *l != "Commands:").skip(1);
+    let names = list.map_while(|l| l.split_whitespace().next());
+    let commands: Vec<&str> = names.filter(|name| *name != "help").collect();
+    assert!(commands.len() > 9, "{commands:?}");
+    for command in [""].into_iter().chain(commands) {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
         let help = plain(&answer(&words));
         let block = format!("```text\n{}\n```", help.trim());

@@ -2,10 +2,11 @@
 
 mod coco;
 mod colmap;
+mod depth;
 mod goose;
 mod huggingface;
 mod kitti;
-mod laz;
+pub(crate) mod laz;
 mod mcap;
 mod nerfstudio;
 mod rellis;
@@ -46,11 +47,15 @@ pub enum FormatName {
     Goose,
     /// MCAP with ROS 2's messages.
     Mcap,
+    /// Depth as OpenEXR.
+    Exr,
+    /// Depth as NumPy's arrays.
+    Npy,
 }
 
 impl FormatName {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Kitti,
         Self::Tum,
         Self::Coco,
@@ -63,6 +68,8 @@ impl FormatName {
         Self::Rellis,
         Self::Goose,
         Self::Mcap,
+        Self::Exr,
+        Self::Npy,
     ];
 
     /// The name on the command line.
@@ -81,6 +88,8 @@ impl FormatName {
             Self::Rellis => "rellis",
             Self::Goose => "goose",
             Self::Mcap => "mcap",
+            Self::Exr => "exr",
+            Self::Npy => "npy",
         }
     }
 
@@ -110,6 +119,8 @@ impl FormatName {
             Self::Rellis => Box::new(rellis::Rellis { ontology }),
             Self::Goose => Box::new(goose::Goose { ontology }),
             Self::Mcap => Box::new(mcap::Mcap { ontology }),
+            Self::Exr => Box::new(depth::Depth::Exr),
+            Self::Npy => Box::new(depth::Depth::Npy),
         }
     }
 }

@@ -43,6 +43,7 @@ pub(crate) fn header() -> DatasetHeader {
         annotations: AnnotationKinds::default(),
         shutter: Shutter::INSTANT,
         noisy: false,
+        processed: false,
     };
     let mut header = DatasetHeader::new("nemoral", "0.1.0", 7, Ontology::paper());
     header.licence = "CC-BY-4.0".to_owned();

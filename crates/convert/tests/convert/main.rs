@@ -10,11 +10,13 @@
 mod coco;
 mod colmap;
 mod common;
+mod depth;
 mod folders;
 mod goose;
 mod huggingface;
 mod kitti;
 mod laz;
+mod laz_cloud;
 mod mcap;
 mod rellis;
 mod tum;

@@ -168,14 +168,15 @@ impl AnnotationView<'_> {
 }
 
 impl AnnotationView<'_> {
-    /// Checks that radiance is finite and not negative, and that, without a sensor's noise, the
-    /// picture follows it: under any tone curve more light never gives a lower code.
+    /// Checks that radiance is finite and not negative, and that, without a sensor's noise and a
+    /// camera's processing, the picture follows it: under any tone curve more light never gives a
+    /// lower code.
     fn radiance(&self) -> Option<String> {
         let radiance = self.camera.radiance.as_ref()?;
         let dark = |c: &&Vec3| !(c.is_finite() && c.min_element() >= 0.0);
         let wrong = radiance.pixels().iter().filter(dark).count();
         let wrong = counted(wrong, "pixels are not finite, or below 0");
-        if wrong.is_some() || self.spec.noisy {
+        if wrong.is_some() || self.spec.noisy || self.spec.processed {
             return wrong;
         }
         // The least and the most light of each code, over all channels.

@@ -11,12 +11,12 @@ use std::io::Cursor;
 use std::path::Path;
 
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{Flow, Image, ObjectId, Ontology, Semantic};
+use nemoral_scene::{Flow, Image, Intrinsics, ObjectId, Ontology, Semantic};
 use png::{BitDepth, ColorType, DeflateCompression, Filter};
 
 use crate::Error;
 use crate::formats::Size;
-use crate::formats::annotations;
+use crate::formats::{annotations, exif};
 
 #[derive(Clone, Copy)]
 enum Content {
@@ -32,11 +32,15 @@ struct Format {
     content: Content,
     palette: Option<Vec<u8>>,
     srgb: bool,
+    exif: Option<Vec<u8>>,
 }
 
 fn encode(width: usize, height: usize, format: Format, data: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(data.len() / 2);
-    let mut encoder = png::Encoder::new(&mut out, width as u32, height as u32);
+    let mut info = png::Info::with_size(width as u32, height as u32);
+    info.exif_metadata = format.exif.map(Into::into);
+    let encoder = png::Encoder::with_info(&mut out, info);
+    let mut encoder = encoder.expect("pictures are not animated");
     encoder.set_color(format.colour);
     encoder.set_depth(format.depth);
     let (filter, compression) = match format.content {
@@ -59,14 +63,15 @@ fn encode(width: usize, height: usize, format: Format, data: &[u8]) -> Vec<u8> {
     out
 }
 
-/// 8-bit sRGB.
-pub(crate) fn encode_rgb(rgb: &Image<[u8; 3]>) -> Vec<u8> {
+/// 8-bit sRGB, with the pinhole in its metadata if there is one.
+pub(crate) fn encode_rgb(rgb: &Image<[u8; 3]>, intrinsics: Option<&Intrinsics>) -> Vec<u8> {
     let format = Format {
         colour: ColorType::Rgb,
         depth: BitDepth::Eight,
         content: Content::Smooth,
         palette: None,
         srgb: true,
+        exif: intrinsics.map(exif::encode),
     };
     encode(
         rgb.width(),
@@ -92,6 +97,7 @@ pub(crate) fn encode_semantic(semantic: &Image<Semantic>, ontology: &Ontology) -
         content: Content::Patches,
         palette: Some(palette),
         srgb: false,
+        exif: None,
     };
     encode(semantic.width(), semantic.height(), format, &data)
 }
@@ -114,6 +120,7 @@ pub(crate) fn encode_instance(object: &Image<ObjectId>) -> Vec<u8> {
         content: Content::Patches,
         palette: None,
         srgb: false,
+        exif: None,
     };
     encode(object.width(), object.height(), format, &data)
 }
@@ -140,6 +147,7 @@ pub(crate) fn encode_depth(depth_m: &Image<f32>) -> Vec<u8> {
         content: Content::Smooth,
         palette: None,
         srgb: false,
+        exif: None,
     };
     encode(depth_m.width(), depth_m.height(), format, &data)
 }
@@ -172,6 +180,7 @@ pub(crate) fn encode_normals(normal: &Image<Vec3>) -> Vec<u8> {
         content: Content::Patches,
         palette: None,
         srgb: false,
+        exif: None,
     };
     encode(
         data.width(),
@@ -189,6 +198,7 @@ pub(crate) fn encode_mask(mask: &Image<u8>) -> Vec<u8> {
         content: Content::Patches,
         palette: None,
         srgb: false,
+        exif: None,
     };
     encode(mask.width(), mask.height(), format, mask.pixels())
 }
@@ -209,6 +219,7 @@ pub(crate) fn encode_flow(flow: &Image<Option<Flow>>) -> Vec<u8> {
         content: Content::Smooth,
         palette: None,
         srgb: false,
+        exif: None,
     };
     encode(flow.width(), flow.height(), format, &data)
 }
@@ -309,7 +320,7 @@ pub(crate) fn decode_normals(path: &Path, bytes: &[u8], size: Size) -> Result<Im
 /// # Errors
 /// [`Error::Io`] if it cannot be written.
 pub fn write_png(path: &Path, rgb: &Image<[u8; 3]>) -> Result<(), Error> {
-    Ok(nemoral_files::write(path, &encode_rgb(rgb))?)
+    Ok(nemoral_files::write(path, &encode_rgb(rgb, None))?)
 }
 
 #[cfg(test)]
@@ -351,7 +362,7 @@ mod tests {
 
     #[test]
     fn another_kind_of_png_is_refused() {
-        let rgb = encode_rgb(&Image::new(2, 1, vec![[1, 2, 3], [4, 5, 6]]));
+        let rgb = encode_rgb(&Image::new(2, 1, vec![[1, 2, 3], [4, 5, 6]]), None);
         let path = Path::new("x.png");
         assert!(decode_semantic(path, &rgb, (2, 1)).is_err());
         let e = decode_depth(path, &rgb[..rgb.len() / 2], (2, 1)).expect_err("truncated");

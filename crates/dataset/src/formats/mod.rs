@@ -2,6 +2,7 @@
 
 pub(crate) mod annotations;
 pub(crate) mod data_card;
+pub(crate) mod exif;
 pub(crate) mod exr;
 pub(crate) mod images;
 pub(crate) mod kitti;

@@ -9,8 +9,9 @@ use crate::formats::Size;
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 
-/// An array of shape (height, width).
-pub(crate) fn encode(image: &Image<f32>) -> Vec<u8> {
+/// A NumPy array file of shape (height, width), `<f4`.
+#[must_use]
+pub fn encode(image: &Image<f32>) -> Vec<u8> {
     let mut header = dictionary(image.width(), image.height());
     // Data starts at a multiple of 64 bytes; the header ends with a line feed.
     let used = MAGIC.len() + 2 + header.len() + 1;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nemoral_dataset::{CloudParams, Dataset, cloud};
+use nemoral_dataset::{Cloud, CloudParams, Crop, Dataset, cloud};
 use nemoral_scene::glam::DVec3;
 
 use crate::common::{START, header, spheres, write};
@@ -152,4 +152,49 @@ fn clouds_that_cannot_be_are_refused() {
     );
     assert!(nemoral_dataset::stats(&second).is_ok());
     assert!(!out.exists());
+}
+
+#[test]
+fn a_plot_has_its_points_and_its_inventory() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, out) = (folder.path().join("data"), folder.path().join("c.ply"));
+    write(&data, &header(), &[0, 1]);
+    let trees = Dataset::open(&data)
+        .expect("a data set")
+        .trees(0)
+        .expect("trees");
+    assert!(!trees.is_empty());
+    let plot = trees[0].position_m.truncate();
+    let within = |p: DVec3| p.truncate().distance(plot) <= 3.0;
+    let cropped = |only: &[&str]| CloudParams {
+        crop: Some(Crop::Circle {
+            centre_m: plot,
+            radius_m: 3.0,
+        }),
+        only: only.iter().map(|n| (*n).to_owned()).collect(),
+        ..CloudParams::default()
+    };
+    cloud(&data, &out, CloudParams::default()).expect("a cloud");
+    let all = read(&out);
+    cloud(&data, &out, cropped(&[])).expect("a plot");
+    let plot_points = read(&out);
+    assert!(!plot_points.is_empty() && plot_points.len() < all.len());
+    let expected = all.iter().filter(|p| within(p.world)).count();
+    assert_eq!(plot_points.len(), expected);
+    cloud(&data, &out, cropped(&["Trunks"])).expect("trunks");
+    let trunks = read(&out);
+    let expected = plot_points.iter().filter(|p| p.class == 3).count();
+    assert_eq!(trunks.len(), expected);
+
+    let csv = folder.path().join("plot.csv");
+    let open = Cloud::open(&data, cropped(&[])).expect("a cloud");
+    let count = open.write_trees(&csv).expect("written");
+    let expected = trees.iter().filter(|t| within(t.position_m)).count();
+    assert!(count >= 1 && count == expected);
+    let text = std::fs::read_to_string(&csv).expect("a table");
+    let whole = std::fs::read_to_string(data.join("sequences/00/trees.csv")).expect("a table");
+    assert!(text.lines().all(|row| whole.lines().any(|r| r == row)));
+    assert_eq!(text.lines().count(), 1 + count);
+    let refused = open.write_trees(&folder.path().join("plot.txt"));
+    assert!(refused.expect_err("refused").to_string().contains(".csv"));
 }

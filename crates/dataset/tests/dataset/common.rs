@@ -126,6 +126,7 @@ pub(crate) fn sequence(number: u32) -> SequenceSpec {
             annotations: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
+            processed: false,
         }],
         lidars: vec![LidarSpec {
             name: "top".to_owned(),

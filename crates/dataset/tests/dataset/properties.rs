@@ -100,6 +100,7 @@ proptest! {
             annotations: AnnotationKinds::default(),
             shutter: Shutter::INSTANT,
             noisy: false,
+            processed: false,
         }];
         header.sequences[0].number = 3;
         let all = Image::new(w as usize, h as usize, pixels);

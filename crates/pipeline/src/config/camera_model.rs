@@ -1,12 +1,18 @@
 //! Turns a camera's table into the parameters of the renderer.
 
-use nemoral_render::{Exposure, Lens, SensorNoise, ToneCurve};
+use nemoral_render::{
+    ChromaticAberration, Exposure, Jpeg, Lens, Metering, Processing, SensorNoise, Soiling,
+    ToneCurve, Vignetting, WhiteBalance, WhiteReference,
+};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTransform, Shutter};
 use nemoral_seed::Key;
 
 use super::mount::mount;
-use super::{Camera, CameraLens, CameraOptics, ExposureMode, Look};
+use super::{
+    Camera, CameraLens, CameraOptics, ExposureMode, Look, MeteringMode, ToneChoice,
+    VignettingModel, WhiteBalanceMode,
+};
 
 impl Camera {
     /// The camera's pinhole and lens.
@@ -105,28 +111,98 @@ impl Camera {
         }
     }
 
-    /// The camera's look: the tone curve, and the effects of the lens.
-    pub(crate) fn tone_and_lens(&self) -> (ToneCurve, Lens) {
-        match self.look {
-            Look::Cinema => (
-                ToneCurve::Filmic,
-                Lens {
-                    veiling_glare: 0.01,
-                    halo: 0.02,
-                    vignetting: 0.2,
-                },
-            ),
-            Look::Flat => (ToneCurve::Linear, Lens::default()),
-            // A small plastic lens on a small sensor.
-            Look::Robot => (
-                ToneCurve::Linear,
-                Lens {
-                    veiling_glare: 0.02,
-                    halo: 0.06,
-                    vignetting: 0.5,
-                },
-            ),
+    /// What an automatic exposure looks at.
+    pub(crate) fn metering_mode(&self) -> Metering {
+        match self.metering {
+            MeteringMode::Average => Metering::Average,
+            MeteringMode::Centre => Metering::Centre,
+            MeteringMode::Ground => Metering::Ground,
+            MeteringMode::Sky => Metering::Sky,
         }
+    }
+
+    /// The tone curve, and the effects of the lens.
+    pub(crate) fn tone_and_lens(&self) -> (ToneCurve, Lens) {
+        let (tone, veiling_glare, halo, vignetting) = match self.look {
+            Look::Cinema => (ToneCurve::Filmic, 0.01, 0.02, 0.2),
+            Look::Flat => (ToneCurve::Linear, 0.01, 0.0, 0.0),
+            // A small plastic lens on a small sensor.
+            Look::Robot => (ToneCurve::Linear, 0.02, 0.06, 0.5),
+        };
+        let tone = match self.tone.curve {
+            ToneChoice::Look => tone,
+            ToneChoice::Linear => ToneCurve::Linear,
+            ToneChoice::Filmic => ToneCurve::Filmic,
+        };
+        let v = &self.vignetting;
+        let vignetting = match v.model {
+            VignettingModel::Look => Vignetting::CosineFourth(vignetting),
+            VignettingModel::CosineFourth => Vignetting::CosineFourth(v.strength as f32),
+            VignettingModel::Polynomial => Vignetting::Polynomial {
+                a2: v.a2 as f32,
+                a4: v.a4 as f32,
+                a6: v.a6 as f32,
+            },
+        };
+        let lens = Lens {
+            veiling_glare,
+            halo,
+            vignetting,
+            aberration: ChromaticAberration {
+                red_px: self.aberration.red_px as f32,
+                blue_px: self.aberration.blue_px as f32,
+            },
+        };
+        (tone, lens)
+    }
+
+    /// Dirt and drops on the lens; `serial` decides where they are.
+    pub(crate) fn soiled(&self, serial: Key) -> Option<Soiling> {
+        let s = &self.soiling;
+        (s.specks > 0 || s.drops > 0).then_some(Soiling {
+            specks: s.specks,
+            speck_radius: s.speck_radius as f32,
+            opacity: s.opacity as f32,
+            albedo: s.albedo as f32,
+            drops: s.drops,
+            drop_radius: s.drop_radius as f32,
+            serial,
+        })
+    }
+
+    /// What the camera makes of the sensor's values.
+    pub(crate) fn image_processing(&self) -> Processing {
+        let (w, p) = (&self.white_balance, &self.processing);
+        Processing {
+            white_balance: WhiteBalance {
+                reference: match w.mode {
+                    WhiteBalanceMode::Fixed => WhiteReference::Fixed { kelvin: w.kelvin },
+                    WhiteBalanceMode::Auto => WhiteReference::Automatic,
+                },
+                error_k: w.error_k,
+                tint: w.tint,
+            },
+            contrast: self.tone.contrast,
+            denoising: p.denoising,
+            saturation: self.tone.saturation,
+            sharpening: p.sharpening,
+            sharpening_radius_px: p.sharpening_radius_px,
+            jpeg: (p.jpeg_quality > 0).then_some(Jpeg {
+                quality: p.jpeg_quality,
+                subsampled: p.jpeg_subsampling,
+            }),
+        }
+    }
+
+    /// Whether pictures are more than a tone curve of the light at each pixel, equal for all
+    /// colours.
+    pub(crate) fn is_processed(&self) -> bool {
+        let plain = Processing {
+            contrast: self.tone.contrast,
+            sharpening_radius_px: self.processing.sharpening_radius_px,
+            ..Processing::default()
+        };
+        self.image_processing() != plain
     }
 }
 

@@ -54,6 +54,46 @@ choices! {
         Fixed = "fixed",
     }
 
+    /// What an automatic exposure looks at.
+    MeteringMode {
+        /// The whole picture.
+        Average = "average",
+        /// Its middle, for the most part.
+        Centre = "centre",
+        /// All but the sky.
+        Ground = "ground",
+        /// The sky alone.
+        Sky = "sky",
+    }
+
+    /// How the colour of the light is found.
+    WhiteBalanceMode {
+        /// By the config.
+        Fixed = "fixed",
+        /// In each picture.
+        Auto = "auto",
+    }
+
+    /// The curve from light to brightness.
+    ToneChoice {
+        /// As the look says.
+        Look = "look",
+        /// Proportional to light.
+        Linear = "linear",
+        /// With a soft toe and shoulder.
+        Filmic = "filmic",
+    }
+
+    /// How corners darken.
+    VignettingModel {
+        /// As the look says.
+        Look = "look",
+        /// By the fourth power of the cosine.
+        CosineFourth = "cos4",
+        /// By a polynomial in the distance from the principal point.
+        Polynomial = "polynomial",
+    }
+
     /// How light becomes a picture.
     Look {
         /// What a small camera of a robot records.

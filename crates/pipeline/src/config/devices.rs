@@ -1,11 +1,11 @@
 //! LiDARs by their data sheets, as a layer of a config.
 
-use nemoral_lidar::{Device, ScannerParams};
+use nemoral_lidar::{Device, ScannerParams, Wavelength};
 use toml::{Table, Value};
 
 use super::{
-    Lidar, LidarAvia, LidarBeam, LidarErrors, LidarHorizon, LidarMid40, LidarMid70, LidarPattern,
-    LidarSpinning, Noise, RangeNoiseModel, SpinningHead,
+    Lidar, LidarAvia, LidarBeam, LidarErrors, LidarHorizon, LidarMid40, LidarMid70, LidarPanorama,
+    LidarPattern, LidarSpinning, Noise, RangeNoiseModel, SpinningHead,
 };
 
 /// The keys that a device sets in a LiDAR's table, over the preset and under everything that a user
@@ -27,6 +27,7 @@ fn lidar(device: Device) -> Lidar {
         pulses_per_scan,
         min_range_m,
         max_range_m,
+        wavelength,
         beam,
         errors,
         ..
@@ -51,6 +52,10 @@ fn lidar(device: Device) -> Lidar {
         pulses: pulses_per_scan,
         min_range_m: round(min_range_m.into()),
         max_range_m: round(max_range_m.into()),
+        wavelength_nm: match wavelength {
+            Wavelength::Nm905 => 905,
+            Wavelength::Nm1550 => 1550,
+        },
         pattern: match device {
             Device::Mid40 => LidarPattern::Mid40(LidarMid40::default()),
             Device::Mid70 => LidarPattern::Mid70(LidarMid70::default()),
@@ -61,6 +66,11 @@ fn lidar(device: Device) -> Lidar {
             Device::Os1x32 => ouster(32, 45.0),
             Device::Os1x64 => ouster(64, 45.0),
             Device::Os1x128 => ouster(128, 45.0),
+            Device::Terrestrial => LidarPattern::Panorama(LidarPanorama {
+                low_deg: -40.0,
+                high_deg: 60.0,
+                rate_hz: 1e5,
+            }),
             _ => LidarPattern::Horizon(LidarHorizon::default()),
         },
         beam: LidarBeam {

@@ -1,5 +1,6 @@
 //! Requests, which are made of layers and checked, with errors that point at the line.
 
+mod camera_effects;
 mod camera_model;
 mod choices;
 mod devices;
@@ -24,10 +25,14 @@ mod validate;
 mod vary;
 mod words;
 
+pub use camera_effects::{
+    CameraAberration, CameraProcessing, CameraSoiling, CameraTone, CameraVignetting,
+    CameraWhiteBalance,
+};
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
-    ExposureMode, LaconteSensor, Look, PathFormat, RangeNoiseModel, ReturnMode, SpinningHead,
-    TerrainNoise,
+    ExposureMode, LaconteSensor, Look, MeteringMode, PathFormat, RangeNoiseModel, ReturnMode,
+    SpinningHead, TerrainNoise, ToneChoice, VignettingModel, WhiteBalanceMode,
 };
 pub(crate) use devices::LIGHT_M_PER_NS;
 pub use errors::{ConfigError, ConfigErrors, Place};

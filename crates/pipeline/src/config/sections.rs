@@ -8,8 +8,9 @@ use super::choices::{CUSTOM_DEVICE, DEVICES, TRAIL_SURFACES};
 use super::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Text, Triple, Whole};
 use super::schema::{SectionSpec, encode_variants, section};
 use super::{
-    ExposureMode, InputPath, LaconteSensor, Look, PathFormat, RangeNoiseModel, ReturnMode,
-    SpinningHead, TerrainNoise, VARIED_SURFACES,
+    CameraAberration, CameraProcessing, CameraSoiling, CameraTone, CameraVignetting,
+    CameraWhiteBalance, ExposureMode, InputPath, LaconteSensor, Look, MeteringMode, PathFormat,
+    RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, VARIED_SURFACES,
 };
 
 /// The largest text file that a config may name.
@@ -446,6 +447,13 @@ section! {
         /// The `fixed` exposure at ISO 100: 0.125 cd/m² times 2 to its power is middle grey. It is
         /// 15 in sunshine, 12 under an overcast sky or in shade, 8 to 11 under crowns.
         exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a forest on a clear day";
+        /// What the automatic exposure looks at: the whole picture, mostly its middle, all but the
+        /// sky (as if exposed for the ground), or the sky alone.
+        metering: MeteringMode = MeteringMode::Average, OneOf(MeteringMode::WORDS),
+            "a meter's mean of logarithms";
+        /// What the exposure, automatic or fixed, is wrong by, stops: with 1 twice the light is
+        /// recorded.
+        exposure_error_ev: f64 = 0.0, Real(-8.0, 8.0), "none";
         /// How light becomes a picture: `robot` is what a small camera records in a forest, with
         /// harsh contrast, clipped skies, glare at edges and dark corners; `cinema` is a soft curve
         /// that keeps highlights; `flat` is proportional to light, with a clean lens, for those who
@@ -491,6 +499,18 @@ section! {
         shutter: CameraShutter;
         /// The noise of the camera's sensor.
         noise: CameraNoise;
+        /// The camera's white balance.
+        white_balance: CameraWhiteBalance;
+        /// The camera's tone and colour.
+        tone: CameraTone;
+        /// How its corners darken.
+        vignetting: CameraVignetting;
+        /// The fringes of its lens.
+        aberration: CameraAberration;
+        /// What it does to pictures.
+        processing: CameraProcessing;
+        /// Dirt and drops on its lens.
+        soiling: CameraSoiling;
     }
 }
 
@@ -669,8 +689,9 @@ section! {
 section! {
     /// The LiDAR (paper, V-B).
     Lidar at "lidar" {
-        /// A scanner by its data sheet. It sets the pattern, the pulses of 0.1 s, ranges, beam,
-        /// errors and noise below; keys that you set yourself override it.
+        /// A scanner by its data sheet. It sets the pattern, the pulses of 0.1 s (of a turn, for a
+        /// terrestrial scanner), ranges, wavelength, beam, errors and noise below; keys that you
+        /// set yourself override it.
         device: String = CUSTOM_DEVICE.into(), OneOf(&DEVICES),
             "the makers' data sheets, each named in the handbook";
         /// Pulses fired in a scan.
@@ -1044,6 +1065,12 @@ pub const SECTIONS: &[SectionSpec] = &[
     CameraFisheye::SPEC,
     CameraShutter::SPEC,
     CameraNoise::SPEC,
+    CameraWhiteBalance::SPEC,
+    CameraTone::SPEC,
+    CameraVignetting::SPEC,
+    CameraAberration::SPEC,
+    CameraProcessing::SPEC,
+    CameraSoiling::SPEC,
     FURTHER_CAMERAS,
     Lidar::SPEC,
     LidarLines::SPEC,

@@ -205,6 +205,9 @@ impl Config {
                 let key = format!("{path}.{}", e.field);
                 out.0.push((key, format!("{path}.{e}")));
             }
+            if let Err(e) = camera.tone_and_lens().1.check() {
+                out.add(&format!("{path}.vignetting"), &format!(": {e}"));
+            }
         }
         for (path, lidar) in self.all_lidars() {
             lidar_problems(&path, lidar, out);

@@ -62,13 +62,7 @@ impl<'a> Moment<'a> {
     #[must_use]
     pub fn view(&self, rig: &CameraRig) -> View {
         let scene_from_body = self.pose.track.relative_to(self.scene.origin_m).middle();
-        let mut view = View::new(rig.intrinsics, scene_from_body * rig.body_from_camera);
-        view.exposure = rig.exposure;
-        view.tone = rig.tone;
-        view.noise = rig.noise;
-        view.shutter = rig.shutter;
-        view.motion = self.pose.motion.of_mounted(&rig.body_from_camera);
-        view
+        rig.view(scene_from_body, self.pose.motion)
     }
 
     /// The picture of a camera, and the truth about it. `position` is the camera's among those of

@@ -60,13 +60,29 @@ impl FramePose {
         lidars: &[LidarRig],
         chunk_size_m: f64,
     ) -> Self {
-        let here = |_| Ok::<_, Infallible>(world_from_body);
-        let Ok(track) = PoseTrack::sample(half_scan_s(lidars), here);
+        Self::moving(
+            (world_from_body, Twist::STILL),
+            time_s,
+            lidars,
+            chunk_size_m,
+        )
+    }
+
+    /// A body with these LiDARs that moves steadily, in its own axes.
+    #[must_use]
+    pub fn moving(
+        (world_from_body, motion): (RigidTransform, Twist),
+        time_s: f64,
+        lidars: &[LidarRig],
+        chunk_size_m: f64,
+    ) -> Self {
+        let place = |offset_s| Ok::<_, Infallible>(world_from_body * motion.after(offset_s));
+        let Ok(track) = PoseTrack::sample(half_scan_s(lidars), place);
         let place_m = world_from_body.translation_m.truncate();
         Self {
             time_s,
             track,
-            motion: Twist::STILL,
+            motion,
             chunk: ChunkCoord::containing(place_m, chunk_size_m),
         }
     }

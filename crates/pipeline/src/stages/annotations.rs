@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nemoral_render::CameraImages;
-use nemoral_scene::{Annotations, ChunkCoord, Ontology};
+use nemoral_scene::{Annotations, ChunkCoord, Ontology, RigidTransform, Twist};
 use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
@@ -11,6 +11,7 @@ use super::object_geometry::ObjectGeometry;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
+use crate::pool::in_pool;
 use crate::recording::annotations::{Annotator, StrippedScene};
 use crate::recording::pose::{FramePose, next_body, pictures_s};
 use crate::recording::scene::{FrameScene, visible_chunks};
@@ -51,7 +52,7 @@ impl Stage<Forest> for TrunkStage {
     fn run(&self, (): (), _: Key, (assets,): (Arc<WorldAssets>,)) -> Result<Trunks, Error> {
         let ontology = Ontology::by_name(&self.ontology)
             .expect("the config's words are the built-in ontologies");
-        Trunks::new(&assets, &ontology)
+        in_pool(|| Trunks::new(&assets, &ontology))
     }
 }
 
@@ -91,8 +92,8 @@ impl Stage<Forest> for UncoveredGeometryStage {
         ),
     ) -> Result<UncoveredGeometry, Error> {
         let at = (at, self.chunk_size_m);
-        let stripped = UncoveredGeometry::new(at, &trunks, &assets, &geometry.0, &objects);
-        Ok(stripped)
+        let strip = || UncoveredGeometry::new(at, &trunks, &assets, &geometry.0, &objects);
+        Ok(in_pool(strip))
     }
 }
 
@@ -175,12 +176,28 @@ impl Stage<Forest> for AnnotationStage {
         } else {
             None
         };
+        self.annotate(&rigs, (&pose, &scene, &images), uncovered, next)
+    }
+}
+
+impl AnnotationStage {
+    /// The annotations of pictures that were taken at a pose; `next` is where the body is at the
+    /// next frame, if there is one, in the scene.
+    pub(crate) fn annotate(
+        &self,
+        rigs: &[CameraRig],
+        (pose, scene, images): (&FramePose, &FrameScene, &[CameraImages]),
+        uncovered: Demand<'_, UncoveredGeometry>,
+        next: Option<(RigidTransform, Twist)>,
+    ) -> Result<Vec<Annotations>, Error> {
+        let any = |f: fn(&CameraRig) -> bool| rigs.iter().any(f);
         let stripped = if any(|r| r.annotations.trunks || r.annotations.boxes) {
             let position = pose.world_from_body().translation_m.truncate();
             let visible = visible_chunks(position, self.visible_radius_m, self.chunk_size_m);
             let uncovered = uncovered.all(&visible)?;
             let chunks = visible.iter().zip(&uncovered).map(|(at, u)| (*at, &**u));
-            Some(StrippedScene::new(pose.chunk, self.chunk_size_m, chunks))
+            let strip = || StrippedScene::new(pose.chunk, self.chunk_size_m, chunks);
+            Some(in_pool(strip))
         } else {
             None
         };
@@ -189,14 +206,15 @@ impl Stage<Forest> for AnnotationStage {
         let annotator = Annotator {
             ontology: &ontology,
             max_range_m: self.visible_radius_m as f32,
-            scene: &scene,
+            scene,
             stripped,
             body: (pose.track.relative_to(scene.origin_m).middle(), pose.motion),
             next,
         };
-        let pictures = rigs.iter().zip(&*images);
-        Ok(pictures
-            .map(|(rig, images)| annotator.annotate(rig, images))
-            .collect())
+        let pictures = || rigs.iter().zip(images);
+        Ok(in_pool(|| {
+            let annotated = pictures().map(|(rig, images)| annotator.annotate(rig, images));
+            annotated.collect()
+        }))
     }
 }

@@ -7,6 +7,7 @@ use nemoral_seed::Key;
 
 use crate::config::Config;
 use crate::plan::{Forest, Hasher, Kept, OfWorld, Stage};
+use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::recipe::Recipe;
 use crate::{Error, InputFiles};
@@ -40,7 +41,8 @@ impl Stage<Forest> for LibraryStage {
 
     fn run(&self, (): (), key: Key, (): ()) -> Result<Library, Error> {
         let species = self.0.species()?;
-        Library::grow(&self.0.params(&species), key).map_err(Error::of_stage)
+        let params = self.0.params(&species);
+        in_pool(|| Library::grow(&params, key)).map_err(Error::of_stage)
     }
 
     fn context(&self, world: &Key) -> Key {
@@ -75,6 +77,6 @@ impl Stage<Forest> for AssetStage {
     }
 
     fn run(&self, (): (), world: Key, (library,): (Arc<Library>,)) -> Result<WorldAssets, Error> {
-        WorldAssets::new(library, &self.0, world)
+        in_pool(|| WorldAssets::new(library, &self.0, world))
     }
 }

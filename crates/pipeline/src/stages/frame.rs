@@ -12,6 +12,7 @@ use super::object_geometry::ObjectGeometry;
 use super::undergrowth_geometry::UndergrowthGeometry;
 use crate::Error;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
+use crate::pool::in_pool;
 use crate::recording::moment::Moment;
 use crate::recording::pose::FramePose;
 use crate::recording::scene::{FrameScene, visible_chunks};
@@ -141,8 +142,9 @@ impl SceneStage {
         let undergrowth =
             undergrowth.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?))));
         let sky_view = visible.iter().copied().zip(sky_view.all(&visible)?);
+        let sky_view = sky_view.collect();
         let groups = objects.chain(undergrowth);
-        Ok(FrameScene::new(around, size, groups, sky_view.collect()))
+        Ok(in_pool(|| FrameScene::new(around, size, groups, sky_view)))
     }
 }
 
@@ -176,8 +178,8 @@ impl Stage<Forest> for ImageStage {
         ),
     ) -> Result<Vec<CameraImages>, Error> {
         let moment = Moment::new(world, at, &pose, &scene, &assets.library.materials);
-        let rigs = rigs.iter().enumerate();
-        rigs.map(|(i, rig)| moment.picture(i, rig)).collect()
+        let picture = |(i, rig)| moment.picture(i, rig);
+        in_pool(|| rigs.iter().enumerate().map(picture).collect())
     }
 }
 
@@ -211,6 +213,8 @@ impl Stage<Forest> for ScanStage {
         ),
     ) -> Result<Vec<Vec<LidarPoint>>, Error> {
         let moment = Moment::new(world, at, &pose, &scene, &assets.library.materials);
-        Ok(rigs.iter().map(|rig| moment.scan(rig)).collect())
+        Ok(in_pool(|| {
+            rigs.iter().map(|rig| moment.scan(rig)).collect()
+        }))
     }
 }

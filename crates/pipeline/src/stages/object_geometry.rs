@@ -9,6 +9,7 @@ use nemoral_stand::SceneObjects;
 
 use crate::config::Config;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
+use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::ground::ChunkGround;
 use crate::world::ground_mesh::GroundMeshRecipe;
@@ -59,10 +60,11 @@ impl Stage<Forest> for ObjectGeometryStage {
         world: Key,
         (assets, ground, objects): (Arc<WorldAssets>, Arc<ChunkGround>, Arc<SceneObjects>),
     ) -> Result<ObjectGeometry, Error> {
-        let ground = self.ground.make(at, world, &assets, &ground)?;
+        let ground = in_pool(|| self.ground.make(at, world, &assets, &ground))?;
         let placed = |object| assets.instance(object, at, self.chunk_size_m);
         let objects = objects.0.iter().map(placed);
         let instances = std::iter::once(ground).chain(objects).collect();
-        Ok(ObjectGeometry(Arc::new(Group::build(instances))))
+        let group = in_pool(|| Group::build(instances));
+        Ok(ObjectGeometry(Arc::new(group)))
     }
 }

@@ -4,6 +4,7 @@ use nemoral_seed::Key;
 
 use crate::config::Config;
 use crate::plan::{Forest, Hasher, Stage};
+use crate::pool::in_pool;
 use crate::world::cameras::{CameraRecipe, CameraRig};
 use crate::world::lidars::{LidarRecipe, LidarRig};
 use crate::{Backend, Error, InputFiles};
@@ -32,7 +33,7 @@ impl Stage<Forest> for CameraStage {
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Vec<CameraRig>, Error> {
-        self.0.make(world)
+        in_pool(|| self.0.make(world))
     }
 }
 

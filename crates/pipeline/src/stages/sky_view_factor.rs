@@ -11,6 +11,7 @@ use nemoral_stand::{REACH_M, SkyViewArea, SkyViewFactor};
 use super::object_geometry::ObjectGeometry;
 use crate::Error;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
+use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::ground::ChunkGround;
 
@@ -56,12 +57,15 @@ impl Stage<Forest> for SkyViewStage {
         let groups = around.iter().zip(objects.all(&chunks)?);
         let offset = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0) * self.chunk_size_m as f32;
         let groups = groups.map(|(&(x, y), objects)| (offset(x, y), Arc::clone(&objects.0)));
-        let crowns = RayScene::new(groups.collect());
+        let groups: Vec<_> = groups.collect();
         let area = SkyViewArea {
             origin_m: at.origin_m(self.chunk_size_m),
             side_m: self.chunk_size_m,
             canopy_height_m: assets.mean_height_m(),
         };
-        Ok(SkyViewFactor::measure(&area, &*ground, &crowns))
+        Ok(in_pool(|| {
+            let crowns = RayScene::new(groups);
+            SkyViewFactor::measure(&area, &*ground, &crowns)
+        }))
     }
 }

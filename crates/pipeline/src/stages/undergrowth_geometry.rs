@@ -9,6 +9,7 @@ use nemoral_seed::Key;
 
 use crate::Error;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
+use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::flora::Patch;
 use crate::world::ground::{ChunkGround, GroundModel};
@@ -63,7 +64,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
         };
         let instances = plants.instances((at, self.chunk_size_m), world, &assets, &ground);
         let is_bare = instances.is_empty();
-        let group = (!is_bare).then(|| Arc::new(Group::build(instances)));
+        let group = (!is_bare).then(|| Arc::new(in_pool(|| Group::build(instances))));
         Ok(UndergrowthGeometry(group))
     }
 }

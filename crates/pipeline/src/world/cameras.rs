@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 
-use nemoral_render::{Exposure, Lighting, RayCastCamera, RayCastParams, SensorNoise, ToneCurve};
-use nemoral_scene::{AnnotationKinds, Intrinsics, RigidTransform, Shutter};
+use nemoral_render::{
+    Exposure, Lighting, Metering, Processing, RayCastCamera, RayCastParams, SensorNoise, Soiling,
+    ToneCurve, View,
+};
+use nemoral_scene::{AnnotationKinds, Intrinsics, RigidTransform, Shutter, Twist};
 use nemoral_seed::{Domain, Key};
 
 use super::recipe::Recipe;
@@ -30,12 +33,20 @@ pub struct CameraRig {
     pub renderer: Arc<Renderer>,
     /// The exposure of its pictures.
     pub exposure: Exposure,
+    /// What automatic exposure looks at.
+    pub metering: Metering,
+    /// What the exposure is wrong by, stops.
+    pub exposure_error_ev: f64,
     /// The tone curve.
     pub tone: ToneCurve,
     /// When its rows are exposed.
     pub shutter: Shutter,
     /// The noise of its sensor.
     pub noise: Option<SensorNoise>,
+    /// Dirt and drops on its lens.
+    pub soiling: Option<Soiling>,
+    /// What it makes of the sensor's values.
+    pub processing: Processing,
     /// The annotations that are asked for.
     pub annotations: AnnotationKinds,
     /// Objects farther away than this, metres, get no boxes.
@@ -60,12 +71,32 @@ impl CameraRig {
             body_from_camera: camera.body_from_camera(),
             renderer,
             exposure: camera.exposure_mode(),
+            metering: camera.metering_mode(),
+            exposure_error_ev: camera.exposure_error_ev,
             tone: camera.tone_and_lens().0,
             shutter: camera.shutter_times(),
             noise: camera.sensor_noise(serial),
+            soiling: camera.soiled(serial),
+            processing: camera.image_processing(),
             annotations: camera.annotation_kinds(),
             boxes_range_m: camera.boxes_range_m,
         })
+    }
+
+    /// The view of a picture that it takes from a pose of the body, which moves like this.
+    pub(crate) fn view(&self, scene_from_body: RigidTransform, motion: Twist) -> View {
+        View {
+            motion: motion.of_mounted(&self.body_from_camera),
+            shutter: self.shutter,
+            exposure: self.exposure,
+            metering: self.metering,
+            exposure_error_ev: self.exposure_error_ev,
+            tone: self.tone,
+            noise: self.noise,
+            soiling: self.soiling,
+            processing: self.processing,
+            ..View::new(self.intrinsics, scene_from_body * self.body_from_camera)
+        }
     }
 }
 

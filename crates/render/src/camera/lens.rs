@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::Intrinsics;
 use rayon::prelude::*;
 
+use super::aberration::ChromaticAberration;
 use crate::colour::in_parts;
 use crate::error::{ParamError, check};
 
@@ -19,9 +20,71 @@ pub struct Lens {
     /// hundredth of the picture's width, a fifth within a tenth and more (two of the components of
     /// the glare of optics and eyes; Spencer et al. 1995, "Physically-based glare effects").
     pub halo: f32,
-    /// How much corners darken: 0 not at all, 1 by the fourth power of the cosine, as behind a
-    /// plain lens. 0..=1.
-    pub vignetting: f32,
+    /// How corners darken.
+    pub vignetting: Vignetting,
+    /// Fringes of colour.
+    pub aberration: ChromaticAberration,
+}
+
+/// How the light behind a lens falls off away from its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Vignetting {
+    /// By this share of the fourth power of the cosine of the angle from the axis: 0 not at all, 1
+    /// as behind a plain lens. 0..=1.
+    CosineFourth(f32),
+    /// To 1 + a2 ρ² + a4 ρ⁴ + a6 ρ⁶, where ρ is the distance from the principal point over half the
+    /// picture's diagonal. It is between 0 and 2 for all ρ up to 1.
+    Polynomial {
+        /// −2..=2, as the others.
+        a2: f32,
+        /// Of the fourth power.
+        a4: f32,
+        /// Of the sixth power.
+        a6: f32,
+    },
+}
+
+impl Vignetting {
+    const NONE: Self = Self::CosineFourth(0.0);
+
+    fn check(&self) -> Result<(), ParamError> {
+        match *self {
+            Self::CosineFourth(share) => check("lens.vignetting", share.into(), 0.0, 1.0, "0..=1"),
+            Self::Polynomial { a2, a4, a6 } => {
+                for (field, a) in [("a2", a2), ("a4", a4), ("a6", a6)] {
+                    let field = format!("lens.vignetting.{field}");
+                    check(&field, a.into(), -2.0, 2.0, "-2..=2")?;
+                }
+                (0..=64).try_for_each(|i| {
+                    let share = polynomial([a2, a4, a6], i as f32 / 64.0);
+                    let allowed = "shares of light from 0 to 2 everywhere";
+                    check("lens.vignetting", share.into(), 0.0, 2.0, allowed)
+                })
+            }
+        }
+    }
+
+    /// The share of light that arrives at a pixel.
+    fn share(&self, pixel: DVec2, intrinsics: &Intrinsics) -> f32 {
+        match *self {
+            Self::CosineFourth(share) => {
+                let cos = intrinsics.direction(pixel).z as f32;
+                let falls_off = 1.0 - cos * cos * cos * cos;
+                1.0 - share * falls_off
+            }
+            Self::Polynomial { a2, a4, a6 } => {
+                let size = DVec2::new(intrinsics.width.into(), intrinsics.height.into());
+                let centre = DVec2::new(intrinsics.cx, intrinsics.cy);
+                let rho = (pixel - centre).length() / (0.5 * size.length());
+                polynomial([a2, a4, a6], rho as f32).max(0.0)
+            }
+        }
+    }
+}
+
+fn polynomial([a2, a4, a6]: [f32; 3], rho: f32) -> f32 {
+    let r2 = rho * rho;
+    1.0 + r2 * (a2 + r2 * (a4 + r2 * a6))
 }
 
 impl Default for Lens {
@@ -30,7 +93,8 @@ impl Default for Lens {
         Self {
             veiling_glare: 0.01,
             halo: 0.0,
-            vignetting: 0.0,
+            vignetting: Vignetting::NONE,
+            aberration: ChromaticAberration::default(),
         }
     }
 }
@@ -42,26 +106,26 @@ const HALO: [(f32, f32); 3] = [(0.004, 0.5), (0.02, 0.3), (0.08, 0.2)];
 const BLOCK: usize = 4;
 
 impl Lens {
-    pub(crate) const NONE: Self = Self {
-        veiling_glare: 0.0,
-        halo: 0.0,
-        vignetting: 0.0,
-    };
-
-    pub(crate) fn check(&self) -> Result<(), ParamError> {
+    /// Checks it before the first picture; renderers check it by themselves.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range.
+    pub fn check(&self) -> Result<(), ParamError> {
         for (field, value, most, allowed) in [
             ("lens.veiling_glare", self.veiling_glare, 0.5, "0..=0.5"),
             ("lens.halo", self.halo, 0.5, "0..=0.5"),
-            ("lens.vignetting", self.vignetting, 1.0, "0..=1"),
         ] {
             check(field, value.into(), 0.0, most, allowed)?;
         }
-        Ok(())
+        self.vignetting.check()?;
+        self.aberration.check()
     }
 
-    /// Turns the light in front of the lens, row by row, into the light behind it.
+    /// Turns the light in front of the lens, row by row, into the light behind it: scattering and
+    /// fall-off, without aberration.
     pub(crate) fn apply(&self, light: &mut [Vec3], intrinsics: &Intrinsics) {
-        if *self == Self::NONE {
+        let clean = self.veiling_glare == 0.0 && self.halo == 0.0;
+        if clean && self.vignetting == Vignetting::NONE {
             return;
         }
         let width = intrinsics.width as usize;
@@ -80,16 +144,14 @@ impl Lens {
                         behind += around.at(x, y) * self.halo;
                     }
                     let pixel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                    let cos = intrinsics.direction(pixel).z as f32;
-                    let falls_off = 1.0 - cos * cos * cos * cos;
-                    *c = behind * (1.0 - self.vignetting * falls_off);
+                    *c = behind * self.vignetting.share(pixel, intrinsics);
                 }
             });
     }
 }
 
 /// A picture whose pixels are blocks.
-struct Coarse {
+pub(super) struct Coarse {
     width: usize,
     light: Vec<Vec3>,
 }
@@ -113,6 +175,13 @@ impl Coarse {
             width: blocks.width,
             light: sum,
         }
+    }
+
+    /// The picture with a blur of this spread in its pixels.
+    pub(super) fn blurred(light: &[Vec3], width: usize, spread_px: f32) -> Self {
+        let mut blocks = Self::of(light, width);
+        blocks.blur(spread_px / BLOCK as f32);
+        blocks
     }
 
     /// The means of blocks, which have fewer pixels at the borders.
@@ -158,9 +227,14 @@ impl Coarse {
 
     /// Interpolates between the middles of blocks.
     fn at(&self, x: usize, y: usize) -> Vec3 {
+        self.at_position(x as f32 + 0.5, y as f32 + 0.5)
+    }
+
+    /// The same at a position in the picture's pixels.
+    pub(super) fn at_position(&self, x: f32, y: f32) -> Vec3 {
         let height = self.light.len() / self.width;
-        let split = |i: usize, n: usize| {
-            let at = ((i as f32 + 0.5) / BLOCK as f32 - 0.5).clamp(0.0, (n - 1) as f32);
+        let split = |x: f32, n: usize| {
+            let at = (x / BLOCK as f32 - 0.5).clamp(0.0, (n - 1) as f32);
             let low = (at as usize).min(n.saturating_sub(2));
             (low, (low + 1).min(n - 1), at - low as f32)
         };
@@ -211,7 +285,7 @@ mod tests {
         let lens = Lens {
             veiling_glare: 0.05,
             halo: 0.1,
-            vignetting: 0.0,
+            ..Lens::default()
         };
         lens.apply(&mut light, &optics);
         let total: f32 = light.iter().map(|c| c.y).sum();
@@ -228,10 +302,11 @@ mod tests {
     fn an_even_picture_stays_even_and_corners_fall_off_by_the_fourth_power() {
         let optics = view(160, 96);
         let even = vec![Vec3::new(3.0, 2.0, 1.0); 160 * 96];
-        let lens = |vignetting| Lens {
+        let lens = |share| Lens {
             veiling_glare: 0.02,
             halo: 0.08,
-            vignetting,
+            vignetting: Vignetting::CosineFourth(share),
+            ..Lens::default()
         };
         let mut light = even.clone();
         lens(0.0).apply(&mut light, &optics);
@@ -241,6 +316,37 @@ mod tests {
         let cos = optics.direction(DVec2::new(0.5, 0.5)).z as f32;
         assert!((light[0].x / 3.0 - cos.powi(4)).abs() < 1e-4);
         assert!((light[48 * 160 + 80].x / 3.0 - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_polynomial_falls_off_as_it_says() {
+        let optics =
+            Intrinsics::from_calibration(160, 96, DVec2::splat(90.0), DVec2::new(70.0, 50.0));
+        let lens = Lens {
+            veiling_glare: 0.0,
+            vignetting: Vignetting::Polynomial {
+                a2: -0.5,
+                a4: 0.3,
+                a6: -0.25,
+            },
+            ..Lens::default()
+        };
+        assert!(lens.check().is_ok());
+        let mut light = vec![Vec3::splat(5.0); 160 * 96];
+        lens.apply(&mut light, &optics.expect("valid"));
+        let half_diagonal = 0.5 * (160.0_f64.powi(2) + 96.0_f64.powi(2)).sqrt();
+        for (x, y) in [(0_usize, 0_usize), (69, 49), (120, 90), (159, 3)] {
+            let r = (x as f64 + 0.5 - 70.0).hypot(y as f64 + 0.5 - 50.0) / half_diagonal;
+            let exact = 5.0 * (1.0 - 0.5 * r.powi(2) + 0.3 * r.powi(4) - 0.25 * r.powi(6));
+            let got = f64::from(light[y * 160 + x].x);
+            assert!((got - exact).abs() < 1e-5, "{x} {y}: {got} for {exact}");
+        }
+        let black = Vignetting::Polynomial {
+            a2: -1.5,
+            a4: 0.0,
+            a6: 0.0,
+        };
+        assert!(black.check().is_err(), "less than no light");
     }
 
     #[test]

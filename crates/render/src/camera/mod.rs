@@ -1,6 +1,15 @@
-//! The camera: its view, lens, exposure and sensor.
+//! The camera: its view, lens, exposure, sensor and processing.
 
+pub(crate) mod aberration;
+mod denoise;
+pub(crate) mod jpeg;
 pub(crate) mod lens;
+pub(crate) mod metering;
+pub(crate) mod picture;
+pub(crate) mod processing;
 pub(crate) mod sensor_noise;
+mod sharpening;
+pub(crate) mod soiling;
 pub(crate) mod tone;
 pub(crate) mod view;
+pub(crate) mod white_balance;

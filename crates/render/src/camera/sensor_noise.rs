@@ -73,7 +73,8 @@ const TEMPORAL: Domain = Domain::new("render.sensor");
 /// A sensor that reads one picture.
 pub(crate) struct Sensor {
     noise: SensorNoise,
-    saturation_e: f64,
+    /// Electrons at which the pixels of each colour clip.
+    saturation_e: [f64; 3],
     /// The converter's highest code.
     top: f64,
     /// Exposed light at which pixels clip.
@@ -82,33 +83,40 @@ pub(crate) struct Sensor {
 }
 
 impl Sensor {
-    /// `white` is the exposed light that just clips; `key` the camera's in this frame.
-    pub(crate) fn new(noise: SensorNoise, ev100: f64, white: f64, key: Key) -> Self {
+    /// `white` is the exposed light that just clips; `gains` those of the white balance, which
+    /// amplify what the pixels of a colour hold, so that the most amplified clip with the fewest
+    /// electrons; `key` the camera's in this frame.
+    pub(crate) fn new(noise: SensorNoise, ev100: f64, white: f64, gains: Vec3, key: Key) -> Self {
+        let saturation_e = noise.saturation_e(ev100);
+        let least = gains.min_element();
         Self {
             noise,
-            saturation_e: noise.saturation_e(ev100),
+            saturation_e: gains
+                .to_array()
+                .map(|gain| saturation_e * f64::from(least / gain)),
             top: f64::from((1_u32 << noise.bits) - 1),
             white,
             temporal: key.domain(TEMPORAL),
         }
     }
 
-    /// The value that is read for exposed light at the `index`-th pixel. With noise it may be below
-    /// 0, because the dark level is subtracted after the converter, as in cameras.
+    /// The value that is read for balanced exposed light at the `index`-th pixel. With noise it may
+    /// be below 0, because the dark level is subtracted after the converter, as in cameras.
     pub(crate) fn read(&self, index: usize, exposed: Vec3) -> Vec3 {
         let n = &self.noise;
         let mut rng = self.temporal.item(index as u64).rng();
         let mut pattern =
             (n.prnu > 0.0 || n.dsnu_e > 0.0).then(|| n.serial.item(index as u64).rng());
-        let read = exposed.to_array().map(|light| {
+        let read = std::array::from_fn(|colour| {
+            let (light, saturation_e) = (exposed[colour], self.saturation_e[colour]);
             let (sensitivity, dark_e) = match &mut pattern {
                 Some(pixel) => (1.0 + n.prnu * pixel.normal(), n.dsnu_e * pixel.normal()),
                 None => (1.0, 0.0),
             };
             let share = f64::from(light.max(0.0)) / self.white;
-            let mean_e = share * self.saturation_e * sensitivity.max(0.0);
+            let mean_e = share * saturation_e * sensitivity.max(0.0);
             let read_e = shot(mean_e, &mut rng) + dark_e + n.read_noise_e * rng.normal();
-            let code = (read_e / self.saturation_e * self.top).round();
+            let code = (read_e / saturation_e * self.top).round();
             (code.min(self.top) / self.top * self.white) as f32
         });
         Vec3::from_array(read)
@@ -152,7 +160,7 @@ mod tests {
 
     /// Codes of an even field that should give `mean_e` electrons in the middle channel.
     fn codes(noise: SensorNoise, mean_e: f64, ev100: f64, frame: u64) -> Vec<f64> {
-        let sensor = Sensor::new(noise, ev100, 2.0, Key::world(9).item(frame));
+        let sensor = Sensor::new(noise, ev100, 2.0, Vec3::ONE, Key::world(9).item(frame));
         let light = (mean_e / noise.saturation_e(ev100) * 2.0) as f32;
         let read = |i| f64::from(sensor.read(i, Vec3::splat(light)).y) / 2.0 * sensor.top;
         (0..PIXELS).map(read).collect()
@@ -267,6 +275,25 @@ mod tests {
         assert!((ratio / 8.0_f64.sqrt() - 1.0).abs() < 0.03, "{ratio}");
     }
 
+    /// Blue that is amplified four times has four times as few electrons, and half the ratio of
+    /// signal to noise.
+    #[test]
+    fn white_balance_amplifies_noise() {
+        let gains = Vec3::new(1.0, 2.0, 4.0);
+        let sensor = Sensor::new(PLAIN, 10.0, 1.0, gains, Key::world(9));
+        let spread = |colour: usize| {
+            let read = |i| f64::from(sensor.read(i, Vec3::splat(0.4))[colour]);
+            let read: Vec<f64> = (0..PIXELS).map(read).collect();
+            let (mean, variance) = moments(&read);
+            assert!((mean - 0.4).abs() < 1e-3, "{mean}");
+            variance.sqrt()
+        };
+        for (colour, factor) in [(1, 2.0_f64.sqrt()), (2, 2.0)] {
+            let ratio = spread(colour) / spread(0);
+            assert!((ratio / factor - 1.0).abs() < 0.03, "{colour}: {ratio}");
+        }
+    }
+
     #[test]
     fn nonsense_is_refused_by_name() {
         let bad = |noise: SensorNoise| noise.check().expect_err("bad").field;
@@ -288,7 +315,7 @@ mod tests {
             dsnu_e: 1.0,
             ..PLAIN
         };
-        let sensor = Sensor::new(noise, 10.0, 1.0, Key::world(9));
+        let sensor = Sensor::new(noise, 10.0, 1.0, Vec3::ONE, Key::world(9));
         let read = [0.0005, 0.02, 0.7].map(|x| sensor.read(7, Vec3::splat(x)));
         assert_eq!(format!("{read:?}"), VALUES);
     }

@@ -5,8 +5,8 @@ use nemoral_scene::{Image, code_thresholds};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
+use super::processing::Processing;
 use super::sensor_noise::{Sensor, SensorNoise};
-use crate::colour::{LUMINANCE, in_parts};
 use crate::error::{ParamError, check};
 
 /// A light meter's reading at EV 0, ISO 100: K / 100 with K = 12.5 (ISO 2720), cd/m².
@@ -76,24 +76,6 @@ pub(crate) fn scale_of(ev100: f64) -> f32 {
     (MIDDLE_GREY / (LUMINANCE_AT_EV_0 * libm::exp2(ev100))) as f32
 }
 
-/// exp(mean(ln Y)) over the pixels that are not black; 1e-3 cd/m² (starlight) if all are.
-pub(crate) fn log_mean_luminance(linear: &[Vec3]) -> f64 {
-    let part = |linear: &[Vec3]| {
-        let lit = linear.iter().map(|c| c.dot(LUMINANCE)).filter(|&y| y > 0.0);
-        lit.fold((0.0, 0_u32), |(sum, n), y| {
-            (sum + f64::from(libm::logf(y)), n + 1)
-        })
-    };
-    let (sum, n) = in_parts(linear, part)
-        .into_iter()
-        .fold((0.0, 0), |(sum, n), part| (sum + part.0, n + part.1));
-    if n == 0 {
-        1e-3
-    } else {
-        libm::exp(sum / f64::from(n))
-    }
-}
-
 /// The curve from exposed light to brightness on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
@@ -131,6 +113,32 @@ impl ToneCurve {
     }
 }
 
+/// A tone curve after a change of contrast: logarithmic brightness has the slope `contrast` about
+/// middle grey.
+#[derive(Clone, Copy, Debug)]
+struct Curve {
+    tone: ToneCurve,
+    contrast: f64,
+}
+
+impl Curve {
+    /// The exposed light that just clips.
+    fn white(self) -> f64 {
+        let white = self.tone.white();
+        if self.contrast == 1.0 {
+            return white;
+        }
+        MIDDLE_GREY * libm::pow(white / MIDDLE_GREY, 1.0 / self.contrast)
+    }
+
+    fn apply(self, x: f64) -> f64 {
+        if self.contrast == 1.0 {
+            return self.tone.apply(x);
+        }
+        (self.tone).apply(MIDDLE_GREY * libm::pow(x / MIDDLE_GREY, self.contrast))
+    }
+}
+
 /// IEC 61966-2-1: linear to sRGB.
 fn srgb_oetf(x: f64) -> f64 {
     if x <= 0.003_130_8 {
@@ -140,7 +148,7 @@ fn srgb_oetf(x: f64) -> f64 {
     }
 }
 
-/// The encoder's table goes from 2^-14, where all codes are 0, to 2^6, where all are 255.
+/// The encoder's table goes from 2^-14 to 2^6, where all codes are 255.
 const FIRST_EXPONENT: u32 = 127 - 14;
 const OCTAVES: u32 = 20;
 
@@ -149,19 +157,27 @@ struct Encoder {
     thresholds: [f32; 255],
     /// For each 1/64 of an octave, the code at its lower end.
     starts: Vec<u8>,
+    /// The light that just clips.
+    white: f32,
 }
 
 impl Encoder {
-    fn new(tone: ToneCurve) -> Self {
-        let code = |x: f32| 255.0 * srgb_oetf(tone.apply(f64::from(x))) + 0.5;
+    fn new(curve: Curve) -> Self {
+        let code = |x: f32| 255.0 * srgb_oetf(curve.apply(f64::from(x))) + 0.5;
         let thresholds = code_thresholds(64.0, code);
-        let starts = (0..OCTAVES << 6)
+        let mut starts: Vec<u8> = (0..OCTAVES << 6)
             .map(|i| {
                 let low = f32::from_bits(((FIRST_EXPONENT << 6) + i) << 17);
                 thresholds.partition_point(|&t| t <= low) as u8
             })
             .collect();
-        Self { thresholds, starts }
+        // All light below the table is found here, too.
+        starts[0] = 0;
+        Self {
+            thresholds,
+            starts,
+            white: curve.white() as f32,
+        }
     }
 
     #[inline]
@@ -175,74 +191,148 @@ impl Encoder {
         code
     }
 
+    /// The code value before rounding, 0..=255: the curve is taken to be straight between the
+    /// lights of neighbouring codes.
+    #[inline]
+    fn level(&self, x: f32) -> f32 {
+        let code = usize::from(self.code(x));
+        let (low, from) = match code {
+            0 => (0.0, 0.0),
+            _ => (self.thresholds[code - 1], code as f32 - 0.5),
+        };
+        let (high, to) = match self.thresholds.get(code) {
+            Some(&threshold) => (threshold, code as f32 + 0.5),
+            None => (self.white.max(low), 255.0),
+        };
+        if high <= low {
+            return to;
+        }
+        from + (to - from) * ((x.max(0.0) - low) / (high - low)).min(1.0)
+    }
+
     fn encode(&self, exposed: Vec3) -> [u8; 3] {
         exposed.to_array().map(|x| self.code(x))
     }
+
+    fn levels(&self, exposed: Vec3) -> Vec3 {
+        exposed.map(|x| self.level(x))
+    }
 }
 
-/// The picture of a radiance image at an exposure, as a sensor with this noise reads it.
-/// `key` is for the noise alone.
+/// The picture of a radiance image at an exposure, as a camera with this sensor and this processing
+/// makes it. `key` is for the noise alone.
 pub(crate) fn develop(
     linear: &Image<Vec3>,
     ev100: f64,
     tone: ToneCurve,
     noise: Option<SensorNoise>,
+    processing: &Processing,
     key: Key,
 ) -> Image<[u8; 3]> {
-    let sensor = noise.map(|noise| Sensor::new(noise, ev100, tone.white(), key));
-    match sensor {
-        None => encode(linear, ev100, tone, |_, light| light),
-        Some(sensor) => encode(linear, ev100, tone, |i, light| sensor.read(i, light)),
+    let curve = Curve {
+        tone,
+        contrast: processing.contrast,
+    };
+    let white = curve.white();
+    let scale = scale_of(ev100);
+    let gains = (processing.white_balance).gains(linear.pixels(), white as f32 / scale);
+    let sensor = noise.map(|noise| Sensor::new(noise, ev100, white, gains, key));
+    let read = |i: usize, light: Vec3| {
+        let exposed = light * scale * gains;
+        match &sensor {
+            None => exposed,
+            Some(sensor) => sensor.read(i, exposed),
+        }
+    };
+    let encoder = Encoder::new(curve);
+    let (width, height) = (linear.width(), linear.height());
+    let light = linear.pixels().par_iter().enumerate();
+    let mut codes: Vec<[u8; 3]> = if processing.leaves_levels() {
+        light.map(|(i, &c)| encoder.encode(read(i, c))).collect()
+    } else {
+        let levels = light.map(|(i, &c)| encoder.levels(read(i, c))).collect();
+        processing.codes(levels, width)
+    };
+    if let Some(jpeg) = &processing.jpeg {
+        jpeg.bake(&mut codes, width);
     }
-}
-
-/// The code values of the exposed light of each pixel, as changed by `read`.
-fn encode(
-    linear: &Image<Vec3>,
-    ev100: f64,
-    tone: ToneCurve,
-    read: impl Fn(usize, Vec3) -> Vec3 + Sync,
-) -> Image<[u8; 3]> {
-    let (encoder, scale) = (Encoder::new(tone), scale_of(ev100));
-    let pixels = linear
-        .pixels()
-        .par_iter()
-        .enumerate()
-        .map(|(i, &c)| encoder.encode(read(i, c * scale)))
-        .collect();
-    Image::new(linear.width(), linear.height(), pixels)
+    Image::new(width, height, codes)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::super::metering::log_mean_luminance;
+    use super::*;
 
     /// Code values of a perfect sensor.
     fn shown(linear: &Image<Vec3>, ev100: f64, tone: ToneCurve) -> Image<[u8; 3]> {
-        encode(linear, ev100, tone, |_, light| light)
+        develop(
+            linear,
+            ev100,
+            tone,
+            None,
+            &Processing::default(),
+            Key::world(1),
+        )
+    }
+
+    fn curve(tone: ToneCurve, contrast: f64) -> Curve {
+        Curve { tone, contrast }
     }
 
     #[test]
     fn white_is_where_the_curve_ends() {
         for tone in [ToneCurve::Linear, ToneCurve::Filmic] {
-            let (at, below) = (tone.apply(tone.white()), tone.apply(0.99 * tone.white()));
-            assert!(at > 1.0 - 1e-9 && below < 1.0, "{tone:?}");
+            for contrast in [0.6, 1.0, 1.7] {
+                let curve = curve(tone, contrast);
+                let (at, below) = (
+                    curve.apply(curve.white()),
+                    curve.apply(0.99 * curve.white()),
+                );
+                assert!(at > 1.0 - 1e-9 && below < 1.0, "{curve:?}");
+                assert!(curve.white() < 64.0, "within the table");
+            }
         }
     }
 
     proptest! {
         #[test]
-        fn the_table_is_the_formula(x in 0.0_f32..8.0, filmic: bool) {
+        fn the_table_is_the_formula(exponent in -16.0_f32..4.0, filmic: bool, lift in 0.0..1.0) {
             let tone = if filmic { ToneCurve::Filmic } else { ToneCurve::Linear };
-            let got = Encoder::new(tone).encode(Vec3::splat(x))[1];
-            let exact = 255.0 * srgb_oetf(tone.apply(f64::from(x)));
+            let x = exponent.exp2();
+            let contrast = if lift < 0.3 { 1.0 } else { 0.6 + 1.4 * lift };
+            let curve = curve(tone, contrast);
+            let encoder = Encoder::new(curve);
+            let got = encoder.encode(Vec3::splat(x))[1];
+            let exact = 255.0 * srgb_oetf(curve.apply(f64::from(x)));
             prop_assert!((f64::from(got) - exact).abs() <= 0.501, "{got} for {exact}");
+            let level = f64::from(encoder.levels(Vec3::splat(x)).y);
+            // The darkest code's part of the curve is not straight.
+            let bend = if exact < 0.5 { 0.25 } else { 0.12 };
+            prop_assert!((level - exact).abs() <= bend, "{level} for {exact}");
+        }
+
+        #[test]
+        fn contrast_turns_about_middle_grey(contrast in 0.6..2.0, stops in -3.0..1.0) {
+            let curve = curve(ToneCurve::Linear, contrast);
+            prop_assert!((curve.apply(MIDDLE_GREY) - MIDDLE_GREY).abs() < 1e-12);
+            let x = MIDDLE_GREY * libm::exp2(stops);
+            let shown = libm::log2(curve.apply(x) / MIDDLE_GREY);
+            prop_assert!((shown - contrast * stops).abs() < 1e-9);
+        }
+
+        #[test]
+        fn a_stop_of_error_doubles_the_light(ev in -5.0..20.0) {
+            let ratio = scale_of(ev - 1.0) / scale_of(ev);
+            prop_assert!((ratio - 2.0).abs() < 1e-5, "{ratio}");
         }
 
         #[test]
         fn more_light_is_never_darker(x in 0.0_f32..20.0, more in 0.0_f32..2.0, filmic: bool) {
-            let e = Encoder::new(if filmic { ToneCurve::Filmic } else { ToneCurve::Linear });
+            let tone = if filmic { ToneCurve::Filmic } else { ToneCurve::Linear };
+            let e = Encoder::new(curve(tone, 1.0));
             prop_assert!(e.encode(Vec3::splat(x + more))[0] >= e.encode(Vec3::splat(x))[0]);
         }
 
@@ -263,7 +353,7 @@ mod tests {
     #[test]
     fn ends_and_order() {
         for tone in [ToneCurve::Filmic, ToneCurve::Linear] {
-            let e = Encoder::new(tone);
+            let e = Encoder::new(curve(tone, 1.0));
             assert_eq!(e.encode(Vec3::ZERO), [0; 3]);
             assert_eq!(e.encode(Vec3::splat(6.0)), [255; 3]);
             assert!(
@@ -273,7 +363,7 @@ mod tests {
         }
         // A well-known pair of sRGB values.
         assert_eq!(
-            Encoder::new(ToneCurve::Linear).encode(Vec3::splat(0.2140)),
+            Encoder::new(curve(ToneCurve::Linear, 1.0)).encode(Vec3::splat(0.2140)),
             [127; 3]
         );
     }

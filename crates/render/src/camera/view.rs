@@ -3,7 +3,10 @@
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Intrinsics, Ray, RigidTransform, Shutter, Twist};
 
+use super::metering::Metering;
+use super::processing::Processing;
 use super::sensor_noise::SensorNoise;
+use super::soiling::Soiling;
 use super::tone::{Exposure, ToneCurve};
 use crate::error::{ParamError, check};
 
@@ -22,14 +25,24 @@ pub struct View {
     pub shutter: Shutter,
     /// The exposure.
     pub exposure: Exposure,
+    /// What an automatic exposure looks at.
+    pub metering: Metering,
+    /// What the exposure, automatic or fixed, is wrong by, −10..=10 stops: with 1 twice the light
+    /// is recorded.
+    pub exposure_error_ev: f64,
     /// The tone curve.
     pub tone: ToneCurve,
     /// The noise of the sensor; `None` for a perfect one.
     pub noise: Option<SensorNoise>,
+    /// Dirt and drops on the lens; `None` for a clean one.
+    pub soiling: Option<Soiling>,
+    /// What the camera makes of the sensor's values.
+    pub processing: Processing,
 }
 
 impl View {
-    /// A still view at one instant, with automatic exposure, the filmic curve and a perfect sensor.
+    /// A still view at one instant, with automatic exposure, the filmic curve, a perfect sensor, a
+    /// clean lens, and no processing.
     #[must_use]
     pub fn new(intrinsics: Intrinsics, scene_from_camera: RigidTransform) -> Self {
         Self {
@@ -38,8 +51,12 @@ impl View {
             motion: Twist::STILL,
             shutter: Shutter::INSTANT,
             exposure: Exposure::default(),
+            metering: Metering::default(),
+            exposure_error_ev: 0.0,
             tone: ToneCurve::default(),
             noise: None,
+            soiling: None,
+            processing: Processing::default(),
         }
     }
 
@@ -170,6 +187,18 @@ impl View {
         if let Some(noise) = &self.noise {
             noise.check()?;
         }
+        if let Some(soiling) = &self.soiling {
+            soiling.check()?;
+        }
+        self.processing.check()?;
+        let stops = "-10..=10 stops";
+        check(
+            "view.exposure_error_ev",
+            self.exposure_error_ev,
+            -10.0,
+            10.0,
+            stops,
+        )?;
         self.exposure.check()
     }
 

@@ -24,7 +24,7 @@ use super::shapes::Shapes;
 use super::state::State;
 use super::targets::{reversed, texels, truth_images, view_of};
 use super::{Gpu, GpuError, Pass};
-use crate::camera::tone::{develop, log_mean_luminance};
+use crate::camera::picture;
 use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
 
 /// The images of the truth pass and of the passes that were added.
@@ -392,16 +392,12 @@ impl CameraRenderer for GpuCamera {
         let truth = truth[0].read(&self.gpu, &truth_drawn, |rows| texels(rows, view))?;
         let truth = truth_images(&truth, view, &picture.objects);
         let linear = exposure.read(&self.gpu, &self.lighting)?;
-        let (width, height) = (linear.width(), linear.height());
-        let mut pixels = linear.into_pixels();
-        self.params.lens.apply(&mut pixels, &view.intrinsics);
-        let ev100 = view.exposure.ev100(log_mean_luminance(&pixels));
-        let linear = Image::new(width, height, pixels);
+        let picture = picture::take(linear, &truth, &self.params.lens, view, key);
         Ok(CameraImages {
-            rgb: develop(&linear, ev100, view.tone, view.noise, key),
-            linear: self.params.keep_linear.then_some(linear),
+            rgb: picture.rgb,
+            linear: self.params.keep_linear.then_some(picture.linear),
             truth,
-            ev100,
+            ev100: picture.ev100,
         })
     }
 }

@@ -12,7 +12,8 @@ use super::primary_rays::{PixelTruth, ROWS, cast_band, pixel_centre, pixel_truth
 use super::shadow_filter::add_filtered_sun;
 use super::silhouettes::silhouettes;
 use super::supersampling::AdditionalSamples;
-use crate::camera::tone::{develop, log_mean_luminance};
+use crate::camera::metering::log_mean_luminance;
+use crate::camera::picture;
 use crate::error::ParamError;
 use crate::sky::sun_disc::SunDisc;
 use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
@@ -176,15 +177,13 @@ impl CameraRenderer for RayCastCamera {
                 key.domain(EDGES),
             );
         }
-        p.lens.apply(&mut frame.linear, &view.intrinsics);
-
-        let ev100 = view.exposure.ev100(log_mean_luminance(&frame.linear));
-        let (linear, truth) = frame.into_images();
+        let (light, truth) = frame.into_images();
+        let picture = picture::take(light, &truth, &p.lens, view, key);
         Ok(CameraImages {
-            rgb: develop(&linear, ev100, view.tone, view.noise, key),
-            linear: p.keep_linear.then_some(linear),
+            rgb: picture.rgb,
+            linear: p.keep_linear.then_some(picture.linear),
             truth,
-            ev100,
+            ev100: picture.ev100,
         })
     }
 }

@@ -1,0 +1,142 @@
+//! A sequence's scans as one LAZ file, or as tiles.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use nemoral_dataset::{Cloud, CloudPoint};
+use nemoral_files::PendingFile;
+use nemoral_scene::glam::DVec3;
+
+use crate::formats::laz::{Laz, LazPoint, LazWriter};
+use crate::{Error, Table};
+
+/// The most tiles of a cloud, as each is an open file.
+const TILES_MAX: usize = 500;
+/// Allowed sides of tiles, metres.
+const TILE_M: std::ops::RangeInclusive<f64> = 1.0..=1e5;
+
+/// How a cloud is written as LAZ.
+#[derive(Clone, Debug, Default)]
+pub struct LazCloudParams {
+    /// Side of a tile, metres, 1 to 100,000: tiles are `OUT_X_Y.laz`, with the tile's south-western
+    /// corner in whole tiles from the origin. `None` for one file.
+    pub tile_m: Option<f64>,
+    /// The classes of `classification`; ASPRS's if there is none.
+    pub ontology: Option<Table>,
+}
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LazTile {
+    /// Its name.
+    pub path: PathBuf,
+    /// Its points.
+    pub points: u64,
+}
+
+/// Writes a cloud as LAS 1.4, compressed, with the dimensions that the format `laz` has; `gps_time`
+/// is seconds after the start of the sequence. Coordinates are relative to a whole metre near the
+/// first point of a file.
+///
+/// Each file appears when it is whole, after all points have been written.
+///
+/// # Errors
+/// As [`Cloud::check_name`] with `laz` and [`Cloud::for_each`]; [`Error::Unsuitable`] for a tile's
+/// side out of range or too many tiles; [`Error::Ontology`] for a table that does not fit.
+pub fn laz_cloud(
+    cloud: &Cloud,
+    out: &Path,
+    params: &LazCloudParams,
+) -> Result<Vec<LazTile>, Error> {
+    cloud.check_name(out, "laz")?;
+    let unsuitable = |reason| Error::Unsuitable {
+        format: "laz",
+        reason,
+    };
+    if let Some(side) = params.tile_m.filter(|side| !TILE_M.contains(side)) {
+        let (low, high) = (TILE_M.start(), TILE_M.end());
+        let reason = format!("tile_m = {side}: must be {low} to {high} m");
+        return Err(unsuitable(reason));
+    }
+    let labels = Laz {
+        ontology: params.ontology.clone(),
+    }
+    .labels(cloud.ontology())?;
+    let mut tiles: BTreeMap<Option<[i64; 2]>, Tile> = BTreeMap::new();
+    let failed = |e: io::Error| Error::from(nemoral_files::Error::io(out)(e));
+    cloud.for_each(|point: &CloudPoint| -> Result<(), Error> {
+        let number = params.tile_m.map(|side| {
+            let tile = (point.world_m.truncate() / side).floor();
+            [tile.x as i64, tile.y as i64]
+        });
+        if !tiles.contains_key(&number) {
+            if tiles.len() == TILES_MAX {
+                let reason = format!("more than {TILES_MAX} tiles: make them larger, or crop");
+                return Err(unsuitable(reason));
+            }
+            let scratch = nemoral_files::scratch_beside(out)?;
+            tiles.insert(number, Tile::new(scratch, point.world_m).map_err(failed)?);
+        }
+        let tile = tiles.get_mut(&number).expect("it is there");
+        let class = labels.id_of_semantic(point.recorded.point.semantic) as u8;
+        tile.put(point, class).map_err(failed)
+    })?;
+    if tiles.is_empty() {
+        // A cloud without points is a file without points.
+        let scratch = nemoral_files::scratch_beside(out)?;
+        tiles.insert(None, Tile::new(scratch, DVec3::ZERO).map_err(failed)?);
+    }
+    let mut written = Vec::new();
+    for (number, tile) in tiles {
+        let path = match number {
+            None => out.to_owned(),
+            Some([x, y]) => {
+                let stem = out.file_stem().unwrap_or_default().to_string_lossy();
+                out.with_file_name(format!("{stem}_{x}_{y}.laz"))
+            }
+        };
+        cloud.check_name(&path, "laz")?;
+        let points = tile.points;
+        tile.finish(&path)?;
+        written.push(LazTile { path, points });
+    }
+    Ok(written)
+}
+
+/// A file that is being written under no name.
+struct Tile {
+    writer: LazWriter<BufWriter<File>>,
+    points: u64,
+}
+
+impl Tile {
+    fn new(scratch: File, near_m: DVec3) -> io::Result<Self> {
+        let writer = LazWriter::new(BufWriter::new(scratch), near_m.round())?;
+        Ok(Self { writer, points: 0 })
+    }
+
+    fn put(&mut self, point: &CloudPoint, class: u8) -> io::Result<()> {
+        self.points += 1;
+        self.writer.put(&LazPoint {
+            recorded: &point.recorded,
+            world_m: point.world_m,
+            time_s: point.time_s,
+            lidar: point.lidar,
+            class,
+        })
+    }
+
+    fn finish(self, path: &Path) -> Result<(), Error> {
+        let mut file = PendingFile::create(path)?;
+        let copy = || -> io::Result<()> {
+            let body = self.writer.finish()?;
+            let mut body = body.into_inner().map_err(io::IntoInnerError::into_error)?;
+            body.seek(SeekFrom::Start(0))?;
+            io::copy(&mut BufReader::new(body), &mut file).map(drop)
+        };
+        copy().map_err(nemoral_files::Error::io(path))?;
+        Ok(file.commit_synced()?)
+    }
+}

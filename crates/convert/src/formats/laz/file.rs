@@ -1,0 +1,237 @@
+//! A LAZ file: LAS 1.4 with point format 6 and extra bytes, compressed.
+//!
+//! Source: LAS specification 1.4 R15 (ASPRS): header, table 3; point format 6, table 13; extra
+//! bytes, table 24. Points are compressed by the crate `laz`.
+
+use std::io::{self, Seek, SeekFrom, Write};
+
+use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr, LazVlrBuilder};
+use nemoral_dataset::PlyPoint;
+use nemoral_scene::glam::DVec3;
+
+/// Metres for a step of a coordinate.
+const STEP_M: f64 = 1e-4;
+const HEADER_BYTES: u16 = 375;
+const VLR_HEADER_BYTES: usize = 54;
+/// Point format 6 without extra bytes.
+const POINT_BYTES: u16 = 30;
+/// The extra dimensions: name, the specification's number of the type, and bytes.
+const EXTRA: [(&str, u8, u16); 9] = [
+    ("class", 1, 1),
+    ("semantic", 1, 1),
+    ("instance", 5, 4),
+    ("ring", 1, 1),
+    ("pulse", 5, 4),
+    ("range", 9, 4),
+    ("range_true", 9, 4),
+    ("incidence_cos", 9, 4),
+    ("flags", 1, 1),
+];
+
+/// A point as it is written.
+pub(crate) struct LazPoint<'a> {
+    pub(crate) recorded: &'a PlyPoint,
+    pub(crate) world_m: DVec3,
+    /// The frame's time, seconds.
+    pub(crate) time_s: f64,
+    /// The number of the LiDAR, from 0.
+    pub(crate) lidar: u8,
+    /// `classification`.
+    pub(crate) class: u8,
+}
+
+/// Writes a file point by point. Its header, which says how many there are, is written last.
+pub(crate) struct LazWriter<W: Write + Seek + Send + Sync + 'static> {
+    compressor: LasZipCompressor<'static, W>,
+    header: Header,
+}
+
+impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
+    /// Begins a file whose coordinates are relative to `origin_m`.
+    pub(crate) fn new(mut to: W, origin_m: DVec3) -> io::Result<Self> {
+        let extra_bytes: u16 = EXTRA.iter().map(|(_, _, bytes)| bytes).sum();
+        let items = LazItemRecordBuilder::default_for_point_format_id(6, extra_bytes);
+        let items = items.map_err(io::Error::other)?;
+        let vlr = LazVlrBuilder::new(items).build();
+        let mut laszip = Vec::new();
+        vlr.write_to(&mut laszip)?;
+        let records = [
+            (LazVlr::USER_ID, LazVlr::RECORD_ID, "", laszip),
+            ("LASF_Spec", 4, "extra dimensions", extra_dimensions()),
+        ];
+        let mut bytes = Bytes::default();
+        let count = records.len() as u32;
+        for (user, id, description, data) in records {
+            bytes.u16(0).text(user, 16).u16(id).u16(data.len() as u16);
+            bytes.text(description, 32).bytes(&data);
+        }
+        debug_assert!(bytes.0.len() > count as usize * VLR_HEADER_BYTES);
+        let header = Header {
+            origin_m,
+            stride: POINT_BYTES + extra_bytes,
+            records: count,
+            record_bytes: bytes.0.len() as u32,
+            points: 0,
+            by_return: [0; 15],
+            low_m: DVec3::INFINITY,
+            high_m: DVec3::NEG_INFINITY,
+        };
+        to.write_all(&header.encode())?;
+        to.write_all(&bytes.0)?;
+        Ok(Self {
+            compressor: LasZipCompressor::new(to, vlr).map_err(io::Error::other)?,
+            header,
+        })
+    }
+
+    /// Adds a point.
+    pub(crate) fn put(&mut self, point: &LazPoint<'_>) -> io::Result<()> {
+        let steps = ((point.world_m - self.header.origin_m) / STEP_M).round();
+        let reach = f64::from(i32::MAX);
+        if !(steps.abs().max_element() <= reach) {
+            let (at, from) = (point.world_m, self.header.origin_m);
+            let message = format!("a point at {at} is beyond 214 km from {from}");
+            return Err(io::Error::other(message));
+        }
+        self.header.count(point, steps);
+        self.compressor.compress_one(&record(point, steps))
+    }
+
+    /// Ends the file.
+    pub(crate) fn finish(mut self) -> io::Result<W> {
+        self.compressor.done()?;
+        let mut to = self.compressor.into_inner();
+        to.seek(SeekFrom::Start(0))?;
+        to.write_all(&self.header.encode())?;
+        to.seek(SeekFrom::End(0))?;
+        Ok(to)
+    }
+}
+
+/// What the header says.
+struct Header {
+    origin_m: DVec3,
+    stride: u16,
+    records: u32,
+    record_bytes: u32,
+    points: u64,
+    by_return: [u64; 15],
+    low_m: DVec3,
+    high_m: DVec3,
+}
+
+impl Header {
+    fn count(&mut self, point: &LazPoint<'_>, steps: DVec3) {
+        self.points += 1;
+        let number = point.recorded.point.return_number.clamp(1, 15);
+        self.by_return[usize::from(number) - 1] += 1;
+        let stored_m = steps * STEP_M + self.origin_m;
+        self.low_m = self.low_m.min(stored_m);
+        self.high_m = self.high_m.max(stored_m);
+    }
+
+    fn encode(&self) -> Vec<u8> {
+        let (low_m, high_m) = match self.points {
+            0 => (DVec3::ZERO, DVec3::ZERO),
+            _ => (self.low_m, self.high_m),
+        };
+        let mut out = Bytes::default();
+        out.bytes(b"LASF").u16(0);
+        // The reference system would be WKT, which point format 6 demands; times are of no week.
+        out.u16(1 << 4).bytes(&[0; 16]).bytes(&[1, 4]);
+        out.text("nemoral", 32).text("nemoral-convert", 32);
+        // The day on which it was made is not known, so that equal data sets give equal bytes.
+        out.u16(0).u16(0).u16(HEADER_BYTES);
+        out.u32(u32::from(HEADER_BYTES) + self.record_bytes);
+        out.u32(self.records);
+        // Bit 7 says that points are compressed.
+        out.bytes(&[6 | 1 << 7]).u16(self.stride);
+        // Numbers of points for older readers, which do not know this format.
+        out.bytes(&[0; 24]);
+        for value in [STEP_M; 3].into_iter().chain(self.origin_m.to_array()) {
+            out.f64(value);
+        }
+        for axis in 0..3 {
+            out.f64(high_m[axis]).f64(low_m[axis]);
+        }
+        // Neither waveforms nor extended records.
+        out.u64(0).u64(0).u32(0);
+        out.u64(self.points);
+        for count in self.by_return {
+            out.u64(count);
+        }
+        debug_assert_eq!(out.0.len(), usize::from(HEADER_BYTES));
+        out.0
+    }
+}
+
+/// A point in format 6 with its extra bytes.
+fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
+    let point = &p.recorded.point;
+    let mut out = Bytes::default();
+    for step in steps.as_ivec3().to_array() {
+        out.bytes(&step.to_le_bytes());
+    }
+    out.u16((point.intensity.clamp(0.0, 1.0) * 65535.0).round() as u16);
+    let (number, returns) = (point.return_number.clamp(1, 15), point.returns.clamp(1, 15));
+    out.bytes(&[number | returns << 4, 0, p.class, 0]);
+    out.u16(0).u16(u16::from(p.lidar) + 1);
+    out.f64(p.time_s + point.time_ns as f64 * 1e-9);
+    out.bytes(&[p.recorded.class, point.semantic as u8]);
+    out.u32(point.object.to_image_id())
+        .bytes(&[point.ring])
+        .u32(point.pulse);
+    out.f32(point.range_m)
+        .f32(point.true_range_m)
+        .f32(point.incidence_cos);
+    out.bytes(&[point.flags.0]);
+    out.0
+}
+
+/// The record that describes the extra bytes.
+fn extra_dimensions() -> Vec<u8> {
+    let mut out = Bytes::default();
+    for (name, data_type, _) in EXTRA {
+        out.bytes(&[0, 0, data_type, 0]).text(name, 32);
+        // No value stands for nothing; no limits, scale or offset are given.
+        out.bytes(&[0; 4 + 5 * 24]).text("", 32);
+    }
+    out.0
+}
+
+/// Little-endian bytes.
+#[derive(Default)]
+struct Bytes(Vec<u8>);
+
+impl Bytes {
+    fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
+        self.0.extend_from_slice(bytes);
+        self
+    }
+
+    fn u16(&mut self, value: u16) -> &mut Self {
+        self.bytes(&value.to_le_bytes())
+    }
+
+    fn u32(&mut self, value: u32) -> &mut Self {
+        self.bytes(&value.to_le_bytes())
+    }
+
+    fn u64(&mut self, value: u64) -> &mut Self {
+        self.bytes(&value.to_le_bytes())
+    }
+
+    fn f32(&mut self, value: f32) -> &mut Self {
+        self.bytes(&value.to_le_bytes())
+    }
+
+    fn f64(&mut self, value: f64) -> &mut Self {
+        self.bytes(&value.to_le_bytes())
+    }
+
+    /// A text in a field that is filled up with zeros.
+    fn text(&mut self, text: &str, length: usize) -> &mut Self {
+        self.bytes(text.as_bytes());
+        self.bytes(&vec![0; length - text.len()])
+    }
+}

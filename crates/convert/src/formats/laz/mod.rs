@@ -1,0 +1,119 @@
+//! LAZ: each scan as a compressed LAS 1.4 file with point format 6, in world coordinates:
+//! ```text
+//! SS/LIDAR/FFFFFF.laz
+//! ```
+//! x, y and z are the world's, at the frame's pose, in steps of 0.1 mm. `gps_time` is seconds after
+//! the start of the sequence, `intensity` that of the scan times 65535, `point_source_id` the
+//! number of the LiDAR, from 1. `classification` is by the table `asprs` unless another is given;
+//! what the data set knows besides is in extra dimensions: `class` and `semantic`, the object's
+//! `instance` (as in instance maps), `ring`, `pulse`, `range`, `range_true`, `incidence_cos`,
+//! `flags`.
+//!
+//! The files themselves are in [`file`].
+
+mod file;
+
+use std::io::Cursor;
+
+use nemoral_dataset::PlyPoint;
+use nemoral_scene::{Ontology, RigidTransform};
+
+pub(crate) use self::file::{LazPoint, LazWriter};
+use crate::labels::Labels;
+use crate::{Error, Format, Sink, Source, Table};
+
+/// The format.
+#[derive(Debug)]
+pub(crate) struct Laz {
+    pub(crate) ontology: Option<Table>,
+}
+
+impl Laz {
+    /// The classes that are written, which are ASPRS's unless others are asked for.
+    pub(crate) fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
+        let table = match &self.ontology {
+            Some(table) => table.clone(),
+            None => Table::load("asprs")?,
+        };
+        let labels = Labels::of_ontology(own, Some(&table))?;
+        if let Some(class) = labels.classes.iter().find(|c| c.id > 255) {
+            let reason = format!("class {} has id {}, LAS has 0 to 255", class.name, class.id);
+            let table = table.name;
+            return Err(Error::Ontology { table, reason });
+        }
+        Ok(labels)
+    }
+}
+
+impl Format for Laz {
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        let mut lidars = source.sequences().flat_map(|s| s.lidars.iter());
+        let unsuitable = |reason: &str| Error::Unsuitable {
+            format: "laz",
+            reason: reason.to_owned(),
+        };
+        if source.sequences().all(|s| s.lidars.is_empty()) {
+            return Err(unsuitable("the data set has no LiDAR"));
+        }
+        if !lidars.all(|l| l.ply) {
+            let reason = "points/*.ply are missing, which alone have times and returns; make the \
+                          data set with output.ply = true";
+            return Err(unsuitable(reason));
+        }
+        self.labels(source.ontology()).map(drop)
+    }
+
+    fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
+        let labels = self.labels(source.ontology())?;
+        for sequence in source.sequences() {
+            for frame in source.frames(sequence.number) {
+                sink.step(&format!("frame-{}", frame.name()), |files| {
+                    for (i, lidar) in sequence.lidars.iter().enumerate() {
+                        let world_from_lidar = frame.world_from_body() * lidar.body_from_lidar;
+                        let points = &source.scan(&frame, i)?.ply;
+                        let scan = Scan {
+                            world_from_lidar,
+                            time_s: frame.time_s,
+                            lidar: i as u8,
+                            labels: &labels,
+                        };
+                        let bytes = scan.encode(points);
+                        let (number, name) = (sequence.number, &lidar.name);
+                        let path = format!("{number:02}/{name}/{:06}.laz", frame.index);
+                        files.put(path, bytes);
+                    }
+                    Ok(String::new())
+                })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What the points of a scan have in common.
+struct Scan<'a> {
+    world_from_lidar: RigidTransform,
+    time_s: f64,
+    lidar: u8,
+    labels: &'a Labels,
+}
+
+impl Scan<'_> {
+    fn encode(&self, points: &[PlyPoint]) -> Vec<u8> {
+        let known = "memory takes it";
+        let origin_m = self.world_from_lidar.translation_m.round();
+        let mut writer = LazWriter::new(Cursor::new(Vec::new()), origin_m).expect(known);
+        for recorded in points {
+            let position_m = recorded.point.position_m.as_dvec3();
+            let point = LazPoint {
+                recorded,
+                world_m: self.world_from_lidar.transform_point(position_m),
+                time_s: self.time_s,
+                lidar: self.lidar,
+                class: self.labels.id_of_semantic(recorded.point.semantic) as u8,
+            };
+            writer.put(&point).expect(known);
+        }
+        writer.finish().expect(known).into_inner()
+    }
+}

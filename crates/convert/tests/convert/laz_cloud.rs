@@ -1,0 +1,158 @@
+//! Clouds as LAZ: what is kept, tiles, and what is refused.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use laz::{LasZipDecompressor, LazVlr};
+use nemoral_convert::{FormatName, LazCloudParams, Table, laz_cloud};
+use nemoral_dataset::{Cloud, CloudParams, Crop};
+use nemoral_scene::glam::DVec3;
+
+use crate::common::{Made, made, pose, tree};
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"))
+}
+
+/// Positions, classifications and `point_source_id`s of a file.
+fn points(path: &Path) -> Vec<(DVec3, u8, u16)> {
+    let bytes = std::fs::read(path).expect("a file");
+    let double = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight"));
+    let vector = |at: usize| DVec3::new(double(at), double(at + 8), double(at + 16));
+    let (scale, offset) = (vector(131), vector(155));
+    let stride = usize::from(u16::from_le_bytes([bytes[105], bytes[106]]));
+    let count = u64::from_le_bytes(bytes[247..255].try_into().expect("eight")) as usize;
+    // The first record is that of the compression.
+    let vlr = LazVlr::from_buffer(&bytes[375 + 54..]).expect("a record");
+    let mut source = Cursor::new(&bytes[..]);
+    source.set_position(u32_at(&bytes, 96).into());
+    let mut unpacked = vec![0; stride * count];
+    let mut laz = LasZipDecompressor::new(source, vlr).expect("packed");
+    laz.decompress_many(&mut unpacked).expect("points");
+    let point = |record: &[u8]| {
+        let steps = [0, 4, 8].map(|i| f64::from(u32_at(record, i) as i32));
+        let at = DVec3::from_array(steps) * scale + offset;
+        (at, record[16], u16::from_le_bytes([record[20], record[21]]))
+    };
+    unpacked.chunks(stride).map(point).collect()
+}
+
+/// All points of the data set in the world, with their classes.
+fn expected(made: &Made) -> Vec<(DVec3, u8)> {
+    let lidar = &crate::common::header().sequences[0].lidars[0];
+    let mut all = Vec::new();
+    for (i, frame) in [1_u64, 2, 4].into_iter().enumerate() {
+        let world_from_lidar = pose(frame).1 * lidar.body_from_lidar;
+        for p in &made.dataset.read_frame(i).expect("a frame").lidars[0].ply {
+            let at = p.point.position_m.as_dvec3();
+            all.push((world_from_lidar.transform_point(at), p.class));
+        }
+    }
+    all
+}
+
+fn near(a: DVec3, b: DVec3) -> bool {
+    (a - b).abs().max_element() <= 0.51e-4
+}
+
+#[test]
+fn one_file_has_all_scans_and_tiles_share_them() {
+    let made = made(FormatName::Laz);
+    let dir = made.dataset.root();
+    let folder = tempfile::tempdir().expect("a folder");
+    let cloud = Cloud::open(dir, CloudParams::default()).expect("a cloud");
+    let out = folder.path().join("plot.laz");
+    let written = laz_cloud(&cloud, &out, &LazCloudParams::default()).expect("written");
+    let (all, expected) = (points(&out), expected(&made));
+    assert_eq!((written.len(), written[0].points), (1, all.len() as u64));
+    assert_eq!(all.len(), expected.len());
+    for ((at, asprs, lidar), (exact, class)) in all.iter().zip(&expected) {
+        assert!(near(*at, *exact), "{at} {exact}");
+        let table = [7, 2, 2, 5, 5, 4, 3, 1];
+        assert_eq!((*asprs, *lidar), (table[usize::from(*class)], 1));
+    }
+
+    let tiled = LazCloudParams {
+        tile_m: Some(2.0),
+        ontology: Some(Table::load("rellis").expect("a table")),
+    };
+    let tiles = laz_cloud(&cloud, &folder.path().join("tile.laz"), &tiled);
+    let tiles = tiles.expect("written");
+    assert!(tiles.len() > 1, "{tiles:?}");
+    let mut count = 0;
+    for tile in &tiles {
+        let name = tile.path.file_stem().expect("a name").to_string_lossy();
+        let corner: Vec<f64> = name
+            .split('_')
+            .skip(1)
+            .map(|n| 2.0 * n.parse::<f64>().expect("a number"))
+            .collect();
+        for (at, _, _) in points(&tile.path) {
+            let inside = |x: f64, low: f64| (low - 1e-4..low + 2.0 + 1e-4).contains(&x);
+            assert!(
+                inside(at.x, corner[0]) && inside(at.y, corner[1]),
+                "{at} {name}"
+            );
+            assert!(expected.iter().any(|(exact, _)| near(at, *exact)));
+            count += 1;
+        }
+    }
+    assert_eq!(count, expected.len());
+    // Nothing else was left behind.
+    assert_eq!(tree(folder.path()).len(), 1 + tiles.len());
+}
+
+#[test]
+fn crops_and_classes_are_kept() {
+    let made = made(FormatName::Laz);
+    let expected = expected(&made);
+    let centre_m = expected[expected.len() / 2].0.truncate();
+    let params = CloudParams {
+        crop: Some(Crop::Circle {
+            centre_m,
+            radius_m: 1.0,
+        }),
+        only: vec!["trunks".to_owned(), "rock".to_owned()],
+        ..CloudParams::default()
+    };
+    let cloud = Cloud::open(made.dataset.root(), params).expect("a cloud");
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("part.laz");
+    laz_cloud(&cloud, &out, &LazCloudParams::default()).expect("written");
+    let kept: Vec<_> = expected
+        .iter()
+        .filter(|(at, class)| {
+            // Trunks, and Rocks, of which all points here are rock.
+            at.truncate().distance(centre_m) <= 1.0 && [3, 7].contains(class)
+        })
+        .collect();
+    let got = points(&out);
+    assert!(!got.is_empty() && got.len() < expected.len());
+    assert_eq!(got.len(), kept.len());
+    assert!(got.iter().zip(kept).all(|(a, b)| near(a.0, b.0)));
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let made = made(FormatName::Laz);
+    let folder = tempfile::tempdir().expect("a folder");
+    let cloud = Cloud::open(made.dataset.root(), CloudParams::default()).expect("a cloud");
+    let refused = |name: &str, tile_m| {
+        let params = LazCloudParams {
+            tile_m,
+            ..LazCloudParams::default()
+        };
+        let error = laz_cloud(&cloud, &folder.path().join(name), &params);
+        error.expect_err("refused").to_string()
+    };
+    assert!(refused("plot.las", None).contains(".laz"));
+    assert!(refused("plot.laz", Some(f64::NAN)).contains("tile_m"));
+    assert!(refused("plot.laz", Some(0.5)).contains("1 to 100000"));
+    let params = CloudParams {
+        only: vec!["Trunk".to_owned()],
+        ..CloudParams::default()
+    };
+    let error = Cloud::open(made.dataset.root(), params).expect_err("refused");
+    assert!(error.to_string().contains("Trunks, Canopy"), "{error}");
+    assert!(tree(folder.path()).is_empty());
+}

@@ -1,0 +1,250 @@
+//! All scans of a sequence as one registered, labelled cloud.
+
+mod crop;
+mod ply;
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use nemoral_scene::glam::DVec3;
+use nemoral_scene::{Ontology, PointFlags, Semantic, TreeRecord};
+
+use crate::formats::tables;
+use crate::{Dataset, Error, PlyPoint, SequenceSpec};
+
+pub use crop::Crop;
+pub use ply::cloud;
+
+/// What goes into a cloud.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CloudParams {
+    /// Side of a voxel, metres, 0.0001 to 1000: only the first point in each is kept; `None` keeps
+    /// all.
+    pub voxel_m: Option<f64>,
+    /// Whether mixed returns and false alarms are left out.
+    pub pure: bool,
+    /// Which sequence; may be `None` if there is only one.
+    pub sequence: Option<u32>,
+    /// The part of the world that is kept; `None` keeps all.
+    pub crop: Option<Crop>,
+    /// Names of classes of the data set and of fine semantics, of which points are kept; all if it
+    /// is empty.
+    pub only: Vec<String>,
+}
+
+/// Allowed sides of voxels, metres: from finer than any scanner measures to larger than any
+/// scanner's reach.
+const VOXEL_M: std::ops::RangeInclusive<f64> = 1e-4..=1e3;
+
+/// The scans of a sequence that are to become one cloud.
+#[derive(Clone, Debug)]
+pub struct Cloud {
+    dataset: Dataset,
+    number: u32,
+    params: CloudParams,
+    only: Only,
+}
+
+/// A point of a cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CloudPoint {
+    /// The measured position in the world, by the scanner's true pose.
+    pub world_m: DVec3,
+    /// The surface's normal in the world.
+    pub normal: DVec3,
+    /// The frame's number in its sequence.
+    pub frame: u64,
+    /// The frame's time, seconds after the start of the sequence.
+    pub time_s: f64,
+    /// The number of the LiDAR.
+    pub lidar: u8,
+    /// The point as it was recorded, in the LiDAR's frame.
+    pub recorded: PlyPoint,
+}
+
+impl Cloud {
+    /// Opens a data set's sequence.
+    ///
+    /// # Errors
+    /// If there is no such sequence, or there are several and none is named, if its scans were
+    /// written raw (not deskewed) or without PLY, if `voxel_m` is out of range, or if `only` has a
+    /// name that is no class.
+    pub fn open(dir: &Path, params: CloudParams) -> Result<Self, Error> {
+        if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
+            let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());
+            return Err(Error::invalid("voxel_m", side, allowed));
+        }
+        let dataset = Dataset::open(dir)?;
+        let sequences = (dataset.manifest().tracks.iter()).map(|t| t.sequence);
+        let mut matching = sequences
+            .clone()
+            .filter(|&s| params.sequence.is_none_or(|of| of == s));
+        let (Some(number), None) = (matching.next(), matching.next()) else {
+            let found = params.sequence.map_or("none".to_owned(), |s| s.to_string());
+            let there: Vec<String> = sequences.map(|s| s.to_string()).collect();
+            let allowed = format!("one of {}: each is a world of its own", there.join(", "));
+            return Err(Error::invalid("sequence", found, allowed));
+        };
+        let only = Only::new(&params.only, &dataset.manifest().header.ontology)?;
+        let this = Self {
+            dataset,
+            number,
+            params,
+            only,
+        };
+        for lidar in &this.spec().lidars {
+            if !lidar.ply {
+                let allowed = "a data set with PLY files (output.ply = true)";
+                return Err(Error::invalid("dir", dir.display(), allowed));
+            }
+            if !lidar.deskewed {
+                let allowed = "a data set whose scans are deskewed (lidar.deskew = true)";
+                return Err(Error::invalid("dir", dir.display(), allowed));
+            }
+        }
+        Ok(this)
+    }
+
+    /// The data set's class table.
+    #[must_use]
+    pub fn ontology(&self) -> &Ontology {
+        &self.dataset.manifest().header.ontology
+    }
+
+    fn spec(&self) -> &SequenceSpec {
+        let header = &self.dataset.manifest().header;
+        (header.sequence(self.number)).expect("a manifest's tracks are of sequences")
+    }
+
+    /// Refuses a name that does not end in `.extension`, or that is one of the data set's files.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`].
+    pub fn check_name(&self, out: &Path, extension: &str) -> Result<(), Error> {
+        let ends = out.extension();
+        if ends.is_none_or(|e| !e.eq_ignore_ascii_case(extension)) {
+            let allowed = format!("a name that ends in .{extension}");
+            return Err(Error::invalid("out", out.display(), allowed));
+        }
+        if self.dataset.owns(out) {
+            let allowed = "none of the data set's own files";
+            return Err(Error::invalid("out", out.display(), allowed));
+        }
+        Ok(())
+    }
+
+    /// Calls `put` with each point, in the order of frames and LiDARs. One scan is in memory at a
+    /// time. Returns how many points there were.
+    ///
+    /// # Errors
+    /// If a scan is missing or damaged, and those of `put`.
+    pub fn for_each<E: From<Error>>(
+        &self,
+        mut put: impl FnMut(&CloudPoint) -> Result<(), E>,
+    ) -> Result<u64, E> {
+        let mut filled = HashSet::new();
+        let mut count = 0;
+        for record in (self.dataset.frames().iter()).filter(|f| f.sequence == self.number) {
+            for (i, lidar) in self.spec().lidars.iter().enumerate() {
+                let world_from_lidar = record.world_from_body() * lidar.body_from_lidar;
+                for recorded in self.dataset.read_ply(record, i)? {
+                    let point = &recorded.point;
+                    let position_m = point.position_m.as_dvec3();
+                    let world_m = world_from_lidar.transform_point(position_m);
+                    if !self.keeps(&recorded, world_m, &mut filled) {
+                        continue;
+                    }
+                    put(&CloudPoint {
+                        world_m,
+                        normal: world_from_lidar.transform_vector(point.normal.as_dvec3()),
+                        frame: record.index,
+                        time_s: record.time_s,
+                        lidar: i as u8,
+                        recorded,
+                    })?;
+                    count += 1;
+                }
+            }
+        }
+        Ok(count)
+    }
+
+    fn keeps(&self, p: &PlyPoint, world_m: DVec3, filled: &mut HashSet<[i64; 3]>) -> bool {
+        let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM;
+        if self.params.pure && p.point.flags.has(odd) || !self.only.has(p) {
+            return false;
+        }
+        if !self.within(world_m) {
+            return false;
+        }
+        // The set is only asked whether it contains a point, so its order does not matter.
+        self.params.voxel_m.is_none_or(|side| {
+            let cell = (world_m / side).floor();
+            filled.insert(cell.to_array().map(|c| c as i64))
+        })
+    }
+
+    fn within(&self, world_m: DVec3) -> bool {
+        (self.params.crop).is_none_or(|crop| crop.contains(world_m.truncate()))
+    }
+
+    /// The trees that stand in the part of the world that is kept.
+    ///
+    /// # Errors
+    /// If `trees.csv` is missing or damaged.
+    pub fn trees(&self) -> Result<Vec<TreeRecord>, Error> {
+        let mut trees = self.dataset.trees(self.number)?;
+        trees.retain(|t| self.within(t.position_m));
+        Ok(trees)
+    }
+
+    /// Writes [`trees`](Self::trees) as a CSV with the columns of `trees.csv`, and returns how many
+    /// they are. The file appears when it is whole.
+    ///
+    /// # Errors
+    /// As [`trees`](Self::trees) and [`check_name`](Self::check_name), and if it cannot be written.
+    pub fn write_trees(&self, out: &Path) -> Result<usize, Error> {
+        self.check_name(out, "csv")?;
+        let trees = self.trees()?;
+        let text = tables::encode_trees(&tables::tree_rows(&trees)?);
+        nemoral_files::write(out, text.as_bytes())?;
+        Ok(trees.len())
+    }
+}
+
+/// The classes and fine semantics that are kept.
+#[derive(Clone, Debug)]
+struct Only {
+    classes: Vec<u8>,
+    semantics: Vec<Semantic>,
+}
+
+impl Only {
+    fn new(names: &[String], ontology: &Ontology) -> Result<Self, Error> {
+        let mut only = Self {
+            classes: Vec::new(),
+            semantics: Vec::new(),
+        };
+        for name in names {
+            let class = (ontology.classes().iter()).find(|c| c.name.eq_ignore_ascii_case(name));
+            let semantic = Semantic::ALL.iter().find(|s| s.name() == name);
+            match (class, semantic) {
+                (Some(class), _) => only.classes.push(class.id),
+                (None, Some(semantic)) => only.semantics.push(*semantic),
+                (None, None) => {
+                    let classes = ontology.classes().iter().map(|c| &*c.name);
+                    let all = classes.chain(Semantic::ALL.iter().map(|s| s.name()));
+                    let allowed = format!("one of {}", all.collect::<Vec<_>>().join(", "));
+                    return Err(Error::invalid("only", format!("'{name}'"), allowed));
+                }
+            }
+        }
+        Ok(only)
+    }
+
+    fn has(&self, p: &PlyPoint) -> bool {
+        (self.classes.is_empty() && self.semantics.is_empty())
+            || self.classes.contains(&p.class)
+            || self.semantics.contains(&p.point.semantic)
+    }
+}

@@ -1,0 +1,314 @@
+//! Single frames in memory, in any order, along the robot's path or anywhere else.
+
+use std::sync::Arc;
+
+use nemoral_dataset::SequenceSpec;
+use nemoral_render::CameraImages;
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, RigidTransform, Twist};
+use nemoral_seed::{Domain, Key};
+
+use crate::chunks::ChunkManager;
+use crate::config::{Config, SequenceConfig};
+use crate::header::sequence_spec;
+use crate::plan::{Cache, Runner, Stage, Store};
+use crate::pool::in_pool;
+use crate::prove::prove;
+use crate::recording::moment::Moment;
+use crate::recording::pose::{FramePose, pictures_s};
+use crate::recording::scene::FrameScene;
+use crate::stages::annotations::AnnotationStage;
+use crate::stages::assets::LibraryStage;
+use crate::{Backend, Error, ForestPlan};
+
+/// The noise of what is observed without an index.
+const OBSERVATION: Domain = Domain::new("pipeline.observation");
+
+/// What the robot's sensors recorded at once.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// When and where.
+    pub pose: Arc<FramePose>,
+    /// Colour and truth images of each camera.
+    pub images: Arc<Vec<CameraImages>>,
+    /// The annotations that each camera was asked for.
+    pub annotations: Arc<Vec<Annotations>>,
+    /// The points of each LiDAR.
+    pub scans: Arc<Vec<Vec<LidarPoint>>>,
+}
+
+/// A place and a time at which the robot's sensors record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// The body's pose in the world at that time.
+    pub world_from_body: RigidTransform,
+    /// How the body moves around that time, in its own axes.
+    pub motion: Twist,
+    /// Seconds after the start of the sequence: it decides where scan patterns are.
+    pub time_s: f64,
+    /// The number that keys the sensors' noise; without one, pose and time do.
+    pub index: Option<u64>,
+}
+
+/// The greatest distance of a pose from the world's origin along each axis, metres.
+const FARTHEST_M: f64 = 1e8;
+
+impl Observation {
+    fn check(&self) -> Result<(), Error> {
+        let RigidTransform {
+            rotation,
+            translation_m,
+        } = self.world_from_body;
+        if !rotation.is_normalized() {
+            let message = format!("rotation = {rotation}: must be a unit quaternion");
+            return Err(Error::request(message));
+        }
+        if translation_m.abs().max_element() > FARTHEST_M || !translation_m.is_finite() {
+            let message = format!("translation_m = {translation_m}: must be within 1e8 m");
+            return Err(Error::request(message));
+        }
+        if !(0.0..=1e9).contains(&self.time_s) {
+            return Err(Error::request(format!(
+                "time_s = {}: must be 0..=1e9",
+                self.time_s
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// Records frames of a sequence in memory. It keeps the chunks around the last place, as
+/// [`generate`](crate::generate) does, so that near places follow quickly.
+///
+/// ```no_run
+/// use nemoral_pipeline::config::Layers;
+/// use nemoral_pipeline::{Backend, Recorder};
+///
+/// let sequence = Layers::default().sequences()?.get(0)?;
+/// let recorder = Recorder::new(sequence, Backend::Cpu, None, 2)?;
+/// let frame = recorder.frame(41)?;
+/// println!("{} points at {:.1} s", frame.scans[0].len(), frame.pose.time_s);
+/// # Ok::<(), nemoral_pipeline::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Recorder {
+    sequence: SequenceConfig,
+    spec: SequenceSpec,
+    forest: ForestPlan,
+    store: Store,
+    manager: ChunkManager,
+    threads: usize,
+}
+
+impl Recorder {
+    /// A recorder of a sequence. Nothing is grown yet; `cache` may store grown plants.
+    ///
+    /// # Errors
+    /// As [`ForestPlan::with_inputs`].
+    pub fn new(
+        sequence: SequenceConfig,
+        backend: Backend,
+        cache: Option<Arc<Cache>>,
+        threads: usize,
+    ) -> Result<Self, Error> {
+        let forest = ForestPlan::with_inputs(&sequence.config, &sequence.inputs, backend)?;
+        Ok(Self {
+            spec: sequence_spec(&sequence, &forest)?,
+            manager: ChunkManager::new(sequence.config.chunks.clone()),
+            store: Store::unlimited().with_cache(cache),
+            forest,
+            sequence,
+            threads,
+        })
+    }
+
+    /// The same recorder, with the plants that another one has grown, if they are its own.
+    #[must_use]
+    pub fn with_plants_of(self, other: &Self) -> Self {
+        self.store.adopt(&other.store, LibraryStage::ID);
+        self
+    }
+
+    /// The sequence.
+    #[must_use]
+    pub fn sequence(&self) -> &SequenceConfig {
+        &self.sequence
+    }
+
+    /// What a data set's manifest says about the sequence: sensors, seed, keys.
+    #[must_use]
+    pub fn spec(&self) -> &SequenceSpec {
+        &self.spec
+    }
+
+    /// The wired plans.
+    #[must_use]
+    pub fn forest(&self) -> &ForestPlan {
+        &self.forest
+    }
+
+    /// A runner of the plans, with the values that are kept.
+    #[must_use]
+    pub fn runner(&self) -> Runner<'_> {
+        Runner::new(self.forest.plan(), &self.store, self.threads)
+    }
+
+    /// Computes what all frames have in common, plants above all: what takes seconds.
+    ///
+    /// # Errors
+    /// As [`generate`](crate::generate) before its first frame.
+    pub fn prepare(&self) -> Result<(), Error> {
+        let runner = self.runner();
+        prove(self.config(), &self.forest, &runner)?;
+        runner.get(self.forest.assets, ())?;
+        Ok(())
+    }
+
+    /// Records a frame of the sequence: what a data set of it holds.
+    ///
+    /// # Errors
+    /// If the frame is beyond the sequence, or cannot be made.
+    pub fn frame(&self, frame: u64) -> Result<Recording, Error> {
+        self.prepare()?;
+        crate::prove::within_sequence(self.config(), frame)?;
+        let runner = self.runner();
+        let recording = Recording {
+            pose: runner.get(self.forest.pose, frame)?,
+            images: runner.get(self.forest.images, frame)?,
+            annotations: runner.get(self.forest.annotations, frame)?,
+            scans: runner.get(self.forest.scans, frame)?,
+        };
+        self.leave(&recording.pose);
+        Ok(recording)
+    }
+
+    /// When and where a frame of the sequence is recorded.
+    ///
+    /// # Errors
+    /// As [`Recorder::frame`].
+    pub fn pose(&self, frame: u64) -> Result<Arc<FramePose>, Error> {
+        prove(self.config(), &self.forest, &self.runner())?;
+        crate::prove::within_sequence(self.config(), frame)?;
+        self.runner().get(self.forest.pose, frame)
+    }
+
+    /// Records with the same sensors at any place and time. At the pose, time and index of a frame
+    /// of the sequence the body moves as it does there, so that the result is that frame;
+    /// elsewhere, as the observation says. Flow, which leads to a sequence's next frame, is empty
+    /// elsewhere.
+    ///
+    /// # Errors
+    /// If the place is beyond the world, or its chunks cannot be made.
+    pub fn observe(&self, observation: &Observation) -> Result<Recording, Error> {
+        observation.check()?;
+        self.prepare()?;
+        if let Some(frame) = self.frame_at(observation)? {
+            return self.frame(frame);
+        }
+        let config = self.config();
+        let (runner, forest) = (self.runner(), &self.forest);
+        let lidars = runner.get(forest.lidars, ())?;
+        let rigs = runner.get(forest.cameras, ())?;
+        let assets = runner.get(forest.assets, ())?;
+        let mut pose = FramePose::moving(
+            (observation.world_from_body, observation.motion),
+            observation.time_s,
+            &lidars,
+            config.chunks.size_m,
+        );
+        if pictures_s(config) == 0.0 {
+            pose.motion = Twist::STILL;
+        }
+        let place_m = observation.world_from_body.translation_m.truncate();
+        let scene = forest.scene_around(&runner, place_m, f64::INFINITY)?;
+        let number = observation.index.unwrap_or_else(|| noise_of(observation));
+        let materials = &assets.library.materials;
+        let moment = Moment::new(forest.world(), number, &pose, &scene, materials);
+        let picture = |(i, rig)| moment.picture(i, rig);
+        let images: Vec<CameraImages> = in_pool(|| {
+            rigs.iter()
+                .enumerate()
+                .map(picture)
+                .collect::<Result<_, _>>()
+        })?;
+        let scans = in_pool(|| lidars.iter().map(|rig| moment.scan(rig)).collect());
+        let annotations = AnnotationStage::new(config).annotate(
+            &rigs,
+            (&pose, &scene, &images),
+            runner.demand(forest.uncovered_geometry),
+            None,
+        )?;
+        self.leave(&pose);
+        Ok(Recording {
+            pose: Arc::new(pose),
+            images: Arc::new(images),
+            annotations: Arc::new(annotations),
+            scans: Arc::new(scans),
+        })
+    }
+
+    /// The pose of a body that stands on the ground at a place, facing `forward`.
+    ///
+    /// # Errors
+    /// If the ground there cannot be made.
+    pub fn stand(&self, position_m: DVec2, forward: DVec2) -> Result<RigidTransform, Error> {
+        let runner = self.runner();
+        let trajectory = runner.get(self.forest.trajectory, ())?;
+        let chunk = ChunkCoord::containing(position_m, self.config().chunks.size_m);
+        let ground = runner.get(self.forest.ground, chunk)?;
+        let body = &trajectory.trajectory.body;
+        Ok(body.stand(position_m, forward, &*ground))
+    }
+
+    /// Everything that is visible from a body's pose, as rays meet it.
+    ///
+    /// # Errors
+    /// If its chunks cannot be made.
+    pub fn scene_at(&self, world_from_body: RigidTransform) -> Result<Arc<FrameScene>, Error> {
+        self.prepare()?;
+        let place_m = world_from_body.translation_m.truncate();
+        let scene = (self.forest).scene_around(&self.runner(), place_m, f64::INFINITY)?;
+        self.manager.evict(&self.store, place_m, &[]);
+        Ok(Arc::new(scene))
+    }
+
+    fn config(&self) -> &Config {
+        &self.sequence.config
+    }
+
+    /// The frame of the sequence that an observation repeats.
+    fn frame_at(&self, observation: &Observation) -> Result<Option<u64>, Error> {
+        /// What is lost by a matrix on the way: metres, and entries of a rotation.
+        const SAME: f64 = 1e-9;
+        let Some(frame) = observation.index.filter(|&i| i < self.config().frames) else {
+            return Ok(None);
+        };
+        let trajectory = self.runner().get(self.forest.trajectory, ())?;
+        if trajectory.time_s(frame) != observation.time_s {
+            return Ok(None);
+        }
+        let there = self.pose(frame)?.world_from_body().to_rows();
+        let here = observation.world_from_body.to_rows();
+        let far = |(a, b): (&f64, &f64)| (a - b).abs() > SAME;
+        let differ = (there.as_flattened().iter().zip(here.as_flattened())).any(far);
+        Ok((!differ).then_some(frame))
+    }
+
+    /// Drops what is out of reach of a body.
+    fn leave(&self, pose: &FramePose) {
+        let position_m = pose.world_from_body().translation_m.truncate();
+        self.manager.evict(&self.store, position_m, &[]);
+    }
+}
+
+/// The number that keys the noise of an observation without an index.
+fn noise_of(observation: &Observation) -> u64 {
+    let rows = observation.world_from_body.to_rows();
+    let numbers = rows.as_flattened().iter().chain([&observation.time_s]);
+    // -0 is 0.
+    let mut key = Key::world(0).domain(OBSERVATION);
+    for number in numbers {
+        key = key.item((number + 0.0).to_bits());
+    }
+    key.to_u64()
+}

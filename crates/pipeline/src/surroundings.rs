@@ -1,0 +1,62 @@
+//! Scenes and poses anywhere in a forest, which need not be on the robot's path.
+
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, RigidTransform};
+use nemoral_trajectory::{Body, Stance};
+
+use crate::plan::Runner;
+use crate::recording::scene::FrameScene;
+use crate::stages::frame::SceneStage;
+use crate::stages::trajectory::forward;
+use crate::{Error, ForestPlan};
+
+impl ForestPlan {
+    /// The pose of a body that stands level on the ground, as on a tripod, and faces a direction
+    /// clockwise from north. A station of `[robot.stations]` there has the same pose to the bit.
+    ///
+    /// # Errors
+    /// If a stage fails.
+    pub fn level_pose(
+        &self,
+        runner: &Runner<'_>,
+        place_m: DVec2,
+        heading_deg: f64,
+    ) -> Result<RigidTransform, Error> {
+        let chunk = ChunkCoord::containing(place_m, self.chunks.size_m);
+        let stance = Stance::Level {
+            position_m: place_m,
+            forward: forward(heading_deg),
+        };
+        // A level body has no wheels.
+        let body = Body {
+            wheelbase_m: 1.0,
+            track_m: 1.0,
+        };
+        Ok(stance.pose(&body, &*runner.get(self.ground, chunk)?))
+    }
+
+    /// The scene that is visible from a place on the map, of chunks that come within `reach_m`. With
+    /// the visible radius or more it is that of a frame there.
+    ///
+    /// # Errors
+    /// If a stage fails.
+    pub fn scene_around(
+        &self,
+        runner: &Runner<'_>,
+        place_m: DVec2,
+        reach_m: f64,
+    ) -> Result<FrameScene, Error> {
+        let chunk_size_m = self.chunks.size_m;
+        let stage = SceneStage {
+            chunk_size_m,
+            visible_radius_m: self.chunks.visible_radius_m.min(reach_m),
+            undergrowth_radius_m: self.chunks.undergrowth_radius_m.min(reach_m),
+        };
+        stage.gather(
+            (ChunkCoord::containing(place_m, chunk_size_m), place_m),
+            runner.demand(self.object_geometry),
+            runner.demand(self.undergrowth_geometry),
+            runner.demand(self.sky_view_factor),
+        )
+    }
+}

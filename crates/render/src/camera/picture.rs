@@ -1,0 +1,45 @@
+//! From the light of a scene to a picture, for every renderer.
+
+use glam::Vec3;
+use nemoral_scene::{Image, TruthImages};
+use nemoral_seed::Key;
+
+use super::lens::Lens;
+use super::tone::develop;
+use super::view::View;
+
+/// A picture of the light that a renderer computed.
+pub(crate) struct Picture {
+    /// Code values.
+    pub(crate) rgb: Image<[u8; 3]>,
+    /// The light behind the lens.
+    pub(crate) linear: Image<Vec3>,
+    /// The exposure as EV at ISO 100.
+    pub(crate) ev100: f64,
+}
+
+/// Takes the picture of the light in front of a lens. `key` is for the sensor's noise alone.
+pub(crate) fn take(
+    light: Image<Vec3>,
+    truth: &TruthImages,
+    lens: &Lens,
+    view: &View,
+    key: Key,
+) -> Picture {
+    let (width, height) = (light.width(), light.height());
+    let mut pixels = light.into_pixels();
+    lens.aberration.apply(&mut pixels, &view.intrinsics);
+    if let Some(soiling) = &view.soiling {
+        soiling.apply(&mut pixels, width);
+    }
+    lens.apply(&mut pixels, &view.intrinsics);
+    let semantic = truth.semantic.pixels();
+    let metered = (view.metering).log_mean_luminance(&pixels, width, semantic);
+    let ev100 = view.exposure.ev100(metered) - view.exposure_error_ev;
+    let linear = Image::new(width, height, pixels);
+    Picture {
+        rgb: develop(&linear, ev100, view.tone, view.noise, &view.processing, key),
+        linear,
+        ev100,
+    }
+}
