@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Tries the recipes of this folder on one machine: each makes the data set of a single run.
 #
-#     unshare --net bash scale/test.sh NEMORAL FOLDER kubernetes ray slurm
+#     unshare --net --pid --fork --mount-proc bash scale/test.sh NEMORAL FOLDER kubernetes ray slurm
 #
 # NEMORAL is the program, FOLDER an empty one, and the recipes those to try. `ray` needs a Python
 # with ray in $PYTHON; `slurm` needs Debian's slurm-wlm, and root. Both are tried in a network
 # namespace that has the loopback alone: outside of one, Ray replaces 127.0.0.1 by the host's
-# address, and hangs where that is not reachable.
+# address, and hangs where that is not reachable. With a namespace of their own for processes, all
+# of them end with this script.
 set -euo pipefail
 program=$(realpath "${1:?the program}")
 mkdir -p "${2:?a folder}"
@@ -61,15 +62,14 @@ ray() {
         --shards 12 --cpus 1 --program "$program" --address 127.0.0.1:6399 -- --backend cpu \
         | tee "$out/ray.jsonl"
     wait
-    "$ray" stop --force > /dev/null
     same "$out/ray-forest" ray
 }
 
 slurm() {
     local etc="$out/slurm"
     mkdir -p "$etc"/{state,n1,n2}
-    # With a loopback alone, Slurm finds no address of this machine.
-    ip link add dummy0 type dummy 2> /dev/null && ip addr add 10.9.9.1/24 dev dummy0 && ip link set dummy0 up
+    # With 127.0.0.1 alone, Slurm finds no address of this machine.
+    ip addr add 10.9.9.1/24 dev lo
     cat > "$etc/slurm.conf" << CONF
 ClusterName=test
 SlurmctldHost=$(hostname)(10.9.9.1)

@@ -111,8 +111,12 @@ def main():
     parser.add_argument("--program", default=shutil.which("nemoral") or "nemoral")
     parser.add_argument("--address", default=os.environ.get("RAY_ADDRESS", "auto"))
     parser.add_argument("--keep", action="store_true", help="keeps the shards after the merge")
-    parser.add_argument("argument", nargs="*", help="after --: further arguments of generate")
-    args = parser.parse_args()
+    parser.epilog = "After -- come further arguments of nemoral generate."
+    # argparse does not tell what follows -- from other arguments without a name.
+    words = sys.argv[1:]
+    cut = words.index("--") if "--" in words else len(words)
+    args = parser.parse_args(words[:cut])
+    args.argument = words[cut + 1 :]
     if args.shards < 1:
         parser.error("--shards: must be at least 1")
     ray.init(address=args.address, log_to_driver=False)
