@@ -27,9 +27,8 @@ use nemoral_render::{OpenSky, SceneView, View};
 
 const RESOLUTIONS: [[u32; 2]; 3] = [[640, 360], [1280, 720], [1920, 1080]];
 
-/// Names of sampling qualities: samples of every pixel, and of pixels that differ most from their
-/// neighbours.
-const QUALITIES: [(&str, u32, u32); 3] = [("draft", 1, 1), ("edges", 1, 4), ("standard", 4, 4)];
+/// Names of sampling qualities: samples of every pixel, and of pixels on silhouettes.
+const QUALITIES: [(&str, u32, u32); 3] = [("draft", 1, 1), ("edges", 1, 2), ("standard", 4, 4)];
 
 /// Options beyond a picture and its truth that change the picture or how it is made.
 const FURTHER: [(&str, &str); 5] = [

@@ -38,11 +38,13 @@ def main(dataset, sequence="00"):
     truth = truth[[int(scan.stem) for scan in scans]]
     truth = np.linalg.inv(truth[0]) @ truth
 
-    odometry = KissICP(load_config(None, max_range=100.0))
+    config = load_config(None)
+    # Scans are deskewed already.
+    config.data.deskew = False
+    odometry = KissICP(config)
     found = []
     for scan in scans:
         points = np.fromfile(scan, dtype=np.float32).reshape(-1, 4)[:, :3].astype(np.float64)
-        # Scans are deskewed, so that all points have the same time.
         odometry.register_frame(points, np.zeros(len(points)))
         found.append(odometry.last_pose.copy())
     found = np.linalg.inv(found[0]) @ np.array(found)

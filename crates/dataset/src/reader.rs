@@ -253,6 +253,62 @@ impl Dataset {
         self.image(frame, camera, CameraFile::Depth, decode)
     }
 
+    /// A camera's unit normals in its optical frame, without its other files; zero for none.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn normals(&self, frame: &FrameRecord, camera: usize) -> Result<Image<Vec3>, Error> {
+        self.image(frame, camera, CameraFile::Normals, images::decode_normals)
+    }
+
+    /// A camera's flow to the next frame, without its other files.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file; [`Error::Invalid`] if the camera
+    /// does not write it.
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn flow(&self, frame: &FrameRecord, camera: usize) -> Result<Image<Option<Flow>>, Error> {
+        self.image(frame, camera, CameraFile::Flow, images::decode_flow)
+    }
+
+    /// The ids of a camera's nearest trunks, without its other files.
+    ///
+    /// # Errors
+    /// As [`Dataset::flow`].
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn trunks(&self, frame: &FrameRecord, camera: usize) -> Result<Image<u32>, Error> {
+        self.image(frame, camera, CameraFile::Trunks, images::decode_instance)
+    }
+
+    /// A camera's boxes, without its other files.
+    ///
+    /// # Errors
+    /// As [`Dataset::flow`].
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn boxes(&self, frame: &FrameRecord, camera: usize) -> Result<Vec<ObjectBox>, Error> {
+        self.camera_file(frame, camera, CameraFile::Boxes, annotations::decode_boxes)
+    }
+
+    /// A camera's radiance, without its other files.
+    ///
+    /// # Errors
+    /// As [`Dataset::flow`].
+    ///
+    /// # Panics
+    /// If the data set has fewer cameras.
+    pub fn radiance(&self, frame: &FrameRecord, camera: usize) -> Result<Image<Vec3>, Error> {
+        self.image(frame, camera, CameraFile::Radiance, exr::decode)
+    }
+
     /// The files of one LiDAR.
     ///
     /// # Errors

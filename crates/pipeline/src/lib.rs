@@ -77,4 +77,4 @@ pub use pictures::{
 pub use pool::use_thread_pool;
 pub use preview::{check_png_name, preview, write_png};
 pub use prove::check;
-pub use recorder::{Observation, Recorder, Recording};
+pub use recorder::{InventoryItem, Observation, Recorder, Recording};

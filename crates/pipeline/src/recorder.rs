@@ -1,11 +1,16 @@
 //! Single frames in memory, in any order, along the robot's path or anywhere else.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nemoral_dataset::SequenceSpec;
 use nemoral_render::CameraImages;
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, RigidTransform, Twist};
+use nemoral_scene::{
+    Annotations, ChunkCoord, LidarPoint, ObjectRecord, RigidTransform, Surface, SurfaceSample,
+    TreeRecord, Twist,
+};
 use nemoral_seed::{Domain, Key};
 
 use crate::chunks::ChunkManager;
@@ -97,7 +102,25 @@ pub struct Recorder {
     forest: ForestPlan,
     store: Store,
     manager: ChunkManager,
+    /// Where the body recorded last.
+    body_m: Mutex<Option<DVec2>>,
     threads: usize,
+}
+
+/// An object of an inventory.
+#[derive(Clone, Debug)]
+pub struct InventoryItem {
+    /// The object.
+    pub record: ObjectRecord,
+    /// What a forester would measure, if it is a tree.
+    pub tree: Option<TreeRecord>,
+    /// Whether it lies on a trail, as stones do, and is no obstacle.
+    pub on_trail: bool,
+}
+
+/// A panic of another thread leaves the place consistent.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Recorder {
@@ -118,6 +141,7 @@ impl Recorder {
             store: Store::unlimited().with_cache(cache),
             forest,
             sequence,
+            body_m: Mutex::default(),
             threads,
         })
     }
@@ -272,6 +296,73 @@ impl Recorder {
         Ok(Arc::new(scene))
     }
 
+    /// The ground at world positions, in their order: height and slope, and the signed distance to
+    /// the nearest edge of a trail, metres, negative on one.
+    ///
+    /// # Errors
+    /// If the ground there cannot be made.
+    pub fn ground(&self, places_m: &[DVec2]) -> Result<Vec<(SurfaceSample, f64)>, Error> {
+        let runner = self.runner();
+        let size_m = self.config().chunks.size_m;
+        let mut known = BTreeMap::new();
+        let mut samples = Vec::with_capacity(places_m.len());
+        for &place_m in places_m {
+            let chunk = ChunkCoord::containing(place_m, size_m);
+            let ground = match known.entry(chunk) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => new.insert(runner.get(self.forest.ground, chunk)?),
+            };
+            let sample = Surface::sample(&**ground, place_m);
+            samples.push((sample, ground.trail_edge_m(place_m)));
+        }
+        if let Some(&place_m) = places_m.last() {
+            self.stay_near(place_m);
+        }
+        Ok(samples)
+    }
+
+    /// The objects whose feet are in a rectangle of the world, borders included, chunk by chunk in
+    /// order of their ids.
+    ///
+    /// # Errors
+    /// If their chunks cannot be made, or are more than [`Recorder::INVENTORY_CHUNKS`].
+    pub fn inventory(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<InventoryItem>, Error> {
+        self.prepare()?;
+        let runner = self.runner();
+        let size_m = self.config().chunks.size_m;
+        let first = ChunkCoord::containing(low_m, size_m);
+        let last = ChunkCoord::containing(high_m, size_m);
+        let side = |first: i32, last: i32| i64::from(last) - i64::from(first) + 1;
+        let chunks = side(first.x, last.x).max(0) * side(first.y, last.y).max(0);
+        if chunks > Self::INVENTORY_CHUNKS {
+            let most = Self::INVENTORY_CHUNKS;
+            return Err(Error::request(format!(
+                "rectangle: it has {chunks} chunks; must be at most {most}: ask for its parts"
+            )));
+        }
+        let assets = runner.get(self.forest.assets, ())?;
+        let mut found = Vec::new();
+        for x in first.x..=last.x {
+            for y in first.y..=last.y {
+                for object in &runner.get(self.forest.objects, ChunkCoord::new(x, y))?.0 {
+                    let foot_m = object.position_m.truncate();
+                    if foot_m.cmpge(low_m).all() && foot_m.cmple(high_m).all() {
+                        found.push(InventoryItem {
+                            record: assets.object_record(object),
+                            tree: assets.tree_record(object),
+                            on_trail: object.on_trail,
+                        });
+                    }
+                }
+            }
+        }
+        self.stay_near((low_m + high_m) / 2.0);
+        Ok(found)
+    }
+
+    /// The most chunks of a rectangle of which an inventory is made.
+    pub const INVENTORY_CHUNKS: i64 = 10_000;
+
     fn config(&self) -> &Config {
         &self.sequence.config
     }
@@ -297,7 +388,16 @@ impl Recorder {
     /// Drops what is out of reach of a body.
     fn leave(&self, pose: &FramePose) {
         let position_m = pose.world_from_body().translation_m.truncate();
+        *lock(&self.body_m) = Some(position_m);
         self.manager.evict(&self.store, position_m, &[]);
+    }
+
+    /// Drops what is out of reach of the body, wherever it recorded last, or of another place if it
+    /// has not recorded yet.
+    fn stay_near(&self, place_m: DVec2) {
+        let body_m = *lock(&self.body_m);
+        let place_m = body_m.unwrap_or(place_m);
+        self.manager.evict(&self.store, place_m, &[]);
     }
 }
 

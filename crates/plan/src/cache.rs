@@ -232,6 +232,21 @@ mod tests {
     }
 
     #[test]
+    fn another_program_is_another_maker() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let program = dir.path().join("program");
+        let opened = |bytes: &[u8]| {
+            fs::write(&program, bytes).expect("written");
+            Cache::open_for(dir.path().join("kept"), &program).expect("a folder")
+        };
+        opened(b"one").put(key(7), b"a value");
+        assert!(opened(b"one").has(key(7)));
+        assert!(!opened(b"two").has(key(7)));
+        let none = dir.path().join("none");
+        assert!(Cache::open_for(dir.path().join("kept"), &none).is_err());
+    }
+
+    #[test]
     fn a_damaged_file_is_none_and_is_mended() {
         let dir = tempfile::tempdir().expect("a folder");
         let cache = cache(dir.path(), 1);

@@ -172,16 +172,18 @@ impl<P: PlanTypes> Store<P> {
         if std::ptr::eq(self, other) {
             return;
         }
-        let mut found = Vec::new();
-        for (key, slot) in &lock(&other.inner).slots {
-            if let Slot::Ready { value, id, at, .. } = slot
-                && *id == stage
-            {
-                found.push((*key, Arc::clone(value), *id, *at));
+        let of_stage = |(key, slot): (&Fingerprint, &Slot<P>)| match slot {
+            Slot::Ready { id, at, value, age } if *id == stage => {
+                Some((*age, (*key, Arc::clone(value), *id, *at)))
             }
-        }
+            _ => None,
+        };
+        let theirs = lock(&other.inner);
+        let mut found: Vec<_> = theirs.slots.iter().filter_map(of_stage).collect();
+        drop(theirs);
+        found.sort_unstable_by_key(|&(age, _)| age);
         let mut inner = lock(&self.inner);
-        for (key, value, id, at) in found {
+        for (_, (key, value, id, at)) in found {
             inner.clock += 1;
             let age = inner.clock;
             (inner.slots.entry(key)).or_insert(Slot::Ready { value, id, at, age });

@@ -226,6 +226,19 @@ fn a_plan_that_follows_another_keeps_what_both_have() {
 }
 
 #[test]
+fn a_store_adopts_the_values_of_a_stage() {
+    let (plan, height, _) = plan(1.0, 2.0);
+    let (theirs, ours) = (Store::unlimited(), Store::unlimited());
+    let value = Runner::new(&plan, &theirs, 1).get(height, Cell(0, 0));
+    ours.adopt(&theirs, "scale");
+    ours.adopt(&ours, "scale");
+    assert_eq!((ours.count("scale"), ours.count("height")), (1, 0));
+    let again = Runner::new(&plan, &ours, 1).get(height, Cell(0, 0));
+    assert_eq!(again, value);
+    assert_eq!(ours.computed(), 1);
+}
+
+#[test]
 fn keys_change_with_what_a_value_depends_on_and_with_nothing_else() {
     let at = Cell(3, -4);
     let (a, a_height, a_smooth) = plan(1.0, 2.0);

@@ -53,14 +53,15 @@
 //! - Haze, by visibility (Koschmieder 1924), and ground fog both decrease exponentially with
 //!   height, and are integrated in closed form along every ray.
 //! - One shadow ray per sample goes to a point of the sun's disc; neighbouring pixels use different
-//!   parts of the disc, so penumbrae are smooth.
+//!   parts of the disc, and are averaged as far as a penumbra is wide, so penumbrae are smooth.
 //! - There are no ambient-occlusion rays: the light of the sky, the green light that leaves scatter
 //!   down (Goudriaan 1977) and the light that the ground reflects follow from one number per place,
 //!   the sky view factor ([`SkyVisibility`]), and one that is baked with each shape, the share that
 //!   its near parts let through ([`AmbientOcclusion`](nemoral_scene::AmbientOcclusion)).
 //! - Leaves reflect and transmit; other surfaces are matt with a weak rough sheen. Energy is
 //!   conserved: a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
-//! - The lens ([`Lens`]) adds veiling glare, a halo around bright areas, and darker corners.
+//! - The lens ([`Lens`]) spreads points, which filters detail finer than pixels, and adds veiling
+//!   glare, a halo around bright areas, and darker corners.
 //! - Exposure is set by a light meter ([`Exposure`], [`Metering`]), followed by a filmic curve
 //!   ([`ToneCurve`]) and sRGB.
 //!

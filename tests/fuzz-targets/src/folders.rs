@@ -117,7 +117,7 @@ fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
         let params = CloudParams {
             voxel_m: tasks.has(2).then_some(0.05),
             pure: tasks.has(3),
-            sequence: None,
+            ..CloudParams::default()
         };
         let _ = cloud(root, &scratch.path().join("cloud.ply"), params);
     }

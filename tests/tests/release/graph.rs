@@ -33,6 +33,9 @@ const READERS: [&str; 2] = ["nemoral-convert", "nemoral-report"];
 /// The engine of plans, which depends on files alone.
 const PLAN: &str = "nemoral-plan";
 
+/// The module of the Python package, which shows the program and its parts.
+const PYTHON: &str = "nemoral-python";
+
 /// The crates that every crate may depend on, and that depend on no other of ours.
 const LEAVES: [&str; 3] = ["nemoral-files", "nemoral-scene", "nemoral-seed"];
 
@@ -187,8 +190,15 @@ fn the_pipeline_wires_and_the_program_only_asks() {
     assert!(cli.is_subset(&allowed), "{cli:?}");
     for package in &all {
         let known = package.ours(&["normal", "build"]);
-        assert!(!known.contains("nemoral-cli"), "{}", package.name);
-        let asks = ["nemoral-pipeline", "nemoral-view", "nemoral-cli"].contains(&&*package.name);
+        let is_python = package.name == PYTHON;
+        assert!(
+            is_python || !known.contains("nemoral-cli"),
+            "{}",
+            package.name
+        );
+        assert!(!known.contains(PYTHON), "{}", package.name);
+        let asks =
+            ["nemoral-pipeline", "nemoral-view", "nemoral-cli", PYTHON].contains(&&*package.name);
         assert!(
             asks || !known.contains("nemoral-pipeline"),
             "{}",
@@ -202,7 +212,13 @@ fn the_pipeline_wires_and_the_program_only_asks() {
         .into_iter()
         .chain(LEAVES)
         .chain(READERS)
-        .chain([PLAN, "nemoral-pipeline", "nemoral-view", "nemoral-cli"])
+        .chain([
+            PLAN,
+            PYTHON,
+            "nemoral-pipeline",
+            "nemoral-view",
+            "nemoral-cli",
+        ])
         .collect();
     let names: BTreeSet<&str> = all.iter().map(|p| &*p.name).collect();
     assert_eq!(names, known);

@@ -268,6 +268,15 @@ fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_writt
     }
     assert_eq!(
         refused,
-        ["coco", "laz", "colmap", "nerfstudio", "yolo", "hf"]
+        [
+            "coco",
+            "laz",
+            "colmap",
+            "nerfstudio",
+            "yolo",
+            "hf",
+            "exr",
+            "npy"
+        ]
     );
 }

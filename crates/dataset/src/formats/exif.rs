@@ -115,7 +115,7 @@ fn write_directory(out: &mut Vec<u8>, at: u32, fields: &[Field]) {
             out.extend(offset.to_le_bytes());
             elsewhere.extend(&field.value);
             // Values begin at even offsets.
-            if elsewhere.len() % 2 == 1 {
+            if !elsewhere.len().is_multiple_of(2) {
                 elsewhere.push(0);
             }
         }

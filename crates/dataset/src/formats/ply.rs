@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{ChunkCoord, LidarPoint, ObjectId, PointFlags, Semantic};
+use nemoral_scene::{ChunkCoord, LidarPoint, ObjectId, Ontology, PointFlags, Semantic};
 
 use crate::Error;
 
@@ -25,34 +25,88 @@ pub struct PlyPoint {
     pub label: u16,
 }
 
-/// The vertex's properties, in the file's order.
-const FIELDS: [(&str, &str); 23] = [
-    ("x", "float"),
-    ("y", "float"),
-    ("z", "float"),
-    ("range", "float"),
-    ("range_true", "float"),
-    ("intensity", "float"),
-    ("reflectivity", "uchar"),
-    ("class", "uchar"),
-    ("semantic", "uchar"),
-    ("chunk_x", "int"),
-    ("chunk_y", "int"),
-    ("item", "int"),
-    ("label_instance", "int"),
-    ("ring", "uchar"),
-    ("return_no", "uchar"),
-    ("n_returns", "uchar"),
-    ("t", "double"),
-    ("pulse", "int"),
-    ("incidence_cos", "float"),
-    ("nx", "float"),
-    ("ny", "float"),
-    ("nz", "float"),
-    ("flags", "uchar"),
-];
 /// Bytes of a scan's vertex.
 const STRIDE: usize = 75;
+
+impl PlyPoint {
+    /// The vertex's properties in the file's order: name and PLY type. They are packed without gaps
+    /// and little-endian, [`PlyPoint::BYTES`] in all.
+    pub const FIELDS: [(&'static str, &'static str); 23] = [
+        ("x", "float"),
+        ("y", "float"),
+        ("z", "float"),
+        ("range", "float"),
+        ("range_true", "float"),
+        ("intensity", "float"),
+        ("reflectivity", "uchar"),
+        ("class", "uchar"),
+        ("semantic", "uchar"),
+        ("chunk_x", "int"),
+        ("chunk_y", "int"),
+        ("item", "int"),
+        ("label_instance", "int"),
+        ("ring", "uchar"),
+        ("return_no", "uchar"),
+        ("n_returns", "uchar"),
+        ("t", "double"),
+        ("pulse", "int"),
+        ("incidence_cos", "float"),
+        ("nx", "float"),
+        ("ny", "float"),
+        ("nz", "float"),
+        ("flags", "uchar"),
+    ];
+
+    /// Bytes of a vertex.
+    pub const BYTES: usize = STRIDE;
+
+    /// A point as a file has it, whose classes are the ontology's. The sensor is in the chunk
+    /// `sensor_chunk`.
+    #[must_use]
+    pub fn new(point: LidarPoint, ontology: &Ontology, sensor_chunk: ChunkCoord) -> Self {
+        Self {
+            point,
+            class: ontology.class(point.semantic).id,
+            label: point.object.to_label_id(sensor_chunk),
+        }
+    }
+
+    /// Appends the vertex's bytes.
+    pub fn write_to(&self, out: &mut Vec<u8>) {
+        let Self {
+            point: p,
+            class,
+            label,
+        } = self;
+        let mut bytes = [0; STRIDE];
+        let mut at = 0;
+        let mut put = |field: &[u8]| {
+            bytes[at..at + field.len()].copy_from_slice(field);
+            at += field.len();
+        };
+        for value in p.position_m.to_array() {
+            put(&value.to_le_bytes());
+        }
+        for value in [p.range_m, p.true_range_m, p.intensity] {
+            put(&value.to_le_bytes());
+        }
+        put(&[p.reflectivity, *class, p.semantic as u8]);
+        let chunk = p.object.chunk();
+        put(&chunk.x.to_le_bytes());
+        put(&chunk.y.to_le_bytes());
+        put(&i32::from(p.object.item()).to_le_bytes());
+        put(&i32::from(*label).to_le_bytes());
+        put(&[p.ring, p.return_number, p.returns]);
+        put(&seconds(p.time_ns).to_le_bytes());
+        put(&p.pulse.to_le_bytes());
+        let [nx, ny, nz] = p.normal.to_array();
+        for value in [p.incidence_cos, nx, ny, nz] {
+            put(&value.to_le_bytes());
+        }
+        put(&[p.flags.0]);
+        out.extend_from_slice(&bytes);
+    }
+}
 
 /// The properties of a registered cloud's vertex, in the file's order.
 const CLOUD_FIELDS: [(&str, &str); 23] = [
@@ -91,7 +145,7 @@ pub(crate) fn cloud_header(vertices: usize) -> Vec<u8> {
 fn scan_header(vertices: usize) -> String {
     let comment = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); t seconds \
         after the frame's time; flags 1 mixed, 2 false alarm";
-    header(&FIELDS, comment, vertices)
+    header(&PlyPoint::FIELDS, comment, vertices)
 }
 
 fn header(fields: &[(&str, &str)], comment: &str, vertices: usize) -> String {
@@ -110,33 +164,8 @@ pub(crate) fn encode(points: &[PlyPoint]) -> Vec<u8> {
     let header = scan_header(points.len());
     let mut out = Vec::with_capacity(header.len() + STRIDE * points.len());
     out.extend_from_slice(header.as_bytes());
-    for PlyPoint {
-        point: p,
-        class,
-        label,
-    } in points
-    {
-        let mut floats = |values: &[f32]| {
-            for value in values {
-                out.extend_from_slice(&value.to_le_bytes());
-            }
-        };
-        floats(&p.position_m.to_array());
-        floats(&[p.range_m, p.true_range_m, p.intensity]);
-        out.extend_from_slice(&[p.reflectivity, *class, p.semantic as u8]);
-        let chunk = p.object.chunk();
-        out.extend_from_slice(&chunk.x.to_le_bytes());
-        out.extend_from_slice(&chunk.y.to_le_bytes());
-        out.extend_from_slice(&i32::from(p.object.item()).to_le_bytes());
-        out.extend_from_slice(&i32::from(*label).to_le_bytes());
-        out.extend_from_slice(&[p.ring, p.return_number, p.returns]);
-        out.extend_from_slice(&seconds(p.time_ns).to_le_bytes());
-        out.extend_from_slice(&p.pulse.to_le_bytes());
-        let [nx, ny, nz] = p.normal.to_array();
-        for value in [p.incidence_cos, nx, ny, nz] {
-            out.extend_from_slice(&value.to_le_bytes());
-        }
-        out.push(p.flags.0);
+    for point in points {
+        point.write_to(&mut out);
     }
     out
 }
@@ -300,6 +329,11 @@ mod tests {
     fn another_implementation_reads_every_field() {
         let points: Vec<PlyPoint> = (0..5).map(sample).collect();
         let bytes = encode(&points);
+        let body = points.iter().fold(Vec::new(), |mut body, point| {
+            point.write_to(&mut body);
+            body
+        });
+        assert!(bytes.ends_with(&body));
         let parser = Parser::<DefaultElement>::new();
         let ply = parser.read_ply(&mut BufReader::new(&*bytes)).expect("PLY");
         let vertices = &ply.payload["vertex"];
@@ -313,7 +347,7 @@ mod tests {
             },
         ) in vertices.iter().zip(&points)
         {
-            assert_eq!(vertex.len(), FIELDS.len());
+            assert_eq!(vertex.len(), PlyPoint::FIELDS.len());
             let chunk = p.object.chunk();
             let expected = [
                 ("x", Property::Float(p.position_m.x)),

@@ -472,8 +472,7 @@ fn a_cloud_never_takes_the_place_of_a_file_of_the_data_set() {
             out,
             CloudParams {
                 voxel_m,
-                pure: false,
-                sequence: None,
+                ..CloudParams::default()
             },
         )
     };

@@ -72,7 +72,7 @@ section! {
         /// Strength of noise reduction, a bilateral filter; it takes fine texture with the noise.
         denoising: f64 = 0.0, Real(0.0, 1.0), "off; Tomasi and Manduchi 1998";
         /// Strength of sharpening, an unsharp mask of luma.
-        sharpening: f64 = 0.0, Real(0.0, 5.0), "off; 0.5 to 2 in most cameras";
+        sharpening: f64 = 0.0, Real(0.0, 5.0), "off; 0.2 to 1 in most cameras";
         /// Spread of that mask.
         sharpening_radius_px: f64 = 1.0, Real(0.3, 10.0), "our choice: 0.5-2";
         /// Quality of the JPEG whose artefacts the picture has, on the scale of the Independent

@@ -152,6 +152,7 @@ impl Camera {
                 red_px: self.aberration.red_px as f32,
                 blue_px: self.aberration.blue_px as f32,
             },
+            spread_px: self.spread_px as f32,
         };
         (tone, lens)
     }

@@ -22,6 +22,15 @@ pub struct ConfigError {
     pub place: Option<Place>,
 }
 
+impl ConfigError {
+    /// The name that was probably meant instead of an unknown one, if there is one like it.
+    #[must_use]
+    pub fn nearest(&self) -> Option<&str> {
+        let (_, rest) = self.message.split_once("did you mean `")?;
+        rest.split_once('`').map(|(name, _)| name)
+    }
+}
+
 /// A place in a request.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {

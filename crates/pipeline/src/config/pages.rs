@@ -211,7 +211,8 @@ pub fn reference_page() -> String {
     out.push_str(&wrapped(
         "Made by `nemoral config reference`. A config is TOML; what it leaves out is the preset's. \
          `nemoral config init` writes one to start from, `nemoral config check FILE` proves one. \
-         Relative paths in it start at the folder in which the program runs.",
+         Relative paths in it start at the folder in which the program runs or, if nothing is \
+         there, beside the config and then in the folders above it.",
         "",
     ));
     out.push_str("\n## Presets\n\n");

@@ -27,7 +27,9 @@ pub(super) struct Source {
 impl Source {
     pub(super) fn file(path: &Path) -> Result<Self, Error> {
         let text = nemoral_files::read_text(path, FILE_BYTES)?;
-        Self::parse(&path.display().to_string(), false, text)
+        let mut source = Self::parse(&path.display().to_string(), false, text)?;
+        find_files(&mut source.table, "", path);
+        Ok(source)
     }
 
     /// A `--set` argument. `terrain.octaves=3` is TOML already; a bare word is taken as text.
@@ -107,6 +109,36 @@ impl Source {
         }
         None
     }
+}
+
+/// Files that are not where the program runs are looked for beside the config and in the folders
+/// above, so that a config, also that of a data set, can be used from anywhere. What is found
+/// nowhere keeps its name.
+fn find_files(table: &mut Table, path: &str, config: &Path) {
+    for (key, value) in table {
+        let path = join(path, key);
+        match value {
+            Value::Table(inner) => find_files(inner, &path, config),
+            Value::String(name) if most_bytes(&path) > 0 => {
+                if let Some(found) = above(config, name) {
+                    *name = found;
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn above(config: &Path, name: &str) -> Option<String> {
+    if name.is_empty() || Path::new(name).exists() {
+        return None;
+    }
+    let config = std::path::absolute(config).ok()?;
+    let folders = config.ancestors().skip(1);
+    let found = folders
+        .map(|folder| folder.join(name))
+        .find(|f| f.is_file());
+    found?.into_os_string().into_string().ok()
 }
 
 fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {

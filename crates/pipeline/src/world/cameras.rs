@@ -17,9 +17,6 @@ use crate::{Backend, Error, InputFiles, Renderer};
 /// The domain of the fixed patterns of sensors.
 const SPECIMEN: Domain = Domain::new("pipeline.camera.specimen");
 
-/// The greatest share of pixels that are sampled as edges.
-const EDGES: f32 = 0.1;
-
 /// A camera with its place on the body.
 #[derive(Clone, Debug)]
 pub struct CameraRig {
@@ -191,7 +188,7 @@ impl CameraRecipe {
             lens: camera.tone_and_lens().1,
             colour_samples: camera.samples,
             edge_samples,
-            edge_budget: EDGES * edge_samples as f32,
+            edge_budget: edge_samples as f32,
             blur_samples: camera.shutter.samples,
             bounces: camera.bounces,
             max_range_m: self.max_range_m as f32,

@@ -6,6 +6,7 @@ pub(crate) mod jpeg;
 pub(crate) mod lens;
 pub(crate) mod metering;
 pub(crate) mod picture;
+mod point_spread;
 pub(crate) mod processing;
 pub(crate) mod sensor_noise;
 mod sharpening;

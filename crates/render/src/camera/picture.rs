@@ -5,6 +5,7 @@ use nemoral_scene::{Image, TruthImages};
 use nemoral_seed::Key;
 
 use super::lens::Lens;
+use super::point_spread::spread;
 use super::tone::develop;
 use super::view::View;
 
@@ -29,6 +30,7 @@ pub(crate) fn take(
     let (width, height) = (light.width(), light.height());
     let mut pixels = light.into_pixels();
     lens.aberration.apply(&mut pixels, &view.intrinsics);
+    spread(&mut pixels, width, lens.spread_px);
     if let Some(soiling) = &view.soiling {
         soiling.apply(&mut pixels, width);
     }

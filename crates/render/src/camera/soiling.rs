@@ -36,8 +36,9 @@ const DROPS: Domain = Domain::new("render.drops");
 const WIDER: f32 = 4.0;
 /// The width of a drop's soft edge, as a share of its radius.
 const EDGE: f32 = 0.3;
-/// The blur of what drops show, as a share of the mean radius.
-const BLUR: f32 = 0.15;
+/// The spread of the blur of what drops show, as a share of the mean radius: a quarter of a radius
+/// on the lens, where all is out of focus.
+const BLUR: f32 = 1.0;
 /// The light that passes a drop: what is reflected and lost at its edge is missing.
 const THROUGH: f32 = 0.92;
 
@@ -281,10 +282,10 @@ mod tests {
                     drop.centre - (at - drop.centre) * 4.0,
                     Vec2::new(200.0, 120.0),
                 );
-                if (shown.y - 60.0).abs() > 12.0 {
+                if (shown.y - 60.0).abs() > 26.0 {
                     let exact = if shown.y < 60.0 { 9.0 } else { 1.0 } * THROUGH;
                     assert!(
-                        (light[i].y - exact).abs() < 0.35,
+                        (light[i].y - exact).abs() < 0.5,
                         "{} for {exact}",
                         light[i].y
                     );

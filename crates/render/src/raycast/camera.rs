@@ -6,7 +6,7 @@ use nemoral_seed::{Domain, Key, Rng};
 use rayon::prelude::*;
 
 use super::context::{PictureContext, ShadowRays};
-use super::frame_buffer::FrameBuffer;
+use super::frame_buffer::{FrameBuffer, LATTICE};
 use super::params::RayCastParams;
 use super::primary_rays::{PixelTruth, ROWS, cast_band, pixel_centre, pixel_truth, truth_images};
 use super::shadow_filter::add_filtered_sun;
@@ -91,9 +91,12 @@ impl PictureContext<'_> {
             frame.linear.par_chunks_mut(band),
             frame.sun.par_chunks_mut(band),
             frame.lit.par_chunks_mut(band),
+            frame
+                .blocker_m
+                .par_chunks_mut(ROWS / LATTICE * width.div_ceil(LATTICE)),
         );
         bands.into_par_iter().enumerate().for_each(
-            |(index, (semantic, object, depth_m, normal, linear, sun, lit))| {
+            |(index, (semantic, object, depth_m, normal, linear, sun, lit, blocker_m))| {
                 let mut rng = key.domain(FIRST).item(index as u64).rng();
                 let mut shadows = ShadowRays::default();
                 cast_band(
@@ -118,6 +121,14 @@ impl PictureContext<'_> {
                 );
                 for i in shadows.lit(self.scene.caster) {
                     lit[i] = true;
+                }
+                let chosen = |i: usize| {
+                    let middle = LATTICE / 2;
+                    i % width % LATTICE == middle && i / width % LATTICE == middle
+                };
+                for (i, distance_m) in shadows.blockers(self.scene.caster, chosen) {
+                    let square = i / width / LATTICE * width.div_ceil(LATTICE);
+                    blocker_m[square + i % width / LATTICE] = distance_m;
                 }
             },
         );
@@ -159,19 +170,19 @@ impl CameraRenderer for RayCastCamera {
             (frame, AdditionalSamples::beside(0, samples))
         } else {
             let mut frame = context.first_samples(key);
-            add_filtered_sun(&mut frame);
+            add_filtered_sun(&mut frame, focal_px as f32);
             (frame, AdditionalSamples::after_the_first(samples - 1))
         };
         let n = frame.linear.len();
         if additional.samples > 0 {
             let every: Vec<u32> = (0..n as u32).collect();
-            context.add_samples(&mut frame.linear, &every, additional, key.domain(ALL));
+            context.add_samples(&mut frame, &every, additional, key.domain(ALL));
         }
         if p.edge_samples > 0 {
             let limit = f64::from(p.edge_budget) * n as f64 / f64::from(p.edge_samples);
             let edges = silhouettes(&frame, log_mean_luminance(&frame.linear), limit as usize);
             context.add_samples(
-                &mut frame.linear,
+                &mut frame,
                 &edges,
                 AdditionalSamples::beside(samples, p.edge_samples),
                 key.domain(EDGES),

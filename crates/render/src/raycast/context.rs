@@ -60,6 +60,25 @@ impl ShadowRays {
         let results = self.of.iter().zip(&self.occluded);
         results.filter_map(|(&of, &occluded)| (!occluded).then_some(of))
     }
+
+    /// The occluded samples that are `wanted`, and how far away what occludes them is, metres.
+    /// The rays must have been cast before.
+    pub(super) fn blockers(
+        &self,
+        caster: &dyn RayCaster,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<(usize, f32)> {
+        let chosen = (self.of.iter().zip(&self.rays))
+            .zip(&self.occluded)
+            .filter(|((of, _), occluded)| **occluded && wanted(**of));
+        let (of, rays): (Vec<usize>, Vec<Ray>) = chosen.map(|((of, ray), _)| (*of, *ray)).unzip();
+        let mut hits = vec![None; rays.len()];
+        caster.closest_surfaces(&rays, &mut hits);
+        let distances = of.into_iter().zip(hits);
+        distances
+            .filter_map(|(of, hit)| Some((of, hit?.distance_m)))
+            .collect()
+    }
 }
 
 impl PictureContext<'_> {

@@ -1,8 +1,14 @@
 //! The images of a picture that is being rendered.
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
 use rayon::prelude::*;
+
+use super::primary_rays::PixelTruth;
+use super::shadow_filter::{SAME_DEPTH, SAME_NORMAL};
+
+/// Side of the squares of pixels of which one finds out what blocks its shadow ray.
+pub(crate) const LATTICE: usize = 4;
 
 /// The images of a picture, row by row.
 pub(crate) struct FrameBuffer {
@@ -14,10 +20,15 @@ pub(crate) struct FrameBuffer {
     /// Radiance, at first without that of the sun.
     pub(crate) linear: Vec<Vec3>,
     /// The sun's radiance without occlusion; zero where it does not matter. In path-traced pictures
-    /// this and the next field are empty.
+    /// this and the next three fields are empty.
     pub(crate) sun: Vec<Vec3>,
     /// Whether the shadow ray reaches the sun.
     pub(crate) lit: Vec<bool>,
+    /// The share of the sun's disc that is visible from the surface, once it is known.
+    pub(crate) sun_share: Vec<f32>,
+    /// For one pixel of each [`LATTICE`], how far from its surface its shadow ray was blocked,
+    /// metres; 0 where it was not.
+    pub(crate) blocker_m: Vec<f32>,
 }
 
 impl FrameBuffer {
@@ -32,6 +43,8 @@ impl FrameBuffer {
             linear: filled(Vec3::ZERO, n),
             sun: filled(Vec3::ZERO, n),
             lit: filled(false, n),
+            sun_share: filled(0.0, n),
+            blocker_m: filled(0.0, width.div_ceil(LATTICE) * height.div_ceil(LATTICE)),
         }
     }
 
@@ -47,7 +60,39 @@ impl FrameBuffer {
             linear: filled(Vec3::ZERO, n),
             sun: Vec::new(),
             lit: Vec::new(),
+            sun_share: Vec::new(),
+            blocker_m: Vec::new(),
         }
+    }
+
+    /// Whether the pixel `i` shows the surface of an object at this depth and with this normal, and
+    /// the sun matters there.
+    #[inline]
+    pub(crate) fn shows(&self, i: usize, object: ObjectId, depth_m: f32, normal: Vec3) -> bool {
+        self.sun[i] != Vec3::ZERO
+            && self.object[i] == object
+            && (self.depth_m[i] - depth_m).abs() < SAME_DEPTH * depth_m
+            && self.normal[i].dot(normal) > SAME_NORMAL
+    }
+
+    /// The share of the sun's disc that is visible from a surface at an image position: the mean of
+    /// those of the four pixels around it that show the same surface; `None` if none of them does.
+    pub(crate) fn sun_share(&self, at: DVec2, seen: &PixelTruth) -> Option<f32> {
+        let (width, height) = (self.width, self.linear.len() / self.width);
+        let from =
+            |at: f64, n: usize| ((at - 0.5).floor().max(0.0) as usize).min(n.saturating_sub(2));
+        let (left, top) = (from(at.x, width), from(at.y, height));
+        let (mut sum, mut pixels) = (0.0, 0.0);
+        for y in top..(top + 2).min(height) {
+            for x in left..(left + 2).min(width) {
+                let i = y * width + x;
+                if self.shows(i, seen.object, seen.depth_m, seen.normal) {
+                    sum += self.sun_share[i];
+                    pixels += 1.0;
+                }
+            }
+        }
+        (pixels > 0.0).then(|| sum / pixels)
     }
 
     pub(crate) fn into_images(self) -> (Image<Vec3>, TruthImages) {

@@ -6,6 +6,7 @@ mod context;
 mod frame_buffer;
 pub(crate) mod params;
 mod path_tracer;
+mod penumbra;
 pub(crate) mod primary_rays;
 mod shadow_filter;
 mod silhouettes;

@@ -50,12 +50,12 @@ impl RayCastParams {
 }
 
 impl Default for RayCastParams {
-    /// Four samples on the strongest silhouettes, for at most 30 % more rays.
+    /// One sample of every pixel and a second one on silhouettes.
     fn default() -> Self {
         Self {
             colour_samples: 1,
-            edge_samples: 3,
-            edge_budget: 0.3,
+            edge_samples: 1,
+            edge_budget: 1.0,
             blur_samples: 9,
             bounces: 0,
             max_range_m: 300.0,

@@ -4,6 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::frame_buffer::FrameBuffer;
+use super::penumbra::penumbrae;
 
 /// Rows that are processed together, as they share the rows around them.
 const ROWS: usize = 16;
@@ -12,28 +13,29 @@ const REACH: usize = 2;
 /// The weight of a pixel by its distance along a row or a column: the mean of three, taken twice.
 const WEIGHTS: [f32; 2 * REACH + 1] = [1.0, 2.0, 3.0, 2.0, 1.0];
 /// The farthest two depths of one surface are apart, as a share of the depth.
-const SAME_DEPTH: f32 = 0.03;
+pub(super) const SAME_DEPTH: f32 = 0.03;
 /// The least cosine between two normals of one surface.
-const SAME_NORMAL: f32 = 0.8;
+pub(super) const SAME_NORMAL: f32 = 0.8;
 
 /// Adds the sun's light, by the share of its disc that is visible to the surrounding pixels on the
-/// same surface.
-pub(super) fn add_filtered_sun(frame: &mut FrameBuffer) {
-    let mut linear = std::mem::take(&mut frame.linear);
-    let width = frame.width;
-    linear
+/// same surface, as far around as the penumbra is wide there.
+pub(super) fn add_filtered_sun(frame: &mut FrameBuffer, focal_px: f32) {
+    let mut shares = std::mem::take(&mut frame.sun_share);
+    let (width, read) = (frame.width, &*frame);
+    shares
         .par_chunks_mut(width * ROWS)
         .enumerate()
-        .for_each(|(strip, rows)| {
-            let first = strip * ROWS;
-            let share = sun_fractions(frame, first, rows.len() / width);
-            let frame = &*frame;
-            let sun = &frame.sun[first * width..];
-            for ((out, sun), share) in rows.iter_mut().zip(sun).zip(share) {
-                *out += *sun * share;
-            }
+        .for_each(|(strip, shares)| {
+            let rows = shares.len() / width;
+            shares.copy_from_slice(&sun_fractions(read, strip * ROWS, rows));
         });
-    frame.linear = linear;
+    frame.sun_share = penumbrae(read, &shares, focal_px);
+    let (linear, sun, shares) = (&mut frame.linear, &frame.sun, &frame.sun_share);
+    linear
+        .par_iter_mut()
+        .zip(sun)
+        .zip(shares)
+        .for_each(|((out, sun), share)| *out += *sun * *share);
 }
 
 /// The visible share of the sun's disc for each pixel of `rows` rows from the `first` on: the
@@ -173,7 +175,7 @@ mod tests {
         frame.normal.fill(Vec3::Z);
         frame.sun.fill(Vec3::ONE);
         frame.lit[4 * 9 + 4] = true;
-        add_filtered_sun(&mut frame);
+        add_filtered_sun(&mut frame, 500.0);
         let at = |x: usize, y: usize| frame.linear[y * 9 + x].x * 81.0;
         let along: Vec<f32> = (0..9).map(|x| at(x, 4).round()).collect();
         assert_eq!(along, [0.0, 0.0, 3.0, 6.0, 9.0, 6.0, 3.0, 0.0, 0.0]);
@@ -230,7 +232,7 @@ mod tests {
                 frame.lit[i] = lit;
                 frame.sun[i] = Vec3::splat(f32::from(sun.min(1)));
             }
-            add_filtered_sun(&mut frame);
+            add_filtered_sun(&mut frame, 500.0);
             for i in 0..width * height {
                 let expected = frame.sun[i] * share(&frame, i % width, i / width);
                 prop_assert_eq!(frame.linear[i], expected, "pixel {}", i);

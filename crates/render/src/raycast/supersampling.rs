@@ -5,7 +5,8 @@ use nemoral_seed::{Draw, Key, Rng};
 use rayon::prelude::*;
 
 use super::context::{PictureContext, ShadowRays, sums_per_pixel};
-use super::primary_rays::BATCH;
+use super::frame_buffer::FrameBuffer;
+use super::primary_rays::{BATCH, ROWS, pixel_truth};
 
 /// Samples that are added to those that a pixel has already.
 #[derive(Clone, Copy)]
@@ -59,68 +60,168 @@ impl AdditionalSamples {
     }
 }
 
+/// Columns of a tile of [`ROWS`] rows, pixels.
+const TILE: u32 = 64;
+
+/// The greatest number of samples of a pixel that take the sun's share from the samples around
+/// them. More samples find a shadow's shape by themselves.
+const SHARING_SHADOWS: u32 = 4;
+
+/// Roberts' sequence of low discrepancy in two dimensions ("The unreasonable effectiveness of
+/// quasirandom sequences", 2018): any first few of its points are far apart.
+const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3);
+
+/// The place of the sample `k` of a pixel of `samples`, from the pixel's corner. The first one of
+/// pixels without a `shift` is at the centre.
+fn place(k: u32, samples: u32, shift: DVec2) -> DVec2 {
+    let at = DVec2::splat(0.5) + f64::from(k) * STEP + shift / f64::from(samples).sqrt();
+    at - at.floor()
+}
+
+/// Divides pixels (ascending) into groups of at most `most` that lie close together, so that their
+/// rays are alike.
+fn neighbourhoods(pixels: &[u32], width: u32, most: usize) -> Vec<Vec<u32>> {
+    let band = ROWS as u32 * width;
+    let bands: Vec<&[u32]> = pixels.chunk_by(|a, b| a / band == b / band).collect();
+    let groups: Vec<Vec<Vec<u32>>> = bands
+        .into_par_iter()
+        .map(|pixels| {
+            let mut by_tile = pixels.to_vec();
+            by_tile.sort_by_key(|pixel| pixel % width / TILE);
+            by_tile.chunks(most).map(<[u32]>::to_vec).collect()
+        })
+        .collect();
+    groups.into_iter().flatten().collect()
+}
+
 impl PictureContext<'_> {
-    /// Adds jittered samples to those that some pixels (ascending) already have.
+    /// Adds samples to those that some pixels (ascending) already have.
     pub(super) fn add_samples(
         &self,
-        linear: &mut [Vec3],
+        frame: &mut FrameBuffer,
         pixels: &[u32],
         additional: AdditionalSamples,
         key: Key,
     ) {
-        let width = self.view.intrinsics.width;
         let AdditionalSamples {
             before, samples, ..
         } = additional;
-        let blurs = self.view.blurs();
-        let exposure_s = self.view.shutter.exposure_s;
-        let range_m = self.params.max_range_m;
-        let sums: Vec<Vec<Vec3>> = pixels
-            .par_chunks((BATCH / samples as usize).max(1))
-            .map(|pixels| {
-                let (mut rays, mut suns) = (Vec::new(), Vec::new());
-                let mut times = vec![0.0; samples as usize];
-                for &pixel in pixels {
-                    let mut rng = key.item(pixel.into()).rng();
-                    let shift = DVec2::new(rng.unit_f64(), rng.unit_f64());
-                    let corner = DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
-                    if blurs {
-                        additional.times(&mut rng, &mut times);
-                    }
-                    for (k, &time) in times.iter().enumerate() {
-                        // A randomly shifted Fibonacci lattice, which is even in rows and in
-                        // columns.
-                        let k = k as f64;
-                        let at =
-                            shift + DVec2::new(k / f64::from(samples), k * 0.618_033_988_749_895);
-                        let at = corner + at - at.floor();
-                        rays.push(self.view.ray_at(at, time * exposure_s, range_m));
-                        suns.push(self.sun_disc.at_random(rng.next_u32()));
-                    }
-                }
-                let mut hits = vec![None; rays.len()];
-                self.scene.caster.closest_hits(&rays, &mut hits);
-                if self.params.bounces > 0 {
-                    let keys = pixels.iter().map(|&pixel| key.item(pixel.into()));
-                    return self.path_traced(&rays, &hits, &suns, keys, samples as usize);
-                }
-                let mut shadows = ShadowRays::default();
-                let (mut colours, suns): (Vec<Vec3>, Vec<Vec3>) = (0..rays.len())
-                    .map(|k| {
-                        let c = self.radiance(&rays[k], hits[k].as_ref(), suns[k]);
+        let most = (BATCH / samples as usize).max(1);
+        let groups = neighbourhoods(pixels, self.view.intrinsics.width, most);
+        let known = &*frame;
+        let sums: Vec<Vec<Vec3>> = groups
+            .par_iter()
+            .map(|pixels| self.sums_of_samples(known, pixels, additional, key))
+            .collect();
+        for (pixel, sum) in groups.iter().flatten().zip(sums.iter().flatten()) {
+            let c = &mut frame.linear[*pixel as usize];
+            *c = (*c * before as f32 + *sum) / (before + samples) as f32;
+        }
+    }
+
+    /// The sum of each pixel's additional samples.
+    fn sums_of_samples(
+        &self,
+        frame: &FrameBuffer,
+        pixels: &[u32],
+        additional: AdditionalSamples,
+        key: Key,
+    ) -> Vec<Vec3> {
+        let AdditionalSamples {
+            before, samples, ..
+        } = additional;
+        let (view, width) = (self.view, self.view.intrinsics.width);
+        let (blurs, exposure_s) = (view.blurs(), view.shutter.exposure_s);
+        let count = pixels.len() * samples as usize;
+        let (mut places, mut rays) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut suns = Vec::with_capacity(count);
+        let mut times = vec![0.0; samples as usize];
+        for &pixel in pixels {
+            let mut rng = key.item(pixel.into()).rng();
+            let shift = DVec2::new(rng.unit_f64(), rng.unit_f64()) - 0.5;
+            let corner = DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
+            if blurs {
+                additional.times(&mut rng, &mut times);
+            }
+            for (k, &time) in (before..).zip(&times) {
+                let at = corner + place(k, before + samples, shift);
+                places.push(at);
+                rays.push(view.ray_at(at, time * exposure_s, self.params.max_range_m));
+                suns.push(self.sun_disc.at_random(rng.next_u32()));
+            }
+        }
+        let mut hits = vec![None; rays.len()];
+        self.scene.caster.closest_hits(&rays, &mut hits);
+        if self.params.bounces > 0 {
+            let keys = pixels.iter().map(|&pixel| key.item(pixel.into()));
+            return self.path_traced(&rays, &hits, &suns, keys, samples as usize);
+        }
+        // The samples of a blurred pixel are not of one instant.
+        let shares_shadows = !blurs && before + samples <= SHARING_SHADOWS;
+        let mut shadows = ShadowRays::default();
+        let (mut colours, suns): (Vec<Vec3>, Vec<Vec3>) = (0..rays.len())
+            .map(|k| {
+                let c = self.radiance(&rays[k], hits[k].as_ref(), suns[k]);
+                let known = c.shadow.and(hits[k].as_ref()).and_then(|hit| {
+                    let seen = || pixel_truth(self.scene, view, places[k], &rays[k], Some(hit));
+                    shares_shadows.then(|| frame.sun_share(places[k], &seen()))?
+                });
+                match known {
+                    Some(share) => (c.rest + c.sun * share, Vec3::ZERO),
+                    None => {
                         shadows.add(k, c.shadow);
                         (c.rest, c.sun)
-                    })
-                    .unzip();
-                for k in shadows.lit(self.scene.caster) {
-                    colours[k] += suns[k];
+                    }
                 }
-                sums_per_pixel(&colours, samples as usize)
             })
-            .collect();
-        for (&pixel, sum) in pixels.iter().zip(sums.into_iter().flatten()) {
-            let c = &mut linear[pixel as usize];
-            *c = (*c * before as f32 + sum) / (before + samples) as f32;
+            .unzip();
+        for k in shadows.lit(self.scene.caster) {
+            colours[k] += suns[k];
+        }
+        sums_per_pixel(&colours, samples as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_few_samples_are_far_apart_and_begin_at_the_centre() {
+        assert_eq!(place(0, 4, DVec2::ZERO), DVec2::splat(0.5));
+        for samples in [2, 3, 4, 8, 16] {
+            // Distances in an endless plane of equal pixels.
+            let apart = |a: u32, b: u32| {
+                let d = place(a, samples, DVec2::ZERO) - place(b, samples, DVec2::ZERO);
+                (d - d.round()).length()
+            };
+            let pairs = (0..samples).flat_map(|a| (0..a).map(move |b| (a, b)));
+            let least = pairs.map(|(a, b)| apart(a, b)).fold(f64::MAX, f64::min);
+            let of_squares = f64::from(samples).sqrt().recip();
+            assert!(least > 0.45 * of_squares, "{samples}: {least}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn places_lie_in_their_pixel(k in 0_u32..512, u in -0.5..0.5, v in -0.5..0.5) {
+            let at = place(k, 256, DVec2::new(u, v));
+            prop_assert!(at.cmpge(DVec2::ZERO).all() && at.cmplt(DVec2::ONE).all(), "{at}");
+        }
+
+        #[test]
+        fn groups_are_the_pixels(
+            chosen in prop::collection::vec(any::<bool>(), 1..6000),
+            width in 1_u32..200,
+            most in 1_usize..700,
+        ) {
+            let pixels: Vec<u32> = (0..).zip(&chosen).filter(|(_, c)| **c).map(|(i, _)| i).collect();
+            let groups = neighbourhoods(&pixels, width, most);
+            prop_assert!(groups.iter().all(|group| (1..=most).contains(&group.len())));
+            let mut all: Vec<u32> = groups.concat();
+            all.sort_unstable();
+            prop_assert_eq!(all, pixels);
         }
     }
 }

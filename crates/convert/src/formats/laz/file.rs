@@ -88,7 +88,7 @@ impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
     pub(crate) fn put(&mut self, point: &LazPoint<'_>) -> io::Result<()> {
         let steps = ((point.world_m - self.header.origin_m) / STEP_M).round();
         let reach = f64::from(i32::MAX);
-        if !(steps.abs().max_element() <= reach) {
+        if !steps.is_finite() || steps.abs().max_element() > reach {
             let (at, from) = (point.world_m, self.header.origin_m);
             let message = format!("a point at {at} is beyond 214 km from {from}");
             return Err(io::Error::other(message));

@@ -518,3 +518,36 @@ fn wrong_ranges_are_named() {
     );
     has(message(load("", "ranges = 3", &[])), &["must be a table"]);
 }
+
+#[test]
+fn files_are_found_from_a_configs_place() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let inside = dir.path().join("set/sequences/00");
+    nemoral_files::Folder::new(&inside)
+        .create_root()
+        .expect("a folder");
+    let table = "0, 0, 0\n0.001, 1, 0\n";
+    nemoral_files::write(&dir.path().join("spiral.csv"), table.as_bytes()).expect("written");
+    let config = "[lidar.table]\npath = \"spiral.csv\"\n";
+    let path = |config: &Config| match &config.lidar.pattern {
+        crate::config::LidarPattern::Table(t) => t.path.as_str().to_owned(),
+        other => panic!("{other:?}"),
+    };
+    for place in ["c.toml", "set/config.toml", "set/sequences/00/config.toml"] {
+        let file = dir.path().join(place);
+        nemoral_files::write(&file, config.as_bytes()).expect("written");
+        let layers = Layers {
+            preset: None,
+            file: Some(file),
+            settings: vec![],
+        };
+        let found = path(&layers.load().expect(place));
+        assert_eq!(std::path::Path::new(&found), dir.path().join("spiral.csv"));
+    }
+    let text = message(load(
+        "",
+        "[lidar.table]\npath = \"no-such-spiral.csv\"\n",
+        &[],
+    ));
+    assert!(text.contains("cannot read no-such-spiral.csv"), "{text}");
+}

@@ -253,3 +253,43 @@ fn what_cannot_be_drawn_is_named() {
     assert!(found.to_string().starts_with("sequence "), "{found}");
     assert!(found.to_string().contains("c.toml:3"), "{found}");
 }
+
+#[test]
+fn what_sets_cameras_apart_is_drawn_and_inherited() {
+    let worlds = all("sequences = 4\nseed = 3\n\
+        [vary]\n\
+        \"camera.white_balance.kelvin\" = [3000, 9000]\n\
+        \"camera.metering\" = [\"centre\", \"sky\"]\n\
+        \"camera.processing.jpeg_quality\" = [60, 95]\n\
+        [camera.soiling]\nspecks = 20\n\
+        [cameras.right]\nmount_y_m = -0.12\n\
+        [cameras.clean.soiling]\nspecks = 0\n");
+    let mut kelvins = BTreeSet::new();
+    for world in &worlds {
+        let (first, others) = (&world.config.camera, &world.config.cameras);
+        for camera in others.values() {
+            assert_eq!(camera.white_balance, first.white_balance);
+            assert_eq!(camera.metering, first.metering);
+            assert_eq!(camera.processing, first.processing);
+        }
+        assert_eq!(
+            (first.soiling.specks, others["right"].soiling.specks),
+            (20, 20)
+        );
+        assert_eq!(others["clean"].soiling.specks, 0);
+        assert!((60..=95).contains(&first.processing.jpeg_quality));
+        kelvins.insert(first.white_balance.kelvin.to_bits());
+        // A sequence's config makes the same camera again.
+        let again = Config::from_toml(&world.config.to_toml()).expect("a config");
+        assert_eq!(again.camera, *first);
+    }
+    assert_eq!(kelvins.len(), 4);
+    let bad = |text: &str| Config::from_toml(text).expect_err(text).to_string();
+    let text = bad("[camera.vignetting]\nmodel = \"polynomial\"\na2 = -1.5\n");
+    assert!(
+        text.contains("camera.vignetting") && text.contains("from 0 to 2"),
+        "{text}"
+    );
+    let text = bad("[camera.white_balance]\nkelvin = 100\n");
+    assert!(text.contains("from 2500 to 12000"), "{text}");
+}

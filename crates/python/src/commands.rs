@@ -1,0 +1,238 @@
+//! The commands of the program as functions.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use nemoral_convert::{ConvertParams, FormatName, Mode, Table};
+use nemoral_dataset::{CloudParams, MergeParams, OpenMode, Quantiles};
+use nemoral_pipeline::{Done, FrameSelection, Observer, Request, SequenceFrames};
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+use serde_json::{Value, json as object};
+
+use crate::config;
+use crate::failure::Failure;
+use crate::forest::{Keeping, backend_of};
+use crate::work::{self, Event, Tell};
+
+/// JSON as text.
+pub(crate) fn json(value: Value) -> String {
+    value.to_string()
+}
+
+/// Runs the program with these arguments, the first of which is its name; the result is its exit
+/// code. `program` is the file of this module.
+#[pyfunction]
+pub(crate) fn run_program(py: Python<'_>, arguments: Vec<OsString>, program: PathBuf) -> u8 {
+    py.detach(|| nemoral_cli::run(arguments, Some(program.as_path())))
+}
+
+/// Hands what a run tells to the calling thread.
+struct Reporter(Tell);
+
+impl Observer for Reporter {
+    fn note(&self, message: &str) {
+        (self.0)(Event::Note(message.to_owned()));
+    }
+
+    fn frame(&self, done: Done) {
+        (self.0)(Event::Frame {
+            done: done.count,
+            total: done.total,
+            sequence: done.sequence,
+            frame: done.frame,
+        });
+    }
+}
+
+/// Makes a data set; the result is how many frames it has. `frames` are half-open ranges of each
+/// sequence; all if none. `shard` is (index, count).
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
+pub(crate) fn generate(
+    py: Python<'_>,
+    preset: Option<String>,
+    file: Option<PathBuf>,
+    settings: &Bound<'_, PyList>,
+    out: PathBuf,
+    frames: Option<Vec<(u64, u64)>>,
+    shard: Option<(u64, u64)>,
+    mode: &str,
+    backend: &str,
+    cache: Option<PathBuf>,
+    program: PathBuf,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<u64> {
+    let request = config::Request::new(preset, file, settings)?;
+    let mode = open_mode(mode).map_err(|e| e.raise(py))?;
+    let backend = backend.to_owned();
+    let keeping = Keeping { cache, program };
+    let threads = crate::pool::threads(py)?;
+    work::run_stoppable(py, progress, move |tell, stop| {
+        let sequences = request.sequences()?;
+        let config = sequences.get(0)?.config;
+        let of_each = match &frames {
+            Some(ranges) => ranges.iter().map(|&(from, to)| from..to).collect(),
+            None => FrameSelection::first(config.frames),
+        };
+        let mut frames = SequenceFrames::new(of_each, sequences.len());
+        if let Some((index, count)) = shard {
+            if index >= count {
+                let allowed = "(index, count) with 0 <= index < count";
+                let found = format!("({index}, {count})");
+                return Err(Failure::argument("shard", found, allowed));
+            }
+            frames = frames.shard(index, count);
+        }
+        let request = Request {
+            backend: backend_of(&backend, &config)?,
+            sequences,
+            frames,
+            out,
+            mode,
+            threads,
+            cache: keeping.cache(),
+        };
+        let reporter = Reporter(Arc::clone(tell));
+        let manifest = nemoral_pipeline::generate(&request, &reporter, stop)?;
+        Ok(manifest.frames.len() as u64)
+    })
+}
+
+fn open_mode(mode: &str) -> Result<OpenMode, Failure> {
+    match mode {
+        "fresh" => Ok(OpenMode::Fresh),
+        "resume" => Ok(OpenMode::Resume),
+        "overwrite" => Ok(OpenMode::Overwrite),
+        _ => Err(Failure::argument(
+            "mode",
+            format!("{mode:?}"),
+            "\"fresh\", \"resume\" or \"overwrite\"",
+        )),
+    }
+}
+
+/// Checks a data set: whether it passed, the report in words, and each problem.
+#[pyfunction]
+pub(crate) fn check(
+    py: Python<'_>,
+    dir: PathBuf,
+) -> PyResult<(bool, String, Vec<(String, String)>)> {
+    work::run(py, move || {
+        let report = nemoral_dataset::check(&dir)?;
+        let problems = report.problems.iter();
+        let mut problems: Vec<_> = problems
+            .map(|p| (p.path.clone(), p.message.clone()))
+            .collect();
+        let failures = report.agreement.failures().into_iter();
+        problems.extend(failures.map(|f| ("agreement".to_owned(), f.to_string())));
+        Ok((report.passed(), report.to_string(), problems))
+    })
+}
+
+/// The statistics of a data set as JSON, and in words.
+#[pyfunction]
+pub(crate) fn stats(py: Python<'_>, dir: PathBuf) -> PyResult<(String, String)> {
+    work::run(py, move || {
+        let stats = nemoral_dataset::stats(&dir)?;
+        let quantiles = |q: Option<Quantiles>| {
+            q.map(|q| {
+                object!({
+                    "min": q.min, "p05": q.p05, "median": q.median, "p95": q.p95, "max": q.max,
+                })
+            })
+        };
+        let classes = stats.classes.iter().map(
+            |c| object!({ "id": c.id, "name": c.name, "pixels": c.pixels, "points": c.points }),
+        );
+        let all = object!({
+            "sequences": stats.sequences,
+            "frames": stats.frames,
+            "bytes": stats.bytes,
+            "classes": classes.collect::<Vec<_>>(),
+            "trees": stats.trees,
+            "dbh_m": quantiles(stats.dbh_m),
+            "tree_height_m": quantiles(stats.tree_height_m),
+            "depth_m": quantiles(stats.depth_m),
+            "range_m": quantiles(stats.range_m),
+            "overlap": quantiles(stats.overlap),
+        });
+        Ok((json(all), stats.to_string()))
+    })
+}
+
+/// Joins shards; the result is how many frames there are.
+#[pyfunction]
+pub(crate) fn merge(
+    py: Python<'_>,
+    parts: Vec<PathBuf>,
+    out: PathBuf,
+    partial: bool,
+    mode: &str,
+) -> PyResult<u64> {
+    let mode = open_mode(mode).map_err(|e| e.raise(py))?;
+    work::run(py, move || {
+        let parts: Vec<_> = parts.iter().map(PathBuf::as_path).collect();
+        let merged = nemoral_dataset::merge(&parts, &out, MergeParams { mode, partial })?;
+        Ok(merged.frames.len() as u64)
+    })
+}
+
+/// Writes a registered cloud; the result is how many points it has.
+#[pyfunction]
+pub(crate) fn cloud(
+    py: Python<'_>,
+    dir: PathBuf,
+    out: PathBuf,
+    voxel_m: Option<f64>,
+    pure: bool,
+    sequence: Option<u32>,
+) -> PyResult<u64> {
+    let params = CloudParams {
+        voxel_m,
+        pure,
+        sequence,
+    };
+    work::run(py, move || Ok(nemoral_dataset::cloud(&dir, &out, params)?))
+}
+
+/// Converts a data set; the result is how many frames, files and bytes were written.
+#[pyfunction]
+pub(crate) fn convert(
+    py: Python<'_>,
+    dir: PathBuf,
+    out: PathBuf,
+    format: &str,
+    ontology: Option<String>,
+    mode: &str,
+) -> PyResult<(usize, usize, u64)> {
+    let mode = match open_mode(mode).map_err(|e| e.raise(py))? {
+        OpenMode::Fresh => Mode::Fresh,
+        OpenMode::Resume => Mode::Resume,
+        OpenMode::Overwrite => Mode::Overwrite,
+    };
+    let named = format.parse::<FormatName>();
+    let format = named.map_err(|_| {
+        let names = FormatName::ALL.map(FormatName::name).join(", ");
+        Failure::argument("format", format!("{format:?}"), format!("one of {names}")).raise(py)
+    })?;
+    work::run(py, move || {
+        let params = ConvertParams {
+            format,
+            ontology: ontology.as_deref().map(Table::load).transpose()?,
+            mode,
+        };
+        let done = nemoral_convert::convert(&dir, &out, &params)?;
+        Ok((done.frames, done.files, done.bytes))
+    })
+}
+
+/// Writes the page of a data set; the result is its frames and the page's bytes.
+#[pyfunction]
+pub(crate) fn report(py: Python<'_>, dir: PathBuf, out: PathBuf) -> PyResult<(usize, usize)> {
+    work::run(py, move || {
+        let made = nemoral_report::report(&dir, &out)?;
+        Ok((made.frames, made.bytes))
+    })
+}

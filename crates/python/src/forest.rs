@@ -1,0 +1,517 @@
+//! Forests that are recorded in memory.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use etcetera::BaseStrategy;
+use nemoral_dataset::SequenceSpec;
+use nemoral_pipeline::config::{Config, Sequences};
+use nemoral_pipeline::plan::Cache;
+use nemoral_pipeline::{Backend, BackendChoice, Observation, Recorder};
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::{
+    ObjectRecord, Ontology, Ray, RigidTransform, Semantic, SurfaceHit, TreeRecord, Twist,
+};
+use numpy::{PyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::commands::json;
+use crate::failure::Failure;
+use crate::frame::Frame;
+use crate::{arrays, config, work};
+
+/// The most worlds that are kept at a time: the current one and the next one.
+const WORLDS: usize = 2;
+
+/// The farthest place from the world's origin, metres.
+const FARTHEST_M: f64 = 1e7;
+
+/// The renderer of pictures.
+pub(crate) fn backend_of(name: &str, config: &Config) -> Result<Backend, Failure> {
+    let choice = match name {
+        "auto" => BackendChoice::Auto,
+        "cpu" => BackendChoice::Cpu,
+        "gpu" => BackendChoice::Gpu,
+        _ => {
+            let (name, allowed) = (format!("{name:?}"), "\"auto\", \"cpu\" or \"gpu\"");
+            return Err(Failure::argument("backend", name, allowed));
+        }
+    };
+    Ok(Backend::for_config(choice, config)?.0)
+}
+
+/// Where grown plants are kept between runs: a folder; the user's own if it is empty; nowhere if
+/// there is none.
+#[derive(Clone, Debug)]
+pub(crate) struct Keeping {
+    pub(crate) cache: Option<PathBuf>,
+    /// The file of this module, by whose content values are told from those of other versions.
+    pub(crate) program: PathBuf,
+}
+
+impl Keeping {
+    /// The cache. Without one, plants are grown again; so it is no error if it cannot be used.
+    pub(crate) fn cache(&self) -> Option<Arc<Cache>> {
+        let mut folder = self.cache.clone()?;
+        if folder.as_os_str().is_empty() {
+            folder = match std::env::var_os("NEMORAL_CACHE") {
+                Some(folder) => folder.into(),
+                None => {
+                    let base = etcetera::choose_base_strategy().ok()?;
+                    base.cache_dir().join("nemoral")
+                }
+            };
+        }
+        let cache = Cache::open_for(folder, &self.program).ok()?;
+        Some(Arc::new(cache))
+    }
+}
+
+/// The sequences of a request, recorded in memory.
+#[pyclass(frozen)]
+pub(crate) struct Forest(Arc<Worlds>);
+
+struct Worlds {
+    sequences: Sequences,
+    ontology: Arc<Ontology>,
+    backend: Backend,
+    cache: Option<Arc<Cache>>,
+    threads: usize,
+    /// The latest last.
+    grown: Mutex<Vec<Arc<World>>>,
+}
+
+struct World {
+    number: u32,
+    recorder: Recorder,
+    spec: Arc<SequenceSpec>,
+}
+
+impl Worlds {
+    fn grown(&self) -> MutexGuard<'_, Vec<Arc<World>>> {
+        self.grown.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The world of a sequence.
+    fn get(&self, number: u32) -> Result<Arc<World>, Failure> {
+        let mut grown = self.grown();
+        if let Some(i) = grown.iter().position(|w| w.number == number) {
+            let world = grown.remove(i);
+            grown.push(Arc::clone(&world));
+            return Ok(world);
+        }
+        let last = grown.last().cloned();
+        drop(grown);
+        let sequence = self.sequences.get(number)?;
+        let (backend, cache) = (self.backend.clone(), self.cache.clone());
+        let mut recorder = Recorder::new(sequence, backend, cache, self.threads)?;
+        if let Some(last) = last {
+            recorder = recorder.with_plants_of(&last.recorder);
+        }
+        let world = Arc::new(World {
+            number,
+            spec: Arc::new(recorder.spec().clone()),
+            recorder,
+        });
+        let mut grown = self.grown();
+        if let Some(theirs) = grown.iter().find(|w| w.number == number) {
+            return Ok(Arc::clone(theirs));
+        }
+        grown.push(Arc::clone(&world));
+        let surplus = grown.len().saturating_sub(WORLDS);
+        let dropped: Vec<_> = grown.drain(..surplus).collect();
+        drop(grown);
+        drop(dropped);
+        Ok(world)
+    }
+}
+
+#[pymethods]
+impl Forest {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        preset: Option<String>,
+        file: Option<PathBuf>,
+        settings: &Bound<'_, PyList>,
+        backend: &str,
+        cache: Option<PathBuf>,
+        program: PathBuf,
+    ) -> PyResult<Self> {
+        let request = config::Request::new(preset, file, settings)?;
+        let threads = crate::pool::threads(py)?;
+        let backend = backend.to_owned();
+        let keeping = Keeping { cache, program };
+        let worlds = work::run(py, move || {
+            let sequences = request.sequences()?;
+            let config = sequences.get(0)?.config;
+            let ontology = Ontology::by_name(&config.output.ontology)
+                .expect("the config's words are the built-in ontologies");
+            Ok(Worlds {
+                ontology: Arc::new(ontology),
+                backend: backend_of(&backend, &config)?,
+                cache: keeping.cache(),
+                threads,
+                grown: Mutex::default(),
+                sequences,
+            })
+        })?;
+        let forest = Self(Arc::new(worlds));
+        // A config that no world can be made of is refused here, not at the first frame.
+        forest.with(py, 0, |_, _| Ok(()))?;
+        Ok(forest)
+    }
+
+    /// How many sequences there are.
+    #[getter]
+    fn sequences(&self) -> u32 {
+        self.0.sequences.len()
+    }
+
+    /// How many frames each sequence has.
+    #[getter]
+    fn frames(&self) -> u64 {
+        self.0.sequences.asked().frames
+    }
+
+    #[getter]
+    fn backend(&self) -> String {
+        self.0.backend.name()
+    }
+
+    /// The request as TOML, every key of a single sequence.
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        let text = self.0.sequences.to_toml();
+        text.map_err(|e| Failure::from(e).raise(py))
+    }
+
+    /// The config of a sequence, what was drawn for it and its split, as JSON.
+    fn config(&self, py: Python<'_>, sequence: u32) -> PyResult<String> {
+        self.with(py, sequence, |_, world| {
+            let spec = &world.spec;
+            Ok(json(serde_json::json!({
+                "config": spec.config,
+                "drawn": spec.drawn,
+                "split": spec.split.map(|s| s.name()),
+                "seed": spec.seed,
+            })))
+        })
+    }
+
+    /// Id, name and colour of each class.
+    fn classes(&self) -> Vec<(u8, String, (u8, u8, u8))> {
+        let classes = self.0.ontology.classes().iter();
+        classes
+            .map(|c| (c.id, c.name.clone(), c.colour.into()))
+            .collect()
+    }
+
+    /// Grows what all frames of a sequence have in common.
+    fn prepare(&self, py: Python<'_>, sequence: u32) -> PyResult<()> {
+        self.with(py, sequence, |_, world| Ok(world.recorder.prepare()?))
+    }
+
+    /// A frame of a sequence.
+    fn frame(&self, py: Python<'_>, sequence: u32, frame: u64) -> PyResult<Frame> {
+        self.with(py, sequence, move |worlds, world| {
+            let recording = world.recorder.frame(frame)?;
+            let (spec, ontology) = (Arc::clone(&world.spec), Arc::clone(&worlds.ontology));
+            Ok(Frame::recorded(spec, ontology, Some(frame), recording))
+        })
+    }
+
+    /// Time, and pose by the rows of its matrix, of a frame of a sequence.
+    fn pose<'py>(
+        &self,
+        py: Python<'py>,
+        sequence: u32,
+        frame: u64,
+    ) -> PyResult<(f64, Bound<'py, PyAny>)> {
+        let pose = self.with(py, sequence, move |_, world| {
+            Ok(world.recorder.pose(frame)?)
+        })?;
+        let matrix = arrays::matrix(py, &pose.world_from_body())?;
+        Ok((pose.time_s, matrix.into_any()))
+    }
+
+    /// The pose of a body that stands on the ground at x, y, facing a heading.
+    fn stand<'py>(
+        &self,
+        py: Python<'py>,
+        sequence: u32,
+        x_m: f64,
+        y_m: f64,
+        heading_rad: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let pose = self.with(py, sequence, move |_, world| {
+            let place_m = place("pose", x_m, y_m)?;
+            if !heading_rad.is_finite() {
+                return Err(Failure::argument("heading", heading_rad, "finite"));
+            }
+            Ok((world.recorder).stand(place_m, DVec2::from_angle(heading_rad))?)
+        })?;
+        Ok(arrays::matrix(py, &pose)?.into_any())
+    }
+
+    /// What the sensors record at a pose, given by the 16 numbers of its matrix, by rows.
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
+    fn observe(
+        &self,
+        py: Python<'_>,
+        sequence: u32,
+        pose: [f64; 16],
+        time_s: f64,
+        index: Option<u64>,
+        linear_m_s: [f64; 3],
+        angular_rad_s: [f64; 3],
+    ) -> PyResult<Frame> {
+        self.with(py, sequence, move |worlds, world| {
+            if !(0.0..=1e9).contains(&time_s) {
+                return Err(Failure::argument("time_s", time_s, "0 to 1e9 s"));
+            }
+            for (name, vector, most) in [
+                ("linear_m_s", linear_m_s, 100.0),
+                ("angular_rad_s", angular_rad_s, 10.0),
+            ] {
+                if !vector.iter().all(|x: &f64| x.abs() <= most) {
+                    let allowed = format!("finite, at most {most} along each axis");
+                    return Err(Failure::argument(name, format!("{vector:?}"), allowed));
+                }
+            }
+            let observation = Observation {
+                world_from_body: pose_of(&pose)?,
+                motion: Twist {
+                    linear_m_s: DVec3::from_array(linear_m_s),
+                    angular_rad_s: DVec3::from_array(angular_rad_s),
+                },
+                time_s,
+                index,
+            };
+            let recording = world.recorder.observe(&observation)?;
+            let (spec, ontology) = (Arc::clone(&world.spec), Arc::clone(&worlds.ontology));
+            Ok(Frame::recorded(spec, ontology, index, recording))
+        })
+    }
+
+    /// Height, upward normal, signed distance to the nearest trail's edge and class of the ground at
+    /// rows of x and y.
+    fn ground<'py>(
+        &self,
+        py: Python<'py>,
+        sequence: u32,
+        places: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let places: Vec<DVec2> = {
+            let places = places.as_array();
+            let rows = places.rows().into_iter();
+            rows.map(|row| DVec2::new(row[0], row[1])).collect()
+        };
+        let (samples, classes) = self.with(py, sequence, move |worlds, world| {
+            for p in &places {
+                place("x, y", p.x, p.y)?;
+            }
+            let class = |s| worlds.ontology.class(s).id;
+            let classes = [class(Semantic::Soil), class(Semantic::TrailSurface)];
+            Ok((world.recorder.ground(&places)?, classes))
+        })?;
+        let column = |number: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+            let numbers = samples.iter().map(|(s, edge)| number(s.height_m, *edge));
+            numbers.collect()
+        };
+        let dict = PyDict::new(py);
+        let heights = column(&|height_m, _| height_m);
+        dict.set_item("height_m", PyArray1::from_vec(py, heights))?;
+        let normals: Vec<Vec3> = samples.iter().map(|(s, _)| s.normal()).collect();
+        dict.set_item("normal", arrays::vectors(py, &normals)?)?;
+        let edges = column(&|_, edge| edge);
+        dict.set_item("trail_edge_m", PyArray1::from_vec(py, edges))?;
+        let class = |edge_m: f64| classes[usize::from(edge_m < 0.0)];
+        let semantic: Vec<u8> = samples.iter().map(|(_, edge)| class(*edge)).collect();
+        dict.set_item("semantic", PyArray1::from_vec(py, semantic))?;
+        Ok(dict)
+    }
+
+    /// The columns of the objects, or of the trees alone, whose feet are in a rectangle.
+    fn inventory<'py>(
+        &self,
+        py: Python<'py>,
+        sequence: u32,
+        low: [f64; 2],
+        high: [f64; 2],
+        only_trees: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let items = self.with(py, sequence, move |_, world| {
+            let low_m = place("xmin, ymin", low[0], low[1])?;
+            let high_m = place("xmax, ymax", high[0], high[1])?;
+            Ok(world.recorder.inventory(low_m, high_m)?)
+        })?;
+        if only_trees {
+            let trees: Vec<_> = items.iter().filter_map(|item| item.tree.as_ref()).collect();
+            return tree_columns(py, &trees);
+        }
+        let dict = object_columns(py, &items.iter().map(|i| &i.record).collect::<Vec<_>>())?;
+        let on_trail: Vec<bool> = items.iter().map(|i| i.on_trail).collect();
+        dict.set_item("on_trail", PyArray1::from_vec(py, on_trail))?;
+        Ok(dict)
+    }
+
+    /// What rays in the world hit around a place: rows of x, y, z and a direction. `around` is where
+    /// the scene is centred.
+    fn cast<'py>(
+        &self,
+        py: Python<'py>,
+        sequence: u32,
+        rays: PyReadonlyArray2<'py, f64>,
+        around: [f64; 2],
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let rays: Vec<(DVec3, DVec3)> = {
+            let rays = rays.as_array();
+            let rows = rays.rows().into_iter();
+            let vector = |row: &numpy::ndarray::ArrayView1<'_, f64>, i: usize| {
+                DVec3::new(row[i], row[i + 1], row[i + 2])
+            };
+            rows.map(|row| (vector(&row, 0), vector(&row, 3))).collect()
+        };
+        let (hits, classes) = self.with(py, sequence, move |worlds, world| {
+            let place_m = place("around", around[0], around[1])?;
+            let pose = RigidTransform {
+                translation_m: place_m.extend(0.0),
+                ..RigidTransform::IDENTITY
+            };
+            let recorder = &world.recorder;
+            let scene = recorder.scene_at(pose)?;
+            let local = rays.iter().enumerate().map(|(i, (origin, direction))| {
+                let length = direction.length();
+                let far = origin.distance(place_m.extend(origin.z));
+                if !(length > 0.0 && length.is_finite() && far < 1e4 && origin.z.abs() < 1e5) {
+                    let found = format!("{origin}, {direction}");
+                    let allowed = "an origin near `around` and a direction that is not zero";
+                    return Err(Failure::argument(&format!("rays[{i}]"), found, allowed));
+                }
+                let origin = (origin - scene.origin_m).as_vec3();
+                Ok(Ray::new(origin, (direction / length).as_vec3()))
+            });
+            let local: Vec<Ray> = local.collect::<Result<_, _>>()?;
+            let mut hits: Vec<Option<SurfaceHit>> = vec![None; local.len()];
+            let pool = crate::pool::ready().map_err(|e| Failure::Other(e.to_string()))?;
+            pool.install(|| scene.caster.closest_surfaces(&local, &mut hits));
+            let assets = recorder.runner().get(recorder.forest().assets, ())?;
+            let class = |hit: &SurfaceHit| {
+                let semantic = assets.library.materials.get(hit.material).semantic;
+                worlds.ontology.class(semantic).id
+            };
+            let sky = worlds.ontology.class(Semantic::Sky).id;
+            let classes = hits.iter().map(|h| h.as_ref().map_or(sky, class));
+            let classes: Vec<u8> = classes.collect();
+            Ok((hits, classes))
+        })?;
+        let dict = PyDict::new(py);
+        let distance = |h: &Option<SurfaceHit>| h.map_or(f32::INFINITY, |h| h.distance_m);
+        let distances: Vec<f32> = hits.iter().map(distance).collect();
+        dict.set_item("distance_m", PyArray1::from_vec(py, distances))?;
+        let normal = |h: &Option<SurfaceHit>| h.map_or(Vec3::ZERO, |h| h.geometric_normal);
+        let normals: Vec<Vec3> = hits.iter().map(normal).collect();
+        dict.set_item("normal", arrays::vectors(py, &normals)?)?;
+        dict.set_item("semantic", PyArray1::from_vec(py, classes))?;
+        let instance = |h: &Option<SurfaceHit>| h.map_or(0, |h| h.object.to_image_id());
+        let instances: Vec<u32> = hits.iter().map(instance).collect();
+        dict.set_item("instance", PyArray1::from_vec(py, instances))?;
+        Ok(dict)
+    }
+}
+
+impl Forest {
+    /// Does something with the world of a sequence, without the interpreter's lock.
+    fn with<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        sequence: u32,
+        work: impl FnOnce(&Worlds, &World) -> Result<T, Failure> + Send + 'static,
+    ) -> PyResult<T> {
+        let worlds = Arc::clone(&self.0);
+        work::run(py, move || {
+            let world = worlds.get(sequence)?;
+            work(&worlds, &world)
+        })
+    }
+}
+
+/// A place that is not beyond the world.
+fn place(name: &str, x_m: f64, y_m: f64) -> Result<DVec2, Failure> {
+    let place_m = DVec2::new(x_m, y_m);
+    // Not a number is not within.
+    if place_m.abs().cmple(DVec2::splat(FARTHEST_M)).all() {
+        return Ok(place_m);
+    }
+    let allowed = format!("finite, at most {FARTHEST_M:e} m from the origin");
+    Err(Failure::argument(name, format!("({x_m}, {y_m})"), allowed))
+}
+
+fn pose_of(numbers: &[f64; 16]) -> Result<RigidTransform, Failure> {
+    let pose = arrays::transform("pose", numbers)?;
+    place("pose", pose.translation_m.x, pose.translation_m.y)?;
+    Ok(pose)
+}
+
+/// Columns that trees and other objects share.
+fn columns<'py, R>(
+    py: Python<'py>,
+    records: &[&R],
+    object: impl Fn(&R) -> nemoral_scene::ObjectId,
+    species: impl Fn(&R) -> &str,
+    position_m: impl Fn(&R) -> DVec3,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let ids: Vec<u64> = records.iter().map(|r| object(r).to_u64()).collect();
+    dict.set_item("object", PyArray1::from_vec(py, ids))?;
+    let ids: Vec<u32> = records.iter().map(|r| object(r).to_image_id()).collect();
+    dict.set_item("instance", PyArray1::from_vec(py, ids))?;
+    let species: Vec<&str> = records.iter().map(|r| species(r)).collect();
+    dict.set_item("species", species)?;
+    let places: Vec<[f64; 3]> = records.iter().map(|r| position_m(r).to_array()).collect();
+    dict.set_item("position_m", arrays::rows(py, places)?)?;
+    Ok(dict)
+}
+
+/// The columns of `instances.csv`.
+pub(crate) fn object_columns<'py>(
+    py: Python<'py>,
+    objects: &[&ObjectRecord],
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = columns(py, objects, |o| o.object, |o| &o.species, |o| o.position_m)?;
+    let kinds: Vec<&str> = objects.iter().map(|o| o.kind.name()).collect();
+    dict.set_item("kind", kinds)?;
+    let radii: Vec<f64> = objects.iter().map(|o| o.radius_m).collect();
+    dict.set_item("radius_m", PyArray1::from_vec(py, radii))?;
+    let heights: Vec<f64> = objects.iter().map(|o| o.height_m).collect();
+    dict.set_item("height_m", PyArray1::from_vec(py, heights))?;
+    Ok(dict)
+}
+
+/// The columns of `trees.csv`.
+pub(crate) fn tree_columns<'py>(
+    py: Python<'py>,
+    trees: &[&TreeRecord],
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = columns(py, trees, |t| t.object, |t| &t.species, |t| t.position_m)?;
+    type Number = fn(&TreeRecord) -> f64;
+    let numbers: [(&str, Number); 7] = [
+        ("dbh_m", |t| t.dbh_m),
+        ("height_m", |t| t.height_m),
+        ("crown_base_m", |t| t.crown_base_m),
+        ("crown_radius_m", |t| t.crown_radius_m),
+        ("leaf_area_m2", |t| t.leaf_area_m2),
+        ("stem_volume_m3", |t| t.stem_volume_m3),
+        ("lean_rad", |t| t.lean_rad),
+    ];
+    for (name, number) in numbers {
+        let numbers: Vec<f64> = trees.iter().map(|t| number(t)).collect();
+        dict.set_item(name, PyArray1::from_vec(py, numbers))?;
+    }
+    let classes: Vec<&str> = trees.iter().map(|t| &*t.age_class).collect();
+    dict.set_item("age_class", classes)?;
+    let alive: Vec<bool> = trees.iter().map(|t| t.alive).collect();
+    dict.set_item("alive", PyArray1::from_vec(py, alive))?;
+    Ok(dict)
+}

@@ -1,0 +1,399 @@
+//! Scenes of a user's own meshes that rays are cast at.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use nemoral_raycast::{Blas, Group, HitRecord, Primitive, RayScene as Caster};
+use nemoral_scene::glam::{Mat4, Vec2, Vec3};
+use nemoral_scene::{
+    AlphaMask, ChunkCoord, InstancePlace, LaserBand, Material, MaterialLibrary, Mesh, ObjectId,
+    Optics, Prototype, Ray, RayCaster, Semantic, Triangle,
+};
+use numpy::{PyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::ThreadPool;
+
+use crate::failure::Failure;
+use crate::{arrays, work};
+
+/// What is nothing's number.
+const INVALID: u32 = u32::MAX;
+/// The objects of a chunk, as which instances are numbered.
+const ITEMS: u32 = 65_535;
+
+/// Meshes and their instances.
+#[pyclass(frozen)]
+pub(crate) struct RayScene(Mutex<Parts>);
+
+#[derive(Default)]
+struct Parts {
+    materials: MaterialLibrary,
+    meshes: Vec<MeshPart>,
+    instances: Vec<InstancePart>,
+    built: Option<Arc<Built>>,
+}
+
+struct MeshPart {
+    shape: Arc<Blas>,
+    semantic: u32,
+}
+
+#[derive(Clone, Copy)]
+struct InstancePart {
+    mesh: u32,
+    instance: u32,
+    place: InstancePlace,
+}
+
+/// A scene that is ready for rays.
+pub(crate) struct Built {
+    pub(crate) caster: Caster,
+    pub(crate) materials: MaterialLibrary,
+    /// Mesh, semantic and instance of each placed shape.
+    labels: Vec<[u32; 3]>,
+}
+
+impl Built {
+    /// Semantic and instance of an object; 0 for none.
+    pub(crate) fn labels(&self, object: ObjectId) -> [u32; 2] {
+        if object.is_none() {
+            return [0; 2];
+        }
+        let number = object.chunk().x as u32 * ITEMS + u32::from(object.item()) - 1;
+        let [_, semantic, instance] = self.labels[number as usize];
+        [semantic, instance]
+    }
+}
+
+/// The number of an instance as an object.
+fn object(number: usize) -> Option<ObjectId> {
+    let number = u32::try_from(number).ok()?;
+    let chunk = ChunkCoord::new(i32::try_from(number / ITEMS).ok()?, 0);
+    ObjectId::new(chunk, (number % ITEMS + 1) as u16)
+}
+
+impl RayScene {
+    fn parts(&self) -> MutexGuard<'_, Parts> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The scene, built in the pool now if it has changed.
+    pub(crate) fn built(&self, pool: &ThreadPool) -> Arc<Built> {
+        let mut parts = self.parts();
+        if let Some(built) = &parts.built {
+            return Arc::clone(built);
+        }
+        let shapes = parts.instances.iter();
+        let shapes = shapes.map(|i| {
+            let shape = &parts.meshes[i.mesh as usize].shape;
+            (i.place, Arc::clone(shape))
+        });
+        let shapes: Vec<_> = shapes.collect();
+        let group = pool.install(|| Group::build(shapes));
+        let label = |i: &InstancePart| {
+            let semantic = parts.meshes[i.mesh as usize].semantic;
+            [i.mesh, semantic, i.instance]
+        };
+        let built = Arc::new(Built {
+            caster: Caster::new(vec![(Vec3::ZERO, Arc::new(group))]),
+            materials: parts.materials.clone(),
+            labels: parts.instances.iter().map(label).collect(),
+        });
+        parts.built = Some(Arc::clone(&built));
+        built
+    }
+}
+
+#[pymethods]
+impl RayScene {
+    #[new]
+    fn new() -> Self {
+        Self(Mutex::default())
+    }
+
+    /// Adds a shape and gives its number.
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
+    fn add_mesh(
+        &self,
+        py: Python<'_>,
+        vertices: PyReadonlyArray2<'_, f32>,
+        triangles: PyReadonlyArray2<'_, u32>,
+        uv: Option<PyReadonlyArray2<'_, f32>>,
+        alpha: Option<PyReadonlyArray2<'_, bool>>,
+        semantic: u32,
+        reflectance: f32,
+    ) -> PyResult<u32> {
+        let positions = vertices.as_array();
+        let positions = positions.rows().into_iter();
+        let positions = positions.map(|r| Vec3::new(r[0], r[1], r[2])).collect();
+        let uvs = uv.map_or(Vec::new(), |uv| {
+            let uv = uv.as_array();
+            (uv.rows().into_iter())
+                .map(|r| Vec2::new(r[0], r[1]))
+                .collect()
+        });
+        let corners: Vec<[u32; 3]> = {
+            let triangles = triangles.as_array();
+            let rows = triangles.rows().into_iter();
+            rows.map(|r| [r[0], r[1], r[2]]).collect()
+        };
+        let alpha = alpha.map(|alpha| alpha.as_array().to_owned());
+        work::brief(py, move |pool| {
+            if !(0.0..=1.0).contains(&reflectance) {
+                return Err(Failure::argument("reflectance", reflectance, "0 to 1"));
+            }
+            let mask = alpha.map(|alpha| {
+                let (rows, columns) = alpha.dim();
+                let mask = AlphaMask::from_fn(columns, rows, |c, r| alpha[(r, c)]);
+                mask.map_err(|e| Failure::argument("alpha", e.to_string(), "an image"))
+            });
+            let band = LaserBand {
+                reflectance,
+                transmittance: 0.0,
+            };
+            let mask = mask.transpose()?.map(Arc::new);
+            let material = Material {
+                mask,
+                optics: Optics {
+                    nm905: band,
+                    nm1550: band,
+                },
+                ..Material::plain("mesh", Semantic::Stone, Vec3::splat(reflectance))
+            };
+            let mut parts = self.parts();
+            if parts.meshes.len() >= usize::from(u16::MAX) {
+                return Err(Failure::argument(
+                    "meshes",
+                    parts.meshes.len() + 1,
+                    "at most 65,535",
+                ));
+            }
+            let mut materials = parts.materials.clone();
+            let material = materials.add(material);
+            let triangle = |corners| Triangle { corners, material };
+            let mesh = Mesh {
+                positions,
+                uvs,
+                triangles: corners.into_iter().map(triangle).collect(),
+                ..Mesh::default()
+            };
+            let shape = Prototype::new("mesh", mesh, Vec::new(), &materials);
+            let shape = shape.map_err(|e| Failure::Argument {
+                key: "mesh".to_owned(),
+                message: e.to_string(),
+                value: None,
+                allowed: None,
+            })?;
+            let shape = Arc::new(pool.install(|| Blas::build(Arc::new(shape), &materials)));
+            parts.materials = materials;
+            parts.meshes.push(MeshPart { shape, semantic });
+            parts.built = None;
+            Ok((parts.meshes.len() - 1) as u32)
+        })
+    }
+
+    /// Places a shape by matrices, N × 4 × 4, each as the instance of a number.
+    fn add_instances(
+        &self,
+        py: Python<'_>,
+        mesh: u32,
+        transforms: PyReadonlyArray3<'_, f64>,
+        instances: Vec<u32>,
+    ) -> PyResult<()> {
+        let transforms: Vec<Mat4> = {
+            let all = transforms.as_array();
+            let matrix = |i: usize| {
+                let entry = |k: usize| all[(i, k % 4, k / 4)] as f32;
+                Mat4::from_cols_array(&std::array::from_fn(entry))
+            };
+            (0..all.dim().0).map(matrix).collect()
+        };
+        work::brief(py, move |_| {
+            let mut parts = self.parts();
+            if mesh as usize >= parts.meshes.len() {
+                let allowed = format!("the number of one of {} meshes", parts.meshes.len());
+                return Err(Failure::argument("mesh", mesh, allowed));
+            }
+            let first = parts.instances.len();
+            let mut placed = Vec::with_capacity(transforms.len());
+            for (i, (transform, instance)) in transforms.into_iter().zip(instances).enumerate() {
+                let place = InstancePlace::from_matrix(transform);
+                let mut place = place.map_err(|e| Failure::Argument {
+                    key: format!("transforms[{i}]"),
+                    message: format!("transforms[{i}]: {e}"),
+                    value: None,
+                    allowed: None,
+                })?;
+                place.object = object(first + i)
+                    .ok_or_else(|| Failure::argument("instances", first + i, "fewer"))?;
+                placed.push(InstancePart {
+                    mesh,
+                    instance,
+                    place,
+                });
+            }
+            parts.instances.extend(placed);
+            parts.built = None;
+            Ok(())
+        })
+    }
+
+    /// How many meshes and instances there are.
+    fn counts(&self) -> (usize, usize) {
+        let parts = self.parts();
+        (parts.meshes.len(), parts.instances.len())
+    }
+
+    /// The memory that the scene takes, bytes.
+    fn memory_bytes(&self, py: Python<'_>) -> PyResult<usize> {
+        work::brief(py, |pool| Ok(self.built(pool).caster.memory_bytes()))
+    }
+
+    /// The nearest hit of each ray.
+    fn cast<'py>(
+        &self,
+        py: Python<'py>,
+        rays: PyReadonlyArray2<'py, f32>,
+        tnear: f32,
+        tfar: f32,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let flat = flat(&rays);
+        let hits = work::brief(py, |pool| {
+            let built = self.built(pool);
+            let (rays, lengths) = rays_of(&flat, tnear, tfar)?;
+            let mut records = vec![None; rays.len()];
+            pool.install(|| built.caster.closest_records(&rays, &mut records));
+            Ok(Hits::new(&built, &records, &lengths))
+        })?;
+        let dict = PyDict::new(py);
+        dict.set_item("t_hit", PyArray1::from_vec(py, hits.distances))?;
+        dict.set_item("geometry_ids", PyArray1::from_vec(py, hits.meshes))?;
+        dict.set_item("primitive_ids", PyArray1::from_vec(py, hits.primitives))?;
+        dict.set_item("primitive_uvs", arrays::rows(py, hits.uvs)?)?;
+        dict.set_item("primitive_normals", arrays::rows(py, hits.normals)?)?;
+        dict.set_item("instance_ids", PyArray1::from_vec(py, hits.instances))?;
+        dict.set_item("semantic", PyArray1::from_vec(py, hits.semantics))?;
+        Ok(dict)
+    }
+
+    /// Whether there is any hit for each ray.
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        rays: PyReadonlyArray2<'py, f32>,
+        tnear: f32,
+        tfar: f32,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        use rayon::prelude::*;
+        /// Rays of a task.
+        const TASK: usize = 8192;
+        let flat = flat(&rays);
+        let occluded = work::brief(py, |pool| {
+            let built = self.built(pool);
+            let (rays, _) = rays_of(&flat, tnear, tfar)?;
+            let mut occluded = vec![false; rays.len()];
+            let tasks = rays.par_chunks(TASK).zip(occluded.par_chunks_mut(TASK));
+            pool.install(|| {
+                tasks.for_each(|(rays, occluded)| built.caster.are_occluded(rays, occluded));
+            });
+            Ok(occluded)
+        })?;
+        Ok(PyArray1::from_vec(py, occluded))
+    }
+}
+
+/// The numbers of rays, six each.
+fn flat(rays: &PyReadonlyArray2<'_, f32>) -> Vec<f32> {
+    match rays.as_slice() {
+        Ok(numbers) => numbers.to_vec(),
+        Err(_) => rays.as_array().iter().copied().collect(),
+    }
+}
+
+/// Rays of unit directions, and the lengths of the given ones.
+fn rays_of(flat: &[f32], tnear: f32, tfar: f32) -> Result<(Vec<Ray>, Vec<f32>), Failure> {
+    if !(tnear >= 0.0 && tfar >= tnear) {
+        let found = format!("{tnear}, {tfar}");
+        return Err(Failure::argument(
+            "tnear, tfar",
+            found,
+            "0 <= tnear <= tfar",
+        ));
+    }
+    let (rays, _) = flat.as_chunks::<6>();
+    let mut units = Vec::with_capacity(rays.len());
+    let mut lengths = Vec::with_capacity(rays.len());
+    for (i, &[x, y, z, dx, dy, dz]) in rays.iter().enumerate() {
+        let (origin, direction) = (Vec3::new(x, y, z), Vec3::new(dx, dy, dz));
+        // In double precision no direction is too short or too long.
+        let length = direction.as_dvec3().length();
+        let unit = (direction.as_dvec3() / length).as_vec3();
+        if !(origin.is_finite() && length > 0.0 && length.is_finite()) {
+            let found = format!("{origin}, {direction}");
+            let allowed = "finite numbers and a direction that is not zero";
+            return Err(Failure::argument(&format!("rays[{i}]"), found, allowed));
+        }
+        let length = length as f32;
+        lengths.push(length);
+        units.push(Ray {
+            t_min_m: tnear * length,
+            t_max_m: tfar * length,
+            ..Ray::new(origin, unit)
+        });
+    }
+    Ok((units, lengths))
+}
+
+/// The columns of hits.
+struct Hits {
+    distances: Vec<f32>,
+    meshes: Vec<u32>,
+    primitives: Vec<u32>,
+    uvs: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    instances: Vec<u32>,
+    semantics: Vec<u32>,
+}
+
+impl Hits {
+    fn new(built: &Built, records: &[Option<HitRecord>], lengths: &[f32]) -> Self {
+        let count = records.len();
+        let mut hits = Self {
+            distances: vec![f32::INFINITY; count],
+            meshes: vec![INVALID; count],
+            primitives: vec![INVALID; count],
+            uvs: vec![[0.0; 2]; count],
+            normals: vec![[0.0; 3]; count],
+            instances: vec![INVALID; count],
+            semantics: vec![0; count],
+        };
+        let Some((_, group)) = built.caster.groups().first() else {
+            return hits;
+        };
+        let shapes = group.instances();
+        for (i, record) in records.iter().enumerate() {
+            let Some(record) = record else { continue };
+            let [mesh, semantic, instance] = built.labels[record.instance as usize];
+            hits.distances[i] = record.distance_m / lengths[i];
+            hits.meshes[i] = mesh;
+            hits.semantics[i] = semantic;
+            hits.instances[i] = instance;
+            hits.uvs[i] = record.place.map(|x| x as f32);
+            // Meshes have no cards.
+            let (Primitive::Triangle(number) | Primitive::Card(number)) = record.primitive;
+            hits.primitives[i] = number;
+            let (placed, shape) = &shapes[record.instance as usize];
+            let mesh = shape.prototype().mesh();
+            let corners = mesh.triangles[number as usize].corners;
+            let [a, b, c] = corners.map(|c| placed.linear * mesh.positions[c as usize]);
+            // A mirror turns the triangle round.
+            let side = placed.linear.determinant().signum();
+            let normal = (b - a)
+                .as_dvec3()
+                .cross((c - a).as_dvec3())
+                .normalize_or_zero();
+            hits.normals[i] = (normal.as_vec3() * side).to_array();
+        }
+        hits
+    }
+}

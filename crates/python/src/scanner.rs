@@ -1,0 +1,179 @@
+//! Scanners at a user's own scenes.
+
+use nemoral_lidar::{
+    Device, ExactRange, RangeModel, ScanRequest, Scanner as VirtualScanner, ScannerParams,
+};
+use nemoral_lidar_noise::{RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams};
+use nemoral_scene::{EchoObservation, LidarPoint};
+use nemoral_seed::{Domain, Key};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use crate::failure::Failure;
+use crate::ray_scene::{Built, RayScene};
+use crate::{arrays, work};
+
+const SCAN: Domain = Domain::new("python.scan");
+
+/// A scanner by its data sheet.
+#[pyclass(frozen)]
+pub(crate) struct Scanner {
+    device: Device,
+    scanner: VirtualScanner,
+    range_model: Box<dyn RangeModel>,
+}
+
+/// A noise model of lidar-noise behind the port of lidar.
+struct Noise(RangeSensor);
+
+impl RangeModel for Noise {
+    fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
+        self.0.measure(o, &mut key.rng())
+    }
+
+    fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
+        let rngs = keys.iter().map(|key| key.rng());
+        self.0.measure_each(os, rngs, ranges_m);
+    }
+}
+
+#[pymethods]
+impl Scanner {
+    /// A device by its name; `noise` is `off` or `data_sheet`, `rings` the number of rings of
+    /// sub-rays of a beam.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        device: &str,
+        noise: &str,
+        pulses: Option<u32>,
+        rings: Option<u8>,
+        max_range_m: Option<f32>,
+    ) -> PyResult<Self> {
+        let make = || {
+            let known = Device::from_name(device).ok_or_else(|| {
+                let names: Vec<_> = Device::ALL.iter().map(|d| d.name()).collect();
+                let allowed = format!("one of {}", names.join(", "));
+                Failure::argument("device", format!("{device:?}"), allowed)
+            })?;
+            let sheet = known.sheet();
+            let mut params: ScannerParams = known.params();
+            if let Some(pulses) = pulses {
+                params.pulses_per_scan = pulses;
+            }
+            if let Some(rings) = rings {
+                params.beam.rings = rings;
+            }
+            if let Some(max_range_m) = max_range_m {
+                params.max_range_m = max_range_m;
+            }
+            let range_model: Box<dyn RangeModel> = match noise {
+                "off" => {
+                    params.errors = nemoral_lidar::PulseErrors::default();
+                    Box::new(ExactRange)
+                }
+                "data_sheet" => Box::new(Noise(RangeSensor::new(RangeNoise::SignalToNoise {
+                    range: RangeEquationParams {
+                        reference_range_m: sheet.reference_range_m,
+                        reference_reflectance: sheet.reference_reflectance,
+                        ..RangeEquationParams::default()
+                    },
+                    sigma: SnrSigmaParams {
+                        floor_m: sheet.sigma_floor_m,
+                        at_threshold_m: sheet.sigma_at_threshold_m,
+                    },
+                })?)),
+                _ => {
+                    let allowed = "\"off\" or \"data_sheet\"";
+                    return Err(Failure::argument("noise", format!("{noise:?}"), allowed));
+                }
+            };
+            Ok(Self {
+                device: known,
+                scanner: VirtualScanner::new(params, known.pattern())?,
+                range_model,
+            })
+        };
+        make().map_err(|e: Failure| e.raise(py))
+    }
+
+    /// Title, source and duration of a scan.
+    fn about(&self) -> (&'static str, &'static str, f64, u32) {
+        let sheet = self.device.sheet();
+        let (duration_s, pulses) = (
+            self.scanner.duration_s(),
+            self.scanner.params().pulses_per_scan,
+        );
+        (sheet.title, sheet.source, duration_s, pulses)
+    }
+
+    /// Names of all devices.
+    #[staticmethod]
+    fn devices() -> Vec<&'static str> {
+        Device::ALL.iter().map(|d| d.name()).collect()
+    }
+
+    /// A scan of a scene from a pose, as packed records.
+    fn scan<'py>(
+        &self,
+        py: Python<'py>,
+        scene: &RayScene,
+        pose: [f64; 16],
+        time_s: f64,
+        seed: u64,
+        index: u64,
+    ) -> PyResult<Bound<'py, PyArray1<u8>>> {
+        let bytes = work::brief(py, |pool| {
+            if !(0.0..=1e9).contains(&time_s) {
+                return Err(Failure::argument("time_s", time_s, "0 to 1e9 s"));
+            }
+            let scene_from_lidar = arrays::transform("pose", &pose)?;
+            let built = scene.built(pool);
+            let request = ScanRequest {
+                first_pulse: self.scanner.first_pulse_at(time_s),
+                caster: &built.caster,
+                materials: &built.materials,
+                scene_from_lidar_at: &|_| scene_from_lidar,
+                range_model: &*self.range_model,
+                key: Key::world(seed).domain(SCAN).item(index),
+            };
+            let points = pool.install(|| self.scanner.scan(&request));
+            let mut bytes = Vec::with_capacity(RECORD_BYTES * points.len());
+            for point in &points {
+                write(point, &built, &mut bytes);
+            }
+            Ok(bytes)
+        })?;
+        Ok(PyArray1::from_vec(py, bytes))
+    }
+}
+
+/// Bytes of a record: x, y, z, range, true range, intensity, semantic, instance, pulse, t,
+/// incidence, normal, ring, return, returns, flags, reflectivity.
+const RECORD_BYTES: usize = 6 * 4 + 3 * 4 + 8 + 4 * 4 + 5;
+
+fn write(p: &LidarPoint, built: &Built, out: &mut Vec<u8>) {
+    let mut floats = |values: &[f32]| {
+        for value in values {
+            out.extend_from_slice(&value.to_le_bytes());
+        }
+    };
+    floats(&p.position_m.to_array());
+    floats(&[p.range_m, p.true_range_m, p.intensity]);
+    let [semantic, instance] = built.labels(p.object);
+    for word in [semantic, instance, p.pulse] {
+        out.extend_from_slice(&word.to_le_bytes());
+    }
+    out.extend_from_slice(&(p.time_ns as f64 / 1e9).to_le_bytes());
+    let [x, y, z] = p.normal.to_array();
+    for value in [p.incidence_cos, x, y, z] {
+        out.extend_from_slice(&value.to_le_bytes());
+    }
+    out.extend_from_slice(&[
+        p.ring,
+        p.return_number,
+        p.returns,
+        p.flags.0,
+        p.reflectivity,
+    ]);
+}

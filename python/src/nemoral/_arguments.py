@@ -1,0 +1,156 @@
+"""Checks of arguments."""
+
+from __future__ import annotations
+
+import math
+import operator
+import os
+from typing import Any, Mapping, SupportsIndex, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from ._errors import ConfigError
+
+Config = Union[str, "os.PathLike[str]", Mapping[str, Any], None]
+"""A preset's name, the path of a TOML file, or a config as a dict."""
+
+Layers = tuple[Union[str, None], Union[str, None], list[dict[str, Any]]]
+
+
+def refuse(key: str, value: object, allowed: str) -> ConfigError:
+    """The error of a wrong argument."""
+    text = repr(value)
+    if len(text) > 80:
+        text = text[:80] + "..."
+    return ConfigError(f"{key} = {text}: must be {allowed}", key, text, allowed)
+
+
+def layers(config: Config, seed: SupportsIndex | None, overrides: Mapping[str, Any]) -> Layers:
+    """The layers of a request: preset, file, and values of keys."""
+    preset: str | None = None
+    file: str | None = None
+    settings: list[dict[str, Any]] = []
+    if config is None:
+        pass
+    elif isinstance(config, Mapping):
+        settings.append({_text(key, "a key of the config"): config[key] for key in config})
+    elif isinstance(config, os.PathLike):
+        file = os.fsdecode(config)
+    elif isinstance(config, str):
+        is_file = config.endswith(".toml") or os.sep in config
+        preset, file = (None, config) if is_file else (config, None)
+    else:
+        raise refuse("config", config, "a preset's name, the path of a TOML file, or a dict")
+    over: dict[str, Any] = dict(overrides)
+    if seed is not None:
+        over["seed"] = whole("seed", seed, 0, 2**63 - 1)
+    settings.append(over)
+    return preset, file, settings
+
+
+def _text(value: object, what: str) -> str:
+    if isinstance(value, str):
+        return value
+    raise refuse(what, value, "text")
+
+
+def text(key: str, value: object) -> str:
+    """Text."""
+    return _text(value, key)
+
+
+def flag(key: str, value: object) -> bool:
+    """A truth value."""
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    raise refuse(key, value, "True or False")
+
+
+def whole(key: str, value: object, low: int, high: int) -> int:
+    """A whole number within limits."""
+    try:
+        number = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise refuse(key, value, f"a whole number from {low} to {high}") from None
+    if isinstance(value, (bool, np.bool_)) or not low <= number <= high:
+        raise refuse(key, value, f"a whole number from {low} to {high}")
+    return number
+
+
+def real(key: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
+    """A number within limits; infinities only where they are limits of a range that is not open."""
+    allowed = "a finite number" if low == -math.inf else f"a number from {low:g} to {high:g}"
+    if isinstance(value, (str, bytes, bool)):
+        raise refuse(key, value, allowed)
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        raise refuse(key, value, allowed) from None
+    if math.isnan(number) or not low <= number <= high:
+        raise refuse(key, value, allowed)
+    if math.isinf(number) and low == -math.inf:
+        raise refuse(key, value, allowed)
+    return number
+
+
+def path(key: str, value: object) -> str:
+    """The path of a file or folder."""
+    if isinstance(value, (str, os.PathLike)):
+        found = os.fspath(value)
+        if isinstance(found, str) and found and "\0" not in found:
+            return found
+    raise refuse(key, value, "a path")
+
+
+def array(
+    key: str, value: object, dtype: npt.DTypeLike, shape: tuple[int | None, ...]
+) -> npt.NDArray[Any]:
+    """An array of a shape, in which None is any length, without copying one that is right."""
+    words = "x".join("N" if n is None else str(n) for n in shape)
+    allowed = f"numbers of the shape {words}"
+    wanted = np.dtype(dtype)
+    try:
+        found = np.asarray(value)
+        if found.size == 0 and found.dtype == np.float64:
+            found = found.astype(wanted)
+        if found.dtype.kind not in "biuf":
+            raise refuse(key, value, allowed)
+        if wanted.kind in "iu" and found.dtype != wanted:
+            if found.dtype.kind not in "iu":
+                raise refuse(key, value, f"whole {allowed}")
+            limits = np.iinfo(wanted)
+            if found.size and (found.min() < limits.min or found.max() > limits.max):
+                raise refuse(key, value, f"{allowed} from {limits.min} to {limits.max}")
+        with np.errstate(over="ignore"):
+            made: npt.NDArray[Any] = np.ascontiguousarray(found, dtype=wanted)
+    except (TypeError, ValueError, OverflowError) as error:
+        if isinstance(error, ConfigError):
+            raise
+        raise refuse(key, value, allowed) from None
+    if len(shape) == made.ndim + 1 and shape[0] is None:
+        made = made[np.newaxis]
+    fits = made.ndim == len(shape) and all(
+        asked is None or asked == found for asked, found in zip(shape, made.shape)
+    )
+    if not fits:
+        raise ConfigError(
+            f"{key}: has the shape {made.shape}: must be {allowed}", key, str(made.shape), allowed
+        )
+    return made
+
+
+def keep(cache: object) -> str | None:
+    """The folder of grown plants: the user's own for True, none for False."""
+    if cache is True:
+        return ""
+    if cache is False or cache is None:
+        return None
+    return path("cache", cache)
+
+
+
+
+PROGRAM: str = _native.__file__
+"""The file of the compiled part."""

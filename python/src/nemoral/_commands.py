@@ -1,0 +1,284 @@
+"""The commands of the program as functions."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from typing import Any, Callable, Iterable, Protocol, Sequence, SupportsIndex, Union
+
+from . import _arguments as arguments
+from . import _native
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What is known after a frame is on disk, or a note."""
+
+    done: int
+    """How many frames of the run are on disk."""
+    total: int
+    """How many there will be."""
+    sequence: int
+    """The sequence of the last frame."""
+    frame: int
+    """The last frame."""
+    note: str | None = None
+    """Something that the user should know; the other fields are as before."""
+
+
+class _Listener(Protocol):
+    def note(self, message: str) -> None: ...
+    def frame(self, done: int, total: int, sequence: int, frame: int) -> None: ...
+
+
+class _Callback:
+    """Hands progress to a function."""
+
+    def __init__(self, function: Callable[[Progress], object]) -> None:
+        self._function = function
+        self._last = Progress(0, 0, 0, 0)
+
+    def note(self, message: str) -> None:
+        last = self._last
+        self._function(Progress(last.done, last.total, last.sequence, last.frame, message))
+
+    def frame(self, done: int, total: int, sequence: int, frame: int) -> None:
+        self._last = Progress(done, total, sequence, frame)
+        self._function(self._last)
+
+
+class _Bar:
+    """A bar by tqdm."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+
+    def note(self, message: str) -> None:
+        from tqdm import tqdm  # type: ignore[import-untyped,unused-ignore]
+
+        tqdm.write(message)
+
+    def frame(self, done: int, total: int, sequence: int, frame: int) -> None:
+        if self._bar is None:
+            from tqdm.auto import tqdm  # type: ignore[import-untyped,unused-ignore]
+
+            self._bar = tqdm(total=total, unit="frame")
+        self._bar.update(done - self._bar.n)
+        if done == total:
+            self._bar.close()
+
+
+def _listener(progress: Callable[[Progress], object] | bool | None) -> _Listener | None:
+    if progress is None or progress is False:
+        return None
+    if progress is True:
+        try:
+            import tqdm  # type: ignore[import-untyped,unused-ignore] # noqa: F401
+        except ImportError:
+            return _Callback(_print)
+        return _Bar()
+    if callable(progress):
+        return _Callback(progress)
+    raise arguments.refuse("progress", progress, "a function of a Progress, True, False or None")
+
+
+def _print(progress: Progress) -> None:
+    print(progress.note or f"frame {progress.done} of {progress.total}", flush=True)
+
+
+def generate(
+    config: arguments.Config = None,
+    seed: SupportsIndex | None = None,
+    *,
+    out: Path = "nemoral-out",
+    frames: SupportsIndex | range | Iterable[SupportsIndex] | None = None,
+    shard: tuple[SupportsIndex, SupportsIndex] | None = None,
+    mode: str = "fresh",
+    backend: str = "cpu",
+    cache: bool | Path | None = True,
+    progress: Callable[[Progress], object] | bool | None = None,
+    **overrides: Any,
+) -> int:
+    """Write a data set, as the command ``nemoral generate`` does, and return its number of frames.
+
+    Ctrl-C finishes the frame in hand and leaves a folder that ``mode="resume"`` continues.
+
+    Args:
+        config, seed, backend, cache, overrides: as :class:`nemoral.Forest` takes them.
+        out: the output folder.
+        frames: a number (each sequence is so long), or the frames of each sequence to make.
+        shard: (index, count): the index-th of count equal parts of the frames; :func:`merge` joins
+            them.
+        mode: ``"fresh"`` refuses a folder that is not empty, ``"resume"`` continues a data set,
+            ``"overwrite"`` replaces it.
+        progress: is called with a :class:`Progress` on this thread after each frame; an exception
+            that it raises stops the run. True prints a bar, by tqdm if it is installed.
+    """
+    chosen: list[tuple[int, int]] | None = None
+    if frames is not None:
+        try:
+            one = frames.__index__()  # type: ignore[union-attr]
+        except AttributeError:
+            chosen = _ranges(frames)
+        else:
+            overrides = {**overrides, "frames": arguments.whole("frames", one, 1, 10_000_000)}
+    part = None
+    if shard is not None:
+        try:
+            index, count = shard
+        except (TypeError, ValueError):
+            raise arguments.refuse("shard", shard, "(index, count)") from None
+        of = arguments.whole("shard count", count, 1, 2**62)
+        part = (arguments.whole("shard index", index, 0, of - 1), of)
+    return _native.generate(
+        *arguments.layers(config, seed, overrides),
+        arguments.path("out", out),
+        chosen,
+        part,
+        arguments.text("mode", mode),
+        arguments.text("backend", backend),
+        arguments.keep(cache),
+        arguments.PROGRAM,
+        _listener(progress),
+    )
+
+
+def _ranges(frames: Any) -> list[tuple[int, int]]:
+    """Half-open ranges of frames."""
+    if isinstance(frames, range) and frames.step == 1:
+        if frames.start < 0 or not frames:
+            raise arguments.refuse("frames", frames, "frames from 0 on, at least one")
+        return [(frames.start, frames.stop)]
+    try:
+        numbers = list(frames)
+    except TypeError:
+        raise arguments.refuse("frames", frames, "a number, a range or numbers") from None
+    if not numbers:
+        raise arguments.refuse("frames", frames, "at least one frame")
+    whole = [arguments.whole("frames", number, 0, 10_000_000) for number in numbers]
+    return [(number, number + 1) for number in whole]
+
+
+@dataclass(frozen=True)
+class Check:
+    """What :func:`check` found. It is true if the data set is right."""
+
+    passed: bool
+    """Whether nothing is wrong."""
+    problems: list[tuple[str, str]]
+    """Each problem: the file, and what is wrong with it."""
+    text: str
+    """The report in words."""
+
+    def __bool__(self) -> bool:
+        return self.passed
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def check(path: Path) -> Check:
+    """Check a data set from its files alone: structure, sizes, checksums, ids, poses, and the
+    agreement of its sensors."""
+    passed, text, problems = _native.check(arguments.path("path", path))
+    return Check(passed, problems, text)
+
+
+@dataclass(frozen=True)
+class Stats:
+    """What a data set holds."""
+
+    values: dict[str, Any]
+    """``sequences``, ``frames``, ``bytes``, ``trees``; ``classes`` with pixels and points of each;
+    quantiles of ``dbh_m``, ``tree_height_m``, ``depth_m``, ``range_m``, ``overlap``."""
+    text: str
+    """The same as a table."""
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[name]
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def stats(path: Path) -> Stats:
+    """Count what a data set holds."""
+    values, text = _native.stats(arguments.path("path", path))
+    return Stats(json.loads(values), text)
+
+
+def merge(
+    parts: Sequence[Path], out: Path, *, partial: bool = False, mode: str = "fresh"
+) -> int:
+    """Join shards into one data set at ``out`` and return its number of frames. Shards that lack
+    frames are refused, unless ``partial``."""
+    if isinstance(parts, (str, os.PathLike)):
+        raise arguments.refuse("parts", parts, "several paths")
+    try:
+        paths = [arguments.path("parts", part) for part in parts]
+    except TypeError:
+        raise arguments.refuse("parts", parts, "several paths") from None
+    whole = arguments.flag("partial", partial)
+    return _native.merge(paths, arguments.path("out", out), whole, arguments.text("mode", mode))
+
+
+def cloud(
+    path: Path,
+    out: Path = "cloud.ply",
+    *,
+    voxel_m: float | None = None,
+    pure: bool = False,
+    sequence: SupportsIndex | None = None,
+) -> int:
+    """Join all scans of a sequence into one registered, labelled PLY, and return its number of
+    points.
+
+    Args:
+        path: the data set.
+        out: the file, which must end in `.ply`.
+        voxel_m: keep one point in each cube of this side, metres.
+        pure: leave out mixed returns and false alarms.
+        sequence: which one, if there are several.
+    """
+    side = None if voxel_m is None else arguments.real("voxel_m", voxel_m, 0.0, 1e9)
+    number = None if sequence is None else arguments.whole("sequence", sequence, 0, 2**32 - 1)
+    only = arguments.flag("pure", pure)
+    return _native.cloud(
+        arguments.path("path", path), arguments.path("out", out), side, only, number
+    )
+
+
+def convert(
+    path: Path,
+    out: Path,
+    format: str,
+    *,
+    ontology: Path | None = None,
+    mode: str = "fresh",
+) -> tuple[int, int, int]:
+    """Write a data set in another format, for readers that do not know ours, and return how many
+    frames, files and bytes were written.
+
+    Args:
+        path: the data set.
+        out: the output folder.
+        format: such as ``"kitti"``; an unknown one is refused with the names of all.
+        ontology: the classes to write: a built-in table's name, or a TOML file.
+        mode: as in :func:`generate`.
+    """
+    table = None if ontology is None else arguments.path("ontology", ontology)
+    return _native.convert(
+        arguments.path("path", path),
+        arguments.path("out", out),
+        arguments.text("format", format),
+        table,
+        arguments.text("mode", mode),
+    )
+
+
+def report(path: Path, out: Path = "report.html") -> int:
+    """Write one self-contained HTML page that shows a data set, and return its size in bytes."""
+    return _native.report(arguments.path("path", path), arguments.path("out", out))[1]

@@ -1,0 +1,131 @@
+"""Data sets on disk."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from typing import Any, Iterator, SupportsIndex
+
+from . import _arguments as arguments
+from . import _native
+from ._frame import Array, Frame
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """A sequence of a data set."""
+
+    number: int
+    """Its number."""
+    seed: int
+    """The seed of its world."""
+    split: str | None
+    """``train``, ``val`` or ``test``, if the data set is split."""
+    length: int
+    """How many frames its drive has, here or in other shards."""
+
+
+class Dataset:
+    """A finished data set, whose files are read when they are asked for.
+
+    Every file that is read is compared with its checksum.
+
+    >>> dataset = Dataset("nemoral-out")  # doctest: +SKIP
+    >>> dataset[0].depth_m.max()  # doctest: +SKIP
+
+    Raises:
+        DatasetError: if the folder holds no finished data set.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._path = arguments.path("path", path)
+        self._native = _native.Dataset(self._path)
+        self._frames: list[tuple[int, int]] = self._native.frames()
+        self._numbers = {frame: i for i, frame in enumerate(self._frames)}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Dataset, (self._path,))
+
+    def __repr__(self) -> str:
+        return f"Dataset({self._path!r}: {len(self)} frames)"
+
+    def __len__(self) -> int:
+        """How many frames exist here."""
+        return len(self._frames)
+
+    def __getitem__(self, i: SupportsIndex) -> Frame:
+        """The i-th of the frames that exist here, by sequence and index."""
+        number = arguments.whole("i", i, -(2**63), 2**63 - 1)
+        count = len(self)
+        if not -count <= number < count:
+            raise IndexError(f"frame {number}: the data set has {count} frames")
+        return Frame(self._native.frame(number % count))
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self[i] for i in range(len(self)))
+
+    def frame(self, k: SupportsIndex, *, sequence: SupportsIndex = 0) -> Frame:
+        """Frame k of a sequence.
+
+        Raises:
+            IndexError: if it does not exist here.
+        """
+        at = (
+            arguments.whole("sequence", sequence, 0, 2**32 - 1),
+            arguments.whole("k", k, 0, 2**63 - 1),
+        )
+        number = self._numbers.get(at)
+        if number is None:
+            raise IndexError(f"frame {at[1]} of sequence {at[0]}: is not in this data set")
+        return Frame(self._native.frame(number))
+
+    @property
+    def path(self) -> str:
+        """The folder."""
+        return self._path
+
+    @property
+    def frames(self) -> list[tuple[int, int]]:
+        """Sequence and index of each frame."""
+        return list(self._frames)
+
+    @property
+    def sequences(self) -> dict[int, Sequence]:
+        """The sequences that have frames here, by number."""
+        return {found[0]: Sequence(*found) for found in self._native.sequences()}
+
+    @property
+    def header(self) -> dict[str, Any]:
+        """Program, version, seed and renderer that made it."""
+        found: dict[str, Any] = json.loads(self._native.header())
+        return found
+
+    @property
+    def classes(self) -> dict[int, str]:
+        """Names of classes by their ids."""
+        return {number: name for number, name, _ in self._native.classes()}
+
+    def config(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
+        """The config of a sequence, every key, as nested dicts."""
+        number = arguments.whole("sequence", sequence, 0, 2**32 - 1)
+        found: dict[str, Any] = json.loads(self._native.config(number))
+        return found
+
+    def poses(self, sequence: SupportsIndex = 0) -> Array:
+        """(L, 4, 4) float64: of each frame of a sequence, the pose of the first camera (or LiDAR)
+        relative to frame 0: `poses.txt`."""
+        number = arguments.whole("sequence", sequence, 0, 2**32 - 1)
+        return self._native.poses(number).reshape(-1, 4, 4)
+
+    def times_s(self, sequence: SupportsIndex = 0) -> list[float]:
+        """Seconds after the start, of each frame of a sequence: `times.txt`."""
+        return self._native.times(arguments.whole("sequence", sequence, 0, 2**32 - 1))
+
+    def trees(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
+        """The columns of `trees.csv`, as :meth:`Forest.trees` has them."""
+        return self._native.trees(arguments.whole("sequence", sequence, 0, 2**32 - 1))
+
+    def objects(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
+        """The columns of `instances.csv`, as :meth:`Forest.objects` has them."""
+        return self._native.objects(arguments.whole("sequence", sequence, 0, 2**32 - 1))

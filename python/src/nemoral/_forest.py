@@ -1,0 +1,351 @@
+"""Forests, recorded in memory."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Iterator, Sequence, SupportsIndex
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arguments as arguments
+from . import _native
+from ._frame import Array, Frame
+
+
+def presets() -> dict[str, str]:
+    """What each preset is for, by name."""
+    return dict(_native.presets())
+
+
+class Forest:
+    """A virtual forest with a robot and its sensors, which record frames in memory.
+
+    A frame is what ``nemoral generate`` writes for the same config: pictures, classes, instances
+    and points are equal to the byte; depth and normals are finer than files have them.
+
+    Args:
+        config: a preset's name (:func:`presets`), the path of a TOML file, or a dict of the
+            config's keys, nested or dotted. The preset ``default`` if None.
+        seed: the world's seed, 0 to 2**63 - 1.
+        backend: what takes the pictures: ``"cpu"``, ``"gpu"``, or ``"auto"`` (a hardware GPU if
+            there is one). The CPU gives the same bytes on every machine.
+        cache: where grown plants are kept between runs: True for the user's cache folder, a folder,
+            or False for none.
+        overrides: keys of the config over it, such as ``**{"camera.width_px": 640}``.
+
+    Raises:
+        ConfigError: if something is wrong with the config; see its attributes.
+
+    >>> forest = Forest("demo", seed=7, **{"camera.width_px": 320, "camera.height_px": 200})
+    >>> forest.frame(1).image.shape
+    (200, 320, 3)
+    """
+
+    def __init__(
+        self,
+        config: arguments.Config = None,
+        seed: SupportsIndex | None = None,
+        *,
+        backend: str = "cpu",
+        cache: bool | str | os.PathLike[str] | None = True,
+        **overrides: Any,
+    ) -> None:
+        self._request = (
+            *arguments.layers(config, seed, overrides),
+            arguments.text("backend", backend),
+            arguments.keep(cache),
+        )
+        self._native = self._make()
+        self._process = os.getpid()
+
+    def _make(self) -> _native.Forest:
+        return _native.Forest(*self._request, arguments.PROGRAM)
+
+    @property
+    def _live(self) -> _native.Forest:
+        here = os.getpid()
+        if here != self._process:
+            # What a thread of the parent was working on when this process was forked cannot be
+            # used here, nor can a GPU.
+            if _native.process_changed() or self._native.backend != "cpu":
+                self._native = self._make()
+            self._process = here
+        return self._native
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_restored, (self._request,))
+
+    def __repr__(self) -> str:
+        return f"Forest({len(self)} frames in {self.sequences} sequences, seed {self.seed})"
+
+    def __len__(self) -> int:
+        """How many frames all sequences have."""
+        return self.sequences * self.frames
+
+    def __getitem__(self, i: SupportsIndex) -> Frame:
+        """The i-th frame of all sequences, one after the other."""
+        number = arguments.whole("i", i, -(2**63), 2**63 - 1)
+        count = len(self)
+        if not -count <= number < count:
+            raise IndexError(f"frame {number}: there are {count} frames")
+        sequence, frame = divmod(number % count, self.frames)
+        return self.frame(frame, sequence=sequence)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self[i] for i in range(len(self)))
+
+    @property
+    def seed(self) -> int:
+        """The seed of sequence 0, from which the others' are drawn."""
+        return int(self.config(0)["seed"])
+
+    @property
+    def sequences(self) -> int:
+        """How many sequences there are, each in a world of its own."""
+        return self._live.sequences
+
+    @property
+    def frames(self) -> int:
+        """How many frames each sequence has."""
+        return self._live.frames
+
+    @property
+    def backend(self) -> str:
+        """What takes the pictures."""
+        return self._live.backend
+
+    @property
+    def classes(self) -> dict[int, str]:
+        """Names of classes by their ids."""
+        return {number: name for number, name, _ in self._live.classes()}
+
+    def config(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
+        """The config of a sequence, every key, as nested dicts."""
+        number = self._sequence(sequence)
+        found: dict[str, Any] = json.loads(self._live.config(number))["config"]
+        return found
+
+    def drawn(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
+        """What `[vary]` drew for a sequence, by key; and its split, if the data set has splits."""
+        about = json.loads(self._live.config(self._sequence(sequence)))
+        found: dict[str, Any] = about["drawn"]
+        if about["split"] is not None:
+            found["split"] = about["split"]
+        return found
+
+    def to_toml(self) -> str:
+        """The config as a TOML file, from which the command makes the same frames."""
+        return self._live.to_toml()
+
+    def prepare(self, *, sequence: SupportsIndex = 0) -> None:
+        """Grow the plants of a sequence, which its first frame would do."""
+        self._live.prepare(self._sequence(sequence))
+
+    def frame(self, k: SupportsIndex, *, sequence: SupportsIndex = 0) -> Frame:
+        """Record frame k of a sequence, in any order.
+
+        Raises:
+            IndexError: if the sequence does not have so many frames.
+        """
+        number, frame = self._sequence(sequence), self._frame(k)
+        return Frame(self._live.frame(number, frame))
+
+    def pose(self, k: SupportsIndex, *, sequence: SupportsIndex = 0) -> Array:
+        """(4, 4) float64: the body's pose in the world at frame k."""
+        return self._live.pose(self._sequence(sequence), self._frame(k))[1]
+
+    def time_s(self, k: SupportsIndex, *, sequence: SupportsIndex = 0) -> float:
+        """The time of frame k, seconds after the start of its sequence."""
+        return self._live.pose(self._sequence(sequence), self._frame(k))[0]
+
+    def stand(
+        self, x: float, y: float, heading: float, *, sequence: SupportsIndex = 0
+    ) -> Array:
+        """(4, 4) float64: the pose of the body on the ground at x, y (metres), facing a heading
+        (radians, counter-clockwise from east); its wheels give height, pitch and roll."""
+        number = self._sequence(sequence)
+        at = (arguments.real(name, v) for name, v in (("x", x), ("y", y), ("heading", heading)))
+        return self._live.stand(number, *at)
+
+    def observe(
+        self,
+        pose: npt.ArrayLike,
+        *,
+        time_s: float = 0.0,
+        index: SupportsIndex | None = None,
+        velocity: npt.ArrayLike = (0.0, 0.0, 0.0),
+        turn_rate: npt.ArrayLike = (0.0, 0.0, 0.0),
+        sequence: SupportsIndex = 0,
+    ) -> Frame:
+        """Record with the same sensors at any pose of the body.
+
+        With pose, time and index of a frame of the sequence, the result is that frame.
+
+        Args:
+            pose: (4, 4), world from body; or x, y (metres) and heading (radians,
+                counter-clockwise from east) of a body on the ground.
+            time_s: seconds after the start of the sequence; it decides where scan patterns are.
+            index: the number by which the sensors' noise is drawn, 0 to 2**63 - 1; if None, pose
+                and time decide. Equal arguments give equal frames.
+            velocity: (3,), m/s along the body's axes while the sensors record.
+            turn_rate: (3,), rad/s about the body's axes.
+            sequence: in which world.
+        """
+        number = self._sequence(sequence)
+        matrix = self._pose(pose, number)
+        moves = [
+            arguments.array(name, value, np.float64, (3,)).tolist()
+            for name, value in (("velocity", velocity), ("turn_rate", turn_rate))
+        ]
+        key = None if index is None else arguments.whole("index", index, 0, 2**63 - 1)
+        time = arguments.real("time_s", time_s, 0.0, 1e9)
+        return Frame(self._live.observe(number, matrix, time, key, *moves))
+
+    def _pose(self, pose: npt.ArrayLike, sequence: int) -> list[float]:
+        allowed = "a 4x4 matrix, or x, y and heading"
+        try:
+            found = np.asarray(pose, np.float64)
+        except (TypeError, ValueError):
+            raise arguments.refuse("pose", pose, allowed) from None
+        if found.shape == (3,):
+            if not np.isfinite(found).all():
+                raise arguments.refuse("pose", pose, "finite numbers")
+            found = self._live.stand(sequence, *found.tolist())
+        if found.shape != (4, 4):
+            raise arguments.refuse("pose", pose, allowed)
+        numbers: list[float] = found.ravel().tolist()
+        return numbers
+
+    def ground(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, *, sequence: SupportsIndex = 0
+    ) -> dict[str, Array]:
+        """The ground at places, of any shape S.
+
+        Returns:
+            ``height_m`` (S) float64; ``normal`` (S, 3) float32, upward; ``semantic`` (S) uint8,
+            the class; ``trail_edge_m`` (S) float64, the distance to the nearest edge of a trail,
+            negative on one, infinite far from any.
+        """
+        number = self._sequence(sequence)
+        try:
+            xs, ys = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        except (TypeError, ValueError):
+            raise arguments.refuse("x, y", (x, y), "numbers of equal shapes") from None
+        places = np.stack([xs.ravel(), ys.ravel()], axis=1)
+        found = self._live.ground(number, places)
+        return {name: v.reshape(xs.shape + v.shape[1:]) for name, v in found.items()}
+
+    def trees(
+        self,
+        xmin: float,
+        ymin: float,
+        xmax: float,
+        ymax: float,
+        *,
+        sequence: SupportsIndex = 0,
+    ) -> dict[str, Any]:
+        """The trees whose feet are in a rectangle of the world, as columns of N: what a forester
+        would measure.
+
+        Returns:
+            ``object`` uint64 and ``instance`` uint32 ids, ``species``, ``position_m`` (N, 3),
+            ``dbh_m``, ``height_m``, ``crown_base_m``, ``crown_radius_m``, ``leaf_area_m2``,
+            ``stem_volume_m3``, ``lean_rad``, ``age_class``, ``alive``.
+        """
+        low, high = self._rectangle(xmin, ymin, xmax, ymax)
+        return self._live.inventory(self._sequence(sequence), low, high, True)
+
+    def objects(
+        self,
+        xmin: float,
+        ymin: float,
+        xmax: float,
+        ymax: float,
+        *,
+        sequence: SupportsIndex = 0,
+    ) -> dict[str, Any]:
+        """All objects with an id whose feet are in a rectangle, as columns of N.
+
+        Returns:
+            ``object`` uint64 and ``instance`` uint32 ids, ``kind`` (tree, stump, shrub, rock),
+            ``species``, ``position_m`` (N, 3), ``radius_m`` at the ground, ``height_m``,
+            ``on_trail`` bool: stones that are no obstacle.
+        """
+        low, high = self._rectangle(xmin, ymin, xmax, ymax)
+        return self._live.inventory(self._sequence(sequence), low, high, False)
+
+    def obstacles(
+        self,
+        xmin: float,
+        ymin: float,
+        xmax: float,
+        ymax: float,
+        *,
+        sequence: SupportsIndex = 0,
+    ) -> Array:
+        """(N, 3) float64: x, y and radius, metres, of what a robot must not run into in a
+        rectangle of the world."""
+        found = self.objects(xmin, ymin, xmax, ymax, sequence=sequence)
+        discs = np.column_stack([found["position_m"][:, :2], found["radius_m"]])
+        return np.ascontiguousarray(discs[~found["on_trail"]])
+
+    def cast(
+        self,
+        rays: npt.ArrayLike,
+        *,
+        around: Sequence[float] | None = None,
+        sequence: SupportsIndex = 0,
+    ) -> dict[str, Array]:
+        """What rays in the world hit, leaves and grass included.
+
+        Args:
+            rays: (N, 6), origins and directions; world frame, metres.
+            around: x and y of the place up to whose visible radius the scene reaches; the mean of
+                the origins if None.
+            sequence: in which world.
+
+        Returns:
+            ``distance_m`` (N,) float32, infinite where nothing is hit; ``normal`` (N, 3) float32;
+            ``semantic`` (N,) uint8 and ``instance`` (N,) uint32.
+        """
+        number = self._sequence(sequence)
+        found = arguments.array("rays", rays, np.float64, (None, 6))
+        if around is None:
+            centre = found[:, :2].mean(axis=0) if len(found) else np.zeros(2)
+        else:
+            centre = arguments.array("around", around, np.float64, (2,))
+        return self._live.cast(number, found, centre.tolist())
+
+    def _rectangle(
+        self, xmin: float, ymin: float, xmax: float, ymax: float
+    ) -> tuple[list[float], list[float]]:
+        low = [arguments.real("xmin", xmin), arguments.real("ymin", ymin)]
+        high = [arguments.real("xmax", xmax), arguments.real("ymax", ymax)]
+        if low[0] > high[0] or low[1] > high[1]:
+            found = (xmin, ymin, xmax, ymax)
+            raise arguments.refuse("rectangle", found, "xmin <= xmax and ymin <= ymax")
+        return low, high
+
+    def _sequence(self, sequence: SupportsIndex) -> int:
+        number = arguments.whole("sequence", sequence, 0, 2**32 - 1)
+        if number >= self.sequences:
+            raise IndexError(f"sequence {number}: there are {self.sequences}")
+        return number
+
+    def _frame(self, k: SupportsIndex) -> int:
+        number = arguments.whole("k", k, 0, 2**63 - 1)
+        if number >= self.frames:
+            raise IndexError(f"frame {number}: the sequence has {self.frames} frames")
+        return number
+
+
+def _restored(request: tuple[Any, ...]) -> Forest:
+    forest = Forest.__new__(Forest)
+    forest._request = request  # type: ignore[assignment]
+    forest._native = forest._make()
+    forest._process = os.getpid()
+    return forest
+
+

@@ -1,0 +1,81 @@
+"""Observation at any pose, and what is around."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import SMALL
+
+import nemoral
+
+
+def test_a_frames_own_pose_time_and_index_give_that_frame(forest: nemoral.Forest) -> None:
+    frame = forest.frame(1)
+    seen = forest.observe(frame.world_from_body, time_s=frame.time_s, index=1)
+    assert np.array_equal(seen.image, frame.image)
+    assert seen.points.array.tobytes() == frame.points.array.tobytes()
+    assert np.allclose(forest.pose(1), frame.world_from_body)
+    assert forest.time_s(1) == frame.time_s
+
+
+def test_observing_anywhere(forest: nemoral.Forest) -> None:
+    x, y = forest.pose(0)[:2, 3]
+    pose = forest.stand(x + 1.0, y, 0.5)
+    one = forest.observe((x + 1.0, y, 0.5), time_s=0.3)
+    two = forest.observe(pose, time_s=0.3)
+    assert np.array_equal(one.image, two.image) and one.index is None
+    assert one.points.array.tobytes() == two.points.array.tobytes()
+    later = forest.observe(pose, time_s=0.4)
+    assert np.array_equal(later.depth_m, one.depth_m)
+    assert later.points.array.tobytes() != one.points.array.tobytes()
+    moving = forest.observe(pose, time_s=0.3, index=5, velocity=(2.0, 0, 0), turn_rate=(0, 0, 1.0))
+    still = forest.observe(pose, time_s=0.3, index=5)
+    assert moving.points.array.tobytes() != still.points.array.tobytes()
+
+
+def test_the_ground_is_what_stands_on_it(forest: nemoral.Forest) -> None:
+    body = forest.pose(0)
+    x, y, z = body[:3, 3]
+    ground = forest.ground(x, y)
+    assert ground["height_m"].shape == () and abs(ground["height_m"] - z) < 0.3
+    grid = forest.ground(*np.meshgrid(x + np.arange(5.0), y + np.arange(4.0)))
+    assert grid["height_m"].shape == (4, 5) and grid["normal"].shape == (4, 5, 3)
+    assert np.allclose(np.linalg.norm(grid["normal"], axis=-1), 1, atol=1e-6)
+    names = {forest.classes[int(c)] for c in np.unique(grid["semantic"])}
+    assert names <= {"Terrain", "Traversable"}
+    assert np.array_equal(grid["trail_edge_m"] < 0, grid["semantic"] == 2)
+
+
+def test_inventories_are_those_of_the_data_set(forest: nemoral.Forest, written: Path) -> None:
+    table = nemoral.Dataset(written).trees()
+    low, high = table["position_m"].min(axis=0) - 1, table["position_m"].max(axis=0) + 1
+    trees = forest.trees(low[0], low[1], high[0], high[1])
+    rows = {int(o): i for i, o in enumerate(trees["object"])}
+    assert set(map(int, table["object"])) <= set(rows)
+    for i, number in enumerate(table["object"]):
+        at = rows[int(number)]
+        assert trees["species"][at] == table["species"][i]
+        assert trees["dbh_m"][at] == pytest.approx(table["dbh_m"][i], abs=1e-3)
+    objects = forest.objects(low[0], low[1], high[0], high[1])
+    assert set(objects["kind"]) <= {"tree", "stump", "shrub", "rock"}
+    discs = forest.obstacles(low[0], low[1], high[0], high[1])
+    assert discs.shape == (int((~objects["on_trail"]).sum()), 3)
+
+
+def test_rays_meet_the_ground(forest: nemoral.Forest) -> None:
+    x, y, z = forest.pose(0)[:3, 3]
+    hits = forest.cast([[x, y, z + 50.0, 0, 0, 1.0], [x, y, z - 5.0, 0, 0, 2.0]])
+    assert hits["distance_m"][0] == np.inf and hits["semantic"][0] == 0
+    height = float(forest.ground(x, y)["height_m"])
+    assert hits["distance_m"][1] == pytest.approx(height - (z - 5.0), abs=0.1)
+    assert hits["normal"].shape == (2, 3) and hits["instance"].dtype == np.uint32
+
+
+def test_lidar_alone(cache: Path) -> None:
+    forest = nemoral.Forest("demo", cache=cache, **SMALL, **{"camera.enabled": False})
+    frame = forest.observe(forest.pose(0))
+    assert not frame.cameras and len(frame.points) > 100
+    with pytest.raises(nemoral.ConfigError, match="camera.enabled"):
+        _ = frame.image

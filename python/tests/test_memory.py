@@ -1,0 +1,92 @@
+"""Memory stays flat, and forks, threads and processes do not disturb each other."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import SMALL
+
+import nemoral
+
+
+def resident_mb() -> float:
+    """This process's resident memory."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux's /proc")
+def test_memory_is_flat_over_frames(forest: nemoral.Forest) -> None:
+    def some(count: int) -> None:
+        for i in range(count):
+            frame = forest.frame(i % 2)
+            assert len(frame.points.xyz) and frame.image.any() and frame.normal.any()
+
+    some(20)
+    before = resident_mb()
+    some(60)
+    assert resident_mb() - before < 30
+
+
+def test_frames_of_several_threads_are_equal(forest: nemoral.Forest) -> None:
+    expected = [forest.frame(k).points.array.tobytes() for k in (0, 1)]
+    found: dict[int, bytes] = {}
+
+    def take(i: int) -> None:
+        found[i] = forest.frame(i % 2).points.array.tobytes()
+
+    threads = [threading.Thread(target=take, args=(i,)) for i in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=120)
+    assert [found[i] for i in range(6)] == expected * 3
+
+
+def _child(forest: nemoral.Forest, out: "multiprocessing.Queue[bytes]") -> None:
+    out.put(forest.frame(1).image.tobytes())
+
+
+@pytest.mark.parametrize("method", ["fork", "forkserver", "spawn"])
+def test_processes_of_every_kind(method: str, forest: nemoral.Forest) -> None:
+    expected = forest.frame(1).image.tobytes()
+    context = multiprocessing.get_context(method)
+    queue: "multiprocessing.Queue[bytes]" = context.Queue()
+    process = context.Process(target=_child, args=(forest, queue))
+    process.start()
+    assert queue.get(timeout=120) == expected
+    process.join(timeout=60)
+    assert process.exitcode == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_fork_while_threads_are_at_work(cache: Path) -> None:
+    forest = nemoral.Forest("demo", cache=cache, **SMALL)
+    expected = forest.frame(1).image.tobytes()
+    busy = threading.Thread(target=lambda: [forest.frame(k % 2) for k in range(10)])
+    busy.start()
+    context = multiprocessing.get_context("fork")
+    for _ in range(2):
+        queue: "multiprocessing.Queue[bytes]" = context.Queue()
+        process = context.Process(target=_child, args=(forest, queue))
+        process.start()
+        assert queue.get(timeout=120) == expected
+        process.join(timeout=60)
+    busy.join()
+
+
+def test_threads_do_not_change_results(forest: nemoral.Forest) -> None:
+    expected = forest.frame(0).image
+    before = nemoral.threads()
+    try:
+        for count in (1, 3):
+            nemoral.set_threads(count)
+            assert nemoral.threads() == count
+            assert np.array_equal(forest.frame(0).image, expected)
+    finally:
+        nemoral.set_threads(before)

@@ -1,0 +1,130 @@
+"""The parts alone: rays, scanners, terrain, disks, trees."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import nemoral
+
+SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+HALVES = [[0, 1, 2], [0, 2, 3]]
+
+
+def down(x: np.ndarray, y: np.ndarray, z: float = 5.0) -> np.ndarray:
+    """Rays down."""
+    rays = np.zeros((*np.shape(x), 6), np.float32)
+    rays[..., 0], rays[..., 1], rays[..., 2], rays[..., 5] = x, y, z, -1
+    return rays
+
+
+def test_rays_against_a_brute_force() -> None:
+    rng = np.random.default_rng(3)
+    vertices = rng.uniform(-1, 1, (300, 3)).astype(np.float32)
+    triangles = rng.integers(0, 300, (400, 3))
+    triangles = triangles[[len(set(t)) == 3 for t in triangles.tolist()]]
+    scene = nemoral.RayScene()
+    scene.add_mesh(vertices, triangles, semantic=9)
+    rays = np.concatenate([rng.uniform(-3, 3, (500, 3)), rng.normal(size=(500, 3)) * 2], axis=1)
+    rays[:, 3:] -= rays[:, :3]
+    hits = scene.cast(rays)
+    a, b, c = (vertices[triangles[:, i]].astype(np.float64) for i in range(3))
+    for ray, t, which in zip(rays, hits["t_hit"], hits["primitive_ids"]):
+        origin, direction = ray[:3].astype(np.float32), ray[3:].astype(np.float32)
+        e1, e2, s = b - a, c - a, origin - a
+        p = np.cross(direction, e2)
+        det = (e1 * p).sum(1)
+        with np.errstate(all="ignore"):
+            u = (s * p).sum(1) / det
+            q = np.cross(s, e1)
+            v = (q * direction).sum(1) / det
+            far = (q * e2).sum(1) / det
+        ok = (u >= 1e-6) & (v >= 1e-6) & (u + v <= 1 - 1e-6) & (far >= 0)
+        best = np.where(ok, far, np.inf)
+        if np.isinf(t):
+            assert which == nemoral.RayScene.INVALID_ID and np.isinf(best.min())
+        elif which == best.argmin():
+            assert t == pytest.approx(best.min(), rel=1e-4)
+        else:
+            assert t == pytest.approx(best.min(), rel=1e-4) or t < best.min()
+    assert np.array_equal(scene.occluded(rays), np.isfinite(hits["t_hit"]))
+    assert set(np.unique(hits["semantic"])) == {0, 9}
+    normals = hits["primitive_normals"][np.isfinite(hits["t_hit"])]
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
+
+
+def test_instances_alpha_and_shapes() -> None:
+    scene = nemoral.RayScene()
+    alpha = np.zeros((8, 8), bool)
+    alpha[:, 4:] = True  # Opaque where u is above a half, which is x above 0.
+    mesh = scene.add_mesh(SQUARE, HALVES, uv=(SQUARE[:, :2] + 1) / 2, alpha=alpha, place=False)
+    places = np.repeat(np.eye(4)[None], 3, axis=0)
+    places[:, 0, 3] = [0, 10, 20]
+    places[2, :3, :3] *= 2
+    scene.add_instances(mesh, places, instances=[5, 6, 7])
+    x, y = np.meshgrid([0.5, -0.5, 10.5, 21.5, 18.5], [0.1, 0.2])
+    hits = scene.cast(down(x, y))
+    assert hits["t_hit"].shape == (2, 5) and hits["primitive_uvs"].shape == (2, 5, 2)
+    assert hits["instance_ids"][0].tolist() == [5, scene.INVALID_ID, 6, 7, scene.INVALID_ID]
+    assert hits["t_hit"][0, 0] == 5 and np.allclose(hits["primitive_normals"][0, 0], [0, 0, 1])
+    assert scene.memory_bytes > 0 and repr(scene) == "RayScene(1 meshes, 3 instances)"
+    limited = scene.cast(down(np.array([0.5]), np.array([0.1])), tfar=4.9)
+    assert np.isinf(limited["t_hit"][0])
+    empty = nemoral.RayScene().cast(np.ones((2, 6)))
+    assert np.isinf(empty["t_hit"]).all()
+    assert scene.cast(np.zeros((0, 6), np.float32))["t_hit"].shape == (0,)
+
+
+def test_a_scanner_at_a_mesh() -> None:
+    scene = nemoral.RayScene()
+    wall = np.array([[10, -50, -50], [10, 50, -50], [10, 50, 50], [10, -50, 50]], np.float32)
+    scene.add_mesh(wall, HALVES, semantic=4, instance=77, reflectance=0.4)
+    exact = nemoral.Scanner("avia", noise="off", pulses=2000, rings=0).scan(scene)
+    assert len(exact) == 2000 and np.allclose(exact["x"], 10, atol=1e-3)
+    assert set(exact["semantic"]) == {4} and set(exact["instance"]) == {77}
+    scanner = nemoral.Scanner("vlp16", pulses=3000)
+    one, two = scanner.scan(scene, seed=1), scanner.scan(scene, seed=1)
+    assert one.tobytes() == two.tobytes()
+    other = scanner.scan(scene, seed=2)
+    assert other.tobytes() != one.tobytes()
+    assert 0.001 < np.std(one["range"] - one["range_true"]) < 0.1
+    assert set(nemoral.Scanner.devices()) >= {"avia", "vlp16"}
+    pose = np.eye(4)
+    pose[0, 3] = 5
+    assert np.allclose(nemoral.Scanner("avia", noise="off", rings=0).scan(scene, pose)["x"], 5,
+                       atol=1e-3)
+
+
+def test_terrain_slopes_are_its_gradient() -> None:
+    terrain = nemoral.Terrain(seed=5, max_height_m=9)
+    x, y = np.meshgrid(np.linspace(-50, 50, 11), np.linspace(0, 80, 9))
+    height, gradient = terrain.sample(x, y)
+    assert height.shape == x.shape and gradient.shape == (*x.shape, 2)
+    assert 0 <= height.min() and height.max() <= 9
+    step = 1e-5
+    slope = (terrain.height_m(x + step, y) - terrain.height_m(x - step, y)) / (2 * step)
+    assert np.allclose(slope, gradient[..., 0], atol=1e-5)
+
+
+def test_disks_do_not_overlap_and_fit() -> None:
+    low, high = [0, 0], [30, 20]
+    places, radii = nemoral.poisson_disks(low, high, (0.5, 1.5), seed=3)
+    assert len(places) > 60 and radii.min() >= 0.5 and radii.max() <= 1.5
+    distance = np.linalg.norm(places[:, None] - places[None], axis=-1)
+    np.fill_diagonal(distance, np.inf)
+    assert (distance > radii[:, None] + radii[None] - 1e-6).all()
+    left, _ = nemoral.poisson_disks(low, [15, 20], (0.5, 1.5), seed=3)
+    assert sorted(map(tuple, left)) == sorted(map(tuple, places[places[:, 0] < 15]))
+
+
+def test_a_tree_has_the_demanded_size() -> None:
+    tree = nemoral.grow_tree("european_beech", dbh_m=0.4, seed=3)
+    assert tree.size["dbh_m"] == pytest.approx(0.4, rel=0.03)
+    assert tree.vertices[:, 2].max() == pytest.approx(tree.size["height_m"], rel=0.15)
+    assert len(tree.parts) == len(tree.triangles) and tree.leaf_corners.shape[1:] == (4, 3)
+    vertices, triangles = tree.mesh()
+    assert triangles.max() < len(vertices)
+    scene = nemoral.RayScene()
+    scene.add_mesh(vertices, triangles)
+    hit = scene.cast([[-20, 0, 1.3, 1, 0, 0]])
+    assert hit["t_hit"][0] == pytest.approx(20 - 0.2, abs=0.3)
