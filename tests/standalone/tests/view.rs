@@ -15,7 +15,10 @@ fn whoever_has_the_address_is_answered() -> Result<(), Box<dyn std::error::Error
     let serving = std::thread::spawn(move || server.serve(Arc::new(greet)));
     let ask = |path: &str| -> Result<String, std::io::Error> {
         let mut stream = TcpStream::connect(host)?;
-        write!(stream, "GET /{path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n")?;
+        write!(
+            stream,
+            "GET /{path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"
+        )?;
         let mut answer = String::new();
         stream.read_to_string(&mut answer)?;
         Ok(answer)
