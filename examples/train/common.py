@@ -93,6 +93,7 @@ def fit(network, batches, steps, rate=2e-3, say=print):
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
     network.train()
     began, total = time.monotonic(), 0.0
+    every = max(1, steps // 5)
     for step in range(steps):
         inputs, truth = batches(step)
         loss = torch.nn.functional.cross_entropy(network(*inputs), truth, ignore_index=-1)
@@ -101,9 +102,9 @@ def fit(network, batches, steps, rate=2e-3, say=print):
         optimizer.step()
         schedule.step()
         total += loss.item()
-        if (step + 1) % max(1, steps // 5) == 0:
+        if (step + 1) % every == 0:
             seconds = time.monotonic() - began
-            say(f"  step {step + 1} of {steps}: loss {total / (steps // 5):.3f}, {seconds:.0f} s")
+            say(f"  step {step + 1} of {steps}: loss {total / every:.3f}, {seconds:.0f} s")
             total = 0.0
     network.eval()
     return network
