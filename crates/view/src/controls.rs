@@ -185,7 +185,7 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-/// Where the sun is, of a date in tenths of a degree; where it is by default for a date that is none.
+/// Where the sun is, of a date in tenths of a degree; the default if the date is none.
 fn sun_angles(config: &Config) -> SunAngles {
     let mut angles = SunAngles::default();
     match (&config.sun.position, config.sun.place()) {

@@ -1,8 +1,8 @@
 //! This crate shows a forest as a page in a browser, to walk through while it grows and changes.
 //!
 //! [`LiveForest`] is the forest: it makes [`Picture`]s by the sensors of `nemoral-pipeline`, drafts
-//! while somebody moves and whole ones while they hold still, grows the land around them on a thread
-//! of its own, and takes changes of light, weather and stand. [`Server`] is a small HTTP server for
+//! while somebody moves and whole ones while they hold still, grows the land around them on its own
+//! thread, and takes changes of light, weather and stand. [`Server`] is a small HTTP server for
 //! one person's browser, and [`Routes`] joins the two.
 //!
 //! # Promises
@@ -11,7 +11,7 @@
 //! - Nothing waits for plants: what has grown is seen, and a change shows when it has grown.
 //! - The server listens on 127.0.0.1 only. Every request needs the token that is in the address, a
 //!   `Host` and, if there is one, an `Origin` of this server, so that no page of another site can
-//!   ask. Requests, connections and times are bounded, and the page may load nothing from elsewhere.
+//!   ask. Requests, connections and times are bounded. The page may load nothing from elsewhere.
 //! - No request names a file.
 //!
 //! # Example

@@ -305,7 +305,8 @@ mod tests {
         let t = token.as_str();
         let text = format!(
             "POST /{t}/change HTTP/1.1\r\nHost: localhost:5\r\nContent-Length: 4\r\n\r\nbodyGET \
-             /{t}/frame?x=1.5&map=a%20b+c HTTP/1.1\r\nhost: 127.0.0.1:5\r\nConnection: Close\r\n\r\n"
+             /{t}/frame?x=1.5&map=a%20b+c HTTP/1.1\r\nhost: 127.0.0.1:5\r\n\
+             Connection: Close\r\n\r\n"
         );
         for step in [1, 7, 4096] {
             let mut connection = connection(&text, step);

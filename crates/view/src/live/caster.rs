@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use nemoral_scene::{Hit, Ray, RayCaster, SurfaceHit};
 
-/// Casts rays until it is stopped. Then it unwinds to [`unless_given_up`], so that a picture that is
-/// not wanted any more takes no more time, whatever renderer casts the rays; in a program that
+/// Casts rays until it is stopped. Then it unwinds to [`unless_given_up`], so that a picture that
+/// is not wanted any more takes no more time, whatever renderer casts the rays; in a program that
 /// cannot unwind it meets nothing from then on.
 #[derive(Clone, Copy)]
 pub(super) struct Interruptible<'a> {
