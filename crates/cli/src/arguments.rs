@@ -106,22 +106,22 @@ pub(crate) struct Keeping {
 pub(crate) struct Cloud {
     /// The data set.
     pub(crate) dir: PathBuf,
-    /// The cloud: a binary PLY, or LAZ if the name ends in .laz.
+    /// The cloud: PLY, or LAZ if its name ends in .laz.
     #[arg(long, short, value_name = "FILE", default_value = "cloud.ply")]
     pub(crate) out: PathBuf,
-    /// Keeps a rectangle, WEST,SOUTH,EAST,NORTH, or a circular plot, EAST,NORTH,RADIUS, in metres.
-    #[arg(long, value_name = "W,S,E,N|E,N,R", allow_hyphen_values = true)]
+    /// Keeps a plot, E,N,RADIUS, or a rectangle, W,S,E,N, metres.
+    #[arg(long, value_name = "NUMBERS", allow_hyphen_values = true)]
     pub(crate) crop: Option<Crop>,
-    /// Keeps points of these classes of the data set or fine semantics, such as Trunks,leaf.
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    /// Keeps these classes or fine semantics: Trunks,leaf.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) only_class: Vec<String>,
-    /// Writes the inventory of the plot too: the rows of trees.csv whose trees stand in it.
-    #[arg(long, value_name = "FILE.csv")]
+    /// Writes the plot's rows of trees.csv.
+    #[arg(long, value_name = "FILE")]
     pub(crate) trees: Option<PathBuf>,
-    /// Writes LAZ in square tiles of this side, metres: NAME_X_Y.laz.
+    /// Writes LAZ in square tiles of this side, metres.
     #[arg(long, value_name = "M")]
     pub(crate) tile: Option<f64>,
-    /// The classes of LAZ, a built-in table or a TOML file; ASPRS's if not given.
+    /// The classes of LAZ, a built-in table or a file.
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) ontology: Option<String>,
     /// Keeps one point in each cube of this side, metres.

@@ -66,8 +66,8 @@ section! {
 }
 
 section! {
-    /// What the camera does to a picture before it is a file. It is written as PNG in any case, with
-    /// the artefacts that a JPEG would have.
+    /// What the camera does to a picture before it is a file. It is written as PNG in any case,
+    /// with the artefacts that a JPEG would have.
     CameraProcessing at "camera.processing" {
         /// Strength of noise reduction, a bilateral filter; it takes fine texture with the noise.
         denoising: f64 = 0.0, Real(0.0, 1.0), "off; Tomasi and Manduchi 1998";

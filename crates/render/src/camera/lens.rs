@@ -8,9 +8,9 @@ use super::aberration::ChromaticAberration;
 use crate::colour::in_parts;
 use crate::error::{ParamError, check};
 
-/// Sharpness, scattering and fall-off. In a forest they decide how trunks look against the sky: gaps are
-/// several stops brighter than anything in front of them, and their scattered light washes out
-/// nearby edges.
+/// Sharpness, scattering and fall-off. In a forest they decide how trunks look against the sky:
+/// gaps are several stops brighter than anything in front of them, and their scattered light washes
+/// out nearby edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// The share of all light that is spread evenly over the picture, 0..=0.5; a clean lens has
