@@ -139,11 +139,11 @@ mod tests {
     #[test]
     fn other_surfaces_do_not_count() {
         let (mut frame, mut shares) = speckled(20.0);
-        for i in 0..96 * 64 {
+        for (i, share) in shares.iter_mut().enumerate() {
             if i % 96 >= 48 {
                 frame.depth_m[i] = 20.0;
             }
-            shares[i] = f32::from(u8::from(i % 96 >= 48));
+            *share = f32::from(u8::from(i % 96 >= 48));
         }
         assert_eq!(penumbrae(&frame, &shares, 700.0), shares);
     }
