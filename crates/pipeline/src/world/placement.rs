@@ -31,9 +31,10 @@ const SHRUB_CORE: f64 = 0.4;
 /// The least distance of woody plants from a trail's edge, in addition to their radius, metres.
 const VERGE_M: f64 = 0.25;
 
-/// Whether a disk keeps clear of trails.
-pub(crate) fn is_beside_trails(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bool {
+/// Whether a disk keeps clear of trails, and of thrown trees.
+pub(crate) fn is_free(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bool {
     ground.trail_edge_m(world_m) > radius_m + VERGE_M
+        && ground.is_clear_of_thrown(world_m, radius_m)
 }
 
 /// The placement of rocks and woody plants, as a config describes it.
