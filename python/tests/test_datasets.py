@@ -85,8 +85,9 @@ def test_progress_may_stop_a_run(cache: Path, tmp_path: Path) -> None:
     small = {**SMALL, "frames": 40}
     with pytest.raises(RuntimeError, match="enough"):
         nemoral.generate("demo", out=tmp_path / "out", cache=cache, progress=stop, **small)
+    config = {"preset": "demo", **small}
     done = nemoral.generate(
-        "demo", out=tmp_path / "out", cache=cache, mode="resume", frames=[0, 1], **small
+        config, out=tmp_path / "out", cache=cache, mode="resume", frames=[0, 1]
     )
     assert 2 <= done < 40
 

@@ -163,8 +163,8 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "disks": lambda f: nemoral.poisson_disks([0, 0], [1e7, 1e7], 0.01),
     "low": lambda f: nemoral.poisson_disks([NAN, 0], [1, 1]),
     "species": lambda f: nemoral.grow_tree("palm"),
-    "dbh_m": lambda f: nemoral.grow_tree("european_beech", dbh_m=NAN),
-    "cards_max": lambda f: nemoral.grow_tree("european_beech", cards_max=0),
+    "dbh_m": lambda f: nemoral.grow_tree("beech", dbh_m=NAN),
+    "cards_max": lambda f: nemoral.grow_tree("beech", cards_max=0),
     "threads": lambda f: nemoral.set_threads(0),
 }
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SMALL
 
 import nemoral
 
@@ -62,22 +61,6 @@ def test_processes_of_every_kind(method: str, forest: nemoral.Forest) -> None:
     assert queue.get(timeout=120) == expected
     process.join(timeout=60)
     assert process.exitcode == 0
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-def test_a_fork_while_threads_are_at_work(cache: Path) -> None:
-    forest = nemoral.Forest("demo", cache=cache, **SMALL)
-    expected = forest.frame(1).image.tobytes()
-    busy = threading.Thread(target=lambda: [forest.frame(k % 2) for k in range(10)])
-    busy.start()
-    context = multiprocessing.get_context("fork")
-    for _ in range(2):
-        queue: "multiprocessing.Queue[bytes]" = context.Queue()
-        process = context.Process(target=_child, args=(forest, queue))
-        process.start()
-        assert queue.get(timeout=120) == expected
-        process.join(timeout=60)
-    busy.join()
 
 
 def test_threads_do_not_change_results(forest: nemoral.Forest) -> None:

@@ -82,7 +82,7 @@ def test_a_scanner_at_a_mesh() -> None:
     exact = nemoral.Scanner("avia", noise="off", pulses=2000, rings=0).scan(scene)
     assert len(exact) == 2000 and np.allclose(exact["x"], 10, atol=1e-3)
     assert set(exact["semantic"]) == {4} and set(exact["instance"]) == {77}
-    scanner = nemoral.Scanner("vlp16", pulses=3000)
+    scanner = nemoral.Scanner("vlp16")
     one, two = scanner.scan(scene, seed=1), scanner.scan(scene, seed=1)
     assert one.tobytes() == two.tobytes()
     other = scanner.scan(scene, seed=2)
@@ -118,7 +118,7 @@ def test_disks_do_not_overlap_and_fit() -> None:
 
 
 def test_a_tree_has_the_demanded_size() -> None:
-    tree = nemoral.grow_tree("european_beech", dbh_m=0.4, seed=3)
+    tree = nemoral.grow_tree("beech", dbh_m=0.4, seed=3)
     assert tree.size["dbh_m"] == pytest.approx(0.4, rel=0.03)
     assert tree.vertices[:, 2].max() == pytest.approx(tree.size["height_m"], rel=0.15)
     assert len(tree.parts) == len(tree.triangles) and tree.leaf_corners.shape[1:] == (4, 3)

@@ -113,12 +113,12 @@ fn open_mode(mode: &str) -> Result<OpenMode, Failure> {
     }
 }
 
-/// Checks a data set: whether it passed, the report in words, and each problem.
+/// Whether a data set passed, the report in words, and each problem: its file, and what is wrong.
+type Checked = (bool, String, Vec<(String, String)>);
+
+/// Checks a data set.
 #[pyfunction]
-pub(crate) fn check(
-    py: Python<'_>,
-    dir: PathBuf,
-) -> PyResult<(bool, String, Vec<(String, String)>)> {
+pub(crate) fn check(py: Python<'_>, dir: PathBuf) -> PyResult<Checked> {
     work::run(py, move || {
         let report = nemoral_dataset::check(&dir)?;
         let problems = report.problems.iter();
@@ -188,11 +188,14 @@ pub(crate) fn cloud(
     voxel_m: Option<f64>,
     pure: bool,
     sequence: Option<u32>,
+    only: Vec<String>,
 ) -> PyResult<u64> {
     let params = CloudParams {
         voxel_m,
         pure,
         sequence,
+        only,
+        ..CloudParams::default()
     };
     work::run(py, move || Ok(nemoral_dataset::cloud(&dir, &out, params)?))
 }

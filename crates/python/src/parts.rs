@@ -57,7 +57,8 @@ impl Terrain {
             rows.map(|row| DVec2::new(row[0], row[1])).collect()
         };
         let samples = work::brief(py, |pool| {
-            if let Some(p) = places.iter().find(|p| !(p.abs().max_element() <= 1e9)) {
+            let is_near = |p: &DVec2| p.abs().cmple(DVec2::splat(1e9)).all();
+            if let Some(p) = places.iter().find(|p| !is_near(p)) {
                 return Err(Failure::argument("x, y", p, "finite, at most 1e9 m"));
             }
             let sample = |p: &DVec2| {
@@ -83,7 +84,8 @@ pub(crate) fn poisson_disks<'py>(
     let disks = work::run(py, move || {
         let (least, most) = radius_m;
         let (low, high) = (DVec2::from_array(low), DVec2::from_array(high));
-        if !(low.abs().max_element() <= 1e7 && high.abs().max_element() <= 1e7) {
+        let is_near = |p: DVec2| p.abs().cmple(DVec2::splat(1e7)).all();
+        if !(is_near(low) && is_near(high)) {
             let found = format!("{low}, {high}");
             return Err(Failure::argument(
                 "rectangle",

@@ -232,6 +232,7 @@ def cloud(
     voxel_m: float | None = None,
     pure: bool = False,
     sequence: SupportsIndex | None = None,
+    only: Iterable[str] = (),
 ) -> int:
     """Join all scans of a sequence into one registered, labelled PLY, and return its number of
     points.
@@ -242,12 +243,16 @@ def cloud(
         voxel_m: keep one point in each cube of this side, metres.
         pure: leave out mixed returns and false alarms.
         sequence: which one, if there are several.
+        only: names of classes and of fine semantics, of which points are kept; all if empty.
     """
+    if isinstance(only, str) or not isinstance(only, Iterable):
+        raise arguments.refuse("only", only, "several names")
+    names = [arguments.text("only", name) for name in only]
     side = None if voxel_m is None else arguments.real("voxel_m", voxel_m, 0.0, 1e9)
     number = None if sequence is None else arguments.whole("sequence", sequence, 0, 2**32 - 1)
-    only = arguments.flag("pure", pure)
+    is_pure = arguments.flag("pure", pure)
     return _native.cloud(
-        arguments.path("path", path), arguments.path("out", out), side, only, number
+        arguments.path("path", path), arguments.path("out", out), side, is_pure, number, names
     )
 
 

@@ -343,7 +343,7 @@ class Forest:
 
 def _restored(request: tuple[Any, ...]) -> Forest:
     forest = Forest.__new__(Forest)
-    forest._request = request  # type: ignore[assignment]
+    forest._request = request
     forest._native = forest._make()
     forest._process = os.getpid()
     return forest

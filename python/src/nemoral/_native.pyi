@@ -9,7 +9,6 @@ Array = npt.NDArray[Any]
 Pair = list[float]
 Settings = list[dict[str, Any]]
 
-__file__: str
 __version__: str
 POINT_FIELDS: list[tuple[str, str]]
 SEMANTICS: list[str]
@@ -162,7 +161,12 @@ def check(dir: str) -> tuple[bool, str, list[tuple[str, str]]]: ...
 def stats(dir: str) -> tuple[str, str]: ...
 def merge(parts: list[str], out: str, partial: bool, mode: str) -> int: ...
 def cloud(
-    dir: str, out: str, voxel_m: float | None, pure: bool, sequence: int | None
+    dir: str,
+    out: str,
+    voxel_m: float | None,
+    pure: bool,
+    sequence: int | None,
+    only: list[str],
 ) -> int: ...
 def convert(
     dir: str, out: str, format: str, ontology: str | None, mode: str

@@ -319,16 +319,15 @@ def poisson_disks(
     Returns:
         Centres (N, 2) and radii (N,), float64.
     """
-    corners = [
-        arguments.array(name, value, np.float64, (2,)).tolist()
-        for name, value in (("low", low), ("high", high))
-    ]
-    given: npt.ArrayLike = [radius_m] if np.ndim(radius_m) == 0 else radius_m  # type: ignore
+    first = arguments.array("low", low, np.float64, (2,)).tolist()
+    last = arguments.array("high", high, np.float64, (2,)).tolist()
+    given: npt.ArrayLike = [radius_m] if np.ndim(radius_m) == 0 else radius_m
     limits = arguments.array("radius_m", given, np.float64, (None,))
     if len(limits) not in (1, 2) or not 1e-3 <= limits[0] <= limits[-1] <= 2e4:
         raise arguments.refuse("radius_m", radius_m, "0.001 to 20000 m, or two such numbers")
     rows = _native.poisson_disks(
-        *corners,
+        first,
+        last,
         (float(limits[0]), float(limits[-1])),
         arguments.whole("rounds", rounds, 1, 8),
         arguments.whole("seed", seed, 0, _SEED),
@@ -378,7 +377,7 @@ def grow_tree(
     """Grow a tree of a diameter at breast height; the rest is drawn from published allometry.
 
     Args:
-        species: such as ``"european_beech"``; an unknown one is refused with the names of all.
+        species: such as ``"beech"``; an unknown one is refused with the names of all.
         dbh_m: 0.02 to 1.5 m.
         seed: 0 to 2**63 - 1.
         wood_triangles_max: 3,000 to 200,000.

@@ -127,6 +127,7 @@ fn header(depth_format: DepthFormat) -> DatasetHeader {
             },
             shutter: Shutter::INSTANT,
             noisy: true,
+            processed: true,
         }],
         lidars: vec![lidar("top", 0.1), lidar("rear", -0.3)],
         stage_keys: BTreeMap::from([("terrain".to_owned(), "0f".repeat(32))]),

@@ -44,12 +44,13 @@ pub(crate) struct PlacementRecipe {
     /// Weights of gorse, heather and bramble.
     shrubs: [f64; 3],
     chunk_size_m: f64,
-    centre: ChunkCoord,
 }
+
+/// The share of trails is measured around here: a world does not depend on where a robot starts.
+const TRAILS_AROUND: ChunkCoord = ChunkCoord { x: 0, y: 0 };
 
 impl PlacementRecipe {
     pub(crate) fn new(config: &Config) -> Self {
-        let start = DVec2::new(config.robot.start_x_m, config.robot.start_y_m);
         Self {
             placement: config.placement.clone(),
             shrubs: {
@@ -57,7 +58,6 @@ impl PlacementRecipe {
                 [a.gorse, a.heather, a.bramble]
             },
             chunk_size_m: config.chunks.size_m,
-            centre: ChunkCoord::containing(start, config.chunks.size_m),
         }
     }
 
@@ -95,7 +95,7 @@ impl PlacementRecipe {
         let weight: f64 = trees.iter().map(|t| t.weight).sum();
         let mean_radius =
             trees.iter().map(|t| t.weight * t.radius_m.0).sum::<f64>() / weight.max(1e-9);
-        let trail_share = ground.trail_share(self.centre, mean_radius + VERGE_M);
+        let trail_share = ground.trail_share(TRAILS_AROUND, mean_radius + VERGE_M);
         let counts = [p.trees, p.stumps, p.shrubs, p.regeneration.saplings];
         let varieties = [trees, stumps, shrubs, saplings];
         let layers = StandLayer::ALL.into_iter().zip(counts).zip(varieties);
@@ -178,12 +178,11 @@ impl Encode for PlacementRecipe {
             placement,
             shrubs,
             chunk_size_m,
-            centre,
         } = self;
-        let ChunkCoord { x, y } = centre;
+        let ChunkCoord { x, y } = TRAILS_AROUND;
         encoder.field("placement", placement);
         encoder.field("shrubs", shrubs);
         encoder.field("chunk_size_m", chunk_size_m);
-        encoder.field("centre", &[*x, *y]);
+        encoder.field("centre", &[x, y]);
     }
 }
