@@ -80,6 +80,17 @@ impl PixelBox {
             bottom: self.bottom.max(row + 1),
         }
     }
+
+    /// The smallest rectangle that holds both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            left: self.left.min(other.left),
+            top: self.top.min(other.top),
+            right: self.right.max(other.right),
+            bottom: self.bottom.max(other.bottom),
+        }
+    }
 }
 
 /// The bounding boxes of an object in a picture, and how much of it is visible.

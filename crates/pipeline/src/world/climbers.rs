@@ -39,7 +39,8 @@ impl Climbing {
         })
     }
 
-    /// What grows on the trees of a chunk and around them. It has no id.
+    /// What grows on the trees of a chunk and around them. Moss has the id of the tree whose trunk
+    /// it covers; ivy, which is a plant of its own, has none.
     pub(crate) fn instances(
         &self,
         (at, chunk_size_m): (ChunkCoord, f64),
@@ -58,21 +59,24 @@ impl Climbing {
             };
             let key = self.key.chunk(at).item(u64::from(object.object.item()));
             let mut rng = key.rng();
-            let place = InstancePlace {
-                object: ObjectId::NONE,
+            let moss_place = InstancePlace {
                 variation: rng.unit_f32(),
                 ..object.place(at, chunk_size_m)
             };
             if let Some(shape) = self.mossy_side(object).and_then(|i| moss.get(i)) {
-                all.push((place, Arc::clone(shape)));
+                all.push((moss_place, Arc::clone(shape)));
             }
+            let ivy_place = InstancePlace {
+                object: ObjectId::NONE,
+                ..moss_place
+            };
             let dbh_m = assets.standing[object.asset].tree.size.dbh_m * object.scale;
             let climbed = rng.chance(self.chance(object.position_m.truncate(), dbh_m, assets));
             let high = rng.chance(self.wanted.ivy_in_crown);
             let Some(shape) = ivy.get(usize::from(high)).filter(|_| climbed) else {
                 continue;
             };
-            all.push((place, Arc::clone(shape)));
+            all.push((ivy_place, Arc::clone(shape)));
             for i in 0..rng.between(CARPETS[0], CARPETS[1]) {
                 let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
                 let off = object.radius_m + CARPET_REACH_M * rng.unit_f64();

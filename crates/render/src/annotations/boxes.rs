@@ -108,7 +108,12 @@ pub fn object_boxes<C: RayCaster>(
         .collect();
     let camera_from_scene = view.scene_from_camera.inverse();
     let boxed = |(i, c): (usize, &Candidate)| {
-        let range = bounds_in_image(c, view)?;
+        // What grows on an object, such as moss, bears its id and may lie beyond its own box.
+        let shown = seen.get(&c.object).map(|(_, pixels)| *pixels);
+        let range = match (bounds_in_image(c, view), shown) {
+            (Some(box_px), Some(shown)) => box_px.union(shown),
+            (range, shown) => range.or(shown)?,
+        };
         let (left, right) = (range.left as usize, range.right as usize);
         let rays: Vec<Ray> = (range.top as usize..range.bottom as usize)
             .flat_map(|y| &to_ground[y * width + left..y * width + right])
@@ -120,8 +125,8 @@ pub fn object_boxes<C: RayCaster>(
         let of_row = range.right - range.left;
         for (i, met) in (0..).zip(met) {
             let (x, y) = (range.left + i % of_row, range.top + i / of_row);
-            // Pixels that show the object count too, as a GPU's border may lie one pixel beside
-            // that of the rays.
+            // Pixels that show the object count too: by what grows on it, or because a GPU's border
+            // lies one pixel beside that of the rays.
             if met || *truth.object.at(x as usize, y as usize) == c.object {
                 count += 1;
                 whole = whole.with(x, y);
