@@ -46,6 +46,9 @@ for (const by of ["instance", "intensity", "height", "range", "time"]) {
   await p.select("#colour", by);
   say(`a scan by ${by} is another picture`, (await drawn()) !== was);
 }
+say("ranges are drawn", (await p.$$("#ranges rect")).length > 10);
+const stems = await p.$eval("#sequences tr:nth-child(2) td:nth-child(5)", (e) => Number(e.textContent.replace(",", "")));
+say(`${stems} stems per hectare`, stems > 50 && stems < 2000);
 const all = await drawn();
 await p.click("#legend button");
 say("a class goes", (await drawn()) !== all);

@@ -23,7 +23,10 @@ mod tree;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
-pub use library::{AssetParams, Library, PlantAsset, StandParams, StandSpecies, TreeAsset};
+pub use library::{
+    AssetParams, Climbers, Deadwood, Library, LogAsset, PlantAsset, StandParams, StandSpecies,
+    StemMoss, TreeAsset, TreeClimbers,
+};
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;
 pub use serialize::DeserializeError;

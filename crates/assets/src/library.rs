@@ -1,5 +1,7 @@
 //! The library: everything a world is made of, grown from one key.
 
+mod climbers;
+mod deadwood;
 mod plants;
 
 use std::sync::Arc;
@@ -8,9 +10,11 @@ use nemoral_scene::{MaterialLibrary, Prototype};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
+pub use self::climbers::{Climbers, StemMoss, TreeClimbers};
+pub use self::deadwood::{Deadwood, LogAsset};
 use self::plants::PlantGrower;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
-use crate::materials::{GroundMaterials, WorldMaterials};
+use crate::materials::{GroundMaterials, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
 use crate::tree::{
     GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
@@ -33,6 +37,10 @@ pub struct AssetParams {
     pub seedlings_per_species: u32,
     /// Different standing dead trees of each species, 0..=64, as thick as the stand's.
     pub snags_per_species: u32,
+    /// Whether logs, root plates, branches and brash are made.
+    pub deadwood: bool,
+    /// Whether ivy and moss that grow on trees are made, and how the moss grows.
+    pub climbers: Option<StemMoss>,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
@@ -123,6 +131,10 @@ pub struct Library {
     pub trail_tufts: Vec<PlantAsset>,
     /// Loose stones for trails.
     pub trail_stones: Vec<PlantAsset>,
+    /// What lies of dead trees; nothing if it was not asked for.
+    pub deadwood: Deadwood,
+    /// What climbs on trees; nothing if it was not asked for.
+    pub climbers: Climbers,
     /// The ground.
     pub ground: GroundMaterials,
 }
@@ -144,6 +156,8 @@ impl Default for AssetParams {
             saplings_per_species: 0,
             seedlings_per_species: 0,
             snags_per_species: 0,
+            deadwood: false,
+            climbers: None,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
         }
@@ -193,6 +207,10 @@ impl AssetParams {
         let n = f64::from(self.snags_per_species);
         ParamError::check_within("snags_per_species", n, 0.0, 64.0)?;
         ParamError::check_within("trunk_radius_m", self.trunk_radius_m, 0.01, 0.2)?;
+        if let Some(StemMoss { amount, height_m }) = self.climbers {
+            ParamError::check_within("climbers.amount", amount, 0.0, 3.0)?;
+            ParamError::check_within("climbers.height_m", height_m, 0.1, 10.0)?;
+        }
         let stand = &self.stand;
         ParamError::check_within("stand.shape", stand.shape, 1.0, 6.0)?;
         ParamError::check_within("stand.dbh_min_m", stand.dbh_min_m, 0.07, 0.5)?;
@@ -209,7 +227,12 @@ impl Library {
     pub fn grow(params: &AssetParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
-        let materials = WorldMaterials::bake(&species, params.seedlings_per_species > 0, key);
+        let wanted = Wanted {
+            seedlings: params.seedlings_per_species > 0,
+            deadwood: params.deadwood,
+            climbers: params.climbers.is_some(),
+        };
+        let materials = WorldMaterials::bake(&species, wanted, key);
         let masks = MaskCoverage::of(&materials.library);
         let grower = TreeGrower {
             params,
@@ -229,7 +252,12 @@ impl Library {
             masks: &masks,
             key,
         };
+        let climbers = (materials.climbers.as_ref())
+            .zip(params.climbers.as_ref())
+            .map(|(of, moss)| plants.climbers([&trees, &snags], moss, of))
+            .unwrap_or_default();
         Ok(Self {
+            climbers,
             trees,
             saplings,
             snags,
@@ -243,6 +271,9 @@ impl Library {
             litter: plants.litter(),
             trail_tufts: plants.trail_tufts(),
             trail_stones: plants.trail_stones(),
+            deadwood: (materials.deadwood.as_ref())
+                .map(|of| plants.deadwood(&params.species, of))
+                .unwrap_or_default(),
             ground: materials.ground,
             materials: materials.library,
         })

@@ -4,12 +4,15 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use nemoral_scene::{
-    AlphaMask, AmbientOcclusion, Card, Material, MaterialLibrary, Mesh, Optics, Prototype,
-    PrototypeError, Semantic, Texture, TextureWindow,
+    AlphaMask, AmbientOcclusion, Card, DecayStage, Material, MaterialLibrary, Mesh, Optics,
+    Prototype, PrototypeError, Semantic, Texture, TextureWindow,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{GroundMaterials, Library, PlantAsset, SizeClass, TreeAsset, TreeSize};
+use crate::{
+    Climbers, Deadwood, GroundMaterials, Library, LogAsset, PlantAsset, SizeClass, TreeAsset,
+    TreeClimbers, TreeSize,
+};
 
 /// Why bytes are not those of a [`Library`].
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +30,9 @@ pub enum DeserializeError {
     /// The ground refers to a material that is missing.
     #[error("not a library: a material of the ground is missing")]
     Ground,
+    /// A log has a stage of decay that there is not.
+    #[error("not a library: a log has the stage of decay {0}, must be 1 to 5")]
+    DecayStage(u8),
     /// A prototype is not valid.
     #[error("not a library: {0}")]
     Shape(#[from] PrototypeError),
@@ -41,7 +47,11 @@ struct StoredLibrary<'a> {
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
-    plants: [Vec<StoredPlant<'a>>; 10],
+    plants: [Vec<StoredPlant<'a>>; 14],
+    /// Logs, and stems of thrown trees.
+    logs: [Vec<StoredLog<'a>>; 2],
+    /// Ivy and moss of each tree, and of each snag.
+    climbers: [Vec<[Vec<StoredShape<'a>>; 2]>; 2],
     ground: Cow<'a, GroundMaterials>,
 }
 
@@ -88,6 +98,18 @@ struct StoredPlant<'a> {
     height_m: f64,
 }
 
+#[derive(Serialize, Deserialize)]
+struct StoredLog<'a> {
+    shape: StoredShape<'a>,
+    species: Cow<'a, str>,
+    /// 1 to 5.
+    stage: u8,
+    length_m: f64,
+    diameter_m: [f64; 2],
+    half_height_m: [f64; 2],
+    volume_m3: f64,
+}
+
 impl Library {
     /// The library as bytes for [`Library::from_bytes`] of the same version of this crate.
     #[must_use]
@@ -131,8 +153,16 @@ impl Library {
                 &self.litter,
                 &self.trail_tufts,
                 &self.trail_stones,
+                &self.deadwood.root_plates,
+                &self.deadwood.branches,
+                &self.deadwood.brash,
+                &self.climbers.carpets,
             ]
             .map(|plants| plants.iter().map(StoredPlant::of).collect()),
+            climbers: [&self.climbers.trees, &self.climbers.snags]
+                .map(|trees| trees.iter().map(stored_climbers).collect()),
+            logs: [&self.deadwood.logs, &self.deadwood.thrown]
+                .map(|logs| logs.iter().map(StoredLog::of).collect()),
             ground: Cow::Borrowed(&self.ground),
         };
         postcard::to_stdvec(&stored).expect("plain data can be written")
@@ -159,7 +189,7 @@ impl Library {
             .floor
             .iter()
             .copied()
-            .chain([ground.cut_slope])
+            .chain([ground.cut_slope, ground.bare_soil])
             .chain(trails);
         if of_ground.any(|m| usize::from(m.0) >= materials.materials().len()) {
             return Err(DeserializeError::Ground);
@@ -183,7 +213,28 @@ impl Library {
             litter,
             trail_tufts,
             trail_stones,
+            root_plates,
+            branches,
+            brash,
+            carpets,
         ] = plants;
+        let [on_trees, on_snags] = stored.climbers.map(|trees| {
+            let trees = trees.into_iter().map(|shapes| {
+                let [ivy, moss] = shapes.map(|shapes| {
+                    let shapes = shapes.into_iter().map(|s| s.restore(&materials));
+                    shapes.collect::<Result<Vec<_>, _>>()
+                });
+                Ok(TreeClimbers {
+                    ivy: ivy?,
+                    moss: moss?,
+                })
+            });
+            trees.collect::<Result<Vec<_>, DeserializeError>>()
+        });
+        let [logs, thrown] = stored.logs.map(|logs| {
+            let logs = logs.into_iter().map(|log| log.restore(&materials));
+            logs.collect::<Result<Vec<_>, _>>()
+        });
         Ok(Self {
             trees: trees?,
             saplings: saplings?,
@@ -198,6 +249,18 @@ impl Library {
             litter: litter?,
             trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
+            climbers: Climbers {
+                trees: on_trees?,
+                snags: on_snags?,
+                carpets: carpets?,
+            },
+            deadwood: Deadwood {
+                logs: logs?,
+                thrown: thrown?,
+                root_plates: root_plates?,
+                branches: branches?,
+                brash: brash?,
+            },
             ground: stored.ground.into_owned(),
             materials,
         })
@@ -303,6 +366,38 @@ impl<'a> StoredPlant<'a> {
     }
 }
 
+/// Ivy and moss of a tree.
+fn stored_climbers(tree: &TreeClimbers) -> [Vec<StoredShape<'_>>; 2] {
+    [&tree.ivy, &tree.moss].map(|shapes| shapes.iter().map(|s| StoredShape::of(s)).collect())
+}
+
+impl<'a> StoredLog<'a> {
+    fn of(log: &'a LogAsset) -> Self {
+        Self {
+            shape: StoredShape::of(&log.prototype),
+            species: Cow::Borrowed(&log.species),
+            stage: log.stage.number(),
+            length_m: log.length_m,
+            diameter_m: log.diameter_m,
+            half_height_m: log.half_height_m,
+            volume_m3: log.volume_m3,
+        }
+    }
+
+    fn restore(self, materials: &MaterialLibrary) -> Result<LogAsset, DeserializeError> {
+        Ok(LogAsset {
+            prototype: self.shape.restore(materials)?,
+            species: self.species.into_owned(),
+            stage: DecayStage::from_number(self.stage)
+                .ok_or(DeserializeError::DecayStage(self.stage))?,
+            length_m: self.length_m,
+            diameter_m: self.diameter_m,
+            half_height_m: self.half_height_m,
+            volume_m3: self.volume_m3,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -316,6 +411,11 @@ mod tests {
             saplings_per_species: 1,
             seedlings_per_species: 1,
             snags_per_species: 1,
+            deadwood: true,
+            climbers: Some(crate::StemMoss {
+                amount: 1.0,
+                height_m: 1.0,
+            }),
             ..AssetParams::default()
         };
         let library = Library::grow(&params, Key::world(3)).expect("valid");
@@ -344,6 +444,9 @@ mod tests {
                 &library.ferns,
                 &library.seedlings,
                 &library.rocks,
+                &library.deadwood.root_plates,
+                &library.deadwood.branches,
+                &library.deadwood.brash,
             ];
             let plants = plants.into_iter().flatten().map(|p| {
                 format!(
@@ -352,6 +455,11 @@ mod tests {
                 )
             });
             let mut texts: Vec<String> = trees.chain(plants).collect();
+            let dead = [&library.deadwood.logs, &library.deadwood.thrown];
+            texts.extend(dead.into_iter().flatten().map(|l| {
+                let sizes = (l.length_m, l.diameter_m, l.half_height_m, l.volume_m3);
+                format!("{:?}", (l.prototype.name(), &l.species, l.stage, sizes))
+            }));
             texts.push(format!("{:?}", (&library.ground, &library.materials)));
             texts
         };

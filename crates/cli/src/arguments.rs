@@ -32,6 +32,8 @@ pub(crate) enum Command {
     Generate(Generate),
     /// Makes a contact sheet of one frame: colour, classes, instances, depth, scan.
     Preview(Preview),
+    /// Opens a forest in your browser, to walk through it and to change it.
+    View(View),
     /// Shows, starts, checks and explains configs.
     #[command(subcommand)]
     Config(ConfigCommand),
@@ -262,6 +264,26 @@ pub(crate) struct Preview {
     /// The picture, a PNG.
     #[arg(long, short, value_name = "FILE", default_value = "preview.png")]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct View {
+    #[command(flatten)]
+    pub(crate) world: World,
+    #[command(flatten)]
+    pub(crate) keeping: Keeping,
+    /// Which sequence.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) sequence: u32,
+    /// Which renderer takes the pictures.
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    pub(crate) backend: Backend,
+    /// The port on this machine, which others cannot reach; 0 for any free one.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) port: u16,
+    /// Opens the page in your browser.
+    #[arg(long)]
+    pub(crate) open: bool,
 }
 
 #[derive(Debug, Subcommand)]

@@ -24,6 +24,7 @@ use crate::arguments::{
 };
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
+use crate::view;
 
 /// Why a command failed.
 pub(crate) struct Failure {
@@ -72,6 +73,15 @@ impl From<nemoral_report::Error> for Failure {
     }
 }
 
+impl From<nemoral_view::Error> for Failure {
+    fn from(error: nemoral_view::Error) -> Self {
+        Self {
+            message: error.to_string(),
+            is_request: error.is_request(),
+        }
+    }
+}
+
 /// The commands themselves write to standard output alone, so an I/O error is about that.
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
@@ -96,6 +106,7 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
     match arguments.command {
         Command::Generate(a) => run_generate(&a, program),
         Command::Preview(a) => run_preview(&a, program),
+        Command::View(a) => view::run(a, program),
         Command::Config(a) => run_config(&a, program),
         Command::Plan(a) => run_plan(&a, program),
         Command::Check(Folder { dir }) => {
@@ -244,7 +255,7 @@ fn open_mode(resume: bool, overwrite: bool) -> OpenMode {
     }
 }
 
-fn load(world: &World) -> Result<Sequences, Failure> {
+pub(crate) fn load(world: &World) -> Result<Sequences, Failure> {
     let mut settings = world.settings.clone();
     settings.extend(world.seed.map(|seed| format!("seed={seed}")));
     settings.extend(world.sequences.map(|n| format!("sequences={n}")));
@@ -257,7 +268,7 @@ fn load(world: &World) -> Result<Sequences, Failure> {
 }
 
 /// The number of threads to use, which is handed to rayon.
-fn threads(world: &World) -> Result<usize, Failure> {
+pub(crate) fn threads(world: &World) -> Result<usize, Failure> {
     let threads = match world.threads {
         Some(n) => n as usize,
         None => std::thread::available_parallelism().map_or(1, Into::into),
@@ -273,7 +284,10 @@ fn threads(world: &World) -> Result<usize, Failure> {
 }
 
 /// The cache folder, and a message if it cannot be used although one was wanted.
-fn cache(keeping: &Keeping, program: Option<&Path>) -> (Option<Arc<Cache>>, Option<String>) {
+pub(crate) fn cache(
+    keeping: &Keeping,
+    program: Option<&Path>,
+) -> (Option<Arc<Cache>>, Option<String>) {
     if keeping.no_cache {
         return (None, None);
     }

@@ -10,6 +10,7 @@ mod arguments;
 mod commands;
 mod frames;
 mod progress;
+mod view;
 
 use std::ffi::OsString;
 use std::path::Path;

@@ -2,8 +2,8 @@
 
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
-    Annotations, ChunkCoord, Image, LidarPoint, ObjectRecord, RigidTransform, TreeRecord,
-    TruthImages, Twist,
+    Annotations, ChunkCoord, DeadwoodRecord, Image, LidarPoint, ObjectRecord, RigidTransform,
+    TreeRecord, TruthImages, Twist,
 };
 
 /// One frame, in memory.
@@ -55,12 +55,14 @@ pub struct LidarData<'a> {
     pub sensor_chunk: ChunkCoord,
 }
 
-/// The objects of the world that `trees.csv` and `instances.csv` list.
+/// The objects of the world that `trees.csv`, `deadwood.csv` and `instances.csv` list.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WorldTables<'a> {
     /// The trees, in any order.
     pub trees: &'a [TreeRecord],
-    /// All objects with an id, trees included, in any order.
+    /// Logs and root plates, in any order; none if the sequence has no deadwood.
+    pub deadwood: &'a [DeadwoodRecord],
+    /// All objects with an id, trees and deadwood included, in any order.
     pub objects: &'a [ObjectRecord],
 }
 

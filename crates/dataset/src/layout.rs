@@ -15,6 +15,7 @@ pub(crate) const CONFIG: &str = "config.toml";
 pub(crate) const ONTOLOGY: &str = "ontology.yaml";
 pub(crate) const TREES: &str = "trees.csv";
 pub(crate) const INSTANCES: &str = "instances.csv";
+pub(crate) const DEADWOOD: &str = "deadwood.csv";
 /// The files at the top, except `dataset.json`.
 pub(crate) const TOP_FILES: [&str; 3] = [README, CONFIG, ONTOLOGY];
 pub(crate) const SEQUENCES: &str = "sequences";
@@ -24,7 +25,8 @@ pub(crate) const POSES: &str = "poses.txt";
 pub(crate) const CALIB: &str = "calib.txt";
 pub(crate) const TIMES: &str = "times.txt";
 /// The files of a sequence that belong to no frame.
-pub(crate) const SEQUENCE_FILES: [&str; 6] = [CALIB, CONFIG, INSTANCES, POSES, TIMES, TREES];
+pub(crate) const SEQUENCE_FILES: [&str; 7] =
+    [CALIB, CONFIG, DEADWOOD, INSTANCES, POSES, TIMES, TREES];
 
 /// The folders of one LiDAR, below the sequence's.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -181,6 +183,9 @@ pub(crate) fn common_files<'a>(
             (path(TREES), limits::TABLE_BYTES),
             (path(INSTANCES), limits::TABLE_BYTES),
         ]);
+        if sequence.has_deadwood {
+            files.push((path(DEADWOOD), limits::TABLE_BYTES));
+        }
     }
     files.sort();
     files

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use crate::formats::tables;
+use crate::formats::tables::{self, Tables};
 use crate::manifest::ranges;
 use crate::writer::Drive;
 use crate::{Dataset, DatasetHeader, Error, Manifest, OpenMode, Writer, layout, output::compare};
@@ -89,26 +89,29 @@ pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifes
         }
     }
     for (&sequence, drive) in &drives {
-        let (trees, objects) = tables_of(&parts, sequence)?;
+        let tables = tables_of(&parts, sequence)?;
         let spec = writer.header().sequence(sequence);
         let spec = spec.expect("a manifest's tracks are of sequences");
-        writer.put_sequence(spec, drive, &trees, &objects)?;
+        writer.put_sequence(spec, drive, &tables)?;
     }
     writer.finish()
 }
 
 /// The united tables of a sequence.
-fn tables_of(parts: &[Dataset], sequence: u32) -> Result<(tables::Rows, tables::Rows), Error> {
-    let (mut trees, mut objects) = (tables::Rows::new(), tables::Rows::new());
+fn tables_of(parts: &[Dataset], sequence: u32) -> Result<Tables, Error> {
+    let mut all = Tables::default();
     for part in parts.iter().filter(|p| p.track(sequence).is_ok()) {
         for row in part.tree_rows(sequence)?.into_values() {
-            tables::insert(&mut trees, "trees", row)?;
+            tables::insert(&mut all.trees, "trees", row)?;
         }
         for row in part.object_rows(sequence)?.into_values() {
-            tables::insert(&mut objects, "instances", row)?;
+            tables::insert(&mut all.objects, "instances", row)?;
+        }
+        for row in part.deadwood_rows(sequence)?.into_values() {
+            tables::insert(&mut all.deadwood, "deadwood", row)?;
         }
     }
-    Ok((trees, objects))
+    Ok(all)
 }
 
 /// Refuses parts that do not have all frames of all sequences.

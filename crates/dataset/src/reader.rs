@@ -4,7 +4,9 @@ use std::path::Path;
 
 use nemoral_files::{Folder, InnerPath};
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{Flow, Image, ObjectBox, ObjectRecord, RigidTransform, TreeRecord};
+use nemoral_scene::{
+    DeadwoodRecord, Flow, Image, ObjectBox, ObjectRecord, RigidTransform, TreeRecord,
+};
 
 use crate::formats::{Size, annotations, exr, images, kitti, npy, ply, scan, tables};
 use crate::{
@@ -536,6 +538,24 @@ impl Dataset {
     pub fn objects(&self, sequence: u32) -> Result<Vec<ObjectRecord>, Error> {
         let path = layout::sequence_file(sequence, layout::INSTANCES);
         tables::objects(&self.root().join(path), &self.object_rows(sequence)?)
+    }
+
+    /// `deadwood.csv` of a sequence, by true id; nothing if it has none.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`].
+    pub fn deadwood(&self, sequence: u32) -> Result<Vec<DeadwoodRecord>, Error> {
+        let path = layout::sequence_file(sequence, layout::DEADWOOD);
+        tables::deadwood(&self.root().join(path), &self.deadwood_rows(sequence)?)
+    }
+
+    pub(crate) fn deadwood_rows(&self, sequence: u32) -> Result<tables::Rows, Error> {
+        let spec = self.manifest().header.sequence(sequence);
+        if spec.is_none_or(|spec| !spec.has_deadwood) {
+            return Ok(tables::Rows::new());
+        }
+        let path = layout::sequence_file(sequence, layout::DEADWOOD);
+        self.load_text(&path, tables::read_deadwood_rows)
     }
 
     pub(crate) fn tree_rows(&self, sequence: u32) -> Result<tables::Rows, Error> {

@@ -59,6 +59,9 @@ pub struct SequenceSpec {
     pub drawn: BTreeMap<String, serde_json::Value>,
     /// Side of a chunk, metres.
     pub chunk_size_m: f64,
+    /// Whether it has a `deadwood.csv`; absent from `dataset.json` if it has none.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_deadwood: bool,
     /// How depth is stored.
     pub depth_format: DepthFormat,
     /// All cameras, the reference camera first.
@@ -86,6 +89,7 @@ impl SequenceSpec {
             split: None,
             drawn: BTreeMap::new(),
             chunk_size_m: 50.0,
+            has_deadwood: false,
             depth_format: DepthFormat::default(),
             cameras: Vec::new(),
             lidars: Vec::new(),

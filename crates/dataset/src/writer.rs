@@ -9,6 +9,7 @@ use nemoral_files::{Folder, Lock, Syncer};
 use nemoral_scene::{Image, Semantic};
 
 use crate::formats::kitti::{self, Calibration};
+use crate::formats::tables::Tables;
 use crate::formats::{data_card, images, ontology_yaml, ply, scan, tables};
 use crate::manifest::ranges;
 use crate::output::{self, Content};
@@ -269,7 +270,13 @@ impl Writer {
         };
         let trees = tables::tree_rows(world.trees)?;
         let objects = tables::object_rows(world.objects)?;
-        self.put_sequence(spec, &drive, &trees, &objects)
+        let deadwood = tables::deadwood_rows(world.deadwood)?;
+        let tables = Tables {
+            trees,
+            deadwood,
+            objects,
+        };
+        self.put_sequence(spec, &drive, &tables)
     }
 
     /// The same from prepared tables and tracks, as merging has them.
@@ -277,16 +284,32 @@ impl Writer {
         &self,
         spec: &SequenceSpec,
         drive: &Drive,
-        trees: &tables::Rows,
-        objects: &tables::Rows,
+        tables: &Tables,
     ) -> Result<(), Error> {
         if self.drives().contains_key(&spec.number) {
             return Err(Error::invalid("sequence", spec.number, "written once"));
         }
+        let Tables {
+            trees,
+            deadwood,
+            objects,
+        } = tables;
+        if !spec.has_deadwood && !deadwood.is_empty() {
+            let rows = format!("{} rows", deadwood.len());
+            return Err(Error::invalid(
+                "deadwood",
+                rows,
+                "none: has_deadwood is false",
+            ));
+        }
+        let of_deadwood = (spec.has_deadwood).then(|| {
+            let path = layout::sequence_file(spec.number, layout::DEADWOOD);
+            (path, tables::encode_deadwood(deadwood))
+        });
         let path = |name| layout::sequence_file(spec.number, name);
         let calibration = kitti::encode_calibration(&Calibration::of(spec));
         let mut files = Vec::new();
-        for (path, text) in [
+        let common = [
             (path(layout::CALIB), calibration),
             (path(layout::CONFIG), spec.config_toml.clone()),
             (path(layout::INSTANCES), tables::encode_objects(objects)),
@@ -294,7 +317,8 @@ impl Writer {
             (layout::kitti_poses(spec.number), drive.poses.clone()),
             (path(layout::TIMES), drive.times.clone()),
             (path(layout::TREES), tables::encode_trees(trees)),
-        ] {
+        ];
+        for (path, text) in common.into_iter().chain(of_deadwood) {
             let record = FileRecord::put(&self.folder, layout::inner(&path), text.as_bytes())?;
             files.push(record);
         }

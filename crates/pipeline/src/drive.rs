@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use nemoral_dataset::Track;
-use nemoral_scene::{ChunkCoord, ObjectRecord, TreeRecord};
+use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectRecord, TreeRecord};
 
 use crate::chunks::ChunkManager;
 use crate::config::Config;
@@ -68,13 +68,21 @@ pub(crate) fn track(
     Ok(Track { sequence, poses })
 }
 
+/// The inventory of a world.
+#[derive(Debug, Default)]
+pub(crate) struct Inventory {
+    pub(crate) trees: Vec<TreeRecord>,
+    pub(crate) deadwood: Vec<DeadwoodRecord>,
+    pub(crate) objects: Vec<ObjectRecord>,
+}
+
 /// Every object in a chunk that is visible from one of the frames, in order of id.
 pub(crate) fn inventory(
     config: &Config,
     forest: &ForestPlan,
     runner: &Runner<'_>,
     frames: impl Iterator<Item = u64>,
-) -> Result<(Vec<TreeRecord>, Vec<ObjectRecord>), Error> {
+) -> Result<Inventory, Error> {
     let chunks = &config.chunks;
     let mut visible: BTreeSet<ChunkCoord> = BTreeSet::new();
     for frame in frames {
@@ -90,16 +98,17 @@ pub(crate) fn inventory(
         ));
     }
     let assets = runner.get(forest.assets, ())?;
-    let (mut trees, mut objects) = (Vec::new(), Vec::new());
+    let mut all = Inventory::default();
     for &chunk in &visible {
         for object in &runner.get(forest.objects, chunk)?.0 {
-            objects.push(assets.object_record(object));
-            trees.extend(assets.tree_record(object));
+            all.objects.push(assets.object_record(object));
+            all.trees.extend(assets.tree_record(object));
+            all.deadwood.extend(assets.deadwood_record(object));
         }
         // Chunks come column by column, so those two columns back are no longer needed.
         runner
             .store()
             .retain(|_, at| !matches!(at, At::Chunk(c) if c.x < chunk.x - 2));
     }
-    Ok((trees, objects))
+    Ok(all)
 }

@@ -5,7 +5,7 @@ use nemoral_placement::{CoverPoint, Placement, Site};
 use nemoral_render::CameraImages;
 use nemoral_scene::{Annotations, ChunkCoord, LidarPoint};
 use nemoral_seed::Key;
-use nemoral_stand::{SceneObjects, SkyViewFactor};
+use nemoral_stand::{FallenStem, SceneObjects, SkyViewFactor};
 
 use crate::config::{Chunks, Config};
 use crate::plan::{Node, Plan};
@@ -13,6 +13,7 @@ use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
 use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryStage};
 use crate::stages::assets::{AssetStage, LibraryStage};
+use crate::stages::deadwood::{DeadwoodStage, FallenStemStage};
 use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
 use crate::stages::object_geometry::{ObjectGeometry, ObjectGeometryStage};
@@ -59,6 +60,8 @@ pub struct ForestPlan {
     pub rocks: Node<ChunkCoord, Vec<Site>>,
     /// Chunk: where its trees, stumps and shrubs are.
     pub woody: Node<ChunkCoord, Vec<Site>>,
+    /// Chunk: where its logs lie.
+    pub deadwood: Node<ChunkCoord, Vec<FallenStem>>,
     /// Chunk: everything with an id.
     pub objects: Node<ChunkCoord, SceneObjects>,
     /// Chunk: the sky view factor under its crowns.
@@ -146,9 +149,27 @@ impl ForestPlan {
         let phases = [phase0, phase1, phase2, phase3].map(Node::anywhere);
         let rocks = plan.add(RockStage, (phases,));
         let woody = plan.add(WoodyStage, (world, ground, rocks.anywhere()));
+        let fallen = plan.add(
+            FallenStemStage::new(config),
+            (
+                assets.global(),
+                ground_model.global(),
+                ground,
+                rocks.anywhere(),
+                woody.anywhere(),
+            ),
+        );
+        let deadwood = plan.add(DeadwoodStage::new(config), (fallen.anywhere(),));
         let objects = plan.add(
             SceneObjectStage,
-            (assets.global(), ground_model.global(), ground, rocks, woody),
+            (
+                assets.global(),
+                ground_model.global(),
+                ground,
+                rocks,
+                woody,
+                deadwood,
+            ),
         );
         let object_geometry = plan.add(
             ObjectGeometryStage::new(config)?,
@@ -161,13 +182,14 @@ impl ForestPlan {
         let undergrowth = plan.add(UndergrowthStage, (flora.global(), ground, sky_view_factor));
         let seedlings = plan.add(SeedlingStage::new(config), (world, ground, sky_view_factor));
         let undergrowth_geometry = plan.add(
-            UndergrowthGeometryStage { chunk_size_m },
+            UndergrowthGeometryStage::new(config),
             (
                 assets.global(),
                 ground_model.global(),
                 ground,
                 undergrowth,
                 seedlings,
+                objects,
             ),
         );
 
@@ -232,6 +254,7 @@ impl ForestPlan {
             ground,
             rocks,
             woody,
+            deadwood,
             objects,
             sky_view_factor,
             undergrowth,

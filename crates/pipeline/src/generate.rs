@@ -157,10 +157,11 @@ fn conclude(world: &World, runner: &Runner<'_>, writer: &Writer) -> Result<(), E
     let track = track((number, config), &world.forest, runner)?;
     let frames = writer.frames().into_iter();
     let frames = frames.filter(|f| f.0 == number).map(|f| f.1);
-    let (trees, objects) = inventory(config, &world.forest, runner, frames)?;
+    let all = inventory(config, &world.forest, runner, frames)?;
     let tables = WorldTables {
-        trees: &trees,
-        objects: &objects,
+        trees: &all.trees,
+        deadwood: &all.deadwood,
+        objects: &all.objects,
     };
     Ok(writer.write_sequence(&track, &tables)?)
 }

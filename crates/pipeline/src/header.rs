@@ -77,6 +77,7 @@ pub(crate) fn sequence_spec(
         split: sequence.split,
         drawn: drawn.collect(),
         chunk_size_m: config.chunks.size_m,
+        has_deadwood: config.deadwood.has_objects(),
         depth_format: if config.output.depth_npy {
             DepthFormat::Npy
         } else {

@@ -22,6 +22,13 @@ const choose = (select, names) => {
 };
 const hue = (i) => `hsl(${(137.508 * i) % 360} 62% ${i % 2 ? 46 : 58}%)`;
 const count = (n) => n.toLocaleString("en");
+const percent = (v) => `${(100 * v).toFixed(v < 0.1 ? 2 : 1)} %`;
+const svg = (tag, attributes, text) => {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  Object.entries(attributes).forEach(([k, v]) => element.setAttribute(k, v));
+  if (text !== undefined) element.textContent = text;
+  return element;
+};
 
 // Head.
 const pixels = data.classes.reduce((sum, c) => sum + c.pixels, 0);
@@ -224,6 +231,34 @@ function showScan() {
     return button;
   }));
   colourScan();
+  showRanges();
+}
+
+// How many points there are at which range, by class.
+function showRanges() {
+  const range = (i) => Math.hypot(...scan.position.subarray(3 * i, 3 * i + 3));
+  const ranges = Array.from({ length: scan.count }, (_, i) => range(i));
+  const sorted = [...ranges].sort((a, b) => a - b);
+  get("ranges").replaceChildren();
+  if (scan.count === 0) return;
+  const far = sorted[Math.floor(0.98 * (scan.count - 1))];
+  plot("Ranges of the scan's points", [far], "range, m", (root, x, top) => {
+    const bins = Array.from({ length: 60 }, () => new Map());
+    ranges.forEach((r, i) => {
+      const bin = bins[Math.min(59, Math.floor(60 * r / top))];
+      bin.set(scan.class[i], (bin.get(scan.class[i]) ?? 0) + 1);
+    });
+    const most = Math.max(...bins.map((b) => [...b.values()].reduce((a, n) => a + n, 0)));
+    bins.forEach((bin, i) => {
+      let y = 190;
+      for (const c of data.classes.filter((c) => bin.has(c.id))) {
+        const height = 170 * bin.get(c.id) / most;
+        y -= height;
+        root.append(svg("rect", { x: x(i * top / 60), y, height, width: x(top / 60) - x(0) - 0.5, fill: rgb(c.colour) }));
+      }
+    });
+    root.append(svg("text", { x: 30, y: 26, "text-anchor": "end" }, `${percent(most / scan.count)}`));
+  }, get("ranges"));
 }
 
 // From dark blue over green to yellow: viridis, by three of its colours.
@@ -299,7 +334,6 @@ get("top").onclick = () => controls && look([-0.01, 0, 80], [0, 0, 0]);
 // Classes.
 const widest = Math.max(1e-9, ...data.classes.map((c) =>
   Math.max(c.pixels / (pixels || 1), c.points / (points || 1))));
-const percent = (v) => `${(100 * v).toFixed(v < 0.1 ? 2 : 1)} %`;
 get("classes").append(...data.classes.map((c) => {
   const row = make("div", { className: "share" }, make("b", { textContent: c.name }));
   for (const [kind, part, all] of [["pixels", c.pixels, pixels], ["points", c.points, points]]) {
@@ -313,13 +347,7 @@ get("classes").append(...data.classes.map((c) => {
 // Inventory.
 // Seedlings are lower than breast height.
 const trees = data.sequences.flatMap((s) => s.trees).filter((t) => t[3] > 0);
-const svg = (tag, attributes, text) => {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  Object.entries(attributes).forEach(([k, v]) => element.setAttribute(k, v));
-  if (text !== undefined) element.textContent = text;
-  return element;
-};
-function plot(title, xs, xLabel, draw) {
+function plot(title, xs, xLabel, draw, into = get("plots")) {
   const root = svg("svg", { viewBox: "0 0 360 220", role: "img", "aria-label": title });
   const top = Math.max(...xs, 1e-9);
   const step = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((s) => top / s <= 7) ?? 100;
@@ -331,7 +359,7 @@ function plot(title, xs, xLabel, draw) {
   }
   root.append(svg("text", { x: 350, y: 218, "text-anchor": "end" }, xLabel));
   draw(root, x, step * Math.ceil(top / step));
-  get("plots").append(make("figure", {}, make("figcaption", { textContent: title }), root));
+  into.append(make("figure", {}, make("figcaption", { textContent: title }), root));
 }
 function histogram(title, field, xLabel) {
   const values = trees.map((t) => t[field]);
@@ -475,11 +503,38 @@ get("map").hidden = data.sequences.length === 0;
 get("shown").textContent = "Click on a dot to see its frame." + (data.trees_shown < data.trees_total
   ? ` ${count(data.trees_shown)} of ${count(data.trees_total)} trees are drawn.` : "");
 
+// Stems and basal area of a hectare, of the land near the drive, all of whose trees are known.
+const visible = data.config.match(/visible_radius_m\s*=\s*([0-9.]+)/);
+const NEAR_M = Math.min(20, visible ? Number(visible[1]) : 20);
+const THINNEST_M = 0.07;
+function density(world) {
+  const side = 1;
+  const land = new Set();
+  const cell = (x, y) => `${Math.floor(x / side)},${Math.floor(y / side)}`;
+  const frames = framesOf(world.number);
+  const every = Math.ceil(frames.length / 2000);
+  for (const [f] of frames.filter((_, i) => i % every === 0)) {
+    for (let dx = -NEAR_M; dx <= NEAR_M; dx += side) {
+      for (let dy = -NEAR_M; dy <= NEAR_M; dy += side) {
+        if (dx * dx + dy * dy <= NEAR_M * NEAR_M) land.add(cell(f.at[0] + dx, f.at[1] + dy));
+      }
+    }
+  }
+  const hectares = land.size * side * side / 1e4;
+  const near = world.trees.filter(([, x, y, dbh]) => dbh >= THINNEST_M && land.has(cell(x, y)));
+  const drawn = data.trees_shown / (data.trees_total || 1) || 1;
+  const area = near.reduce((sum, t) => sum + Math.PI / 4 * t[3] * t[3], 0);
+  return [near.length / drawn / hectares, area / drawn / hectares];
+}
+if (trees.length) {
+  get("density").textContent = `Stems and basal area per hectare count trees of ${100 * THINNEST_M} cm and more within ${NEAR_M} m of the drive.`;
+}
+
 // Sequences.
 const keys = [...new Set(data.sequences.flatMap((s) => Object.keys(s.drawn)))].sort();
 const value = (v) => (typeof v === "number" ? Number(v.toPrecision(4)).toString() : String(v ?? ""));
 get("sequences").append(
-  head("sequence", "split", "frames", "trees", "points by class", ...keys, "seed"),
+  head("sequence", "split", "frames", "trees", "stems/ha", "m²/ha", "points by class", ...keys, "seed"),
   ...data.sequences.map((s) => {
     const bar = make("div", { className: "stack" });
     const all = Object.values(s.points).reduce((a, n) => a + n, 0) || 1;
@@ -489,7 +544,9 @@ get("sequences").append(
       bar.append(part);
     }
     const trees = Object.values(s.counts).reduce((a, n) => a + n, 0);
-    const cells = [s.number, s.split ?? "", framesOf(s.number).length, count(trees), bar,
+    const [stems, area] = trees ? density(s) : [0, 0];
+    const cells = [s.number, s.split ?? "", framesOf(s.number).length, count(trees),
+      count(Math.round(stems)), area.toFixed(1), bar,
       ...keys.map((k) => value(s.drawn[k])), s.seed];
     return make("tr", {}, ...cells.map((cell) => make("td", {}, cell instanceof Node ? cell : String(cell))));
   }));

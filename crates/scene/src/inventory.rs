@@ -16,11 +16,22 @@ pub enum ObjectKind {
     Shrub,
     /// A rock.
     Rock,
+    /// A log on the ground.
+    Log,
+    /// The root plate of a thrown tree.
+    RootPlate,
 }
 
 impl ObjectKind {
     /// Every kind.
-    pub const ALL: &'static [Self] = &[Self::Tree, Self::Stump, Self::Shrub, Self::Rock];
+    pub const ALL: &'static [Self] = &[
+        Self::Tree,
+        Self::Stump,
+        Self::Shrub,
+        Self::Rock,
+        Self::Log,
+        Self::RootPlate,
+    ];
 
     /// The name used in files.
     #[must_use]
@@ -30,6 +41,8 @@ impl ObjectKind {
             Self::Stump => "stump",
             Self::Shrub => "shrub",
             Self::Rock => "rock",
+            Self::Log => "log",
+            Self::RootPlate => "root_plate",
         }
     }
 }
@@ -79,4 +92,79 @@ pub struct TreeRecord {
     pub age_class: String,
     /// Whether it is alive.
     pub alive: bool,
+}
+
+/// How far a log has decayed, in the five stages of Maser, Anderson, Cromack, Williams and Martin
+/// 1979 ("Dead and down woody material", in Thomas, *Wildlife habitats in managed forests*).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum DecayStage {
+    /// Its bark is whole; it is round, and rests on a few points.
+    Fresh,
+    /// Its bark comes off; it is round still, and the first moss grows on it.
+    Loosening,
+    /// Little bark is left, moss covers its upper side, and it lies on the ground all along.
+    Bare,
+    /// Its wood is soft and falls apart; it is flattened and partly sunk.
+    Soft,
+    /// It is a low mound of rotten wood under moss and litter.
+    Rotten,
+}
+
+impl DecayStage {
+    /// Every stage, the fresh one first.
+    pub const ALL: [Self; 5] = [
+        Self::Fresh,
+        Self::Loosening,
+        Self::Bare,
+        Self::Soft,
+        Self::Rotten,
+    ];
+
+    /// Its place in [`ALL`](Self::ALL).
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Its number as foresters count: 1 (fresh) to 5 (rotten).
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8 + 1
+    }
+
+    /// The stage of this number, 1 to 5.
+    #[must_use]
+    pub const fn from_number(number: u8) -> Option<Self> {
+        match number {
+            1..=5 => Some(Self::ALL[number as usize - 1]),
+            _ => None,
+        }
+    }
+}
+
+/// A row of `deadwood.csv`: what a forester would measure on a log, or on a root plate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeadwoodRecord {
+    /// The true id.
+    pub object: ObjectId,
+    /// [`ObjectKind::Log`] or [`ObjectKind::RootPlate`].
+    pub kind: ObjectKind,
+    /// Species, `snake_case`.
+    pub species: String,
+    /// World position of the middle of a log's axis, or of a root plate, metres.
+    pub position_m: DVec3,
+    /// The direction from a log's thick end to its thin end, degrees clockwise from north, 0..360;
+    /// of a root plate, that of the stem which it belonged to.
+    pub azimuth_deg: f64,
+    /// Length of a log, thickness of a root plate, metres.
+    pub length_m: f64,
+    /// Diameters at the thick and the thin end, metres; of a root plate, its own, twice. A
+    /// flattened log has that of a circle with the same area.
+    pub diameter_m: [f64; 2],
+    /// Stage of decay.
+    pub decay: DecayStage,
+    /// Volume of wood, m³; 0 for a root plate, which inventories do not count.
+    pub volume_m3: f64,
+    /// Whether a stem lies with its root plate: the tree was thrown.
+    pub is_thrown: bool,
 }

@@ -68,7 +68,7 @@ pub use hit::{Hit, Shading, SurfaceHit};
 pub use image::{Image, TruthImages};
 pub use instance::{Instance, InstanceError, InstancePlace};
 pub use instanced::{InstanceGroup, InstancedScene, PlacedGroup};
-pub use inventory::{ObjectKind, ObjectRecord, TreeRecord};
+pub use inventory::{DeadwoodRecord, DecayStage, ObjectKind, ObjectRecord, TreeRecord};
 pub use mask::{AlphaMask, MaskError};
 pub use material::{LaserBand, Material, MaterialId, MaterialLibrary, Optics};
 pub use mesh::{Blend, Card, Mesh, Triangle};

@@ -13,17 +13,21 @@
 //! - [`Undergrowth`]: the chance of a patch of low plants, and which grows there, by the light.
 //! - [`Seedlings`]: the chance of a tree seedling.
 //! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
+//! - [`fallen_stems`] and [`settle`]: where stems lie; [`LyingStem`]: how gravity lays one on the
+//!   ground.
 //! - [`SceneObjects`]: what has an id in a chunk, numbered and stood on the ground; [`StandLayer`]
 //!   names the woody layers.
 //!
 //! All lengths are metres; world positions are x east, y north, z up.
 
 mod error;
+mod fallen_stems;
 mod field;
 mod floor_composition;
 mod instance_variation;
 mod layer;
 mod low_plants;
+mod lying;
 mod scene_objects;
 mod seedlings;
 mod sky_view_factor;
@@ -34,6 +38,7 @@ mod undergrowth;
 struct ReadmeDoctests;
 
 pub use error::Error;
+pub use fallen_stems::{FallenStem, StemKind, fallen_stems, mean_volume_m3, settle};
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
 pub use instance_variation::{
@@ -41,7 +46,10 @@ pub use instance_variation::{
 };
 pub use layer::StandLayer;
 pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
-pub use scene_objects::{OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject, SceneObjects};
+pub use lying::{LyingPose, LyingStem, Rest, roll_rad};
+pub use scene_objects::{
+    Lying, OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject, SceneObjects,
+};
 pub use seedlings::Seedlings;
 pub use sky_view_factor::{REACH_M, SkyViewArea, SkyViewFactor};
 pub use undergrowth::{

@@ -6,12 +6,12 @@ use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2};
 use nemoral_scene::{ChunkCoord, Instance, InstancePlace, ObjectId, ObjectKind, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::{Error, InstanceVariation, Variation, grown_scale, sapling_scale};
+use crate::{Error, InstanceVariation, LyingPose, Variation, grown_scale, sapling_scale};
 
 /// The domain of the draws by which objects of the same asset differ.
 pub const OBJECT_VARIATION: Domain = Domain::new("pipeline.look");
 
-/// One rock, tree, stump, shrub or stone.
+/// One rock, tree, stump, shrub, stone, log or root plate.
 #[derive(Clone, Debug)]
 pub struct SceneObject {
     /// Its true id.
@@ -94,6 +94,17 @@ pub struct ObjectSite {
     pub key: Key,
     /// Whether it lies on a trail.
     pub on_trail: bool,
+    /// Its pose, if it lies as a stem does; nothing else has one.
+    pub lying: Option<Lying>,
+}
+
+/// The pose of what lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lying {
+    /// Where and how it lies.
+    pub pose: LyingPose,
+    /// Its size along its axis, and across, relative to its asset.
+    pub scale: [f64; 2],
 }
 
 /// What decides an object's size relative to its asset.
@@ -125,6 +136,9 @@ impl ObjectSite {
         ground: &(impl Surface + ?Sized),
         variations: &InstanceVariation,
     ) -> SceneObject {
+        if let Some(lying) = &self.lying {
+            return self.lay(object, lying);
+        }
         let mut rng = self.key.domain(OBJECT_VARIATION).rng();
         let look = match self.kind {
             ObjectKind::Tree => {
@@ -160,6 +174,25 @@ impl ObjectSite {
             on_trail: self.on_trail,
         }
     }
+
+    fn lay(&self, object: ObjectId, lying: &Lying) -> SceneObject {
+        let mut rng = self.key.domain(OBJECT_VARIATION).rng();
+        // One of two mirror images, so that fewer look alike.
+        let mirror = if rng.chance(0.5) { 1.0 } else { -1.0 };
+        let [along, across] = lying.scale;
+        let scale = DVec3::new(along, across * mirror, across).as_vec3();
+        SceneObject {
+            object,
+            kind: self.kind,
+            position_m: lying.pose.position_m,
+            radius_m: self.radius_m,
+            asset: self.asset,
+            scale: across,
+            linear: lying.pose.rotation * Mat3::from_diagonal(scale),
+            variation: rng.unit_f32(),
+            on_trail: self.on_trail,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -176,6 +209,7 @@ mod tests {
             size: ObjectSize::Grown,
             key: Key::world(7).item(item),
             on_trail: false,
+            lying: None,
         }
     }
 

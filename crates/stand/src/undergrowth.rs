@@ -38,6 +38,10 @@ pub enum PatchKind {
     Ferns,
     /// Fallen twigs and cones.
     Litter,
+    /// A fallen branch, or a top left after thinning.
+    Branch,
+    /// A mat of brash.
+    Brash,
 }
 
 /// The abundance of each kind of low plants.

@@ -82,6 +82,7 @@ pub fn write_shard(out: &Path, depth: DepthFormat, frames: Range<u64>) {
     let world = WorldTables {
         trees: &trees,
         objects: &objects,
+        deadwood: &[],
     };
     let poses = (0..FRAMES).map(|k| (0.5 * k as f64, pose())).collect();
     let track = Track { sequence: 0, poses };

@@ -235,6 +235,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
     let tables = WorldTables {
         trees: &dataset.trees(0).expect("a table"),
         objects: &objects,
+        deadwood: &[],
     };
     writer
         .write_sequence(&Track { sequence: 0, poses }, &tables)

@@ -181,7 +181,12 @@ fn the_pipeline_wires_and_the_program_only_asks() {
     );
     let cli = find(&all, "nemoral-cli").ours(&["normal", "build"]);
     let mut allowed = BTreeSet::from(READERS);
-    allowed.extend(["nemoral-dataset", "nemoral-files", "nemoral-pipeline"]);
+    allowed.extend([
+        "nemoral-dataset",
+        "nemoral-files",
+        "nemoral-pipeline",
+        "nemoral-view",
+    ]);
     assert!(cli.is_subset(&allowed), "{cli:?}");
     for package in &all {
         let known = package.ours(&["normal", "build"]);
@@ -192,19 +197,28 @@ fn the_pipeline_wires_and_the_program_only_asks() {
             package.name
         );
         assert!(!known.contains(PYTHON), "{}", package.name);
-        let is_pipeline = ["nemoral-pipeline", "nemoral-cli", PYTHON].contains(&&*package.name);
+        let asks =
+            ["nemoral-pipeline", "nemoral-view", "nemoral-cli", PYTHON].contains(&&*package.name);
         assert!(
-            is_pipeline || !known.contains("nemoral-pipeline"),
+            asks || !known.contains("nemoral-pipeline"),
             "{}",
             package.name
         );
     }
+    let view = find(&all, "nemoral-view").ours(&["normal", "build", "dev"]);
+    assert_eq!(view, BTreeSet::from(["nemoral-pipeline", "nemoral-scene"]));
     // A crate that is not listed here would not be checked.
     let known: BTreeSet<&str> = STAGES
         .into_iter()
         .chain(LEAVES)
         .chain(READERS)
-        .chain([PLAN, PYTHON, "nemoral-pipeline", "nemoral-cli"])
+        .chain([
+            PLAN,
+            PYTHON,
+            "nemoral-pipeline",
+            "nemoral-view",
+            "nemoral-cli",
+        ])
         .collect();
     let names: BTreeSet<&str> = all.iter().map(|p| &*p.name).collect();
     assert_eq!(names, known);

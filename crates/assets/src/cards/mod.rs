@@ -2,6 +2,7 @@
 //! made of.
 
 pub(crate) mod card_raster;
+pub(crate) mod climbers;
 pub(crate) mod foliage;
 pub(crate) mod seedlings;
 pub(crate) mod understory;

@@ -35,7 +35,7 @@ const ROCK_COUNT: u32 = 12;
 const PATCHES: u32 = 16;
 
 /// Grows the i-th of a kind from its own key.
-type GrowOne<'a> = dyn Fn(u32, Key) -> PlantAsset + Sync + 'a;
+pub(super) type GrowOne<'a> = dyn Fn(u32, Key) -> PlantAsset + Sync + 'a;
 
 /// What all of them are grown from.
 pub(super) struct PlantGrower<'a> {
@@ -47,7 +47,12 @@ pub(super) struct PlantGrower<'a> {
 
 impl PlantGrower<'_> {
     /// `count` individuals, each from its own key, on all threads.
-    fn collect(&self, domain: Domain, count: u32, grow: &GrowOne<'_>) -> Vec<PlantAsset> {
+    pub(super) fn collect(
+        &self,
+        domain: Domain,
+        count: u32,
+        grow: &GrowOne<'_>,
+    ) -> Vec<PlantAsset> {
         (0..count)
             .into_par_iter()
             .map(|i| grow(i, self.key.domain(domain).item(u64::from(i))))
@@ -55,7 +60,13 @@ impl PlantGrower<'_> {
     }
 
     /// A shape without leaves.
-    fn finish(&self, name: &str, number: u32, shape: Shape, radius_m: f32) -> PlantAsset {
+    pub(super) fn finish(
+        &self,
+        name: &str,
+        number: u32,
+        shape: Shape,
+        radius_m: f32,
+    ) -> PlantAsset {
         asset(
             name,
             prototype(name, number, shape, &self.materials.library),
@@ -77,7 +88,7 @@ impl PlantGrower<'_> {
     }
 
     /// A patch of low plants.
-    fn patch(&self, name: &str, number: u32, shape: Shape) -> PlantAsset {
+    pub(super) fn patch(&self, name: &str, number: u32, shape: Shape) -> PlantAsset {
         let radius_m = shape.reach_m();
         self.leafy(name, number, shape, radius_m, &OcclusionParams::LOW)
     }
@@ -233,7 +244,7 @@ impl PlantGrower<'_> {
     }
 }
 
-fn asset(name: &str, prototype: Prototype, radius_m: f32) -> PlantAsset {
+pub(super) fn asset(name: &str, prototype: Prototype, radius_m: f32) -> PlantAsset {
     PlantAsset {
         height_m: f64::from(prototype.bounds().max.z),
         prototype: Arc::new(prototype),

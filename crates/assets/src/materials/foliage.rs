@@ -19,13 +19,14 @@ pub(super) struct CardKind {
     variants: u32,
     slices: usize,
     semantic: Semantic,
+    support: Option<Semantic>,
     optics: LeafOptics,
     roughness: f32,
     draw: fn(&mut PhiloxRng, u32) -> CardDrawing,
 }
 
 impl CardKind {
-    const fn new(
+    pub(super) const fn new(
         name: &'static str,
         variants: u32,
         semantic: Semantic,
@@ -37,10 +38,17 @@ impl CardKind {
             variants,
             slices: 1,
             semantic,
+            support: None,
             optics,
             roughness: 0.6,
             draw,
         }
+    }
+
+    /// What grows on such a surface.
+    pub(super) const fn on(mut self, support: Semantic) -> Self {
+        self.support = Some(support);
+        self
     }
 
     /// The variants' images, each in its slices.
@@ -204,7 +212,7 @@ pub(super) fn register_cards(
                     let material = library.add(Material {
                         name: format!("{}.{number}", kind.name),
                         semantic: kind.semantic,
-                        support: None,
+                        support: kind.support,
                         albedo: Arc::new(picture.texture),
                         transmittance: kind.optics.transmittance,
                         roughness: kind.roughness,

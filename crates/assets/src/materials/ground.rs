@@ -19,6 +19,8 @@ pub struct GroundMaterials {
     pub floor: Vec<MaterialId>,
     /// Slopes that a trail has cut or filled.
     pub cut_slope: MaterialId,
+    /// Bare soil, as in the pits of thrown trees.
+    pub bare_soil: MaterialId,
     /// Trails, by [`TrailSurfaceKind::index`]; see [`trail`](Self::trail).
     pub trails: [TrailMaterials; TrailSurfaceKind::ALL.len()],
 }
@@ -117,9 +119,16 @@ pub(super) fn register_ground(
             }
         })
         .collect();
+    let soil = library.get(cut_slope).clone();
+    let bare_soil = library.add(Material {
+        name: "ground.soil".to_owned(),
+        semantic: Semantic::Soil,
+        ..soil
+    });
     GroundMaterials {
         floor,
         cut_slope,
+        bare_soil,
         trails: trails.try_into().expect("one entry for each kind"),
     }
 }

@@ -1,5 +1,7 @@
 //! All materials of a world, baked and registered.
 
+mod climbers;
+mod deadwood;
 mod foliage;
 mod ground;
 pub(crate) mod optics;
@@ -13,6 +15,7 @@ use nemoral_scene::{MaterialId, MaterialLibrary, Semantic, Texture};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
+use self::deadwood::DeadwoodTextures;
 use self::foliage::{KINDS, leaf_images, register_cards};
 use self::ground::{bake_floors, bake_trails, register_ground};
 use self::solid::{SolidTextures, register_stump, solid};
@@ -20,6 +23,8 @@ use self::trees::register_tree;
 use crate::cards::card_raster::CardImage;
 use crate::tree::{FoliageCard, Species, TreeMaterials};
 
+pub(crate) use self::climbers::ClimberMaterials;
+pub(crate) use self::deadwood::{DeadwoodMaterials, LogMaterials, RootPlateMaterials};
 pub use self::ground::{GroundMaterials, TrailMaterials};
 pub(crate) use self::seedling::SeedlingMaterials;
 pub(crate) use self::solid::StumpMaterials;
@@ -37,6 +42,10 @@ pub(crate) struct WorldMaterials {
     pub(crate) stumps: Vec<StumpMaterials>,
     /// The materials of the seedlings of each species; empty without seedlings.
     pub(crate) seedlings: Vec<SeedlingMaterials>,
+    /// The materials of deadwood, if there is any.
+    pub(crate) deadwood: Option<DeadwoodMaterials>,
+    /// The materials of what grows on stems, if anything does.
+    pub(crate) climbers: Option<ClimberMaterials>,
     pub(crate) ground: GroundMaterials,
     pub(crate) rock: MaterialId,
     pub(crate) stone: MaterialId,
@@ -61,10 +70,30 @@ pub(crate) struct WorldMaterials {
     pub(crate) fallen_leaf: Vec<FoliageCard>,
 }
 
+/// The materials that only some worlds have.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    pub(crate) seedlings: bool,
+    pub(crate) deadwood: bool,
+    pub(crate) climbers: bool,
+}
+
+/// Images of seedlings, textures of deadwood, images of climbers.
+type Rare = (
+    Vec<Vec<CardImage>>,
+    Option<DeadwoodTextures>,
+    Option<Vec<Vec<Vec<CardImage>>>>,
+);
+
 impl WorldMaterials {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
-    /// The materials of seedlings are made if `seedlings` says so.
-    pub(crate) fn bake(species: &[Species], seedlings: bool, key: Key) -> Self {
+    /// What `wanted` leaves out is not made.
+    pub(crate) fn bake(species: &[Species], wanted: Wanted, key: Key) -> Self {
+        let Wanted {
+            seedlings,
+            deadwood,
+            climbers,
+        } = wanted;
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
@@ -74,7 +103,7 @@ impl WorldMaterials {
                     || bake_floors(textures.item(200)),
                     || {
                         rayon::join(
-                            || SolidTextures::bake(species, textures.item(300)),
+                            || SolidTextures::bake(species, deadwood, textures.item(300)),
                             || {
                                 let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
                                 let trees = species.par_iter().map(|s| {
@@ -93,7 +122,10 @@ impl WorldMaterials {
             .filter(|_| seedlings)
             .map(|s| seedling::images(&s.leaves, cards.domain(Domain::new(&s.name))))
             .collect();
-        Self::register(species, trails, floors, solids, images, leaves, young)
+        let dead = deadwood.then(|| DeadwoodTextures::bake(textures.item(400)));
+        let climbing = climbers.then(|| self::climbers::images(cards));
+        let rare = (young, dead, climbing);
+        Self::register(species, trails, floors, solids, images, leaves, rare)
     }
 
     fn register(
@@ -103,7 +135,7 @@ impl WorldMaterials {
         solids: SolidTextures,
         images: Vec<Vec<Vec<CardImage>>>,
         leaves: Vec<Vec<CardImage>>,
-        young: Vec<Vec<CardImage>>,
+        (young, dead, climbing): Rare,
     ) -> Self {
         let mut library = MaterialLibrary::new();
         let ground = register_ground(&mut library, floors, trails);
@@ -192,14 +224,20 @@ impl WorldMaterials {
         );
         stone.tile_m = 0.5;
         let stone = library.add(stone);
-        // Seedlings come last, so that all other materials have the same number with and without
-        // them.
+        // Seedlings, deadwood and climbers come last, so that all other materials have the same number with
+        // and without them.
         let of_species = species.iter().zip(&solids.barks).zip(young);
         let seedlings = of_species
             .map(|((s, barks), young)| seedling::register(&mut library, s, barks, young))
             .collect();
+        let deadwood = dead.map(|textures| {
+            DeadwoodMaterials::register(&mut library, species, &solids, &textures, &ground)
+        });
+        let climbers = climbing.map(|images| ClimberMaterials::register(&mut library, images));
         Self {
             library,
+            deadwood,
+            climbers,
             trees,
             stumps,
             seedlings,

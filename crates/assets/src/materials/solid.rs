@@ -42,12 +42,14 @@ pub(super) struct BarkTextures {
     pub(super) change: Arc<Texture>,
     pub(super) upper: Arc<Texture>,
     pub(super) branch: Arc<Texture>,
-    /// Faces of stumps: sawn last winter, and some winters ago.
-    faces: [Arc<Texture>; 2],
+    /// The lower bark as it comes off a log; `None` without deadwood.
+    pub(super) loosening: Option<Arc<Texture>>,
+    /// Cut faces: sawn last winter, and some winters ago.
+    pub(super) faces: [Arc<Texture>; 2],
 }
 
 impl BarkTextures {
-    fn bake(species: &Species, key: Key) -> Self {
+    fn bake(species: &Species, deadwood: bool, key: Key) -> Self {
         let seed = |item: u64| key.item(item).to_u64() as u32;
         let look = &species.bark;
         let lower = bark::bake(&look.lower, seed(0));
@@ -69,7 +71,9 @@ impl BarkTextures {
             },
         );
         let branch = bark::twig(seed(4), linear(look.branch));
+        let loosening = deadwood.then(|| texture(&bark::loosening(&lower, seed(7))));
         Self {
+            loosening,
             lower: stem,
             foot: texture(&foot),
             change,
@@ -82,11 +86,11 @@ impl BarkTextures {
 }
 
 impl SolidTextures {
-    pub(super) fn bake(species: &[Species], key: Key) -> Self {
+    pub(super) fn bake(species: &[Species], deadwood: bool, key: Key) -> Self {
         let seed = |item: u64| key.item(item).to_u64() as u32;
         let barks = species
             .par_iter()
-            .map(|s| BarkTextures::bake(s, key.domain(Domain::new(&s.name))))
+            .map(|s| BarkTextures::bake(s, deadwood, key.domain(Domain::new(&s.name))))
             .collect();
         let twigs = [
             Vec3::new(0.098, 0.078, 0.058),

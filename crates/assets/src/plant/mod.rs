@@ -1,7 +1,11 @@
 //! Everything that stands or lies in a forest and is not a tree.
 
+pub(crate) mod branch;
+pub(crate) mod climber;
 pub(crate) mod floor;
+pub(crate) mod log;
 pub(crate) mod rock;
+pub(crate) mod root_plate;
 pub(crate) mod seedling;
 pub(crate) mod shape;
 pub(crate) mod shrub;

@@ -2,7 +2,7 @@
 //! ```text
 //! images/SS_FFFFFF_CAMERA.png    pictures of all cameras
 //! panoptic/SS_FFFFFF_CAMERA.png  segment ids, R + 256 G + 65536 B; 0 = no class
-//! instances.json                 whole objects; categories are kinds: tree, stump, shrub, rock
+//! instances.json                 whole objects; categories are kinds, such as tree, log, rock
 //! panoptic.json                  segments; categories are classes
 //! ```
 //! In `instances.json` an annotation is a whole object, with all its visible pixels as compressed
@@ -273,6 +273,7 @@ fn kinds_json() -> Value {
     let kind = |(i, kind): (usize, &ObjectKind)| {
         let supercategory = match kind {
             ObjectKind::Rock => "ground",
+            ObjectKind::Log | ObjectKind::RootPlate => "deadwood",
             _ => "plant",
         };
         json!({ "id": i + 1, "name": kind.name(), "supercategory": supercategory })

@@ -210,6 +210,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
     let world = WorldTables {
         trees: &[],
         objects: &objects,
+        deadwood: &[],
     };
     writer.write_sequence(&track, &world).expect("tables");
     writer.finish().expect("finish");

@@ -9,7 +9,8 @@ use std::path::Path;
 
 use nemoral_files::InnerPath;
 use nemoral_scene::{
-    ChunkCoord, Distortion, ObjectId, ObjectKind, RigidTransform, Semantic, TreeRecord,
+    ChunkCoord, Distortion, ObjectId, ObjectKind, ObjectRecord, RigidTransform, Semantic,
+    TreeRecord,
 };
 
 pub use self::agreement::{Agreement, ClassAgreement, Residual};
@@ -193,7 +194,7 @@ impl Checker<'_> {
         sound
     }
 
-    /// Checks `trees.csv` and `instances.csv` of a sequence.
+    /// Checks `trees.csv`, `deadwood.csv` and `instances.csv` of a sequence.
     fn inventory(&mut self, sequence: u32) -> Inventory {
         let path = |name| layout::sequence_file(sequence, name);
         let (of_trees, of_objects) = (path(layout::TREES), path(layout::INSTANCES));
@@ -202,7 +203,7 @@ impl Checker<'_> {
         let trees = self.dataset.trees(sequence);
         let trees = self.read(&of_trees, trees).unwrap_or_default();
         let path = of_trees;
-        let is_tree = |o: &&nemoral_scene::ObjectRecord| o.kind == ObjectKind::Tree;
+        let is_tree = |o: &&ObjectRecord| o.kind == ObjectKind::Tree;
         let of_objects: BTreeSet<_> = objects.iter().filter(is_tree).map(|o| o.object).collect();
         let of_trees: BTreeSet<_> = trees.iter().map(|t| t.object).collect();
         if let Some(id) = of_objects.symmetric_difference(&of_trees).next() {
@@ -219,10 +220,56 @@ impl Checker<'_> {
                 self.problem(&path, message);
             }
         }
+        self.deadwood(sequence, &objects);
         let true_ids: BTreeSet<ObjectId> = objects.iter().map(|o| o.object).collect();
         Inventory {
             image_ids: true_ids.iter().map(|id| id.to_image_id()).collect(),
             true_ids,
+        }
+    }
+
+    /// Compares `deadwood.csv` with a sequence's objects.
+    fn deadwood(&mut self, sequence: u32, objects: &[ObjectRecord]) {
+        let path = layout::sequence_file(sequence, layout::DEADWOOD);
+        let deadwood = self.dataset.deadwood(sequence);
+        let Some(deadwood) = self.read(&path, deadwood) else {
+            return;
+        };
+        let lies = |kind| matches!(kind, ObjectKind::Log | ObjectKind::RootPlate);
+        let objects = objects.iter().filter(|o| lies(o.kind));
+        let objects: BTreeSet<_> = objects.map(|o| (o.object, o.kind)).collect();
+        let rows: BTreeSet<_> = deadwood.iter().map(|d| (d.object, d.kind)).collect();
+        if let Some((id, kind)) = objects.symmetric_difference(&rows).next() {
+            let message = format!(
+                "{} rows, {} logs and root plates in instances.csv; {} {} is in one of them only",
+                rows.len(),
+                objects.len(),
+                kind.name(),
+                id.to_u64()
+            );
+            self.problem(&path, message);
+        }
+        for row in &deadwood {
+            let [large, small] = row.diameter_m;
+            let is_log = row.kind == ObjectKind::Log;
+            let fine = row.length_m > 0.0
+                && small > 0.0
+                && large >= small
+                && (0.0..360.0).contains(&row.azimuth_deg)
+                && (row.volume_m3 > 0.0) == is_log;
+            if !fine {
+                let message = format!(
+                    "{} {}: length_m = {}, diameters {large} and {small}, volume_m3 = {}, \
+                     azimuth_deg = {}: lengths must be above 0, the large diameter the larger, \
+                     azimuths from 0 to 360, and logs alone have a volume",
+                    row.kind.name(),
+                    row.object.to_u64(),
+                    row.length_m,
+                    row.volume_m3,
+                    row.azimuth_deg
+                );
+                self.problem(&path, message);
+            }
         }
     }
 

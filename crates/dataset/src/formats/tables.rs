@@ -1,11 +1,13 @@
-//! `trees.csv` and `instances.csv` (RFC 4180, with line feeds).
+//! `trees.csv`, `deadwood.csv` and `instances.csv` (RFC 4180, with line feeds).
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use csv::StringRecord;
 use nemoral_scene::glam::DVec3;
-use nemoral_scene::{ChunkCoord, ObjectId, ObjectKind, ObjectRecord, TreeRecord};
+use nemoral_scene::{
+    ChunkCoord, DeadwoodRecord, DecayStage, ObjectId, ObjectKind, ObjectRecord, TreeRecord,
+};
 
 use crate::Error;
 
@@ -13,7 +15,17 @@ use crate::Error;
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
 const TREE_COLUMNS: &str = "species,x_m,y_m,z_m,dbh_m,height_m,crown_base_m,crown_radius_m,\
                             leaf_area_m2,stem_volume_m3,lean_deg,age_class,alive";
+const DEADWOOD_COLUMNS: &str = "kind,species,x_m,y_m,z_m,azimuth_deg,length_m,large_diameter_m,\
+                                small_diameter_m,decay,volume_m3,thrown";
 const OBJECT_COLUMNS: &str = "kind,species,x_m,y_m,z_m,radius_m,height_m";
+
+/// The tables of a sequence.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tables {
+    pub(crate) trees: Rows,
+    pub(crate) deadwood: Rows,
+    pub(crate) objects: Rows,
+}
 
 /// Rows by true id, before they are written as text. Parts of a table are united by id.
 pub(crate) type Rows = BTreeMap<u64, StringRecord>;
@@ -71,6 +83,22 @@ pub(crate) fn tree_rows(trees: &[TreeRecord]) -> Result<Rows, Error> {
     Ok(rows)
 }
 
+pub(crate) fn deadwood_rows(deadwood: &[DeadwoodRecord]) -> Result<Rows, Error> {
+    let mut rows = Rows::new();
+    for d in deadwood {
+        let mut row = StringRecord::from(&id_fields(d.object)[..]);
+        row.extend([d.kind.name(), &d.species]);
+        row.extend(numbers(&d.position_m.to_array()));
+        row.extend(numbers(&[d.azimuth_deg, d.length_m]));
+        row.extend(numbers(&d.diameter_m));
+        row.push_field(&d.decay.number().to_string());
+        row.extend(numbers(&[d.volume_m3]));
+        row.push_field(&d.is_thrown.to_string());
+        insert(&mut rows, "deadwood", row)?;
+    }
+    Ok(rows)
+}
+
 pub(crate) fn object_rows(objects: &[ObjectRecord]) -> Result<Rows, Error> {
     let mut rows = Rows::new();
     for o in objects {
@@ -85,6 +113,10 @@ pub(crate) fn object_rows(objects: &[ObjectRecord]) -> Result<Rows, Error> {
 
 pub(crate) fn encode_trees(rows: &Rows) -> String {
     encode(&format!("{ID_COLUMNS},{TREE_COLUMNS}"), rows)
+}
+
+pub(crate) fn encode_deadwood(rows: &Rows) -> String {
+    encode(&format!("{ID_COLUMNS},{DEADWOOD_COLUMNS}"), rows)
 }
 
 pub(crate) fn encode_objects(rows: &Rows) -> String {
@@ -103,6 +135,11 @@ fn encode(columns: &str, rows: &Rows) -> String {
 
 pub(crate) fn read_tree_rows(path: &Path, text: &str) -> Result<Rows, Error> {
     read(path, text, "trees", &format!("{ID_COLUMNS},{TREE_COLUMNS}"))
+}
+
+pub(crate) fn read_deadwood_rows(path: &Path, text: &str) -> Result<Rows, Error> {
+    let columns = format!("{ID_COLUMNS},{DEADWOOD_COLUMNS}");
+    read(path, text, "deadwood", &columns)
 }
 
 pub(crate) fn read_object_rows(path: &Path, text: &str) -> Result<Rows, Error> {
@@ -168,6 +205,12 @@ impl<'a> Fields<'a> {
         text.parse().map_err(|_| bad())
     }
 
+    fn kind(&mut self) -> Result<ObjectKind, Error> {
+        let (path, name) = (self.path, self.text());
+        let kind = ObjectKind::ALL.iter().find(|k| k.name() == name);
+        (kind.copied()).ok_or_else(|| Error::malformed(path, format!("'{name}' is no kind")))
+    }
+
     fn position(&mut self) -> Result<DVec3, Error> {
         Ok(DVec3::new(self.parse()?, self.parse()?, self.parse()?))
     }
@@ -211,16 +254,35 @@ pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> 
     rows.values().map(tree).collect()
 }
 
+pub(crate) fn deadwood(path: &Path, rows: &Rows) -> Result<Vec<DeadwoodRecord>, Error> {
+    let record = |row| {
+        let mut f = Fields::new(path, row);
+        Ok(DeadwoodRecord {
+            object: f.object()?,
+            kind: f.kind()?,
+            species: f.text().to_owned(),
+            position_m: f.position()?,
+            azimuth_deg: f.parse()?,
+            length_m: f.parse()?,
+            diameter_m: [f.parse()?, f.parse()?],
+            decay: {
+                let number = f.parse()?;
+                let none = || Error::malformed(path, format!("decay {number} is none of 1 to 5"));
+                DecayStage::from_number(number).ok_or_else(none)?
+            },
+            volume_m3: f.parse()?,
+            is_thrown: f.parse()?,
+        })
+    };
+    rows.values().map(record).collect()
+}
+
 pub(crate) fn objects(path: &Path, rows: &Rows) -> Result<Vec<ObjectRecord>, Error> {
     let object = |row| {
         let mut f = Fields::new(path, row);
         Ok(ObjectRecord {
             object: f.object()?,
-            kind: {
-                let name = f.text();
-                let kind = ObjectKind::ALL.iter().find(|k| k.name() == name);
-                *kind.ok_or_else(|| Error::malformed(path, format!("'{name}' is no kind")))?
-            },
+            kind: f.kind()?,
             species: f.text().to_owned(),
             position_m: f.position()?,
             radius_m: f.parse()?,

@@ -484,6 +484,7 @@ pub(crate) fn try_finish(writer: Writer, length: usize) -> Result<Manifest, Erro
     let world = WorldTables {
         trees: &trees,
         objects: &objects,
+        deadwood: &[],
     };
     writer.write_sequence(&track(length), &world)?;
     writer.finish()

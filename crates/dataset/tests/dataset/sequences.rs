@@ -44,6 +44,7 @@ fn write_sequence(writer: &Writer, number: u32) -> Result<(), Error> {
     let world = WorldTables {
         trees: &trees,
         objects: &objects,
+        deadwood: &[],
     };
     let mut track = track(3);
     track.sequence = number;

@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::{Config, stands};
+use super::{Config, Deadwood, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -118,6 +118,13 @@ fn paper(config: &mut Config, trees: f64) {
 }
 
 fn demo(config: &mut Config) {
+    config.deadwood = Deadwood {
+        volume_m3_ha: 0.0,
+        thrown_per_ha: 0.0,
+        branches: 0.0,
+        ..Deadwood::default()
+    };
+    (config.climbers.ivy, config.climbers.moss) = (0.0, 0.0);
     config.frames = 2;
     config.chunks.visible_radius_m = 40.0;
     config.chunks.undergrowth_radius_m = 20.0;

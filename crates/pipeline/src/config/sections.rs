@@ -40,6 +40,10 @@ section! {
         trails: Trails;
         /// Rocks, trees, stumps and shrubs.
         placement: Placement;
+        /// Logs, thrown trees and branches.
+        deadwood: Deadwood;
+        /// Ivy and moss on trees.
+        climbers: Climbers;
         /// Grass, herbs and ferns.
         undergrowth: Undergrowth;
         /// What is grown.
@@ -236,6 +240,44 @@ section! {
         radius_min_m: f64 = 2.0, Real(0.5, 10.0), "our choice: 1-5";
         /// Largest mean radius of a cluster.
         radius_max_m: f64 = 5.0, Real(0.5, 10.0), "our choice: 1-5";
+    }
+}
+
+section! {
+    /// Deadwood that lies: logs in five stages of decay, thrown trees with their root plates and
+    /// pits, branches, brash. Standing dead trees are `assets.snags`.
+    Deadwood at "deadwood" {
+        /// Volume of logs and thrown stems on a hectare.
+        volume_m3_ha: f64 = 8.0, Real(0.0, 200.0),
+            "managed forests: below 25 in 77 % of some 90 European plots, doi 10.3832/ifor1057";
+        /// Mean stage of decay of logs: 1 fresh with its bark, 2 losing it, 3 bare and mossy, 4
+        /// soft and flattened, 5 rotten. Stages are spread about it by 1.1.
+        decay: f64 = 2.7, Real(1.0, 5.0), "stages of Maser et al. 1979; the mean is our choice";
+        /// Trees on a hectare that a storm threw: a stem, a root plate, and a pit in the ground.
+        thrown_per_ha: f64 = 1.0, Real(0.0, 60.0), "our choice: a few";
+        /// Whether logs may lie across trails, where they are in a vehicle's way.
+        across_trails: bool = false, Flag, "trails are kept clear";
+        /// Fallen branches, and tops left after thinning, on 100 m² beside trails.
+        branches: f64 = 4.0, Real(0.0, 40.0), "our choice";
+        /// Share of trails that are covered with mats of brash, which machines lay down to drive on.
+        brash: f64 = 0.0, Real(0.0, 1.0), "none: skid trails alone have them";
+    }
+}
+
+section! {
+    /// What grows on the stems of trees: ivy and moss.
+    Climbers at "climbers" {
+        /// Share of the trees that ivy climbs; thick ones are climbed more often, and those near
+        /// each other.
+        ivy: f64 = 0.05, Real(0.0, 1.0), "our choice: 0-0.3";
+        /// Of these, the share whose ivy reaches the crown. The others' climbs a third as high.
+        ivy_in_crown: f64 = 0.4, Real(0.0, 1.0), "our choice";
+        /// Cover of moss on the moist side of the stem's foot: 1 as in a moist forest.
+        moss: f64 = 0.5, Real(0.0, 3.0), "our choice";
+        /// How high moss reaches on that side; half as high elsewhere.
+        moss_height_m: f64 = 0.9, Real(0.1, 6.0), "our choice";
+        /// The azimuth of that side, clockwise from north.
+        moss_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north, which the sun dries least";
     }
 }
 
@@ -1054,6 +1096,8 @@ pub const SECTIONS: &[SectionSpec] = &[
     PlacementRows::SPEC,
     PlacementGaps::SPEC,
     Regeneration::SPEC,
+    Deadwood::SPEC,
+    Climbers::SPEC,
     Undergrowth::SPEC,
     Floor::SPEC,
     Assets::SPEC,

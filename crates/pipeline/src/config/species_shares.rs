@@ -1,6 +1,27 @@
 //! The species of a stand with their shares.
 
-use super::Assets;
+use super::{Assets, Deadwood};
+
+impl Deadwood {
+    /// Whether anything with an id is asked for: logs, root plates.
+    #[must_use]
+    pub fn has_objects(&self) -> bool {
+        self.volume_m3_ha > 0.0 || self.thrown_per_ha > 0.0
+    }
+
+    /// Whether anything is asked for.
+    #[must_use]
+    pub fn is_any(&self) -> bool {
+        [
+            self.volume_m3_ha,
+            self.thrown_per_ha,
+            self.branches,
+            self.brash,
+        ]
+        .iter()
+        .any(|&wanted| wanted > 0.0)
+    }
+}
 
 impl Assets {
     /// The built-in species with their shares, and the share of the user's own species (`None`).

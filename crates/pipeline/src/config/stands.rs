@@ -5,7 +5,7 @@
 //! numbers without a range (saplings, stumps, shrubs, Weibull shapes). A chunk of 50 m is a quarter
 //! of a hectare.
 
-use super::{Assets, Config, Floor};
+use super::{Assets, Config, Deadwood, Floor};
 
 /// Removes all species, as each recipe names its own.
 fn bare(config: &mut Config) -> &mut Assets {
@@ -14,6 +14,17 @@ fn bare(config: &mut Config) -> &mut Assets {
     a.eucalyptus = 0.0;
     a.english_oak = 0.0;
     a
+}
+
+/// Volume, mean stage of decay, thrown trees and branches.
+fn deadwood([volume_m3_ha, decay, thrown_per_ha, branches]: [f64; 4]) -> Deadwood {
+    Deadwood {
+        volume_m3_ha,
+        decay,
+        thrown_per_ha,
+        branches,
+        ..Deadwood::default()
+    }
 }
 
 fn per_hectare(config: &Config, number: f64) -> f64 {
@@ -53,6 +64,8 @@ pub(super) fn maritime_pine(c: &mut Config) {
     c.undergrowth.floor = floor(0.05, 0.85, 0.1);
     c.trails.surface = "sand".to_owned();
     c.trails.rocks_max = 2;
+    c.deadwood = deadwood([5.0, 2.5, 1.0, 4.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.01, 0.1);
 }
 
 /// Eucalyptus globulus in rows of 3 x 3 m, 1111/ha planted, of which 15 % died or were thinned. The
@@ -82,6 +95,8 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
     c.undergrowth.floor = floor(0.95, 0.0, 0.05);
     c.trails.surface = "dry_earth".to_owned();
     c.trails.width_m = 3.2;
+    c.deadwood = deadwood([4.0, 2.2, 0.5, 9.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.02, 0.15);
 }
 
 /// The main species has 60-80 %, with nearly all ages: a Weibull shape of 1.7 (1 to 1.5 is fully
@@ -113,6 +128,8 @@ pub(super) fn oak_mixed(c: &mut Config) {
     ) = (0.35, 0.5, 0.6);
     c.undergrowth.floor = floor(0.75, 0.0, 0.25);
     c.trails.surface = "leaf_litter".to_owned();
+    c.deadwood = deadwood([12.0, 3.0, 1.5, 4.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.18, 0.9);
 }
 
 /// Beech 200-600/ha, LAI 5-7. The cover of undergrowth is about exp(-LAI/2), so there is little but
@@ -145,6 +162,8 @@ pub(super) fn beech(c: &mut Config) {
     ) = (0.3, 0.7, 0.2);
     c.undergrowth.floor = floor(0.96, 0.0, 0.04);
     c.trails.surface = "leaf_litter".to_owned();
+    c.deadwood = deadwood([10.0, 2.8, 1.0, 5.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.05, 0.6);
 }
 
 /// Spruce 400-1200/ha, LAI 4-8; there are a quarter as many stumps (10-60 % in managed stands).
@@ -173,6 +192,8 @@ pub(super) fn spruce(c: &mut Config) {
     ) = (0.25, 0.25, 0.8);
     c.undergrowth.floor = floor(0.0, 0.62, 0.38);
     c.trails.surface = "needles".to_owned();
+    c.deadwood = deadwood([11.0, 2.8, 2.5, 6.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.01, 0.5);
 }
 
 /// Birch 500-1500/ha, mixed with pine; heather stands for the dwarf shrubs; boulders up to 300/ha.
@@ -203,6 +224,8 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
     c.undergrowth.floor = floor(0.12, 0.28, 0.6);
     c.trails.surface = "dry_earth".to_owned();
     c.trails.width_m = 2.2;
+    c.deadwood = deadwood([8.0, 3.2, 2.0, 4.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.0, 0.3);
 }
 
 /// Montado with 40-120 trees/ha, LAI 0.5-2, over pasture on gentle hills.
@@ -230,4 +253,6 @@ pub(super) fn montado(c: &mut Config) {
     ) = (1.0, 0.25, 0.0);
     c.undergrowth.floor = floor(0.15, 0.0, 0.85);
     c.trails.surface = "sand".to_owned();
+    c.deadwood = deadwood([1.0, 2.4, 0.0, 0.8]);
+    (c.climbers.ivy, c.climbers.moss) = (0.02, 0.2);
 }

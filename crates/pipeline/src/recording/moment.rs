@@ -5,7 +5,7 @@ use std::fmt;
 use nemoral_lidar::ScanRequest;
 use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{LidarPoint, MaterialLibrary, RayCaster};
+use nemoral_scene::{LidarPoint, MaterialLibrary, RayCaster, TruthImages};
 use nemoral_seed::{Domain, Key};
 
 use super::pose::FramePose;
@@ -69,33 +69,32 @@ impl<'a> Moment<'a> {
     /// the robot, from 0.
     ///
     /// # Errors
-    /// If the renderer fails.
-    pub fn picture(&self, position: usize, rig: &CameraRig) -> Result<CameraImages, Error> {
-        self.picture_of(position, rig, &self.view(rig))
-    }
-
-    /// The same of another view, such as one of another size.
-    ///
-    /// # Errors
     /// If the view is impossible, or the renderer fails.
-    pub fn picture_of(
-        &self,
-        position: usize,
-        rig: &CameraRig,
-        view: &View,
-    ) -> Result<CameraImages, Error> {
+    pub fn picture(&self, position: usize, rig: &CameraRig) -> Result<CameraImages, Error> {
         let mut key = self.world.domain(CAMERA);
         if position > 0 {
             key = key.domain(Domain::new(&rig.name));
         }
+        let key = key.item(self.number);
+        self.see(|seen| rig.renderer.render(seen, &self.view(rig), key))
+    }
+
+    /// The truth of a camera's picture alone.
+    ///
+    /// # Errors
+    /// If the view is impossible, or the renderer fails.
+    pub fn truth(&self, rig: &CameraRig) -> Result<TruthImages, Error> {
+        self.see(|seen| rig.renderer.truth(seen, &self.view(rig)))
+    }
+
+    fn see<T>(&self, look: impl FnOnce(&SceneView<'_>) -> T) -> T {
         let sky_view = |p: Vec3| self.scene.sky_view_factor(p);
-        let seen = SceneView {
+        look(&SceneView {
             caster: self.caster,
             instances: Some(self.scene),
             materials: self.materials,
             sky_visibility: &sky_view,
-        };
-        rig.renderer.render(&seen, view, key.item(self.number))
+        })
     }
 
     /// The points of a LiDAR.

@@ -15,6 +15,8 @@ use crate::{Error, InputFiles};
 pub struct GroundStage {
     terrain: config::Terrain,
     trails: config::Trails,
+    deadwood: config::Deadwood,
+    dbh_mean_m: f64,
     chunk_size_m: f64,
 }
 
@@ -25,6 +27,8 @@ impl GroundStage {
         Self {
             terrain: config.terrain.clone(),
             trails: config.trails.clone(),
+            deadwood: config.deadwood.clone(),
+            dbh_mean_m: config.assets.dbh_mean_m,
             chunk_size_m: config.chunks.size_m,
         }
     }
@@ -35,10 +39,15 @@ impl Encode for GroundStage {
         let Self {
             terrain,
             trails,
+            deadwood,
+            dbh_mean_m,
             chunk_size_m,
         } = self;
         encoder.field("terrain", terrain);
         encoder.field("trails", trails);
+        encoder.field("thrown_per_ha", &deadwood.thrown_per_ha);
+        encoder.field("across_trails", &deadwood.across_trails);
+        encoder.field("dbh_mean_m", dbh_mean_m);
         encoder.field("chunk_size_m", chunk_size_m);
     }
 }
@@ -48,14 +57,20 @@ impl Stage<Forest> for GroundStage {
     type Inputs = ();
     type Output = GroundModel;
     const ID: &'static str = "world.ground";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<GroundModel, Error> {
-        GroundModel::new(&self.terrain, &self.trails, self.chunk_size_m, world)
+        GroundModel::new(
+            &self.terrain,
+            &self.trails,
+            (&self.deadwood, self.dbh_mean_m),
+            self.chunk_size_m,
+            world,
+        )
     }
 }
 
@@ -68,7 +83,7 @@ impl Stage<Forest> for ChunkGroundStage {
     type Inputs = (OfWorld<GroundModel>,);
     type Output = ChunkGround;
     const ID: &'static str = "chunk.ground";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

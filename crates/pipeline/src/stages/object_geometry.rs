@@ -48,7 +48,7 @@ impl Stage<Forest> for ObjectGeometryStage {
     );
     type Output = ObjectGeometry;
     const ID: &'static str = "chunk.object_geometry";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.ground);

@@ -11,7 +11,7 @@ use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
-use crate::world::placement::{PlacementRecipe, is_beside_trails};
+use crate::world::placement::{PlacementRecipe, is_free};
 use crate::{Error, InputFiles};
 
 /// Makes the world's [`Placement`].
@@ -60,7 +60,7 @@ impl<const N: usize> Stage<Forest> for RockPhaseStage<N> {
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.rocks.phase";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_u64(N as u64);
@@ -77,7 +77,7 @@ impl<const N: usize> Stage<Forest> for RockPhaseStage<N> {
             .map(|c| lower[usize::from(Placement::phase(c))].at(c))
             .collect::<Result<Vec<_>, _>>()?;
         let slices: Vec<&[Site]> = neighbours.iter().map(|n| n.as_slice()).collect();
-        let allowed = |p: DVec2, r: f64| is_beside_trails(&ground, p, r);
+        let allowed = |p: DVec2, r: f64| is_free(&ground, p, r);
         Ok(placement.rocks(at, &allowed, &slices))
     }
 }
@@ -118,7 +118,7 @@ impl Stage<Forest> for WoodyStage {
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.woody";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -132,7 +132,7 @@ impl Stage<Forest> for WoodyStage {
         for (dx, dy) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
             around.extend_from_slice(&rocks.at(at.offset(dx, dy))?);
         }
-        let allowed = |p: DVec2, r: f64| is_beside_trails(&ground, p, r);
+        let allowed = |p: DVec2, r: f64| is_free(&ground, p, r);
         Ok(placement.woody(at, &allowed, &around))
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nemoral_placement::Site;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
-use nemoral_stand::SceneObjects;
+use nemoral_stand::{FallenStem, SceneObjects};
 
 use crate::Error;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
@@ -25,10 +25,11 @@ impl Stage<Forest> for SceneObjectStage {
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, Vec<Site>>,
         Node<ChunkCoord, Vec<Site>>,
+        Node<ChunkCoord, Vec<FallenStem>>,
     );
     type Output = SceneObjects;
     const ID: &'static str = "chunk.objects";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -36,15 +37,16 @@ impl Stage<Forest> for SceneObjectStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (assets, model, ground, rocks, woody): (
+        (assets, model, ground, rocks, woody, logs): (
             Arc<WorldAssets>,
             Arc<GroundModel>,
             Arc<ChunkGround>,
             Arc<Vec<Site>>,
             Arc<Vec<Site>>,
+            Arc<Vec<FallenStem>>,
         ),
     ) -> Result<SceneObjects, Error> {
-        let sites = object_sites(at, world, (&rocks, &woody), &assets, &model);
+        let sites = object_sites(at, world, (&rocks, &woody, &logs), &ground, &assets, &model);
         SceneObjects::stand(at, &sites, &*ground, &assets.variation).map_err(Error::of_stage)
     }
 }

@@ -17,6 +17,7 @@ use crate::{Error, InputFiles};
 #[derive(Clone, Debug)]
 pub struct FloraStage {
     params: config::Undergrowth,
+    deadwood: config::Deadwood,
     chunk_size_m: f64,
 }
 
@@ -26,6 +27,7 @@ impl FloraStage {
     pub fn new(config: &Config) -> Self {
         Self {
             params: config.undergrowth.clone(),
+            deadwood: config.deadwood.clone(),
             chunk_size_m: config.chunks.size_m,
         }
     }
@@ -35,9 +37,12 @@ impl Encode for FloraStage {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
             params,
+            deadwood,
             chunk_size_m,
         } = self;
         encoder.field("undergrowth", params);
+        encoder.field("branches", &deadwood.branches);
+        encoder.field("brash", &deadwood.brash);
         encoder.field("chunk_size_m", chunk_size_m);
     }
 }
@@ -47,14 +52,14 @@ impl Stage<Forest> for FloraStage {
     type Inputs = ();
     type Output = Flora;
     const ID: &'static str = "world.flora";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Flora, Error> {
-        Flora::new(&self.params, self.chunk_size_m, world)
+        Flora::new((&self.params, &self.deadwood), self.chunk_size_m, world)
     }
 }
 
@@ -71,7 +76,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -6,24 +6,49 @@ use nemoral_placement::CoverPoint;
 use nemoral_raycast::Group;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
+use nemoral_stand::SceneObjects;
 
-use crate::Error;
-use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
+use crate::config::{self, Config};
+use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
+use crate::world::climbers::Climbing;
 use crate::world::flora::Patch;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::low_plants::LowPlants;
+use crate::{Error, InputFiles};
 
 /// A chunk's undergrowth, seedlings and trail grass; `None` where nothing grows.
 #[derive(Debug)]
 pub struct UndergrowthGeometry(pub Option<Arc<Group>>);
 
 /// Grows the undergrowth of a chunk.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct UndergrowthGeometryStage {
-    /// Side of a chunk.
-    pub chunk_size_m: f64,
+    climbers: config::Climbers,
+    chunk_size_m: f64,
+}
+
+impl UndergrowthGeometryStage {
+    /// The stage of a config.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self {
+            climbers: config.climbers.clone(),
+            chunk_size_m: config.chunks.size_m,
+        }
+    }
+}
+
+impl Encode for UndergrowthGeometryStage {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            climbers,
+            chunk_size_m,
+        } = self;
+        encoder.field("climbers", climbers);
+        encoder.field("chunk_size_m", chunk_size_m);
+    }
 }
 
 impl Stage<Forest> for UndergrowthGeometryStage {
@@ -34,26 +59,27 @@ impl Stage<Forest> for UndergrowthGeometryStage {
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, Vec<Patch>>,
         Node<ChunkCoord, Vec<CoverPoint>>,
+        Node<ChunkCoord, SceneObjects>,
     );
     type Output = UndergrowthGeometry;
     const ID: &'static str = "chunk.undergrowth_geometry";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        let Self { chunk_size_m } = self;
-        hasher.write_f64(*chunk_size_m);
+        InputFiles::default().encode(hasher, self);
     }
 
     fn run(
         &self,
         at: ChunkCoord,
         world: Key,
-        (assets, model, ground, patches, seedlings): (
+        (assets, model, ground, patches, seedlings, objects): (
             Arc<WorldAssets>,
             Arc<GroundModel>,
             Arc<ChunkGround>,
             Arc<Vec<Patch>>,
             Arc<Vec<CoverPoint>>,
+            Arc<SceneObjects>,
         ),
     ) -> Result<UndergrowthGeometry, Error> {
         let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
@@ -62,7 +88,12 @@ impl Stage<Forest> for UndergrowthGeometryStage {
             seedlings: &seedlings,
             dressing: &dressing,
         };
-        let instances = plants.instances((at, self.chunk_size_m), world, &assets, &ground);
+        let place = (at, self.chunk_size_m);
+        let mut instances = plants.instances(place, world, &assets, &ground);
+        if !assets.climbers.is_empty() {
+            let climbing = Climbing::new(&self.climbers, world)?;
+            instances.extend(climbing.instances(place, &objects, &assets, &ground));
+        }
         let is_bare = instances.is_empty();
         let group = (!is_bare).then(|| Arc::new(in_pool(|| Group::build(instances))));
         Ok(UndergrowthGeometry(group))

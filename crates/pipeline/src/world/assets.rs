@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use nemoral_assets::{Library, PlantAsset, SizeClass, TreeAsset};
+use nemoral_assets::{Library, LogAsset, PlantAsset, SizeClass, TreeAsset};
 use nemoral_raycast::Blas;
-use nemoral_scene::{ChunkCoord, InstancePlace, ObjectKind, ObjectRecord, Prototype, TreeRecord};
+use nemoral_scene::{
+    ChunkCoord, DeadwoodRecord, InstancePlace, ObjectKind, ObjectRecord, Prototype, TreeRecord,
+};
 use nemoral_seed::Key;
 use nemoral_stand::{InstanceVariation, SceneObject};
 use rayon::prelude::*;
@@ -44,6 +46,23 @@ pub struct WorldAssets {
     pub trail_tufts: Vec<Arc<Blas>>,
     /// Of `library.trail_stones`.
     pub trail_stones: Vec<Arc<Blas>>,
+    /// Of `library.deadwood.logs`, then of its `thrown` stems.
+    pub logs: Vec<Arc<Blas>>,
+    /// Of `library.deadwood.root_plates`.
+    pub root_plates: Vec<Arc<Blas>>,
+    /// Of `library.deadwood.branches`.
+    pub branches: Vec<Arc<Blas>>,
+    /// Of `library.deadwood.brash`.
+    pub brash: Vec<Arc<Blas>>,
+    /// Of `library.climbers`: ivy and moss of each grown tree of `standing`; empty if nothing
+    /// climbs.
+    pub climbers: Vec<[Vec<Arc<Blas>>; 2]>,
+    /// Of `library.climbers.carpets`.
+    pub ivy_carpets: Vec<Arc<Blas>>,
+    /// The species and their shares.
+    pub shares: Vec<(String, f64)>,
+    /// Mean diameter of the stand's trees at breast height, metres.
+    pub dbh_mean_m: f64,
     /// The turns and sizes of copies of trees.
     pub variation: InstanceVariation,
 }
@@ -110,6 +129,19 @@ impl WorldAssets {
             litter: plants(&library.litter),
             trail_tufts: plants(&library.trail_tufts),
             trail_stones: plants(&library.trail_stones),
+            logs: build(logs(&library).map(|log| &log.prototype).collect()),
+            root_plates: plants(&library.deadwood.root_plates),
+            branches: plants(&library.deadwood.branches),
+            brash: plants(&library.deadwood.brash),
+            climbers: {
+                let of = &library.climbers;
+                let trees = of.trees.iter().chain(&of.snags);
+                let shapes = |shapes: &[Arc<Prototype>]| build(shapes.iter().collect());
+                trees.map(|t| [shapes(&t.ivy), shapes(&t.moss)]).collect()
+            },
+            ivy_carpets: plants(&library.climbers.carpets),
+            shares: species.iter().map(|(s, n)| (s.name.clone(), *n)).collect(),
+            dbh_mean_m: recipe.dbh_mean_m(),
             variation: InstanceVariation::new(world),
             library,
         })
@@ -132,6 +164,8 @@ impl WorldAssets {
             ObjectKind::Tree => &self.standing[object.asset].blas,
             ObjectKind::Stump => &self.stumps[object.asset],
             ObjectKind::Shrub => &self.shrubs[object.asset],
+            ObjectKind::Log => &self.logs[object.asset],
+            ObjectKind::RootPlate => &self.root_plates[object.asset],
             _ if object.on_trail => &self.trail_stones[object.asset],
             _ => &self.rocks[object.asset],
         }
@@ -165,6 +199,14 @@ impl WorldAssets {
             }
             ObjectKind::Stump => plant(&library.stumps),
             ObjectKind::Shrub => plant(&library.shrubs),
+            ObjectKind::Log => {
+                let log = self.log(object);
+                (log.species.clone(), log.half_height_m[0] * 2.0)
+            }
+            ObjectKind::RootPlate => {
+                let log = &library.deadwood.thrown[object.asset];
+                (log.species.clone(), plant(&library.deadwood.root_plates).1)
+            }
             _ if object.on_trail => plant(&library.trail_stones),
             _ => plant(&library.rocks),
         };
@@ -176,6 +218,58 @@ impl WorldAssets {
             radius_m: object.radius_m,
             height_m: height_m * object.scale,
         }
+    }
+
+    /// The share of a species among the trees.
+    pub(crate) fn share_of(&self, species: &str) -> f64 {
+        let found = self.shares.iter().find(|(name, _)| name == species);
+        found.map_or(0.0, |(_, share)| *share)
+    }
+
+    /// The asset of a log.
+    fn log(&self, object: &SceneObject) -> &LogAsset {
+        let of = &self.library.deadwood;
+        let thrown = object.asset.checked_sub(of.logs.len());
+        thrown.map_or_else(|| &of.logs[object.asset], |i| &of.thrown[i])
+    }
+
+    /// An object's row of `deadwood.csv`, if it is a log or a root plate.
+    #[must_use]
+    pub fn deadwood_record(&self, object: &SceneObject) -> Option<DeadwoodRecord> {
+        let of = &self.library.deadwood;
+        let linear = object.linear.as_dmat3();
+        let (along, across) = (linear.x_axis.length(), linear.z_axis.length());
+        let azimuth = libm::atan2(linear.x_axis.x, linear.x_axis.y).to_degrees();
+        let (log, is_thrown) = match object.kind {
+            ObjectKind::Log => (self.log(object), object.asset >= of.logs.len()),
+            ObjectKind::RootPlate => (&of.thrown[object.asset], true),
+            _ => return None,
+        };
+        let is_log = object.kind == ObjectKind::Log;
+        let (length_m, diameter_m) = if is_log {
+            (log.length_m * along, log.diameter_m.map(|d| d * across))
+        } else {
+            let plate = &of.root_plates[object.asset];
+            let bounds = plate.prototype.bounds();
+            let thick = f64::from(bounds.max.x - bounds.min.x);
+            (thick * along, [2.0 * plate.radius_m * across; 2])
+        };
+        Some(DeadwoodRecord {
+            object: object.object,
+            kind: object.kind,
+            species: log.species.clone(),
+            position_m: object.position_m,
+            azimuth_deg: azimuth.rem_euclid(360.0),
+            length_m,
+            diameter_m,
+            decay: log.stage,
+            volume_m3: if is_log {
+                log.volume_m3 * along * across * across
+            } else {
+                0.0
+            },
+            is_thrown,
+        })
     }
 
     /// An object's row of `trees.csv`, if it is a tree.
@@ -202,4 +296,9 @@ impl WorldAssets {
             alive: tree.alive,
         })
     }
+}
+
+/// The logs of a library in the order of [`WorldAssets::logs`].
+fn logs(library: &Library) -> impl Iterator<Item = &LogAsset> {
+    (library.deadwood.logs.iter()).chain(&library.deadwood.thrown)
 }

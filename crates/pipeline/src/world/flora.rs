@@ -1,6 +1,8 @@
 //! Low plants and seedlings on their grids.
 
-use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams, Placement};
+use nemoral_placement::{
+    CoverPoint, CoverVariety, Exclusion, GroundCover, GroundCoverParams, Placement,
+};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Key};
@@ -13,7 +15,14 @@ use super::ground::{ChunkGround, TerrainField};
 use crate::{Error, config};
 
 const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
+const BRANCHES: Domain = Domain::new("pipeline.branches");
+const BRASH: Domain = Domain::new("pipeline.brash");
 const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
+
+/// Side of the cells that may hold a branch, or a mat of brash, metres.
+const BRANCH_CELL_M: f64 = 1.5;
+/// How far the middle of a branch is from a trail's edge, metres: it reaches no farther.
+const BRANCH_VERGE_M: f64 = 1.3;
 
 /// A patch of low plants.
 #[derive(Clone, Debug)]
@@ -30,12 +39,16 @@ pub struct Flora {
     grid: GroundCover,
     undergrowth: Undergrowth<TerrainField>,
     cell_m: f64,
+    /// Branches beside trails: their grid, and the chance of a cell.
+    branches: (GroundCover, f64),
+    /// Brash on trails.
+    brash: (GroundCover, f64),
 }
 
 impl Flora {
     /// The undergrowth of a config.
     pub(crate) fn new(
-        p: &config::Undergrowth,
+        (p, deadwood): (&config::Undergrowth, &config::Deadwood),
         chunk_size_m: f64,
         world: Key,
     ) -> Result<Self, Error> {
@@ -50,7 +63,26 @@ impl Flora {
                 scale: PATCH_SCALE,
             }],
         };
+        let of_branches = |domain: Domain, scale: (f64, f64)| {
+            let grid = GroundCoverParams {
+                chunk_size_m,
+                cell_m: BRANCH_CELL_M.min(chunk_size_m),
+                jitter: 1.0,
+                varieties: vec![CoverVariety {
+                    weight: 1.0,
+                    radius_m: BRANCH_VERGE_M,
+                    scale,
+                }],
+            };
+            GroundCover::new(grid, world.domain(domain)).map_err(Error::of_stage)
+        };
+        let of_cell = BRANCH_CELL_M * BRANCH_CELL_M / 100.0;
         Ok(Self {
+            branches: (
+                of_branches(BRANCHES, (0.8, 1.25))?,
+                deadwood.branches * of_cell,
+            ),
+            brash: (of_branches(BRASH, (0.85, 1.15))?, deadwood.brash),
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
             undergrowth: Undergrowth {
                 params: UndergrowthParams {
@@ -86,7 +118,20 @@ impl Flora {
             let kind = self.undergrowth.kind(point.position_m, chance, point.key);
             Patch { kind, point }
         });
-        patches.collect()
+        let mut patches: Vec<Patch> = patches.collect();
+        let mut lay = |(grid, chance): &(GroundCover, f64), kind, allowed: &dyn Exclusion| {
+            if *chance > 0.0 {
+                let points = grid.points(at, allowed, &|_| *chance).into_iter();
+                patches.extend(points.map(|point| Patch { kind, point }));
+            }
+        };
+        let beside = |p: DVec2, verge_m: f64| {
+            ground.trail_edge_m(p) > verge_m && ground.is_clear_of_thrown(p, 0.3)
+        };
+        let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2;
+        lay(&self.branches, PatchKind::Branch, &beside);
+        lay(&self.brash, PatchKind::Brash, &on_trail);
+        patches
     }
 }
 

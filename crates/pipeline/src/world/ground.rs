@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
-use nemoral_seed::Key;
-use nemoral_stand::{Field, FieldParams};
+use nemoral_seed::{Domain, Key};
+use nemoral_stand::{FallenStem, Field, FieldParams, fallen_stems, settle};
 use nemoral_terrain::{GroundZones, PerlinTerrain, Terrain, TerrainParams, ZoneSample};
 use nemoral_trails::{
     Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
 };
 
+use super::thrown::ThrownTree;
 use crate::config::TerrainNoise;
 use crate::{Error, config};
 
@@ -18,11 +19,27 @@ use crate::{Error, config};
 /// over the border.
 const MARGIN_M: f64 = 12.0;
 
+/// How far thrown trees and their pits keep from trails, metres.
+const THROWN_VERGE_M: f64 = 0.8;
+
+const THROWN: Domain = Domain::new("pipeline.thrown");
+
 /// The endless ground of a world.
 pub struct GroundModel {
     base: Arc<dyn Surface>,
     trails: Option<Arc<Trails>>,
     chunk_size_m: f64,
+    thrown: Thrown,
+}
+
+/// The trees that storms threw.
+#[derive(Clone, Debug)]
+struct Thrown {
+    key: Key,
+    /// Mean number in a chunk.
+    mean: f64,
+    dbh_mean_m: f64,
+    across_trails: bool,
 }
 
 impl std::fmt::Debug for GroundModel {
@@ -32,10 +49,12 @@ impl std::fmt::Debug for GroundModel {
 }
 
 impl GroundModel {
-    /// The ground of a config's terrain with its trails carved into it.
+    /// The ground of a config's terrain with its trails, and the pits of thrown trees, carved into
+    /// it.
     pub(crate) fn new(
         terrain: &config::Terrain,
         trails: &config::Trails,
+        (deadwood, dbh_mean_m): (&config::Deadwood, f64),
         chunk_size_m: f64,
         world: Key,
     ) -> Result<Self, Error> {
@@ -66,6 +85,12 @@ impl GroundModel {
             base,
             trails,
             chunk_size_m,
+            thrown: Thrown {
+                key: world.domain(THROWN),
+                mean: deadwood.thrown_per_ha * chunk_size_m * chunk_size_m / 10_000.0,
+                dbh_mean_m,
+                across_trails: deadwood.across_trails,
+            },
         })
     }
 
@@ -81,7 +106,58 @@ impl GroundModel {
         ChunkGround {
             base: Arc::clone(&self.base),
             carved: self.trails.as_ref().map(|t| t.ground_near(chunk, MARGIN_M)),
+            thrown: self.thrown_around(chunk, MARGIN_M),
         }
+    }
+
+    /// The thrown trees whose stems' middles are in a chunk.
+    pub(crate) fn thrown(&self, chunk: ChunkCoord) -> Vec<ThrownTree> {
+        if self.thrown.mean <= 0.0 {
+            return Vec::new();
+        }
+        let own = self.thrown_here(chunk);
+        if own.is_empty() {
+            return Vec::new();
+        }
+        let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y)));
+        let around: Vec<Vec<FallenStem>> = around
+            .filter(|&at| at != (0, 0))
+            .map(|(x, y)| self.thrown_here(chunk.offset(x, y)))
+            .collect();
+        let around: Vec<&[FallenStem]> = around.iter().map(Vec::as_slice).collect();
+        let stems = settle(&own, &around).into_iter();
+        stems.map(|stem| ThrownTree { stem }).collect()
+    }
+
+    /// The thrown trees of which any part may be nearer to a chunk than `margin_m`.
+    pub(crate) fn thrown_around(&self, chunk: ChunkCoord, margin_m: f64) -> Vec<ThrownTree> {
+        if self.thrown.mean <= 0.0 {
+            return Vec::new();
+        }
+        let rings = ((margin_m + super::deadwood::REACH_M + 4.0) / self.chunk_size_m).ceil() as i32;
+        let around = (-rings..=rings).flat_map(|x| (-rings..=rings).map(move |y| (x, y)));
+        around
+            .flat_map(|(x, y)| self.thrown(chunk.offset(x, y)))
+            .collect()
+    }
+
+    /// The thrown trees of a chunk, before those of its neighbours are looked at.
+    fn thrown_here(&self, chunk: ChunkCoord) -> Vec<FallenStem> {
+        let kinds = [ThrownTree::kind(self.thrown.dbh_mean_m)];
+        let edges = std::cell::OnceCell::new();
+        let edges = || {
+            edges.get_or_init(|| {
+                let trails = self.trails.as_ref();
+                trails.map(|t| t.edges_near(chunk, MARGIN_M))
+            })
+        };
+        let edge_m = |p: DVec2| edges().as_ref().map_or(f64::INFINITY, |e| e.edge_m(p));
+        let is_free = |stem: &FallenStem| {
+            let tree = ThrownTree { stem: *stem };
+            tree.is_beside(edge_m, self.thrown.across_trails, THROWN_VERGE_M)
+        };
+        let Thrown { key, mean, .. } = self.thrown;
+        fallen_stems(chunk, self.chunk_size_m, key, mean, &kinds, is_free)
     }
 
     /// The share of the world that lies on a trail or nearer than `clearance_m` to one, measured at
@@ -115,6 +191,7 @@ impl GroundModel {
 pub struct ChunkGround {
     base: Arc<dyn Surface>,
     carved: Option<TrailGround>,
+    thrown: Vec<ThrownTree>,
 }
 
 impl std::fmt::Debug for ChunkGround {
@@ -142,6 +219,16 @@ impl ChunkGround {
             .map_or(TrailZone::Off, |g| g.zone_on_side(world_m, inside))
     }
 
+    /// Whether a disk on the map keeps clear of thrown trees, their root plates and pits.
+    pub(crate) fn is_clear_of_thrown(&self, world_m: DVec2, radius_m: f64) -> bool {
+        (self.thrown.iter()).all(|tree| tree.is_clear_of(world_m, radius_m))
+    }
+
+    /// Whether a place is in the bare soil of a thrown tree's pit.
+    pub(crate) fn is_pit(&self, world_m: DVec2) -> bool {
+        self.thrown.iter().any(|tree| tree.is_pit(world_m))
+    }
+
     /// The surface of the trail at a world position.
     #[must_use]
     pub fn trail_kind(&self, world_m: DVec2) -> Option<TrailSurfaceKind> {
@@ -151,10 +238,14 @@ impl ChunkGround {
 
 impl Surface for ChunkGround {
     fn sample(&self, world_m: DVec2) -> SurfaceSample {
-        match &self.carved {
+        let mut sample = match &self.carved {
             Some(ground) => ground.sample(world_m),
             None => self.base.sample(world_m),
+        };
+        for tree in &self.thrown {
+            tree.dig(world_m, &mut sample);
         }
+        sample
     }
 }
 
@@ -165,7 +256,14 @@ impl GroundZones for ChunkGround {
             .as_ref()
             .map_or(f64::INFINITY, |g| g.border_m(world_m));
         // The slopes that a trail cuts and fills are meshed as finely as its surface.
-        let detail_m = if edge_m < 1.0 { 0.0 } else { f64::INFINITY };
+        let near_trail = edge_m < 1.0;
+        // So are pits.
+        let in_pit = self.thrown.iter().any(|t| t.pit_border_m(world_m) < 0.2);
+        let detail_m = if near_trail || in_pit {
+            0.0
+        } else {
+            f64::INFINITY
+        };
         ZoneSample { edge_m, detail_m }
     }
 }

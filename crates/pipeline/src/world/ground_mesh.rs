@@ -110,6 +110,7 @@ fn ground_material<F: Field>(
         TrailZone::Rut => trail().rut,
         TrailZone::Strip => trail().strip,
         TrailZone::CutSlope => materials.cut_slope,
+        TrailZone::Off if ground.is_pit(p) => materials.bare_soil,
         TrailZone::Off => materials.floor[floor.cover(p).index()],
     }
 }

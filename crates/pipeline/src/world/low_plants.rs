@@ -41,6 +41,8 @@ impl LowPlants<'_> {
                 PatchKind::Herbs => &assets.herbs,
                 PatchKind::Ferns => &assets.ferns,
                 PatchKind::Litter => &assets.litter,
+                PatchKind::Branch => &assets.branches,
+                PatchKind::Brash => &assets.brash,
             };
             plant(shapes, None, of_point(point));
         }

@@ -2,6 +2,8 @@
 
 pub mod assets;
 pub mod cameras;
+pub(crate) mod climbers;
+pub(crate) mod deadwood;
 pub mod flora;
 pub mod ground;
 pub(crate) mod ground_mesh;
@@ -10,5 +12,6 @@ pub(crate) mod low_plants;
 pub(crate) mod object_sites;
 pub(crate) mod placement;
 pub(crate) mod recipe;
+pub(crate) mod thrown;
 pub mod trajectory;
 pub mod uncovered;

@@ -3,17 +3,20 @@
 use nemoral_placement::Site;
 use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_seed::{Draw, Key};
-use nemoral_stand::{OBJECT_VARIATION, ObjectSite, ObjectSize, StandLayer};
+use nemoral_stand::{FallenStem, OBJECT_VARIATION, ObjectSite, ObjectSize, StandLayer};
 use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
-use super::ground::GroundModel;
+use super::deadwood::lying_sites;
+use super::ground::{ChunkGround, GroundModel};
 
-/// The objects of a chunk in the order of their numbers: rocks, woody plants, stones on trails.
+/// The objects of a chunk in the order of their numbers: rocks, woody plants, stones on trails,
+/// then logs, thrown stems and root plates.
 pub(crate) fn object_sites(
     at: ChunkCoord,
     world: Key,
-    (rocks, woody): (&[Site], &[Site]),
+    (rocks, woody, logs): (&[Site], &[Site], &[FallenStem]),
+    ground: &ChunkGround,
     assets: &WorldAssets,
     model: &GroundModel,
 ) -> Vec<ObjectSite> {
@@ -26,6 +29,7 @@ pub(crate) fn object_sites(
         let key = world.domain(OBJECT_VARIATION).chunk(at).item(i as u64);
         sites.push(trail_stone(stone, key, assets));
     }
+    sites.extend(lying_sites(logs, &model.thrown(at), assets, ground));
     sites
 }
 
@@ -39,6 +43,7 @@ fn grown(kind: ObjectKind, site: &Site) -> ObjectSite {
         size: ObjectSize::Grown,
         key: site.key,
         on_trail: false,
+        lying: None,
     }
 }
 
@@ -66,5 +71,6 @@ fn trail_stone(stone: &TrailDressing, key: Key, assets: &WorldAssets) -> ObjectS
         size: ObjectSize::Given(stone.scale),
         key,
         on_trail: true,
+        lying: None,
     }
 }

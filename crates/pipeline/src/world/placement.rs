@@ -31,9 +31,10 @@ const SHRUB_CORE: f64 = 0.4;
 /// The least distance of woody plants from a trail's edge, in addition to their radius, metres.
 const VERGE_M: f64 = 0.25;
 
-/// Whether a disk keeps clear of trails.
-pub(crate) fn is_beside_trails(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bool {
+/// Whether a disk keeps clear of trails, and of thrown trees.
+pub(crate) fn is_free(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bool {
     ground.trail_edge_m(world_m) > radius_m + VERGE_M
+        && ground.is_clear_of_thrown(world_m, radius_m)
 }
 
 /// The placement of rocks and woody plants, as a config describes it.
@@ -43,12 +44,13 @@ pub(crate) struct PlacementRecipe {
     /// Weights of gorse, heather and bramble.
     shrubs: [f64; 3],
     chunk_size_m: f64,
-    centre: ChunkCoord,
 }
+
+/// The share of trails is measured around here: a world does not depend on where a robot starts.
+const TRAILS_AROUND: ChunkCoord = ChunkCoord { x: 0, y: 0 };
 
 impl PlacementRecipe {
     pub(crate) fn new(config: &Config) -> Self {
-        let start = DVec2::new(config.robot.start_x_m, config.robot.start_y_m);
         Self {
             placement: config.placement.clone(),
             shrubs: {
@@ -56,7 +58,6 @@ impl PlacementRecipe {
                 [a.gorse, a.heather, a.bramble]
             },
             chunk_size_m: config.chunks.size_m,
-            centre: ChunkCoord::containing(start, config.chunks.size_m),
         }
     }
 
@@ -94,7 +95,7 @@ impl PlacementRecipe {
         let weight: f64 = trees.iter().map(|t| t.weight).sum();
         let mean_radius =
             trees.iter().map(|t| t.weight * t.radius_m.0).sum::<f64>() / weight.max(1e-9);
-        let trail_share = ground.trail_share(self.centre, mean_radius + VERGE_M);
+        let trail_share = ground.trail_share(TRAILS_AROUND, mean_radius + VERGE_M);
         let counts = [p.trees, p.stumps, p.shrubs, p.regeneration.saplings];
         let varieties = [trees, stumps, shrubs, saplings];
         let layers = StandLayer::ALL.into_iter().zip(counts).zip(varieties);
@@ -177,12 +178,11 @@ impl Encode for PlacementRecipe {
             placement,
             shrubs,
             chunk_size_m,
-            centre,
         } = self;
-        let ChunkCoord { x, y } = centre;
+        let ChunkCoord { x, y } = TRAILS_AROUND;
         encoder.field("placement", placement);
         encoder.field("shrubs", shrubs);
         encoder.field("chunk_size_m", chunk_size_m);
-        encoder.field("centre", &[*x, *y]);
+        encoder.field("centre", &[x, y]);
     }
 }

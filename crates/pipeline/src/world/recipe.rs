@@ -1,6 +1,6 @@
 //! The library, as a config describes it.
 
-use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies};
+use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies, StemMoss};
 use nemoral_scene::glam::Vec3;
 
 use crate::config::{self, Config};
@@ -13,6 +13,9 @@ pub(crate) struct Recipe {
     assets: config::Assets,
     saplings: bool,
     seedlings: bool,
+    deadwood: bool,
+    /// Density and height of moss on stems; `None` if nothing climbs.
+    climbers: Option<[f64; 2]>,
     inputs: InputFiles,
 }
 
@@ -22,6 +25,8 @@ impl Encode for Recipe {
             assets,
             saplings,
             seedlings,
+            deadwood,
+            climbers,
             inputs: _,
         } = self;
         let config::Assets {
@@ -70,6 +75,9 @@ impl Encode for Recipe {
         encoder.field("snags", snags);
         encoder.field("saplings", saplings);
         encoder.field("seedlings", seedlings);
+        encoder.field("deadwood", deadwood);
+        // Without climbers, no moss of any height.
+        encoder.field("climbers", &climbers.unwrap_or([-1.0, 0.0]));
     }
 }
 
@@ -88,6 +96,11 @@ impl Recipe {
             assets: config.assets.clone(),
             saplings: config.placement.regeneration.saplings > 0.0,
             seedlings: config.placement.regeneration.seedlings > 0.0,
+            deadwood: config.deadwood.is_any(),
+            climbers: {
+                let c = &config.climbers;
+                (c.ivy > 0.0 || c.moss > 0.0).then_some([c.moss, c.moss_height_m])
+            },
             inputs: inputs.clone(),
         }
     }
@@ -145,6 +158,11 @@ impl Recipe {
         Ok(sum / total)
     }
 
+    /// Mean diameter of the stand's trees at breast height, metres.
+    pub(crate) fn dbh_mean_m(&self) -> f64 {
+        self.assets.dbh_mean_m
+    }
+
     /// The share of standing trees that are dead.
     pub(crate) fn snag_share(&self) -> f64 {
         self.assets.snags
@@ -165,6 +183,8 @@ impl Recipe {
                 0
             },
             seedlings_per_species: if self.seedlings { SEEDLINGS } else { 0 },
+            deadwood: self.deadwood,
+            climbers: (self.climbers).map(|[amount, height_m]| StemMoss { amount, height_m }),
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,

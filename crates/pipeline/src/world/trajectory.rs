@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, FlatSurface, RigidTransform};
-use nemoral_stand::SceneObjects;
+use nemoral_scene::{ChunkCoord, FlatSurface, ObjectKind, RigidTransform};
+use nemoral_stand::{SceneObject, SceneObjects};
 use nemoral_trails::TrailPath;
 use nemoral_trajectory::{Obstacle, Obstacles, Polyline, Trajectory};
 
+use super::deadwood::REACH_M;
 use super::ground::ChunkGround;
 use crate::Error;
 use crate::plan::Demand;
@@ -90,21 +91,48 @@ impl Obstacles for ChunkObstacles<'_> {
 
     fn near(&self, place_m: DVec2, reach_m: f64) -> Result<Vec<Obstacle>, Error> {
         let mut out = Vec::new();
-        for chunk in ChunkCoord::within(place_m, reach_m, self.chunk_size_m) {
+        // A log may reach in from a neighbouring chunk.
+        let reach_of_logs_m = reach_m + REACH_M;
+        for chunk in ChunkCoord::within(place_m, reach_of_logs_m, self.chunk_size_m) {
             for object in &self.objects.at(chunk)?.0 {
-                let position_m = object.position_m.truncate();
-                let radius_m = object.radius_m;
-                if !object.on_trail && position_m.distance(place_m) - radius_m < reach_m {
-                    out.push(Obstacle {
-                        position_m,
-                        radius_m,
-                    });
+                let near = object.position_m.truncate().distance(place_m) - object.radius_m;
+                if !object.on_trail && near < reach_m {
+                    out.extend(disks(object).filter(|disk| {
+                        disk.position_m.distance(place_m) - disk.radius_m < reach_m
+                    }));
                 }
             }
         }
         Ok(out)
     }
 }
+
+/// Distance of the disks that stand for a log, metres.
+const DISKS_M: f64 = 0.4;
+
+/// What an object takes of the ground: a disk, or disks along a log.
+fn disks(object: &SceneObject) -> impl Iterator<Item = Obstacle> {
+    let middle = object.position_m.truncate();
+    let (half, count, radius_m) = if object.kind == ObjectKind::Log {
+        let axis = object
+            .linear
+            .x_axis
+            .as_dvec3()
+            .truncate()
+            .normalize_or_zero();
+        let count = (2.0 * object.radius_m / DISKS_M).ceil().max(1.0);
+        (axis * object.radius_m, count, LOG_ROOM_M)
+    } else {
+        (DVec2::ZERO, 0.0, object.radius_m)
+    };
+    (0..=count as u32).map(move |i| Obstacle {
+        position_m: middle + half * (2.0 * f64::from(i) / count.max(1.0) - f64::from(count > 0.0)),
+        radius_m,
+    })
+}
+
+/// Radius of the disks along a log, metres.
+const LOG_ROOM_M: f64 = 0.3;
 
 /// A trail as a line.
 #[derive(Debug)]

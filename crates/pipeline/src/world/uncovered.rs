@@ -9,13 +9,17 @@ use nemoral_stand::{SceneObject, SceneObjects};
 use super::assets::WorldAssets;
 use crate::Error;
 
-/// The trunks of trees and stumps.
+/// The trunks of trees and stumps, logs and root plates.
 #[derive(Debug)]
 pub struct Trunks {
     /// Those of `standing`; `None` without a trunk.
     standing: Vec<Option<Arc<Blas>>>,
     /// Those of `stumps`.
     stumps: Vec<Option<Arc<Blas>>>,
+    /// Those of `logs`.
+    logs: Vec<Option<Arc<Blas>>>,
+    /// Those of `root_plates`.
+    root_plates: Vec<Option<Arc<Blas>>>,
 }
 
 impl Trunks {
@@ -33,6 +37,8 @@ impl Trunks {
         Ok(Self {
             standing: standing.collect::<Result<_, _>>()?,
             stumps: assets.stumps.iter().map(strip).collect::<Result<_, _>>()?,
+            logs: assets.logs.iter().map(strip).collect::<Result<_, _>>()?,
+            root_plates: (assets.root_plates.iter().map(strip)).collect::<Result<_, _>>()?,
         })
     }
 }
@@ -65,6 +71,8 @@ impl UncoveredGeometry {
             let shape = match object.kind {
                 ObjectKind::Tree => &trunks.standing[object.asset],
                 ObjectKind::Stump => &trunks.stumps[object.asset],
+                ObjectKind::Log => &trunks.logs[object.asset],
+                ObjectKind::RootPlate => &trunks.root_plates[object.asset],
                 _ => &None,
             };
             if let Some(shape) = shape {

@@ -35,7 +35,7 @@ pub(super) fn penumbrae(frame: &FrameBuffer, shares: &[f32], focal_px: f32) -> V
                 // A uniform disc's spread along an axis is half of its radius.
                 let radius_px = Sun::ANGULAR_RADIUS_RAD as f32 * blocker_m(frame, x, y) * focal_px
                     / frame.depth_m[i];
-                let step = (0.5 * radius_px / SPREAD).min(WIDEST) as usize;
+                let step = (0.5 * radius_px / SPREAD).min(WIDEST).round() as usize;
                 if step > 0 {
                     *out = mean(frame, shares, (x, y), step);
                 }
@@ -139,11 +139,10 @@ mod tests {
     #[test]
     fn other_surfaces_do_not_count() {
         let (mut frame, mut shares) = speckled(20.0);
-        for i in 0..96 * 64 {
-            if i % 96 >= 48 {
-                frame.depth_m[i] = 20.0;
-            }
-            shares[i] = f32::from(u8::from(i % 96 >= 48));
+        for (i, (share, depth_m)) in shares.iter_mut().zip(&mut frame.depth_m).enumerate() {
+            let far = i % 96 >= 48;
+            *depth_m = if far { 20.0 } else { 10.0 };
+            *share = f32::from(u8::from(far));
         }
         assert_eq!(penumbrae(&frame, &shares, 700.0), shares);
     }

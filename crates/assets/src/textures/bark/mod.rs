@@ -1,11 +1,13 @@
 //! Bark, on tiles of 1 m × 2 m.
 
 mod conifer;
+mod fallen;
 mod rough;
 mod smooth;
 
 use glam::{IVec2, Vec2, Vec3};
 
+pub(crate) use fallen::{decayed, loosening};
 pub(crate) use rough::{dead, twig};
 
 use super::noise::{fbm, gradient, smoothstep, value};

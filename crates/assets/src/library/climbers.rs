@@ -1,0 +1,128 @@
+//! Grows what climbs on trees, for each tree.
+
+use std::sync::Arc;
+
+use nemoral_scene::Prototype;
+use nemoral_seed::{Domain, Key};
+use rayon::prelude::*;
+
+use super::plants::PlantGrower;
+use super::{PlantAsset, TreeAsset, prototype, with_occlusion};
+use crate::ambient_occlusion::OcclusionParams;
+use crate::materials::ClimberMaterials;
+use crate::plant::climber::{Bark, carpet, ivy, moss};
+use crate::plant::shape::Shape;
+
+const IVY: Domain = Domain::new("assets.ivy");
+const MOSS: Domain = Domain::new("assets.stem_moss");
+const CARPET: Domain = Domain::new("assets.ivy_carpet");
+
+/// How high the two ivies of a tree climb, as shares of the height of its crown's base.
+const REACHES: [f64; 2] = [0.35, 1.05];
+/// Variants of carpets of ivy.
+const CARPETS: u32 = 6;
+
+/// What may grow on one tree; shapes are in the tree's own frame.
+#[derive(Clone, Debug)]
+pub struct TreeClimbers {
+    /// Ivy that climbs a third of the stem, and ivy that climbs into the crown.
+    pub ivy: Vec<Arc<Prototype>>,
+    /// Moss on the foot of the stem, densest towards the tree's own azimuths 0, a quarter turn, a
+    /// half turn and three quarters; nothing without moss.
+    pub moss: Vec<Arc<Prototype>>,
+}
+
+/// What climbs.
+#[derive(Clone, Debug, Default)]
+pub struct Climbers {
+    /// Of each living tree.
+    pub trees: Vec<TreeClimbers>,
+    /// Of each standing dead tree.
+    pub snags: Vec<TreeClimbers>,
+    /// Ivy on the ground around them.
+    pub carpets: Vec<PlantAsset>,
+}
+
+/// How moss grows on stems.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StemMoss {
+    /// How dense: 1 as in a moist forest, 0 for none.
+    pub amount: f64,
+    /// How high it reaches on the moist side, metres.
+    pub height_m: f64,
+}
+
+impl PlantGrower<'_> {
+    pub(super) fn climbers(
+        &self,
+        [trees, snags]: [&[TreeAsset]; 2],
+        growth: &StemMoss,
+        of: &ClimberMaterials,
+    ) -> Climbers {
+        let on = |trees: &[TreeAsset], part: u64| -> Vec<TreeClimbers> {
+            let trees = trees.par_iter().enumerate();
+            trees
+                .map(|(i, tree)| self.on_tree(tree, i as u32, part, growth, of))
+                .collect()
+        };
+        Climbers {
+            trees: on(trees, 0),
+            snags: on(snags, 1),
+            carpets: self.collect(CARPET, CARPETS, &|i, key| {
+                self.patch("ivy_carpet", i, carpet(&of.carpet, &mut key.rng()))
+            }),
+        }
+    }
+
+    fn on_tree(
+        &self,
+        tree: &TreeAsset,
+        number: u32,
+        part: u64,
+        growth: &StemMoss,
+        of: &ClimberMaterials,
+    ) -> TreeClimbers {
+        let library = &self.materials.library;
+        // The keys are the tree's own.
+        let own = Domain::new(tree.prototype.name());
+        let key = |domain: Domain, item: u64| -> Key {
+            self.key.domain(domain).domain(own).item(2 * item + part)
+        };
+        let finish = |(name, shape): (String, Shape)| {
+            let shape = prototype(&name, number, shape, library);
+            Arc::new(with_occlusion(shape, self.masks, &OcclusionParams::SHRUB))
+        };
+        let name = tree.prototype.name();
+        let ivy = (0..REACHES.len()).map(|i| {
+            let top_m = (REACHES[i] * tree.size.crown_base_m)
+                .clamp(1.0, 0.9 * tree.size.height_m)
+                .min(16.0) as f32;
+            let bark = Bark::of(&tree.prototype, library, top_m);
+            let mut rng = key(IVY, i as u64).rng();
+            (
+                format!("{name}.ivy.{i}"),
+                ivy(&bark, top_m, &of.ivy, &mut rng),
+            )
+        });
+        let top_m = growth.height_m.min(0.6 * tree.size.height_m) as f32;
+        let bark = Bark::of(&tree.prototype, library, 1.3 * top_m);
+        let moss = (0..4).map(|i| {
+            let side = 0.25 * std::f32::consts::TAU * i as f32;
+            let mut rng = key(MOSS, i as u64).rng();
+            let how = (side, top_m, growth.amount as f32);
+            let shape = moss(&bark, how, &of.moss, &mut rng);
+            (format!("{name}.moss.{i}"), shape)
+        });
+        // All sides have moss, or none: the choice is by side.
+        let moss: Vec<_> = moss.filter(|(_, shape)| !shape.cards.is_empty()).collect();
+        let has_moss = moss.len() == 4;
+        TreeClimbers {
+            ivy: (ivy.filter(|(_, shape)| !shape.cards.is_empty()))
+                .map(finish)
+                .collect(),
+            moss: (moss.into_iter().filter(|_| has_moss))
+                .map(finish)
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The materials of what grows on stems.
+
+use glam::Vec3;
+use nemoral_scene::{MaterialLibrary, Semantic};
+use nemoral_seed::Key;
+
+use super::foliage::{CardKind, register_cards};
+use super::optics::{self, LeafOptics};
+use crate::cards::card_raster::CardImage;
+use crate::cards::climbers;
+use crate::tree::FoliageCard;
+
+/// Images of ivy and of moss on stems. Their surface is a climber or a growth, and what holds them
+/// is the stem.
+#[derive(Clone, Debug)]
+pub(crate) struct ClimberMaterials {
+    pub(crate) ivy: Vec<FoliageCard>,
+    /// Ivy on the ground, which is a herb.
+    pub(crate) carpet: Vec<FoliageCard>,
+    pub(crate) moss: Vec<FoliageCard>,
+}
+
+const IVY: LeafOptics = LeafOptics {
+    albedo: climbers::IVY,
+    transmittance: Vec3::new(0.018, 0.045, 0.0),
+    laser: optics::EVERGREEN.laser,
+};
+const MOSS: LeafOptics = LeafOptics {
+    albedo: climbers::MOSS,
+    transmittance: Vec3::ZERO,
+    laser: optics::MOSS,
+};
+
+const KINDS: [CardKind; 2] = [
+    CardKind::new("ivy.foliage", 4, Semantic::Climber, IVY, |r, _| {
+        climbers::ivy(r)
+    })
+    .on(Semantic::Stem),
+    CardKind::new("stem.moss", 4, Semantic::StemGrowth, MOSS, |r, _| {
+        climbers::moss(r)
+    })
+    .on(Semantic::Stem),
+];
+
+/// Draws the images.
+pub(super) fn images(key: Key) -> Vec<Vec<Vec<CardImage>>> {
+    KINDS.iter().map(|kind| kind.images(key)).collect()
+}
+
+impl ClimberMaterials {
+    pub(super) fn register(
+        library: &mut MaterialLibrary,
+        images: Vec<Vec<Vec<CardImage>>>,
+    ) -> Self {
+        let mut cards = KINDS.iter().zip(images).map(|(kind, variants)| {
+            let cards = register_cards(library, kind, variants).into_iter();
+            cards.flatten().collect::<Vec<_>>()
+        });
+        let ivy = cards.next().unwrap_or_default();
+        let moss = cards.next().unwrap_or_default();
+        let carpet = ivy.iter().map(|card| {
+            let mut material = library.get(card.material).clone();
+            material.name = material.name.replace("ivy.", "ivy.carpet.");
+            material.semantic = Semantic::Herb;
+            material.support = None;
+            FoliageCard {
+                material: library.add(material),
+                ..*card
+            }
+        });
+        let carpet = carpet.collect();
+        Self { ivy, carpet, moss }
+    }
+}

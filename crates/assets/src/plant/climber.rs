@@ -1,0 +1,177 @@
+//! Ivy and moss on the bark of a tree.
+
+use std::f32::consts::TAU;
+
+use glam::{IVec2, Vec2, Vec3};
+use nemoral_scene::{MaterialLibrary, Prototype, Semantic};
+use nemoral_seed::{Draw, Rng};
+
+use super::shape::{Shape, around};
+use crate::textures::noise::{fbm, smoothstep};
+use crate::tree::FoliageCard;
+
+/// How far a leaf's foot is from the bark, metres.
+const OFF_BARK_M: f32 = 0.012;
+/// The share of bark that leaves must be drawn over for it to look covered, as they overlap.
+const OVERLAP: f32 = 1.9;
+/// The most cards of one climber.
+const CARDS_MAX: usize = 900;
+
+/// The bark of a stem: its triangles from the foot up.
+#[derive(Debug)]
+pub(crate) struct Bark {
+    corners: Vec<[Vec3; 3]>,
+    /// Area up to and with each triangle, m².
+    areas: Vec<f32>,
+}
+
+impl Bark {
+    /// The bark of a tree's stem and root flare above the ground and below `top_m`.
+    pub(crate) fn of(tree: &Prototype, library: &MaterialLibrary, top_m: f32) -> Self {
+        let mesh = tree.mesh();
+        let (mut corners, mut areas, mut area) = (Vec::new(), Vec::new(), 0.0);
+        for triangle in &mesh.triangles {
+            let semantic = library.get(triangle.material).semantic;
+            if !matches!(
+                semantic,
+                Semantic::Stem | Semantic::RootFlare | Semantic::Snag
+            ) {
+                continue;
+            }
+            let at = triangle.corners.map(|i| mesh.positions[i as usize]);
+            let [low, high] = [f32::min, f32::max].map(|f| f(f(at[0].z, at[1].z), at[2].z));
+            if high < -0.05 || low > top_m {
+                continue;
+            }
+            area += 0.5 * (at[1] - at[0]).cross(at[2] - at[0]).length();
+            corners.push(at);
+            areas.push(area);
+        }
+        Self { corners, areas }
+    }
+
+    fn area_m2(&self) -> f32 {
+        self.areas.last().copied().unwrap_or(0.0)
+    }
+
+    /// A place on the bark, with equal chances everywhere, and the way out of it.
+    fn draw(&self, rng: &mut impl Rng) -> Option<(Vec3, Vec3)> {
+        let pick = rng.unit_f32() * self.area_m2();
+        let i = self.areas.partition_point(|&a| a <= pick);
+        let [a, b, c] = *self.corners.get(i)?;
+        let (mut u, mut v) = (rng.unit_f32(), rng.unit_f32());
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        let out = (b - a).cross(c - a).normalize_or(Vec3::X);
+        Some((a + (b - a) * u + (c - a) * v, out))
+    }
+}
+
+/// Ivy that climbs to `top_m`, dense below and in tongues above.
+pub(crate) fn ivy(bark: &Bark, top_m: f32, leaves: &[FoliageCard], rng: &mut impl Rng) -> Shape {
+    let mut shape = Shape::default();
+    let seed = rng.below(u32::MAX);
+    // One side is open for the longest.
+    let open = rng.range_f32(0.0, TAU);
+    let cover = |at: Vec3| {
+        let turn = libm::atan2f(at.y, at.x) / TAU;
+        let share = (at.z / top_m).max(0.0);
+        let p = Vec2::new(turn.rem_euclid(1.0), (0.17 * at.z).rem_euclid(1.0));
+        let tongues = 0.55 * fbm(p, IVec2::new(4, 3), 3, 0.55, seed);
+        let side = 0.16 * libm::cosf(TAU * turn - open);
+        // Full at the foot, the longest tongues reach the top.
+        smoothstep(0.0, 0.16, 0.86 - share + tongues - side)
+    };
+    let card_m2: f32 = leaves
+        .iter()
+        .map(|l| l.width_m * l.height_m * l.opaque_fraction)
+        .sum::<f32>()
+        / leaves.len() as f32;
+    let count = (OVERLAP * bark.area_m2() / card_m2) as usize;
+    for _ in 0..count.min(CARDS_MAX) {
+        let Some((at, out)) = bark.draw(rng) else {
+            break;
+        };
+        if at.z > top_m || !rng.chance(f64::from(cover(at))) {
+            continue;
+        }
+        let image = leaves[rng.below(leaves.len() as u32) as usize];
+        // Shoots climb; their leaves face the light.
+        let across = out.cross(Vec3::Z).normalize_or(Vec3::Y);
+        let tilt = rng.range_f32(0.10, 0.45);
+        let climb = Vec3::Z + across * rng.range_f32(-0.7, 0.7);
+        let along = climb + out * tilt;
+        let scale = rng.range_f32(0.75, 1.15);
+        let half = 0.5 * image.height_m * scale;
+        let foot = at + out * OFF_BARK_M - along.normalize_or(Vec3::Z) * half;
+        shape.card(&image, foot + out * (half * tilt), along, across, scale);
+    }
+    shape
+}
+
+/// Cushions of moss on the side of the bark towards `side_rad`, as high as `top_m` there and half
+/// as high on the other side, `amount` times as dense as in a moist forest.
+pub(crate) fn moss(
+    bark: &Bark,
+    (side_rad, top_m, amount): (f32, f32, f32),
+    cushions: &[FoliageCard],
+    rng: &mut impl Rng,
+) -> Shape {
+    let mut shape = Shape::default();
+    let seed = rng.below(u32::MAX);
+    let towards = around(side_rad);
+    let card_m2 = cushions[0].width_m * cushions[0].height_m * cushions[0].opaque_fraction;
+    let count = (1.5 * amount * bark.area_m2() / card_m2) as usize;
+    for _ in 0..count.min(CARDS_MAX) {
+        let Some((at, out)) = bark.draw(rng) else {
+            break;
+        };
+        let facing = 0.5 + 0.5 * out.dot(towards);
+        let height = top_m * (0.35 + 0.65 * facing);
+        let turn = (libm::atan2f(at.y, at.x) / TAU).rem_euclid(1.0);
+        let p = Vec2::new(turn, (0.21 * at.z).rem_euclid(1.0));
+        let patch = 0.6 * fbm(p, IVec2::new(5, 7), 3, 0.55, seed);
+        let share = smoothstep(0.0, 0.4, 1.0 - at.z / height.max(0.05) + patch);
+        if !rng.chance(f64::from(share * (0.25 + 0.75 * facing))) {
+            continue;
+        }
+        let image = cushions[rng.below(cushions.len() as u32) as usize];
+        let any = around(rng.range_f32(0.0, TAU)) + Vec3::Z * rng.range_f32(-1.0, 1.0);
+        // Flat on the bark, however turned.
+        let along = (any - out * any.dot(out)).normalize_or(Vec3::Z);
+        let across = out.cross(along);
+        // Cushions on thin stems are small, as they are flat.
+        let thick = (at.truncate().length() / 0.14).clamp(0.35, 1.0);
+        let scale = rng.range_f32(0.5, 1.2) * thick;
+        let foot = at + out * rng.range_f32(0.004, 0.012);
+        let foot = foot - along * (0.5 * image.height_m * scale);
+        shape.card(
+            &image,
+            foot,
+            along + out * rng.range_f32(-0.06, 0.10),
+            across,
+            scale,
+        );
+    }
+    shape
+}
+
+/// A carpet of ivy on the ground, of 0.75 m radius.
+pub(crate) fn carpet(leaves: &[FoliageCard], rng: &mut impl Rng) -> Shape {
+    const RADIUS_M: f32 = 0.75;
+    let mut shape = Shape::default();
+    for _ in 0..110 {
+        let r = RADIUS_M * rng.unit_f32().sqrt();
+        let at = around(rng.range_f32(0.0, TAU)) * r;
+        let heading = rng.range_f32(0.0, TAU);
+        let lift = rng.range_f32(0.05, 0.45);
+        let image = leaves[rng.below(leaves.len() as u32) as usize];
+        let across = around(heading + 0.25 * TAU) + Vec3::Z * rng.range_f32(-0.25, 0.25);
+        let height = rng.range_f32(0.02, 0.07) - 0.04 * (r / RADIUS_M);
+        let foot = at + Vec3::Z * height.max(-0.01);
+        let along = around(heading) + Vec3::Z * lift;
+        shape.card(&image, foot, along, across, rng.range_f32(0.7, 1.05));
+    }
+    shape
+}

@@ -1,0 +1,113 @@
+//! Ivy and moss on the trees of a chunk.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::Arc;
+
+use nemoral_raycast::Blas;
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, InstancePlace, ObjectId, ObjectKind};
+use nemoral_seed::{Domain, Draw, Key};
+use nemoral_stand::{FERN_FIELD, Field, LowPlant, SceneObject, SceneObjects};
+
+use super::assets::WorldAssets;
+use super::ground::{ChunkGround, TerrainField};
+use crate::{Error, config};
+
+const CLIMBERS: Domain = Domain::new("pipeline.climbers");
+
+/// Patches of carpet around a climbed tree: the least and the most.
+const CARPETS: [u32; 2] = [3, 7];
+/// How far the farthest is from the stem, metres.
+const CARPET_REACH_M: f64 = 2.0;
+
+/// Which trees are climbed, in a world.
+#[derive(Clone, Debug)]
+pub(crate) struct Climbing {
+    wanted: config::Climbers,
+    /// Where ivy is.
+    field: TerrainField,
+    key: Key,
+}
+
+impl Climbing {
+    pub(crate) fn new(wanted: &config::Climbers, world: Key) -> Result<Self, Error> {
+        let key = world.domain(CLIMBERS);
+        Ok(Self {
+            wanted: wanted.clone(),
+            field: TerrainField::new(FERN_FIELD, key)?,
+            key,
+        })
+    }
+
+    /// What grows on the trees of a chunk and around them. It has no id.
+    pub(crate) fn instances(
+        &self,
+        (at, chunk_size_m): (ChunkCoord, f64),
+        objects: &SceneObjects,
+        assets: &WorldAssets,
+        ground: &ChunkGround,
+    ) -> Vec<(InstancePlace, Arc<Blas>)> {
+        let mut all = Vec::new();
+        for object in &objects.0 {
+            if object.kind != ObjectKind::Tree {
+                continue;
+            }
+            // Saplings, which come after all grown trees, are not climbed.
+            let Some([ivy, moss]) = assets.climbers.get(object.asset) else {
+                continue;
+            };
+            let key = self.key.chunk(at).item(u64::from(object.object.item()));
+            let mut rng = key.rng();
+            let place = InstancePlace {
+                object: ObjectId::NONE,
+                variation: rng.unit_f32(),
+                ..object.place(at, chunk_size_m)
+            };
+            if let Some(shape) = self.mossy_side(object).and_then(|i| moss.get(i)) {
+                all.push((place, Arc::clone(shape)));
+            }
+            let dbh_m = assets.standing[object.asset].tree.size.dbh_m * object.scale;
+            let climbed = rng.chance(self.chance(object.position_m.truncate(), dbh_m, assets));
+            let high = rng.chance(self.wanted.ivy_in_crown);
+            let Some(shape) = ivy.get(usize::from(high)).filter(|_| climbed) else {
+                continue;
+            };
+            all.push((place, Arc::clone(shape)));
+            for i in 0..rng.between(CARPETS[0], CARPETS[1]) {
+                let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
+                let off = object.radius_m + CARPET_REACH_M * rng.unit_f64();
+                let patch = LowPlant {
+                    position_m: object.position_m.truncate() + DVec2::new(cos, sin) * off,
+                    yaw_rad: rng.range_f64(0.0, TAU),
+                    scale: rng.range_f64(0.7, 1.15),
+                    key: key.item(u64::from(i)),
+                };
+                if ground.trail_edge_m(patch.position_m) > 0.6 {
+                    let origin = at.origin_m(chunk_size_m);
+                    let laid = patch.place(&assets.ivy_carpets, None, ground, origin);
+                    all.extend(laid.map(|(place, shape)| (place, Arc::clone(shape))));
+                }
+            }
+        }
+        all
+    }
+
+    /// The chance that ivy climbs a tree: thick ones more often, and in patches.
+    fn chance(&self, world_m: DVec2, dbh_m: f64, assets: &WorldAssets) -> f64 {
+        let thick = (dbh_m / assets.dbh_mean_m.max(0.05)).clamp(0.3, 1.7);
+        let patch = ((self.field.value(world_m) - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0);
+        self.wanted.ivy * thick * (0.3 + 1.4 * patch)
+    }
+
+    /// The number of the moss whose side of a tree is the moist side; `None` without moss.
+    fn mossy_side(&self, object: &SceneObject) -> Option<usize> {
+        if self.wanted.moss <= 0.0 {
+            return None;
+        }
+        let x = object.linear.x_axis.as_dvec3();
+        let turned = libm::atan2(x.y, x.x);
+        let moist = FRAC_PI_2 - self.wanted.moss_azimuth_deg.to_radians();
+        let quarter = ((moist - turned) / FRAC_PI_2).round() as i64;
+        Some(quarter.rem_euclid(4) as usize)
+    }
+}

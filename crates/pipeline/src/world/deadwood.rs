@@ -1,0 +1,231 @@
+//! Deadwood: logs, thrown trees with their root plates, and how they lie.
+
+use nemoral_assets::{Deadwood, LogAsset};
+use nemoral_placement::Site;
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, DecayStage, ObjectKind, Surface};
+use nemoral_seed::{Domain, Key};
+use nemoral_stand::{
+    FallenStem, Lying, LyingStem, ObjectSite, ObjectSize, Rest, StemKind, fallen_stems,
+    mean_volume_m3, roll_rad,
+};
+
+use super::assets::WorldAssets;
+use super::ground::{ChunkGround, GroundModel};
+use super::thrown::ThrownTree;
+use crate::config;
+
+const LOGS: Domain = Domain::new("pipeline.logs");
+
+/// Stages of decay spread about their mean by this.
+const SPREAD: f64 = 1.1;
+/// A round stem rolls down a slope across it that is steeper than this, until something holds it.
+const ROLLS: f64 = 0.30;
+/// Least distance of a log from a trail's edge, metres.
+const VERGE_M: f64 = 0.35;
+/// No log reaches farther from its middle, metres.
+pub(crate) const REACH_M: f64 = 9.5;
+/// How deep logs lie in the ground, as a share of their height, by stage.
+const SUNK: [f64; 5] = [0.05, 0.08, 0.15, 0.32, 0.48];
+
+/// Where logs may lie in a chunk.
+pub(crate) struct Surroundings<'a> {
+    pub(crate) ground: &'a ChunkGround,
+    pub(crate) model: &'a GroundModel,
+    /// What stands in the chunk and its neighbours.
+    pub(crate) sites: &'a [Site],
+}
+
+/// The logs of a chunk, before those of its neighbours are looked at.
+pub(crate) fn logs(
+    at: ChunkCoord,
+    chunk_size_m: f64,
+    world: Key,
+    wanted: &config::Deadwood,
+    assets: &WorldAssets,
+    around: &Surroundings<'_>,
+) -> Vec<FallenStem> {
+    let kinds = kinds(assets, wanted.decay);
+    let mean = mean_count(assets, wanted, &kinds, chunk_size_m);
+    let origin = at.origin_m(chunk_size_m);
+    let near: Vec<&Site> = (around.sites.iter())
+        .filter(|s| {
+            let off = s.position_m - origin;
+            let out = (-off).max(off - chunk_size_m).max_element();
+            out < REACH_M + s.radius_m
+        })
+        .collect();
+    let thrown = around.model.thrown_around(at, REACH_M);
+    let is_free = |stem: &FallenStem| {
+        let ground = around.ground;
+        let across = stem
+            .heading
+            .perp()
+            .dot(ground.sample(stem.middle_m).gradient);
+        if across.abs() > ROLLS {
+            return false;
+        }
+        let steps = (stem.length_m / 0.8).ceil();
+        let on_trail = (0..=steps as u32).any(|i| {
+            let s = (f64::from(i) / steps - 0.5) * stem.length_m;
+            let edge = ground.trail_edge_m(stem.middle_m + stem.heading * s);
+            edge < stem.radius_m + VERGE_M
+        });
+        (wanted.across_trails || !on_trail)
+            && !near.iter().any(|site| {
+                let room = site.radius_m + stem.radius_m + 0.04;
+                stem.distance_m(site.position_m) < room
+            })
+            && !thrown.iter().any(|tree| tree.is_near_stem(stem))
+    };
+    fallen_stems(at, chunk_size_m, world.domain(LOGS), mean, &kinds, is_free)
+}
+
+/// The mean number of logs in a chunk: what thrown trees leave of the volume that is asked for.
+fn mean_count(
+    assets: &WorldAssets,
+    wanted: &config::Deadwood,
+    kinds: &[StemKind],
+    chunk_size_m: f64,
+) -> f64 {
+    let of = &assets.library.deadwood;
+    let thrown_m3 = if of.thrown.is_empty() {
+        0.0
+    } else {
+        let shape = ThrownTree::kind(assets.dbh_mean_m);
+        let volumes = of.thrown.iter().map(|log| volume_of_thrown_m3(log, &shape));
+        mean_volume_m3(&[StemKind {
+            volume_m3: volumes.sum::<f64>() / of.thrown.len() as f64,
+            ..shape
+        }])
+    };
+    let hectares = chunk_size_m * chunk_size_m / 10_000.0;
+    let rest_m3 = hectares * (wanted.volume_m3_ha - wanted.thrown_per_ha * thrown_m3);
+    let mean_m3 = mean_volume_m3(kinds);
+    if mean_m3 > 0.0 {
+        rest_m3.max(0.0) / mean_m3
+    } else {
+        0.0
+    }
+}
+
+/// The volume of a thrown tree's log that is made as large as a stem of this kind.
+fn volume_of_thrown_m3(log: &LogAsset, stem: &StemKind) -> f64 {
+    let across = stem.radius_m / (0.5 * log.diameter_m[0]);
+    log.volume_m3 * (stem.length_m / log.length_m) * across * across
+}
+
+/// The logs of the library as kinds, by the shares of species and the mean stage of decay.
+fn kinds(assets: &WorldAssets, decay: f64) -> Vec<StemKind> {
+    let of_stage = |stage: DecayStage| {
+        let off = (f64::from(stage.number()) - decay) / SPREAD;
+        libm::exp(-0.5 * off * off)
+    };
+    let logs = assets.library.deadwood.logs.iter();
+    logs.map(|log| StemKind {
+        weight: of_stage(log.stage) * assets.share_of(&log.species),
+        length_m: log.length_m,
+        radius_m: 0.5 * log.diameter_m[0],
+        volume_m3: log.volume_m3,
+    })
+    .collect()
+}
+
+/// Logs, thrown stems and root plates as they lie on the ground of a chunk.
+pub(crate) fn lying_sites(
+    logs: &[FallenStem],
+    thrown: &[ThrownTree],
+    assets: &WorldAssets,
+    ground: &ChunkGround,
+) -> Vec<ObjectSite> {
+    let of = &assets.library.deadwood;
+    let mut sites: Vec<ObjectSite> = logs
+        .iter()
+        .map(|stem| log_site(stem, stem.kind, &of.logs[stem.kind], ground))
+        .collect();
+    for tree in thrown {
+        sites.extend(thrown_sites(tree, of, ground));
+    }
+    sites
+}
+
+fn log_site(stem: &FallenStem, asset: usize, log: &LogAsset, ground: &ChunkGround) -> ObjectSite {
+    let half_height_m = log.half_height_m.map(|h| h * stem.radius_scale);
+    let shape = LyingStem {
+        length_m: stem.length_m,
+        half_height_m,
+    };
+    let (rest, roll) = match log.stage {
+        DecayStage::Fresh | DecayStage::Loosening => (Rest::Stiff, roll_rad(stem.key)),
+        DecayStage::Bare => (Rest::Sagging, roll_rad(stem.key)),
+        DecayStage::Soft | DecayStage::Rotten => (Rest::Sagging, 0.0),
+    };
+    let sink_m = SUNK[log.stage.index()] * (half_height_m[0] + half_height_m[1]);
+    let pose = shape.lie(ground, stem.middle_m, stem.heading, rest, sink_m, roll);
+    ObjectSite {
+        kind: ObjectKind::Log,
+        position_m: stem.middle_m,
+        radius_m: 0.5 * stem.length_m,
+        asset,
+        size: ObjectSize::Given(1.0),
+        key: stem.key,
+        on_trail: false,
+        lying: Some(Lying {
+            pose,
+            scale: [stem.length_scale, stem.radius_scale],
+        }),
+    }
+}
+
+/// The stem of a thrown tree and its root plate.
+fn thrown_sites(tree: &ThrownTree, of: &Deadwood, ground: &ChunkGround) -> Vec<ObjectSite> {
+    if of.thrown.is_empty() {
+        return Vec::new();
+    }
+    let stem = &tree.stem;
+    let number = tree.number(of.thrown.len());
+    let (log, plate) = (&of.thrown[number], &of.root_plates[number]);
+    let across = stem.radius_m / (0.5 * log.diameter_m[0]);
+    let scale = [stem.length_m / log.length_m, across];
+    let shape = LyingStem {
+        length_m: stem.length_m,
+        half_height_m: log.half_height_m.map(|h| h * across),
+    };
+    let held_m = tree.held_m();
+    let (middle, heading) = (stem.middle_m, stem.heading);
+    let rest = Rest::Held(held_m);
+    let pose = shape.lie(ground, middle, heading, rest, 0.0, roll_rad(stem.key));
+    let axis = pose.rotation.x_axis.as_dvec3();
+    let mut of_plate = pose;
+    of_plate.position_m -= axis * (0.5 * stem.length_m);
+    let size = tree.plate_radius_m() / plate.radius_m;
+    let site = |kind, asset, radius_m, position_m: DVec2, lying| ObjectSite {
+        kind,
+        position_m,
+        radius_m,
+        asset,
+        size: ObjectSize::Given(1.0),
+        key: stem.key.item(u64::from(kind == ObjectKind::RootPlate)),
+        on_trail: false,
+        lying: Some(lying),
+    };
+    vec![
+        site(
+            ObjectKind::Log,
+            of.logs.len() + number,
+            0.5 * stem.length_m,
+            middle,
+            Lying { pose, scale },
+        ),
+        site(
+            ObjectKind::RootPlate,
+            number,
+            tree.plate_radius_m(),
+            of_plate.position_m.truncate(),
+            Lying {
+                pose: of_plate,
+                scale: [size, size],
+            },
+        ),
+    ]
+}

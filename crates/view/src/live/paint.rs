@@ -1,0 +1,120 @@
+//! Pictures of what is seen, as files for a browser.
+
+use image::ExtendedColorType;
+use image::codecs::jpeg::JpegEncoder;
+use nemoral_pipeline::config::Config;
+use nemoral_pipeline::recording::moment::Moment;
+use nemoral_pipeline::recording::pose::FramePose;
+use nemoral_pipeline::{
+    picture_of_classes, picture_of_depth, picture_of_instances, picture_of_normals, picture_of_scan,
+};
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{Image, RayCaster};
+
+use super::Shared;
+use super::world::Shown;
+use crate::Error;
+use crate::seen::{Glance, Map, Place};
+
+/// The number of what is seen, as that of the only frame of its config.
+const FRAME: u64 = 0;
+
+/// An image, before it is a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Painted {
+    /// sRGB code values.
+    pub image: Image<[u8; 3]>,
+    /// Whether its colours mean something, which a lossy file would blur.
+    pub is_truth: bool,
+    /// Whether it is whole, not a draft.
+    pub still: bool,
+}
+
+/// A picture of a glance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// The image.
+    pub painted: Painted,
+    /// Where it was taken: as asked for, but clear of stems.
+    pub place: Place,
+    /// The number of the change that it shows.
+    pub revision: u64,
+    /// Whether it is the whole picture of the newest change, with all that is visible. It will not
+    /// change.
+    pub is_final: bool,
+}
+
+/// Takes a picture or a scan.
+pub(super) fn paint(
+    shared: &Shared,
+    shown: &Shown,
+    seen: &Config,
+    glance: &Glance,
+    caster: &dyn RayCaster,
+) -> Result<Painted, Error> {
+    let world = &*shown.world;
+    let runner = world.runner(shared, 1);
+    let robot = &seen.robot;
+    let place_m = DVec2::new(robot.start_x_m, robot.start_y_m);
+    let body = world
+        .forest
+        .level_pose(&runner, place_m, robot.heading_deg)?;
+    let pose = FramePose::still(body, 0.0, &world.lidars, seen.chunks.size_m);
+    let materials = &world.assets.library.materials;
+    let mut moment = Moment::new(world.forest.world(), FRAME, &pose, &shown.scene, materials);
+    moment.caster = caster;
+
+    let mut rig = world.cameras[usize::from(!glance.still)].clone();
+    let intrinsics = seen.camera.intrinsics();
+    let refused = |e| Error::value("camera", e, "possible at this size");
+    rig.intrinsics = intrinsics.map_err(refused)?;
+    rig.body_from_camera = seen.camera.body_from_camera();
+    rig.renderer
+        .check_size(rig.intrinsics.width, rig.intrinsics.height)?;
+    let truth = || moment.truth(&rig);
+    let image = match glance.map {
+        Map::Colour => moment.picture(0, &rig)?.rgb,
+        Map::Classes => picture_of_classes(&truth()?, &world.ontology),
+        Map::Instances => picture_of_instances(&truth()?),
+        Map::Depth => picture_of_depth(&truth()?),
+        Map::Normals => picture_of_normals(&truth()?),
+        Map::Lidar => {
+            let lidar = &world.lidars[0];
+            let scan = moment.scan(lidar);
+            let camera_from_lidar = rig.body_from_camera.inverse() * lidar.body_from_lidar;
+            picture_of_scan(&scan, &world.ontology, &rig.intrinsics, &camera_from_lidar)
+        }
+    };
+    Ok(Painted {
+        image,
+        is_truth: glance.map != Map::Colour,
+        still: glance.still,
+    })
+}
+
+impl Painted {
+    /// The image as a file, with its media type: PNG where colours mean something, else JPEG.
+    #[must_use]
+    pub fn encode(&self) -> (&'static str, Vec<u8>) {
+        let (width, height) = (self.image.width() as u32, self.image.height() as u32);
+        let bytes = self.image.pixels().as_flattened();
+        let mut out = Vec::new();
+        if self.is_truth {
+            let mut encoder = png::Encoder::new(&mut out, width, height);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_compression(png::Compression::Fast);
+            let mut writer = encoder.write_header().expect("the sides are 16 to 8192");
+            writer
+                .write_image_data(bytes)
+                .expect("the buffer has the image's size");
+            writer.finish().expect("memory takes it");
+            return ("image/png", out);
+        }
+        let quality = if self.still { 93 } else { 82 };
+        JpegEncoder::new_with_quality(&mut out, quality)
+            .encode(bytes, width, height, ExtendedColorType::Rgb8)
+            .expect("the sides are 16 to 8192 and memory takes it");
+        ("image/jpeg", out)
+    }
+}

@@ -1,0 +1,151 @@
+//! A world that is seen, and the part of it that has grown.
+
+use std::sync::Arc;
+
+use nemoral_pipeline::config::Config;
+use nemoral_pipeline::plan::Runner;
+use nemoral_pipeline::recording::scene::FrameScene;
+use nemoral_pipeline::world::assets::WorldAssets;
+use nemoral_pipeline::world::cameras::CameraRig;
+use nemoral_pipeline::world::lidars::LidarRig;
+use nemoral_pipeline::{Backend, ForestPlan, InputFiles};
+use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::{ChunkCoord, Ontology};
+
+use super::Shared;
+use crate::Error;
+
+/// Distance that is kept from stems and rocks, metres.
+const CLEARANCE_M: f64 = 0.3;
+/// The name of the camera of drafts, further in the config than the first.
+const DRAFTS: &str = "drafts";
+
+/// A world with its light and its sensors.
+#[derive(Debug)]
+pub(super) struct World {
+    pub(super) revision: u64,
+    /// As it was asked for.
+    pub(super) config: Config,
+    pub(super) forest: ForestPlan,
+    pub(super) assets: Arc<WorldAssets>,
+    /// The config's first camera, and that of drafts.
+    pub(super) cameras: Arc<Vec<CameraRig>>,
+    pub(super) lidars: Arc<Vec<LidarRig>>,
+    pub(super) ontology: Ontology,
+    /// Where the robot's path begins: east, north, heading.
+    pub(super) start: (f64, f64, f64),
+}
+
+/// A world as far as it has grown.
+#[derive(Debug)]
+pub(super) struct Shown {
+    pub(super) world: Arc<World>,
+    pub(super) scene: Arc<FrameScene>,
+    /// The place that the scene is around.
+    pub(super) centre_m: DVec2,
+    /// Whether all is there that is visible from that place.
+    pub(super) complete: bool,
+}
+
+/// The config's classes.
+pub(super) fn ontology(config: &Config) -> Ontology {
+    let ontology = Ontology::by_name(&config.output.ontology);
+    ontology.expect("the config's words are the built-in ontologies")
+}
+
+/// The plan of a world, with the sensors that the view needs.
+pub(super) fn plan(
+    config: &Config,
+    inputs: &InputFiles,
+    backend: &Backend,
+) -> Result<ForestPlan, Error> {
+    let mut sensors = config.clone();
+    sensors.lidars.clear();
+    sensors.cameras.clear();
+    let camera = &mut sensors.camera;
+    camera.enabled = true;
+    camera.radiance = false;
+    let mut drafts = camera.clone();
+    if !backend.draws_ahead() {
+        // A GPU draws whole pictures quickly, and would hold the scene twice.
+        drafts.samples = 1;
+        drafts.edge_samples = 1;
+        drafts.bounces = 0;
+    }
+    sensors.cameras.insert(DRAFTS.to_owned(), drafts);
+    Ok(ForestPlan::with_inputs(&sensors, inputs, backend.clone())?)
+}
+
+impl World {
+    /// Grows what a world has once: plants, and the start of the path.
+    pub(super) fn grow(shared: &Shared, config: Config, revision: u64) -> Result<Self, Error> {
+        let forest = plan(&config, &shared.inputs, &shared.backend)?;
+        let runner = Runner::new(forest.plan(), &shared.store, shared.threads);
+        let cameras = runner.get(forest.cameras, ())?;
+        let lidars = runner.get(forest.lidars, ())?;
+        let assets = runner.get(forest.assets, ())?;
+        let pose = runner.get(forest.pose, 0)?.world_from_body();
+        let ahead = pose.transform_vector(DVec3::X);
+        let heading_deg = ahead.x.atan2(ahead.y).to_degrees();
+        let start = (pose.translation_m.x, pose.translation_m.y, heading_deg);
+        Ok(Self {
+            revision,
+            ontology: ontology(&config),
+            config,
+            forest,
+            assets,
+            cameras,
+            lidars,
+            start,
+        })
+    }
+
+    pub(super) fn runner<'a>(&'a self, shared: &'a Shared, threads: usize) -> Runner<'a> {
+        Runner::new(self.forest.plan(), &shared.store, threads)
+    }
+
+    /// Whether another world has the same land: only its light or its sensors differ.
+    pub(super) fn has_land_of(&self, other: &Self) -> bool {
+        let origin = ChunkCoord::new(0, 0);
+        let keys = |world: &Self| {
+            let (plan, f) = (world.forest.plan(), &world.forest);
+            [
+                plan.key(f.assets, ()),
+                plan.key(f.object_geometry, origin),
+                plan.key(f.undergrowth_geometry, origin),
+                plan.key(f.sky_view_factor, origin),
+            ]
+        };
+        keys(self) == keys(other) && self.config.chunks == other.config.chunks
+    }
+
+    /// The nearest place that is not within a stem or a rock, or about it.
+    pub(super) fn clear_of_stems(
+        &self,
+        shared: &Shared,
+        mut place_m: DVec2,
+    ) -> Result<DVec2, Error> {
+        let size_m = self.config.chunks.size_m;
+        let objects = self.runner(shared, 1).demand(self.forest.objects);
+        // Two stems may stand close to each other.
+        for _ in 0..3 {
+            let mut moved = false;
+            for chunk in ChunkCoord::within(place_m, 3.0, size_m) {
+                for object in objects.at(chunk)?.0.iter().filter(|o| !o.on_trail) {
+                    let stem_m = object.position_m.truncate();
+                    let keep_m = object.radius_m + CLEARANCE_M;
+                    if stem_m.distance(place_m) < keep_m {
+                        let away = (place_m - stem_m).normalize_or(DVec2::X);
+                        // A little further, so that rounding does not bring it back.
+                        place_m = stem_m + away * (keep_m + 1e-6);
+                        moved = true;
+                    }
+                }
+            }
+            if !moved {
+                break;
+            }
+        }
+        Ok(place_m)
+    }
+}
