@@ -30,6 +30,7 @@ fn write(out: &Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>>
         annotations: AnnotationKinds::default(),
         shutter: Shutter::INSTANT,
         noisy: false,
+        processed: false,
     }];
     header.sequences[0].lidars = vec![LidarSpec {
         name: "top".into(),
