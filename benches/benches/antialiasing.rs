@@ -6,8 +6,9 @@
 //! ```
 //!
 //! Each line is a choice of `camera.samples` and `camera.edge_samples` with a lens that spreads
-//! light by `camera.spread_px`. The reference has the same lens, so what a lens takes from sharpness
-//! is no error. Errors are those of the middle of the picture, the times those of the whole one.
+//! light by `camera.spread_px`. The reference has the same lens, so what a lens takes from
+//! sharpness is no error. Errors are those of the middle of the picture, the times those of the
+//! whole one.
 
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 

@@ -35,8 +35,8 @@ impl ForestPlan {
         Ok(stance.pose(&body, &*runner.get(self.ground, chunk)?))
     }
 
-    /// The scene that is visible from a place on the map, of chunks that come within `reach_m`. With
-    /// the visible radius or more it is that of a frame there.
+    /// The scene that is visible from a place on the map, of chunks that come within `reach_m`.
+    /// With the visible radius or more it is that of a frame there.
     ///
     /// # Errors
     /// If a stage fails.

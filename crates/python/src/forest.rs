@@ -294,8 +294,8 @@ impl Forest {
         })
     }
 
-    /// Height, upward normal, signed distance to the nearest trail's edge and class of the ground at
-    /// rows of x and y.
+    /// Height, upward normal, signed distance to the nearest trail's edge and class of the ground
+    /// at rows of x and y.
     fn ground<'py>(
         &self,
         py: Python<'py>,
@@ -356,8 +356,8 @@ impl Forest {
         Ok(dict)
     }
 
-    /// What rays in the world hit around a place: rows of x, y, z and a direction. `around` is where
-    /// the scene is centred.
+    /// What rays in the world hit around a place: rows of x, y, z and a direction. `around` is
+    /// where the scene is centred.
     fn cast<'py>(
         &self,
         py: Python<'py>,

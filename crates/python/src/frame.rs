@@ -215,8 +215,8 @@ impl Frame {
         }
     }
 
-    /// The points of a LiDAR as the bytes of a `.ply` file's vertices; `None` if a data set does not
-    /// have them.
+    /// The points of a LiDAR as the bytes of a `.ply` file's vertices; `None` if a data set does
+    /// not have them.
     fn points<'py>(
         &self,
         py: Python<'py>,

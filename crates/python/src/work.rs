@@ -121,8 +121,8 @@ fn labour<T: Send + 'static>(
     let _ = sender.send(Message::Done(result));
 }
 
-/// Short work without the interpreter's lock, on the calling thread. It may compute in the pool, but
-/// must not hold a lock there that another caller may wait for in the pool.
+/// Short work without the interpreter's lock, on the calling thread. It may compute in the pool,
+/// but must not hold a lock there that another caller may wait for in the pool.
 pub(crate) fn brief<T: Send>(
     py: Python<'_>,
     work: impl FnOnce(&ThreadPool) -> Result<T, Failure> + Send,

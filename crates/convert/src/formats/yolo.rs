@@ -4,8 +4,8 @@
 //! labels/SS/FFFFFF_CAMERA.txt   kind, then the middle's x and y, width and height, in pictures
 //! data.yaml                     paths and the names of kinds
 //! ```
-//! A box is around the visible pixels of a whole object, such as a tree, a log or a rock. Splits are
-//! [`Source::split`]'s. Source: Ultralytics' page "Object Detection Datasets Overview".
+//! A box is around the visible pixels of a whole object, such as a tree, a log or a rock. Splits
+//! are [`Source::split`]'s. Source: Ultralytics' page "Object Detection Datasets Overview".
 
 use std::collections::BTreeMap;
 

@@ -259,7 +259,8 @@ section! {
         across_trails: bool = false, Flag, "trails are kept clear";
         /// Fallen branches, and tops left after thinning, on 100 m² beside trails.
         branches: f64 = 4.0, Real(0.0, 40.0), "our choice";
-        /// Share of trails that are covered with mats of brash, which machines lay down to drive on.
+        /// Share of trails that are covered with mats of brash, which machines lay down to drive
+        /// on.
         brash: f64 = 0.0, Real(0.0, 1.0), "none: skid trails alone have them";
     }
 }
@@ -477,15 +478,15 @@ section! {
         /// Colour samples of every pixel. A GPU takes 1 if nothing more is asked for here and for
         /// edges, else 4 of every pixel.
         samples: u32 = 1, Whole(1, 256), "mean light needs as many rays";
-        /// Colour samples of pixels on silhouettes, where a neighbour shows another object, class or
-        /// depth (half of a forest's), if that is more than `samples`. If both are 1, the picture is
-        /// a draft.
+        /// Colour samples of pixels on silhouettes, where a neighbour shows another object, class
+        /// or depth (half of a forest's), if that is more than `samples`. If both are 1, the
+        /// picture is a draft.
         edge_samples: u32 = 2, Whole(1, 256), "edges at a fifth more than a draft's time";
-        /// How far the lens spreads the light of a point in the picture: the standard deviation of a
-        /// Gaussian, pixels. With a pixel's own width, 0.5 leaves half of the contrast at 0.32
-        /// cycles a pixel, 0.7 at 0.25. Below a third nothing is spread, and leaves that are smaller
-        /// than a pixel are noise.
-        spread_px: f64 = 0.7, Real(0.0, 4.0), "our choice: noise as of 8 samples and a perfect lens";
+        /// How far the lens spreads the light of a point in the picture: the standard deviation of
+        /// a Gaussian, pixels. With a pixel's own width, 0.5 leaves half of the contrast at 0.32
+        /// cycles a pixel, 0.7 at 0.25. Below a third nothing is spread, and leaves that are
+        /// smaller than a pixel are noise.
+        spread_px: f64 = 0.7, Real(0.0, 4.0), "our choice: noise as of 8 samples";
         /// Number of surfaces over which light is followed to the sky by random rays; 0 takes the
         /// mean light of a place from its sky view factor. More than 0 works on the CPU alone, and
         /// is grainy with less than about 64 `samples`, with which 4 bounces take minutes.

@@ -18,9 +18,9 @@ const SPREAD: f32 = 1.155;
 /// The widest step, pixels. Beyond, steps would be wider than the mean over 5 × 5 pixels.
 const WIDEST: f32 = 5.0;
 
-/// The share of the sun's disc for each pixel: the mean of the `shares` of surrounding pixels on the
-/// same surface. Its spread is that of the sun's disc, seen through a pinhole in what blocks the
-/// shadow rays around the pixel.
+/// The share of the sun's disc for each pixel: the mean of the `shares` of surrounding pixels on
+/// the same surface. Its spread is that of the sun's disc, seen through a pinhole in what blocks
+/// the shadow rays around the pixel.
 pub(super) fn penumbrae(frame: &FrameBuffer, shares: &[f32], focal_px: f32) -> Vec<f32> {
     let mut wide = vec![0.0; shares.len()];
     wide.par_chunks_mut(frame.width)

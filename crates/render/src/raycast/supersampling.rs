@@ -216,7 +216,8 @@ mod tests {
             width in 1_u32..200,
             most in 1_usize..700,
         ) {
-            let pixels: Vec<u32> = (0..).zip(&chosen).filter(|(_, c)| **c).map(|(i, _)| i).collect();
+            let chosen = (0..).zip(&chosen).filter(|(_, chosen)| **chosen);
+            let pixels: Vec<u32> = chosen.map(|(i, _)| i).collect();
             let groups = neighbourhoods(&pixels, width, most);
             prop_assert!(groups.iter().all(|group| (1..=most).contains(&group.len())));
             let mut all: Vec<u32> = groups.concat();
