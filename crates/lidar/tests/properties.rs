@@ -376,7 +376,7 @@ fn bad_parameters_are_refused_by_name() {
         ),
         (
             ScannerParams {
-                pulses_per_scan: 500_000,
+                pulses_per_scan: 400_000_000,
                 ..good
             },
             "pulses_per_scan",
