@@ -17,7 +17,11 @@ fn recorder(settings: &[&str]) -> Result<Recorder, Error> {
 }
 
 fn stations() -> Result<Recorder, Error> {
-    recorder(&["robot.path=\"stations\"", "camera.noise.enabled=true"])
+    recorder(&[
+        "frames=9",
+        "robot.stations.distance_m=12",
+        "camera.noise.enabled=true",
+    ])
 }
 
 fn still(world_from_body: RigidTransform, time_s: f64, index: u64) -> Observation {
@@ -52,7 +56,7 @@ fn at_the_pose_of_a_station_it_is_that_stations_frame() -> Result<(), Error> {
 
 #[test]
 fn at_the_pose_time_and_number_of_a_drives_frame_it_is_that_frame() -> Result<(), Error> {
-    let recorder = recorder(&["camera.enabled=false"])?;
+    let recorder = recorder(&["frames=5", "camera.enabled=false"])?;
     let pose = recorder.pose(3)?;
     let seen = recorder.observe(&still(pose.world_from_body(), pose.time_s, 3))?;
     assert_eq!(seen.scans, recorder.frame(3)?.scans);

@@ -232,6 +232,8 @@ fn plant(config: &mut Config, stand: &Config) {
     config.trails = stand.trails.clone();
     config.placement = stand.placement.clone();
     config.undergrowth = stand.undergrowth.clone();
+    config.deadwood = stand.deadwood.clone();
+    config.climbers = stand.climbers.clone();
     let mut assets = stand.assets.clone();
     assets.seed = config.assets.seed;
     assets.individuals = config.assets.individuals;

@@ -33,6 +33,8 @@ fn taken(store: &Store, look: &str) -> Vec<Taken> {
         "camera.width_px=320",
         "camera.height_px=180",
         "camera.edge_samples=1",
+        // What is compared are single pixels, which a lens would mix.
+        "camera.spread_px=0",
         "camera.radiance=true",
         "lidar.pulses=10",
         &format!("camera.look={look}"),
