@@ -67,8 +67,8 @@ static STANDS: LazyLock<Vec<Stand>> = LazyLock::new(|| {
     PRESETS.map(stand).into()
 });
 
-/// Whether an object stands, so that a circle around its foot has its room. What lies is longer than
-/// that: `pipeline/tests/deadwood.rs` tests where it may be.
+/// Whether an object stands, so that a circle around its foot has its room. What lies is longer:
+/// `pipeline/tests/deadwood.rs` tests where it may be.
 fn stands(thing: &SceneObject) -> bool {
     !matches!(thing.kind, ObjectKind::Log | ObjectKind::RootPlate)
 }
