@@ -3,7 +3,7 @@
 //! Its classes and functions are as few and as plain as possible: they take checked arguments and
 //! return arrays, and the package's Python files make of these what users see. Whatever computes
 //! long does so on a thread of its own without the interpreter's lock, while the calling thread
-//! looks after signals and progress ([`work`]).
+//! looks after signals and progress (module `work`).
 
 mod arrays;
 mod commands;
