@@ -126,6 +126,16 @@ pub fn objects(text: &str) -> Result<String, Error> {
     Ok(tables::encode_objects(&rows))
 }
 
+/// `deadwood.csv`; returns the text that is written for what was read.
+///
+/// # Errors
+/// If the text is no such table.
+pub fn deadwood(text: &str) -> Result<String, Error> {
+    let rows = tables::read_deadwood_rows(name(), text)?;
+    tables::deadwood(name(), &rows)?;
+    Ok(tables::encode_deadwood(&rows))
+}
+
 /// Boxes.
 ///
 /// # Errors

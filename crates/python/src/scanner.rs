@@ -4,7 +4,8 @@ use nemoral_lidar::{
     Device, ExactRange, RangeModel, ScanRequest, Scanner as VirtualScanner, ScannerParams,
 };
 use nemoral_lidar_noise::{RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams};
-use nemoral_scene::{EchoObservation, LidarPoint};
+use nemoral_pipeline::world::lidars::Noise;
+use nemoral_scene::LidarPoint;
 use nemoral_seed::{Domain, Key};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -21,20 +22,6 @@ pub(crate) struct Scanner {
     device: Device,
     scanner: VirtualScanner,
     range_model: Box<dyn RangeModel>,
-}
-
-/// A noise model of lidar-noise behind the port of lidar.
-struct Noise(RangeSensor);
-
-impl RangeModel for Noise {
-    fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
-        self.0.measure(o, &mut key.rng())
-    }
-
-    fn measure_each(&self, os: &[EchoObservation], keys: &[Key], ranges_m: &mut [Option<f64>]) {
-        let rngs = keys.iter().map(|key| key.rng());
-        self.0.measure_each(os, rngs, ranges_m);
-    }
 }
 
 #[pymethods]

@@ -144,6 +144,10 @@ impl Seeds {
         ] {
             self.put(target, name, head(&files[path], target))?;
         }
+        // Only of forests with wood on the ground.
+        if let Some(wood) = files.get("sequences/00/deadwood.csv") {
+            self.put("deadwood", name, head(wood, "deadwood"))?;
+        }
         let mut kitti = vec![1];
         kitti.extend_from_slice(head(&files["sequences/00/poses.txt"], "poses"));
         self.put("robot_poses", name, &kitti)?;

@@ -4,7 +4,7 @@
 //! and its rows. Rows and columns are a byte each, that is 1 to 256, and 16 or 32 times that if the
 //! kind's bits 6 or 7 are set.
 
-use nemoral_dataset::fuzz;
+use nemoral_dataset::{Error, fuzz};
 
 /// The kind and the size that an input starts with, and the rest.
 fn picture(input: &[u8]) -> Option<(u8, (usize, usize), &[u8])> {
@@ -76,16 +76,22 @@ pub fn times(input: &[u8]) {
 
 /// Reads a `trees.csv`. An accepted one can be written and read again.
 pub fn trees(input: &[u8]) {
-    if let Some(Ok(written)) = text(input).map(fuzz::trees) {
-        let again = fuzz::trees(&written);
-        assert_eq!(again.expect("what was written is read"), written);
-    }
+    table(input, fuzz::trees);
 }
 
 /// Reads an `instances.csv`. An accepted one can be written and read again.
 pub fn instances(input: &[u8]) {
-    if let Some(Ok(written)) = text(input).map(fuzz::objects) {
-        let again = fuzz::objects(&written);
+    table(input, fuzz::objects);
+}
+
+/// Reads a `deadwood.csv`. An accepted one can be written and read again.
+pub fn deadwood(input: &[u8]) {
+    table(input, fuzz::deadwood);
+}
+
+fn table(input: &[u8], rewritten: fn(&str) -> Result<String, Error>) {
+    if let Some(Ok(written)) = text(input).map(rewritten) {
+        let again = rewritten(&written);
         assert_eq!(again.expect("what was written is read"), written);
     }
 }

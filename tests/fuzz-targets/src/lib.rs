@@ -46,6 +46,7 @@ targets! {
     decoders::boxes
     decoders::calib
     requests::config
+    decoders::deadwood
     decoders::exr
     decoders::instances
     decoders::label

@@ -44,7 +44,7 @@ impl LidarRig {
 
 /// A noise model of lidar-noise behind the port of lidar.
 #[derive(Debug)]
-pub struct Noise(RangeSensor);
+pub struct Noise(pub RangeSensor);
 
 impl RangeModel for Noise {
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
