@@ -269,9 +269,9 @@ class Forest:
         """All objects with an id whose feet are in a rectangle, as columns of N.
 
         Returns:
-            ``object`` uint64 and ``instance`` uint32 ids, ``kind`` (tree, stump, shrub, rock),
-            ``species``, ``position_m`` (N, 3), ``radius_m`` at the ground, ``height_m``,
-            ``on_trail`` bool: stones that are no obstacle.
+            ``object`` uint64 and ``instance`` uint32 ids, ``kind`` (tree, stump, shrub, rock, log,
+            root_plate), ``species``, ``position_m`` (N, 3), ``radius_m`` at the ground (of what
+            lies, across it), ``height_m``, ``on_trail`` bool: stones that are no obstacle.
         """
         low, high = self._rectangle(xmin, ymin, xmax, ymax)
         return self._live.inventory(self._sequence(sequence), low, high, False)
