@@ -181,7 +181,9 @@ def test_wrong_arguments(name: str, forest: nemoral.Forest, tmp_path: Path,
 
 def test_control_c_interrupts_at_once(cache: Path) -> None:
     code = f"""
-import nemoral, sys, time
+import nemoral, signal, sys, time
+# Who starts the tests in the background may have had interrupts ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 forest = nemoral.Forest("demo", cache={str(cache)!r}, **{{"camera.width_px": 3000,
     "camera.height_px": 3000, "camera.edge_samples": 16}})
 print("ready", flush=True)
