@@ -24,7 +24,7 @@ use crate::arguments::{
 };
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
-use crate::view;
+use crate::{export, view};
 
 /// Why a command failed.
 pub(crate) struct Failure {
@@ -69,6 +69,15 @@ impl From<nemoral_report::Error> for Failure {
                 message: error.to_string(),
                 is_request,
             },
+        }
+    }
+}
+
+impl From<nemoral_export::Error> for Failure {
+    fn from(error: nemoral_export::Error) -> Self {
+        Self {
+            message: error.to_string(),
+            is_request: error.is_request(),
         }
     }
 }
@@ -143,6 +152,8 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
             ))?;
             Ok(true)
         }
+        Command::Tree(a) => export::run_tree(&a),
+        Command::Export(a) => export::run(&a, program),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             let mut program = Arguments::command();

@@ -1,0 +1,79 @@
+//! The commands `tree` and `export`: scenes for other programs.
+
+use std::path::Path;
+
+use nemoral_export::{ExportScene, GltfParams, Instancing, check_name, write_glb};
+use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
+
+use crate::arguments::{Export, ExportFormat, Region, Tree};
+use crate::commands::{Failure, cache, load, threads};
+use crate::progress::{note, say};
+
+/// Grows one tree.
+pub(crate) fn run_tree(a: &Tree) -> Result<bool, Failure> {
+    check_name(&a.out, "glb")?;
+    let scene = tree_scene(&a.species, a.dbh, !a.dead, a.seed)?;
+    let bytes = write_glb(&scene, &a.out, GltfParams::default())?;
+    for tree in &scene.trees {
+        say(&format!(
+            "{}: {:.2} m thick, {:.1} m high; {:.1} MB in {}",
+            tree.species,
+            tree.dbh_m,
+            tree.height_m,
+            bytes as f64 / 1e6,
+            a.out.display()
+        ))?;
+    }
+    Ok(true)
+}
+
+/// Exports a part of a forest.
+pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
+    match a.to {
+        ExportFormat::Glb => check_name(&a.out, "glb")?,
+    }
+    let area = match a.region {
+        None => ExportArea::Frame(a.frame),
+        Some(Region([x0, y0, x1, y1])) => ExportArea::Region {
+            low_m: [x0, y0].into(),
+            high_m: [x1, y1].into(),
+        },
+    };
+    let sequence = load(&a.world)?.get(a.sequence)?;
+    let (cache, no_cache) = cache(&a.keeping, program);
+    let threads = threads(&a.world)?;
+    let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads)?;
+    let scene = recorder.export_scene(area)?;
+    if let Some(no_cache) = no_cache {
+        note(&no_cache);
+    }
+    let bytes = match a.to {
+        ExportFormat::Glb => write_glb(&scene, &a.out, gltf_params(a))?,
+    };
+    tell(&scene, &a.out, bytes)
+}
+
+fn gltf_params(a: &Export) -> GltfParams {
+    let instancing = if a.plain_nodes {
+        Instancing::Nodes
+    } else {
+        Instancing::Extension
+    };
+    GltfParams { instancing }
+}
+
+fn tell(scene: &ExportScene, out: &Path, bytes: u64) -> Result<bool, Failure> {
+    say(&format!(
+        "{} instances, {} objects, {} trees; {:.1} MB in {}",
+        scene.instances.len(),
+        scene.objects.len(),
+        scene.trees.len(),
+        bytes as f64 / 1e6,
+        out.display()
+    ))?;
+    let [x, y, z] = scene.origin_m.to_array();
+    note(&format!(
+        "the scene's origin is at {x}, {y}, {z} m of the world"
+    ));
+    Ok(true)
+}
