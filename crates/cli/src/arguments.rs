@@ -202,10 +202,13 @@ pub(crate) struct Export {
     /// The format.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub(crate) to: ExportFormat,
-    /// Writes a node for each instance instead of `EXT_mesh_gpu_instancing`.
+    /// Writes a node for each instance, for readers of glTF without `EXT_mesh_gpu_instancing`.
     #[arg(long)]
     pub(crate) plain_nodes: bool,
-    /// The file.
+    /// Distance between the posts of a height map, metres; 0.5 if not given.
+    #[arg(long, value_name = "M")]
+    pub(crate) spacing: Option<f64>,
+    /// The file, or the folder, which must be empty.
     #[arg(long, short, value_name = "PATH")]
     pub(crate) out: PathBuf,
 }
@@ -213,8 +216,12 @@ pub(crate) struct Export {
 /// A format that a part of a forest is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ExportFormat {
-    /// glTF 2.0, one binary file.
+    /// glTF 2.0 in one binary file.
     Glb,
+    /// A Gazebo world in a folder: visuals, and collisions apart.
+    Sdf,
+    /// The ground alone: a 16-bit PNG, and a TOML file that says what its levels are.
+    Heightmap,
 }
 
 /// `--region X0,Y0,X1,Y1`, metres.

@@ -101,7 +101,7 @@ impl From<std::io::Error> for Failure {
     }
 }
 
-fn wrong(message: impl Display) -> Failure {
+pub(crate) fn wrong(message: impl Display) -> Failure {
     Failure {
         message: message.to_string(),
         is_request: true,

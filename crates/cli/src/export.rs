@@ -2,12 +2,17 @@
 
 use std::path::Path;
 
-use nemoral_export::{ExportScene, GltfParams, Instancing, check_name, write_glb};
+use nemoral_export::{
+    ExportScene, GltfParams, Instancing, check_name, write_glb, write_height_map, write_sdf,
+};
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 
 use crate::arguments::{Export, ExportFormat, Region, Tree};
-use crate::commands::{Failure, cache, load, threads};
+use crate::commands::{Failure, cache, load, threads, wrong};
 use crate::progress::{note, say};
+
+/// Distance between the posts of a height map, metres.
+const SPACING_M: f64 = 0.5;
 
 /// Grows one tree.
 pub(crate) fn run_tree(a: &Tree) -> Result<bool, Failure> {
@@ -20,7 +25,7 @@ pub(crate) fn run_tree(a: &Tree) -> Result<bool, Failure> {
             tree.species,
             tree.dbh_m,
             tree.height_m,
-            bytes as f64 / 1e6,
+            megabytes(bytes),
             a.out.display()
         ))?;
     }
@@ -31,6 +36,14 @@ pub(crate) fn run_tree(a: &Tree) -> Result<bool, Failure> {
 pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
     match a.to {
         ExportFormat::Glb => check_name(&a.out, "glb")?,
+        ExportFormat::Heightmap => check_name(&a.out, "png")?,
+        ExportFormat::Sdf => {}
+    }
+    if a.spacing.is_some() && a.to != ExportFormat::Heightmap {
+        return Err(wrong("--spacing: only --to heightmap has posts"));
+    }
+    if a.plain_nodes && a.to != ExportFormat::Glb {
+        return Err(wrong("--plain-nodes: only --to glb has nodes"));
     }
     let area = match a.region {
         None => ExportArea::Frame(a.frame),
@@ -43,14 +56,29 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
     let (cache, no_cache) = cache(&a.keeping, program);
     let threads = threads(&a.world)?;
     let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads)?;
-    let scene = recorder.export_scene(area)?;
+    if a.to == ExportFormat::Heightmap {
+        let grid = recorder.export_heights(area, a.spacing.unwrap_or(SPACING_M))?;
+        let bytes = write_height_map(&grid, &a.out)?;
+        say(&format!(
+            "{} x {} posts, {:.4} m a level; {:.1} MB in {}",
+            grid.columns,
+            grid.rows,
+            grid.levels().metres_per_level,
+            megabytes(bytes),
+            a.out.display()
+        ))?;
+    } else {
+        let scene = recorder.export_scene(area)?;
+        let bytes = match a.to {
+            ExportFormat::Sdf => write_sdf(&scene, &a.out)?,
+            _ => write_glb(&scene, &a.out, gltf_params(a))?,
+        };
+        tell(&scene, &a.out, bytes)?;
+    }
     if let Some(no_cache) = no_cache {
         note(&no_cache);
     }
-    let bytes = match a.to {
-        ExportFormat::Glb => write_glb(&scene, &a.out, gltf_params(a))?,
-    };
-    tell(&scene, &a.out, bytes)
+    Ok(true)
 }
 
 fn gltf_params(a: &Export) -> GltfParams {
@@ -59,21 +87,28 @@ fn gltf_params(a: &Export) -> GltfParams {
     } else {
         Instancing::Extension
     };
-    GltfParams { instancing }
+    GltfParams {
+        instancing,
+        z_up: false,
+    }
 }
 
-fn tell(scene: &ExportScene, out: &Path, bytes: u64) -> Result<bool, Failure> {
+fn tell(scene: &ExportScene, out: &Path, bytes: u64) -> Result<(), Failure> {
     say(&format!(
         "{} instances, {} objects, {} trees; {:.1} MB in {}",
         scene.instances.len(),
         scene.objects.len(),
         scene.trees.len(),
-        bytes as f64 / 1e6,
+        megabytes(bytes),
         out.display()
     ))?;
     let [x, y, z] = scene.origin_m.to_array();
     note(&format!(
         "the scene's origin is at {x}, {y}, {z} m of the world"
     ));
-    Ok(true)
+    Ok(())
+}
+
+fn megabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e6
 }

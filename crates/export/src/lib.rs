@@ -4,6 +4,8 @@
 //! places, with ids, materials and classes. Where it comes from, the crate does not know.
 //!
 //! - [`write_glb`]: glTF 2.0 in one binary file, for Blender, engines and viewers.
+//! - [`write_sdf`]: a world for Gazebo, with visuals and collisions.
+//! - [`write_height_map`]: 16-bit PNG, with a file that says what its levels are.
 //!
 //! # Promises
 //! - Positions are ours: triangles are those that rays are cast at, in their order, cards two
@@ -45,19 +47,24 @@
 mod clip;
 mod error;
 mod gltf;
+mod height_map;
+mod name;
 mod parts;
 mod picture;
 mod placing;
 mod scene;
+mod sdf;
 
 use std::path::Path;
 
 pub use clip::clipped;
 pub use error::Error;
 pub use gltf::{GltfParams, Instancing, to_glb, write_glb};
+pub use height_map::{HeightGrid, Levels, write_height_map};
 pub use parts::{Part, parts};
 pub use placing::{Placing, Turn};
 pub use scene::{ExportCamera, ExportScene};
+pub use sdf::{Cylinder, stem_cylinders, write_sdf};
 
 /// Refuses a name that does not end in a format's ending, in any case.
 ///

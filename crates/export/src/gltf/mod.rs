@@ -34,6 +34,9 @@ pub enum Instancing {
 pub struct GltfParams {
     /// How instances are written.
     pub instancing: Instancing,
+    /// Leaves out the turn from our axes to those of glTF. Gazebo, whose axes are ours, reads files
+    /// so, and nobody else.
+    pub z_up: bool,
 }
 
 /// The extension of instanced shapes.
@@ -79,7 +82,7 @@ fn document(scene: &ExportScene, params: GltfParams) -> Result<(Value, Binary), 
     let (materials, textures, images) = look.finish(&mut binary);
     binary.pad();
     let (uses_instancing, cameras) = (nodes.uses_instancing, std::mem::take(&mut nodes.cameras));
-    let (nodes, root) = nodes.finish(&scene.name);
+    let (nodes, root) = nodes.finish(&scene.name, params.z_up);
     let mut document = json!({
         "asset": {
             "version": "2.0",

@@ -110,13 +110,12 @@ impl Nodes {
     }
 
     /// All nodes, and the number of the root.
-    pub(super) fn finish(self, name: &str) -> (Vec<Value>, usize) {
+    pub(super) fn finish(self, name: &str, z_up: bool) -> (Vec<Value>, usize) {
         let half = std::f64::consts::FRAC_1_SQRT_2;
-        let root = json!({
-            "name": name,
-            "rotation": [-half, 0.0, 0.0, half],
-            "children": self.children,
-        });
+        let mut root = json!({ "name": name, "children": self.children });
+        if !z_up {
+            root["rotation"] = json!([-half, 0.0, 0.0, half]);
+        }
         let nodes = std::iter::once(root).chain(self.nodes).collect();
         (nodes, 0)
     }

@@ -9,6 +9,7 @@ use crate::glb::{Glb, index};
 
 const NODES: GltfParams = GltfParams {
     instancing: Instancing::Nodes,
+    z_up: false,
 };
 
 fn read(scene: &ExportScene, params: GltfParams) -> Glb {

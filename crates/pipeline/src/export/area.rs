@@ -15,8 +15,8 @@ const FARTHEST_M: f64 = 1e7;
 /// A rectangle with area.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rectangle {
-    low_m: DVec2,
-    high_m: DVec2,
+    pub(super) low_m: DVec2,
+    pub(super) high_m: DVec2,
 }
 
 impl Rectangle {
@@ -34,7 +34,7 @@ impl Rectangle {
     }
 
     /// The chunks that it touches, in order.
-    fn chunks(&self, size_m: f64) -> Result<Vec<ChunkCoord>, Error> {
+    pub(super) fn chunks(&self, size_m: f64) -> Result<Vec<ChunkCoord>, Error> {
         let first = ChunkCoord::containing(self.low_m, size_m);
         let last = ChunkCoord::containing(self.high_m, size_m);
         let side = |a: i32, b: i32| i64::from(b) - i64::from(a) + 1;

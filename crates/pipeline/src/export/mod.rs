@@ -1,6 +1,7 @@
 //! Parts of a forest as plain scenes, which `nemoral-export` writes for other programs.
 
 mod area;
+mod heights;
 mod tree;
 
 use nemoral_export::{ExportCamera, ExportScene};
