@@ -202,7 +202,7 @@ pub(crate) struct Export {
     /// The format.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub(crate) to: ExportFormat,
-    /// Writes a node for each instance, for readers of glTF without `EXT_mesh_gpu_instancing`.
+    /// Writes each instance by itself, not by `EXT_mesh_gpu_instancing` or a `PointInstancer`.
     #[arg(long)]
     pub(crate) plain_nodes: bool,
     /// Distance between the posts of a height map, metres; 0.5 if not given.
@@ -218,6 +218,8 @@ pub(crate) struct Export {
 pub(crate) enum ExportFormat {
     /// glTF 2.0 in one binary file.
     Glb,
+    /// OpenUSD as text in a folder, with labels for Isaac Sim.
+    Usd,
     /// A Gazebo world in a folder: visuals, and collisions apart.
     Sdf,
     /// The ground alone: a 16-bit PNG, and a TOML file that says what its levels are.

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use nemoral_export::{
-    ExportScene, GltfParams, Instancing, check_name, write_glb, write_height_map, write_sdf,
+    ExportScene, GltfParams, Instancing, UsdParams, check_name, write_glb, write_height_map,
+    write_sdf, write_usd,
 };
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 
@@ -37,13 +38,13 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
     match a.to {
         ExportFormat::Glb => check_name(&a.out, "glb")?,
         ExportFormat::Heightmap => check_name(&a.out, "png")?,
-        ExportFormat::Sdf => {}
+        ExportFormat::Usd | ExportFormat::Sdf => {}
     }
     if a.spacing.is_some() && a.to != ExportFormat::Heightmap {
         return Err(wrong("--spacing: only --to heightmap has posts"));
     }
-    if a.plain_nodes && a.to != ExportFormat::Glb {
-        return Err(wrong("--plain-nodes: only --to glb has nodes"));
+    if a.plain_nodes && !matches!(a.to, ExportFormat::Glb | ExportFormat::Usd) {
+        return Err(wrong("--plain-nodes: only --to glb and usd have instances"));
     }
     let area = match a.region {
         None => ExportArea::Frame(a.frame),
@@ -69,9 +70,21 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
         ))?;
     } else {
         let scene = recorder.export_scene(area)?;
+        let instancing = if a.plain_nodes {
+            Instancing::Nodes
+        } else {
+            Instancing::Extension
+        };
         let bytes = match a.to {
             ExportFormat::Sdf => write_sdf(&scene, &a.out)?,
-            _ => write_glb(&scene, &a.out, gltf_params(a))?,
+            ExportFormat::Usd => write_usd(&scene, &a.out, UsdParams { instancing })?,
+            _ => {
+                let params = GltfParams {
+                    instancing,
+                    z_up: false,
+                };
+                write_glb(&scene, &a.out, params)?
+            }
         };
         tell(&scene, &a.out, bytes)?;
     }
@@ -79,18 +92,6 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
         note(&no_cache);
     }
     Ok(true)
-}
-
-fn gltf_params(a: &Export) -> GltfParams {
-    let instancing = if a.plain_nodes {
-        Instancing::Nodes
-    } else {
-        Instancing::Extension
-    };
-    GltfParams {
-        instancing,
-        z_up: false,
-    }
 }
 
 fn tell(scene: &ExportScene, out: &Path, bytes: u64) -> Result<(), Failure> {

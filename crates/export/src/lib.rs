@@ -4,6 +4,7 @@
 //! places, with ids, materials and classes. Where it comes from, the crate does not know.
 //!
 //! - [`write_glb`]: glTF 2.0 in one binary file, for Blender, engines and viewers.
+//! - [`write_usd`]: OpenUSD as text, with the labels of Isaac Sim.
 //! - [`write_sdf`]: a world for Gazebo, with visuals and collisions.
 //! - [`write_height_map`]: 16-bit PNG, with a file that says what its levels are.
 //!
@@ -54,6 +55,7 @@ mod picture;
 mod placing;
 mod scene;
 mod sdf;
+mod usd;
 
 use std::path::Path;
 
@@ -65,6 +67,7 @@ pub use parts::{Part, parts};
 pub use placing::{Placing, Turn};
 pub use scene::{ExportCamera, ExportScene};
 pub use sdf::{Cylinder, stem_cylinders, write_sdf};
+pub use usd::{UsdParams, write_usd};
 
 /// Refuses a name that does not end in a format's ending, in any case.
 ///

@@ -8,3 +8,6 @@
 mod common;
 mod glb;
 mod gltf;
+mod height_map;
+mod sdf;
+mod usd;
