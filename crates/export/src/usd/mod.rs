@@ -17,7 +17,7 @@ use nemoral_scene::{Instance, ObjectId, Prototype};
 use crate::gltf::Instancing;
 use crate::placing::{Placing, Turn};
 use crate::scene::{ExportScene, Inventory, ShapeInstances};
-use crate::{Error, name, parts};
+use crate::{Error, check_folder, name, parts};
 use materials::Materials;
 use text::{Text, quoted, tuple, tuples};
 
@@ -43,12 +43,8 @@ const STAGE: &str = "forest.usda";
 /// If the folder has something in it, the scene is empty, an instance cannot be placed, or a file
 /// cannot be written.
 pub fn write_usd(scene: &ExportScene, folder: &Path, params: UsdParams) -> Result<u64, Error> {
+    check_folder(folder)?;
     let out = Folder::new(folder);
-    if !out.entries()?.is_empty() {
-        return Err(Error::NotEmpty {
-            path: folder.to_owned(),
-        });
-    }
     let shapes = scene.shapes()?;
     let mut materials = Materials::new(scene);
     let inventory = Inventory::new(scene);
