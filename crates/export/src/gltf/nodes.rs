@@ -41,11 +41,7 @@ impl Nodes {
     ) -> Result<(), Error> {
         let mut batch = Vec::new();
         for &(number, instance) in &shape.instances {
-            let placing = Placing::of(instance).ok_or_else(|| Error::Singular {
-                number,
-                shape: shape.shape.name().to_owned(),
-            })?;
-            match placing {
+            match Placing::of_numbered(number, instance)? {
                 Placing::Plain(turn) => batch.push((instance, turn)),
                 Placing::Nested { outer, inner } => {
                     let child = self.add(json!({

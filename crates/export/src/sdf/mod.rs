@@ -59,10 +59,7 @@ pub fn write_sdf(scene: &ExportScene, folder: &Path) -> Result<u64, Error> {
     let (mut ground, mut low_plants) = (Vec::new(), Vec::new());
     let mut objects: BTreeMap<ObjectId, Vec<&Instance>> = BTreeMap::new();
     for (number, instance) in scene.instances.iter().enumerate() {
-        Placing::of(instance).ok_or_else(|| Error::Singular {
-            number,
-            shape: instance.prototype.name().to_owned(),
-        })?;
+        Placing::of_numbered(number, instance)?;
         if is_ground(&instance.prototype, &scene.materials) {
             ground.push(instance);
         } else if instance.object.is_none() {
