@@ -16,7 +16,7 @@ fn recorder() -> Recorder {
         "chunks.delete_radius_m=30",
         "terrain.max_height_m=12",
         "climbers.moss=1",
-        "deadwood.volume_m3_per_ha=60",
+        "deadwood.volume_m3_ha=60",
     ];
     let layers = Layers {
         preset: Some("demo".to_owned()),
