@@ -36,8 +36,8 @@ const STAGE: &str = "forest.usda";
 /// stage appears last, when all is there. The result is the size of all files in bytes.
 ///
 /// Each mesh has its class as a label of `SemanticsLabelsAPI:class` and of the older
-/// `SemanticsAPI:class`, and its fine semantic as one of `SemanticsLabelsAPI:semantic`; objects that
-/// are prims have their kind, species and id.
+/// `SemanticsAPI:class`, and its fine semantic as one of `SemanticsLabelsAPI:semantic`; objects
+/// that are prims have their kind, species and id.
 ///
 /// # Errors
 /// If the folder has something in it, the scene is empty, an instance cannot be placed, or a file
