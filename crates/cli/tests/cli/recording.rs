@@ -186,3 +186,56 @@ fn copy(from: &std::path::Path, to: &std::path::Path) {
         fs::write(path, bytes).expect("a writable folder");
     }
 }
+
+#[test]
+fn pictures_alone_are_those_that_are_made_beside_scans() {
+    let (alone, both) = (folder("no-lidar").join("out"), folder("lidar").join("out"));
+    record(
+        &alone,
+        &["--frames", "0..2", "--set", "lidar.enabled=false"],
+    );
+    record(&both, &["--frames", "0..2"]);
+    let (alone_files, both_files) = (files(&alone), files(&both));
+    for (name, bytes) in &alone_files {
+        if name.ends_with(".png") {
+            assert!(both_files.get(name) == Some(bytes), "{name}");
+        }
+        let scans = ["velodyne", "labels", "points"];
+        assert!(!scans.iter().any(|s| name.contains(s)), "{name}");
+    }
+
+    let path = alone.to_string_lossy();
+    for command in [&["check", &path][..], &["stats", &path]] {
+        let done = run(command);
+        assert_eq!(done.code, Some(0), "{}{}", done.stdout, done.stderr);
+    }
+    let out = folder("no-lidar-out");
+    fs::create_dir_all(&out).expect("a folder");
+    let [page, sheet, cloud, coco, laz] = ["page.html", "sheet.png", "cloud.ply", "coco", "laz"]
+        .map(|name| {
+            let path = out.join(name);
+            path.to_string_lossy().into_owned()
+        });
+    let done = run(&["report", &path, "--out", &page]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let done = run(&["convert", &path, "--to", "coco", "--out", &coco]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let done = run(&[
+        "preview",
+        "--preset",
+        "demo",
+        "--set",
+        "lidar.enabled=false",
+        "-o",
+        &sheet,
+    ]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    for command in [
+        &["cloud", &path, "-o", &cloud][..],
+        &["convert", &path, "--to", "laz", "--out", &laz],
+    ] {
+        let done = run(command);
+        assert_eq!(done.code, Some(2), "{}", done.stdout);
+        assert!(done.stderr.contains("no LiDAR"), "{}", done.stderr);
+    }
+}

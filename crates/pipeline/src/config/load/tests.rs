@@ -310,6 +310,14 @@ fn further_cameras_are_as_the_first_but_for_what_they_say() {
             "cameras.x.enabled = true: must be false",
         ),
         (
+            "lidar.enabled = false\n[lidars.x]\nenabled = true",
+            "lidars.x.enabled = true: must be false",
+        ),
+        (
+            "lidar.enabled = false\ncamera.enabled = false",
+            "lidar.enabled = false: must be true, as camera.enabled is false",
+        ),
+        (
             "[cameras.x.brown_conrady]\nk1 = -0.9",
             "c.toml:2:1: cameras.x.brown_conrady.k1 = -0.9: must be such that",
         ),
