@@ -24,7 +24,7 @@ use crate::arguments::{
 };
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
-use crate::view;
+use crate::{export, view};
 
 /// Why a command failed.
 pub(crate) struct Failure {
@@ -73,6 +73,15 @@ impl From<nemoral_report::Error> for Failure {
     }
 }
 
+impl From<nemoral_export::Error> for Failure {
+    fn from(error: nemoral_export::Error) -> Self {
+        Self {
+            message: error.to_string(),
+            is_request: error.is_request(),
+        }
+    }
+}
+
 impl From<nemoral_view::Error> for Failure {
     fn from(error: nemoral_view::Error) -> Self {
         Self {
@@ -92,7 +101,7 @@ impl From<std::io::Error> for Failure {
     }
 }
 
-fn wrong(message: impl Display) -> Failure {
+pub(crate) fn wrong(message: impl Display) -> Failure {
     Failure {
         message: message.to_string(),
         is_request: true,
@@ -143,6 +152,8 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
             ))?;
             Ok(true)
         }
+        Command::Tree(a) => export::run_tree(&a),
+        Command::Export(a) => export::run(&a, program),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             let mut program = Arguments::command();

@@ -8,6 +8,7 @@
 
 mod arguments;
 mod commands;
+mod export;
 mod frames;
 mod progress;
 mod view;

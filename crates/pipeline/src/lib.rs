@@ -25,6 +25,7 @@
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
 //! - [`Recorder`]: single frames in memory, along the path or anywhere else.
+//! - [`Recorder::export_scene`], [`tree_scene`]: what `nemoral-export` writes for other programs.
 //! - [`check`], [`generate`], [`preview`]: check a request, and make data sets and pictures from
 //!   it.
 //!
@@ -42,6 +43,7 @@ pub mod config;
 mod drive;
 mod error;
 mod estimate;
+mod export;
 mod forest;
 mod frames;
 #[cfg(feature = "fuzz")]
@@ -66,6 +68,7 @@ pub use backend::{Backend, BackendChoice, Renderer};
 pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
 pub use estimate::{Estimate, estimate};
+pub use export::{ExportArea, tree_scene};
 pub use forest::ForestPlan;
 pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, generate};
