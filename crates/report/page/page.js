@@ -527,7 +527,7 @@ function density(world) {
   return [near.length / drawn / hectares, area / drawn / hectares];
 }
 if (trees.length) {
-  get("density").textContent = `Stems and basal area per hectare count trees of ${100 * THINNEST_M} cm and more within ${NEAR_M} m of the drive.`;
+  get("density").textContent = `Stems and basal area per hectare count trees of ${(100 * THINNEST_M).toFixed(0)} cm and more within ${NEAR_M} m of the drive.`;
 }
 
 // Sequences.
