@@ -16,7 +16,6 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::commands::json;
 use crate::failure::Failure;
 use crate::frame::Frame;
 use crate::{arrays, config, work};
@@ -190,12 +189,13 @@ impl Forest {
     fn config(&self, py: Python<'_>, sequence: u32) -> PyResult<String> {
         self.with(py, sequence, |_, world| {
             let spec = &world.spec;
-            Ok(json(serde_json::json!({
+            let about = serde_json::json!({
                 "config": spec.config,
                 "drawn": spec.drawn,
                 "split": spec.split.map(|s| s.name()),
                 "seed": spec.seed,
-            })))
+            });
+            Ok(about.to_string())
         })
     }
 
