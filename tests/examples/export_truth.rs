@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(&out)?;
     let layers = Layers {
         preset: Some("demo".to_owned()),
-        settings: ["deadwood.volume_m3_per_ha=60", "terrain.max_height_m=12"]
+        settings: ["deadwood.volume_m3_ha=60", "terrain.max_height_m=12"]
             .map(str::to_owned)
             .to_vec(),
         ..Layers::default()

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use nemoral_export::{
-    ExportScene, GltfParams, Instancing, UsdParams, check_name, write_glb, write_height_map,
-    write_sdf, write_usd,
+    ExportScene, GltfParams, Instancing, UsdParams, check_folder, check_name, write_glb,
+    write_height_map, write_sdf, write_usd,
 };
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 
@@ -39,7 +39,7 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
     match a.to {
         ExportFormat::Glb => check_name(&a.out, "glb")?,
         ExportFormat::Heightmap => check_name(&a.out, "png")?,
-        ExportFormat::Usd | ExportFormat::Sdf => {}
+        ExportFormat::Usd | ExportFormat::Sdf => check_folder(&a.out)?,
     }
     if a.spacing.is_some() && a.to != ExportFormat::Heightmap {
         return Err(wrong("--spacing: only --to heightmap has posts"));

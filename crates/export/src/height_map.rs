@@ -63,16 +63,16 @@ impl HeightGrid {
     }
 }
 
-/// Writes a height map to `path`, whose name ends in `.png`, and what its levels stand for to a file
-/// of the same name that ends in `.toml`. Both appear when they are whole, the map last. The result
+/// Writes a height map to `path`, whose name ends in `.png`, and what its levels stand for to a
+/// file of the same name that ends in `.toml`. Both appear when they are whole, the map last. The result
 /// is their size in bytes.
 ///
 /// North is up: the first row of the picture is the northernmost. A post's height is within half a
 /// level of the grid's.
 ///
 /// # Errors
-/// If the grid has no posts, too many, or other than `heights_m` has; if the name is wrong or a file
-/// cannot be written.
+/// If the grid has no posts, too many, or other than `heights_m` has; if the name is wrong or a
+/// file cannot be written.
 pub fn write_height_map(grid: &HeightGrid, path: &Path) -> Result<u64, Error> {
     check_name(path, "png")?;
     grid.check()?;
@@ -109,8 +109,8 @@ fn sidecar(grid: &HeightGrid, levels: Levels) -> String {
     } = grid;
     let north_m = south_west_m.y + (*rows - 1) as f64 * spacing_m;
     format!(
-        "# The height map beside this file: 16-bit levels at the posts of a grid, in the first row\n\
-         # the northernmost. Height of a post = lowest_m + metres_per_level * level.\n\
+        "# The height map beside this file: 16-bit levels at the posts of a grid, the first row\n\
+         # in the north. Height of a post = lowest_m + metres_per_level * level.\n\
          columns = {columns}\n\
          rows = {rows}\n\
          # Distance between neighbouring posts, metres.\n\

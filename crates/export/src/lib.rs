@@ -59,11 +59,13 @@ mod usd;
 
 use std::path::Path;
 
+use nemoral_files::Folder;
+
 pub use clip::clipped;
 pub use error::Error;
 pub use gltf::{GltfParams, Instancing, to_glb, write_glb};
 pub use height_map::{HeightGrid, Levels, write_height_map};
-pub use parts::{Part, parts};
+pub use parts::{Part, is_ground, parts};
 pub use placing::{Placing, Turn};
 pub use scene::{ExportCamera, ExportScene};
 pub use sdf::{Cylinder, stem_cylinders, write_sdf};
@@ -81,6 +83,19 @@ pub fn check_name(path: &Path, ending: &'static str) -> Result<(), Error> {
     Err(Error::Name {
         path: path.to_owned(),
         allowed: ending,
+    })
+}
+
+/// Refuses a folder that has something in it; it need not exist.
+///
+/// # Errors
+/// [`Error::NotEmpty`], and if it cannot be read.
+pub fn check_folder(path: &Path) -> Result<(), Error> {
+    if Folder::new(path).entries()?.is_empty() {
+        return Ok(());
+    }
+    Err(Error::NotEmpty {
+        path: path.to_owned(),
     })
 }
 

@@ -20,6 +20,13 @@ pub struct Part {
     pub indices: Vec<u32>,
 }
 
+/// Whether a shape is ground.
+#[must_use]
+pub fn is_ground(shape: &Prototype, materials: &MaterialLibrary) -> bool {
+    let first = shape.mesh().triangles.first();
+    first.is_some_and(|t| materials.get(t.material).ground)
+}
+
 /// The parts of a shape in order of their materials: triangles first, then cards, in their order.
 ///
 /// Texture coordinates of the ground are in repetitions of its texture, where those of a shape are

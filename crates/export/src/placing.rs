@@ -3,6 +3,8 @@
 use nemoral_scene::glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
 use nemoral_scene::{Bounds, Instance};
 
+use crate::Error;
+
 /// By how much a point of a shape may be moved for want of a shear, metres.
 const TOLERANCE_M: f64 = 5e-5;
 
@@ -49,6 +51,14 @@ impl Placing {
             return Some(Self::Plain(plain));
         }
         Some(nested(linear))
+    }
+
+    /// The parts of the instance with this number in its scene.
+    pub(crate) fn of_numbered(number: usize, instance: &Instance) -> Result<Self, Error> {
+        Self::of(instance).ok_or_else(|| Error::Singular {
+            number,
+            shape: instance.prototype.name().to_owned(),
+        })
     }
 
     /// The linear map.

@@ -76,12 +76,6 @@ impl ExportScene {
         }
         Ok(shapes)
     }
-
-    /// Whether a shape is ground.
-    pub(crate) fn is_ground(&self, shape: &Prototype) -> bool {
-        let first = shape.mesh().triangles.first();
-        first.is_some_and(|t| self.materials.get(t.material).ground)
-    }
 }
 
 /// What is known of the objects, by their ids.

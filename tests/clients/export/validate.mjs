@@ -6,6 +6,8 @@ import { createRequire } from "node:module";
 
 const validator = createRequire(process.cwd() + "/")("gltf-validator");
 const KNOWN = new Set(["UNSUPPORTED_EXTENSION"]);
+const codes = new Set();
+let triangles = 0;
 for (const path of process.argv.slice(2)) {
   const bytes = new Uint8Array(readFileSync(path));
   const { issues, info } = await validator.validateBytes(bytes, { maxIssues: 1000 });
@@ -14,10 +16,10 @@ for (const path of process.argv.slice(2)) {
     console.error(path, wrong.slice(0, 5));
     process.exit(1);
   }
-  const codes = [...new Set(issues.messages.map((m) => m.code))].join(", ");
-  const { drawCallCount, totalTriangleCount, materialCount } = info;
-  console.log(
-    `gltf-validator: ${path.split("/").pop()}: ${drawCallCount} draw calls, ${totalTriangleCount} ` +
-      `triangles, ${materialCount} materials, 0 errors, 0 warnings${codes && `; notes: ${codes}`}`,
-  );
+  issues.messages.forEach((m) => codes.add(m.code));
+  triangles += info.totalTriangleCount;
 }
+console.log(
+  `gltf-validator ${validator.version()}: ${process.argv.length - 2} files, ${triangles} triangles, ` +
+    `0 errors, 0 warnings; notes: ${[...codes].join(", ") || "none"}`,
+);

@@ -67,8 +67,8 @@ impl Cloud {
     ///
     /// # Errors
     /// If there is no such sequence, or there are several and none is named, if it has no
-    /// LiDAR, if its scans were written raw (not deskewed) or without PLY, if `voxel_m` is out of range, or if `only` has a
-    /// name that is no class.
+    /// LiDAR, if its scans were written raw (not deskewed) or without PLY, if `voxel_m` is
+    /// out of range, or if `only` has a name that is no class.
     pub fn open(dir: &Path, params: CloudParams) -> Result<Self, Error> {
         if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
             let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());

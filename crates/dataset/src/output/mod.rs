@@ -70,9 +70,9 @@ pub(crate) fn look(folder: &Folder) -> Result<Content, Error> {
     }
 }
 
-/// The files below `sequences`, `poses` and `inputs` that a data set with this header owns by the layout,
-/// whether or not they are recorded, including temporary files of killed processes. Links and
-/// folders with such names do not count.
+/// The files below `sequences`, `poses` and `inputs` that a data set with this header owns by the
+/// layout, whether or not they are recorded, including temporary files of killed processes. Links
+/// and folders with such names do not count.
 pub(crate) fn owned_files(
     folder: &Folder,
     header: &DatasetHeader,

@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 use super::binary::Binary;
 use super::extras::about_object;
 use super::{GPU_INSTANCING, GltfParams, Instancing};
-use crate::Error;
 use crate::placing::{Placing, Turn};
 use crate::scene::{ExportCamera, ExportScene, Inventory, ShapeInstances};
+use crate::{Error, is_ground};
 
 /// The nodes of a file. The first one is the root.
 #[derive(Debug, Default)]
@@ -41,11 +41,7 @@ impl Nodes {
     ) -> Result<(), Error> {
         let mut batch = Vec::new();
         for &(number, instance) in &shape.instances {
-            let placing = Placing::of(instance).ok_or_else(|| Error::Singular {
-                number,
-                shape: shape.shape.name().to_owned(),
-            })?;
-            match placing {
+            match Placing::of_numbered(number, instance)? {
                 Placing::Plain(turn) => batch.push((instance, turn)),
                 Placing::Nested { outer, inner } => {
                     let child = self.add(json!({
@@ -140,7 +136,7 @@ fn node(scene: &ExportScene, inventory: &Inventory<'_>, instance: &Instance, tur
     if turn.scale != Vec3::ONE {
         node["scale"] = json!(turn.scale.to_array());
     }
-    if scene.is_ground(shape) {
+    if is_ground(shape, &scene.materials) {
         node["extras"]["kind"] = json!("ground");
     }
     node

@@ -21,7 +21,7 @@ use xml::{Xml, numbers};
 use crate::gltf::{GltfParams, Instancing, to_glb};
 use crate::placing::{Placing, Turn};
 use crate::scene::{ExportScene, Inventory};
-use crate::{Error, name};
+use crate::{Error, check_folder, is_ground, name};
 
 /// The folder's main file.
 const WORLD: &str = "world.sdf";
@@ -59,11 +59,8 @@ pub fn write_sdf(scene: &ExportScene, folder: &Path) -> Result<u64, Error> {
     let (mut ground, mut low_plants) = (Vec::new(), Vec::new());
     let mut objects: BTreeMap<ObjectId, Vec<&Instance>> = BTreeMap::new();
     for (number, instance) in scene.instances.iter().enumerate() {
-        Placing::of(instance).ok_or_else(|| Error::Singular {
-            number,
-            shape: instance.prototype.name().to_owned(),
-        })?;
-        if scene.is_ground(&instance.prototype) {
+        Placing::of_numbered(number, instance)?;
+        if is_ground(&instance.prototype, &scene.materials) {
             ground.push(instance);
         } else if instance.object.is_none() {
             low_plants.push(instance);
@@ -89,12 +86,10 @@ struct Output {
 
 impl Output {
     fn new(path: &Path) -> Result<Self, Error> {
-        let folder = Folder::new(path);
-        if folder.entries()?.is_empty() {
-            return Ok(Self { folder, bytes: 0 });
-        }
-        Err(Error::NotEmpty {
-            path: path.to_owned(),
+        check_folder(path)?;
+        Ok(Self {
+            folder: Folder::new(path),
+            bytes: 0,
         })
     }
 

@@ -17,7 +17,7 @@ use nemoral_scene::{Instance, ObjectId, Prototype};
 use crate::gltf::Instancing;
 use crate::placing::{Placing, Turn};
 use crate::scene::{ExportScene, Inventory, ShapeInstances};
-use crate::{Error, name, parts};
+use crate::{Error, check_folder, name, parts};
 use materials::Materials;
 use text::{Text, quoted, tuple, tuples};
 
@@ -36,19 +36,15 @@ const STAGE: &str = "forest.usda";
 /// stage appears last, when all is there. The result is the size of all files in bytes.
 ///
 /// Each mesh has its class as a label of `SemanticsLabelsAPI:class` and of the older
-/// `SemanticsAPI:class`, and its fine semantic as one of `SemanticsLabelsAPI:semantic`; objects that
-/// are prims have their kind, species and id.
+/// `SemanticsAPI:class`, and its fine semantic as one of `SemanticsLabelsAPI:semantic`; objects
+/// that are prims have their kind, species and id.
 ///
 /// # Errors
 /// If the folder has something in it, the scene is empty, an instance cannot be placed, or a file
 /// cannot be written.
 pub fn write_usd(scene: &ExportScene, folder: &Path, params: UsdParams) -> Result<u64, Error> {
+    check_folder(folder)?;
     let out = Folder::new(folder);
-    if !out.entries()?.is_empty() {
-        return Err(Error::NotEmpty {
-            path: folder.to_owned(),
-        });
-    }
     let shapes = scene.shapes()?;
     let mut materials = Materials::new(scene);
     let inventory = Inventory::new(scene);
@@ -191,11 +187,7 @@ impl Stage<'_> {
     ) -> Result<(), Error> {
         let mut batch = Vec::new();
         for &(number, instance) in &shape.instances {
-            let placing = Placing::of(instance).ok_or_else(|| Error::Singular {
-                number,
-                shape: shape.shape.name().to_owned(),
-            })?;
-            match placing {
+            match Placing::of_numbered(number, instance)? {
                 Placing::Plain(turn) => batch.push((instance, turn)),
                 Placing::Nested { .. } => self.prim(name, instance),
             }

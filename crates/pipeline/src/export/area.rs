@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_export::{ExportScene, clipped};
+use nemoral_export::{ExportScene, clipped, is_ground};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, Instance, MaterialLibrary, Prototype};
 
@@ -90,12 +90,6 @@ impl Recorder {
         let name = format!("region {},{},{},{}", low_m.x, low_m.y, high_m.x, high_m.y);
         self.scene_of(runner, &chunks, (name, middle_m.extend(0.0), instances))
     }
-}
-
-/// Whether a shape is ground.
-fn is_ground(shape: &Prototype, materials: &MaterialLibrary) -> bool {
-    let first = shape.mesh().triangles.first();
-    first.is_some_and(|t| materials.get(t.material).ground)
 }
 
 /// The part of a chunk's ground in a rectangle, which is relative to the chunk's corner; nothing if

@@ -16,8 +16,8 @@ use crate::pool::in_pool;
 /// The largest file of a species, bytes.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Grows one tree: a built-in species or a file of one, its diameter at breast height in metres (the
-/// species' typical mature one if not given), living or dead. It stands at the origin.
+/// Grows one tree: a built-in species or a file of one, its diameter at breast height in metres
+/// (the species' typical mature one if not given), living or dead. It stands at the origin.
 ///
 /// # Errors
 /// If the species is not known, its file is invalid, or the diameter is out of its range.
