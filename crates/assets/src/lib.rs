@@ -34,5 +34,6 @@ pub use serialize::DeserializeError;
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,
     FoliageForm, GrownTree, GrowthParams, LeafKind, LeafLook, SizeClass, Species, SpeciesError,
-    StemForm, Taper, TreeMaterials, TreeSize, grow, grow_snag,
+    StemForm, Taper, TreeMaterials, TreeSize, TreeStructure, WoodNode, grow, grow_snag,
+    grow_with_structure,
 };

@@ -9,8 +9,9 @@ use nemoral_export::{
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 
 use crate::arguments::{Export, ExportFormat, Region, Tree};
-use crate::commands::{Failure, cache, load, threads, wrong};
+use crate::failure::{Failure, wrong};
 use crate::progress::{note, say};
+use crate::request::{cache, load, threads};
 
 /// Distance between the posts of a height map, metres.
 const SPACING_M: f64 = 0.5;

@@ -9,8 +9,10 @@
 mod arguments;
 mod commands;
 mod export;
+mod failure;
 mod frames;
 mod progress;
+mod request;
 mod view;
 
 use std::ffi::OsString;

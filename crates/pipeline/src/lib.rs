@@ -38,6 +38,7 @@ struct ReadmeDoctests;
 
 mod at;
 mod backend;
+mod check;
 mod chunks;
 pub mod config;
 mod drive;
@@ -65,6 +66,7 @@ pub mod world;
 mod worlds;
 
 pub use backend::{Backend, BackendChoice, Renderer};
+pub use check::check;
 pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
 pub use estimate::{Estimate, estimate};
@@ -79,5 +81,4 @@ pub use pictures::{
 };
 pub use pool::use_thread_pool;
 pub use preview::{check_png_name, preview, write_png};
-pub use prove::check;
 pub use recorder::{InventoryItem, Observation, Recorder, Recording};
