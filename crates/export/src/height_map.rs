@@ -110,7 +110,7 @@ fn sidecar(grid: &HeightGrid, levels: Levels) -> String {
     let north_m = south_west_m.y + (*rows - 1) as f64 * spacing_m;
     format!(
         "# The height map beside this file: 16-bit levels at the posts of a grid, the first row\n\
-         # the northernmost. Height of a post = lowest_m + metres_per_level * level.\n\
+         # in the north. Height of a post = lowest_m + metres_per_level * level.\n\
          columns = {columns}\n\
          rows = {rows}\n\
          # Distance between neighbouring posts, metres.\n\
