@@ -1,17 +1,16 @@
 // Khronos' own validator on binary glTF files: node validate.mjs FILE...
-// Needs the npm package gltf-validator. Errors and warnings fail, but one: it does not know
-// EXT_mesh_gpu_instancing.
+// Needs the npm package gltf-validator. Errors and warnings fail. Notes do not: it does not know
+// EXT_mesh_gpu_instancing, and takes its accessors for unused. It must not stop at many notes.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 
 const validator = createRequire(process.cwd() + "/")("gltf-validator");
-const KNOWN = new Set(["UNSUPPORTED_EXTENSION"]);
 const codes = new Set();
 let triangles = 0;
 for (const path of process.argv.slice(2)) {
   const bytes = new Uint8Array(readFileSync(path));
-  const { issues, info } = await validator.validateBytes(bytes, { maxIssues: 1000 });
-  const wrong = issues.messages.filter((m) => m.severity <= 1 && !KNOWN.has(m.code));
+  const { issues, info } = await validator.validateBytes(bytes, { maxIssues: 0 });
+  const wrong = issues.messages.filter((m) => m.severity <= 1);
   if (wrong.length > 0) {
     console.error(path, wrong.slice(0, 5));
     process.exit(1);
