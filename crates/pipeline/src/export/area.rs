@@ -53,19 +53,19 @@ impl Rectangle {
 }
 
 impl Recorder {
-    /// Everything in a rectangle.
+    /// Everything in a rectangle, which touches these chunks.
     pub(super) fn region(
         &self,
         runner: &Runner<'_>,
         rectangle: Rectangle,
+        chunks: &[ChunkCoord],
     ) -> Result<ExportScene, Error> {
         let size_m = self.sequence().config.chunks.size_m;
         let Rectangle { low_m, high_m } = rectangle;
         let middle_m = (low_m + high_m) / 2.0;
-        let chunks = rectangle.chunks(size_m)?;
         let materials = &runner.get(self.forest().assets, ())?.library.materials;
         let mut instances = Vec::new();
-        for &chunk in &chunks {
+        for &chunk in chunks {
             let origin_m = chunk.origin_m(size_m);
             let offset_m = (origin_m - middle_m).as_vec2().extend(0.0);
             let objects = runner.get(self.forest().object_geometry, chunk)?;
@@ -88,7 +88,7 @@ impl Recorder {
             }
         }
         let name = format!("region {},{},{},{}", low_m.x, low_m.y, high_m.x, high_m.y);
-        self.scene_of(runner, &chunks, (name, middle_m.extend(0.0), instances))
+        self.scene_of(runner, chunks, (name, middle_m.extend(0.0), instances))
     }
 }
 

@@ -41,19 +41,18 @@ impl Recorder {
     /// If the frame is beyond the sequence, the region has no area or too many chunks, or its
     /// chunks cannot be made.
     pub fn export_scene(&self, area: ExportArea) -> Result<ExportScene, Error> {
-        let rectangle = match area {
+        match area {
             ExportArea::Frame(frame) => {
                 within_sequence(&self.sequence().config, frame)?;
-                None
+                self.prepare()?;
+                self.frame_scene(&self.runner(), frame)
             }
-            ExportArea::Region { low_m, high_m } => Some(Rectangle::new(low_m, high_m)?),
-        };
-        self.prepare()?;
-        let runner = self.runner();
-        match (area, rectangle) {
-            (ExportArea::Frame(frame), _) => self.frame_scene(&runner, frame),
-            (ExportArea::Region { .. }, Some(rectangle)) => self.region(&runner, rectangle),
-            (ExportArea::Region { .. }, None) => unreachable!("a region has a rectangle"),
+            ExportArea::Region { low_m, high_m } => {
+                let rectangle = Rectangle::new(low_m, high_m)?;
+                let chunks = rectangle.chunks(self.sequence().config.chunks.size_m)?;
+                self.prepare()?;
+                self.region(&self.runner(), rectangle, &chunks)
+            }
         }
     }
 
