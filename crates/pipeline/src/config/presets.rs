@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::{Config, Deadwood, stands};
+use super::{Config, Deadwood, Sward, Thickets, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -125,6 +125,17 @@ fn demo(config: &mut Config) {
         ..Deadwood::default()
     };
     (config.climbers.ivy, config.climbers.moss) = (0.0, 0.0);
+    config.undergrowth.sward = Sward {
+        cover: 0.0,
+        ..Sward::default()
+    };
+    config.undergrowth.thickets = Thickets {
+        bramble: 0.0,
+        bracken: 0.0,
+        heath: 0.0,
+        bilberry: 0.0,
+        nettles: 0.0,
+    };
     config.frames = 2;
     config.chunks.visible_radius_m = 40.0;
     config.chunks.undergrowth_radius_m = 20.0;
