@@ -8,11 +8,13 @@ use nemoral_seed::{Draw, Rng};
 use super::card_raster::CardDrawing;
 use super::foliage::{heading, stalk, varied};
 use super::understory::plain_leaf;
-use crate::materials::optics::{CURED, HERB};
+use crate::materials::optics::HERB;
 use crate::textures::canvas::{Outline, Stroke};
 
-/// Dead blades on the ground: what is cured, weathered.
-pub(crate) const THATCH: Vec3 = Vec3::new(0.200, 0.148, 0.082);
+/// Blades that died on their stalks, bleached: paler than freshly cured ones.
+pub(crate) const STRAW: Vec3 = Vec3::new(0.225, 0.180, 0.104);
+/// Dead blades on the ground, weathered.
+pub(crate) const THATCH: Vec3 = Vec3::new(0.165, 0.130, 0.082);
 
 /// A strip of a sward: blades that rise from a line `width_m` long, the longest `height_m`.
 pub(crate) struct Strip {
@@ -35,7 +37,7 @@ pub(crate) fn strip(rng: &mut impl Rng, of: &Strip) -> CardDrawing {
         let middle = base + 0.55 * length * heading(-lean);
         let tip = middle + 0.48 * length * heading(-droop);
         let colour = if rng.chance(of.cured) {
-            varied(CURED.albedo, rng) * 0.72
+            varied(STRAW, rng)
         } else {
             varied(HERB.albedo, rng)
         } * (0.66 + 0.38 * front);
@@ -78,7 +80,7 @@ pub(crate) fn heads(rng: &mut impl Rng) -> CardDrawing {
         let base = Vec2::new(rng.range_f32(-0.08, 0.08), 0.0);
         let lean = rng.range_f32(-0.16, 0.16);
         let length = rng.range_f32(0.48, 0.80);
-        let straw = varied(Vec3::new(0.235, 0.190, 0.100), rng);
+        let straw = varied(STRAW, rng);
         let middle = base + 0.6 * length * heading(-0.6 * lean);
         let stem = Stroke {
             points: [base, middle, base + length * heading(-lean)],

@@ -53,15 +53,15 @@ const GLAUCOUS: LeafOptics = LeafOptics {
     transmittance: Vec3::new(0.060, 0.100, 0.012),
     laser: optics::HERB.laser,
 };
-/// Cured, with dark bases.
+/// Cured and bleached by sun and rain, with dark bases.
 const STRAW: LeafOptics = LeafOptics {
-    albedo: Vec3::new(0.228, 0.162, 0.074),
-    transmittance: Vec3::new(0.15, 0.09, 0.015),
+    albedo: sward::STRAW,
+    transmittance: Vec3::new(0.105, 0.080, 0.030),
     laser: optics::CURED.laser,
 };
 const DEAD_BLADES: LeafOptics = LeafOptics {
     albedo: THATCH,
-    transmittance: Vec3::new(0.09, 0.05, 0.01),
+    transmittance: Vec3::new(0.060, 0.042, 0.014),
     laser: optics::CURED.laser,
 };
 

@@ -154,7 +154,7 @@ pub(crate) fn tile(
         let at = within(radius_m, rng);
         let card = pick(&materials.heads, rng);
         let lean = if habit.is_laid { 0.9 } else { 0.25 } * rng.unit_f32();
-        let size = rng.range_f32(0.75, 1.25) * height * rim(at, radius_m);
+        let size = rng.range_f32(0.55, 1.0) * height * rim(at, radius_m);
         stand(&mut shape, card, at, lean, size, rng);
     }
     shape

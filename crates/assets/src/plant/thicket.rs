@@ -13,7 +13,9 @@ use crate::materials::{CommunityMaterials, WorldMaterials};
 /// Canes that root and arch all over a tile, `height` metres high.
 pub(crate) fn bramble(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    for root in scatter(17, 0.75, 0.10, rng) {
+    // Long canes hide as much as more short ones.
+    let canes = (16.0 / height).clamp(11.0, 18.0) as u32;
+    for root in scatter(canes, 0.75, 0.10, rng) {
         let azimuth = rng.range_f32(0.0, TAU);
         let length = height * rng.range_f32(1.1, 1.9);
         let root = root.extend(-SUNK_M);
@@ -40,7 +42,7 @@ pub(crate) fn bracken(height: f32, materials: &WorldMaterials, rng: &mut impl Rn
 /// Bushes of heather, shoot beside shoot.
 pub(crate) fn heath(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    for foot in scatter(11, 0.80, 0.24, rng) {
+    for foot in scatter(20, 0.86, 0.15, rng) {
         let tall = height * rng.range_f32(0.75, 1.15);
         for i in 0..6 {
             let azimuth = 2.4 * i as f32 + rng.range_f32(-0.4, 0.4);
@@ -54,12 +56,12 @@ pub(crate) fn heath(height: f32, materials: &WorldMaterials, rng: &mut impl Rng)
                 3,
             );
             shape.tube(&line, &[0.0042, 0.0032, 0.0016], 3, materials.shrub_wood);
-            for k in 0..6 {
-                let t = 0.15 + 0.80 * (k as f32 + rng.unit_f32()) / 6.0;
+            for k in 0..5 {
+                let t = 0.20 + 0.75 * (k as f32 + rng.unit_f32()) / 5.0;
                 let (at, along) = on_line(&line, t);
                 let way = along + 0.6 * around(rng.range_f32(0.0, TAU)) + 0.2 * Vec3::Z;
                 let across = around(rng.range_f32(0.0, TAU));
-                let size = rng.range_f32(0.6, 1.0) * (tall / 0.5).clamp(0.7, 1.3);
+                let size = rng.range_f32(0.75, 1.1) * (tall / 0.5).clamp(0.8, 1.2);
                 shape.card(pick(&materials.heather, rng), at, way, across, size);
             }
         }

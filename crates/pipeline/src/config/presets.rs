@@ -76,6 +76,18 @@ impl Preset {
             change: stands::montado,
         },
         Self {
+            name: "glade",
+            doc: "a meadow with its edges: groups of Quercus robur and Betula pendula, grass of \
+                all kinds, shrubs, saplings",
+            change: stands::glade,
+        },
+        Self {
+            name: "rank-clearing",
+            doc: "some years after felling: a few trees left among stumps, brambles, bracken, \
+                nettles, tall grass, young growth",
+            change: stands::rank_clearing,
+        },
+        Self {
             name: "demo",
             doc: "tiny and quick, for tests",
             change: demo,

@@ -294,3 +294,45 @@ pub(super) fn montado(c: &mut Config) {
     c.deadwood = deadwood([1.0, 2.4, 0.0, 0.8]);
     (c.climbers.ivy, c.climbers.moss) = (0.02, 0.2);
 }
+
+/// A glade: two fifths of the ground without trees, as far as gaps reach, under grass that is
+/// grazed, cut late or not at all. Shrubs and saplings are densest at its edges and in its gaps.
+pub(super) fn glade(c: &mut Config) {
+    oak_mixed(c);
+    let a = bare(c);
+    (a.english_oak, a.beech, a.silver_birch, a.scots_pine) = (0.6, 0.0, 0.4, 0.0);
+    (a.gorse, a.heather, a.bramble) = (0.15, 0.1, 1.0);
+    c.placement.trees = per_hectare(c, 90.0);
+    c.placement.stumps = per_hectare(c, 8.0);
+    c.placement.shrubs = per_hectare(c, 160.0);
+    c.placement.gaps.share = 0.42;
+    (c.placement.gaps.radius_min_m, c.placement.gaps.radius_max_m) = (8.0, 10.0);
+    c.placement.gaps.shrubs = 0.5;
+    c.placement.gaps.saplings = 0.5;
+    c.placement.regeneration.saplings = per_hectare(c, 260.0);
+    c.placement.regeneration.seedlings = 0.4;
+    c.undergrowth.litter = 0.05;
+    c.undergrowth.floor = floor(0.4, 0.0, 0.6);
+    c.undergrowth.sward = sward(0.95, [1.0, 0.7, 0.5, 0.5, 0.6]);
+    c.undergrowth.thickets = thickets([0.08, 0.05, 0.0, 0.0, 0.05]);
+    c.trails.surface = "grassy".to_owned();
+    c.deadwood = deadwood([4.0, 3.0, 0.5, 2.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.1, 0.4);
+}
+
+/// A clearing some years after felling: seed trees, a stump for each tree that was felled, and
+/// what comes first, over a robot's head in places.
+pub(super) fn rank_clearing(c: &mut Config) {
+    oak_mixed(c);
+    c.placement.trees = per_hectare(c, 36.0);
+    c.placement.stumps = per_hectare(c, 180.0);
+    c.placement.shrubs = per_hectare(c, 120.0);
+    c.placement.gaps.share = 0.0;
+    c.placement.regeneration.saplings = per_hectare(c, 1200.0);
+    c.placement.regeneration.share = 0.35;
+    c.placement.regeneration.seedlings = 1.0;
+    c.undergrowth.litter = 0.1;
+    c.undergrowth.sward = sward(0.6, [1.0, 0.0, 0.5, 0.3, 0.8]);
+    c.undergrowth.thickets = thickets([0.34, 0.24, 0.0, 0.0, 0.14]);
+    c.deadwood = deadwood([9.0, 2.6, 1.0, 9.0]);
+}
