@@ -13,7 +13,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| grow(&PlantCommunity::ALL))
 fn grow(communities: &[PlantCommunity]) -> Library {
     let params = AssetParams {
         species: vec![StandSpecies {
-            species: Species::silver_birch(),
+            species: Species::built_in("silver_birch").expect("a built-in species"),
             dbh_mean_m: 0.15,
         }],
         individuals_per_species: 1,
