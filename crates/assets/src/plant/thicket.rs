@@ -42,7 +42,7 @@ pub(crate) fn bracken(height: f32, materials: &WorldMaterials, rng: &mut impl Rn
 /// Bushes of heather, shoot beside shoot.
 pub(crate) fn heath(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    for foot in scatter(20, 0.86, 0.15, rng) {
+    for foot in scatter(26, 0.88, 0.13, rng) {
         let tall = height * rng.range_f32(0.75, 1.15);
         for i in 0..6 {
             let azimuth = 2.4 * i as f32 + rng.range_f32(-0.4, 0.4);
