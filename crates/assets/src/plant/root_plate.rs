@@ -169,7 +169,8 @@ impl Plate {
         shape.tube(&line, &radii, 7, materials.root);
         let from = line[3 + rng.below(2) as usize];
         let sign = if rng.chance(0.5) { 1.0 } else { -1.0 };
-        let way = (radial + 0.7 * sign * side - Vec3::X * rng.range_f32(0.0, 0.5)).normalize();
+        let way =
+            (radial + 0.7 * sign * side - Vec3::X * rng.range_f32(0.0, 0.5)).normalize_or(radial);
         let length = self.radius_m * rng.range_f32(0.25, 0.5);
         let fork = [
             from,
@@ -192,7 +193,8 @@ impl Plate {
         let radial = from.with_x(0.0).normalize_or(Vec3::Z);
         let thick = self.radius_m * rng.range_f32(0.005, 0.016);
         let length = self.radius_m * (0.12 + 0.45 * rng.unit_f32() * rng.unit_f32());
-        let mut way = (radial * (0.3 + share) - Vec3::X * rng.range_f32(0.1, 0.9)).normalize();
+        let mut way =
+            (radial * (0.3 + share) - Vec3::X * rng.range_f32(0.1, 0.9)).normalize_or(radial);
         let mut line = vec![from - 0.06 * self.radius_m * way];
         for j in 0..3 {
             // Torn roots hang.
