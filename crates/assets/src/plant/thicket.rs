@@ -72,7 +72,7 @@ pub(crate) fn heath(height: f32, materials: &WorldMaterials, rng: &mut impl Rng)
 /// Low bushes of bilberry, leaf beside leaf.
 pub(crate) fn bilberry(height: f32, materials: &CommunityMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
-    for foot in scatter(190, 0.88, 0.045, rng) {
+    for foot in scatter(250, 0.90, 0.04, rng) {
         let azimuth = rng.range_f32(0.0, TAU);
         let along = leaning(azimuth, rng.range_f32(0.10, 0.80));
         let across = around(azimuth + rng.range_f32(0.8, 2.3));
@@ -95,6 +95,21 @@ pub(crate) fn nettles(height: f32, materials: &CommunityMaterials, rng: &mut imp
         // Pairs of leaves are crossed.
         shape.card(card, base, along, across, size);
         shape.card(card, base, along, across.cross(along), 0.94 * size);
+        // From above, their tops are rosettes.
+        for t in [0.80, 0.96] {
+            let azimuth = rng.range_f32(0.0, TAU);
+            let out = leaning(azimuth, rng.range_f32(1.25, 1.50));
+            let at = base + along * (t * size * card.height_m);
+            let half = 0.16 * card.height_m * size * out;
+            let level = around(azimuth + 0.25 * TAU);
+            shape.card(
+                card,
+                at - half,
+                out,
+                level,
+                rng.range_f32(0.34, 0.48) * size,
+            );
+        }
     }
     shape
 }
