@@ -61,7 +61,31 @@ def test_inventories_are_those_of_the_data_set(forest: nemoral.Forest, written: 
     objects = forest.objects(low[0], low[1], high[0], high[1])
     assert set(objects["kind"]) <= {"tree", "stump", "shrub", "rock"}
     discs = forest.obstacles(low[0], low[1], high[0], high[1])
-    assert discs.shape == (int((~objects["on_trail"]).sum()), 3)
+    in_the_way = ~objects["on_trail"]
+    feet = np.column_stack([objects["position_m"][:, :2], objects["radius_m"]])[in_the_way]
+    found = {tuple(row) for row in np.round(discs, 6)}
+    assert {tuple(row) for row in np.round(feet, 6)} <= found
+    outside = np.maximum(low[:2] - discs[:, :2], discs[:, :2] - high[:2]).clip(0)
+    assert (np.hypot(*outside.T) <= discs[:, 2]).all()
+    with pytest.raises(ValueError, match="rectangle"):
+        forest.obstacles(-1e6, -1e6, 1e6, 1e6)
+
+
+def test_a_log_is_a_row_of_obstacles(cache: Path) -> None:
+    floor = {"deadwood.volume_m3_per_ha": 60.0}
+    forest = nemoral.Forest("demo", cache=cache, **SMALL, **floor)
+    objects = forest.objects(-40, -40, 40, 40)
+    middles = objects["position_m"][objects["kind"] == "log", :2]
+    assert len(middles) > 2
+    discs = forest.obstacles(-60, -60, 60, 60)
+    discs = discs[np.isclose(discs[:, 2], 0.3), :2]
+    for middle in middles:
+        # Discs lie 0.4 m apart or less, and as far on one side of the middle as on the other.
+        offsets = discs - middle
+        offsets = offsets[np.hypot(*offsets.T) > 1e-6]
+        nearest = offsets[np.argmin(np.hypot(*offsets.T))]
+        assert np.hypot(*nearest) <= 0.4 + 1e-6
+        assert np.isclose(np.hypot(*(offsets + nearest).T), 0, atol=1e-6).any()
 
 
 def test_rays_meet_the_ground(forest: nemoral.Forest) -> None:

@@ -122,6 +122,13 @@ def test_a_tree_has_the_demanded_size() -> None:
     assert tree.size["dbh_m"] == pytest.approx(0.4, rel=0.03)
     assert tree.vertices[:, 2].max() == pytest.approx(tree.size["height_m"], rel=0.15)
     assert len(tree.parts) == len(tree.triangles) and tree.leaf_corners.shape[1:] == (4, 3)
+    wood = tree.structure
+    parent, order = wood["parent"], wood["order"]
+    assert parent[0] == -1 and (parent[1:] >= 0).all() and (parent < np.arange(len(parent))).all()
+    assert set(order) >= {0, 1, 2} and (order[parent[1:]] <= order[1:]).all()
+    stem = wood["axis"] == 0
+    at_breast = np.interp(1.3, wood["position_m"][stem, 2], wood["radius_m"][stem])
+    assert 2 * at_breast == pytest.approx(tree.size["dbh_m"], rel=0.03)
     vertices, triangles = tree.mesh()
     assert triangles.max() < len(vertices)
     scene = nemoral.RayScene()

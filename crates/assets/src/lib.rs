@@ -3,6 +3,7 @@
 //! from one key, without files.
 //!
 //! - [`Library::grow`] grows all prototypes and materials of a world.
+//! - [`SingleTree::grow`] grows one tree with its materials.
 //! - [`grow`] and [`grow_snag`] grow one tree of a given size; [`Species`] is data, read from TOML.
 //! - [`Library::to_bytes`] and [`Library::from_bytes`] store a library between runs.
 //!
@@ -24,8 +25,8 @@ mod tree;
 struct ReadmeDoctests;
 
 pub use library::{
-    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LogAsset, PlantAsset, StandParams,
-    StandSpecies, StemMoss, TreeAsset, TreeClimbers,
+    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LogAsset, PlantAsset, SingleTree,
+    StandParams, StandSpecies, StemMoss, TreeAsset, TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;
@@ -33,5 +34,6 @@ pub use serialize::DeserializeError;
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,
     FoliageForm, GrownTree, GrowthParams, LeafKind, LeafLook, SizeClass, Species, SpeciesError,
-    StemForm, Taper, TreeMaterials, TreeSize, grow, grow_snag,
+    StemForm, Taper, TreeMaterials, TreeSize, TreeStructure, WoodNode, grow, grow_snag,
+    grow_with_structure,
 };

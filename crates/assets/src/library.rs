@@ -4,6 +4,7 @@ mod climbers;
 mod communities;
 mod deadwood;
 mod plants;
+mod single_tree;
 
 use std::sync::Arc;
 
@@ -15,6 +16,7 @@ pub use self::climbers::{Climbers, StemMoss, TreeClimbers};
 pub use self::communities::CommunityTiles;
 pub use self::deadwood::{Deadwood, LogAsset};
 use self::plants::PlantGrower;
+pub use self::single_tree::SingleTree;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::materials::{GroundMaterials, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
@@ -368,9 +370,21 @@ impl TreeGrower<'_> {
             TreeKind::Snag => (grow_snag, "snag."),
             _ => (grow, part),
         };
-        let materials = &self.materials.trees[index];
-        let tree = grow(species, &size, materials, &self.growth, key.item(2))?;
         let name = format!("{}.{part}{number}", species.name);
+        self.grown((species, index), grow, &size, name, key.item(2))
+    }
+
+    /// Grows a tree of this size; the species has this number among those with materials.
+    fn grown(
+        &self,
+        (species, index): (&Species, usize),
+        grow: Grow,
+        size: &TreeSize,
+        name: String,
+        key: Key,
+    ) -> Result<TreeAsset, ParamError> {
+        let materials = &self.materials.trees[index];
+        let tree = grow(species, size, materials, &self.growth, key)?;
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
         let prototype = with_occlusion(prototype, self.masks, &OcclusionParams::TREE);

@@ -1,6 +1,7 @@
 //! The command line.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -52,6 +53,10 @@ pub(crate) enum Command {
     /// Writes a data set in another format, for readers that do not know ours.
     #[command(after_help = list_of_formats())]
     Convert(Convert),
+    /// Grows one tree and writes it as glTF.
+    Tree(Tree),
+    /// Writes a part of a forest for other programs.
+    Export(Export),
     /// Prints a script by which a shell completes commands and options.
     Completions {
         /// The shell.
@@ -154,6 +159,87 @@ pub(crate) struct Convert {
     /// Replaces the conversion in the output folder, and no files of others.
     #[arg(long)]
     pub(crate) overwrite: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Tree {
+    /// A built-in species, or a species' TOML file.
+    pub(crate) species: String,
+    /// Diameter at breast height, metres; that of a mature tree if not given.
+    #[arg(long, value_name = "M")]
+    pub(crate) dbh: Option<f64>,
+    /// Which tree of that diameter.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64)
+    )]
+    pub(crate) seed: u64,
+    /// A standing dead tree.
+    #[arg(long)]
+    pub(crate) dead: bool,
+    /// The file, whose name ends in .glb.
+    #[arg(long, short, value_name = "FILE", default_value = "tree.glb")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Export {
+    #[command(flatten)]
+    pub(crate) world: World,
+    #[command(flatten)]
+    pub(crate) keeping: Keeping,
+    /// Which sequence.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) sequence: u32,
+    /// What is visible at this frame, with its cameras.
+    #[arg(long, value_name = "K", default_value_t = 0, conflicts_with = "region")]
+    pub(crate) frame: u64,
+    /// A rectangle of the world, west, south, east, north, metres.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
+    pub(crate) region: Option<Region>,
+    /// The format.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub(crate) to: ExportFormat,
+    /// Writes each instance by itself, not by `EXT_mesh_gpu_instancing` or a `PointInstancer`.
+    #[arg(long)]
+    pub(crate) plain_nodes: bool,
+    /// Distance between the posts of a height map, metres; 0.5 if not given.
+    #[arg(long, value_name = "M")]
+    pub(crate) spacing: Option<f64>,
+    /// The file, or the folder, which must be empty.
+    #[arg(long, short, value_name = "PATH")]
+    pub(crate) out: PathBuf,
+}
+
+/// A format that a part of a forest is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportFormat {
+    /// glTF 2.0 in one binary file.
+    Glb,
+    /// OpenUSD as text in a folder, with labels for Isaac Sim.
+    Usd,
+    /// A Gazebo world in a folder: visuals, and collisions apart.
+    Sdf,
+    /// The ground alone: a 16-bit PNG, and a TOML file that says what its levels are.
+    Heightmap,
+}
+
+/// `--region X0,Y0,X1,Y1`, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Region(pub(crate) [f64; 4]);
+
+impl FromStr for Region {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+        match numbers.as_deref() {
+            Ok(&[x0, y0, x1, y1]) => Ok(Self([x0, y0, x1, y1])),
+            _ => Err("must be four numbers, X0,Y0,X1,Y1, in metres".to_owned()),
+        }
+    }
 }
 
 /// What the help says about formats.

@@ -1,103 +1,30 @@
 //! Each command: one call of the pipeline or of the data set.
 
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::CommandFactory;
-use etcetera::BaseStrategy;
 use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, laz_cloud};
 use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
-    Layers, Preset, SequenceConfig, Sequences, annotated_toml, json_schema, reference_page,
+    Preset, SequenceConfig, Sequences, annotated_toml, json_schema, reference_page,
 };
-use nemoral_pipeline::plan::{Cache, GraphFormat, Store};
+use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, Error, ForestPlan, FrameSelection, Request, SequenceFrames, check, check_png_name,
-    estimate, generate, preview, write_png,
+    Backend, ForestPlan, FrameSelection, Request, SequenceFrames, check, check_png_name, estimate,
+    generate, preview, write_png,
 };
 
 use crate::arguments::{
-    Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Keeping, Merge,
-    Plan, Preview, World,
+    Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Merge, Plan,
+    Preview,
 };
+use crate::failure::{Failure, wrong};
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
-use crate::view;
-
-/// Why a command failed.
-pub(crate) struct Failure {
-    pub(crate) message: String,
-    pub(crate) is_request: bool,
-}
-
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
-        Self {
-            message: error.to_string(),
-            is_request: error.is_request(),
-        }
-    }
-}
-
-impl From<nemoral_dataset::Error> for Failure {
-    fn from(error: nemoral_dataset::Error) -> Self {
-        Error::from(error).into()
-    }
-}
-
-impl From<nemoral_convert::Error> for Failure {
-    fn from(error: nemoral_convert::Error) -> Self {
-        let is_request = error.is_request();
-        match error {
-            nemoral_convert::Error::Dataset(e) => e.into(),
-            error => Self {
-                message: error.to_string(),
-                is_request,
-            },
-        }
-    }
-}
-
-impl From<nemoral_report::Error> for Failure {
-    fn from(error: nemoral_report::Error) -> Self {
-        let is_request = error.is_request();
-        match error {
-            nemoral_report::Error::Dataset(e) => e.into(),
-            error => Self {
-                message: error.to_string(),
-                is_request,
-            },
-        }
-    }
-}
-
-impl From<nemoral_view::Error> for Failure {
-    fn from(error: nemoral_view::Error) -> Self {
-        Self {
-            message: error.to_string(),
-            is_request: error.is_request(),
-        }
-    }
-}
-
-/// The commands themselves write to standard output alone, so an I/O error is about that.
-impl From<std::io::Error> for Failure {
-    fn from(error: std::io::Error) -> Self {
-        Self {
-            message: format!("cannot write to standard output: {error}"),
-            is_request: false,
-        }
-    }
-}
-
-fn wrong(message: impl Display) -> Failure {
-    Failure {
-        message: message.to_string(),
-        is_request: true,
-    }
-}
+use crate::request::{cache, load, threads};
+use crate::{export, view};
 
 /// Runs a command. The result is `false` if it ran but its answer is no.
 ///
@@ -143,6 +70,8 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
             ))?;
             Ok(true)
         }
+        Command::Tree(a) => export::run_tree(&a),
+        Command::Export(a) => export::run(&a, program),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             let mut program = Arguments::command();
@@ -252,65 +181,6 @@ fn open_mode(resume: bool, overwrite: bool) -> OpenMode {
         (true, _) => OpenMode::Resume,
         (_, true) => OpenMode::Overwrite,
         _ => OpenMode::Fresh,
-    }
-}
-
-pub(crate) fn load(world: &World) -> Result<Sequences, Failure> {
-    let mut settings = world.settings.clone();
-    settings.extend(world.seed.map(|seed| format!("seed={seed}")));
-    settings.extend(world.sequences.map(|n| format!("sequences={n}")));
-    let layers = Layers {
-        preset: world.preset.clone(),
-        file: world.config.clone(),
-        settings,
-    };
-    Ok(layers.sequences()?)
-}
-
-/// The number of threads to use, which is handed to rayon.
-pub(crate) fn threads(world: &World) -> Result<usize, Failure> {
-    let threads = match world.threads {
-        Some(n) => n as usize,
-        None => std::thread::available_parallelism().map_or(1, Into::into),
-    };
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build_global()
-        .map_err(|e| Failure {
-            message: format!("cannot start threads: {e}"),
-            is_request: false,
-        })?;
-    Ok(threads)
-}
-
-/// The cache folder, and a message if it cannot be used although one was wanted.
-pub(crate) fn cache(
-    keeping: &Keeping,
-    program: Option<&Path>,
-) -> (Option<Arc<Cache>>, Option<String>) {
-    if keeping.no_cache {
-        return (None, None);
-    }
-    let of_user = || etcetera::choose_base_strategy().map(|base| base.cache_dir().join("nemoral"));
-    let folder = match &keeping.cache {
-        Some(folder) => folder.clone(),
-        None => match of_user() {
-            Ok(folder) => folder,
-            // There is no home folder, hence no user to store anything for.
-            Err(_) => return (None, None),
-        },
-    };
-    let opened = match program {
-        Some(program) => Cache::open_for(&folder, program),
-        None => Cache::open(&folder),
-    };
-    match opened {
-        Ok(cache) => (Some(Arc::new(cache)), None),
-        Err(e) => {
-            let folder = folder.display();
-            let note = format!("cannot keep grown trees in {folder}: {e}; --cache DIR elsewhere");
-            (None, Some(note))
-        }
     }
 }
 

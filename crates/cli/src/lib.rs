@@ -8,8 +8,11 @@
 
 mod arguments;
 mod commands;
+mod export;
+mod failure;
 mod frames;
 mod progress;
+mod request;
 mod view;
 
 use std::ffi::OsString;

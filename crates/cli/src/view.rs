@@ -8,8 +8,9 @@ use nemoral_pipeline::Backend;
 use nemoral_view::{ForestParams, LiveForest, Routes, Server};
 
 use crate::arguments::View;
-use crate::commands::{Failure, cache, load, threads};
+use crate::failure::Failure;
 use crate::progress::{note, say};
+use crate::request::{cache, load, threads};
 
 /// Serves the page until it is stopped.
 pub(crate) fn run(a: View, program: Option<&Path>) -> Result<bool, Failure> {

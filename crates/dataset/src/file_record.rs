@@ -18,7 +18,8 @@ pub struct FileRecord {
 
 impl FileRecord {
     /// The record of a file with this content.
-    pub(crate) fn of(path: InnerPath, bytes: &[u8]) -> Self {
+    #[must_use]
+    pub fn of(path: InnerPath, bytes: &[u8]) -> Self {
         Self {
             path,
             bytes: bytes.len() as u64,

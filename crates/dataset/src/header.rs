@@ -1,10 +1,14 @@
 //! What is the same for the whole data set and decides its bytes.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nemoral_files::InnerPath;
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{AnnotationKinds, Intrinsics, Ontology, RigidTransform, Shutter};
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, SequenceSpec, Split, limits, serde_scene};
+use crate::{Error, FileRecord, SequenceSpec, Split, limits, serde_scene};
 
 /// The name of the further camera that is KITTI's right one: its pictures are in `image_3`, its
 /// projection is `P3`.
@@ -102,6 +106,10 @@ pub struct DatasetHeader {
     /// compared.
     #[serde(skip)]
     pub config_toml: String,
+    /// The content of the sequences' [`inputs`](SequenceSpec::inputs), by path, which a writer puts
+    /// into the data set.
+    #[serde(skip)]
+    pub input_files: BTreeMap<InnerPath, Arc<[u8]>>,
 }
 
 impl DatasetHeader {
@@ -117,6 +125,7 @@ impl DatasetHeader {
             ontology,
             sequences: vec![SequenceSpec::new(0, seed)],
             config_toml: String::new(),
+            input_files: BTreeMap::new(),
         }
     }
 
@@ -125,6 +134,12 @@ impl DatasetHeader {
     pub fn sequence(&self, number: u32) -> Option<&SequenceSpec> {
         let at = self.sequences.binary_search_by_key(&number, |s| s.number);
         at.ok().map(|i| &self.sequences[i])
+    }
+
+    /// The files that the sequences' configurations name, each once.
+    pub(crate) fn inputs(&self) -> BTreeMap<&InnerPath, &FileRecord> {
+        let all = self.sequences.iter().flat_map(|s| &s.inputs);
+        all.map(|file| (&file.path, file)).collect()
     }
 
     /// The numbers of the sequences of a split.

@@ -2,7 +2,7 @@
 
 use nemoral_files::InnerPath;
 
-use crate::{CameraFile, SequenceSpec, header, limits};
+use crate::{CameraFile, DatasetHeader, FileRecord, SequenceSpec, header, limits};
 
 pub(crate) const MANIFEST: &str = "dataset.json";
 /// Present while a data set is unfinished: the header, a record for each frame, a lock.
@@ -18,6 +18,12 @@ pub(crate) const INSTANCES: &str = "instances.csv";
 pub(crate) const DEADWOOD: &str = "deadwood.csv";
 /// The files at the top, except `dataset.json`.
 pub(crate) const TOP_FILES: [&str; 3] = [README, CONFIG, ONTOLOGY];
+/// The folder of the files that the configuration names.
+pub(crate) const INPUTS: &str = "inputs";
+/// How many digits of its checksum a file's name begins with there.
+const INPUT_DIGITS: usize = 16;
+/// The most bytes of a file's own name there.
+const INPUT_NAME_BYTES: usize = 80;
 pub(crate) const SEQUENCES: &str = "sequences";
 /// The folder of KITTI's odometry benchmark for all sequences' poses.
 pub(crate) const ALL_POSES: &str = "poses";
@@ -164,12 +170,45 @@ pub(crate) fn frame_files(sequence: &SequenceSpec, index: u64) -> Vec<(InnerPath
     files
 }
 
+/// The place in a data set of a file that a configuration names: `inputs/DIGEST-NAME`, where
+/// DIGEST begins the BLAKE3 of its content and NAME is its own name, in plain characters. So the
+/// place does not depend on where the file lay, nor on the data set's other files. A file that has
+/// such a name already keeps it.
+#[must_use]
+pub fn input_path(name: &str, content: &[u8]) -> InnerPath {
+    let digest = blake3::hash(content).to_hex();
+    let digest = &digest[..INPUT_DIGITS];
+    let own = name.strip_prefix(digest).and_then(|n| n.strip_prefix('-'));
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-') {
+            c
+        } else {
+            '_'
+        }
+    };
+    let own: String = own.unwrap_or(name).chars().map(plain).collect();
+    // The end has the extension.
+    let own = &own[own.len().saturating_sub(INPUT_NAME_BYTES)..];
+    let own = own.trim_end_matches('.');
+    inner(&format!("{INPUTS}/{digest}-{own}"))
+}
+
+/// Whether a record is that of a file which a configuration names.
+pub(crate) fn is_input(file: &FileRecord) -> bool {
+    let name = file.path.file_name();
+    file.path.parent().is_some_and(|p| p.as_str() == INPUTS)
+        && (file.blake3.get(..INPUT_DIGITS)).is_some_and(|d| name.starts_with(&format!("{d}-")))
+}
+
 /// Every file that belongs to no frame, by path, with the most bytes that it may have. Sequences
 /// are given with their lengths.
 pub(crate) fn common_files<'a>(
+    header: &DatasetHeader,
     sequences: impl IntoIterator<Item = (&'a SequenceSpec, u64)>,
 ) -> Vec<(InnerPath, u64)> {
     let mut files: Vec<_> = TOP_FILES.map(|f| (inner(f), limits::TEXT_BYTES)).into();
+    let inputs = header.inputs().into_keys();
+    files.extend(inputs.map(|path| (path.clone(), limits::INPUT_BYTES)));
     for (sequence, length) in sequences {
         let path = |name| inner(&sequence_file(sequence.number, name));
         let poses = limits::lines_bytes(length);

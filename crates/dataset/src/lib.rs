@@ -119,6 +119,7 @@ pub use formats::npy::encode as encode_npy;
 pub use formats::ply::PlyPoint;
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
+pub use layout::input_path;
 pub use manifest::{FORMAT_VERSION, FrameRecord, Manifest, TrackRecord};
 pub use merge::{MergeParams, merge};
 pub use nemoral_files::InnerPath;

@@ -28,6 +28,10 @@ pub(crate) const MANIFEST_BYTES: u64 = 2 << 30;
 pub(crate) const TABLE_BYTES: u64 = 2 << 30;
 /// The boxes of a frame: some 200 bytes for each object in view.
 pub(crate) const BOXES_BYTES: u64 = 256 << 20;
+/// A file that a config names.
+pub(crate) const INPUT_BYTES: u64 = 256 << 20;
+/// Files that the config of a sequence names.
+pub(crate) const MAX_INPUTS: usize = 1024;
 /// Data card, config, class table.
 pub(crate) const TEXT_BYTES: u64 = 16 << 20;
 

@@ -195,7 +195,18 @@ impl Manifest {
                 ));
             }
         }
-        same_files("files", &self.files, &layout::common_files(driven))
+        let inputs = self.header.inputs();
+        for file in &self.files {
+            if inputs.get(&file.path).is_some_and(|input| *input != file) {
+                let allowed = "as in its sequence's inputs";
+                return Err(Error::invalid("files", format!("'{}'", file.path), allowed));
+            }
+        }
+        same_files(
+            "files",
+            &self.files,
+            &layout::common_files(&self.header, driven),
+        )
     }
 }
 

@@ -74,6 +74,12 @@ pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifes
             }
         }
     }
+    // All headers are equal, so every part has all of them.
+    let inputs: Vec<_> = header.inputs().into_values().cloned().collect();
+    for file in inputs {
+        let bytes = file.read(first.folder())?;
+        header.input_files.insert(file.path, bytes.into());
+    }
     if !params.partial {
         refuse_gaps(&parts, &header, &drives)?;
     }

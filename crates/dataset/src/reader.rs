@@ -136,6 +136,7 @@ impl Dataset {
         let own = [
             layout::SEQUENCES,
             layout::ALL_POSES,
+            layout::INPUTS,
             layout::STATE,
             layout::MANIFEST,
         ];

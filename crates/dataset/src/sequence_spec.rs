@@ -7,7 +7,7 @@ use nemoral_scene::RigidTransform;
 use serde::{Deserialize, Serialize};
 
 use crate::header::{check_sensor_name, is_place, validate_camera};
-use crate::{CameraSpec, DepthFormat, Error, LidarSpec, limits};
+use crate::{CameraSpec, DepthFormat, Error, FileRecord, LidarSpec, layout, limits};
 
 /// The part of a data set that a sequence is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -70,6 +70,10 @@ pub struct SequenceSpec {
     pub lidars: Vec<LidarSpec>,
     /// Key of each world stage: name to hexadecimal.
     pub stage_keys: BTreeMap<String, String>,
+    /// The files that the configuration names, in order of their paths, which are
+    /// [`input_path`](crate::input_path)s; absent from `dataset.json` if there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<FileRecord>,
     /// The resolved configuration. It has what decides the content and nothing else (no threads, no
     /// output folder, no frame range), because a resumed run compares it.
     pub config: serde_json::Value,
@@ -94,6 +98,7 @@ impl SequenceSpec {
             cameras: Vec::new(),
             lidars: Vec::new(),
             stage_keys: BTreeMap::new(),
+            inputs: Vec::new(),
             config: serde_json::Value::Object(serde_json::Map::new()),
             config_toml: String::new(),
         }
@@ -131,6 +136,24 @@ impl SequenceSpec {
                 self.chunk_size_m,
                 "positive",
             ));
+        }
+        if self.inputs.len() > limits::MAX_INPUTS {
+            let allowed = format!("at most {}", limits::MAX_INPUTS);
+            return Err(Error::invalid("inputs", self.inputs.len(), allowed));
+        }
+        if !self.inputs.is_sorted_by(|a, b| a.path < b.path) {
+            let allowed = "in order of their paths, each once";
+            return Err(Error::invalid("inputs", "…", allowed));
+        }
+        for file in &self.inputs {
+            if !layout::is_input(file) {
+                let allowed = "inputs/DIGEST-NAME, where DIGEST begins the file's checksum";
+                return Err(Error::invalid(
+                    "inputs",
+                    format!("'{}'", file.path),
+                    allowed,
+                ));
+            }
         }
         let cameras = self.cameras.iter().map(|c| (&c.name, &c.body_from_camera));
         let lidars = self.lidars.iter().map(|l| (&l.name, &l.body_from_lidar));

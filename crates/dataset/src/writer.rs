@@ -355,6 +355,18 @@ impl Writer {
             manifest.tracks.push(track);
             manifest.files.extend(files);
         }
+        for (path, asked) in self.header.inputs() {
+            let content = self.header.input_files.get(path).filter(|bytes| {
+                // A file that differs from its record would make the data set unreadable.
+                FileRecord::of(path.clone(), bytes) == *asked
+            });
+            let content = content.ok_or_else(|| {
+                let allowed = "the content that the sequences' inputs record";
+                Error::invalid(format!("input_files.{path}"), "none, or another", allowed)
+            })?;
+            let record = FileRecord::put(&self.folder, path.clone(), content)?;
+            manifest.files.push(record);
+        }
         let mut point_classes = BTreeMap::new();
         for (&class, count) in manifest.frames.iter().flat_map(|f| &f.point_classes) {
             *point_classes.entry(class).or_insert(0) += count;

@@ -1,9 +1,13 @@
 //! The header of a data set's manifest.
 
-use nemoral_dataset::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec, SequenceSpec};
+use std::collections::BTreeMap;
+
+use nemoral_dataset::{
+    CameraSpec, DatasetHeader, DepthFormat, FileRecord, LidarSpec, SequenceSpec,
+};
 use nemoral_scene::Ontology;
 
-use crate::config::{self, Config, SequenceConfig, Sequences};
+use crate::config::{self, Config, SEQUENCE_UP, SequenceConfig, Sequences};
 use crate::world::cameras::intrinsics;
 use crate::{Backend, Error, ForestPlan};
 
@@ -15,12 +19,15 @@ pub fn header(sequences: &Sequences, backend: &Backend) -> Result<DatasetHeader,
     let first = sequences.get(0)?;
     let ontology = Ontology::by_name(&first.config.output.ontology)
         .expect("the config's words are the built-in ontologies");
+    let mut input_files = BTreeMap::new();
     let spec = |number| {
         let sequence = sequences.get(number)?;
+        input_files.extend(sequence.inputs.carried());
         let forest = ForestPlan::with_inputs(&sequence.config, &sequence.inputs, backend.clone());
         let spec = forest.and_then(|forest| sequence_spec(&sequence, &forest));
         spec.map_err(|e| e.in_sequence(number, sequences.len()))
     };
+    let specs = (0..sequences.len()).map(spec).collect::<Result<_, _>>()?;
     Ok(DatasetHeader {
         generator: "nemoral".to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -28,8 +35,9 @@ pub fn header(sequences: &Sequences, backend: &Backend) -> Result<DatasetHeader,
         backend: backend.name(),
         licence: String::new(),
         ontology,
-        sequences: (0..sequences.len()).map(spec).collect::<Result<_, _>>()?,
+        sequences: specs,
         config_toml: sequences.to_toml()?,
+        input_files,
     })
 }
 
@@ -67,10 +75,21 @@ pub(crate) fn sequence_spec(
         ply: config.output.ply,
     };
     let json = |value: &toml::Value| serde_json::to_value(value).expect("TOML is plain data");
-    let drawn = sequence
-        .drawn
-        .iter()
-        .map(|(key, value)| (key.clone(), json(value)));
+    // What is written does not depend on where the files lay.
+    let carried = |path: &str| sequence.inputs.carried_name(path);
+    let drawn = sequence.drawn.iter().map(|(key, value)| {
+        match value.as_str().filter(|_| config::most_bytes(key) > 0) {
+            Some(path) => (key.clone(), carried(path).into()),
+            None => (key.clone(), json(value)),
+        }
+    });
+    let inputs = (sequence.inputs.carried().into_iter())
+        .map(|(path, bytes)| FileRecord::of(path, &bytes))
+        .collect();
+    let from_sequence = |path: &str| match carried(path) {
+        name if name.is_empty() => name,
+        name => format!("{SEQUENCE_UP}{name}"),
+    };
     Ok(SequenceSpec {
         number: sequence.number,
         seed: config.seed,
@@ -86,7 +105,9 @@ pub(crate) fn sequence_spec(
         cameras: config.all_cameras().map(camera).collect::<Result<_, _>>()?,
         lidars: config.all_lidars().map(lidar).collect(),
         stage_keys: stage_keys.collect(),
-        config: serde_json::to_value(config).expect("a config is plain data"),
-        config_toml: config.to_toml(),
+        inputs,
+        config: (serde_json::to_value(config.with_files(&carried)))
+            .expect("a config is plain data"),
+        config_toml: config.with_files(&from_sequence).to_toml(),
     })
 }

@@ -6,6 +6,9 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use nemoral_dataset::input_path;
+use nemoral_files::InnerPath;
+
 use crate::Error;
 use crate::config::{Config, ConfigError, ConfigErrors, InputPath, most_bytes};
 use crate::plan::{Encode, Encoder, Hasher, KeyEncoder};
@@ -48,6 +51,12 @@ impl InputFile {
             let (path, at) = (self.path.display(), e.valid_up_to());
             Error::request(format!("{path}: is not UTF-8 text (byte {at})"))
         })
+    }
+
+    /// Its place in a data set that carries it.
+    pub(crate) fn carried_path(&self) -> InnerPath {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        input_path(&name, &self.bytes)
     }
 
     /// BLAKE3 of its bytes.
@@ -115,6 +124,28 @@ impl InputFiles {
             }
         }
         (Self(Arc::new(files)), problems)
+    }
+
+    /// The name of a file in a data set that carries it, below the data set's folder. A file that
+    /// was not read, because no sequence has it, has the name of an empty one.
+    pub(crate) fn carried_name(&self, path: &str) -> String {
+        if path.is_empty() {
+            return String::new();
+        }
+        let unread = || {
+            let name = Path::new(path).file_name().unwrap_or_default();
+            input_path(&name.to_string_lossy(), &[])
+        };
+        let known = self.0.get(path).map(InputFile::carried_path);
+        known.unwrap_or_else(unread).as_str().to_owned()
+    }
+
+    /// The content of all files by their places in a data set that carries them.
+    pub(crate) fn carried(&self) -> BTreeMap<InnerPath, Arc<[u8]>> {
+        let files = self.0.values();
+        files
+            .map(|file| (file.carried_path(), Arc::clone(&file.bytes)))
+            .collect()
     }
 
     /// These files and those of another config.

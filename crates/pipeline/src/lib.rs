@@ -25,6 +25,7 @@
 //! - [`ForestPlan`]: all of it wired, on one page.
 //! - [`InputFiles`]: the files that a config names, each read once.
 //! - [`Recorder`]: single frames in memory, along the path or anywhere else.
+//! - [`Recorder::export_scene`], [`tree_scene`]: what `nemoral-export` writes for other programs.
 //! - [`check`], [`generate`], [`preview`]: check a request, and make data sets and pictures from
 //!   it.
 //!
@@ -37,11 +38,13 @@ struct ReadmeDoctests;
 
 mod at;
 mod backend;
+mod check;
 mod chunks;
 pub mod config;
 mod drive;
 mod error;
 mod estimate;
+mod export;
 mod forest;
 mod frames;
 #[cfg(feature = "fuzz")]
@@ -63,9 +66,11 @@ pub mod world;
 mod worlds;
 
 pub use backend::{Backend, BackendChoice, Renderer};
+pub use check::check;
 pub use chunks::{ChunkManager, ChunkState};
 pub use error::Error;
 pub use estimate::{Estimate, estimate};
+pub use export::{ExportArea, tree_scene};
 pub use forest::ForestPlan;
 pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, generate};
@@ -76,5 +81,4 @@ pub use pictures::{
 };
 pub use pool::use_thread_pool;
 pub use preview::{check_png_name, preview, write_png};
-pub use prove::check;
 pub use recorder::{InventoryItem, Observation, Recorder, Recording};

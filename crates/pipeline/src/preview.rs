@@ -4,11 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nemoral_render::CameraImages;
-use nemoral_scene::{Image, Intrinsics, LidarPoint, Ontology, RigidTransform};
+use nemoral_scene::{Image, Ontology};
 
 use crate::config::Config;
 use crate::pictures::{
-    PAPER, picture_of_classes, picture_of_depth, picture_of_instances, picture_of_scan,
+    PAPER, picture_of_classes, picture_of_depth, picture_of_instances, picture_of_normals,
+    picture_of_scan,
 };
 use crate::plan::{Cache, Runner, Store};
 use crate::prove::within_sequence;
@@ -19,7 +20,7 @@ use crate::{Backend, Error, ForestPlan, InputFiles};
 const GAP: usize = 12;
 
 /// Makes the contact sheet of a frame: the first camera's picture; below it classes and instances,
-/// depth and scan. `cache` may store grown plants between runs.
+/// depth and scan (or normals, if there is no LiDAR). `cache` may store grown plants between runs.
 ///
 /// # Errors
 /// If the frame is beyond the sequence or cannot be made.
@@ -44,15 +45,16 @@ pub fn preview(
     let scans = runner.get(forest.scans, frame)?;
     let ontology = Ontology::by_name(&config.output.ontology)
         .expect("the config's words are the built-in ontologies");
-    let camera_from_lidar =
-        config.camera.body_from_camera().inverse() * config.lidar.body_from_lidar();
-    Ok(contact_sheet(
-        image,
-        &scans[0],
-        &ontology,
-        &intrinsics("camera", &config.camera)?,
-        &camera_from_lidar,
-    ))
+    let last = match scans.first() {
+        Some(scan) => {
+            let camera_from_lidar =
+                config.camera.body_from_camera().inverse() * config.lidar.body_from_lidar();
+            let intrinsics = intrinsics("camera", &config.camera)?;
+            picture_of_scan(scan, &ontology, &intrinsics, &camera_from_lidar)
+        }
+        None => picture_of_normals(&image.truth),
+    };
+    Ok(contact_sheet(image, &last, &ontology))
 }
 
 /// Refuses the name of a picture that does not end in `.png`, as only PNG is written.
@@ -82,19 +84,16 @@ pub fn write_png(image: &Image<[u8; 3]>, path: &Path) -> Result<(), Error> {
 /// Arranges the pictures of a frame.
 fn contact_sheet(
     images: &CameraImages,
-    scan: &[LidarPoint],
+    last: &Image<[u8; 3]>,
     ontology: &Ontology,
-    intrinsics: &Intrinsics,
-    camera_from_lidar: &RigidTransform,
 ) -> Image<[u8; 3]> {
     let truth = &images.truth;
     let tiles = [
-        picture_of_classes(truth, ontology),
-        picture_of_instances(truth),
-        picture_of_depth(truth),
-        picture_of_scan(scan, ontology, intrinsics, camera_from_lidar),
-    ]
-    .map(|tile| halved(&tile));
+        halved(&picture_of_classes(truth, ontology)),
+        halved(&picture_of_instances(truth)),
+        halved(&picture_of_depth(truth)),
+        halved(last),
+    ];
     let (width, height) = (images.rgb.width(), images.rgb.height());
     let (w, h) = (tiles[0].width(), tiles[0].height());
     let sheet_width = (2 * w + GAP).max(width) + 2 * GAP;

@@ -1,36 +1,8 @@
-//! The checks before the first frame.
+//! The checks of a world before its first frame.
 
-use std::sync::Arc;
-
-use crate::config::{Config, Sequences};
-use crate::header::header;
-use crate::plan::{Cache, Runner, Store};
-use crate::worlds::Worlds;
-use crate::{Backend, Error, ForestPlan};
-
-/// Refuses everything that [`generate`](crate::generate) refuses before its first frame, except
-/// what depends on the output folder and the GPU. The result is a list of notes for the user.
-///
-/// The density of a stand can only be checked with grown plants, so these are grown; `cache` may
-/// store them.
-///
-/// # Errors
-/// The first error.
-pub fn check(
-    sequences: &Sequences,
-    threads: usize,
-    cache: Option<Arc<Cache>>,
-) -> Result<Vec<String>, Error> {
-    header(sequences, &Backend::Cpu)?;
-    let store = Store::unlimited().with_cache(cache);
-    let mut worlds = Worlds::new(sequences, &Backend::Cpu, &store, threads);
-    let mut notes = Vec::new();
-    for number in 0..sequences.len() {
-        let world = worlds.enter(number)?;
-        notes.extend(worlds.prove(&world)?);
-    }
-    Ok(notes)
-}
+use crate::config::Config;
+use crate::plan::Runner;
+use crate::{Error, ForestPlan};
 
 /// Computes everything that a world's frames have in common. The result is a list of notes for the
 /// user.

@@ -12,6 +12,8 @@ use nemoral_scene::{
     TreeRecord, Twist,
 };
 use nemoral_seed::{Domain, Key};
+use nemoral_stand::SceneObject;
+use nemoral_trajectory::Obstacle;
 
 use crate::chunks::ChunkManager;
 use crate::config::{Config, SequenceConfig};
@@ -24,6 +26,8 @@ use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
 use crate::stages::annotations::AnnotationStage;
 use crate::stages::assets::LibraryStage;
+use crate::world::deadwood::REACH_M;
+use crate::world::trajectory::obstacles;
 use crate::{Backend, Error, ForestPlan};
 
 /// The noise of what is observed without an index.
@@ -328,7 +332,48 @@ impl Recorder {
     /// If their chunks cannot be made, or are more than [`Recorder::INVENTORY_CHUNKS`].
     pub fn inventory(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<InventoryItem>, Error> {
         self.prepare()?;
-        let runner = self.runner();
+        let assets = self.runner().get(self.forest.assets, ())?;
+        let mut found = Vec::new();
+        self.for_each_object(low_m, high_m, |object| {
+            let foot_m = object.position_m.truncate();
+            if foot_m.cmpge(low_m).all() && foot_m.cmple(high_m).all() {
+                found.push(InventoryItem {
+                    record: assets.object_record(object),
+                    tree: assets.tree_record(object),
+                    on_trail: object.on_trail,
+                });
+            }
+        })?;
+        self.stay_near((low_m + high_m) / 2.0);
+        Ok(found)
+    }
+
+    /// The disks that reach into a rectangle and that a robot must not drive into: a stem, a shrub
+    /// or a rock is one, a log is a row of them.
+    ///
+    /// # Errors
+    /// As [`Recorder::inventory`].
+    pub fn obstacles(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<Obstacle>, Error> {
+        self.prepare()?;
+        let reach_m = DVec2::splat(REACH_M);
+        let mut found = Vec::new();
+        self.for_each_object(low_m - reach_m, high_m + reach_m, |object| {
+            found.extend(obstacles(object).filter(|disk| {
+                let nearest_m = disk.position_m.clamp(low_m, high_m);
+                nearest_m.distance(disk.position_m) <= disk.radius_m
+            }));
+        })?;
+        self.stay_near((low_m + high_m) / 2.0);
+        Ok(found)
+    }
+
+    /// Visits the objects of all chunks that a rectangle meets.
+    fn for_each_object(
+        &self,
+        low_m: DVec2,
+        high_m: DVec2,
+        mut visit: impl FnMut(&SceneObject),
+    ) -> Result<(), Error> {
         let size_m = self.config().chunks.size_m;
         let first = ChunkCoord::containing(low_m, size_m);
         let last = ChunkCoord::containing(high_m, size_m);
@@ -340,24 +385,14 @@ impl Recorder {
                 "rectangle: it has {chunks} chunks; must be at most {most}: ask for its parts"
             )));
         }
-        let assets = runner.get(self.forest.assets, ())?;
-        let mut found = Vec::new();
+        let runner = self.runner();
         for x in first.x..=last.x {
             for y in first.y..=last.y {
-                for object in &runner.get(self.forest.objects, ChunkCoord::new(x, y))?.0 {
-                    let foot_m = object.position_m.truncate();
-                    if foot_m.cmpge(low_m).all() && foot_m.cmple(high_m).all() {
-                        found.push(InventoryItem {
-                            record: assets.object_record(object),
-                            tree: assets.tree_record(object),
-                            on_trail: object.on_trail,
-                        });
-                    }
-                }
+                let objects = runner.get(self.forest.objects, ChunkCoord::new(x, y))?;
+                objects.0.iter().for_each(&mut visit);
             }
         }
-        self.stay_near((low_m + high_m) / 2.0);
-        Ok(found)
+        Ok(())
     }
 
     /// The most chunks of a rectangle of which an inventory is made.

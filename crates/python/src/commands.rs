@@ -9,17 +9,12 @@ use nemoral_dataset::{CloudParams, MergeParams, OpenMode, Quantiles};
 use nemoral_pipeline::{Done, FrameSelection, Observer, Request, SequenceFrames};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
-use serde_json::{Value, json as object};
+use serde_json::json;
 
 use crate::config;
 use crate::failure::Failure;
 use crate::forest::{Keeping, backend_of};
 use crate::work::{self, Event, Tell};
-
-/// JSON as text.
-pub(crate) fn json(value: Value) -> String {
-    value.to_string()
-}
 
 /// Runs the program with these arguments, the first of which is its name; the result is its exit
 /// code. `program` is the file of this module.
@@ -138,15 +133,16 @@ pub(crate) fn stats(py: Python<'_>, dir: PathBuf) -> PyResult<(String, String)> 
         let stats = nemoral_dataset::stats(&dir)?;
         let quantiles = |q: Option<Quantiles>| {
             q.map(|q| {
-                object!({
+                json!({
                     "min": q.min, "p05": q.p05, "median": q.median, "p95": q.p95, "max": q.max,
                 })
             })
         };
-        let classes = stats.classes.iter().map(
-            |c| object!({ "id": c.id, "name": c.name, "pixels": c.pixels, "points": c.points }),
-        );
-        let all = object!({
+        let classes = stats
+            .classes
+            .iter()
+            .map(|c| json!({ "id": c.id, "name": c.name, "pixels": c.pixels, "points": c.points }));
+        let all = json!({
             "sequences": stats.sequences,
             "frames": stats.frames,
             "bytes": stats.bytes,
@@ -158,7 +154,7 @@ pub(crate) fn stats(py: Python<'_>, dir: PathBuf) -> PyResult<(String, String)> 
             "range_m": quantiles(stats.range_m),
             "overlap": quantiles(stats.overlap),
         });
-        Ok((json(all), stats.to_string()))
+        Ok((all.to_string(), stats.to_string()))
     })
 }
 

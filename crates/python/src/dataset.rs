@@ -9,7 +9,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::commands::json;
 use crate::forest::{object_columns, tree_columns};
 use crate::frame::Frame;
 use crate::work;
@@ -79,13 +78,14 @@ impl Dataset {
     /// The manifest's header and more as JSON, without the frames.
     fn header(&self) -> String {
         let header = &self.dataset.manifest().header;
-        json(serde_json::json!({
+        let about = serde_json::json!({
             "generator": header.generator,
             "version": header.version,
             "seed": header.seed,
             "backend": header.backend,
             "licence": header.licence,
-        }))
+        });
+        about.to_string()
     }
 
     /// Id, name and colour of each class.
@@ -98,7 +98,7 @@ impl Dataset {
 
     /// The config of a sequence as JSON.
     fn config(&self, sequence: u32) -> PyResult<String> {
-        Ok(json(self.spec(sequence)?.config.clone()))
+        Ok(self.spec(sequence)?.config.to_string())
     }
 
     /// `poses.txt`: poses of the reference camera relative to frame 0.

@@ -12,11 +12,10 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
     ObjectRecord, Ontology, Ray, RigidTransform, Semantic, SurfaceHit, TreeRecord, Twist,
 };
-use numpy::{PyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::commands::json;
 use crate::failure::Failure;
 use crate::frame::Frame;
 use crate::{arrays, config, work};
@@ -190,12 +189,13 @@ impl Forest {
     fn config(&self, py: Python<'_>, sequence: u32) -> PyResult<String> {
         self.with(py, sequence, |_, world| {
             let spec = &world.spec;
-            Ok(json(serde_json::json!({
+            let about = serde_json::json!({
                 "config": spec.config,
                 "drawn": spec.drawn,
                 "split": spec.split.map(|s| s.name()),
                 "seed": spec.seed,
-            })))
+            });
+            Ok(about.to_string())
         })
     }
 
@@ -354,6 +354,25 @@ impl Forest {
         let on_trail: Vec<bool> = items.iter().map(|i| i.on_trail).collect();
         dict.set_item("on_trail", PyArray1::from_vec(py, on_trail))?;
         Ok(dict)
+    }
+
+    /// Rows of x, y and radius of the disks that reach into a rectangle and stand in the way.
+    fn obstacles<'py>(
+        &self,
+        py: Python<'py>,
+        sequence: u32,
+        low: [f64; 2],
+        high: [f64; 2],
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let disks = self.with(py, sequence, move |_, world| {
+            let low_m = place("xmin, ymin", low[0], low[1])?;
+            let high_m = place("xmax, ymax", high[0], high[1])?;
+            Ok(world.recorder.obstacles(low_m, high_m)?)
+        })?;
+        let rows = disks
+            .iter()
+            .flat_map(|d| [d.position_m.x, d.position_m.y, d.radius_m]);
+        PyArray1::from_vec(py, rows.collect()).reshape([disks.len(), 3])
     }
 
     /// What rays in the world hit around a place: rows of x, y, z and a direction. `around` is

@@ -1,6 +1,8 @@
 //! Parts that are useful alone: terrain, Poisson disks, trees.
 
-use nemoral_assets::{FoliageCard, GrowthParams, Species, TreeMaterials, grow};
+use nemoral_assets::{
+    FoliageCard, GrowthParams, Species, TreeMaterials, TreeStructure, WoodNode, grow_with_structure,
+};
 use nemoral_placement::{PoissonDiskParams, PoissonDisks, Variety};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{MaterialId, Surface};
@@ -134,7 +136,7 @@ pub(crate) fn grow_tree<'py>(
         let allowed = format!("one of {}", Species::names().collect::<Vec<_>>().join(", "));
         Failure::argument("species", format!("{species:?}"), allowed).raise(py)
     })?;
-    let tree = work::run(py, move || {
+    let (tree, structure) = work::run(py, move || {
         if !(0.02..=1.5).contains(&dbh_m) {
             return Err(Failure::argument("dbh_m", dbh_m, "0.02 to 1.5 m"));
         }
@@ -162,7 +164,9 @@ pub(crate) fn grow_tree<'py>(
         };
         let key = Key::world(seed).domain(TREE);
         let size = species.draw_size(dbh_m, key);
-        Ok(grow(&species, &size, &materials, &params, key)?)
+        Ok(grow_with_structure(
+            &species, &size, &materials, &params, key,
+        )?)
     })?;
     let dict = PyDict::new(py);
     dict.set_item("vertices", arrays::vectors(py, &tree.mesh.positions)?)?;
@@ -174,6 +178,7 @@ pub(crate) fn grow_tree<'py>(
     dict.set_item("parts", PyArray1::from_vec(py, wood))?;
     let cards: Vec<Vec3> = (tree.cards.iter()).flat_map(|c| c.corners()).collect();
     dict.set_item("leaf_corners", arrays::vectors(py, &cards)?)?;
+    dict.set_item("structure", structure_columns(py, &structure)?)?;
     let size = PyDict::new(py);
     for (name, number) in [
         ("dbh_m", tree.size.dbh_m),
@@ -188,5 +193,35 @@ pub(crate) fn grow_tree<'py>(
         size.set_item(name, number)?;
     }
     dict.set_item("size", size)?;
+    Ok(dict)
+}
+
+/// The graph of the wood as columns.
+fn structure_columns<'py>(
+    py: Python<'py>,
+    structure: &TreeStructure,
+) -> PyResult<Bound<'py, PyDict>> {
+    let nodes = &structure.nodes;
+    let positions_m = nodes.iter().map(|n| n.position_m.to_array()).collect();
+    let parent = |n: &WoodNode| n.parent.map_or(-1, i64::from);
+    let dict = PyDict::new(py);
+    dict.set_item("position_m", arrays::rows(py, positions_m)?)?;
+    dict.set_item(
+        "radius_m",
+        PyArray1::from_iter(py, nodes.iter().map(|n| n.radius_m)),
+    )?;
+    dict.set_item("parent", PyArray1::from_iter(py, nodes.iter().map(parent)))?;
+    dict.set_item(
+        "axis",
+        PyArray1::from_iter(py, nodes.iter().map(|n| n.axis)),
+    )?;
+    dict.set_item(
+        "order",
+        PyArray1::from_iter(py, nodes.iter().map(|n| n.order)),
+    )?;
+    dict.set_item(
+        "is_dead",
+        PyArray1::from_iter(py, nodes.iter().map(|n| n.is_dead)),
+    )?;
     Ok(dict)
 }

@@ -111,7 +111,7 @@ pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams,
 pub use light::lighting::Lighting;
 pub use raycast::camera::RayCastCamera;
 pub use raycast::params::RayCastParams;
-pub use raycast::primary_rays::PixelTruth;
+pub use raycast::pixel_truth::PixelTruth;
 pub use renderer::{CameraImages, CameraRenderer, OpenSky, SceneView, SkyVisibility};
 pub use sky::model::SkyParams;
 pub use sky::photograph::SkyImage;

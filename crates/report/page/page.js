@@ -257,7 +257,7 @@ function showRanges() {
         root.append(svg("rect", { x: x(i * top / 60), y, height, width: x(top / 60) - x(0) - 0.5, fill: rgb(c.colour) }));
       }
     });
-    root.append(svg("text", { x: 30, y: 26, "text-anchor": "end" }, `${percent(most / scan.count)}`));
+    root.append(svg("text", { x: 2, y: 14 }, `${percent(most / scan.count)} of the points`));
   }, get("ranges"));
 }
 
@@ -527,7 +527,7 @@ function density(world) {
   return [near.length / drawn / hectares, area / drawn / hectares];
 }
 if (trees.length) {
-  get("density").textContent = `Stems and basal area per hectare count trees of ${100 * THINNEST_M} cm and more within ${NEAR_M} m of the drive.`;
+  get("density").textContent = `Stems and basal area per hectare count trees of ${(100 * THINNEST_M).toFixed(0)} cm and more within ${NEAR_M} m of the drive.`;
 }
 
 // Sequences.

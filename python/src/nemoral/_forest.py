@@ -285,11 +285,11 @@ class Forest:
         *,
         sequence: SupportsIndex = 0,
     ) -> Array:
-        """(N, 3) float64: x, y and radius, metres, of what a robot must not run into in a
-        rectangle of the world."""
-        found = self.objects(xmin, ymin, xmax, ymax, sequence=sequence)
-        discs = np.column_stack([found["position_m"][:, :2], found["radius_m"]])
-        return np.ascontiguousarray(discs[~found["on_trail"]])
+        """(N, 3) float64: x, y and radius, metres, of the discs that reach into a rectangle of the
+        world and that a robot must not run into. A stem, a shrub or a rock is one; a log is a row
+        of them."""
+        low, high = self._rectangle(xmin, ymin, xmax, ymax)
+        return self._live.obstacles(self._sequence(sequence), low, high)
 
     def cast(
         self,

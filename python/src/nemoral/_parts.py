@@ -353,6 +353,13 @@ class Tree:
     """``dbh_m``, ``height_m``, ``crown_base_m``, ``crown_radius_m``, ``leaf_area_m2``,
     ``lean_rad``, ``stem_volume_m3``, ``foot_radius_m``, measured on what was grown."""
 
+    structure: dict[str, Array]
+    """The wood as a graph of N nodes, a true quantitative structure model. Between a node and its
+    parent, the wood is a truncated cone: ``position_m`` (N, 3) and ``radius_m`` float64; ``parent``
+    int64, the node that is next on the way to the foot, -1 at the foot; ``axis`` uint32, the same
+    from the base of a stem, branch or twig to its tip; ``order`` uint8, 0 for the stem, 1 for its
+    branches; ``is_dead`` bool."""
+
     PARTS = ("stem", "flare", "limb", "branch", "dead")
 
     def mesh(self) -> tuple[Array, Array]:

@@ -13,9 +13,10 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The stage crates, each of which has one task and depends only on the vocabulary and the keys.
-const STAGES: [&str; 11] = [
+const STAGES: [&str; 12] = [
     "nemoral-assets",
     "nemoral-dataset",
+    "nemoral-export",
     "nemoral-lidar",
     "nemoral-lidar-noise",
     "nemoral-placement",
@@ -183,6 +184,7 @@ fn the_pipeline_wires_and_the_program_only_asks() {
     let mut allowed = BTreeSet::from(READERS);
     allowed.extend([
         "nemoral-dataset",
+        "nemoral-export",
         "nemoral-files",
         "nemoral-pipeline",
         "nemoral-view",

@@ -13,6 +13,7 @@ use super::foliage::{FoliageDensity, Leaf, leaves, silhouette_m2};
 use super::materials::TreeMaterials;
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
+use super::structure::TreeStructure;
 use super::sweep::{Flare, Tessellation, diameter_at, sweep};
 use super::{BarkLook, Species, TreeSize};
 use nemoral_scene::ParamError;
@@ -80,6 +81,20 @@ pub fn grow(
     params: &GrowthParams,
     key: Key,
 ) -> Result<GrownTree, ParamError> {
+    grow_with_structure(species, size, materials, params, key).map(|(tree, _)| tree)
+}
+
+/// The tree of [`grow`] with the graph of its wood.
+///
+/// # Errors
+/// As [`grow`].
+pub fn grow_with_structure(
+    species: &Species,
+    size: &TreeSize,
+    materials: &TreeMaterials,
+    params: &GrowthParams,
+    key: Key,
+) -> Result<(GrownTree, TreeStructure), ParamError> {
     check(species, size, materials, params)?;
     let heading = key.domain(LEAN).rng().range_f64(0.0, TAU);
     let (sin, cos) = libm::sincos(heading);
@@ -112,6 +127,7 @@ pub fn grow(
     let radii = radii(&axes, species, size);
     let wood = within_budget(most, &axes, &radii, &leaves, tessellation);
     let (mesh, stem) = sweep(&axes, &radii, &flare, materials, upper_from_m, &wood);
+    let structure = TreeStructure::new(&axes, &radii);
     let parts = Parts {
         axes,
         leaves,
@@ -119,7 +135,7 @@ pub fn grow(
         stem,
         lean,
     };
-    Ok(finish(species, size, materials, &flare, parts))
+    Ok((finish(species, size, materials, &flare, parts), structure))
 }
 
 /// Depth of a stem's foot, metres: deep enough for the lobes' ends on a slope of 20 degrees.

@@ -52,10 +52,11 @@ mod size;
 mod skeleton;
 mod snag;
 mod species;
+mod structure;
 mod sweep;
 
 pub use catalogue::SpeciesError;
-pub use grow::{GrownTree, GrowthParams, grow};
+pub use grow::{GrownTree, GrowthParams, grow, grow_with_structure};
 pub(crate) use look::linear;
 pub use look::{BarkKind, BarkLayer, BarkLook, LeafKind, LeafLook};
 pub use materials::{FoliageCard, TreeMaterials};
@@ -65,3 +66,4 @@ pub use snag::grow_snag;
 pub use species::{
     Allometry, BranchLevel, CrownForm, DeadBranches, FoliageForm, Species, StemForm, Taper,
 };
+pub use structure::{TreeStructure, WoodNode};

@@ -271,8 +271,8 @@ fn unknown_keys() {
     let says =
         |setting: &str, words: &[&str]| refused(&["config", "check", "--set", setting], words);
     let done = says(
-        "lidar.enabled=false",
-        &["lidar.enabled", "no such key", "pulses"],
+        "lidar.colours=3",
+        &["lidar.colours", "no such key", "pulses"],
     );
     assert!(!done.stderr.contains("did you mean"), "{}", done.stderr);
     says(

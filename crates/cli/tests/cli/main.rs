@@ -7,6 +7,7 @@
 
 mod breakdown;
 mod common;
+mod export;
 mod hostile;
 mod questions;
 mod recording;

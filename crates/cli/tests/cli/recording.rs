@@ -186,3 +186,138 @@ fn copy(from: &std::path::Path, to: &std::path::Path) {
         fs::write(path, bytes).expect("a writable folder");
     }
 }
+
+#[test]
+fn pictures_alone_are_those_that_are_made_beside_scans() {
+    let (alone, both) = (folder("no-lidar").join("out"), folder("lidar").join("out"));
+    record(
+        &alone,
+        &["--frames", "0..2", "--set", "lidar.enabled=false"],
+    );
+    record(&both, &["--frames", "0..2"]);
+    let (alone_files, both_files) = (files(&alone), files(&both));
+    for (name, bytes) in &alone_files {
+        if name.ends_with(".png") {
+            assert!(both_files.get(name) == Some(bytes), "{name}");
+        }
+        let scans = ["velodyne", "labels", "points"];
+        assert!(!scans.iter().any(|s| name.contains(s)), "{name}");
+    }
+
+    let path = alone.to_string_lossy();
+    for command in [&["check", &path][..], &["stats", &path]] {
+        let done = run(command);
+        assert_eq!(done.code, Some(0), "{}{}", done.stdout, done.stderr);
+    }
+    let out = folder("no-lidar-out");
+    fs::create_dir_all(&out).expect("a folder");
+    let [page, sheet, cloud, coco, laz] = ["page.html", "sheet.png", "cloud.ply", "coco", "laz"]
+        .map(|name| {
+            let path = out.join(name);
+            path.to_string_lossy().into_owned()
+        });
+    let done = run(&["report", &path, "--out", &page]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let done = run(&["convert", &path, "--to", "coco", "--out", &coco]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let done = run(&[
+        "preview",
+        "--preset",
+        "demo",
+        "--set",
+        "lidar.enabled=false",
+        "-o",
+        &sheet,
+    ]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    for command in [
+        &["cloud", &path, "-o", &cloud][..],
+        &["convert", &path, "--to", "laz", "--out", &laz],
+    ] {
+        let done = run(command);
+        assert_eq!(done.code, Some(2), "{}", done.stdout);
+        assert!(done.stderr.contains("LiDAR"), "{}", done.stderr);
+    }
+}
+
+#[test]
+fn a_data_set_is_made_again_from_itself_alone() {
+    type Files = std::collections::BTreeMap<String, Vec<u8>>;
+    let here = folder("again");
+    let site = here.join("site");
+    fs::create_dir_all(&site).expect("a writable folder");
+    let assert_same = |a: &Files, b: &Files| {
+        assert!(a.keys().eq(b.keys()), "{:?} {:?}", a.keys(), b.keys());
+        for (name, bytes) in a {
+            assert!(*bytes == b[name], "{name} differs");
+        }
+    };
+    let config = "[lidar.table]\npath = \"pulses.csv\"\n[robot.file]\npath = \"my poses.txt\"\n";
+    fs::write(site.join("site.toml"), config).expect("a writable folder");
+    fs::write(site.join("pulses.csv"), "0, 0, 0\n0.001, 1, -5\n").expect("a writable folder");
+    let poses = "0 2 3 0 0 0 0 1\n1 3 3 0 0 0 0 1\n";
+    fs::write(site.join("my poses.txt"), poses).expect("a writable folder");
+    let from = |config: &std::path::Path, out: &str, more: &[&str]| {
+        let mut command = small(&here.join(out), more);
+        command.args(["--set", "frames=2"]).arg(config);
+        let done = outcome(&mut command);
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        files(&here.join(out))
+    };
+    let first = from(&site.join("site.toml"), "first", &[]);
+    let inputs: Vec<_> = first.keys().filter(|f| f.starts_with("inputs/")).collect();
+    assert_eq!(inputs.len(), 2, "{inputs:?}");
+    assert!(inputs[0].ends_with("pulses.csv") != inputs[1].ends_with("pulses.csv"));
+    assert!(
+        inputs.iter().any(|f| f.ends_with("-my_poses.txt")),
+        "{inputs:?}"
+    );
+    for file in ["dataset.json", "config.toml", "sequences/00/config.toml"] {
+        let text = String::from_utf8_lossy(&first[file]);
+        assert!(
+            text.contains(inputs[0].as_str()) && !text.contains("site/"),
+            "{file}"
+        );
+    }
+    let checked = run(&["check", &here.join("first").to_string_lossy()]);
+    assert_eq!(checked.code, Some(0), "{}", checked.stdout);
+
+    // Moved to another place, without the files, it makes itself again, and so does its copy.
+    fs::remove_dir_all(&site).expect("a writable folder");
+    let moved = here.join("elsewhere/deep");
+    fs::create_dir_all(moved.parent().expect("it has one")).expect("a writable folder");
+    fs::rename(here.join("first"), &moved).expect("a writable folder");
+    assert_same(&first, &from(&moved.join("config.toml"), "second", &[]));
+    let sequence = here.join("second/sequences/00/config.toml");
+    assert_same(&first, &from(&sequence, "third", &[]));
+
+    // So do shards, and the union of them; a resumed run goes on from the copies.
+    let config = here.join("second/config.toml");
+    let shards = ["0/2", "1/2"].map(|shard| {
+        let name = format!("shard{}", &shard[..1]);
+        from(&config, &name, &["--shard", shard]);
+        here.join(name).to_string_lossy().into_owned()
+    });
+    let merged = here.join("merged");
+    let merge = [
+        "merge",
+        &shards[0],
+        &shards[1],
+        "--out",
+        &merged.to_string_lossy(),
+    ];
+    let done = run(&merge);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert_same(&first, &files(&merged));
+    assert_same(&first, &from(&config, "merged", &["--resume"]));
+    assert_same(&first, &from(&config, "merged", &["--overwrite"]));
+
+    // A damaged copy is found.
+    let copy = merged.join(inputs[0]);
+    fs::write(&copy, "0, 0, 0\n").expect("a writable file");
+    let checked = run(&["check", &merged.to_string_lossy()]);
+    assert_eq!(checked.code, Some(1), "{}", checked.stdout);
+    let refused = run(&["generate", &merged.join("config.toml").to_string_lossy()]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("checksum"), "{}", refused.stderr);
+}

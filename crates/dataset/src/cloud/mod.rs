@@ -66,9 +66,9 @@ impl Cloud {
     /// Opens a data set's sequence.
     ///
     /// # Errors
-    /// If there is no such sequence, or there are several and none is named, if its scans were
-    /// written raw (not deskewed) or without PLY, if `voxel_m` is out of range, or if `only` has a
-    /// name that is no class.
+    /// If there is no such sequence, or there are several and none is named, if it has no
+    /// LiDAR, if its scans were written raw (not deskewed) or without PLY, if `voxel_m` is
+    /// out of range, or if `only` has a name that is no class.
     pub fn open(dir: &Path, params: CloudParams) -> Result<Self, Error> {
         if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
             let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());
@@ -92,6 +92,10 @@ impl Cloud {
             params,
             only,
         };
+        if this.spec().lidars.is_empty() {
+            let allowed = "a data set with a LiDAR (lidar.enabled = true)";
+            return Err(Error::invalid("dir", dir.display(), allowed));
+        }
         for lidar in &this.spec().lidars {
             if !lidar.ply {
                 let allowed = "a data set with PLY files (output.ply = true)";

@@ -70,9 +70,9 @@ pub(crate) fn look(folder: &Folder) -> Result<Content, Error> {
     }
 }
 
-/// The files below `sequences` and `poses` that a data set with this header owns by the layout,
-/// whether or not they are recorded, including temporary files of killed processes. Links and
-/// folders with such names do not count.
+/// The files below `sequences`, `poses` and `inputs` that a data set with this header owns by the
+/// layout, whether or not they are recorded, including temporary files of killed processes. Links
+/// and folders with such names do not count.
 pub(crate) fn owned_files(
     folder: &Folder,
     header: &DatasetHeader,
@@ -88,6 +88,9 @@ pub(crate) fn owned_files(
         let is_of_sequence = |name: &str| layout::SEQUENCE_FILES.contains(&name);
         owned.extend(files(folder, &sequence, is_of_sequence)?);
     }
+    let inputs = header.inputs();
+    let is_input = |name: &str| inputs.keys().any(|path| path.file_name() == name);
+    owned.extend(files(folder, &layout::inner(layout::INPUTS), is_input)?);
     let all_poses = layout::inner(layout::ALL_POSES);
     owned.extend(files(folder, &all_poses, layout::is_kitti_poses)?);
     Ok(owned)
@@ -138,6 +141,7 @@ pub(crate) fn clear(folder: &Folder, header: &DatasetHeader) -> Result<(), Error
     }
     folders.insert(layout::inner(layout::SEQUENCES));
     folders.insert(layout::inner(layout::ALL_POSES));
+    folders.insert(layout::inner(layout::INPUTS));
     // The innermost folders come first. A folder that is not empty contains files of others and
     // stays.
     for path in folders.iter().rev() {

@@ -110,6 +110,7 @@ pub(crate) fn header() -> DatasetHeader {
         ontology: Ontology::paper(),
         sequences: vec![sequence(0)],
         config_toml: "[placement]\ndensity = 0.1\n".to_owned(),
+        input_files: BTreeMap::new(),
     }
 }
 

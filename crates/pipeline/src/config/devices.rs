@@ -17,7 +17,8 @@ pub(super) fn layer(name: &str) -> Option<Table> {
     };
     // The device sets neither the mount nor what is made of its echoes.
     table.retain(|key, _| {
-        !key.starts_with("mount_") && !["returns", "max_returns", "deskew"].contains(&key)
+        !key.starts_with("mount_")
+            && !["enabled", "returns", "max_returns", "deskew"].contains(&key)
     });
     Some(table)
 }

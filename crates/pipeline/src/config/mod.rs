@@ -5,6 +5,7 @@ mod camera_model;
 mod choices;
 mod devices;
 mod errors;
+mod file_paths;
 mod input_path;
 mod lidar_model;
 mod light_model;
@@ -36,6 +37,7 @@ pub use choices::{
 };
 pub(crate) use devices::LIGHT_M_PER_NS;
 pub use errors::{ConfigError, ConfigErrors, Place};
+pub(crate) use file_paths::SEQUENCE_UP;
 pub use input_path::InputPath;
 pub(crate) use lidar_model::refused_at;
 pub(crate) use light_model::sky_params;

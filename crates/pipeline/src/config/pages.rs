@@ -211,8 +211,9 @@ pub fn reference_page() -> String {
     out.push_str(&wrapped(
         "Made by `nemoral config reference`. A config is TOML; what it leaves out is the preset's. \
          `nemoral config init` writes one to start from, `nemoral config check FILE` proves one. \
-         Relative paths in it start at the folder in which the program runs or, if nothing is \
-         there, beside the config and then in the folders above it.",
+         Relative paths in it start at the folder of the config file, those of `--set` at the \
+         folder in which the program runs. A data set carries the files that its config names, and \
+         the config of a data set names no others.",
         "",
     ));
     out.push_str("\n## Presets\n\n");

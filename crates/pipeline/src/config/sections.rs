@@ -780,6 +780,8 @@ section! {
 section! {
     /// The LiDAR (paper, V-B).
     Lidar at "lidar" {
+        /// Whether there is a LiDAR. Without the first one there are no further ones.
+        enabled: bool = true, Flag, "pictures alone are a tenth smaller and quicker";
         /// A scanner by its data sheet. It sets the pattern, the pulses of 0.1 s (of a turn, for a
         /// terrestrial scanner), ranges, wavelength, beam, errors and noise below; keys that you
         /// set yourself override it.

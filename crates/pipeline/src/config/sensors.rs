@@ -24,9 +24,10 @@ impl Config {
         all.filter(|(_, camera)| camera.enabled)
     }
 
-    /// Every LiDAR with the path of its table, the first one first.
+    /// Every enabled LiDAR with the path of its table, the first one first.
     pub(crate) fn all_lidars(&self) -> impl Iterator<Item = (String, &Lidar)> {
         let further = self.lidars.iter().map(|(n, l)| (format!("lidars.{n}"), l));
-        std::iter::once(("lidar".to_owned(), &self.lidar)).chain(further)
+        let all = std::iter::once(("lidar".to_owned(), &self.lidar)).chain(further);
+        all.filter(|(_, lidar)| lidar.enabled)
     }
 }

@@ -8,6 +8,7 @@ use nemoral_seed::{Domain, Key};
 use toml::{Table, Value};
 
 use super::errors::{ConfigError, ConfigErrors};
+use super::file_paths::for_each_file;
 use super::load::{base, merge, resolve, to_table};
 use super::source::{Source, value_at};
 use super::spread::spread;
@@ -170,14 +171,19 @@ impl Sequences {
         })
     }
 
-    /// The request as TOML, from which all sequences can be made again: of a single sequence every
-    /// key, of several what was asked for over the presets.
+    /// The request as the TOML of a data set, from which all sequences can be made again: of a
+    /// single sequence every key, of several what was asked for over the presets. Files have the
+    /// names under which the data set carries them.
     ///
     /// # Errors
     /// As [`Sequences::get`].
     pub fn to_toml(&self) -> Result<String, Error> {
         if self.len() == 1 {
-            return Ok(self.get(0)?.config.to_toml());
+            let only = self.get(0)?;
+            let renamed = only
+                .config
+                .with_files(&|path| only.inputs.carried_name(path));
+            return Ok(renamed.to_toml());
         }
         let mut merged = Table::new();
         let draws_preset = self.variations.iter().any(|v| v.sets("preset"));
@@ -189,8 +195,16 @@ impl Sequences {
         for source in &sources {
             merge("", &mut merged, &source.table);
         }
+        // Files that no sequence has drawn so far are not carried, but named in the same way.
+        let files = self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        let rename = |path: &str| files.carried_name(path);
+        for_each_file(&mut merged, "", &mut |_, path| *path = rename(path));
+        let variations: Vec<Variation> = (self.variations.iter())
+            .map(|v| v.with_files(&rename))
+            .collect();
+        drop(files);
         merged.insert("seed".to_owned(), Value::Integer(self.seed as i64));
-        let vary = vary::to_table(&self.variations, self.preset.is_some());
+        let vary = vary::to_table(&variations, self.preset.is_some());
         if !vary.is_empty() {
             merged.insert("vary".to_owned(), Value::Table(vary));
         }

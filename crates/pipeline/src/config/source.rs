@@ -5,6 +5,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use super::errors::{ConfigError, ConfigErrors, Place};
+use super::file_paths::{Base, for_each_file};
 use super::schema::SectionSpec;
 use super::words::cut;
 use super::{Allowed, SECTIONS, vary};
@@ -22,14 +23,31 @@ pub(super) struct Source {
     pub(super) table: Table,
     /// Whether the values are what the text's draws gave.
     pub(super) is_drawn: bool,
+    /// Where relative paths of files start.
+    pub(super) base: Base,
 }
 
 impl Source {
     pub(super) fn file(path: &Path) -> Result<Self, Error> {
         let text = nemoral_files::read_text(path, FILE_BYTES)?;
         let mut source = Self::parse(&path.display().to_string(), false, text)?;
-        find_files(&mut source.table, "", path);
+        source.base = Base::of_config(path);
+        let mut errors = ConfigErrors::default();
+        let mut table = std::mem::take(&mut source.table);
+        for_each_file(&mut table, "", &mut |key, name| {
+            source.resolve(key, name, &mut errors);
+        });
+        source.table = table;
+        errors.into_result()?;
         Ok(source)
+    }
+
+    /// Makes the path of a file one that starts at the working folder.
+    pub(super) fn resolve(&self, key: &str, name: &mut String, errors: &mut ConfigErrors) {
+        match self.base.resolve(key, name) {
+            Ok(path) => *name = path,
+            Err(message) => errors.add(|| self.error(key, message)),
+        }
     }
 
     /// A `--set` argument. `terrain.octaves=3` is TOML already; a bare word is taken as text.
@@ -53,6 +71,7 @@ impl Source {
                 text,
                 table,
                 is_drawn: false,
+                base: Base::WorkingFolder,
             }),
             Err(error) => {
                 let place = match error.span() {
@@ -109,36 +128,6 @@ impl Source {
         }
         None
     }
-}
-
-/// Files that are not where the program runs are looked for beside the config and in the folders
-/// above, so that a config, also that of a data set, can be used from anywhere. What is found
-/// nowhere keeps its name.
-fn find_files(table: &mut Table, path: &str, config: &Path) {
-    for (key, value) in table {
-        let path = join(path, key);
-        match value {
-            Value::Table(inner) => find_files(inner, &path, config),
-            Value::String(name) if most_bytes(&path) > 0 => {
-                if let Some(found) = above(config, name) {
-                    *name = found;
-                }
-            }
-            _ => {}
-        }
-    }
-}
-
-fn above(config: &Path, name: &str) -> Option<String> {
-    if name.is_empty() || Path::new(name).exists() {
-        return None;
-    }
-    let config = std::path::absolute(config).ok()?;
-    let folders = config.ancestors().skip(1);
-    let found = folders
-        .map(|folder| folder.join(name))
-        .find(|f| f.is_file());
-    found?.into_os_string().into_string().ok()
 }
 
 fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {

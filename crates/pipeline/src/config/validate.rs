@@ -231,6 +231,17 @@ impl Config {
                 out.refuse(&format!("cameras.{name}.enabled"), true, must);
             }
         }
+        for (name, lidar) in &self.lidars {
+            if lidar.enabled && !self.lidar.enabled {
+                let must = "be false, as lidar.enabled is: the first LiDAR's files have the \
+                            standard names";
+                out.refuse(&format!("lidars.{name}.enabled"), true, must);
+            }
+        }
+        if !self.camera.enabled && !self.lidar.enabled {
+            let must = "be true, as camera.enabled is false: a robot needs a sensor";
+            out.refuse("lidar.enabled", false, must);
+        }
     }
 
     fn sensor_name_problems(&self, out: &mut Problems) {

@@ -10,7 +10,7 @@ use toml::{Table, Value};
 use super::Place;
 use super::errors::ConfigErrors;
 use super::schema::SectionSpec;
-use super::source::{Source, join, value_at};
+use super::source::{Source, join, most_bytes, value_at};
 use super::spread::spread;
 use super::words::shown;
 
@@ -88,7 +88,8 @@ pub(super) fn take(sources: &mut [Source], errors: &mut ConfigErrors) -> Vec<Var
                     continue;
                 }
             };
-            for (name, draw) in parse::table(table, found, source, errors) {
+            for (name, mut draw) in parse::table(table, found, source, errors) {
+                draw.for_each_file(&name, &mut |key, file| source.resolve(key, file, errors));
                 all.retain(|v| v.name != name);
                 all.push(Variation {
                     name,
@@ -151,6 +152,13 @@ pub(super) fn report(
 }
 
 impl Variation {
+    /// The same with other paths of files.
+    pub(super) fn with_files(&self, rename: &dyn Fn(&str) -> String) -> Self {
+        let mut renamed = self.clone();
+        (renamed.draw).for_each_file(&self.name, &mut |_, file| *file = rename(file));
+        renamed
+    }
+
     /// The key's path, or `group.NAME`.
     pub(super) fn name(&self) -> &str {
         &self.name
@@ -199,6 +207,29 @@ impl Variation {
 }
 
 impl Draw {
+    /// Calls `change` with the key and the path of each file that may be drawn.
+    fn for_each_file(&mut self, path: &str, change: &mut dyn FnMut(&str, &mut String)) {
+        let mut of_value = |path: &str, value: &mut Value| match value {
+            Value::String(file) if most_bytes(path) > 0 => change(path, file),
+            _ => {}
+        };
+        match self {
+            Self::Number { .. } => {}
+            Self::Choice(values) => values.iter_mut().for_each(|(_, v)| of_value(path, v)),
+            Self::Group(alternatives) => {
+                for (path, member) in alternatives.iter_mut().flat_map(|(_, members)| members) {
+                    match member {
+                        Member::Fixed(value) => of_value(path, value),
+                        Member::Drawn(Self::Choice(values)) => {
+                            values.iter_mut().for_each(|(_, v)| of_value(path, v));
+                        }
+                        Member::Drawn(_) => {}
+                    }
+                }
+            }
+        }
+    }
+
     /// The keys that it sets.
     fn paths<'a>(&'a self, name: &'a str) -> Vec<&'a str> {
         match self {

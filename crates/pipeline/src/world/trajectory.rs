@@ -96,8 +96,8 @@ impl Obstacles for ChunkObstacles<'_> {
         for chunk in ChunkCoord::within(place_m, reach_of_logs_m, self.chunk_size_m) {
             for object in &self.objects.at(chunk)?.0 {
                 let near = object.position_m.truncate().distance(place_m) - object.radius_m;
-                if !object.on_trail && near < reach_m {
-                    out.extend(disks(object).filter(|disk| {
+                if near < reach_m {
+                    out.extend(obstacles(object).filter(|disk| {
                         disk.position_m.distance(place_m) - disk.radius_m < reach_m
                     }));
                 }
@@ -110,8 +110,9 @@ impl Obstacles for ChunkObstacles<'_> {
 /// Distance of the disks that stand for a log, metres.
 const DISKS_M: f64 = 0.4;
 
-/// What an object takes of the ground: a disk, or disks along a log.
-fn disks(object: &SceneObject) -> impl Iterator<Item = Obstacle> {
+/// What an object takes of the ground: a disk, disks along a log, or nothing if it lies on a trail
+/// as stones do.
+pub(crate) fn obstacles(object: &SceneObject) -> impl Iterator<Item = Obstacle> {
     let middle = object.position_m.truncate();
     let (half, count, radius_m) = if object.kind == ObjectKind::Log {
         let axis = object
@@ -125,7 +126,8 @@ fn disks(object: &SceneObject) -> impl Iterator<Item = Obstacle> {
     } else {
         (DVec2::ZERO, 0.0, object.radius_m)
     };
-    (0..=count as u32).map(move |i| Obstacle {
+    let disks = if object.on_trail { 0 } else { count as u32 + 1 };
+    (0..disks).map(move |i| Obstacle {
         position_m: middle + half * (2.0 * f64::from(i) / count.max(1.0) - f64::from(count > 0.0)),
         radius_m,
     })

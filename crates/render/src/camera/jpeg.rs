@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::processing::luma;
+use super::luma::luma;
 use crate::error::{ParamError, check};
 
 /// Baseline JPEG (ITU-T T.81, JFIF) with the tables of its Annex K, scaled by quality as the

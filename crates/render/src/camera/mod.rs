@@ -4,6 +4,7 @@ pub(crate) mod aberration;
 mod denoise;
 pub(crate) mod jpeg;
 pub(crate) mod lens;
+mod luma;
 pub(crate) mod metering;
 pub(crate) mod picture;
 mod point_spread;

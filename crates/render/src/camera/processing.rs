@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::denoise::denoise;
 use super::jpeg::Jpeg;
+use super::luma::luma;
 use super::sharpening::sharpen;
 use super::white_balance::WhiteBalance;
 use crate::error::{ParamError, check};
@@ -43,11 +44,6 @@ impl Default for Processing {
             jpeg: None,
         }
     }
-}
-
-/// The luma of code values (ITU-R BT.601, as in JFIF).
-pub(super) fn luma(c: Vec3) -> f32 {
-    c.dot(Vec3::new(0.299, 0.587, 0.114))
 }
 
 impl Processing {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::processing::luma;
+use super::luma::luma;
 
 /// An unsharp mask of luma: each channel gets `amount` times the difference of the pixel's luma
 /// from its Gaussian mean, so that colours do not gain fringes.

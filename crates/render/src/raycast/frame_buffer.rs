@@ -4,11 +4,15 @@ use glam::{DVec2, Vec3};
 use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
 use rayon::prelude::*;
 
-use super::primary_rays::PixelTruth;
-use super::shadow_filter::{SAME_DEPTH, SAME_NORMAL};
+use super::pixel_truth::PixelTruth;
 
 /// Side of the squares of pixels of which one finds out what blocks its shadow ray.
 pub(crate) const LATTICE: usize = 4;
+
+/// The farthest two depths of one surface are apart, as a share of the depth.
+pub(super) const SAME_DEPTH: f32 = 0.03;
+/// The least cosine between two normals of one surface.
+pub(super) const SAME_NORMAL: f32 = 0.8;
 
 /// The images of a picture, row by row.
 pub(crate) struct FrameBuffer {

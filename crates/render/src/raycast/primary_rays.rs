@@ -5,26 +5,13 @@ use nemoral_scene::{Hit, Image, ObjectId, Ray, Semantic, TruthImages};
 use rayon::prelude::*;
 
 use super::frame_buffer::filled;
+use super::pixel_truth::PixelTruth;
 use crate::{SceneView, View};
 
 /// Rows that are cast together.
 pub(super) const ROWS: usize = 16;
 /// Rays that are cast together, so many that a caster finds similar ones.
 pub(super) const BATCH: usize = 4096;
-
-/// The truth at an image position.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PixelTruth {
-    /// The fine semantic; [`Semantic::Sky`] where nothing was hit.
-    pub semantic: Semantic,
-    /// The object that the surface belongs to.
-    pub object: ObjectId,
-    /// Planar depth: z in the optical frame, metres; 0 where nothing was hit.
-    pub depth_m: f32,
-    /// Unit normal of the flat primitive in the optical frame, towards the camera; zero where
-    /// nothing was hit.
-    pub normal: Vec3,
-}
 
 /// The centre of a pixel (column, row), in pixels.
 pub(super) fn pixel_centre((x, y): (usize, usize)) -> DVec2 {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::frame_buffer::FrameBuffer;
+use super::frame_buffer::{FrameBuffer, SAME_DEPTH, SAME_NORMAL};
 use super::penumbra::penumbrae;
 
 /// Rows that are processed together, as they share the rows around them.
@@ -12,10 +12,6 @@ const ROWS: usize = 16;
 const REACH: usize = 2;
 /// The weight of a pixel by its distance along a row or a column: the mean of three, taken twice.
 const WEIGHTS: [f32; 2 * REACH + 1] = [1.0, 2.0, 3.0, 2.0, 1.0];
-/// The farthest two depths of one surface are apart, as a share of the depth.
-pub(super) const SAME_DEPTH: f32 = 0.03;
-/// The least cosine between two normals of one surface.
-pub(super) const SAME_NORMAL: f32 = 0.8;
 
 /// Adds the sun's light, by the share of its disc that is visible to the surrounding pixels on the
 /// same surface, as far around as the penumbra is wide there.

@@ -62,6 +62,7 @@ pub(super) fn plan(
     let mut sensors = config.clone();
     sensors.lidars.clear();
     sensors.cameras.clear();
+    sensors.lidar.enabled = true;
     let camera = &mut sensors.camera;
     camera.enabled = true;
     camera.radiance = false;

@@ -224,6 +224,7 @@ fn every_default_is_allowed_and_every_key_is_defined() {
         text: String::new(),
         table: table.clone(),
         is_drawn: false,
+        base: crate::config::file_paths::Base::WorkingFolder,
     };
     let mut errors = ConfigErrors::default();
     check_table("", &table, &source, &mut errors);
@@ -308,6 +309,14 @@ fn further_cameras_are_as_the_first_but_for_what_they_say() {
         (
             "camera.enabled = false\n[cameras.x]\nenabled = true",
             "cameras.x.enabled = true: must be false",
+        ),
+        (
+            "lidar.enabled = false\n[lidars.x]\nenabled = true",
+            "lidars.x.enabled = true: must be false",
+        ),
+        (
+            "lidar.enabled = false\ncamera.enabled = false",
+            "lidar.enabled = false: must be true, as camera.enabled is false",
         ),
         (
             "[cameras.x.brown_conrady]\nk1 = -0.9",
@@ -519,35 +528,91 @@ fn wrong_ranges_are_named() {
     has(message(load("", "ranges = 3", &[])), &["must be a table"]);
 }
 
-#[test]
-fn files_are_found_from_a_configs_place() {
-    let dir = tempfile::tempdir().expect("a temporary folder");
-    let inside = dir.path().join("set/sequences/00");
-    nemoral_files::Folder::new(&inside)
-        .create_root()
-        .expect("a folder");
-    let table = "0, 0, 0\n0.001, 1, 0\n";
-    nemoral_files::write(&dir.path().join("spiral.csv"), table.as_bytes()).expect("written");
-    let config = "[lidar.table]\npath = \"spiral.csv\"\n";
-    let path = |config: &Config| match &config.lidar.pattern {
-        crate::config::LidarPattern::Table(t) => t.path.as_str().to_owned(),
-        other => panic!("{other:?}"),
-    };
-    for place in ["c.toml", "set/config.toml", "set/sequences/00/config.toml"] {
-        let file = dir.path().join(place);
-        nemoral_files::write(&file, config.as_bytes()).expect("written");
-        let layers = Layers {
-            preset: None,
-            file: Some(file),
-            settings: vec![],
-        };
-        let found = path(&layers.load().expect(place));
-        assert_eq!(std::path::Path::new(&found), dir.path().join("spiral.csv"));
+/// A config that names a table of pulses, in a folder with that table.
+fn with_table(dir: &std::path::Path, place: &str, path: &str) -> Layers {
+    let file = dir.join(place);
+    let folder = nemoral_files::Folder::new(file.parent().expect("below the folder"));
+    folder.create_root().expect("a folder");
+    let config = format!("[lidar.table]\npath = \"{path}\"\n");
+    nemoral_files::write(&file, config.as_bytes()).expect("written");
+    Layers {
+        preset: None,
+        file: Some(file),
+        settings: vec![],
     }
-    let text = message(load(
-        "",
-        "[lidar.table]\npath = \"no-such-spiral.csv\"\n",
-        &[],
-    ));
-    assert!(text.contains("cannot read no-such-spiral.csv"), "{text}");
+}
+
+const PULSES: &[u8] = b"0, 0, 0\n0.001, 1, 0\n";
+
+#[test]
+fn paths_start_at_the_config() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let table = dir.path().join("spiral.csv");
+    nemoral_files::write(&table, PULSES).expect("written");
+    let absolute = table.to_str().expect("UTF-8");
+    for (place, path) in [("c.toml", "spiral.csv"), ("a/c.toml", "../spiral.csv")] {
+        let layers = with_table(dir.path(), place, path);
+        layers.load().expect(place);
+    }
+    with_table(dir.path(), "a/d.toml", absolute)
+        .load()
+        .expect("an absolute path");
+    // Neither the folders above nor the working folder are searched.
+    let text = message(with_table(dir.path(), "a/b/c.toml", "spiral.csv").load());
+    assert!(text.contains("lidar.table.path: cannot read"), "{text}");
+    let missing = "[lidar.table]\npath = \"Cargo.toml\"\n";
+    let text = message(load("", missing, &[]));
+    assert!(text.contains("lidar.table.path: cannot read"), "{text}");
+    // Those of `--set` start at the working folder, which is the crate's.
+    load("", "", &["lidar.table.path=Cargo.toml"]).expect("it is there");
+}
+
+#[test]
+fn the_config_of_a_data_set_names_only_files_of_it() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let own = nemoral_dataset::input_path("spiral.csv", PULSES);
+    let root = nemoral_files::Folder::new(dir.path());
+    let put = |name: &str, bytes: &[u8]| {
+        let name = nemoral_dataset::InnerPath::new(name).expect("a name");
+        root.put(&name, bytes).expect("written");
+    };
+    put("dataset.json", b"{}");
+    put(own.as_str(), PULSES);
+    put("secret.csv", PULSES);
+    put("inputs/0123456789abcdef-spiral.csv", PULSES);
+    let refused = |place: &str, path: &str| {
+        let text = message(with_table(dir.path(), place, path).load());
+        assert!(text.contains("lidar.table.path"), "{text}");
+        text
+    };
+    let deep = "sequences/00/config.toml";
+    with_table(dir.path(), "config.toml", own.as_str())
+        .load()
+        .expect("its own");
+    with_table(dir.path(), deep, &format!("../../{own}"))
+        .load()
+        .expect("its own");
+    let outside = dir.path().join("secret.csv");
+    let outside = outside.to_str().expect("UTF-8");
+    for path in [
+        "secret.csv",
+        outside,
+        "inputs/../secret.csv",
+        "../x.csv",
+        "inputs/a/b.csv",
+    ] {
+        let text = refused("config.toml", path);
+        assert!(text.contains("must be inputs/NAME"), "{text}");
+        let text = refused(deep, path);
+        assert!(text.contains("must be ../../inputs/NAME"), "{text}");
+    }
+    assert!(refused("config.toml", "inputs/none.csv").contains("cannot read"));
+    let text = refused("config.toml", "inputs/0123456789abcdef-spiral.csv");
+    assert!(text.contains("checksum"), "{text}");
+    #[cfg(unix)]
+    {
+        let link = dir.path().join("inputs/link.csv");
+        std::os::unix::fs::symlink(dir.path().join("secret.csv"), link).expect("a link");
+        assert!(refused("config.toml", "inputs/link.csv").contains("cannot read"));
+    }
 }

@@ -1,0 +1,116 @@
+//! The commands `tree` and `export`: scenes for other programs.
+
+use std::path::Path;
+
+use nemoral_export::{
+    ExportScene, GltfParams, Instancing, UsdParams, check_folder, check_name, write_glb,
+    write_height_map, write_sdf, write_usd,
+};
+use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
+
+use crate::arguments::{Export, ExportFormat, Region, Tree};
+use crate::failure::{Failure, wrong};
+use crate::progress::{note, say};
+use crate::request::{cache, load, threads};
+
+/// Distance between the posts of a height map, metres.
+const SPACING_M: f64 = 0.5;
+
+/// Grows one tree.
+pub(crate) fn run_tree(a: &Tree) -> Result<bool, Failure> {
+    check_name(&a.out, "glb")?;
+    let scene = tree_scene(&a.species, a.dbh, !a.dead, a.seed)?;
+    let bytes = write_glb(&scene, &a.out, GltfParams::default())?;
+    for tree in &scene.trees {
+        say(&format!(
+            "{}: {:.2} m thick, {:.1} m high; {:.1} MB in {}",
+            tree.species,
+            tree.dbh_m,
+            tree.height_m,
+            megabytes(bytes),
+            a.out.display()
+        ))?;
+    }
+    Ok(true)
+}
+
+/// Exports a part of a forest.
+pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
+    match a.to {
+        ExportFormat::Glb => check_name(&a.out, "glb")?,
+        ExportFormat::Heightmap => check_name(&a.out, "png")?,
+        ExportFormat::Usd | ExportFormat::Sdf => check_folder(&a.out)?,
+    }
+    if a.spacing.is_some() && a.to != ExportFormat::Heightmap {
+        return Err(wrong("--spacing: only --to heightmap has posts"));
+    }
+    if a.plain_nodes && !matches!(a.to, ExportFormat::Glb | ExportFormat::Usd) {
+        return Err(wrong("--plain-nodes: only --to glb and usd have instances"));
+    }
+    let area = match a.region {
+        None => ExportArea::Frame(a.frame),
+        Some(Region([x0, y0, x1, y1])) => ExportArea::Region {
+            low_m: [x0, y0].into(),
+            high_m: [x1, y1].into(),
+        },
+    };
+    let sequence = load(&a.world)?.get(a.sequence)?;
+    let (cache, no_cache) = cache(&a.keeping, program);
+    let threads = threads(&a.world)?;
+    let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads)?;
+    if a.to == ExportFormat::Heightmap {
+        let grid = recorder.export_heights(area, a.spacing.unwrap_or(SPACING_M))?;
+        let bytes = write_height_map(&grid, &a.out)?;
+        say(&format!(
+            "{} x {} posts, {:.4} m a level; {:.1} MB in {}",
+            grid.columns,
+            grid.rows,
+            grid.levels().metres_per_level,
+            megabytes(bytes),
+            a.out.display()
+        ))?;
+    } else {
+        let scene = recorder.export_scene(area)?;
+        let instancing = if a.plain_nodes {
+            Instancing::Nodes
+        } else {
+            Instancing::Extension
+        };
+        let bytes = match a.to {
+            ExportFormat::Sdf => write_sdf(&scene, &a.out)?,
+            ExportFormat::Usd => write_usd(&scene, &a.out, UsdParams { instancing })?,
+            _ => {
+                let params = GltfParams {
+                    instancing,
+                    z_up: false,
+                };
+                write_glb(&scene, &a.out, params)?
+            }
+        };
+        tell(&scene, &a.out, bytes)?;
+    }
+    if let Some(no_cache) = no_cache {
+        note(&no_cache);
+    }
+    Ok(true)
+}
+
+fn tell(scene: &ExportScene, out: &Path, bytes: u64) -> Result<(), Failure> {
+    say(&format!(
+        "{} instances, {} objects, {} trees; {:.1} MB in {}",
+        scene.instances.len(),
+        scene.objects.len(),
+        scene.trees.len(),
+        megabytes(bytes),
+        out.display()
+    ))?;
+    let [x, y, z] = scene.origin_m.to_array();
+    note(&format!(
+        "the scene's origin is at {x}, {y}, {z} m of the world"
+    ));
+    Ok(())
+}
+
+fn megabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e6
+}

@@ -1,0 +1,88 @@
+//! Why a command fails, for the user and for the exit code.
+
+use std::fmt::Display;
+
+use nemoral_pipeline::Error;
+
+/// Why a command failed.
+pub(crate) struct Failure {
+    pub(crate) message: String,
+    pub(crate) is_request: bool,
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self {
+            message: error.to_string(),
+            is_request: error.is_request(),
+        }
+    }
+}
+
+impl From<nemoral_dataset::Error> for Failure {
+    fn from(error: nemoral_dataset::Error) -> Self {
+        Error::from(error).into()
+    }
+}
+
+impl From<nemoral_convert::Error> for Failure {
+    fn from(error: nemoral_convert::Error) -> Self {
+        let is_request = error.is_request();
+        match error {
+            nemoral_convert::Error::Dataset(e) => e.into(),
+            error => Self {
+                message: error.to_string(),
+                is_request,
+            },
+        }
+    }
+}
+
+impl From<nemoral_report::Error> for Failure {
+    fn from(error: nemoral_report::Error) -> Self {
+        let is_request = error.is_request();
+        match error {
+            nemoral_report::Error::Dataset(e) => e.into(),
+            error => Self {
+                message: error.to_string(),
+                is_request,
+            },
+        }
+    }
+}
+
+impl From<nemoral_export::Error> for Failure {
+    fn from(error: nemoral_export::Error) -> Self {
+        Self {
+            message: error.to_string(),
+            is_request: error.is_request(),
+        }
+    }
+}
+
+impl From<nemoral_view::Error> for Failure {
+    fn from(error: nemoral_view::Error) -> Self {
+        Self {
+            message: error.to_string(),
+            is_request: error.is_request(),
+        }
+    }
+}
+
+/// The commands themselves write to standard output alone, so an I/O error is about that.
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self {
+            message: format!("cannot write to standard output: {error}"),
+            is_request: false,
+        }
+    }
+}
+
+/// A wrong request.
+pub(crate) fn wrong(message: impl Display) -> Failure {
+    Failure {
+        message: message.to_string(),
+        is_request: true,
+    }
+}

@@ -1,0 +1,71 @@
+//! What several commands ask for in the same way: sequences, threads, the cache.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use etcetera::BaseStrategy;
+use nemoral_pipeline::config::{Layers, Sequences};
+use nemoral_pipeline::plan::Cache;
+
+use crate::arguments::{Keeping, World};
+use crate::failure::Failure;
+
+/// The sequences that are asked for.
+pub(crate) fn load(world: &World) -> Result<Sequences, Failure> {
+    let mut settings = world.settings.clone();
+    settings.extend(world.seed.map(|seed| format!("seed={seed}")));
+    settings.extend(world.sequences.map(|n| format!("sequences={n}")));
+    let layers = Layers {
+        preset: world.preset.clone(),
+        file: world.config.clone(),
+        settings,
+    };
+    Ok(layers.sequences()?)
+}
+
+/// The number of threads to use, which is handed to rayon.
+pub(crate) fn threads(world: &World) -> Result<usize, Failure> {
+    let threads = match world.threads {
+        Some(n) => n as usize,
+        None => std::thread::available_parallelism().map_or(1, Into::into),
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|e| Failure {
+            message: format!("cannot start threads: {e}"),
+            is_request: false,
+        })?;
+    Ok(threads)
+}
+
+/// The cache folder, and a message if it cannot be used although one was wanted.
+pub(crate) fn cache(
+    keeping: &Keeping,
+    program: Option<&Path>,
+) -> (Option<Arc<Cache>>, Option<String>) {
+    if keeping.no_cache {
+        return (None, None);
+    }
+    let of_user = || etcetera::choose_base_strategy().map(|base| base.cache_dir().join("nemoral"));
+    let folder = match &keeping.cache {
+        Some(folder) => folder.clone(),
+        None => match of_user() {
+            Ok(folder) => folder,
+            // There is no home folder, hence no user to store anything for.
+            Err(_) => return (None, None),
+        },
+    };
+    let opened = match program {
+        Some(program) => Cache::open_for(&folder, program),
+        None => Cache::open(&folder),
+    };
+    match opened {
+        Ok(cache) => (Some(Arc::new(cache)), None),
+        Err(e) => {
+            let folder = folder.display();
+            let note = format!("cannot keep grown trees in {folder}: {e}; --cache DIR elsewhere");
+            (None, Some(note))
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Scenes for other programs.
+
+use std::fs;
+
+use crate::common::{folder, run};
+
+/// A region of a small forest.
+const REGION: [&str; 5] = ["export", "--preset", "demo", "--region", "-4,2,9,11"];
+
+#[test]
+fn a_tree_is_a_gltf_file() {
+    let folder = folder("tree");
+    let out = folder.join("beech.glb");
+    let path = out.to_string_lossy();
+    let done = run(&[
+        "tree", "beech", "--dbh", "0.2", "--seed", "3", "--out", &path,
+    ]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert!(
+        done.stdout.starts_with("beech: 0.20 m thick"),
+        "{}",
+        done.stdout
+    );
+    let first = fs::read(&out).expect("a file");
+    assert_eq!(&first[..4], b"glTF");
+    let text = String::from_utf8_lossy(&first);
+    for said in [
+        "\"species\":\"beech\"",
+        "\"semantic\":\"leaf\"",
+        "\"alphaMode\":\"MASK\"",
+    ] {
+        assert!(text.contains(said), "{said}");
+    }
+    let again = folder.join("again.glb");
+    let path = again.to_string_lossy();
+    let done = run(&[
+        "tree", "beech", "--dbh", "0.2", "--seed", "3", "--out", &path,
+    ]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert!(
+        fs::read(&again).expect("a file") == first,
+        "equal trees are equal bytes"
+    );
+}
+
+#[test]
+fn a_region_is_written_in_every_format() {
+    let folder = folder("region");
+    for (format, name, main) in [
+        ("glb", "scene.glb", "scene.glb"),
+        ("usd", "usd", "usd/forest.usda"),
+        ("sdf", "sdf", "sdf/world.sdf"),
+        ("heightmap", "ground.png", "ground.toml"),
+    ] {
+        let out = folder.join(name);
+        let out = out.to_string_lossy();
+        let done = run(&[&REGION[..], &["--to", format, "--out", &out]].concat());
+        assert_eq!(done.code, Some(0), "{format}: {}", done.stderr);
+        assert!(folder.join(main).is_file(), "{format}");
+    }
+    // 13 by 9 metres, a post each half metre, borders included.
+    let about = fs::read_to_string(folder.join("ground.toml")).expect("a text");
+    for line in [
+        "columns = 27",
+        "rows = 19",
+        "west_m = -4.0",
+        "north_m = 11.0",
+    ] {
+        assert!(about.contains(line), "{line}: {about}");
+    }
+    let out = folder.join("usd");
+    let again = run(&[
+        &REGION[..],
+        &["--to", "usd", "--out", &out.to_string_lossy()],
+    ]
+    .concat());
+    assert_eq!(again.code, Some(2));
+    assert!(
+        again.stderr.contains("the folder is not empty"),
+        "{}",
+        again.stderr
+    );
+}
+
+#[test]
+fn wrong_requests_say_what_is_allowed() {
+    let folder = folder("export_refusals");
+    let out = folder.join("out.glb");
+    let out = out.to_string_lossy();
+    let refused = |arguments: &[&str], said: &[&str]| {
+        let done = run(arguments);
+        assert_eq!(done.code, Some(2), "{arguments:?}: {}", done.stderr);
+        for word in said {
+            assert!(done.stderr.contains(word), "{word:?}: {}", done.stderr);
+        }
+        assert!(fs::read_dir(&folder).expect("a folder").next().is_none());
+    };
+    refused(
+        &["tree", "baobab", "--out", &out],
+        &["baobab", "beech", ".toml"],
+    );
+    refused(&["tree", "none.toml", "--out", &out], &["none.toml"]);
+    refused(
+        &["tree", "beech", "--dbh", "3.5", "--out", &out],
+        &["beech: dbh_m = 3.5", "from 0."],
+    );
+    refused(
+        &["tree", "beech", "--out", "tree.obj"],
+        &["must end in .glb"],
+    );
+    let of = |region: &'static str| ["export", "--preset", "demo", "--region", region];
+    let glb = ["--to", "glb", "--out", &*out];
+    let with = |region| [&of(region)[..], &glb].concat();
+    refused(&with("0,0,10"), &["four numbers"]);
+    refused(&with("10,0,0,10"), &["region = 10,0,0,10", "X0 < X1"]);
+    refused(&with("0,0,nan,10"), &["region", "X0 < X1"]);
+    refused(&with("0,0,9000,9000"), &["chunks", "at most 900"]);
+    refused(
+        &[&with("0,0,9,9")[..], &["--spacing", "1"]].concat(),
+        &["--spacing", "heightmap"],
+    );
+    let frame = ["export", "--preset", "demo", "--frame", "99999"];
+    refused(&[&frame[..], &glb].concat(), &["frame 99999"]);
+    let both = ["--frame", "1"];
+    refused(
+        &[&with("0,0,9,9")[..], &both].concat(),
+        &["cannot be used with"],
+    );
+    let png = folder.join("out.png");
+    let png = png.to_string_lossy();
+    let map = ["--to", "heightmap", "--out", &*png, "--spacing"];
+    refused(
+        &[&of("0,0,9,9")[..], &map, &["0"]].concat(),
+        &["spacing = 0"],
+    );
+    refused(
+        &[&of("0,0,900,900")[..], &map, &["0.01"]].concat(),
+        &["90001 x 90001 posts"],
+    );
+}

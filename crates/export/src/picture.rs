@@ -1,0 +1,95 @@
+//! Textures and masks as PNG files.
+
+use nemoral_scene::{AlphaMask, Texture};
+
+/// The longest side of a picture, pixels.
+const MOST_SIDE: usize = 8192;
+
+/// A texture as PNG: RGBA with the mask as alpha, 0 or 255, or RGB without a mask. Row 0 is that
+/// at v = 0.
+///
+/// The picture has the sides of the larger of both, in their least common multiple, so that each
+/// texel of the mask is a whole number of pixels and none is between two.
+pub(crate) fn png(texture: &Texture, mask: Option<&AlphaMask>) -> Vec<u8> {
+    let side = |texels: usize, of_mask: Option<usize>| {
+        let both = of_mask.map_or(texels, |m| least_common_multiple(texels, m));
+        if both <= MOST_SIDE {
+            both
+        } else {
+            texels.max(of_mask.unwrap_or(0)).min(MOST_SIDE)
+        }
+    };
+    let width = side(texture.width(), mask.map(AlphaMask::width));
+    let height = side(texture.height(), mask.map(AlphaMask::height));
+    let channels = if mask.is_some() { 4 } else { 3 };
+    let mut pixels = Vec::with_capacity(width * height * channels);
+    let texels = texture.srgb();
+    for row in 0..height {
+        let from = row * texture.height() / height * texture.width();
+        for column in 0..width {
+            let [r, g, b, _] = texels[from + column * texture.width() / width];
+            pixels.extend([r, g, b]);
+            if let Some(mask) = mask {
+                let at = (column * mask.width() / width, row * mask.height() / height);
+                pixels.push(if mask.texel(at.0, at.1) { 255 } else { 0 });
+            }
+        }
+    }
+    let colour = if mask.is_some() {
+        png::ColorType::Rgba
+    } else {
+        png::ColorType::Rgb
+    };
+    encode((width, height), colour, png::BitDepth::Eight, &pixels)
+}
+
+/// A PNG file of big-endian samples.
+pub(crate) fn encode(
+    (width, height): (usize, usize),
+    colour: png::ColorType,
+    depth: png::BitDepth,
+    samples: &[u8],
+) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);
+    encoder.set_color(colour);
+    encoder.set_depth(depth);
+    let written = encoder
+        .write_header()
+        .and_then(|mut writer| writer.write_image_data(samples));
+    written.expect("there are as many samples as pixels, and memory takes them all");
+    file
+}
+
+fn least_common_multiple(a: usize, b: usize) -> usize {
+    let (mut x, mut y) = (a, b);
+    while y > 0 {
+        (x, y) = (y, x % y);
+    }
+    a / x * b
+}
+
+#[cfg(test)]
+mod tests {
+    use nemoral_scene::glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn each_texel_of_a_mask_is_whole_pixels() {
+        let texture = Texture::from_linear(2, 1, &[Vec3::X, Vec3::Z]).expect("sides");
+        let mask = AlphaMask::from_fn(3, 2, |c, r| c == r).expect("sides");
+        let file = png(&texture, Some(&mask));
+        let mut reader = png::Decoder::new(std::io::Cursor::new(file))
+            .read_info()
+            .expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("small")];
+        let info = reader.next_frame(&mut pixels).expect("pixels");
+        assert_eq!((info.width, info.height), (6, 2));
+        let alpha: Vec<u8> = pixels.iter().skip(3).step_by(4).copied().collect();
+        assert_eq!(alpha[..6], [255, 255, 0, 0, 0, 0]);
+        assert_eq!(alpha[6..], [0, 0, 255, 255, 0, 0]);
+        assert_eq!(pixels[..3], [255, 0, 0]);
+        assert_eq!(pixels[12..15], [0, 0, 255]);
+    }
+}

@@ -1,0 +1,33 @@
+//! The checks of a request before its first frame.
+
+use std::sync::Arc;
+
+use crate::config::Sequences;
+use crate::header::header;
+use crate::plan::{Cache, Store};
+use crate::worlds::Worlds;
+use crate::{Backend, Error};
+
+/// Refuses everything that [`generate`](crate::generate) refuses before its first frame, except
+/// what depends on the output folder and the GPU. The result is a list of notes for the user.
+///
+/// The density of a stand can only be checked with grown plants, so these are grown; `cache` may
+/// store them.
+///
+/// # Errors
+/// The first error.
+pub fn check(
+    sequences: &Sequences,
+    threads: usize,
+    cache: Option<Arc<Cache>>,
+) -> Result<Vec<String>, Error> {
+    header(sequences, &Backend::Cpu)?;
+    let store = Store::unlimited().with_cache(cache);
+    let mut worlds = Worlds::new(sequences, &Backend::Cpu, &store, threads);
+    let mut notes = Vec::new();
+    for number in 0..sequences.len() {
+        let world = worlds.enter(number)?;
+        notes.extend(worlds.prove(&world)?);
+    }
+    Ok(notes)
+}

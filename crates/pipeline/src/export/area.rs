@@ -1,0 +1,114 @@
+//! A rectangle of the world.
+
+use std::sync::Arc;
+
+use nemoral_export::{ExportScene, clipped, is_ground};
+use nemoral_scene::glam::{DVec2, Vec3};
+use nemoral_scene::{ChunkCoord, Instance, MaterialLibrary, Prototype};
+
+use crate::plan::Runner;
+use crate::{Error, Recorder};
+
+/// How far from the world's origin a region may be, metres.
+const FARTHEST_M: f64 = 1e7;
+
+/// A rectangle with area.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rectangle {
+    pub(super) low_m: DVec2,
+    pub(super) high_m: DVec2,
+}
+
+impl Rectangle {
+    pub(super) fn new(low_m: DVec2, high_m: DVec2) -> Result<Self, Error> {
+        let numbers = [low_m.x, low_m.y, high_m.x, high_m.y];
+        let is_near = numbers.iter().all(|n| n.abs() <= FARTHEST_M);
+        if !is_near || low_m.cmpge(high_m).any() {
+            let [w, s, e, n] = numbers;
+            return Err(Error::request(format!(
+                "region = {w},{s},{e},{n}: must be X0,Y0,X1,Y1 in metres with X0 < X1 and Y0 < Y1, \
+                 within 1e7 m of the world's origin"
+            )));
+        }
+        Ok(Self { low_m, high_m })
+    }
+
+    /// The chunks that it touches, in order.
+    pub(super) fn chunks(&self, size_m: f64) -> Result<Vec<ChunkCoord>, Error> {
+        let first = ChunkCoord::containing(self.low_m, size_m);
+        let last = ChunkCoord::containing(self.high_m, size_m);
+        let side = |a: i32, b: i32| i64::from(b) - i64::from(a) + 1;
+        let count = side(first.x, last.x) * side(first.y, last.y);
+        let most = Recorder::EXPORT_CHUNKS;
+        if count > most {
+            return Err(Error::request(format!(
+                "region: it touches {count} chunks of {size_m} m; must be at most {most}: export \
+                 its parts"
+            )));
+        }
+        let all =
+            (first.x..=last.x).flat_map(|x| (first.y..=last.y).map(move |y| ChunkCoord::new(x, y)));
+        Ok(all.collect())
+    }
+}
+
+impl Recorder {
+    /// Everything in a rectangle.
+    pub(super) fn region(
+        &self,
+        runner: &Runner<'_>,
+        rectangle: Rectangle,
+    ) -> Result<ExportScene, Error> {
+        let size_m = self.sequence().config.chunks.size_m;
+        let Rectangle { low_m, high_m } = rectangle;
+        let middle_m = (low_m + high_m) / 2.0;
+        let chunks = rectangle.chunks(size_m)?;
+        let materials = &runner.get(self.forest().assets, ())?.library.materials;
+        let mut instances = Vec::new();
+        for &chunk in &chunks {
+            let origin_m = chunk.origin_m(size_m);
+            let offset_m = (origin_m - middle_m).as_vec2().extend(0.0);
+            let objects = runner.get(self.forest().object_geometry, chunk)?;
+            let low_plants = runner.get(self.forest().undergrowth_geometry, chunk)?;
+            let groups = std::iter::once(&objects.0).chain(&low_plants.0);
+            for (instance, _) in groups.flat_map(|group| group.instances()) {
+                let foot_m = origin_m + instance.position_m.truncate().as_dvec2();
+                if is_ground(&instance.prototype, materials) {
+                    let cut = Rectangle {
+                        low_m: low_m - origin_m,
+                        high_m: high_m - origin_m,
+                    };
+                    instances.extend(cut_ground(instance, cut, offset_m, materials)?);
+                } else if foot_m.cmpge(low_m).all() && foot_m.cmple(high_m).all() {
+                    instances.push(Instance {
+                        position_m: instance.position_m + offset_m,
+                        ..instance.clone()
+                    });
+                }
+            }
+        }
+        let name = format!("region {},{},{},{}", low_m.x, low_m.y, high_m.x, high_m.y);
+        self.scene_of(runner, &chunks, (name, middle_m.extend(0.0), instances))
+    }
+}
+
+/// The part of a chunk's ground in a rectangle, which is relative to the chunk's corner; nothing if
+/// they only touch.
+fn cut_ground(
+    ground: &Instance,
+    Rectangle { low_m, high_m }: Rectangle,
+    offset_m: Vec3,
+    materials: &MaterialLibrary,
+) -> Result<Option<Instance>, Error> {
+    let mesh = clipped(ground.prototype.mesh(), low_m.as_vec2(), high_m.as_vec2());
+    if mesh.triangles.is_empty() {
+        return Ok(None);
+    }
+    let shape = Prototype::new(ground.prototype.name(), mesh, Vec::new(), materials)
+        .map_err(Error::of_stage)?;
+    Ok(Some(Instance {
+        prototype: Arc::new(shape),
+        position_m: ground.position_m + offset_m,
+        ..ground.clone()
+    }))
+}

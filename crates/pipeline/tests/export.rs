@@ -1,0 +1,166 @@
+//! What is exported is what sensors meet, and a region has what the inventory says.
+
+use std::sync::Arc;
+
+use nemoral_export::{ExportScene, is_ground};
+use nemoral_pipeline::config::Layers;
+use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
+use nemoral_raycast::{Blas, Group, RayScene};
+use nemoral_scene::glam::{DVec2, Vec3};
+use nemoral_scene::{ObjectKind, Ray, RayCaster};
+
+fn recorder() -> Recorder {
+    let settings = [
+        "chunks.visible_radius_m=15",
+        "chunks.undergrowth_radius_m=10",
+        "chunks.delete_radius_m=30",
+        "terrain.max_height_m=12",
+        "climbers.moss=1",
+        "deadwood.volume_m3_ha=60",
+    ];
+    let layers = Layers {
+        preset: Some("demo".to_owned()),
+        settings: settings.map(str::to_owned).to_vec(),
+        ..Layers::default()
+    };
+    let sequence = layers.sequences().expect("sound").get(0).expect("one");
+    Recorder::new(sequence, Backend::Cpu, None, 2).expect("sound")
+}
+
+/// A caster of an exported scene.
+fn caster(scene: &ExportScene) -> RayScene {
+    let place = |instance: &nemoral_scene::Instance| {
+        let blas = Blas::build(Arc::clone(&instance.prototype), &scene.materials);
+        (instance.place(), Arc::new(blas))
+    };
+    let group = Group::build(scene.instances.iter().map(place).collect());
+    RayScene::new(vec![(Vec3::ZERO, Arc::new(group))])
+}
+
+#[test]
+fn a_forest_is_exported_as_sensors_meet_it() {
+    let recorder = recorder();
+    let frame = ExportArea::Frame(2);
+    let exported = recorder.export_scene(frame).expect("frame 2");
+    let seen = recorder.runner().get(recorder.forest().scene, 2);
+    let seen = seen.expect("frame 2");
+    assert_eq!(exported.origin_m, seen.origin_m);
+    let ours = caster(&exported);
+    let camera = &exported.cameras[0];
+    let at = camera.scene_from_camera.translation_m.as_vec3();
+    let (mut hits, mut objects) = (0, 0);
+    for i in 0..2_000 {
+        let (column, row) = (f64::from(i % 50), f64::from(i / 50));
+        let k = &camera.intrinsics;
+        let pixel = DVec2::new(
+            (column + 0.5) / 50.0 * f64::from(k.width),
+            (row + 0.5) / 40.0 * f64::from(k.height),
+        );
+        let direction = camera
+            .scene_from_camera
+            .transform_vector(k.direction(pixel));
+        let ray = Ray::new(at, direction.as_vec3());
+        let hit = |caster: &dyn RayCaster| {
+            let hit = caster.closest_hit(&ray)?;
+            Some((
+                hit.surface.object,
+                hit.surface.material,
+                hit.surface.distance_m,
+            ))
+        };
+        match (hit(&ours), hit(&*seen.caster)) {
+            (Some((object, material, d)), Some(theirs)) => {
+                assert_eq!((object, material), (theirs.0, theirs.1), "{pixel}");
+                assert!((d - theirs.2).abs() < 1e-3, "{d} {}", theirs.2);
+                hits += 1;
+                objects += u32::from(!object.is_none());
+            }
+            (mine, theirs) => assert_eq!(mine, theirs, "{pixel}"),
+        }
+    }
+    assert!(hits > 500 && objects > 100, "{hits} {objects}");
+    region_has_what_the_inventory_says(&recorder);
+    heights_are_the_grounds(&recorder);
+}
+
+fn region_has_what_the_inventory_says(recorder: &Recorder) {
+    let (low_m, high_m) = (DVec2::new(-21.0, 3.5), DVec2::new(14.0, 26.0));
+    let area = ExportArea::Region { low_m, high_m };
+    let scene = recorder.export_scene(area).expect("a region");
+    assert_eq!(scene.origin_m.truncate(), (low_m + high_m) / 2.0);
+    let inventory = recorder.inventory(low_m, high_m).expect("an inventory");
+    let ids = |records: &[nemoral_scene::ObjectRecord]| {
+        let mut ids: Vec<_> = records.iter().map(|r| r.object).collect();
+        ids.sort_unstable();
+        ids
+    };
+    let listed: Vec<_> = inventory.iter().map(|item| item.record.clone()).collect();
+    assert_eq!(ids(&scene.objects), ids(&listed));
+    assert!(scene.objects.iter().any(|r| r.kind == ObjectKind::Tree));
+    assert!(scene.trees.len() > 3);
+    let half = ((high_m - low_m) / 2.0).as_vec2();
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut places = Vec::new();
+    for instance in &scene.instances {
+        if !is_ground(&instance.prototype, &scene.materials) {
+            assert!(
+                instance
+                    .position_m
+                    .truncate()
+                    .abs()
+                    .cmple(half + 1e-3)
+                    .all()
+            );
+            continue;
+        }
+        for position in &instance.prototype.mesh().positions {
+            let p = *position + instance.position_m;
+            (low, high) = (low.min(p), high.max(p));
+            places.push(p);
+        }
+    }
+    // The ground fills the region and ends at its borders.
+    assert!((low.truncate() + half).length() < 1e-3, "{low}");
+    assert!((high.truncate() - half).length() < 1e-3, "{high}");
+    let of = |p: &Vec3| scene.origin_m.truncate() + p.truncate().as_dvec2();
+    let heights = recorder.ground(&places.iter().map(of).collect::<Vec<_>>());
+    for (p, (sample, _)) in places.iter().zip(heights.expect("ground")) {
+        assert!(
+            (f64::from(p.z) - sample.height_m).abs() < 0.05,
+            "{p} {sample:?}"
+        );
+    }
+}
+
+fn heights_are_the_grounds(recorder: &Recorder) {
+    let (low_m, high_m) = (DVec2::new(-3.0, 40.0), DVec2::new(4.5, 56.1));
+    let area = ExportArea::Region { low_m, high_m };
+    let grid = recorder.export_heights(area, 0.3).expect("a grid");
+    assert_eq!(
+        (grid.columns, grid.rows, grid.south_west_m),
+        (26, 54, low_m)
+    );
+    let place = |i: usize| low_m + DVec2::new((i % 26) as f64, (i / 26) as f64) * 0.3;
+    let places: Vec<_> = (0..26 * 54).map(place).collect();
+    for (height, (sample, _)) in grid
+        .heights_m
+        .iter()
+        .zip(recorder.ground(&places).expect("it"))
+    {
+        assert_eq!(*height, sample.height_m);
+    }
+    // The northernmost row is in the next chunk.
+    assert!(grid.levels().metres_per_level > 1e-6);
+}
+
+#[test]
+fn a_tree_is_as_thick_as_asked() {
+    let scene = tree_scene("scots_pine", Some(0.3), true, 5).expect("a pine");
+    let tree = &scene.trees[0];
+    assert!((tree.dbh_m - 0.3).abs() < 0.006 && tree.alive, "{tree:?}");
+    assert!(!scene.instances[0].prototype.cards().is_empty());
+    let other = tree_scene("scots_pine", Some(0.3), true, 6).expect("a pine");
+    assert_ne!(other.trees[0].height_m, tree.height_m);
+    let dead = tree_scene("scots_pine", Some(0.3), false, 5).expect("a snag");
+    assert!(!dead.trees[0].alive && dead.instances[0].prototype.cards().is_empty());
+}
