@@ -1,17 +1,19 @@
 //! The library: everything a world is made of, grown from one key.
 
 mod climbers;
+mod communities;
 mod deadwood;
 mod plants;
 mod single_tree;
 
 use std::sync::Arc;
 
-use nemoral_scene::{MaterialLibrary, Prototype};
+use nemoral_scene::{MaterialLibrary, PlantCommunity, Prototype, TrailSurfaceKind};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
 pub use self::climbers::{Climbers, StemMoss, TreeClimbers};
+pub use self::communities::CommunityTiles;
 pub use self::deadwood::{Deadwood, LogAsset};
 use self::plants::PlantGrower;
 pub use self::single_tree::SingleTree;
@@ -43,6 +45,11 @@ pub struct AssetParams {
     pub deadwood: bool,
     /// Whether ivy and moss that grow on trees are made, and how the moss grows.
     pub climbers: Option<StemMoss>,
+    /// The communities of low plants of which tiles are made, each once, in any order.
+    pub communities: Vec<PlantCommunity>,
+    /// The only surface that trails have; `None` if they have several. Otherwise the others' have
+    /// the textures of this one.
+    pub trail_surface: Option<TrailSurfaceKind>,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
@@ -137,6 +144,8 @@ pub struct Library {
     pub deadwood: Deadwood,
     /// What climbs on trees; nothing if it was not asked for.
     pub climbers: Climbers,
+    /// Tiles of closed vegetation, by [`PlantCommunity::index`]; empty if they were not asked for.
+    pub communities: [CommunityTiles; PlantCommunity::ALL.len()],
     /// The ground.
     pub ground: GroundMaterials,
 }
@@ -160,6 +169,8 @@ impl Default for AssetParams {
             snags_per_species: 0,
             deadwood: false,
             climbers: None,
+            communities: Vec::new(),
+            trail_surface: None,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
         }
@@ -230,6 +241,8 @@ impl Library {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
         let wanted = Wanted {
+            communities: &params.communities,
+            trail_surface: params.trail_surface,
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
             climbers: params.climbers.is_some(),
@@ -273,6 +286,7 @@ impl Library {
             litter: plants.litter(),
             trail_tufts: plants.trail_tufts(),
             trail_stones: plants.trail_stones(),
+            communities: plants.communities(&params.communities),
             deadwood: (materials.deadwood.as_ref())
                 .map(|of| plants.deadwood(&params.species, of))
                 .unwrap_or_default(),

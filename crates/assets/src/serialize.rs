@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use nemoral_scene::{
     AlphaMask, AmbientOcclusion, Card, DecayStage, Material, MaterialLibrary, Mesh, Optics,
-    Prototype, PrototypeError, Semantic, Texture, TextureWindow,
+    PlantCommunity, Prototype, PrototypeError, Semantic, Texture, TextureWindow,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Climbers, Deadwood, GroundMaterials, Library, LogAsset, PlantAsset, SizeClass, TreeAsset,
-    TreeClimbers, TreeSize,
+    Climbers, CommunityTiles, Deadwood, GroundMaterials, Library, LogAsset, PlantAsset, SizeClass,
+    TreeAsset, TreeClimbers, TreeSize,
 };
 
 /// Why bytes are not those of a [`Library`].
@@ -52,6 +52,8 @@ struct StoredLibrary<'a> {
     logs: [Vec<StoredLog<'a>>; 2],
     /// Ivy and moss of each tree, and of each snag.
     climbers: [Vec<[Vec<StoredShape<'a>>; 2]>; 2],
+    /// Wide and narrow tiles of each community.
+    communities: [[Vec<StoredPlant<'a>>; 2]; PlantCommunity::ALL.len()],
     ground: Cow<'a, GroundMaterials>,
 }
 
@@ -163,6 +165,9 @@ impl Library {
                 .map(|trees| trees.iter().map(stored_climbers).collect()),
             logs: [&self.deadwood.logs, &self.deadwood.thrown]
                 .map(|logs| logs.iter().map(StoredLog::of).collect()),
+            communities: (self.communities.each_ref()).map(|tiles| {
+                [&tiles.wide, &tiles.narrow].map(|t| t.iter().map(StoredPlant::of).collect())
+            }),
             ground: Cow::Borrowed(&self.ground),
         };
         postcard::to_stdvec(&stored).expect("plain data can be written")
@@ -231,6 +236,17 @@ impl Library {
             });
             trees.collect::<Result<Vec<_>, DeserializeError>>()
         });
+        let mut communities: [CommunityTiles; PlantCommunity::ALL.len()] = Default::default();
+        for (tiles, stored) in communities.iter_mut().zip(stored.communities) {
+            let [wide, narrow] = stored.map(|plants| {
+                let plants = plants.into_iter().map(|plant| plant.restore(&materials));
+                plants.collect::<Result<Vec<_>, _>>()
+            });
+            *tiles = CommunityTiles {
+                wide: wide?,
+                narrow: narrow?,
+            };
+        }
         let [logs, thrown] = stored.logs.map(|logs| {
             let logs = logs.into_iter().map(|log| log.restore(&materials));
             logs.collect::<Result<Vec<_>, _>>()
@@ -261,6 +277,7 @@ impl Library {
                 branches: branches?,
                 brash: brash?,
             },
+            communities,
             ground: stored.ground.into_owned(),
             materials,
         })

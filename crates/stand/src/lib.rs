@@ -11,6 +11,7 @@
 //! - [`InstanceVariation`]: turns and sizes such that no two copies of a tree within 30 m look
 //!   alike.
 //! - [`Undergrowth`]: the chance of a patch of low plants, and which grows there, by the light.
+//! - [`Communities`]: swards and thickets that close over the ground, by light, moisture and slope.
 //! - [`Seedlings`]: the chance of a tree seedling.
 //! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
 //! - [`fallen_stems`] and [`settle`]: where stems lie; [`LyingStem`]: how gravity lays one on the
@@ -20,6 +21,7 @@
 //!
 //! All lengths are metres; world positions are x east, y north, z up.
 
+mod communities;
 mod error;
 mod fallen_stems;
 mod field;
@@ -37,6 +39,7 @@ mod undergrowth;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+pub use communities::{COMMUNITY_FIELD, Closed, Communities, CommunityParams, SWARD_FIELD, Site};
 pub use error::Error;
 pub use fallen_stems::{FallenStem, StemKind, fallen_stems, mean_volume_m3, settle};
 pub use field::{Field, FieldParams};

@@ -1,5 +1,6 @@
 //! Where each kind of low plants grows.
 
+use nemoral_scene::PlantCommunity;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
 
@@ -42,6 +43,10 @@ pub enum PatchKind {
     Branch,
     /// A mat of brash.
     Brash,
+    /// A wide tile of closed vegetation.
+    Closed(PlantCommunity),
+    /// A narrow tile of it, beside a border or on a trail.
+    ClosedBorder(PlantCommunity),
 }
 
 /// The abundance of each kind of low plants.

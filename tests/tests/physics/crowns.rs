@@ -60,13 +60,6 @@ fn is_as_light(also_by_four_samples: bool) {
             "assets.individuals=1",
             "chunks.visible_radius_m=30",
             "chunks.undergrowth_radius_m=15",
-            // Without the textures of deadwood and climbers, albedos fit into the buffers that
-            // software Vulkan has.
-            "deadwood.volume_m3_ha=0",
-            "deadwood.thrown_per_ha=0",
-            "deadwood.branches=0",
-            "climbers.ivy=0",
-            "climbers.moss=0",
             "camera.width_px=320",
             "camera.height_px=180",
             samples,

@@ -3,9 +3,10 @@
 use nemoral_scene::{Material, Semantic};
 
 /// Kinds of low plants, as [`LowCover`] counts them.
-pub const LOW_PLANTS: [&str; 7] = [
+pub const LOW_PLANTS: [&str; 8] = [
     "gorse",
     "heather",
+    "bilberry",
     "bramble",
     "ferns",
     "grass",
@@ -27,7 +28,7 @@ impl LowCover {
         self.lines += 1;
         let Some(met) = met else { return };
         let name = match met.semantic {
-            // Both shrubs have the same semantic class. Their wood shares a material and counts as
+            // All shrubs have the same semantic class. Their wood shares a material and counts as
             // neither.
             Semantic::Shrub => met.name.split('.').next().unwrap_or_default(),
             Semantic::Bramble => "bramble",

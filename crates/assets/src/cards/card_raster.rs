@@ -43,6 +43,16 @@ impl CardDrawing {
         self.marks.push(Mark::Stroke(stroke));
     }
 
+    /// Multiplies all colours.
+    pub(crate) fn tint(&mut self, by: Vec3) {
+        for mark in &mut self.marks {
+            match mark {
+                Mark::Leaf(leaf) => leaf.colour *= by,
+                Mark::Stroke(stroke) => stroke.colour = stroke.colour.map(|c| c * by),
+            }
+        }
+    }
+
     /// Crops to the content, draws, fills the colours on under the mask, and scales colours so that
     /// the opaque texels' luminance is on average that of `mean` (hues are kept). The drawing is
     /// cut across into `count` images of equal height and width, foot first, so that what is drawn

@@ -5,4 +5,5 @@ pub(crate) mod card_raster;
 pub(crate) mod climbers;
 pub(crate) mod foliage;
 pub(crate) mod seedlings;
+pub(crate) mod sward;
 pub(crate) mod understory;

@@ -12,7 +12,13 @@ use crate::materials::optics::{BRAMBLE, CURED, EVERGREEN, HERB};
 use crate::textures::canvas::{Leaf, Outline, Stroke};
 
 /// A leaf with the usual habits; change what differs.
-fn plain_leaf(outline: &Arc<Outline>, base: Vec2, angle: f32, length_m: f32, aspect: f32) -> Leaf {
+pub(super) fn plain_leaf(
+    outline: &Arc<Outline>,
+    base: Vec2,
+    angle: f32,
+    length_m: f32,
+    aspect: f32,
+) -> Leaf {
     Leaf {
         outline: outline.clone(),
         base,

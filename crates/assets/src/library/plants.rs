@@ -75,7 +75,7 @@ impl PlantGrower<'_> {
     }
 
     /// A shape whose leaves occlude each other.
-    fn leafy(
+    pub(super) fn leafy(
         &self,
         name: &str,
         number: u32,

@@ -42,6 +42,8 @@ impl SingleTree {
             seedlings: false,
             deadwood: false,
             climbers: false,
+            communities: &[],
+            trail_surface: None,
         };
         let materials = WorldMaterials::bake(std::slice::from_ref(species), wanted, key);
         let params = AssetParams {

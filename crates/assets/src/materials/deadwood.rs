@@ -33,6 +33,8 @@ pub(crate) struct RootPlateMaterials {
     /// The side that was below.
     pub(crate) soil: MaterialId,
     pub(crate) root: MaterialId,
+    /// Stones that hang in the soil.
+    pub(crate) stone: MaterialId,
 }
 
 /// What deadwood is made of.
@@ -126,6 +128,12 @@ impl DeadwoodMaterials {
             floor: add("root_plate.floor", plate, floor, optics::MOSS),
             soil: add("root_plate.soil", plate, soil, optics::DRY_SOIL),
             root: add("root_plate.root", plate, solids.dead.clone(), optics::BARK),
+            stone: add(
+                "root_plate.stone",
+                plate,
+                solids.stone.clone(),
+                optics::ROCK,
+            ),
         };
         let branch = Semantic::FallenBranch;
         let branches = [

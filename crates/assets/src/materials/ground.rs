@@ -44,15 +44,17 @@ pub struct TrailMaterials {
     pub strip: MaterialId,
 }
 
-/// Surface, rut and strip of each kind of trail.
-pub(super) fn bake_trails(key: Key) -> Vec<[Texture; 3]> {
-    TrailSurfaceKind::ALL
-        .into_par_iter()
-        .map(|kind| {
-            let tiles = trail::bake(kind, key.item(kind.index() as u64));
-            [&tiles.surface, &tiles.rut, &tiles.strip].map(Tile::texture)
-        })
-        .collect()
+/// Surface, rut and strip of each kind of trail. If there is but one, the others, which nothing
+/// shows, share its textures.
+pub(super) fn bake_trails(only: Option<TrailSurfaceKind>, key: Key) -> Vec<[Arc<Texture>; 3]> {
+    let bake = |kind: TrailSurfaceKind| {
+        let tiles = trail::bake(kind, key.item(kind.index() as u64));
+        [&tiles.surface, &tiles.rut, &tiles.strip].map(|tile| Arc::new(tile.texture()))
+    };
+    match only {
+        Some(kind) => vec![bake(kind); TrailSurfaceKind::ALL.len()],
+        None => TrailSurfaceKind::ALL.into_par_iter().map(bake).collect(),
+    }
 }
 
 /// Leaf litter, needle litter, moss and soil, bare soil.
@@ -73,13 +75,13 @@ pub(super) fn bake_floors(key: Key) -> Vec<Texture> {
 pub(super) fn register_ground(
     library: &mut MaterialLibrary,
     floors: Vec<Texture>,
-    trails: Vec<[Texture; 3]>,
+    trails: Vec<[Arc<Texture>; 3]>,
 ) -> GroundMaterials {
     let mut add = |name: String, semantic, albedo, roughness, tile_m, optics| {
         library.add(Material {
             ground: true,
             tile_m,
-            ..solid(&name, semantic, Arc::new(albedo), roughness, optics)
+            ..solid(&name, semantic, albedo, roughness, optics)
         })
     };
     let looks = [
@@ -95,7 +97,7 @@ pub(super) fn register_ground(
             add(
                 name.to_owned(),
                 semantic,
-                texture,
+                Arc::new(texture),
                 0.92,
                 ground::FLOOR_M,
                 optics,

@@ -1,6 +1,7 @@
 //! All materials of a world, baked and registered.
 
 mod climbers;
+mod communities;
 mod deadwood;
 mod foliage;
 mod ground;
@@ -11,7 +12,8 @@ mod trees;
 
 use std::sync::Arc;
 
-use nemoral_scene::{MaterialId, MaterialLibrary, Semantic, Texture};
+use nemoral_scene::TrailSurfaceKind;
+use nemoral_scene::{MaterialId, MaterialLibrary, PlantCommunity, Semantic, Texture};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
@@ -24,6 +26,7 @@ use crate::cards::card_raster::CardImage;
 use crate::tree::{FoliageCard, Species, TreeMaterials};
 
 pub(crate) use self::climbers::ClimberMaterials;
+pub(crate) use self::communities::{CommunityMaterials, Hue};
 pub(crate) use self::deadwood::{DeadwoodMaterials, LogMaterials, RootPlateMaterials};
 pub use self::ground::{GroundMaterials, TrailMaterials};
 pub(crate) use self::seedling::SeedlingMaterials;
@@ -46,6 +49,8 @@ pub(crate) struct WorldMaterials {
     pub(crate) deadwood: Option<DeadwoodMaterials>,
     /// The materials of what grows on stems, if anything does.
     pub(crate) climbers: Option<ClimberMaterials>,
+    /// The materials of closed vegetation.
+    pub(crate) communities: CommunityMaterials,
     pub(crate) ground: GroundMaterials,
     pub(crate) rock: MaterialId,
     pub(crate) stone: MaterialId,
@@ -72,32 +77,38 @@ pub(crate) struct WorldMaterials {
 
 /// The materials that only some worlds have.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct Wanted<'a> {
     pub(crate) seedlings: bool,
     pub(crate) deadwood: bool,
     pub(crate) climbers: bool,
+    pub(crate) communities: &'a [PlantCommunity],
+    /// The only kind of trails, if there is but one.
+    pub(crate) trail_surface: Option<TrailSurfaceKind>,
 }
 
-/// Images of seedlings, textures of deadwood, images of climbers.
+/// Images of seedlings, textures of deadwood, images of climbers and of closed vegetation.
 type Rare = (
     Vec<Vec<CardImage>>,
     Option<DeadwoodTextures>,
     Option<Vec<Vec<Vec<CardImage>>>>,
+    Vec<Vec<Vec<CardImage>>>,
 );
 
 impl WorldMaterials {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
     /// What `wanted` leaves out is not made.
-    pub(crate) fn bake(species: &[Species], wanted: Wanted, key: Key) -> Self {
+    pub(crate) fn bake(species: &[Species], wanted: Wanted<'_>, key: Key) -> Self {
         let Wanted {
             seedlings,
             deadwood,
             climbers,
+            communities,
+            trail_surface,
         } = wanted;
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
-            || bake_trails(textures.item(100)),
+            || bake_trails(trail_surface, textures.item(100)),
             || {
                 rayon::join(
                     || bake_floors(textures.item(200)),
@@ -124,18 +135,19 @@ impl WorldMaterials {
             .collect();
         let dead = deadwood.then(|| DeadwoodTextures::bake(textures.item(400)));
         let climbing = climbers.then(|| self::climbers::images(cards));
-        let rare = (young, dead, climbing);
+        let closed = self::communities::images(communities, cards);
+        let rare = (young, dead, climbing, closed);
         Self::register(species, trails, floors, solids, images, leaves, rare)
     }
 
     fn register(
         species: &[Species],
-        trails: Vec<[Texture; 3]>,
+        trails: Vec<[Arc<Texture>; 3]>,
         floors: Vec<Texture>,
         solids: SolidTextures,
         images: Vec<Vec<Vec<CardImage>>>,
         leaves: Vec<Vec<CardImage>>,
-        (young, dead, climbing): Rare,
+        (young, dead, climbing, closed): Rare,
     ) -> Self {
         let mut library = MaterialLibrary::new();
         let ground = register_ground(&mut library, floors, trails);
@@ -224,7 +236,7 @@ impl WorldMaterials {
         );
         stone.tile_m = 0.5;
         let stone = library.add(stone);
-        // Seedlings, deadwood and climbers come last, so that all other materials have the same
+        // Seedlings, deadwood, climbers and closed vegetation come last, so that all other materials have the same
         // number with and without them.
         let of_species = species.iter().zip(&solids.barks).zip(young);
         let seedlings = of_species
@@ -234,10 +246,12 @@ impl WorldMaterials {
             DeadwoodMaterials::register(&mut library, species, &solids, &textures, &ground)
         });
         let climbers = climbing.map(|images| ClimberMaterials::register(&mut library, images));
+        let communities = CommunityMaterials::register(&mut library, closed);
         Self {
             library,
             deadwood,
             climbers,
+            communities,
             trees,
             stumps,
             seedlings,

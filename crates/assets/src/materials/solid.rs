@@ -71,7 +71,7 @@ impl BarkTextures {
             },
         );
         let branch = bark::twig(seed(4), linear(look.branch));
-        let loosening = deadwood.then(|| texture(&bark::loosening(&lower, seed(7))));
+        let loosening = deadwood.then(|| texture(&bark::loosening(&lower.halved(), seed(7))));
         Self {
             loosening,
             lower: stem,

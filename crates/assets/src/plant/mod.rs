@@ -10,4 +10,6 @@ pub(crate) mod seedling;
 pub(crate) mod shape;
 pub(crate) mod shrub;
 pub(crate) mod stump;
+pub(crate) mod sward;
+pub(crate) mod thicket;
 pub(crate) mod undergrowth;

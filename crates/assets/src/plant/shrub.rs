@@ -128,36 +128,49 @@ fn bramble(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape
         let azimuth = 2.4 * i as f32 + rng.range_f32(-0.5, 0.5);
         let length = height * rng.range_f32(1.2, 2.4);
         let root = around(azimuth + rng.range_f32(-1.0, 1.0)) * rng.range_f32(0.0, 0.40) * height;
-        let mut line = arched(
-            root - SUNK_M * Vec3::Z,
-            azimuth,
-            length,
-            rng.range_f32(0.0, 0.9),
-            rng.range_f32(2.1, 2.7),
-            14,
-        );
-        // A cane that reaches the ground runs along it.
-        for p in line.iter_mut().skip(1) {
-            p.z = p.z.max(0.03);
-        }
-        let r = rng.range_f32(0.0030, 0.0055);
-        let radii: Vec<f32> = (0..14).map(|k| r * (1.0 - 0.055 * k as f32)).collect();
-        shape.tube(&line, &radii, 5, materials.cane);
-        let nodes = (length / 0.040) as u32;
-        for k in 0..nodes {
-            let t = 0.10 + 0.90 * (k as f32 + rng.unit_f32()) / nodes as f32;
-            let (at, along) = on_line(&line, t);
-            let out = leaf_direction(at, along, k, rng);
-            // The face looks up and away from the middle of the mound.
-            let face = (Vec3::Z + 0.5 * Vec3::new(at.x, at.y, 0.0) + 0.45 * random_level(rng))
-                .normalize_or(Vec3::Z);
-            let flat = (out - face * out.dot(face)).normalize_or(along);
-            let across = flat.cross(face);
-            let size = rng.range_f32(0.85, 1.35);
-            shape.card(pick(&materials.bramble, rng), at, flat, across, size);
-        }
+        let root = root - SUNK_M * Vec3::Z;
+        cane(&mut shape, root, azimuth, length, materials, rng);
     }
     shape
+}
+
+/// An arching cane of the bramble with its leaves.
+pub(crate) fn cane(
+    shape: &mut Shape,
+    root: Vec3,
+    azimuth: f32,
+    length: f32,
+    materials: &WorldMaterials,
+    rng: &mut impl Rng,
+) {
+    let mut line = arched(
+        root,
+        azimuth,
+        length,
+        rng.range_f32(0.0, 0.9),
+        rng.range_f32(2.1, 2.7),
+        14,
+    );
+    // A cane that reaches the ground runs along it.
+    for p in line.iter_mut().skip(1) {
+        p.z = p.z.max(0.03);
+    }
+    let r = rng.range_f32(0.0030, 0.0055);
+    let radii: Vec<f32> = (0..14).map(|k| r * (1.0 - 0.055 * k as f32)).collect();
+    shape.tube(&line, &radii, 5, materials.cane);
+    let nodes = (length / 0.040) as u32;
+    for k in 0..nodes {
+        let t = 0.10 + 0.90 * (k as f32 + rng.unit_f32()) / nodes as f32;
+        let (at, along) = on_line(&line, t);
+        let out = leaf_direction(at, along, k, rng);
+        // The face looks up and away from the middle of the mound.
+        let face = (Vec3::Z + 0.5 * Vec3::new(at.x, at.y, 0.0) + 0.45 * random_level(rng))
+            .normalize_or(Vec3::Z);
+        let flat = (out - face * out.dot(face)).normalize_or(along);
+        let across = flat.cross(face);
+        let size = rng.range_f32(0.85, 1.35);
+        shape.card(pick(&materials.bramble, rng), at, flat, across, size);
+    }
 }
 
 /// Leaves stand left and right of the cane in turn.

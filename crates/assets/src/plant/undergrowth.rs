@@ -206,7 +206,7 @@ pub(crate) fn bracken(materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
 
 /// One frond: bare below, then pairs of pinnae, longest first, in the plane of its arch.
 #[expect(clippy::too_many_arguments, reason = "a frond is these numbers")]
-fn bracken_frond(
+pub(crate) fn bracken_frond(
     shape: &mut Shape,
     foot: Vec2,
     azimuth: f32,

@@ -150,6 +150,25 @@ impl Tile {
         Self { texels, ..*self }
     }
 
+    /// The same at half the resolution: the mean of four texels each.
+    pub(crate) fn halved(&self) -> Self {
+        let (width, height) = (self.width / 2, self.height / 2);
+        let mean = |i: usize| {
+            let first = 2 * (i / width) * self.width + 2 * (i % width);
+            let four = [first, first + 1, first + self.width, first + self.width + 1];
+            let sum = four.map(|k| self.texels[k]).into_iter();
+            sum.fold(Texel::default(), |sum, t| Texel {
+                albedo: sum.albedo + 0.25 * t.albedo,
+                height: sum.height + 0.25 * t.height,
+            })
+        };
+        Self {
+            width,
+            height,
+            texels: (0..width * height).into_par_iter().map(mean).collect(),
+        }
+    }
+
     /// The finished texture.
     pub(crate) fn texture(&self) -> Texture {
         let linear: Vec<Vec3> = self.texels.iter().map(|t| t.albedo).collect();

@@ -16,7 +16,7 @@ fn answer(arguments: &[&str]) -> String {
     done.stdout
 }
 
-const PRESETS: [&str; 12] = [
+const PRESETS: [&str; 14] = [
     "default",
     "low",
     "medium",
@@ -28,6 +28,8 @@ const PRESETS: [&str; 12] = [
     "spruce",
     "boreal-birch-pine",
     "montado",
+    "glade",
+    "rank-clearing",
     "demo",
 ];
 

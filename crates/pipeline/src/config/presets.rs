@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::{Config, Deadwood, stands};
+use super::{Config, Deadwood, Sward, Thickets, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +76,18 @@ impl Preset {
             change: stands::montado,
         },
         Self {
+            name: "glade",
+            doc: "a meadow with its edges: groups of Quercus robur and Betula pendula, grass of \
+                all kinds, shrubs, saplings",
+            change: stands::glade,
+        },
+        Self {
+            name: "rank-clearing",
+            doc: "some years after felling: a few trees left among stumps, brambles, bracken, \
+                nettles, tall grass, young growth",
+            change: stands::rank_clearing,
+        },
+        Self {
             name: "demo",
             doc: "tiny and quick, for tests",
             change: demo,
@@ -125,6 +137,17 @@ fn demo(config: &mut Config) {
         ..Deadwood::default()
     };
     (config.climbers.ivy, config.climbers.moss) = (0.0, 0.0);
+    config.undergrowth.sward = Sward {
+        cover: 0.0,
+        ..Sward::default()
+    };
+    config.undergrowth.thickets = Thickets {
+        bramble: 0.0,
+        bracken: 0.0,
+        heath: 0.0,
+        bilberry: 0.0,
+        nettles: 0.0,
+    };
     config.frames = 2;
     config.chunks.visible_radius_m = 40.0;
     config.chunks.undergrowth_radius_m = 20.0;

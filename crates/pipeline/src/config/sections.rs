@@ -301,6 +301,48 @@ section! {
     plus {
         /// The cover of the ground.
         floor: Floor;
+        /// Grass without gaps.
+        sward: Sward;
+        /// Thickets.
+        thickets: Thickets;
+    }
+}
+
+section! {
+    /// Grass that leaves no gaps, on the forest floor, along trails, and on those with a grassy
+    /// surface. It needs light: it is thinner under closed crowns, and there is none in deep shade.
+    /// Its kinds change from place to place.
+    Sward at "undergrowth.sward" {
+        /// Share of the ground that it covers where there is light for it.
+        cover: f64 = 0.3, Real(0.0, 1.0), "our choice: open forests of the south";
+        /// Weight of tall grass that nobody cuts.
+        rank: f64 = 1.0, Real(0.0, 100.0), "our choice";
+        /// Weight of short grass, grazed or mown.
+        grazed: f64 = 0.6, Real(0.0, 100.0), "our choice";
+        /// Weight of grass in clumps, more where it is moist.
+        tussocks: f64 = 0.6, Real(0.0, 100.0), "our choice";
+        /// Weight of grass that has dried on its stalks, more where it is dry.
+        dry: f64 = 0.6, Real(0.0, 100.0), "our choice";
+        /// Weight of tall grass that wind and rain have laid.
+        laid: f64 = 0.4, Real(0.0, 100.0), "our choice";
+    }
+}
+
+section! {
+    /// Thickets, which close over the ground in stands of some metres to tens of metres: shares of
+    /// the ground that they cover where light, moisture and slope suit them. Where several would
+    /// grow, one of them does.
+    Thickets at "undergrowth.thickets" {
+        /// Share of brambles, 0.6 to 1.5 m high.
+        bramble: f64 = 0.06, Real(0.0, 1.0), "our choice";
+        /// Share of bracken, 0.7 to 1.4 m high.
+        bracken: f64 = 0.08, Real(0.0, 1.0), "our choice";
+        /// Share of heather, in the light, where it is not moist.
+        heath: f64 = 0.05, Real(0.0, 1.0), "our choice";
+        /// Share of bilberry, which bears shade.
+        bilberry: f64 = 0.0, Real(0.0, 1.0), "rare in open forests of the south";
+        /// Share of nettles, where it is moist.
+        nettles: f64 = 0.02, Real(0.0, 1.0), "our choice";
     }
 }
 
@@ -1103,6 +1145,8 @@ pub const SECTIONS: &[SectionSpec] = &[
     Climbers::SPEC,
     Undergrowth::SPEC,
     Floor::SPEC,
+    Sward::SPEC,
+    Thickets::SPEC,
     Assets::SPEC,
     Sun::SPEC,
     SunAngles::SPEC,

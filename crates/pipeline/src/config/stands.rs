@@ -5,7 +5,7 @@
 //! numbers without a range (saplings, stumps, shrubs, Weibull shapes). A chunk of 50 m is a quarter
 //! of a hectare.
 
-use super::{Assets, Config, Deadwood, Floor};
+use super::{Assets, Config, Deadwood, Floor, Sward, Thickets};
 
 /// Removes all species, as each recipe names its own.
 fn bare(config: &mut Config) -> &mut Assets {
@@ -39,6 +39,30 @@ fn floor(leaf_litter: f64, needle_litter: f64, moss: f64) -> Floor {
     }
 }
 
+/// The share of the ground under grass in the light, and the weights of tall, grazed, clumped, dry
+/// and laid grass.
+fn sward(cover: f64, [rank, grazed, tussocks, dry, laid]: [f64; 5]) -> Sward {
+    Sward {
+        cover,
+        rank,
+        grazed,
+        tussocks,
+        dry,
+        laid,
+    }
+}
+
+/// The shares of brambles, bracken, heather, bilberry and nettles.
+fn thickets([bramble, bracken, heath, bilberry, nettles]: [f64; 5]) -> Thickets {
+    Thickets {
+        bramble,
+        bracken,
+        heath,
+        bilberry,
+        nettles,
+    }
+}
+
 /// Pinus pinaster, 250-700/ha at 40-60 years, on dunes, with gorse and heather.
 pub(super) fn maritime_pine(c: &mut Config) {
     let a = bare(c);
@@ -62,6 +86,8 @@ pub(super) fn maritime_pine(c: &mut Config) {
         c.undergrowth.ferns,
     ) = (0.5, 0.1, 0.7);
     c.undergrowth.floor = floor(0.05, 0.85, 0.1);
+    c.undergrowth.sward = sward(0.15, [0.3, 0.2, 0.6, 1.0, 0.2]);
+    c.undergrowth.thickets = thickets([0.04, 0.22, 0.26, 0.0, 0.0]);
     c.trails.surface = "sand".to_owned();
     c.trails.rocks_max = 2;
     c.deadwood = deadwood([5.0, 2.5, 1.0, 4.0]);
@@ -93,6 +119,8 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
         c.undergrowth.ferns,
     ) = (0.6, 0.3, 0.4);
     c.undergrowth.floor = floor(0.95, 0.0, 0.05);
+    c.undergrowth.sward = sward(0.22, [0.6, 0.2, 0.3, 1.0, 0.4]);
+    c.undergrowth.thickets = thickets([0.12, 0.12, 0.10, 0.0, 0.01]);
     c.trails.surface = "dry_earth".to_owned();
     c.trails.width_m = 3.2;
     c.deadwood = deadwood([4.0, 2.2, 0.5, 9.0]);
@@ -127,6 +155,8 @@ pub(super) fn oak_mixed(c: &mut Config) {
         c.undergrowth.ferns,
     ) = (0.35, 0.5, 0.6);
     c.undergrowth.floor = floor(0.75, 0.0, 0.25);
+    c.undergrowth.sward = sward(0.40, [1.0, 0.4, 0.6, 0.2, 0.5]);
+    c.undergrowth.thickets = thickets([0.18, 0.12, 0.0, 0.06, 0.08]);
     c.trails.surface = "leaf_litter".to_owned();
     c.deadwood = deadwood([12.0, 3.0, 1.5, 4.0]);
     (c.climbers.ivy, c.climbers.moss) = (0.18, 0.9);
@@ -161,6 +191,8 @@ pub(super) fn beech(c: &mut Config) {
         c.undergrowth.ferns,
     ) = (0.3, 0.7, 0.2);
     c.undergrowth.floor = floor(0.96, 0.0, 0.04);
+    c.undergrowth.sward = sward(0.30, [0.8, 0.5, 0.5, 0.1, 0.4]);
+    c.undergrowth.thickets = thickets([0.20, 0.08, 0.0, 0.04, 0.06]);
     c.trails.surface = "leaf_litter".to_owned();
     c.deadwood = deadwood([10.0, 2.8, 1.0, 5.0]);
     (c.climbers.ivy, c.climbers.moss) = (0.05, 0.6);
@@ -191,6 +223,8 @@ pub(super) fn spruce(c: &mut Config) {
         c.undergrowth.ferns,
     ) = (0.25, 0.25, 0.8);
     c.undergrowth.floor = floor(0.0, 0.62, 0.38);
+    c.undergrowth.sward = sward(0.30, [0.6, 0.4, 1.0, 0.2, 0.4]);
+    c.undergrowth.thickets = thickets([0.12, 0.06, 0.0, 0.32, 0.04]);
     c.trails.surface = "needles".to_owned();
     c.deadwood = deadwood([11.0, 2.8, 2.5, 6.0]);
     (c.climbers.ivy, c.climbers.moss) = (0.01, 0.5);
@@ -222,6 +256,8 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
         c.undergrowth.ferns,
     ) = (0.5, 0.6, 0.15);
     c.undergrowth.floor = floor(0.12, 0.28, 0.6);
+    c.undergrowth.sward = sward(0.12, [0.4, 0.3, 0.8, 0.3, 0.3]);
+    c.undergrowth.thickets = thickets([0.0, 0.05, 0.18, 0.45, 0.0]);
     c.trails.surface = "dry_earth".to_owned();
     c.trails.width_m = 2.2;
     c.deadwood = deadwood([8.0, 3.2, 2.0, 4.0]);
@@ -252,7 +288,51 @@ pub(super) fn montado(c: &mut Config) {
         c.undergrowth.ferns,
     ) = (1.0, 0.25, 0.0);
     c.undergrowth.floor = floor(0.15, 0.0, 0.85);
+    c.undergrowth.sward = sward(1.0, [0.5, 1.0, 0.3, 0.9, 0.5]);
+    c.undergrowth.thickets = thickets([0.01, 0.0, 0.01, 0.0, 0.02]);
     c.trails.surface = "sand".to_owned();
     c.deadwood = deadwood([1.0, 2.4, 0.0, 0.8]);
     (c.climbers.ivy, c.climbers.moss) = (0.02, 0.2);
+}
+
+/// A glade: two fifths of the ground without trees, as far as gaps reach, under grass that is
+/// grazed, cut late or not at all. Shrubs and saplings are densest at its edges and in its gaps.
+pub(super) fn glade(c: &mut Config) {
+    oak_mixed(c);
+    let a = bare(c);
+    (a.english_oak, a.beech, a.silver_birch, a.scots_pine) = (0.6, 0.0, 0.4, 0.0);
+    (a.gorse, a.heather, a.bramble) = (0.15, 0.1, 1.0);
+    c.placement.trees = per_hectare(c, 90.0);
+    c.placement.stumps = per_hectare(c, 8.0);
+    c.placement.shrubs = per_hectare(c, 160.0);
+    c.placement.gaps.share = 0.42;
+    (c.placement.gaps.radius_min_m, c.placement.gaps.radius_max_m) = (8.0, 10.0);
+    c.placement.gaps.shrubs = 0.5;
+    c.placement.gaps.saplings = 0.5;
+    c.placement.regeneration.saplings = per_hectare(c, 260.0);
+    c.placement.regeneration.seedlings = 0.4;
+    c.undergrowth.litter = 0.05;
+    c.undergrowth.floor = floor(0.4, 0.0, 0.6);
+    c.undergrowth.sward = sward(0.95, [1.0, 0.7, 0.5, 0.5, 0.6]);
+    c.undergrowth.thickets = thickets([0.08, 0.05, 0.0, 0.0, 0.05]);
+    c.trails.surface = "grassy".to_owned();
+    c.deadwood = deadwood([4.0, 3.0, 0.5, 2.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.1, 0.4);
+}
+
+/// A clearing some years after felling: seed trees, a stump for each tree that was felled, and
+/// what comes first, over a robot's head in places.
+pub(super) fn rank_clearing(c: &mut Config) {
+    oak_mixed(c);
+    c.placement.trees = per_hectare(c, 36.0);
+    c.placement.stumps = per_hectare(c, 180.0);
+    c.placement.shrubs = per_hectare(c, 120.0);
+    c.placement.gaps.share = 0.0;
+    c.placement.regeneration.saplings = per_hectare(c, 1200.0);
+    c.placement.regeneration.share = 0.35;
+    c.placement.regeneration.seedlings = 1.0;
+    c.undergrowth.litter = 0.1;
+    c.undergrowth.sward = sward(0.6, [1.0, 0.0, 0.5, 0.3, 0.8]);
+    c.undergrowth.thickets = thickets([0.34, 0.24, 0.0, 0.0, 0.14]);
+    c.deadwood = deadwood([9.0, 2.6, 1.0, 9.0]);
 }

@@ -47,6 +47,7 @@ impl Config {
         self.ground_problems(&mut out);
         self.asset_problems(&mut out);
         self.undergrowth_problems(&mut out);
+        self.sward_problems(&mut out);
         self.species_file_problems(inputs, &mut out);
         self.light_problems(inputs, &mut out);
         self.sensor_problems(&mut out);
@@ -163,6 +164,17 @@ impl Config {
                 "undergrowth",
                 ": the weights of grass, herbs and ferns are all 0, and undergrowth.cover asks \
                  for plants",
+            );
+        }
+    }
+
+    fn sward_problems(&self, out: &mut Problems) {
+        let s = &self.undergrowth.sward;
+        if s.cover > 0.0 && s.rank + s.grazed + s.tussocks + s.dry + s.laid <= 0.0 {
+            out.add(
+                "undergrowth.sward",
+                ": the weights of rank, grazed, tussocks, dry and laid are all 0, and \
+                 undergrowth.sward.cover asks for grass",
             );
         }
     }

@@ -33,7 +33,7 @@ impl Stage<Forest> for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -70,7 +70,7 @@ impl Stage<Forest> for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

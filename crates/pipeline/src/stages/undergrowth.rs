@@ -52,7 +52,7 @@ impl Stage<Forest> for FloraStage {
     type Inputs = ();
     type Output = Flora;
     const ID: &'static str = "world.flora";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);
@@ -76,7 +76,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

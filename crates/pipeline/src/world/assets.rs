@@ -57,6 +57,8 @@ pub struct WorldAssets {
     /// Of `library.climbers`: ivy and moss of each grown tree of `standing`; empty if nothing
     /// climbs.
     pub climbers: Vec<[Vec<Arc<Blas>>; 2]>,
+    /// Of `library.communities`: wide tiles and narrow ones.
+    pub communities: Vec<[Vec<Arc<Blas>>; 2]>,
     /// Of `library.climbers.carpets`.
     pub ivy_carpets: Vec<Arc<Blas>>,
     /// The species and their shares.
@@ -139,6 +141,9 @@ impl WorldAssets {
                 let shapes = |shapes: &[Arc<Prototype>]| build(shapes.iter().collect());
                 trees.map(|t| [shapes(&t.ivy), shapes(&t.moss)]).collect()
             },
+            communities: (library.communities.iter())
+                .map(|tiles| [plants(&tiles.wide), plants(&tiles.narrow)])
+                .collect(),
             ivy_carpets: plants(&library.climbers.carpets),
             shares: species.iter().map(|(s, n)| (s.name.clone(), *n)).collect(),
             dbh_mean_m: recipe.dbh_mean_m(),

@@ -5,16 +5,19 @@ use nemoral_placement::{
 };
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Domain, Key};
+use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{
     CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, Seedlings, SkyViewFactor,
     StandLayer, Undergrowth, UndergrowthParams,
 };
 
+use super::closed_vegetation::ClosedVegetation;
+
 use super::ground::{ChunkGround, TerrainField};
 use crate::{Error, config};
 
 const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
+const AMONG: Domain = Domain::new("pipeline.undergrowth.among");
 const BRANCHES: Domain = Domain::new("pipeline.branches");
 const BRASH: Domain = Domain::new("pipeline.brash");
 const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
@@ -31,7 +34,12 @@ pub struct Patch {
     pub kind: PatchKind,
     /// Its position, variety, turn and size.
     pub point: CoverPoint,
+    /// For tiles of closed vegetation: which of its variants it takes after, 0..1.
+    pub shade: f64,
 }
+
+/// The share of patches that stay where other vegetation closes over them.
+const PATCHES_AMONG: f64 = 0.12;
 
 /// The undergrowth of a world: its grid, and the preferred places of its plants.
 #[derive(Debug)]
@@ -43,6 +51,8 @@ pub struct Flora {
     branches: (GroundCover, f64),
     /// Brash on trails.
     brash: (GroundCover, f64),
+    /// What closes over the ground; `None` if nothing does.
+    closed: Option<ClosedVegetation>,
 }
 
 impl Flora {
@@ -83,6 +93,7 @@ impl Flora {
                 deadwood.branches * of_cell,
             ),
             brash: (of_branches(BRASH, (0.85, 1.15))?, deadwood.brash),
+            closed: ClosedVegetation::new(p, chunk_size_m, world)?,
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
             undergrowth: Undergrowth {
                 params: UndergrowthParams {
@@ -113,16 +124,29 @@ impl Flora {
             self.undergrowth.chance(p, sky_view)
         };
         let points = self.grid.points(at, &off_trail, &chance).into_iter();
-        let patches = points.map(|point| {
+        let is_crowded_out = |point: &CoverPoint| {
+            let closed = self.closed.as_ref();
+            closed.is_some_and(|c| c.at(point.position_m, ground, sky).is_some())
+                && !point.key.domain(AMONG).rng().chance(PATCHES_AMONG)
+        };
+        let patches = points.filter(|point| !is_crowded_out(point)).map(|point| {
             let chance = chance(point.position_m);
             let kind = self.undergrowth.kind(point.position_m, chance, point.key);
-            Patch { kind, point }
+            let shade = 0.5;
+            Patch { kind, point, shade }
         });
         let mut patches: Vec<Patch> = patches.collect();
+        if let Some(closed) = &self.closed {
+            closed.lay(at, ground, sky, &mut patches);
+        }
         let mut lay = |(grid, chance): &(GroundCover, f64), kind, allowed: &dyn Exclusion| {
             if *chance > 0.0 {
                 let points = grid.points(at, allowed, &|_| *chance).into_iter();
-                patches.extend(points.map(|point| Patch { kind, point }));
+                patches.extend(points.map(|point| Patch {
+                    kind,
+                    point,
+                    shade: 0.5,
+                }));
             }
         };
         let beside = |p: DVec2, verge_m: f64| {

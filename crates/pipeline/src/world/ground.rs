@@ -289,10 +289,14 @@ fn trail_params(t: &config::Trails) -> TrailParams {
         grass_spread_m: t.grass_spread_m,
         verge_tufts_per_m: t.verge_per_m,
         rocks_max_per_trail: t.rocks_max,
-        surface: TrailSurfaceKind::ALL
-            .into_iter()
-            .find(|k| k.name() == t.surface),
+        surface: trail_surface(&t.surface),
     }
+}
+
+/// The only surface of trails by its name; `None` if it varies.
+pub(crate) fn trail_surface(name: &str) -> Option<TrailSurfaceKind> {
+    let mut all = TrailSurfaceKind::ALL.into_iter();
+    all.find(|kind| kind.name() == name)
 }
 
 /// The terrain's noise as a field of the plane.

@@ -13,6 +13,9 @@ use super::assets::WorldAssets;
 use super::flora::Patch;
 use super::ground::ChunkGround;
 
+/// How far the variants of neighbouring tiles differ, as a share of all.
+const SHADE_SPREAD: f64 = 0.16;
+
 /// The low plants of a chunk: undergrowth, seedlings, and grass on trails.
 pub(crate) struct LowPlants<'a> {
     pub(crate) patches: &'a [Patch],
@@ -35,8 +38,16 @@ impl LowPlants<'_> {
             let placed = plant.place(shapes, weights, ground, origin);
             instances.extend(placed.map(|(place, shape)| (place, Arc::clone(shape))));
         };
-        for Patch { kind, point } in self.patches {
+        for Patch { kind, point, shade } in self.patches {
+            let tiles = |of: &Vec<Arc<Blas>>| near(*shade, of.len());
+            let weights = match kind {
+                PatchKind::Closed(of) => Some(tiles(&assets.communities[of.index()][0])),
+                PatchKind::ClosedBorder(of) => Some(tiles(&assets.communities[of.index()][1])),
+                _ => None,
+            };
             let shapes = match kind {
+                PatchKind::Closed(of) => &assets.communities[of.index()][0],
+                PatchKind::ClosedBorder(of) => &assets.communities[of.index()][1],
                 PatchKind::Grass => &assets.grass,
                 PatchKind::Herbs => &assets.herbs,
                 PatchKind::Ferns => &assets.ferns,
@@ -44,7 +55,7 @@ impl LowPlants<'_> {
                 PatchKind::Branch => &assets.branches,
                 PatchKind::Brash => &assets.brash,
             };
-            plant(shapes, None, of_point(point));
+            plant(shapes, weights.as_deref(), of_point(point));
         }
         for point in self.seedlings {
             let weights = Some(&*assets.seedling_weights);
@@ -66,6 +77,15 @@ impl LowPlants<'_> {
         }
         instances
     }
+}
+
+/// Weights of `count` variants of which those near `shade`, 0..1, are frequent.
+fn near(shade: f64, count: usize) -> Vec<f64> {
+    let weight = |i: usize| {
+        let off = (i as f64 + 0.5) / count as f64 - shade;
+        libm::exp(-off * off / (2.0 * SHADE_SPREAD * SHADE_SPREAD))
+    };
+    (0..count).map(weight).collect()
 }
 
 fn of_point(point: &CoverPoint) -> LowPlant {

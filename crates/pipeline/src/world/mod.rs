@@ -3,6 +3,7 @@
 pub mod assets;
 pub mod cameras;
 pub(crate) mod climbers;
+pub(crate) mod closed_vegetation;
 pub(crate) mod deadwood;
 pub mod flora;
 pub mod ground;

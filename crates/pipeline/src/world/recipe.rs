@@ -2,7 +2,10 @@
 
 use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies, StemMoss};
 use nemoral_scene::glam::Vec3;
+use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
 
+use super::closed_vegetation::community_params;
+use super::ground::trail_surface;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Error, InputFiles};
@@ -16,6 +19,8 @@ pub(crate) struct Recipe {
     deadwood: bool,
     /// Density and height of moss on stems; `None` if nothing climbs.
     climbers: Option<[f64; 2]>,
+    communities: Vec<PlantCommunity>,
+    trail_surface: Option<TrailSurfaceKind>,
     inputs: InputFiles,
 }
 
@@ -27,6 +32,8 @@ impl Encode for Recipe {
             seedlings,
             deadwood,
             climbers,
+            communities,
+            trail_surface,
             inputs: _,
         } = self;
         let config::Assets {
@@ -76,6 +83,10 @@ impl Encode for Recipe {
         encoder.field("saplings", saplings);
         encoder.field("seedlings", seedlings);
         encoder.field("deadwood", deadwood);
+        let communities: Vec<&str> = communities.iter().map(|c| c.name()).collect();
+        encoder.field("communities", &communities.join(" "));
+        let trail_surface = trail_surface.map_or("", TrailSurfaceKind::name);
+        encoder.field("trail_surface", &trail_surface.to_owned());
         // Without climbers, no moss of any height.
         encoder.field("climbers", &climbers.unwrap_or([-1.0, 0.0]));
     }
@@ -101,6 +112,8 @@ impl Recipe {
                 let c = &config.climbers;
                 (c.ivy > 0.0 || c.moss > 0.0).then_some([c.moss, c.moss_height_m])
             },
+            communities: community_params(&config.undergrowth).wanted(),
+            trail_surface: trail_surface(&config.trails.surface),
             inputs: inputs.clone(),
         }
     }
@@ -185,6 +198,8 @@ impl Recipe {
             seedlings_per_species: if self.seedlings { SEEDLINGS } else { 0 },
             deadwood: self.deadwood,
             climbers: (self.climbers).map(|[amount, height_m]| StemMoss { amount, height_m }),
+            communities: self.communities.clone(),
+            trail_surface: self.trail_surface,
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,

@@ -1,0 +1,172 @@
+//! The materials of vegetation that closes over the ground.
+
+use glam::Vec3;
+use nemoral_scene::{MaterialLibrary, PlantCommunity, Semantic};
+use nemoral_seed::Key;
+use rayon::prelude::*;
+
+use super::foliage::{CardKind, register_cards};
+use super::optics::{self, LeafOptics};
+use crate::cards::card_raster::CardImage;
+use crate::cards::sward::{self, Strip, THATCH};
+use crate::tree::FoliageCard;
+
+/// Images of what only closed vegetation has; those of a community that is not wanted are missing.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CommunityMaterials {
+    /// Tall blades, by [`Hue::index`].
+    pub(crate) tall: [Vec<FoliageCard>; 3],
+    /// Short blades: green, and dry.
+    pub(crate) short: [Vec<FoliageCard>; 2],
+    pub(crate) thatch: Vec<FoliageCard>,
+    pub(crate) heads: Vec<FoliageCard>,
+    pub(crate) bilberry: Vec<FoliageCard>,
+    pub(crate) nettle: Vec<FoliageCard>,
+}
+
+/// The colours of grass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Hue {
+    /// As of most grass in spring.
+    Green,
+    /// Covered with wax, as of fescues and sedges.
+    Glaucous,
+    /// Dead on its stalk.
+    Straw,
+}
+
+impl Hue {
+    pub(crate) const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// Between a herb's leaves and those of a beech in the shade.
+const GREEN: LeafOptics = LeafOptics {
+    albedo: Vec3::new(0.070, 0.118, 0.034),
+    transmittance: Vec3::new(0.078, 0.130, 0.0),
+    laser: optics::HERB.laser,
+};
+/// A seventh of it is wax, as on young leaves of the eucalypt.
+const GLAUCOUS: LeafOptics = LeafOptics {
+    albedo: Vec3::new(0.098, 0.140, 0.084),
+    transmittance: Vec3::new(0.060, 0.100, 0.012),
+    laser: optics::HERB.laser,
+};
+/// Cured and bleached by sun and rain, with dark bases.
+const STRAW: LeafOptics = LeafOptics {
+    albedo: sward::STRAW,
+    transmittance: Vec3::new(0.105, 0.080, 0.030),
+    laser: optics::CURED.laser,
+};
+const DEAD_BLADES: LeafOptics = LeafOptics {
+    albedo: THATCH,
+    transmittance: Vec3::new(0.060, 0.042, 0.014),
+    laser: optics::CURED.laser,
+};
+
+/// Every kind of image, with whether only communities of grass have it.
+const KINDS: [CardKind; 9] = [
+    CardKind::new("sward.green", 3, Semantic::Grass, GREEN, |r, v| {
+        tall(r, [0.03, 0.12, 0.25][v as usize % 3])
+    }),
+    CardKind::new("sward.glaucous", 2, Semantic::Grass, GLAUCOUS, |r, v| {
+        let mut drawing = sward::strip(
+            r,
+            &Strip {
+                width_m: 0.24,
+                height_m: 0.30,
+                blades: 44,
+                cured: 0.1 * f64::from(v),
+            },
+        );
+        drawing.tint(Vec3::new(1.05, 1.0, 2.1));
+        drawing
+    }),
+    CardKind::new("sward.straw", 2, Semantic::Grass, STRAW, |r, v| {
+        tall(r, [0.97, 0.72][v as usize % 2])
+    }),
+    CardKind::new("sward.short", 2, Semantic::Grass, GREEN, |r, v| {
+        short(r, [0.03, 0.15][v as usize % 2])
+    }),
+    CardKind::new("sward.short_straw", 1, Semantic::Grass, STRAW, |r, _| {
+        short(r, 0.8)
+    }),
+    CardKind::new("sward.thatch", 1, Semantic::Grass, DEAD_BLADES, |r, _| {
+        sward::thatch(r)
+    }),
+    CardKind::new("sward.heads", 2, Semantic::Grass, STRAW, |r, _| {
+        sward::heads(r)
+    }),
+    CardKind::new(
+        "bilberry.foliage",
+        3,
+        Semantic::Shrub,
+        optics::HERB,
+        |r, _| sward::bilberry(r),
+    ),
+    CardKind::new("nettle.stem", 3, Semantic::Herb, optics::BRAMBLE, |r, _| {
+        sward::nettle(r)
+    }),
+];
+
+fn tall(rng: &mut nemoral_seed::PhiloxRng, cured: f64) -> crate::cards::card_raster::CardDrawing {
+    let strip = Strip {
+        width_m: 0.24,
+        height_m: 0.34,
+        blades: 40,
+        cured,
+    };
+    sward::strip(rng, &strip)
+}
+
+fn short(rng: &mut nemoral_seed::PhiloxRng, cured: f64) -> crate::cards::card_raster::CardDrawing {
+    let strip = Strip {
+        width_m: 0.26,
+        height_m: 0.10,
+        blades: 64,
+        cured,
+    };
+    sward::strip(rng, &strip)
+}
+
+/// The images of those kinds that the communities need, in the order of all kinds.
+pub(super) fn images(communities: &[PlantCommunity], key: Key) -> Vec<Vec<Vec<CardImage>>> {
+    let has_grass = communities.iter().any(|c| c.is_grass());
+    let is_wanted = |i: usize| match i {
+        7 => communities.contains(&PlantCommunity::Bilberry),
+        8 => communities.contains(&PlantCommunity::Nettles),
+        _ => has_grass,
+    };
+    let kinds = KINDS.par_iter().enumerate();
+    kinds
+        .map(|(i, kind)| {
+            if is_wanted(i) {
+                kind.images(key)
+            } else {
+                Vec::new()
+            }
+        })
+        .collect()
+}
+
+impl CommunityMaterials {
+    pub(super) fn register(
+        library: &mut MaterialLibrary,
+        images: Vec<Vec<Vec<CardImage>>>,
+    ) -> Self {
+        let mut cards = KINDS.iter().zip(images).map(|(kind, variants)| {
+            let cards = register_cards(library, kind, variants).into_iter();
+            cards.flatten().collect::<Vec<_>>()
+        });
+        let mut next = || cards.next().unwrap_or_default();
+        Self {
+            tall: [next(), next(), next()],
+            short: [next(), next()],
+            thatch: next(),
+            heads: next(),
+            bilberry: next(),
+            nettle: next(),
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Swards and thickets, tile by tile.
+
+use std::f64::consts::TAU;
+
+use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, PlantCommunity, Surface, TrailSurfaceKind};
+use nemoral_seed::{Domain, Draw, Key};
+use nemoral_stand::{Closed, Communities, CommunityParams, PatchKind, Site, SkyViewFactor};
+
+use super::flora::Patch;
+use super::ground::{ChunkGround, TerrainField};
+use crate::{Error, config};
+
+const COMMUNITIES: Domain = Domain::new("pipeline.communities");
+const TILES: Domain = Domain::new("pipeline.communities.tiles");
+const BORDERS: Domain = Domain::new("pipeline.communities.borders");
+const TRODDEN: Domain = Domain::new("pipeline.communities.trodden");
+
+/// Sides of the cells of wide and narrow tiles, metres. Tiles of the neighbours overlap by half.
+const CELLS_M: [f64; 2] = [1.25, 0.55];
+/// The greatest distance of a tile from its cell's middle, in cells.
+const JITTER: f64 = 0.3;
+/// How far the middle of a wide tile of grass is from a trail's edge at least, metres. Nearer,
+/// there are narrow ones up to `NARROW_M`.
+const WIDE_M: f64 = 0.95;
+const NARROW_M: f64 = 0.28;
+/// How far thickets keep from a trail's edge, metres: brambles arch over it.
+const THICKET_M: f64 = 0.85;
+const BRAMBLE_M: f64 = 1.15;
+/// The distance at which the ground around tells whether a place is in a hollow, metres.
+const HOLLOW_M: f64 = 7.0;
+/// From so much sky on, and to so much, a grassy trail is bare and green from verge to verge.
+const TRAIL_LIGHT: [f64; 2] = [0.10, 0.26];
+
+/// The swards and thickets of a world.
+#[derive(Debug)]
+pub(crate) struct ClosedVegetation {
+    communities: Communities<TerrainField>,
+    has_sward: bool,
+    wide: GroundCover,
+    narrow: GroundCover,
+}
+
+/// The communities that a config asks for.
+pub(crate) fn community_params(of: &config::Undergrowth) -> CommunityParams {
+    let (s, t) = (&of.sward, &of.thickets);
+    CommunityParams {
+        sward: s.cover,
+        grasses: [s.rank, s.grazed, s.tussocks, s.dry, s.laid],
+        thickets: [t.bramble, t.bracken, t.heath, t.bilberry, t.nettles],
+    }
+}
+
+impl ClosedVegetation {
+    /// The closed vegetation of a config; `None` if there is none.
+    pub(crate) fn new(
+        of: &config::Undergrowth,
+        chunk_size_m: f64,
+        world: Key,
+    ) -> Result<Option<Self>, Error> {
+        let params = community_params(of);
+        let key = world.domain(COMMUNITIES);
+        let field = |i, params| TerrainField::new(params, key.item(i));
+        let communities = Communities::new(&params, field)?;
+        if communities.is_empty() {
+            return Ok(None);
+        }
+        let grid = |domain, cell_m| {
+            let params = GroundCoverParams {
+                chunk_size_m,
+                cell_m,
+                jitter: JITTER,
+                varieties: vec![CoverVariety {
+                    weight: 1.0,
+                    radius_m: 0.0,
+                    scale: (0.9, 1.12),
+                }],
+            };
+            GroundCover::new(params, world.domain(domain)).map_err(Error::of_stage)
+        };
+        Ok(Some(Self {
+            communities,
+            has_sward: params.sward > 0.0,
+            wide: grid(TILES, CELLS_M[0])?,
+            narrow: grid(BORDERS, CELLS_M[1])?,
+        }))
+    }
+
+    /// What closes over the ground at a place off trails.
+    pub(crate) fn at(
+        &self,
+        world_m: DVec2,
+        ground: &ChunkGround,
+        sky: &SkyViewFactor,
+    ) -> Option<Closed> {
+        self.communities.at(world_m, &site(world_m, ground, sky))
+    }
+
+    /// Lays the tiles of a chunk.
+    pub(crate) fn lay(
+        &self,
+        at: ChunkCoord,
+        ground: &ChunkGround,
+        sky: &SkyViewFactor,
+        patches: &mut Vec<Patch>,
+    ) {
+        let off_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) > THICKET_M && !ground.is_pit(p);
+        for point in self.wide.points(at, &off_trail, &|_| 1.0) {
+            let Some(closed) = self.at(point.position_m, ground, sky) else {
+                continue;
+            };
+            let edge_m = ground.trail_edge_m(point.position_m);
+            let room_m = match closed.community {
+                PlantCommunity::Bramble => BRAMBLE_M,
+                community if community.is_grass() => WIDE_M,
+                _ => THICKET_M,
+            };
+            if edge_m > room_m {
+                patches.push(self.tile(point, closed, PatchKind::Closed));
+            }
+        }
+        if !self.has_sward {
+            return;
+        }
+        let beside = |p: DVec2, _: f64| ground.trail_edge_m(p) <= WIDE_M && !ground.is_pit(p);
+        for point in self.narrow.points(at, &beside, &|_| 1.0) {
+            let p = point.position_m;
+            let closed = if ground.trail_edge_m(p) > NARROW_M {
+                let closed = self.at(p, ground, sky);
+                closed.filter(|closed| closed.community.is_grass())
+            } else {
+                self.on_trail(&point, ground, sky)
+            };
+            if let Some(closed) = closed {
+                patches.push(self.tile(point, closed, PatchKind::ClosedBorder));
+            }
+        }
+    }
+
+    /// Short grass on a trail whose surface is grassy, from verge to verge.
+    fn on_trail(
+        &self,
+        point: &CoverPoint,
+        ground: &ChunkGround,
+        sky: &SkyViewFactor,
+    ) -> Option<Closed> {
+        let p = point.position_m;
+        if ground.trail_kind(p) != Some(TrailSurfaceKind::Grassy) {
+            return None;
+        }
+        let [dark, light] = TRAIL_LIGHT;
+        let sky_view = site(p, ground, sky).sky_view;
+        let chance = ((sky_view - dark) / (light - dark)).clamp(0.0, 1.0);
+        let mut rng = point.key.domain(TRODDEN).rng();
+        rng.chance(chance).then(|| Closed {
+            community: PlantCommunity::GrazedGrass,
+            vigour: rng.range_f64(0.6, 1.0),
+        })
+    }
+
+    fn tile(
+        &self,
+        mut point: CoverPoint,
+        closed: Closed,
+        kind: fn(PlantCommunity) -> PatchKind,
+    ) -> Patch {
+        let shade = self.communities.shade(point.position_m);
+        let size = if closed.community.is_grass() {
+            // Lower grass must still close.
+            0.55 + 0.45 * closed.vigour
+        } else {
+            closed.vigour
+        };
+        point.scale *= size;
+        if closed.community == PlantCommunity::LaidGrass {
+            // Wind lays all of a place in one direction.
+            point.yaw_rad = (TAU * shade + 0.08 * point.yaw_rad).rem_euclid(TAU);
+        }
+        Patch {
+            kind: kind(closed.community),
+            point,
+            shade,
+        }
+    }
+}
+
+/// The conditions at a place: water gathers in hollows and runs off slopes.
+fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Site {
+    let here = ground.sample(world_m);
+    let around = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
+    let around = around.map(|way| ground.height_m(world_m + HOLLOW_M * way));
+    let hollow_m = around.iter().sum::<f64>() / 4.0 - here.height_m;
+    let slope = here.gradient.length();
+    Site {
+        sky_view: f64::from(sky.at(world_m.extend(here.height_m + 0.3))),
+        moisture: (0.5 + 0.6 * hollow_m - 0.4 * (slope - 0.15).max(0.0)).clamp(0.0, 1.0),
+        slope,
+    }
+}

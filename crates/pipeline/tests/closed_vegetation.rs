@@ -1,0 +1,145 @@
+//! Swards and thickets: where they were asked for, as far as light allows, and off trails unless
+//! these are grassy.
+#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
+
+use nemoral_pipeline::ForestPlan;
+use nemoral_pipeline::config::{Config, Layers};
+use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_pipeline::world::flora::Patch;
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, PlantCommunity, TrailSurfaceKind};
+use nemoral_stand::PatchKind;
+
+struct World {
+    forest: ForestPlan,
+    store: Store,
+}
+
+impl World {
+    fn new(preset: &str, settings: &[&str]) -> Self {
+        let few = ["assets.individuals=1", "trails.spawn_probability=0.1"];
+        let layers = Layers {
+            preset: Some(preset.to_owned()),
+            file: None,
+            settings: few
+                .iter()
+                .chain(settings)
+                .map(|s| (*s).to_owned())
+                .collect(),
+        };
+        let config: Config = layers.load().unwrap_or_else(|e| panic!("{e}"));
+        let forest = ForestPlan::new(&config).unwrap_or_else(|e| panic!("{e}"));
+        let store = Store::unlimited();
+        Self { forest, store }
+    }
+
+    fn runner(&self) -> Runner<'_> {
+        Runner::new(self.forest.plan(), &self.store, 2)
+    }
+
+    /// Calls with the patches of nine chunks, each with its distance from the edge of a trail and
+    /// the surface of that trail.
+    fn each(&self, mut f: impl FnMut(&Patch, f64, Option<TrailSurfaceKind>)) {
+        let runner = self.runner();
+        for i in 0..9 {
+            let at = ChunkCoord::new(i % 3, i / 3);
+            let ground = runner.get(self.forest.ground, at).expect("ground");
+            for patch in runner
+                .get(self.forest.undergrowth, at)
+                .expect("patches")
+                .iter()
+            {
+                let p = patch.point.position_m;
+                f(patch, ground.trail_edge_m(p), ground.trail_kind(p));
+            }
+        }
+    }
+}
+
+const CHUNKS_M2: f64 = 9.0 * 2500.0;
+
+#[test]
+fn a_glade_is_under_grass_and_its_trails_too() {
+    let world = World::new("glade", &[]);
+    let (mut wide, mut on_trail, mut trail_cells) = (0, 0, 0);
+    world.each(|patch, edge_m, surface| match patch.kind {
+        PatchKind::Closed(community) => {
+            assert!(edge_m > 0.8, "{community:?} {edge_m} m from a trail");
+            wide += i32::from(community.is_grass());
+        }
+        PatchKind::ClosedBorder(community) => {
+            assert!(community.is_grass());
+            if edge_m < 0.0 {
+                assert_eq!(community, PlantCommunity::GrazedGrass);
+                assert_eq!(surface, Some(TrailSurfaceKind::Grassy));
+                on_trail += 1;
+            }
+        }
+        _ => {}
+    });
+    let share = f64::from(wide) * 1.25 * 1.25 / CHUNKS_M2;
+    assert!((0.55..=1.0).contains(&share), "{share}");
+    // Narrow tiles on 0.55 m cells, from verge to verge.
+    let runner = world.runner();
+    for i in 0..9 {
+        let at = ChunkCoord::new(i % 3, i / 3);
+        let ground = runner.get(world.forest.ground, at).expect("ground");
+        for k in 0..100 * 100 {
+            let cell = DVec2::new(f64::from(k % 100) + 0.5, f64::from(k / 100) + 0.5) * 0.5;
+            trail_cells += i32::from(ground.trail_edge_m(at.origin_m(50.0) + cell) < 0.0);
+        }
+    }
+    assert!(trail_cells > 500, "no trail to look at: {trail_cells}");
+    let closed = f64::from(on_trail) * 0.55 * 0.55 / (f64::from(trail_cells) * 0.25);
+    assert!((0.6..1.1).contains(&closed), "{closed}");
+}
+
+#[test]
+fn other_surfaces_stay_free_and_thickets_take_their_share() {
+    let world = World::new("rank-clearing", &[]);
+    let mut counts = [0; PlantCommunity::ALL.len()];
+    world.each(|patch, edge_m, _| match patch.kind {
+        PatchKind::Closed(community) => counts[community.index()] += 1,
+        PatchKind::ClosedBorder(_) => assert!(edge_m > 0.0, "{edge_m}"),
+        _ => {}
+    });
+    let share = |of: PlantCommunity| f64::from(counts[of.index()]) * 1.25 * 1.25 / CHUNKS_M2;
+    let bramble = share(PlantCommunity::Bramble);
+    assert!((0.05..0.6).contains(&bramble), "{counts:?}");
+    assert!(share(PlantCommunity::GrazedGrass) == 0.0, "{counts:?}");
+}
+
+#[test]
+fn there_is_less_in_the_dark_and_nothing_without_being_asked_for() {
+    let closed = |preset, settings: &[&str]| {
+        let mut count = 0;
+        World::new(preset, settings).each(|patch, _, _| {
+            let is_closed = matches!(
+                patch.kind,
+                PatchKind::Closed(_) | PatchKind::ClosedBorder(_)
+            );
+            count += i32::from(is_closed);
+        });
+        count
+    };
+    let same = [
+        "undergrowth.sward.cover=0.5",
+        "undergrowth.thickets.bramble=0.0",
+    ];
+    let [light, dark] = ["montado", "beech"].map(|preset| closed(preset, &same));
+    assert!(f64::from(dark) < 0.6 * f64::from(light), "{dark} {light}");
+    assert_eq!(closed("demo", &[]), 0);
+}
+
+#[test]
+fn the_paper_medium_preset_stays_within_its_instances() {
+    let world = World::new("medium", &["trails.spawn_probability=0.012"]);
+    let scene = world.runner().get(world.forest.scene, 0).expect("a scene");
+    let counts = scene
+        .groups
+        .iter()
+        .map(|(_, group)| group.instances().len());
+    let in_view: usize = counts.sum();
+    println!("{in_view} instances in view");
+    assert!((20_000..45_000).contains(&in_view), "{in_view}");
+}

@@ -1,0 +1,325 @@
+//! Where vegetation closes over the ground, and which: swards and thickets.
+
+use nemoral_scene::PlantCommunity;
+use nemoral_scene::glam::DVec2;
+
+use crate::{Field, FieldParams};
+
+/// The field that makes stands of one community, some metres to tens of metres wide.
+pub const COMMUNITY_FIELD: FieldParams = FieldParams {
+    octaves: 4,
+    scale_m: 26.0,
+    lacunarity: 2.1,
+    persistence: 0.55,
+};
+
+/// The field by which a sward changes from one kind of grass to another.
+pub const SWARD_FIELD: FieldParams = FieldParams {
+    octaves: 3,
+    scale_m: 19.0,
+    lacunarity: 2.3,
+    persistence: 0.5,
+};
+
+/// Number of places along each side of the grid at which a field's quantiles are sampled.
+const SAMPLES: u32 = 48;
+/// Distance of these places, metres. It is more than a stand, so that samples are nearly
+/// independent.
+const SAMPLE_STEP_M: f64 = 37.0;
+/// Over this part of a field's quantiles, plants get lower towards the border of their stand.
+const BORDER: f64 = 0.06;
+
+/// The conditions for low plants at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// The sky view factor near the ground, 0..1.
+    pub sky_view: f64,
+    /// From 0, dry, over 0.5, as most of the ground, to 1, wet.
+    pub moisture: f64,
+    /// Rise over run.
+    pub slope: f64,
+}
+
+/// Closed vegetation at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closed {
+    /// What grows there.
+    pub community: PlantCommunity,
+    /// Its size relative to that in the middle of a stand, 0.6..=1.
+    pub vigour: f64,
+}
+
+/// The abundance of vegetation that closes over the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CommunityParams {
+    /// The share of the ground, where all conditions suit it, under grass, 0..=1.
+    pub sward: f64,
+    /// The weights of the five kinds of grass in the order of [`PlantCommunity::ALL`]; none is
+    /// negative, and their sum is positive if there is a sward.
+    pub grasses: [f64; 5],
+    /// The shares of the other communities in that order, each 0..=1.
+    pub thickets: [f64; 5],
+}
+
+impl CommunityParams {
+    /// The communities that may grow somewhere.
+    #[must_use]
+    pub fn wanted(&self) -> Vec<PlantCommunity> {
+        let [grass, thickets] = [&PlantCommunity::ALL[..5], &PlantCommunity::ALL[5..]];
+        let grass = grass.iter().zip(&self.grasses);
+        let grass = grass.filter(|(_, weight)| self.sward > 0.0 && **weight > 0.0);
+        let thickets = thickets.iter().zip(&self.thickets);
+        let thickets = thickets.filter(|(_, share)| **share > 0.0);
+        grass.chain(thickets).map(|(c, _)| *c).collect()
+    }
+}
+
+/// The stands of closed vegetation of a world.
+///
+/// Each community has a field of its own, which is cut at its own quantile so that it covers its
+/// share of the ground where light, moisture and slope suit it, and less elsewhere. Where several
+/// would grow, that one does which is farthest within its stand.
+#[derive(Clone, Debug)]
+pub struct Communities<F> {
+    /// Grass is `None`: its kind is chosen by `sward`.
+    members: Vec<(Option<PlantCommunity>, f64, Quantiles<F>)>,
+    grasses: [f64; 5],
+    sward: Quantiles<F>,
+}
+
+impl<F: Field> Communities<F> {
+    /// The communities of a world. `field` makes the i-th independent field of these octaves.
+    ///
+    /// # Errors
+    /// If a field cannot be made.
+    pub fn new<E>(
+        params: &CommunityParams,
+        mut field: impl FnMut(u64, FieldParams) -> Result<F, E>,
+    ) -> Result<Self, E> {
+        let grass = std::iter::once((None, params.sward));
+        let thickets = PlantCommunity::ALL[5..].iter().zip(params.thickets);
+        let thickets = thickets.map(|(community, share)| (Some(*community), share));
+        let mut members = Vec::new();
+        for (i, (community, share)) in grass.chain(thickets).enumerate() {
+            if share > 0.0 {
+                let field = Quantiles::of(field(i as u64 + 1, COMMUNITY_FIELD)?);
+                members.push((community, share, field));
+            }
+        }
+        Ok(Self {
+            members,
+            grasses: params.grasses,
+            sward: Quantiles::of(field(0, SWARD_FIELD)?),
+        })
+    }
+
+    /// Whether nothing closes over the ground anywhere.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.members.is_empty()
+    }
+
+    /// What closes over the ground at a world position, metres.
+    pub fn at(&self, world_m: DVec2, site: &Site) -> Option<Closed> {
+        let depths = self.members.iter().filter_map(|(community, share, field)| {
+            let share = share * suitability(*community, site);
+            let inside = field.rank(world_m) - (1.0 - share);
+            (share > 0.0 && inside >= 0.0).then_some((community, inside, inside / share))
+        });
+        let (community, inside, _) = depths.max_by(|a, b| a.2.total_cmp(&b.2))?;
+        let community = community.unwrap_or_else(|| self.grass(world_m, site.moisture));
+        Some(Closed {
+            community,
+            vigour: 0.6 + 0.4 * (inside / BORDER).min(1.0),
+        })
+    }
+
+    /// The kind of grass at a place: dry kinds where it is dry.
+    fn grass(&self, world_m: DVec2, moisture: f64) -> PlantCommunity {
+        // Tall, grazed, tussocks, dry, laid.
+        let dryness = (1.0 - moisture.clamp(0.0, 1.0)) * 2.0;
+        let by_moisture = [1.0, 1.0, 2.0 - dryness, dryness, 1.0];
+        let weight = |i: usize| self.grasses[i] * by_moisture[i];
+        let total: f64 = (0..5).map(weight).sum();
+        let mut rest = self.sward.rank(world_m) * total;
+        for (i, community) in PlantCommunity::ALL[..5].iter().enumerate() {
+            rest -= weight(i);
+            if rest < 0.0 {
+                return *community;
+            }
+        }
+        let last = (0..5).rev().find(|&i| weight(i) > 0.0);
+        PlantCommunity::ALL[last.unwrap_or(0)]
+    }
+
+    /// A value from 0 to 1 that changes slowly from place to place, by which grass differs in
+    /// colour and thickets in height.
+    pub fn shade(&self, world_m: DVec2) -> f64 {
+        // Beside the borders of the kinds of grass, which are made from the same field.
+        self.sward.rank(world_m + DVec2::new(311.7, -173.9))
+    }
+}
+
+/// How well a place suits a community, 0..=1; `None` is grass. The ranges of light follow the
+/// order of Ellenberg's values for the species (bilberry 5, bracken and nettles 6, bramble 6 to 7,
+/// grass of glades 7, heather 8); their limits are our choice.
+fn suitability(community: Option<PlantCommunity>, site: &Site) -> f64 {
+    let (dark, light) = match community {
+        Some(PlantCommunity::Bramble) => (0.12, 0.32),
+        Some(PlantCommunity::Bracken | PlantCommunity::Nettles) => (0.10, 0.28),
+        Some(PlantCommunity::Heath) => (0.20, 0.45),
+        Some(PlantCommunity::Bilberry) => (0.08, 0.22),
+        _ => (0.14, 0.38),
+    };
+    let by_moisture = match community {
+        Some(PlantCommunity::Nettles) => ramp(0.42, 0.70, site.moisture),
+        Some(PlantCommunity::Heath) => 1.0 - ramp(0.55, 0.90, site.moisture),
+        _ => 1.0,
+    };
+    let by_slope = 1.0 - ramp(0.75, 1.1, site.slope);
+    ramp(dark, light, site.sky_view) * by_moisture * by_slope
+}
+
+/// From 0 at and below `low` to 1 at and above `high`.
+fn ramp(low: f64, high: f64, value: f64) -> f64 {
+    ((value - low) / (high - low)).clamp(0.0, 1.0)
+}
+
+/// A field with the distribution of its values.
+#[derive(Clone, Debug)]
+struct Quantiles<F> {
+    field: F,
+    sorted: Vec<f64>,
+}
+
+impl<F: Field> Quantiles<F> {
+    fn of(field: F) -> Self {
+        let places = (0..SAMPLES * SAMPLES)
+            .map(|i| DVec2::new(f64::from(i % SAMPLES), f64::from(i / SAMPLES)) * SAMPLE_STEP_M);
+        let mut sorted: Vec<f64> = places.map(|p| field.value(p)).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        Self { field, sorted }
+    }
+
+    /// The share of the plane with lower values than here, 0..1.
+    fn rank(&self, world_m: DVec2) -> f64 {
+        let value = self.field.value(world_m);
+        let below = self.sorted.partition_point(|&v| v < value);
+        // Between its neighbours, so that ranks change smoothly.
+        let before = below.checked_sub(1).map_or(value, |i| self.sorted[i]);
+        let after = self.sorted.get(below).copied().unwrap_or(value);
+        let part = if after > before {
+            (value - before) / (after - before)
+        } else {
+            0.5
+        };
+        let rank = (below as f64 - 1.0 + part) / self.sorted.len() as f64;
+        rank.clamp(0.0, 1.0 - f64::EPSILON)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OPEN: Site = Site {
+        sky_view: 0.6,
+        moisture: 0.5,
+        slope: 0.1,
+    };
+
+    /// Waves in both directions whose lengths and phases belong to the field.
+    fn waves(i: u64, _: FieldParams) -> Result<impl Field, ()> {
+        let i = i as f64;
+        Ok(move |p: DVec2| {
+            0.5 + 0.25
+                * (libm::sin(p.x * (0.31 + 0.07 * i) + i)
+                    + libm::sin(p.y * (0.37 - 0.03 * i) - 2.0 * i))
+        })
+    }
+
+    fn count(params: &CommunityParams, site: &Site) -> [f64; PlantCommunity::ALL.len()] {
+        let all = Communities::new(params, waves).expect("fields");
+        let mut counts = [0.0; PlantCommunity::ALL.len()];
+        for i in 0..40_000 {
+            let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 1.7;
+            if let Some(closed) = all.at(p, site) {
+                assert!((0.6..=1.0).contains(&closed.vigour));
+                counts[closed.community.index()] += 1.0 / 40_000.0;
+            }
+        }
+        counts
+    }
+
+    const NONE: CommunityParams = CommunityParams {
+        sward: 0.0,
+        grasses: [1.0; 5],
+        thickets: [0.0; 5],
+    };
+
+    #[test]
+    fn each_alone_has_its_share_where_it_suits() {
+        for i in 0..5 {
+            let mut thickets = [0.0; 5];
+            thickets[i] = 0.3;
+            let params = CommunityParams { thickets, ..NONE };
+            let site = Site {
+                moisture: if i == 4 { 0.9 } else { 0.3 },
+                ..OPEN
+            };
+            let found = count(&params, &site);
+            assert!((found[5 + i] - 0.3).abs() < 0.03, "{found:?}");
+            let dark = Site {
+                sky_view: 0.05,
+                ..site
+            };
+            assert_eq!(count(&params, &dark), [0.0; 10]);
+        }
+    }
+
+    #[test]
+    fn a_full_sward_leaves_no_gap_and_has_its_kinds() {
+        let params = CommunityParams {
+            sward: 1.0,
+            grasses: [2.0, 1.0, 0.0, 1.0, 0.0],
+            ..NONE
+        };
+        let found = count(&params, &OPEN);
+        assert!((found.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{found:?}");
+        for (found, want) in found.into_iter().zip([0.5, 0.25, 0.0, 0.25, 0.0]) {
+            assert!((found - want).abs() < 0.04, "{found} {want}");
+        }
+        let dry = count(
+            &params,
+            &Site {
+                moisture: 0.1,
+                ..OPEN
+            },
+        );
+        assert!(dry[3] > found[3] + 0.1, "{dry:?}");
+    }
+
+    #[test]
+    fn shade_thins_and_steep_ground_stays_bare() {
+        let params = CommunityParams { sward: 0.8, ..NONE };
+        let at = |site: Site| count(&params, &site)[..5].iter().sum::<f64>();
+        let half = at(Site {
+            sky_view: 0.26,
+            ..OPEN
+        });
+        assert!((half - 0.4).abs() < 0.04, "{half}");
+        assert_eq!(at(Site { slope: 1.2, ..OPEN }), 0.0);
+    }
+
+    #[test]
+    fn what_is_wanted_is_what_may_grow() {
+        assert_eq!(NONE.wanted(), []);
+        let params = CommunityParams {
+            sward: 0.2,
+            grasses: [0.0, 1.0, 0.0, 0.0, 0.0],
+            thickets: [0.0, 0.1, 0.0, 0.0, 0.0],
+        };
+        let wanted = [PlantCommunity::GrazedGrass, PlantCommunity::Bracken];
+        assert_eq!(params.wanted(), wanted);
+    }
+}
