@@ -236,8 +236,8 @@ impl WorldMaterials {
         );
         stone.tile_m = 0.5;
         let stone = library.add(stone);
-        // Seedlings, deadwood, climbers and closed vegetation come last, so that all other materials have the same
-        // number with and without them.
+        // Seedlings, deadwood, climbers and closed vegetation come last, so that all other
+        // materials have the same number with and without them.
         let of_species = species.iter().zip(&solids.barks).zip(young);
         let seedlings = of_species
             .map(|((s, barks), young)| seedling::register(&mut library, s, barks, young))
