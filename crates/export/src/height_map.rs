@@ -64,8 +64,8 @@ impl HeightGrid {
 }
 
 /// Writes a height map to `path`, whose name ends in `.png`, and what its levels stand for to a
-/// file of the same name that ends in `.toml`. Both appear when they are whole, the map last. The result
-/// is their size in bytes.
+/// file of the same name that ends in `.toml`. Both appear when they are whole, the map last. The
+/// result is their size in bytes.
 ///
 /// North is up: the first row of the picture is the northernmost. A post's height is within half a
 /// level of the grid's.
