@@ -25,8 +25,8 @@ mod tree;
 struct ReadmeDoctests;
 
 pub use library::{
-    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LogAsset, PlantAsset, SingleTree,
-    StandParams, StandSpecies, StemMoss, TreeAsset, TreeClimbers,
+    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LogAsset, MeasuredTree, PlantAsset,
+    SingleTree, StandParams, StandSpecies, StemMoss, TreeAsset, TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;

@@ -54,6 +54,20 @@ pub struct AssetParams {
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
     pub stand: StandParams,
+    /// Trees of given sizes, such as those of a plot, at most 4096. They follow the stand's trees
+    /// in [`Library::trees`] if they are alive, else those in [`Library::snags`].
+    pub measured: Vec<MeasuredTree>,
+}
+
+/// A tree of a given size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredTree {
+    /// The index of its species in [`AssetParams::species`].
+    pub species: usize,
+    /// Its size; of a dead tree, the size that it had before its top broke.
+    pub size: TreeSize,
+    /// Is it alive?
+    pub alive: bool,
 }
 
 /// A species in a stand.
@@ -173,6 +187,7 @@ impl Default for AssetParams {
             trail_surface: None,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
+            measured: Vec::new(),
         }
     }
 }
@@ -224,6 +239,17 @@ impl AssetParams {
             ParamError::check_within("climbers.amount", amount, 0.0, 3.0)?;
             ParamError::check_within("climbers.height_m", height_m, 0.1, 10.0)?;
         }
+        let n = self.measured.len() as f64;
+        ParamError::check_within("measured.len()", n, 0.0, 4096.0)?;
+        if let Some(i) = self
+            .measured
+            .iter()
+            .position(|m| m.species >= self.species.len())
+        {
+            let field = format!("measured[{i}].species");
+            let allowed = "the index of a species";
+            return Err(ParamError::new(field, self.measured[i].species, allowed));
+        }
         let stand = &self.stand;
         ParamError::check_within("stand.shape", stand.shape, 1.0, 6.0)?;
         ParamError::check_within("stand.dbh_min_m", stand.dbh_min_m, 0.07, 0.5)?;
@@ -258,9 +284,13 @@ impl Library {
                 ..GrowthParams::default()
             },
         };
-        let trees = grower.all(TreeKind::Living, params.individuals_per_species, key)?;
+        let mut trees = grower.all(TreeKind::Living, params.individuals_per_species, key)?;
         let saplings = grower.all(TreeKind::Sapling, params.saplings_per_species, key)?;
-        let snags = grower.all(TreeKind::Snag, params.snags_per_species, key)?;
+        let mut snags = grower.all(TreeKind::Snag, params.snags_per_species, key)?;
+        for tree in grower.measured(key)? {
+            let to = if tree.alive { &mut trees } else { &mut snags };
+            to.push(tree);
+        }
         let plants = PlantGrower {
             species: &species,
             materials: &materials,
@@ -299,6 +329,7 @@ impl Library {
 const TREES: Domain = Domain::new("assets.trees");
 const SAPLINGS: Domain = Domain::new("assets.saplings");
 const SNAGS: Domain = Domain::new("assets.snags");
+const MEASURED: Domain = Domain::new("assets.measured");
 
 fn prototype(name: &str, number: u32, shape: Shape, library: &MaterialLibrary) -> Prototype {
     Prototype::new(format!("{name}.{number}"), shape.mesh, shape.cards, library)
@@ -372,6 +403,24 @@ impl TreeGrower<'_> {
         };
         let name = format!("{}.{part}{number}", species.name);
         self.grown((species, index), grow, &size, name, key.item(2))
+    }
+
+    /// Grows the trees of given sizes.
+    fn measured(&self, key: Key) -> Result<Vec<TreeAsset>, ParamError> {
+        let key = key.domain(MEASURED);
+        let trees = self
+            .params
+            .measured
+            .par_iter()
+            .enumerate()
+            .map(|(i, tree)| {
+                let grow: Grow = if tree.alive { grow } else { grow_snag };
+                let species = &self.params.species[tree.species].species;
+                let name = format!("{}.measured.{i}", species.name);
+                let key = key.item(i as u64);
+                self.grown((species, tree.species), grow, &tree.size, name, key)
+            });
+        trees.collect()
     }
 
     /// Grows a tree of this size; the species has this number among those with materials.

@@ -31,6 +31,12 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Records a data set.
     Generate(Generate),
+    /// Records a data set of your own plot, from its stem map.
+    ///
+    /// The trees of the stem map stand where they do, in a forest like them.
+    ///
+    /// All other options are those of `generate`, and change what the files suggest.
+    Plot(Plot),
     /// Makes a contact sheet of one frame: colour, classes, instances, depth, scan.
     Preview(Preview),
     /// Opens a forest in your browser, to walk through it and to change it.
@@ -300,6 +306,20 @@ pub(crate) struct Generate {
     /// Prints nothing but errors.
     #[arg(long, short, conflicts_with = "progress")]
     pub(crate) quiet: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Plot {
+    /// The stem map: CSV with x_m, y_m and, if known, species, dbh_cm, height_m, alive.
+    pub(crate) stems: PathBuf,
+    /// The height map of its ground: GeoTIFF, or 16-bit PNG with its sidecar (.json, .toml).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) terrain: Option<PathBuf>,
+    /// Its trails: GeoJSON with LineStrings, or CSV with trail, x_m, y_m.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trails: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) generate: Generate,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

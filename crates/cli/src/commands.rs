@@ -8,7 +8,7 @@ use clap::CommandFactory;
 use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, laz_cloud};
 use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
-    Preset, SequenceConfig, Sequences, annotated_toml, json_schema, reference_page,
+    Preset, SequenceConfig, Sequences, SiteFiles, annotated_toml, json_schema, reference_page,
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
@@ -17,13 +17,13 @@ use nemoral_pipeline::{
 };
 
 use crate::arguments::{
-    Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Merge, Plan,
+    Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Merge, Plan, Plot,
     Preview,
 };
 use crate::failure::{Failure, wrong};
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
-use crate::request::{cache, load, threads};
+use crate::request::{cache, layers, load, threads};
 use crate::{export, view};
 
 /// Runs a command. The result is `false` if it ran but its answer is no.
@@ -31,7 +31,21 @@ use crate::{export, view};
 /// `program` is the file that makes values which are kept between runs.
 pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, Failure> {
     match arguments.command {
-        Command::Generate(a) => run_generate(&a, program),
+        Command::Generate(a) => run_generate(&a, None, program),
+        Command::Plot(a) => {
+            let Plot {
+                stems,
+                terrain,
+                trails,
+                generate,
+            } = a;
+            let files = SiteFiles {
+                stems,
+                terrain,
+                trails,
+            };
+            run_generate(&generate, Some(&files), program)
+        }
         Command::Preview(a) => run_preview(&a, program),
         Command::View(a) => view::run(a, program),
         Command::Config(a) => run_config(&a, program),
@@ -184,12 +198,20 @@ fn open_mode(resume: bool, overwrite: bool) -> OpenMode {
     }
 }
 
-fn run_generate(a: &Generate, program: Option<&Path>) -> Result<bool, Failure> {
+/// `plot` are the files of a plot.
+fn run_generate(
+    a: &Generate,
+    plot: Option<&SiteFiles>,
+    program: Option<&Path>,
+) -> Result<bool, Failure> {
     let mut world = a.world.clone();
     if let Some(Frames::Length(n)) = a.frames {
         world.settings.push(format!("frames={n}"));
     }
-    let sequences = load(&world)?;
+    let sequences = match plot {
+        None => load(&world)?,
+        Some(files) => layers(&world).plot(files)?,
+    };
     let config = sequences.get(0)?.config;
     let of_each = match &a.frames {
         Some(Frames::These(frames)) => frames.clone(),

@@ -12,15 +12,19 @@ use crate::failure::Failure;
 
 /// The sequences that are asked for.
 pub(crate) fn load(world: &World) -> Result<Sequences, Failure> {
+    Ok(layers(world).sequences()?)
+}
+
+/// What a command line asks for, in layers.
+pub(crate) fn layers(world: &World) -> Layers {
     let mut settings = world.settings.clone();
     settings.extend(world.seed.map(|seed| format!("seed={seed}")));
     settings.extend(world.sequences.map(|n| format!("sequences={n}")));
-    let layers = Layers {
+    Layers {
         preset: world.preset.clone(),
         file: world.config.clone(),
         settings,
-    };
-    Ok(layers.sequences()?)
+    }
 }
 
 /// The number of threads to use, which is handed to rayon.

@@ -244,3 +244,29 @@ pub(crate) fn is_kitti_poses(name: &str) -> bool {
 pub(crate) fn sequence_file(number: u32, name: &str) -> String {
     format!("{}/{name}", sequence_folder(number))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inputs_are_named_by_their_content() {
+        let path = input_path("my poses.txt", b"0 1 2\n");
+        let digest = &blake3::hash(b"0 1 2\n").to_hex()[..16];
+        assert_eq!(path.as_str(), format!("inputs/{digest}-my_poses.txt"));
+        // A copy of a copy has the same name.
+        assert_eq!(input_path(path.file_name(), b"0 1 2\n"), path);
+        assert_ne!(input_path(path.file_name(), b"0 1 3\n"), path);
+        let record = FileRecord::of(path.clone(), b"0 1 2\n");
+        assert!(is_input(&record));
+        assert!(!is_input(&FileRecord::of(path, b"0 1 3\n")));
+        for other in ["config.toml", "inputs/a/b.csv", "inputs/spiral.csv"] {
+            assert!(!is_input(&FileRecord::of(inner(other), b"x")), "{other}");
+        }
+        // Whatever the name is, the path is one of the layout.
+        for name in ["", "..", "a/b\\c:d", "Bäume…", &"x".repeat(500), "con."] {
+            let path = input_path(name, b"x");
+            assert!(is_input(&FileRecord::of(path, b"x")), "{name}");
+        }
+    }
+}

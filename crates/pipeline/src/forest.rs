@@ -121,7 +121,7 @@ impl ForestPlan {
         let world_key = Key::world(config.seed);
         let mut plan = Plan::new(world_key);
 
-        let ground_model = plan.add(GroundStage::new(config), ());
+        let ground_model = plan.add(GroundStage::new(config, inputs), ());
         let library = plan.add(LibraryStage::new(config, inputs), ());
         let assets = plan.add(AssetStage::new(config, inputs), (library.global(),));
         let placement = plan.add(

@@ -21,7 +21,22 @@ pub(crate) fn prove(
     runner.get(forest.cameras, ())?;
     runner.get(forest.lidars, ())?;
     runner.get(forest.placement, ())?;
-    Ok(trajectory.note().map(str::to_owned))
+    let on_trails = runner
+        .get(forest.ground_model, ())?
+        .measured_trees_on_trails();
+    let of_plot = (on_trails > 0).then(|| {
+        format!(
+            "{on_trails} trees of the stem map stand on trails; trails.enabled = false leaves \
+             trails out"
+        )
+    });
+    let notes: Vec<String> = trajectory
+        .note()
+        .map(str::to_owned)
+        .into_iter()
+        .chain(of_plot)
+        .collect();
+    Ok((!notes.is_empty()).then(|| notes.join("; ")))
 }
 
 /// Refuses a frame beyond the sequence.

@@ -51,7 +51,7 @@ pub use layer::StandLayer;
 pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
 pub use lying::{LyingPose, LyingStem, Rest, roll_rad};
 pub use scene_objects::{
-    Lying, OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject, SceneObjects,
+    Lying, MeasuredSize, OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject, SceneObjects,
 };
 pub use seedlings::Seedlings;
 pub use sky_view_factor::{REACH_M, SkyViewArea, SkyViewFactor};

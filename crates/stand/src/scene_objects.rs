@@ -24,8 +24,10 @@ pub struct SceneObject {
     pub radius_m: f64,
     /// Index into the library's assets of its kind.
     pub asset: usize,
-    /// Size relative to the asset.
+    /// Size relative to the asset; of what is longer or shorter in proportion, its size across.
     pub scale: f64,
+    /// The size of a tree that was measured in the field; `None` for everything else.
+    pub measured: Option<MeasuredSize>,
     /// Chunk axes from the asset's axes.
     pub linear: Mat3,
     /// A number in 0..1 that varies its colour.
@@ -116,6 +118,21 @@ pub enum ObjectSize {
     Grown,
     /// It varies much, by [`sapling_scale`].
     Sapling,
+    /// It was measured.
+    Measured(MeasuredSize),
+}
+
+/// The size of a tree that was measured in the field, and its asset's that is nearest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredSize {
+    /// Diameter at breast height, metres.
+    pub dbh_m: f64,
+    /// Height, metres.
+    pub height_m: f64,
+    /// Size across relative to the asset.
+    pub across: f64,
+    /// Height relative to the asset.
+    pub along: f64,
 }
 
 impl ObjectSize {
@@ -125,6 +142,7 @@ impl ObjectSize {
             Self::Given(scale) => scale,
             Self::Grown => grown_scale(place),
             Self::Sapling => sapling_scale(place),
+            Self::Measured(size) => size.across,
         }
     }
 }
@@ -162,6 +180,14 @@ impl ObjectSite {
             ObjectKind::Tree | ObjectKind::Stump => Vec2::ZERO,
             _ => sample.gradient.as_vec2(),
         };
+        let mut linear = Instance::upright(look.yaw_rad as f32, scale as f32, gradient);
+        let measured = match self.size {
+            ObjectSize::Measured(size) => Some(size),
+            _ => None,
+        };
+        if let Some(size) = measured {
+            linear.z_axis *= (size.along / size.across) as f32;
+        }
         SceneObject {
             object,
             kind: self.kind,
@@ -169,7 +195,8 @@ impl ObjectSite {
             radius_m: self.radius_m,
             asset: self.asset,
             scale,
-            linear: Instance::upright(look.yaw_rad as f32, scale as f32, gradient),
+            measured,
+            linear,
             variation,
             on_trail: self.on_trail,
         }
@@ -188,6 +215,7 @@ impl ObjectSite {
             radius_m: self.radius_m,
             asset: self.asset,
             scale: across,
+            measured: None,
             linear: lying.pose.rotation * Mat3::from_diagonal(scale),
             variation: rng.unit_f32(),
             on_trail: self.on_trail,
@@ -238,6 +266,28 @@ mod tests {
         // A tree stands upright; a shrub is sheared along the slope.
         assert_eq!(objects[0].linear.x_axis.z, 0.0);
         assert!(objects[1].linear.x_axis.z != 0.0 && objects[1].linear.z_axis.x == 0.0);
+    }
+
+    #[test]
+    fn a_measured_tree_is_as_wide_and_as_high_as_it_was_measured() {
+        let size = MeasuredSize {
+            dbh_m: 0.3,
+            height_m: 21.0,
+            across: 1.2,
+            along: 0.9,
+        };
+        let tree = ObjectSite {
+            size: ObjectSize::Measured(size),
+            ..site(ObjectKind::Tree, 1)
+        };
+        let variation = InstanceVariation::new(Key::world(7));
+        let chunk = ChunkCoord::new(0, 0);
+        let objects = SceneObjects::stand(chunk, &[tree], &FlatSurface::default(), &variation);
+        let tree = &objects.expect("ids").0[0];
+        assert_eq!((tree.measured, tree.scale), (Some(size), 1.2));
+        let [x, y, z] = [tree.linear.x_axis, tree.linear.y_axis, tree.linear.z_axis];
+        assert!((x.length() - 1.2).abs() < 1e-6 && (y.length() - 1.2).abs() < 1e-6);
+        assert!((z - nemoral_scene::glam::Vec3::Z * 0.9).length() < 1e-6);
     }
 
     #[test]

@@ -29,6 +29,7 @@
 //! are always in range, use most of it, are never cut off, and roughness rises with persistence and
 //! lacunarity. [`PerlinTerrain`] is the same on the `noise` crate's generator. Other grounds
 //! implement [`Surface`](nemoral_scene::Surface).
+//! [`HeightField`] lays measured heights over any of them, exact at every post.
 //!
 //! # Mesh
 //! [`GroundMesher`] turns any `Surface` into triangles. It follows break-lines, the zero contour of
@@ -41,6 +42,7 @@
 //! All lengths are metres, z is up.
 
 mod gradient_noise;
+mod height_field;
 mod lattice;
 mod mesher;
 mod noise_terrain;
@@ -52,6 +54,7 @@ mod zones;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+pub use height_field::{HeightField, HeightPosts};
 pub use mesher::{GroundMesher, MeshParams};
 pub use nemoral_scene::ParamError;
 pub use noise_terrain::Terrain;

@@ -21,7 +21,7 @@ const VERGE_WAVE_M: f64 = 4.0;
 /// The stones of a trail: a uniform number up to the greatest, anywhere on the surface, but mostly
 /// outside of the ruts.
 pub(crate) fn stones(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<TrailDressing> {
-    let key = key.domain(STONES).chunk(path.id().birth);
+    let key = path.id().key(key.domain(STONES));
     let count = key.rng().between(0, params.rocks_max_per_trail);
     let stone = |i: u32| {
         let mut rng = key.item(u64::from(i)).rng();
@@ -57,7 +57,7 @@ pub(crate) fn grass(
 ) {
     let most = params.grass_max_per_chunk;
     for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
-        let key = key.domain(GRASS).chunk(path.id().birth).item(index as u64);
+        let key = path.id().key(key.domain(GRASS)).item(index as u64);
         let last = knots.end.min(path.knots().len() - 1);
         let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
         for i in 0..key.rng().between(most / 2, most) {
@@ -90,7 +90,7 @@ pub(crate) fn verges(
     mut emit: impl FnMut(TrailDressing),
 ) {
     for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
-        let key = key.domain(VERGE).chunk(path.id().birth);
+        let key = path.id().key(key.domain(VERGE));
         let last = knots.end.min(path.knots().len() - 1);
         let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
         for (side, sign) in [(0, 1.0), (1, -1.0)] {

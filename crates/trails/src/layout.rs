@@ -16,11 +16,36 @@ const CANDIDATES: usize = 4;
 /// The greatest angle of a trail to the border's normal where it crosses, radians.
 const LEAN_RAD: f64 = 0.5;
 
-/// The identity of a trail: the chunk that it starts in. At most one trail starts in a chunk.
+/// The identity of a trail: the chunk that it starts in, in which at most one trail is born, and
+/// further ones may be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TrailId {
     /// The chunk that the trail starts in.
     pub birth: ChunkCoord,
+    /// 0 for a trail that was born there, else the number of a given one, from 1.
+    pub number: u32,
+}
+
+impl TrailId {
+    /// The key of this trail for some purpose.
+    pub(crate) fn key(self, purpose: Key) -> Key {
+        let key = purpose.chunk(self.birth);
+        match self.number {
+            0 => key,
+            // Items of trails that are born are small numbers.
+            number => key.item(u64::from(number) << 32),
+        }
+    }
+}
+
+/// A trail on the map.
+#[derive(Clone, Debug)]
+pub(crate) struct Course {
+    pub(crate) id: TrailId,
+    /// At least two: position, unit direction, arc length from the start.
+    pub(crate) points: Vec<(DVec2, DVec2, f64)>,
+    /// Chunks in order, each with the number of its first point.
+    pub(crate) transits: Vec<(ChunkCoord, usize)>,
 }
 
 /// The crossings of a trail: points and directions, its ends included.
@@ -108,22 +133,15 @@ impl Layout {
         }
     }
 
-    pub(crate) fn id(&self) -> TrailId {
+    fn id(&self) -> TrailId {
         TrailId {
             birth: self.steps[0].chunk,
+            number: 0,
         }
     }
 
-    /// Points about `step_m` apart: position, unit direction, arc length from the start; and the
-    /// number of the first point in each chunk.
-    #[expect(
-        clippy::type_complexity,
-        reason = "two lists, named where they are taken apart"
-    )]
-    pub(crate) fn points(
-        &self,
-        step_m: f64,
-    ) -> (Vec<(DVec2, DVec2, f64)>, Vec<(ChunkCoord, usize)>) {
+    /// The trail with points about `step_m` apart.
+    pub(crate) fn course(&self, step_m: f64) -> Course {
         let mut points = Vec::new();
         let mut transits = Vec::new();
         let mut start = 0.0;
@@ -142,7 +160,11 @@ impl Layout {
         }
         let end = self.nodes[self.nodes.len() - 1];
         points.push((end.position, end.direction, start));
-        (points, transits)
+        Course {
+            id: self.id(),
+            points,
+            transits,
+        }
     }
 }
 

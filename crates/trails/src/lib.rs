@@ -25,6 +25,7 @@
 //! - A trail is born in a chunk and goes on for up to 40 chunks. A chunk finds its trails by
 //!   testing every chunk within that reach for a trail that is born there and passes by, so the
 //!   order of visits does not matter.
+//! - Trails along given lines ([`Trails::along`]) are carved and dressed as those are.
 //! - Trails cross borders at keyed places and directions, and run along cubic curves between.
 //! - [`TrailGround`] carves them: the formation is the ground along the trail, smoothed and limited
 //!   in grade; there are cut and fill slopes of given ratios, crossfall, crown, wheel ruts, and a
@@ -39,6 +40,7 @@ mod curve;
 mod dressing;
 mod dressing_placement;
 mod dual;
+mod given;
 mod ground;
 mod index;
 mod layout;

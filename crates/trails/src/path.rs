@@ -6,7 +6,7 @@ use nemoral_seed::{Domain, Key};
 
 use crate::curve::{Cubic, stiffness};
 use crate::dressing::TrailDressing;
-use crate::layout::{Layout, TrailId};
+use crate::layout::{Course, TrailId};
 use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
 use crate::surface_kinds::{SurfaceKinds, rut_factor};
 use crate::{TrailParams, TrailSurfaceKind};
@@ -15,7 +15,7 @@ const RUTS: Domain = Domain::new("trails.ruts");
 const KINDS: Domain = Domain::new("trails.kinds");
 
 /// Approximate distance between knots, metres.
-const STEP_M: f64 = 1.0;
+pub(crate) const STEP_M: f64 = 1.0;
 
 /// Trails narrow and fade over this length at both ends, metres.
 const TAPER_M: f64 = 10.0;
@@ -107,14 +107,17 @@ impl TrailPath {
     pub(crate) fn new(
         params: &TrailParams,
         world: Key,
-        layout: &Layout,
+        course: Course,
         base: &dyn Surface,
     ) -> Self {
-        let id = layout.id();
-        let (points, transits) = layout.points(STEP_M);
+        let Course {
+            id,
+            points,
+            transits,
+        } = course;
         let places: Vec<f64> = points.iter().map(|p| p.2).collect();
         let length = places[places.len() - 1];
-        let kinds = SurfaceKinds::draw(params, world.domain(KINDS).chunk(id.birth), length);
+        let kinds = SurfaceKinds::draw(params, id.key(world.domain(KINDS)), length);
 
         let ground: Vec<_> = points.iter().map(|p| base.sample(p.0)).collect();
         let section = &params.section;
@@ -130,7 +133,7 @@ impl TrailPath {
                 .collect(),
         );
 
-        let key = world.domain(RUTS).chunk(id.birth);
+        let key = id.key(world.domain(RUTS));
         let depth = Wobble::new(key.item(0), length, 9.0);
         let wander = Wobble::new(key.item(1), length, 12.0);
         let fade = |s: f64| fade(s, length);
@@ -170,8 +173,12 @@ impl TrailPath {
 
     /// The same trail on the map only: all heights are 0, and it has no stones. That takes a small
     /// part of the work.
-    pub(crate) fn outline(params: &TrailParams, layout: &Layout) -> Self {
-        let (points, transits) = layout.points(STEP_M);
+    pub(crate) fn outline(params: &TrailParams, course: Course) -> Self {
+        let Course {
+            id,
+            points,
+            transits,
+        } = course;
         let length = points[points.len() - 1].2;
         let knot = |(position, tangent, arc): (DVec2, DVec2, f64)| Knot {
             position,
@@ -187,7 +194,7 @@ impl TrailPath {
             },
         };
         Self {
-            id: layout.id(),
+            id,
             knots: points.into_iter().map(knot).collect(),
             transits,
             kinds: SurfaceKinds::default(),

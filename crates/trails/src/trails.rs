@@ -1,5 +1,6 @@
 //! All trails of a world.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
@@ -9,8 +10,10 @@ use nemoral_seed::{Domain, Key};
 
 use crate::cache::Cache;
 use crate::dressing_placement::{grass, stones, verges};
+use crate::given::course;
 use crate::ground::reach_m;
 use crate::layout::Layout;
+use crate::path::STEP_M;
 use crate::route::Router;
 use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
 
@@ -28,6 +31,10 @@ pub struct Trails {
     router: Router,
     births: Cache<ChunkCoord, Arc<[ChunkCoord]>>,
     paths: Cache<ChunkCoord, Arc<TrailPath>>,
+    /// Trails along given lines.
+    given: Vec<Arc<TrailPath>>,
+    /// The indices of those that touch each chunk.
+    given_in: BTreeMap<[i32; 2], Vec<usize>>,
 }
 
 /// The edges of trails near a chunk.
@@ -84,7 +91,38 @@ impl Trails {
             base,
             births: Cache::new(births),
             paths: Cache::new(paths),
+            given: Vec::new(),
+            given_in: BTreeMap::new(),
         })
+    }
+
+    /// These trails and further ones along given lines: smooth curves through their vertices, in
+    /// world coordinates. Lines shorter than a metre are left out.
+    #[must_use]
+    pub fn along(mut self, lines_m: &[Vec<DVec2>]) -> Self {
+        for (number, line) in (1..).zip(lines_m) {
+            let Some(course) = course(line, number, self.chunk_size_m) else {
+                continue;
+            };
+            let path = TrailPath::new(&self.params, self.key, course, &*self.base);
+            let stones = stones(&self.params, self.key, &path);
+            let path = Arc::new(path.with_stones(stones));
+            for chunk in path.chunks() {
+                let here = self.given_in.entry([chunk.x, chunk.y]).or_default();
+                if here.last() != Some(&self.given.len()) {
+                    here.push(self.given.len());
+                }
+            }
+            self.given.push(path);
+        }
+        self
+    }
+
+    /// The given trails that touch a chunk.
+    fn given_in(&self, chunk: ChunkCoord) -> &[usize] {
+        self.given_in
+            .get(&[chunk.x, chunk.y])
+            .map_or(&[], Vec::as_slice)
     }
 
     /// The parameters of these trails.
@@ -93,12 +131,17 @@ impl Trails {
         &self.params
     }
 
-    /// Every trail that touches a chunk, sorted by id.
+    /// Every trail that touches a chunk, sorted by id, given ones last.
     #[must_use]
     pub fn in_chunk(&self, coord: ChunkCoord) -> Vec<Arc<TrailPath>> {
         self.births_through(coord)
             .iter()
             .map(|&birth| self.path(birth))
+            .chain(
+                self.given_in(coord)
+                    .iter()
+                    .map(|&i| Arc::clone(&self.given[i])),
+            )
             .collect()
     }
 
@@ -112,7 +155,7 @@ impl Trails {
     /// Whether any trail touches a chunk.
     #[must_use]
     pub fn is_crossed(&self, coord: ChunkCoord) -> bool {
-        !self.births_through(coord).is_empty()
+        !self.births_through(coord).is_empty() || !self.given_in(coord).is_empty()
     }
 
     /// The edges of trails, for points at most `margin_m` from a chunk: as in
@@ -120,8 +163,8 @@ impl Trails {
     #[must_use]
     pub fn edges_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailEdges {
         let outline = |birth| {
-            let layout = self.layout(birth);
-            Arc::new(TrailPath::outline(&self.params, &layout))
+            let course = self.layout(birth).course(STEP_M);
+            Arc::new(TrailPath::outline(&self.params, course))
         };
         TrailEdges(self.near(coord, margin_m, outline))
     }
@@ -143,13 +186,18 @@ impl Trails {
         let near = move |c: ChunkCoord| {
             c.x.abs_diff(coord.x) <= rings as u32 && c.y.abs_diff(coord.y) <= rings as u32
         };
-        let mut births: Vec<ChunkCoord> = (-rings..=rings)
-            .flat_map(|x| (-rings..=rings).map(move |y| coord.offset(x, y)))
+        let around =
+            || (-rings..=rings).flat_map(|x| (-rings..=rings).map(move |y| coord.offset(x, y)));
+        let mut births: Vec<ChunkCoord> = around()
             .flat_map(|c| self.births_through(c).to_vec())
             .collect();
+        let mut given: Vec<usize> = around().flat_map(|c| self.given_in(c).to_vec()).collect();
+        given.sort_unstable();
+        given.dedup();
         births.sort_unstable();
         births.dedup();
-        let paths = births.into_iter().map(path).collect();
+        let given = given.into_iter().map(|i| Arc::clone(&self.given[i]));
+        let paths = births.into_iter().map(path).chain(given).collect();
         TrailGround::new(
             Arc::clone(&self.params),
             Arc::clone(&self.base),
@@ -247,8 +295,8 @@ impl Trails {
 
     fn path(&self, birth: ChunkCoord) -> Arc<TrailPath> {
         self.paths.get_or_make(birth, || {
-            let layout = self.layout(birth);
-            let path = TrailPath::new(&self.params, self.key, &layout, &*self.base);
+            let course = self.layout(birth).course(STEP_M);
+            let path = TrailPath::new(&self.params, self.key, course, &*self.base);
             let stones = stones(&self.params, self.key, &path);
             Arc::new(path.with_stones(stones))
         })
@@ -292,6 +340,53 @@ mod tests {
             });
             assert_eq!(a, b);
         }
+    }
+
+    #[test]
+    fn given_lines_are_trails_in_every_chunk_that_they_cross() {
+        let params = TrailParams {
+            spawn_probability: 0.0,
+            ..TrailParams::default()
+        };
+        let line = vec![
+            DVec2::new(-70.0, 3.0),
+            DVec2::new(-20.0, 12.0),
+            DVec2::new(-20.0, 12.3),
+            DVec2::new(35.0, -4.0),
+            DVec2::new(80.0, 40.0),
+        ];
+        let short = vec![DVec2::ZERO, DVec2::new(0.3, 0.0)];
+        let base = Arc::new(FlatSurface::default());
+        let trails = Trails::new(params, 50.0, Key::world(3), base).expect("valid");
+        assert!(!trails.is_crossed(ChunkCoord::new(0, 0)));
+        let trails = trails.along(&[short, line.clone()]);
+        for (i, vertex) in line.iter().enumerate() {
+            let chunk = ChunkCoord::containing(*vertex, 50.0);
+            assert!(trails.is_crossed(chunk) && trails.in_chunk(chunk).len() == 1);
+            let ground = trails.ground_near(chunk, 2.0);
+            let inner = i > 0 && i + 1 < line.len();
+            // The middle of the surface, which is narrower at its ends.
+            let edge = ground.edge_m(*vertex);
+            let width = 0.5 * trails.params().width_m;
+            assert!(
+                edge < -0.25 && (!inner || (edge + width).abs() < 0.4),
+                "{vertex}: {edge}"
+            );
+            let edges = trails.edges_near(chunk, 2.0);
+            assert_eq!(edges.edge_m(*vertex).to_bits(), edge.to_bits());
+        }
+        // Every place along it is on it, from whichever chunk it is asked.
+        let (path, _) = trails.nearest(DVec2::ZERO, 100.0).expect("it is near");
+        assert_eq!(path.id().number, 2);
+        let mut s_m = 0.0;
+        while s_m < path.length_m() {
+            let p = path.position_m(s_m);
+            let home = ChunkCoord::containing(p, 50.0);
+            let here = trails.ground_near(home, 2.0).edge_m(p);
+            assert!(here < -0.25, "{s_m}: {here}");
+            s_m += 0.37;
+        }
+        assert!(!trails.is_crossed(ChunkCoord::new(3, 3)));
     }
 
     #[test]

@@ -42,6 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     seeds.requests()?;
     seeds.skies()?;
+    seeds.sites()?;
     seeds.merges()
 }
 
@@ -212,6 +213,35 @@ impl Seeds {
         self.put("pattern", "bare", b"5,1,1\n6,2,2\n6,3,3\n")?;
         let tum = "\u{0}# t x y z qx qy qz qw\n0.5 1 2 3 0 0 0.6 0.8\n1 2 2 3 0 0 0 1\n";
         self.put("robot_poses", "tum", tum.as_bytes())
+    }
+
+    /// Makes seeds of the files of a site, from the example's and in other forms.
+    fn sites(&self) -> Result<(), Box<dyn Error>> {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/site");
+        self.put("stem_map", "example", &fs::read(example.join("stems.csv"))?)?;
+        let semicolons = "X;Y;Species;DBH_cm;Height;alive\n1;2;beech;31,5;24,5;1\n-3,5;0;;;;no\n";
+        self.put("stem_map", "semicolons", semicolons.as_bytes())?;
+        self.put(
+            "trail_lines",
+            "example",
+            &fs::read(example.join("trails.geojson"))?,
+        )?;
+        let table = "trail,x_m,y_m\na,1,2\na,30,4\nb,5,6\nb,70,8\n";
+        self.put("trail_lines", "table", table.as_bytes())?;
+        self.put(
+            "geotiff",
+            "example",
+            &fs::read(example.join("terrain.tif"))?,
+        )?;
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("heights.png");
+        let code = |x: u32, y: u32| image::Luma([(1000 * x + 9000 * y) as u16]);
+        image::ImageBuffer::from_fn(6, 4, code).save(&path)?;
+        let mut png = b"{\"origin_m\":[0,0],\"metres_per_pixel\":1,\"min_height_m\":0,\
+            \"max_height_m\":20}\n"
+            .to_vec();
+        png.extend(fs::read(&path)?);
+        self.put("height_png", "grey", &png)
     }
 
     /// Makes seeds of both formats of skies.

@@ -17,6 +17,7 @@ mod edits;
 mod folders;
 mod requests;
 mod scratch;
+mod site;
 mod state;
 
 pub use base::{Files, files, shards, write_shard};
@@ -48,6 +49,8 @@ targets! {
     requests::config
     decoders::deadwood
     decoders::exr
+    site::geotiff
+    site::height_png
     decoders::instances
     decoders::label
     state::manifest
@@ -62,6 +65,8 @@ targets! {
     requests::sky
     requests::species
     state::state
+    site::stem_map
     decoders::times
+    site::trail_lines
     decoders::trees
 }

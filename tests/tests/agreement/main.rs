@@ -5,4 +5,5 @@ mod card;
 mod coverage;
 mod processing;
 mod sensors;
+mod site;
 mod stereo;

@@ -13,10 +13,11 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The stage crates, each of which has one task and depends only on the vocabulary and the keys.
-const STAGES: [&str; 12] = [
+const STAGES: [&str; 13] = [
     "nemoral-assets",
     "nemoral-dataset",
     "nemoral-export",
+    "nemoral-import",
     "nemoral-lidar",
     "nemoral-lidar-noise",
     "nemoral-placement",

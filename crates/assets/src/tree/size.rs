@@ -172,6 +172,29 @@ impl Species {
         )
     }
 
+    /// Mean diameter of trees of this height, metres: where [`Species::mean_height_m`] has it,
+    /// within the range of the relations.
+    #[must_use]
+    pub fn mean_dbh_m(&self, height_m: f64) -> f64 {
+        let [mut low, mut high] = self.allometry.dbh_range_m;
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.mean_height_m(middle) < height_m {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
+    }
+
+    /// Diameter over bark of the stem of a tree of this size at `above_ground_m`, metres, by the
+    /// species' taper; without the root flare.
+    #[must_use]
+    pub fn stem_diameter_m(&self, size: &TreeSize, above_ground_m: f64) -> f64 {
+        2.0 * self.stem.taper.radius_m(size, above_ground_m)
+    }
+
     /// Mean crown width of trees of this diameter, metres.
     #[must_use]
     pub fn mean_crown_width_m(&self, dbh_m: f64) -> f64 {

@@ -2,7 +2,9 @@
 
 use std::fs;
 
-use crate::common::{assert_same_files, base, files, folder, outcome, record, run, small};
+use crate::common::{
+    SMALL, assert_same_files, base, files, folder, nemoral, outcome, record, run, small,
+};
 
 #[test]
 fn a_data_set_is_complete_checked_and_counted() {
@@ -320,4 +322,51 @@ fn a_data_set_is_made_again_from_itself_alone() {
     let refused = run(&["generate", &merged.join("config.toml").to_string_lossy()]);
     assert_eq!(refused.code, Some(2), "{}", refused.stderr);
     assert!(refused.stderr.contains("checksum"), "{}", refused.stderr);
+}
+
+#[test]
+fn a_plot_is_recorded_from_its_stem_map() {
+    let here = folder("plot");
+    fs::create_dir_all(&here).expect("a writable folder");
+    let stems = here.join("stems.csv");
+    let table = "x_m,y_m,species,dbh_cm,height_m\n500010,4000000,beech,31,24\n\
+                 500013.5,4000004,beech,18,\n500016,3999999,beech,,\n";
+    fs::write(&stems, table).expect("a writable folder");
+    let plot = |out: &str, more: &[&str]| {
+        let mut command = nemoral();
+        command
+            .arg("plot")
+            .arg(&stems)
+            .args(["--preset", "demo", "--out"])
+            .arg(here.join(out));
+        for setting in SMALL.iter().chain(&["frames=1"]) {
+            command.args(["--set", setting]);
+        }
+        outcome(command.args(more))
+    };
+    let done = plot("out", &[]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let found = files(&here.join("out"));
+    let trees = String::from_utf8_lossy(&found["sequences/00/trees.csv"]);
+    for (place, dbh_m) in [
+        ("0,0,", ",0.31,24,"),
+        ("3.5,4,", ",0.18,"),
+        ("6,-1,", ",0."),
+    ] {
+        let row = trees
+            .lines()
+            .find(|l| l.contains(&format!("beech,{place}")));
+        let row = row.unwrap_or_else(|| panic!("no tree at {place} {trees}"));
+        assert!(row.contains(dbh_m), "{row}");
+    }
+    assert!(
+        found
+            .keys()
+            .any(|f| f.starts_with("inputs/") && f.ends_with("-stems.csv"))
+    );
+
+    let refused = plot("other", &["--terrain", "none.tif"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("none.tif"), "{}", refused.stderr);
+    assert!(!here.join("other").exists());
 }

@@ -36,14 +36,16 @@ impl Base {
         let folder = file.parent().unwrap_or(Path::new(""));
         let is_dataset = |root: &Path| {
             let mark = |name: &str| root.join(name).exists();
-            mark("dataset.json") || mark(".nemoral")
+            mark("dataset.json") || mark(".nemoral/header.json")
         };
         let root = folder.to_owned();
         if is_dataset(&root) {
             return Self::Dataset { root, up: "" };
         }
         let root = folder.join(SEQUENCE_UP);
-        if is_dataset(&root) {
+        let absolute = std::path::absolute(file).unwrap_or_default();
+        let of_sequence = absolute.ancestors().nth(2).and_then(Path::file_name);
+        if of_sequence.is_some_and(|name| name == "sequences") && is_dataset(&root) {
             let up = SEQUENCE_UP;
             return Self::Dataset { root, up };
         }

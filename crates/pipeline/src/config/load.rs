@@ -49,6 +49,11 @@ impl Layers {
     /// # Errors
     /// As [`Layers::load`], for the first sequence, and if the splits are impossible.
     pub fn sequences(&self) -> Result<Sequences, Error> {
+        Sequences::new(self.preset.clone(), self.sources()?)
+    }
+
+    /// The file and the settings.
+    pub(super) fn sources(&self) -> Result<Vec<Source>, Error> {
         let mut sources = Vec::new();
         if let Some(path) = &self.file {
             sources.push(Source::file(path)?);
@@ -56,7 +61,7 @@ impl Layers {
         for setting in &self.settings {
             sources.push(Source::setting(setting)?);
         }
-        Sequences::new(self.preset.clone(), sources)
+        Ok(sources)
     }
 }
 

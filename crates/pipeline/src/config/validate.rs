@@ -3,9 +3,14 @@
 use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
+use nemoral_seed::Key;
 
 use super::sensors::RESERVED;
 use super::{Config, Lidar, LidarPattern, RobotPath, SunPosition, sky_image};
+use crate::world::plot::{Plot, stems_of};
+use crate::world::recipe::Recipe;
+use crate::world::site_terrain::{height_map, posts};
+use crate::world::site_trails::lines_m;
 use crate::{Error, InputFiles};
 
 /// `.label` files number the objects of a chunk from 1 to this.
@@ -53,6 +58,7 @@ impl Config {
         self.sensor_problems(&mut out);
         self.sensor_name_problems(&mut out);
         self.robot_problems(&mut out);
+        self.site_problems(inputs, &mut out);
         out.0
     }
 
@@ -80,7 +86,7 @@ impl Config {
     }
 
     fn placement_problems(&self, out: &mut Problems) {
-        let (p, c) = (&self.placement, &self.chunks);
+        let p = &self.placement;
         out.ordered(
             ("placement.rocks_min", f64::from(p.rocks_min)),
             ("placement.rocks_max", f64::from(p.rocks_max)),
@@ -94,17 +100,7 @@ impl Config {
             ("placement.regeneration.radius_min_m", young.radius_min_m),
             ("placement.regeneration.radius_max_m", young.radius_max_m),
         );
-        // Saplings grow in clusters, so the variance of their number in a chunk is that of
-        // scattered points times the mean number of saplings in a cluster.
-        let radius_m = f64::midpoint(young.radius_min_m, young.radius_max_m);
-        let cluster_m2 = std::f64::consts::PI * radius_m * radius_m;
-        let clusters = young.share * c.size_m * c.size_m / cluster_m2;
-        let clumping = young.saplings / clusters.max(1.0);
-        // Six standard deviations of the number are left as a margin.
-        let mean = p.trees + p.stumps + p.shrubs + young.saplings;
-        let variance = mean + young.saplings * clumping;
-        let trail_rocks = f64::from(u32::from(self.trails.enabled) * self.trails.rocks_max);
-        let most = mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + 2.0 * trail_rocks;
+        let most = self.most_objects_of_a_chunk();
         if most > OBJECTS_OF_A_CHUNK_MAX {
             let message = format!(
                 ": up to {most:.0} things in a chunk, and .label files number only \
@@ -115,13 +111,95 @@ impl Config {
         }
     }
 
+    /// The most things with an id that are placed in a chunk, within six standard deviations.
+    fn most_objects_of_a_chunk(&self) -> f64 {
+        let (p, c) = (&self.placement, &self.chunks);
+        let young = &p.regeneration;
+        // Saplings grow in clusters, so the variance of their number in a chunk is that of
+        // scattered points times the mean number of saplings in a cluster.
+        let radius_m = f64::midpoint(young.radius_min_m, young.radius_max_m);
+        let cluster_m2 = std::f64::consts::PI * radius_m * radius_m;
+        let clusters = young.share * c.size_m * c.size_m / cluster_m2;
+        let clumping = young.saplings / clusters.max(1.0);
+        // Six standard deviations of the number are left as a margin.
+        let mean = p.trees + p.stumps + p.shrubs + young.saplings;
+        let variance = mean + young.saplings * clumping;
+        let trail_rocks = f64::from(u32::from(self.trails.enabled) * self.trails.rocks_max);
+        mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + 2.0 * trail_rocks
+    }
+
+    fn site_terrain_problems(&self, inputs: &InputFiles, out: &mut Problems) {
+        const KEY: &str = "site.terrain.path";
+        let map = match height_map(&self.site, inputs) {
+            Ok(Some(map)) => map,
+            Ok(None) => return,
+            Err(e) => return out.add(KEY, &format!(": {e}")),
+        };
+        let (low, high) = (map.post_m(0, map.rows - 1), map.post_m(map.columns - 1, 0));
+        if let Ok(Some(stems)) = stems_of(&self.site, inputs)
+            && !(stems.iter())
+                .any(|s| (low[0]..=high[0]).contains(&s.x_m) && (low[1]..=high[1]).contains(&s.y_m))
+        {
+            let first = &stems[0];
+            let message = format!(
+                ": it reaches from ({}, {}) to ({}, {}), and no tree of the stem map is there (the \
+                 first is at ({}, {})): both must have the same coordinates",
+                low[0], low[1], high[0], high[1], first.x_m, first.y_m
+            );
+            return out.add(KEY, &message);
+        }
+        if let Err(e) = posts(map, &self.site).validate(self.site.terrain.blend_m) {
+            out.add(KEY, &format!(": {e}"));
+        }
+    }
+
+    fn site_problems(&self, inputs: &InputFiles, out: &mut Problems) {
+        self.site_terrain_problems(inputs, out);
+        if let Err(e) = lines_m(&self.site, inputs) {
+            out.add("site.trails.path", &format!(": {e}"));
+        }
+        const KEY: &str = "site.stems.path";
+        if self.site.stems.path.is_empty() {
+            return;
+        }
+        let (size_m, dbh_m) = (self.chunks.size_m, self.assets.dbh_mean_m);
+        // Species and sizes are looked at, too.
+        let recipe = Recipe::new(self, inputs);
+        let sized = |species: &[_]| recipe.measured(species, Key::world(self.seed)).map(drop);
+        if let Err(e) = recipe.species().and_then(|species| sized(&species)) {
+            return out.add(KEY, &format!(": {e}"));
+        }
+        let Ok(Some(plot)) = Plot::new(&self.site, inputs, dbh_m, size_m) else {
+            return;
+        };
+        let placed = self.most_objects_of_a_chunk();
+        for (chunk, trees) in plot.chunks() {
+            if ObjectId::new(chunk, 1).is_none() {
+                let message = format!(
+                    ": a tree lies in chunk {chunk}, and ids reach chunk ±2,097,151: set \
+                     site.origin_x_m and site.origin_y_m"
+                );
+                return out.add(KEY, &message);
+            }
+            if placed + trees as f64 > OBJECTS_OF_A_CHUNK_MAX {
+                let message = format!(
+                    ": chunk {chunk} has {trees} trees and up to {placed:.0} other things, and \
+                     .label files number only {OBJECTS_OF_A_CHUNK_MAX}: lower chunks.size_m, or \
+                     what [placement] asks for"
+                );
+                return out.add(KEY, &message);
+            }
+        }
+    }
+
     fn ground_problems(&self, out: &mut Problems) {
         let (terrain, trails) = (&self.terrain, &self.trails);
         out.ordered(
             ("terrain.fine_cell_m", terrain.fine_cell_m),
             ("terrain.cell_m", terrain.cell_m),
         );
-        if trails.enabled && trails.width_m < 2.0 * terrain.fine_cell_m {
+        let any = trails.enabled || !self.site.trails.path.is_empty();
+        if any && trails.width_m < 2.0 * terrain.fine_cell_m {
             let must = format!(
                 "be at least twice terrain.fine_cell_m = {}",
                 terrain.fine_cell_m

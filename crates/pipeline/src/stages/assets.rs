@@ -41,7 +41,8 @@ impl Stage<Forest> for LibraryStage {
 
     fn run(&self, (): (), key: Key, (): ()) -> Result<Library, Error> {
         let species = self.0.species()?;
-        let params = self.0.params(&species);
+        let mut params = self.0.params(&species);
+        params.measured = self.0.measured(&species, key)?.shapes;
         in_pool(|| Library::grow(&params, key)).map_err(Error::of_stage)
     }
 

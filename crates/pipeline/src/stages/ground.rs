@@ -7,7 +7,10 @@ use nemoral_seed::Key;
 
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
-use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::ground::{ChunkGround, GroundModel, SiteGround};
+use crate::world::plot::Plot;
+use crate::world::site_terrain::{height_map, posts};
+use crate::world::site_trails::lines_m;
 use crate::{Error, InputFiles};
 
 /// Makes the [`GroundModel`].
@@ -18,18 +21,22 @@ pub struct GroundStage {
     deadwood: config::Deadwood,
     dbh_mean_m: f64,
     chunk_size_m: f64,
+    site: config::Site,
+    inputs: InputFiles,
 }
 
 impl GroundStage {
-    /// The stage of a config.
+    /// The stage of a config and the files that it names.
     #[must_use]
-    pub fn new(config: &Config) -> Self {
+    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
         Self {
             terrain: config.terrain.clone(),
             trails: config.trails.clone(),
             deadwood: config.deadwood.clone(),
             dbh_mean_m: config.assets.dbh_mean_m,
             chunk_size_m: config.chunks.size_m,
+            site: config.site.clone(),
+            inputs: inputs.clone(),
         }
     }
 }
@@ -42,6 +49,8 @@ impl Encode for GroundStage {
             deadwood,
             dbh_mean_m,
             chunk_size_m,
+            site,
+            inputs: _,
         } = self;
         encoder.field("terrain", terrain);
         encoder.field("trails", trails);
@@ -49,6 +58,12 @@ impl Encode for GroundStage {
         encoder.field("across_trails", &deadwood.across_trails);
         encoder.field("dbh_mean_m", dbh_mean_m);
         encoder.field("chunk_size_m", chunk_size_m);
+        encoder.field("origin_x_m", &site.origin_x_m);
+        encoder.field("origin_y_m", &site.origin_y_m);
+        encoder.field("stems", &site.stems.path);
+        encoder.field("margin_m", &site.stems.margin_m);
+        encoder.field("site_terrain", &site.terrain);
+        encoder.field("site_trails", &site.trails);
     }
 }
 
@@ -60,14 +75,22 @@ impl Stage<Forest> for GroundStage {
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        InputFiles::default().encode(hasher, self);
+        self.inputs.encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<GroundModel, Error> {
+        let (site, inputs) = (&self.site, &self.inputs);
+        let map = height_map(site, inputs)?;
+        let of_site = SiteGround {
+            plot: Plot::new(site, inputs, self.dbh_mean_m, self.chunk_size_m)?,
+            posts: map.map(|map| (posts(map, site), site.terrain.blend_m)),
+            lines_m: lines_m(site, inputs)?,
+        };
         GroundModel::new(
             &self.terrain,
             &self.trails,
             (&self.deadwood, self.dbh_mean_m),
+            of_site,
             self.chunk_size_m,
             world,
         )

@@ -6,12 +6,13 @@ use nemoral_placement::{Placement, Site};
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
+use nemoral_stand::StandLayer;
 
 use crate::config::Config;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
-use crate::world::placement::{PlacementRecipe, is_free};
+use crate::world::placement::{PlacementRecipe, is_free, measured_sites};
 use crate::{Error, InputFiles};
 
 /// Makes the world's [`Placement`].
@@ -105,7 +106,7 @@ impl Stage<Forest> for RockStage {
     }
 }
 
-/// The trees, stumps and shrubs of a chunk.
+/// The trees, stumps and shrubs of a chunk, and last its part of a stem map.
 #[derive(Clone, Copy, Debug)]
 pub struct WoodyStage;
 
@@ -125,7 +126,7 @@ impl Stage<Forest> for WoodyStage {
     fn run(
         &self,
         at: ChunkCoord,
-        _: Key,
+        world: Key,
         (placement, ground, rocks): (Arc<Placement>, Arc<ChunkGround>, Demand<'_, Vec<Site>>),
     ) -> Result<Vec<Site>, Error> {
         let mut around = Vec::new();
@@ -133,6 +134,13 @@ impl Stage<Forest> for WoodyStage {
             around.extend_from_slice(&rocks.at(at.offset(dx, dy))?);
         }
         let allowed = |p: DVec2, r: f64| is_free(&ground, p, r);
-        Ok(placement.woody(at, &allowed, &around))
+        let mut sites = placement.woody(at, &allowed, &around);
+        if let Some(plot) = ground.plot() {
+            // In the area of the stem map it alone says where trees stand.
+            let trees = StandLayer::Trees.index() as u8;
+            sites.retain(|site| site.layer != trees || !plot.contains(site.position_m));
+            sites.extend(measured_sites(at, &ground, world));
+        }
+        Ok(sites)
     }
 }

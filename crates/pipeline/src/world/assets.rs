@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use nemoral_assets::{Library, LogAsset, PlantAsset, SizeClass, TreeAsset};
+use nemoral_assets::{Library, LogAsset, PlantAsset, SizeClass, Species, TreeAsset, TreeSize};
 use nemoral_raycast::Blas;
 use nemoral_scene::{
     ChunkCoord, DeadwoodRecord, InstancePlace, ObjectKind, ObjectRecord, Prototype, TreeRecord,
 };
 use nemoral_seed::Key;
-use nemoral_stand::{InstanceVariation, SceneObject};
+use nemoral_stand::{InstanceVariation, MeasuredSize, SceneObject};
 use rayon::prelude::*;
 
+use super::measured::{MeasuredStem, MeasuredStems};
 use super::recipe::Recipe;
 use crate::Error;
 
@@ -67,6 +68,18 @@ pub struct WorldAssets {
     pub dbh_mean_m: f64,
     /// The turns and sizes of copies of trees.
     pub variation: InstanceVariation,
+    /// The trees of the stem map, in its order.
+    pub(crate) measured: Vec<MeasuredObject>,
+}
+
+/// A tree of a stem map as an object.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeasuredObject {
+    /// Its shape in [`WorldAssets::standing`].
+    pub(crate) asset: usize,
+    pub(crate) size: MeasuredSize,
+    /// The radius of its foot, metres.
+    pub(crate) radius_m: f64,
 }
 
 /// A tree that can be placed.
@@ -86,13 +99,17 @@ impl WorldAssets {
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
+        let measured = recipe.measured(&species, recipe.seed().map_or(world, Key::world))?;
+        // The trees and snags of the stand come before those of the stem map.
+        let of_stand = [params.individuals_per_species, params.snags_per_species]
+            .map(|of_species| of_species as usize * params.species.len());
         // There are as many shapes of each species, one species after the other.
         let of_species = params.seedlings_per_species as usize;
         let seedling_weights = species
             .iter()
             .flat_map(|(_, share)| std::iter::repeat_n(*share, of_species))
             .collect();
-        let standing = |tree: &TreeAsset| {
+        let standing = |(tree, is_measured): (&TreeAsset, bool)| {
             let of = species.iter().find(|(s, _)| s.name == tree.species);
             let (all, of_them) = if tree.class == SizeClass::Sapling {
                 (1.0, params.saplings_per_species)
@@ -104,11 +121,27 @@ impl WorldAssets {
             Standing {
                 tree: tree.clone(),
                 blas: Arc::new(Blas::build(Arc::clone(&tree.prototype), &library.materials)),
-                weight: of.map_or(0.0, |(_, share)| share * all / f64::from(of_them)),
+                weight: of
+                    .filter(|_| !is_measured)
+                    .map_or(0.0, |(_, share)| share * all / f64::from(of_them)),
             }
         };
-        let trees = library.trees.par_iter().chain(&library.snags);
-        let standing = trees.chain(&library.saplings).map(standing).collect();
+        let grown = |trees: &'_ [TreeAsset], of_stand: usize| {
+            let trees = trees.iter().enumerate();
+            trees
+                .map(|(i, tree)| (tree.clone(), i >= of_stand))
+                .collect::<Vec<_>>()
+        };
+        let mut all = grown(&library.trees, of_stand[0]);
+        all.extend(grown(&library.snags, of_stand[1]));
+        all.extend(grown(&library.saplings, usize::MAX));
+        let standing: Vec<Standing> = (all.par_iter())
+            .map(|(tree, is_measured)| standing((tree, *is_measured)))
+            .collect();
+        let measured = {
+            let first = [of_stand[0], library.trees.len() + of_stand[1]];
+            objects_of(&measured, &species, first, &standing)
+        };
         let first_sapling = library.trees.len() + library.snags.len();
         let build = |prototypes: Vec<&Arc<Prototype>>| -> Vec<Arc<Blas>> {
             prototypes
@@ -148,6 +181,7 @@ impl WorldAssets {
             shares: species.iter().map(|(s, n)| (s.name.clone(), *n)).collect(),
             dbh_mean_m: recipe.dbh_mean_m(),
             variation: InstanceVariation::new(world),
+            measured,
             library,
         })
     }
@@ -221,7 +255,9 @@ impl WorldAssets {
             species,
             position_m: object.position_m,
             radius_m: object.radius_m,
-            height_m: height_m * object.scale,
+            height_m: object
+                .measured
+                .map_or(height_m * object.scale, |m| m.height_m),
         }
     }
 
@@ -285,7 +321,27 @@ impl WorldAssets {
         }
         let tree = &self.standing[object.asset].tree;
         let s = object.scale;
-        let size = tree.size.scaled(s);
+        let mut size = tree.size.scaled(s);
+        let mut stem_volume_m3 = tree.stem_volume_m3 * s * s * s;
+        if let Some(measured) = object.measured {
+            let MeasuredSize {
+                dbh_m,
+                height_m,
+                across,
+                along,
+            } = measured;
+            let mean = libm::cbrt(across * across * along);
+            size = TreeSize {
+                dbh_m,
+                height_m,
+                crown_base_m: tree.size.crown_base_m * along,
+                crown_radius_m: tree.size.crown_radius_m * across,
+                // Leaves point all ways, so their area grows as the mean of all ways does.
+                leaf_area_m2: tree.size.leaf_area_m2 * mean * mean,
+                lean_rad: libm::atan(libm::tan(tree.size.lean_rad) * across / along),
+            };
+            stem_volume_m3 = tree.stem_volume_m3 * across * across * along;
+        }
         Some(TreeRecord {
             object: object.object,
             species: tree.species.clone(),
@@ -295,13 +351,57 @@ impl WorldAssets {
             crown_base_m: size.crown_base_m,
             crown_radius_m: size.crown_radius_m,
             leaf_area_m2: size.leaf_area_m2,
-            stem_volume_m3: tree.stem_volume_m3 * s * s * s,
+            stem_volume_m3,
             lean_rad: size.lean_rad,
             age_class: tree.class.name().to_owned(),
             alive: tree.alive,
         })
     }
 }
+
+/// The trees of a stem map as objects. `first` are the places of their first living and their first
+/// dead shape among the standing trees.
+fn objects_of(
+    measured: &MeasuredStems,
+    species: &[(Species, f64)],
+    first: [usize; 2],
+    standing: &[Standing],
+) -> Vec<MeasuredObject> {
+    let mut next = first;
+    let place = |alive: bool| usize::from(!alive);
+    let assets: Vec<usize> = (measured.shapes.iter())
+        .map(|shape| {
+            let next = &mut next[place(shape.alive)];
+            *next += 1;
+            *next - 1
+        })
+        .collect();
+    let object = |stem: &MeasuredStem| {
+        let asset = assets[stem.shape];
+        let tree = &standing[asset].tree;
+        let along = stem.height_m / tree.size.height_m;
+        // The shape's stem where the copy's breast height is.
+        let species = &species[stem.species].0;
+        let shape_dbh_m = species.stem_diameter_m(&tree.size, BREAST_M / along)
+            / species.stem_diameter_m(&tree.size, BREAST_M)
+            * tree.size.dbh_m;
+        let across = stem.dbh_m / shape_dbh_m;
+        MeasuredObject {
+            asset,
+            size: MeasuredSize {
+                dbh_m: stem.dbh_m,
+                height_m: stem.height_m,
+                across,
+                along,
+            },
+            radius_m: tree.radius_m * across,
+        }
+    };
+    measured.stems.iter().map(object).collect()
+}
+
+/// The height at which diameters are measured, metres.
+const BREAST_M: f64 = 1.3;
 
 /// The logs of a library in the order of [`WorldAssets::logs`].
 fn logs(library: &Library) -> impl Iterator<Item = &LogAsset> {

@@ -6,11 +6,14 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{FallenStem, Field, FieldParams, fallen_stems, settle};
-use nemoral_terrain::{GroundZones, PerlinTerrain, Terrain, TerrainParams, ZoneSample};
+use nemoral_terrain::{
+    GroundZones, HeightField, HeightPosts, PerlinTerrain, Terrain, TerrainParams, ZoneSample,
+};
 use nemoral_trails::{
     Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
 };
 
+use super::plot::Plot;
 use super::thrown::ThrownTree;
 use crate::config::TerrainNoise;
 use crate::{Error, config};
@@ -30,6 +33,18 @@ pub struct GroundModel {
     trails: Option<Arc<Trails>>,
     chunk_size_m: f64,
     thrown: Thrown,
+    plot: Option<Arc<Plot>>,
+}
+
+/// What is known of the ground of a site.
+#[derive(Debug, Default)]
+pub(crate) struct SiteGround {
+    /// The trees of a stem map.
+    pub(crate) plot: Option<Plot>,
+    /// Measured heights, and the distance within which they pass into the terrain around, metres.
+    pub(crate) posts: Option<(HeightPosts, f64)>,
+    /// The middles of trails.
+    pub(crate) lines_m: Vec<Vec<DVec2>>,
 }
 
 /// The trees that storms threw.
@@ -49,15 +64,21 @@ impl std::fmt::Debug for GroundModel {
 }
 
 impl GroundModel {
-    /// The ground of a config's terrain with its trails, and the pits of thrown trees, carved into
-    /// it.
+    /// The ground of a config's terrain, with a site's heights over it that pass into it within a
+    /// distance, and with its trails and the pits of thrown trees carved into it.
     pub(crate) fn new(
         terrain: &config::Terrain,
         trails: &config::Trails,
         (deadwood, dbh_mean_m): (&config::Deadwood, f64),
+        site: SiteGround,
         chunk_size_m: f64,
         world: Key,
     ) -> Result<Self, Error> {
+        let SiteGround {
+            plot,
+            posts,
+            lines_m,
+        } = site;
         let t = terrain;
         let params = TerrainParams {
             octaves: t.octaves,
@@ -74,10 +95,19 @@ impl GroundModel {
                 Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
             }
         };
-        let trails = if trails.enabled {
-            let params = trail_params(trails);
+        let base: Arc<dyn Surface> = match posts {
+            None => base,
+            Some((posts, blend_m)) => {
+                Arc::new(HeightField::new(&posts, blend_m, base).map_err(Error::of_stage)?)
+            }
+        };
+        let trails = if trails.enabled || !lines_m.is_empty() {
+            let mut params = trail_params(trails);
+            if !trails.enabled {
+                params.spawn_probability = 0.0;
+            }
             let trails = Trails::new(params, chunk_size_m, world, Arc::clone(&base));
-            Some(Arc::new(trails.map_err(Error::of_stage)?))
+            Some(Arc::new(trails.map_err(Error::of_stage)?.along(&lines_m)))
         } else {
             None
         };
@@ -85,6 +115,7 @@ impl GroundModel {
             base,
             trails,
             chunk_size_m,
+            plot: plot.map(Arc::new),
             thrown: Thrown {
                 key: world.domain(THROWN),
                 mean: deadwood.thrown_per_ha * chunk_size_m * chunk_size_m / 10_000.0,
@@ -100,6 +131,22 @@ impl GroundModel {
         self.trails.as_ref()
     }
 
+    /// How many trees of the stem map stand on trails.
+    pub(crate) fn measured_trees_on_trails(&self) -> usize {
+        let (Some(plot), Some(trails)) = (&self.plot, &self.trails) else {
+            return 0;
+        };
+        let in_chunk = |(chunk, _)| {
+            let edges = trails.edges_near(chunk, 1.0);
+            let on_trail = |&&tree: &&usize| {
+                let place = plot.place(tree);
+                edges.edge_m(place.position_m) < place.radius_m
+            };
+            plot.in_chunk(chunk).iter().filter(on_trail).count()
+        };
+        plot.chunks().map(in_chunk).sum()
+    }
+
     /// The ground in and around a chunk.
     #[must_use]
     pub fn near(&self, chunk: ChunkCoord) -> ChunkGround {
@@ -107,6 +154,7 @@ impl GroundModel {
             base: Arc::clone(&self.base),
             carved: self.trails.as_ref().map(|t| t.ground_near(chunk, MARGIN_M)),
             thrown: self.thrown_around(chunk, MARGIN_M),
+            plot: self.plot.clone(),
         }
     }
 
@@ -154,7 +202,12 @@ impl GroundModel {
         let edge_m = |p: DVec2| edges().as_ref().map_or(f64::INFINITY, |e| e.edge_m(p));
         let is_free = |stem: &FallenStem| {
             let tree = ThrownTree { stem: *stem };
-            tree.is_beside(edge_m, self.thrown.across_trails, THROWN_VERGE_M)
+            let of_plot = self
+                .plot
+                .as_ref()
+                .map_or(f64::INFINITY, |p| p.distance_m(stem.middle_m));
+            of_plot > super::deadwood::REACH_M
+                && tree.is_beside(edge_m, self.thrown.across_trails, THROWN_VERGE_M)
         };
         let Thrown { key, mean, .. } = self.thrown;
         fallen_stems(chunk, self.chunk_size_m, key, mean, &kinds, is_free)
@@ -192,6 +245,7 @@ pub struct ChunkGround {
     base: Arc<dyn Surface>,
     carved: Option<TrailGround>,
     thrown: Vec<ThrownTree>,
+    plot: Option<Arc<Plot>>,
 }
 
 impl std::fmt::Debug for ChunkGround {
@@ -222,6 +276,16 @@ impl ChunkGround {
     /// Whether a disk on the map keeps clear of thrown trees, their root plates and pits.
     pub(crate) fn is_clear_of_thrown(&self, world_m: DVec2, radius_m: f64) -> bool {
         (self.thrown.iter()).all(|tree| tree.is_clear_of(world_m, radius_m))
+    }
+
+    /// The trees of the stem map, if there is one.
+    pub(crate) fn plot(&self) -> Option<&Plot> {
+        self.plot.as_deref()
+    }
+
+    /// Whether a disk on the map keeps clear of the trees of the stem map.
+    pub(crate) fn is_clear_of_plot(&self, world_m: DVec2, radius_m: f64) -> bool {
+        (self.plot.as_ref()).is_none_or(|plot| plot.is_clear(world_m, radius_m))
     }
 
     /// Whether a place is in the bare soil of a thrown tree's pit.

@@ -9,6 +9,7 @@ use nemoral_trails::{DressingKind, TrailDressing};
 use super::assets::WorldAssets;
 use super::deadwood::lying_sites;
 use super::ground::{ChunkGround, GroundModel};
+use super::plot::PLOT_LAYER;
 
 /// The objects of a chunk in the order of their numbers: rocks, woody plants, stones on trails,
 /// then logs, thrown stems and root plates.
@@ -21,7 +22,8 @@ pub(crate) fn object_sites(
     model: &GroundModel,
 ) -> Vec<ObjectSite> {
     let rocks = rocks.iter().map(|site| grown(ObjectKind::Rock, site));
-    let woody = woody.iter().map(|site| woody_plant(site, assets));
+    let plot = ground.plot().map_or(&[][..], |plot| plot.in_chunk(at));
+    let woody = woody.iter().map(|site| woody_plant(site, assets, plot));
     let mut sites: Vec<ObjectSite> = rocks.chain(woody).collect();
     let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
     let stones = (dressing.iter()).filter(|d| d.kind == DressingKind::Stone);
@@ -47,7 +49,17 @@ fn grown(kind: ObjectKind, site: &Site) -> ObjectSite {
     }
 }
 
-fn woody_plant(site: &Site, assets: &WorldAssets) -> ObjectSite {
+/// `plot` are the trees of the stem map in this chunk.
+fn woody_plant(site: &Site, assets: &WorldAssets, plot: &[usize]) -> ObjectSite {
+    if site.layer == PLOT_LAYER {
+        let tree = &assets.measured[plot[usize::from(site.variety)]];
+        return ObjectSite {
+            asset: tree.asset,
+            size: ObjectSize::Measured(tree.size),
+            radius_m: tree.radius_m,
+            ..grown(ObjectKind::Tree, site)
+        };
+    }
     match StandLayer::ALL[usize::from(site.layer)] {
         StandLayer::Trees => grown(ObjectKind::Tree, site),
         StandLayer::Stumps => grown(ObjectKind::Stump, site),

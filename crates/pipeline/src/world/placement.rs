@@ -2,15 +2,16 @@
 
 use nemoral_placement::{
     LayerParams, ParamError, Patches, Placement, PlacementError, PlacementParams, RockParams, Rows,
-    Variety,
+    Site, Variety,
 };
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::Key;
+use nemoral_seed::{Domain, Key};
 use nemoral_stand::StandLayer;
 
 use super::assets::{Standing, WorldAssets};
 use super::ground::{ChunkGround, GroundModel};
+use super::plot::PLOT_LAYER;
 use crate::Error;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};
@@ -28,13 +29,35 @@ const fn layer_key(layer: StandLayer) -> &'static str {
 /// Shrubs may overlap; their hard core is this share of their spread.
 const SHRUB_CORE: f64 = 0.4;
 
+const PLOT_SITES: Domain = Domain::new("pipeline.plot_sites");
+
 /// The least distance of woody plants from a trail's edge, in addition to their radius, metres.
 const VERGE_M: f64 = 0.25;
 
-/// Whether a disk keeps clear of trails, and of thrown trees.
+/// Whether a disk keeps clear of trails, of thrown trees, and of the trees of a stem map.
 pub(crate) fn is_free(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bool {
     ground.trail_edge_m(world_m) > radius_m + VERGE_M
         && ground.is_clear_of_thrown(world_m, radius_m)
+        && ground.is_clear_of_plot(world_m, radius_m)
+}
+
+/// The trees of a chunk's part of a plot as sites, in the order of the stem map.
+pub(crate) fn measured_sites(at: ChunkCoord, ground: &ChunkGround, world: Key) -> Vec<Site> {
+    let Some(plot) = ground.plot() else {
+        return Vec::new();
+    };
+    let site = |(i, &tree): (usize, &usize)| {
+        let place = plot.place(tree);
+        Site {
+            position_m: place.position_m,
+            radius_m: place.radius_m,
+            layer: PLOT_LAYER,
+            // A chunk has far fewer objects than that.
+            variety: i as u16,
+            key: world.domain(PLOT_SITES).item(tree as u64),
+        }
+    };
+    plot.in_chunk(at).iter().enumerate().map(site).collect()
 }
 
 /// The placement of rocks and woody plants, as a config describes it.

@@ -1,0 +1,150 @@
+//! Height maps from GeoTIFF.
+
+use std::io::Cursor;
+
+use tiff::ColorType;
+use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::tags::Tag;
+
+use crate::error::shown;
+use crate::{HeightMap, ImportError, MAX_POSTS};
+
+/// The key of a GeoTIFF that says what a pixel is, and its value where it is a point.
+const RASTER_TYPE: u16 = 1025;
+const PIXEL_IS_POINT: u16 = 2;
+/// The key that says what the coordinates are, and its value for degrees.
+const MODEL_TYPE: u16 = 1024;
+const GEOGRAPHIC: u16 = 2;
+
+impl HeightMap {
+    /// Reads a GeoTIFF: one band of whole or real numbers, north up, with square pixels
+    /// (`ModelPixelScale` and `ModelTiepoint`), in projected metres. Posts are the middles of
+    /// pixels, or their corners if the file says that a pixel is a point. Values equal to
+    /// `GDAL_NODATA`, and those that are no numbers, are posts without data. Of several images the
+    /// first is read.
+    ///
+    /// # Errors
+    /// The file is no such GeoTIFF, its compression is not known (known are none, LZW, Deflate and
+    /// PackBits), or it is too large.
+    pub fn from_tiff(bytes: &[u8]) -> Result<Self, ImportError> {
+        let wrong = |e: tiff::TiffError| {
+            ImportError::file(format!(
+                "is no GeoTIFF that can be read: {}",
+                shown(&e.to_string())
+            ))
+        };
+        let mut limits = Limits::default();
+        limits.decoding_buffer_size = MAX_POSTS * size_of::<f64>();
+        limits.intermediate_buffer_size = MAX_POSTS * size_of::<f64>();
+        limits.ifd_value_size = 8 << 20;
+        let mut tiff = Decoder::new(Cursor::new(bytes))
+            .map_err(wrong)?
+            .with_limits(limits);
+        let (columns, rows) = tiff.dimensions().map_err(wrong)?;
+        let [columns, rows] = Self::check_size(columns.into(), rows.into())?;
+        if !matches!(tiff.colortype().map_err(wrong)?, ColorType::Gray(_)) {
+            return Err(ImportError::file("has several bands: a height map has one"));
+        }
+        let [west_m, north_m, spacing_m] = place(&mut tiff)?;
+        let no_data = match tiff.find_tag(Tag::GdalNodata).map_err(wrong)? {
+            None => None,
+            Some(value) => {
+                let text = value.into_string().map_err(wrong)?;
+                let text = text.trim_matches(['\0', ' ', '\n']);
+                Some(text.parse::<f64>().map_err(|_| {
+                    let message = format!("has GDAL_NODATA = {}: must be a number", shown(text));
+                    ImportError::file(message)
+                })?)
+            }
+        };
+        let heights_m = heights(tiff.read_image().map_err(wrong)?, no_data);
+        if heights_m.len() != columns * rows {
+            let found = heights_m.len();
+            let message = format!("has {found} values for {columns} × {rows} pixels");
+            return Err(ImportError::file(message));
+        }
+        Self {
+            columns,
+            rows,
+            west_m,
+            north_m,
+            spacing_m,
+            heights_m,
+        }
+        .checked()
+    }
+}
+
+/// The first post's easting and northing, and the distance between posts.
+fn place(tiff: &mut Decoder<Cursor<&[u8]>>) -> Result<[f64; 3], ImportError> {
+    let mut numbers = |tag, name: &str, least: usize| {
+        let found = tiff.find_tag(tag).ok().flatten();
+        let found = found.and_then(|value| value.into_f64_vec().ok());
+        found.filter(|v| v.len() >= least).ok_or_else(|| {
+            ImportError::file(format!(
+                "has no tag {name} with {least} numbers, which says where it lies; a turned or \
+                 sheared map must be resampled north up"
+            ))
+        })
+    };
+    let scale = numbers(Tag::ModelPixelScaleTag, "ModelPixelScale", 2)?;
+    let tie = numbers(Tag::ModelTiepointTag, "ModelTiepoint", 6)?;
+    let keys = tiff.find_tag(Tag::GeoKeyDirectoryTag).ok().flatten();
+    let keys = keys
+        .and_then(|value| value.into_u16_vec().ok())
+        .unwrap_or_default();
+    // After a header of four numbers, each key has an id, a place, a count and a value.
+    let key = |id: u16| {
+        let entries = keys.chunks_exact(4).skip(1);
+        entries
+            .filter(|e| e[0] == id && e[1] == 0)
+            .map(|e| e[3])
+            .next()
+    };
+    if key(MODEL_TYPE) == Some(GEOGRAPHIC) {
+        let message = "is in degrees: project it to metres first, such as UTM";
+        return Err(ImportError::file(message));
+    }
+    let spacing_m = scale[0];
+    HeightMap::check_spacing(spacing_m)?;
+    if (scale[1] - spacing_m).abs() > 1e-6 * spacing_m {
+        let message = format!(
+            "has pixels of {} × {} m: must be squares",
+            scale[0], scale[1]
+        );
+        return Err(ImportError::file(message));
+    }
+    let middle = if key(RASTER_TYPE) == Some(PIXEL_IS_POINT) {
+        0.0
+    } else {
+        0.5
+    };
+    let west_m = tie[3] + (middle - tie[0]) * spacing_m;
+    let north_m = tie[4] - (middle - tie[1]) * spacing_m;
+    Ok([west_m, north_m, spacing_m])
+}
+
+/// The values of an image as heights.
+fn heights(image: DecodingResult, no_data: Option<f64>) -> Vec<f32> {
+    fn all<T: Copy + Into<f64>>(values: Vec<T>, no_data: Option<f64>) -> Vec<f32> {
+        let height = |value: T| {
+            let value = value.into();
+            // A value for no data is often written with other digits than it is stored.
+            let is_none = no_data.is_some_and(|none| value == none || value == none as f32 as f64);
+            if is_none { f32::NAN } else { value as f32 }
+        };
+        values.into_iter().map(height).collect()
+    }
+    match image {
+        DecodingResult::U8(v) => all(v, no_data),
+        DecodingResult::U16(v) => all(v, no_data),
+        DecodingResult::U32(v) => all(v, no_data),
+        DecodingResult::I8(v) => all(v, no_data),
+        DecodingResult::I16(v) => all(v, no_data),
+        DecodingResult::I32(v) => all(v, no_data),
+        DecodingResult::F32(v) => all(v, no_data),
+        DecodingResult::F64(v) => all(v, no_data),
+        // No format of heights has them.
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,43 @@
+//! Readers of a user's own site: [stem maps](read_stem_map), [height maps](HeightMap) and [trail
+//! lines](read_trail_lines).
+//!
+//! The files may come from a stranger. Everything is read from bytes into plain structs, and what
+//! is wrong is an [`ImportError`] that names its place; nothing panics, and memory is bounded:
+//!
+//! | file | limits |
+//! |---|---|
+//! | stem map | [`MAX_STEMS`] rows |
+//! | height map | [`MAX_POSTS`] posts, however well they are compressed |
+//! | trail lines | [`MAX_LINES`] lines with [`MAX_VERTICES`] vertices together |
+//!
+//! Coordinates are those of the file, in metres, x east and y north: projected ones such as UTM,
+//! not degrees.
+//!
+//! ```
+//! use nemoral_import::{HeightMap, Sidecar};
+//!
+//! let sidecar = r#"{ "origin_m": [10.0, 20.0], "metres_per_pixel": 0.5,
+//!                    "min_height_m": 100.0, "max_height_m": 120.0 }"#;
+//! assert_eq!(Sidecar::read(sidecar.as_bytes())?.spacing_m, 0.5);
+//! let error = HeightMap::from_tiff(b"no TIFF").unwrap_err().to_string();
+//! assert!(error.starts_with("is no GeoTIFF"), "{error}");
+//! # Ok::<(), nemoral_import::ImportError>(())
+//! ```
+
+mod error;
+mod geotiff;
+mod height_map;
+mod height_png;
+mod stem_map;
+mod table;
+mod trail_lines;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
+
+pub use error::ImportError;
+pub use height_map::{HeightMap, MAX_POSTS};
+pub use height_png::{Sidecar, SidecarPlace};
+pub use stem_map::{MAX_STEMS, Stem, read_stem_map};
+pub use trail_lines::{MAX_LINES, MAX_VERTICES, TrailLine, read_trail_lines};

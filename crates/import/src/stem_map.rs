@@ -1,0 +1,191 @@
+//! Stem maps: where the trees of a plot stand, and what was measured of each.
+
+use std::collections::BTreeMap;
+
+use crate::ImportError;
+use crate::table::Table;
+
+/// The most rows of a stem map.
+pub const MAX_STEMS: usize = 200_000;
+/// Coordinates are within this, metres: projected ones are.
+pub(crate) const REACH_M: f64 = 5e7;
+
+/// A tree of a stem map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stem {
+    /// Its line in the file, from 1.
+    pub line: u64,
+    /// Easting of its foot, metres.
+    pub x_m: f64,
+    /// Northing of its foot, metres.
+    pub y_m: f64,
+    /// The name of its species, as the file has it.
+    pub species: Option<String>,
+    /// Diameter at breast height, metres.
+    pub dbh_m: Option<f64>,
+    /// Height, metres.
+    pub height_m: Option<f64>,
+    /// Whether it is alive; it is where the file does not say.
+    pub is_alive: bool,
+}
+
+/// Reads a stem map: CSV with a header, separated by commas, semicolons (then with decimal points
+/// or commas) or tabs. Lines that start with `#` are skipped.
+///
+/// | column | content |
+/// |---|---|
+/// | `x_m` or `x`, `easting` | metres east |
+/// | `y_m` or `y`, `northing` | metres north |
+/// | `species` | its name |
+/// | `dbh_m`, `dbh_cm` or `dbh_mm` | diameter at breast height, 5 mm to 5 m |
+/// | `height_m` or `height` | metres, 2 to 120 |
+/// | `alive` | true or false, 1 or 0, yes or no |
+///
+/// Only x and y are needed; other columns are ignored, and so the `trees.csv` of a data set is a
+/// stem map. Cells may be empty.
+///
+/// # Errors
+/// A column is missing or has no unit, a row is malformed, a value is out of its range, two trees
+/// stand at one place, there are none, or more than [`MAX_STEMS`].
+pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
+    let mut table = Table::new(bytes)?;
+    let x = table.needed(&["x_m", "x", "easting"])?;
+    let y = table.needed(&["y_m", "y", "northing"])?;
+    let species = table.column(&["species"])?;
+    let height = table.column(&["height_m", "height"])?;
+    let alive = table.column(&["alive"])?;
+    if table.columns().iter().any(|c| c == "dbh") {
+        let message =
+            "has a column `dbh`, whose unit is not known: call it dbh_m, dbh_cm or dbh_mm";
+        return Err(ImportError::file(message));
+    }
+    let dbh = table.column(&["dbh_m", "dbh_cm", "dbh_mm"])?;
+    let dbh = dbh.map(|column| {
+        let per_m = match table.columns()[column].as_str() {
+            "dbh_cm" => 100.0,
+            "dbh_mm" => 1000.0,
+            _ => 1.0,
+        };
+        (column, table.columns()[column].clone(), per_m)
+    });
+    let mut stems: Vec<Stem> = Vec::new();
+    let mut places: BTreeMap<[u64; 2], u64> = BTreeMap::new();
+    table.rows(|row| {
+        if stems.len() == MAX_STEMS {
+            return Err(row.error(format!("a stem map has at most {MAX_STEMS} trees")));
+        }
+        let place = |column, name| {
+            let found = row.number(column, name, [-REACH_M, REACH_M])?;
+            found.ok_or_else(|| row.error(format!("{name} is missing")))
+        };
+        let (x_m, y_m) = (place(x, "x")?, place(y, "y")?);
+        // The sum turns -0 into 0.
+        let at = [x_m, y_m].map(|m| (m + 0.0).to_bits());
+        if let Some(other) = places.insert(at, row.line) {
+            let message = format!("stands where the tree of line {other} does");
+            return Err(row.error(message));
+        }
+        let dbh_m = match &dbh {
+            None => None,
+            Some((column, name, per_m)) => {
+                let range = [0.005 * per_m, 5.0 * per_m];
+                row.number(*column, name, range)?.map(|d| d / per_m)
+            }
+        };
+        let height_m = match height {
+            None => None,
+            Some(column) => row.number(column, "height_m", [2.0, 120.0])?,
+        };
+        let is_alive = match alive.and_then(|column| row.text(column)) {
+            None => true,
+            Some(word) => match word.to_lowercase().as_str() {
+                "true" | "1" | "yes" => true,
+                "false" | "0" | "no" => false,
+                _ => {
+                    let word = crate::error::shown(word);
+                    return Err(row.error(format!("alive = {word}: must be true or false")));
+                }
+            },
+        };
+        stems.push(Stem {
+            line: row.line,
+            x_m,
+            y_m,
+            species: species
+                .and_then(|column| row.text(column))
+                .map(str::to_owned),
+            dbh_m,
+            height_m,
+            is_alive,
+        });
+        Ok(())
+    })?;
+    if stems.is_empty() {
+        return Err(ImportError::file("has no trees below its header"));
+    }
+    Ok(stems)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(text: &str) -> String {
+        read_stem_map(text.as_bytes()).expect_err(text).to_string()
+    }
+
+    #[test]
+    fn spreadsheets_of_all_countries_are_read() {
+        let comma = "x,y,species,dbh_cm,height,plot\n1,2,beech,31.5,24.5,A\n-3.5,0,,,,B\n";
+        let semicolon = "\u{feff}X;Y;Species;DBH_cm;Height;Plot\r\n1;2;beech;31,5;24,5;A\r\n\
+                         -3,5;0;;;;B\r\n";
+        let tab = "# exported\nx_m\ty_m\tspecies\tdbh_mm\theight_m\n1\t2\tbeech\t315\t24.5\n\
+                   -3.5\t0\tNA\t-\tnan\n";
+        let expected = |lines: [u64; 2]| {
+            let stem = |line, x_m, y_m| Stem {
+                line,
+                x_m,
+                y_m,
+                species: None,
+                dbh_m: None,
+                height_m: None,
+                is_alive: true,
+            };
+            let first = Stem {
+                species: Some("beech".to_owned()),
+                dbh_m: Some(0.315),
+                height_m: Some(24.5),
+                ..stem(lines[0], 1.0, 2.0)
+            };
+            vec![first, stem(lines[1], -3.5, 0.0)]
+        };
+        for (text, lines) in [(comma, [2, 3]), (semicolon, [2, 3]), (tab, [3, 4])] {
+            assert_eq!(
+                read_stem_map(text.as_bytes()),
+                Ok(expected(lines)),
+                "{text}"
+            );
+        }
+        // The inventory of a data set.
+        let trees = "id,species,x_m,y_m,z_m,dbh_m,height_m,alive\n1,beech,0,1,2,0.3,20,false\n";
+        assert!(!read_stem_map(trees.as_bytes()).expect("a stem map")[0].is_alive);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        assert!(refused("").contains("is empty"));
+        assert!(refused("x,y\n").contains("has no trees"));
+        assert!(refused("x,species\n1,beech\n").contains("no column `y_m`"));
+        assert!(refused("x,x_m,y\n1,1,1\n").contains("say the same"));
+        assert!(refused("x,y,dbh\n1,1,30\n").contains("dbh_cm"));
+        assert!(refused("x,y,dbh_cm\n1,1,30\n2,2,3000\n").contains("line 3: dbh_cm = 3000"));
+        assert!(refused("x,y,height\n1,1,0.4\n").contains("line 2: height_m = 0.4"));
+        assert!(refused("x,y\n1,\n").contains("line 2: y is missing"));
+        assert!(refused("x,y\n1,inf\n").contains("line 2: y = inf"));
+        assert!(refused("x,y\n1,2,3\n").contains("has 3 columns"));
+        assert!(
+            refused("x,y\n0,0\n1,1\n-0,0\n").contains("line 4: stands where the tree of line 2")
+        );
+        assert!(refused("x,y,alive\n0,0,maybe\n").contains("alive = maybe"));
+    }
+}

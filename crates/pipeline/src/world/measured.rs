@@ -1,0 +1,323 @@
+//! The sizes of the trees of a stem map, and the shapes that are grown for them.
+
+use nemoral_assets::{MeasuredTree, Species, TreeSize};
+use nemoral_import::Stem;
+use nemoral_scene::glam::DVec2;
+use nemoral_seed::{Domain, Draw, Key};
+
+use crate::config;
+
+const PLOT: Domain = Domain::new("pipeline.plot");
+
+/// The size of a copy relative to its shape, across and along, is within these.
+const STRETCH: [f64; 2] = [0.35, 2.8];
+
+/// Of the height that a dead tree had, so much is left on average ([`nemoral_assets::grow_snag`]).
+const BROKEN: f64 = 0.65;
+
+/// A tree of a stem map with everything that was drawn for it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeasuredStem {
+    /// The index of its species.
+    pub(crate) species: usize,
+    pub(crate) alive: bool,
+    pub(crate) dbh_m: f64,
+    pub(crate) height_m: f64,
+    /// The size in which a tree of its own would be grown.
+    growth: TreeSize,
+    /// The index of its shape.
+    pub(crate) shape: usize,
+}
+
+/// The trees of a stem map, and the shapes that stand for them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MeasuredStems {
+    /// In the file's order.
+    pub(crate) stems: Vec<MeasuredStem>,
+    /// Of each species, living ones first.
+    pub(crate) shapes: Vec<MeasuredTree>,
+}
+
+/// Whether this is a name of a species, in whichever case and with whichever separators.
+pub(crate) fn is_name_of(species: &Species, name: &str) -> bool {
+    let plain = |text: &str| text.trim().to_lowercase().replace([' ', '-'], "_");
+    [&species.name, &species.scientific_name]
+        .iter()
+        .any(|known| plain(known) == plain(name))
+}
+
+/// The species of each stem, as an index; `None` for one that is drawn.
+pub(crate) fn species_of(
+    stems: &[Stem],
+    known: &[Species],
+    other: &str,
+) -> Result<Vec<Option<usize>>, String> {
+    let find = |name: &str| known.iter().position(|species| is_name_of(species, name));
+    let names = || {
+        let names: Vec<&str> = known.iter().map(|s| s.name.as_str()).collect();
+        names.join(", ")
+    };
+    let other = match other {
+        "" => None,
+        name => Some(find(name).ok_or_else(|| {
+            format!(
+                "site.stems.other_species = \"{name}\": must be one of {}",
+                names()
+            )
+        })?),
+    };
+    let of_stem = |stem: &Stem| match &stem.species {
+        None => Ok(None),
+        Some(name) => find(name).or(other).map(Some).ok_or_else(|| {
+            let name: String = name.chars().take(40).collect();
+            format!(
+                "line {}: species = {name:?}: must be one of {}, or their scientific names; \
+                 site.stems.other_species stands for others",
+                stem.line,
+                names()
+            )
+        }),
+    };
+    stems.iter().map(of_stem).collect()
+}
+
+/// Draws what a stem map does not say, and chooses the shapes that are grown. `of_stem` are the
+/// species of [`species_of`] as indices into `species`, with their shares.
+pub(crate) fn measure(
+    (stems, of_stem): (&[Stem], &[Option<usize>]),
+    species: &[(Species, f64)],
+    stand: &config::Assets,
+    shapes: u32,
+    key: Key,
+) -> Result<MeasuredStems, String> {
+    let key = key.domain(PLOT);
+    let shares: Vec<f64> = species.iter().map(|(_, share)| *share).collect();
+    let mut all = MeasuredStems::default();
+    for (i, (stem, known)) in stems.iter().zip(of_stem).enumerate() {
+        let key = key.item(i as u64);
+        let index = known.or_else(|| key.rng().weighted(&shares)).unwrap_or(0);
+        let sized = size(stem, &species[index].0, stand, key);
+        let (dbh_m, height_m, growth) = sized.map_err(|e| format!("line {}: {e}", stem.line))?;
+        all.stems.push(MeasuredStem {
+            species: index,
+            alive: stem.is_alive,
+            dbh_m,
+            height_m,
+            growth,
+            shape: 0,
+        });
+    }
+    for index in 0..species.len() {
+        for alive in [true, false] {
+            let members: Vec<usize> = (0..all.stems.len())
+                .filter(|&i| all.stems[i].species == index && all.stems[i].alive == alive)
+                .collect();
+            all.choose(&members, shapes as usize);
+        }
+    }
+    Ok(all)
+}
+
+/// Diameter and height of a stem, and the size in which it is grown.
+fn size(
+    stem: &Stem,
+    species: &Species,
+    stand: &config::Assets,
+    key: Key,
+) -> Result<(f64, f64, TreeSize), String> {
+    let al = &species.allometry;
+    let [least, most] = al.dbh_range_m;
+    let dbh_m = match (stem.dbh_m, stem.height_m) {
+        (Some(dbh_m), _) => dbh_m,
+        // Young trees of a species have a slenderness of about 100 above breast height.
+        (None, Some(h)) if h < species.mean_height_m(least) => {
+            least.min(0.010 * (h - 1.3).max(0.5))
+        }
+        (None, Some(height_m)) => species.mean_dbh_m(height_m),
+        (None, None) => {
+            let limits = [stand.dbh_min_m, stand.dbh_max_m];
+            species.draw_dbh(stand.dbh_mean_m, stand.dbh_shape, limits, key)
+        }
+    };
+    let (height_m, mut growth) = if dbh_m < least {
+        let height_m = stem.height_m.unwrap_or(1.3 + 100.0 * dbh_m).max(2.0);
+        (height_m, species.draw_sapling(height_m, key))
+    } else {
+        let mut growth = species.draw_size(dbh_m, key);
+        let height_m = stem.height_m.unwrap_or(growth.height_m);
+        // The crown keeps its share of the height.
+        let [slender, most_slender] = al.slenderness.map(|s| s * growth.dbh_m);
+        let grown_m = height_m.clamp(slender, most_slender).clamp(1.6, 70.0);
+        growth.crown_base_m *= grown_m / growth.height_m;
+        growth.height_m = grown_m;
+        (height_m, growth)
+    };
+    let [low, high] = STRETCH;
+    let across = dbh_m / growth.dbh_m;
+    if !(low..=high).contains(&across) {
+        let (name, least, most) = (&species.name, low * least, high * most);
+        return Err(format!(
+            "dbh_m = {dbh_m}: must be from {least:.3} to {most:.2} for {name}"
+        ));
+    }
+    let along = height_m / growth.height_m;
+    if !(low..=high).contains(&along) {
+        let (least, most) = (low * growth.height_m, high * growth.height_m);
+        return Err(format!(
+            "height_m = {height_m}: must be from {least:.1} to {most:.1} for a {} with \
+             dbh_m = {dbh_m}",
+            species.name
+        ));
+    }
+    if !stem.is_alive {
+        // It is grown as high as it was before it broke.
+        let whole_m = (growth.height_m / BROKEN).min(70.0);
+        growth.crown_base_m *= whole_m / growth.height_m;
+        growth.height_m = whole_m;
+    }
+    Ok((dbh_m, height_m, growth))
+}
+
+impl MeasuredStems {
+    /// Adds at most `count` shapes for these stems, and gives each stem the nearest: the first is
+    /// that of the stem in the middle, and each further one that of the stem which is worst off
+    /// (Gonzalez 1985, "Clustering to minimize the maximum intercluster distance").
+    fn choose(&mut self, members: &[usize], count: usize) {
+        let at = |stem: &MeasuredStem| [libm::log(stem.dbh_m), libm::log(stem.height_m)];
+        let places: Vec<[f64; 2]> = members.iter().map(|&i| at(&self.stems[i])).collect();
+        let distance = |a: [f64; 2], b: [f64; 2]| DVec2::from(a).distance(DVec2::from(b));
+        let n = places.len().max(1) as f64;
+        let mean = [0, 1].map(|k| places.iter().map(|p| p[k]).sum::<f64>() / n);
+        // Distances to the nearest shape so far, or to the middle.
+        let mut off: Vec<f64> = places.iter().map(|&p| distance(p, mean)).collect();
+        let mut next = (0..members.len()).min_by(|&a, &b| off[a].total_cmp(&off[b]));
+        off.fill(f64::INFINITY);
+        for _ in 0..count {
+            let Some(chosen) = next.filter(|&m| off[m] > 0.0) else {
+                break;
+            };
+            let stem = self.stems[members[chosen]];
+            let shape = self.shapes.len();
+            self.shapes.push(MeasuredTree {
+                species: stem.species,
+                size: stem.growth,
+                alive: stem.alive,
+            });
+            for (m, &i) in members.iter().enumerate() {
+                let d = distance(places[m], places[chosen]);
+                if d < off[m] {
+                    off[m] = d;
+                    self.stems[i].shape = shape;
+                }
+            }
+            // Of equally far ones, the first.
+            next = (0..members.len())
+                .rev()
+                .max_by(|&a, &b| off[a].total_cmp(&off[b]));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use nemoral_import::read_stem_map;
+
+    fn measured(table: &str, shapes: u32) -> Result<MeasuredStems, String> {
+        let stems = read_stem_map(table.as_bytes()).expect("a stem map");
+        let known = [Species::beech(), Species::english_oak()];
+        let of_stem = species_of(&stems, &known, "")?;
+        let shares = known.map(|species| (species, 0.5));
+        let stand = Config::default().assets;
+        measure((&stems, &of_stem), &shares, &stand, shapes, Key::world(7))
+    }
+
+    #[test]
+    fn what_is_missing_follows_the_relations() {
+        let table = "x,y,species,dbh_cm,height_m,alive\n0,0,Fagus sylvatica,31,24.5,1\n\
+                     1,0,beech,31,,1\n2,0,beech,,24.5,1\n3,0,BEECH,,,1\n4,0,,30,20,1\n\
+                     5,0,beech,3,3.1,1\n6,0,English oak,,,1\n7,0,english-oak,35,9,0\n";
+        let all = measured(table, 24).expect("a plot");
+        let beech = Species::beech();
+        let [exact, high, thick, both, drawn, sapling, oak, dead] = all.stems[..] else {
+            panic!("{} stems", all.stems.len());
+        };
+        assert_eq!((exact.dbh_m, exact.height_m), (0.31, 24.5));
+        let ratio = high.height_m / beech.mean_height_m(0.31);
+        assert!(high.dbh_m == 0.31 && (ratio - 1.0).abs() < 0.3, "{ratio}");
+        let mean_m = beech.mean_height_m(thick.dbh_m);
+        assert!(
+            thick.height_m == 24.5 && (mean_m - 24.5).abs() < 0.01,
+            "{mean_m}"
+        );
+        assert!((0.1..0.6).contains(&both.dbh_m) && (5.0..40.0).contains(&both.height_m));
+        assert!(drawn.species < 2 && drawn.dbh_m == 0.3);
+        assert_eq!((sapling.dbh_m, sapling.height_m), (0.03, 3.1));
+        assert_eq!((oak.species, dead.species, dead.alive), (1, 1, false));
+        // Each has its own shape here, of its own kind.
+        assert_eq!(all.shapes.len(), 8);
+        for stem in &all.stems {
+            let shape = &all.shapes[stem.shape];
+            assert_eq!((shape.species, shape.alive), (stem.species, stem.alive));
+        }
+    }
+
+    #[test]
+    fn few_shapes_are_near_to_all_stems() {
+        let mut table = "x,y,species,dbh_cm\n".to_owned();
+        for i in 0..600 {
+            table += &format!("{i},0,beech,{}\n", 10 + (i * 37) % 45);
+        }
+        let off = |shapes: u32| {
+            let all = measured(&table, shapes).expect("a plot");
+            assert_eq!(all.shapes.len(), shapes as usize);
+            let of_stem = |stem: &MeasuredStem| {
+                let size = &all.shapes[stem.shape].size;
+                let ratio = |a: f64, b: f64| (a / b).max(b / a);
+                ratio(size.dbh_m, stem.dbh_m).max(ratio(size.height_m, stem.height_m))
+            };
+            all.stems.iter().map(of_stem).fold(1.0, f64::max)
+        };
+        let (few, many) = (off(24), off(96));
+        assert!(few < 1.17 && many < 1.07, "{few} {many}");
+    }
+
+    #[test]
+    fn impossible_sizes_and_names_are_refused() {
+        let refused = |row: &str| {
+            let table = format!("x,y,species,dbh_cm,height_m\n0,0,beech,30,20\n1,0,{row}\n");
+            measured(&table, 24).map(drop).expect_err(row)
+        };
+        let message = refused("beech,400,30");
+        assert!(
+            message.contains("line 3: dbh_m = 4: must be from"),
+            "{message}"
+        );
+        let message = refused("beech,30,2.5");
+        assert!(
+            message.contains("line 3: height_m = 2.5: must be from"),
+            "{message}"
+        );
+        let message = refused("beach,30,20");
+        for part in ["line 3", "\"beach\"", "beech, english_oak", "other_species"] {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
+    fn value_stability() {
+        let all = measured("x,y\n0,0\n1,0\n", 2).expect("a plot");
+        let [a, b] = all.stems[..] else {
+            panic!("two stems");
+        };
+        let values = [a.dbh_m, a.height_m, b.dbh_m, b.height_m];
+        let known = [
+            0.297_494_102_837_994_66,
+            17.892_557_394_200_39,
+            0.272_346_398_710_540_5,
+            20.711_907_083_223_33,
+        ];
+        assert_eq!((a.species, b.species, values), (1, 0, known));
+    }
+}

@@ -1,0 +1,68 @@
+//! The files of a user's own site.
+
+use nemoral_import::{
+    HeightMap, ImportError, MAX_LINES, MAX_POSTS, MAX_STEMS, MAX_VERTICES, Sidecar, read_stem_map,
+    read_trail_lines,
+};
+
+/// The greatest length of an error message.
+const MESSAGE_BYTES: usize = 1 << 10;
+
+/// What was read, if the message of an error is short.
+fn accepted<T>(read: Result<T, ImportError>) -> Option<T> {
+    read.inspect_err(|e| {
+        let length = e.to_string().len();
+        assert!(length <= MESSAGE_BYTES, "a message of {length} bytes");
+    })
+    .ok()
+}
+
+/// Reads a stem map.
+pub fn stem_map(input: &[u8]) {
+    if let Some(stems) = accepted(read_stem_map(input)) {
+        assert!((1..=MAX_STEMS).contains(&stems.len()));
+        for stem in stems {
+            assert!(stem.x_m.is_finite() && stem.y_m.is_finite(), "{stem:?}");
+            assert!(
+                stem.dbh_m.is_none_or(|d| (0.004..6.0).contains(&d)),
+                "{stem:?}"
+            );
+        }
+    }
+}
+
+/// Reads trail lines.
+pub fn trail_lines(input: &[u8]) {
+    if let Some(lines) = accepted(read_trail_lines(input)) {
+        assert!((1..=MAX_LINES).contains(&lines.len()));
+        let vertices: usize = lines.iter().map(|line| line.vertices_m.len()).sum();
+        assert!(vertices <= MAX_VERTICES && lines.iter().all(|l| l.vertices_m.len() > 1));
+    }
+}
+
+/// Reads a GeoTIFF.
+pub fn geotiff(input: &[u8]) {
+    check(accepted(HeightMap::from_tiff(input)));
+}
+
+/// Reads a sidecar, a line feed, and a PNG.
+pub fn height_png(input: &[u8]) {
+    let end = input
+        .iter()
+        .position(|&b| b == b'\n')
+        .unwrap_or(input.len());
+    let (json, png) = input.split_at(end);
+    if let Some(sidecar) = accepted(Sidecar::read(json)) {
+        check(accepted(HeightMap::from_png(
+            png.get(1..).unwrap_or_default(),
+            &sidecar,
+        )));
+    }
+}
+
+fn check(map: Option<HeightMap>) {
+    if let Some(map) = map {
+        assert!(map.heights_m.len() == map.columns * map.rows && map.heights_m.len() <= MAX_POSTS);
+        assert!(map.heights_m.iter().all(|h| !h.is_infinite()));
+    }
+}
