@@ -5,7 +5,7 @@
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::{Config, Layers};
 use nemoral_pipeline::plan::{Runner, Store};
-use nemoral_pipeline::world::flora::Patch;
+use nemoral_pipeline::world::patch::Patch;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, PlantCommunity, TrailSurfaceKind};
 use nemoral_stand::PatchKind;

@@ -234,7 +234,7 @@ mod tests {
         Ok(move |p: DVec2| {
             0.5 + 0.25
                 * (libm::sin(p.x * (0.31 + 0.07 * i) + i)
-                    + libm::sin(p.y * (0.37 - 0.03 * i) - 2.0 * i))
+                    + libm::sin(p.y * (0.41 - 0.03 * i) - 2.0 * i))
         })
     }
 

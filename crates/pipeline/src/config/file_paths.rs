@@ -7,8 +7,7 @@ use nemoral_files::{Folder, InnerPath};
 use toml::{Table, Value};
 
 use super::Config;
-use super::load::to_table;
-use super::source::{join, most_bytes};
+use super::dotted_keys::{join, most_bytes, to_table};
 use super::words::cut;
 
 /// Where the relative paths of a source start.

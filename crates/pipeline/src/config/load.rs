@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use serde::Serialize;
 use toml::{Table, Value};
 
+use super::dotted_keys::{join, section, to_table, value_at};
 use super::errors::{ConfigError, ConfigErrors, Place};
 use super::schema::SectionSpec;
-use super::source::{Source, join, section, value_at};
+use super::source::Source;
 use super::words::{cut, did_you_mean, shown};
 use super::{Config, Preset, SECTIONS, Sequences, devices};
 use crate::{Error, InputFiles};
@@ -346,10 +346,6 @@ fn to_float(value: &Value) -> Value {
         Value::Integer(i) => Value::Float(*i as f64),
         other => other.clone(),
     }
-}
-
-pub(super) fn to_table(config: &impl Serialize) -> Table {
-    Table::try_from(config).expect("a config is plain data")
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod camera_effects;
 mod camera_model;
 mod choices;
 mod devices;
+mod dotted_keys;
 mod errors;
 mod file_paths;
 mod input_path;
@@ -37,6 +38,7 @@ pub use choices::{
     SpinningHead, TerrainNoise, ToneChoice, VignettingModel, WhiteBalanceMode,
 };
 pub(crate) use devices::LIGHT_M_PER_NS;
+pub(crate) use dotted_keys::most_bytes;
 pub use errors::{ConfigError, ConfigErrors, Place};
 pub(crate) use file_paths::SEQUENCE_UP;
 pub use input_path::InputPath;
@@ -51,4 +53,3 @@ pub(crate) use sensors::sensor_name;
 pub use sequences::{SequenceConfig, Sequences};
 pub use site_files::SiteFiles;
 pub(crate) use sky_image::sky_image;
-pub(crate) use source::most_bytes;

@@ -7,10 +7,11 @@ use nemoral_dataset::Split;
 use nemoral_seed::{Domain, Key};
 use toml::{Table, Value};
 
+use super::dotted_keys::{to_table, value_at};
 use super::errors::{ConfigError, ConfigErrors};
 use super::file_paths::for_each_file;
-use super::load::{base, merge, resolve, to_table};
-use super::source::{Source, value_at};
+use super::load::{base, merge, resolve};
+use super::source::Source;
 use super::spread::spread;
 use super::vary::{self, Variation};
 use super::{Config, Preset, Splits};

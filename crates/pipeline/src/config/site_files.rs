@@ -7,7 +7,8 @@ use nemoral_import::{HeightMap, ImportError, Sidecar, Stem, read_stem_map};
 use nemoral_scene::glam::DVec2;
 use toml::{Table, Value};
 
-use super::source::{Source, most_bytes};
+use super::dotted_keys::most_bytes;
+use super::source::Source;
 use super::{Config, Layers, Preset, Sequences};
 use crate::Error;
 use crate::world::measured::is_name_of;

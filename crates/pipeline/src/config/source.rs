@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
-use toml::{Table, Value};
+use toml::Table;
 
+use super::dotted_keys::join;
 use super::errors::{ConfigError, ConfigErrors, Place};
 use super::file_paths::{Base, for_each_file};
-use super::schema::SectionSpec;
 use super::words::cut;
-use super::{Allowed, SECTIONS, vary};
 use crate::Error;
+
+/// The tables that say what is drawn for each sequence: `ranges` is the older name.
+pub(super) const VARY_TABLES: [&str; 2] = ["vary", "ranges"];
 
 /// The largest config file.
 const FILE_BYTES: u64 = 4 << 20;
@@ -100,10 +102,27 @@ impl Source {
     /// The place of a dotted key in this source.
     pub(super) fn place_of(&self, path: &str) -> Option<Place> {
         if self.is_drawn {
-            return vary::place_of(self, path);
+            return self.place_of_drawn(path);
         }
         let parts: Vec<&str> = path.split('.').collect();
         self.place_of_parts(&parts)
+    }
+
+    /// The place of a drawn key.
+    pub(super) fn place_of_drawn(&self, path: &str) -> Option<Place> {
+        for table in VARY_TABLES {
+            // It may be one quoted key, or nested tables.
+            let quoted = self.place_of_parts(&[table, path]);
+            let place = quoted.or_else(|| {
+                let path = join(table, path);
+                self.place_of_parts(&path.split('.').collect::<Vec<_>>())
+            });
+            if place.is_some() {
+                return place;
+            }
+        }
+        // It is in a group; which one is not known.
+        self.place_of_parts(&["vary", "group"])
     }
 
     /// The place of a key whose parts may contain dots.
@@ -141,46 +160,5 @@ fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {
         column: text[line_start..start].chars().count() + 1,
         text: text[line_start..line_end].to_owned(),
         length: text[start..end].chars().count(),
-    }
-}
-
-/// The definition of a table. A further sensor has that of the first one.
-pub(super) fn section(path: &str) -> Option<&'static SectionSpec> {
-    let further = [("cameras.", "camera"), ("lidars.", "lidar")];
-    let of_first = further.iter().find_map(|(prefix, first)| {
-        let rest = path.strip_prefix(prefix)?.split_once('.');
-        Some(rest.map_or((*first).to_owned(), |(_, rest)| format!("{first}.{rest}")))
-    });
-    let path = of_first.as_deref().unwrap_or(path);
-    SECTIONS.iter().find(|s| s.path == path)
-}
-
-pub(super) fn join(path: &str, key: &str) -> String {
-    if path.is_empty() {
-        key.to_owned()
-    } else {
-        format!("{path}.{key}")
-    }
-}
-
-/// The value of a dotted key.
-pub(super) fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
-    let (key, rest) = path
-        .split_once('.')
-        .map_or((path, None), |(k, r)| (k, Some(r)));
-    let value = table.get(key)?;
-    match rest {
-        None => Some(value),
-        Some(rest) => value_at(value.as_table()?, rest),
-    }
-}
-
-/// The most bytes of the file that a key names; 0 for a key that names no file.
-pub(crate) fn most_bytes(key: &str) -> u64 {
-    let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
-    let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == name));
-    match spec.map(|k| k.allowed) {
-        Some(Allowed::File(most)) => most,
-        _ => 0,
     }
 }

@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use nemoral_seed::{Domain, Key};
 use toml::{Table, Value};
 
-use super::Place;
+use super::dotted_keys::{most_bytes, value_at};
 use super::errors::ConfigErrors;
 use super::schema::SectionSpec;
-use super::source::{Source, join, most_bytes, value_at};
+use super::source::{Source, VARY_TABLES};
 use super::spread::spread;
 use super::words::shown;
 
@@ -39,9 +39,6 @@ pub(super) const RANGES: SectionSpec = SectionSpec {
     choice: None,
     keys: &[],
 };
-
-/// The tables that hold draws.
-const TABLES: [&str; 2] = ["vary", "ranges"];
 
 /// One draw, of a key or of a group.
 #[derive(Clone, Debug)]
@@ -75,7 +72,7 @@ enum Member {
 pub(super) fn take(sources: &mut [Source], errors: &mut ConfigErrors) -> Vec<Variation> {
     let mut all: Vec<Variation> = Vec::new();
     for (number, source) in sources.iter_mut().enumerate() {
-        let said = TABLES.map(|name| (name, source.table.remove(name)));
+        let said = VARY_TABLES.map(|name| (name, source.table.remove(name)));
         all.retain(|v| value_at(&source.table, &v.name).is_none());
         for (table, value) in said {
             let found = match value {
@@ -336,21 +333,4 @@ pub(super) fn to_table(variations: &[Variation], has_preset: bool) -> Table {
         insert(&mut table, &variation.name, variation.draw.to_value());
     }
     table
-}
-
-/// The place of a drawn key in the source that draws it.
-pub(super) fn place_of(source: &Source, path: &str) -> Option<Place> {
-    for table in TABLES {
-        // It may be one quoted key, or nested tables.
-        let quoted = source.place_of_parts(&[table, path]);
-        let place = quoted.or_else(|| {
-            let path = join(table, path);
-            source.place_of_parts(&path.split('.').collect::<Vec<_>>())
-        });
-        if place.is_some() {
-            return place;
-        }
-    }
-    // It is in a group; which one is not known.
-    source.place_of_parts(&["vary", "group"])
 }

@@ -9,8 +9,9 @@ use nemoral_stand::SkyViewFactor;
 
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
-use crate::world::flora::{Flora, Patch, seedlings};
+use crate::world::flora::{Flora, seedlings};
 use crate::world::ground::ChunkGround;
+use crate::world::patch::Patch;
 use crate::{Error, InputFiles};
 
 /// Makes the [`Flora`].

@@ -13,9 +13,9 @@ use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::climbers::Climbing;
-use crate::world::flora::Patch;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::low_plants::LowPlants;
+use crate::world::patch::Patch;
 use crate::{Error, InputFiles};
 
 /// A chunk's undergrowth, seedlings and trail grass; `None` where nothing grows.

@@ -12,6 +12,7 @@ use nemoral_stand::{
 };
 
 use super::closed_vegetation::ClosedVegetation;
+use super::patch::Patch;
 
 use super::ground::{ChunkGround, TerrainField};
 use crate::{Error, config};
@@ -26,17 +27,6 @@ const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
 const BRANCH_CELL_M: f64 = 1.5;
 /// How far the middle of a branch is from a trail's edge, metres: it reaches no farther.
 const BRANCH_VERGE_M: f64 = 1.3;
-
-/// A patch of low plants.
-#[derive(Clone, Debug)]
-pub struct Patch {
-    /// What it is.
-    pub kind: PatchKind,
-    /// Its position, variety, turn and size.
-    pub point: CoverPoint,
-    /// For tiles of closed vegetation: which of its variants it takes after, 0..1.
-    pub shade: f64,
-}
 
 /// The share of patches that stay where other vegetation closes over them.
 const PATCHES_AMONG: f64 = 0.12;

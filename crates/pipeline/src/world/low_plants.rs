@@ -10,8 +10,8 @@ use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
 use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
-use super::flora::Patch;
 use super::ground::ChunkGround;
+use super::patch::Patch;
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
 const SHADE_SPREAD: f64 = 0.16;

@@ -12,6 +12,7 @@ pub mod lidars;
 pub(crate) mod low_plants;
 pub(crate) mod measured;
 pub(crate) mod object_sites;
+pub mod patch;
 pub(crate) mod placement;
 pub(crate) mod plot;
 pub(crate) mod recipe;

@@ -4,9 +4,10 @@ use toml::{Table, Value};
 
 use super::{Draw, Member};
 use crate::config::Preset;
+use crate::config::dotted_keys::{join, section, value_at};
 use crate::config::errors::{ConfigError, ConfigErrors};
 use crate::config::schema::Allowed;
-use crate::config::source::{Source, join, section, value_at};
+use crate::config::source::Source;
 use crate::config::words::{cut, shown};
 
 /// Keys that are the same in all sequences.
@@ -32,7 +33,7 @@ pub(super) fn table(
         match draw.and_then(|draw| twice(&path, &draw, &draws).map_or(Ok(draw), Err)) {
             Ok(draw) => draws.push((path, draw)),
             Err(message) => errors.add(|| ConfigError {
-                place: super::place_of(source, &path),
+                place: source.place_of_drawn(&path),
                 message: format!("{name}.\"{}\"{message}", cut(&path)),
                 path: join(name, &path),
             }),

@@ -1,0 +1,53 @@
+//! Dotted keys, such as `camera.pinhole.hfov_deg`, in tables of TOML.
+
+use serde::Serialize;
+use toml::{Table, Value};
+
+use super::schema::SectionSpec;
+use super::{Allowed, SECTIONS};
+
+/// Plain data as a table.
+pub(super) fn to_table(config: &impl Serialize) -> Table {
+    Table::try_from(config).expect("a config is plain data")
+}
+
+/// The definition of a table. A further sensor has that of the first one.
+pub(super) fn section(path: &str) -> Option<&'static SectionSpec> {
+    let further = [("cameras.", "camera"), ("lidars.", "lidar")];
+    let of_first = further.iter().find_map(|(prefix, first)| {
+        let rest = path.strip_prefix(prefix)?.split_once('.');
+        Some(rest.map_or((*first).to_owned(), |(_, rest)| format!("{first}.{rest}")))
+    });
+    let path = of_first.as_deref().unwrap_or(path);
+    SECTIONS.iter().find(|s| s.path == path)
+}
+
+pub(super) fn join(path: &str, key: &str) -> String {
+    if path.is_empty() {
+        key.to_owned()
+    } else {
+        format!("{path}.{key}")
+    }
+}
+
+/// The value of a dotted key.
+pub(super) fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let (key, rest) = path
+        .split_once('.')
+        .map_or((path, None), |(k, r)| (k, Some(r)));
+    let value = table.get(key)?;
+    match rest {
+        None => Some(value),
+        Some(rest) => value_at(value.as_table()?, rest),
+    }
+}
+
+/// The most bytes of the file that a key names; 0 for a key that names no file.
+pub(crate) fn most_bytes(key: &str) -> u64 {
+    let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == name));
+    match spec.map(|k| k.allowed) {
+        Some(Allowed::File(most)) => most,
+        _ => 0,
+    }
+}
