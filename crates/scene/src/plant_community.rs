@@ -7,12 +7,12 @@ pub enum PlantCommunity {
     RankGrass,
     /// Short grass, grazed or mown or trodden.
     GrazedGrass,
-    /// Grass in clumps, with dead blades between them.
+    /// Tussock grass, with dead blades between the tussocks.
     Tussocks,
     /// Grass that has dried on its stalks, with green blades among it.
     DryGrass,
-    /// Tall grass that wind and rain have laid.
-    LaidGrass,
+    /// Lodged grass: tall, and laid by wind and rain.
+    LodgedGrass,
     /// A thicket of brambles.
     Bramble,
     /// Bracken, frond beside frond.
@@ -32,7 +32,7 @@ impl PlantCommunity {
         Self::GrazedGrass,
         Self::Tussocks,
         Self::DryGrass,
-        Self::LaidGrass,
+        Self::LodgedGrass,
         Self::Bramble,
         Self::Bracken,
         Self::Heath,
@@ -51,7 +51,11 @@ impl PlantCommunity {
     pub const fn is_grass(self) -> bool {
         matches!(
             self,
-            Self::RankGrass | Self::GrazedGrass | Self::Tussocks | Self::DryGrass | Self::LaidGrass
+            Self::RankGrass
+                | Self::GrazedGrass
+                | Self::Tussocks
+                | Self::DryGrass
+                | Self::LodgedGrass
         )
     }
 
@@ -63,7 +67,7 @@ impl PlantCommunity {
             Self::GrazedGrass => "grazed_grass",
             Self::Tussocks => "tussocks",
             Self::DryGrass => "dry_grass",
-            Self::LaidGrass => "laid_grass",
+            Self::LodgedGrass => "lodged_grass",
             Self::Bramble => "bramble_thicket",
             Self::Bracken => "bracken_stand",
             Self::Heath => "heath",

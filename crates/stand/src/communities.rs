@@ -67,7 +67,11 @@ impl CommunityParams {
     pub fn wanted(&self) -> Vec<PlantCommunity> {
         let [grass, thickets] = [&PlantCommunity::ALL[..5], &PlantCommunity::ALL[5..]];
         let grass = grass.iter().zip(&self.grasses);
-        let grass = grass.filter(|(_, weight)| self.sward > 0.0 && **weight > 0.0);
+        // Trodden trails have short grass, whatever its weight.
+        let grass = grass.filter(|(community, weight)| {
+            let is_trodden = **community == PlantCommunity::GrazedGrass;
+            self.sward > 0.0 && (**weight > 0.0 || is_trodden)
+        });
         let thickets = thickets.iter().zip(&self.thickets);
         let thickets = thickets.filter(|(_, share)| **share > 0.0);
         grass.chain(thickets).map(|(c, _)| *c).collect()
@@ -136,7 +140,7 @@ impl<F: Field> Communities<F> {
 
     /// The kind of grass at a place: dry kinds where it is dry.
     fn grass(&self, world_m: DVec2, moisture: f64) -> PlantCommunity {
-        // Tall, grazed, tussocks, dry, laid.
+        // Rank, grazed, tussocks, dry, lodged.
         let dryness = (1.0 - moisture.clamp(0.0, 1.0)) * 2.0;
         let by_moisture = [1.0, 1.0, 2.0 - dryness, dryness, 1.0];
         let weight = |i: usize| self.grasses[i] * by_moisture[i];
@@ -148,13 +152,14 @@ impl<F: Field> Communities<F> {
                 return *community;
             }
         }
-        let last = (0..5).rev().find(|&i| weight(i) > 0.0);
+        // Where no kind suits the place, one that was asked for.
+        let last = (0..5).rev().find(|&i| self.grasses[i] > 0.0);
         PlantCommunity::ALL[last.unwrap_or(0)]
     }
 
     /// A value from 0 to 1 that changes slowly from place to place, by which grass differs in
     /// colour and thickets in height.
-    pub fn shade(&self, world_m: DVec2) -> f64 {
+    pub fn variant(&self, world_m: DVec2) -> f64 {
         // Beside the borders of the kinds of grass, which are made from the same field.
         self.sward.rank(world_m + DVec2::new(311.7, -173.9))
     }

@@ -8,7 +8,7 @@ use nemoral_seed::{Draw, Rng};
 use super::card_raster::CardDrawing;
 use super::foliage::{heading, stalk, varied};
 use super::understory::plain_leaf;
-use crate::materials::optics::HERB;
+use crate::materials::optics::{BILBERRY, HERB};
 use crate::textures::canvas::{Outline, Stroke};
 
 /// Blades that died on their stalks, bleached: paler than freshly cured ones.
@@ -111,7 +111,7 @@ pub(crate) fn heads(rng: &mut impl Rng) -> CardDrawing {
 pub(crate) fn bilberry(rng: &mut impl Rng) -> CardDrawing {
     let mut drawing = CardDrawing::default();
     let outline = Arc::new(Outline::ovate(0.7, 0.7).toothed(9.0, 0.05));
-    let green = Vec3::new(0.080, 0.118, 0.036);
+    let green = BILBERRY.albedo * Vec3::new(1.0, 0.92, 1.0);
     for i in 0..9 {
         let angle = rng.range_f32(-0.60, 0.60);
         let length = rng.range_f32(0.14, 0.26);
@@ -140,8 +140,8 @@ pub(crate) fn bilberry(rng: &mut impl Rng) -> CardDrawing {
                 rng.range_f32(0.017, 0.027),
                 0.58,
             );
-            leaf.colour = varied(HERB.albedo, rng) * shade;
-            leaf.browning = rng.range_f32(0.0, 0.25);
+            leaf.colour = varied(BILBERRY.albedo, rng) * shade;
+            leaf.browning = rng.range_f32(0.0, 0.10);
             drawing.leaf(leaf);
         }
     }

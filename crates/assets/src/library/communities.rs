@@ -74,10 +74,11 @@ impl PlantGrower<'_> {
                     let shape = thicket::bilberry(height(0.16, 0.34), own, rng);
                     (shape, OcclusionParams::LOW)
                 }
-                _ => {
+                PlantCommunity::Nettles => {
                     let shape = thicket::nettles(height(0.6, 1.25), own, rng);
                     (shape, OcclusionParams::LOW)
                 }
+                _ => unreachable!("grass grows above"),
             };
             let radius_m = shape.reach_m();
             self.leafy(of.name(), i, shape, radius_m, &occlusion)

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 use nemoral_scene::{MaterialLibrary, PlantCommunity, Semantic};
-use nemoral_seed::Key;
+use nemoral_seed::{Key, PhiloxRng};
 use rayon::prelude::*;
 
 use super::foliage::{CardKind, register_cards};
 use super::optics::{self, LeafOptics};
-use crate::cards::card_raster::CardImage;
+use crate::cards::card_raster::{CardDrawing, CardImage};
 use crate::cards::sward::{self, Strip, THATCH};
 use crate::tree::FoliageCard;
 
@@ -65,32 +65,24 @@ const DEAD_BLADES: LeafOptics = LeafOptics {
     laser: optics::CURED.laser,
 };
 
-/// Every kind of image, with whether only communities of grass have it.
+/// Every kind of image.
 const KINDS: [CardKind; 9] = [
     CardKind::new("sward.green", 3, Semantic::Grass, GREEN, |r, v| {
-        tall(r, [0.03, 0.12, 0.25][v as usize % 3])
+        strip(r, TALL, [0.03, 0.12, 0.25][v as usize % 3])
     }),
     CardKind::new("sward.glaucous", 2, Semantic::Grass, GLAUCOUS, |r, v| {
-        let mut drawing = sward::strip(
-            r,
-            &Strip {
-                width_m: 0.24,
-                height_m: 0.30,
-                blades: 44,
-                cured: 0.1 * f64::from(v),
-            },
-        );
+        let mut drawing = strip(r, WAXY, 0.1 * f64::from(v));
         drawing.tint(Vec3::new(1.05, 1.0, 2.1));
         drawing
     }),
     CardKind::new("sward.straw", 2, Semantic::Grass, STRAW, |r, v| {
-        tall(r, [0.97, 0.72][v as usize % 2])
+        strip(r, TALL, [0.97, 0.72][v as usize % 2])
     }),
     CardKind::new("sward.short", 2, Semantic::Grass, GREEN, |r, v| {
-        short(r, [0.03, 0.15][v as usize % 2])
+        strip(r, SHORT, [0.03, 0.15][v as usize % 2])
     }),
     CardKind::new("sward.short_straw", 1, Semantic::Grass, STRAW, |r, _| {
-        short(r, 0.8)
+        strip(r, SHORT, 0.8)
     }),
     CardKind::new("sward.thatch", 1, Semantic::Grass, DEAD_BLADES, |r, _| {
         sward::thatch(r)
@@ -102,7 +94,7 @@ const KINDS: [CardKind; 9] = [
         "bilberry.foliage",
         3,
         Semantic::Shrub,
-        optics::HERB,
+        optics::BILBERRY,
         |r, _| sward::bilberry(r),
     ),
     CardKind::new("nettle.stem", 3, Semantic::Herb, optics::BRAMBLE, |r, _| {
@@ -110,24 +102,28 @@ const KINDS: [CardKind; 9] = [
     }),
 ];
 
-fn tall(rng: &mut nemoral_seed::PhiloxRng, cured: f64) -> crate::cards::card_raster::CardDrawing {
-    let strip = Strip {
-        width_m: 0.24,
-        height_m: 0.34,
-        blades: 40,
-        cured,
-    };
-    sward::strip(rng, &strip)
-}
+const TALL: Strip = Strip {
+    width_m: 0.24,
+    height_m: 0.34,
+    blades: 40,
+    cured: 0.0,
+};
+const SHORT: Strip = Strip {
+    width_m: 0.26,
+    height_m: 0.10,
+    blades: 64,
+    cured: 0.0,
+};
+const WAXY: Strip = Strip {
+    width_m: 0.24,
+    height_m: 0.30,
+    blades: 44,
+    cured: 0.0,
+};
 
-fn short(rng: &mut nemoral_seed::PhiloxRng, cured: f64) -> crate::cards::card_raster::CardDrawing {
-    let strip = Strip {
-        width_m: 0.26,
-        height_m: 0.10,
-        blades: 64,
-        cured,
-    };
-    sward::strip(rng, &strip)
+/// Draws a strip of which this share is dead.
+fn strip(rng: &mut PhiloxRng, of: Strip, cured: f64) -> CardDrawing {
+    sward::strip(rng, &Strip { cured, ..of })
 }
 
 /// The images of those kinds that the communities need, in the order of all kinds.

@@ -57,6 +57,12 @@ pub(crate) const HERB: LeafOptics = leaf(
     [0.097, 0.166, 0.0],
     laser(0.44, 0.51, 0.27, 0.38),
 );
+/// Bilberry leaves: the beech's, a tenth lighter (our choice).
+pub(crate) const BILBERRY: LeafOptics = leaf(
+    [0.066, 0.120, 0.036],
+    [0.070, 0.136, 0.0],
+    laser(0.44, 0.51, 0.28, 0.39),
+);
 /// Grass that has died on its stalk.
 pub(crate) const CURED: LeafOptics = leaf(
     [0.316, 0.215, 0.084],

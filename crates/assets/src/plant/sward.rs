@@ -21,7 +21,7 @@ struct Habit {
     /// How far they lean, radians: the least and the most.
     lean: [f32; 2],
     /// Whether all of them lean the same way, towards +x.
-    is_laid: bool,
+    is_lodged: bool,
     /// Strips of short blades on a square metre.
     short_per_m2: f32,
     /// Images of dead blades that lie on a square metre.
@@ -38,7 +38,7 @@ fn habit(of: PlantCommunity) -> Habit {
             tall_per_m2: 2.0,
             size: [0.35, 0.6],
             lean: [0.1, 0.7],
-            is_laid: false,
+            is_lodged: false,
             short_per_m2: 105.0,
             thatch_per_m2: 9.0,
             heads_per_m2: 0.3,
@@ -48,7 +48,7 @@ fn habit(of: PlantCommunity) -> Habit {
             tall_per_m2: 14.0,
             size: [0.5, 0.9],
             lean: [0.1, 0.6],
-            is_laid: false,
+            is_lodged: false,
             short_per_m2: 30.0,
             thatch_per_m2: 22.0,
             heads_per_m2: 2.5,
@@ -58,32 +58,33 @@ fn habit(of: PlantCommunity) -> Habit {
             tall_per_m2: 68.0,
             size: [0.6, 1.25],
             lean: [0.05, 0.75],
-            is_laid: false,
+            is_lodged: false,
             short_per_m2: 12.0,
             thatch_per_m2: 20.0,
             heads_per_m2: 7.0,
             straw: 0.72,
         },
-        PlantCommunity::LaidGrass => Habit {
+        PlantCommunity::LodgedGrass => Habit {
             tall_per_m2: 80.0,
             size: [0.9, 1.4],
             lean: [0.85, 1.35],
-            is_laid: true,
+            is_lodged: true,
             short_per_m2: 10.0,
             thatch_per_m2: 16.0,
             heads_per_m2: 2.0,
             straw: 0.22,
         },
-        _ => Habit {
+        PlantCommunity::RankGrass => Habit {
             tall_per_m2: 80.0,
             size: [0.8, 1.55],
             lean: [0.05, 0.60],
-            is_laid: false,
+            is_lodged: false,
             short_per_m2: 10.0,
             thatch_per_m2: 16.0,
             heads_per_m2: 5.0,
             straw: 0.08,
         },
+        _ => unreachable!("only grass has a habit"),
     }
 }
 
@@ -99,7 +100,7 @@ pub(crate) fn tile(
     let habit = habit(of);
     let area_m2 = 0.5 * TAU * radius_m * radius_m;
     let count = |per_m2: f32| (per_m2 * area_m2).round() as u32;
-    // Tiles of one variant are as high as each other, and differ from those of others.
+    // Tiles differ in height.
     let height = rng.range_f32(0.85, 1.15);
     let glaucous = (1.6 * variant - 0.55).clamp(0.0, 0.85);
     let hue = |rng: &mut _| {
@@ -140,7 +141,7 @@ pub(crate) fn tile(
         let card = pick(&materials.tall[hue(rng).index()], rng);
         let size = rng.range_f32(habit.size[0], habit.size[1]) * height * rim(at, radius_m);
         let lean = habit_lean(&habit.lean, rng);
-        if habit.is_laid {
+        if habit.is_lodged {
             // Blades lie over each other along the wind.
             let azimuth = rng.range_f32(-0.55, 0.55);
             let base = at.extend(-SUNK_M + 0.05 * rng.unit_f32());
@@ -153,7 +154,7 @@ pub(crate) fn tile(
     for _ in 0..count(habit.heads_per_m2) {
         let at = within(radius_m, rng);
         let card = pick(&materials.heads, rng);
-        let lean = if habit.is_laid { 0.9 } else { 0.25 } * rng.unit_f32();
+        let lean = if habit.is_lodged { 0.9 } else { 0.25 } * rng.unit_f32();
         let size = rng.range_f32(0.55, 1.0) * height * rim(at, radius_m);
         stand(&mut shape, card, at, lean, size, rng);
     }

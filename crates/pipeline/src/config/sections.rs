@@ -393,8 +393,8 @@ section! {
         tussocks: f64 = 0.6, Real(0.0, 100.0), "our choice";
         /// Weight of grass that has dried on its stalks, more where it is dry.
         dry: f64 = 0.6, Real(0.0, 100.0), "our choice";
-        /// Weight of tall grass that wind and rain have laid.
-        laid: f64 = 0.4, Real(0.0, 100.0), "our choice";
+        /// Weight of lodged grass: tall, and laid by wind and rain.
+        lodged: f64 = 0.4, Real(0.0, 100.0), "our choice";
     }
 }
 

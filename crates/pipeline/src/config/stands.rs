@@ -40,15 +40,15 @@ fn floor(leaf_litter: f64, needle_litter: f64, moss: f64) -> Floor {
 }
 
 /// The share of the ground under grass in the light, and the weights of tall, grazed, clumped, dry
-/// and laid grass.
-fn sward(cover: f64, [rank, grazed, tussocks, dry, laid]: [f64; 5]) -> Sward {
+/// and lodged grass.
+fn sward(cover: f64, [rank, grazed, tussocks, dry, lodged]: [f64; 5]) -> Sward {
     Sward {
         cover,
         rank,
         grazed,
         tussocks,
         dry,
-        laid,
+        lodged,
     }
 }
 

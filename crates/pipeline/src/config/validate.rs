@@ -248,10 +248,10 @@ impl Config {
 
     fn sward_problems(&self, out: &mut Problems) {
         let s = &self.undergrowth.sward;
-        if s.cover > 0.0 && s.rank + s.grazed + s.tussocks + s.dry + s.laid <= 0.0 {
+        if s.cover > 0.0 && s.rank + s.grazed + s.tussocks + s.dry + s.lodged <= 0.0 {
             out.add(
                 "undergrowth.sward",
-                ": the weights of rank, grazed, tussocks, dry and laid are all 0, and \
+                ": the weights of rank, grazed, tussocks, dry and lodged are all 0, and \
                  undergrowth.sward.cover asks for grass",
             );
         }

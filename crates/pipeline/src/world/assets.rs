@@ -380,10 +380,12 @@ fn objects_of(
         let asset = assets[stem.shape];
         let tree = &standing[asset].tree;
         let along = stem.height_m / tree.size.height_m;
-        // The shape's stem where the copy's breast height is.
+        // The shape's stem where the copy's breast height is, by the taper of the size in which it
+        // grew: of a dead tree, before its top broke.
         let species = &species[stem.species].0;
-        let shape_dbh_m = species.stem_diameter_m(&tree.size, BREAST_M / along)
-            / species.stem_diameter_m(&tree.size, BREAST_M)
+        let grown = &measured.shapes[stem.shape].size;
+        let shape_dbh_m = species.stem_diameter_m(grown, BREAST_M / along)
+            / species.stem_diameter_m(grown, BREAST_M)
             * tree.size.dbh_m;
         let across = stem.dbh_m / shape_dbh_m;
         MeasuredObject {

@@ -30,7 +30,8 @@ const THICKET_M: f64 = 0.85;
 const BRAMBLE_M: f64 = 1.15;
 /// The distance at which the ground around tells whether a place is in a hollow, metres.
 const HOLLOW_M: f64 = 7.0;
-/// From so much sky on, and to so much, a grassy trail is bare and green from verge to verge.
+/// A grassy trail is bare below the first sky view factor, and green from verge to verge above the
+/// second.
 const TRAIL_LIGHT: [f64; 2] = [0.10, 0.26];
 
 /// The swards and thickets of a world.
@@ -47,7 +48,7 @@ pub(crate) fn community_params(of: &config::Undergrowth) -> CommunityParams {
     let (s, t) = (&of.sward, &of.thickets);
     CommunityParams {
         sward: s.cover,
-        grasses: [s.rank, s.grazed, s.tussocks, s.dry, s.laid],
+        grasses: [s.rank, s.grazed, s.tussocks, s.dry, s.lodged],
         thickets: [t.bramble, t.bracken, t.heath, t.bilberry, t.nettles],
     }
 }
@@ -87,14 +88,23 @@ impl ClosedVegetation {
         }))
     }
 
-    /// What closes over the ground at a place off trails.
+    /// What closes over the ground at a place off trails, if it has room there.
     pub(crate) fn at(
         &self,
         world_m: DVec2,
         ground: &ChunkGround,
         sky: &SkyViewFactor,
     ) -> Option<Closed> {
-        self.communities.at(world_m, &site(world_m, ground, sky))
+        let edge_m = ground.trail_edge_m(world_m);
+        let closed = self.communities.at(world_m, &site(world_m, ground, sky));
+        closed.filter(|closed| {
+            let room_m = match closed.community {
+                PlantCommunity::Bramble => BRAMBLE_M,
+                community if community.is_grass() => NARROW_M,
+                _ => THICKET_M,
+            };
+            edge_m > room_m
+        })
     }
 
     /// Lays the tiles of a chunk.
@@ -111,12 +121,7 @@ impl ClosedVegetation {
                 continue;
             };
             let edge_m = ground.trail_edge_m(point.position_m);
-            let room_m = match closed.community {
-                PlantCommunity::Bramble => BRAMBLE_M,
-                community if community.is_grass() => WIDE_M,
-                _ => THICKET_M,
-            };
-            if edge_m > room_m {
+            if !closed.community.is_grass() || edge_m > WIDE_M {
                 patches.push(self.tile(point, closed, PatchKind::Closed));
             }
         }
@@ -165,7 +170,7 @@ impl ClosedVegetation {
         closed: Closed,
         kind: fn(PlantCommunity) -> PatchKind,
     ) -> Patch {
-        let shade = self.communities.shade(point.position_m);
+        let variant = self.communities.variant(point.position_m);
         let size = if closed.community.is_grass() {
             // Lower grass must still close.
             0.55 + 0.45 * closed.vigour
@@ -173,14 +178,14 @@ impl ClosedVegetation {
             closed.vigour
         };
         point.scale *= size;
-        if closed.community == PlantCommunity::LaidGrass {
+        if closed.community == PlantCommunity::LodgedGrass {
             // Wind lays all of a place in one direction.
-            point.yaw_rad = (TAU * shade + 0.08 * point.yaw_rad).rem_euclid(TAU);
+            point.yaw_rad = (TAU * variant + 0.08 * point.yaw_rad).rem_euclid(TAU);
         }
         Patch {
             kind: kind(closed.community),
             point,
-            shade,
+            variant,
         }
     }
 }

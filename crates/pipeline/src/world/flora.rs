@@ -122,8 +122,12 @@ impl Flora {
         let patches = points.filter(|point| !is_crowded_out(point)).map(|point| {
             let chance = chance(point.position_m);
             let kind = self.undergrowth.kind(point.position_m, chance, point.key);
-            let shade = 0.5;
-            Patch { kind, point, shade }
+            let variant = 0.5;
+            Patch {
+                kind,
+                point,
+                variant,
+            }
         });
         let mut patches: Vec<Patch> = patches.collect();
         if let Some(closed) = &self.closed {
@@ -135,7 +139,7 @@ impl Flora {
                 patches.extend(points.map(|point| Patch {
                     kind,
                     point,
-                    shade: 0.5,
+                    variant: 0.5,
                 }));
             }
         };

@@ -14,7 +14,7 @@ use super::ground::ChunkGround;
 use super::patch::Patch;
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
-const SHADE_SPREAD: f64 = 0.16;
+const VARIANT_SPREAD: f64 = 0.16;
 
 /// The low plants of a chunk: undergrowth, seedlings, and grass on trails.
 pub(crate) struct LowPlants<'a> {
@@ -38,8 +38,13 @@ impl LowPlants<'_> {
             let placed = plant.place(shapes, weights, ground, origin);
             instances.extend(placed.map(|(place, shape)| (place, Arc::clone(shape))));
         };
-        for Patch { kind, point, shade } in self.patches {
-            let tiles = |of: &Vec<Arc<Blas>>| near(*shade, of.len());
+        for Patch {
+            kind,
+            point,
+            variant,
+        } in self.patches
+        {
+            let tiles = |of: &Vec<Arc<Blas>>| near(*variant, of.len());
             let weights = match kind {
                 PatchKind::Closed(of) => Some(tiles(&assets.communities[of.index()][0])),
                 PatchKind::ClosedBorder(of) => Some(tiles(&assets.communities[of.index()][1])),
@@ -79,11 +84,11 @@ impl LowPlants<'_> {
     }
 }
 
-/// Weights of `count` variants of which those near `shade`, 0..1, are frequent.
-fn near(shade: f64, count: usize) -> Vec<f64> {
+/// Weights of `count` variants of which those near `variant`, 0..1, are frequent.
+fn near(variant: f64, count: usize) -> Vec<f64> {
     let weight = |i: usize| {
-        let off = (i as f64 + 0.5) / count as f64 - shade;
-        libm::exp(-off * off / (2.0 * SHADE_SPREAD * SHADE_SPREAD))
+        let off = (i as f64 + 0.5) / count as f64 - variant;
+        libm::exp(-off * off / (2.0 * VARIANT_SPREAD * VARIANT_SPREAD))
     };
     (0..count).map(weight).collect()
 }

@@ -11,5 +11,5 @@ pub struct Patch {
     /// Its position, variety, turn and size.
     pub point: CoverPoint,
     /// For tiles of closed vegetation: which of its variants it takes after, 0..1.
-    pub shade: f64,
+    pub variant: f64,
 }
