@@ -5,8 +5,8 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::{
-    BRANCH, DEAD, LIMB, SNAG, corners, cut_dbh_m, girth_m, key, library, materials, silhouette_m2,
-    stem_cut, top_m,
+    BRANCH, DEAD, LIMB, SNAG, corners, cut_dbh_m, cut_diameter_m, girth_m, key, library, materials,
+    silhouette_m2, stem_cut, top_m,
 };
 use nemoral_assets::{
     GrownTree, GrowthParams, SizeClass, Species, StemForm, TreeMaterials, TreeSize, grow, grow_snag,
@@ -818,6 +818,10 @@ fn snags_are_dead_wood_of_the_demanded_diameter() {
             let dbh = cut_dbh_m(&snag.mesh);
             assert!((dbh / size.dbh_m - 1.0).abs() < 0.02, "{name}: {dbh}");
             assert!((snag.size.dbh_m / dbh - 1.0).abs() < 0.002, "{name}");
+            // Its taper is that of the tree before its top broke.
+            let upper = species.stem_diameter_m(&size, 2.6) / species.stem_diameter_m(&size, 1.3);
+            let cut = cut_diameter_m(&snag.mesh, 2.6);
+            assert!((upper * dbh / cut - 1.0).abs() < 0.05, "{name}: {cut}");
             let top = snag.mesh.positions.iter().fold(0.0_f32, |m, p| m.max(p.z));
             assert!(
                 (f64::from(top) / snag.size.height_m - 1.0).abs() < 0.001,

@@ -317,6 +317,21 @@ mod tests {
     }
 
     #[test]
+    fn grass_of_one_kind_has_no_holes_where_that_kind_is_not_suited() {
+        for (i, moisture) in [(2, 0.0), (3, 1.0)] {
+            let mut grasses = [0.0; 5];
+            grasses[i] = 1.0;
+            let params = CommunityParams {
+                sward: 1.0,
+                grasses,
+                ..NONE
+            };
+            let found = count(&params, &Site { moisture, ..OPEN });
+            assert!((found[i] - 1.0).abs() < 1e-9, "{found:?}");
+        }
+    }
+
+    #[test]
     fn what_is_wanted_is_what_may_grow() {
         assert_eq!(NONE.wanted(), []);
         let params = CommunityParams {
@@ -326,5 +341,11 @@ mod tests {
         };
         let wanted = [PlantCommunity::GrazedGrass, PlantCommunity::Bracken];
         assert_eq!(params.wanted(), wanted);
+        // Trodden trails are under short grass in any sward.
+        let tall = CommunityParams {
+            grasses: [1.0, 0.0, 0.0, 0.0, 0.0],
+            ..params
+        };
+        assert!(tall.wanted().contains(&PlantCommunity::GrazedGrass));
     }
 }

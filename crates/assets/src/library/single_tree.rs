@@ -3,7 +3,7 @@
 use nemoral_scene::{MaterialLibrary, ParamError};
 use nemoral_seed::{Domain, Key};
 
-use super::{AssetParams, Grow, StandParams, TreeAsset, TreeGrower};
+use super::{AssetParams, Grow, TreeAsset, TreeGrower};
 use crate::ambient_occlusion::MaskCoverage;
 use crate::materials::{Wanted, WorldMaterials};
 use crate::tree::{GrowthParams, Species, grow, grow_snag};
@@ -46,10 +46,7 @@ impl SingleTree {
             trail_surface: None,
         };
         let materials = WorldMaterials::bake(std::slice::from_ref(species), wanted, key);
-        let params = AssetParams {
-            stand: StandParams::default(),
-            ..AssetParams::default()
-        };
+        let params = AssetParams::default();
         let grower = TreeGrower {
             masks: &MaskCoverage::of(&materials.library),
             materials: &materials,

@@ -4,7 +4,7 @@ use glam::Vec3;
 use nemoral_scene::{MaterialLibrary, Semantic};
 use nemoral_seed::Key;
 
-use super::foliage::{CardKind, register_cards};
+use super::foliage::{CardKind, register_flat};
 use super::optics::{self, LeafOptics};
 use crate::cards::card_raster::CardImage;
 use crate::cards::climbers;
@@ -52,10 +52,7 @@ impl ClimberMaterials {
         library: &mut MaterialLibrary,
         images: Vec<Vec<Vec<CardImage>>>,
     ) -> Self {
-        let mut cards = KINDS.iter().zip(images).map(|(kind, variants)| {
-            let cards = register_cards(library, kind, variants).into_iter();
-            cards.flatten().collect::<Vec<_>>()
-        });
+        let mut cards = register_flat(library, &KINDS, images);
         let ivy = cards.next().unwrap_or_default();
         let moss = cards.next().unwrap_or_default();
         let carpet = ivy.iter().map(|card| {

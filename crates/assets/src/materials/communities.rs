@@ -5,7 +5,7 @@ use nemoral_scene::{MaterialLibrary, PlantCommunity, Semantic};
 use nemoral_seed::{Key, PhiloxRng};
 use rayon::prelude::*;
 
-use super::foliage::{CardKind, register_cards};
+use super::foliage::{CardKind, register_flat};
 use super::optics::{self, LeafOptics};
 use crate::cards::card_raster::{CardDrawing, CardImage};
 use crate::cards::sward::{self, Strip, THATCH};
@@ -151,10 +151,7 @@ impl CommunityMaterials {
         library: &mut MaterialLibrary,
         images: Vec<Vec<Vec<CardImage>>>,
     ) -> Self {
-        let mut cards = KINDS.iter().zip(images).map(|(kind, variants)| {
-            let cards = register_cards(library, kind, variants).into_iter();
-            cards.flatten().collect::<Vec<_>>()
-        });
+        let mut cards = register_flat(library, &KINDS, images);
         let mut next = || cards.next().unwrap_or_default();
         Self {
             tall: [next(), next(), next()],

@@ -195,6 +195,21 @@ pub(super) fn register_leaves(
     }
 }
 
+/// Registers kinds whose images have one slice each; the cards of each kind come back.
+pub(super) fn register_flat(
+    library: &mut MaterialLibrary,
+    kinds: &[CardKind],
+    images: Vec<Vec<Vec<CardImage>>>,
+) -> std::vec::IntoIter<Vec<FoliageCard>> {
+    let kinds = kinds.iter().zip(images);
+    let cards = kinds.map(|(kind, variants)| {
+        let cards = register_cards(library, kind, variants).into_iter();
+        cards.flatten().collect()
+    });
+    let cards: Vec<Vec<FoliageCard>> = cards.collect();
+    cards.into_iter()
+}
+
 /// Registers a kind's variants; each comes back as its slices.
 pub(super) fn register_cards(
     library: &mut MaterialLibrary,

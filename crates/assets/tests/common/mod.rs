@@ -113,7 +113,12 @@ pub fn girth_m(cut: &[DVec2]) -> f64 {
 
 /// Diameter at breast height by cutting the stem: that of a circle with the cut's area.
 pub fn cut_dbh_m(mesh: &Mesh) -> f64 {
-    let cut = stem_cut(mesh, 1.3);
+    cut_diameter_m(mesh, 1.3)
+}
+
+/// The same at another height, metres.
+pub fn cut_diameter_m(mesh: &Mesh, z: f64) -> f64 {
+    let cut = stem_cut(mesh, z);
     let centre = cut.iter().sum::<DVec2>() / cut.len() as f64;
     let twice: f64 = (0..cut.len())
         .map(|i| (cut[i] - centre).perp_dot(cut[(i + 1) % cut.len()] - centre))

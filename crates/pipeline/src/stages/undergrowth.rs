@@ -77,7 +77,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
