@@ -150,6 +150,11 @@ mod tests {
             message("sweep_deg = 4.0", "swep_deg = 4.0"),
             &["swep_deg", "unknown field", "sweep_deg"],
         );
+        // The mean height stays a tenth inside both.
+        has(
+            message("slenderness = [29.0, 108.0]", "slenderness = [60.0, 60.0]"),
+            &["slenderness[0]", "60", "48"],
+        );
         has(
             message("sweep_deg = 4.0", ""),
             &["missing field", "sweep_deg"],
