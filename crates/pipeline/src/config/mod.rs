@@ -53,3 +53,4 @@ pub(crate) use sensors::sensor_name;
 pub use sequences::{SequenceConfig, Sequences};
 pub use site_files::SiteFiles;
 pub(crate) use sky_image::sky_image;
+pub(crate) use words::cut;

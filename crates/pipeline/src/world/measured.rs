@@ -61,7 +61,8 @@ pub(crate) fn species_of(
         "" => None,
         name => Some(find(name).ok_or_else(|| {
             format!(
-                "site.stems.other_species = \"{name}\": must be one of {}",
+                "site.stems.other_species = \"{}\": must be one of {}",
+                config::cut(name),
                 names()
             )
         })?),
@@ -303,6 +304,14 @@ mod tests {
         for part in ["line 3", "\"beach\"", "beech, english_oak", "other_species"] {
             assert!(message.contains(part), "{message}");
         }
+    }
+
+    #[test]
+    fn a_long_name_is_cut() {
+        let name = "beech and ".repeat(1000);
+        let stems = read_stem_map(b"x,y\n0,0\n").expect("a stem map");
+        let error = species_of(&stems, &[Species::beech()], &name).expect_err("no species");
+        assert!(error.len() < 300 && error.contains('…'), "{error}");
     }
 
     #[test]
