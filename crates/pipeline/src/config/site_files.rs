@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use super::dotted_keys::most_bytes;
 use super::source::Source;
-use super::{Config, Layers, Preset, Sequences};
+use super::{Config, Layers, Sequences};
 use crate::Error;
 use crate::world::measured::is_name_of;
 use crate::world::plot::convex_hull;
@@ -41,15 +41,15 @@ impl Layers {
     /// # Errors
     /// As [`Layers::sequences`], and for files that cannot be read.
     pub fn plot(&self, files: &SiteFiles) -> Result<Sequences, Error> {
-        let preset = self.preset.as_deref().and_then(Preset::by_name);
-        let usual = preset.map_or_else(Config::default, |p| p.config());
+        let asked = self.sources()?;
+        let usual = Sequences::unchecked(self.preset.clone(), asked.clone())?;
         let mut sources = vec![suggested(files, &usual)?];
-        sources.extend(self.sources()?);
+        sources.extend(asked);
         Sequences::new(self.preset.clone(), sources)
     }
 }
 
-/// The config that the files suggest, over the usual one.
+/// The config that the files suggest, where `usual` is what was asked for without them.
 fn suggested(files: &SiteFiles, usual: &Config) -> Result<Source, Error> {
     let path = &files.stems;
     let bytes = nemoral_files::read(path, most_bytes("site.stems.path"))?;
@@ -281,6 +281,13 @@ mod tests {
             .expect("one")
             .config;
         assert_eq!(config.placement.trees, 7.0);
+        // What follows from other values follows from those asked for: 500 trees on a hectare.
+        let wider = Layers {
+            settings: vec!["chunks.size_m=100".to_owned()],
+            ..Layers::default()
+        };
+        let wider = wider.plot(&files).expect("a plot");
+        assert_eq!(wider.asked().placement.trees, 500.0);
         // The stem map is carried under its own name.
         let text = sequences.to_toml().expect("TOML");
         assert!(
