@@ -7,7 +7,7 @@ use nemoral_import::{HeightMap, ImportError, Sidecar, Stem, read_stem_map};
 use nemoral_scene::glam::DVec2;
 use toml::{Table, Value};
 
-use super::dotted_keys::most_bytes;
+use super::dotted_keys::{greatest, most_bytes};
 use super::source::Source;
 use super::{Config, Layers, Sequences};
 use crate::Error;
@@ -96,7 +96,8 @@ fn suggested(files: &SiteFiles, usual: &Config) -> Result<Source, Error> {
     let per_m2 = stems.len() as f64 / area_m2(&convex_hull(feet().collect()), margin_m);
     let per_m2 = per_m2.min(TREES_PER_HA / 10_000.0);
     let chunk_m = usual.chunks.size_m;
-    let placement = table([("trees", (per_m2 * chunk_m * chunk_m).into())]);
+    let per_chunk = (per_m2 * chunk_m * chunk_m).min(greatest("placement.trees"));
+    let placement = table([("trees", per_chunk.into())]);
     let mut all = table([]);
     for (name, inner) in [
         ("site", site),
@@ -281,13 +282,16 @@ mod tests {
             .expect("one")
             .config;
         assert_eq!(config.placement.trees, 7.0);
-        // What follows from other values follows from those asked for: 500 trees on a hectare.
-        let wider = Layers {
-            settings: vec!["chunks.size_m=100".to_owned()],
-            ..Layers::default()
-        };
-        let wider = wider.plot(&files).expect("a plot");
-        assert_eq!(wider.asked().placement.trees, 500.0);
+        // What follows from other values follows from those asked for: 500 trees on a hectare, as
+        // long as a chunk may have so many.
+        for (size_m, trees) in [(80, 320.0), (100, 400.0)] {
+            let wider = Layers {
+                settings: vec![format!("chunks.size_m={size_m}")],
+                ..Layers::default()
+            };
+            let wider = wider.plot(&files).expect("a plot");
+            assert_eq!(wider.asked().placement.trees, trees);
+        }
         // The stem map is carried under its own name.
         let text = sequences.to_toml().expect("TOML");
         assert!(
