@@ -132,6 +132,15 @@ fn a_png_is_read_where_its_sidecar_says() {
     let codes: Vec<u16> = (0..35).map(|i| i * 1000 + 7 * u16::from(i == 0)).collect();
     let sidecar = Sidecar::read(SIDECAR.as_bytes()).expect("a sidecar");
     let map = HeightMap::from_png(&png(&codes), &sidecar).expect("a height map");
+    // A file's kind is that of its bytes.
+    let read = |sidecar| HeightMap::read(&png(&codes), sidecar);
+    let error = read(None).expect_err("it has no sidecar").to_string();
+    assert!(error.contains("needs a sidecar"), "{error}");
+    assert_eq!(
+        read(Some(&sidecar)).map(|m| m.post_m(0, 0)),
+        Ok(map.post_m(0, 0))
+    );
+    assert!(HeightMap::read(&tiff(&Tags::default()), None).is_ok());
     // The origin is the corner of the south-west pixel, which is in the last row.
     assert_eq!(map.post_m(0, ROWS - 1), [21.0, -29.0]);
     assert_eq!(map.post_m(COLUMNS - 1, 0), [33.0, -21.0]);

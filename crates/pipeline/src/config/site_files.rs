@@ -11,8 +11,7 @@ use super::dotted_keys::{greatest, most_bytes};
 use super::source::Source;
 use super::{Config, Layers, Sequences};
 use crate::Error;
-use crate::world::measured::is_name_of;
-use crate::world::plot::convex_hull;
+use crate::convex_hull::{area_m2, convex_hull};
 
 /// The origin is rounded to this, metres, so that people can add it in their heads.
 const ORIGIN_STEP_M: f64 = 10.0;
@@ -122,17 +121,16 @@ fn ground(path: &Path, usual: &Config) -> Result<(Table, Table), Error> {
     let wrong = |path: &Path, e: ImportError| Error::request(format!("{}: {e}", path.display()));
     let map = bytes(path, "site.terrain.path")?;
     let mut table = table([("path", text(path)?)]);
-    let map = if map.starts_with(b"\x89PNG") {
+    let sidecar = if HeightMap::needs_sidecar(&map) {
         let [json, toml] = ["json", "toml"].map(|extension| path.with_extension(extension));
         let beside = if json.exists() { json } else { toml };
         table.insert("sidecar".into(), text(&beside)?);
         let sidecar = Sidecar::read(&bytes(&beside, "site.terrain.sidecar")?);
-        let sidecar = sidecar.map_err(|e| wrong(&beside, e))?;
-        HeightMap::from_png(&map, &sidecar)
+        Some(sidecar.map_err(|e| wrong(&beside, e))?)
     } else {
-        HeightMap::from_tiff(&map)
+        None
     };
-    let map = map.map_err(|e| wrong(path, e))?;
+    let map = HeightMap::read(&map, sidecar.as_ref()).map_err(|e| wrong(path, e))?;
     let mut heights: Vec<f32> = map
         .heights_m
         .iter()
@@ -155,11 +153,7 @@ fn stand(stems: &[Stem]) -> Table {
     let mut all = Table::new();
     let species = Species::all();
     let count = |species: &Species| {
-        let is_one = |stem: &&Stem| {
-            stem.species
-                .as_ref()
-                .is_some_and(|s| is_name_of(species, s))
-        };
+        let is_one = |stem: &&Stem| stem.species.as_ref().is_some_and(|s| species.is_named(s));
         stems.iter().filter(is_one).count()
     };
     let counts: Vec<usize> = species.iter().map(count).collect();
@@ -186,14 +180,6 @@ fn stand(stems: &[Stem]) -> Table {
         (dead as f64 / stems.len() as f64).min(0.9).into(),
     );
     all
-}
-
-/// The area within `margin_m` of a convex polygon.
-fn area_m2(hull: &[DVec2], margin_m: f64) -> f64 {
-    let edges = || hull.iter().zip(hull.iter().cycle().skip(1));
-    let twice: f64 = edges().map(|(a, b)| a.perp_dot(*b)).sum();
-    let around: f64 = edges().map(|(a, b)| a.distance(*b)).sum();
-    0.5 * twice + margin_m * around + std::f64::consts::PI * margin_m * margin_m
 }
 
 fn table<const N: usize>(entries: [(&str, Value); N]) -> Table {
@@ -298,14 +284,5 @@ mod tests {
             text.contains("inputs/") && text.contains("-stems.csv\""),
             "{text}"
         );
-    }
-
-    #[test]
-    fn areas_are_those_of_hulls_with_their_margin() {
-        let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]].map(DVec2::from);
-        assert_eq!(area_m2(&square, 0.0), 100.0);
-        let round = 100.0 + 4.0 * 10.0 + std::f64::consts::PI;
-        assert!((area_m2(&square, 1.0) - round).abs() < 1e-9);
-        assert!((area_m2(&square[..1], 2.0) - 4.0 * std::f64::consts::PI).abs() < 1e-9);
     }
 }

@@ -3,18 +3,13 @@
 use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
-use nemoral_seed::Key;
 
 use super::sensors::RESERVED;
-use super::{Config, Lidar, LidarPattern, RobotPath, SunPosition, sky_image};
-use crate::world::plot::{Plot, stems_of};
-use crate::world::recipe::Recipe;
-use crate::world::site_terrain::{height_map, posts};
-use crate::world::site_trails::lines_m;
-use crate::{Error, InputFiles};
+use super::{Config, Lidar, LidarPattern, RobotPath, SunPosition, lines_m, sky_image};
+use crate::{Error, InputFiles, site};
 
 /// `.label` files number the objects of a chunk from 1 to this.
-const OBJECTS_OF_A_CHUNK_MAX: f64 = ObjectId::LABEL_ITEM_MAX as f64;
+pub(crate) const OBJECTS_OF_A_CHUNK_MAX: f64 = ObjectId::LABEL_ITEM_MAX as f64;
 
 /// The number of chunks along each axis that instance images can distinguish.
 const CHUNKS_OF_A_VIEW_MAX: f64 = 16.0;
@@ -58,7 +53,7 @@ impl Config {
         self.sensor_problems(&mut out);
         self.sensor_name_problems(&mut out);
         self.robot_problems(&mut out);
-        self.site_problems(inputs, &mut out);
+        out.0.extend(site::problems(self, inputs));
         out.0
     }
 
@@ -112,7 +107,7 @@ impl Config {
     }
 
     /// The most things with an id that are placed in a chunk, within six standard deviations.
-    fn most_objects_of_a_chunk(&self, inputs: &InputFiles) -> f64 {
+    pub(crate) fn most_objects_of_a_chunk(&self, inputs: &InputFiles) -> f64 {
         let (p, c) = (&self.placement, &self.chunks);
         let young = &p.regeneration;
         // Saplings grow in clusters, so the variance of their number in a chunk is that of
@@ -130,71 +125,6 @@ impl Config {
         let given = most_lines_of_a_chunk(&lines, self.trails.width_m, c.size_m);
         let trail_rocks = (born + given) as f64 * f64::from(self.trails.rocks_max);
         mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + trail_rocks
-    }
-
-    fn site_terrain_problems(&self, inputs: &InputFiles, out: &mut Problems) {
-        const KEY: &str = "site.terrain.path";
-        let map = match height_map(&self.site, inputs) {
-            Ok(Some(map)) => map,
-            Ok(None) => return,
-            Err(e) => return out.add(KEY, &format!(": {e}")),
-        };
-        let (low, high) = (map.post_m(0, map.rows - 1), map.post_m(map.columns - 1, 0));
-        if let Ok(Some(stems)) = stems_of(&self.site, inputs)
-            && !(stems.iter())
-                .any(|s| (low[0]..=high[0]).contains(&s.x_m) && (low[1]..=high[1]).contains(&s.y_m))
-        {
-            let first = &stems[0];
-            let message = format!(
-                ": it reaches from ({}, {}) to ({}, {}), and no tree of the stem map is there (the \
-                 first is at ({}, {})): both must have the same coordinates",
-                low[0], low[1], high[0], high[1], first.x_m, first.y_m
-            );
-            return out.add(KEY, &message);
-        }
-        if let Err(e) = posts(map, &self.site).validate(self.site.terrain.blend_m) {
-            out.add(KEY, &format!(": {e}"));
-        }
-    }
-
-    fn site_problems(&self, inputs: &InputFiles, out: &mut Problems) {
-        self.site_terrain_problems(inputs, out);
-        if let Err(e) = lines_m(&self.site, inputs) {
-            out.add("site.trails.path", &format!(": {e}"));
-        }
-        const KEY: &str = "site.stems.path";
-        if self.site.stems.path.is_empty() {
-            return;
-        }
-        let (size_m, dbh_m) = (self.chunks.size_m, self.assets.dbh_mean_m);
-        // Species and sizes are looked at, too.
-        let recipe = Recipe::new(self, inputs);
-        let key = Key::world(recipe.seed().unwrap_or(self.seed));
-        let sized = |species: &[_]| recipe.measured(species, key).map(drop);
-        if let Err(e) = recipe.species().and_then(|species| sized(&species)) {
-            return out.add(KEY, &format!(": {e}"));
-        }
-        let Ok(Some(plot)) = Plot::new(&self.site, inputs, dbh_m, size_m) else {
-            return;
-        };
-        let placed = self.most_objects_of_a_chunk(inputs);
-        for (chunk, trees) in plot.chunks() {
-            if ObjectId::new(chunk, 1).is_none() {
-                let message = format!(
-                    ": a tree lies in chunk {chunk}, and ids reach chunk ±2,097,151: set \
-                     site.origin_x_m and site.origin_y_m"
-                );
-                return out.add(KEY, &message);
-            }
-            if placed + trees as f64 > OBJECTS_OF_A_CHUNK_MAX {
-                let message = format!(
-                    ": chunk {chunk} has {trees} trees and up to {placed:.0} other things, and \
-                     .label files number only {OBJECTS_OF_A_CHUNK_MAX}: lower chunks.size_m, or \
-                     what [placement] asks for"
-                );
-                return out.add(KEY, &message);
-            }
-        }
     }
 
     fn ground_problems(&self, out: &mut Problems) {

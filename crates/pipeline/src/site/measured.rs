@@ -38,21 +38,13 @@ pub(crate) struct MeasuredStems {
     pub(crate) shapes: Vec<MeasuredTree>,
 }
 
-/// Whether this is a name of a species, in whichever case and with whichever separators.
-pub(crate) fn is_name_of(species: &Species, name: &str) -> bool {
-    let plain = |text: &str| text.trim().to_lowercase().replace([' ', '-'], "_");
-    [&species.name, &species.scientific_name]
-        .iter()
-        .any(|known| plain(known) == plain(name))
-}
-
 /// The species of each stem, as an index; `None` for one that is drawn.
 pub(crate) fn species_of(
     stems: &[Stem],
     known: &[Species],
     other: &str,
 ) -> Result<Vec<Option<usize>>, String> {
-    let find = |name: &str| known.iter().position(|species| is_name_of(species, name));
+    let find = |name: &str| known.iter().position(|species| species.is_named(name));
     let names = || {
         let names: Vec<&str> = known.iter().map(|s| s.name.as_str()).collect();
         names.join(", ")
