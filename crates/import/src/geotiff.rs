@@ -15,6 +15,9 @@ const PIXEL_IS_POINT: u16 = 2;
 /// The key that says what the coordinates are, and its value for degrees.
 const MODEL_TYPE: u16 = 1024;
 const GEOGRAPHIC: u16 = 2;
+/// The key of the unit of projected coordinates, and its value for metres.
+const LINEAR_UNIT: u16 = 3076;
+const METRE: u16 = 9001;
 
 impl HeightMap {
     /// Reads a GeoTIFF: one band of whole or real numbers, north up, with square pixels
@@ -25,7 +28,7 @@ impl HeightMap {
     ///
     /// # Errors
     /// The file is no such GeoTIFF, its compression is not known (known are none, LZW, Deflate and
-    /// PackBits), or it is too large.
+    /// PackBits), its unit is not the metre, or it is too large.
     pub fn from_tiff(bytes: &[u8]) -> Result<Self, ImportError> {
         let wrong = |e: tiff::TiffError| {
             ImportError::file(format!(
@@ -45,7 +48,7 @@ impl HeightMap {
         if !matches!(tiff.colortype().map_err(wrong)?, ColorType::Gray(_)) {
             return Err(ImportError::file("has several bands: a height map has one"));
         }
-        let [west_m, north_m, spacing_m] = place(&mut tiff)?;
+        let [west_m, north_m, spacing_m] = place(&mut tiff, &wrong)?;
         let no_data = match tiff.find_tag(Tag::GdalNodata).map_err(wrong)? {
             None => None,
             Some(value) => {
@@ -76,23 +79,26 @@ impl HeightMap {
 }
 
 /// The first post's easting and northing, and the distance between posts.
-fn place(tiff: &mut Decoder<Cursor<&[u8]>>) -> Result<[f64; 3], ImportError> {
-    let mut numbers = |tag, name: &str, least: usize| {
-        let found = tiff.find_tag(tag).ok().flatten();
-        let found = found.and_then(|value| value.into_f64_vec().ok());
-        found.filter(|v| v.len() >= least).ok_or_else(|| {
+fn place(
+    tiff: &mut Decoder<Cursor<&[u8]>>,
+    wrong: &dyn Fn(tiff::TiffError) -> ImportError,
+) -> Result<[f64; 3], ImportError> {
+    let mut numbers =
+        |tag, name: &str, least: usize| {
+            let found = tiff.find_tag(tag).map_err(wrong)?;
+            let found = found.map(|value| value.into_f64_vec()).transpose();
+            found.map_err(wrong)?.filter(|v| v.len() >= least).ok_or_else(|| {
             ImportError::file(format!(
                 "has no tag {name} with {least} numbers, which says where it lies; a turned or \
                  sheared map must be resampled north up"
             ))
         })
-    };
+        };
     let scale = numbers(Tag::ModelPixelScaleTag, "ModelPixelScale", 2)?;
     let tie = numbers(Tag::ModelTiepointTag, "ModelTiepoint", 6)?;
-    let keys = tiff.find_tag(Tag::GeoKeyDirectoryTag).ok().flatten();
-    let keys = keys
-        .and_then(|value| value.into_u16_vec().ok())
-        .unwrap_or_default();
+    let keys = tiff.find_tag(Tag::GeoKeyDirectoryTag).map_err(wrong)?;
+    let keys = keys.map(|value| value.into_u16_vec()).transpose();
+    let keys = keys.map_err(wrong)?.unwrap_or_default();
     // After a header of four numbers, each key has an id, a place, a count and a value.
     let key = |id: u16| {
         let entries = keys.chunks_exact(4).skip(1);
@@ -103,6 +109,10 @@ fn place(tiff: &mut Decoder<Cursor<&[u8]>>) -> Result<[f64; 3], ImportError> {
     };
     if key(MODEL_TYPE) == Some(GEOGRAPHIC) {
         let message = "is in degrees: project it to metres first, such as UTM";
+        return Err(ImportError::file(message));
+    }
+    if let Some(unit) = key(LINEAR_UNIT).filter(|&unit| unit != METRE) {
+        let message = format!("is not in metres (its GeoKey {LINEAR_UNIT} is {unit}): project it");
         return Err(ImportError::file(message));
     }
     let spacing_m = scale[0];

@@ -1,7 +1,7 @@
 //! Height maps: a grid of posts with heights.
 
-use crate::ImportError;
 use crate::stem_map::REACH_M;
+use crate::{ImportError, Sidecar};
 
 /// The most posts of a height map, 4096 × 4096.
 pub const MAX_POSTS: usize = 1 << 24;
@@ -28,6 +28,28 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
+    /// Reads a height map: a [PNG](Self::from_png) with its sidecar, or a
+    /// [GeoTIFF](Self::from_tiff), which needs none.
+    ///
+    /// # Errors
+    /// As those two, and if a PNG has no sidecar.
+    pub fn read(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Self, ImportError> {
+        if !Self::needs_sidecar(bytes) {
+            return Self::from_tiff(bytes);
+        }
+        let sidecar = sidecar.ok_or_else(|| {
+            let message = "needs a sidecar, a file that says where it lies and how high";
+            ImportError::file(message)
+        })?;
+        Self::from_png(bytes, sidecar)
+    }
+
+    /// Whether the bytes are those of a PNG, which does not say itself where it lies.
+    #[must_use]
+    pub fn needs_sidecar(bytes: &[u8]) -> bool {
+        bytes.starts_with(b"\x89PNG")
+    }
+
     /// Checks the size of a grid before memory is asked for it.
     pub(crate) fn check_size(columns: u64, rows: u64) -> Result<[usize; 2], ImportError> {
         let most = MAX_POSTS as u64;

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | stem map | [`MAX_STEMS`] rows |
 //! | height map | [`MAX_POSTS`] posts, however well they are compressed |
-//! | trail lines | [`MAX_LINES`] lines with [`MAX_VERTICES`] vertices together |
+//! | trail lines | [`MAX_LINES`] lines with [`MAX_VERTICES`] vertices, [`MAX_LENGTH_M`] metres together |
 //!
 //! Coordinates are those of the file, in metres, x east and y north: projected ones such as UTM,
 //! not degrees.
@@ -40,4 +40,4 @@ pub use error::ImportError;
 pub use height_map::{HeightMap, MAX_POSTS};
 pub use height_png::{Sidecar, SidecarPlace};
 pub use stem_map::{MAX_STEMS, Stem, read_stem_map};
-pub use trail_lines::{MAX_LINES, MAX_VERTICES, TrailLine, read_trail_lines};
+pub use trail_lines::{MAX_LENGTH_M, MAX_LINES, MAX_VERTICES, TrailLine, read_trail_lines};

@@ -141,6 +141,7 @@ mod tests {
                          -3,5;0;;;;B\r\n";
         let tab = "# exported\nx_m\ty_m\tspecies\tdbh_mm\theight_m\n1\t2\tbeech\t315\t24.5\n\
                    -3.5\t0\tNA\t-\tnan\n";
+        let carriage = "x,y,species,dbh_cm,height\r1,2,beech,31.5,24.5\r\r-3.5,0,,,\r";
         let expected = |lines: [u64; 2]| {
             let stem = |line, x_m, y_m| Stem {
                 line,
@@ -159,7 +160,12 @@ mod tests {
             };
             vec![first, stem(lines[1], -3.5, 0.0)]
         };
-        for (text, lines) in [(comma, [2, 3]), (semicolon, [2, 3]), (tab, [3, 4])] {
+        for (text, lines) in [
+            (comma, [2, 3]),
+            (semicolon, [2, 3]),
+            (tab, [3, 4]),
+            (carriage, [2, 4]),
+        ] {
             assert_eq!(
                 read_stem_map(text.as_bytes()),
                 Ok(expected(lines)),

@@ -27,7 +27,7 @@ impl<'a> Table<'a> {
     /// has; lines that start with `#` are skipped.
     pub(crate) fn new(bytes: &'a [u8]) -> Result<Self, ImportError> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let mut lines = bytes.split(|&b| b == b'\n');
+        let mut lines = bytes.split(|&b| is_end(b));
         let header = lines.find(|line| !line.starts_with(b"#") && !line.trim_ascii().is_empty());
         let header = header.ok_or_else(|| ImportError::file("is empty: it needs a header"))?;
         let separator = [b';', b'\t'].into_iter().find(|s| header.contains(s));
@@ -98,8 +98,13 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Lines by position. A record's own line is that of the end of the one before, where a file has
-/// carriage returns, empty lines or comments.
+/// Whether a byte ends a line, or is a part of what does.
+fn is_end(byte: u8) -> bool {
+    matches!(byte, b'\n' | b'\r')
+}
+
+/// Lines by position: `\n`, `\r\n` and a lone `\r` each end one. A record's own line is that of the
+/// end of the one before, where a file has carriage returns, empty lines or comments.
 #[derive(Default)]
 struct Lines {
     at: usize,
@@ -115,7 +120,7 @@ impl Lines {
         self.advance(bytes, to);
         loop {
             let rest = &bytes[self.at..];
-            let end = rest.iter().position(|&b| b == b'\n');
+            let end = rest.iter().position(|&b| is_end(b));
             match end {
                 Some(end) if rest[..end].trim_ascii().is_empty() || rest[0] == b'#' => {
                     self.advance(bytes, self.at + end + 1);
@@ -127,7 +132,11 @@ impl Lines {
 
     fn advance(&mut self, bytes: &[u8], to: usize) {
         let passed = bytes.get(self.at..to).unwrap_or_default();
-        self.before += passed.iter().filter(|&&b| b == b'\n').count() as u64;
+        let ends = passed.iter().enumerate().filter(|&(i, &b)| match b {
+            b'\r' => bytes.get(self.at + i + 1) != Some(&b'\n'),
+            b => b == b'\n',
+        });
+        self.before += ends.count() as u64;
         self.at = self.at.max(to);
     }
 }

@@ -13,6 +13,9 @@ pub const MAX_LINES: usize = 10_000;
 /// The most vertices of all lines of a file.
 pub const MAX_VERTICES: usize = 200_000;
 
+/// The greatest length of all lines of a file together, metres.
+pub const MAX_LENGTH_M: f64 = 500_000.0;
+
 /// The middle of a trail.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrailLine {
@@ -31,7 +34,8 @@ pub struct TrailLine {
 ///
 /// # Errors
 /// The file is neither, is in degrees, has a vertex that is no place, a line with one vertex, no
-/// line at all, or more than [`MAX_LINES`] lines or [`MAX_VERTICES`] vertices.
+/// line at all, more than [`MAX_LINES`] lines or [`MAX_VERTICES`] vertices, or lines longer than
+/// [`MAX_LENGTH_M`] together.
 pub fn read_trail_lines(bytes: &[u8]) -> Result<Vec<TrailLine>, ImportError> {
     let lines = if bytes.trim_ascii_start().starts_with(b"{") {
         let json: Value = serde_json::from_slice(bytes)
@@ -62,12 +66,15 @@ pub fn read_trail_lines(bytes: &[u8]) -> Result<Vec<TrailLine>, ImportError> {
         let [dx, dy] = [0, 1].map(|k| pair[1][k] - pair[0][k]);
         (dx * dx + dy * dy).sqrt()
     };
-    let longest = lines
-        .iter()
-        .flat_map(|line| line.windows(2).map(length))
-        .fold(0.0, f64::max);
+    let lengths = || lines.iter().flat_map(|line| line.windows(2).map(length));
+    let longest = lengths().fold(0.0, f64::max);
     if lines.iter().flatten().all(is_degrees) && longest < 0.05 {
         let message = "seems to be in degrees: project it to metres first, such as UTM";
+        return Err(ImportError::file(message));
+    }
+    let total_m: f64 = lengths().sum();
+    if total_m > MAX_LENGTH_M {
+        let message = format!("has {total_m:.0} m of lines: at most {MAX_LENGTH_M}");
         return Err(ImportError::file(message));
     }
     Ok(lines
@@ -206,6 +213,10 @@ mod tests {
         assert!(refused(short).contains("one vertex"));
         let degrees = r#"{"type":"LineString","coordinates":[[-8.4,40.2],[-8.401,40.201]]}"#;
         assert!(refused(degrees).contains("degrees"));
+        let long = r#"{"type":"LineString","coordinates":[[0,0],[9e6,0]]}"#;
+        assert!(refused(long).contains("has 9000000 m of lines: at most 500000"));
+        let together = "trail,x,y\na,0,0\na,0,300000\nb,0,0\nb,0,300000\n";
+        assert!(refused(together).contains("has 600000 m of lines"));
         assert!(refused("x,y\n").contains("has no line"));
         assert!(refused("x,y\n1,2\n1,\n").contains("line 3: y is missing"));
     }

@@ -95,9 +95,20 @@ fn what_a_geotiff_lacks_is_named() {
     assert!(of(&|t| t.scale[1] = 0.6).contains("must be squares"));
     assert!(of(&|t| t.scale.fill(1e-5)).contains("degrees are not allowed"));
     assert!(of(&|t| t.keys[7] = 2).contains("is in degrees"));
+    assert!(of(&|t| t.keys[8..].copy_from_slice(&[3076, 0, 1, 9002])).contains("not in metres"));
     assert!(of(&|t| t.no_data = "none").contains("GDAL_NODATA = none"));
     assert!(of(&|t| t.tie[3] = 1e9).contains("west edge"));
     assert!(HeightMap::from_tiff(b"").is_err());
+    // What says that it is in degrees lies beyond the end of the file.
+    let mut bytes = tiff(&Tags {
+        keys: vec![1, 1, 0, 2, 1024, 0, 1, 2, 1025, 0, 1, 1],
+        ..Tags::default()
+    });
+    let entry = [0xaf, 0x87, 3, 0, 12, 0, 0, 0];
+    let at = bytes.windows(8).position(|w| w == entry).expect("the tag") + 8;
+    bytes[at..at + 4].copy_from_slice(&0x0fff_ffff_u32.to_le_bytes());
+    let error = HeightMap::from_tiff(&bytes).expect_err("it is cut off");
+    assert!(error.to_string().contains("no GeoTIFF"), "{error}");
 }
 
 /// A 16-bit grey PNG of these codes.
@@ -121,6 +132,15 @@ fn a_png_is_read_where_its_sidecar_says() {
     let codes: Vec<u16> = (0..35).map(|i| i * 1000 + 7 * u16::from(i == 0)).collect();
     let sidecar = Sidecar::read(SIDECAR.as_bytes()).expect("a sidecar");
     let map = HeightMap::from_png(&png(&codes), &sidecar).expect("a height map");
+    // A file's kind is that of its bytes.
+    let read = |sidecar| HeightMap::read(&png(&codes), sidecar);
+    let error = read(None).expect_err("it has no sidecar").to_string();
+    assert!(error.contains("needs a sidecar"), "{error}");
+    assert_eq!(
+        read(Some(&sidecar)).map(|m| m.post_m(0, 0)),
+        Ok(map.post_m(0, 0))
+    );
+    assert!(HeightMap::read(&tiff(&Tags::default()), None).is_ok());
     // The origin is the corner of the south-west pixel, which is in the last row.
     assert_eq!(map.post_m(0, ROWS - 1), [21.0, -29.0]);
     assert_eq!(map.post_m(COLUMNS - 1, 0), [33.0, -21.0]);

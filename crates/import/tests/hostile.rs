@@ -129,6 +129,18 @@ fn a_thousand_mutants_of_each_kind_of_file_are_read_or_refused() {
 }
 
 #[test]
+fn lines_that_end_with_a_carriage_return_take_no_longer() {
+    let mut table = "x,y\r".to_owned();
+    for i in 0..150_000 {
+        table += &format!("{}.{},{i}\r", i % 2, i % 7);
+    }
+    assert_eq!(read_trail_lines(table.as_bytes()).map(|l| l.len()), Ok(1));
+    table += "1,\r";
+    let error = read_trail_lines(table.as_bytes()).expect_err("y is missing");
+    assert_eq!(error.to_string(), "line 150002: y is missing");
+}
+
+#[test]
 fn a_header_cannot_ask_for_more_than_the_largest_map() {
     // A PNG of 2^31 - 1 by 2^31 - 1 pixels, without any.
     let mut bytes = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec();

@@ -238,6 +238,12 @@ impl Trails {
         let size = self.chunk_size_m;
         let rings = (self.params.grass_spread_m / size).ceil().max(1.0) as i32;
         let here = |p: DVec2| ChunkCoord::containing(p, size) == coord;
+        let most = self.params.grass_max_per_chunk as usize;
+        // The keyed priority decides which tufts stay.
+        let keep = |tufts: &mut Vec<(u64, TrailDressing)>| {
+            tufts.sort_by_key(|t| t.0);
+            tufts.truncate(most);
+        };
         let mut tufts = Vec::new();
         for x in -rings..=rings {
             for y in -rings..=rings {
@@ -246,15 +252,16 @@ impl Trails {
                     grass(&self.params, self.key, &path, chunk, |priority, tuft| {
                         if here(tuft.position_m) {
                             tufts.push((priority, tuft));
+                            // However many passages there are, memory stays bounded.
+                            if tufts.len() >= 4 * most + 4096 {
+                                keep(&mut tufts);
+                            }
                         }
                     });
                 }
             }
         }
-        // The keyed priority decides which tufts stay.
-        let most = self.params.grass_max_per_chunk as usize;
-        tufts.sort_by_key(|t| t.0);
-        tufts.truncate(most);
+        keep(&mut tufts);
         let mut dressing: Vec<_> = tufts.into_iter().map(|t| t.1).collect();
         for path in self.in_chunk(coord) {
             dressing.extend(path.stones().iter().filter(|s| here(s.position_m)));
@@ -414,5 +421,43 @@ mod tests {
             }
         }
         assert!(on_trails > 400, "{on_trails}");
+    }
+
+    #[test]
+    fn of_endless_grass_the_same_tufts_stay() {
+        let params = TrailParams {
+            spawn_probability: 0.0,
+            grass_max_per_chunk: 10,
+            rocks_max_per_trail: 0,
+            verge_tufts_per_m: 0.0,
+            ..TrailParams::default()
+        };
+        // It crosses the border of a chunk many times.
+        let line =
+            (0..2400).map(|i| DVec2::new(f64::from(i % 2 * 6 - 3), 1.0 + 0.02 * f64::from(i)));
+        let base = Arc::new(FlatSurface::default());
+        let trails = Trails::new(params, 50.0, Key::world(1), base).expect("valid");
+        let trails = trails.along(&[line.collect()]);
+        let here = ChunkCoord::new(0, 0);
+        let mut all = Vec::new();
+        for chunk in (-1..=1).flat_map(|x| (-1..=1).map(move |y| here.offset(x, y))) {
+            for path in trails.in_chunk(chunk) {
+                grass(
+                    &trails.params,
+                    trails.key,
+                    &path,
+                    chunk,
+                    |priority, tuft| {
+                        if ChunkCoord::containing(tuft.position_m, 50.0) == here {
+                            all.push((priority, tuft));
+                        }
+                    },
+                );
+            }
+        }
+        assert!(all.len() > 4 * 10 + 4096, "{}", all.len());
+        all.sort_by_key(|t| t.0);
+        let first: Vec<_> = all.into_iter().take(10).map(|t| t.1).collect();
+        assert_eq!(trails.dressing(here), first);
     }
 }

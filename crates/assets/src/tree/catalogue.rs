@@ -83,6 +83,23 @@ impl Species {
         Some(Self::from_toml(text, name).expect("built-in species are proved by the tests"))
     }
 
+    /// Whether this is its name or its scientific name, in whichever case and with whichever
+    /// separators.
+    ///
+    /// ```
+    /// use nemoral_assets::Species;
+    ///
+    /// assert!(Species::beech().is_named("Fagus sylvatica"));
+    /// assert!(!Species::beech().is_named("oak"));
+    /// ```
+    #[must_use]
+    pub fn is_named(&self, name: &str) -> bool {
+        let plain = |text: &str| text.trim().to_lowercase().replace([' ', '-'], "_");
+        [&self.name, &self.scientific_name]
+            .iter()
+            .any(|known| plain(known) == plain(name))
+    }
+
     /// The text of a built-in species' file, from which a user's own can be made.
     #[must_use]
     pub fn built_in_toml(name: &str) -> Option<&'static str> {
@@ -149,6 +166,11 @@ mod tests {
         has(
             message("sweep_deg = 4.0", "swep_deg = 4.0"),
             &["swep_deg", "unknown field", "sweep_deg"],
+        );
+        // The mean height stays a tenth inside both.
+        has(
+            message("slenderness = [29.0, 108.0]", "slenderness = [60.0, 60.0]"),
+            &["slenderness[0]", "60", "48"],
         );
         has(
             message("sweep_deg = 4.0", ""),

@@ -52,7 +52,7 @@ pub struct Allometry {
     pub dominant: [f64; 2],
     /// Standard deviation of height about the curve, as a share of height.
     pub height_sd: f64,
-    /// Least and greatest height / diameter (m/m).
+    /// Least and greatest height / diameter (m/m); the least is at most 0.8 times the greatest.
     pub slenderness: [f64; 2],
     /// Crown width = `[0]` + `[1]` · d^`[2]`, metres.
     pub crown_width: [f64; 3],
@@ -294,6 +294,9 @@ impl Allometry {
         r.one("dominant[1]", self.dominant[1], 3.0, 65.0)?;
         r.one("height_sd", self.height_sd, 0.0, 0.3)?;
         r.pair("slenderness", self.slenderness, 10.0, 200.0)?;
+        let [slender, most_slender] = self.slenderness;
+        // Mean heights keep a tenth inside both.
+        r.one("slenderness[0]", slender, 10.0, 0.8 * most_slender)?;
         let [_, slope, power] = self.crown_width;
         r.one("crown_width[0]", self.crown_width[0], 0.0, 5.0)?;
         r.one("crown_width[1]", slope, 0.01, 5.0)?;

@@ -44,10 +44,22 @@ pub(super) fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
 
 /// The most bytes of the file that a key names; 0 for a key that names no file.
 pub(crate) fn most_bytes(key: &str) -> u64 {
-    let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
-    let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == name));
-    match spec.map(|k| k.allowed) {
+    match allowed(key) {
         Some(Allowed::File(most)) => most,
         _ => 0,
     }
+}
+
+/// The greatest value of a key that has real numbers; 0 for others.
+pub(super) fn greatest(key: &str) -> f64 {
+    match allowed(key) {
+        Some(Allowed::Real(_, most)) => most,
+        _ => 0.0,
+    }
+}
+
+fn allowed(key: &str) -> Option<Allowed> {
+    let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == name));
+    spec.map(|k| k.allowed)
 }

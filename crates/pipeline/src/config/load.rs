@@ -145,19 +145,11 @@ fn no_preset(value: &str, near: &[&str], place: Option<Place>) -> Error {
 pub(super) fn resolve(
     preset: &Preset,
     sources: &[Source],
-    mut errors: ConfigErrors,
+    errors: ConfigErrors,
     known: &InputFiles,
     adjust: impl FnOnce(&mut Config),
 ) -> Result<(Config, InputFiles), Error> {
-    let mut merged = with_sensors(preset, sources);
-    for source in sources {
-        check_table("", &source.table, source, &mut errors);
-        merge("", &mut merged, &source.table);
-    }
-    errors.into_result()?;
-    let mut config: Config = Value::Table(merged)
-        .try_into()
-        .expect("a table that passed the checks is a config");
+    let mut config = merged(preset, sources, errors)?;
     adjust(&mut config);
     let place = |path: &str| {
         let said = sources
@@ -182,6 +174,22 @@ pub(super) fn resolve(
     }
     errors.into_result()?;
     Ok((config, inputs))
+}
+
+/// A preset with the sources over it, each value checked, but neither combinations nor files.
+pub(super) fn merged(
+    preset: &Preset,
+    sources: &[Source],
+    mut errors: ConfigErrors,
+) -> Result<Config, Error> {
+    let mut merged = with_sensors(preset, sources);
+    for source in sources {
+        check_table("", &source.table, source, &mut errors);
+        merge("", &mut merged, &source.table);
+    }
+    errors.into_result()?;
+    let config = Value::Table(merged).try_into();
+    Ok(config.expect("a table that passed the checks is a config"))
 }
 
 /// A preset with the defaults of the sensors that the sources name: further cameras and LiDARs have
@@ -251,7 +259,8 @@ fn check_table(path: &str, table: &Table, source: &Source, errors: &mut ConfigEr
     let mut chosen: Vec<(&str, String)> = Vec::new();
     for (key, value) in table {
         let full = join(path, key);
-        if let Some(sub) = section(&full) {
+        // A quoted key with dots is no path.
+        if let Some(sub) = section(&full).filter(|_| !key.contains('.')) {
             match value {
                 Value::Table(sub_table) => inner.push((full.clone(), sub_table)),
                 _ => wrong(&full, &|| {

@@ -10,7 +10,7 @@ use toml::{Table, Value};
 use super::dotted_keys::{to_table, value_at};
 use super::errors::{ConfigError, ConfigErrors};
 use super::file_paths::for_each_file;
-use super::load::{base, merge, resolve};
+use super::load::{base, merge, merged, resolve};
 use super::source::Source;
 use super::spread::spread;
 use super::vary::{self, Variation};
@@ -80,24 +80,9 @@ impl std::fmt::Debug for Sequences {
 }
 
 impl Sequences {
-    pub(super) fn new(preset: Option<String>, mut sources: Vec<Source>) -> Result<Self, Error> {
+    pub(super) fn new(preset: Option<String>, sources: Vec<Source>) -> Result<Self, Error> {
         let mut errors = ConfigErrors::default();
-        let variations = vary::take(&mut sources, &mut errors);
-        let said = |path: &str| sources.iter().rev().find_map(|s| value_at(&s.table, path));
-        let seed = said("seed").and_then(Value::as_integer);
-        let plants = said("assets.seed").and_then(Value::as_integer);
-        let has_own_plants = plants.is_some_and(|seed| seed != 0)
-            || variations.iter().any(|v| v.sets("assets.seed"));
-        let mut sequences = Self {
-            preset,
-            asked: Config::default(),
-            seed: seed.map_or(Config::default().seed, i64::unsigned_abs),
-            splits: Vec::new(),
-            has_own_plants,
-            files: Arc::default(),
-            variations,
-            sources,
-        };
+        let mut sequences = Self::drawing(preset, sources, &mut errors);
         let (preset, sources) = sequences.layers(0)?;
         let (config, files) = resolve(&preset, &sources, errors, &InputFiles::default(), |_| {})?;
         sequences.files = Arc::new(Mutex::new(files));
@@ -107,6 +92,39 @@ impl Sequences {
             sequences.splits = sequences.split(splits)?;
         }
         Ok(sequences)
+    }
+
+    /// What is asked for with what is drawn for sequence 0, though combinations of values may be
+    /// impossible, and no file is read.
+    pub(super) fn unchecked(preset: Option<String>, sources: Vec<Source>) -> Result<Config, Error> {
+        let mut errors = ConfigErrors::default();
+        let sequences = Self::drawing(preset, sources, &mut errors);
+        let (preset, sources) = sequences.layers(0)?;
+        merged(&preset, &sources, errors)
+    }
+
+    /// The sources with their draws, of which none is resolved.
+    fn drawing(
+        preset: Option<String>,
+        mut sources: Vec<Source>,
+        errors: &mut ConfigErrors,
+    ) -> Self {
+        let variations = vary::take(&mut sources, errors);
+        let said = |path: &str| sources.iter().rev().find_map(|s| value_at(&s.table, path));
+        let seed = said("seed").and_then(Value::as_integer);
+        let plants = said("assets.seed").and_then(Value::as_integer);
+        let has_own_plants = plants.is_some_and(|seed| seed != 0)
+            || variations.iter().any(|v| v.sets("assets.seed"));
+        Self {
+            preset,
+            asked: Config::default(),
+            seed: seed.map_or(Config::default().seed, i64::unsigned_abs),
+            splits: Vec::new(),
+            has_own_plants,
+            files: Arc::default(),
+            variations,
+            sources,
+        }
     }
 
     /// The sequences of a config that code has made, which draws nothing.

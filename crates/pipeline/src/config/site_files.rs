@@ -7,12 +7,11 @@ use nemoral_import::{HeightMap, ImportError, Sidecar, Stem, read_stem_map};
 use nemoral_scene::glam::DVec2;
 use toml::{Table, Value};
 
-use super::dotted_keys::most_bytes;
+use super::dotted_keys::{greatest, most_bytes};
 use super::source::Source;
-use super::{Config, Layers, Preset, Sequences};
+use super::{Config, Layers, Sequences};
 use crate::Error;
-use crate::world::measured::is_name_of;
-use crate::world::plot::convex_hull;
+use crate::convex_hull::{area_m2, convex_hull};
 
 /// The origin is rounded to this, metres, so that people can add it in their heads.
 const ORIGIN_STEP_M: f64 = 10.0;
@@ -41,15 +40,15 @@ impl Layers {
     /// # Errors
     /// As [`Layers::sequences`], and for files that cannot be read.
     pub fn plot(&self, files: &SiteFiles) -> Result<Sequences, Error> {
-        let preset = self.preset.as_deref().and_then(Preset::by_name);
-        let usual = preset.map_or_else(Config::default, |p| p.config());
+        let asked = self.sources()?;
+        let usual = Sequences::unchecked(self.preset.clone(), asked.clone())?;
         let mut sources = vec![suggested(files, &usual)?];
-        sources.extend(self.sources()?);
+        sources.extend(asked);
         Sequences::new(self.preset.clone(), sources)
     }
 }
 
-/// The config that the files suggest, over the usual one.
+/// The config that the files suggest, where `usual` is what was asked for without them.
 fn suggested(files: &SiteFiles, usual: &Config) -> Result<Source, Error> {
     let path = &files.stems;
     let bytes = nemoral_files::read(path, most_bytes("site.stems.path"))?;
@@ -96,7 +95,8 @@ fn suggested(files: &SiteFiles, usual: &Config) -> Result<Source, Error> {
     let per_m2 = stems.len() as f64 / area_m2(&convex_hull(feet().collect()), margin_m);
     let per_m2 = per_m2.min(TREES_PER_HA / 10_000.0);
     let chunk_m = usual.chunks.size_m;
-    let placement = table([("trees", (per_m2 * chunk_m * chunk_m).into())]);
+    let per_chunk = (per_m2 * chunk_m * chunk_m).min(greatest("placement.trees"));
+    let placement = table([("trees", per_chunk.into())]);
     let mut all = table([]);
     for (name, inner) in [
         ("site", site),
@@ -121,17 +121,16 @@ fn ground(path: &Path, usual: &Config) -> Result<(Table, Table), Error> {
     let wrong = |path: &Path, e: ImportError| Error::request(format!("{}: {e}", path.display()));
     let map = bytes(path, "site.terrain.path")?;
     let mut table = table([("path", text(path)?)]);
-    let map = if map.starts_with(b"\x89PNG") {
+    let sidecar = if HeightMap::needs_sidecar(&map) {
         let [json, toml] = ["json", "toml"].map(|extension| path.with_extension(extension));
         let beside = if json.exists() { json } else { toml };
         table.insert("sidecar".into(), text(&beside)?);
         let sidecar = Sidecar::read(&bytes(&beside, "site.terrain.sidecar")?);
-        let sidecar = sidecar.map_err(|e| wrong(&beside, e))?;
-        HeightMap::from_png(&map, &sidecar)
+        Some(sidecar.map_err(|e| wrong(&beside, e))?)
     } else {
-        HeightMap::from_tiff(&map)
+        None
     };
-    let map = map.map_err(|e| wrong(path, e))?;
+    let map = HeightMap::read(&map, sidecar.as_ref()).map_err(|e| wrong(path, e))?;
     let mut heights: Vec<f32> = map
         .heights_m
         .iter()
@@ -154,11 +153,7 @@ fn stand(stems: &[Stem]) -> Table {
     let mut all = Table::new();
     let species = Species::all();
     let count = |species: &Species| {
-        let is_one = |stem: &&Stem| {
-            stem.species
-                .as_ref()
-                .is_some_and(|s| is_name_of(species, s))
-        };
+        let is_one = |stem: &&Stem| stem.species.as_ref().is_some_and(|s| species.is_named(s));
         stems.iter().filter(is_one).count()
     };
     let counts: Vec<usize> = species.iter().map(count).collect();
@@ -185,14 +180,6 @@ fn stand(stems: &[Stem]) -> Table {
         (dead as f64 / stems.len() as f64).min(0.9).into(),
     );
     all
-}
-
-/// The area within `margin_m` of a convex polygon.
-fn area_m2(hull: &[DVec2], margin_m: f64) -> f64 {
-    let edges = || hull.iter().zip(hull.iter().cycle().skip(1));
-    let twice: f64 = edges().map(|(a, b)| a.perp_dot(*b)).sum();
-    let around: f64 = edges().map(|(a, b)| a.distance(*b)).sum();
-    0.5 * twice + margin_m * around + std::f64::consts::PI * margin_m * margin_m
 }
 
 fn table<const N: usize>(entries: [(&str, Value); N]) -> Table {
@@ -281,20 +268,21 @@ mod tests {
             .expect("one")
             .config;
         assert_eq!(config.placement.trees, 7.0);
+        // What follows from other values follows from those asked for: 500 trees on a hectare, as
+        // long as a chunk may have so many.
+        for (size_m, trees) in [(80, 320.0), (100, 400.0)] {
+            let wider = Layers {
+                settings: vec![format!("chunks.size_m={size_m}")],
+                ..Layers::default()
+            };
+            let wider = wider.plot(&files).expect("a plot");
+            assert_eq!(wider.asked().placement.trees, trees);
+        }
         // The stem map is carried under its own name.
         let text = sequences.to_toml().expect("TOML");
         assert!(
             text.contains("inputs/") && text.contains("-stems.csv\""),
             "{text}"
         );
-    }
-
-    #[test]
-    fn areas_are_those_of_hulls_with_their_margin() {
-        let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]].map(DVec2::from);
-        assert_eq!(area_m2(&square, 0.0), 100.0);
-        let round = 100.0 + 4.0 * 10.0 + std::f64::consts::PI;
-        assert!((area_m2(&square, 1.0) - round).abs() < 1e-9);
-        assert!((area_m2(&square[..1], 2.0) - 4.0 * std::f64::consts::PI).abs() < 1e-9);
     }
 }

@@ -40,4 +40,9 @@ impl Assets {
             (None, self.own_share),
         ]
     }
+
+    /// The seed of the plants, if it is not the world's.
+    pub(crate) fn own_seed(&self) -> Option<u64> {
+        (self.seed > 0).then_some(self.seed)
+    }
 }

@@ -3,18 +3,13 @@
 use nemoral_assets::Species;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
-use nemoral_seed::Key;
 
 use super::sensors::RESERVED;
-use super::{Config, Lidar, LidarPattern, RobotPath, SunPosition, sky_image};
-use crate::world::plot::{Plot, stems_of};
-use crate::world::recipe::Recipe;
-use crate::world::site_terrain::{height_map, posts};
-use crate::world::site_trails::lines_m;
-use crate::{Error, InputFiles};
+use super::{Config, Lidar, LidarPattern, RobotPath, SunPosition, lines_m, sky_image};
+use crate::{Error, InputFiles, site};
 
 /// `.label` files number the objects of a chunk from 1 to this.
-const OBJECTS_OF_A_CHUNK_MAX: f64 = ObjectId::LABEL_ITEM_MAX as f64;
+pub(crate) const OBJECTS_OF_A_CHUNK_MAX: f64 = ObjectId::LABEL_ITEM_MAX as f64;
 
 /// The number of chunks along each axis that instance images can distinguish.
 const CHUNKS_OF_A_VIEW_MAX: f64 = 16.0;
@@ -48,7 +43,7 @@ impl Config {
     pub(super) fn problems(&self, inputs: &InputFiles) -> Vec<(String, String)> {
         let mut out = Problems::default();
         self.chunk_problems(&mut out);
-        self.placement_problems(&mut out);
+        self.placement_problems(inputs, &mut out);
         self.ground_problems(&mut out);
         self.asset_problems(&mut out);
         self.undergrowth_problems(&mut out);
@@ -58,7 +53,7 @@ impl Config {
         self.sensor_problems(&mut out);
         self.sensor_name_problems(&mut out);
         self.robot_problems(&mut out);
-        self.site_problems(inputs, &mut out);
+        out.0.extend(site::problems(self, inputs));
         out.0
     }
 
@@ -85,7 +80,7 @@ impl Config {
         }
     }
 
-    fn placement_problems(&self, out: &mut Problems) {
+    fn placement_problems(&self, inputs: &InputFiles, out: &mut Problems) {
         let p = &self.placement;
         out.ordered(
             ("placement.rocks_min", f64::from(p.rocks_min)),
@@ -100,7 +95,7 @@ impl Config {
             ("placement.regeneration.radius_min_m", young.radius_min_m),
             ("placement.regeneration.radius_max_m", young.radius_max_m),
         );
-        let most = self.most_objects_of_a_chunk();
+        let most = self.most_objects_of_a_chunk(inputs);
         if most > OBJECTS_OF_A_CHUNK_MAX {
             let message = format!(
                 ": up to {most:.0} things in a chunk, and .label files number only \
@@ -112,7 +107,7 @@ impl Config {
     }
 
     /// The most things with an id that are placed in a chunk, within six standard deviations.
-    fn most_objects_of_a_chunk(&self) -> f64 {
+    pub(crate) fn most_objects_of_a_chunk(&self, inputs: &InputFiles) -> f64 {
         let (p, c) = (&self.placement, &self.chunks);
         let young = &p.regeneration;
         // Saplings grow in clusters, so the variance of their number in a chunk is that of
@@ -124,72 +119,12 @@ impl Config {
         // Six standard deviations of the number are left as a margin.
         let mean = p.trees + p.stumps + p.shrubs + young.saplings;
         let variance = mean + young.saplings * clumping;
-        let trail_rocks = f64::from(u32::from(self.trails.enabled) * self.trails.rocks_max);
-        mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + 2.0 * trail_rocks
-    }
-
-    fn site_terrain_problems(&self, inputs: &InputFiles, out: &mut Problems) {
-        const KEY: &str = "site.terrain.path";
-        let map = match height_map(&self.site, inputs) {
-            Ok(Some(map)) => map,
-            Ok(None) => return,
-            Err(e) => return out.add(KEY, &format!(": {e}")),
-        };
-        let (low, high) = (map.post_m(0, map.rows - 1), map.post_m(map.columns - 1, 0));
-        if let Ok(Some(stems)) = stems_of(&self.site, inputs)
-            && !(stems.iter())
-                .any(|s| (low[0]..=high[0]).contains(&s.x_m) && (low[1]..=high[1]).contains(&s.y_m))
-        {
-            let first = &stems[0];
-            let message = format!(
-                ": it reaches from ({}, {}) to ({}, {}), and no tree of the stem map is there (the \
-                 first is at ({}, {})): both must have the same coordinates",
-                low[0], low[1], high[0], high[1], first.x_m, first.y_m
-            );
-            return out.add(KEY, &message);
-        }
-        if let Err(e) = posts(map, &self.site).validate(self.site.terrain.blend_m) {
-            out.add(KEY, &format!(": {e}"));
-        }
-    }
-
-    fn site_problems(&self, inputs: &InputFiles, out: &mut Problems) {
-        self.site_terrain_problems(inputs, out);
-        if let Err(e) = lines_m(&self.site, inputs) {
-            out.add("site.trails.path", &format!(": {e}"));
-        }
-        const KEY: &str = "site.stems.path";
-        if self.site.stems.path.is_empty() {
-            return;
-        }
-        let (size_m, dbh_m) = (self.chunks.size_m, self.assets.dbh_mean_m);
-        // Species and sizes are looked at, too.
-        let recipe = Recipe::new(self, inputs);
-        let sized = |species: &[_]| recipe.measured(species, Key::world(self.seed)).map(drop);
-        if let Err(e) = recipe.species().and_then(|species| sized(&species)) {
-            return out.add(KEY, &format!(": {e}"));
-        }
-        let Ok(Some(plot)) = Plot::new(&self.site, inputs, dbh_m, size_m) else {
-            return;
-        };
-        let placed = self.most_objects_of_a_chunk();
-        for (chunk, trees) in plot.chunks() {
-            if ObjectId::new(chunk, 1).is_none() {
-                let message = format!(
-                    ": a tree lies in chunk {chunk}, and ids reach chunk ±2,097,151: set \
-                     site.origin_x_m and site.origin_y_m"
-                );
-                return out.add(KEY, &message);
-            }
-            if placed + trees as f64 > OBJECTS_OF_A_CHUNK_MAX {
-                let message = format!(
-                    ": chunk {chunk} has {trees} trees and up to {placed:.0} other things, and \
-                     .label files number only {OBJECTS_OF_A_CHUNK_MAX}: lower chunks.size_m, or \
-                     what [placement] asks for"
-                );
-                return out.add(KEY, &message);
-            }
-        }
+        let born = 2 * usize::from(self.trails.enabled);
+        // A file that cannot be read is refused elsewhere.
+        let lines = lines_m(&self.site, inputs).unwrap_or_default();
+        let given = most_lines_of_a_chunk(&lines, self.trails.width_m, c.size_m);
+        let trail_rocks = (born + given) as f64 * f64::from(self.trails.rocks_max);
+        mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + trail_rocks
     }
 
     fn ground_problems(&self, out: &mut Problems) {
@@ -370,6 +305,45 @@ impl Config {
     }
 }
 
+/// The greatest number of lines whose bounding boxes touch the same chunk. Boxes are wider by what
+/// a trail may swing out between two vertices, and by its width.
+fn most_lines_of_a_chunk(lines_m: &[Vec<DVec2>], width_m: f64, chunk_size_m: f64) -> usize {
+    let of_line = |line: &Vec<DVec2>| {
+        let longest_m = line
+            .windows(2)
+            .map(|v| v[0].distance(v[1]))
+            .fold(0.0, f64::max);
+        let around = DVec2::splat(0.25 * longest_m + width_m);
+        let low = line.iter().copied().fold(DVec2::INFINITY, DVec2::min) - around;
+        let high = line.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max) + around;
+        [low, high].map(|corner| ChunkCoord::containing(corner, chunk_size_m))
+    };
+    let boxes: Vec<[ChunkCoord; 2]> = lines_m.iter().map(of_line).collect();
+    // Along y a box begins at its first chunk and has ended one after its last; those that end come
+    // first.
+    let mut ends: Vec<(i64, i8, usize)> = (0..boxes.len())
+        .flat_map(|i| {
+            let [low, high] = boxes[i].map(|c| i64::from(c.y));
+            [(low, 1, i), (high + 1, -1, i)]
+        })
+        .collect();
+    ends.sort_unstable();
+    let mut columns: Vec<i32> = boxes.iter().map(|b| b[0].x).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    // Where most boxes meet, one begins.
+    let most_of_column = |&x: &i32| {
+        let here = |i: usize| (boxes[i][0].x..=boxes[i][1].x).contains(&x);
+        let (mut open, mut most) = (0_isize, 0);
+        for &(_, step, _) in ends.iter().filter(|end| here(end.2)) {
+            open += isize::from(step);
+            most = most.max(open);
+        }
+        most.unsigned_abs()
+    };
+    columns.iter().map(most_of_column).max().unwrap_or(0)
+}
+
 fn lidar_problems(path: &str, lidar: &Lidar, out: &mut Problems) {
     let key = |name: &str| format!("{path}.{name}");
     match &lidar.pattern {
@@ -397,5 +371,60 @@ fn lidar_problems(path: &str, lidar: &Lidar, out: &mut Problems) {
     if lidar.min_range_m >= lidar.max_range_m {
         let must = format!("be below {path}.max_range_m = {}", lidar.max_range_m);
         out.refuse(&key("min_range_m"), lidar.min_range_m, &must);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_that_meet_in_a_chunk_are_counted() {
+        let line = |x: f64, y: f64| vec![DVec2::new(x, y), DVec2::new(x + 10.0, y + 10.0)];
+        let most = |lines: &[Vec<DVec2>]| most_lines_of_a_chunk(lines, 2.0, 50.0);
+        assert_eq!(most(&[]), 0);
+        // Each in a chunk of its own.
+        let apart: Vec<_> = (0..30)
+            .map(|i| line(20.0 + 50.0 * f64::from(i), 20.0))
+            .collect();
+        assert_eq!(most(&apart), 1);
+        // Five that cross one chunk, which none of them begins in together with another.
+        let mut star: Vec<_> = (0..5)
+            .map(|i| {
+                vec![
+                    DVec2::splat(-60.0 * f64::from(i) - 10.0),
+                    DVec2::splat(20.0),
+                ]
+            })
+            .collect();
+        assert_eq!(most(&star), 5);
+        star.extend(apart);
+        assert_eq!(most(&star), 6);
+        // By all chunks, for lines anywhere.
+        let at = |i: i32, k: i32| f64::from((i * k) % 997);
+        let lines: Vec<_> = (0..60)
+            .map(|i| {
+                vec![
+                    DVec2::new(at(i, 331), at(i, 577)),
+                    DVec2::new(at(i, 151), at(i, 83)),
+                ]
+            })
+            .collect();
+        let boxes = lines.iter().map(|l| {
+            let around = DVec2::splat(0.25 * l[0].distance(l[1]) + 2.0);
+            let chunk = |p| ChunkCoord::containing(p, 50.0);
+            [
+                chunk(l[0].min(l[1]) - around),
+                chunk(l[0].max(l[1]) + around),
+            ]
+        });
+        let boxes: Vec<_> = boxes.collect();
+        let of_chunk = |x: i32, y: i32| {
+            let here =
+                |[a, b]: &&[ChunkCoord; 2]| (a.x..=b.x).contains(&x) && (a.y..=b.y).contains(&y);
+            boxes.iter().filter(here).count()
+        };
+        let all = (-10..40).flat_map(|x| (-10..40).map(move |y| of_chunk(x, y)));
+        assert_eq!(Some(most(&lines)), all.max());
     }
 }

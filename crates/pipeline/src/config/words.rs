@@ -6,7 +6,7 @@ use toml::Value;
 const SHOWN: usize = 60;
 
 /// Shortens long text.
-pub(super) fn cut(text: &str) -> String {
+pub(crate) fn cut(text: &str) -> String {
     match text.char_indices().nth(SHOWN) {
         Some((at, _)) => format!("{}…", &text[..at]),
         None => text.to_owned(),

@@ -5,12 +5,10 @@ use std::sync::Arc;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 
-use crate::config::{self, Config};
+use crate::config::{self, Config, height_map, lines_m, posts};
 use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
+use crate::site::Plot;
 use crate::world::ground::{ChunkGround, GroundModel, SiteGround};
-use crate::world::plot::Plot;
-use crate::world::site_terrain::{height_map, posts};
-use crate::world::site_trails::lines_m;
 use crate::{Error, InputFiles};
 
 /// Makes the [`GroundModel`].

@@ -11,9 +11,9 @@ use nemoral_seed::Key;
 use nemoral_stand::{InstanceVariation, MeasuredSize, SceneObject};
 use rayon::prelude::*;
 
-use super::measured::{MeasuredStem, MeasuredStems};
 use super::recipe::Recipe;
 use crate::Error;
+use crate::site::{MeasuredStem, MeasuredStems};
 
 /// The library and, in the same order, each shape's acceleration structure.
 #[derive(Debug)]

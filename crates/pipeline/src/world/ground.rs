@@ -13,9 +13,9 @@ use nemoral_trails::{
     Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
 };
 
-use super::plot::Plot;
 use super::thrown::ThrownTree;
 use crate::config::TerrainNoise;
+use crate::site::Plot;
 use crate::{Error, config};
 
 /// How far outside of its chunk a ground is valid, metres, because robots, light and placement look

@@ -9,7 +9,7 @@ use nemoral_trails::{DressingKind, TrailDressing};
 use super::assets::WorldAssets;
 use super::deadwood::lying_sites;
 use super::ground::{ChunkGround, GroundModel};
-use super::plot::PLOT_LAYER;
+use crate::site::PLOT_LAYER;
 
 /// The objects of a chunk in the order of their numbers: rocks, woody plants, stones on trails,
 /// then logs, thrown stems and root plates.

@@ -11,10 +11,10 @@ use nemoral_stand::StandLayer;
 
 use super::assets::{Standing, WorldAssets};
 use super::ground::{ChunkGround, GroundModel};
-use super::plot::PLOT_LAYER;
 use crate::Error;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};
+use crate::site::PLOT_LAYER;
 
 /// The config key of the number of plants of a layer, below `placement`.
 const fn layer_key(layer: StandLayer) -> &'static str {

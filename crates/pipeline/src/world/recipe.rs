@@ -1,17 +1,15 @@
 //! The library, as a config describes it.
 
 use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies, StemMoss};
-use nemoral_import::Stem;
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
 use nemoral_seed::Key;
 
 use super::closed_vegetation::community_params;
 use super::ground::trail_surface;
-use super::measured::{MeasuredStems, measure, species_of};
-use super::plot::stems_of;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher};
+use crate::site::{MeasuredStems, SiteSpecies};
 use crate::{Error, InputFiles};
 
 /// The plants that are to be grown.
@@ -135,95 +133,29 @@ impl Recipe {
 
     /// The seed of the plants, if it is not the world's.
     pub(crate) fn seed(&self) -> Option<u64> {
-        (self.assets.seed > 0).then_some(self.assets.seed)
+        self.assets.own_seed()
     }
 
-    /// The species that are grown, and their shares among the stand's trees: those with a share,
-    /// and those of the stem map, which have shares only if no others do.
+    /// As [`SiteSpecies::all`].
     pub(crate) fn species(&self) -> Result<Vec<(Species, f64)>, Error> {
-        let mut all = self.of_stand()?;
-        let Some((stems, known, of_stem)) = self.stem_map()? else {
-            return Ok(all);
-        };
-        let is_without = all.is_empty();
-        let mut counts = vec![0_usize; known.len()];
-        of_stem.iter().flatten().for_each(|&i| counts[i] += 1);
-        for (species, count) in known.into_iter().zip(counts) {
-            let is_there = all.iter().any(|(s, _)| s.name == species.name);
-            if count > 0 && !is_there {
-                let share = if is_without {
-                    count as f64 / stems.len() as f64
-                } else {
-                    0.0
-                };
-                all.push((species, share));
-            }
-        }
-        if all.is_empty() {
-            let message = "site.stems.path: no tree has a species, and the shares in [assets] are \
-                           all 0";
-            return Err(Error::request(message));
-        }
-        Ok(all)
+        self.of_site().all()
     }
 
-    /// The stem map, the species that it may name, and which of these each stem is.
-    #[expect(clippy::type_complexity, reason = "three results of one reading")]
-    fn stem_map(&self) -> Result<Option<(Vec<Stem>, Vec<Species>, Vec<Option<usize>>)>, Error> {
-        let Some(stems) = stems_of(&self.site, &self.inputs)? else {
-            return Ok(None);
-        };
-        let mut known: Vec<Species> = Species::all();
-        if !self.assets.own_species.is_empty() {
-            known.push(self.own_species()?);
-        }
-        let of_stem = species_of(&stems, &known, &self.site.stems.other_species);
-        let of_stem = of_stem.map_err(|e| self.of_stems(&e))?;
-        Ok(Some((stems, known, of_stem)))
-    }
-
-    /// The trees of the stem map with everything that is drawn for them, from the key of plants;
-    /// none without a stem map. `species` are those of [`Recipe::species`].
+    /// As [`SiteSpecies::measured`].
     pub(crate) fn measured(
         &self,
         species: &[(Species, f64)],
         key: Key,
     ) -> Result<MeasuredStems, Error> {
-        let Some((stems, known, of_stem)) = self.stem_map()? else {
-            return Ok(MeasuredStems::default());
-        };
-        let index = |i: usize| species.iter().position(|(s, _)| s.name == known[i].name);
-        let of_stem: Vec<_> = of_stem.into_iter().map(|i| i.and_then(index)).collect();
-        let shapes = self.site.stems.shapes;
-        measure((&stems, &of_stem), species, &self.assets, shapes, key)
-            .map_err(|e| self.of_stems(&e))
+        self.of_site().measured(species, key)
     }
 
-    /// An error in the stem map.
-    fn of_stems(&self, message: &str) -> Error {
-        Error::request(format!("{}: {message}", self.site.stems.path))
-    }
-
-    fn own_species(&self) -> Result<Species, Error> {
-        let file = self.inputs.get(&self.assets.own_species);
-        let (text, path) = match file {
-            Some(file) => (file.text()?, file.path().display().to_string()),
-            None => ("", "assets.own_species".to_owned()),
-        };
-        Species::from_toml(text, &path).map_err(Error::of_stage)
-    }
-
-    /// The species with a share, and their shares.
-    fn of_stand(&self) -> Result<Vec<(Species, f64)>, Error> {
-        let wanted = self.assets.shares().into_iter().filter(|(_, s)| *s > 0.0);
-        let species = wanted.map(|(name, share)| {
-            let species = match name.and_then(Species::built_in) {
-                Some(species) => species,
-                None => self.own_species()?,
-            };
-            Ok((species, share))
-        });
-        species.collect()
+    fn of_site(&self) -> SiteSpecies<'_> {
+        SiteSpecies {
+            assets: &self.assets,
+            site: &self.site,
+            inputs: &self.inputs,
+        }
     }
 
     /// The share of the light on leaves that their shoots scatter, linear sRGB: the mean over all

@@ -74,6 +74,8 @@ fn errors_name_key_value_range_line_and_column() {
     );
     let text = message(load("", "[terrain]\noctave = 9", &[]));
     assert!(text.contains("did you mean `octaves`?"), "{text}");
+    let text = message(load("", "\"site.stems\" = { path = \"stems.csv\" }", &[]));
+    assert!(text.contains("site.stems: no such key"), "{text}");
     let text = message(load("", "[terain]\n", &[]));
     assert!(
         text.contains(":1:2: terain: no such key; did you mean `terrain`?"),
@@ -615,4 +617,29 @@ fn the_config_of_a_data_set_names_only_files_of_it() {
         std::os::unix::fs::symlink(dir.path().join("secret.csv"), link).expect("a link");
         assert!(refused("config.toml", "inputs/link.csv").contains("cannot read"));
     }
+}
+
+#[test]
+fn stones_of_given_trails_count_among_the_things_of_a_chunk() {
+    let of_lines = |count: i32, apart_m: i32, settings: &[&str]| {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let path = dir.path().join("trails.csv");
+        let mut table = "trail,x,y\n".to_owned();
+        for i in 0..count {
+            let x = i * apart_m;
+            table += &format!("t{i},{x},0\nt{i},{},60\nt{i},{x},120\n", x + 10);
+        }
+        nemoral_files::write(&path, table.as_bytes()).expect("written");
+        let lines = format!("[site.trails]\npath = {:?}", path.display().to_string());
+        load("oak-mixed", &lines, settings)
+    };
+    // A site of ten trails that meet, and one of many that do not.
+    of_lines(10, 5, &["trails.rocks_max=25"]).expect("a site");
+    of_lines(200, 200, &["trails.rocks_max=25"]).expect("a site");
+    let text = message(of_lines(60, 1, &["trails.rocks_max=25"]));
+    assert!(
+        text.contains("trails.rocks_max") && text.contains("number only 1310"),
+        "{text}"
+    );
+    of_lines(60, 1, &["trails.rocks_max=2"]).expect("a site");
 }

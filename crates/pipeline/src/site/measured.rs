@@ -38,21 +38,13 @@ pub(crate) struct MeasuredStems {
     pub(crate) shapes: Vec<MeasuredTree>,
 }
 
-/// Whether this is a name of a species, in whichever case and with whichever separators.
-pub(crate) fn is_name_of(species: &Species, name: &str) -> bool {
-    let plain = |text: &str| text.trim().to_lowercase().replace([' ', '-'], "_");
-    [&species.name, &species.scientific_name]
-        .iter()
-        .any(|known| plain(known) == plain(name))
-}
-
 /// The species of each stem, as an index; `None` for one that is drawn.
 pub(crate) fn species_of(
     stems: &[Stem],
     known: &[Species],
     other: &str,
 ) -> Result<Vec<Option<usize>>, String> {
-    let find = |name: &str| known.iter().position(|species| is_name_of(species, name));
+    let find = |name: &str| known.iter().position(|species| species.is_named(name));
     let names = || {
         let names: Vec<&str> = known.iter().map(|s| s.name.as_str()).collect();
         names.join(", ")
@@ -61,7 +53,8 @@ pub(crate) fn species_of(
         "" => None,
         name => Some(find(name).ok_or_else(|| {
             format!(
-                "site.stems.other_species = \"{name}\": must be one of {}",
+                "site.stems.other_species = \"{}\": must be one of {}",
+                config::cut(name),
                 names()
             )
         })?),
@@ -303,6 +296,14 @@ mod tests {
         for part in ["line 3", "\"beach\"", "beech, english_oak", "other_species"] {
             assert!(message.contains(part), "{message}");
         }
+    }
+
+    #[test]
+    fn a_long_name_is_cut() {
+        let name = "beech and ".repeat(1000);
+        let stems = read_stem_map(b"x,y\n0,0\n").expect("a stem map");
+        let error = species_of(&stems, &[Species::beech()], &name).expect_err("no species");
+        assert!(error.len() < 300 && error.contains('…'), "{error}");
     }
 
     #[test]

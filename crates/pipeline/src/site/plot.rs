@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_import::{Stem, read_stem_map};
+use nemoral_import::Stem;
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_stand::StandLayer;
 
-use crate::config::Site;
+use crate::config::{Site, stems_of};
+use crate::convex_hull::convex_hull;
 use crate::{Error, InputFiles};
 
 /// The layer of the sites of measured trees, after those of the stand.
@@ -19,16 +20,6 @@ const FLARE: f64 = 1.5;
 
 /// Side of the cells by which trees near a place are found, metres.
 const CELL_M: f64 = 8.0;
-
-/// The stem map of a config; `None` without one.
-pub(crate) fn stems_of(site: &Site, inputs: &InputFiles) -> Result<Option<Vec<Stem>>, Error> {
-    let Some(file) = inputs.get(&site.stems.path) else {
-        return Ok(None);
-    };
-    let stems = read_stem_map(file.bytes())
-        .map_err(|e| Error::request(format!("{}: {e}", file.path().display())))?;
-    Ok(Some(stems))
-}
 
 /// The trees of a stem map on the map of the world.
 #[derive(Debug)]
@@ -147,32 +138,6 @@ pub(crate) fn position_m(site: &Site, stem: &Stem) -> DVec2 {
 fn cell(world_m: DVec2) -> [i64; 2] {
     let at = (world_m / CELL_M).floor();
     [at.x as i64, at.y as i64]
-}
-
-/// The convex hull of points, counterclockwise, by Andrew's monotone chain (1979).
-pub(crate) fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    if points.len() < 3 {
-        return points;
-    }
-    let half = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for p in points {
-            while let [.., a, b] = chain[..]
-                && (b - a).perp_dot(p - b) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        // Its last point is the first of the other half.
-        chain.pop();
-        chain
-    };
-    let mut hull = half(&mut points.iter().copied());
-    hull.extend(half(&mut points.iter().rev().copied()));
-    hull
 }
 
 #[cfg(test)]

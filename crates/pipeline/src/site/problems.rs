@@ -1,0 +1,83 @@
+//! What is wrong with the files of a site, and with what a config asks for beside them.
+
+use nemoral_scene::ObjectId;
+use nemoral_seed::Key;
+
+use super::{Plot, SiteSpecies};
+use crate::InputFiles;
+use crate::config::{Config, OBJECTS_OF_A_CHUNK_MAX, height_map, lines_m, posts, stems_of};
+
+/// Every problem of a config's site: the key and the message, which starts with it.
+pub(crate) fn problems(config: &Config, inputs: &InputFiles) -> Vec<(String, String)> {
+    let lines = lines_m(&config.site, inputs).err();
+    let found = [
+        ("site.terrain.path", terrain_problem(config, inputs)),
+        ("site.trails.path", lines.map(|e| e.to_string())),
+        ("site.stems.path", stems_problem(config, inputs)),
+    ];
+    let named = |(key, message): (&str, Option<String>)| {
+        message.map(|message| (key.to_owned(), format!("{key}: {message}")))
+    };
+    found.into_iter().filter_map(named).collect()
+}
+
+fn terrain_problem(config: &Config, inputs: &InputFiles) -> Option<String> {
+    let map = match height_map(&config.site, inputs) {
+        Ok(Some(map)) => map,
+        Ok(None) => return None,
+        Err(e) => return Some(e.to_string()),
+    };
+    let (low, high) = (map.post_m(0, map.rows - 1), map.post_m(map.columns - 1, 0));
+    if let Ok(Some(stems)) = stems_of(&config.site, inputs)
+        && !(stems.iter())
+            .any(|s| (low[0]..=high[0]).contains(&s.x_m) && (low[1]..=high[1]).contains(&s.y_m))
+    {
+        let first = &stems[0];
+        let message = format!(
+            "it reaches from ({}, {}) to ({}, {}), and no tree of the stem map is there (the \
+             first is at ({}, {})): both must have the same coordinates",
+            low[0], low[1], high[0], high[1], first.x_m, first.y_m
+        );
+        return Some(message);
+    }
+    let refused = posts(map, &config.site).validate(config.site.terrain.blend_m);
+    refused.err().map(|e| e.to_string())
+}
+
+fn stems_problem(config: &Config, inputs: &InputFiles) -> Option<String> {
+    let site = &config.site;
+    if site.stems.path.is_empty() {
+        return None;
+    }
+    // Species and sizes are looked at, too.
+    let assets = &config.assets;
+    let of_site = SiteSpecies {
+        assets,
+        site,
+        inputs,
+    };
+    // That of the plants, as in the stages.
+    let seed = assets.own_seed().unwrap_or(config.seed);
+    let sized = |species: Vec<_>| of_site.measured(&species, Key::world(seed));
+    if let Err(e) = of_site.all().and_then(sized) {
+        return Some(e.to_string());
+    }
+    let plot = Plot::new(site, inputs, assets.dbh_mean_m, config.chunks.size_m);
+    let plot = plot.ok().flatten()?;
+    let placed = config.most_objects_of_a_chunk(inputs);
+    plot.chunks().find_map(|(chunk, trees)| {
+        if ObjectId::new(chunk, 1).is_none() {
+            return Some(format!(
+                "a tree lies in chunk {chunk}, and ids reach chunk ±2,097,151: set \
+                 site.origin_x_m and site.origin_y_m"
+            ));
+        }
+        (placed + trees as f64 > OBJECTS_OF_A_CHUNK_MAX).then(|| {
+            format!(
+                "chunk {chunk} has {trees} trees and up to {placed:.0} other things, and .label \
+                 files number only {OBJECTS_OF_A_CHUNK_MAX}: lower chunks.size_m, or what \
+                 [placement] asks for"
+            )
+        })
+    })
+}
