@@ -62,6 +62,8 @@ impl Recorder {
         let row = |row: usize| -> Vec<f64> {
             let height = |column: usize| {
                 let place_m = south_west_m + DVec2::new(column as f64, row as f64) * spacing_m;
+                // The last post may be beyond the border by a millionth of a spacing.
+                let place_m = place_m.min(rectangle.high_m);
                 let chunk = ChunkCoord::containing(place_m, size_m);
                 grounds[&chunk].height_m(place_m)
             };
