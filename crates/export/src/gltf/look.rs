@@ -1,6 +1,6 @@
 //! Meshes, materials, textures.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use nemoral_scene::{AlphaMask, MaterialId, Prototype, Texture};
@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use super::binary::Binary;
 use super::extras::about_material;
+use crate::parts::is_double_sided;
 use crate::scene::ExportScene;
 use crate::{parts, picture};
 
@@ -17,7 +18,7 @@ pub(super) struct Look<'a> {
     scene: &'a ExportScene,
     numbers: BTreeMap<MaterialId, usize>,
     used: Vec<MaterialId>,
-    has_cards: BTreeMap<MaterialId, bool>,
+    with_cards: BTreeSet<MaterialId>,
 }
 
 /// Materials, textures and images of a document.
@@ -32,15 +33,14 @@ impl<'a> Look<'a> {
             scene,
             numbers: BTreeMap::new(),
             used: Vec::new(),
-            has_cards: BTreeMap::new(),
+            with_cards: BTreeSet::new(),
         }
     }
 
     /// A shape as a mesh with a primitive for each material.
     pub(super) fn mesh(&mut self, shape: &Prototype, binary: &mut Binary) -> Value {
-        for card in shape.cards() {
-            self.has_cards.insert(card.material, true);
-        }
+        self.with_cards
+            .extend(shape.cards().iter().map(|card| card.material));
         let mut primitives = Vec::new();
         for part in parts(shape, &self.scene.materials) {
             let material = self.scene.materials.get(part.material);
@@ -100,11 +100,10 @@ impl<'a> Look<'a> {
                 });
                 surface["baseColorTexture"] = json!({ "index": index });
             }
-            let is_leaf = self.has_cards.contains_key(&id) || mask.is_some();
             let mut described = json!({
                 "name": material.name,
                 "pbrMetallicRoughness": surface,
-                "doubleSided": is_leaf || material.transmittance.max_element() > 0.0,
+                "doubleSided": is_double_sided(material, self.with_cards.contains(&id)),
                 "extras": about_material(material, &self.scene.ontology),
             });
             if mask.is_some() {
