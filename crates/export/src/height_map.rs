@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use nemoral_files::PendingFile;
+use nemoral_files::{PendingFile, is_same};
 use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec2;
 
@@ -65,20 +65,20 @@ impl HeightGrid {
 }
 
 /// The file beside a height map that says what its levels stand for.
-#[must_use]
-pub fn levels_path(map: &Path) -> PathBuf {
+fn levels_path(map: &Path) -> PathBuf {
     map.with_extension("toml")
 }
 
-/// Refuses a name for a height map that does not end in `.png`, and one whose other file is there
-/// already though the map is not: that file is something else.
+/// Refuses a name for a height map that does not end in `.png`, or whose `.toml` file is something
+/// else: it is there though the map is not, or it is one of `others`, which are files that stay.
 ///
 /// # Errors
 /// [`Error::Name`], [`Error::NotOfMap`].
-pub fn check_height_map(path: &Path) -> Result<(), Error> {
+pub fn check_height_map(path: &Path, others: &[&Path]) -> Result<(), Error> {
     check_name(path, "png")?;
     let levels = levels_path(path);
-    if levels.exists() && !path.exists() {
+    let is_other = others.iter().any(|other| is_same(other, &levels));
+    if is_other || (levels.exists() && !path.exists()) {
         return Err(Error::NotOfMap { path: levels });
     }
     Ok(())
@@ -95,7 +95,7 @@ pub fn check_height_map(path: &Path) -> Result<(), Error> {
 /// If the grid has no posts, too many, or other than `heights_m` has; as [`check_height_map`]; if a
 /// file cannot be written.
 pub fn write_height_map(grid: &HeightGrid, path: &Path) -> Result<u64, Error> {
-    check_height_map(path)?;
+    check_height_map(path, &[])?;
     grid.check()?;
     let levels = grid.levels();
     let mut samples = Vec::with_capacity(grid.heights_m.len() * 2);

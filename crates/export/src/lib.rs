@@ -64,7 +64,7 @@ use nemoral_files::Folder;
 pub use clip::clipped;
 pub use error::Error;
 pub use gltf::{GltfParams, Instancing, to_glb, write_glb};
-pub use height_map::{HeightGrid, Levels, check_height_map, levels_path, write_height_map};
+pub use height_map::{HeightGrid, Levels, check_height_map, write_height_map};
 pub use parts::{Part, is_ground, parts};
 pub use placing::{Placing, Turn};
 pub use scene::{ExportCamera, ExportScene};

@@ -1,16 +1,49 @@
 //! Textures and masks as PNG files.
 
-use nemoral_scene::{AlphaMask, Texture};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nemoral_scene::{AlphaMask, Material, Texture};
+use rayon::prelude::*;
 
 /// The longest side of a picture, pixels.
 const MOST_SIDE: usize = 8192;
+
+/// The pictures of materials: one for each texture with its mask, told apart by where they are.
+#[derive(Default)]
+pub(crate) struct Pictures<'a> {
+    pairs: Vec<(&'a Texture, Option<&'a AlphaMask>)>,
+    numbers: BTreeMap<(usize, usize), usize>,
+}
+
+impl<'a> Pictures<'a> {
+    /// The number of a material's picture. New ones are numbered in turn.
+    pub(crate) fn number(&mut self, material: &'a Material) -> usize {
+        let mask = material.mask.as_ref();
+        let place = (
+            Arc::as_ptr(&material.albedo) as usize,
+            mask.map_or(0, |mask| Arc::as_ptr(mask) as usize),
+        );
+        *self.numbers.entry(place).or_insert_with(|| {
+            self.pairs
+                .push((&material.albedo, mask.map(|mask| &**mask)));
+            self.pairs.len() - 1
+        })
+    }
+
+    /// Their PNG files, in order, and whether each has a mask.
+    pub(crate) fn files(&self) -> Vec<(Vec<u8>, bool)> {
+        let file = |&(texture, mask): &(_, Option<_>)| (png(texture, mask), mask.is_some());
+        self.pairs.par_iter().map(file).collect()
+    }
+}
 
 /// A texture as PNG: RGBA with the mask as alpha, 0 or 255, or RGB without a mask. Row 0 is that
 /// at v = 0.
 ///
 /// With a mask, the picture has a whole number of pixels for each of its texels, and at least one
 /// for each of the texture's, up to the longest side.
-pub(crate) fn png(texture: &Texture, mask: Option<&AlphaMask>) -> Vec<u8> {
+fn png(texture: &Texture, mask: Option<&AlphaMask>) -> Vec<u8> {
     let width = side(texture.width(), mask.map(AlphaMask::width));
     let height = side(texture.height(), mask.map(AlphaMask::height));
     let channels = if mask.is_some() { 4 } else { 3 };

@@ -32,12 +32,12 @@ impl Binary {
         &self.bytes
     }
 
-    pub(super) fn views(&self) -> &[Value] {
-        &self.views
-    }
-
-    pub(super) fn accessors(&self) -> &[Value] {
-        &self.accessors
+    /// Takes the views and the accessors out, when all of them are there.
+    pub(super) fn take_tables(&mut self) -> (Vec<Value>, Vec<Value>) {
+        (
+            std::mem::take(&mut self.views),
+            std::mem::take(&mut self.accessors),
+        )
     }
 
     /// Fills the buffer to a multiple of four bytes, as chunks and accessors need it.

@@ -92,22 +92,24 @@ fn document(scene: &ExportScene, params: GltfParams) -> Result<(Value, Binary), 
         "scenes": [{
             "name": scene.name,
             "nodes": [root],
-            "extras": about_scene(scene, &inventory),
         }],
-        "nodes": nodes,
-        "meshes": meshes,
-        "materials": materials,
-        "accessors": binary.accessors(),
-        "bufferViews": binary.views(),
         "buffers": [{ "byteLength": binary.bytes().len() }],
     });
+    // What may be long is moved, where `json!` would copy it.
+    document["scenes"][0]["extras"] = about_scene(scene, &inventory);
+    document["nodes"] = Value::Array(nodes);
+    document["meshes"] = Value::Array(meshes);
+    document["materials"] = Value::Array(materials);
+    let (views, accessors) = binary.take_tables();
+    document["bufferViews"] = Value::Array(views);
+    document["accessors"] = Value::Array(accessors);
     if !images.is_empty() {
-        document["textures"] = json!(textures);
-        document["images"] = json!(images);
+        document["textures"] = Value::Array(textures);
+        document["images"] = Value::Array(images);
         document["samplers"] = look::samplers();
     }
     if !cameras.is_empty() {
-        document["cameras"] = json!(cameras);
+        document["cameras"] = Value::Array(cameras);
     }
     if uses_instancing {
         document["extensionsUsed"] = json!([GPU_INSTANCING]);

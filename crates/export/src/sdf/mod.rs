@@ -47,25 +47,40 @@ const LOOKS: GltfParams = GltfParams {
 /// cannot be written.
 pub fn write_sdf(scene: &ExportScene, folder: &Path) -> Result<u64, Error> {
     let out = Output::new(folder)?;
+    if scene.instances.is_empty() {
+        return Err(Error::Empty);
+    }
     let mut world = World {
         scene,
         inventory: Inventory::new(scene),
         out,
         xml: Xml::new(&scene.name),
+        part: ExportScene {
+            name: String::new(),
+            origin_m: scene.origin_m,
+            seed: scene.seed,
+            materials: scene.materials.clone(),
+            ontology: scene.ontology.clone(),
+            instances: Vec::new(),
+            objects: Vec::new(),
+            trees: Vec::new(),
+            cameras: Vec::new(),
+        },
         looks: HashMap::new(),
+        stems: HashMap::new(),
         names: BTreeSet::new(),
     };
-    scene.shapes()?;
     let (mut ground, mut low_plants) = (Vec::new(), Vec::new());
-    let mut objects: BTreeMap<ObjectId, Vec<&Instance>> = BTreeMap::new();
+    let mut objects: BTreeMap<ObjectId, Vec<(&Instance, Placing)>> = BTreeMap::new();
     for (number, instance) in scene.instances.iter().enumerate() {
-        Placing::of_numbered(number, instance)?;
+        let placing = Placing::of_numbered(number, instance)?;
         if is_ground(&instance.prototype, &scene.materials) {
             ground.push(instance);
         } else if instance.object.is_none() {
             low_plants.push(instance);
         } else {
-            objects.entry(instance.object).or_default().push(instance);
+            let object = objects.entry(instance.object).or_default();
+            object.push((instance, placing));
         }
     }
     world.merged("ground", &ground, true)?;
@@ -109,8 +124,12 @@ struct World<'a> {
     inventory: Inventory<'a>,
     out: Output,
     xml: Xml,
+    /// What a file of looks is written from: the scene without its instances.
+    part: ExportScene,
     /// The looks of a shape, by where it is.
     looks: HashMap<*const Prototype, Vec<Look>>,
+    /// The stems of shapes, by where these are.
+    stems: HashMap<*const Prototype, Vec<Cylinder>>,
     names: BTreeSet<String>,
 }
 
@@ -144,16 +163,10 @@ impl World<'_> {
             if kept.is_empty() {
                 continue;
             }
-            let part = ExportScene {
-                name: stem.to_owned(),
-                instances: kept,
-                objects: Vec::new(),
-                trees: Vec::new(),
-                cameras: Vec::new(),
-                ..scene.clone()
-            };
+            self.part.name = stem.to_owned();
+            self.part.instances = kept;
             let file = format!("meshes/{stem}.{}.glb", name::plain(&class.name));
-            self.out.put(&file, &to_glb(&part, LOOKS)?)?;
+            self.out.put(&file, &to_glb(&self.part, LOOKS)?)?;
             looks.push((class.id, class.name.clone(), file));
         }
         Ok(looks)
@@ -170,7 +183,7 @@ impl World<'_> {
             let file = format!("collision/{name}.obj");
             let text = collision::obj(instances, Vec3::ZERO);
             self.out.put(&file, text.as_bytes())?;
-            self.xml.mesh_collision(&file, AS_IT_IS, Vec3::ZERO);
+            self.xml.mesh_collision(&file);
         }
         for look in &looks {
             self.xml.visual(look, AS_IT_IS, Vec3::ZERO);
@@ -180,16 +193,20 @@ impl World<'_> {
     }
 
     /// The model of an object: its shape first, then what grows on it.
-    fn object(&mut self, object: ObjectId, instances: &[&Instance]) -> Result<(), Error> {
+    fn object(
+        &mut self,
+        object: ObjectId,
+        instances: &[(&Instance, Placing)],
+    ) -> Result<(), Error> {
         let record = self.inventory.object(object);
         let kind = record.map(|record| record.kind);
         let kind_name = kind.map_or("object", ObjectKind::name);
         let model = format!("{kind_name}_{}", object.to_u64());
-        let at_m = instances[0].position_m;
+        let at_m = instances[0].0.position_m;
         self.xml.open_model(&model, at_m);
-        for (number, &instance) in instances.iter().enumerate() {
-            let turn = match Placing::of(instance) {
-                Some(Placing::Plain(turn)) if turn.scale.min_element() > 0.0 => Some(turn),
+        for (number, &(instance, placing)) in instances.iter().enumerate() {
+            let turn = match placing {
+                Placing::Plain(turn) if turn.scale.min_element() > 0.0 => Some(turn),
                 _ => None,
             };
             let offset_m = instance.position_m - at_m;
@@ -243,8 +260,10 @@ impl World<'_> {
                 let wide = (linear.x_axis.length() + linear.y_axis.length()) / 2.0;
                 let long = linear.z_axis.length();
                 let rotation = turn.map_or(Quat::IDENTITY, |turn| turn.rotation);
-                let materials = &self.scene.materials;
-                for cylinder in stem_cylinders(&instance.prototype, materials) {
+                let shape = &instance.prototype;
+                let stem = self.stems.entry(Arc::as_ptr(shape));
+                let stem = stem.or_insert_with(|| stem_cylinders(shape, &self.scene.materials));
+                for cylinder in stem {
                     let placed = Cylinder {
                         centre_m: linear * cylinder.centre_m,
                         radius_m: cylinder.radius_m * wide,
@@ -260,7 +279,7 @@ impl World<'_> {
                 let file = format!("collision/{model}.obj");
                 let text = collision::obj(&[instance], instance.position_m);
                 self.out.put(&file, text.as_bytes())?;
-                self.xml.mesh_collision(&file, AS_IT_IS, Vec3::ZERO);
+                self.xml.mesh_collision(&file);
             }
         }
         Ok(())

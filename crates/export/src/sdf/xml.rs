@@ -83,8 +83,9 @@ impl Xml {
         self.collisions += 1;
     }
 
-    pub(super) fn mesh_collision(&mut self, file: &str, turn: Turn, offset_m: Vec3) {
-        self.collision(&pose(offset_m, turn.rotation), &mesh(file, turn.scale));
+    /// A file whose triangles are where they are in the model.
+    pub(super) fn mesh_collision(&mut self, file: &str) {
+        self.collision("", &mesh(file, Vec3::ONE));
     }
 
     pub(super) fn cylinder_collision(&mut self, cylinder: Cylinder, rotation: Quat) {

@@ -1,4 +1,4 @@
-use nemoral_export::{Error, HeightGrid, write_height_map};
+use nemoral_export::{Error, HeightGrid, check_height_map, write_height_map};
 use nemoral_scene::glam::DVec2;
 
 fn hill() -> HeightGrid {
@@ -113,4 +113,7 @@ fn only_the_text_of_an_older_map_is_replaced() {
     for _ in 0..2 {
         write_height_map(&hill(), &map).expect("written");
     }
+    assert!(check_height_map(&map, &[&folder.path().join("b.toml")]).is_ok());
+    let error = check_height_map(&map, &[&text]).expect_err("refused");
+    assert!(matches!(error, Error::NotOfMap { .. }));
 }
