@@ -1,8 +1,8 @@
 //! A world for Gazebo: SDF with visuals and collisions.
 //!
-//! SDF has no shear, no instancing and no masks of its own. So looks are binary glTF files, one for
-//! each shape and class, whose axes are those of SDF (z up), and what has no id lies in one file a
-//! class.
+//! SDF has no shear, no instancing and no masks of its own. So visuals are binary glTF files, one
+//! for each shape and class, whose axes are those of SDF (z up), and what has no id lies in one file
+//! a class.
 
 mod collision;
 mod xml;
@@ -18,23 +18,23 @@ use nemoral_scene::{Instance, ObjectId, ObjectKind, Prototype};
 pub use collision::{Cylinder, stem_cylinders};
 use xml::{Xml, numbers};
 
+use crate::decomposition::{Decomposition, RotationScale};
 use crate::gltf::{GltfParams, Instancing, to_glb};
-use crate::placing::{Placing, Turn};
 use crate::scene::{ExportScene, Inventory};
 use crate::{Error, check_folder, is_ground, name};
 
 /// The folder's main file.
 const WORLD: &str = "world.sdf";
 
-/// How the files of looks are written: Gazebo's reader knows no instancing, and its axes are ours.
-const LOOKS: GltfParams = GltfParams {
+/// How visuals are written: Gazebo's reader knows no instancing, and its axes are ours.
+const VISUALS: GltfParams = GltfParams {
     instancing: Instancing::Nodes,
     z_up: true,
 };
 
-/// Writes a scene as a Gazebo world: `world.sdf` in the folder, looks in `meshes`, and what things
-/// collide with in `collision`. The world appears last, when all is there. The result is the size
-/// of all files in bytes.
+/// Writes a scene as a Gazebo world: `world.sdf` in the folder, visuals in `meshes`, and what
+/// things collide with in `collision`. The world appears last, when all is there. The result is the
+/// size of all files in bytes.
 ///
 /// - The ground is a static model that collides as its triangles do.
 /// - Every object is a static model of its id: a tree collides as the cylinders of its stem, rocks,
@@ -66,21 +66,21 @@ pub fn write_sdf(scene: &ExportScene, folder: &Path) -> Result<u64, Error> {
             trees: Vec::new(),
             cameras: Vec::new(),
         },
-        looks: HashMap::new(),
+        visuals: HashMap::new(),
         stems: HashMap::new(),
         names: BTreeSet::new(),
     };
     let (mut ground, mut low_plants) = (Vec::new(), Vec::new());
-    let mut objects: BTreeMap<ObjectId, Vec<(&Instance, Placing)>> = BTreeMap::new();
+    let mut objects: BTreeMap<ObjectId, Vec<(&Instance, Decomposition)>> = BTreeMap::new();
     for (number, instance) in scene.instances.iter().enumerate() {
-        let placing = Placing::of_numbered(number, instance)?;
+        let decomposition = Decomposition::of_numbered(number, instance)?;
         if is_ground(&instance.prototype, &scene.materials) {
             ground.push(instance);
         } else if instance.object.is_none() {
             low_plants.push(instance);
         } else {
             let object = objects.entry(instance.object).or_default();
-            object.push((instance, placing));
+            object.push((instance, decomposition));
         }
     }
     world.merged("ground", &ground, true)?;
@@ -116,18 +116,18 @@ impl Output {
     }
 }
 
-/// A look: the label of its class, the class's name, and its file.
-type Look = (u8, String, String);
+/// A visual: the label of its class, the class's name, and its file.
+type Visual = (u8, String, String);
 
 struct World<'a> {
     scene: &'a ExportScene,
     inventory: Inventory<'a>,
     out: Output,
     xml: Xml,
-    /// What a file of looks is written from: the scene without its instances.
+    /// What visuals are written from: the scene without its instances.
     part: ExportScene,
-    /// The looks of a shape, by where it is.
-    looks: HashMap<*const Prototype, Vec<Look>>,
+    /// The visuals of a shape, by where it is.
+    visuals: HashMap<*const Prototype, Vec<Visual>>,
     /// The stems of shapes, by where these are.
     stems: HashMap<*const Prototype, Vec<Cylinder>>,
     names: BTreeSet<String>,
@@ -140,9 +140,9 @@ impl World<'_> {
     }
 
     /// Writes some instances, a file for each class of their surfaces.
-    fn write_looks(&mut self, stem: &str, instances: &[&Instance]) -> Result<Vec<Look>, Error> {
+    fn write_visuals(&mut self, stem: &str, instances: &[&Instance]) -> Result<Vec<Visual>, Error> {
         let scene = self.scene;
-        let mut looks = Vec::new();
+        let mut visuals = Vec::new();
         for class in scene.ontology.classes() {
             let mut parts: HashMap<*const Prototype, Option<Arc<Prototype>>> = HashMap::new();
             let mut kept = Vec::new();
@@ -166,10 +166,10 @@ impl World<'_> {
             self.part.name = stem.to_owned();
             self.part.instances = kept;
             let file = format!("meshes/{stem}.{}.glb", name::plain(&class.name));
-            self.out.put(&file, &to_glb(&self.part, LOOKS)?)?;
-            looks.push((class.id, class.name.clone(), file));
+            self.out.put(&file, &to_glb(&self.part, VISUALS)?)?;
+            visuals.push((class.id, class.name.clone(), file));
         }
-        Ok(looks)
+        Ok(visuals)
     }
 
     /// One model of many instances, each where it is.
@@ -177,7 +177,7 @@ impl World<'_> {
         if instances.is_empty() {
             return Ok(());
         }
-        let looks = self.write_looks(name, instances)?;
+        let visuals = self.write_visuals(name, instances)?;
         self.xml.open_model(name, Vec3::ZERO);
         if solid {
             let file = format!("collision/{name}.obj");
@@ -185,8 +185,8 @@ impl World<'_> {
             self.out.put(&file, text.as_bytes())?;
             self.xml.mesh_collision(&file);
         }
-        for look in &looks {
-            self.xml.visual(look, AS_IT_IS, Vec3::ZERO);
+        for visual in &visuals {
+            self.xml.visual(visual, AS_IT_IS, Vec3::ZERO);
         }
         self.xml.close_model();
         Ok(())
@@ -196,7 +196,7 @@ impl World<'_> {
     fn object(
         &mut self,
         object: ObjectId,
-        instances: &[(&Instance, Placing)],
+        instances: &[(&Instance, Decomposition)],
     ) -> Result<(), Error> {
         let record = self.inventory.object(object);
         let kind = record.map(|record| record.kind);
@@ -204,9 +204,9 @@ impl World<'_> {
         let model = format!("{kind_name}_{}", object.to_u64());
         let at_m = instances[0].0.position_m;
         self.xml.open_model(&model, at_m);
-        for (number, &(instance, placing)) in instances.iter().enumerate() {
-            let turn = match placing {
-                Placing::Plain(turn) if turn.scale.min_element() > 0.0 => Some(turn),
+        for (number, &(instance, decomposition)) in instances.iter().enumerate() {
+            let turn = match decomposition {
+                Decomposition::Plain(turn) if turn.scale.min_element() > 0.0 => Some(turn),
                 _ => None,
             };
             let offset_m = instance.position_m - at_m;
@@ -216,7 +216,7 @@ impl World<'_> {
             // A shape that is only turned and scaled is written once; others are, each by itself.
             if let Some(turn) = turn {
                 let key = Arc::as_ptr(&instance.prototype);
-                if !self.looks.contains_key(&key) {
+                if !self.visuals.contains_key(&key) {
                     let unplaced = Instance {
                         position_m: Vec3::ZERO,
                         linear: Mat3::IDENTITY,
@@ -225,11 +225,11 @@ impl World<'_> {
                         prototype: Arc::clone(&instance.prototype),
                     };
                     let stem = self.unique(name::plain(instance.prototype.name()));
-                    let looks = self.write_looks(&stem, &[&unplaced])?;
-                    self.looks.insert(key, looks);
+                    let visuals = self.write_visuals(&stem, &[&unplaced])?;
+                    self.visuals.insert(key, visuals);
                 }
-                for look in &self.looks[&key] {
-                    self.xml.visual(look, turn, offset_m);
+                for visual in &self.visuals[&key] {
+                    self.xml.visual(visual, turn, offset_m);
                 }
             } else {
                 let own = Instance {
@@ -237,8 +237,8 @@ impl World<'_> {
                     ..instance.clone()
                 };
                 let stem = self.unique(model.clone());
-                for look in &self.write_looks(&stem, &[&own])? {
-                    self.xml.visual(look, AS_IT_IS, Vec3::ZERO);
+                for visual in &self.write_visuals(&stem, &[&own])? {
+                    self.xml.visual(visual, AS_IT_IS, Vec3::ZERO);
                 }
             }
         }
@@ -251,7 +251,7 @@ impl World<'_> {
         &mut self,
         (model, kind): (&str, Option<ObjectKind>),
         instance: &Instance,
-        turn: Option<Turn>,
+        turn: Option<RotationScale>,
     ) -> Result<(), Error> {
         match kind {
             Some(ObjectKind::Tree) => {
@@ -286,7 +286,7 @@ impl World<'_> {
     }
 }
 
-const AS_IT_IS: Turn = Turn {
+const AS_IT_IS: RotationScale = RotationScale {
     rotation: Quat::IDENTITY,
     scale: Vec3::ONE,
 };

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use nemoral_scene::glam::{Quat, Vec3};
 
-use super::{Cylinder, Look, pose};
-use crate::placing::Turn;
+use super::{Cylinder, Visual, pose};
+use crate::decomposition::RotationScale;
 
 /// A world that is being written.
 pub(super) struct Xml {
@@ -97,7 +97,12 @@ impl Xml {
         self.collision(&pose(cylinder.centre_m, rotation), &geometry);
     }
 
-    pub(super) fn visual(&mut self, (label, class, file): &Look, turn: Turn, offset_m: Vec3) {
+    pub(super) fn visual(
+        &mut self,
+        (label, class, file): &Visual,
+        turn: RotationScale,
+        offset_m: Vec3,
+    ) {
         let _ = writeln!(
             self.text,
             "<visual name=\"{}_{}\">{}<geometry>{}</geometry>\

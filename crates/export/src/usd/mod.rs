@@ -14,9 +14,9 @@ use nemoral_files::{Folder, InnerPath};
 use nemoral_scene::glam::{Mat3, Vec3};
 use nemoral_scene::{Bounds, Instance, ObjectId, Prototype};
 
+use crate::decomposition::{Decomposition, RotationScale};
 use crate::gltf::Instancing;
 use crate::parts::is_double_sided;
-use crate::placing::{Placing, Turn};
 use crate::scene::{ExportScene, Inventory, ShapeInstances};
 use crate::{Error, check_folder, name, parts};
 use materials::Materials;
@@ -184,9 +184,9 @@ impl Stage<'_> {
     ) -> Result<(), Error> {
         let mut batch = Vec::new();
         for &(number, instance) in &shape.instances {
-            match Placing::of_numbered(number, instance)? {
-                Placing::Plain(turn) => batch.push((instance, turn)),
-                Placing::Nested { .. } => self.prim(name, instance),
+            match Decomposition::of_numbered(number, instance)? {
+                Decomposition::Plain(turn) => batch.push((instance, turn)),
+                Decomposition::Nested { .. } => self.prim(name, instance),
             }
         }
         if params.instancing == Instancing::Nodes || batch.len() < 2 {
@@ -239,7 +239,7 @@ impl Stage<'_> {
     }
 
     /// Many copies as one prim.
-    fn instancer(&mut self, name: &str, batch: &[(&Instance, Turn)]) {
+    fn instancer(&mut self, name: &str, batch: &[(&Instance, RotationScale)]) {
         let unique = name::unique(&mut self.names, format!("{name}_copies"));
         let text = &mut self.text;
         text.open(&format!("def PointInstancer {}", quoted(&unique)));

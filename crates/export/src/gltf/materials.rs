@@ -12,7 +12,7 @@ use crate::picture::Pictures;
 use crate::scene::ExportScene;
 
 /// The materials of a file in the order in which its shapes use them.
-pub(super) struct Look<'a> {
+pub(super) struct Materials<'a> {
     scene: &'a ExportScene,
     numbers: BTreeMap<MaterialId, usize>,
     used: Vec<MaterialId>,
@@ -20,9 +20,9 @@ pub(super) struct Look<'a> {
 }
 
 /// Materials, textures and images of a document.
-type Looks = (Vec<Value>, Vec<Value>, Vec<Value>);
+type Tables = (Vec<Value>, Vec<Value>, Vec<Value>);
 
-impl<'a> Look<'a> {
+impl<'a> Materials<'a> {
     pub(super) fn new(scene: &'a ExportScene) -> Self {
         Self {
             scene,
@@ -70,7 +70,7 @@ impl<'a> Look<'a> {
     }
 
     /// The materials with their pictures.
-    pub(super) fn finish(self, binary: &mut Binary) -> Looks {
+    pub(super) fn finish(self, binary: &mut Binary) -> Tables {
         let mut pictures = Pictures::default();
         let mut materials = Vec::new();
         for &id in &self.used {
