@@ -1,8 +1,8 @@
 //! A world for Gazebo: SDF with visuals and collisions.
 //!
 //! SDF has no shear, no instancing and no masks of its own. So visuals are binary glTF files, one
-//! for each shape and class, whose axes are those of SDF (z up), and what has no id lies in one file
-//! a class.
+//! for each shape and class, whose axes are those of SDF (z up), and what has no id lies in one
+//! file a class.
 
 mod collision;
 mod xml;
