@@ -128,21 +128,8 @@ fn nested(linear: DMat3) -> Decomposition {
     if v.determinant() < 0.0 {
         v.z_axis = -v.z_axis;
     }
-    let image = linear * v;
-    let mut scale = DVec3::new(
-        image.x_axis.length(),
-        image.y_axis.length(),
-        image.z_axis.length(),
-    );
-    if linear.determinant() < 0.0 {
-        scale.x = -scale.x;
-    }
-    let u = image * DMat3::from_diagonal(scale.recip());
     Decomposition::Nested {
-        outer: RotationScale {
-            rotation: rotation(u),
-            scale: scale.as_vec3(),
-        },
+        outer: plain(linear * v),
         inner: rotation(v.transpose()),
     }
 }

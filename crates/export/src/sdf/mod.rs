@@ -26,6 +26,10 @@ use crate::{Error, check_folder, is_ground, name};
 /// The folder's main file.
 const WORLD: &str = "world.sdf";
 
+/// The models of what has no id.
+const GROUND: &str = "ground";
+const LOW_PLANTS: &str = "low_plants";
+
 /// How visuals are written: Gazebo's reader knows no instancing, and its axes are ours.
 const VISUALS: GltfParams = GltfParams {
     instancing: Instancing::Nodes,
@@ -68,7 +72,7 @@ pub fn write_sdf(scene: &ExportScene, folder: &Path) -> Result<u64, Error> {
         },
         visuals: HashMap::new(),
         stems: HashMap::new(),
-        names: BTreeSet::new(),
+        names: [GROUND, LOW_PLANTS].map(str::to_owned).into(),
     };
     let (mut ground, mut low_plants) = (Vec::new(), Vec::new());
     let mut objects: BTreeMap<ObjectId, Vec<(&Instance, Decomposition)>> = BTreeMap::new();
@@ -83,11 +87,11 @@ pub fn write_sdf(scene: &ExportScene, folder: &Path) -> Result<u64, Error> {
             object.push((instance, decomposition));
         }
     }
-    world.merged("ground", &ground, true)?;
+    world.merged(GROUND, &ground, true)?;
     for (object, instances) in &objects {
         world.object(*object, instances)?;
     }
-    world.merged("low_plants", &low_plants, false)?;
+    world.merged(LOW_PLANTS, &low_plants, false)?;
     let World { mut out, xml, .. } = world;
     out.put(WORLD, xml.finish().as_bytes())?;
     Ok(out.bytes)
