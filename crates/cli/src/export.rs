@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use nemoral_export::{
-    ExportScene, GltfParams, Instancing, UsdParams, check_folder, check_name, write_glb,
-    write_height_map, write_sdf, write_usd,
+    ExportScene, GltfParams, Instancing, UsdParams, check_folder, check_height_map, check_name,
+    write_glb, write_height_map, write_sdf, write_usd,
 };
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 
@@ -38,7 +38,10 @@ pub(crate) fn run_tree(a: &Tree) -> Result<bool, Failure> {
 pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
     match a.to {
         ExportFormat::Glb => check_name(&a.out, "glb")?,
-        ExportFormat::Heightmap => check_name(&a.out, "png")?,
+        ExportFormat::Heightmap => {
+            let config: Vec<&Path> = a.world.config.iter().map(|path| &**path).collect();
+            check_height_map(&a.out, &config)?;
+        }
         ExportFormat::Usd | ExportFormat::Sdf => check_folder(&a.out)?,
     }
     if a.spacing.is_some() && a.to != ExportFormat::Heightmap {
@@ -58,36 +61,34 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
     let (cache, no_cache) = cache(&a.keeping, program);
     let threads = threads(&a.world)?;
     let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads)?;
-    if a.to == ExportFormat::Heightmap {
-        let grid = recorder.export_heights(area, a.spacing.unwrap_or(SPACING_M))?;
-        let bytes = write_height_map(&grid, &a.out)?;
-        say(&format!(
-            "{} x {} posts, {:.4} m a level; {:.1} MB in {}",
-            grid.columns,
-            grid.rows,
-            grid.levels().metres_per_level,
-            megabytes(bytes),
-            a.out.display()
-        ))?;
+    let instancing = if a.plain_nodes {
+        Instancing::Nodes
     } else {
+        Instancing::Extension
+    };
+    let export = |write: &dyn Fn(&ExportScene) -> Result<u64, nemoral_export::Error>| {
         let scene = recorder.export_scene(area)?;
-        let instancing = if a.plain_nodes {
-            Instancing::Nodes
-        } else {
-            Instancing::Extension
-        };
-        let bytes = match a.to {
-            ExportFormat::Sdf => write_sdf(&scene, &a.out)?,
-            ExportFormat::Usd => write_usd(&scene, &a.out, UsdParams { instancing })?,
-            _ => {
-                let params = GltfParams {
-                    instancing,
-                    z_up: false,
-                };
-                write_glb(&scene, &a.out, params)?
-            }
-        };
-        tell(&scene, &a.out, bytes)?;
+        tell(&scene, &a.out, write(&scene)?)
+    };
+    match a.to {
+        ExportFormat::Glb => {
+            let z_up = false;
+            export(&|scene| write_glb(scene, &a.out, GltfParams { instancing, z_up }))?;
+        }
+        ExportFormat::Usd => export(&|scene| write_usd(scene, &a.out, UsdParams { instancing }))?,
+        ExportFormat::Sdf => export(&|scene| write_sdf(scene, &a.out))?,
+        ExportFormat::Heightmap => {
+            let grid = recorder.export_heights(area, a.spacing.unwrap_or(SPACING_M))?;
+            let bytes = write_height_map(&grid, &a.out)?;
+            say(&format!(
+                "{} x {} posts, {:.4} m a level; {:.1} MB in {}",
+                grid.columns,
+                grid.rows,
+                grid.levels().metres_per_level,
+                megabytes(bytes),
+                a.out.display()
+            ))?;
+        }
     }
     if let Some(no_cache) = no_cache {
         note(&no_cache);

@@ -21,6 +21,15 @@ pub enum Error {
         /// The folder.
         path: PathBuf,
     },
+    /// A file that is no height map's would be replaced by what a map's levels stand for.
+    #[error(
+        "{}: the height map's levels would replace it, but it belongs to no map; choose another \
+         name for the map", path.display()
+    )]
+    NotOfMap {
+        /// The file.
+        path: PathBuf,
+    },
     /// The scene has no shapes.
     #[error("there is nothing to export: the scene has no shapes")]
     Empty,

@@ -1,8 +1,9 @@
 //! Height maps: 16-bit PNG, with a file beside it that says what its levels are.
 
-use std::path::Path;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
-use nemoral_files::PendingFile;
+use nemoral_files::{PendingFile, is_same};
 use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec2;
 
@@ -37,7 +38,7 @@ const LEAST_LEVEL_M: f64 = 1e-6;
 
 impl HeightGrid {
     fn check(&self) -> Result<(), ParamError> {
-        let is_whole = self.heights_m.len() == self.columns * self.rows
+        let is_whole = self.columns.checked_mul(self.rows) == Some(self.heights_m.len())
             && self.heights_m.iter().all(|h| h.is_finite());
         ParamError::check_positive("spacing_m", self.spacing_m)?;
         let sides = format!("{} x {}", self.columns, self.rows);
@@ -63,6 +64,26 @@ impl HeightGrid {
     }
 }
 
+/// The file beside a height map that says what its levels stand for.
+fn levels_path(map: &Path) -> PathBuf {
+    map.with_extension("toml")
+}
+
+/// Refuses a name for a height map that does not end in `.png`, or whose `.toml` file is something
+/// else: it is there though the map is not, or it is one of `others`, which are files that stay.
+///
+/// # Errors
+/// [`Error::Name`], [`Error::NotOfMap`].
+pub fn check_height_map(path: &Path, others: &[&Path]) -> Result<(), Error> {
+    check_name(path, "png")?;
+    let levels = levels_path(path);
+    let is_other = others.iter().any(|other| is_same(other, &levels));
+    if is_other || (levels.exists() && !path.exists()) {
+        return Err(Error::NotOfMap { path: levels });
+    }
+    Ok(())
+}
+
 /// Writes a height map to `path`, whose name ends in `.png`, and what its levels stand for to a
 /// file of the same name that ends in `.toml`. Both appear when they are whole, the map last. The
 /// result is their size in bytes.
@@ -71,10 +92,10 @@ impl HeightGrid {
 /// level of the grid's.
 ///
 /// # Errors
-/// If the grid has no posts, too many, or other than `heights_m` has; if the name is wrong or a
+/// If the grid has no posts, too many, or other than `heights_m` has; as [`check_height_map`]; if a
 /// file cannot be written.
 pub fn write_height_map(grid: &HeightGrid, path: &Path) -> Result<u64, Error> {
-    check_name(path, "png")?;
+    check_height_map(path, &[])?;
     grid.check()?;
     let levels = grid.levels();
     let mut samples = Vec::with_capacity(grid.heights_m.len() * 2);
@@ -92,10 +113,12 @@ pub fn write_height_map(grid: &HeightGrid, path: &Path) -> Result<u64, Error> {
         &samples,
     );
     let text = sidecar(grid, levels);
-    // That the map can be written is known before the other file appears.
-    drop(PendingFile::create(path)?);
-    nemoral_files::write(&path.with_extension("toml"), text.as_bytes())?;
-    nemoral_files::write(path, &file)?;
+    // The map is on the disk, though not under its name, before the other file appears.
+    let mut map = PendingFile::create(path)?;
+    map.write_all(&file)
+        .map_err(nemoral_files::Error::io(path))?;
+    nemoral_files::write(&levels_path(path), text.as_bytes())?;
+    map.commit()?;
     Ok((text.len() + file.len()) as u64)
 }
 

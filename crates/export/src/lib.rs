@@ -46,13 +46,13 @@
 //! ```
 
 mod clip;
+mod decomposition;
 mod error;
 mod gltf;
 mod height_map;
 mod name;
 mod parts;
 mod picture;
-mod placing;
 mod scene;
 mod sdf;
 mod usd;
@@ -62,11 +62,11 @@ use std::path::Path;
 use nemoral_files::Folder;
 
 pub use clip::clipped;
+pub use decomposition::{Decomposition, RotationScale};
 pub use error::Error;
 pub use gltf::{GltfParams, Instancing, to_glb, write_glb};
-pub use height_map::{HeightGrid, Levels, write_height_map};
+pub use height_map::{HeightGrid, Levels, check_height_map, write_height_map};
 pub use parts::{Part, is_ground, parts};
-pub use placing::{Placing, Turn};
 pub use scene::{ExportCamera, ExportScene};
 pub use sdf::{Cylinder, stem_cylinders, write_sdf};
 pub use usd::{UsdParams, write_usd};

@@ -2,10 +2,16 @@
 
 use std::collections::BTreeSet;
 
-/// A name of letters, numbers and underscores that begins with a letter or an underscore.
+/// The most characters that are taken of a name. Two names and a number fit into the 255 bytes of
+/// a file's.
+const MOST_CHARACTERS: usize = 100;
+
+/// A name of letters, numbers and underscores that begins with a letter or an underscore, of the
+/// first hundred characters: long ones that differ only later may be equal.
 pub(crate) fn plain(name: &str) -> String {
     let mut plain: String = name
         .chars()
+        .take(MOST_CHARACTERS)
         .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
         .collect();
     if !plain.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
@@ -34,6 +40,7 @@ mod tests {
         assert_eq!(plain("maritime_pine.3"), "maritime_pine_3");
         assert_eq!(plain("7 é"), "_7__");
         assert_eq!(plain(""), "_");
+        assert_eq!(plain(&"é".repeat(260)), "_".repeat(100));
         let mut known = BTreeSet::new();
         let names = ["a", "a", "a_2", "a"].map(|n| unique(&mut known, n.to_owned()));
         assert_eq!(names, ["a", "a_2", "a_2_2", "a_3"]);

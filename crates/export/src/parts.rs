@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use nemoral_scene::glam::{Vec2, Vec3};
-use nemoral_scene::{MaterialId, MaterialLibrary, Prototype};
+use nemoral_scene::{Material, MaterialId, MaterialLibrary, Prototype};
 
 /// The triangles of one material of a shape; cards are two triangles each.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,12 @@ pub struct Part {
 pub fn is_ground(shape: &Prototype, materials: &MaterialLibrary) -> bool {
     let first = shape.mesh().triangles.first();
     first.is_some_and(|t| materials.get(t.material).ground)
+}
+
+/// Whether the surfaces of a material are seen from both sides, as leaves are: those that cards
+/// have, that a mask cuts out, or that let light through.
+pub(crate) fn is_double_sided(material: &Material, has_cards: bool) -> bool {
+    has_cards || material.mask.is_some() || material.transmittance.max_element() > 0.0
 }
 
 /// The parts of a shape in order of their materials: triangles first, then cards, in their order.

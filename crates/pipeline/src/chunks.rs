@@ -3,6 +3,7 @@
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 
+use crate::Error;
 use crate::config::Chunks;
 use crate::plan::{At, Stage, Store};
 use crate::stages::annotations::UncoveredGeometryStage;
@@ -20,6 +21,27 @@ pub enum ChunkState {
     Disabled,
     /// Freed. If the robot comes back, the same chunk is made again.
     Deleted,
+}
+
+/// The chunks that a rectangle touches, in order of (x, y). It is refused by its name if they are
+/// more than `most`.
+pub(crate) fn chunks_of(
+    (low_m, high_m): (DVec2, DVec2),
+    size_m: f64,
+    (name, most): (&str, i64),
+) -> Result<Vec<ChunkCoord>, Error> {
+    let first = ChunkCoord::containing(low_m, size_m);
+    let last = ChunkCoord::containing(high_m, size_m);
+    let side = |first: i32, last: i32| (i64::from(last) - i64::from(first) + 1).max(0);
+    let count = side(first.x, last.x).saturating_mul(side(first.y, last.y));
+    if count > most {
+        return Err(Error::request(format!(
+            "{name}: it touches {count} chunks of {size_m} m; must be at most {most}: ask for its \
+             parts"
+        )));
+    }
+    let column = |x| (first.y..=last.y).map(move |y| ChunkCoord::new(x, y));
+    Ok((first.x..=last.x).flat_map(column).collect())
 }
 
 /// Decides by the robot's position what is visible and what is kept. It is only the eviction policy

@@ -15,7 +15,7 @@ use nemoral_seed::{Domain, Key};
 use nemoral_stand::SceneObject;
 use nemoral_trajectory::Obstacle;
 
-use crate::chunks::ChunkManager;
+use crate::chunks::{ChunkManager, chunks_of};
 use crate::config::{Config, SequenceConfig};
 use crate::header::sequence_spec;
 use crate::plan::{Cache, Runner, Stage, Store};
@@ -375,22 +375,11 @@ impl Recorder {
         mut visit: impl FnMut(&SceneObject),
     ) -> Result<(), Error> {
         let size_m = self.config().chunks.size_m;
-        let first = ChunkCoord::containing(low_m, size_m);
-        let last = ChunkCoord::containing(high_m, size_m);
-        let side = |first: i32, last: i32| i64::from(last) - i64::from(first) + 1;
-        let chunks = side(first.x, last.x).max(0) * side(first.y, last.y).max(0);
-        if chunks > Self::INVENTORY_CHUNKS {
-            let most = Self::INVENTORY_CHUNKS;
-            return Err(Error::request(format!(
-                "rectangle: it has {chunks} chunks; must be at most {most}: ask for its parts"
-            )));
-        }
+        let most = ("rectangle", Self::INVENTORY_CHUNKS);
         let runner = self.runner();
-        for x in first.x..=last.x {
-            for y in first.y..=last.y {
-                let objects = runner.get(self.forest.objects, ChunkCoord::new(x, y))?;
-                objects.0.iter().for_each(&mut visit);
-            }
+        for chunk in chunks_of((low_m, high_m), size_m, most)? {
+            let objects = runner.get(self.forest.objects, chunk)?;
+            objects.0.iter().for_each(&mut visit);
         }
         Ok(())
     }
@@ -429,7 +418,7 @@ impl Recorder {
 
     /// Drops what is out of reach of the body, wherever it recorded last, or of another place if it
     /// has not recorded yet.
-    fn stay_near(&self, place_m: DVec2) {
+    pub(crate) fn stay_near(&self, place_m: DVec2) {
         let body_m = *lock(&self.body_m);
         let place_m = body_m.unwrap_or(place_m);
         self.manager.evict(&self.store, place_m, &[]);

@@ -151,6 +151,13 @@ fn heights_are_the_grounds(recorder: &Recorder) {
     }
     // The northernmost row is in the next chunk.
     assert!(grid.levels().metres_per_level > 1e-6);
+    // The last post of a row would be in the next chunk, which the region does not touch.
+    let area = ExportArea::Region {
+        low_m: DVec2::new(48.0, 40.0),
+        high_m: DVec2::new(49.999_999_99, 41.0),
+    };
+    let grid = recorder.export_heights(area, 0.5).expect("a grid");
+    assert_eq!((grid.columns, grid.rows), (5, 3));
 }
 
 #[test]

@@ -53,7 +53,6 @@ def main(out):
             points = placed(mesh.vertices, model, visual, scale)
             rows.append(points[mesh.faces])
             found += [(object_id, name)] * len(mesh.faces)
-        mine = [corners[i] for i in range(0)] if not object_id else None
         collisions = link.findall("collision")
         for collision in collisions:
             cylinder = collision.find("geometry/cylinder")

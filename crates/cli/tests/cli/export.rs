@@ -127,6 +127,28 @@ fn wrong_requests_say_what_is_allowed() {
         &["cannot be used with"],
     );
     let png = folder.join("out.png");
+    let config = folder.join("out.toml");
+    let config = config.to_string_lossy();
+    fs::write(&*config, "preset = \"demo\"\n").expect("written");
+    for map_is_there in [false, true] {
+        if map_is_there {
+            fs::write(&png, "a map").expect("written");
+        }
+        let out = png.to_string_lossy();
+        let done = run(&["export", &config, "--to", "heightmap", "--out", &out]);
+        assert_eq!(done.code, Some(2), "{}", done.stderr);
+        assert!(
+            done.stderr.contains("out.toml: the height map"),
+            "{}",
+            done.stderr
+        );
+        assert_eq!(
+            fs::read(&*config).expect("a config"),
+            b"preset = \"demo\"\n"
+        );
+    }
+    fs::remove_file(&png).expect("removed");
+    fs::remove_file(&*config).expect("removed");
     let png = png.to_string_lossy();
     let map = ["--to", "heightmap", "--out", &*png, "--spacing"];
     refused(

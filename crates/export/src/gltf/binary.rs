@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use nemoral_files::PendingFile;
+use nemoral_scene::Bounds;
 use nemoral_scene::glam::{Quat, Vec2, Vec3};
 use serde_json::{Value, json};
 
@@ -31,12 +32,12 @@ impl Binary {
         &self.bytes
     }
 
-    pub(super) fn views(&self) -> &[Value] {
-        &self.views
-    }
-
-    pub(super) fn accessors(&self) -> &[Value] {
-        &self.accessors
+    /// Takes the views and the accessors out, when all of them are there.
+    pub(super) fn take_tables(&mut self) -> (Vec<Value>, Vec<Value>) {
+        (
+            std::mem::take(&mut self.views),
+            std::mem::take(&mut self.accessors),
+        )
     }
 
     /// Fills the buffer to a multiple of four bytes, as chunks and accessors need it.
@@ -81,10 +82,9 @@ impl Binary {
     pub(super) fn positions(&mut self, values: &[Vec3]) -> usize {
         let accessor = self.vectors(values);
         let accessor = self.of_vertices(accessor);
-        let low = values.iter().copied().fold(Vec3::INFINITY, Vec3::min);
-        let high = values.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
-        self.accessors[accessor]["min"] = json!(low.to_array());
-        self.accessors[accessor]["max"] = json!(high.to_array());
+        let Bounds { min, max } = Bounds::of_points(values.iter().copied());
+        self.accessors[accessor]["min"] = json!(min.to_array());
+        self.accessors[accessor]["max"] = json!(max.to_array());
         accessor
     }
 
@@ -155,10 +155,7 @@ pub(super) fn write(path: &Path, document: &Value, binary: &[u8]) -> Result<u64,
     let mut size = 0;
     for part in chunks.iter().map(Vec::as_slice).chain([binary]) {
         file.write_all(part)
-            .map_err(|source| nemoral_files::Error::Io {
-                path: path.to_owned(),
-                source,
-            })?;
+            .map_err(nemoral_files::Error::io(path))?;
         size += part.len() as u64;
     }
     file.commit()?;

@@ -5,7 +5,7 @@
 
 mod binary;
 mod extras;
-mod look;
+mod materials;
 mod nodes;
 
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::scene::{ExportScene, Inventory};
 use crate::{Error, check_name};
 use binary::Binary;
 use extras::about_scene;
-use look::Look;
+use materials::Materials;
 use nodes::Nodes;
 
 /// How instances of a shape are written.
@@ -68,18 +68,18 @@ fn document(scene: &ExportScene, params: GltfParams) -> Result<(Value, Binary), 
     let shapes = scene.shapes()?;
     let inventory = Inventory::new(scene);
     let mut binary = Binary::default();
-    let mut look = Look::new(scene);
+    let mut materials = Materials::new(scene);
     let mut nodes = Nodes::default();
     let mut meshes = Vec::new();
     for shape in &shapes {
-        meshes.push(look.mesh(shape.shape, &mut binary));
+        meshes.push(materials.mesh(shape.shape, &mut binary));
         let mesh = meshes.len() - 1;
         nodes.place(scene, &inventory, (shape, mesh), params, &mut binary)?;
     }
     for camera in &scene.cameras {
-        nodes.look(camera);
+        nodes.add_camera(camera);
     }
-    let (materials, textures, images) = look.finish(&mut binary);
+    let (materials, textures, images) = materials.finish(&mut binary);
     binary.pad();
     let (uses_instancing, cameras) = (nodes.uses_instancing, std::mem::take(&mut nodes.cameras));
     let (nodes, root) = nodes.finish(&scene.name, params.z_up);
@@ -92,22 +92,24 @@ fn document(scene: &ExportScene, params: GltfParams) -> Result<(Value, Binary), 
         "scenes": [{
             "name": scene.name,
             "nodes": [root],
-            "extras": about_scene(scene, &inventory),
         }],
-        "nodes": nodes,
-        "meshes": meshes,
-        "materials": materials,
-        "accessors": binary.accessors(),
-        "bufferViews": binary.views(),
         "buffers": [{ "byteLength": binary.bytes().len() }],
     });
+    // What may be long is moved, where `json!` would copy it.
+    document["scenes"][0]["extras"] = about_scene(scene, &inventory);
+    document["nodes"] = Value::Array(nodes);
+    document["meshes"] = Value::Array(meshes);
+    document["materials"] = Value::Array(materials);
+    let (views, accessors) = binary.take_tables();
+    document["bufferViews"] = Value::Array(views);
+    document["accessors"] = Value::Array(accessors);
     if !images.is_empty() {
-        document["textures"] = json!(textures);
-        document["images"] = json!(images);
-        document["samplers"] = look::samplers();
+        document["textures"] = Value::Array(textures);
+        document["images"] = Value::Array(images);
+        document["samplers"] = materials::samplers();
     }
     if !cameras.is_empty() {
-        document["cameras"] = json!(cameras);
+        document["cameras"] = Value::Array(cameras);
     }
     if uses_instancing {
         document["extensionsUsed"] = json!([GPU_INSTANCING]);

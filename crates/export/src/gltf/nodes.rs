@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::binary::Binary;
 use super::extras::about_object;
 use super::{GPU_INSTANCING, GltfParams, Instancing};
-use crate::placing::{Placing, Turn};
+use crate::decomposition::{Decomposition, RotationScale};
 use crate::scene::{ExportCamera, ExportScene, Inventory, ShapeInstances};
 use crate::{Error, is_ground};
 
@@ -41,9 +41,9 @@ impl Nodes {
     ) -> Result<(), Error> {
         let mut batch = Vec::new();
         for &(number, instance) in &shape.instances {
-            match Placing::of_numbered(number, instance)? {
-                Placing::Plain(turn) => batch.push((instance, turn)),
-                Placing::Nested { outer, inner } => {
+            match Decomposition::of_numbered(number, instance)? {
+                Decomposition::Plain(turn) => batch.push((instance, turn)),
+                Decomposition::Nested { outer, inner } => {
                     let child = self.add(json!({
                         "mesh": mesh,
                         "rotation": inner.to_array(),
@@ -71,7 +71,7 @@ impl Nodes {
     }
 
     /// Places a camera. One of glTF looks along -z, with y up.
-    pub(super) fn look(&mut self, camera: &ExportCamera) {
+    pub(super) fn add_camera(&mut self, camera: &ExportCamera) {
         let k = &camera.intrinsics;
         let (width, height) = (f64::from(k.width), f64::from(k.height));
         let distortion: BTreeMap<_, _> = k.distortion.coefficients().into_iter().collect();
@@ -118,7 +118,12 @@ impl Nodes {
 }
 
 /// The node of an instance, without its mesh.
-fn node(scene: &ExportScene, inventory: &Inventory<'_>, instance: &Instance, turn: Turn) -> Value {
+fn node(
+    scene: &ExportScene,
+    inventory: &Inventory<'_>,
+    instance: &Instance,
+    turn: RotationScale,
+) -> Value {
     let shape = &instance.prototype;
     let name = if instance.object.is_none() {
         shape.name().to_owned()
@@ -144,12 +149,13 @@ fn node(scene: &ExportScene, inventory: &Inventory<'_>, instance: &Instance, tur
 
 /// One node for many instances of a shape.
 fn batched(
-    batch: &[(&Instance, Turn)],
+    batch: &[(&Instance, RotationScale)],
     inventory: &Inventory<'_>,
     mesh: usize,
     binary: &mut Binary,
 ) -> Value {
-    let of = |pick: fn(&(&Instance, Turn)) -> Vec3| batch.iter().map(pick).collect::<Vec<_>>();
+    let of =
+        |pick: fn(&(&Instance, RotationScale)) -> Vec3| batch.iter().map(pick).collect::<Vec<_>>();
     let rotations: Vec<Quat> = batch.iter().map(|(_, turn)| turn.rotation).collect();
     let variations: Vec<f32> = batch.iter().map(|(i, _)| i.variation).collect();
     let mut attributes = json!({

@@ -95,7 +95,7 @@ fn section(triangles: &[[Vec3; 3]], level: f32) -> Option<(Vec2, f32)> {
     (radius > 0.0).then_some((centre, radius))
 }
 
-/// The triangles of some instances as an OBJ file, without looks; cards, which collide with
+/// The triangles of some instances as an OBJ file, without materials; cards, which collide with
 /// nothing, are not in it. `about` is the point that becomes the origin.
 pub(super) fn obj(instances: &[&Instance], about: Vec3) -> String {
     let mut text = String::from("# Triangles in metres, z up.\n");

@@ -1,8 +1,8 @@
 //! A world for Gazebo: SDF with visuals and collisions.
 //!
-//! SDF has no shear, no instancing and no masks of its own. So looks are binary glTF files, one for
-//! each shape and class, whose axes are those of SDF (z up), and what has no id lies in one file a
-//! class.
+//! SDF has no shear, no instancing and no masks of its own. So visuals are binary glTF files, one
+//! for each shape and class, whose axes are those of SDF (z up), and what has no id lies in one
+//! file a class.
 
 mod collision;
 mod xml;
@@ -18,23 +18,27 @@ use nemoral_scene::{Instance, ObjectId, ObjectKind, Prototype};
 pub use collision::{Cylinder, stem_cylinders};
 use xml::{Xml, numbers};
 
+use crate::decomposition::{Decomposition, RotationScale};
 use crate::gltf::{GltfParams, Instancing, to_glb};
-use crate::placing::{Placing, Turn};
 use crate::scene::{ExportScene, Inventory};
 use crate::{Error, check_folder, is_ground, name};
 
 /// The folder's main file.
 const WORLD: &str = "world.sdf";
 
-/// How the files of looks are written: Gazebo's reader knows no instancing, and its axes are ours.
-const LOOKS: GltfParams = GltfParams {
+/// The models of what has no id.
+const GROUND: &str = "ground";
+const LOW_PLANTS: &str = "low_plants";
+
+/// How visuals are written: Gazebo's reader knows no instancing, and its axes are ours.
+const VISUALS: GltfParams = GltfParams {
     instancing: Instancing::Nodes,
     z_up: true,
 };
 
-/// Writes a scene as a Gazebo world: `world.sdf` in the folder, looks in `meshes`, and what things
-/// collide with in `collision`. The world appears last, when all is there. The result is the size
-/// of all files in bytes.
+/// Writes a scene as a Gazebo world: `world.sdf` in the folder, visuals in `meshes`, and what
+/// things collide with in `collision`. The world appears last, when all is there. The result is the
+/// size of all files in bytes.
 ///
 /// - The ground is a static model that collides as its triangles do.
 /// - Every object is a static model of its id: a tree collides as the cylinders of its stem, rocks,
@@ -47,32 +51,47 @@ const LOOKS: GltfParams = GltfParams {
 /// cannot be written.
 pub fn write_sdf(scene: &ExportScene, folder: &Path) -> Result<u64, Error> {
     let out = Output::new(folder)?;
+    if scene.instances.is_empty() {
+        return Err(Error::Empty);
+    }
     let mut world = World {
         scene,
         inventory: Inventory::new(scene),
         out,
         xml: Xml::new(&scene.name),
-        looks: HashMap::new(),
-        names: BTreeSet::new(),
+        part: ExportScene {
+            name: String::new(),
+            origin_m: scene.origin_m,
+            seed: scene.seed,
+            materials: scene.materials.clone(),
+            ontology: scene.ontology.clone(),
+            instances: Vec::new(),
+            objects: Vec::new(),
+            trees: Vec::new(),
+            cameras: Vec::new(),
+        },
+        visuals: HashMap::new(),
+        stems: HashMap::new(),
+        names: [GROUND, LOW_PLANTS].map(str::to_owned).into(),
     };
-    scene.shapes()?;
     let (mut ground, mut low_plants) = (Vec::new(), Vec::new());
-    let mut objects: BTreeMap<ObjectId, Vec<&Instance>> = BTreeMap::new();
+    let mut objects: BTreeMap<ObjectId, Vec<(&Instance, Decomposition)>> = BTreeMap::new();
     for (number, instance) in scene.instances.iter().enumerate() {
-        Placing::of_numbered(number, instance)?;
+        let decomposition = Decomposition::of_numbered(number, instance)?;
         if is_ground(&instance.prototype, &scene.materials) {
             ground.push(instance);
         } else if instance.object.is_none() {
             low_plants.push(instance);
         } else {
-            objects.entry(instance.object).or_default().push(instance);
+            let object = objects.entry(instance.object).or_default();
+            object.push((instance, decomposition));
         }
     }
-    world.merged("ground", &ground, true)?;
+    world.merged(GROUND, &ground, true)?;
     for (object, instances) in &objects {
         world.object(*object, instances)?;
     }
-    world.merged("low_plants", &low_plants, false)?;
+    world.merged(LOW_PLANTS, &low_plants, false)?;
     let World { mut out, xml, .. } = world;
     out.put(WORLD, xml.finish().as_bytes())?;
     Ok(out.bytes)
@@ -101,16 +120,20 @@ impl Output {
     }
 }
 
-/// A look: the label of its class, the class's name, and its file.
-type Look = (u8, String, String);
+/// A visual: the label of its class, the class's name, and its file.
+type Visual = (u8, String, String);
 
 struct World<'a> {
     scene: &'a ExportScene,
     inventory: Inventory<'a>,
     out: Output,
     xml: Xml,
-    /// The looks of a shape, by where it is.
-    looks: HashMap<*const Prototype, Vec<Look>>,
+    /// What visuals are written from: the scene without its instances.
+    part: ExportScene,
+    /// The visuals of a shape, by where it is.
+    visuals: HashMap<*const Prototype, Vec<Visual>>,
+    /// The stems of shapes, by where these are.
+    stems: HashMap<*const Prototype, Vec<Cylinder>>,
     names: BTreeSet<String>,
 }
 
@@ -121,9 +144,9 @@ impl World<'_> {
     }
 
     /// Writes some instances, a file for each class of their surfaces.
-    fn write_looks(&mut self, stem: &str, instances: &[&Instance]) -> Result<Vec<Look>, Error> {
+    fn write_visuals(&mut self, stem: &str, instances: &[&Instance]) -> Result<Vec<Visual>, Error> {
         let scene = self.scene;
-        let mut looks = Vec::new();
+        let mut visuals = Vec::new();
         for class in scene.ontology.classes() {
             let mut parts: HashMap<*const Prototype, Option<Arc<Prototype>>> = HashMap::new();
             let mut kept = Vec::new();
@@ -144,19 +167,13 @@ impl World<'_> {
             if kept.is_empty() {
                 continue;
             }
-            let part = ExportScene {
-                name: stem.to_owned(),
-                instances: kept,
-                objects: Vec::new(),
-                trees: Vec::new(),
-                cameras: Vec::new(),
-                ..scene.clone()
-            };
+            self.part.name = stem.to_owned();
+            self.part.instances = kept;
             let file = format!("meshes/{stem}.{}.glb", name::plain(&class.name));
-            self.out.put(&file, &to_glb(&part, LOOKS)?)?;
-            looks.push((class.id, class.name.clone(), file));
+            self.out.put(&file, &to_glb(&self.part, VISUALS)?)?;
+            visuals.push((class.id, class.name.clone(), file));
         }
-        Ok(looks)
+        Ok(visuals)
     }
 
     /// One model of many instances, each where it is.
@@ -164,32 +181,36 @@ impl World<'_> {
         if instances.is_empty() {
             return Ok(());
         }
-        let looks = self.write_looks(name, instances)?;
+        let visuals = self.write_visuals(name, instances)?;
         self.xml.open_model(name, Vec3::ZERO);
         if solid {
             let file = format!("collision/{name}.obj");
             let text = collision::obj(instances, Vec3::ZERO);
             self.out.put(&file, text.as_bytes())?;
-            self.xml.mesh_collision(&file, AS_IT_IS, Vec3::ZERO);
+            self.xml.mesh_collision(&file);
         }
-        for look in &looks {
-            self.xml.visual(look, AS_IT_IS, Vec3::ZERO);
+        for visual in &visuals {
+            self.xml.visual(visual, AS_IT_IS, Vec3::ZERO);
         }
         self.xml.close_model();
         Ok(())
     }
 
     /// The model of an object: its shape first, then what grows on it.
-    fn object(&mut self, object: ObjectId, instances: &[&Instance]) -> Result<(), Error> {
+    fn object(
+        &mut self,
+        object: ObjectId,
+        instances: &[(&Instance, Decomposition)],
+    ) -> Result<(), Error> {
         let record = self.inventory.object(object);
         let kind = record.map(|record| record.kind);
         let kind_name = kind.map_or("object", ObjectKind::name);
         let model = format!("{kind_name}_{}", object.to_u64());
-        let at_m = instances[0].position_m;
+        let at_m = instances[0].0.position_m;
         self.xml.open_model(&model, at_m);
-        for (number, &instance) in instances.iter().enumerate() {
-            let turn = match Placing::of(instance) {
-                Some(Placing::Plain(turn)) if turn.scale.min_element() > 0.0 => Some(turn),
+        for (number, &(instance, decomposition)) in instances.iter().enumerate() {
+            let turn = match decomposition {
+                Decomposition::Plain(turn) if turn.scale.min_element() > 0.0 => Some(turn),
                 _ => None,
             };
             let offset_m = instance.position_m - at_m;
@@ -199,7 +220,7 @@ impl World<'_> {
             // A shape that is only turned and scaled is written once; others are, each by itself.
             if let Some(turn) = turn {
                 let key = Arc::as_ptr(&instance.prototype);
-                if !self.looks.contains_key(&key) {
+                if !self.visuals.contains_key(&key) {
                     let unplaced = Instance {
                         position_m: Vec3::ZERO,
                         linear: Mat3::IDENTITY,
@@ -208,11 +229,11 @@ impl World<'_> {
                         prototype: Arc::clone(&instance.prototype),
                     };
                     let stem = self.unique(name::plain(instance.prototype.name()));
-                    let looks = self.write_looks(&stem, &[&unplaced])?;
-                    self.looks.insert(key, looks);
+                    let visuals = self.write_visuals(&stem, &[&unplaced])?;
+                    self.visuals.insert(key, visuals);
                 }
-                for look in &self.looks[&key] {
-                    self.xml.visual(look, turn, offset_m);
+                for visual in &self.visuals[&key] {
+                    self.xml.visual(visual, turn, offset_m);
                 }
             } else {
                 let own = Instance {
@@ -220,8 +241,8 @@ impl World<'_> {
                     ..instance.clone()
                 };
                 let stem = self.unique(model.clone());
-                for look in &self.write_looks(&stem, &[&own])? {
-                    self.xml.visual(look, AS_IT_IS, Vec3::ZERO);
+                for visual in &self.write_visuals(&stem, &[&own])? {
+                    self.xml.visual(visual, AS_IT_IS, Vec3::ZERO);
                 }
             }
         }
@@ -234,7 +255,7 @@ impl World<'_> {
         &mut self,
         (model, kind): (&str, Option<ObjectKind>),
         instance: &Instance,
-        turn: Option<Turn>,
+        turn: Option<RotationScale>,
     ) -> Result<(), Error> {
         match kind {
             Some(ObjectKind::Tree) => {
@@ -243,8 +264,10 @@ impl World<'_> {
                 let wide = (linear.x_axis.length() + linear.y_axis.length()) / 2.0;
                 let long = linear.z_axis.length();
                 let rotation = turn.map_or(Quat::IDENTITY, |turn| turn.rotation);
-                let materials = &self.scene.materials;
-                for cylinder in stem_cylinders(&instance.prototype, materials) {
+                let shape = &instance.prototype;
+                let stem = self.stems.entry(Arc::as_ptr(shape));
+                let stem = stem.or_insert_with(|| stem_cylinders(shape, &self.scene.materials));
+                for cylinder in stem {
                     let placed = Cylinder {
                         centre_m: linear * cylinder.centre_m,
                         radius_m: cylinder.radius_m * wide,
@@ -260,14 +283,14 @@ impl World<'_> {
                 let file = format!("collision/{model}.obj");
                 let text = collision::obj(&[instance], instance.position_m);
                 self.out.put(&file, text.as_bytes())?;
-                self.xml.mesh_collision(&file, AS_IT_IS, Vec3::ZERO);
+                self.xml.mesh_collision(&file);
             }
         }
         Ok(())
     }
 }
 
-const AS_IT_IS: Turn = Turn {
+const AS_IT_IS: RotationScale = RotationScale {
     rotation: Quat::IDENTITY,
     scale: Vec3::ONE,
 };

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use nemoral_scene::glam::{Quat, Vec3};
 
-use super::{Cylinder, Look, pose};
-use crate::placing::Turn;
+use super::{Cylinder, Visual, pose};
+use crate::decomposition::RotationScale;
 
 /// A world that is being written.
 pub(super) struct Xml {
@@ -83,8 +83,9 @@ impl Xml {
         self.collisions += 1;
     }
 
-    pub(super) fn mesh_collision(&mut self, file: &str, turn: Turn, offset_m: Vec3) {
-        self.collision(&pose(offset_m, turn.rotation), &mesh(file, turn.scale));
+    /// A file whose triangles are where they are in the model.
+    pub(super) fn mesh_collision(&mut self, file: &str) {
+        self.collision("", &mesh(file, Vec3::ONE));
     }
 
     pub(super) fn cylinder_collision(&mut self, cylinder: Cylinder, rotation: Quat) {
@@ -96,7 +97,12 @@ impl Xml {
         self.collision(&pose(cylinder.centre_m, rotation), &geometry);
     }
 
-    pub(super) fn visual(&mut self, (label, class, file): &Look, turn: Turn, offset_m: Vec3) {
+    pub(super) fn visual(
+        &mut self,
+        (label, class, file): &Visual,
+        turn: RotationScale,
+        offset_m: Vec3,
+    ) {
         let _ = writeln!(
             self.text,
             "<visual name=\"{}_{}\">{}<geometry>{}</geometry>\

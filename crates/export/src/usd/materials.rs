@@ -1,17 +1,13 @@
 //! Materials: preview surfaces with their pictures.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
-use nemoral_scene::{AlphaMask, Material, MaterialId, Texture};
-use rayon::prelude::*;
+use nemoral_scene::{Material, MaterialId};
 
 use super::text::{Text, quoted};
+use crate::name;
+use crate::picture::Pictures;
 use crate::scene::ExportScene;
-use crate::{name, picture};
-
-/// A picture's texture and mask.
-type Pair<'a> = (&'a Arc<Texture>, Option<&'a Arc<AlphaMask>>);
 
 /// The materials that shapes use, by their names.
 pub(super) struct Materials<'a> {
@@ -41,30 +37,22 @@ impl<'a> Materials<'a> {
 
     /// Writes all of them, and returns their pictures with the names of their files.
     pub(super) fn write(self, text: &mut Text) -> Vec<(String, Vec<u8>)> {
-        let mut pictures: Vec<(String, Pair<'_>)> = Vec::new();
-        let mut known = BTreeMap::new();
+        let mut pictures = Pictures::default();
+        let mut files = Vec::new();
         text.open("def Scope \"Materials\"");
         for (&id, name) in &self.names {
             let material = self.scene.materials.get(id);
-            let mask = material.mask.as_ref();
-            let place = (
-                Arc::as_ptr(&material.albedo) as usize,
-                mask.map_or(0, |m| Arc::as_ptr(m) as usize),
-            );
-            let number = *known.entry(place).or_insert_with(|| {
-                pictures.push((format!("textures/{name}.png"), (&material.albedo, mask)));
-                pictures.len() - 1
-            });
+            let number = pictures.number(material);
+            if number == files.len() {
+                // A picture has the name of the first material that uses it.
+                files.push(format!("textures/{name}.png"));
+            }
             let class = &self.scene.ontology.class(material.semantic).name;
-            write_material(text, (name, material), class, &pictures[number].0);
+            write_material(text, (name, material), class, &files[number]);
         }
         text.close();
-        pictures
-            .par_iter()
-            .map(|(file, (texture, mask))| {
-                (file.clone(), picture::png(texture, mask.map(|m| &**m)))
-            })
-            .collect()
+        let contents = pictures.files().into_iter().map(|(content, _)| content);
+        files.into_iter().zip(contents).collect()
     }
 }
 

@@ -12,10 +12,11 @@ use std::path::Path;
 
 use nemoral_files::{Folder, InnerPath};
 use nemoral_scene::glam::{Mat3, Vec3};
-use nemoral_scene::{Instance, ObjectId, Prototype};
+use nemoral_scene::{Bounds, Instance, ObjectId, Prototype};
 
+use crate::decomposition::{Decomposition, RotationScale};
 use crate::gltf::Instancing;
-use crate::placing::{Placing, Turn};
+use crate::parts::is_double_sided;
 use crate::scene::{ExportScene, Inventory, ShapeInstances};
 use crate::{Error, check_folder, name, parts};
 use materials::Materials;
@@ -145,17 +146,13 @@ impl Stage<'_> {
                 "rel material:binding = </Forest/Materials/{bound}>"
             ));
             text.line("uniform token subdivisionScheme = \"none\"");
-            let is_leaf = material.mask.is_some() || material.transmittance.max_element() > 0.0;
-            text.line(&format!("uniform bool doubleSided = {}", u8::from(is_leaf)));
-            let low = part
-                .positions
-                .iter()
-                .copied()
-                .fold(Vec3::INFINITY, Vec3::min);
-            let high = (part.positions.iter().copied()).fold(Vec3::NEG_INFINITY, Vec3::max);
+            let has_cards = shape.cards().iter().any(|c| c.material == part.material);
+            let is_double_sided = u8::from(is_double_sided(material, has_cards));
+            text.line(&format!("uniform bool doubleSided = {is_double_sided}"));
+            let Bounds { min, max } = Bounds::of_points(part.positions.iter().copied());
             text.line(&format!(
                 "float3[] extent = {}",
-                tuples([low, high].iter().map(Vec3::to_array))
+                tuples([min, max].iter().map(Vec3::to_array))
             ));
             let faces = part.indices.len() / 3;
             text.list("int[] faceVertexCounts", std::iter::repeat_n("3", faces));
@@ -187,9 +184,9 @@ impl Stage<'_> {
     ) -> Result<(), Error> {
         let mut batch = Vec::new();
         for &(number, instance) in &shape.instances {
-            match Placing::of_numbered(number, instance)? {
-                Placing::Plain(turn) => batch.push((instance, turn)),
-                Placing::Nested { .. } => self.prim(name, instance),
+            match Decomposition::of_numbered(number, instance)? {
+                Decomposition::Plain(turn) => batch.push((instance, turn)),
+                Decomposition::Nested { .. } => self.prim(name, instance),
             }
         }
         if params.instancing == Instancing::Nodes || batch.len() < 2 {
@@ -242,7 +239,7 @@ impl Stage<'_> {
     }
 
     /// Many copies as one prim.
-    fn instancer(&mut self, name: &str, batch: &[(&Instance, Turn)]) {
+    fn instancer(&mut self, name: &str, batch: &[(&Instance, RotationScale)]) {
         let unique = name::unique(&mut self.names, format!("{name}_copies"));
         let text = &mut self.text;
         text.open(&format!("def PointInstancer {}", quoted(&unique)));
@@ -264,7 +261,7 @@ impl Stage<'_> {
             batch.iter().map(|(i, _)| i.position_m.to_array()),
         );
         // The real part comes first. Readers that know `orientationsf` leave the other out, whose
-        // half floats move a tree's top by millimetres.
+        // half floats move a tree's top by up to a centimetre.
         let turns = batch.iter().map(|(_, turn)| {
             let [x, y, z, w] = turn.rotation.to_array();
             [w, x, y, z]

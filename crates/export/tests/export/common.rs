@@ -153,6 +153,26 @@ pub(crate) fn scene() -> ExportScene {
     }
 }
 
+/// One shape of one card, whose material has neither mask nor transmittance; both names are long.
+pub(crate) fn long_named_card() -> ExportScene {
+    let name = "n".repeat(260);
+    let mut materials = MaterialLibrary::new();
+    let material = materials.add(Material::plain(&name, Semantic::Leaf, Vec3::splat(0.2)));
+    let card = Card {
+        corner: Vec3::ZERO,
+        edge_u: Vec3::X,
+        edge_v: Vec3::Y,
+        material,
+    };
+    let shape = Prototype::new(&name, Mesh::default(), vec![card], &materials).expect("sound");
+    let place = InstancePlace::at(Vec3::Z).with_object(id(1));
+    ExportScene {
+        instances: vec![Instance::new(Arc::new(shape), place)],
+        materials,
+        ..scene()
+    }
+}
+
 fn tetrahedron(material: nemoral_scene::MaterialId, size: Vec3) -> Mesh {
     let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z].map(|p| p * size);
     Mesh {

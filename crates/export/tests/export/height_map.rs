@@ -1,4 +1,4 @@
-use nemoral_export::{Error, HeightGrid, write_height_map};
+use nemoral_export::{Error, HeightGrid, check_height_map, write_height_map};
 use nemoral_scene::glam::DVec2;
 
 fn hill() -> HeightGrid {
@@ -91,4 +91,29 @@ fn wrong_grids_and_names_are_refused_and_leave_nothing() {
     );
     assert!(matches!(refused(&hill(), "a.tif"), Error::Name { .. }));
     assert!(!refused(&hill(), "none/a.png").is_request());
+    let huge = HeightGrid {
+        columns: usize::MAX,
+        rows: 2,
+        ..hill()
+    };
+    assert!(matches!(refused(&huge, "a.png"), Error::Param(_)));
+}
+
+#[test]
+fn only_the_text_of_an_older_map_is_replaced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (map, text) = (folder.path().join("a.png"), folder.path().join("a.toml"));
+    std::fs::write(&text, "preset = \"beech\"").expect("written");
+    let error = write_height_map(&hill(), &map).expect_err("refused");
+    assert!(matches!(&error, Error::NotOfMap { path } if *path == text));
+    assert!(error.is_request() && !map.exists());
+    let kept = std::fs::read_to_string(&text).expect("a text");
+    assert_eq!(kept, "preset = \"beech\"");
+    std::fs::remove_file(&text).expect("removed");
+    for _ in 0..2 {
+        write_height_map(&hill(), &map).expect("written");
+    }
+    assert!(check_height_map(&map, &[&folder.path().join("b.toml")]).is_ok());
+    let error = check_height_map(&map, &[&text]).expect_err("refused");
+    assert!(matches!(error, Error::NotOfMap { .. }));
 }

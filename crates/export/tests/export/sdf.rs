@@ -4,7 +4,7 @@ use std::path::Path;
 use nemoral_export::{Error, ExportScene, stem_cylinders, write_sdf};
 use nemoral_scene::glam::{DMat4, DQuat, DVec3};
 
-use crate::common::{Labelled, expect_equal, id, scene, truth};
+use crate::common::{Labelled, expect_equal, id, long_named_card, scene, truth};
 use crate::glb::Glb;
 
 /// The text between two others, each time.
@@ -125,6 +125,15 @@ fn cylinders_follow_a_stem() {
     }
     let rock = &scene.instances[2].prototype;
     assert!(stem_cylinders(rock, &scene.materials).is_empty());
+}
+
+#[test]
+fn long_names_are_cut() {
+    let scene = long_named_card();
+    let folder = tempfile::tempdir().expect("a folder");
+    write_sdf(&scene, folder.path()).expect("written");
+    let world = fs::read_to_string(folder.path().join("world.sdf")).expect("a world");
+    expect_equal(&visuals(folder.path(), &world), &truth(&scene));
 }
 
 #[test]

@@ -3,7 +3,7 @@ use std::fs;
 use nemoral_export::{Error, Instancing, UsdParams, write_usd};
 use nemoral_scene::glam::{DMat4, DVec3};
 
-use crate::common::{Labelled, expect_equal, id, scene, truth};
+use crate::common::{Labelled, expect_equal, id, long_named_card, scene, truth};
 
 const NODES: UsdParams = UsdParams {
     instancing: Instancing::Nodes,
@@ -185,6 +185,18 @@ fn textures_are_files_and_their_rows_count_from_below() {
     let leaves = forest.child("Shapes").child("pine_0").child("part_1");
     let uvs = leaves.numbers("primvars:st");
     assert_eq!(uvs[..8], [0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn cards_are_double_sided_and_names_are_cut() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_usd(&long_named_card(), folder.path(), NODES).expect("written");
+    let text = fs::read_to_string(folder.path().join("forest.usda")).expect("a stage");
+    let stage = Prim::read(&text);
+    let name = "n".repeat(100);
+    let shape = stage.child("Forest").child("Shapes").child(&name);
+    assert_eq!(shape.child("part_0").value("doubleSided"), Some("1"));
+    assert!(folder.path().join(format!("textures/{name}.png")).is_file());
 }
 
 #[test]

@@ -6,6 +6,7 @@ use nemoral_export::{ExportScene, clipped, is_ground};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, Instance, MaterialLibrary, Prototype};
 
+use crate::chunks::chunks_of;
 use crate::plan::Runner;
 use crate::{Error, Recorder};
 
@@ -33,22 +34,14 @@ impl Rectangle {
         Ok(Self { low_m, high_m })
     }
 
-    /// The chunks that it touches, in order.
+    /// The chunks that it touches, in order, if an export may have so many.
     pub(super) fn chunks(&self, size_m: f64) -> Result<Vec<ChunkCoord>, Error> {
-        let first = ChunkCoord::containing(self.low_m, size_m);
-        let last = ChunkCoord::containing(self.high_m, size_m);
-        let side = |a: i32, b: i32| i64::from(b) - i64::from(a) + 1;
-        let count = side(first.x, last.x) * side(first.y, last.y);
-        let most = Recorder::EXPORT_CHUNKS;
-        if count > most {
-            return Err(Error::request(format!(
-                "region: it touches {count} chunks of {size_m} m; must be at most {most}: export \
-                 its parts"
-            )));
-        }
-        let all =
-            (first.x..=last.x).flat_map(|x| (first.y..=last.y).map(move |y| ChunkCoord::new(x, y)));
-        Ok(all.collect())
+        let Self { low_m, high_m } = *self;
+        chunks_of((low_m, high_m), size_m, ("region", Recorder::EXPORT_CHUNKS))
+    }
+
+    pub(super) fn middle_m(&self) -> DVec2 {
+        (self.low_m + self.high_m) / 2.0
     }
 }
 
@@ -62,7 +55,7 @@ impl Recorder {
     ) -> Result<ExportScene, Error> {
         let size_m = self.sequence().config.chunks.size_m;
         let Rectangle { low_m, high_m } = rectangle;
-        let middle_m = (low_m + high_m) / 2.0;
+        let middle_m = rectangle.middle_m();
         let materials = &runner.get(self.forest().assets, ())?.library.materials;
         let mut instances = Vec::new();
         for &chunk in chunks {

@@ -10,7 +10,6 @@ use rayon::prelude::*;
 use super::ExportArea;
 use super::area::Rectangle;
 use crate::pool::in_pool;
-use crate::prove::within_sequence;
 use crate::{Error, Recorder};
 
 /// The most posts of a height map.
@@ -34,7 +33,6 @@ impl Recorder {
         let rectangle = match area {
             ExportArea::Region { low_m, high_m } => Rectangle::new(low_m, high_m)?,
             ExportArea::Frame(frame) => {
-                within_sequence(&self.sequence().config, frame)?;
                 let middle_m = self.pose(frame)?.world_from_body().translation_m.truncate();
                 let radius_m = DVec2::splat(chunks.visible_radius_m);
                 Rectangle::new(middle_m - radius_m, middle_m + radius_m)?
@@ -62,12 +60,15 @@ impl Recorder {
         let row = |row: usize| -> Vec<f64> {
             let height = |column: usize| {
                 let place_m = south_west_m + DVec2::new(column as f64, row as f64) * spacing_m;
+                // The last post may be beyond the border by a millionth of a spacing.
+                let place_m = place_m.min(rectangle.high_m);
                 let chunk = ChunkCoord::containing(place_m, size_m);
                 grounds[&chunk].height_m(place_m)
             };
             (0..columns).map(height).collect()
         };
         let heights_m = in_pool(|| (0..rows).into_par_iter().flat_map_iter(row).collect());
+        self.stay_near(rectangle.middle_m());
         Ok(HeightGrid {
             south_west_m,
             spacing_m,

@@ -45,13 +45,18 @@ impl Recorder {
             ExportArea::Frame(frame) => {
                 within_sequence(&self.sequence().config, frame)?;
                 self.prepare()?;
-                self.frame_scene(&self.runner(), frame)
+                let scene = self.frame_scene(&self.runner(), frame)?;
+                let pose = self.pose(frame)?;
+                self.stay_near(pose.world_from_body().translation_m.truncate());
+                Ok(scene)
             }
             ExportArea::Region { low_m, high_m } => {
                 let rectangle = Rectangle::new(low_m, high_m)?;
                 let chunks = rectangle.chunks(self.sequence().config.chunks.size_m)?;
                 self.prepare()?;
-                self.region(&self.runner(), rectangle, &chunks)
+                let scene = self.region(&self.runner(), rectangle, &chunks)?;
+                self.stay_near(rectangle.middle_m());
+                Ok(scene)
             }
         }
     }

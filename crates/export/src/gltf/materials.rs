@@ -1,46 +1,41 @@
 //! Meshes, materials, textures.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::collections::{BTreeMap, BTreeSet};
 
-use nemoral_scene::{AlphaMask, MaterialId, Prototype, Texture};
-use rayon::prelude::*;
+use nemoral_scene::{MaterialId, Prototype, Texture};
 use serde_json::{Value, json};
 
 use super::binary::Binary;
 use super::extras::about_material;
+use crate::parts::{is_double_sided, parts};
+use crate::picture::Pictures;
 use crate::scene::ExportScene;
-use crate::{parts, picture};
 
 /// The materials of a file in the order in which its shapes use them.
-pub(super) struct Look<'a> {
+pub(super) struct Materials<'a> {
     scene: &'a ExportScene,
     numbers: BTreeMap<MaterialId, usize>,
     used: Vec<MaterialId>,
-    has_cards: BTreeMap<MaterialId, bool>,
+    with_cards: BTreeSet<MaterialId>,
 }
 
 /// Materials, textures and images of a document.
-type Looks = (Vec<Value>, Vec<Value>, Vec<Value>);
+type Tables = (Vec<Value>, Vec<Value>, Vec<Value>);
 
-/// A texture and a mask, told apart by where they are.
-type Pair<'a> = (&'a Arc<Texture>, Option<&'a Arc<AlphaMask>>);
-
-impl<'a> Look<'a> {
+impl<'a> Materials<'a> {
     pub(super) fn new(scene: &'a ExportScene) -> Self {
         Self {
             scene,
             numbers: BTreeMap::new(),
             used: Vec::new(),
-            has_cards: BTreeMap::new(),
+            with_cards: BTreeSet::new(),
         }
     }
 
     /// A shape as a mesh with a primitive for each material.
     pub(super) fn mesh(&mut self, shape: &Prototype, binary: &mut Binary) -> Value {
-        for card in shape.cards() {
-            self.has_cards.insert(card.material, true);
-        }
+        self.with_cards
+            .extend(shape.cards().iter().map(|card| card.material));
         let mut primitives = Vec::new();
         for part in parts(shape, &self.scene.materials) {
             let material = self.scene.materials.get(part.material);
@@ -75,9 +70,8 @@ impl<'a> Look<'a> {
     }
 
     /// The materials with their pictures.
-    pub(super) fn finish(self, binary: &mut Binary) -> Looks {
-        let mut pairs: Vec<Pair<'_>> = Vec::new();
-        let mut known = BTreeMap::new();
+    pub(super) fn finish(self, binary: &mut Binary) -> Tables {
+        let mut pictures = Pictures::default();
         let mut materials = Vec::new();
         for &id in &self.used {
             let material = self.scene.materials.get(id);
@@ -90,21 +84,12 @@ impl<'a> Look<'a> {
                 let [r, g, b] = material.albedo.mean().to_array();
                 surface["baseColorFactor"] = json!([r, g, b, 1.0]);
             } else {
-                let place = (
-                    Arc::as_ptr(&material.albedo) as usize,
-                    mask.map_or(0, |m| Arc::as_ptr(m) as usize),
-                );
-                let index = *known.entry(place).or_insert_with(|| {
-                    pairs.push((&material.albedo, mask));
-                    pairs.len() - 1
-                });
-                surface["baseColorTexture"] = json!({ "index": index });
+                surface["baseColorTexture"] = json!({ "index": pictures.number(material) });
             }
-            let is_leaf = self.has_cards.contains_key(&id) || mask.is_some();
             let mut described = json!({
                 "name": material.name,
                 "pbrMetallicRoughness": surface,
-                "doubleSided": is_leaf || material.transmittance.max_element() > 0.0,
+                "doubleSided": is_double_sided(material, self.with_cards.contains(&id)),
                 "extras": about_material(material, &self.scene.ontology),
             });
             if mask.is_some() {
@@ -113,16 +98,12 @@ impl<'a> Look<'a> {
             }
             materials.push(described);
         }
-        let files: Vec<Vec<u8>> = pairs
-            .par_iter()
-            .map(|(texture, mask)| picture::png(texture, mask.map(|m| &**m)))
-            .collect();
         let mut textures = Vec::new();
         let mut images = Vec::new();
-        for (file, (_, mask)) in files.into_iter().zip(&pairs) {
+        for (file, has_mask) in pictures.files() {
             let view = binary.view(file);
             images.push(json!({ "bufferView": view, "mimeType": "image/png" }));
-            let sampler = if mask.is_some() { MASKED } else { COLOUR };
+            let sampler = if has_mask { MASKED } else { COLOUR };
             textures.push(json!({ "source": images.len() - 1, "sampler": sampler }));
         }
         (materials, textures, images)

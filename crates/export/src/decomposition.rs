@@ -10,7 +10,7 @@ const TOLERANCE_M: f64 = 5e-5;
 
 /// A rotation of a scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turn {
+pub struct RotationScale {
     /// The rotation, a unit quaternion.
     pub rotation: Quat,
     /// The factors along the axes before it; a negative one mirrors.
@@ -19,20 +19,20 @@ pub struct Turn {
 
 /// A linear map, written for formats that know no shear.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Placing {
+pub enum Decomposition {
     /// One node suffices.
-    Plain(Turn),
+    Plain(RotationScale),
     /// A node inside another: `outer · inner`. The map shears, and any map is a rotation of a
     /// scale of a rotation (its singular value decomposition).
     Nested {
         /// The outer node's.
-        outer: Turn,
+        outer: RotationScale,
         /// The inner node's rotation.
         inner: Quat,
     },
 }
 
-impl Placing {
+impl Decomposition {
     /// The parts of an instance's map; `None` if it is flat or not finite.
     ///
     /// A shear that moves no point of the shape's box by more than 0.05 mm is left out.
@@ -71,7 +71,7 @@ impl Placing {
     }
 }
 
-impl Turn {
+impl RotationScale {
     /// The linear map.
     #[must_use]
     pub fn matrix(&self) -> Mat3 {
@@ -80,7 +80,7 @@ impl Turn {
 }
 
 /// The rotation of a scale that is nearest to a map along its columns.
-fn plain(linear: DMat3) -> Turn {
+fn plain(linear: DMat3) -> RotationScale {
     let mut scale = DVec3::new(
         linear.x_axis.length(),
         linear.y_axis.length(),
@@ -90,7 +90,7 @@ fn plain(linear: DMat3) -> Turn {
         scale.x = -scale.x;
     }
     let axes = linear * DMat3::from_diagonal(scale.recip());
-    Turn {
+    RotationScale {
         rotation: rotation(axes),
         scale: scale.as_vec3(),
     }
@@ -123,26 +123,13 @@ fn error_m(a: Mat3, b: Mat3, bounds: Bounds) -> f64 {
 }
 
 /// The singular value decomposition of a map that can be inverted.
-fn nested(linear: DMat3) -> Placing {
+fn nested(linear: DMat3) -> Decomposition {
     let mut v = eigenvectors(linear.transpose() * linear);
     if v.determinant() < 0.0 {
         v.z_axis = -v.z_axis;
     }
-    let image = linear * v;
-    let mut scale = DVec3::new(
-        image.x_axis.length(),
-        image.y_axis.length(),
-        image.z_axis.length(),
-    );
-    if linear.determinant() < 0.0 {
-        scale.x = -scale.x;
-    }
-    let u = image * DMat3::from_diagonal(scale.recip());
-    Placing::Nested {
-        outer: Turn {
-            rotation: rotation(u),
-            scale: scale.as_vec3(),
-        },
+    Decomposition::Nested {
+        outer: plain(linear * v),
         inner: rotation(v.transpose()),
     }
 }
@@ -214,8 +201,8 @@ mod tests {
         fn parts_make_the_whole(columns in prop::array::uniform9(-3.0_f32..3.0)) {
             let linear = Mat3::from_cols_array(&columns);
             prop_assume!(linear.determinant().abs() > 0.02);
-            let placing = Placing::of(&placed(linear)).expect("can be inverted");
-            let error = error_m(placing.matrix(), linear, leaf().bounds());
+            let decomposition = Decomposition::of(&placed(linear)).expect("can be inverted");
+            let error = error_m(decomposition.matrix(), linear, leaf().bounds());
             prop_assert!(error < 1e-4, "{error}");
         }
 
@@ -234,28 +221,28 @@ mod tests {
             }
             let turn = Mat3::from_axis_angle(axis.normalize_or(Vec3::X), angle);
             let linear = turn * Mat3::from_diagonal(scale);
-            let placing = Placing::of(&placed(linear)).expect("can be inverted");
-            prop_assert!(matches!(placing, Placing::Plain(_)), "{placing:?}");
-            prop_assert!(error_m(placing.matrix(), linear, leaf().bounds()) < 1e-4);
+            let decomposition = Decomposition::of(&placed(linear)).expect("can be inverted");
+            prop_assert!(matches!(decomposition, Decomposition::Plain(_)), "{decomposition:?}");
+            prop_assert!(error_m(decomposition.matrix(), linear, leaf().bounds()) < 1e-4);
         }
     }
 
     #[test]
     fn on_a_slope_nodes_are_nested() {
         let upright = Instance::upright(0.7, 1.3, Vec2::new(0.2, -0.1));
-        let placing = Placing::of(&placed(upright));
-        assert!(matches!(placing, Some(Placing::Nested { .. })));
+        let decomposition = Decomposition::of(&placed(upright));
+        assert!(matches!(decomposition, Some(Decomposition::Nested { .. })));
         let flat = Instance::upright(0.7, 1.3, Vec2::ZERO);
         assert!(matches!(
-            Placing::of(&placed(flat)),
-            Some(Placing::Plain(_))
+            Decomposition::of(&placed(flat)),
+            Some(Decomposition::Plain(_))
         ));
     }
 
     #[test]
     fn flat_maps_are_refused() {
         let flat = Mat3::from_diagonal(Vec3::new(1.0, 0.0, 1.0));
-        assert_eq!(Placing::of(&placed(flat)), None);
-        assert_eq!(Placing::of(&placed(Mat3::NAN)), None);
+        assert_eq!(Decomposition::of(&placed(flat)), None);
+        assert_eq!(Decomposition::of(&placed(Mat3::NAN)), None);
     }
 }
