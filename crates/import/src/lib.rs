@@ -8,7 +8,7 @@
 //! |---|---|
 //! | stem map | [`MAX_STEMS`] rows |
 //! | height map | [`MAX_POSTS`] posts, however well they are compressed |
-//! | trail lines | [`MAX_LINES`] lines with [`MAX_VERTICES`] vertices, [`MAX_LENGTH_M`] metres together |
+//! | trail lines | [`MAX_LINES`], with [`MAX_VERTICES`] vertices and [`MAX_LENGTH_M`] together |
 //!
 //! Coordinates are those of the file, in metres, x east and y north: projected ones such as UTM,
 //! not degrees.
