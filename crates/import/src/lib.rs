@@ -1,5 +1,5 @@
-//! Readers of a user's own site: [stem maps](read_stem_map), [height maps](HeightMap) and [trail
-//! lines](read_trail_lines).
+//! Readers of what users bring: [models](Model) of trees, shrubs and rocks, [stem
+//! maps](read_stem_map), [height maps](HeightMap) and [trail lines](read_trail_lines).
 //!
 //! The files may come from a stranger. Everything is read from bytes into plain structs, and what
 //! is wrong is an [`ImportError`] that names its place; nothing panics, and memory is bounded:
@@ -8,10 +8,12 @@
 //! |---|---|
 //! | stem map | [`MAX_STEMS`] rows |
 //! | height map | [`MAX_POSTS`] posts, however well they are compressed |
+//! | model | [`MAX_MODEL_BYTES`] with all files that it names; [`MAX_TRIANGLES`], [`MAX_NODES`] |
+//! | its pictures | [`MAX_PICTURES`] of [`MAX_PICTURE_SIDE`], together [`MAX_PICTURE_PIXELS`] |
 //! | trail lines | [`MAX_LINES`], with [`MAX_VERTICES`] vertices and [`MAX_LENGTH_M`] together |
 //!
-//! Coordinates are those of the file, in metres, x east and y north: projected ones such as UTM,
-//! not degrees.
+//! Coordinates of sites are those of the file, in metres, x east and y north: projected ones such
+//! as UTM, not degrees. Models are brought to metres, z up, with their foot at the origin.
 //!
 //! ```
 //! use nemoral_import::{HeightMap, Sidecar};
@@ -28,6 +30,7 @@ mod error;
 mod geotiff;
 mod height_map;
 mod height_png;
+mod model;
 mod stem_map;
 mod table;
 mod trail_lines;
@@ -39,5 +42,10 @@ struct ReadmeDoctests;
 pub use error::ImportError;
 pub use height_map::{HeightMap, MAX_POSTS};
 pub use height_png::{Sidecar, SidecarPlace};
+pub use model::{
+    Extent, FindFile, MAX_DEPTH, MAX_MATERIALS, MAX_MODEL_BYTES, MAX_NODES, MAX_PICTURE_PIXELS,
+    MAX_PICTURE_SIDE, MAX_PICTURES, MAX_TRIANGLES, Model, ModelFiles, ModelKind, ModelSidecar,
+    TreeMeasures, Up,
+};
 pub use stem_map::{MAX_STEMS, Stem, read_stem_map};
 pub use trail_lines::{MAX_LENGTH_M, MAX_LINES, MAX_VERTICES, TrailLine, read_trail_lines};

@@ -1,6 +1,10 @@
 //! Files from a stranger: whatever their bytes are, there is a result, and memory is bounded.
 
-use nemoral_import::{HeightMap, Sidecar, read_stem_map, read_trail_lines};
+mod common;
+
+use nemoral_import::{
+    HeightMap, Model, ModelFiles, ModelKind, Sidecar, read_stem_map, read_trail_lines,
+};
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
 
@@ -126,6 +130,52 @@ fn a_thousand_mutants_of_each_kind_of_file_are_read_or_refused() {
     writer.finish().expect("the end");
     let sidecar = Sidecar::read(json.as_bytes()).expect("a sidecar");
     survive(&bytes, |bytes| HeightMap::from_png(bytes, &sidecar).is_ok());
+}
+
+#[test]
+fn a_thousand_mutants_of_models_are_read_or_refused() {
+    let model = |name: &'static str| {
+        move |bytes: &[u8]| {
+            let files = common::gathered(name, bytes.to_vec(), "", common::beside_obj);
+            files.and_then(|f| Model::read(&f, ModelKind::Tree)).is_ok()
+        }
+    };
+    for (seed, name, least) in [
+        (common::tree_glb(), "tree.glb", 20),
+        (common::tree_gltf(), "tree.gltf", 5),
+        (common::tree_obj(), "tree.obj", 20),
+    ] {
+        let accepted = survive(&seed, model(name));
+        assert!((least..950).contains(&accepted), "{name}: {accepted}");
+    }
+    // With its materials and its picture.
+    let files = common::gathered("tree.obj", common::tree_obj(), "", common::beside_obj);
+    let archive = files.expect("files").to_tar().expect("short names");
+    let accepted = survive(&archive, |bytes| {
+        let files = ModelFiles::gather("tree.tar", bytes.to_vec(), &mut |_, _| Ok(None));
+        files
+            .and_then(|f| Model::read(&f, ModelKind::Shrub))
+            .is_ok()
+    });
+    assert!((20..950).contains(&accepted), "{accepted}");
+}
+
+#[test]
+fn lists_without_end_are_refused_while_they_are_read() {
+    ALLOCATOR.reset_peak_usage();
+    for (list, of) in [("nodes", "{}"), ("accessors", "{}"), ("materials", "{}")] {
+        let many = vec![of; 1_000_000].join(",");
+        let file = format!(r#"{{"asset":{{"version":"2.0"}},"{list}":[{many}]}}"#);
+        let files = ModelFiles::single("x.gltf", file.into_bytes());
+        let refused = Model::read(&files, ModelKind::Rock).expect_err("too many");
+        assert!(refused.to_string().starts_with("is no glTF"), "{refused}");
+    }
+    let obj = "o a\n".repeat(1_000_000);
+    let files = ModelFiles::single("x.obj", obj.into_bytes());
+    let refused = Model::read(&files, ModelKind::Rock).expect_err("too many");
+    assert!(refused.to_string().contains("at most 20000"), "{refused}");
+    let peak = f64::from(ALLOCATOR.peak_usage_as_mb());
+    assert!(peak < MOST_MB, "{peak} MB");
 }
 
 #[test]

@@ -19,6 +19,9 @@ use nemoral_fuzz_targets::{files, write_shard};
 use nemoral_pipeline::config::Preset;
 use serde_json::Value;
 
+#[path = "../../../crates/import/tests/common/mod.rs"]
+mod models;
+
 /// Size of the largest seed, bytes: mutating larger ones finds little.
 const LARGEST: usize = 48 << 10;
 
@@ -43,6 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     seeds.requests()?;
     seeds.skies()?;
     seeds.sites()?;
+    seeds.models()?;
     seeds.merges()
 }
 
@@ -242,6 +246,17 @@ impl Seeds {
             .to_vec();
         png.extend(fs::read(&path)?);
         self.put("height_png", "grey", &png)
+    }
+
+    /// Makes seeds of models: one tree in all formats.
+    fn models(&self) -> Result<(), Box<dyn Error>> {
+        self.put("gltf", "binary", &models::tree_glb())?;
+        self.put("gltf", "text", &models::tree_gltf())?;
+        let obj = models::tree_obj();
+        self.put("obj", "bare", &obj)?;
+        let sidecar = "up = \"y\"\nmetres_per_unit = 1\n[semantics]\n\"*_Bark\" = \"stem\"\n";
+        let files = models::gathered("tree.obj", obj, sidecar, models::beside_obj)?;
+        self.put("obj", "archive", &files.to_tar()?)
     }
 
     /// Makes seeds of both formats of skies.

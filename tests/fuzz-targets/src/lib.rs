@@ -50,12 +50,14 @@ targets! {
     decoders::deadwood
     decoders::exr
     site::geotiff
+    site::gltf
     site::height_png
     decoders::instances
     decoders::label
     state::manifest
     folders::merge
     decoders::npy
+    site::obj
     requests::pattern
     decoders::ply
     decoders::png

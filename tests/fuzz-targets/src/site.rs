@@ -1,12 +1,13 @@
-//! The files of a user's own site.
+//! The files of a user's own site, and models.
 
 use nemoral_import::{
-    HeightMap, ImportError, MAX_LINES, MAX_POSTS, MAX_STEMS, MAX_VERTICES, Sidecar, read_stem_map,
-    read_trail_lines,
+    HeightMap, ImportError, MAX_LINES, MAX_POSTS, MAX_STEMS, MAX_TRIANGLES, MAX_VERTICES, Model,
+    ModelFiles, ModelKind, Sidecar, read_stem_map, read_trail_lines,
 };
+use nemoral_scene::MaterialLibrary;
 
-/// The greatest length of an error message.
-const MESSAGE_BYTES: usize = 1 << 10;
+/// The greatest length of an error message. That of a model lists materials and semantics.
+const MESSAGE_BYTES: usize = 1 << 12;
 
 /// What was read, if the message of an error is short.
 fn accepted<T>(read: Result<T, ImportError>) -> Option<T> {
@@ -57,6 +58,40 @@ pub fn height_png(input: &[u8]) {
             png.get(1..).unwrap_or_default(),
             &sidecar,
         )));
+    }
+}
+
+/// Reads a model as glTF, or an archive of one.
+pub fn gltf(input: &[u8]) {
+    model("model.glb", input);
+}
+
+/// Reads a model as OBJ, or an archive of one.
+pub fn obj(input: &[u8]) {
+    model("model.obj", input);
+}
+
+fn model(name: &str, input: &[u8]) {
+    let files = ModelFiles::gather(name, input.to_vec(), &mut |_, _| Ok(None));
+    let Some(files) = accepted(files) else {
+        return;
+    };
+    for kind in [ModelKind::Tree, ModelKind::Rock] {
+        let Some(model) = accepted(Model::read(&files, kind)) else {
+            continue;
+        };
+        assert!((1..=MAX_TRIANGLES).contains(&model.mesh.triangles.len()));
+        assert!(model.extent.height_m.is_finite() && model.extent.radius_m.is_finite());
+        if let Some(tree) = model.tree {
+            assert!((0.005..=5.0).contains(&tree.dbh_m), "{tree:?}");
+            assert!(tree.stem_volume_m3.is_finite() && tree.leaf_area_m2.is_finite());
+        }
+        let shape = model.prototype("model", &mut MaterialLibrary::new());
+        assert!(shape.is_ok(), "{shape:?}");
+    }
+    if let Ok(archive) = files.to_tar() {
+        let again = ModelFiles::gather("x", archive, &mut |_, _| Ok(None));
+        assert_eq!(again, Ok(files));
     }
 }
 

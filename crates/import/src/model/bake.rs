@@ -1,0 +1,278 @@
+//! Our materials and one mesh from the parts of a file.
+
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use nemoral_scene::glam::{DVec2, DVec3, IVec2, Vec2, Vec3};
+use nemoral_scene::{AlphaMask, Material, MaterialId, Mesh, Semantic, Texture, Triangle};
+
+use super::optics;
+use super::picture::Picture;
+use super::raw::{Alpha, RawMaterial, RawModel, RawPart};
+use crate::ImportError;
+use crate::error::shown;
+
+/// A mesh with its materials.
+#[derive(Debug, Default)]
+pub(super) struct Baked {
+    pub(super) mesh: Mesh,
+    pub(super) materials: Vec<Material>,
+}
+
+/// The longest side of a colour texture, texels. Masks keep the size of their pictures.
+const MAX_TEXTURE_SIDE: usize = 4096;
+/// The longest side of a mask whose picture is repeated.
+const MAX_REPEATED_SIDE: usize = 8192;
+
+/// Bakes parts that have these semantics.
+pub(super) fn bake(raw: &RawModel, semantics: &[Semantic]) -> Result<Baked, ImportError> {
+    // Of each material, how often its picture is repeated along its sides.
+    let mut repeats: BTreeMap<usize, [usize; 2]> = BTreeMap::new();
+    for part in &raw.parts {
+        let [u, v] = repetitions(raw, part)?;
+        let of = repeats.entry(part.material).or_insert([1, 1]);
+        *of = [of[0].max(u), of[1].max(v)];
+    }
+    let mut baked = Baked::default();
+    let mut looks: BTreeMap<usize, Look> = BTreeMap::new();
+    let mut known: BTreeMap<(usize, Semantic), MaterialId> = BTreeMap::new();
+    for (part, &semantic) in raw.parts.iter().zip(semantics) {
+        let material = &raw.materials[part.material];
+        let repeats = repeats[&part.material];
+        let look = match looks.entry(part.material) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => new.insert(Look::of(material, raw, repeats)?),
+        };
+        let next = MaterialId(baked.materials.len() as u16);
+        let id = *known.entry((part.material, semantic)).or_insert(next);
+        if id == next {
+            baked.materials.push(look.material(material, semantic));
+        }
+        let fit = look.mask.is_some().then_some(repeats);
+        append(&mut baked.mesh, part, id, fit);
+    }
+    if baked.mesh.triangles.is_empty() {
+        return Err(ImportError::file("has no triangles, or none is left"));
+    }
+    Ok(baked)
+}
+
+/// How often a part's picture is repeated within any of its triangles, if it cuts the part out: a
+/// mask shows itself once.
+fn repetitions(raw: &RawModel, part: &RawPart) -> Result<[usize; 2], ImportError> {
+    let material = &raw.materials[part.material];
+    let picture = match material.alpha {
+        Alpha::From(_) => material.picture,
+        Alpha::White(picture) => Some(picture),
+        Alpha::Everywhere | Alpha::Nowhere => None,
+    };
+    let Some(picture) = picture.map(|i| &raw.pictures[i]) else {
+        return Ok([1, 1]);
+    };
+    let mut most = [1.0, 1.0_f64];
+    for triangle in &part.triangles {
+        let [least, end] = tiles(part, triangle);
+        let span = end - least;
+        most = [most[0].max(span.x), most[1].max(span.y)];
+    }
+    let sides = [picture.width, picture.height];
+    for (repeated, side) in most.into_iter().zip(sides) {
+        if repeated * side as f64 > MAX_REPEATED_SIDE as f64 {
+            return Err(ImportError::file(format!(
+                "material {}: a triangle shows its picture of {side} pixels, which cuts it out, \
+                 {repeated} times along a side: at most {MAX_REPEATED_SIDE} pixels are allowed",
+                shown(&material.name)
+            )));
+        }
+    }
+    Ok(most.map(|n| n as usize))
+}
+
+/// The first and the end of the repetitions of a picture that a triangle shows.
+fn tiles(part: &RawPart, triangle: &[u32; 3]) -> [DVec2; 2] {
+    /// Texture coordinates are often beyond a border by rounding.
+    const SLACK: f64 = 1e-3;
+    let [a, b, c] = triangle.map(|i| part.uvs.get(i as usize).copied().unwrap_or_default());
+    let (least, most) = (a.min(b).min(c), a.max(b).max(c));
+    let least = (least + SLACK).floor();
+    [least, (most - SLACK).ceil().max(least + 1.0)]
+}
+
+/// Adds a part to a mesh. `fit` are the repetitions of a picture that make up its mask: texture
+/// coordinates are then moved into 0..1.
+fn append(mesh: &mut Mesh, part: &RawPart, material: MaterialId, fit: Option<[usize; 2]>) {
+    let mut known: HashMap<(u32, IVec2, u32), u32> = HashMap::new();
+    for (number, triangle) in part.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|i| part.positions[i as usize]);
+        let flat = (b - a).cross(c - a).normalize_or_zero();
+        // What has no area is not seen; nor is it when its points are not finite numbers of f32.
+        if flat == DVec3::ZERO {
+            continue;
+        }
+        let tile = fit.map_or(DVec2::ZERO, |_| tiles(part, triangle)[0]);
+        // A triangle without normals has vertices of its own, which are shaded flat.
+        let own = if part.normals.is_empty() {
+            number as u32
+        } else {
+            u32::MAX
+        };
+        let corner = |&vertex: &u32| {
+            let key = (vertex, tile.as_ivec2(), own);
+            *known.entry(key).or_insert_with(|| {
+                let i = vertex as usize;
+                let uv = part.uvs.get(i).copied().unwrap_or_default();
+                let uv = match fit {
+                    Some([u, v]) => {
+                        let of = DVec2::new(u as f64, v as f64);
+                        ((uv - tile) / of).clamp(DVec2::ZERO, DVec2::ONE)
+                    }
+                    None => uv,
+                };
+                let normal = part.normals.get(i).and_then(|n| n.try_normalize());
+                mesh.positions.push(part.positions[i].as_vec3());
+                mesh.normals.push(normal.unwrap_or(flat).as_vec3());
+                mesh.uvs.push(finite(uv.as_vec2()));
+                mesh.positions.len() as u32 - 1
+            })
+        };
+        let mut corners = [0; 3];
+        for (to, from) in corners.iter_mut().zip(triangle.iter().map(corner)) {
+            *to = from;
+        }
+        mesh.triangles.push(Triangle { corners, material });
+    }
+}
+
+fn finite(uv: Vec2) -> Vec2 {
+    if uv.is_finite() { uv } else { Vec2::ZERO }
+}
+
+/// How a material looks, whatever it is.
+struct Look {
+    albedo: Arc<Texture>,
+    mask: Option<Arc<AlphaMask>>,
+}
+
+impl Look {
+    fn of(
+        material: &RawMaterial,
+        raw: &RawModel,
+        repeats: [usize; 2],
+    ) -> Result<Self, ImportError> {
+        let picture = material.picture.map(|i| &raw.pictures[i]);
+        let mask = match material.alpha {
+            Alpha::Everywhere | Alpha::Nowhere => None,
+            Alpha::From(least) => picture.map(|p| mask(p, repeats, |p| f32::from(p[3]) >= least)),
+            Alpha::White(number) => Some(mask(&raw.pictures[number], repeats, |[r, g, b, a]| {
+                a >= 128 && u32::from(r) + u32::from(g) + u32::from(b) >= 3 * 128
+            })),
+        };
+        let mask = mask.transpose()?;
+        // What is opaque everywhere needs no mask, which casters would look at.
+        let mask = mask.filter(|m| m.opaque_fraction() < 1.0);
+        if mask.as_ref().is_some_and(|m| m.opaque_fraction() == 0.0) {
+            return Err(ImportError::file(format!(
+                "material {}: its picture is transparent everywhere",
+                shown(&material.name)
+            )));
+        }
+        let repeats = if mask.is_some() { repeats } else { [1, 1] };
+        let albedo = match picture {
+            None => Texture::plain(material.colour),
+            Some(picture) => texture(picture, material.colour, mask.as_ref(), repeats),
+        };
+        Ok(Self {
+            albedo: Arc::new(albedo),
+            mask: mask.map(Arc::new),
+        })
+    }
+
+    fn material(&self, raw: &RawMaterial, semantic: Semantic) -> Material {
+        let told = &raw.told;
+        let mean = self.albedo.mean();
+        let through = if optics::is_translucent(semantic) {
+            // About as much as leaves reflect, and never more than all together.
+            mean.min(Vec3::ONE - mean).max(Vec3::ZERO)
+        } else {
+            Vec3::ZERO
+        };
+        let name = if raw.name.is_empty() {
+            "model"
+        } else {
+            &raw.name
+        };
+        Material {
+            support: told.support,
+            albedo: Arc::clone(&self.albedo),
+            transmittance: told.transmittance.unwrap_or(through),
+            roughness: raw.roughness,
+            mask: self.mask.clone(),
+            optics: told.optics.unwrap_or_else(|| optics::at_lasers(semantic)),
+            ..Material::plain(name, semantic, mean)
+        }
+    }
+}
+
+/// A mask of a picture that is repeated along both sides.
+fn mask(
+    picture: &Picture,
+    [columns, rows]: [usize; 2],
+    is_opaque: impl Fn([u8; 4]) -> bool,
+) -> Result<AlphaMask, ImportError> {
+    let (width, height) = (picture.width, picture.height);
+    let opaque = |column: usize, row: usize| is_opaque(picture.at(column % width, row % height));
+    AlphaMask::from_fn(width * columns, height * rows, opaque)
+        .map_err(|e| ImportError::file(e.to_string()))
+}
+
+/// The colours of a picture that is repeated along both sides.
+fn texture(
+    picture: &Picture,
+    factor: Vec3,
+    mask: Option<&AlphaMask>,
+    [columns, rows]: [usize; 2],
+) -> Texture {
+    let (width, height) = (picture.width * columns, picture.height * rows);
+    let side = |n: usize| n.next_power_of_two().min(MAX_TEXTURE_SIDE);
+    let (across, down) = (side(width), side(height));
+    let linear: [f32; 256] = std::array::from_fn(|i| linear(i as f32 / 255.0));
+    // Texel `i` of `n` stands for these pixels of `of`.
+    let pixels = |i: usize, n: usize, of: usize| i * of / n..((i + 1) * of).div_ceil(n);
+    let mut colours = Vec::with_capacity(across * down);
+    for row in 0..down {
+        for column in 0..across {
+            let (mut sum, mut weight) = (Vec3::ZERO, 0.0);
+            for y in pixels(row, down, height) {
+                for x in pixels(column, across, width) {
+                    let [r, g, b, alpha] = picture.at(x % picture.width, y % picture.height);
+                    // Colours under what is transparent count only where nothing else does.
+                    let part = if mask.is_some() {
+                        f32::from(alpha).max(1e-3)
+                    } else {
+                        1.0
+                    };
+                    let colour = [r, g, b].map(|c| linear[usize::from(c)]);
+                    sum += part * Vec3::from_array(colour);
+                    weight += part;
+                }
+            }
+            colours.push(sum / weight * factor);
+        }
+    }
+    let place = |i: usize, n: usize| (i as f32 + 0.5) / n as f32;
+    let opaque = |column: usize, row: usize| {
+        mask.is_none_or(|m| m.is_opaque(place(column, across), place(row, down)))
+    };
+    Texture::from_linear_where(across, down, &colours, opaque)
+        .expect("sides are powers of two up to 4096, with as many texels")
+}
+
+/// Linear light of a share of sRGB (IEC 61966-2-1).
+fn linear(s: f32) -> f32 {
+    if s <= 0.040_45 {
+        s / 12.92
+    } else {
+        libm::powf((s + 0.055) / 1.055, 2.4)
+    }
+}

@@ -1,0 +1,147 @@
+//! Models that a user brings: trees, shrubs and rocks as glTF or OBJ.
+//!
+//! Files become a [`RawModel`](raw::RawModel), whatever their format (`gltf`, `obj`); the sidecar
+//! and names say what each part of it is (`semantics`); `bake` makes our materials and one mesh of
+//! it; `measure` looks at the mesh as a forester would.
+
+mod bake;
+mod buffers;
+mod bundle;
+mod gltf;
+mod json;
+mod measure;
+mod obj;
+mod optics;
+mod picture;
+mod raw;
+mod semantics;
+mod sidecar;
+
+use nemoral_scene::{
+    Card, Material, MaterialId, MaterialLibrary, Mesh, Prototype, PrototypeError, Triangle,
+};
+
+pub use bundle::{FindFile, MAX_MODEL_BYTES, ModelFiles};
+pub use measure::{Extent, TreeMeasures};
+pub use sidecar::{ModelSidecar, Up};
+
+use crate::ImportError;
+
+/// The most triangles of a model.
+pub const MAX_TRIANGLES: usize = 2_000_000;
+/// The most nodes of a scene.
+pub const MAX_NODES: usize = 100_000;
+/// The most nodes above each other.
+pub const MAX_DEPTH: usize = 64;
+/// The most materials of a model.
+pub const MAX_MATERIALS: usize = 256;
+/// The most pictures of a model.
+pub const MAX_PICTURES: usize = 256;
+/// The longest side of a picture, pixels.
+pub const MAX_PICTURE_SIDE: u32 = 8192;
+/// The most pixels of a model's pictures together: one of the largest.
+pub const MAX_PICTURE_PIXELS: u64 = 1 << 26;
+
+/// What a model is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelKind {
+    /// A tree, alive or dead. Each of its materials needs a meaning of its own.
+    Tree,
+    /// A shrub, which is [`Semantic::Shrub`](nemoral_scene::Semantic::Shrub) unless its sidecar
+    /// says other.
+    Shrub,
+    /// A rock, likewise.
+    Rock,
+}
+
+/// A model in our units and axes: metres, z up, its foot at the origin.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The triangles, whose materials are numbered as below.
+    pub mesh: Mesh,
+    /// The materials.
+    pub materials: Vec<Material>,
+    /// Height and width.
+    pub extent: Extent,
+    /// What a forester would measure; of a tree alone.
+    pub tree: Option<TreeMeasures>,
+    /// What was guessed, and what was left out, for the user to read.
+    pub notes: Vec<String>,
+}
+
+impl Model {
+    /// Reads a model of this kind.
+    ///
+    /// # Errors
+    /// If the files are malformed or too large, have no triangles, their units or axes are not
+    /// known, or it is not known what some materials are; of a tree, if its diameter can neither
+    /// be measured nor is told.
+    pub fn read(files: &ModelFiles, kind: ModelKind) -> Result<Self, ImportError> {
+        let sidecar = match files.sidecar() {
+            Some(bytes) => ModelSidecar::read(bytes)?,
+            None => ModelSidecar::default(),
+        };
+        let mut raw = if files.is_obj() {
+            obj::read(files)?
+        } else {
+            gltf::read(files)?
+        };
+        semantics::leave_out(&mut raw, &sidecar);
+        let semantics = semantics::find(&mut raw, &sidecar, kind)?;
+        let mut baked = bake::bake(&raw, &semantics)?;
+        let mut notes = std::mem::take(&mut raw.notes);
+        drop(raw);
+        sidecar.to_our_axes(&mut baked.mesh, files.is_obj(), &mut notes);
+        let is_finite = |p: &nemoral_scene::glam::Vec3| p.is_finite() && p.length() < 1e4;
+        if !baked.mesh.positions.iter().all(is_finite) {
+            let reason = "has points that are not within 10 km of its origin";
+            return Err(ImportError::file(reason));
+        }
+        measure::put_on_origin(&mut baked, kind, &mut notes);
+        let extent = Extent::of(&baked.mesh);
+        let tree = match kind {
+            ModelKind::Tree => Some(measure::of_tree(&baked, &sidecar, &extent)?),
+            _ => None,
+        };
+        Ok(Self {
+            mesh: baked.mesh,
+            materials: baked.materials,
+            extent,
+            tree,
+            notes,
+        })
+    }
+
+    /// Its shape, and its materials in a library: leaves of two triangles become cards.
+    ///
+    /// # Errors
+    /// Never for a model that [`Self::read`] made.
+    ///
+    /// # Panics
+    /// If the library has no room for its materials.
+    pub fn prototype(
+        &self,
+        name: &str,
+        library: &mut MaterialLibrary,
+    ) -> Result<Prototype, PrototypeError> {
+        let ids: Vec<MaterialId> = (self.materials.iter())
+            .map(|material| library.add(material.clone()))
+            .collect();
+        let mut mesh = self.mesh.clone();
+        for Triangle { material, .. } in &mut mesh.triangles {
+            *material = ids[usize::from(material.0)];
+        }
+        Prototype::new(name, mesh, Vec::<Card>::new(), library)
+    }
+}
+
+/// Checks the size of a model while it is read.
+fn check_size(triangles: usize, vertices: usize) -> Result<(), ImportError> {
+    if triangles > MAX_TRIANGLES || vertices > 3 * MAX_TRIANGLES {
+        return Err(ImportError::file(format!(
+            "has {triangles} triangles and {vertices} vertices: at most {MAX_TRIANGLES} triangles \
+             and three times as many vertices are read"
+        )));
+    }
+    Ok(())
+}
