@@ -4,22 +4,30 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nemoral_dataset::input_path;
-use nemoral_files::InnerPath;
+use nemoral_files::{Folder, InnerPath};
+use nemoral_import::{ImportError, Model, ModelFiles, ModelKind};
 
 use crate::Error;
-use crate::config::{Config, ConfigError, ConfigErrors, InputPath, most_bytes};
+use crate::config::{Config, ConfigError, ConfigErrors, InputPath, is_model, most_bytes};
 use crate::plan::{Encode, Encoder, Hasher, KeyEncoder};
 
-/// A file: its path, its content, and a digest of the content.
+/// A file: its path, its content, and a digest of the content. A model is one file together with
+/// those that it names: an archive of all of them.
 #[derive(Clone)]
 pub struct InputFile {
     path: PathBuf,
     bytes: Arc<[u8]>,
     digest: [u8; 32],
+    /// Whether the content is an archive of the file at the path and others.
+    is_packed: bool,
+    /// The model, by kind, when it was asked for.
+    models: Arc<[OnceLock<Result<Arc<Model>, ImportError>>; KINDS.len()]>,
 }
+
+const KINDS: [ModelKind; 3] = [ModelKind::Tree, ModelKind::Shrub, ModelKind::Rock];
 
 impl InputFile {
     fn new(path: &Path, bytes: Vec<u8>) -> Self {
@@ -27,7 +35,44 @@ impl InputFile {
             path: path.to_owned(),
             digest: *blake3::hash(&bytes).as_bytes(),
             bytes: bytes.into(),
+            is_packed: false,
+            models: Arc::default(),
         }
+    }
+
+    /// A model with the files that it names, which lie in its folder or below.
+    fn of_model(path: &Path, bytes: Vec<u8>) -> Result<Self, ImportError> {
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+        let folder = Folder::new(parent.unwrap_or(Path::new(".")));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let mut find = |name: &str, limit: u64| {
+            let inner = InnerPath::new(name);
+            let inner = inner.map_err(|e| ImportError::File(format!("names a file: {e}")))?;
+            match folder.read(&inner, limit) {
+                Ok(bytes) => Ok(Some(bytes)),
+                Err(e) if e.is_not_found() => Ok(None),
+                Err(e) => Err(ImportError::File(format!("names a file: {e}"))),
+            }
+        };
+        let archive = ModelFiles::gather(&name, bytes.clone(), &mut find)?.to_tar()?;
+        Ok(Self {
+            is_packed: archive != bytes,
+            ..Self::new(path, archive)
+        })
+    }
+
+    /// The model that the file is, read as one of this kind when it is asked for first.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub fn model(&self, kind: ModelKind) -> Result<Arc<Model>, ImportError> {
+        let index = KINDS.iter().position(|k| *k == kind).unwrap_or(0);
+        let read = || {
+            let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+            let files = ModelFiles::gather(&name, self.bytes.to_vec(), &mut |_, _| Ok(None))?;
+            Model::read(&files, kind).map(Arc::new)
+        };
+        self.models[index].get_or_init(read).clone()
     }
 
     /// Its path, as the config has it.
@@ -56,7 +101,8 @@ impl InputFile {
     /// Its place in a data set that carries it.
     pub(crate) fn carried_path(&self) -> InnerPath {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        input_path(&name, &self.bytes)
+        let end = if self.is_packed { ".tar" } else { "" };
+        input_path(&format!("{name}{end}"), &self.bytes)
     }
 
     /// BLAKE3 of its bytes.
@@ -117,6 +163,15 @@ impl InputFiles {
             }
             let path = PathBuf::from(vacant.key());
             match nemoral_files::read(&path, most_bytes(&key)) {
+                Ok(bytes) if is_model(&key) => match InputFile::of_model(&path, bytes) {
+                    Ok(file) => {
+                        vacant.insert(file);
+                    }
+                    Err(e) => {
+                        let path = path.display();
+                        problems.push((key.clone(), format!("{key} = \"{path}\": {e}")));
+                    }
+                },
                 Ok(bytes) => {
                     vacant.insert(InputFile::new(&path, bytes));
                 }

@@ -35,6 +35,7 @@ pub(crate) fn prove(
         .map(str::to_owned)
         .into_iter()
         .chain(of_plot)
+        .chain(runner.get(forest.assets, ())?.models.notes.iter().cloned())
         .collect();
     Ok((!notes.is_empty()).then(|| notes.join("; ")))
 }

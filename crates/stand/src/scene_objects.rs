@@ -118,6 +118,8 @@ pub enum ObjectSize {
     Grown,
     /// It varies much, by [`sapling_scale`].
     Sapling,
+    /// It varies evenly between two scales.
+    Between([f64; 2]),
     /// It was measured.
     Measured(MeasuredSize),
 }
@@ -142,6 +144,7 @@ impl ObjectSize {
             Self::Given(scale) => scale,
             Self::Grown => grown_scale(place),
             Self::Sapling => sapling_scale(place),
+            Self::Between([low, high]) => low + (high - low) * place,
             Self::Measured(size) => size.across,
         }
     }
@@ -288,6 +291,21 @@ mod tests {
         let [x, y, z] = [tree.linear.x_axis, tree.linear.y_axis, tree.linear.z_axis];
         assert!((x.length() - 1.2).abs() < 1e-6 && (y.length() - 1.2).abs() < 1e-6);
         assert!((z - nemoral_scene::glam::Vec3::Z * 0.9).length() < 1e-6);
+    }
+
+    #[test]
+    fn sizes_between_two_are_all_there() {
+        let variation = InstanceVariation::new(Key::world(7));
+        let site = |i| ObjectSite {
+            size: ObjectSize::Between([0.5, 3.0]),
+            ..site(ObjectKind::Rock, i)
+        };
+        let sites: Vec<_> = (0..400).map(site).collect();
+        let chunk = ChunkCoord::new(0, 0);
+        let objects = SceneObjects::stand(chunk, &sites, &FlatSurface::default(), &variation);
+        let scales: Vec<f64> = objects.expect("ids").0.iter().map(|o| o.scale).collect();
+        assert!(scales.iter().all(|s| (0.5..=3.0).contains(s)));
+        assert!(scales.iter().any(|s| *s < 0.6) && scales.iter().any(|s| *s > 2.9));
     }
 
     #[test]

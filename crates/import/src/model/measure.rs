@@ -31,7 +31,7 @@ pub struct TreeMeasures {
     /// Height of the crown's base, metres: 98 % of the foliage is above it. Of a tree without
     /// foliage, its height.
     pub crown_base_m: f64,
-    /// Mean crown radius, metres: of the farthest foliage in eight directions.
+    /// Crown radius, metres: the quadratic mean of the farthest foliage's in eight directions.
     pub crown_radius_m: f64,
     /// One-sided area of the foliage, m²: what the masks leave of it.
     pub leaf_area_m2: f64,
@@ -254,7 +254,7 @@ impl Foliage {
         Self {
             area_m2,
             base_m: base.map_or(0.0, |(z, _)| f64::from(*z)),
-            radius_m: farthest.iter().map(|&m| f64::from(m)).sum::<f64>() / 8.0,
+            radius_m: (farthest.iter().map(|&m| f64::from(m * m)).sum::<f64>() / 8.0).sqrt(),
         }
     }
 }

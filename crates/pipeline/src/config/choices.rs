@@ -46,6 +46,16 @@ choices! {
         PerlinSurflet = "perlin-surflet",
     }
 
+    /// What a model of a user is.
+    ModelKind {
+        /// A tree.
+        Tree = "tree",
+        /// A shrub.
+        Shrub = "shrub",
+        /// A rock.
+        Rock = "rock",
+    }
+
     /// How the exposure of pictures is chosen.
     ExposureMode {
         /// By a light meter.

@@ -11,13 +11,17 @@ pub(super) fn to_table(config: &impl Serialize) -> Table {
     Table::try_from(config).expect("a config is plain data")
 }
 
-/// The definition of a table. A further sensor has that of the first one.
+/// The definition of a table. A further sensor has that of the first one, a model that of NAME.
 pub(super) fn section(path: &str) -> Option<&'static SectionSpec> {
     let further = [("cameras.", "camera"), ("lidars.", "lidar")];
     let of_first = further.iter().find_map(|(prefix, first)| {
         let rest = path.strip_prefix(prefix)?.split_once('.');
         Some(rest.map_or((*first).to_owned(), |(_, rest)| format!("{first}.{rest}")))
     });
+    let of_model = path
+        .strip_prefix("models.")
+        .filter(|name| !name.contains('.'));
+    let of_first = of_first.or_else(|| of_model.map(|_| "models.NAME".to_owned()));
     let path = of_first.as_deref().unwrap_or(path);
     SECTIONS.iter().find(|s| s.path == path)
 }
@@ -45,9 +49,14 @@ pub(super) fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
 /// The most bytes of the file that a key names; 0 for a key that names no file.
 pub(crate) fn most_bytes(key: &str) -> u64 {
     match allowed(key) {
-        Some(Allowed::File(most)) => most,
+        Some(Allowed::File(most) | Allowed::Model(most)) => most,
         _ => 0,
     }
+}
+
+/// Whether a key names a model, which has other files beside it.
+pub(crate) fn is_model(key: &str) -> bool {
+    matches!(allowed(key), Some(Allowed::Model(_)))
 }
 
 /// The greatest value of a key that has real numbers; 0 for others.

@@ -10,7 +10,7 @@ use super::errors::{ConfigError, ConfigErrors, Place};
 use super::schema::SectionSpec;
 use super::source::Source;
 use super::words::{cut, did_you_mean, shown};
-use super::{Config, Preset, SECTIONS, Sequences, devices};
+use super::{Config, Model, Preset, SECTIONS, Sequences, devices};
 use crate::{Error, InputFiles};
 
 /// What a user asked for, in layers: a preset, a file over it, settings over that.
@@ -193,12 +193,17 @@ pub(super) fn merged(
 }
 
 /// A preset with the defaults of the sensors that the sources name: further cameras and LiDARs have
-/// the values of the first one, and LiDARs with a device those of its data sheet over them.
+/// the values of the first one, LiDARs with a device those of its data sheet over them, and models
+/// their own.
 fn with_sensors(preset: &Preset, sources: &[Source]) -> Table {
     let mut merged = to_table(&preset.config());
     let lidar_of = |device: Option<String>| device.and_then(|name| devices::layer(&name));
     if let Some(layer) = lidar_of(last_text(sources, &["lidar", "device"])) {
         merge("lidar", table_at(&mut merged, "lidar"), &layer);
+    }
+    for name in names(sources, "models") {
+        let model = Value::Table(to_table(&Model::default()));
+        table_at(&mut merged, "models").insert(name, model);
     }
     let mut first_of = |key: &str| {
         let mut first = table_at(&mut merged, key).clone();

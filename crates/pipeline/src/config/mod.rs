@@ -11,6 +11,7 @@ mod input_path;
 mod lidar_model;
 mod light_model;
 mod load;
+mod models;
 mod mount;
 mod pages;
 mod presets;
@@ -35,17 +36,19 @@ pub use camera_effects::{
 };
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
-    ExposureMode, LaconteSensor, Look, MeteringMode, PathFormat, RangeNoiseModel, ReturnMode,
-    SpinningHead, TerrainNoise, ToneChoice, VignettingModel, WhiteBalanceMode,
+    ExposureMode, LaconteSensor, Look, MeteringMode, ModelKind, PathFormat, RangeNoiseModel,
+    ReturnMode, SpinningHead, TerrainNoise, ToneChoice, VignettingModel, WhiteBalanceMode,
 };
 pub(crate) use devices::LIGHT_M_PER_NS;
-pub(crate) use dotted_keys::most_bytes;
+pub(crate) use dotted_keys::{is_model, most_bytes};
 pub use errors::{ConfigError, ConfigErrors, Place};
 pub(crate) use file_paths::SEQUENCE_UP;
 pub use input_path::InputPath;
 pub(crate) use lidar_model::refused_at;
 pub(crate) use light_model::sky_params;
 pub use load::Layers;
+pub use models::Model;
+pub(crate) use models::SLACK;
 pub use pages::{annotated_toml, json_schema, reference_page};
 pub use presets::Preset;
 pub use schema::{Allowed, KeySpec, SectionSpec};

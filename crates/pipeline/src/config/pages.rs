@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
+use super::dotted_keys::to_table;
 use super::load::merge;
-use super::{Config, Preset, SECTIONS, devices};
+use super::{Config, Model, Preset, SECTIONS, devices};
 
 /// A config as commented TOML: every key with its purpose, its allowed values and the source of its
 /// default.
@@ -51,11 +52,11 @@ pub fn annotated_toml(config: &Config) -> String {
     out
 }
 
-/// Tables for further sensors.
+/// Tables for further sensors and models.
 struct Further {
     /// The table that contains them.
     path: &'static str,
-    /// The table whose values they inherit.
+    /// The table whose values they inherit; empty if they inherit none.
     first: &'static str,
     /// The example that is shown in a config without them.
     example: &'static str,
@@ -73,6 +74,18 @@ fn further(path: &str) -> Option<Further> {
 # mount_yaw_deg = 180.0
 # [cameras.rear.fov]
 # horizontal_deg = 100.0
+",
+        }),
+        "models" => Some(Further {
+            path: "models",
+            first: "",
+            example: "\
+# [models.old_oak]         # a tree that you scanned, instead of every fifth one
+# file = \"old_oak.glb\"
+# share = 0.2
+# [models.erratic]
+# file = \"erratic/rock.obj\"
+# kind = \"rock\"
 ",
         }),
         "lidars" => Some(Further {
@@ -94,7 +107,10 @@ impl Further {
         if further.is_empty() {
             return self.example.to_owned();
         }
-        let first = lookup(values, self.first).cloned().unwrap_or_default();
+        let first = match self.first {
+            "" => toml::Table::new(),
+            first => lookup(values, first).cloned().unwrap_or_default(),
+        };
         let named = further.iter().map(|(name, table)| {
             let table = table.as_table().unwrap_or(&first);
             // A device of its own lies over what is inherited.
@@ -167,7 +183,7 @@ fn object(path: &str) -> Value {
     for key in section.keys {
         let mut schema = key.allowed.json_schema();
         schema["description"] = json!(format!("{} Default: {}.", key.doc.trim(), key.source));
-        if let Some(value) = lookup(&defaults, path).and_then(|t| t.get(key.name)) {
+        if let Some(value) = default_of(&defaults, path, key.name) {
             schema["default"] = json!(value);
         }
         properties.insert(key.name.to_owned(), schema);
@@ -181,6 +197,7 @@ fn object(path: &str) -> Value {
         if let Some(name) = sub.path.strip_prefix(&prefix)
             && !name.is_empty()
             && !name.contains('.')
+            && sub.path != MODEL
         {
             properties.insert(name.to_owned(), object(sub.path));
         }
@@ -189,6 +206,7 @@ fn object(path: &str) -> Value {
     let others = match path {
         "cameras" => object("camera"),
         "lidars" => object("lidar"),
+        "models" => object(MODEL),
         "vary" | "ranges" => json!({"type": ["array", "object"]}),
         _ => json!(false),
     };
@@ -240,7 +258,7 @@ pub fn reference_page() -> String {
             "\n| key | default | allowed | what | source |\n|---|---|---|---|---|"
         );
         for key in section.keys {
-            let default = lookup(&defaults, section.path).and_then(|t| t.get(key.name));
+            let default = default_of(&defaults, section.path, key.name);
             let default = default.map_or_else(|| "–".to_owned(), |v| format!("`{v}`"));
             let allowed = key.allowed.describe();
             let _ = writeln!(
@@ -284,6 +302,17 @@ fn wrapped(text: &str, indent: &str) -> String {
     }
     out.push('\n');
     out
+}
+
+/// The table that stands for that of each model.
+const MODEL: &str = Model::SPEC.path;
+
+/// The default of a key.
+fn default_of(defaults: &toml::Table, path: &str, key: &str) -> Option<toml::Value> {
+    if path == MODEL {
+        return to_table(&Model::default()).remove(key);
+    }
+    lookup(defaults, path)?.get(key).cloned()
 }
 
 fn lookup<'a>(table: &'a toml::Table, path: &str) -> Option<&'a toml::Table> {

@@ -22,6 +22,8 @@ pub enum Allowed {
     Text,
     /// The path of a file of at most this number of bytes.
     File(u64),
+    /// The path of a model, of at most this number of bytes with all files that it names.
+    Model(u64),
     /// Three real numbers, both ends included.
     Triple(f64, f64),
 }
@@ -44,6 +46,10 @@ impl Allowed {
                 let mib = most >> 20;
                 format!("the path of a file of at most {mib} MiB, in quotes")
             }
+            Self::Model(most) => {
+                let mib = most >> 20;
+                format!("the path of a model of at most {mib} MiB with its files, in quotes")
+            }
             Self::Triple(low, high) => format!("three numbers from {low} to {high}, [a, b, c]"),
         }
     }
@@ -55,9 +61,8 @@ impl Allowed {
             (Self::Real(low, high), v) => number(v).is_some_and(|x| (*low..=*high).contains(&x)),
             (Self::RealAbove(low, high), v) => number(v).is_some_and(|x| x > *low && x <= *high),
             (Self::Whole(low, high), Value::Integer(i)) => (low..=high).contains(&i),
-            (Self::Flag, Value::Boolean(_)) | (Self::Text | Self::File(_), Value::String(_)) => {
-                true
-            }
+            (Self::Flag, Value::Boolean(_))
+            | (Self::Text | Self::File(_) | Self::Model(_), Value::String(_)) => true,
             (Self::OneOf(words), Value::String(s)) => words.contains(&s.as_str()),
             (Self::Triple(low, high), Value::Array(a)) => {
                 let inside = |v| number(v).is_some_and(|x| (*low..=*high).contains(&x));
@@ -79,7 +84,7 @@ impl Allowed {
             Self::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
             Self::Flag => json!({"type": "boolean"}),
             Self::OneOf(words) => json!({"enum": words}),
-            Self::Text | Self::File(_) => json!({"type": "string"}),
+            Self::Text | Self::File(_) | Self::Model(_) => json!({"type": "string"}),
             Self::Triple(low, high) => json!({
                 "type": "array", "minItems": 3, "maxItems": 3,
                 "items": {"type": "number", "minimum": low, "maximum": high},

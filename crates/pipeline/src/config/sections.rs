@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::choices::{CUSTOM_DEVICE, DEVICES, TRAIL_SURFACES};
+use super::models::MODELS_SPEC;
 use super::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Text, Triple, Whole};
 use super::schema::{SectionSpec, encode_variants, section};
 use super::{
     CameraAberration, CameraProcessing, CameraSoiling, CameraTone, CameraVignetting,
-    CameraWhiteBalance, ExposureMode, InputPath, LaconteSensor, Look, MeteringMode, PathFormat,
-    RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, VARIED_SURFACES,
+    CameraWhiteBalance, ExposureMode, InputPath, LaconteSensor, Look, MeteringMode, Model,
+    PathFormat, RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, VARIED_SURFACES,
 };
 
 /// The largest text file that a config may name.
@@ -54,6 +55,8 @@ section! {
         undergrowth: Undergrowth;
         /// What is grown.
         assets: Assets;
+        /// Your own models.
+        models: BTreeMap<String, Model>;
         /// Sun.
         sun: Sun;
         /// Sky.
@@ -1222,6 +1225,8 @@ pub const SECTIONS: &[SectionSpec] = &[
     Sward::SPEC,
     Thickets::SPEC,
     Assets::SPEC,
+    MODELS_SPEC,
+    Model::SPEC,
     Sun::SPEC,
     SunAngles::SPEC,
     SunDate::SPEC,

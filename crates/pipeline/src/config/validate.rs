@@ -5,7 +5,7 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
 use super::sensors::RESERVED;
-use super::{Config, Lidar, LidarPattern, RobotPath, SunPosition, lines_m, sky_image};
+use super::{Config, Lidar, LidarPattern, ModelKind, RobotPath, SunPosition, lines_m, sky_image};
 use crate::{Error, InputFiles, site};
 
 /// `.label` files number the objects of a chunk from 1 to this.
@@ -53,6 +53,7 @@ impl Config {
         self.sensor_problems(&mut out);
         self.sensor_name_problems(&mut out);
         self.robot_problems(&mut out);
+        out.0.extend(self.model_problems(inputs));
         out.0.extend(site::problems(self, inputs));
         out.0
     }
@@ -145,7 +146,8 @@ impl Config {
 
     fn asset_problems(&self, out: &mut Problems) {
         let (a, p) = (&self.assets, &self.placement);
-        if p.trees > 0.0 && a.shares().iter().all(|(_, share)| *share <= 0.0) {
+        let is_grown = a.shares().iter().any(|(_, share)| *share > 0.0);
+        if p.trees > 0.0 && !is_grown && self.share_of_models(ModelKind::Tree) <= 0.0 {
             out.add(
                 "assets",
                 ": the species shares are all 0, and placement.trees asks for trees",
@@ -155,7 +157,8 @@ impl Config {
             let must = format!("be below assets.dbh_max_m = {}", a.dbh_max_m);
             out.refuse("assets.dbh_min_m", a.dbh_min_m, &must);
         }
-        if p.shrubs > 0.0 && a.gorse + a.heather + a.bramble <= 0.0 {
+        let shrubs = a.gorse + a.heather + a.bramble + self.share_of_models(ModelKind::Shrub);
+        if p.shrubs > 0.0 && shrubs <= 0.0 {
             out.add(
                 "assets",
                 ": the shares of gorse, heather and bramble are all 0, and placement.shrubs asks \

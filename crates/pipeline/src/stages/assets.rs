@@ -9,6 +9,7 @@ use crate::config::Config;
 use crate::plan::{Forest, Hasher, Kept, OfWorld, Stage};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
+use crate::world::models::ModelRecipe;
 use crate::world::recipe::Recipe;
 use crate::{Error, InputFiles};
 
@@ -16,9 +17,12 @@ use crate::{Error, InputFiles};
 #[derive(Clone, Debug)]
 pub struct LibraryStage(Recipe);
 
-/// Makes the [`WorldAssets`] of a library.
+/// Makes the [`WorldAssets`] of a library and the user's models.
 #[derive(Clone, Debug)]
-pub struct AssetStage(Recipe);
+pub struct AssetStage {
+    recipe: Recipe,
+    models: ModelRecipe,
+}
 
 impl LibraryStage {
     /// The stage of a config and the files that it names.
@@ -62,7 +66,10 @@ impl AssetStage {
     /// The stage of a config and the files that it names.
     #[must_use]
     pub fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self(Recipe::new(config, inputs))
+        Self {
+            recipe: Recipe::new(config, inputs),
+            models: ModelRecipe::new(config, inputs),
+        }
     }
 }
 
@@ -74,10 +81,11 @@ impl Stage<Forest> for AssetStage {
     const VERSION: u32 = 6;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        self.0.fingerprint(hasher);
+        self.recipe.fingerprint(hasher);
+        self.models.fingerprint(hasher);
     }
 
     fn run(&self, (): (), world: Key, (library,): (Arc<Library>,)) -> Result<WorldAssets, Error> {
-        in_pool(|| WorldAssets::new(library, &self.0, world))
+        in_pool(|| WorldAssets::new(library, &self.recipe, &self.models, world))
     }
 }

@@ -11,6 +11,7 @@ use nemoral_seed::Key;
 use nemoral_stand::{InstanceVariation, MeasuredSize, SceneObject};
 use rayon::prelude::*;
 
+use super::models::{ModelRecipe, WorldModels};
 use super::recipe::Recipe;
 use crate::Error;
 use crate::site::{MeasuredStem, MeasuredStems};
@@ -70,6 +71,8 @@ pub struct WorldAssets {
     pub variation: InstanceVariation,
     /// The trees of the stem map, in its order.
     pub(crate) measured: Vec<MeasuredObject>,
+    /// The user's models among all these.
+    pub(crate) models: WorldModels,
 }
 
 /// A tree of a stem map as an object.
@@ -94,8 +97,14 @@ pub struct Standing {
 }
 
 impl WorldAssets {
-    /// The library of a recipe, prepared for ray casting.
-    pub(crate) fn new(library: Arc<Library>, recipe: &Recipe, world: Key) -> Result<Self, Error> {
+    /// The library of a recipe with the models of another, prepared for ray casting.
+    pub(crate) fn new(
+        library: Arc<Library>,
+        recipe: &Recipe,
+        models: &ModelRecipe,
+        world: Key,
+    ) -> Result<Self, Error> {
+        let (library, models) = models.add_to(library)?;
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
@@ -135,14 +144,20 @@ impl WorldAssets {
         let mut all = grown(&library.trees, of_stand[0]);
         all.extend(grown(&library.snags, of_stand[1]));
         all.extend(grown(&library.saplings, usize::MAX));
-        let standing: Vec<Standing> = (all.par_iter())
+        let mut standing: Vec<Standing> = (all.par_iter())
             .map(|(tree, is_measured)| standing((tree, *is_measured)))
             .collect();
+        let first_sapling = library.trees.len() + library.snags.len();
+        let grown = &mut standing[..first_sapling];
+        let mut weights: Vec<f64> = grown.iter().map(|tree| tree.weight).collect();
+        models.weigh(ObjectKind::Tree, &mut weights);
+        for (tree, weight) in grown.iter_mut().zip(weights) {
+            tree.weight = weight;
+        }
         let measured = {
             let first = [of_stand[0], library.trees.len() + of_stand[1]];
             objects_of(&measured, &species, first, &standing)
         };
-        let first_sapling = library.trees.len() + library.snags.len();
         let build = |prototypes: Vec<&Arc<Prototype>>| -> Vec<Arc<Blas>> {
             prototypes
                 .into_par_iter()
@@ -182,6 +197,7 @@ impl WorldAssets {
             dbh_mean_m: recipe.dbh_mean_m(),
             variation: InstanceVariation::new(world),
             measured,
+            models,
             library,
         })
     }

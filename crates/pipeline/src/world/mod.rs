@@ -10,6 +10,7 @@ pub mod ground;
 pub(crate) mod ground_mesh;
 pub mod lidars;
 pub(crate) mod low_plants;
+pub(crate) mod models;
 pub(crate) mod object_sites;
 pub mod patch;
 pub(crate) mod placement;

@@ -21,7 +21,9 @@ pub(crate) fn object_sites(
     assets: &WorldAssets,
     model: &GroundModel,
 ) -> Vec<ObjectSite> {
-    let rocks = rocks.iter().map(|site| grown(ObjectKind::Rock, site));
+    let rocks = rocks
+        .iter()
+        .map(|site| grown(ObjectKind::Rock, site, assets));
     let plot = ground.plot().map_or(&[][..], |plot| plot.in_chunk(at));
     let woody = woody.iter().map(|site| woody_plant(site, assets, plot));
     let mut sites: Vec<ObjectSite> = rocks.chain(woody).collect();
@@ -35,14 +37,15 @@ pub(crate) fn object_sites(
     sites
 }
 
-/// An object of a placed site, nearly as large as its asset.
-fn grown(kind: ObjectKind, site: &Site) -> ObjectSite {
+/// An object of a placed site: what is grown is nearly as large as its asset.
+fn grown(kind: ObjectKind, site: &Site, assets: &WorldAssets) -> ObjectSite {
+    let asset = usize::from(site.variety);
     ObjectSite {
         kind,
         position_m: site.position_m,
         radius_m: site.radius_m,
-        asset: usize::from(site.variety),
-        size: ObjectSize::Grown,
+        asset,
+        size: assets.models.size(kind, asset),
         key: site.key,
         on_trail: false,
         lying: None,
@@ -57,17 +60,17 @@ fn woody_plant(site: &Site, assets: &WorldAssets, plot: &[usize]) -> ObjectSite 
             asset: tree.asset,
             size: ObjectSize::Measured(tree.size),
             radius_m: tree.radius_m,
-            ..grown(ObjectKind::Tree, site)
+            ..grown(ObjectKind::Tree, site, assets)
         };
     }
     match StandLayer::ALL[usize::from(site.layer)] {
-        StandLayer::Trees => grown(ObjectKind::Tree, site),
-        StandLayer::Stumps => grown(ObjectKind::Stump, site),
-        StandLayer::Shrubs => grown(ObjectKind::Shrub, site),
+        StandLayer::Trees => grown(ObjectKind::Tree, site, assets),
+        StandLayer::Stumps => grown(ObjectKind::Stump, site, assets),
+        StandLayer::Shrubs => grown(ObjectKind::Shrub, site, assets),
         StandLayer::Saplings => ObjectSite {
             asset: assets.first_sapling + usize::from(site.variety),
             size: ObjectSize::Sapling,
-            ..grown(ObjectKind::Tree, site)
+            ..grown(ObjectKind::Tree, site, assets)
         },
     }
 }

@@ -4,8 +4,8 @@ use nemoral_placement::{
     LayerParams, ParamError, Patches, Placement, PlacementError, PlacementParams, RockParams, Rows,
     Site, Variety,
 };
-use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::StandLayer;
 
@@ -93,15 +93,17 @@ impl PlacementRecipe {
     ) -> Result<Placement, Error> {
         let p = &self.placement;
         let library = &assets.library;
+        let models = &assets.models;
         let tree = |t: &Standing| Variety {
             weight: t.weight,
             ..exactly(t.tree.radius_m)
         };
         let (grown, young) = assets.standing.split_at(assets.first_sapling);
-        let trees: Vec<Variety> = grown.iter().map(tree).collect();
+        let mut trees: Vec<Variety> = grown.iter().map(tree).collect();
+        models.widen(ObjectKind::Tree, &mut trees);
         let saplings: Vec<Variety> = young.iter().map(tree).collect();
         let stumps: Vec<Variety> = library.stumps.iter().map(|s| exactly(s.radius_m)).collect();
-        let shrubs: Vec<Variety> = library
+        let mut shrubs: Vec<Variety> = library
             .shrubs
             .iter()
             .map(|s| Variety {
@@ -113,7 +115,9 @@ impl PlacementRecipe {
                 ..exactly(SHRUB_CORE * s.radius_m)
             })
             .collect();
-        let rocks = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
+        models.mix_in(ObjectKind::Shrub, &mut shrubs);
+        let mut rocks: Vec<Variety> = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
+        models.mix_in(ObjectKind::Rock, &mut rocks);
         // Targets are means over the whole plane, of which trails take a share.
         let weight: f64 = trees.iter().map(|t| t.weight).sum();
         let mean_radius =

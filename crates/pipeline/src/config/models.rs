@@ -1,0 +1,151 @@
+//! Models of users, and what is wrong with them.
+
+use super::schema::Allowed::{Model as ModelFile, OneOf, Real, Text};
+use super::schema::{SectionSpec, section};
+use super::{Config, InputPath, ModelKind};
+use crate::InputFiles;
+
+/// The largest model with all files that it names.
+const MODELS: u64 = nemoral_import::MAX_MODEL_BYTES;
+/// The most models of a config.
+const MOST: usize = 64;
+/// The largest radii that models may occupy at the ground: those of a tree, a shrub and a rock, as
+/// placed, metres.
+const MOST_RADIUS_M: f64 = 3.0;
+
+/// Models, by name.
+pub(super) const MODELS_SPEC: SectionSpec = SectionSpec {
+    path: "models",
+    doc: " Your own trees, shrubs and rocks, beside the grown ones or instead of them: a table \
+        `[models.NAME]` for each model.",
+    choice: None,
+    keys: &[],
+};
+
+section! {
+    /// A model of yours, called NAME. It is placed, numbered, listed and labelled as what is grown.
+    /// What its materials are is read from their names, or from a file beside it, as on the guide's
+    /// page on your own models.
+    Model at "models.NAME" {
+        /// The model: glTF, GLB or OBJ.
+        file: InputPath = InputPath::default(), ModelFile(MODELS), "none";
+        /// What it is.
+        kind: ModelKind = ModelKind::Tree, OneOf(ModelKind::WORDS), "most models are trees";
+        /// Its share among all trees, shrubs or rocks. What the models of a kind leave of 1 is
+        /// grown.
+        share: f64 = 0.2, Real(0.0, 1.0), "every fifth";
+        /// The name of its species in inventories; empty for NAME.
+        species: String = String::new(), Text, "its own name";
+        /// Size of the smallest copy, relative to the model.
+        scale_min: f64 = 0.9, Real(0.05, 20.0), "as grown trees vary";
+        /// Size of the largest copy, relative to the model.
+        scale_max: f64 = 1.1, Real(0.05, 20.0), "as grown trees vary";
+    }
+}
+
+impl ModelKind {
+    /// The kind as readers of models know it.
+    pub(crate) fn to_import(self) -> nemoral_import::ModelKind {
+        match self {
+            Self::Tree => nemoral_import::ModelKind::Tree,
+            Self::Shrub => nemoral_import::ModelKind::Shrub,
+            Self::Rock => nemoral_import::ModelKind::Rock,
+        }
+    }
+}
+
+impl Model {
+    /// The name of its species in inventories; `name` is that of its table.
+    pub(crate) fn species_or<'a>(&'a self, name: &'a str) -> &'a str {
+        if self.species.is_empty() {
+            name
+        } else {
+            &self.species
+        }
+    }
+}
+
+impl Config {
+    /// The share of the models of a kind among all of the kind.
+    pub(crate) fn share_of_models(&self, kind: ModelKind) -> f64 {
+        let of_kind = self.models.values().filter(|m| m.kind == kind);
+        of_kind.map(|m| m.share).sum()
+    }
+
+    /// What is wrong with the models: the key and the message, which starts with it.
+    pub(super) fn model_problems(&self, inputs: &InputFiles) -> Vec<(String, String)> {
+        let mut out = Vec::new();
+        let mut refuse = |path: String, message: String| {
+            let message = format!("{path}{message}");
+            out.push((path, message));
+        };
+        if self.models.len() > MOST {
+            let message = format!(
+                ": {} models, and at most {MOST} are allowed",
+                self.models.len()
+            );
+            refuse("models".to_owned(), message);
+        }
+        for kind in [ModelKind::Tree, ModelKind::Shrub, ModelKind::Rock] {
+            let share = self.share_of_models(kind);
+            if share > 1.0 + SLACK {
+                let word = kind.word();
+                let message = format!(
+                    ": the shares of the models with kind = \"{word}\" add up to {share}: must be \
+                     at most 1"
+                );
+                refuse("models".to_owned(), message);
+            }
+        }
+        let plain = |name: &str| {
+            let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+            (1..=32).contains(&name.len()) && name.chars().all(allowed)
+        };
+        for (name, model) in &self.models {
+            let path = format!("models.{name}");
+            if !plain(name) {
+                let message = ": a model's name must be 1 to 32 of a-z, 0-9 and _";
+                refuse(path.clone(), message.to_owned());
+            }
+            if !plain(model.species_or("_")) {
+                let species = super::cut(&model.species);
+                let message = format!(" = \"{species}\": must be 1 to 32 of a-z, 0-9 and _");
+                refuse(format!("{path}.species"), message);
+            }
+            let (low, high) = (model.scale_min, model.scale_max);
+            if low > high {
+                let message = format!(" = {low}: must be at most {path}.scale_max = {high}");
+                refuse(format!("{path}.scale_min"), message);
+            }
+            let Some(file) = inputs.get(&model.file) else {
+                let message = " = \"\": must name a glTF, GLB or OBJ file".to_owned();
+                refuse(format!("{path}.file"), message);
+                continue;
+            };
+            match file.model(model.kind.to_import()) {
+                Err(e) => {
+                    let message = format!(" = \"{}\": {e}", super::cut(model.file.as_str()));
+                    refuse(format!("{path}.file"), message);
+                }
+                Ok(read) => {
+                    let tree_m = read.tree.map(|tree| tree.foot_radius_m);
+                    let radius_m = high * tree_m.unwrap_or(read.extent.radius_m);
+                    let most_m = MOST_RADIUS_M.min(self.chunks.size_m / 8.0);
+                    if radius_m > most_m {
+                        let message = format!(
+                            " = {high}: its largest copy has a radius of {radius_m:.2} m at the \
+                             ground, and at most {most_m} m are allowed; is its unit right? (it is \
+                             {:.2} m high)",
+                            read.extent.height_m
+                        );
+                        refuse(format!("{path}.scale_max"), message);
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Sums of decimal fractions are off by this at most.
+pub(crate) const SLACK: f64 = 1e-9;

@@ -1,0 +1,247 @@
+//! Models of users among what is grown.
+
+use std::fmt;
+use std::sync::Arc;
+
+use nemoral_assets::{Library, PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize};
+use nemoral_import::{self as import, TreeMeasures};
+use nemoral_placement::Variety;
+use nemoral_scene::{ObjectKind, Prototype};
+use nemoral_stand::ObjectSize;
+
+use crate::config::{self, Config, SLACK};
+use crate::plan::{Encode, Encoder, Hasher};
+use crate::{Error, InputFiles};
+
+/// The models of a config.
+#[derive(Clone, Debug)]
+pub(crate) struct ModelRecipe {
+    models: Vec<(String, config::Model)>,
+    inputs: InputFiles,
+}
+
+/// The models of a world.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WorldModels {
+    placed: Vec<PlacedModel>,
+    /// What was guessed about them, for the user.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Where a model is in the library, how often it stands, and how large.
+#[derive(Clone, Debug)]
+struct PlacedModel {
+    kind: ObjectKind,
+    /// Its index among the library's assets of its kind.
+    asset: usize,
+    /// Its share among all of its kind.
+    share: f64,
+    /// The least and the greatest scale of a copy.
+    scale: [f64; 2],
+}
+
+impl Encode for ModelRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self { models, inputs: _ } = self;
+        for (name, model) in models {
+            encoder.field(name, model);
+        }
+    }
+}
+
+impl ModelRecipe {
+    pub(crate) fn new(config: &Config, inputs: &InputFiles) -> Self {
+        let models = config.models.iter();
+        Self {
+            models: models.map(|(name, m)| (name.clone(), m.clone())).collect(),
+            inputs: inputs.clone(),
+        }
+    }
+
+    /// A world without models has the key that it had before there were any.
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        if !self.models.is_empty() {
+            self.inputs.encode(hasher, self);
+        }
+    }
+
+    /// Adds the models to a library, where each is the last of its kind in turn.
+    pub(crate) fn add_to(
+        &self,
+        library: Arc<Library>,
+    ) -> Result<(Arc<Library>, WorldModels), Error> {
+        let mut added = WorldModels::default();
+        if self.models.is_empty() {
+            return Ok((library, added));
+        }
+        let mut all = Library::clone(&library);
+        for (name, wanted) in &self.models {
+            let wrong = |e: &dyn fmt::Display| Error::request(format!("models.{name}: {e}"));
+            let file = self.inputs.get(&wanted.file);
+            let file = file.ok_or_else(|| wrong(&"it names no file"))?;
+            let kind = wanted.kind.to_import();
+            let model = file.model(kind).map_err(|e| wrong(&e))?;
+            let notes = model.notes.iter();
+            added
+                .notes
+                .extend(notes.map(|note| format!("models.{name}: {note}")));
+            let shape = model.prototype(&format!("models.{name}"), &mut all.materials);
+            let shape = Arc::new(shape.map_err(|e| wrong(&e))?);
+            let species = wanted.species_or(name).to_owned();
+            let (kind, asset) = match (kind, model.tree) {
+                (import::ModelKind::Tree, Some(measures)) => {
+                    if !all.climbers.trees.is_empty() {
+                        all.climbers.trees.push(NOTHING_CLIMBS);
+                    }
+                    let height_m = model.extent.height_m;
+                    all.trees.push(tree(species, shape, &measures, height_m));
+                    (ObjectKind::Tree, all.trees.len() - 1)
+                }
+                (kind, _) => {
+                    let (kind, plants) = match kind {
+                        import::ModelKind::Rock => (ObjectKind::Rock, &mut all.rocks),
+                        _ => (ObjectKind::Shrub, &mut all.shrubs),
+                    };
+                    plants.push(PlantAsset {
+                        prototype: shape,
+                        name: species,
+                        radius_m: model.extent.radius_m.max(LEAST_RADIUS_M),
+                        height_m: model.extent.height_m,
+                    });
+                    (kind, plants.len() - 1)
+                }
+            };
+            added.placed.push(PlacedModel {
+                kind,
+                asset,
+                share: wanted.share,
+                scale: [wanted.scale_min, wanted.scale_max],
+            });
+        }
+        Ok((Arc::new(all), added))
+    }
+}
+
+/// Climbers are drawn on bark that is known to be one.
+const NOTHING_CLIMBS: TreeClimbers = TreeClimbers {
+    ivy: Vec::new(),
+    moss: Vec::new(),
+};
+
+/// Nothing occupies less than this at the ground.
+const LEAST_RADIUS_M: f64 = 0.01;
+
+/// Diameters from which trees of unknown species are young, middle-aged and mature, metres.
+const CLASS_DBH_M: [f64; 3] = [0.0, 0.2, 0.4];
+
+fn tree(species: String, shape: Arc<Prototype>, of: &TreeMeasures, height_m: f64) -> TreeAsset {
+    let class = CLASS_DBH_M
+        .iter()
+        .filter(|&&least| of.dbh_m >= least)
+        .count();
+    TreeAsset {
+        prototype: shape,
+        species,
+        size: TreeSize {
+            dbh_m: of.dbh_m,
+            height_m,
+            crown_base_m: of.crown_base_m,
+            crown_radius_m: of.crown_radius_m,
+            leaf_area_m2: of.leaf_area_m2,
+            lean_rad: of.lean_rad,
+        },
+        class: SizeClass::ALL[class],
+        alive: of.is_alive,
+        stem_volume_m3: of.stem_volume_m3,
+        radius_m: of.foot_radius_m.max(LEAST_RADIUS_M),
+    }
+}
+
+impl WorldModels {
+    fn find(&self, kind: ObjectKind, asset: usize) -> Option<&PlacedModel> {
+        let mut placed = self.placed.iter();
+        placed.find(|model| model.kind == kind && model.asset == asset)
+    }
+
+    /// What decides the size of a copy: that of a model, its config.
+    pub(crate) fn size(&self, kind: ObjectKind, asset: usize) -> ObjectSize {
+        let model = self.find(kind, asset);
+        model.map_or(ObjectSize::Grown, |model| ObjectSize::Between(model.scale))
+    }
+
+    /// Gives the models of a kind the room that their largest copies need.
+    pub(crate) fn widen(&self, kind: ObjectKind, varieties: &mut [Variety]) {
+        for model in self.placed.iter().filter(|model| model.kind == kind) {
+            let Variety { radius_m, .. } = &mut varieties[model.asset];
+            *radius_m = (radius_m.0 * model.scale[1], radius_m.1 * model.scale[1]);
+        }
+    }
+
+    /// The same, and the weights that make their shares of all.
+    pub(crate) fn mix_in(&self, kind: ObjectKind, varieties: &mut [Variety]) {
+        let mut weights: Vec<f64> = varieties.iter().map(|v| v.weight).collect();
+        self.weigh(kind, &mut weights);
+        for (variety, weight) in varieties.iter_mut().zip(weights) {
+            variety.weight = weight;
+        }
+        self.widen(kind, varieties);
+    }
+
+    /// Gives the models of a kind the weights that make their shares of all. `weights` are those of
+    /// all assets, which are those of what is grown until now.
+    pub(crate) fn weigh(&self, kind: ObjectKind, weights: &mut [f64]) {
+        let models = || self.placed.iter().filter(|model| model.kind == kind);
+        let share: f64 = models().map(|model| model.share).sum();
+        for model in models() {
+            weights[model.asset] = 0.0;
+        }
+        let grown: f64 = weights.iter().sum();
+        let left = 1.0 - share;
+        if left < SLACK && share > 0.0 {
+            weights.fill(0.0);
+        }
+        let unit = if left < SLACK || grown <= 0.0 {
+            1.0
+        } else {
+            grown / left
+        };
+        for model in models() {
+            weights[model.asset] = unit * model.share;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_have_their_shares() {
+        let model = |asset, share| PlacedModel {
+            kind: ObjectKind::Rock,
+            asset,
+            share,
+            scale: [1.0; 2],
+        };
+        let weighed = |models: &[PlacedModel], mut weights: Vec<f64>| {
+            let models = WorldModels {
+                placed: models.to_vec(),
+                notes: Vec::new(),
+            };
+            models.weigh(ObjectKind::Rock, &mut weights);
+            weights
+        };
+        let grown = vec![1.0, 1.0, 1.0];
+        assert_eq!(weighed(&[], grown.clone()), grown);
+        let some = weighed(&[model(2, 0.2), model(3, 0.3)], vec![1.0; 4]);
+        assert_eq!((some[0], some[1]), (1.0, 1.0));
+        let all: f64 = some.iter().sum();
+        assert!((some[2] / all - 0.2).abs() < 1e-12 && (some[3] / all - 0.3).abs() < 1e-12);
+        assert_eq!(
+            weighed(&[model(2, 0.7), model(1, 0.3)], vec![1.0; 3]),
+            [0.0, 0.3, 0.7]
+        );
+        assert_eq!(weighed(&[model(1, 0.4)], vec![0.0; 2]), [0.0, 0.4]);
+        assert_eq!(weighed(&[model(1, 0.0)], vec![1.0; 2]), [1.0, 0.0]);
+    }
+}
