@@ -1,6 +1,5 @@
 //! Requests, which are made of layers and checked, with errors that point at the line.
 
-mod camera_effects;
 mod camera_model;
 mod choices;
 mod devices;
@@ -29,10 +28,6 @@ mod validate;
 mod vary;
 mod words;
 
-pub use camera_effects::{
-    CameraAberration, CameraProcessing, CameraSoiling, CameraTone, CameraVignetting,
-    CameraWhiteBalance,
-};
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
     ExposureMode, LaconteSensor, Look, MeteringMode, PathFormat, RangeNoiseModel, ReturnMode,
