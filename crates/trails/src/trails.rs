@@ -186,8 +186,7 @@ impl Trails {
         let near = move |c: ChunkCoord| {
             c.x.abs_diff(coord.x) <= rings as u32 && c.y.abs_diff(coord.y) <= rings as u32
         };
-        let around =
-            || (-rings..=rings).flat_map(|x| (-rings..=rings).map(move |y| coord.offset(x, y)));
+        let around = || coord.square(rings);
         let mut births: Vec<ChunkCoord> = around()
             .flat_map(|c| self.births_through(c).to_vec())
             .collect();
@@ -440,7 +439,7 @@ mod tests {
         let trails = trails.along(&[line.collect()]);
         let here = ChunkCoord::new(0, 0);
         let mut all = Vec::new();
-        for chunk in (-1..=1).flat_map(|x| (-1..=1).map(move |y| here.offset(x, y))) {
+        for chunk in here.square(1) {
             for path in trails.in_chunk(chunk) {
                 grass(
                     &trails.params,

@@ -1,6 +1,5 @@
 //! Requests, which are made of layers and checked, with errors that point at the line.
 
-mod camera_effects;
 mod camera_model;
 mod choices;
 mod devices;
@@ -30,10 +29,6 @@ mod validate;
 mod vary;
 mod words;
 
-pub use camera_effects::{
-    CameraAberration, CameraProcessing, CameraSoiling, CameraTone, CameraVignetting,
-    CameraWhiteBalance,
-};
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
     ExposureMode, LaconteSensor, Look, MeteringMode, ModelKind, PathFormat, RangeNoiseModel,
@@ -47,7 +42,6 @@ pub use input_path::InputPath;
 pub(crate) use lidar_model::refused_at;
 pub(crate) use light_model::sky_params;
 pub use load::Layers;
-pub use models::Model;
 pub(crate) use models::SLACK;
 pub use pages::{annotated_toml, json_schema, reference_page};
 pub use presets::Preset;

@@ -1,47 +1,13 @@
-//! Models of users, and what is wrong with them.
+//! What is wrong with models of users.
 
-use super::schema::Allowed::{Model as ModelFile, OneOf, Real, Text};
-use super::schema::{SectionSpec, section};
-use super::{Config, InputPath, ModelKind};
+use super::{Config, Model, ModelKind};
 use crate::InputFiles;
 
-/// The largest model with all files that it names.
-const MODELS: u64 = nemoral_import::MAX_MODEL_BYTES;
 /// The most models of a config.
 const MOST: usize = 64;
 /// The largest radii that models may occupy at the ground: those of a tree, a shrub and a rock, as
 /// placed, metres.
 const MOST_RADIUS_M: f64 = 3.0;
-
-/// Models, by name.
-pub(super) const MODELS_SPEC: SectionSpec = SectionSpec {
-    path: "models",
-    doc: " Your own trees, shrubs and rocks, beside the grown ones or instead of them: a table \
-        `[models.NAME]` for each model.",
-    choice: None,
-    keys: &[],
-};
-
-section! {
-    /// A model of yours, called NAME. It is placed, numbered, listed and labelled as what is grown.
-    /// What its materials are is read from their names, or from a file beside it, as on the guide's
-    /// page on your own models.
-    Model at "models.NAME" {
-        /// The model: glTF, GLB or OBJ.
-        file: InputPath = InputPath::default(), ModelFile(MODELS), "none";
-        /// What it is.
-        kind: ModelKind = ModelKind::Tree, OneOf(ModelKind::WORDS), "most models are trees";
-        /// Its share among all trees, shrubs or rocks. What the models of a kind leave of 1 is
-        /// grown.
-        share: f64 = 0.2, Real(0.0, 1.0), "every fifth";
-        /// The name of its species in inventories; empty for NAME.
-        species: String = String::new(), Text, "its own name";
-        /// Size of the smallest copy, relative to the model.
-        scale_min: f64 = 0.9, Real(0.05, 20.0), "as grown trees vary";
-        /// Size of the largest copy, relative to the model.
-        scale_max: f64 = 1.1, Real(0.05, 20.0), "as grown trees vary";
-    }
-}
 
 impl ModelKind {
     /// The kind as readers of models know it.

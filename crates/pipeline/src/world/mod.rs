@@ -2,12 +2,14 @@
 
 pub mod assets;
 pub mod cameras;
+pub mod chunk_geometry;
 pub(crate) mod climbers;
 pub(crate) mod closed_vegetation;
 pub(crate) mod deadwood;
 pub mod flora;
 pub mod ground;
 pub(crate) mod ground_mesh;
+pub(crate) mod ground_recipe;
 pub mod lidars;
 pub(crate) mod low_plants;
 pub(crate) mod models;
@@ -17,4 +19,5 @@ pub(crate) mod placement;
 pub(crate) mod recipe;
 pub(crate) mod thrown;
 pub mod trajectory;
+pub(crate) mod trajectory_recipe;
 pub mod uncovered;

@@ -1,0 +1,37 @@
+//! Keys of models that users bring.
+
+use nemoral_import::MAX_MODEL_BYTES;
+
+use crate::config::schema::Allowed::{Model as ModelFile, OneOf, Real, Text};
+use crate::config::schema::{SectionSpec, section};
+use crate::config::{InputPath, ModelKind};
+
+/// Models, by name.
+pub(super) const MODELS: SectionSpec = SectionSpec {
+    path: "models",
+    doc: " Your own trees, shrubs and rocks, beside the grown ones or instead of them: a table \
+        `[models.NAME]` for each model.",
+    choice: None,
+    keys: &[],
+};
+
+section! {
+    /// A model of yours, called NAME. It is placed, numbered, listed and labelled as what is grown.
+    /// What its materials are is read from their names, or from a file beside it, as on the guide's
+    /// page on your own models.
+    Model at "models.NAME" {
+        /// The model: glTF, GLB or OBJ.
+        file: InputPath = InputPath::default(), ModelFile(MAX_MODEL_BYTES), "none";
+        /// What it is.
+        kind: ModelKind = ModelKind::Tree, OneOf(ModelKind::WORDS), "most models are trees";
+        /// Its share among all trees, shrubs or rocks. What the models of a kind leave of 1 is
+        /// grown.
+        share: f64 = 0.2, Real(0.0, 1.0), "every fifth";
+        /// The name of its species in inventories; empty for NAME.
+        species: String = String::new(), Text, "its own name";
+        /// Size of the smallest copy, relative to the model.
+        scale_min: f64 = 0.9, Real(0.05, 20.0), "as grown trees vary";
+        /// Size of the largest copy, relative to the model.
+        scale_max: f64 = 1.1, Real(0.05, 20.0), "as grown trees vary";
+    }
+}
