@@ -10,7 +10,9 @@
 //! is not darkened at all.
 
 use glam::{IVec3, UVec3, Vec3};
-use nemoral_scene::{AlphaMask, AmbientOcclusion, Card, MaterialLibrary, Mesh, Prototype};
+use nemoral_scene::{
+    AlphaMask, AmbientOcclusion, Card, MaterialId, MaterialLibrary, Mesh, Prototype,
+};
 
 /// How far occluders are looked for, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +53,47 @@ impl OcclusionParams {
     };
 }
 
+/// The most cells of a grid, which is coarser for what is larger.
+const MOST_CELLS: f32 = 3e7;
+
+impl OcclusionParams {
+    /// The same with cells so large that a shape has few of them.
+    fn for_size(self, size: Vec3) -> Self {
+        let least = (size.max(Vec3::splat(self.cell_m)).element_product() / MOST_CELLS).cbrt();
+        let cell_m = self.cell_m.max(least);
+        Self {
+            cell_m,
+            reach_m: self.reach_m.max(cell_m),
+            ..self
+        }
+    }
+}
+
+/// A plant of a user with its ambient occlusion, as grown ones have it: the materials are those of
+/// `library`. A tree's leaves are counted in the light of the place where it stands; a shrub's, all
+/// of which may be within reach of each other, are not.
+///
+/// A shape whose vertices have no normals stays as it is, and so does one that blends.
+#[must_use]
+pub fn with_ambient_occlusion(
+    shape: Prototype,
+    library: &MaterialLibrary,
+    is_tree: bool,
+) -> Prototype {
+    let of_kind = if is_tree {
+        OcclusionParams::TREE
+    } else {
+        OcclusionParams::SHRUB
+    };
+    let bounds = shape.bounds();
+    if shape.mesh().normals.is_empty() || !shape.mesh().blends.is_empty() {
+        return shape;
+    }
+    let masks = MaskCoverage::of(library);
+    let occlusion = bake(&shape, &masks, &of_kind.for_size(bounds.max - bounds.min));
+    (shape.with_ambient_occlusion(occlusion)).expect("one share of each vertex and corner")
+}
+
 /// Light from below, which ground and lower leaves reflect, relative to the light from above.
 const FROM_BELOW: f32 = 0.2;
 
@@ -64,6 +107,10 @@ impl MaskCoverage {
     pub(crate) fn of(library: &MaterialLibrary) -> Self {
         let materials = library.materials().iter();
         Self(materials.map(|m| m.mask.as_deref().map(summed)).collect())
+    }
+
+    fn cuts_out(&self, material: MaterialId) -> bool {
+        self.0[usize::from(material.0)].is_some()
     }
 
     /// The opaque share of a material between two parts of the way along u, and two along v.
@@ -105,9 +152,10 @@ pub(crate) fn bake(
     let directions = directions(near.directions);
     let steps = (near.reach_m / near.cell_m).round() as u32;
     let (mesh, cards) = (prototype.mesh(), prototype.cards());
-    let wood = mesh.positions.iter().zip(&mesh.normals);
-    let mut vertices: Vec<f32> = wood
-        .map(|(&at, &normal)| grid.light(at, normal, false, &directions, steps))
+    let cut_out = cut_out(mesh, masks);
+    let of_mesh = mesh.positions.iter().zip(&mesh.normals).zip(&cut_out);
+    let mut vertices: Vec<f32> = of_mesh
+        .map(|((&at, &normal), &both)| grid.light(at, normal, both, &directions, steps))
         .collect();
     let mut leaves: Vec<[f32; 4]> = cards
         .iter()
@@ -116,11 +164,21 @@ pub(crate) fn bake(
             (card.corners()).map(|at| grid.light(at, normal, true, &directions, steps))
         })
         .collect();
-    if let (Some(among), false) = (near.among_leaves, leaves.is_empty()) {
-        let mean = leaves.iter().flatten().sum::<f32>() / (4 * leaves.len()) as f32;
+    let of_mesh =
+        || (vertices.iter().zip(&cut_out)).filter_map(|(v, &is_leaf)| is_leaf.then_some(v));
+    let of_leaves = 4 * leaves.len() + of_mesh().count();
+    if let (Some(among), true) = (near.among_leaves, of_leaves > 0) {
+        let sum = leaves.iter().flatten().chain(of_mesh()).sum::<f32>();
+        let mean = sum / of_leaves as f32;
         // The leaves hide as much of the sky from the wood as from each other, and the light of the
         // place accounts for that already.
-        vertices.iter_mut().for_each(|share| *share /= mean);
+        for (share, &is_leaf) in vertices.iter_mut().zip(&cut_out) {
+            if is_leaf {
+                *share *= among / mean;
+            } else {
+                *share /= mean;
+            }
+        }
         leaves
             .iter_mut()
             .flatten()
@@ -133,6 +191,17 @@ pub(crate) fn bake(
             .map(|c| c.map(AmbientOcclusion::encode))
             .collect(),
     }
+}
+
+/// Which vertices are of surfaces that a mask cuts out, as leaves of imported plants are.
+fn cut_out(mesh: &Mesh, masks: &MaskCoverage) -> Vec<bool> {
+    let mut cut_out = vec![false; mesh.positions.len()];
+    for triangle in &mesh.triangles {
+        if masks.cuts_out(triangle.material) {
+            triangle.corners.map(|i| cut_out[i as usize] = true);
+        }
+    }
+    cut_out
 }
 
 /// A Fibonacci lattice of the sphere.
@@ -178,7 +247,7 @@ impl AreaDensityGrid {
         for card in prototype.cards() {
             grid.add_card(card, masks);
         }
-        grid.add_mesh(prototype.mesh());
+        grid.add_mesh(prototype.mesh(), masks);
         grid
     }
 
@@ -212,14 +281,20 @@ impl AreaDensityGrid {
         }
     }
 
-    /// Half the surface of a closed mesh counts, as the other half is its back.
-    fn add_mesh(&mut self, mesh: &Mesh) {
+    /// Half the surface of a closed mesh counts, as the other half is its back. What a mask cuts out
+    /// is no closed mesh.
+    fn add_mesh(&mut self, mesh: &Mesh, masks: &MaskCoverage) {
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.corners.map(|i| mesh.positions[i as usize]);
             let (u, v) = (b - a, c - a);
             let longest = u.length().max(v.length()).max((c - b).length());
             let n = ((longest / self.cell_m).ceil() as u32).clamp(1, 64);
-            let area_m2 = 0.25 * u.cross(v).length() / (n * n) as f32;
+            let half = if masks.cuts_out(triangle.material) {
+                2.0 * masks.opaque(usize::from(triangle.material.0), [0, PARTS], [0, PARTS])
+            } else {
+                1.0
+            };
+            let area_m2 = half * 0.25 * u.cross(v).length() / (n * n) as f32;
             let step = 1.0 / (3 * n) as f32;
             for (i, j) in (0..n).flat_map(|j| (0..n - j).map(move |i| (i, j))) {
                 // The middles of the small triangles that stand on their base, and of those on
@@ -266,6 +341,8 @@ impl AreaDensityGrid {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use glam::Vec2;
     use nemoral_scene::{Material, MaterialId, Semantic, Triangle};
     use nemoral_seed::{Draw, Key};
@@ -322,6 +399,72 @@ mod tests {
         (0..50)
             .map(|k| card(middle(k), 14.0 * u, 14.0 * v))
             .collect()
+    }
+
+    #[test]
+    fn leaves_of_a_mesh_are_as_dark_as_cards() {
+        let mut library = MaterialLibrary::new();
+        let mask = AlphaMask::from_fn(8, 8, |c, r| c != r).expect("a size");
+        library.add(Material {
+            mask: Some(Arc::new(mask)),
+            ..Material::plain("leaf", Semantic::Leaf, Vec3::ONE)
+        });
+        let mut rng = Key::world(4).rng();
+        let mut number = |most: f64| rng.range_f64(-most, most) as f32;
+        let cards: Vec<Card> = (0..600)
+            .map(|_| {
+                let middle = Vec3::new(number(1.0), number(1.0), number(1.0));
+                let way = Vec3::new(number(1.0), number(1.0), number(1.0)).normalize_or(Vec3::X);
+                let (u, v) = way.any_orthonormal_pair();
+                card(middle, 0.3 * u, 0.3 * v)
+            })
+            .collect();
+        let mut mesh = Mesh::default();
+        for card in &cards {
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(card.corners());
+            let normal = card.edge_u.cross(card.edge_v).normalize();
+            mesh.normals.extend([normal; 4]);
+            mesh.uvs.extend([Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]);
+            for corners in [[0, 1, 2], [0, 2, 3]] {
+                mesh.triangles.push(Triangle {
+                    corners: corners.map(|c| first + c),
+                    material: MaterialId(0),
+                });
+            }
+        }
+        let shares = |mesh: Mesh, cards: Vec<Card>| {
+            let shape = Prototype::new("leaves", mesh, cards, &library).expect("sound");
+            let shape = with_ambient_occlusion(shape, &library, true);
+            shape.ambient_occlusion().cloned().expect("baked")
+        };
+        let of_cards = bake(
+            &Prototype::new("leaves", Mesh::default(), cards, &library).expect("sound"),
+            &MaskCoverage::of(&library),
+            &OcclusionParams::TREE,
+        );
+        let of_mesh = shares(mesh, Vec::new());
+        let of_cards: Vec<f32> = of_cards
+            .cards
+            .iter()
+            .flatten()
+            .map(|&s| AmbientOcclusion::decode(s))
+            .collect();
+        let of_mesh: Vec<f32> = of_mesh
+            .vertices
+            .iter()
+            .map(|&s| AmbientOcclusion::decode(s))
+            .collect();
+        let mean = |shares: &[f32]| shares.iter().sum::<f32>() / shares.len() as f32;
+        assert!((mean(&of_cards) - mean(&of_mesh)).abs() < 0.01);
+        let off = of_cards.iter().zip(&of_mesh).map(|(a, b)| (a - b).abs());
+        let off: f32 = off.sum::<f32>() / of_cards.len() as f32;
+        let spread = of_cards
+            .iter()
+            .map(|s| (s - mean(&of_cards)).abs())
+            .sum::<f32>();
+        let spread = spread / of_cards.len() as f32;
+        assert!(spread > 0.05 && off < 0.2 * spread, "{off} {spread}");
     }
 
     #[test]

@@ -24,6 +24,7 @@ mod tree;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+pub use ambient_occlusion::with_ambient_occlusion;
 pub use library::{
     AssetParams, Climbers, CommunityTiles, Deadwood, Library, LogAsset, MeasuredTree, PlantAsset,
     SingleTree, StandParams, StandSpecies, StemMoss, TreeAsset, TreeClimbers,

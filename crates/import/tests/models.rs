@@ -298,7 +298,7 @@ fn what_is_wrong_is_named() {
         ),
         (
             refused(|d| d["nodes"][0]["scale"] = json!([1e6, 1e6, 1e6])),
-            "10 km",
+            "10000 m",
         ),
         (
             refused(|d| d["nodes"][0]["scale"] = json!([0.001, 0.001, 0.001])),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_export::{ExportScene, is_ground};
+use nemoral_export::{ExportScene, is_ground, write_height_map};
 use nemoral_pipeline::config::Layers;
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 use nemoral_raycast::{Blas, Group, RayScene};
@@ -170,4 +170,48 @@ fn a_tree_is_as_thick_as_asked() {
     assert_ne!(other.trees[0].height_m, tree.height_m);
     let dead = tree_scene("scots_pine", Some(0.3), false, 5).expect("a snag");
     assert!(!dead.trees[0].alive && dead.instances[0].prototype.cards().is_empty());
+}
+
+#[test]
+fn an_exported_height_map_is_ground_again() {
+    let world = |seed: u32, more: &[String]| {
+        let bare = ["trails.enabled=false", "deadwood.thrown_per_ha=0"].map(str::to_owned);
+        let seed = [format!("seed={seed}")];
+        let layers = Layers {
+            preset: Some("demo".to_owned()),
+            settings: [&bare[..], &seed[..], more].concat(),
+            ..Layers::default()
+        };
+        let sequence = layers.sequences().expect("sound").get(0).expect("one");
+        Recorder::new(sequence, Backend::Cpu, None, 2).expect("sound")
+    };
+    let area = ExportArea::Region {
+        low_m: DVec2::new(-21.0, 30.5),
+        high_m: DVec2::new(44.0, 81.0),
+    };
+    let first = world(7, &[]).export_heights(area, 0.5).expect("heights");
+    let folder = tempfile::tempdir().expect("a folder");
+    let map = folder.path().join("ground.png");
+    write_height_map(&first, &map).expect("written");
+    let site = [
+        format!("site.terrain.path={}", map.display()),
+        format!(
+            "site.terrain.sidecar={}",
+            map.with_extension("toml").display()
+        ),
+    ];
+    // The forest of another seed, whose own ground is another.
+    let again = world(8, &site).export_heights(area, 0.5).expect("heights");
+    let without = world(8, &[]).export_heights(area, 0.5).expect("heights");
+    let worst_m = |other: &nemoral_export::HeightGrid| {
+        assert_eq!((other.columns, other.rows), (131, 102));
+        let pairs = first.heights_m.iter().zip(&other.heights_m);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    println!(
+        "worst {:.4} m; another ground: {:.1} m",
+        worst_m(&again),
+        worst_m(&without)
+    );
+    assert!(worst_m(&again) < 0.01 && worst_m(&without) > 1.0);
 }

@@ -3,6 +3,7 @@
 mod annotations;
 mod card;
 mod coverage;
+mod models;
 mod processing;
 mod sensors;
 mod site;

@@ -254,8 +254,16 @@ fn a_data_set_is_made_again_from_itself_alone() {
             assert!(*bytes == b[name], "{name} differs");
         }
     };
-    let config = "[lidar.table]\npath = \"pulses.csv\"\n[robot.file]\npath = \"my poses.txt\"\n";
+    let config = "[lidar.table]\npath = \"pulses.csv\"\n[robot.file]\npath = \"my poses.txt\"\n\
+                  [models.stone]\nfile = \"rocks/stone.obj\"\nkind = \"rock\"\nshare = 1\n";
     fs::write(site.join("site.toml"), config).expect("a writable folder");
+    fs::create_dir_all(site.join("rocks")).expect("a writable folder");
+    let obj = "mtllib stone.mtl\nusemtl grey\nv 0 0 -0.1\nv 1 0 -0.1\nv 0 1 -0.1\nv 0 0 0.5\n\
+               f 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    fs::write(site.join("rocks/stone.obj"), obj).expect("a writable folder");
+    fs::write(site.join("rocks/stone.mtl"), "newmtl grey\nKd 0.3 0.3 0.3\n").expect("writable");
+    let sidecar = "up = \"z\"\nmetres_per_unit = 1\n";
+    fs::write(site.join("rocks/stone.obj.toml"), sidecar).expect("a writable folder");
     fs::write(site.join("pulses.csv"), "0, 0, 0\n0.001, 1, -5\n").expect("a writable folder");
     let poses = "0 2 3 0 0 0 0 1\n1 3 3 0 0 0 0 1\n";
     fs::write(site.join("my poses.txt"), poses).expect("a writable folder");
@@ -268,12 +276,11 @@ fn a_data_set_is_made_again_from_itself_alone() {
     };
     let first = from(&site.join("site.toml"), "first", &[]);
     let inputs: Vec<_> = first.keys().filter(|f| f.starts_with("inputs/")).collect();
-    assert_eq!(inputs.len(), 2, "{inputs:?}");
-    assert!(inputs[0].ends_with("pulses.csv") != inputs[1].ends_with("pulses.csv"));
-    assert!(
-        inputs.iter().any(|f| f.ends_with("-my_poses.txt")),
-        "{inputs:?}"
-    );
+    assert_eq!(inputs.len(), 3, "{inputs:?}");
+    // A model is one file with those that it names.
+    for end in ["-pulses.csv", "-my_poses.txt", "-stone.obj.tar"] {
+        assert!(inputs.iter().any(|f| f.ends_with(end)), "{inputs:?}");
+    }
     for file in ["dataset.json", "config.toml", "sequences/00/config.toml"] {
         let text = String::from_utf8_lossy(&first[file]);
         assert!(

@@ -88,6 +88,12 @@ impl ModelFiles {
         }
     }
 
+    /// Whether some bytes are an archive, beside which nothing is looked for.
+    #[must_use]
+    pub fn is_archive(bytes: &[u8]) -> bool {
+        is_tar(bytes)
+    }
+
     /// The name of the model's own file.
     #[must_use]
     pub fn name(&self) -> &str {

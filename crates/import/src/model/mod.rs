@@ -17,6 +17,7 @@ mod raw;
 mod semantics;
 mod sidecar;
 
+use nemoral_scene::glam::Vec3;
 use nemoral_scene::{
     Card, Material, MaterialId, MaterialLibrary, Mesh, Prototype, PrototypeError, Triangle,
 };
@@ -41,6 +42,13 @@ pub const MAX_PICTURES: usize = 256;
 pub const MAX_PICTURE_SIDE: u32 = 8192;
 /// The most pixels of a model's pictures together: one of the largest.
 pub const MAX_PICTURE_PIXELS: u64 = 1 << 26;
+
+/// Farther from a file's origin, positions in 32 bits are off by millimetres.
+const FARTHEST_M: f32 = 1e4;
+/// The greatest height of a model, metres: that of the highest trees.
+const MOST_HEIGHT_M: f64 = 130.0;
+/// Half the greatest width of a model, metres.
+const MOST_RADIUS_M: f64 = 60.0;
 
 /// What a model is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,13 +100,23 @@ impl Model {
         let mut notes = std::mem::take(&mut raw.notes);
         drop(raw);
         sidecar.to_our_axes(&mut baked.mesh, files.is_obj(), &mut notes);
-        let is_finite = |p: &nemoral_scene::glam::Vec3| p.is_finite() && p.length() < 1e4;
-        if !baked.mesh.positions.iter().all(is_finite) {
-            let reason = "has points that are not within 10 km of its origin";
-            return Err(ImportError::file(reason));
+        let is_near = |p: &Vec3| p.is_finite() && p.length() < FARTHEST_M;
+        if !baked.mesh.positions.iter().all(is_near) {
+            return Err(ImportError::file(format!(
+                "has points that are not within {FARTHEST_M} m of its origin"
+            )));
         }
         measure::put_on_origin(&mut baked, kind, &mut notes);
         let extent = Extent::of(&baked.mesh);
+        if extent.height_m > MOST_HEIGHT_M || extent.radius_m > MOST_RADIUS_M {
+            let Extent { height_m, radius_m } = extent;
+            return Err(ImportError::file(format!(
+                "is {height_m:.1} m high and {:.1} m wide: at most {MOST_HEIGHT_M} m and {} m are \
+                 read; say metres_per_unit in its sidecar",
+                2.0 * radius_m,
+                2.0 * MOST_RADIUS_M
+            )));
+        }
         let tree = match kind {
             ModelKind::Tree => Some(measure::of_tree(&baked, &sidecar, &extent)?),
             _ => None,

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use nemoral_dataset::input_path;
 use nemoral_files::{Folder, InnerPath};
+use nemoral_import::ModelFiles;
 use toml::{Table, Value};
 
 use super::Config;
-use super::dotted_keys::{join, most_bytes, to_table};
+use super::dotted_keys::{is_model, join, most_bytes, to_table};
 use super::words::cut;
 
 /// Where the relative paths of a source start.
@@ -58,7 +59,7 @@ impl Base {
             Self::WorkingFolder => return Ok(name.to_owned()),
             Self::Folder(folder) => folder.join(name),
             Self::Dataset { root, up } => {
-                let of_dataset = carried(root, up, name, most_bytes(key));
+                let of_dataset = carried(root, up, name, key);
                 of_dataset.map_err(|why| format!("{key} = \"{}\": {why}", cut(name)))?
             }
         };
@@ -72,7 +73,7 @@ impl Base {
 
 /// A file that a data set carries, if it is the one that its name says. Whoever made the data set
 /// may be a stranger, whose config must not make this program read, and carry on, other files.
-fn carried(root: &Path, up: &str, name: &str, limit: u64) -> Result<PathBuf, String> {
+fn carried(root: &Path, up: &str, name: &str, key: &str) -> Result<PathBuf, String> {
     let allowed = || {
         format!(
             "must be {up}inputs/NAME, as the config of a data set names no other files; copy \
@@ -82,10 +83,15 @@ fn carried(root: &Path, up: &str, name: &str, limit: u64) -> Result<PathBuf, Str
     let inner = name.strip_prefix(up).and_then(|n| InnerPath::new(n).ok());
     let inner = inner.filter(|i| i.parent().is_some_and(|p| p.as_str() == "inputs"));
     let inner = inner.ok_or_else(allowed)?;
-    let bytes = Folder::new(root).read(&inner, limit);
+    let bytes = Folder::new(root).read(&inner, most_bytes(key));
     let bytes = bytes.map_err(|e| format!("cannot read {e}"))?;
     if input_path(inner.file_name(), &bytes) != inner {
         return Err("its content is not that of which its name has the checksum".to_owned());
+    }
+    if is_model(key) && !ModelFiles::is_archive(&bytes) {
+        return Err(
+            "must be an archive, as a model in a data set has no files beside it".to_owned(),
+        );
     }
     Ok(inner.below(root))
 }

@@ -3,7 +3,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use nemoral_assets::{Library, PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize};
+use nemoral_assets::{
+    Library, PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize, with_ambient_occlusion,
+};
 use nemoral_import::{self as import, TreeMeasures};
 use nemoral_placement::Variety;
 use nemoral_scene::{ObjectKind, Prototype};
@@ -86,7 +88,15 @@ impl ModelRecipe {
                 .notes
                 .extend(notes.map(|note| format!("models.{name}: {note}")));
             let shape = model.prototype(&format!("models.{name}"), &mut all.materials);
-            let shape = Arc::new(shape.map_err(|e| wrong(&e))?);
+            let shape = shape.map_err(|e| wrong(&e))?;
+            let shape = match kind {
+                import::ModelKind::Rock => shape,
+                kind => {
+                    let is_tree = kind == import::ModelKind::Tree;
+                    with_ambient_occlusion(shape, &all.materials, is_tree)
+                }
+            };
+            let shape = Arc::new(shape);
             let species = wanted.species_or(name).to_owned();
             let (kind, asset) = match (kind, model.tree) {
                 (import::ModelKind::Tree, Some(measures)) => {
