@@ -198,7 +198,9 @@ fn cut_out(mesh: &Mesh, masks: &MaskCoverage) -> Vec<bool> {
     let mut cut_out = vec![false; mesh.positions.len()];
     for triangle in &mesh.triangles {
         if masks.cuts_out(triangle.material) {
-            triangle.corners.map(|i| cut_out[i as usize] = true);
+            for corner in triangle.corners {
+                cut_out[corner as usize] = true;
+            }
         }
     }
     cut_out

@@ -1,7 +1,6 @@
 """Checks data sets in which all trees are the tree of make_tree.py: check.py FOLDER
 
-FOLDER has truth.json and, for each file of the tree, a data set that was made of it. Needs numpy
-and pillow.
+FOLDER has truth.json and, for each file of the tree, a data set that was made of it. Needs numpy.
 """
 
 import csv

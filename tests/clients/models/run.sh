@@ -1,10 +1,15 @@
 #!/usr/bin/env bash
 # A tree that Blender made, in a forest: run.sh NEMORAL PYTHON FOLDER
-# PYTHON has bpy, numpy and pillow.
+# PYTHON has numpy, and bpy, which is for one release of Python alone.
 set -euo pipefail
 nemoral=$1 python=$2 folder=$3
 here=$(cd "$(dirname "$0")" && pwd)
+if ! "$python" -c "import bpy" 2> /dev/null; then
+    echo "SKIPPED: Blender (bpy is for one release of Python alone, which this is not)"
+    exit 0
+fi
 mkdir -p "$folder"
+folder=$(cd "$folder" && pwd)
 "$python" "$here/make_tree.py" "$folder" | grep '^Blender'
 for file in glb gltf obj; do
     "$nemoral" generate --preset low --out "$folder/$file" --quiet --set frames=2 \

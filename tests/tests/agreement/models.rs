@@ -103,7 +103,9 @@ fn a_tree_that_was_exported_is_the_same_tree() {
             "{:?}",
             model.extent
         );
-        assert!(near(tree.leaf_area_m2, row.leaf_area_m2, 0.05), "{tree:?}");
+        // What is seen is less than what the leaves of a shoot have, as they overlap.
+        let share = tree.leaf_area_m2 / row.leaf_area_m2;
+        assert!((0.8..1.02).contains(&share), "{share}");
         assert!(
             near(tree.crown_radius_m, row.crown_radius_m, 0.2),
             "{tree:?}"

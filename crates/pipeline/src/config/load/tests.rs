@@ -643,3 +643,154 @@ fn stones_of_given_trails_count_among_the_things_of_a_chunk() {
     );
     of_lines(60, 1, &["trails.rocks_max=2"]).expect("a site");
 }
+
+/// A stone, in metres with y up.
+const STONE: &str = "v 0 0 0\nv 1 0 0\nv 0 0 -1\nv 0 0.5 0\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+
+/// The stone with materials beside it, and a config with these tables of models.
+fn with_stone(tables: &str) -> (tempfile::TempDir, Layers) {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, text: &str| {
+        nemoral_files::write(&dir.path().join(name), text.as_bytes()).expect("written");
+    };
+    write("plain.obj", STONE);
+    write(
+        "stone.obj",
+        &format!("mtllib stone.mtl\nusemtl grey\n{STONE}"),
+    );
+    write("stone.mtl", "newmtl grey\nKd 0.3 0.3 0.3\n");
+    write("lost.obj", &format!("mtllib ../secret.mtl\n{STONE}"));
+    write("gone.obj", &format!("mtllib gone.mtl\n{STONE}"));
+    write("c.toml", tables);
+    let layers = Layers {
+        preset: None,
+        file: Some(dir.path().join("c.toml")),
+        settings: Vec::new(),
+    };
+    (dir, layers)
+}
+
+#[test]
+fn models_have_their_own_defaults() {
+    let tables = "[models.stone]\nfile = \"stone.obj\"\nkind = \"rock\"\nscale_max = 2\n\
+                  [models.other]\nfile = \"plain.obj\"\nkind = \"rock\"\nspecies = \"stone\"";
+    let (_dir, layers) = with_stone(tables);
+    let config = layers.load().expect("fine");
+    let (stone, other) = (&config.models["stone"], &config.models["other"]);
+    assert_eq!(
+        (stone.share, stone.scale_min, stone.scale_max),
+        (0.2, 0.9, 2.0)
+    );
+    assert_eq!(
+        (stone.species_or("stone"), other.species_or("other")),
+        ("stone", "stone")
+    );
+    assert!(
+        stone.file.as_str().ends_with("/stone.obj"),
+        "{}",
+        stone.file
+    );
+    assert_eq!(
+        Config::from_toml(&config.to_toml()).expect("our own"),
+        config
+    );
+    let annotated = crate::config::annotated_toml(&config);
+    assert!(annotated.contains("[models.stone]"), "{annotated}");
+    let none = crate::config::annotated_toml(&Config::default());
+    assert!(none.contains("# [models.old_oak]"), "{none}");
+}
+
+#[test]
+fn impossible_models_are_refused() {
+    let stone = "[models.x]\nfile = \"stone.obj\"\nkind = \"rock\"\n";
+    for (tables, expected) in [
+        (
+            "[models.x]\nkind = \"rock\"".to_owned(),
+            "models.x.file = \"\": must name a glTF",
+        ),
+        (
+            "[models.x]\nfile = \"none.glb\"".to_owned(),
+            "models.x.file: cannot read",
+        ),
+        ("[models.x]\nfile = \"c.toml\"".to_owned(), "has no faces"),
+        (
+            "[models.x]\nfile = \"gone.obj\"".to_owned(),
+            "names the file gone.mtl, which is not",
+        ),
+        (
+            "[models.x]\nfile = \"lost.obj\"".to_owned(),
+            "names a file: ",
+        ),
+        (
+            "[models.x]\nfile = \"plain.obj\"".to_owned(),
+            "[semantics] of its sidecar",
+        ),
+        (
+            format!("{stone}colour = 1"),
+            "no such key; there are file, kind, share",
+        ),
+        (format!("{stone}kinds = 1"), "did you mean `kind`?"),
+        (
+            format!("{stone}share = 1.5"),
+            "models.x.share = 1.5: must be a number from 0 to 1",
+        ),
+        (
+            format!("{stone}scale_min = 3"),
+            "models.x.scale_min = 3: must be at most",
+        ),
+        (
+            format!("{stone}scale_max = 20"),
+            "models.x.scale_max = 20: its largest copy",
+        ),
+        (
+            format!("{stone}species = \"Old Oak\""),
+            "models.x.species = \"Old Oak\": must be 1 to",
+        ),
+        (stone.replace(".x]", ".\"X 1\"]"), "a model's name must be"),
+        (
+            format!(
+                "{stone}share = 0.6\n{}share = 0.6",
+                stone.replace(".x]", ".y]")
+            ),
+            "kind = \"rock\" add up to 1.2: must be at most 1",
+        ),
+        (
+            "[models]\nx = 3".to_owned(),
+            "models.x = 3: must be a table, [models.x]",
+        ),
+    ] {
+        let (_dir, layers) = with_stone(&tables);
+        let text = message(layers.load());
+        assert!(text.contains(expected), "{tables}: {text}");
+    }
+}
+
+#[test]
+fn a_model_of_a_data_set_is_an_archive() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let root = nemoral_files::Folder::new(dir.path());
+    let put = |name: &str, bytes: &[u8]| {
+        let name = nemoral_dataset::InnerPath::new(name).expect("a name");
+        root.put(&name, bytes).expect("written");
+    };
+    put("dataset.json", b"{}");
+    let alone = nemoral_dataset::input_path("plain.obj", STONE.as_bytes());
+    put(alone.as_str(), STONE.as_bytes());
+    let files = nemoral_import::ModelFiles::single("plain.obj", STONE.into());
+    let archive = files.to_tar().expect("a short name");
+    let packed = nemoral_dataset::input_path("plain.obj.tar", &archive);
+    put(packed.as_str(), &archive);
+    let load = |name: &str| {
+        let config = format!("[models.x]\nfile = \"{name}\"\nkind = \"rock\"\n");
+        put("config.toml", config.as_bytes());
+        let layers = Layers {
+            preset: None,
+            file: Some(dir.path().join("config.toml")),
+            settings: Vec::new(),
+        };
+        layers.load()
+    };
+    load(packed.as_str()).expect("its own");
+    let text = message(load(alone.as_str()));
+    assert!(text.contains("must be an archive"), "{text}");
+}
