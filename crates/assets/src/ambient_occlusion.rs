@@ -283,8 +283,8 @@ impl AreaDensityGrid {
         }
     }
 
-    /// Half the surface of a closed mesh counts, as the other half is its back. What a mask cuts out
-    /// is no closed mesh.
+    /// Half the surface of a closed mesh counts, as the other half is its back. What a mask cuts
+    /// out is no closed mesh.
     fn add_mesh(&mut self, mesh: &Mesh, masks: &MaskCoverage) {
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.corners.map(|i| mesh.positions[i as usize]);

@@ -46,7 +46,7 @@ fn is_the_tree(model: &Model) {
         (tree.stem_volume_m3 / volume - 1.0).abs() < 0.03,
         "{tree:?}"
     );
-    assert!(tree.is_alive && tree.lean_rad < 1e-3);
+    assert!(tree.is_alive && tree.lean_rad < 0.03);
     let semantics: Vec<Semantic> = model.materials.iter().map(|m| m.semantic).collect();
     assert_eq!(semantics, [Semantic::Stem, Semantic::Leaf]);
     let [bark, leaf] = &model.materials[..] else {

@@ -15,7 +15,7 @@ import sys
 import bpy
 from mathutils import Matrix, Vector
 
-HEIGHT_M, FOOT_RADIUS_M, LEAVES, LEAF_M = 9.0, 0.18, 900, 0.22
+HEIGHT_M, FOOT_RADIUS_M, LEAVES, LEAF_M = 9.0, 0.18, 3000, 0.16
 
 
 def material(name, colour):
@@ -33,7 +33,7 @@ def leaf_material(folder):
         for column in range(side):
             u, v = (column + 0.5) / side - 0.5, (row + 0.5) / side
             inside = abs(u) < 0.42 * math.sin(math.pi * v) ** 0.8
-            pixels += [0.12 + 0.1 * v, 0.32 + 0.1 * v, 0.07, 1.0 if inside else 0.0]
+            pixels += [0.24 + 0.06 * v, 0.33 + 0.06 * v, 0.14, 1.0 if inside else 0.0]
     picture.pixels = pixels
     picture.filepath_raw = os.path.join(folder, "leaf.png")
     picture.file_format = "PNG"

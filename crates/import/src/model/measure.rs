@@ -124,7 +124,10 @@ pub(super) fn put_on_origin(baked: &mut Baked, kind: ModelKind, notes: &mut Vec<
 /// A level section of the stem.
 struct Section {
     area_m2: f64,
+    /// The middle of all outlines.
     centre: Vec2,
+    /// The median of the outlines' points: the stem's middle, as long as boughs have less outline.
+    axis: Vec2,
 }
 
 /// The section of the stem at a height: the area that its outlines enclose, by Green's theorem, and
@@ -160,7 +163,24 @@ fn section(baked: &Baked, height_m: f64) -> Option<Section> {
     let centre = (edges.iter().map(middle).sum::<nemoral_scene::glam::DVec2>() / length).as_vec2();
     let twice = |[a, b]: &[Vec2; 2]| (*a - centre).as_dvec2().perp_dot((*b - centre).as_dvec2());
     let area_m2 = edges.iter().map(twice).sum::<f64>().abs() / 2.0;
-    Some(Section { area_m2, centre })
+    let median = |of: fn(Vec2) -> f32| {
+        let mut parts: Vec<(f32, f64)> = (edges.iter())
+            .map(|[a, b]| (of((*a + *b) / 2.0), f64::from(a.distance(*b))))
+            .collect();
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut before = 0.0;
+        let middle = parts.iter().find(|(_, along)| {
+            before += along;
+            before >= length / 2.0
+        });
+        middle.map_or(0.0, |(at, _)| *at)
+    };
+    let axis = Vec2::new(median(|p| p.x), median(|p| p.y));
+    Some(Section {
+        area_m2,
+        centre,
+        axis,
+    })
 }
 
 /// Measures a tree that stands on the origin.
@@ -184,11 +204,11 @@ pub(super) fn of_tree(
     };
     let lean_rad = match (
         section(baked, 0.1 * height_m),
-        section(baked, 0.5 * height_m),
+        section(baked, 0.4 * height_m),
     ) {
         (Some(low), Some(high)) => {
-            let aside = f64::from(low.centre.distance(high.centre));
-            libm::atan2(aside, 0.4 * height_m)
+            let aside = f64::from(low.axis.distance(high.axis));
+            libm::atan2(aside, 0.3 * height_m)
         }
         _ => 0.0,
     };
