@@ -69,11 +69,15 @@ impl ModelFiles {
         add(&mut files, &format!("{name}.toml"), false)?;
         // Materials of an OBJ file name pictures in turn.
         loop {
-            let wanted = files.names()?;
-            let mut missing = wanted.into_iter();
-            match missing.find(|name| !files.beside.contains_key(name)) {
-                Some(name) => add(&mut files, &name, true)?,
-                None => return Ok(files),
+            let mut missing = files.names()?;
+            missing.retain(|name| !files.beside.contains_key(name));
+            if missing.is_empty() {
+                return Ok(files);
+            }
+            for name in missing {
+                if !files.beside.contains_key(&name) {
+                    add(&mut files, &name, true)?;
+                }
             }
         }
     }

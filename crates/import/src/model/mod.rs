@@ -8,6 +8,7 @@ mod bake;
 mod buffers;
 mod bundle;
 mod gltf;
+mod gltf_material;
 mod json;
 mod measure;
 mod obj;
