@@ -425,7 +425,7 @@ mod tests {
         for card in &cards {
             let first = mesh.positions.len() as u32;
             mesh.positions.extend(card.corners());
-            let normal = card.edge_u.cross(card.edge_v).normalize();
+            let normal = card.edge_u.cross(card.edge_v).normalize_or(Vec3::Z);
             mesh.normals.extend([normal; 4]);
             mesh.uvs.extend([Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]);
             for corners in [[0, 1, 2], [0, 2, 3]] {

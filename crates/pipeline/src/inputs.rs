@@ -24,8 +24,11 @@ pub struct InputFile {
     /// Whether the content is an archive of the file at the path and others.
     is_packed: bool,
     /// The model, by kind, when it was asked for.
-    models: Arc<[OnceLock<Result<Arc<Model>, ImportError>>; KINDS.len()]>,
+    models: Arc<[ReadOnce; KINDS.len()]>,
 }
+
+/// A model that is read when it is asked for first.
+type ReadOnce = OnceLock<Result<Arc<Model>, ImportError>>;
 
 const KINDS: [ModelKind; 3] = [ModelKind::Tree, ModelKind::Shrub, ModelKind::Rock];
 

@@ -103,9 +103,10 @@ fn a_tree_that_was_exported_is_the_same_tree() {
             "{:?}",
             model.extent
         );
-        // What is seen is less than what the leaves of a shoot have, as they overlap.
+        // What is seen is less than what the leaves of a shoot have: they overlap, and of needles
+        // in an image even more.
         let share = tree.leaf_area_m2 / row.leaf_area_m2;
-        assert!((0.8..1.02).contains(&share), "{share}");
+        assert!((0.55..1.02).contains(&share), "{share}");
         assert!(
             near(tree.crown_radius_m, row.crown_radius_m, 0.2),
             "{tree:?}"

@@ -261,7 +261,11 @@ fn a_data_set_is_made_again_from_itself_alone() {
     let obj = "mtllib stone.mtl\nusemtl grey\nv 0 0 -0.1\nv 1 0 -0.1\nv 0 1 -0.1\nv 0 0 0.5\n\
                f 1 2 4\nf 2 3 4\nf 3 1 4\n";
     fs::write(site.join("rocks/stone.obj"), obj).expect("a writable folder");
-    fs::write(site.join("rocks/stone.mtl"), "newmtl grey\nKd 0.3 0.3 0.3\n").expect("writable");
+    fs::write(
+        site.join("rocks/stone.mtl"),
+        "newmtl grey\nKd 0.3 0.3 0.3\n",
+    )
+    .expect("writable");
     let sidecar = "up = \"z\"\nmetres_per_unit = 1\n";
     fs::write(site.join("rocks/stone.obj.toml"), sidecar).expect("a writable folder");
     fs::write(site.join("pulses.csv"), "0, 0, 0\n0.001, 1, -5\n").expect("a writable folder");
