@@ -4,9 +4,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key, Rng};
 
+use crate::TrailPath;
 use crate::dressing::{DressingKind, TrailDressing};
 use crate::profile::Wobble;
-use crate::{TrailParams, TrailPath};
 
 const STONES: Domain = Domain::new("trails.stones");
 const GRASS: Domain = Domain::new("trails.grass");
@@ -20,42 +20,44 @@ const VERGE_WAVE_M: f64 = 4.0;
 
 /// The stones of a trail: a uniform number up to the greatest, anywhere on the surface, but mostly
 /// outside of the ruts.
-pub(crate) fn stones(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<TrailDressing> {
+pub(crate) fn stones(key: Key, path: &TrailPath) -> Vec<TrailDressing> {
+    let way = path.way();
     let key = path.id().key(key.domain(STONES));
-    let count = key.rng().between(0, params.rocks_max_per_trail);
+    let count = key.rng().between(0, way.rocks_max_per_trail);
     let stone = |i: u32| {
         let mut rng = key.item(u64::from(i)).rng();
         let s = rng.range_f64(0.0, path.length_m());
         let reach = 0.48 * path.width_m(s);
         let mut offset = rng.range_f64(-reach, reach);
         for _ in 0..2 {
-            let in_rut = params
+            let in_rut = way
                 .ruts()
                 .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 2.0 * r.sigma_m);
             if in_rut {
                 offset = rng.range_f64(-reach, reach);
             }
         }
-        TrailDressing {
+        let stone = TrailDressing {
             position_m: beside(path, s, offset),
             yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
             scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 2.5),
             kind: DressingKind::Stone,
-        }
+        };
+        path.has(stone.kind, s, rng.unit_f64()).then_some(stone)
     };
-    (0..count).map(stone).collect()
+    (0..count).filter_map(stone).collect()
 }
 
 /// The grass that a trail would have in a chunk, for each passage through it: from half of the
 /// greatest number to all of it, denser in the middle, none in the ruts.
 pub(crate) fn grass(
-    params: &TrailParams,
     key: Key,
     path: &TrailPath,
     chunk: ChunkCoord,
     mut emit: impl FnMut(u64, TrailDressing),
 ) {
-    let most = params.grass_max_per_chunk;
+    let way = path.way();
+    let most = way.grass_max_per_chunk;
     for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
         let key = path.id().key(key.domain(GRASS)).item(index as u64);
         let last = knots.end.min(path.knots().len() - 1);
@@ -63,8 +65,8 @@ pub(crate) fn grass(
         for i in 0..key.rng().between(most / 2, most) {
             let mut rng = key.item(u64::from(i)).rng();
             let s = rng.range_f64(from, to);
-            let offset = params.grass_spread_m * (rng.unit_f64() - rng.unit_f64());
-            let worn = params
+            let offset = way.grass_spread_m * (rng.unit_f64() - rng.unit_f64());
+            let worn = way
                 .ruts()
                 .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 1.5 * r.sigma_m);
             if !worn {
@@ -74,7 +76,10 @@ pub(crate) fn grass(
                     scale: rng.range_f64(0.6, 1.2),
                     kind: DressingKind::Grass,
                 };
-                emit(rng.next_u64(), tuft);
+                let priority = rng.next_u64();
+                if path.has(tuft.kind, s, rng.unit_f64()) {
+                    emit(priority, tuft);
+                }
             }
         }
     }
@@ -83,7 +88,6 @@ pub(crate) fn grass(
 /// The grass of a trail's verges along its passage through a chunk, dense at the edge, and growing
 /// in patches.
 pub(crate) fn verges(
-    params: &TrailParams,
     key: Key,
     path: &TrailPath,
     chunk: ChunkCoord,
@@ -97,7 +101,7 @@ pub(crate) fn verges(
             let key = key.item(side);
             let growth = Wobble::new(key, path.length_m(), VERGE_WAVE_M);
             let key = key.item(index as u64);
-            let count = (params.verge_tufts_per_m * (to - from)).round() as u32;
+            let count = (path.way().verge_tufts_per_m * (to - from)).round() as u32;
             for i in 0..count {
                 let mut rng = key.item(u64::from(i)).rng();
                 let s = rng.range_f64(from, to);

@@ -6,25 +6,27 @@ use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Domain, Key};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::cache::Cache;
 use crate::dressing_placement::{grass, stones, verges};
 use crate::given::course;
-use crate::ground::reach_m;
-use crate::layout::Layout;
+use crate::layer::reach_m;
+use crate::layout::{Course, Layout, TrailId};
 use crate::path::STEP_M;
 use crate::route::Router;
-use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
+use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath, Way};
 
 const TRAILS: Domain = Domain::new("trails");
+const WAYS: Domain = Domain::new("trails.ways");
 
 /// The trails of an endless world, found from any chunk.
 ///
 /// A value is a pure function of its parameters, key and ground: neither earlier calls, nor
 /// threads, nor evictions from its bounded cache can change a result.
 pub struct Trails {
-    params: Arc<TrailParams>,
+    params: TrailParams,
+    ways: Vec<Arc<Way>>,
     chunk_size_m: f64,
     key: Key,
     base: Arc<dyn Surface>,
@@ -33,6 +35,8 @@ pub struct Trails {
     paths: Cache<ChunkCoord, Arc<TrailPath>>,
     /// Trails along given lines.
     given: Vec<Arc<TrailPath>>,
+    /// The number of the next of them.
+    numbered: u32,
     /// The indices of those that touch each chunk.
     given_in: BTreeMap<[i32; 2], Vec<usize>>,
 }
@@ -85,28 +89,32 @@ impl Trails {
         let key = key.domain(TRAILS);
         Ok(Self {
             router: Router::new(&params, key),
-            params: Arc::new(params),
+            ways: (params.ways.iter())
+                .map(|(way, _)| Arc::new(way.clone()))
+                .collect(),
+            params,
             chunk_size_m,
             key,
             base,
             births: Cache::new(births),
             paths: Cache::new(paths),
             given: Vec::new(),
+            numbered: 1,
             given_in: BTreeMap::new(),
         })
     }
 
-    /// These trails and further ones along given lines: smooth curves through their vertices, in
-    /// world coordinates. Lines shorter than a metre are left out.
+    /// These trails and further ones along given lines, of the way with this number among the
+    /// parameters' ways (the last one, if there are fewer): smooth curves through their vertices,
+    /// in world coordinates. Lines shorter than a metre are left out.
     #[must_use]
-    pub fn along(mut self, lines_m: &[Vec<DVec2>]) -> Self {
-        for (number, line) in (1..).zip(lines_m) {
+    pub fn along(mut self, lines_m: &[Vec<DVec2>], way: usize) -> Self {
+        let way = way.min(self.ways.len() - 1);
+        for (number, line) in (self.numbered..).zip(lines_m) {
             let Some(course) = course(line, number, self.chunk_size_m) else {
                 continue;
             };
-            let path = TrailPath::new(&self.params, self.key, course, &*self.base);
-            let stones = stones(&self.params, self.key, &path);
-            let path = Arc::new(path.with_stones(stones));
+            let path = Arc::new(self.lay(way, course));
             for chunk in path.chunks() {
                 let here = self.given_in.entry([chunk.x, chunk.y]).or_default();
                 if here.last() != Some(&self.given.len()) {
@@ -115,6 +123,7 @@ impl Trails {
             }
             self.given.push(path);
         }
+        self.numbered += lines_m.len() as u32;
         self
     }
 
@@ -164,7 +173,9 @@ impl Trails {
     pub fn edges_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailEdges {
         let outline = |birth| {
             let course = self.layout(birth).course(STEP_M);
-            Arc::new(TrailPath::outline(&self.params, course))
+            let way = self.way(course.id);
+            let way = (way, Arc::clone(&self.ways[way]));
+            Arc::new(TrailPath::outline(way, self.key, course))
         };
         TrailEdges(self.near(coord, margin_m, outline))
     }
@@ -181,7 +192,7 @@ impl Trails {
         // Slightly more, as vertices on the border may be computed with other rounding.
         let low = coord.origin_m(size) - DVec2::splat(margin_m + 1e-3);
         let high = low + DVec2::splat(size + 2.0 * (margin_m + 1e-3));
-        let reach = (margin_m + reach_m(&self.params) + 1.0) / size;
+        let reach = (margin_m + reach_m(&self.ways) + 1.0) / size;
         let rings = reach.ceil() as i32;
         let near = move |c: ChunkCoord| {
             c.x.abs_diff(coord.x) <= rings as u32 && c.y.abs_diff(coord.y) <= rings as u32
@@ -197,11 +208,12 @@ impl Trails {
         births.sort_unstable();
         births.dedup();
         let given = given.into_iter().map(|i| Arc::clone(&self.given[i]));
-        let paths = births.into_iter().map(path).chain(given).collect();
+        let paths: Vec<_> = births.into_iter().map(path).chain(given).collect();
         TrailGround::new(
-            Arc::clone(&self.params),
+            &self.ways,
+            self.key,
             Arc::clone(&self.base),
-            paths,
+            &paths,
             (low, high),
             &near,
         )
@@ -211,9 +223,20 @@ impl Trails {
     /// point of its middle. All chunks within the radius are searched.
     #[must_use]
     pub fn nearest(&self, world_m: DVec2, radius_m: f64) -> Option<(Arc<TrailPath>, f64)> {
+        self.nearest_where(world_m, radius_m, |_| true)
+    }
+
+    /// As [`nearest`](Self::nearest), of the trails that are `wanted`.
+    #[must_use]
+    pub fn nearest_where(
+        &self,
+        world_m: DVec2,
+        radius_m: f64,
+        wanted: impl Fn(&TrailPath) -> bool,
+    ) -> Option<(Arc<TrailPath>, f64)> {
         let mut best = (radius_m, None);
         for chunk in ChunkCoord::within(world_m, radius_m, self.chunk_size_m) {
-            for path in self.in_chunk(chunk) {
+            for path in self.in_chunk(chunk).into_iter().filter(|p| wanted(p)) {
                 for (_, _, knots) in path.transits().filter(|t| t.1 == chunk) {
                     let square = |i: usize| path.knots()[i].position.distance_squared(world_m);
                     // The knot after a transit's last is on its border.
@@ -231,14 +254,16 @@ impl Trails {
     }
 
     /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then
-    /// stones and verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however
-    /// many meet there; where they meet, the verge of one does not grow on another.
+    /// stones and verges by trail. At most the greatest `grass_max_per_chunk` of tufts grow on the
+    /// trails, however many meet there; where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;
-        let rings = (self.params.grass_spread_m / size).ceil().max(1.0) as i32;
+        let spread_m = (self.ways.iter()).fold(0.0_f64, |a, w| a.max(w.grass_spread_m));
+        let rings = (spread_m / size).ceil().max(1.0) as i32;
         let here = |p: DVec2| ChunkCoord::containing(p, size) == coord;
-        let most = self.params.grass_max_per_chunk as usize;
+        let most = (self.ways.iter()).map(|w| w.grass_max_per_chunk).max();
+        let most = most.unwrap_or(0) as usize;
         // The keyed priority decides which tufts stay.
         let keep = |tufts: &mut Vec<(u64, TrailDressing)>| {
             tufts.sort_by_key(|t| t.0);
@@ -249,7 +274,7 @@ impl Trails {
             for y in -rings..=rings {
                 let chunk = coord.offset(x, y);
                 for path in self.in_chunk(chunk) {
-                    grass(&self.params, self.key, &path, chunk, |priority, tuft| {
+                    grass(self.key, &path, chunk, |priority, tuft| {
                         if here(tuft.position_m) {
                             tufts.push((priority, tuft));
                             // However many passages there are, memory stays bounded.
@@ -266,7 +291,7 @@ impl Trails {
         for path in self.in_chunk(coord) {
             dressing.extend(path.stones().iter().filter(|s| here(s.position_m)));
         }
-        if self.params.verge_tufts_per_m > 0.0 {
+        if self.ways.iter().any(|w| w.verge_tufts_per_m > 0.0) {
             self.add_verges(coord, &mut dressing);
         }
         dressing
@@ -280,7 +305,7 @@ impl Trails {
             for y in -1..=1 {
                 let chunk = coord.offset(x, y);
                 for path in self.in_chunk(chunk) {
-                    verges(&self.params, self.key, &path, chunk, |tuft| {
+                    verges(self.key, &path, chunk, |tuft| {
                         if ChunkCoord::containing(tuft.position_m, size) == coord {
                             dressing.push(tuft);
                         }
@@ -303,10 +328,24 @@ impl Trails {
     fn path(&self, birth: ChunkCoord) -> Arc<TrailPath> {
         self.paths.get_or_make(birth, || {
             let course = self.layout(birth).course(STEP_M);
-            let path = TrailPath::new(&self.params, self.key, course, &*self.base);
-            let stones = stones(&self.params, self.key, &path);
-            Arc::new(path.with_stones(stones))
+            let way = self.way(course.id);
+            Arc::new(self.lay(way, course))
         })
+    }
+
+    /// A trail of a kind along a course, with the stones on it.
+    fn lay(&self, way: usize, course: Course) -> TrailPath {
+        let way = (way, Arc::clone(&self.ways[way]));
+        let path = TrailPath::new(way, self.key, course, &*self.base);
+        let stones = stones(self.key, &path);
+        path.with_stones(stones)
+    }
+
+    /// The number of the kind of a trail that is born.
+    fn way(&self, id: TrailId) -> usize {
+        let shares: Vec<f64> = self.params.ways.iter().map(|w| w.1).collect();
+        let mut rng = id.key(self.key.domain(WAYS)).rng();
+        rng.weighted(&shares).unwrap_or(0)
     }
 
     fn layout(&self, birth: ChunkCoord) -> Layout {
@@ -366,7 +405,7 @@ mod tests {
         let base = Arc::new(FlatSurface::default());
         let trails = Trails::new(params, 50.0, Key::world(3), base).expect("valid");
         assert!(!trails.is_crossed(ChunkCoord::new(0, 0)));
-        let trails = trails.along(&[short, line.clone()]);
+        let trails = trails.along(&[short, line.clone()], 0);
         for (i, vertex) in line.iter().enumerate() {
             let chunk = ChunkCoord::containing(*vertex, 50.0);
             assert!(trails.is_crossed(chunk) && trails.in_chunk(chunk).len() == 1);
@@ -374,7 +413,7 @@ mod tests {
             let inner = i > 0 && i + 1 < line.len();
             // The middle of the surface, which is narrower at its ends.
             let edge = ground.edge_m(*vertex);
-            let width = 0.5 * trails.params().width_m;
+            let width = 0.5 * trails.params().ways[0].0.width_m;
             assert!(
                 edge < -0.25 && (!inner || (edge + width).abs() < 0.4),
                 "{vertex}: {edge}"
@@ -425,34 +464,31 @@ mod tests {
 
     #[test]
     fn of_endless_grass_the_same_tufts_stay() {
-        let params = TrailParams {
-            spawn_probability: 0.0,
+        let way = Way {
             grass_max_per_chunk: 10,
             rocks_max_per_trail: 0,
             verge_tufts_per_m: 0.0,
-            ..TrailParams::default()
+            ..Way::default()
+        };
+        let params = TrailParams {
+            spawn_probability: 0.0,
+            ..TrailParams::of(way)
         };
         // It crosses the border of a chunk many times.
         let line =
             (0..2400).map(|i| DVec2::new(f64::from(i % 2 * 6 - 3), 1.0 + 0.02 * f64::from(i)));
         let base = Arc::new(FlatSurface::default());
         let trails = Trails::new(params, 50.0, Key::world(1), base).expect("valid");
-        let trails = trails.along(&[line.collect()]);
+        let trails = trails.along(&[line.collect()], 0);
         let here = ChunkCoord::new(0, 0);
         let mut all = Vec::new();
         for chunk in (-1..=1).flat_map(|x| (-1..=1).map(move |y| here.offset(x, y))) {
             for path in trails.in_chunk(chunk) {
-                grass(
-                    &trails.params,
-                    trails.key,
-                    &path,
-                    chunk,
-                    |priority, tuft| {
-                        if ChunkCoord::containing(tuft.position_m, 50.0) == here {
-                            all.push((priority, tuft));
-                        }
-                    },
-                );
+                grass(trails.key, &path, chunk, |priority, tuft| {
+                    if ChunkCoord::containing(tuft.position_m, 50.0) == here {
+                        all.push((priority, tuft));
+                    }
+                });
             }
         }
         assert!(all.len() > 4 * 10 + 4096, "{}", all.len());

@@ -10,7 +10,7 @@ use nemoral_terrain::{
     GroundZones, HeightField, HeightPosts, PerlinTerrain, Terrain, TerrainParams, ZoneSample,
 };
 use nemoral_trails::{
-    Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
+    Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails, Way,
 };
 
 use super::thrown::ThrownTree;
@@ -107,7 +107,9 @@ impl GroundModel {
                 params.spawn_probability = 0.0;
             }
             let trails = Trails::new(params, chunk_size_m, world, Arc::clone(&base));
-            Some(Arc::new(trails.map_err(Error::of_stage)?.along(&lines_m)))
+            Some(Arc::new(
+                trails.map_err(Error::of_stage)?.along(&lines_m, 0),
+            ))
         } else {
             None
         };
@@ -320,7 +322,7 @@ impl GroundZones for ChunkGround {
             .as_ref()
             .map_or(f64::INFINITY, |g| g.border_m(world_m));
         // The slopes that a trail cuts and fills are meshed as finely as its surface.
-        let near_trail = edge_m < 1.0;
+        let near_trail = self.carved.as_ref().is_some_and(|g| edge_m < g.fine_m());
         // So are pits.
         let in_pit = self.thrown.iter().any(|t| t.pit_border_m(world_m) < 0.2);
         let detail_m = if near_trail || in_pit {
@@ -334,15 +336,22 @@ impl GroundZones for ChunkGround {
 
 /// The parameters of a config's trails.
 fn trail_params(t: &config::Trails) -> TrailParams {
+    TrailParams {
+        spawn_probability: t.spawn_probability,
+        forward_probability: t.forward_probability,
+        max_length_chunks: t.max_length_chunks,
+        ways: vec![(track(t), 1.0)],
+    }
+}
+
+/// The machine track of a config.
+fn track(t: &config::Trails) -> Way {
     let ruts = Ruts {
         depth_m: t.rut_depth_m,
         ..Ruts::default()
     };
-    TrailParams {
+    let way = Way {
         width_m: t.width_m,
-        spawn_probability: t.spawn_probability,
-        forward_probability: t.forward_probability,
-        max_length_chunks: t.max_length_chunks,
         section: Section {
             crown: t.crown_m / (t.width_m / 2.0),
             // A footpath has no wheel ruts.
@@ -353,7 +362,11 @@ fn trail_params(t: &config::Trails) -> TrailParams {
         grass_spread_m: t.grass_spread_m,
         verge_tufts_per_m: t.verge_per_m,
         rocks_max_per_trail: t.rocks_max,
-        surface: trail_surface(&t.surface),
+        ..Way::default()
+    };
+    match trail_surface(&t.surface) {
+        Some(kind) => way.surfaced(kind),
+        None => way,
     }
 }
 
