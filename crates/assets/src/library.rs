@@ -47,9 +47,9 @@ pub struct AssetParams {
     pub climbers: Option<StemMoss>,
     /// The communities of low plants of which tiles are made, each once, in any order.
     pub communities: Vec<PlantCommunity>,
-    /// The only surface that trails have; `None` if they have several. Otherwise the others' have
-    /// the textures of this one.
-    pub trail_surface: Option<TrailSurfaceKind>,
+    /// The surfaces that trails have, each once, in any order. The others have the textures of the
+    /// first one of these; there are none without one.
+    pub trail_surfaces: Vec<TrailSurfaceKind>,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
@@ -184,7 +184,7 @@ impl Default for AssetParams {
             deadwood: false,
             climbers: None,
             communities: Vec::new(),
-            trail_surface: None,
+            trail_surfaces: TrailSurfaceKind::ALL.to_vec(),
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
             measured: Vec::new(),
@@ -268,7 +268,7 @@ impl Library {
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
         let wanted = Wanted {
             communities: &params.communities,
-            trail_surface: params.trail_surface,
+            trail_surfaces: &params.trail_surfaces,
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
             climbers: params.climbers.is_some(),

@@ -18,7 +18,7 @@ fn grow(communities: &[PlantCommunity]) -> Library {
         }],
         individuals_per_species: 1,
         communities: communities.to_vec(),
-        trail_surface: Some(TrailSurfaceKind::Grassy),
+        trail_surfaces: vec![TrailSurfaceKind::Grassy],
         ..AssetParams::default()
     };
     Library::grow(&params, Key::world(11)).expect("valid")

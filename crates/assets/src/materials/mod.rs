@@ -82,8 +82,7 @@ pub(crate) struct Wanted<'a> {
     pub(crate) deadwood: bool,
     pub(crate) climbers: bool,
     pub(crate) communities: &'a [PlantCommunity],
-    /// The only kind of trails, if there is but one.
-    pub(crate) trail_surface: Option<TrailSurfaceKind>,
+    pub(crate) trail_surfaces: &'a [TrailSurfaceKind],
 }
 
 /// Images of seedlings, textures of deadwood, images of climbers and of closed vegetation.
@@ -103,12 +102,12 @@ impl WorldMaterials {
             deadwood,
             climbers,
             communities,
-            trail_surface,
+            trail_surfaces,
         } = wanted;
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
-            || bake_trails(trail_surface, textures.item(100)),
+            || bake_trails(trail_surfaces, textures.item(100)),
             || {
                 rayon::join(
                     || bake_floors(textures.item(200)),

@@ -27,6 +27,7 @@ mod spread;
 mod stands;
 mod validate;
 mod vary;
+mod ways;
 mod words;
 
 pub use camera_effects::{
@@ -56,4 +57,8 @@ pub use site_files::SiteFiles;
 pub(crate) use site_inputs::{height_map, lines_m, posts, stems_of};
 pub(crate) use sky_image::sky_image;
 pub(crate) use validate::OBJECTS_OF_A_CHUNK_MAX;
+pub(crate) use ways::{ANY_WAY, WAYS};
+pub use ways::{
+    DeerPath, Firebreak, Footpath, ForestRoad, PathTrail, SkidTrail, TrailKinds, TrailSection,
+};
 pub(crate) use words::cut;

@@ -9,8 +9,9 @@ use super::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Text, Triple, W
 use super::schema::{SectionSpec, encode_variants, section};
 use super::{
     CameraAberration, CameraProcessing, CameraSoiling, CameraTone, CameraVignetting,
-    CameraWhiteBalance, ExposureMode, InputPath, LaconteSensor, Look, MeteringMode, PathFormat,
-    RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, VARIED_SURFACES,
+    CameraWhiteBalance, DeerPath, ExposureMode, Firebreak, Footpath, ForestRoad, InputPath,
+    LaconteSensor, Look, MeteringMode, PathFormat, PathTrail, RangeNoiseModel, ReturnMode,
+    SkidTrail, SpinningHead, TerrainNoise, TrailKinds, TrailSection, VARIED_SURFACES,
 };
 
 /// The largest text file that a config may name.
@@ -201,9 +202,10 @@ section! {
     Trails at "trails" {
         /// Whether there are trails.
         enabled: bool = true, Flag, "paper, IV-C: can be switched off";
-        /// Width.
+        /// Width of machine tracks.
         width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
-        /// Surface texture: one for all, or varied from trail to trail.
+        /// Surface of tracks: one for all, or varied from trail to trail. Other kinds of way than
+        /// forest roads are of one surface, mud and grass.
         surface: String = VARIED_SURFACES.into(), OneOf(&TRAIL_SURFACES),
             "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
@@ -213,9 +215,12 @@ section! {
         forward_probability: f64 = 0.75, Real(0.0, 1.0), "long trails with some bends";
         /// A trail ends after this many chunks.
         max_length_chunks: u32 = 40, Whole(1, 200), "2 km; bounds the search for trails";
-        /// Depth of the wheel ruts.
+        /// How readily surface, grass and stones change along a way. 0: in stretches of 60 to
+        /// 180 m, with grass and stones evenly along it.
+        change: f64 = 0.5, Real(0.0, 1.0), "our choice: overgrown, muddy and stony places";
+        /// Depth of the wheel ruts of tracks.
         rut_depth_m: f64 = 0.05, Real(0.0, 0.4), "our choice: 2-8 cm when dry";
-        /// Height of the crown in the middle over the edges.
+        /// Height of the crown in the middle of tracks over the edges.
         crown_m: f64 = 0.04, Real(-0.3, 0.3), "our choice: some 4 %";
         /// Most tufts of grass along the trails in a chunk; 0 for none.
         grass_max: u32 = 120, Whole(0, 2000), "paper, IV-C";
@@ -226,6 +231,22 @@ section! {
         verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, which get light and water";
         /// Most stones along a trail in a chunk; 0 for none.
         rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
+    }
+    plus {
+        /// Shares of the kinds of way.
+        kinds: TrailKinds;
+        /// How trails are built.
+        section: TrailSection;
+        /// Forest roads.
+        forest_road: ForestRoad;
+        /// Skid trails.
+        skid_trail: SkidTrail;
+        /// Firebreaks.
+        firebreak: Firebreak;
+        /// Footpaths.
+        footpath: Footpath;
+        /// Paths of deer.
+        deer_path: DeerPath;
     }
 }
 
@@ -330,7 +351,7 @@ section! {
         /// Fallen branches, and tops left after thinning, on 100 m² beside trails.
         branches: f64 = 4.0, Real(0.0, 40.0), "our choice";
         /// Share of trails that are covered with mats of brash, which machines lay down to drive
-        /// on.
+        /// on; skid trails have `trails.skid_trail.brash`, if that is more.
         brash: f64 = 0.0, Real(0.0, 1.0), "none: skid trails alone have them";
     }
 }
@@ -1142,14 +1163,6 @@ impl Default for RobotPath {
 }
 
 section! {
-    /// Along the nearest trail; a wander if there is none.
-    PathTrail at "robot.trail", one of "the robot's path" {
-        /// Distance from the start within which a trail is searched.
-        search_radius_m: f64 = 500.0, Real(0.0, 2000.0), "our choice";
-    }
-}
-
-section! {
     /// A smooth wander that avoids stems and rocks.
     PathWander at "robot.wander", one of "the robot's path" {
         /// The greatest deviation from the line of its heading.
@@ -1211,6 +1224,13 @@ pub const SECTIONS: &[SectionSpec] = &[
     SiteTrails::SPEC,
     Terrain::SPEC,
     Trails::SPEC,
+    TrailKinds::SPEC,
+    TrailSection::SPEC,
+    ForestRoad::SPEC,
+    SkidTrail::SPEC,
+    Firebreak::SPEC,
+    Footpath::SPEC,
+    DeerPath::SPEC,
     Placement::SPEC,
     PlacementRows::SPEC,
     PlacementGaps::SPEC,

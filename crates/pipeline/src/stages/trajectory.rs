@@ -8,7 +8,7 @@ use nemoral_trajectory::{
     Body, Pace, Path, PoseFormat, Recording, Stations, ThereAndBack, Trajectory, Wander, read_poses,
 };
 
-use crate::config::{self, Config, PathFormat, RobotPath};
+use crate::config::{self, ANY_WAY, Config, PathFormat, RobotPath, WAYS};
 use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
 use crate::world::ground::GroundModel;
 use crate::world::trajectory::{RobotTrajectory, TrailLine};
@@ -80,7 +80,7 @@ impl Stage<Forest> for TrajectoryStage {
     type Inputs = (OfWorld<GroundModel>,);
     type Output = RobotTrajectory;
     const ID: &'static str = "world.trajectory";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.inputs.encode(hasher, self);
@@ -109,15 +109,24 @@ impl Stage<Forest> for TrajectoryStage {
             RobotPath::Trail(trail) => {
                 let found = ground
                     .trails()
-                    .and_then(|t| t.nearest(start_m, trail.search_radius_m))
+                    .and_then(|t| {
+                        let way = WAYS[1..].iter().position(|word| *word == trail.way);
+                        t.nearest_where(start_m, trail.search_radius_m, |path| {
+                            way.is_none_or(|way| path.way_number() == way)
+                        })
+                    })
                     .and_then(|(path, nearest_m)| {
                         ThereAndBack::new(Arc::new(TrailLine(path)), nearest_m)
                     });
                 match found {
                     Some(line) => Path::ThereAndBack(line),
                     None => {
+                        let kind = match trail.way.as_str() {
+                            ANY_WAY => "trail".to_owned(),
+                            way => way.replace('_', " "),
+                        };
                         note = Some(format!(
-                            "no trail within {} m of ({}, {}): the robot wanders instead",
+                            "no {kind} within {} m of ({}, {}): the robot wanders instead",
                             trail.search_radius_m, start_m.x, start_m.y
                         ));
                         wander(config::PathWander::default().amplitude_m)

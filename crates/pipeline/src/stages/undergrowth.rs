@@ -12,6 +12,7 @@ use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
 use crate::world::flora::{Flora, seedlings};
 use crate::world::ground::ChunkGround;
 use crate::world::patch::Patch;
+use crate::world::ways::skid_brash;
 use crate::{Error, InputFiles};
 
 /// Makes the [`Flora`].
@@ -19,6 +20,7 @@ use crate::{Error, InputFiles};
 pub struct FloraStage {
     params: config::Undergrowth,
     deadwood: config::Deadwood,
+    skid_brash: f64,
     chunk_size_m: f64,
 }
 
@@ -29,6 +31,7 @@ impl FloraStage {
         Self {
             params: config.undergrowth.clone(),
             deadwood: config.deadwood.clone(),
+            skid_brash: skid_brash(&config.trails),
             chunk_size_m: config.chunks.size_m,
         }
     }
@@ -39,11 +42,13 @@ impl Encode for FloraStage {
         let Self {
             params,
             deadwood,
+            skid_brash,
             chunk_size_m,
         } = self;
         encoder.field("undergrowth", params);
         encoder.field("branches", &deadwood.branches);
         encoder.field("brash", &deadwood.brash);
+        encoder.field("skid_brash", skid_brash);
         encoder.field("chunk_size_m", chunk_size_m);
     }
 }
@@ -53,14 +58,15 @@ impl Stage<Forest> for FloraStage {
     type Inputs = ();
     type Output = Flora;
     const ID: &'static str = "world.flora";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Flora, Error> {
-        Flora::new((&self.params, &self.deadwood), self.chunk_size_m, world)
+        let of_deadwood = (&self.deadwood, self.skid_brash);
+        Flora::new((&self.params, of_deadwood), self.chunk_size_m, world)
     }
 }
 
@@ -77,7 +83,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -17,6 +17,9 @@ use super::patch::Patch;
 use super::ground::{ChunkGround, TerrainField};
 use crate::{Error, config};
 
+/// The chance that a cell at a place holds something.
+type Chance<'a> = dyn Fn(DVec2) -> f64 + 'a;
+
 const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
 const AMONG: Domain = Domain::new("pipeline.undergrowth.among");
 const BRANCHES: Domain = Domain::new("pipeline.branches");
@@ -39,8 +42,8 @@ pub struct Flora {
     cell_m: f64,
     /// Branches beside trails: their grid, and the chance of a cell.
     branches: (GroundCover, f64),
-    /// Brash on trails.
-    brash: (GroundCover, f64),
+    /// Brash on trails: its grid, and the chance of a cell, usually and on skid trails.
+    brash: (GroundCover, [f64; 2]),
     /// What closes over the ground; `None` if nothing does.
     closed: Option<ClosedVegetation>,
 }
@@ -48,7 +51,7 @@ pub struct Flora {
 impl Flora {
     /// The undergrowth of a config.
     pub(crate) fn new(
-        (p, deadwood): (&config::Undergrowth, &config::Deadwood),
+        (p, (deadwood, skid_brash)): (&config::Undergrowth, (&config::Deadwood, f64)),
         chunk_size_m: f64,
         world: Key,
     ) -> Result<Self, Error> {
@@ -82,7 +85,10 @@ impl Flora {
                 of_branches(BRANCHES, (0.8, 1.25))?,
                 deadwood.branches * of_cell,
             ),
-            brash: (of_branches(BRASH, (0.85, 1.15))?, deadwood.brash),
+            brash: (
+                of_branches(BRASH, (0.85, 1.15))?,
+                [deadwood.brash, skid_brash.max(deadwood.brash)],
+            ),
             closed: ClosedVegetation::new(p, chunk_size_m, world)?,
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
             undergrowth: Undergrowth {
@@ -133,22 +139,32 @@ impl Flora {
         if let Some(closed) = &self.closed {
             closed.lay(at, ground, sky, &mut patches);
         }
-        let mut lay = |(grid, chance): &(GroundCover, f64), kind, allowed: &dyn Exclusion| {
-            if *chance > 0.0 {
-                let points = grid.points(at, allowed, &|_| *chance).into_iter();
-                patches.extend(points.map(|point| Patch {
-                    kind,
-                    point,
-                    variant: 0.5,
-                }));
-            }
+        let mut lay = |grid: &GroundCover, kind, allowed: &dyn Exclusion, chance: &Chance| {
+            let points = grid.points(at, allowed, chance).into_iter();
+            patches.extend(points.map(|point| Patch {
+                kind,
+                point,
+                variant: 0.5,
+            }));
         };
         let beside = |p: DVec2, verge_m: f64| {
             ground.trail_edge_m(p) > verge_m && ground.is_clear_of_thrown(p, 0.3)
         };
         let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2;
-        lay(&self.branches, PatchKind::Branch, &beside);
-        lay(&self.brash, PatchKind::Brash, &on_trail);
+        let (branches, chance) = &self.branches;
+        if *chance > 0.0 {
+            lay(branches, PatchKind::Branch, &beside, &|_| *chance);
+        }
+        let (brash, [usual, of_skid_trails]) = &self.brash;
+        if *of_skid_trails > 0.0 {
+            lay(brash, PatchKind::Brash, &on_trail, &|p| {
+                if of_skid_trails > usual && ground.is_skid_trail(p) {
+                    *of_skid_trails
+                } else {
+                    *usual
+                }
+            });
+        }
         patches
     }
 }

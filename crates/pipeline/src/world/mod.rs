@@ -17,3 +17,4 @@ pub(crate) mod recipe;
 pub(crate) mod thrown;
 pub mod trajectory;
 pub mod uncovered;
+pub(crate) mod ways;
