@@ -1,4 +1,5 @@
-//! The grass and stones of the trails themselves, and the grass of their verges.
+//! The grass, stones and roots of the trails themselves, the grass of their verges, and the beds of
+//! stones in their ditches.
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
@@ -11,6 +12,14 @@ use crate::profile::Wobble;
 const STONES: Domain = Domain::new("trails.stones");
 const GRASS: Domain = Domain::new("trails.grass");
 const VERGE: Domain = Domain::new("trails.verge");
+const ROOTS: Domain = Domain::new("trails.roots");
+const BEDS: Domain = Domain::new("trails.beds");
+
+/// Distance of the beds of stones along an edge, metres.
+const BED_M: f64 = 0.7;
+
+/// The wavelength at which stretches with beds and without alternate, metres.
+const BED_WAVE_M: f64 = 14.0;
 
 /// The greatest distance of the verge's grass from the edge, metres.
 const VERGE_M: f64 = 0.5;
@@ -115,6 +124,82 @@ pub(crate) fn verges(
                 };
                 if rng.chance(0.6 + 0.7 * growth.at(s)) {
                     emit(tuft);
+                }
+            }
+        }
+    }
+}
+
+/// The roots across a trail along its passage through a chunk.
+pub(crate) fn roots(
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = path.id().key(key.domain(ROOTS)).item(index as u64);
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        let count = (path.way().roots_per_m * (to - from)).round() as u32;
+        for i in 0..count {
+            let mut rng = key.item(u64::from(i)).rng();
+            let s = rng.range_f64(from, to);
+            let reach = 0.6 * path.width_m(s);
+            let across = path.tangent(s).perp();
+            let half_turn = if rng.chance(0.5) {
+                std::f64::consts::PI
+            } else {
+                0.0
+            };
+            let root = TrailDressing {
+                position_m: beside(path, s, rng.range_f64(-reach, reach)),
+                yaw_rad: libm::atan2(across.y, across.x) + half_turn + rng.range_f64(-0.8, 0.8),
+                scale: rng.range_f64(0.6, 1.3),
+                kind: DressingKind::Root,
+            };
+            if path.has(root.kind, s, rng.unit_f64()) {
+                emit(root);
+            }
+        }
+    }
+}
+
+/// The beds of stones in a trail's ditches, or at its edges, along its passage through a chunk.
+pub(crate) fn beds(
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    let way = path.way();
+    if way.stone_beds <= 0.0 {
+        return;
+    }
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = path.id().key(key.domain(BEDS));
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        for (side, sign) in [(0, 1.0), (1, -1.0)] {
+            let key = key.item(side);
+            let stony = Wobble::new(key, path.length_m(), BED_WAVE_M);
+            let key = key.item(index as u64);
+            for i in 0..((to - from) / BED_M) as u32 {
+                let mut rng = key.item(u64::from(i)).rng();
+                let s = from + BED_M * (f64::from(i) + rng.unit_f64());
+                let shift = rng.range_f64(-0.15, 0.15);
+                let (beyond, there) = match way.section.ditch {
+                    Some(ditch) => (0.5 * ditch.width_m, path.ditches(s)[side as usize] > 0.4),
+                    None => (0.3, true),
+                };
+                let bed = TrailDressing {
+                    position_m: beside(path, s, sign * (0.5 * path.width_m(s) + beyond + shift)),
+                    yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+                    scale: rng.range_f64(0.8, 1.15),
+                    kind: DressingKind::Bed,
+                };
+                if there && 0.5 * (1.0 + stony.at(s)) < way.stone_beds {
+                    emit(bed);
                 }
             }
         }

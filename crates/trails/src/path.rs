@@ -314,11 +314,17 @@ impl TrailPath {
         self.kinds.at(s_m)
     }
 
-    /// Whether a tuft or stone with this draw in 0..1 is there at an arc length: on a way that
+    /// The share of their depth that the ditches on the left and the right have at an arc length.
+    pub(crate) fn ditches(&self, s_m: f64) -> [f64; 2] {
+        let (i, t) = self.locate(s_m);
+        self.lane(i, t).0.ditches
+    }
+
+    /// Whether a tuft, stone or root with this draw in 0..1 is there at an arc length: on a way that
     /// changes, half of them are, in patches.
     pub(crate) fn has(&self, dressing: DressingKind, s_m: f64, draw: f64) -> bool {
         self.growth.as_ref().is_none_or(|growth| {
-            let noise = growth[usize::from(dressing == DressingKind::Stone)].at(s_m);
+            let noise = growth[usize::from(dressing != DressingKind::Grass)].at(s_m);
             draw < 0.5 + 1.5 * self.way.change * noise
         })
     }

@@ -9,7 +9,7 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::cache::Cache;
-use crate::dressing_placement::{grass, stones, verges};
+use crate::dressing_placement::{beds, grass, roots, stones, verges};
 use crate::given::course;
 use crate::layer::reach_m;
 use crate::layout::{Course, Layout, TrailId};
@@ -253,8 +253,8 @@ impl Trails {
         best.1
     }
 
-    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then
-    /// stones and verges by trail. At most the greatest `grass_max_per_chunk` of tufts grow on the
+    /// What lies and grows on trails and at their edges, whose position is in a chunk: grass in a keyed order, then
+    /// stones, verges, roots and beds by trail. At most the greatest `grass_max_per_chunk` of tufts grow on the
     /// trails, however many meet there; where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
@@ -291,13 +291,29 @@ impl Trails {
         for path in self.in_chunk(coord) {
             dressing.extend(path.stones().iter().filter(|s| here(s.position_m)));
         }
-        if self.ways.iter().any(|w| w.verge_tufts_per_m > 0.0) {
-            self.add_verges(coord, &mut dressing);
+        let has_any = |of: &dyn Fn(&Way) -> f64| self.ways.iter().any(|w| of(w) > 0.0);
+        if has_any(&|w| w.verge_tufts_per_m) {
+            self.add(coord, &mut dressing, &|path, chunk, emit| {
+                verges(self.key, path, chunk, emit);
+            });
+        }
+        if has_any(&|w| w.roots_per_m) || has_any(&|w| w.stone_beds) {
+            self.add(coord, &mut dressing, &|path, chunk, emit| {
+                roots(self.key, path, chunk, &mut *emit);
+                beds(self.key, path, chunk, emit);
+            });
         }
         dressing
     }
 
-    fn add_verges(&self, coord: ChunkCoord, dressing: &mut Vec<TrailDressing>) {
+    /// Adds what trails have in a chunk, each along its passage through one; nothing of a verge or
+    /// a ditch lies on another trail.
+    fn add(
+        &self,
+        coord: ChunkCoord,
+        dressing: &mut Vec<TrailDressing>,
+        dress: &dyn Fn(&TrailPath, ChunkCoord, &mut dyn FnMut(TrailDressing)),
+    ) {
         let size = self.chunk_size_m;
         let others = dressing.len();
         // A trail just beyond the border may have a verge here.
@@ -305,9 +321,9 @@ impl Trails {
             for y in -1..=1 {
                 let chunk = coord.offset(x, y);
                 for path in self.in_chunk(chunk) {
-                    verges(self.key, &path, chunk, |tuft| {
-                        if ChunkCoord::containing(tuft.position_m, size) == coord {
-                            dressing.push(tuft);
+                    dress(&path, chunk, &mut |it| {
+                        if ChunkCoord::containing(it.position_m, size) == coord {
+                            dressing.push(it);
                         }
                     });
                 }
@@ -315,8 +331,11 @@ impl Trails {
         }
         if dressing.len() > others {
             let ground = self.ground_near(coord, 0.0);
-            dressing
-                .retain(|d| d.kind != DressingKind::Verge || ground.edge_m(d.position_m) >= 0.0);
+            let is_beside = |d: &TrailDressing| {
+                !matches!(d.kind, DressingKind::Verge | DressingKind::Bed)
+                    || ground.edge_m(d.position_m) >= 0.0
+            };
+            dressing.retain(is_beside);
         }
     }
 

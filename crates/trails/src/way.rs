@@ -32,6 +32,12 @@ pub struct Way {
     pub verge_tufts_per_m: f64,
     /// The most stones on one way, over its whole length; 0 for none.
     pub rocks_max_per_trail: u32,
+    /// Roots that lie across a metre of a way, 0..=5. On a way that changes, there are half as
+    /// many, in patches.
+    pub roots_per_m: f64,
+    /// The share of the ditches, or of the edges of a way that has none, along which stones lie
+    /// side by side, 0..=1.
+    pub stone_beds: f64,
 }
 
 impl Default for Way {
@@ -47,6 +53,8 @@ impl Default for Way {
             grass_spread_m: 0.5,
             verge_tufts_per_m: 6.0,
             rocks_max_per_trail: 300,
+            roots_per_m: 0.0,
+            stone_beds: 0.0,
         }
     }
 }
@@ -89,6 +97,8 @@ impl Way {
             grass_spread_m: 0.4,
             verge_tufts_per_m: 7.0,
             rocks_max_per_trail: 400,
+            roots_per_m: 1.0,
+            stone_beds: 0.0,
         }
     }
 
@@ -125,6 +135,8 @@ impl Way {
             grass_spread_m: 0.35,
             verge_tufts_per_m: 10.0,
             rocks_max_per_trail: 500,
+            roots_per_m: 0.0,
+            stone_beds: 0.35,
         }
     }
 
@@ -157,6 +169,8 @@ impl Way {
             grass_spread_m: 1.5,
             verge_tufts_per_m: 2.0,
             rocks_max_per_trail: 100,
+            roots_per_m: 0.0,
+            stone_beds: 0.0,
         }
     }
 
@@ -190,6 +204,8 @@ impl Way {
             grass_spread_m: 0.2,
             verge_tufts_per_m: 4.0,
             rocks_max_per_trail: 50,
+            roots_per_m: 0.3,
+            stone_beds: 0.0,
         }
     }
 
@@ -228,6 +244,8 @@ impl Way {
             grass_spread_m: 3.8,
             verge_tufts_per_m: 6.0,
             rocks_max_per_trail: 600,
+            roots_per_m: 0.0,
+            stone_beds: 0.0,
         }
     }
 
@@ -280,6 +298,8 @@ impl Way {
             0.0..=100_000.0,
             "0..=100000",
         )?;
+        ParamError::check_range("roots_per_m", self.roots_per_m, 0.0..=5.0, "0..=5")?;
+        ParamError::check_range("stone_beds", self.stone_beds, 0.0..=1.0, "0..=1")?;
         self.section.check()
     }
 

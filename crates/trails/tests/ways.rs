@@ -411,6 +411,43 @@ fn grass_and_stones_come_in_patches_on_a_way_that_changes() {
 }
 
 #[test]
+fn roots_lie_across_paths_and_stones_in_ditches() {
+    let (trails, path) = northward(Way::footpath(), flat(DVec2::ZERO));
+    let mut roots = 0;
+    for chunk in around(ChunkCoord::new(0, 0), 3) {
+        let roots_here = trails.dressing(chunk);
+        for root in roots_here.iter().filter(|d| d.kind == DressingKind::Root) {
+            let offset = (root.position_m.x - path.position_m(120.0).x).abs();
+            assert!(offset < 0.75, "{offset}");
+            // Within 46 degrees of across.
+            assert!(root.yaw_rad.cos().abs() > 0.69, "{}", root.yaw_rad);
+            roots += 1;
+        }
+    }
+    // About half of one a metre, in patches.
+    assert!((60..200).contains(&roots), "{roots}");
+    let way = Way {
+        stone_beds: 0.5,
+        ..Way::forest_road()
+    };
+    let ditch = way.section.ditch.expect("a road has one");
+    let (trails, path) = northward(way, flat(DVec2::new(0.2, 0.0)));
+    let mut beds = 0;
+    for chunk in around(ChunkCoord::new(0, 0), 3) {
+        let ground = trails.ground_near(chunk, 1.0);
+        let beds_here = trails.dressing(chunk);
+        for bed in beds_here.iter().filter(|d| d.kind == DressingKind::Bed) {
+            let edge = ground.edge_m(bed.position_m);
+            assert!((edge - 0.5 * ditch.width_m).abs() < 0.2, "{edge}");
+            assert!(bed.position_m.x > path.position_m(120.0).x, "uphill only");
+            beds += 1;
+        }
+    }
+    // Of room for 343.
+    assert!((90..260).contains(&beds), "{beds}");
+}
+
+#[test]
 fn impossible_ways_are_refused() {
     let refused = |change: &dyn Fn(&mut Way)| {
         let mut way = Way::forest_road();
@@ -436,6 +473,8 @@ fn impossible_ways_are_refused() {
         refused(&|w| w.section.ditch.as_mut().expect("a road").width_m = 3.0),
         "section.ditch.width_m"
     );
+    assert_eq!(refused(&|w| w.roots_per_m = 6.0), "roots_per_m");
+    assert_eq!(refused(&|w| w.stone_beds = -0.1), "stone_beds");
     let shares = |ways: Vec<(Way, f64)>| {
         let params = TrailParams {
             ways,
