@@ -16,16 +16,17 @@ use crate::stages::assets::{AssetStage, LibraryStage};
 use crate::stages::deadwood::{DeadwoodStage, FallenStemStage};
 use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
-use crate::stages::object_geometry::{ObjectGeometry, ObjectGeometryStage};
+use crate::stages::object_geometry::ObjectGeometryStage;
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::scene_objects::SceneObjectStage;
 use crate::stages::sensors::{CameraStage, LidarStage};
 use crate::stages::sky_view_factor::SkyViewStage;
 use crate::stages::trajectory::TrajectoryStage;
 use crate::stages::undergrowth::{FloraStage, SeedlingStage, UndergrowthStage};
-use crate::stages::undergrowth_geometry::{UndergrowthGeometry, UndergrowthGeometryStage};
+use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
+use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::lidars::LidarRig;
 use crate::world::patch::Patch;
@@ -206,11 +207,7 @@ impl ForestPlan {
             ),
         );
         let scene = plan.add(
-            SceneStage {
-                chunk_size_m,
-                visible_radius_m: config.chunks.visible_radius_m,
-                undergrowth_radius_m: config.chunks.undergrowth_radius_m,
-            },
+            SceneStage::new(config),
             (
                 pose,
                 object_geometry.anywhere(),

@@ -56,6 +56,9 @@ pub type Runner<'a> = nemoral_plan::Runner<'a, Forest>;
 /// A store of a forest's values.
 pub type Store = nemoral_plan::Store<Forest>;
 
+/// The values that a stage runs on: one for each of its inputs, in their order.
+pub type Values<'a, S> = nemoral_plan::Values<'a, Forest, S>;
+
 /// The edge to a node that is computed once for the world.
 pub type OfWorld<T> = nemoral_plan::Global<T>;
 

@@ -21,10 +21,10 @@ use crate::header::sequence_spec;
 use crate::plan::{Cache, Runner, Stage, Store};
 use crate::pool::in_pool;
 use crate::prove::prove;
+use crate::recording::annotations::AnnotationRecipe;
 use crate::recording::moment::Moment;
 use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
-use crate::stages::annotations::AnnotationStage;
 use crate::stages::assets::LibraryStage;
 use crate::world::deadwood::REACH_M;
 use crate::world::trajectory::obstacles;
@@ -260,7 +260,7 @@ impl Recorder {
                 .collect::<Result<_, _>>()
         })?;
         let scans = in_pool(|| lidars.iter().map(|rig| moment.scan(rig)).collect());
-        let annotations = AnnotationStage::new(config).annotate(
+        let annotations = AnnotationRecipe::new(config).annotate(
             &rigs,
             (&pose, &scene, &images),
             runner.demand(forest.uncovered_geometry),

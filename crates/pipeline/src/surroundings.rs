@@ -5,9 +5,8 @@ use nemoral_scene::{ChunkCoord, RigidTransform};
 use nemoral_trajectory::{Body, Stance};
 
 use crate::plan::Runner;
-use crate::recording::scene::FrameScene;
-use crate::stages::frame::SceneStage;
-use crate::stages::trajectory::forward;
+use crate::recording::scene::{FrameScene, VisibleReach};
+use crate::world::trajectory_recipe::forward;
 use crate::{Error, ForestPlan};
 
 impl ForestPlan {
@@ -46,17 +45,15 @@ impl ForestPlan {
         place_m: DVec2,
         reach_m: f64,
     ) -> Result<FrameScene, Error> {
-        let chunk_size_m = self.chunks.size_m;
-        let stage = SceneStage {
-            chunk_size_m,
-            visible_radius_m: self.chunks.visible_radius_m.min(reach_m),
-            undergrowth_radius_m: self.chunks.undergrowth_radius_m.min(reach_m),
-        };
-        stage.gather(
-            (ChunkCoord::containing(place_m, chunk_size_m), place_m),
+        let mut reach = VisibleReach::new(&self.chunks);
+        reach.visible_radius_m = reach.visible_radius_m.min(reach_m);
+        reach.undergrowth_radius_m = reach.undergrowth_radius_m.min(reach_m);
+        let around = ChunkCoord::containing(place_m, reach.chunk_size_m);
+        let chunks = (
             runner.demand(self.object_geometry),
             runner.demand(self.undergrowth_geometry),
             runner.demand(self.sky_view_factor),
-        )
+        );
+        reach.gather((around, place_m), chunks)
     }
 }

@@ -43,7 +43,7 @@ pub use encode::{Encode, Encoder, KeyEncoder};
 pub use fingerprint::{Fingerprint, Hasher};
 pub use node::Node;
 pub use plan::{Plan, Runner};
-pub use stage::Stage;
+pub use stage::{Stage, Values};
 pub use store::Store;
 pub use types::{AnyCoordinate, Coordinate, PlanTypes, StageError};
 

@@ -7,6 +7,9 @@ use crate::node::{Node, Value};
 use crate::plan::{Entry, Erased, Plan, Runner};
 use crate::{Coordinate, Hasher, Kept, PlanTypes};
 
+/// The values that a stage runs on: one for each of its inputs, in their order.
+pub type Values<'a, P, S> = <<S as Stage<P>>::Inputs as Inputs<P, <S as Stage<P>>::At>>::Values<'a>;
+
 /// One step of a plan: a pure function of its parameters, the plan's context, a coordinate and its
 /// inputs.
 pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
@@ -32,7 +35,7 @@ pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
         &self,
         at: Self::At,
         context: P::Context,
-        inputs: <Self::Inputs as Inputs<P, Self::At>>::Values<'_>,
+        inputs: Values<'_, P, Self>,
     ) -> Result<Self::Output, P::Error>;
 
     /// The context that it runs in and that its key depends on: the plan's by default. A stage that

@@ -44,6 +44,12 @@ impl ChunkCoord {
         Self::new(self.x + dx, self.y + dy)
     }
 
+    /// The chunks that are at most `rings` away, diagonally too, and this one among them, in order
+    /// of (x, y).
+    pub fn square(self, rings: i32) -> impl Iterator<Item = Self> {
+        (-rings..=rings).flat_map(move |x| (-rings..=rings).map(move |y| self.offset(x, y)))
+    }
+
     /// The distance from a world point to the nearest point of this chunk; 0 inside.
     #[must_use]
     pub fn distance_m(self, world_m: DVec2, chunk_size_m: f64) -> f64 {

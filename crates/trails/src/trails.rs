@@ -197,8 +197,7 @@ impl Trails {
         let near = move |c: ChunkCoord| {
             c.x.abs_diff(coord.x) <= rings as u32 && c.y.abs_diff(coord.y) <= rings as u32
         };
-        let around =
-            || (-rings..=rings).flat_map(|x| (-rings..=rings).map(move |y| coord.offset(x, y)));
+        let around = || coord.square(rings);
         let mut births: Vec<ChunkCoord> = around()
             .flat_map(|c| self.births_through(c).to_vec())
             .collect();
@@ -501,7 +500,7 @@ mod tests {
         let trails = trails.along(&[line.collect()], 0);
         let here = ChunkCoord::new(0, 0);
         let mut all = Vec::new();
-        for chunk in (-1..=1).flat_map(|x| (-1..=1).map(move |y| here.offset(x, y))) {
+        for chunk in here.square(1) {
             for path in trails.in_chunk(chunk) {
                 grass(trails.key, &path, chunk, |priority, tuft| {
                     if ChunkCoord::containing(tuft.position_m, 50.0) == here {

@@ -44,6 +44,7 @@ impl SingleTree {
             climbers: false,
             communities: &[],
             trail_surfaces: &TrailSurfaceKind::ALL,
+            wayside: false,
         };
         let materials = WorldMaterials::bake(std::slice::from_ref(species), wanted, key);
         let params = AssetParams::default();

@@ -1,6 +1,5 @@
 //! Requests, which are made of layers and checked, with errors that point at the line.
 
-mod camera_effects;
 mod camera_model;
 mod choices;
 mod devices;
@@ -27,13 +26,8 @@ mod spread;
 mod stands;
 mod validate;
 mod vary;
-mod ways;
 mod words;
 
-pub use camera_effects::{
-    CameraAberration, CameraProcessing, CameraSoiling, CameraTone, CameraVignetting,
-    CameraWhiteBalance,
-};
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
     ExposureMode, LaconteSensor, Look, MeteringMode, PathFormat, RangeNoiseModel, ReturnMode,
@@ -57,8 +51,4 @@ pub use site_files::SiteFiles;
 pub(crate) use site_inputs::{height_map, lines_m, posts, stems_of};
 pub(crate) use sky_image::sky_image;
 pub(crate) use validate::OBJECTS_OF_A_CHUNK_MAX;
-pub(crate) use ways::{ANY_WAY, WAYS};
-pub use ways::{
-    DeerPath, Firebreak, Footpath, ForestRoad, PathTrail, SkidTrail, TrailKinds, TrailSection,
-};
 pub(crate) use words::cut;

@@ -12,29 +12,105 @@ use nemoral_scene::{
 };
 use nemoral_stand::SceneObject;
 
-use super::scene::{FrameScene, chunk_offset_m};
+use super::pose::{FramePose, pictures_s};
+use super::scene::{FrameScene, chunk_offset_m, visible_chunks};
+use crate::Error;
+use crate::config::Config;
+use crate::plan::{Demand, Hasher};
+use crate::pool::in_pool;
 use crate::world::cameras::CameraRig;
 use crate::world::uncovered::UncoveredGeometry;
 
+/// The annotations that a config wants.
+#[derive(Clone, Debug)]
+pub(crate) struct AnnotationRecipe {
+    ontology: String,
+    chunk_size_m: f64,
+    visible_radius_m: f64,
+    /// How long the pictures take, seconds.
+    pub(crate) pictures_s: f64,
+}
+
+impl AnnotationRecipe {
+    pub(crate) fn new(config: &Config) -> Self {
+        Self {
+            ontology: config.output.ontology.clone(),
+            chunk_size_m: config.chunks.size_m,
+            visible_radius_m: config.chunks.visible_radius_m,
+            pictures_s: pictures_s(config),
+        }
+    }
+
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        let Self {
+            ontology,
+            chunk_size_m,
+            visible_radius_m,
+            pictures_s,
+        } = self;
+        hasher.write_str(ontology);
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*visible_radius_m);
+        hasher.write_f64(*pictures_s);
+    }
+
+    /// The annotations of pictures that were taken at a pose; `next` is where the body is at the
+    /// next frame, if there is one, in the scene.
+    pub(crate) fn annotate(
+        &self,
+        rigs: &[CameraRig],
+        (pose, scene, images): (&FramePose, &FrameScene, &[CameraImages]),
+        uncovered: Demand<'_, UncoveredGeometry>,
+        next: Option<(RigidTransform, Twist)>,
+    ) -> Result<Vec<Annotations>, Error> {
+        let want_stripped = |rig: &CameraRig| rig.annotations.trunks || rig.annotations.boxes;
+        let stripped = if rigs.iter().any(want_stripped) {
+            let position = pose.world_from_body().translation_m.truncate();
+            let visible = visible_chunks(position, self.visible_radius_m, self.chunk_size_m);
+            let uncovered = uncovered.all(&visible)?;
+            let chunks = visible.iter().zip(&uncovered).map(|(at, u)| (*at, &**u));
+            let strip = || StrippedScene::new(pose.chunk, self.chunk_size_m, chunks);
+            Some(in_pool(strip))
+        } else {
+            None
+        };
+        let ontology = Ontology::by_name(&self.ontology)
+            .expect("the config's words are the built-in ontologies");
+        let annotator = Annotator {
+            ontology: &ontology,
+            max_range_m: self.visible_radius_m as f32,
+            scene,
+            stripped,
+            body: (pose.track.relative_to(scene.origin_m).middle(), pose.motion),
+            next,
+        };
+        let pictures = || rigs.iter().zip(images);
+        Ok(in_pool(|| {
+            let annotated = pictures().map(|(rig, images)| annotator.annotate(rig, images));
+            annotated.collect()
+        }))
+    }
+}
+
 /// The data from which pictures of a frame are annotated.
-pub(crate) struct Annotator<'a> {
+struct Annotator<'a> {
     /// The ontology that defines trunks.
-    pub(crate) ontology: &'a Ontology,
+    ontology: &'a Ontology,
     /// The greatest distance that pictures show, metres.
-    pub(crate) max_range_m: f32,
+    max_range_m: f32,
     /// The frame's scene.
-    pub(crate) scene: &'a FrameScene,
+    scene: &'a FrameScene,
     /// The scene without foliage and other occluders, which trunks and boxes need.
-    pub(crate) stripped: Option<StrippedScene>,
+    stripped: Option<StrippedScene>,
     /// The body's pose in the scene, and how it moves.
-    pub(crate) body: (RigidTransform, Twist),
+    body: (RigidTransform, Twist),
     /// The same at the next frame; `None` where the path ends.
-    pub(crate) next: Option<(RigidTransform, Twist)>,
+    next: Option<(RigidTransform, Twist)>,
 }
 
 impl Annotator<'_> {
     /// The annotations that a camera asks for, of its picture.
-    pub(crate) fn annotate(&self, rig: &CameraRig, images: &CameraImages) -> Annotations {
+    fn annotate(&self, rig: &CameraRig, images: &CameraImages) -> Annotations {
         let view = |rig: &CameraRig, (body, motion): (RigidTransform, Twist)| View {
             shutter: rig.shutter,
             motion: motion.of_mounted(&rig.body_from_camera),
@@ -79,7 +155,7 @@ impl Annotator<'_> {
 }
 
 /// A frame's scene without foliage and other occluders.
-pub(crate) struct StrippedScene {
+struct StrippedScene {
     ground: RayScene,
     trunks: RayScene,
     objects: Vec<Stripped>,
@@ -87,7 +163,7 @@ pub(crate) struct StrippedScene {
 
 impl StrippedScene {
     /// The scene around the corner of a chunk.
-    pub(crate) fn new<'a>(
+    fn new<'a>(
         around: ChunkCoord,
         chunk_size_m: f64,
         chunks: impl Iterator<Item = (ChunkCoord, &'a UncoveredGeometry)>,

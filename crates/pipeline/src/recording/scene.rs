@@ -9,6 +9,11 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, InstancedScene, PlacedGroup, RayCaster};
 use nemoral_stand::SkyViewFactor;
 
+use crate::plan::{Demand, Hasher};
+use crate::pool::in_pool;
+use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use crate::{Error, config};
+
 /// Everything that is visible at a frame, around the corner of the robot's chunk.
 pub struct FrameScene {
     /// The ray caster of the scene. Sensors know nothing else of it, and cast rays in batches.
@@ -64,6 +69,62 @@ impl FrameScene {
         let world = self.origin_m + scene_point.as_dvec3();
         let chunk = ChunkCoord::containing(world.truncate(), self.chunk_size_m);
         self.sky_view.get(&chunk).map_or(1.0, |grid| grid.at(world))
+    }
+}
+
+/// How far a scene reaches.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct VisibleReach {
+    /// Side of a chunk, metres.
+    pub(crate) chunk_size_m: f64,
+    /// The distance to which trees and ground are visible, metres.
+    pub(crate) visible_radius_m: f64,
+    /// The distance to which undergrowth is visible, metres.
+    pub(crate) undergrowth_radius_m: f64,
+}
+
+impl VisibleReach {
+    pub(crate) fn new(chunks: &config::Chunks) -> Self {
+        Self {
+            chunk_size_m: chunks.size_m,
+            visible_radius_m: chunks.visible_radius_m,
+            undergrowth_radius_m: chunks.undergrowth_radius_m,
+        }
+    }
+
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        let Self {
+            chunk_size_m,
+            visible_radius_m,
+            undergrowth_radius_m,
+        } = self;
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*visible_radius_m);
+        hasher.write_f64(*undergrowth_radius_m);
+    }
+
+    /// The scene that is visible from a place, around the corner of a chunk.
+    pub(crate) fn gather(
+        &self,
+        (around, place_m): (ChunkCoord, DVec2),
+        (objects, undergrowth, sky_view): (
+            Demand<'_, ObjectGeometry>,
+            Demand<'_, UndergrowthGeometry>,
+            Demand<'_, SkyViewFactor>,
+        ),
+    ) -> Result<FrameScene, Error> {
+        let size = self.chunk_size_m;
+        let visible = visible_chunks(place_m, self.visible_radius_m, size);
+        let near = visible_chunks(place_m, self.undergrowth_radius_m, size);
+        let objects = objects.all(&visible)?.into_iter().map(|g| Arc::clone(&g.0));
+        let objects = visible.iter().copied().zip(objects);
+        let undergrowth = near.iter().zip(undergrowth.all(&near)?);
+        let undergrowth =
+            undergrowth.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?))));
+        let sky_view = visible.iter().copied().zip(sky_view.all(&visible)?);
+        let sky_view = sky_view.collect();
+        let groups = objects.chain(undergrowth);
+        Ok(in_pool(|| FrameScene::new(around, size, groups, sky_view)))
     }
 }
 

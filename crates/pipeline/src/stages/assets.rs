@@ -1,12 +1,10 @@
 //! The library that is grown once for a world.
 
-use std::sync::Arc;
-
 use nemoral_assets::Library;
 use nemoral_seed::Key;
 
 use crate::config::Config;
-use crate::plan::{Forest, Hasher, Kept, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Kept, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::recipe::Recipe;
@@ -77,7 +75,7 @@ impl Stage<Forest> for AssetStage {
         self.0.fingerprint(hasher);
     }
 
-    fn run(&self, (): (), world: Key, (library,): (Arc<Library>,)) -> Result<WorldAssets, Error> {
+    fn run(&self, (): (), world: Key, (library,): Values<'_, Self>) -> Result<WorldAssets, Error> {
         in_pool(|| WorldAssets::new(library, &self.0, world))
     }
 }

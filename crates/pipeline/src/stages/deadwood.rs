@@ -1,45 +1,26 @@
 //! Where logs lie.
 
-use std::sync::Arc;
-
 use nemoral_placement::Site;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::{FallenStem, settle};
 
-use crate::config::{self, Config};
-use crate::plan::{AnyChunk, Demand, Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
+use crate::config::Config;
+use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
-use crate::world::deadwood::{Surroundings, logs};
+use crate::world::deadwood::{LogRecipe, Surroundings};
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::{Error, InputFiles};
 
 /// Finds places for the logs of a chunk among what stands in it and its neighbours.
 #[derive(Clone, Debug)]
-pub struct FallenStemStage {
-    deadwood: config::Deadwood,
-    chunk_size_m: f64,
-}
+pub struct FallenStemStage(LogRecipe);
 
 impl FallenStemStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        Self {
-            deadwood: config.deadwood.clone(),
-            chunk_size_m: config.chunks.size_m,
-        }
-    }
-}
-
-impl Encode for FallenStemStage {
-    fn encode(&self, encoder: &mut dyn Encoder) {
-        let Self {
-            deadwood,
-            chunk_size_m,
-        } = self;
-        encoder.field("deadwood", deadwood);
-        encoder.field("chunk_size_m", chunk_size_m);
+        Self(LogRecipe::new(config))
     }
 }
 
@@ -57,27 +38,20 @@ impl Stage<Forest> for FallenStemStage {
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        InputFiles::default().encode(hasher, self);
+        InputFiles::default().encode(hasher, &self.0);
     }
 
     fn run(
         &self,
         at: ChunkCoord,
         world: Key,
-        (assets, model, ground, rocks, woody): (
-            Arc<WorldAssets>,
-            Arc<GroundModel>,
-            Arc<ChunkGround>,
-            Demand<'_, Vec<Site>>,
-            Demand<'_, Vec<Site>>,
-        ),
+        (assets, model, ground, rocks, woody): Values<'_, Self>,
     ) -> Result<Vec<FallenStem>, Error> {
-        if self.deadwood.volume_m3_ha <= 0.0 {
+        if self.0.is_empty() {
             return Ok(Vec::new());
         }
         let mut sites = Vec::new();
-        for (dx, dy) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
-            let near = at.offset(dx, dy);
+        for near in at.square(1) {
             sites.extend_from_slice(&rocks.at(near)?);
             sites.extend_from_slice(&woody.at(near)?);
         }
@@ -86,8 +60,7 @@ impl Stage<Forest> for FallenStemStage {
             model: &model,
             sites: &sites,
         };
-        let (size, wanted) = (self.chunk_size_m, &self.deadwood);
-        Ok(logs(at, size, world, wanted, &assets, &around))
+        Ok(self.0.logs(at, world, &assets, &around))
     }
 }
 
@@ -102,7 +75,7 @@ impl DeadwoodStage {
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
-            is_empty: config.deadwood.volume_m3_ha <= 0.0,
+            is_empty: LogRecipe::new(config).is_empty(),
         }
     }
 }
@@ -123,17 +96,15 @@ impl Stage<Forest> for DeadwoodStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (stems,): (Demand<'_, Vec<FallenStem>>,),
+        (stems,): Values<'_, Self>,
     ) -> Result<Vec<FallenStem>, Error> {
         if self.is_empty {
             return Ok(Vec::new());
         }
         let own = stems.at(at)?;
         let mut around = Vec::new();
-        for (dx, dy) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
-            if (dx, dy) != (0, 0) {
-                around.push(stems.at(at.offset(dx, dy))?);
-            }
+        for near in at.square(1).filter(|near| *near != at) {
+            around.push(stems.at(near)?);
         }
         let around: Vec<&[FallenStem]> = around.iter().map(|a| a.as_slice()).collect();
         Ok(settle(&own, &around))

@@ -1,67 +1,23 @@
 //! The ground of a world and of its chunks.
 
-use std::sync::Arc;
-
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 
-use crate::config::{self, Config, height_map, lines_m, posts};
-use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
-use crate::site::Plot;
-use crate::world::ground::{ChunkGround, GroundModel, SiteGround};
+use crate::config::Config;
+use crate::plan::{Forest, Hasher, OfWorld, Stage, Values};
+use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::ground_recipe::GroundRecipe;
 use crate::{Error, InputFiles};
 
 /// Makes the [`GroundModel`].
 #[derive(Clone, Debug)]
-pub struct GroundStage {
-    terrain: config::Terrain,
-    trails: config::Trails,
-    deadwood: config::Deadwood,
-    dbh_mean_m: f64,
-    chunk_size_m: f64,
-    site: config::Site,
-    inputs: InputFiles,
-}
+pub struct GroundStage(GroundRecipe);
 
 impl GroundStage {
     /// The stage of a config and the files that it names.
     #[must_use]
     pub fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self {
-            terrain: config.terrain.clone(),
-            trails: config.trails.clone(),
-            deadwood: config.deadwood.clone(),
-            dbh_mean_m: config.assets.dbh_mean_m,
-            chunk_size_m: config.chunks.size_m,
-            site: config.site.clone(),
-            inputs: inputs.clone(),
-        }
-    }
-}
-
-impl Encode for GroundStage {
-    fn encode(&self, encoder: &mut dyn Encoder) {
-        let Self {
-            terrain,
-            trails,
-            deadwood,
-            dbh_mean_m,
-            chunk_size_m,
-            site,
-            inputs: _,
-        } = self;
-        encoder.field("terrain", terrain);
-        encoder.field("trails", trails);
-        encoder.field("thrown_per_ha", &deadwood.thrown_per_ha);
-        encoder.field("across_trails", &deadwood.across_trails);
-        encoder.field("dbh_mean_m", dbh_mean_m);
-        encoder.field("chunk_size_m", chunk_size_m);
-        encoder.field("origin_x_m", &site.origin_x_m);
-        encoder.field("origin_y_m", &site.origin_y_m);
-        encoder.field("stems", &site.stems.path);
-        encoder.field("margin_m", &site.stems.margin_m);
-        encoder.field("site_terrain", &site.terrain);
-        encoder.field("site_trails", &site.trails);
+        Self(GroundRecipe::new(config, inputs))
     }
 }
 
@@ -73,25 +29,11 @@ impl Stage<Forest> for GroundStage {
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        self.inputs.encode(hasher, self);
+        self.0.fingerprint(hasher);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<GroundModel, Error> {
-        let (site, inputs) = (&self.site, &self.inputs);
-        let map = height_map(site, inputs)?;
-        let of_site = SiteGround {
-            plot: Plot::new(site, inputs, self.dbh_mean_m, self.chunk_size_m)?,
-            posts: map.map(|map| (posts(map, site), site.terrain.blend_m)),
-            lines_m: lines_m(site, inputs)?,
-        };
-        GroundModel::new(
-            &self.terrain,
-            &self.trails,
-            (&self.deadwood, self.dbh_mean_m),
-            of_site,
-            self.chunk_size_m,
-            world,
-        )
+        self.0.make(world)
     }
 }
 
@@ -112,7 +54,7 @@ impl Stage<Forest> for ChunkGroundStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (ground,): (Arc<GroundModel>,),
+        (ground,): Values<'_, Self>,
     ) -> Result<ChunkGround, Error> {
         Ok(ground.near(at))
     }

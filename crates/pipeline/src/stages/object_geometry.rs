@@ -1,23 +1,17 @@
 //! The geometry of a chunk's ground and objects, ready for rays.
 
-use std::sync::Arc;
-
-use nemoral_raycast::Group;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
 use crate::config::Config;
-use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
+use crate::world::chunk_geometry::ObjectGeometry;
 use crate::world::ground::ChunkGround;
 use crate::world::ground_mesh::GroundMeshRecipe;
 use crate::{Error, InputFiles};
-
-/// The ground of a chunk and all its objects with an id.
-#[derive(Debug)]
-pub struct ObjectGeometry(pub Arc<Group>);
 
 /// Meshes the ground of a chunk and places its objects on it.
 #[derive(Clone, Debug)]
@@ -58,13 +52,12 @@ impl Stage<Forest> for ObjectGeometryStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (assets, ground, objects): (Arc<WorldAssets>, Arc<ChunkGround>, Arc<SceneObjects>),
+        (assets, ground, objects): Values<'_, Self>,
     ) -> Result<ObjectGeometry, Error> {
         let ground = in_pool(|| self.ground.make(at, world, &assets, &ground))?;
         let placed = |object| assets.instance(object, at, self.chunk_size_m);
         let objects = objects.0.iter().map(placed);
-        let instances = std::iter::once(ground).chain(objects).collect();
-        let group = in_pool(|| Group::build(instances));
-        Ok(ObjectGeometry(Arc::new(group)))
+        let instances = std::iter::once(ground).chain(objects);
+        Ok(ObjectGeometry::new(instances.collect()))
     }
 }

@@ -1,18 +1,15 @@
 //! The placement of rocks and woody plants.
 
-use std::sync::Arc;
-
 use nemoral_placement::{Placement, Site};
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
-use nemoral_stand::StandLayer;
 
 use crate::config::Config;
-use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage};
+use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
-use crate::world::placement::{PlacementRecipe, is_free, measured_sites};
+use crate::world::placement::{PlacementRecipe, is_free, woody_sites};
 use crate::{Error, InputFiles};
 
 /// Makes the world's [`Placement`].
@@ -42,7 +39,7 @@ impl Stage<Forest> for PlacementStage {
         &self,
         (): (),
         world: Key,
-        (assets, ground): (Arc<WorldAssets>, Arc<GroundModel>),
+        (assets, ground): Values<'_, Self>,
     ) -> Result<Placement, Error> {
         self.0.make(&assets, &ground, world)
     }
@@ -71,7 +68,7 @@ impl<const N: usize> Stage<Forest> for RockPhaseStage<N> {
         &self,
         at: ChunkCoord,
         _: Key,
-        (placement, ground, lower): (Arc<Placement>, Arc<ChunkGround>, [Demand<'_, Vec<Site>>; N]),
+        (placement, ground, lower): Values<'_, Self>,
     ) -> Result<Vec<Site>, Error> {
         let neighbours = Placement::lower_phase_neighbours(at)
             .into_iter()
@@ -96,12 +93,7 @@ impl Stage<Forest> for RockStage {
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
-    fn run(
-        &self,
-        at: ChunkCoord,
-        _: Key,
-        (phases,): ([Demand<'_, Vec<Site>>; 4],),
-    ) -> Result<Vec<Site>, Error> {
+    fn run(&self, at: ChunkCoord, _: Key, (phases,): Values<'_, Self>) -> Result<Vec<Site>, Error> {
         Ok(phases[usize::from(Placement::phase(at))].at(at)?.to_vec())
     }
 }
@@ -127,20 +119,12 @@ impl Stage<Forest> for WoodyStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (placement, ground, rocks): (Arc<Placement>, Arc<ChunkGround>, Demand<'_, Vec<Site>>),
+        (placement, ground, rocks): Values<'_, Self>,
     ) -> Result<Vec<Site>, Error> {
         let mut around = Vec::new();
-        for (dx, dy) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
-            around.extend_from_slice(&rocks.at(at.offset(dx, dy))?);
+        for near in at.square(1) {
+            around.extend_from_slice(&rocks.at(near)?);
         }
-        let allowed = |p: DVec2, r: f64| is_free(&ground, p, r);
-        let mut sites = placement.woody(at, &allowed, &around);
-        if let Some(plot) = ground.plot() {
-            // In the area of the stem map it alone says where trees stand.
-            let trees = StandLayer::Trees.index() as u8;
-            sites.retain(|site| site.layer != trees || !plot.contains(site.position_m));
-            sites.extend(measured_sites(at, &ground, world));
-        }
-        Ok(sites)
+        Ok(woody_sites(at, world, &placement, &ground, &around))
     }
 }

@@ -1,14 +1,12 @@
 //! The objects of a chunk: its sites, numbered and put on the ground.
 
-use std::sync::Arc;
-
 use nemoral_placement::Site;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::{FallenStem, SceneObjects};
 
 use crate::Error;
-use crate::plan::{Forest, Hasher, Node, OfWorld, Stage};
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::object_sites::object_sites;
@@ -37,14 +35,7 @@ impl Stage<Forest> for SceneObjectStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (assets, model, ground, rocks, woody, logs): (
-            Arc<WorldAssets>,
-            Arc<GroundModel>,
-            Arc<ChunkGround>,
-            Arc<Vec<Site>>,
-            Arc<Vec<Site>>,
-            Arc<Vec<FallenStem>>,
-        ),
+        (assets, model, ground, rocks, woody, logs): Values<'_, Self>,
     ) -> Result<SceneObjects, Error> {
         let sites = object_sites(at, world, (&rocks, &woody, &logs), &ground, &assets, &model);
         SceneObjects::stand(at, &sites, &*ground, &assets.variation).map_err(Error::of_stage)

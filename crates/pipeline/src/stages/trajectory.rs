@@ -1,77 +1,23 @@
 //! The trajectory that a config asks for.
 
-use std::sync::Arc;
-
-use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
-use nemoral_trajectory::{
-    Body, Pace, Path, PoseFormat, Recording, Stations, ThereAndBack, Trajectory, Wander, read_poses,
-};
 
-use crate::config::{self, ANY_WAY, Config, PathFormat, RobotPath, WAYS};
-use crate::plan::{Encode, Encoder, Forest, Hasher, OfWorld, Stage};
+use crate::config::Config;
+use crate::plan::{Forest, Hasher, OfWorld, Stage, Values};
 use crate::world::ground::GroundModel;
-use crate::world::trajectory::{RobotTrajectory, TrailLine};
-use crate::{Error, InputFile, InputFiles};
+use crate::world::trajectory::RobotTrajectory;
+use crate::world::trajectory_recipe::TrajectoryRecipe;
+use crate::{Error, InputFiles};
 
 /// Finds the [`RobotTrajectory`].
 #[derive(Clone, Debug)]
-pub struct TrajectoryStage {
-    robot: config::Robot,
-    chunk_size_m: f64,
-    inputs: InputFiles,
-}
+pub struct TrajectoryStage(TrajectoryRecipe);
 
 impl TrajectoryStage {
     /// The stage of a config and the files that it names.
     #[must_use]
     pub fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self {
-            robot: config.robot.clone(),
-            chunk_size_m: config.chunks.size_m,
-            inputs: inputs.clone(),
-        }
-    }
-
-    fn pace(&self) -> Pace {
-        Pace {
-            spacing_m: self.robot.spacing_m,
-            spacing_s: self.robot.spacing_s,
-            speed_m_s: self.robot.speed_m_s,
-        }
-    }
-
-    fn recording(&self, file: &config::PathFile) -> Result<Recording, Error> {
-        let origin = file.path.as_str();
-        let text = self
-            .inputs
-            .get(&file.path)
-            .map_or(Ok(""), InputFile::text)?;
-        let format = match file.format {
-            PathFormat::Tum => PoseFormat::Tum,
-            PathFormat::Kitti => PoseFormat::Kitti,
-        };
-        read_poses(text, origin, format)
-            .and_then(|poses| Recording::new(poses, self.pace().step_s(), file.on_ground, origin))
-            .map_err(|e| Error::request(e.to_string()))
-    }
-}
-
-/// The direction on the map that is this far clockwise from north.
-pub(crate) fn forward(heading_deg: f64) -> DVec2 {
-    let (sin, cos) = libm::sincos(heading_deg.to_radians());
-    DVec2::new(sin, cos)
-}
-
-impl Encode for TrajectoryStage {
-    fn encode(&self, encoder: &mut dyn Encoder) {
-        let Self {
-            robot,
-            chunk_size_m,
-            inputs: _,
-        } = self;
-        encoder.field("robot", robot);
-        encoder.field("chunk_size_m", chunk_size_m);
+        Self(TrajectoryRecipe::new(config, inputs))
     }
 }
 
@@ -83,79 +29,15 @@ impl Stage<Forest> for TrajectoryStage {
     const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        self.inputs.encode(hasher, self);
+        self.0.fingerprint(hasher);
     }
 
     fn run(
         &self,
         (): (),
         world: Key,
-        (ground,): (Arc<GroundModel>,),
+        (ground,): Values<'_, Self>,
     ) -> Result<RobotTrajectory, Error> {
-        let r = &self.robot;
-        let start_m = DVec2::new(r.start_x_m, r.start_y_m);
-        let forward = forward(r.heading_deg);
-        let wander = |amplitude_m: f64| {
-            Path::Wander(Wander::new(
-                start_m,
-                forward,
-                amplitude_m,
-                r.clearance_m,
-                world,
-            ))
-        };
-        let mut note = None;
-        let path = match &r.path {
-            RobotPath::Trail(trail) => {
-                let found = ground
-                    .trails()
-                    .and_then(|t| {
-                        let way = WAYS[1..].iter().position(|word| *word == trail.way);
-                        t.nearest_where(start_m, trail.search_radius_m, |path| {
-                            way.is_none_or(|way| path.way_number() == way)
-                        })
-                    })
-                    .and_then(|(path, nearest_m)| {
-                        ThereAndBack::new(Arc::new(TrailLine(path)), nearest_m)
-                    });
-                match found {
-                    Some(line) => Path::ThereAndBack(line),
-                    None => {
-                        let kind = match trail.way.as_str() {
-                            ANY_WAY => "trail".to_owned(),
-                            way => way.replace('_', " "),
-                        };
-                        note = Some(format!(
-                            "no {kind} within {} m of ({}, {}): the robot wanders instead",
-                            trail.search_radius_m, start_m.x, start_m.y
-                        ));
-                        wander(config::PathWander::default().amplitude_m)
-                    }
-                }
-            }
-            RobotPath::Wander(path) => wander(path.amplitude_m),
-            RobotPath::Straight(_) => Path::Straight { start_m, forward },
-            RobotPath::Stations(grid) => Path::Stations(Stations {
-                middle_m: start_m,
-                forward,
-                columns: grid.columns,
-                rows: grid.rows,
-                distance_m: grid.distance_m,
-                clearance_m: r.clearance_m,
-            }),
-            RobotPath::File(file) => Path::Recording(self.recording(file)?),
-        };
-        Ok(RobotTrajectory {
-            trajectory: Trajectory {
-                path,
-                pace: self.pace(),
-                body: Body {
-                    wheelbase_m: r.wheelbase_m,
-                    track_m: r.track_m,
-                },
-            },
-            note,
-            chunk_size_m: self.chunk_size_m,
-        })
+        self.0.make(&ground, world)
     }
 }

@@ -1,55 +1,26 @@
 //! The places of low plants and of tree seedlings.
 
-use std::sync::Arc;
-
 use nemoral_placement::{CoverPoint, Placement};
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::SkyViewFactor;
 
-use crate::config::{self, Config};
-use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
-use crate::world::flora::{Flora, seedlings};
+use crate::config::Config;
+use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::world::flora::{Flora, FloraRecipe, seedlings};
 use crate::world::ground::ChunkGround;
 use crate::world::patch::Patch;
-use crate::world::ways::skid_brash;
 use crate::{Error, InputFiles};
 
 /// Makes the [`Flora`].
 #[derive(Clone, Debug)]
-pub struct FloraStage {
-    params: config::Undergrowth,
-    deadwood: config::Deadwood,
-    skid_brash: f64,
-    chunk_size_m: f64,
-}
+pub struct FloraStage(FloraRecipe);
 
 impl FloraStage {
     /// The stage of a config.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        Self {
-            params: config.undergrowth.clone(),
-            deadwood: config.deadwood.clone(),
-            skid_brash: skid_brash(&config.trails),
-            chunk_size_m: config.chunks.size_m,
-        }
-    }
-}
-
-impl Encode for FloraStage {
-    fn encode(&self, encoder: &mut dyn Encoder) {
-        let Self {
-            params,
-            deadwood,
-            skid_brash,
-            chunk_size_m,
-        } = self;
-        encoder.field("undergrowth", params);
-        encoder.field("branches", &deadwood.branches);
-        encoder.field("brash", &deadwood.brash);
-        encoder.field("skid_brash", skid_brash);
-        encoder.field("chunk_size_m", chunk_size_m);
+        Self(FloraRecipe::new(config))
     }
 }
 
@@ -61,12 +32,11 @@ impl Stage<Forest> for FloraStage {
     const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
-        InputFiles::default().encode(hasher, self);
+        InputFiles::default().encode(hasher, &self.0);
     }
 
     fn run(&self, (): (), world: Key, (): ()) -> Result<Flora, Error> {
-        let of_deadwood = (&self.deadwood, self.skid_brash);
-        Flora::new((&self.params, of_deadwood), self.chunk_size_m, world)
+        Flora::new(&self.0, world)
     }
 }
 
@@ -91,7 +61,7 @@ impl Stage<Forest> for UndergrowthStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (flora, ground, sky): (Arc<Flora>, Arc<ChunkGround>, Arc<SkyViewFactor>),
+        (flora, ground, sky): Values<'_, Self>,
     ) -> Result<Vec<Patch>, Error> {
         Ok(flora.patches(at, &ground, &sky))
     }
@@ -139,7 +109,7 @@ impl Stage<Forest> for SeedlingStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (placement, ground, sky): (Arc<Placement>, Arc<ChunkGround>, Arc<SkyViewFactor>),
+        (placement, ground, sky): Values<'_, Self>,
     ) -> Result<Vec<CoverPoint>, Error> {
         if self.per_m2 <= 0.0 {
             return Ok(Vec::new());

@@ -1,26 +1,19 @@
 //! The geometry of a chunk's undergrowth, ready for rays.
 
-use std::sync::Arc;
-
 use nemoral_placement::CoverPoint;
-use nemoral_raycast::Group;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
 use crate::config::{self, Config};
-use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage};
-use crate::pool::in_pool;
+use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
+use crate::world::chunk_geometry::UndergrowthGeometry;
 use crate::world::climbers::Climbing;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::low_plants::LowPlants;
 use crate::world::patch::Patch;
 use crate::{Error, InputFiles};
-
-/// A chunk's undergrowth, seedlings and trail grass; `None` where nothing grows.
-#[derive(Debug)]
-pub struct UndergrowthGeometry(pub Option<Arc<Group>>);
 
 /// Grows the undergrowth of a chunk.
 #[derive(Clone, Debug)]
@@ -73,14 +66,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (assets, model, ground, patches, seedlings, objects): (
-            Arc<WorldAssets>,
-            Arc<GroundModel>,
-            Arc<ChunkGround>,
-            Arc<Vec<Patch>>,
-            Arc<Vec<CoverPoint>>,
-            Arc<SceneObjects>,
-        ),
+        (assets, model, ground, patches, seedlings, objects): Values<'_, Self>,
     ) -> Result<UndergrowthGeometry, Error> {
         let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
         let plants = LowPlants {
@@ -94,8 +80,6 @@ impl Stage<Forest> for UndergrowthGeometryStage {
             let climbing = Climbing::new(&self.climbers, world)?;
             instances.extend(climbing.instances(place, &objects, &assets, &ground));
         }
-        let is_bare = instances.is_empty();
-        let group = (!is_bare).then(|| Arc::new(in_pool(|| Group::build(instances))));
-        Ok(UndergrowthGeometry(group))
+        Ok(UndergrowthGeometry::new(instances))
     }
 }

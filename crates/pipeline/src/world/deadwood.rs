@@ -13,7 +13,8 @@ use nemoral_stand::{
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
 use super::thrown::ThrownTree;
-use crate::config;
+use crate::config::{self, Config};
+use crate::plan::{Encode, Encoder};
 
 const LOGS: Domain = Domain::new("pipeline.logs");
 
@@ -36,49 +37,85 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) sites: &'a [Site],
 }
 
-/// The logs of a chunk, before those of its neighbours are looked at.
-pub(crate) fn logs(
-    at: ChunkCoord,
+/// The logs that a config wants.
+#[derive(Clone, Debug)]
+pub(crate) struct LogRecipe {
+    deadwood: config::Deadwood,
     chunk_size_m: f64,
-    world: Key,
-    wanted: &config::Deadwood,
-    assets: &WorldAssets,
-    around: &Surroundings<'_>,
-) -> Vec<FallenStem> {
-    let kinds = kinds(assets, wanted.decay);
-    let mean = mean_count(assets, wanted, &kinds, chunk_size_m);
-    let origin = at.origin_m(chunk_size_m);
-    let near: Vec<&Site> = (around.sites.iter())
-        .filter(|s| {
-            let off = s.position_m - origin;
-            let out = (-off).max(off - chunk_size_m).max_element();
-            out < REACH_M + s.radius_m
-        })
-        .collect();
-    let thrown = around.model.thrown_around(at, REACH_M);
-    let is_free = |stem: &FallenStem| {
-        let ground = around.ground;
-        let across = stem
-            .heading
-            .perp()
-            .dot(ground.sample(stem.middle_m).gradient);
-        if across.abs() > ROLLS {
-            return false;
+}
+
+impl Encode for LogRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            deadwood,
+            chunk_size_m,
+        } = self;
+        encoder.field("deadwood", deadwood);
+        encoder.field("chunk_size_m", chunk_size_m);
+    }
+}
+
+impl LogRecipe {
+    pub(crate) fn new(config: &Config) -> Self {
+        Self {
+            deadwood: config.deadwood.clone(),
+            chunk_size_m: config.chunks.size_m,
         }
-        let steps = (stem.length_m / 0.8).ceil();
-        let on_trail = (0..=steps as u32).any(|i| {
-            let s = (f64::from(i) / steps - 0.5) * stem.length_m;
-            let edge = ground.trail_edge_m(stem.middle_m + stem.heading * s);
-            edge < stem.radius_m + VERGE_M
-        });
-        (wanted.across_trails || !on_trail)
-            && !near.iter().any(|site| {
-                let room = site.radius_m + stem.radius_m + 0.04;
-                stem.distance_m(site.position_m) < room
+    }
+
+    /// Whether there are no logs at all.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.deadwood.volume_m3_ha <= 0.0
+    }
+
+    /// The logs of a chunk, before those of its neighbours are looked at.
+    pub(crate) fn logs(
+        &self,
+        at: ChunkCoord,
+        world: Key,
+        assets: &WorldAssets,
+        around: &Surroundings<'_>,
+    ) -> Vec<FallenStem> {
+        let Self {
+            deadwood: wanted,
+            chunk_size_m,
+        } = self;
+        let chunk_size_m = *chunk_size_m;
+        let kinds = kinds(assets, wanted.decay);
+        let mean = mean_count(assets, wanted, &kinds, chunk_size_m);
+        let origin = at.origin_m(chunk_size_m);
+        let near: Vec<&Site> = (around.sites.iter())
+            .filter(|s| {
+                let off = s.position_m - origin;
+                let out = (-off).max(off - chunk_size_m).max_element();
+                out < REACH_M + s.radius_m
             })
-            && !thrown.iter().any(|tree| tree.is_near_stem(stem))
-    };
-    fallen_stems(at, chunk_size_m, world.domain(LOGS), mean, &kinds, is_free)
+            .collect();
+        let thrown = around.model.thrown_around(at, REACH_M);
+        let is_free = |stem: &FallenStem| {
+            let ground = around.ground;
+            let across = stem
+                .heading
+                .perp()
+                .dot(ground.sample(stem.middle_m).gradient);
+            if across.abs() > ROLLS {
+                return false;
+            }
+            let steps = (stem.length_m / 0.8).ceil();
+            let on_trail = (0..=steps as u32).any(|i| {
+                let s = (f64::from(i) / steps - 0.5) * stem.length_m;
+                let edge = ground.trail_edge_m(stem.middle_m + stem.heading * s);
+                edge < stem.radius_m + VERGE_M
+            });
+            (wanted.across_trails || !on_trail)
+                && !near.iter().any(|site| {
+                    let room = site.radius_m + stem.radius_m + 0.04;
+                    stem.distance_m(site.position_m) < room
+                })
+                && !thrown.iter().any(|tree| tree.is_near_stem(stem))
+        };
+        fallen_stems(at, chunk_size_m, world.domain(LOGS), mean, &kinds, is_free)
+    }
 }
 
 /// The mean number of logs in a chunk: what thrown trees leave of the volume that is asked for.

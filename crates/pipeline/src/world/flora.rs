@@ -15,7 +15,10 @@ use super::closed_vegetation::ClosedVegetation;
 use super::patch::Patch;
 
 use super::ground::{ChunkGround, TerrainField};
-use crate::{Error, config};
+use super::ways::skid_brash;
+use crate::Error;
+use crate::config::{self, Config};
+use crate::plan::{Encode, Encoder};
 
 /// The chance that a cell at a place holds something.
 type Chance<'a> = dyn Fn(DVec2) -> f64 + 'a;
@@ -48,13 +51,52 @@ pub struct Flora {
     closed: Option<ClosedVegetation>,
 }
 
+/// The undergrowth that a config wants.
+#[derive(Clone, Debug)]
+pub(crate) struct FloraRecipe {
+    undergrowth: config::Undergrowth,
+    deadwood: config::Deadwood,
+    skid_brash: f64,
+    chunk_size_m: f64,
+}
+
+impl FloraRecipe {
+    pub(crate) fn new(config: &Config) -> Self {
+        Self {
+            undergrowth: config.undergrowth.clone(),
+            deadwood: config.deadwood.clone(),
+            skid_brash: skid_brash(&config.trails),
+            chunk_size_m: config.chunks.size_m,
+        }
+    }
+}
+
+impl Encode for FloraRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            undergrowth,
+            deadwood,
+            skid_brash,
+            chunk_size_m,
+        } = self;
+        encoder.field("undergrowth", undergrowth);
+        encoder.field("branches", &deadwood.branches);
+        encoder.field("brash", &deadwood.brash);
+        encoder.field("skid_brash", skid_brash);
+        encoder.field("chunk_size_m", chunk_size_m);
+    }
+}
+
 impl Flora {
-    /// The undergrowth of a config.
-    pub(crate) fn new(
-        (p, (deadwood, skid_brash)): (&config::Undergrowth, (&config::Deadwood, f64)),
-        chunk_size_m: f64,
-        world: Key,
-    ) -> Result<Self, Error> {
+    /// The undergrowth of a world.
+    pub(crate) fn new(recipe: &FloraRecipe, world: Key) -> Result<Self, Error> {
+        let FloraRecipe {
+            undergrowth: p,
+            deadwood,
+            skid_brash,
+            chunk_size_m,
+        } = recipe;
+        let chunk_size_m = *chunk_size_m;
         let key = world.domain(PATCHES);
         let grid = GroundCoverParams {
             chunk_size_m,

@@ -2,12 +2,14 @@
 
 pub mod assets;
 pub mod cameras;
+pub mod chunk_geometry;
 pub(crate) mod climbers;
 pub(crate) mod closed_vegetation;
 pub(crate) mod deadwood;
 pub mod flora;
 pub mod ground;
 pub(crate) mod ground_mesh;
+pub(crate) mod ground_recipe;
 pub mod lidars;
 pub(crate) mod low_plants;
 pub(crate) mod object_sites;
@@ -16,5 +18,6 @@ pub(crate) mod placement;
 pub(crate) mod recipe;
 pub(crate) mod thrown;
 pub mod trajectory;
+pub(crate) mod trajectory_recipe;
 pub mod uncovered;
 pub(crate) mod ways;

@@ -41,8 +41,28 @@ pub(crate) fn is_free(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bo
         && ground.is_clear_of_plot(world_m, radius_m)
 }
 
+/// The woody plants of a chunk that keep clear of the rocks around, and last its part of a stem
+/// map.
+pub(crate) fn woody_sites(
+    at: ChunkCoord,
+    world: Key,
+    placement: &Placement,
+    ground: &ChunkGround,
+    rocks: &[Site],
+) -> Vec<Site> {
+    let allowed = |p: DVec2, r: f64| is_free(ground, p, r);
+    let mut sites = placement.woody(at, &allowed, rocks);
+    if let Some(plot) = ground.plot() {
+        // In the area of the stem map it alone says where trees stand.
+        let trees = StandLayer::Trees.index() as u8;
+        sites.retain(|site| site.layer != trees || !plot.contains(site.position_m));
+        sites.extend(measured_sites(at, ground, world));
+    }
+    sites
+}
+
 /// The trees of a chunk's part of a plot as sites, in the order of the stem map.
-pub(crate) fn measured_sites(at: ChunkCoord, ground: &ChunkGround, world: Key) -> Vec<Site> {
+fn measured_sites(at: ChunkCoord, ground: &ChunkGround, world: Key) -> Vec<Site> {
     let Some(plot) = ground.plot() else {
         return Vec::new();
     };

@@ -6,7 +6,7 @@ use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
 use nemoral_seed::Key;
 
 use super::closed_vegetation::community_params;
-use super::ways::{skid_brash, surfaces};
+use super::ways::{has_wayside, skid_brash, surfaces};
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::site::{MeasuredStems, SiteSpecies};
@@ -23,6 +23,7 @@ pub(crate) struct Recipe {
     climbers: Option<[f64; 2]>,
     communities: Vec<PlantCommunity>,
     trail_surfaces: Vec<TrailSurfaceKind>,
+    wayside: bool,
     /// The trees of a stem map; their places do not matter here.
     site: config::Site,
     inputs: InputFiles,
@@ -38,6 +39,7 @@ impl Encode for Recipe {
             climbers,
             communities,
             trail_surfaces,
+            wayside,
             site,
             inputs: _,
         } = self;
@@ -92,6 +94,7 @@ impl Encode for Recipe {
         encoder.field("communities", &communities.join(" "));
         let trail_surfaces: Vec<&str> = trail_surfaces.iter().map(|k| k.name()).collect();
         encoder.field("trail_surfaces", &trail_surfaces.join(" "));
+        encoder.field("wayside", wayside);
         // Without climbers, no moss of any height.
         encoder.field("climbers", &climbers.unwrap_or([-1.0, 0.0]));
         encoder.field("stems", &site.stems.path);
@@ -122,6 +125,7 @@ impl Recipe {
             },
             communities: community_params(&config.undergrowth).wanted(),
             trail_surfaces: surfaces(&config.trails),
+            wayside: has_wayside(&config.trails),
             site: config.site.clone(),
             inputs: inputs.clone(),
         }
@@ -210,6 +214,7 @@ impl Recipe {
             climbers: (self.climbers).map(|[amount, height_m]| StemMoss { amount, height_m }),
             communities: self.communities.clone(),
             trail_surfaces: self.trail_surfaces.clone(),
+            wayside: self.wayside,
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,

@@ -41,6 +41,12 @@ pub(crate) fn surfaces(t: &config::Trails) -> Vec<TrailSurfaceKind> {
     TrailSurfaceKind::ALL.into_iter().filter(has).collect()
 }
 
+/// Whether roots lie across any of a config's trails, or stones beside them.
+pub(crate) fn has_wayside(t: &config::Trails) -> bool {
+    let mut ways = trail_params(t).ways.into_iter();
+    t.enabled && ways.any(|(w, share)| share > 0.0 && w.roots_per_m + w.stone_beds > 0.0)
+}
+
 /// Share of skid trails that is covered with brash, where there are any.
 pub(crate) fn skid_brash(t: &config::Trails) -> f64 {
     if t.enabled && t.kinds.skid_trail > 0.0 {
@@ -95,7 +101,13 @@ fn forest_road(t: &config::Trails) -> Way {
         ..built(t, way.section.clone())
     };
     // Its gravel was brought, whatever the ground is.
-    dressed(t, road.width_m, Way { section, ..way })
+    let stone_beds = road.stone_beds;
+    let way = Way {
+        section,
+        stone_beds,
+        ..way
+    };
+    dressed(t, road.width_m, way)
 }
 
 fn skid_trail(t: &config::Trails) -> Way {
@@ -130,6 +142,7 @@ fn footpath(t: &config::Trails) -> Way {
     way.width_variation = path.width_variation;
     way.section.sink_m = path.sink_m;
     way.section.hollow_m = path.hollow_m;
+    way.roots_per_m = path.roots_per_m;
     local(t, dressed(t, path.width_m, way))
 }
 

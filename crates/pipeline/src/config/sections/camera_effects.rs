@@ -1,8 +1,8 @@
 //! Keys of what sets one camera's pictures apart from another's: colour, lens and processing.
 
-use super::schema::Allowed::{Flag, OneOf, Real, Whole};
-use super::schema::section;
-use super::{ToneChoice, VignettingModel, WhiteBalanceMode};
+use crate::config::schema::Allowed::{Flag, OneOf, Real, Whole};
+use crate::config::schema::section;
+use crate::config::{ToneChoice, VignettingModel, WhiteBalanceMode};
 
 section! {
     /// The camera's white balance: the light that it takes for white, and the errors it makes.

@@ -1,7 +1,7 @@
 //! The kinds of way that trails are.
 
-use super::schema::Allowed::{OneOf, Real, Text};
-use super::schema::section;
+use crate::config::schema::Allowed::{OneOf, Real, Text};
+use crate::config::schema::section;
 
 /// The word of `robot.trail.way` for any kind.
 pub(crate) const ANY_WAY: &str = "any";
@@ -67,6 +67,8 @@ section! {
         sink_m: f64 = 0.06, Real(0.0, 0.4), "our choice: trodden litter and soil";
         /// Further depth where the path is steep.
         hollow_m: f64 = 0.4, Real(0.0, 1.5), "our choice: a hollow way from 20 % on";
+        /// Roots across a metre of the path; on a path that changes, half as many, in patches.
+        roots_per_m: f64 = 1.0, Real(0.0, 5.0), "our choice: bare roots among trees";
     }
 }
 
@@ -81,6 +83,8 @@ section! {
         ditch_depth_m: f64 = 0.35, Real(0.0, 0.8), "0.3 m and more are usual";
         /// Width of the ditch.
         ditch_width_m: f64 = 1.2, Real(0.4, 1.5), "0.6-1.2 m are usual";
+        /// Share of the ditches in which stones lie side by side.
+        stone_beds: f64 = 0.35, Real(0.0, 1.0), "our choice: where water runs";
     }
 }
 

@@ -1,0 +1,119 @@
+//! Keys of what lies, grows and climbs between the trees and on them.
+
+use crate::config::schema::Allowed::{Flag, Real};
+use crate::config::schema::section;
+
+section! {
+    /// Deadwood that lies: logs in five stages of decay, thrown trees with their root plates and
+    /// pits, branches, brash. Standing dead trees are `assets.snags`.
+    Deadwood at "deadwood" {
+        /// Volume of logs and thrown stems on a hectare.
+        volume_m3_ha: f64 = 8.0, Real(0.0, 200.0),
+            "managed forests: below 25 in 77 % of some 90 European plots, doi 10.3832/ifor1057";
+        /// Mean stage of decay of logs: 1 fresh with its bark, 2 losing it, 3 bare and mossy, 4
+        /// soft and flattened, 5 rotten. Stages are spread about it by 1.1.
+        decay: f64 = 2.7, Real(1.0, 5.0), "stages of Maser et al. 1979; the mean is our choice";
+        /// Trees on a hectare that a storm threw: a stem, a root plate, and a pit in the ground.
+        thrown_per_ha: f64 = 1.0, Real(0.0, 60.0), "our choice: a few";
+        /// Whether logs may lie across trails, where they are in a vehicle's way.
+        across_trails: bool = false, Flag, "trails are kept clear";
+        /// Fallen branches, and tops left after thinning, on 100 m² beside trails.
+        branches: f64 = 4.0, Real(0.0, 40.0), "our choice";
+        /// Share of trails that are covered with mats of brash, which machines lay down to drive
+        /// on; skid trails have `trails.skid_trail.brash`, if that is more.
+        brash: f64 = 0.0, Real(0.0, 1.0), "none: skid trails alone have them";
+    }
+}
+
+section! {
+    /// What grows on the stems of trees: ivy and moss.
+    Climbers at "climbers" {
+        /// Share of the trees that ivy climbs; thick ones are climbed more often, and those near
+        /// each other.
+        ivy: f64 = 0.05, Real(0.0, 1.0), "our choice: 0-0.3";
+        /// Of these, the share whose ivy reaches the crown. The others' climbs a third as high.
+        ivy_in_crown: f64 = 0.4, Real(0.0, 1.0), "our choice";
+        /// Cover of moss on the moist side of the stem's foot: 1 as in a moist forest.
+        moss: f64 = 0.5, Real(0.0, 3.0), "our choice";
+        /// How high moss reaches on that side; half as high elsewhere.
+        moss_height_m: f64 = 0.9, Real(0.1, 6.0), "our choice";
+        /// The azimuth of that side, clockwise from north.
+        moss_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north, which the sun dries least";
+    }
+}
+
+section! {
+    /// Low plants, on a jittered grid over the whole chunk (paper, IV-D).
+    Undergrowth at "undergrowth" {
+        /// Side of a grid cell; each may hold a patch of plants.
+        cell_m: f64 = 1.25, Real(0.5, 10.0), "patches are 1-2 m wide";
+        /// Share of cells that hold a patch in full light.
+        cover: f64 = 0.9, Real(0.0, 1.0), "our choice";
+        /// Patches of fallen twigs per cell.
+        litter: f64 = 0.12, Real(0.0, 1.0), "our choice";
+        /// Weight of grass among the patches.
+        grass: f64 = 0.45, Real(0.0, 100.0), "open forests of the south";
+        /// Weight of herbs.
+        herbs: f64 = 0.3, Real(0.0, 100.0), "open forests of the south";
+        /// Weight of ferns and bracken, which grow in groups.
+        ferns: f64 = 0.6, Real(0.0, 100.0), "open forests of the south";
+    }
+    plus {
+        /// The cover of the ground.
+        floor: Floor;
+        /// Grass without gaps.
+        sward: Sward;
+        /// Thickets.
+        thickets: Thickets;
+    }
+}
+
+section! {
+    /// Grass that leaves no gaps, on the forest floor, along trails, and on those with a grassy
+    /// surface. It needs light: it is thinner under closed crowns, and there is none in deep shade.
+    /// Its kinds change from place to place.
+    Sward at "undergrowth.sward" {
+        /// Share of the ground that it covers where there is light for it.
+        cover: f64 = 0.3, Real(0.0, 1.0), "our choice: open forests of the south";
+        /// Weight of tall grass that nobody cuts.
+        rank: f64 = 1.0, Real(0.0, 100.0), "our choice";
+        /// Weight of short grass, grazed or mown.
+        grazed: f64 = 0.6, Real(0.0, 100.0), "our choice";
+        /// Weight of grass in clumps, more where it is moist.
+        tussocks: f64 = 0.6, Real(0.0, 100.0), "our choice";
+        /// Weight of grass that has dried on its stalks, more where it is dry.
+        dry: f64 = 0.6, Real(0.0, 100.0), "our choice";
+        /// Weight of lodged grass: tall, and laid by wind and rain.
+        lodged: f64 = 0.4, Real(0.0, 100.0), "our choice";
+    }
+}
+
+section! {
+    /// Thickets, which close over the ground in stands of some metres to tens of metres: shares of
+    /// the ground that they cover where light, moisture and slope suit them. Where several would
+    /// grow, one of them does.
+    Thickets at "undergrowth.thickets" {
+        /// Share of brambles, 0.6 to 1.5 m high.
+        bramble: f64 = 0.06, Real(0.0, 1.0), "our choice";
+        /// Share of bracken, 0.7 to 1.4 m high.
+        bracken: f64 = 0.08, Real(0.0, 1.0), "our choice";
+        /// Share of heather, in the light, where it is not moist.
+        heath: f64 = 0.05, Real(0.0, 1.0), "our choice";
+        /// Share of bilberry, which bears shade.
+        bilberry: f64 = 0.0, Real(0.0, 1.0), "rare in open forests of the south";
+        /// Share of nettles, where it is moist.
+        nettles: f64 = 0.02, Real(0.0, 1.0), "our choice";
+    }
+}
+
+section! {
+    /// The forest floor: shares of its covers, which form patches of some metres.
+    Floor at "undergrowth.floor" {
+        /// Share of fallen leaves.
+        leaf_litter: f64 = 1.0, Real(0.0, 1000.0), "a mixed forest";
+        /// Share of fallen needles.
+        needle_litter: f64 = 1.0, Real(0.0, 1000.0), "a mixed forest";
+        /// Share of moss and soil.
+        moss: f64 = 1.0, Real(0.0, 1000.0), "a mixed forest";
+    }
+}

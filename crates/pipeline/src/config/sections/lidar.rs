@@ -1,0 +1,125 @@
+//! Keys of the LiDAR.
+
+use super::LidarPattern;
+use crate::config::choices::{CUSTOM_DEVICE, DEVICES};
+use crate::config::schema::Allowed::{Flag, OneOf, Real, RealAbove, Whole};
+use crate::config::schema::{SectionSpec, section};
+use crate::config::{LaconteSensor, RangeNoiseModel, ReturnMode};
+
+section! {
+    /// The LiDAR (paper, V-B).
+    Lidar at "lidar" {
+        /// Whether there is a LiDAR. Without the first one there are no further ones.
+        enabled: bool = true, Flag, "pictures alone are a tenth smaller and quicker";
+        /// A scanner by its data sheet. It sets the pattern, the pulses of 0.1 s (of a turn, for a
+        /// terrestrial scanner), ranges, wavelength, beam, errors and noise below; keys that you
+        /// set yourself override it.
+        device: String = CUSTOM_DEVICE.into(), OneOf(&DEVICES),
+            "the makers' data sheets, each named in the handbook";
+        /// Pulses fired in a scan.
+        pulses: u32 = 50_000, Whole(1, 10_000_000), "paper, VI";
+        /// Surfaces nearer than this block pulses and give no return.
+        min_range_m: f64 = 0.5, Real(0.0, 10.0), "blind zone: Livox";
+        /// Surfaces farther than this give no return.
+        max_range_m: f64 = 260.0, Real(1.0, 2000.0), "Livox wiki, at 80 % reflectance";
+        /// Laser wavelength.
+        wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
+        /// Which echoes of a pulse become points.
+        returns: ReturnMode = ReturnMode::Strongest, OneOf(ReturnMode::WORDS),
+            "one for each pulse, as in the paper";
+        /// The most returns of a pulse with `all`.
+        max_returns: u32 = 5, Whole(1, 15), "LAS allows 15";
+        /// Write points in the LiDAR frame at the frame's time; if false, raw points, each in the
+        /// LiDAR frame at its pulse's time.
+        deskew: bool = true, Flag, "our choice";
+        /// Position in front of the body's origin.
+        mount_x_m: f64 = 0.35, Real(-10.0, 10.0), "above the camera";
+        /// Position to the left of it.
+        mount_y_m: f64 = 0.0, Real(-10.0, 10.0), "centred";
+        /// Height above the ground.
+        mount_z_m: f64 = 1.35, Real(0.0, 50.0), "above the camera";
+        /// Rotation to the left.
+        mount_yaw_deg: f64 = 0.0, Real(-180.0, 180.0), "forward";
+        /// Pitch, downwards.
+        mount_pitch_deg: f64 = 0.0, Real(-90.0, 90.0), "level";
+    }
+    plus {
+        /// The LiDAR's pattern.
+        #[serde(flatten)]
+        pattern: LidarPattern;
+        /// The LiDAR's beam.
+        beam: LidarBeam;
+        /// Errors other than those of ranges.
+        errors: LidarErrors;
+        /// Errors of ranges.
+        noise: Noise;
+    }
+}
+
+/// Further LiDARs.
+pub(super) const FURTHER_LIDARS: SectionSpec = SectionSpec {
+    path: "lidars",
+    doc: " Further LiDARs on the same robot: a table `[lidars.NAME]` for each, with the keys of \
+        `[lidar]`, says how it differs from the first one. Their files are in folders of that \
+        name.",
+    choice: None,
+    keys: &[],
+};
+
+section! {
+    /// The laser beam. It is cast as sub-rays, whose echoes mix or separate as in a real pulse.
+    LidarBeam at "lidar.beam" {
+        /// Divergence sideways, full width at half maximum.
+        horizontal_deg: f64 = 0.28, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
+        /// Divergence upwards, full width at half maximum.
+        vertical_deg: f64 = 0.03, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
+        /// Rings of sub-rays around the middle: 0, 1, 2, 3 give 1, 7, 19, 37 rays for each pulse.
+        rings: u32 = 0, Whole(0, 8), "a line, as in the paper; HELIOS++ has 2";
+        /// Length of the pulse; surfaces that are less than half of it apart merge into one echo.
+        pulse_ns: f64 = 4.0, Real(0.0, 100.0), "Livox scanners in HELIOS++";
+    }
+}
+
+section! {
+    /// Errors of pointing and detection.
+    LidarErrors at "lidar.errors" {
+        /// Standard deviation of a pulse's direction, sideways and upwards.
+        angular_deg: f64 = 0.0, Real(0.0, 5.0), "off; Livox below 0.05 to 0.1";
+        /// Ranges are written in steps of this; 0 for none.
+        range_step_m: f64 = 0.0, Real(0.0, 1.0), "off; Velodyne 0.002, Livox 0.001";
+        /// Probability that a pulse is lost.
+        dropout: f64 = 0.0, Real(0.0, 1.0), "off";
+        /// Probability that a pulse that meets nothing gives a point all the same.
+        false_alarm: f64 = 0.0, Real(0.0, 1.0), "off; Livox below 0.0001";
+    }
+}
+
+section! {
+    /// Errors of measured ranges (paper, V-B).
+    Noise at "lidar.noise" {
+        /// The model: no errors, the paper's, Laconte's bias, a spread by incidence, by range, or
+        /// by signal-to-noise ratio with a threshold of detection.
+        model: RangeNoiseModel = RangeNoiseModel::Paper, OneOf(RangeNoiseModel::WORDS),
+            "paper, V-B; each model's source is named in the handbook";
+        /// Standard deviation of `paper` and `laconte`.
+        sigma_m: f64 = 0.02, Real(0.0, 1.0), "Livox wiki: Mid-40 at 20 m";
+        /// The sensor whose bias `laconte` has.
+        laconte_device: LaconteSensor = LaconteSensor::Hdl32e, OneOf(LaconteSensor::WORDS),
+            "Laconte et al. 2019, in libpointmatcher";
+        /// `laconte` by its closed form: within 2 % for narrow beams, and faster.
+        laconte_closed: bool = false, Flag, "as published";
+        /// `snr` sees this far …
+        reference_range_m: f64 = 90.0, RealAbove(0.0, 10_000.0), "Livox wiki: 90 m at 10 %";
+        /// … a target of this reflectance.
+        reference_reflectance: f64 = 0.1, RealAbove(0.0, 1.0), "Livox wiki: 90 m at 10 %";
+        /// Extinction of the air for `snr`: 3 / visibility.
+        extinction_per_m: f64 = 0.0, Real(0.0, 1.0), "clear air";
+        /// Spread of strong echoes for `snr`; the least one for `linear`; head-on at 20 m for
+        /// `incidence`.
+        floor_m: f64 = 0.007, Real(0.0, 1.0), "our choice: some millimetres";
+        /// Spread that `snr` adds at its threshold.
+        at_threshold_m: f64 = 0.09, Real(0.0, 1.0), "LISA (Kilic et al. 2021)";
+        /// Spread that `linear` adds per metre of range.
+        per_metre: f64 = 0.0006, Real(0.0, 1.0), "Hokuyo UTM-30LX, in libpointmatcher";
+    }
+}

@@ -1,0 +1,124 @@
+//! Keys of the LiDAR's scan pattern.
+
+use serde::{Deserialize, Serialize};
+
+use super::DATA;
+use crate::config::schema::Allowed::{File, OneOf, Real, RealAbove, Whole};
+use crate::config::schema::{encode_variants, section};
+use crate::config::{InputPath, SpinningHead};
+
+/// The scan pattern.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum LidarPattern {
+    /// Repeating lines.
+    Lines(LidarLines),
+    /// Non-repeating, circular.
+    Mid40(LidarMid40),
+    /// Non-repeating, rectangular.
+    Horizon(LidarHorizon),
+    /// Non-repeating, circular and wide.
+    Mid70(LidarMid70),
+    /// Non-repeating, six beams.
+    Avia(LidarAvia),
+    /// A spinning head by its beam table.
+    Spinning(LidarSpinning),
+    /// A terrestrial scanner's turn.
+    Panorama(LidarPanorama),
+    /// From a file.
+    Table(LidarTable),
+}
+
+encode_variants! { LidarPattern
+    Lines: "lines";
+    Mid40: "mid40";
+    Horizon: "horizon";
+    Mid70: "mid70";
+    Avia: "avia";
+    Spinning: "spinning";
+    Panorama: "panorama";
+    Table: "table";
+}
+
+impl Default for LidarPattern {
+    fn default() -> Self {
+        Self::Horizon(LidarHorizon::default())
+    }
+}
+
+section! {
+    /// Repeating lines: a spinning scanner.
+    LidarLines at "lidar.lines", one of "the scan pattern" {
+        /// Lines.
+        lines: u32 = 32, Whole(1, 128), "a common spinning scanner";
+        /// Lowest line, above the horizon.
+        low_deg: f64 = -15.0, Real(-90.0, 90.0), "VLP-16 user manual";
+        /// Highest line.
+        high_deg: f64 = 15.0, Real(-90.0, 90.0), "VLP-16 user manual";
+        /// Turns per second.
+        rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
+    }
+}
+
+section! {
+    /// Non-repeating, circular field of view: the Livox Mid-40's two prisms, 100,000 pulses a
+    /// second.
+    LidarMid40 at "lidar.mid40", one of "the scan pattern" {}
+}
+
+section! {
+    /// Non-repeating, rectangular field of view: Horizon-like, 240,000 pulses a second.
+    LidarHorizon at "lidar.horizon", one of "the scan pattern" {}
+}
+
+section! {
+    /// Non-repeating, circular: the Livox Mid-70's stronger prisms, 100,000 pulses a second.
+    LidarMid70 at "lidar.mid70", one of "the scan pattern" {}
+}
+
+section! {
+    /// Non-repeating, 70° by 77°: the Livox Avia's three prisms and six beams, 240,000 pulses a
+    /// second.
+    LidarAvia at "lidar.avia", one of "the scan pattern" {}
+}
+
+section! {
+    /// A spinning head, with its beam table and firing times.
+    LidarSpinning at "lidar.spinning", one of "the scan pattern" {
+        /// The scanner.
+        head: SpinningHead = SpinningHead::Vlp16, OneOf(SpinningHead::WORDS),
+            "Velodyne and Ouster manuals, ros-drivers/velodyne";
+        /// Turns per second.
+        rotation_hz: f64 = 10.0, RealAbove(0.0, 100.0), "VLP-16 user manual: 5-20 Hz";
+        /// Beams of an `ouster`.
+        beams: u32 = 64, Whole(1, 255), "OS1-64";
+        /// Vertical field of view of an `ouster`.
+        vertical_fov_deg: f64 = 45.0, RealAbove(0.0, 180.0), "OS1; an OS0 has 90";
+        /// Columns per turn of an `ouster`.
+        columns: u32 = 1024, Whole(1, 100_000), "OS1 at 10 Hz";
+    }
+}
+
+section! {
+    /// A terrestrial scanner: one turn of sweeps from below to the zenith, at equal angles; it has
+    /// the number of pulses that is asked for.
+    LidarPanorama at "lidar.panorama", one of "the scan pattern" {
+        /// Lowest pulse, above the horizon.
+        low_deg: f64 = -60.0, Real(-90.0, 90.0), "the tripod hides what is below";
+        /// Highest pulse.
+        high_deg: f64 = 90.0, Real(-90.0, 90.0), "the zenith";
+        /// Pulses per second.
+        rate_hz: f64 = 2e6, RealAbove(0.0, 1e8), "phase-shift scanners";
+    }
+}
+
+section! {
+    /// A table of pulses that is replayed: rows of `time, azimuth, elevation[, ring]` in seconds,
+    /// degrees to the left of forward and degrees up. A header may come first; times never
+    /// decrease.
+    LidarTable at "lidar.table", one of "the scan pattern" {
+        /// The CSV file.
+        path: InputPath = InputPath::default(), File(DATA), "none";
+    }
+}

@@ -1,0 +1,106 @@
+//! Keys of the sun, the sky and the air.
+
+use serde::{Deserialize, Serialize};
+
+use super::DATA;
+use crate::config::InputPath;
+use crate::config::schema::Allowed::{File, Real, Text, Triple};
+use crate::config::schema::{encode_variants, section};
+
+section! {
+    /// The sun (paper, IV-E).
+    Sun at "sun" {
+        /// Multiplies the sun's light.
+        intensity: f64 = 1.0, Real(0.0, 100.0), "physical";
+        /// Multiplies its colour, linear red, green, blue.
+        colour: [f64; 3] = [1.0; 3], Triple(0.0, 10.0), "physical";
+    }
+    plus {
+        /// The sun's position.
+        #[serde(flatten)]
+        position: SunPosition;
+    }
+}
+
+/// The sun's position.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum SunPosition {
+    /// By angles.
+    Angles(SunAngles),
+    /// By place, date and time.
+    Date(SunDate),
+}
+
+encode_variants! { SunPosition
+    Angles: "angles";
+    Date: "date";
+}
+
+impl Default for SunPosition {
+    fn default() -> Self {
+        Self::Angles(SunAngles::default())
+    }
+}
+
+section! {
+    /// The sun by angles.
+    SunAngles at "sun.angles", one of "the sun's position" {
+        /// Clockwise from north.
+        azimuth_deg: f64 = 215.0, Real(-360.0, 360.0), "early afternoon";
+        /// Above the horizon.
+        elevation_deg: f64 = 48.0, Real(-5.0, 90.0), "spring or autumn at 40 degrees north";
+    }
+}
+
+section! {
+    /// The sun by place, date and time.
+    SunDate at "sun.date", one of "the sun's position" {
+        /// Latitude, north positive.
+        latitude_deg: f64 = 40.2033, Real(-90.0, 90.0), "Coimbra";
+        /// Longitude, east positive.
+        longitude_deg: f64 = -8.4103, Real(-180.0, 180.0), "Coimbra";
+        /// Date and time in UTC.
+        utc: String = "2022-06-21T14:30:00".into(), Text, "YYYY-MM-DDThh:mm:ss";
+        /// Hours to add to that time (negative: to subtract). As a number it can be drawn from a
+        /// range.
+        later_h: f64 = 0.0, Real(-8784.0, 8784.0), "that time itself";
+    }
+}
+
+section! {
+    /// The sky that lights the scene.
+    Sky at "sky" {
+        /// Haze: 2 very clear, 3 clear, 6 hazy.
+        turbidity: f64 = 3.0, Real(1.8, 10.0), "Preetham 1999";
+        /// Share of cloud: 0 clear, 1 overcast.
+        overcast: f64 = 0.0, Real(0.0, 1.0), "clear";
+        /// A photographed sky instead: an equirectangular Radiance (.hdr) or OpenEXR file, zenith
+        /// on top. It is visible in gaps and lights the scene as brightly as the modelled sky
+        /// would. The sun is still that of `[sun]`; the one in the image is removed.
+        image: InputPath = InputPath::default(), File(DATA), "none";
+        /// Direction of the middle column of that image, clockwise from north.
+        image_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north";
+        /// Multiplies that image's light.
+        image_gain: f64 = 1.0, Real(0.001, 1000.0), "as bright as the modelled sky";
+    }
+}
+
+section! {
+    /// The air near the ground: visibility and fog.
+    Weather at "weather" {
+        /// Meteorological visibility at the camera's height: the distance at which 2 % of the
+        /// contrast is left. It is haze below 10,000 and mist below 2000.
+        visibility_m: f64 = 20_000.0, Real(10.0, 1_000_000.0), "a clear day; Koschmieder 1924";
+        /// The height over which that haze decreases by a factor of e.
+        haze_height_m: f64 = 100.0, Real(1.0, 10_000.0),
+            "a shallow layer: crowns against the sky stay clear";
+        /// Extinction of fog at its base, which is 3.912 over the visibility there; 0 for no fog.
+        fog_per_m: f64 = 0.0, Real(0.0, 1.0), "none";
+        /// The height in the world at which fog has that extinction; below, it is denser.
+        fog_base_m: f64 = 0.0, Real(-1000.0, 10_000.0), "where the terrain is lowest";
+        /// The height over which fog decreases by a factor of e.
+        fog_height_m: f64 = 8.0, Real(0.5, 1000.0), "fog on a valley floor";
+    }
+}

@@ -1,0 +1,216 @@
+//! Every key of a config, one file for each part of it.
+
+mod assets;
+mod camera;
+mod camera_effects;
+mod camera_optics;
+mod floor;
+mod ground;
+mod lidar;
+mod lidar_pattern;
+mod light;
+mod placement;
+mod robot;
+mod site;
+mod ways;
+
+use std::collections::BTreeMap;
+
+use crate::config::schema::Allowed::{Flag, OneOf, Real, Text, Whole};
+use crate::config::schema::{SectionSpec, section};
+
+use self::camera::FURTHER_CAMERAS;
+use self::lidar::FURTHER_LIDARS;
+
+pub use assets::*;
+pub use camera::*;
+pub use camera_effects::*;
+pub use camera_optics::*;
+pub use floor::*;
+pub use ground::*;
+pub use lidar::*;
+pub use lidar_pattern::*;
+pub use light::*;
+pub use placement::*;
+pub use robot::*;
+pub use site::*;
+pub use ways::*;
+
+/// The largest text file that a config may name.
+const TEXT: u64 = 1 << 20;
+/// The largest file of trail lines, some 200,000 vertices.
+const LINES: u64 = 8 << 20;
+/// The largest stem map, some 200,000 trees.
+const STEMS: u64 = 16 << 20;
+/// The largest table, list of poses or image.
+const DATA: u64 = 256 << 20;
+
+section! {
+    /// A whole request: the world, the robot, and what is recorded.
+    Config at "" {
+        /// The world's seed. The same seed, config and program give the same bytes.
+        seed: u64 = 7, Whole(0, i64::MAX), "any number; TOML allows up to 2^63 - 1";
+        /// How many sequences the data set has, each a drive through a world of its own. Sequence 0
+        /// has the seed above, and the others' seeds are drawn from it.
+        sequences: u32 = 1, Whole(1, 10_000), "one world";
+        /// How many frames each sequence has.
+        frames: u64 = 10, Whole(1, 10_000_000), "enough to look at, made in a minute";
+    }
+    plus {
+        /// Splits.
+        splits: Splits;
+        /// Chunks and visible distances.
+        chunks: Chunks;
+        /// Your own site.
+        site: Site;
+        /// Terrain.
+        terrain: Terrain;
+        /// Trails.
+        trails: Trails;
+        /// Rocks, trees, stumps and shrubs.
+        placement: Placement;
+        /// Logs, thrown trees and branches.
+        deadwood: Deadwood;
+        /// Ivy and moss on trees.
+        climbers: Climbers;
+        /// Grass, herbs and ferns.
+        undergrowth: Undergrowth;
+        /// What is grown.
+        assets: Assets;
+        /// Sun.
+        sun: Sun;
+        /// Sky.
+        sky: Sky;
+        /// Weather.
+        weather: Weather;
+        /// Camera.
+        camera: Camera;
+        /// Further cameras.
+        cameras: BTreeMap<String, Camera>;
+        /// LiDAR.
+        lidar: Lidar;
+        /// Further LiDARs.
+        lidars: BTreeMap<String, Lidar>;
+        /// Robot.
+        robot: Robot;
+        /// Files.
+        output: Output;
+    }
+}
+
+section! {
+    /// Which sequences are for training, validation and testing, in shares; without shares the data
+    /// set is not split. No two sequences have a tree, a chunk or a place in common, and sequences
+    /// of different splits share no grown plants and no textures of plants either.
+    Splits at "splits" {
+        /// Share of sequences to learn from. The three shares add up to 1, or all are 0.
+        train: f64 = 0.0, Real(0.0, 1.0), "not split";
+        /// Share of sequences to choose a model by.
+        val: f64 = 0.0, Real(0.0, 1.0), "not split";
+        /// Share of sequences to measure the chosen model.
+        test: f64 = 0.0, Real(0.0, 1.0), "not split";
+        /// The choice or group in `[vary]` whose alternatives are each split in these shares, such
+        /// as `preset`; empty for none.
+        by: String = String::new(), Text, "not stratified";
+    }
+}
+
+section! {
+    /// The chunk manager: the world is made, kept and dropped in square chunks (paper, IV-A).
+    Chunks at "chunks" {
+        /// Side of a chunk.
+        size_m: f64 = 50.0, Real(20.0, 100.0), "paper, VI";
+        /// Trees, rocks and ground are visible in chunks that come this near.
+        visible_radius_m: f64 = 300.0, Real(10.0, 600.0), "far enough that haze closes the view";
+        /// Undergrowth is visible in chunks that come this near.
+        undergrowth_radius_m: f64 = 100.0, Real(0.0, 300.0), "the paper's visible radius, VI";
+        /// Chunks farther than this are deleted; between the radii they are disabled.
+        delete_radius_m: f64 = 400.0, Real(10.0, 2000.0), "two chunks beyond the visible radius";
+    }
+}
+
+section! {
+    /// What is written.
+    Output at "output" {
+        /// The class table.
+        ontology: String = "paper".into(), OneOf(&["paper", "fuel"]), "paper, V-A and VII";
+        /// Write a PLY with every field of every point, besides `.bin` and `.label`.
+        ply: bool = true, Flag, "true range, true id, time, normal and more";
+        /// Write depth as float32 `.npy` instead of 16-bit PNG.
+        depth_npy: bool = false, Flag, "every loader reads PNG, which is exact to 2 mm";
+    }
+}
+
+/// Every section, in the order of the reference page.
+pub const SECTIONS: &[SectionSpec] = &[
+    Config::SPEC,
+    Splits::SPEC,
+    Chunks::SPEC,
+    Site::SPEC,
+    SiteStems::SPEC,
+    SiteTerrain::SPEC,
+    SiteTrails::SPEC,
+    Terrain::SPEC,
+    Trails::SPEC,
+    TrailKinds::SPEC,
+    TrailSection::SPEC,
+    ForestRoad::SPEC,
+    SkidTrail::SPEC,
+    Firebreak::SPEC,
+    Footpath::SPEC,
+    DeerPath::SPEC,
+    Placement::SPEC,
+    PlacementRows::SPEC,
+    PlacementGaps::SPEC,
+    Regeneration::SPEC,
+    Deadwood::SPEC,
+    Climbers::SPEC,
+    Undergrowth::SPEC,
+    Floor::SPEC,
+    Sward::SPEC,
+    Thickets::SPEC,
+    Assets::SPEC,
+    Sun::SPEC,
+    SunAngles::SPEC,
+    SunDate::SPEC,
+    Sky::SPEC,
+    Weather::SPEC,
+    Camera::SPEC,
+    CameraFov::SPEC,
+    CameraSensor::SPEC,
+    CameraCalibration::SPEC,
+    CameraPinhole::SPEC,
+    CameraBrownConrady::SPEC,
+    CameraFisheye::SPEC,
+    CameraShutter::SPEC,
+    CameraNoise::SPEC,
+    CameraWhiteBalance::SPEC,
+    CameraTone::SPEC,
+    CameraVignetting::SPEC,
+    CameraAberration::SPEC,
+    CameraProcessing::SPEC,
+    CameraSoiling::SPEC,
+    FURTHER_CAMERAS,
+    Lidar::SPEC,
+    LidarLines::SPEC,
+    LidarMid40::SPEC,
+    LidarHorizon::SPEC,
+    LidarMid70::SPEC,
+    LidarAvia::SPEC,
+    LidarSpinning::SPEC,
+    LidarPanorama::SPEC,
+    LidarTable::SPEC,
+    LidarBeam::SPEC,
+    LidarErrors::SPEC,
+    Noise::SPEC,
+    FURTHER_LIDARS,
+    Robot::SPEC,
+    PathTrail::SPEC,
+    PathWander::SPEC,
+    PathStraight::SPEC,
+    PathStations::SPEC,
+    PathFile::SPEC,
+    Output::SPEC,
+    super::vary::VARY,
+    super::vary::RANGES,
+];

@@ -1,0 +1,107 @@
+//! Keys of the robot's path.
+
+use serde::{Deserialize, Serialize};
+
+use super::{DATA, PathTrail};
+use crate::config::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Whole};
+use crate::config::schema::{encode_variants, section};
+use crate::config::{InputPath, PathFormat};
+
+section! {
+    /// The robot: its path, and the interval of frames.
+    Robot at "robot" {
+        /// Distance between frames.
+        spacing_m: f64 = 1.0, Real(0.0, 1000.0), "new views, overlapping";
+        /// Time between frames; 0 to use the distance instead.
+        spacing_s: f64 = 0.0, Real(0.0, 3600.0), "by metres";
+        /// Speed, which gives times and the motion during a scan.
+        speed_m_s: f64 = 1.0, RealAbove(0.0, 30.0), "walking pace";
+        /// Start of the path, metres east.
+        start_x_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
+        /// Start of the path, metres north.
+        start_y_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
+        /// Heading of `straight` and of a wander, clockwise from north.
+        heading_deg: f64 = 45.0, Real(-360.0, 360.0), "north-east";
+        /// Distance between axles, over which the body's pitch follows the ground.
+        wheelbase_m: f64 = 0.8, Real(0.1, 10.0), "a small tracked robot";
+        /// Distance between tracks, over which the body's roll follows the ground.
+        track_m: f64 = 0.6, Real(0.1, 10.0), "a small tracked robot";
+        /// Clearance from stems and rocks on a wander.
+        clearance_m: f64 = 0.8, Real(0.0, 10.0), "half the robot's width and a margin";
+    }
+    plus {
+        /// The path.
+        #[serde(flatten)]
+        path: RobotPath;
+    }
+}
+
+/// The path of the robot.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum RobotPath {
+    /// Along the nearest trail, there and back.
+    Trail(PathTrail),
+    /// A smooth wander through the forest.
+    Wander(PathWander),
+    /// A straight line.
+    Straight(PathStraight),
+    /// A grid of fixed stations.
+    Stations(PathStations),
+    /// Poses from a file.
+    File(PathFile),
+}
+
+encode_variants! { RobotPath
+    Trail: "trail";
+    Wander: "wander";
+    Straight: "straight";
+    Stations: "stations";
+    File: "file";
+}
+
+impl Default for RobotPath {
+    fn default() -> Self {
+        Self::Trail(PathTrail::default())
+    }
+}
+
+section! {
+    /// A smooth wander that avoids stems and rocks.
+    PathWander at "robot.wander", one of "the robot's path" {
+        /// The greatest deviation from the line of its heading.
+        amplitude_m: f64 = 8.0, Real(0.0, 30.0), "a few trees wide";
+    }
+}
+
+section! {
+    /// A straight line, which does not avoid anything.
+    PathStraight at "robot.straight", one of "the robot's path" {}
+}
+
+section! {
+    /// Fixed stations, as in terrestrial scanning: a grid around the start. Each station is level
+    /// and still, and is moved to the nearest clear place.
+    PathStations at "robot.stations", one of "the robot's path" {
+        /// Stations from west to east.
+        columns: u32 = 3, Whole(1, 1000), "a plot of 30 m";
+        /// Stations from south to north.
+        rows: u32 = 3, Whole(1, 1000), "a plot of 30 m";
+        /// Distance between neighbouring stations.
+        distance_m: f64 = 12.0, RealAbove(0.0, 1000.0), "10 to 15 m are usual";
+    }
+}
+
+section! {
+    /// Poses from a file; frame k takes pose k.
+    PathFile at "robot.file", one of "the robot's path" {
+        /// The file.
+        path: InputPath = InputPath::default(), File(DATA), "none";
+        /// Its format: TUM (`t x y z qx qy qz qw`) or KITTI (a 3 x 4 matrix), one pose on each
+        /// line.
+        format: PathFormat = PathFormat::Tum, OneOf(PathFormat::WORDS), "TUM contains times";
+        /// Take height, pitch and roll from the ground instead of the file.
+        on_ground: bool = true, Flag, "the file does not know this ground";
+    }
+}

@@ -1,0 +1,29 @@
+//! The geometry of a chunk, ready for rays.
+
+use std::sync::Arc;
+
+use nemoral_raycast::{Blas, Group};
+use nemoral_scene::InstancePlace;
+
+use crate::pool::in_pool;
+
+/// The ground of a chunk and all its objects with an id.
+#[derive(Debug)]
+pub struct ObjectGeometry(pub Arc<Group>);
+
+/// A chunk's undergrowth, seedlings and trail grass; `None` where nothing grows.
+#[derive(Debug)]
+pub struct UndergrowthGeometry(pub Option<Arc<Group>>);
+
+impl ObjectGeometry {
+    pub(crate) fn new(instances: Vec<(InstancePlace, Arc<Blas>)>) -> Self {
+        Self(Arc::new(in_pool(|| Group::build(instances))))
+    }
+}
+
+impl UndergrowthGeometry {
+    pub(crate) fn new(instances: Vec<(InstancePlace, Arc<Blas>)>) -> Self {
+        let is_bare = instances.is_empty();
+        Self((!is_bare).then(|| Arc::new(in_pool(|| Group::build(instances)))))
+    }
+}
