@@ -19,6 +19,7 @@ fn grow(communities: &[PlantCommunity]) -> Library {
         individuals_per_species: 1,
         communities: communities.to_vec(),
         trail_surfaces: vec![TrailSurfaceKind::Grassy],
+        wayside: true,
         ..AssetParams::default()
     };
     Library::grow(&params, Key::world(11)).expect("valid")
@@ -30,6 +31,25 @@ fn tiles() -> impl Iterator<Item = (PlantCommunity, bool, &'static PlantAsset)> 
         let wide = of.wide.iter().map(move |tile| (community, true, tile));
         wide.chain(of.narrow.iter().map(move |tile| (community, false, tile)))
     })
+}
+
+#[test]
+fn roots_and_beds_of_stones_are_what_they_say() {
+    for (list, semantic, count) in [
+        (&LIBRARY.trail_roots, Semantic::SurfaceRoot, 16),
+        (&LIBRARY.stone_beds, Semantic::Stone, 8),
+    ] {
+        assert_eq!(list.len(), count);
+        for asset in list {
+            let mesh = asset.prototype.mesh();
+            let semantic_of = |m| LIBRARY.materials.get(m).semantic;
+            assert!((mesh.triangles.iter()).all(|t| semantic_of(t.material) == semantic));
+            assert!(asset.prototype.cards().is_empty());
+            assert!((0.01..0.12).contains(&asset.height_m), "{}", asset.height_m);
+        }
+    }
+    let restored = Library::from_bytes(&LIBRARY.to_bytes()).expect("it can be read");
+    assert_eq!(restored.trail_roots.len() + restored.stone_beds.len(), 24);
 }
 
 #[test]
