@@ -48,7 +48,8 @@ pub struct Mesh {
     /// Unit shading normals; without them triangles are shaded flat.
     pub normals: Vec<Vec3>,
     /// Texture coordinates, in repetitions of the texture (metres for ground materials); without
-    /// them 0 everywhere. A LiDAR needs them only where a triangle's material has a mask.
+    /// them 0 everywhere. A LiDAR needs them only where a triangle's material has a mask. A mask
+    /// does not repeat: coordinates outside 0..1 clamp.
     pub uvs: Vec<Vec2>,
     /// The triangles.
     pub triangles: Vec<Triangle>,

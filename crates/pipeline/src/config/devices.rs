@@ -72,7 +72,8 @@ fn lidar(device: Device) -> Lidar {
                 high_deg: 60.0,
                 rate_hz: 1e5,
             }),
-            _ => LidarPattern::Horizon(LidarHorizon::default()),
+            Device::HorizonLike => LidarPattern::Horizon(LidarHorizon::default()),
+            device => unreachable!("{} has no pattern here", device.name()),
         },
         beam: LidarBeam {
             horizontal_deg: round(beam.horizontal_fwhm_rad.to_degrees()),
@@ -110,6 +111,7 @@ fn round(x: f64) -> f64 {
 mod tests {
     use super::super::choices::DEVICES;
     use super::*;
+    use crate::InputFiles;
 
     #[test]
     fn every_device_has_a_name_and_a_layer() {
@@ -117,6 +119,27 @@ mod tests {
         assert_eq!(*custom, "custom");
         assert!(devices.iter().all(|name| layer(name).is_some()));
         assert!(layer(custom).is_none() && layer("mid41").is_none());
+    }
+
+    /// A device fires the same pulses by its crate and by a config.
+    #[test]
+    fn a_layer_has_the_devices_pattern() {
+        for &device in Device::ALL {
+            let of_config = lidar(device)
+                .scan_pattern("lidar", &InputFiles::default())
+                .expect("a pattern");
+            let own = device.pattern();
+            let every_part = (0..4000).map(|i| i * 977);
+            assert!(
+                every_part.clone().all(|k| {
+                    let (a, b) = (of_config.pulse(k), own.pulse(k));
+                    let is_near = a.direction.distance(b.direction) < 1e-5;
+                    is_near && (a.time_s - b.time_s).abs() < 1e-9 && a.ring == b.ring
+                }),
+                "{}",
+                device.name()
+            );
+        }
     }
 
     #[test]
