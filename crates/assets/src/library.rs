@@ -327,9 +327,11 @@ impl Library {
             trail_roots: (materials.surface_root)
                 .map(|bark| plants.trail_roots(bark))
                 .unwrap_or_default(),
-            stone_beds: (params.wayside)
-                .then(|| plants.stone_beds())
-                .unwrap_or_default(),
+            stone_beds: if params.wayside {
+                plants.stone_beds()
+            } else {
+                Vec::new()
+            },
             communities: plants.communities(&params.communities),
             deadwood: (materials.deadwood.as_ref())
                 .map(|of| plants.deadwood(&params.species, of))

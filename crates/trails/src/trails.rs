@@ -17,6 +17,9 @@ use crate::path::STEP_M;
 use crate::route::Router;
 use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath, Way};
 
+/// Hands over what lies along a trail's passage through a chunk.
+type Dress<'a> = dyn Fn(&TrailPath, ChunkCoord, &mut dyn FnMut(TrailDressing)) + 'a;
+
 const TRAILS: Domain = Domain::new("trails");
 const WAYS: Domain = Domain::new("trails.ways");
 
@@ -307,12 +310,7 @@ impl Trails {
 
     /// Adds what trails have in a chunk, each along its passage through one; nothing of a verge or
     /// a ditch lies on another trail.
-    fn add(
-        &self,
-        coord: ChunkCoord,
-        dressing: &mut Vec<TrailDressing>,
-        dress: &dyn Fn(&TrailPath, ChunkCoord, &mut dyn FnMut(TrailDressing)),
-    ) {
+    fn add(&self, coord: ChunkCoord, dressing: &mut Vec<TrailDressing>, dress: &Dress<'_>) {
         let size = self.chunk_size_m;
         let others = dressing.len();
         // A trail just beyond the border may have a verge here.

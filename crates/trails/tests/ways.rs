@@ -391,7 +391,7 @@ fn grass_and_stones_come_in_patches_on_a_way_that_changes() {
             ..Way::default()
         };
         let (trails, path) = northward(way, flat(DVec2::ZERO));
-        let mut along = vec![0_u32; 24];
+        let mut along = [0_u32; 24];
         for chunk in around(ChunkCoord::new(0, 0), 3) {
             for d in trails.dressing(chunk).iter().filter(|d| d.kind == wanted) {
                 let s = (d.position_m - path.position_m(0.0)).dot(path.tangent(120.0));

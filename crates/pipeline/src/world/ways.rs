@@ -240,8 +240,8 @@ mod tests {
         trails.section.max_grade = 0.31;
         trails.section.curve = "-1 0.2, 1 0".to_owned();
         let ways = trail_params(&trails).ways;
-        for number in 0..=SKID_TRAIL {
-            assert_eq!(ways[number].0.section.cut_ratio, 0.7);
+        for (way, _) in &ways[..=SKID_TRAIL] {
+            assert_eq!(way.section.cut_ratio, 0.7);
         }
         let track = &ways[TRACK].0.section;
         assert_eq!((track.max_grade, track.curve.len()), (0.31, 2));

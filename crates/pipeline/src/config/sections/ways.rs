@@ -144,10 +144,10 @@ impl TrailSection {
         let points: Vec<[f64; 2]> = self.curve.split(',').map(point).collect::<Result<_, _>>()?;
         let mut last = f64::NEG_INFINITY;
         for [offset, height] in &points {
-            if !(offset.abs() <= 10.0 && *offset > last) {
+            if !(-10.0..=10.0).contains(offset) || *offset <= last {
                 return Err(format!("offset {offset} is not rising within -10..=10 m"));
             }
-            if !(height.abs() <= 2.0) {
+            if !(-2.0..=2.0).contains(height) {
                 return Err(format!("height {height} is not within -2..=2 m"));
             }
             last = *offset;
