@@ -2,7 +2,6 @@
 
 use std::cell::OnceCell;
 use std::fmt;
-use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -10,19 +9,16 @@ use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::dual::Dual;
-use crate::layer::{Layer, REACH_M, Strand, layers, nearest, union};
+use crate::layer::{Earthwork, Earthworks, Layer, REACH_M, Strand, nearest, union};
 use crate::profile::smoothstep;
 use crate::section::Part;
 use crate::zone::TrailZone;
-use crate::{TrailPath, TrailSurfaceKind, Way};
+use crate::{TrailPath, TrailSurfaceKind};
 
 const RAGGED: Domain = Domain::new("trails.ragged");
 
 /// The distance from the edge of a way within which what another earthwork changes fades, metres.
 const MERGE_M: f64 = 2.0;
-
-/// The distance from edges within which the ground has shapes as small as ruts, metres.
-const FINE_M: f64 = 1.0;
 
 /// How far the borders of materials are moved to and fro where kinds of way meet, metres.
 const RAGGED_M: f64 = 0.35;
@@ -79,29 +75,26 @@ struct Near<'a> {
 }
 
 impl TrailGround {
-    /// `paths`, sorted by id, must be all that come within [`reach_m`](crate::layer::reach_m) of
-    /// the square.
+    /// `paths`, sorted by id, must be all that come within reach of the square.
     pub(crate) fn new(
-        ways: &[Arc<Way>],
+        earthworks: &Earthworks,
         key: Key,
         base: Arc<dyn Surface>,
         paths: &[Arc<TrailPath>],
         square: (DVec2, DVec2),
         near: &dyn Fn(ChunkCoord) -> bool,
     ) -> Self {
-        let layer = |numbers: Range<usize>| {
-            let of_layer = paths.iter().filter(|p| numbers.contains(&p.way_number()));
-            let paths: Vec<_> = of_layer.cloned().collect();
-            (!paths.is_empty()).then(|| Layer::new(&ways[numbers], paths, square, near))
+        let layer = |earthwork: &Earthwork| {
+            let is_of = |p: &&Arc<TrailPath>| earthwork.numbers.contains(&p.way_number());
+            let paths: Vec<_> = paths.iter().filter(is_of).cloned().collect();
+            (!paths.is_empty()).then(|| Layer::new(earthwork, paths, square, near))
         };
-        let ditch_m = (paths.iter().filter_map(|p| p.way().section.ditch))
-            .fold(0.0, |a: f64, ditch| a.max(ditch.width_m));
         Self {
             base,
             key: key.domain(RAGGED),
-            layers: layers(ways).into_iter().filter_map(layer).collect(),
-            fine_m: FINE_M.max(ditch_m + 0.3),
-            ragged: ways.iter().any(|w| w.change > 0.0),
+            layers: earthworks.all.iter().filter_map(layer).collect(),
+            fine_m: earthworks.fine_m,
+            ragged: earthworks.ragged,
         }
     }
 

@@ -23,6 +23,9 @@ const SHOULDER_M: f64 = 1.5;
 /// metres.
 const DITCH_REACH_M: f64 = 5.0;
 
+/// The distance from edges within which the ground has shapes as small as ruts, metres.
+const FINE_M: f64 = 1.0;
+
 /// Slopes start with a round foot of about this size, metres.
 const FOOT_M: f64 = 0.3;
 
@@ -50,44 +53,90 @@ pub(crate) struct Strand<'a> {
     pub(crate) edge: Dual,
 }
 
-/// The distance from a chunk within which trails must be known to carve its ground.
-pub(crate) fn reach_m(ways: &[Arc<Way>]) -> f64 {
-    let width_m = ways.iter().fold(0.0, |a: f64, w| a.max(w.widest_m()));
+/// A run of ways that are one piece of earthwork.
+#[derive(Debug)]
+pub(crate) struct Earthwork {
+    /// The numbers of the ways.
+    pub(crate) numbers: Range<usize>,
+    section: Section,
+    width_m: f64,
+    has_ditch: bool,
+}
+
+/// The pieces of earthwork of a world, and what they have in common.
+#[derive(Debug)]
+pub(crate) struct Earthworks {
+    pub(crate) all: Vec<Earthwork>,
+    /// The distance from a chunk within which trails must be known to carve its ground.
+    pub(crate) reach_m: f64,
+    /// The distance from edges within which the ground has shapes as small as ruts or ditches.
+    pub(crate) fine_m: f64,
+    /// Whether materials end raggedly, where they change and where kinds of way meet.
+    pub(crate) ragged: bool,
+}
+
+impl Earthworks {
+    /// The earthworks of ways, as far as they are used.
+    pub(crate) fn new(ways: &[Arc<Way>], used: &[bool]) -> Self {
+        let mut all: Vec<Earthwork> = Vec::new();
+        let (mut width_m, mut ditch_m, mut ragged) = (0.0_f64, 0.0_f64, false);
+        let ways_in_use = (ways.iter().enumerate()).filter(|(number, _)| used[*number]);
+        for (number, way) in ways_in_use {
+            let ditch = way.section.ditch;
+            match all.last_mut() {
+                Some(last) if ways[last.numbers.start].joins(way) => {
+                    last.numbers.end = number + 1;
+                    last.width_m = last.width_m.max(way.widest_m());
+                    last.has_ditch |= ditch.is_some();
+                }
+                _ => all.push(Earthwork {
+                    numbers: number..number + 1,
+                    section: way.section.clone(),
+                    width_m: way.widest_m(),
+                    has_ditch: ditch.is_some(),
+                }),
+            }
+            width_m = width_m.max(way.widest_m());
+            ditch_m = ditch_m.max(ditch.map_or(0.0, |d| d.width_m));
+            ragged |= way.change > 0.0;
+        }
+        Self {
+            all,
+            reach_m: reach_m(width_m),
+            fine_m: FINE_M.max(ditch_m + 0.3),
+            ragged,
+        }
+    }
+}
+
+/// The distance from its middle within which a way of this width is looked for.
+fn reach_m(width_m: f64) -> f64 {
     // There is a knot at every metre, so the nearest one is less than a metre farther than the
     // trail.
     REACH_M + 0.5 * width_m + 1.0
 }
 
-/// The numbers of the ways of each layer.
-pub(crate) fn layers(ways: &[Arc<Way>]) -> Vec<Range<usize>> {
-    let mut layers: Vec<Range<usize>> = Vec::new();
-    for (i, way) in ways.iter().enumerate() {
-        match layers.last_mut() {
-            Some(last) if ways[last.start].joins(way) => last.end = i + 1,
-            _ => layers.push(i..i + 1),
-        }
-    }
-    layers
-}
-
 impl Layer {
-    /// `ways` must join; `paths`, sorted by id, must be all of them that come within [`reach_m`] of
-    /// the square.
+    /// `paths`, sorted by id, must be all of this earthwork that come within reach of the square.
     pub(crate) fn new(
-        ways: &[Arc<Way>],
+        earthwork: &Earthwork,
         paths: Vec<Arc<TrailPath>>,
         (low, high): (DVec2, DVec2),
         near: &dyn Fn(ChunkCoord) -> bool,
     ) -> Self {
-        let has_ditch = ways.iter().any(|w| w.section.ditch.is_some());
-        let width_m = ways.iter().fold(0.0, |a: f64, w| a.max(w.widest_m()));
-        let index = Index::new(&paths, low, high, reach_m(ways), near);
-        let close = Index::new(&paths, low, high, close_m(width_m, has_ditch), near);
-        Self {
-            paths,
-            section: ways[0].section.clone(),
+        let Earthwork {
+            numbers: _,
+            section,
             width_m,
             has_ditch,
+        } = earthwork;
+        let index = Index::new(&paths, low, high, reach_m(*width_m), near);
+        let close = Index::new(&paths, low, high, close_m(*width_m, *has_ditch), near);
+        Self {
+            paths,
+            section: section.clone(),
+            width_m: *width_m,
+            has_ditch: *has_ditch,
             index,
             close,
         }

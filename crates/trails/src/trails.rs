@@ -11,7 +11,7 @@ use nemoral_seed::{Domain, Draw, Key};
 use crate::cache::Cache;
 use crate::dressing_placement::{beds, grass, roots, stones, verges};
 use crate::given::course;
-use crate::layer::reach_m;
+use crate::layer::Earthworks;
 use crate::layout::{Course, Layout, TrailId};
 use crate::path::STEP_M;
 use crate::route::Router;
@@ -30,6 +30,9 @@ const WAYS: Domain = Domain::new("trails.ways");
 pub struct Trails {
     params: TrailParams,
     ways: Vec<Arc<Way>>,
+    /// Whether there are trails of each of them.
+    used: Vec<bool>,
+    earthworks: Earthworks,
     chunk_size_m: f64,
     key: Key,
     base: Arc<dyn Surface>,
@@ -90,11 +93,13 @@ impl Trails {
     ) -> Result<Self, ParamError> {
         params.check(chunk_size_m)?;
         let key = key.domain(TRAILS);
+        let ways: Vec<_> = params.ways.iter().map(|w| Arc::new(w.0.clone())).collect();
+        let used: Vec<bool> = params.ways.iter().map(|w| w.1 > 0.0).collect();
         Ok(Self {
             router: Router::new(&params, key),
-            ways: (params.ways.iter())
-                .map(|(way, _)| Arc::new(way.clone()))
-                .collect(),
+            earthworks: Earthworks::new(&ways, &used),
+            ways,
+            used,
             params,
             chunk_size_m,
             key,
@@ -113,6 +118,8 @@ impl Trails {
     #[must_use]
     pub fn along(mut self, lines_m: &[Vec<DVec2>], way: usize) -> Self {
         let way = way.min(self.ways.len() - 1);
+        self.used[way] = true;
+        self.earthworks = Earthworks::new(&self.ways, &self.used);
         for (number, line) in (self.numbered..).zip(lines_m) {
             let Some(course) = course(line, number, self.chunk_size_m) else {
                 continue;
@@ -128,6 +135,12 @@ impl Trails {
         }
         self.numbered += lines_m.len() as u32;
         self
+    }
+
+    /// The kinds of way of which there are trails.
+    fn used_ways(&self) -> impl Iterator<Item = &Way> {
+        let used = self.ways.iter().zip(&self.used).filter(|(_, used)| **used);
+        used.map(|(way, _)| &**way)
     }
 
     /// The given trails that touch a chunk.
@@ -195,7 +208,7 @@ impl Trails {
         // Slightly more, as vertices on the border may be computed with other rounding.
         let low = coord.origin_m(size) - DVec2::splat(margin_m + 1e-3);
         let high = low + DVec2::splat(size + 2.0 * (margin_m + 1e-3));
-        let reach = (margin_m + reach_m(&self.ways) + 1.0) / size;
+        let reach = (margin_m + self.earthworks.reach_m + 1.0) / size;
         let rings = reach.ceil() as i32;
         let near = move |c: ChunkCoord| {
             c.x.abs_diff(coord.x) <= rings as u32 && c.y.abs_diff(coord.y) <= rings as u32
@@ -212,7 +225,7 @@ impl Trails {
         let given = given.into_iter().map(|i| Arc::clone(&self.given[i]));
         let paths: Vec<_> = births.into_iter().map(path).chain(given).collect();
         TrailGround::new(
-            &self.ways,
+            &self.earthworks,
             self.key,
             Arc::clone(&self.base),
             &paths,
@@ -261,10 +274,12 @@ impl Trails {
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;
-        let spread_m = (self.ways.iter()).fold(0.0_f64, |a, w| a.max(w.grass_spread_m));
+        let spread_m = self
+            .used_ways()
+            .fold(0.0_f64, |a, w| a.max(w.grass_spread_m));
         let rings = (spread_m / size).ceil().max(1.0) as i32;
         let here = |p: DVec2| ChunkCoord::containing(p, size) == coord;
-        let most = (self.ways.iter()).map(|w| w.grass_max_per_chunk).max();
+        let most = self.used_ways().map(|w| w.grass_max_per_chunk).max();
         let most = most.unwrap_or(0) as usize;
         // The keyed priority decides which tufts stay.
         let keep = |tufts: &mut Vec<(u64, TrailDressing)>| {
@@ -293,7 +308,7 @@ impl Trails {
         for path in self.in_chunk(coord) {
             dressing.extend(path.stones().iter().filter(|s| here(s.position_m)));
         }
-        let has_any = |of: &dyn Fn(&Way) -> f64| self.ways.iter().any(|w| of(w) > 0.0);
+        let has_any = |of: &dyn Fn(&Way) -> f64| self.used_ways().any(|w| of(w) > 0.0);
         if has_any(&|w| w.verge_tufts_per_m) {
             self.add(coord, &mut dressing, &|path, chunk, emit| {
                 verges(self.key, path, chunk, emit);

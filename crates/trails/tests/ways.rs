@@ -170,6 +170,47 @@ fn kinds_come_with_their_shares_whatever_is_asked_first() {
 }
 
 #[test]
+fn kinds_without_a_share_change_nothing() {
+    let track = Way::default();
+    let one = TrailParams {
+        spawn_probability: 0.1,
+        max_length_chunks: 14,
+        ..TrailParams::of(track.clone())
+    };
+    let mut six = TrailParams {
+        ways: all_ways(),
+        ..one.clone()
+    };
+    for (i, way) in six.ways.iter_mut().enumerate() {
+        way.1 = f64::from(u8::from(i == 1));
+    }
+    let [one, six] = [one, six].map(|params| trails(params, 11, hills(0.3)));
+    for chunk in around(ChunkCoord::new(0, 0), 1) {
+        let grounds = [&one, &six].map(|t| t.ground_near(chunk, 2.0));
+        let [a, b] = &grounds;
+        assert_eq!(a.fine_m(), b.fine_m());
+        for i in 0..2500 {
+            let p = chunk.origin_m(SIZE_M) + DVec2::new(f64::from(i % 50), f64::from(i / 50)) + 0.3;
+            assert_eq!(a.sample(p), b.sample(p));
+            assert_eq!((a.border_m(p), a.kind(p)), (b.border_m(p), b.kind(p)));
+        }
+        assert_eq!(one.dressing(chunk), six.dressing(chunk));
+    }
+}
+
+#[test]
+fn shapes_are_as_fine_in_every_chunk() {
+    // Else the meshes of neighbours would differ along their border.
+    let trails = trails(mixed(), 2, hills(0.3));
+    let fine = trails.ground_near(ChunkCoord::new(0, 0), 1.0).fine_m();
+    let ditch = Way::forest_road().section.ditch.expect("a road has one");
+    assert!(fine > ditch.width_m);
+    for chunk in around(ChunkCoord::new(50, -9), 6) {
+        assert_eq!(trails.ground_near(chunk, 1.0).fine_m(), fine);
+    }
+}
+
+#[test]
 fn widths_are_those_of_the_kinds() {
     for (way, _) in all_ways() {
         let (trails, path) = northward(way.clone(), hills(0.2));
