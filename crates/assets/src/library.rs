@@ -47,9 +47,11 @@ pub struct AssetParams {
     pub climbers: Option<StemMoss>,
     /// The communities of low plants of which tiles are made, each once, in any order.
     pub communities: Vec<PlantCommunity>,
-    /// The only surface that trails have; `None` if they have several. Otherwise the others' have
-    /// the textures of this one.
-    pub trail_surface: Option<TrailSurfaceKind>,
+    /// The surfaces that trails have, each once, in any order. The others have the textures of the
+    /// first one of these; there are none without one.
+    pub trail_surfaces: Vec<TrailSurfaceKind>,
+    /// Whether roots across trails and beds of stones beside them are made.
+    pub wayside: bool,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
@@ -154,6 +156,10 @@ pub struct Library {
     pub trail_tufts: Vec<PlantAsset>,
     /// Loose stones for trails.
     pub trail_stones: Vec<PlantAsset>,
+    /// Roots that lie across trails, along x; none if they were not asked for.
+    pub trail_roots: Vec<PlantAsset>,
+    /// Beds of stones for ditches and edges, a metre wide; none if they were not asked for.
+    pub stone_beds: Vec<PlantAsset>,
     /// What lies of dead trees; nothing if it was not asked for.
     pub deadwood: Deadwood,
     /// What climbs on trees; nothing if it was not asked for.
@@ -184,7 +190,8 @@ impl Default for AssetParams {
             deadwood: false,
             climbers: None,
             communities: Vec::new(),
-            trail_surface: None,
+            trail_surfaces: TrailSurfaceKind::ALL.to_vec(),
+            wayside: false,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
             measured: Vec::new(),
@@ -268,7 +275,8 @@ impl Library {
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
         let wanted = Wanted {
             communities: &params.communities,
-            trail_surface: params.trail_surface,
+            trail_surfaces: &params.trail_surfaces,
+            wayside: params.wayside,
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
             climbers: params.climbers.is_some(),
@@ -316,6 +324,14 @@ impl Library {
             litter: plants.litter(),
             trail_tufts: plants.trail_tufts(),
             trail_stones: plants.trail_stones(),
+            trail_roots: (materials.surface_root)
+                .map(|bark| plants.trail_roots(bark))
+                .unwrap_or_default(),
+            stone_beds: if params.wayside {
+                plants.stone_beds()
+            } else {
+                Vec::new()
+            },
             communities: plants.communities(&params.communities),
             deadwood: (materials.deadwood.as_ref())
                 .map(|of| plants.deadwood(&params.species, of))

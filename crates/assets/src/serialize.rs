@@ -47,7 +47,7 @@ struct StoredLibrary<'a> {
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
-    plants: [Vec<StoredPlant<'a>>; 14],
+    plants: [Vec<StoredPlant<'a>>; 16],
     /// Logs, and stems of thrown trees.
     logs: [Vec<StoredLog<'a>>; 2],
     /// Ivy and moss of each tree, and of each snag.
@@ -155,6 +155,8 @@ impl Library {
                 &self.litter,
                 &self.trail_tufts,
                 &self.trail_stones,
+                &self.trail_roots,
+                &self.stone_beds,
                 &self.deadwood.root_plates,
                 &self.deadwood.branches,
                 &self.deadwood.brash,
@@ -218,6 +220,8 @@ impl Library {
             litter,
             trail_tufts,
             trail_stones,
+            trail_roots,
+            stone_beds,
             root_plates,
             branches,
             brash,
@@ -265,6 +269,8 @@ impl Library {
             litter: litter?,
             trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
+            trail_roots: trail_roots?,
+            stone_beds: stone_beds?,
             climbers: Climbers {
                 trees: on_trees?,
                 snags: on_snags?,

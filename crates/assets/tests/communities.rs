@@ -11,17 +11,20 @@ use nemoral_seed::Key;
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| grow(&PlantCommunity::ALL));
 
 fn grow(communities: &[PlantCommunity]) -> Library {
-    let params = AssetParams {
+    Library::grow(&params(communities), Key::world(11)).expect("valid")
+}
+
+fn params(communities: &[PlantCommunity]) -> AssetParams {
+    AssetParams {
         species: vec![StandSpecies {
             species: Species::built_in("silver_birch").expect("a built-in species"),
             dbh_mean_m: 0.15,
         }],
         individuals_per_species: 1,
         communities: communities.to_vec(),
-        trail_surface: Some(TrailSurfaceKind::Grassy),
+        trail_surfaces: vec![TrailSurfaceKind::Grassy],
         ..AssetParams::default()
-    };
-    Library::grow(&params, Key::world(11)).expect("valid")
+    }
 }
 
 fn tiles() -> impl Iterator<Item = (PlantCommunity, bool, &'static PlantAsset)> {
@@ -30,6 +33,32 @@ fn tiles() -> impl Iterator<Item = (PlantCommunity, bool, &'static PlantAsset)> 
         let wide = of.wide.iter().map(move |tile| (community, true, tile));
         wide.chain(of.narrow.iter().map(move |tile| (community, false, tile)))
     })
+}
+
+#[test]
+fn roots_and_beds_of_stones_are_what_they_say() {
+    let params = AssetParams {
+        wayside: true,
+        ..params(&[])
+    };
+    let library = Library::grow(&params, Key::world(11)).expect("valid");
+    for (list, semantic, count) in [
+        (&library.trail_roots, Semantic::SurfaceRoot, 16),
+        (&library.stone_beds, Semantic::Stone, 8),
+    ] {
+        assert_eq!(list.len(), count);
+        for asset in list {
+            let mesh = asset.prototype.mesh();
+            let semantic_of = |m| library.materials.get(m).semantic;
+            assert!((mesh.triangles.iter()).all(|t| semantic_of(t.material) == semantic));
+            assert!(asset.prototype.cards().is_empty());
+            assert!((0.01..0.12).contains(&asset.height_m), "{}", asset.height_m);
+        }
+    }
+    let restored = Library::from_bytes(&library.to_bytes()).expect("it can be read");
+    assert_eq!(restored.trail_roots.len() + restored.stone_beds.len(), 24);
+    // Nothing of them is made where it is not asked for.
+    assert!(LIBRARY.trail_roots.is_empty() && LIBRARY.stone_beds.is_empty());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Grass and stones on trails and at their edges.
+//! Grass, stones and roots on trails and at their edges.
 
 use glam::DVec2;
 
@@ -11,17 +11,21 @@ pub enum DressingKind {
     Stone,
     /// A tuft of grass just beside the surface, whose blades hang over the edge.
     Verge,
+    /// A root of a tree at the surface, which lies across the way.
+    Root,
+    /// A bed of stones, one beside the other, about a metre wide.
+    Bed,
 }
 
-/// A tuft or stone that belongs to a trail.
+/// A tuft, stone, root or bed of stones that belongs to a trail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrailDressing {
     /// World position, metres.
     pub position_m: DVec2,
-    /// Turn about the vertical, 0..2π.
+    /// Turn about the vertical; a root's axis lies along x before.
     pub yaw_rad: f64,
     /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, stones lognormal,
-    /// 0.4..2.5.
+    /// 0.4..2.5, roots 0.6..1.3, beds 0.8..1.15.
     pub scale: f64,
     /// What it is.
     pub kind: DressingKind,

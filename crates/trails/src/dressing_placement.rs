@@ -1,16 +1,25 @@
-//! The grass and stones of the trails themselves, and the grass of their verges.
+//! The grass, stones and roots of the trails themselves, the grass of their verges, and the beds of
+//! stones in their ditches.
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key, Rng};
 
+use crate::TrailPath;
 use crate::dressing::{DressingKind, TrailDressing};
 use crate::profile::Wobble;
-use crate::{TrailParams, TrailPath};
 
 const STONES: Domain = Domain::new("trails.stones");
 const GRASS: Domain = Domain::new("trails.grass");
 const VERGE: Domain = Domain::new("trails.verge");
+const ROOTS: Domain = Domain::new("trails.roots");
+const BEDS: Domain = Domain::new("trails.beds");
+
+/// Distance of the beds of stones along an edge, metres.
+const BED_M: f64 = 0.7;
+
+/// The wavelength at which stretches with beds and without alternate, metres.
+const BED_WAVE_M: f64 = 14.0;
 
 /// The greatest distance of the verge's grass from the edge, metres.
 const VERGE_M: f64 = 0.5;
@@ -20,42 +29,44 @@ const VERGE_WAVE_M: f64 = 4.0;
 
 /// The stones of a trail: a uniform number up to the greatest, anywhere on the surface, but mostly
 /// outside of the ruts.
-pub(crate) fn stones(params: &TrailParams, key: Key, path: &TrailPath) -> Vec<TrailDressing> {
+pub(crate) fn stones(key: Key, path: &TrailPath) -> Vec<TrailDressing> {
+    let way = path.way();
     let key = path.id().key(key.domain(STONES));
-    let count = key.rng().between(0, params.rocks_max_per_trail);
+    let count = key.rng().between(0, way.rocks_max_per_trail);
     let stone = |i: u32| {
         let mut rng = key.item(u64::from(i)).rng();
         let s = rng.range_f64(0.0, path.length_m());
         let reach = 0.48 * path.width_m(s);
         let mut offset = rng.range_f64(-reach, reach);
         for _ in 0..2 {
-            let in_rut = params
+            let in_rut = way
                 .ruts()
                 .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 2.0 * r.sigma_m);
             if in_rut {
                 offset = rng.range_f64(-reach, reach);
             }
         }
-        TrailDressing {
+        let stone = TrailDressing {
             position_m: beside(path, s, offset),
             yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
             scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 2.5),
             kind: DressingKind::Stone,
-        }
+        };
+        path.has(stone.kind, s, rng.unit_f64()).then_some(stone)
     };
-    (0..count).map(stone).collect()
+    (0..count).filter_map(stone).collect()
 }
 
 /// The grass that a trail would have in a chunk, for each passage through it: from half of the
 /// greatest number to all of it, denser in the middle, none in the ruts.
 pub(crate) fn grass(
-    params: &TrailParams,
     key: Key,
     path: &TrailPath,
     chunk: ChunkCoord,
     mut emit: impl FnMut(u64, TrailDressing),
 ) {
-    let most = params.grass_max_per_chunk;
+    let way = path.way();
+    let most = way.grass_max_per_chunk;
     for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
         let key = path.id().key(key.domain(GRASS)).item(index as u64);
         let last = knots.end.min(path.knots().len() - 1);
@@ -63,8 +74,8 @@ pub(crate) fn grass(
         for i in 0..key.rng().between(most / 2, most) {
             let mut rng = key.item(u64::from(i)).rng();
             let s = rng.range_f64(from, to);
-            let offset = params.grass_spread_m * (rng.unit_f64() - rng.unit_f64());
-            let worn = params
+            let offset = way.grass_spread_m * (rng.unit_f64() - rng.unit_f64());
+            let worn = way
                 .ruts()
                 .is_some_and(|r| (offset.abs() - 0.5 * r.gauge_m).abs() < 1.5 * r.sigma_m);
             if !worn {
@@ -74,7 +85,10 @@ pub(crate) fn grass(
                     scale: rng.range_f64(0.6, 1.2),
                     kind: DressingKind::Grass,
                 };
-                emit(rng.next_u64(), tuft);
+                let priority = rng.next_u64();
+                if path.has(tuft.kind, s, rng.unit_f64()) {
+                    emit(priority, tuft);
+                }
             }
         }
     }
@@ -83,7 +97,6 @@ pub(crate) fn grass(
 /// The grass of a trail's verges along its passage through a chunk, dense at the edge, and growing
 /// in patches.
 pub(crate) fn verges(
-    params: &TrailParams,
     key: Key,
     path: &TrailPath,
     chunk: ChunkCoord,
@@ -97,7 +110,7 @@ pub(crate) fn verges(
             let key = key.item(side);
             let growth = Wobble::new(key, path.length_m(), VERGE_WAVE_M);
             let key = key.item(index as u64);
-            let count = (params.verge_tufts_per_m * (to - from)).round() as u32;
+            let count = (path.way().verge_tufts_per_m * (to - from)).round() as u32;
             for i in 0..count {
                 let mut rng = key.item(u64::from(i)).rng();
                 let s = rng.range_f64(from, to);
@@ -111,6 +124,82 @@ pub(crate) fn verges(
                 };
                 if rng.chance(0.6 + 0.7 * growth.at(s)) {
                     emit(tuft);
+                }
+            }
+        }
+    }
+}
+
+/// The roots across a trail along its passage through a chunk.
+pub(crate) fn roots(
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = path.id().key(key.domain(ROOTS)).item(index as u64);
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        let count = (path.way().roots_per_m * (to - from)).round() as u32;
+        for i in 0..count {
+            let mut rng = key.item(u64::from(i)).rng();
+            let s = rng.range_f64(from, to);
+            let reach = 0.6 * path.width_m(s);
+            let across = path.tangent(s).perp();
+            let half_turn = if rng.chance(0.5) {
+                std::f64::consts::PI
+            } else {
+                0.0
+            };
+            let root = TrailDressing {
+                position_m: beside(path, s, rng.range_f64(-reach, reach)),
+                yaw_rad: libm::atan2(across.y, across.x) + half_turn + rng.range_f64(-0.8, 0.8),
+                scale: rng.range_f64(0.6, 1.3),
+                kind: DressingKind::Root,
+            };
+            if path.has(root.kind, s, rng.unit_f64()) {
+                emit(root);
+            }
+        }
+    }
+}
+
+/// The beds of stones in a trail's ditches, or at its edges, along its passage through a chunk.
+pub(crate) fn beds(
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    let way = path.way();
+    if way.stone_beds <= 0.0 {
+        return;
+    }
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = path.id().key(key.domain(BEDS));
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        for (side, sign) in [(0, 1.0), (1, -1.0)] {
+            let key = key.item(side);
+            let stony = Wobble::new(key, path.length_m(), BED_WAVE_M);
+            let key = key.item(index as u64);
+            for i in 0..((to - from) / BED_M) as u32 {
+                let mut rng = key.item(u64::from(i)).rng();
+                let s = from + BED_M * (f64::from(i) + rng.unit_f64());
+                let shift = rng.range_f64(-0.15, 0.15);
+                let (beyond, there) = match way.section.ditch {
+                    Some(ditch) => (0.5 * ditch.width_m, path.ditches(s)[side as usize] > 0.4),
+                    None => (0.3, true),
+                };
+                let bed = TrailDressing {
+                    position_m: beside(path, s, sign * (0.5 * path.width_m(s) + beyond + shift)),
+                    yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+                    scale: rng.range_f64(0.8, 1.15),
+                    kind: DressingKind::Bed,
+                };
+                if there && 0.5 * (1.0 + stony.at(s)) < way.stone_beds {
+                    emit(bed);
                 }
             }
         }

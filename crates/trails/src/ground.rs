@@ -1,33 +1,33 @@
 //! The ground with its trails carved in.
 
+use std::cell::OnceCell;
 use std::fmt;
 use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::dual::Dual;
-use crate::index::{Index, Stretch};
-use crate::path::Foot;
+use crate::layer::{Earthwork, Earthworks, Layer, REACH_M, Strand, nearest, union};
 use crate::profile::smoothstep;
 use crate::section::Part;
 use crate::zone::TrailZone;
-use crate::{TrailParams, TrailPath, TrailSurfaceKind};
+use crate::{TrailPath, TrailSurfaceKind};
 
-/// Inner corners between the edges of two trails that meet have this radius, metres.
-const FILLET_M: f64 = 1.5;
+const RAGGED: Domain = Domain::new("trails.ragged");
 
-/// The distance beyond the edge over which the shape of the surface fades, metres.
-const SHOULDER_M: f64 = 1.5;
+/// The distance from the edge of a way within which what another earthwork changes fades, metres.
+const MERGE_M: f64 = 2.0;
 
-/// Slopes start with a round foot of about this size, metres.
-const FOOT_M: f64 = 0.3;
+/// How far the borders of materials are moved to and fro where kinds of way meet, metres.
+const RAGGED_M: f64 = 0.35;
 
-/// The corner between a slope and the untouched ground is rounded by this, metres of height.
-const ROUND_M: f64 = 0.2;
+/// How far they are moved along a way, metres.
+const RAGGED_ALONG: f64 = 1.6;
 
-/// Beyond this distance from its edge a trail does not change the ground, metres.
-const REACH_M: f64 = 12.0;
+/// The size of the teeth, metres.
+const RAGGED_CELL_M: f64 = 0.8;
 
 /// The least change of the ground that counts as a slope, metres.
 const TOUCH_M: f64 = 0.02;
@@ -39,64 +39,62 @@ const TOUCH_M: f64 = 0.02;
 ///
 /// z = min(max(t, f + p − F(d)), f + p + C(d)), with rounded corners,
 ///
-/// where F and C rise with the fill and the cut ratio, and without bounds towards 12 m, so that a
-/// trail's influence ends there on any ground. Where trails meet, f is the mean of their formations
-/// weighted smoothly by distance, and their outlines join with rounded inner corners, so there are
-/// no steps. Every value depends only on the world position and on the trails within reach, so that
-/// grounds made for neighbouring chunks agree to the bit.
+/// where F and C rise with the fill and the cut ratio, and without bounds towards the way's reach
+/// (12 m by default), so that a trail's influence ends there on any ground. Where trails meet, f is
+/// the mean of their formations weighted smoothly by distance, and their outlines join with rounded
+/// inner corners, so there are no steps. On a way that does not level the ground across, f follows
+/// the ground. With a ditch, C starts at its far side, and p falls by its depth between.
+///
+/// Ways that are another earthwork carve the natural ground as if they were alone; what they change
+/// is added, and fades over 2 m towards the edges of ways that are listed before them.
+///
+/// Every value depends only on the world position and on the trails within reach, so that grounds
+/// made for neighbouring chunks agree to the bit.
 pub struct TrailGround {
-    params: Arc<TrailParams>,
     base: Arc<dyn Surface>,
-    paths: Vec<Arc<TrailPath>>,
-    index: Index,
-    /// An index of the knots that are close, which are few of many where trails are dense.
-    close: Index,
+    key: Key,
+    layers: Vec<Layer>,
+    fine_m: f64,
+    /// Whether materials end raggedly, where they change and where kinds of way meet.
+    ragged: bool,
 }
 
 impl fmt::Debug for TrailGround {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("TrailGround")
-            .field("paths", &self.paths.len())
+            .field("layers", &self.layers.len())
             .finish_non_exhaustive()
     }
 }
 
-/// A trail's nearest point, and the signed distance to its edge.
-struct Strand<'a> {
-    path: &'a TrailPath,
-    foot: Foot,
+/// The trails of a layer near a point, and the signed distance to their edges.
+struct Near<'a> {
+    layer: &'a Layer,
+    strands: Vec<Strand<'a>>,
     edge: Dual,
 }
 
-/// The distance within which a knot may belong to a trail that shapes the ground here.
-fn close_m(params: &TrailParams) -> f64 {
-    0.5 * params.width_m + SHOULDER_M.max(FILLET_M) + 0.5
-}
-
-/// The distance from a chunk within which trails must be known to carve its ground.
-pub(crate) fn reach_m(params: &TrailParams) -> f64 {
-    // There is a knot at every metre, so the nearest one is less than a metre farther than the
-    // trail.
-    REACH_M + 0.5 * params.width_m + 1.0
-}
-
 impl TrailGround {
-    /// `paths`, sorted by id, must be all that come within [`reach_m`] of the square.
+    /// `paths`, sorted by id, must be all that come within reach of the square.
     pub(crate) fn new(
-        params: Arc<TrailParams>,
+        earthworks: &Earthworks,
+        key: Key,
         base: Arc<dyn Surface>,
-        paths: Vec<Arc<TrailPath>>,
-        (low, high): (DVec2, DVec2),
+        paths: &[Arc<TrailPath>],
+        square: (DVec2, DVec2),
         near: &dyn Fn(ChunkCoord) -> bool,
     ) -> Self {
-        let index = Index::new(&paths, low, high, reach_m(&params), near);
-        let close = Index::new(&paths, low, high, close_m(&params), near);
+        let layer = |earthwork: &Earthwork| {
+            let is_of = |p: &&Arc<TrailPath>| earthwork.numbers.contains(&p.way_number());
+            let paths: Vec<_> = paths.iter().filter(is_of).cloned().collect();
+            (!paths.is_empty()).then(|| Layer::new(earthwork, paths, square, near))
+        };
         Self {
-            params,
             base,
-            paths,
-            index,
-            close,
+            key: key.domain(RAGGED),
+            layers: earthworks.all.iter().filter_map(layer).collect(),
+            fine_m: earthworks.fine_m,
+            ragged: earthworks.ragged,
         }
     }
 
@@ -104,7 +102,7 @@ impl TrailGround {
     /// `f64::INFINITY` farther than 12 m from all.
     #[must_use]
     pub fn edge_m(&self, world_m: DVec2) -> f64 {
-        match union(&self.strands(world_m)) {
+        match outline(&self.around(world_m)) {
             Some(edge) if edge.value < REACH_M => edge.value,
             _ => f64::INFINITY,
         }
@@ -143,16 +141,35 @@ impl TrailGround {
         self.beside(world_m, zone)
     }
 
+    /// The distance from their edges within which ways have shapes as small as ruts and ditches,
+    /// metres.
+    #[must_use]
+    pub fn fine_m(&self) -> f64 {
+        self.fine_m
+    }
+
     fn part(&self, world_m: DVec2) -> Option<Part> {
-        let strands = self.strands(world_m);
-        let edge = union(&strands)?.value;
-        if edge < 0.0 {
-            return nearest(&strands).map(|s| self.params.part(&s.foot, edge));
+        let around = self.around(world_m);
+        let edge = outline(&around)?.value;
+        let mut before = f64::INFINITY;
+        for near in around.iter().filter(|_| edge < 0.0) {
+            let strand = nearest(&near.strands)?;
+            if near.edge.value < 0.0 {
+                // Ruts end where a way that is listed before has its edge.
+                let bound = near.edge.value.max(-before);
+                return Some(strand.path.way().part(&strand.foot, edge, bound));
+            }
+            before = before.min(near.edge.value);
         }
+        let (zone, beyond) = if edge < 0.0 {
+            (TrailZone::Surface, TrailZone::Off)
+        } else {
+            (TrailZone::Off, TrailZone::Surface)
+        };
         Some(Part {
-            zone: TrailZone::Off,
-            border_m: edge,
-            beyond: TrailZone::Surface,
+            zone,
+            border_m: edge.abs(),
+            beyond,
         })
     }
 
@@ -175,151 +192,130 @@ impl TrailGround {
     /// The material of the trail here; `None` farther than 5 cm outside.
     #[must_use]
     pub fn kind(&self, world_m: DVec2) -> Option<TrailSurfaceKind> {
-        let strands = self.strands(world_m);
-        union(&strands).filter(|e| e.value <= 0.05)?;
-        nearest(&strands).map(|s| s.path.kind(s.foot.arc))
+        let around = self.around(world_m);
+        outline(&around).filter(|e| e.value <= 0.05)?;
+        let ragged = if self.ragged {
+            self.ragged(world_m)
+        } else {
+            0.0
+        };
+        let strand = topmost(&around, ragged)?;
+        let along_m = if strand.path.way().change > 0.0 {
+            RAGGED_ALONG * ragged
+        } else {
+            0.0
+        };
+        Some(strand.path.kind(strand.foot.arc + along_m))
+    }
+
+    /// The number of the kind of the way here among the parameters' ways; `None` outside.
+    #[must_use]
+    pub fn way_number(&self, world_m: DVec2) -> Option<usize> {
+        let around = self.around(world_m);
+        outline(&around).filter(|e| e.value <= 0.0)?;
+        topmost(&around, 0.0).map(|s| s.path.way_number())
     }
 
     /// Signed offset from the middle of the nearest trail, metres, positive to the left of its
     /// direction; `None` farther than 12 m from all edges.
     #[must_use]
     pub fn offset_m(&self, world_m: DVec2) -> Option<f64> {
-        let strands = self.strands(world_m);
-        let strand = nearest(&strands).filter(|s| s.edge.value < REACH_M)?;
+        let around = self.around(world_m);
+        let strands = around.iter().filter_map(|near| nearest(&near.strands));
+        let strand = strands
+            .min_by(|a, b| a.edge.value.total_cmp(&b.edge.value))
+            .filter(|s| s.edge.value < REACH_M)?;
         let side = strand.foot.away.dot(strand.foot.left);
         Some(strand.foot.distance.copysign(side))
     }
 
-    /// The nearest points of all stretches of trails that are close, or that of the nearest
-    /// stretch.
-    fn strands(&self, p: DVec2) -> Vec<Strand<'_>> {
-        let mut strands = Vec::new();
-        let close = close_m(&self.params);
-        for &Stretch { path, first, end } in self.close.at(p) {
-            let path = &*self.paths[path as usize];
-            // Each run of knots that are close is a strand of its own.
-            let mut run = (close * close, None);
-            for (i, knot) in path.knots()[first as usize..end as usize]
-                .iter()
-                .enumerate()
-            {
-                let square = knot.position.distance_squared(p);
-                if square < run.0 {
-                    run = (square, Some(first as usize + i));
-                } else if square >= close * close {
-                    strands.extend(run.1.take().map(|i| Strand::new(path, p, i)));
-                    run.0 = close * close;
-                }
-            }
-            strands.extend(run.1.map(|i| Strand::new(path, p, i)));
-        }
-        if strands.is_empty() {
-            strands.extend(self.nearest_strand(p));
-        }
-        strands
-    }
-
-    /// The nearest point of all trails within reach.
-    fn nearest_strand(&self, p: DVec2) -> Option<Strand<'_>> {
-        let mut nearest = (f64::INFINITY, None);
-        for &Stretch { path, first, end } in self.index.at(p) {
-            let path = &*self.paths[path as usize];
-            for i in first as usize..end as usize {
-                let square = path.knots()[i].position.distance_squared(p);
-                if square < nearest.0 {
-                    nearest = (square, Some((path, i)));
-                }
-            }
-        }
-        nearest.1.map(|(path, i)| Strand::new(path, p, i))
-    }
-
-    /// Height of the formation; `None` beyond reach. Each knot continues its height along its
-    /// direction with its grade (Shepard's interpolation, with slopes).
-    fn formation(&self, p: DVec2) -> Option<Dual> {
-        let reach = reach_m(&self.params);
-        let scale = 1.0 / (reach * reach);
-        let (mut total, mut d_total) = (0.0, DVec2::ZERO);
-        let (mut sum, mut d_sum) = (0.0, DVec2::ZERO);
-        for &Stretch { path, first, end } in self.index.at(p) {
-            for knot in &self.paths[path as usize].knots()[first as usize..end as usize] {
-                let away = p - knot.position;
-                let inside = 1.0 - away.length_squared() * scale;
-                if inside <= 0.0 {
-                    continue;
-                }
-                let weight = inside * inside * inside;
-                let d_weight = (-6.0 * scale * inside * inside) * away;
-                let height = knot.height + knot.grade * knot.tangent.dot(away);
-                total += weight;
-                d_total += d_weight;
-                sum += weight * height;
-                d_sum += height * d_weight + (weight * knot.grade) * knot.tangent;
-            }
-        }
-        if total <= 0.0 {
-            return None;
-        }
-        let height = sum / total;
-        Some(Dual::new(height, (d_sum - height * d_total) / total))
-    }
-
-    /// The section's height above the formation, by all trails that are close.
-    fn profile(&self, strands: &[Strand<'_>], edge: Dual) -> Dual {
-        if edge.value >= SHOULDER_M {
-            return Dual::constant(0.0);
-        }
-        let mut close = strands.iter().filter(|s| s.edge.value < SHOULDER_M);
-        let height = match (close.next(), close.clone().next()) {
-            (Some(only), None) => self.params.profile(&only.foot),
-            (first, _) => {
-                let (mut total, mut sum) = (Dual::constant(0.0), Dual::constant(0.0));
-                for strand in first.into_iter().chain(close) {
-                    let left = SHOULDER_M - strand.edge.value;
-                    let weight = strand.edge.chain((left * left * left, -3.0 * left * left));
-                    total = total + weight;
-                    sum = sum + weight * self.params.profile(&strand.foot);
-                }
-                // Where no trail is close, the divisor would be 0.
-                let inverse = 1.0 / total.value.max(f64::MIN_POSITIVE);
-                sum * total.chain((inverse, -inverse * inverse))
-            }
-        };
-        let t = (edge.value / SHOULDER_M).clamp(0.0, 1.0);
-        height * edge.chain((1.0 - smoothstep(t), -6.0 * t * (1.0 - t) / SHOULDER_M))
+    /// The layers that have a trail within reach.
+    fn around(&self, p: DVec2) -> Vec<Near<'_>> {
+        let near = self.layers.iter().filter_map(|layer| {
+            let strands = layer.strands(p);
+            let edge = union(strands.iter().map(|s| s.edge), layer.fillet_m())?;
+            Some(Near {
+                layer,
+                strands,
+                edge,
+            })
+        });
+        near.collect()
     }
 
     /// The carved ground; `None` where it is the base.
     fn carved(&self, p: DVec2) -> Option<Dual> {
-        let strands = self.strands(p);
-        let edge = union(&strands).filter(|e| e.value < REACH_M)?;
-        let surface = self.formation(p)? + self.profile(&strands, edge);
-        if edge.value <= 0.0 {
-            return Some(surface);
+        let natural = OnceCell::new();
+        let natural = || {
+            *natural.get_or_init(|| {
+                let base = self.base.sample(p);
+                Dual::new(base.height_m, base.gradient)
+            })
+        };
+        let (mut ground, mut before): (Option<Dual>, Option<(Dual, f64)>) = (None, None);
+        for Near {
+            layer,
+            strands,
+            edge,
+        } in self.around(p)
+        {
+            let fade = before.map(|(edge, _)| {
+                let t = (edge.value / MERGE_M).clamp(0.0, 1.0);
+                edge.chain((smoothstep(t), 6.0 * t * (1.0 - t) / MERGE_M))
+            });
+            if fade.is_none_or(|f| f.value > 0.0)
+                && let Some(carved) = layer.carved(p, &strands, edge, &natural)
+            {
+                ground = Some(match fade {
+                    None => carved,
+                    Some(fade) => ground.unwrap_or_else(natural) + fade * (carved - natural()),
+                });
+            }
+            before = Some(match before {
+                None => (edge, layer.fillet_m()),
+                Some(other) => merge(other, (edge, layer.fillet_m())),
+            });
         }
-        let base = self.base.sample(p);
-        let ground = Dual::new(base.height_m, base.gradient);
-        let rise = edge.chain(slope(edge.value));
-        let (cut, fill) = (
-            rise.scale(1.0 / self.params.section.cut_ratio),
-            rise.scale(1.0 / self.params.section.fill_ratio),
-        );
-        // The rounding is limited, so that the two corners do not meet.
-        let gap = cut + fill;
-        let whole = gap.value + 2.0 * ROUND_M;
-        let k = gap.chain((
-            ROUND_M * gap.value / whole,
-            2.0 * ROUND_M * ROUND_M / (whole * whole),
-        ));
-        if k.value <= 0.0 {
-            return Some(surface);
-        }
-        Some(
-            ground
-                .smooth_max(surface - fill, k)
-                .smooth_min(surface + cut, k),
-        )
+        ground
     }
+
+    /// Keyed noise of the plane in -1..=1, a metre across.
+    fn ragged(&self, p: DVec2) -> f64 {
+        let place = p / RAGGED_CELL_M;
+        let cell = place.floor();
+        let t = place - cell;
+        let (x, y) = (smoothstep(t.x), smoothstep(t.y));
+        let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| {
+            let corner = [cell.x as i32 + i, cell.y as i32 + j];
+            self.key.chunk(corner).rng().range_f64(-1.0, 1.0)
+        });
+        let (low, high) = (a + x * (b - a), c + x * (d - c));
+        low + y * (high - low)
+    }
+}
+
+/// Signed distance to the union of the trails of all layers.
+fn outline(around: &[Near<'_>]) -> Option<Dual> {
+    let edges = around.iter().map(|n| (n.edge, n.layer.fillet_m()));
+    edges.reduce(merge).map(|(edge, _)| edge)
+}
+
+/// The union of the outlines of two layers, each with the radius of its inner corners.
+fn merge((a, fillet_a): (Dual, f64), (b, fillet_b): (Dual, f64)) -> (Dual, f64) {
+    let fillet_m = fillet_a.min(fillet_b);
+    let edge = union([a, b].into_iter(), fillet_m).unwrap_or(a);
+    (edge, fillet_m)
+}
+
+/// The trail that is uppermost: of the first layer whose surface is here, the one whose edge is
+/// nearest, where borders between kinds of way are moved by some noise.
+fn topmost<'a>(around: &'a [Near<'a>], ragged: f64) -> Option<&'a Strand<'a>> {
+    let near = match around.iter().find(|n| n.edge.value < RAGGED_M * ragged) {
+        Some(near) => near,
+        None => (around.iter()).min_by(|a, b| a.edge.value.total_cmp(&b.edge.value))?,
+    };
+    let edge = |s: &Strand<'_>| s.edge.value + RAGGED_M * ragged * s.path.way_number() as f64;
+    (near.strands.iter()).min_by(|a, b| edge(a).total_cmp(&edge(b)))
 }
 
 impl Surface for TrailGround {
@@ -334,54 +330,7 @@ impl Surface for TrailGround {
     }
 }
 
-impl<'a> Strand<'a> {
-    fn new(path: &'a TrailPath, p: DVec2, nearest_knot: usize) -> Self {
-        let foot = path.foot(p, nearest_knot);
-        let edge = Dual::new(
-            foot.distance - foot.lane.half_width,
-            foot.outward - foot.lane_rate.half_width * foot.along,
-        );
-        Self { path, foot, edge }
-    }
-}
-
 /// The side of [`TrailGround::border_m`] that a part is on.
 fn is_negative(zone: TrailZone) -> bool {
     matches!(zone, TrailZone::Surface | TrailZone::Strip)
-}
-
-fn nearest<'a>(strands: &'a [Strand<'a>]) -> Option<&'a Strand<'a>> {
-    strands
-        .iter()
-        .min_by(|a, b| a.edge.value.total_cmp(&b.edge.value))
-}
-
-/// Signed distance to the union of the trails, its inner corners rounded.
-fn union(strands: &[Strand<'_>]) -> Option<Dual> {
-    let nearest = nearest(strands)?.edge;
-    let mut close = strands.iter().filter(|s| s.edge.value < FILLET_M);
-    if close.next().is_none() || close.next().is_none() {
-        return Some(nearest);
-    }
-    // The arc of a circle of the fillet's radius (Quilez' and Mercury's round union).
-    let (mut square, mut gradient) = (0.0, DVec2::ZERO);
-    for strand in strands.iter().filter(|s| s.edge.value < FILLET_M) {
-        let depth = FILLET_M - strand.edge.value;
-        square += depth * depth;
-        gradient += depth * strand.edge.gradient;
-    }
-    let root = libm::sqrt(square);
-    Some(Dual::new(FILLET_M - root, gradient / root))
-}
-
-/// The height of a slope of 1:1 at a distance from the edge, and its derivative: a round foot, then
-/// a straight slope, then steeper and steeper without bounds towards the reach.
-fn slope(d: f64) -> (f64, f64) {
-    let foot = d * d / (d + FOOT_M);
-    let d_foot = (d * d + 2.0 * d * FOOT_M) / ((d + FOOT_M) * (d + FOOT_M));
-    let x = d / REACH_M;
-    let x5 = x * x * x * x * x;
-    let bound = 1.0 / (1.0 - x5 * x);
-    let d_bound = 6.0 * x5 / REACH_M * bound * bound;
-    (foot * bound, d_foot * bound + foot * d_bound)
 }

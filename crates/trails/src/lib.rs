@@ -33,6 +33,9 @@
 //! - A trail's material varies from trail to trail and along each ([`TrailSurfaceKind`]): the
 //!   paper's segmentation failed on trails that looked different from its one texture.
 //!
+//! - A world has several kinds of way ([`Way`]): a trail's key draws which one it is. Those that are
+//!   one piece of earthwork join at grade; a trodden path fades into the road that it meets.
+//!
 //! All lengths are metres; offsets are positive to the left of a trail's direction.
 
 mod cache;
@@ -43,6 +46,7 @@ mod dual;
 mod given;
 mod ground;
 mod index;
+mod layer;
 mod layout;
 mod params;
 mod path;
@@ -51,6 +55,7 @@ mod route;
 mod section;
 mod surface_kinds;
 mod trails;
+mod way;
 mod zone;
 
 #[doc = include_str!("../README.md")]
@@ -62,7 +67,8 @@ pub use ground::TrailGround;
 pub use layout::TrailId;
 pub use nemoral_scene::ParamError;
 pub use nemoral_scene::TrailSurfaceKind;
-pub use params::{Ruts, Section, TrailParams};
+pub use params::{Ditch, Ruts, Section, TrailParams};
 pub use path::TrailPath;
 pub use trails::{TrailEdges, Trails};
+pub use way::Way;
 pub use zone::TrailZone;

@@ -1,15 +1,13 @@
 //! The parameters of trails.
 
 use glam::DVec2;
-use nemoral_scene::TrailSurfaceKind;
-
 use nemoral_scene::ParamError;
 
-/// The paper's parameters of trails (section IV-C).
+use crate::Way;
+
+/// Where trails run (the paper's section IV-C), and which kinds of way they are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrailParams {
-    /// Width of the usable surface, metres, 0.5..=8.
-    pub width_m: f64,
     /// Probability that a chunk is the birth of a trail, 0..=1. A chunk is crossed by about this
     /// times three quarters of `max_length_chunks` trails.
     pub spawn_probability: f64,
@@ -18,19 +16,11 @@ pub struct TrailParams {
     pub forward_probability: f64,
     /// The most chunks a trail goes through, 1..=64; lengths are uniform from half of it.
     pub max_length_chunks: u32,
-    /// The shape of a trail across its run.
-    pub section: Section,
-    /// The most grass tufts along the middle of trails in one chunk; 0 for none.
-    pub grass_max_per_chunk: u32,
-    /// How far from a trail's middle its grass grows, metres, 0..=10.
-    pub grass_spread_m: f64,
-    /// Tufts of grass that a metre of each edge has room for, 0..=20; 0 for bare verges. About half
-    /// of them grow, in patches.
-    pub verge_tufts_per_m: f64,
-    /// The most stones on one trail, over its whole length; 0 for none.
-    pub rocks_max_per_trail: u32,
-    /// The material of all trails; `None` draws one for each trail.
-    pub surface: Option<TrailSurfaceKind>,
+    /// The kinds of way, each with its share of all trails, at least one above 0. Each trail has
+    /// one of them. Neighbours in this list that have the same earthwork ([`Section`]) join at
+    /// grade; where others meet, the one listed first keeps its section and the later ones fade
+    /// into it.
+    pub ways: Vec<(Way, f64)>,
 }
 
 /// The shape of a trail across its run, and how it meets the ground beside it.
@@ -54,9 +44,30 @@ pub struct Section {
     pub crown: f64,
     /// Wheel ruts; trails narrower than 2 m never have them.
     pub ruts: Option<Ruts>,
+    /// How far the ground is levelled across, 0..=1: 1 is a full bench, with 0 the surface follows
+    /// the ground.
+    pub levelling: f64,
+    /// The distance from its edge at which a way stops to change the ground, metres, 2..=12.
+    pub reach_m: f64,
+    /// Depth of the surface below the formation, metres, -0.3..=1, as of a trodden path.
+    pub sink_m: f64,
+    /// Further depth where the run is steep, metres, 0..=1.5: none on level runs, half of it at a
+    /// grade of 10 %, all of it from 20 % on (a hollow way).
+    pub hollow_m: f64,
+    /// A ditch along the uphill edge, on level ground along both.
+    pub ditch: Option<Ditch>,
     /// The user's own curve, which is added: (offset, height) in metres, by rising offset,
     /// interpolated linearly and constant beyond the ends. Empty for none.
     pub curve: Vec<DVec2>,
+}
+
+/// A ditch beside the surface, beyond which the cut slope begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ditch {
+    /// Depth below the edge, metres, 0.05..=0.8.
+    pub depth_m: f64,
+    /// Width from the edge to the foot of the slope, metres, 0.4..=1.5.
+    pub width_m: f64,
 }
 
 /// Two wheel ruts and the ridge between.
@@ -73,18 +84,7 @@ pub struct Ruts {
 impl Default for TrailParams {
     /// A 3 m forest track in about every second chunk.
     fn default() -> Self {
-        Self {
-            width_m: 3.0,
-            spawn_probability: 0.02,
-            forward_probability: 0.7,
-            max_length_chunks: 40,
-            section: Section::default(),
-            grass_max_per_chunk: 120,
-            grass_spread_m: 0.5,
-            verge_tufts_per_m: 6.0,
-            rocks_max_per_trail: 300,
-            surface: None,
-        }
+        Self::of(Way::default())
     }
 }
 
@@ -98,6 +98,11 @@ impl Default for Section {
             smoothing_m: 8.0,
             crossfall: 0.03,
             crown: 0.02,
+            levelling: 1.0,
+            reach_m: 12.0,
+            sink_m: 0.0,
+            hollow_m: 0.0,
+            ditch: None,
             ruts: Some(Ruts::default()),
             curve: Vec::new(),
         }
@@ -116,14 +121,18 @@ impl Default for Ruts {
 }
 
 impl TrailParams {
+    /// Trails of one kind only.
+    #[must_use]
+    pub fn of(way: Way) -> Self {
+        Self {
+            spawn_probability: 0.02,
+            forward_probability: 0.7,
+            max_length_chunks: 40,
+            ways: vec![(way, 1.0)],
+        }
+    }
+
     pub(crate) fn check(&self, chunk_size_m: f64) -> Result<(), ParamError> {
-        ParamError::check_range("width_m", self.width_m, 0.5..=8.0, "0.5..=8 m")?;
-        ParamError::check_range(
-            "chunk_size_m",
-            chunk_size_m,
-            4.0 * self.width_m..=1000.0,
-            "at least 4 times width_m and at most 1000 m",
-        )?;
         ParamError::check_range(
             "spawn_probability",
             self.spawn_probability,
@@ -142,36 +151,29 @@ impl TrailParams {
             1.0..=64.0,
             "1..=64",
         )?;
+        let mut total = 0.0;
+        for (way, share) in &self.ways {
+            ParamError::check_range("ways share", *share, 0.0..=1e6, "0..=1e6")?;
+            total += share;
+            way.check()?;
+            ParamError::check_range(
+                "chunk_size_m",
+                chunk_size_m,
+                4.0 * way.width_m..=1000.0,
+                "at least 4 times width_m and at most 1000 m",
+            )?;
+        }
         ParamError::check_range(
-            "grass_max_per_chunk",
-            f64::from(self.grass_max_per_chunk),
-            0.0..=100_000.0,
-            "0..=100000",
-        )?;
-        ParamError::check_range(
-            "grass_spread_m",
-            self.grass_spread_m,
-            0.0..=10.0,
-            "0..=10 m",
-        )?;
-        ParamError::check_range(
-            "verge_tufts_per_m",
-            self.verge_tufts_per_m,
-            0.0..=20.0,
-            "0..=20 per metre",
-        )?;
-        ParamError::check_range(
-            "rocks_max_per_trail",
-            f64::from(self.rocks_max_per_trail),
-            0.0..=100_000.0,
-            "0..=100000",
-        )?;
-        self.section.check()
+            "ways",
+            total,
+            f64::MIN_POSITIVE..=f64::MAX,
+            "at least one way with a share above 0",
+        )
     }
 }
 
 impl Section {
-    fn check(&self) -> Result<(), ParamError> {
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
         ParamError::check_range(
             "section.cut_ratio",
             self.cut_ratio,
@@ -193,6 +195,15 @@ impl Section {
         )?;
         ParamError::check_range("section.crossfall", self.crossfall, 0.0..=0.2, "0..=0.2")?;
         ParamError::check_range("section.crown", self.crown, -0.5..=0.5, "-0.5..=0.5")?;
+        ParamError::check_range("section.levelling", self.levelling, 0.0..=1.0, "0..=1")?;
+        ParamError::check_range("section.reach_m", self.reach_m, 2.0..=12.0, "2..=12 m")?;
+        ParamError::check_range("section.sink_m", self.sink_m, -0.3..=1.0, "-0.3..=1 m")?;
+        ParamError::check_range("section.hollow_m", self.hollow_m, 0.0..=1.5, "0..=1.5 m")?;
+        if let Some(ditch) = self.ditch {
+            let Ditch { depth_m, width_m } = ditch;
+            ParamError::check_range("section.ditch.depth_m", depth_m, 0.05..=0.8, "0.05..=0.8 m")?;
+            ParamError::check_range("section.ditch.width_m", width_m, 0.4..=1.5, "0.4..=1.5 m")?;
+        }
         if let Some(ruts) = self.ruts {
             ParamError::check_range("section.ruts.depth_m", ruts.depth_m, 0.0..=0.5, "0..=0.5 m")?;
             ParamError::check_range("section.ruts.gauge_m", ruts.gauge_m, 1.0..=3.0, "1..=3 m")?;

@@ -1,18 +1,22 @@
 //! The run of one trail.
 
+use std::sync::Arc;
+
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Key};
 
 use crate::curve::{Cubic, stiffness};
-use crate::dressing::TrailDressing;
+use crate::dressing::{DressingKind, TrailDressing};
 use crate::layout::{Course, TrailId};
 use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
 use crate::surface_kinds::{SurfaceKinds, rut_factor};
-use crate::{TrailParams, TrailSurfaceKind};
+use crate::{TrailSurfaceKind, Way};
 
 const RUTS: Domain = Domain::new("trails.ruts");
 const KINDS: Domain = Domain::new("trails.kinds");
+const WIDTH: Domain = Domain::new("trails.width");
+const GROWTH: Domain = Domain::new("trails.growth");
 
 /// Approximate distance between knots, metres.
 pub(crate) const STEP_M: f64 = 1.0;
@@ -23,6 +27,16 @@ const TAPER_M: f64 = 10.0;
 /// Width at the very ends, relative to the usual one.
 const END_WIDTH: f64 = 0.3;
 
+/// A path that is wider than this somewhere is nowhere narrower, so that a mesh has all of it,
+/// metres.
+const NARROWEST_M: f64 = 0.4;
+
+/// The wavelength with which the width varies, metres.
+const WIDTH_WAVE_M: f64 = 7.0;
+
+/// The wavelength with which grass is thick or missing on a way that changes, metres.
+const GROWTH_WAVE_M: f64 = 15.0;
+
 /// Standard deviation of the last smoothing of heights and of depths, metres.
 const ROUNDING_M: f64 = 3.0;
 
@@ -32,11 +46,16 @@ const ROUNDING_M: f64 = 3.0;
 #[derive(Debug)]
 pub struct TrailPath {
     id: TrailId,
+    way: Arc<Way>,
+    /// The number of the way among the parameters' ways.
+    number: usize,
     /// At least two knots.
     knots: Vec<Knot>,
     /// Chunks in order, each with the number of its first knot.
     transits: Vec<(ChunkCoord, usize)>,
     kinds: SurfaceKinds,
+    /// By which grass and stones vary along a way that changes.
+    growth: Option<[Wobble; 2]>,
     stones: Vec<TrailDressing>,
 }
 
@@ -64,21 +83,37 @@ pub(crate) struct Lane {
     pub(crate) rut: f64,
     /// Offset of the ruts' middle to the left, metres.
     pub(crate) wander: f64,
+    /// Depth of the surface below the formation, metres.
+    pub(crate) sink: f64,
+    /// The share of their depth that the ditches on the left and the right have.
+    pub(crate) ditches: [f64; 2],
 }
 
 impl Lane {
-    const COUNT: usize = 4;
+    const COUNT: usize = 7;
 
     pub(crate) fn to_array(self) -> [f64; Self::COUNT] {
-        [self.half_width, self.tilt, self.rut, self.wander]
+        let [left, right] = self.ditches;
+        let Self {
+            half_width,
+            tilt,
+            rut,
+            wander,
+            sink,
+            ..
+        } = self;
+        [half_width, tilt, rut, wander, sink, left, right]
     }
 
-    pub(crate) fn from_array([half_width, tilt, rut, wander]: [f64; Self::COUNT]) -> Self {
+    pub(crate) fn from_array(values: [f64; Self::COUNT]) -> Self {
+        let [half_width, tilt, rut, wander, sink, left, right] = values;
         Self {
             half_width,
             tilt,
             rut,
             wander,
+            sink,
+            ditches: [left, right],
         }
     }
 }
@@ -105,7 +140,7 @@ pub(crate) struct Foot {
 impl TrailPath {
     /// Lays a trail over the ground.
     pub(crate) fn new(
-        params: &TrailParams,
+        (number, way): (usize, Arc<Way>),
         world: Key,
         course: Course,
         base: &dyn Surface,
@@ -117,26 +152,26 @@ impl TrailPath {
         } = course;
         let places: Vec<f64> = points.iter().map(|p| p.2).collect();
         let length = places[places.len() - 1];
-        let kinds = SurfaceKinds::draw(params, id.key(world.domain(KINDS)), length);
+        let kinds = SurfaceKinds::draw(&way, id.key(world.domain(KINDS)), length);
 
         let ground: Vec<_> = points.iter().map(|p| base.sample(p.0)).collect();
-        let section = &params.section;
+        let section = &way.section;
         let low_pass = |values: Vec<f64>| smooth(&values, section.smoothing_m / STEP_M);
         let heights = low_pass(ground.iter().map(|g| g.height_m).collect());
         let heights = limit_grade(&heights, &places, section.max_grade);
         let heights = smooth(&heights, ROUNDING_M / STEP_M);
-        let tilts = low_pass(
-            ground
-                .iter()
-                .zip(&points)
-                .map(|(g, p)| section.tilt(g.gradient.dot(p.1.perp())))
-                .collect(),
-        );
+        let sides = (ground.iter().zip(&points)).map(|(g, p)| g.gradient.dot(p.1.perp()));
+        let tilts = low_pass(sides.clone().map(|side| section.tilt(side)).collect());
+        let sides = match section.ditch {
+            Some(_) => low_pass(sides.collect()),
+            None => vec![0.0; points.len()],
+        };
 
         let key = id.key(world.domain(RUTS));
         let depth = Wobble::new(key.item(0), length, 9.0);
         let wander = Wobble::new(key.item(1), length, 12.0);
         let fade = |s: f64| fade(s, length);
+        let widths = Widths::new(&way, id.key(world.domain(WIDTH)), length);
         let ruts = places
             .iter()
             .map(|&s| fade(s) * rut_factor(kinds.at(s)) * (1.0 + 0.6 * depth.at(s)));
@@ -147,39 +182,49 @@ impl TrailPath {
             .map(|i| {
                 let (position, tangent, arc) = points[i];
                 let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
+                let grade = (heights[b] - heights[a]) / (places[b] - places[a]);
                 Knot {
                     position,
                     tangent,
                     arc,
                     height: heights[i],
-                    grade: (heights[b] - heights[a]) / (places[b] - places[a]),
+                    grade,
                     lane: Lane {
-                        half_width: half_width_m(params, fade(arc)),
+                        half_width: widths.half_m(&way, arc),
                         tilt: tilts[i],
                         rut: ruts[i].max(0.0),
                         wander: 0.1 * wander.at(arc),
+                        sink: fade(arc) * section.sink_m(grade),
+                        ditches: section.ditches(sides[i]).map(|share| fade(arc) * share),
                     },
                 }
             })
             .collect();
+        let key = id.key(world.domain(GROWTH));
+        let growth = (way.change > 0.0)
+            .then(|| [0, 1].map(|i| Wobble::new(key.item(i), length, GROWTH_WAVE_M)));
         Self {
             id,
+            way,
+            number,
             knots,
             transits,
             kinds,
+            growth,
             stones: Vec::new(),
         }
     }
 
     /// The same trail on the map only: all heights are 0, and it has no stones. That takes a small
     /// part of the work.
-    pub(crate) fn outline(params: &TrailParams, course: Course) -> Self {
+    pub(crate) fn outline((number, way): (usize, Arc<Way>), world: Key, course: Course) -> Self {
         let Course {
             id,
             points,
             transits,
         } = course;
         let length = points[points.len() - 1].2;
+        let widths = Widths::new(&way, id.key(world.domain(WIDTH)), length);
         let knot = |(position, tangent, arc): (DVec2, DVec2, f64)| Knot {
             position,
             tangent,
@@ -187,17 +232,23 @@ impl TrailPath {
             height: 0.0,
             grade: 0.0,
             lane: Lane {
-                half_width: half_width_m(params, fade(arc, length)),
+                half_width: widths.half_m(&way, arc),
                 tilt: 0.0,
                 rut: 0.0,
                 wander: 0.0,
+                sink: 0.0,
+                ditches: [0.0; 2],
             },
         };
+        let knots = points.into_iter().map(knot).collect();
         Self {
             id,
-            knots: points.into_iter().map(knot).collect(),
+            way,
+            number,
+            knots,
             transits,
             kinds: SurfaceKinds::default(),
+            growth: None,
             stones: Vec::new(),
         }
     }
@@ -206,6 +257,18 @@ impl TrailPath {
     #[must_use]
     pub fn id(&self) -> TrailId {
         self.id
+    }
+
+    /// The kind of way that the trail is.
+    #[must_use]
+    pub fn way(&self) -> &Way {
+        &self.way
+    }
+
+    /// The number of its kind among the parameters' ways.
+    #[must_use]
+    pub fn way_number(&self) -> usize {
+        self.number
     }
 
     /// Length along the middle, metres.
@@ -249,6 +312,21 @@ impl TrailPath {
     #[must_use]
     pub fn kind(&self, s_m: f64) -> TrailSurfaceKind {
         self.kinds.at(s_m)
+    }
+
+    /// The share of their depth that the ditches on the left and the right have at an arc length.
+    pub(crate) fn ditches(&self, s_m: f64) -> [f64; 2] {
+        let (i, t) = self.locate(s_m);
+        self.lane(i, t).0.ditches
+    }
+
+    /// Whether a tuft, stone or root with this draw in 0..1 is there at an arc length: on a way that
+    /// changes, half of them are, in patches.
+    pub(crate) fn has(&self, dressing: DressingKind, s_m: f64, draw: f64) -> bool {
+        self.growth.as_ref().is_none_or(|growth| {
+            let noise = growth[usize::from(dressing != DressingKind::Grass)].at(s_m);
+            draw < 0.5 + 1.5 * self.way.change * noise
+        })
     }
 
     /// The chunks that the trail goes through, in order; a chunk occurs as often as it is entered.
@@ -360,6 +438,28 @@ fn fade(s_m: f64, length_m: f64) -> f64 {
     smoothstep(s_m.min(length_m - s_m) / taper)
 }
 
-fn half_width_m(params: &TrailParams, fade: f64) -> f64 {
-    0.5 * params.width_m * (END_WIDTH + (1.0 - END_WIDTH) * fade)
+/// The widths along a trail.
+struct Widths {
+    length_m: f64,
+    variation: Option<Wobble>,
+}
+
+impl Widths {
+    fn new(way: &Way, key: Key, length_m: f64) -> Self {
+        let varied = way.width_variation > 0.0;
+        Self {
+            length_m,
+            variation: varied.then(|| Wobble::new(key, length_m, WIDTH_WAVE_M)),
+        }
+    }
+
+    /// Half the width at an arc length, metres.
+    fn half_m(&self, way: &Way, s_m: f64) -> f64 {
+        let fade = fade(s_m, self.length_m);
+        let noise = self.variation.as_ref().map_or(0.0, |v| v.at(s_m));
+        let width = way.width_m
+            * (1.0 + way.width_variation * noise)
+            * (END_WIDTH + (1.0 - END_WIDTH) * fade);
+        0.5 * width.max(NARROWEST_M.min(way.width_m))
+    }
 }

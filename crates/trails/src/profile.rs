@@ -49,6 +49,7 @@ pub(crate) fn limit_grade(values: &[f64], places: &[f64], grade: f64) -> Vec<f64
 }
 
 /// Keyed smooth noise in -1..=1 over a length: random values `wavelength_m` apart.
+#[derive(Debug)]
 pub(crate) struct Wobble {
     wavelength_m: f64,
     values: Vec<f64>,

@@ -4,8 +4,9 @@ use glam::DVec2;
 
 use crate::dual::Dual;
 use crate::path::{Foot, Lane};
+use crate::profile::smoothstep;
 use crate::zone::TrailZone;
-use crate::{Ruts, Section, TrailParams};
+use crate::{Ditch, Ruts, Section, Way};
 
 /// Trails narrower than this have no wheel ruts, metres.
 const RUT_WIDTH_M: f64 = 2.0;
@@ -20,7 +21,7 @@ const RUT_EDGE: f64 = 1.25;
 /// ground's mesh, which might miss narrower parts.
 const BAND_M: f64 = 0.36;
 
-impl TrailParams {
+impl Way {
     /// The ruts, where the trail is wide enough for a vehicle.
     pub(crate) fn ruts(&self) -> Option<Ruts> {
         let wide = self.width_m >= RUT_WIDTH_M;
@@ -36,6 +37,8 @@ impl TrailParams {
             tilt,
             rut,
             wander,
+            sink,
+            ditches: _,
         } = foot.lane;
         let rate = foot.lane_rate;
         let offset = foot.away.dot(foot.left);
@@ -61,11 +64,23 @@ impl TrailParams {
                 - bell(-half, ruts.sigma_m);
             height = height + depth * shape;
         }
+        if sink != 0.0 || rate.sink != 0.0 {
+            height = height - lane(sink, rate.sink);
+        }
         height + s.chain(polyline(&self.section.curve, s.value))
     }
 
-    /// The part of a trail that a point is on, by its foot and its signed distance to the edge.
-    pub(crate) fn part(&self, foot: &Foot, edge_m: f64) -> Part {
+    /// Depth of the ditch on a point's side of the trail, by its foot; `None` where there is none.
+    pub(crate) fn ditch(&self, foot: &Foot) -> Option<(Ditch, Dual)> {
+        let ditch = self.section.ditch?;
+        let side = usize::from(foot.away.dot(foot.left) < 0.0);
+        let (share, rate) = (foot.lane.ditches[side], foot.lane_rate.ditches[side]);
+        Some((ditch, Dual::new(share, rate * foot.along)))
+    }
+
+    /// The part of a trail that a point is on, by its foot and its signed distances to the edge and
+    /// to what bounds its ruts, the edge or another trail.
+    pub(crate) fn part(&self, foot: &Foot, edge_m: f64, bound_m: f64) -> Part {
         let edge = Part {
             zone: TrailZone::Surface,
             border_m: -edge_m,
@@ -78,7 +93,7 @@ impl TrailParams {
         let half = (RUT_EDGE * ruts.sigma_m).max(0.5 * BAND_M);
         let inner = 0.5 * ruts.gauge_m - half;
         // Distances from the ruts, towards the edge and towards the middle.
-        let out = (offset - inner - 2.0 * half).max(edge_m + BAND_M);
+        let out = (offset - inner - 2.0 * half).max(bound_m + BAND_M);
         let within = if inner < 0.5 * BAND_M {
             f64::NEG_INFINITY
         } else {
@@ -121,6 +136,20 @@ pub(crate) struct Part {
 }
 
 impl Section {
+    /// The share of the ditch's depth on the left and the right of a trail on a ground with this
+    /// slope to the left: all of it uphill and on level ground, none downhill of slopes of 6 %.
+    pub(crate) fn ditches(&self, side_slope: f64) -> [f64; 2] {
+        if self.ditch.is_none() {
+            return [0.0; 2];
+        }
+        [side_slope, -side_slope].map(|rise| smoothstep((rise + 0.06) / 0.05))
+    }
+
+    /// Depth of the surface below the formation on a run with this grade, metres.
+    pub(crate) fn sink_m(&self, grade: f64) -> f64 {
+        self.sink_m + self.hollow_m * smoothstep(grade.abs() / 0.2)
+    }
+
     /// Rise per metre to the left on a ground with this slope to the left; it falls downhill, fully
     /// from slopes of 10 % on.
     pub(crate) fn tilt(&self, side_slope: f64) -> f64 {

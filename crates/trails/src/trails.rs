@@ -6,25 +6,33 @@ use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_seed::{Domain, Key};
+use nemoral_seed::{Domain, Draw, Key};
 
 use crate::cache::Cache;
-use crate::dressing_placement::{grass, stones, verges};
+use crate::dressing_placement::{beds, grass, roots, stones, verges};
 use crate::given::course;
-use crate::ground::reach_m;
-use crate::layout::Layout;
+use crate::layer::Earthworks;
+use crate::layout::{Course, Layout, TrailId};
 use crate::path::STEP_M;
 use crate::route::Router;
-use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath};
+use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath, Way};
+
+/// Hands over what lies along a trail's passage through a chunk.
+type Dress<'a> = dyn Fn(&TrailPath, ChunkCoord, &mut dyn FnMut(TrailDressing)) + 'a;
 
 const TRAILS: Domain = Domain::new("trails");
+const WAYS: Domain = Domain::new("trails.ways");
 
 /// The trails of an endless world, found from any chunk.
 ///
 /// A value is a pure function of its parameters, key and ground: neither earlier calls, nor
 /// threads, nor evictions from its bounded cache can change a result.
 pub struct Trails {
-    params: Arc<TrailParams>,
+    params: TrailParams,
+    ways: Vec<Arc<Way>>,
+    /// Whether there are trails of each of them.
+    used: Vec<bool>,
+    earthworks: Earthworks,
     chunk_size_m: f64,
     key: Key,
     base: Arc<dyn Surface>,
@@ -33,6 +41,8 @@ pub struct Trails {
     paths: Cache<ChunkCoord, Arc<TrailPath>>,
     /// Trails along given lines.
     given: Vec<Arc<TrailPath>>,
+    /// The number of the next of them.
+    numbered: u32,
     /// The indices of those that touch each chunk.
     given_in: BTreeMap<[i32; 2], Vec<usize>>,
 }
@@ -83,30 +93,38 @@ impl Trails {
     ) -> Result<Self, ParamError> {
         params.check(chunk_size_m)?;
         let key = key.domain(TRAILS);
+        let ways: Vec<_> = params.ways.iter().map(|w| Arc::new(w.0.clone())).collect();
+        let used: Vec<bool> = params.ways.iter().map(|w| w.1 > 0.0).collect();
         Ok(Self {
             router: Router::new(&params, key),
-            params: Arc::new(params),
+            earthworks: Earthworks::new(&ways, &used),
+            ways,
+            used,
+            params,
             chunk_size_m,
             key,
             base,
             births: Cache::new(births),
             paths: Cache::new(paths),
             given: Vec::new(),
+            numbered: 1,
             given_in: BTreeMap::new(),
         })
     }
 
-    /// These trails and further ones along given lines: smooth curves through their vertices, in
-    /// world coordinates. Lines shorter than a metre are left out.
+    /// These trails and further ones along given lines, of the way with this number among the
+    /// parameters' ways (the last one, if there are fewer): smooth curves through their vertices,
+    /// in world coordinates. Lines shorter than a metre are left out.
     #[must_use]
-    pub fn along(mut self, lines_m: &[Vec<DVec2>]) -> Self {
-        for (number, line) in (1..).zip(lines_m) {
+    pub fn along(mut self, lines_m: &[Vec<DVec2>], way: usize) -> Self {
+        let way = way.min(self.ways.len() - 1);
+        self.used[way] = true;
+        self.earthworks = Earthworks::new(&self.ways, &self.used);
+        for (number, line) in (self.numbered..).zip(lines_m) {
             let Some(course) = course(line, number, self.chunk_size_m) else {
                 continue;
             };
-            let path = TrailPath::new(&self.params, self.key, course, &*self.base);
-            let stones = stones(&self.params, self.key, &path);
-            let path = Arc::new(path.with_stones(stones));
+            let path = Arc::new(self.lay(way, course));
             for chunk in path.chunks() {
                 let here = self.given_in.entry([chunk.x, chunk.y]).or_default();
                 if here.last() != Some(&self.given.len()) {
@@ -115,7 +133,14 @@ impl Trails {
             }
             self.given.push(path);
         }
+        self.numbered += lines_m.len() as u32;
         self
+    }
+
+    /// The kinds of way of which there are trails.
+    fn used_ways(&self) -> impl Iterator<Item = &Way> {
+        let used = self.ways.iter().zip(&self.used).filter(|(_, used)| **used);
+        used.map(|(way, _)| &**way)
     }
 
     /// The given trails that touch a chunk.
@@ -164,7 +189,9 @@ impl Trails {
     pub fn edges_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailEdges {
         let outline = |birth| {
             let course = self.layout(birth).course(STEP_M);
-            Arc::new(TrailPath::outline(&self.params, course))
+            let way = self.way(course.id);
+            let way = (way, Arc::clone(&self.ways[way]));
+            Arc::new(TrailPath::outline(way, self.key, course))
         };
         TrailEdges(self.near(coord, margin_m, outline))
     }
@@ -181,7 +208,7 @@ impl Trails {
         // Slightly more, as vertices on the border may be computed with other rounding.
         let low = coord.origin_m(size) - DVec2::splat(margin_m + 1e-3);
         let high = low + DVec2::splat(size + 2.0 * (margin_m + 1e-3));
-        let reach = (margin_m + reach_m(&self.params) + 1.0) / size;
+        let reach = (margin_m + self.earthworks.reach_m + 1.0) / size;
         let rings = reach.ceil() as i32;
         let near = move |c: ChunkCoord| {
             c.x.abs_diff(coord.x) <= rings as u32 && c.y.abs_diff(coord.y) <= rings as u32
@@ -196,11 +223,12 @@ impl Trails {
         births.sort_unstable();
         births.dedup();
         let given = given.into_iter().map(|i| Arc::clone(&self.given[i]));
-        let paths = births.into_iter().map(path).chain(given).collect();
+        let paths: Vec<_> = births.into_iter().map(path).chain(given).collect();
         TrailGround::new(
-            Arc::clone(&self.params),
+            &self.earthworks,
+            self.key,
             Arc::clone(&self.base),
-            paths,
+            &paths,
             (low, high),
             &near,
         )
@@ -210,9 +238,20 @@ impl Trails {
     /// point of its middle. All chunks within the radius are searched.
     #[must_use]
     pub fn nearest(&self, world_m: DVec2, radius_m: f64) -> Option<(Arc<TrailPath>, f64)> {
+        self.nearest_where(world_m, radius_m, |_| true)
+    }
+
+    /// As [`nearest`](Self::nearest), of the trails that are `wanted`.
+    #[must_use]
+    pub fn nearest_where(
+        &self,
+        world_m: DVec2,
+        radius_m: f64,
+        wanted: impl Fn(&TrailPath) -> bool,
+    ) -> Option<(Arc<TrailPath>, f64)> {
         let mut best = (radius_m, None);
         for chunk in ChunkCoord::within(world_m, radius_m, self.chunk_size_m) {
-            for path in self.in_chunk(chunk) {
+            for path in self.in_chunk(chunk).into_iter().filter(|p| wanted(p)) {
                 for (_, _, knots) in path.transits().filter(|t| t.1 == chunk) {
                     let square = |i: usize| path.knots()[i].position.distance_squared(world_m);
                     // The knot after a transit's last is on its border.
@@ -229,15 +268,19 @@ impl Trails {
         best.1
     }
 
-    /// The grass and stones of trails whose position is in a chunk: grass in a keyed order, then
-    /// stones and verges by trail. At most `grass_max_per_chunk` tufts grow on the trails, however
-    /// many meet there; where they meet, the verge of one does not grow on another.
+    /// What lies and grows on trails and at their edges, whose position is in a chunk: grass in a keyed order, then
+    /// stones, verges, roots and beds by trail. At most the greatest `grass_max_per_chunk` of tufts grow on the
+    /// trails, however many meet there; where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;
-        let rings = (self.params.grass_spread_m / size).ceil().max(1.0) as i32;
+        let spread_m = self
+            .used_ways()
+            .fold(0.0_f64, |a, w| a.max(w.grass_spread_m));
+        let rings = (spread_m / size).ceil().max(1.0) as i32;
         let here = |p: DVec2| ChunkCoord::containing(p, size) == coord;
-        let most = self.params.grass_max_per_chunk as usize;
+        let most = self.used_ways().map(|w| w.grass_max_per_chunk).max();
+        let most = most.unwrap_or(0) as usize;
         // The keyed priority decides which tufts stay.
         let keep = |tufts: &mut Vec<(u64, TrailDressing)>| {
             tufts.sort_by_key(|t| t.0);
@@ -248,7 +291,7 @@ impl Trails {
             for y in -rings..=rings {
                 let chunk = coord.offset(x, y);
                 for path in self.in_chunk(chunk) {
-                    grass(&self.params, self.key, &path, chunk, |priority, tuft| {
+                    grass(self.key, &path, chunk, |priority, tuft| {
                         if here(tuft.position_m) {
                             tufts.push((priority, tuft));
                             // However many passages there are, memory stays bounded.
@@ -265,13 +308,24 @@ impl Trails {
         for path in self.in_chunk(coord) {
             dressing.extend(path.stones().iter().filter(|s| here(s.position_m)));
         }
-        if self.params.verge_tufts_per_m > 0.0 {
-            self.add_verges(coord, &mut dressing);
+        let has_any = |of: &dyn Fn(&Way) -> f64| self.used_ways().any(|w| of(w) > 0.0);
+        if has_any(&|w| w.verge_tufts_per_m) {
+            self.add(coord, &mut dressing, &|path, chunk, emit| {
+                verges(self.key, path, chunk, emit);
+            });
+        }
+        if has_any(&|w| w.roots_per_m) || has_any(&|w| w.stone_beds) {
+            self.add(coord, &mut dressing, &|path, chunk, emit| {
+                roots(self.key, path, chunk, &mut *emit);
+                beds(self.key, path, chunk, emit);
+            });
         }
         dressing
     }
 
-    fn add_verges(&self, coord: ChunkCoord, dressing: &mut Vec<TrailDressing>) {
+    /// Adds what trails have in a chunk, each along its passage through one; nothing of a verge or
+    /// a ditch lies on another trail.
+    fn add(&self, coord: ChunkCoord, dressing: &mut Vec<TrailDressing>, dress: &Dress<'_>) {
         let size = self.chunk_size_m;
         let others = dressing.len();
         // A trail just beyond the border may have a verge here.
@@ -279,9 +333,9 @@ impl Trails {
             for y in -1..=1 {
                 let chunk = coord.offset(x, y);
                 for path in self.in_chunk(chunk) {
-                    verges(&self.params, self.key, &path, chunk, |tuft| {
-                        if ChunkCoord::containing(tuft.position_m, size) == coord {
-                            dressing.push(tuft);
+                    dress(&path, chunk, &mut |it| {
+                        if ChunkCoord::containing(it.position_m, size) == coord {
+                            dressing.push(it);
                         }
                     });
                 }
@@ -289,8 +343,11 @@ impl Trails {
         }
         if dressing.len() > others {
             let ground = self.ground_near(coord, 0.0);
-            dressing
-                .retain(|d| d.kind != DressingKind::Verge || ground.edge_m(d.position_m) >= 0.0);
+            let is_beside = |d: &TrailDressing| {
+                !matches!(d.kind, DressingKind::Verge | DressingKind::Bed)
+                    || ground.edge_m(d.position_m) >= 0.0
+            };
+            dressing.retain(is_beside);
         }
     }
 
@@ -302,10 +359,24 @@ impl Trails {
     fn path(&self, birth: ChunkCoord) -> Arc<TrailPath> {
         self.paths.get_or_make(birth, || {
             let course = self.layout(birth).course(STEP_M);
-            let path = TrailPath::new(&self.params, self.key, course, &*self.base);
-            let stones = stones(&self.params, self.key, &path);
-            Arc::new(path.with_stones(stones))
+            let way = self.way(course.id);
+            Arc::new(self.lay(way, course))
         })
+    }
+
+    /// A trail of a kind along a course, with the stones on it.
+    fn lay(&self, way: usize, course: Course) -> TrailPath {
+        let way = (way, Arc::clone(&self.ways[way]));
+        let path = TrailPath::new(way, self.key, course, &*self.base);
+        let stones = stones(self.key, &path);
+        path.with_stones(stones)
+    }
+
+    /// The number of the kind of a trail that is born.
+    fn way(&self, id: TrailId) -> usize {
+        let shares: Vec<f64> = self.params.ways.iter().map(|w| w.1).collect();
+        let mut rng = id.key(self.key.domain(WAYS)).rng();
+        rng.weighted(&shares).unwrap_or(0)
     }
 
     fn layout(&self, birth: ChunkCoord) -> Layout {
@@ -365,7 +436,7 @@ mod tests {
         let base = Arc::new(FlatSurface::default());
         let trails = Trails::new(params, 50.0, Key::world(3), base).expect("valid");
         assert!(!trails.is_crossed(ChunkCoord::new(0, 0)));
-        let trails = trails.along(&[short, line.clone()]);
+        let trails = trails.along(&[short, line.clone()], 0);
         for (i, vertex) in line.iter().enumerate() {
             let chunk = ChunkCoord::containing(*vertex, 50.0);
             assert!(trails.is_crossed(chunk) && trails.in_chunk(chunk).len() == 1);
@@ -373,7 +444,7 @@ mod tests {
             let inner = i > 0 && i + 1 < line.len();
             // The middle of the surface, which is narrower at its ends.
             let edge = ground.edge_m(*vertex);
-            let width = 0.5 * trails.params().width_m;
+            let width = 0.5 * trails.params().ways[0].0.width_m;
             assert!(
                 edge < -0.25 && (!inner || (edge + width).abs() < 0.4),
                 "{vertex}: {edge}"
@@ -424,34 +495,31 @@ mod tests {
 
     #[test]
     fn of_endless_grass_the_same_tufts_stay() {
-        let params = TrailParams {
-            spawn_probability: 0.0,
+        let way = Way {
             grass_max_per_chunk: 10,
             rocks_max_per_trail: 0,
             verge_tufts_per_m: 0.0,
-            ..TrailParams::default()
+            ..Way::default()
+        };
+        let params = TrailParams {
+            spawn_probability: 0.0,
+            ..TrailParams::of(way)
         };
         // It crosses the border of a chunk many times.
         let line =
             (0..2400).map(|i| DVec2::new(f64::from(i % 2 * 6 - 3), 1.0 + 0.02 * f64::from(i)));
         let base = Arc::new(FlatSurface::default());
         let trails = Trails::new(params, 50.0, Key::world(1), base).expect("valid");
-        let trails = trails.along(&[line.collect()]);
+        let trails = trails.along(&[line.collect()], 0);
         let here = ChunkCoord::new(0, 0);
         let mut all = Vec::new();
         for chunk in here.square(1) {
             for path in trails.in_chunk(chunk) {
-                grass(
-                    &trails.params,
-                    trails.key,
-                    &path,
-                    chunk,
-                    |priority, tuft| {
-                        if ChunkCoord::containing(tuft.position_m, 50.0) == here {
-                            all.push((priority, tuft));
-                        }
-                    },
-                );
+                grass(trails.key, &path, chunk, |priority, tuft| {
+                    if ChunkCoord::containing(tuft.position_m, 50.0) == here {
+                        all.push((priority, tuft));
+                    }
+                });
             }
         }
         assert!(all.len() > 4 * 10 + 4096, "{}", all.len());

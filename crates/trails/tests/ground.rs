@@ -8,17 +8,23 @@ use common::{SIZE_M, around, flat, hills, plain, trails};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_trails::{
-    Ruts, Section, TrailGround, TrailParams, TrailPath, TrailSurfaceKind, TrailZone, Trails,
+    Ruts, Section, TrailGround, TrailParams, TrailPath, TrailSurfaceKind, TrailZone, Trails, Way,
 };
 use proptest::prelude::*;
 
-fn params(section: Section) -> TrailParams {
+fn dense(way: Way) -> TrailParams {
     TrailParams {
         spawn_probability: 0.1,
         max_length_chunks: 14,
-        section,
-        ..TrailParams::default()
+        ..TrailParams::of(way)
     }
+}
+
+fn params(section: Section) -> TrailParams {
+    dense(Way {
+        section,
+        ..Way::default()
+    })
 }
 
 /// A place well inside of a trail, far from other trails and from ends.
@@ -270,11 +276,12 @@ fn crossings_have_no_cliffs() {
 fn the_section_is_carved() {
     let base = flat(DVec2::ZERO);
     let relief = |section: Section, width_m: f64, offset: f64| {
-        let params = TrailParams {
+        let way = Way {
             width_m,
-            surface: Some(TrailSurfaceKind::DryEarth),
-            ..params(section)
+            section,
+            ..Way::default()
         };
+        let params = dense(way.surfaced(TrailSurfaceKind::DryEarth));
         let trails = trails(params, 7, Arc::clone(&base));
         let places = lonely_places(&trails, 16.0);
         let heights = places
@@ -395,11 +402,11 @@ fn zones_follow_the_ruts() {
 
 #[test]
 fn small_chunks_and_wide_trails_work() {
-    let params = TrailParams {
+    let params = dense(Way {
         width_m: 4.0,
         grass_spread_m: 9.0,
-        ..params(Section::default())
-    };
+        ..Way::default()
+    });
     let trails = Trails::new(params, 16.0, nemoral_seed::Key::world(3), hills(0.3)).expect("valid");
     for chunk in around(ChunkCoord::new(0, 0), 2) {
         let (a, b) = (

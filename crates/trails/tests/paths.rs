@@ -9,7 +9,7 @@ use common::{SIZE_M, around, flat, hills, trails};
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
-use nemoral_trails::{DressingKind, TrailParams, TrailPath, TrailSurfaceKind, Trails};
+use nemoral_trails::{DressingKind, TrailParams, TrailPath, TrailSurfaceKind, Trails, Way};
 use proptest::prelude::*;
 
 fn dense(seed: u64) -> Trails {
@@ -235,11 +235,13 @@ fn dressed(grass: u32, spread: f64, rocks: u32) -> Trails {
     let params = TrailParams {
         spawn_probability: 0.1,
         max_length_chunks: 12,
-        grass_max_per_chunk: grass,
-        grass_spread_m: spread,
-        rocks_max_per_trail: rocks,
-        verge_tufts_per_m: 0.0,
-        ..TrailParams::default()
+        ..TrailParams::of(Way {
+            grass_max_per_chunk: grass,
+            grass_spread_m: spread,
+            rocks_max_per_trail: rocks,
+            verge_tufts_per_m: 0.0,
+            ..Way::default()
+        })
     };
     trails(params, 13, flat(DVec2::ZERO))
 }
@@ -298,10 +300,12 @@ fn verges_grow_at_edges_and_on_no_trail() {
         let params = TrailParams {
             spawn_probability: 0.1,
             max_length_chunks: 12,
-            grass_max_per_chunk: 0,
-            rocks_max_per_trail: 0,
-            verge_tufts_per_m: tufts_per_m,
-            ..TrailParams::default()
+            ..TrailParams::of(Way {
+                grass_max_per_chunk: 0,
+                rocks_max_per_trail: 0,
+                verge_tufts_per_m: tufts_per_m,
+                ..Way::default()
+            })
         };
         trails(params, 13, flat(DVec2::ZERO))
     };
@@ -357,9 +361,8 @@ fn materials_differ_from_trail_to_trail_and_along_them() {
     assert_eq!(kinds.len(), TrailSurfaceKind::ALL.len(), "{kinds:?}");
     assert!(changes > 0);
     let mud = TrailParams {
-        surface: Some(TrailSurfaceKind::Mud),
         spawn_probability: 0.1,
-        ..TrailParams::default()
+        ..TrailParams::of(Way::default().surfaced(TrailSurfaceKind::Mud))
     };
     for path in common::trails(mud, 1, flat(DVec2::ZERO)).in_chunk(ChunkCoord::new(0, 0)) {
         assert!(points(&path, 5.0).all(|p| path.kind(p.0) == TrailSurfaceKind::Mud));
@@ -376,10 +379,10 @@ fn impossible_trails_are_refused() {
     let good = TrailParams::default;
     assert_eq!(
         new(
-            TrailParams {
+            TrailParams::of(Way {
                 width_m: 0.1,
-                ..good()
-            },
+                ..Way::default()
+            }),
             50.0
         ),
         "width_m"
@@ -417,19 +420,19 @@ fn impossible_trails_are_refused() {
     );
     assert_eq!(
         new(
-            TrailParams {
+            TrailParams::of(Way {
                 grass_spread_m: -1.0,
-                ..good()
-            },
+                ..Way::default()
+            }),
             50.0
         ),
         "grass_spread_m"
     );
     let mut bad = good();
-    bad.section.cut_ratio = 0.0;
+    bad.ways[0].0.section.cut_ratio = 0.0;
     assert_eq!(new(bad, 50.0), "section.cut_ratio");
     let mut bad = good();
-    bad.section.curve = vec![DVec2::new(1.0, 0.0), DVec2::new(1.0, 0.1)];
+    bad.ways[0].0.section.curve = vec![DVec2::new(1.0, 0.0), DVec2::new(1.0, 0.1)];
     assert_eq!(new(bad, 50.0), "section.curve offset");
 }
 

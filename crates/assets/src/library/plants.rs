@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_scene::Prototype;
+use nemoral_scene::{MaterialId, Prototype};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
@@ -14,7 +14,7 @@ use crate::plant::seedling::seedling;
 use crate::plant::shape::Shape;
 use crate::plant::shrub::ShrubKind;
 use crate::plant::stump::stump;
-use crate::plant::{floor, undergrowth};
+use crate::plant::{floor, undergrowth, wayside};
 use crate::tree::{Species, individual_rank};
 
 const SHRUBS: Domain = Domain::new("assets.shrubs");
@@ -27,6 +27,8 @@ const SEEDLINGS: Domain = Domain::new("assets.seedlings");
 const LITTER: Domain = Domain::new("assets.litter");
 const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
 const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
+const TRAIL_ROOTS: Domain = Domain::new("assets.trail_roots");
+const STONE_BEDS: Domain = Domain::new("assets.stone_beds");
 
 const SHRUBS_PER_KIND: u32 = 4;
 const STUMP_COUNT: u32 = 9;
@@ -162,6 +164,20 @@ impl PlantGrower<'_> {
             let shape = rock(&plan, key.item(0));
             let foot = foot_radius_m(&shape);
             self.finish("stone", i, shape, foot)
+        })
+    }
+
+    /// Roots that lie across trails.
+    pub(super) fn trail_roots(&self, bark: MaterialId) -> Vec<PlantAsset> {
+        self.collect(TRAIL_ROOTS, 16, &|i, key| {
+            self.patch("root", i, wayside::root(bark, &mut key.rng()))
+        })
+    }
+
+    /// Beds of stones.
+    pub(super) fn stone_beds(&self) -> Vec<PlantAsset> {
+        self.collect(STONE_BEDS, 8, &|i, key| {
+            self.patch("stone_bed", i, wayside::bed(self.materials.stone, key))
         })
     }
 

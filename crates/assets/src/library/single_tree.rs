@@ -1,6 +1,6 @@
 //! One tree on its own.
 
-use nemoral_scene::{MaterialLibrary, ParamError};
+use nemoral_scene::{MaterialLibrary, ParamError, TrailSurfaceKind};
 use nemoral_seed::{Domain, Key};
 
 use super::{AssetParams, Grow, TreeAsset, TreeGrower};
@@ -43,7 +43,8 @@ impl SingleTree {
             deadwood: false,
             climbers: false,
             communities: &[],
-            trail_surface: None,
+            trail_surfaces: &TrailSurfaceKind::ALL,
+            wayside: false,
         };
         let materials = WorldMaterials::bake(std::slice::from_ref(species), wanted, key);
         let params = AssetParams::default();

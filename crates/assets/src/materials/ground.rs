@@ -44,17 +44,22 @@ pub struct TrailMaterials {
     pub strip: MaterialId,
 }
 
-/// Surface, rut and strip of each kind of trail. If there is but one, the others, which nothing
-/// shows, share its textures.
-pub(super) fn bake_trails(only: Option<TrailSurfaceKind>, key: Key) -> Vec<[Arc<Texture>; 3]> {
+/// Surface, rut and strip of each kind of trail. Those that are not wanted, which nothing shows,
+/// share the textures of one that is.
+pub(super) fn bake_trails(wanted: &[TrailSurfaceKind], key: Key) -> Vec<[Arc<Texture>; 3]> {
     let bake = |kind: TrailSurfaceKind| {
         let tiles = trail::bake(kind, key.item(kind.index() as u64));
         [&tiles.surface, &tiles.rut, &tiles.strip].map(|tile| Arc::new(tile.texture()))
     };
-    match only {
-        Some(kind) => vec![bake(kind); TrailSurfaceKind::ALL.len()],
-        None => TrailSurfaceKind::ALL.into_par_iter().map(bake).collect(),
-    }
+    let first = wanted.first().copied().unwrap_or(TrailSurfaceKind::ALL[0]);
+    let is_baked = |kind: TrailSurfaceKind| kind == first || wanted.contains(&kind);
+    let baked: Vec<_> = (TrailSurfaceKind::ALL.into_par_iter())
+        .map(|kind| is_baked(kind).then(|| bake(kind)))
+        .collect();
+    let of_first = baked[first.index()].clone();
+    let all = (baked.into_iter()).map(|textures| textures.or_else(|| of_first.clone()));
+    all.map(|textures| textures.expect("the first is baked"))
+        .collect()
 }
 
 /// Leaf litter, needle litter, moss and soil, bare soil.

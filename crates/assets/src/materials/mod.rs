@@ -12,7 +12,7 @@ mod trees;
 
 use std::sync::Arc;
 
-use nemoral_scene::TrailSurfaceKind;
+use nemoral_scene::{Material, TrailSurfaceKind};
 use nemoral_scene::{MaterialId, MaterialLibrary, PlantCommunity, Semantic, Texture};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
@@ -59,6 +59,8 @@ pub(crate) struct WorldMaterials {
     pub(crate) frond_stalk: MaterialId,
     pub(crate) herb_stalk: MaterialId,
     pub(crate) fallen_twig: MaterialId,
+    /// Bark of roots across trails, if they were asked for.
+    pub(crate) surface_root: Option<MaterialId>,
     pub(crate) cone: MaterialId,
     pub(crate) gorse: Vec<FoliageCard>,
     pub(crate) heather: Vec<FoliageCard>,
@@ -82,8 +84,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) deadwood: bool,
     pub(crate) climbers: bool,
     pub(crate) communities: &'a [PlantCommunity],
-    /// The only kind of trails, if there is but one.
-    pub(crate) trail_surface: Option<TrailSurfaceKind>,
+    pub(crate) trail_surfaces: &'a [TrailSurfaceKind],
+    pub(crate) wayside: bool,
 }
 
 /// Images of seedlings, textures of deadwood, images of climbers and of closed vegetation.
@@ -103,12 +105,13 @@ impl WorldMaterials {
             deadwood,
             climbers,
             communities,
-            trail_surface,
+            trail_surfaces,
+            wayside,
         } = wanted;
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
-            || bake_trails(trail_surface, textures.item(100)),
+            || bake_trails(trail_surfaces, textures.item(100)),
             || {
                 rayon::join(
                     || bake_floors(textures.item(200)),
@@ -137,13 +140,23 @@ impl WorldMaterials {
         let climbing = climbers.then(|| self::climbers::images(cards));
         let closed = self::communities::images(communities, cards);
         let rare = (young, dead, climbing, closed);
-        Self::register(species, trails, floors, solids, images, leaves, rare)
+        let ground = (trails, floors);
+        let mut all = Self::register(species, ground, solids, images, leaves, rare);
+        if wayside {
+            // After all others, so that they have the same number with and without it.
+            let bark = all.library.get(all.shrub_wood).clone();
+            all.surface_root = Some(all.library.add(Material {
+                name: "surface_root".to_owned(),
+                semantic: Semantic::SurfaceRoot,
+                ..bark
+            }));
+        }
+        all
     }
 
     fn register(
         species: &[Species],
-        trails: Vec<[Arc<Texture>; 3]>,
-        floors: Vec<Texture>,
+        (trails, floors): (Vec<[Arc<Texture>; 3]>, Vec<Texture>),
         solids: SolidTextures,
         images: Vec<Vec<Vec<CardImage>>>,
         leaves: Vec<Vec<CardImage>>,
@@ -263,6 +276,7 @@ impl WorldMaterials {
             frond_stalk,
             herb_stalk,
             fallen_twig,
+            surface_root: None,
             cone,
             gorse,
             heather,

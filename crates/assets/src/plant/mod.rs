@@ -13,3 +13,4 @@ pub(crate) mod stump;
 pub(crate) mod sward;
 pub(crate) mod thicket;
 pub(crate) mod undergrowth;
+pub(crate) mod wayside;

@@ -27,6 +27,7 @@ mod spread;
 mod stands;
 mod validate;
 mod vary;
+pub(crate) mod way_model;
 mod words;
 
 pub(crate) use choices::VARIED_SURFACES;

@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::{Config, Deadwood, Sward, Thickets, stands};
+use super::{Config, Deadwood, Sward, Thickets, TrailKinds, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -127,9 +127,17 @@ fn paper(config: &mut Config, trees: f64) {
     config.chunks.undergrowth_radius_m = 100.0;
     config.chunks.delete_radius_m = 200.0;
     config.camera.edge_samples = 1;
+    one_kind_of_way(config);
+}
+
+/// All trails are tracks that change along their run in stretches.
+fn one_kind_of_way(config: &mut Config) {
+    config.trails.kinds = TrailKinds::tracks_only();
+    config.trails.change = 0.0;
 }
 
 fn demo(config: &mut Config) {
+    one_kind_of_way(config);
     config.deadwood = Deadwood {
         volume_m3_ha: 0.0,
         thrown_per_ha: 0.0,

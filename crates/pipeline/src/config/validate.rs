@@ -5,7 +5,11 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
 use super::sensors::RESERVED;
-use super::{Config, Lidar, LidarPattern, ModelKind, RobotPath, SunPosition, lines_m, sky_image};
+use super::way_model::{TRACK, trail_params};
+use super::{
+    Config, Lidar, LidarPattern, ModelKind, PathTrail, RobotPath, SunPosition, WAYS, lines_m,
+    sky_image,
+};
 use crate::{Error, InputFiles, site};
 
 /// `.label` files number the objects of a chunk from 1 to this.
@@ -124,7 +128,13 @@ impl Config {
         // A file that cannot be read is refused elsewhere.
         let lines = lines_m(&self.site, inputs).unwrap_or_default();
         let given = most_lines_of_a_chunk(&lines, self.trails.width_m, c.size_m);
-        let trail_rocks = (born + given) as f64 * f64::from(self.trails.rocks_max);
+        let ways = trail_params(&self.trails).ways.into_iter();
+        let stones = ways
+            .filter(|w| w.1 > 0.0)
+            .map(|w| w.0.rocks_max_per_trail)
+            .max();
+        let trail_rocks = born as f64 * f64::from(stones.unwrap_or(0))
+            + given as f64 * f64::from(self.trails.rocks_max);
         mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + trail_rocks
     }
 
@@ -141,6 +151,48 @@ impl Config {
                 terrain.fine_cell_m
             );
             out.refuse("trails.width_m", trails.width_m, &must);
+        }
+        if let Err(problem) = trails.section.points() {
+            out.add("trails.section.curve", &format!(": {problem}"));
+        }
+        if trails.kinds.shares().iter().sum::<f64>() <= 0.0 {
+            out.add("trails.kinds", ": the shares are all 0");
+        }
+        self.way_problems(out);
+    }
+
+    /// Ways that are too narrow for the ground's mesh or too wide for a chunk, and a robot on a
+    /// kind that there is not.
+    fn way_problems(&self, out: &mut Problems) {
+        let (terrain, trails) = (&self.terrain, &self.trails);
+        let ways = trail_params(trails).ways.into_iter().enumerate();
+        let built = ways.filter(|(i, w)| trails.enabled && w.1 > 0.0 && *i != TRACK);
+        for (i, (way, _)) in built {
+            let key = format!("trails.{}.width_m", WAYS[1 + i]);
+            if way.width_m < 1.5 * terrain.fine_cell_m {
+                let must = format!(
+                    "be at least 1.5 times terrain.fine_cell_m = {}, or trails.kinds.{} 0",
+                    terrain.fine_cell_m,
+                    WAYS[1 + i]
+                );
+                out.refuse(&key, way.width_m, &must);
+            }
+            if 4.0 * way.width_m > self.chunks.size_m {
+                let must = format!(
+                    "be at most a quarter of chunks.size_m = {}, or trails.kinds.{} 0",
+                    self.chunks.size_m,
+                    WAYS[1 + i]
+                );
+                out.refuse(&key, way.width_m, &must);
+            }
+        }
+        if let RobotPath::Trail(PathTrail { way, .. }) = &self.robot.path
+            && let Some(i) = WAYS[1..].iter().position(|word| word == way)
+            && trails.enabled
+            && trails.kinds.shares()[i] <= 0.0
+        {
+            let must = format!("be a kind that there is, and trails.kinds.{way} is 0");
+            out.refuse("robot.trail.way", format!("\"{way}\""), &must);
         }
     }
 

@@ -35,7 +35,7 @@ impl Stage<Forest> for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 11;
+    const VERSION: u32 = 12;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -76,7 +76,7 @@ impl Stage<Forest> for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);

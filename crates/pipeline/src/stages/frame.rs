@@ -119,7 +119,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

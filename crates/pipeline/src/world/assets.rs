@@ -48,6 +48,10 @@ pub struct WorldAssets {
     pub trail_tufts: Vec<Arc<Blas>>,
     /// Of `library.trail_stones`.
     pub trail_stones: Vec<Arc<Blas>>,
+    /// Of `library.trail_roots`.
+    pub trail_roots: Vec<Arc<Blas>>,
+    /// Of `library.stone_beds`.
+    pub stone_beds: Vec<Arc<Blas>>,
     /// Of `library.deadwood.logs`, then of its `thrown` stems.
     pub logs: Vec<Arc<Blas>>,
     /// Of `library.deadwood.root_plates`.
@@ -179,6 +183,8 @@ impl WorldAssets {
             litter: plants(&library.litter),
             trail_tufts: plants(&library.trail_tufts),
             trail_stones: plants(&library.trail_stones),
+            trail_roots: plants(&library.trail_roots),
+            stone_beds: plants(&library.stone_beds),
             logs: build(logs(&library).map(|log| &log.prototype).collect()),
             root_plates: plants(&library.deadwood.root_plates),
             branches: plants(&library.deadwood.branches),

@@ -16,8 +16,12 @@ use super::patch::Patch;
 
 use super::ground::{ChunkGround, TerrainField};
 use crate::Error;
+use crate::config::way_model::skid_brash;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};
+
+/// The chance that a cell at a place holds something.
+type Chance<'a> = dyn Fn(DVec2) -> f64 + 'a;
 
 const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
 const AMONG: Domain = Domain::new("pipeline.undergrowth.among");
@@ -41,8 +45,8 @@ pub struct Flora {
     cell_m: f64,
     /// Branches beside trails: their grid, and the chance of a cell.
     branches: (GroundCover, f64),
-    /// Brash on trails.
-    brash: (GroundCover, f64),
+    /// Brash on trails: its grid, and the chance of a cell, usually and on skid trails.
+    brash: (GroundCover, [f64; 2]),
     /// What closes over the ground; `None` if nothing does.
     closed: Option<ClosedVegetation>,
 }
@@ -52,6 +56,7 @@ pub struct Flora {
 pub(crate) struct FloraRecipe {
     undergrowth: config::Undergrowth,
     deadwood: config::Deadwood,
+    skid_brash: f64,
     chunk_size_m: f64,
 }
 
@@ -60,6 +65,7 @@ impl FloraRecipe {
         Self {
             undergrowth: config.undergrowth.clone(),
             deadwood: config.deadwood.clone(),
+            skid_brash: skid_brash(&config.trails),
             chunk_size_m: config.chunks.size_m,
         }
     }
@@ -70,11 +76,13 @@ impl Encode for FloraRecipe {
         let Self {
             undergrowth,
             deadwood,
+            skid_brash,
             chunk_size_m,
         } = self;
         encoder.field("undergrowth", undergrowth);
         encoder.field("branches", &deadwood.branches);
         encoder.field("brash", &deadwood.brash);
+        encoder.field("skid_brash", skid_brash);
         encoder.field("chunk_size_m", chunk_size_m);
     }
 }
@@ -85,6 +93,7 @@ impl Flora {
         let FloraRecipe {
             undergrowth: p,
             deadwood,
+            skid_brash,
             chunk_size_m,
         } = recipe;
         let chunk_size_m = *chunk_size_m;
@@ -118,7 +127,10 @@ impl Flora {
                 of_branches(BRANCHES, (0.8, 1.25))?,
                 deadwood.branches * of_cell,
             ),
-            brash: (of_branches(BRASH, (0.85, 1.15))?, deadwood.brash),
+            brash: (
+                of_branches(BRASH, (0.85, 1.15))?,
+                [deadwood.brash, skid_brash.max(deadwood.brash)],
+            ),
             closed: ClosedVegetation::new(p, chunk_size_m, world)?,
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
             undergrowth: Undergrowth {
@@ -169,22 +181,32 @@ impl Flora {
         if let Some(closed) = &self.closed {
             closed.lay(at, ground, sky, &mut patches);
         }
-        let mut lay = |(grid, chance): &(GroundCover, f64), kind, allowed: &dyn Exclusion| {
-            if *chance > 0.0 {
-                let points = grid.points(at, allowed, &|_| *chance).into_iter();
-                patches.extend(points.map(|point| Patch {
-                    kind,
-                    point,
-                    variant: 0.5,
-                }));
-            }
+        let mut lay = |grid: &GroundCover, kind, allowed: &dyn Exclusion, chance: &Chance| {
+            let points = grid.points(at, allowed, chance).into_iter();
+            patches.extend(points.map(|point| Patch {
+                kind,
+                point,
+                variant: 0.5,
+            }));
         };
         let beside = |p: DVec2, verge_m: f64| {
             ground.trail_edge_m(p) > verge_m && ground.is_clear_of_thrown(p, 0.3)
         };
         let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2;
-        lay(&self.branches, PatchKind::Branch, &beside);
-        lay(&self.brash, PatchKind::Brash, &on_trail);
+        let (branches, chance) = &self.branches;
+        if *chance > 0.0 {
+            lay(branches, PatchKind::Branch, &beside, &|_| *chance);
+        }
+        let (brash, [usual, of_skid_trails]) = &self.brash;
+        if *of_skid_trails > 0.0 {
+            lay(brash, PatchKind::Brash, &on_trail, &|p| {
+                if of_skid_trails > usual && ground.is_skid_trail(p) {
+                    *of_skid_trails
+                } else {
+                    *usual
+                }
+            });
+        }
         patches
     }
 }

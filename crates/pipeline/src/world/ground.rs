@@ -9,12 +9,11 @@ use nemoral_stand::{FallenStem, Field, FieldParams, fallen_stems, settle};
 use nemoral_terrain::{
     GroundZones, HeightField, HeightPosts, PerlinTerrain, Terrain, TerrainParams, ZoneSample,
 };
-use nemoral_trails::{
-    Ruts, Section, TrailGround, TrailParams, TrailSurfaceKind, TrailZone, Trails,
-};
+use nemoral_trails::{TrailGround, TrailSurfaceKind, TrailZone, Trails};
 
 use super::thrown::ThrownTree;
 use crate::config::TerrainNoise;
+use crate::config::way_model::{SKID_TRAIL, TRACK, trail_params};
 use crate::site::Plot;
 use crate::{Error, config};
 
@@ -107,7 +106,9 @@ impl GroundModel {
                 params.spawn_probability = 0.0;
             }
             let trails = Trails::new(params, chunk_size_m, world, Arc::clone(&base));
-            Some(Arc::new(trails.map_err(Error::of_stage)?.along(&lines_m)))
+            Some(Arc::new(
+                trails.map_err(Error::of_stage)?.along(&lines_m, TRACK),
+            ))
         } else {
             None
         };
@@ -293,6 +294,12 @@ impl ChunkGround {
         self.thrown.iter().any(|tree| tree.is_pit(world_m))
     }
 
+    /// Whether a place is on a skid trail.
+    pub(crate) fn is_skid_trail(&self, world_m: DVec2) -> bool {
+        let way = self.carved.as_ref().and_then(|g| g.way_number(world_m));
+        way == Some(SKID_TRAIL)
+    }
+
     /// The surface of the trail at a world position.
     #[must_use]
     pub fn trail_kind(&self, world_m: DVec2) -> Option<TrailSurfaceKind> {
@@ -320,7 +327,7 @@ impl GroundZones for ChunkGround {
             .as_ref()
             .map_or(f64::INFINITY, |g| g.border_m(world_m));
         // The slopes that a trail cuts and fills are meshed as finely as its surface.
-        let near_trail = edge_m < 1.0;
+        let near_trail = self.carved.as_ref().is_some_and(|g| edge_m < g.fine_m());
         // So are pits.
         let in_pit = self.thrown.iter().any(|t| t.pit_border_m(world_m) < 0.2);
         let detail_m = if near_trail || in_pit {
@@ -330,37 +337,6 @@ impl GroundZones for ChunkGround {
         };
         ZoneSample { edge_m, detail_m }
     }
-}
-
-/// The parameters of a config's trails.
-fn trail_params(t: &config::Trails) -> TrailParams {
-    let ruts = Ruts {
-        depth_m: t.rut_depth_m,
-        ..Ruts::default()
-    };
-    TrailParams {
-        width_m: t.width_m,
-        spawn_probability: t.spawn_probability,
-        forward_probability: t.forward_probability,
-        max_length_chunks: t.max_length_chunks,
-        section: Section {
-            crown: t.crown_m / (t.width_m / 2.0),
-            // A footpath has no wheel ruts.
-            ruts: (t.width_m >= 2.0 && t.rut_depth_m > 0.0).then_some(ruts),
-            ..Section::default()
-        },
-        grass_max_per_chunk: t.grass_max,
-        grass_spread_m: t.grass_spread_m,
-        verge_tufts_per_m: t.verge_per_m,
-        rocks_max_per_trail: t.rocks_max,
-        surface: trail_surface(&t.surface),
-    }
-}
-
-/// The only surface of trails by its name; `None` if it varies.
-pub(crate) fn trail_surface(name: &str) -> Option<TrailSurfaceKind> {
-    let mut all = TrailSurfaceKind::ALL.into_iter();
-    all.find(|kind| kind.name() == name)
 }
 
 /// The terrain's noise as a field of the plane.

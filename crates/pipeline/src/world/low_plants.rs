@@ -78,7 +78,14 @@ impl LowPlants<'_> {
                 scale: d.scale,
                 key,
             };
-            plant(&assets.trail_tufts, None, tuft);
+            let shapes = match d.kind {
+                DressingKind::Root => &assets.trail_roots,
+                DressingKind::Bed => &assets.stone_beds,
+                DressingKind::Grass | DressingKind::Verge | DressingKind::Stone => {
+                    &assets.trail_tufts
+                }
+            };
+            plant(shapes, None, tuft);
         }
         instances
     }

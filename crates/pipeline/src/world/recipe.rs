@@ -6,7 +6,7 @@ use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
 use nemoral_seed::Key;
 
 use super::closed_vegetation::community_params;
-use super::ground::trail_surface;
+use crate::config::way_model::{has_wayside, skid_brash, surfaces};
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::site::{MeasuredStems, SiteSpecies};
@@ -22,7 +22,8 @@ pub(crate) struct Recipe {
     /// Density and height of moss on stems; `None` if nothing climbs.
     climbers: Option<[f64; 2]>,
     communities: Vec<PlantCommunity>,
-    trail_surface: Option<TrailSurfaceKind>,
+    trail_surfaces: Vec<TrailSurfaceKind>,
+    wayside: bool,
     /// The trees of a stem map; their places do not matter here.
     site: config::Site,
     inputs: InputFiles,
@@ -37,7 +38,8 @@ impl Encode for Recipe {
             deadwood,
             climbers,
             communities,
-            trail_surface,
+            trail_surfaces,
+            wayside,
             site,
             inputs: _,
         } = self;
@@ -90,8 +92,9 @@ impl Encode for Recipe {
         encoder.field("deadwood", deadwood);
         let communities: Vec<&str> = communities.iter().map(|c| c.name()).collect();
         encoder.field("communities", &communities.join(" "));
-        let trail_surface = trail_surface.map_or("", TrailSurfaceKind::name);
-        encoder.field("trail_surface", &trail_surface.to_owned());
+        let trail_surfaces: Vec<&str> = trail_surfaces.iter().map(|k| k.name()).collect();
+        encoder.field("trail_surfaces", &trail_surfaces.join(" "));
+        encoder.field("wayside", wayside);
         // Without climbers, no moss of any height.
         encoder.field("climbers", &climbers.unwrap_or([-1.0, 0.0]));
         encoder.field("stems", &site.stems.path);
@@ -115,13 +118,14 @@ impl Recipe {
             assets: config.assets.clone(),
             saplings: config.placement.regeneration.saplings > 0.0,
             seedlings: config.placement.regeneration.seedlings > 0.0,
-            deadwood: config.deadwood.is_any(),
+            deadwood: config.deadwood.is_any() || skid_brash(&config.trails) > 0.0,
             climbers: {
                 let c = &config.climbers;
                 (c.ivy > 0.0 || c.moss > 0.0).then_some([c.moss, c.moss_height_m])
             },
             communities: community_params(&config.undergrowth).wanted(),
-            trail_surface: trail_surface(&config.trails.surface),
+            trail_surfaces: surfaces(&config.trails),
+            wayside: has_wayside(&config.trails),
             site: config.site.clone(),
             inputs: inputs.clone(),
         }
@@ -209,7 +213,8 @@ impl Recipe {
             deadwood: self.deadwood,
             climbers: (self.climbers).map(|[amount, height_m]| StemMoss { amount, height_m }),
             communities: self.communities.clone(),
-            trail_surface: self.trail_surface,
+            trail_surfaces: self.trail_surfaces.clone(),
+            wayside: self.wayside,
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,

@@ -10,7 +10,7 @@ use nemoral_trajectory::{
 
 use super::ground::GroundModel;
 use super::trajectory::{RobotTrajectory, TrailLine};
-use crate::config::{self, Config, PathFormat, RobotPath};
+use crate::config::{self, ANY_WAY, Config, PathFormat, RobotPath, WAYS};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Error, InputFile, InputFiles};
 
@@ -54,15 +54,24 @@ impl TrajectoryRecipe {
             RobotPath::Trail(trail) => {
                 let found = ground
                     .trails()
-                    .and_then(|t| t.nearest(start_m, trail.search_radius_m))
+                    .and_then(|t| {
+                        let way = WAYS[1..].iter().position(|word| *word == trail.way);
+                        t.nearest_where(start_m, trail.search_radius_m, |path| {
+                            way.is_none_or(|way| path.way_number() == way)
+                        })
+                    })
                     .and_then(|(path, nearest_m)| {
                         ThereAndBack::new(Arc::new(TrailLine(path)), nearest_m)
                     });
                 match found {
                     Some(line) => Path::ThereAndBack(line),
                     None => {
+                        let kind = match trail.way.as_str() {
+                            ANY_WAY => "trail".to_owned(),
+                            way => way.replace('_', " "),
+                        };
                         note = Some(format!(
-                            "no trail within {} m of ({}, {}): the robot wanders instead",
+                            "no {kind} within {} m of ({}, {}): the robot wanders instead",
                             trail.search_radius_m, start_m.x, start_m.y
                         ));
                         wander(config::PathWander::default().amplitude_m)

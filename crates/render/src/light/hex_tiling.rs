@@ -5,6 +5,10 @@
 //! hex-tiling"), with the variance restored that blending loses (Deliot and Heitz 2019, "Procedural
 //! stochastic textures by tiling and blending"). Lattice and tint have a period of 1024 m, like
 //! ground coordinates, so they have no seam.
+//!
+//! The texture is seen from above, which stretches it along the fall of steep slopes; there it is
+//! blended into the texture as seen from the sides (Geiss 2007, "Generating complex procedural
+//! terrains using the GPU").
 
 use glam::{Vec2, Vec3};
 use nemoral_scene::{Hit, MaterialId, MaterialLibrary, Texture};
@@ -16,11 +20,51 @@ const PERIOD_M: f32 = 1024.0;
 /// visible, near 0 only their blend.
 const SPACING: f32 = 0.6;
 
-/// The albedo of the ground at a hit, from its material and the one that it blends into there.
-pub(crate) fn albedo(materials: &MaterialLibrary, hit: &Hit, footprint_m: f32) -> Vec3 {
+/// The vertical component of the normal of slopes from which on the texture is not only seen from
+/// above, 41 degrees, and that from which on it is only seen from the sides, 60 degrees.
+const STEEP: [f32; 2] = [0.75, 0.5];
+
+/// A place of the ground.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// Ground coordinates and height, metres.
+    at_m: Vec3,
+    normal: Vec3,
+}
+
+impl Place {
+    /// Coordinates as seen along x, along y, and from above, each with its share.
+    fn views(&self) -> [(Vec2, f32); 3] {
+        let Vec3 { x, y, z } = self.at_m;
+        let n = self.normal * self.normal;
+        let t = ((STEEP[0] - n.z.sqrt()) / (STEEP[0] - STEEP[1])).clamp(0.0, 1.0);
+        let steep = t * t * (3.0 - 2.0 * t);
+        let (nx, ny) = (n.x * n.x, n.y * n.y);
+        let along_x = steep * nx / (nx + ny).max(f32::MIN_POSITIVE);
+        let seen = [along_x, steep - along_x, 1.0 - steep];
+        [
+            (Vec2::new(y, z), seen[0]),
+            (Vec2::new(x, z), seen[1]),
+            (Vec2::new(x, y), seen[2]),
+        ]
+    }
+}
+
+/// The albedo of the ground at a hit at a height, from its material and the one that it blends into
+/// there.
+pub(crate) fn albedo(
+    materials: &MaterialLibrary,
+    hit: &Hit,
+    height_m: f32,
+    footprint_m: f32,
+) -> Vec3 {
+    let place = Place {
+        at_m: hit.shading.uv.extend(height_m),
+        normal: hit.shading.normal,
+    };
     let of = |id: MaterialId| {
         let m = materials.get(id);
-        of_texture(&m.albedo, hit.shading.uv, m.tile_m, footprint_m)
+        of_texture(&m.albedo, place, m.tile_m, footprint_m)
     };
     let Some((other, share)) = hit.shading.blend else {
         return of(hit.surface.material);
@@ -50,15 +94,30 @@ fn ragged(share: f32, at_m: Vec2) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The albedo of a ground texture whose tile is `tile_m` wide at (x, y) metres, for a sample that
-/// covers `footprint_m`.
-fn of_texture(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Vec3 {
+/// The albedo of a ground texture whose tile is `tile_m` wide at a place, for a sample that covers
+/// `footprint_m`.
+fn of_texture(texture: &Texture, place: Place, tile_m: f32, footprint_m: f32) -> Vec3 {
     let base = if footprint_m > tile_m {
         texture.mean()
     } else {
-        laid_anew(texture, at_m, tile_m, footprint_m)
+        from_all_sides(texture, place, tile_m, footprint_m)
     };
-    base * macro_tint(at_m)
+    base * macro_tint(place.at_m.truncate())
+}
+
+fn from_all_sides(texture: &Texture, place: Place, tile_m: f32, footprint_m: f32) -> Vec3 {
+    let views = place.views();
+    let [.., (from_above, share)] = views;
+    if share >= 1.0 {
+        return laid_anew(texture, from_above, tile_m, footprint_m);
+    }
+    let mean = texture.mean();
+    let (mut sum, mut squares) = (Vec3::ZERO, 0.0);
+    for (at_m, share) in views.into_iter().filter(|v| v.1 > 0.0) {
+        sum += (laid_anew(texture, at_m, tile_m, footprint_m) - mean) * share;
+        squares += share * share;
+    }
+    (mean + sum / squares.sqrt()).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
 fn laid_anew(texture: &Texture, at_m: Vec2, tile_m: f32, footprint_m: f32) -> Vec3 {
@@ -168,6 +227,14 @@ mod tests {
     use nemoral_scene::{Material, Semantic, Shading};
     use proptest::prelude::*;
 
+    /// A place of level ground.
+    fn level(at_m: Vec2) -> Place {
+        Place {
+            at_m: at_m.extend(3.0),
+            normal: Vec3::Z,
+        }
+    }
+
     /// One bright spot in a dark tile.
     fn spot() -> Texture {
         let data: Vec<Vec3> = (0..64 * 64)
@@ -193,9 +260,9 @@ mod tests {
             let t = spot();
             // A multiple of 1/64 m survives the shift exactly.
             let p = (Vec2::new(x, y) * 64.0).round() / 64.0;
-            let here = of_texture(&t, p, tile, 0.0);
+            let here = of_texture(&t, level(p), tile, 0.0);
             for shift in [Vec2::X, Vec2::Y, Vec2::ONE] {
-                let there = of_texture(&t, p + 1024.0 * shift, tile, 0.0);
+                let there = of_texture(&t, level(p + 1024.0 * shift), tile, 0.0);
                 prop_assert!((here - there).length() < 0.02, "{here} {there}");
             }
         }
@@ -208,8 +275,8 @@ mod tests {
                 .collect();
             let t = Texture::from_linear(64, 1, &data).expect("size");
             let (a, b) = (
-                of_texture(&t, Vec2::new(x, y), 4.0, 0.0),
-                of_texture(&t, Vec2::new(x + 0.002, y), 4.0, 0.0),
+                of_texture(&t, level(Vec2::new(x, y)), 4.0, 0.0),
+                of_texture(&t, level(Vec2::new(x + 0.002, y)), 4.0, 0.0),
             );
             prop_assert!((a - b).length() < 0.03, "{a} {b}");
         }
@@ -249,7 +316,7 @@ mod tests {
                     uv: at,
                     ..hit.shading
                 };
-                albedo(&materials, &hit, 0.0)
+                albedo(&materials, &hit, 0.0, 0.0)
             };
             let (here, there) = (
                 colour(dark, Some((light, share))),
@@ -271,6 +338,47 @@ mod tests {
         // It forms patches, so in a half of the area it is almost unblended.
         let clear = seen.iter().filter(|&&s| !(0.2..=0.8).contains(&s)).count();
         assert!(clear > seen.len() / 3, "{clear} of {}", seen.len());
+    }
+
+    #[test]
+    fn steep_slopes_are_not_stretched() {
+        let t = spot();
+        // The mean change of colour over 5 cm along the fall of a slope.
+        let change = |slope_deg: f32, azimuth_deg: f32| {
+            let (sin, cos) = slope_deg.to_radians().sin_cos();
+            let level = Vec2::from_angle(azimuth_deg.to_radians());
+            let down = (level * cos).extend(-sin);
+            let normal = (level * sin).extend(cos);
+            let across = Vec2::new(-level.y, level.x).extend(0.0);
+            let colour = |i: i32, step: f32| {
+                let start = across * (i % 40) as f32 * 0.31 + down * (i / 40) as f32 * 0.37;
+                let at_m = Vec3::splat(50.0) + start + down * step;
+                from_all_sides(&t, Place { at_m, normal }, 2.0, 0.0).x
+            };
+            let n = 1600;
+            (0..n)
+                .map(|i| (colour(i, 0.05) - colour(i, 0.0)).abs())
+                .sum::<f32>()
+                / n as f32
+        };
+        let level = change(0.0, 0.0);
+        for azimuth in [0.0, 20.0, 45.0, 90.0, 200.0] {
+            for slope in [30.0, 45.0, 55.0, 65.0, 80.0, 90.0] {
+                let ratio = change(slope, azimuth) / level;
+                assert!(
+                    (0.65..1.35).contains(&ratio),
+                    "{ratio} at {slope} and {azimuth}"
+                );
+            }
+        }
+        // It is the same as before on all but steep slopes.
+        let at_m = Vec3::new(3.0, 7.0, 11.0);
+        let place = Place {
+            at_m,
+            normal: Vec3::new(0.6, 0.0, 0.8),
+        };
+        let flat = laid_anew(&t, Vec2::new(3.0, 7.0), 2.0, 0.0);
+        assert_eq!(from_all_sides(&t, place, 2.0, 0.0), flat);
     }
 
     #[test]
@@ -310,7 +418,7 @@ mod tests {
             .map(|i| {
                 of_texture(
                     &t,
-                    Vec2::new((i % 64) as f32, (i / 64) as f32) * 16.0,
+                    level(Vec2::new((i % 64) as f32, (i / 64) as f32) * 16.0),
                     4.0,
                     0.0,
                 )
@@ -322,7 +430,7 @@ mod tests {
 
     #[test]
     fn value_stability() {
-        let a = of_texture(&spot(), Vec2::new(123.25, 456.5), 2.0, 0.001);
+        let a = of_texture(&spot(), level(Vec2::new(123.25, 456.5)), 2.0, 0.001);
         assert_eq!(format!("{a:.6}"), VALUE);
     }
     const VALUE: &str = "[0.072263, 0.073857, 0.075450]";

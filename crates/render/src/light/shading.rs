@@ -259,7 +259,8 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
     let width_m = hit.surface.distance_m * seen.sample_rad;
     let texture = &material.albedo;
     let mut reflectance = if material.ground {
-        hex_tiling::albedo(scene.materials, hit, width_m)
+        let height_m = seen.ray.origin.z + seen.ray.direction.z * hit.surface.distance_m;
+        hex_tiling::albedo(scene.materials, hit, height_m, width_m)
     } else {
         texture.sample(hit.shading.uv, width_m / cos.sqrt() * hit.shading.uv_per_m)
     };

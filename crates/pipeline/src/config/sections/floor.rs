@@ -20,7 +20,7 @@ section! {
         /// Fallen branches, and tops left after thinning, on 100 m² beside trails.
         branches: f64 = 4.0, Real(0.0, 40.0), "our choice";
         /// Share of trails that are covered with mats of brash, which machines lay down to drive
-        /// on.
+        /// on; skid trails have `trails.skid_trail.brash`, if that is more.
         brash: f64 = 0.0, Real(0.0, 1.0), "none: skid trails alone have them";
     }
 }

@@ -1,5 +1,6 @@
 //! Keys of the terrain and of trails.
 
+use super::{DeerPath, Firebreak, Footpath, ForestRoad, SkidTrail, TrailKinds, TrailSection};
 use crate::config::choices::TRAIL_SURFACES;
 use crate::config::schema::Allowed::{Flag, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::section;
@@ -36,9 +37,10 @@ section! {
     Trails at "trails" {
         /// Whether there are trails.
         enabled: bool = true, Flag, "paper, IV-C: can be switched off";
-        /// Width.
+        /// Width of machine tracks.
         width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
-        /// Surface texture: one for all, or varied from trail to trail.
+        /// Surface of tracks: one for all, or varied from trail to trail. Where it is one, footpaths,
+        /// deer paths, skid trails and firebreaks have it too, besides mud and grass.
         surface: String = VARIED_SURFACES.into(), OneOf(&TRAIL_SURFACES),
             "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
@@ -48,9 +50,12 @@ section! {
         forward_probability: f64 = 0.75, Real(0.0, 1.0), "long trails with some bends";
         /// A trail ends after this many chunks.
         max_length_chunks: u32 = 40, Whole(1, 200), "2 km; bounds the search for trails";
-        /// Depth of the wheel ruts.
+        /// How readily surface, grass and stones change along a way. 0: in stretches of 60 to
+        /// 180 m, with grass and stones evenly along it.
+        change: f64 = 0.5, Real(0.0, 1.0), "our choice: overgrown, muddy and stony places";
+        /// Depth of the wheel ruts of tracks.
         rut_depth_m: f64 = 0.05, Real(0.0, 0.4), "our choice: 2-8 cm when dry";
-        /// Height of the crown in the middle over the edges.
+        /// Height of the crown in the middle of tracks over the edges.
         crown_m: f64 = 0.04, Real(-0.3, 0.3), "our choice: some 4 %";
         /// Most tufts of grass along the trails in a chunk; 0 for none.
         grass_max: u32 = 120, Whole(0, 2000), "paper, IV-C";
@@ -61,5 +66,21 @@ section! {
         verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, which get light and water";
         /// Most stones along a trail in a chunk; 0 for none.
         rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
+    }
+    plus {
+        /// Shares of the kinds of way.
+        kinds: TrailKinds;
+        /// How trails are built.
+        section: TrailSection;
+        /// Forest roads.
+        forest_road: ForestRoad;
+        /// Skid trails.
+        skid_trail: SkidTrail;
+        /// Firebreaks.
+        firebreak: Firebreak;
+        /// Footpaths.
+        footpath: Footpath;
+        /// Paths of deer.
+        deer_path: DeerPath;
     }
 }

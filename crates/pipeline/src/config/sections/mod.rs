@@ -13,6 +13,7 @@ mod models;
 mod placement;
 mod robot;
 mod site;
+mod ways;
 
 use std::collections::BTreeMap;
 
@@ -36,6 +37,7 @@ pub use models::*;
 pub use placement::*;
 pub use robot::*;
 pub use site::*;
+pub use ways::*;
 
 /// The largest text file that a config may name.
 const TEXT: u64 = 1 << 20;
@@ -155,6 +157,13 @@ pub const SECTIONS: &[SectionSpec] = &[
     SiteTrails::SPEC,
     Terrain::SPEC,
     Trails::SPEC,
+    TrailKinds::SPEC,
+    TrailSection::SPEC,
+    ForestRoad::SPEC,
+    SkidTrail::SPEC,
+    Firebreak::SPEC,
+    Footpath::SPEC,
+    DeerPath::SPEC,
     Placement::SPEC,
     PlacementRows::SPEC,
     PlacementGaps::SPEC,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::DATA;
+use super::{DATA, PathTrail};
 use crate::config::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::{encode_variants, section};
 use crate::config::{InputPath, PathFormat};
@@ -64,14 +64,6 @@ encode_variants! { RobotPath
 impl Default for RobotPath {
     fn default() -> Self {
         Self::Trail(PathTrail::default())
-    }
-}
-
-section! {
-    /// Along the nearest trail; a wander if there is none.
-    PathTrail at "robot.trail", one of "the robot's path" {
-        /// Distance from the start within which a trail is searched.
-        search_radius_m: f64 = 500.0, Real(0.0, 2000.0), "our choice";
     }
 }
 

@@ -227,55 +227,77 @@ fn value_noise(at: vec2f, cells: u32, salt: u32) -> f32 {
     return mix(mix(v.x, v.y, f.x), mix(v.z, v.w, f.x), f.y);
 }
 
-fn ground(material: u32, at: vec2f, tile: f32, footprint: f32) -> vec3f {
+fn laid_anew(material: u32, at: vec2f, tile: f32, footprint: f32) -> vec3f {
+    let mean = materials[material].mean_albedo.rgb;
+    let columns = max(round(1024.0 / (0.6 * tile)), 2.0);
+    let half_rows = max(round(1024.0 / (0.6 * tile * 1.732)), 1.0);
+    let step = vec2f(1024.0 / columns, 512.0 / half_rows);
+    let y = at.y / step.y;
+    let x = at.x / step.x - 0.5 * y;
+    let i = vec2f(floor(x), floor(y));
+    let f = vec2f(x, y) - i;
+    let upper = f.x + f.y >= 1.0;
+    var vertices = array<vec3f, 3>(
+        vec3f(0.0, 0.0, 1.0 - f.x - f.y), vec3f(1.0, 0.0, f.x), vec3f(0.0, 1.0, f.y));
+    if upper {
+        vertices = array<vec3f, 3>(
+            vec3f(1.0, 1.0, f.x + f.y - 1.0), vec3f(1.0, 0.0, 1.0 - f.y),
+                vec3f(0.0, 1.0, 1.0 - f.x));
+    }
+    var total = 0.0;
+    for (var k = 0; k < 3; k++) {
+        let w = vertices[k].z * vertices[k].z;
+        total += w * w;
+    }
+    var sum = vec3f(0.0);
+    var squares = 0.0;
+    var kept = 0.0;
+    for (var k = 0; k < 3; k++) {
+        let sharp = vertices[k].z * vertices[k].z;
+        let w = sharp * sharp / total;
+        if w >= 0.02 {
+            let v = i + vertices[k].xy;
+            let a = 2.0 * v.x + v.y;
+            let rows = 2.0 * half_rows;
+            let h = hash(u32(a - 2.0 * columns * floor(a / (2.0 * columns))),
+                u32(v.y - rows * floor(v.y / rows)));
+            let from_vertex = (at - vec2f((v.x + 0.5 * v.y) * step.x, v.y * step.y)) / tile;
+            let t = f32((h >> 24u) & 0x7Fu) / 64.0 - 1.0;
+            var c = vec2f(1.0 - t * t, 2.0 * t) / (1.0 + t * t);
+            c = select(c, -c, (h >> 31u) == 1u);
+            let turned = vec2f(c.x * from_vertex.x - c.y * from_vertex.y,
+                c.y * from_vertex.x + c.x * from_vertex.y);
+            let uv = turned + vec2f(f32(h & 0xFFFu), f32((h >> 12u) & 0xFFFu)) / 4096.0;
+            sum += (sample(material, uv, footprint / tile) - mean) * w;
+            squares += w * w;
+            kept += w;
+        }
+    }
+    return clamp(mean + sum / kept * (kept / sqrt(squares)), vec3f(0.0), vec3f(1.0));
+}
+
+// The ground at its coordinates and height, on steep slopes seen from the sides.
+fn ground(material: u32, place: vec3f, normal: vec3f, tile: f32, footprint: f32) -> vec3f {
+    let at = place.xy;
     let mean = materials[material].mean_albedo.rgb;
     var base = mean;
     if footprint <= tile {
-        let columns = max(round(1024.0 / (0.6 * tile)), 2.0);
-        let half_rows = max(round(1024.0 / (0.6 * tile * 1.732)), 1.0);
-        let step = vec2f(1024.0 / columns, 512.0 / half_rows);
-        let y = at.y / step.y;
-        let x = at.x / step.x - 0.5 * y;
-        let i = vec2f(floor(x), floor(y));
-        let f = vec2f(x, y) - i;
-        let upper = f.x + f.y >= 1.0;
-        var vertices = array<vec3f, 3>(
-            vec3f(0.0, 0.0, 1.0 - f.x - f.y), vec3f(1.0, 0.0, f.x), vec3f(0.0, 1.0, f.y));
-        if upper {
-            vertices = array<vec3f, 3>(
-                vec3f(1.0, 1.0, f.x + f.y - 1.0), vec3f(1.0, 0.0, 1.0 - f.y),
-                    vec3f(0.0, 1.0, 1.0 - f.x));
-        }
-        var total = 0.0;
-        for (var k = 0; k < 3; k++) {
-            let w = vertices[k].z * vertices[k].z;
-            total += w * w;
-        }
-        var sum = vec3f(0.0);
-        var squares = 0.0;
-        var kept = 0.0;
-        for (var k = 0; k < 3; k++) {
-            let sharp = vertices[k].z * vertices[k].z;
-            let w = sharp * sharp / total;
-            if w >= 0.02 {
-                let v = i + vertices[k].xy;
-                let a = 2.0 * v.x + v.y;
-                let rows = 2.0 * half_rows;
-                let h = hash(u32(a - 2.0 * columns * floor(a / (2.0 * columns))),
-                    u32(v.y - rows * floor(v.y / rows)));
-                let from_vertex = (at - vec2f((v.x + 0.5 * v.y) * step.x, v.y * step.y)) / tile;
-                let t = f32((h >> 24u) & 0x7Fu) / 64.0 - 1.0;
-                var c = vec2f(1.0 - t * t, 2.0 * t) / (1.0 + t * t);
-                c = select(c, -c, (h >> 31u) == 1u);
-                let turned = vec2f(c.x * from_vertex.x - c.y * from_vertex.y,
-                    c.y * from_vertex.x + c.x * from_vertex.y);
-                let uv = turned + vec2f(f32(h & 0xFFFu), f32((h >> 12u) & 0xFFFu)) / 4096.0;
-                sum += (sample(material, uv, footprint / tile) - mean) * w;
-                squares += w * w;
-                kept += w;
+        let n = normal * normal;
+        let steep = smoothstep(0.0, 1.0, (0.75 - sqrt(n.z)) / 0.25);
+        if steep <= 0.0 {
+            base = laid_anew(material, at, tile, footprint);
+        } else {
+            let along_x = steep * n.x * n.x / max(n.x * n.x + n.y * n.y, 1e-30);
+            let shares = vec3f(along_x, steep - along_x, 1.0 - steep);
+            var sum = vec3f(0.0);
+            for (var k = 0; k < 3; k++) {
+                if shares[k] > 0.0 {
+                    let seen = select(select(at, place.xz, k == 1), place.yz, k == 0);
+                    sum += (laid_anew(material, seen, tile, footprint) - mean) * shares[k];
+                }
             }
+            base = clamp(mean + sum / length(shares), vec3f(0.0), vec3f(1.0));
         }
-        base = clamp(mean + sum / kept * (kept / sqrt(squares)), vec3f(0.0), vec3f(1.0));
     }
     let slow = value_noise(at, 64u, 1u);
     let middle = value_noise(at, 128u, 2u);
@@ -318,6 +340,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     let width = s.distance_m * light.sun.w;
     var reflectance: vec3f;
     if is_ground {
+        let place = vec3f(s.uv, s.point.z + frame.eye.z);
         var share = 0.0;
         if s.other_share > 0.0 {
             if s.material < s.other {
@@ -327,10 +350,11 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
             }
         }
         if share < 1.0 {
-            reflectance = ground(s.material, s.uv, m.mean_albedo.w, width);
+            reflectance = ground(s.material, place, s.shading_normal, m.mean_albedo.w, width);
         }
         if share > 0.0 {
-            let over = ground(s.other, s.uv, materials[s.other].mean_albedo.w, width);
+            let tile = materials[s.other].mean_albedo.w;
+            let over = ground(s.other, place, s.shading_normal, tile, width);
             reflectance = mix(reflectance, over, share);
         }
     } else {

@@ -1,0 +1,149 @@
+//! What lies across ways and beside them: roots at the surface, and beds of stones.
+
+use std::f32::consts::TAU;
+
+use glam::{Vec2, Vec3};
+use nemoral_scene::MaterialId;
+use nemoral_seed::{Draw, Key, Rng};
+
+use super::rock::{RockPlan, rock};
+use super::shape::Shape;
+
+/// Radius of a bed of stones, metres.
+const BED_M: f32 = 0.52;
+
+/// The stones of a bed at most.
+const BED_STONES: usize = 95;
+
+/// A root of a tree, 0.8 to 1.7 m long, along x: it rises from the ground, winds over it, may fork,
+/// and sinks into it again.
+pub(crate) fn root(material: MaterialId, rng: &mut impl Rng) -> Shape {
+    let mut shape = Shape::default();
+    let length = rng.range_f32(0.8, 1.7);
+    let radius = rng.range_f32(0.016, 0.042);
+    let [wide, narrow] = [rng.range_f32(0.02, 0.09), rng.range_f32(0.01, 0.03)];
+    let [wide_phase, narrow_phase] = [rng.range_f32(0.0, TAU), rng.range_f32(0.0, TAU)];
+    let bump_phase = rng.range_f32(0.0, TAU);
+    let at = |t: f32| {
+        let y =
+            wide * libm::sinf(4.0 * t + wide_phase) + narrow * libm::sinf(13.0 * t + narrow_phase);
+        // Its upper side is above the ground but near the ends.
+        let arch = 1.0 - libm::powf((2.0 * t - 1.0).abs(), 3.0);
+        let bump = 0.35 * libm::sinf(9.0 * t + bump_phase);
+        Vec3::new(
+            length * (t - 0.5),
+            y,
+            radius * (2.4 * arch - 2.0 + bump * arch),
+        )
+    };
+    let thick = |t: f32| radius * (1.0 - 0.45 * t);
+    let points: Vec<f32> = (0..=12).map(|i| i as f32 / 12.0).collect();
+    let line: Vec<Vec3> = points.iter().map(|&t| at(t)).collect();
+    let radii: Vec<f32> = points.iter().map(|&t| thick(t)).collect();
+    shape.tube(&line, &radii, 8, material);
+    if rng.chance(0.6) {
+        let from = rng.range_f32(0.3, 0.55);
+        let turn = rng.range_f32(0.35, 0.75) * if rng.chance(0.5) { 1.0 } else { -1.0 };
+        let reach = rng.range_f32(0.35, 0.6) * length;
+        let start = at(from);
+        let side = |t: f32| {
+            let angle = turn * (1.0 + 0.3 * t);
+            let out = Vec3::new(libm::cosf(angle), libm::sinf(angle), 0.0);
+            start + out * (reach * t) - Vec3::Z * (1.9 * radius * t * t)
+        };
+        let points: Vec<f32> = (0..=6).map(|i| i as f32 / 6.0).collect();
+        let line: Vec<Vec3> = points.iter().map(|&t| side(t)).collect();
+        let radii: Vec<f32> = points
+            .iter()
+            .map(|&t| 0.7 * thick(from) * (1.0 - 0.5 * t))
+            .collect();
+        shape.tube(&line, &radii, 6, material);
+    }
+    shape
+}
+
+/// Stones beside stones, from gravel to the size of a head, half sunk.
+pub(crate) fn bed(material: MaterialId, key: Key) -> Shape {
+    let mut rng = key.rng();
+    let mut stones: Vec<(Vec2, f32)> = Vec::new();
+    // Large ones lie first, and small ones fill what is left between.
+    for i in 0..2400 {
+        if stones.len() >= BED_STONES {
+            break;
+        }
+        let largest = 0.095 * libm::expf(-3.0 * i as f32 / 2400.0);
+        let radius = largest * rng.range_f32(0.7, 1.0);
+        let angle = rng.range_f32(0.0, TAU);
+        let out = (BED_M - radius) * rng.unit_f32().sqrt();
+        let at = Vec2::new(libm::cosf(angle), libm::sinf(angle)) * out;
+        if (stones.iter()).all(|(other, r)| at.distance(*other) > 0.93 * (radius + r)) {
+            stones.push((at, radius));
+        }
+    }
+    let mut shape = Shape::default();
+    for (i, (at, radius_m)) in stones.into_iter().enumerate() {
+        let key = key.item(i as u64);
+        let plan = RockPlan {
+            radius_m,
+            subdivisions: 1,
+            sunk: key.item(1).rng().range_f32(0.35, 0.6),
+            roughness: 0.05,
+            material,
+            tile_m: 0.5,
+        };
+        let turn = Vec2::from_angle(key.item(2).rng().range_f32(0.0, TAU));
+        let turned = |v: Vec3| turn.rotate(v.truncate()).extend(v.z);
+        let stone = rock(&plan, key.item(0)).mesh;
+        let first = shape.mesh.positions.len() as u32;
+        let moved = stone.positions.iter().map(|p| turned(*p) + at.extend(0.0));
+        shape.mesh.positions.extend(moved);
+        shape
+            .mesh
+            .normals
+            .extend(stone.normals.iter().map(|n| turned(*n)));
+        shape.mesh.uvs.extend(stone.uvs);
+        for triangle in stone.triangles {
+            shape.triangle(triangle.corners.map(|c| c + first), triangle.material);
+        }
+    }
+    shape
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_come_out_of_the_ground_and_go_back() {
+        for i in 0..32 {
+            let shape = root(MaterialId(0), &mut Key::world(i).rng());
+            let mesh = &shape.mesh;
+            let top = mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.z));
+            assert!((0.01..0.08).contains(&top), "{top}");
+            let end = mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.x.abs()));
+            for p in mesh.positions.iter().filter(|p| p.x.abs() > end - 0.005) {
+                assert!(p.z < 0.005, "an end is buried: {p}");
+            }
+        }
+    }
+
+    #[test]
+    fn stones_of_a_bed_lie_beside_each_other_and_cover_it() {
+        for i in 0..8 {
+            let shape = bed(MaterialId(0), Key::world(i));
+            let mesh = &shape.mesh;
+            assert_eq!(mesh.normals.len(), mesh.positions.len());
+            assert_eq!(mesh.uvs.len(), mesh.positions.len());
+            let reach = shape.reach_m();
+            assert!((0.4..0.62).contains(&reach), "{reach}");
+            // The share of a grid's cells of 4 cm that a stone is above.
+            let mut covered = std::collections::BTreeSet::new();
+            for p in mesh.positions.iter().filter(|p| p.z > 0.0) {
+                covered.insert(((p.x / 0.04).floor() as i32, (p.y / 0.04).floor() as i32));
+            }
+            let cells = std::f32::consts::PI * BED_M * BED_M / (0.04 * 0.04);
+            let share = covered.len() as f32 / cells;
+            assert!(share > 0.5, "{share}");
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! The kinds of way of a config.
+
+use nemoral_scene::TrailSurfaceKind;
+use nemoral_scene::glam::DVec2;
+use nemoral_trails::{Ditch, Ruts, Section, TrailParams, Way};
+
+use crate::config;
+
+/// The number of machine tracks among the kinds, by `config::WAYS`, as which trails along given
+/// lines are built.
+pub(crate) const TRACK: usize = 1;
+
+/// The number of skid trails among them.
+pub(crate) const SKID_TRAIL: usize = 2;
+
+/// The parameters of a config's trails.
+pub(crate) fn trail_params(t: &config::Trails) -> TrailParams {
+    let ways = [
+        forest_road(t),
+        track(t),
+        skid_trail(t),
+        firebreak(t),
+        footpath(t),
+        deer_path(t),
+    ];
+    TrailParams {
+        spawn_probability: t.spawn_probability,
+        forward_probability: t.forward_probability,
+        max_length_chunks: t.max_length_chunks,
+        ways: ways.into_iter().zip(t.kinds.shares()).collect(),
+    }
+}
+
+/// The surfaces of a config's trails, each once.
+pub(crate) fn surfaces(t: &config::Trails) -> Vec<TrailSurfaceKind> {
+    let ways = trail_params(t).ways.into_iter().enumerate();
+    // Trails along given lines are tracks.
+    let built = ways.filter(|(number, (_, share))| *share > 0.0 || *number == TRACK);
+    let built: Vec<Way> = built.map(|(_, (way, _))| way).collect();
+    let has = |kind: &TrailSurfaceKind| built.iter().any(|w| w.surfaces[kind.index()] > 0.0);
+    TrailSurfaceKind::ALL.into_iter().filter(has).collect()
+}
+
+/// Whether roots lie across any of a config's trails, or stones beside them.
+pub(crate) fn has_wayside(t: &config::Trails) -> bool {
+    let mut ways = trail_params(t).ways.into_iter();
+    t.enabled && ways.any(|(w, share)| share > 0.0 && w.roots_per_m + w.stone_beds > 0.0)
+}
+
+/// Share of skid trails that is covered with brash, where there are any.
+pub(crate) fn skid_brash(t: &config::Trails) -> f64 {
+    if t.enabled && t.kinds.skid_trail > 0.0 {
+        t.skid_trail.brash
+    } else {
+        0.0
+    }
+}
+
+fn track(t: &config::Trails) -> Way {
+    let ruts = Ruts {
+        depth_m: t.rut_depth_m,
+        ..Ruts::default()
+    };
+    let section = &t.section;
+    let curve = section.points().unwrap_or_default();
+    let way = Way {
+        width_m: t.width_m,
+        section: Section {
+            max_grade: section.max_grade,
+            smoothing_m: section.smoothing_m,
+            crossfall: section.crossfall,
+            crown: t.crown_m / (t.width_m / 2.0),
+            // A narrow one has no wheel ruts.
+            ruts: (t.width_m >= 2.0 && t.rut_depth_m > 0.0).then_some(ruts),
+            curve: curve.into_iter().map(DVec2::from).collect(),
+            ..built(t, Section::default())
+        },
+        change: t.change,
+        grass_max_per_chunk: t.grass_max,
+        grass_spread_m: t.grass_spread_m,
+        verge_tufts_per_m: t.verge_per_m,
+        rocks_max_per_trail: t.rocks_max,
+        ..Way::default()
+    };
+    match trail_surface(&t.surface) {
+        Some(kind) => way.surfaced(kind),
+        None => way,
+    }
+}
+
+fn forest_road(t: &config::Trails) -> Way {
+    let way = Way::forest_road();
+    let road = &t.forest_road;
+    let ditch = Ditch {
+        depth_m: road.ditch_depth_m.max(0.05),
+        width_m: road.ditch_width_m,
+    };
+    let section = Section {
+        crown: road.camber,
+        ditch: (road.ditch_depth_m >= 0.05).then_some(ditch),
+        ..built(t, way.section.clone())
+    };
+    // Its gravel was brought, whatever the ground is.
+    let stone_beds = road.stone_beds;
+    let way = Way {
+        section,
+        stone_beds,
+        ..way
+    };
+    dressed(t, road.width_m, way)
+}
+
+fn skid_trail(t: &config::Trails) -> Way {
+    let way = Way::skid_trail();
+    let trail = &t.skid_trail;
+    let ruts = way.section.ruts.map(|ruts| Ruts {
+        depth_m: trail.rut_depth_m,
+        ..ruts
+    });
+    let section = Section {
+        ruts: ruts.filter(|r| r.depth_m > 0.0),
+        ..built(t, way.section.clone())
+    };
+    local(t, dressed(t, trail.width_m, Way { section, ..way }))
+}
+
+fn firebreak(t: &config::Trails) -> Way {
+    let width_m = t.firebreak.width_m;
+    let mut way = Way::firebreak();
+    // What was scraped lies along the edges, and the sward between.
+    let inward = 0.5 * (width_m - way.width_m);
+    for point in &mut way.section.curve {
+        point.x += inward * point.x.signum();
+    }
+    way.grass_spread_m += inward;
+    local(t, dressed(t, width_m, way))
+}
+
+fn footpath(t: &config::Trails) -> Way {
+    let path = &t.footpath;
+    let mut way = Way::footpath();
+    way.width_variation = path.width_variation;
+    way.section.sink_m = path.sink_m;
+    way.section.hollow_m = path.hollow_m;
+    way.roots_per_m = path.roots_per_m;
+    local(t, dressed(t, path.width_m, way))
+}
+
+fn deer_path(t: &config::Trails) -> Way {
+    local(t, dressed(t, t.deer_path.width_m, Way::deer_path()))
+}
+
+/// A section with the slopes of the config, which built ways share.
+fn built(t: &config::Trails, section: Section) -> Section {
+    Section {
+        cut_ratio: t.section.cut_ratio,
+        fill_ratio: t.section.fill_ratio,
+        ..section
+    }
+}
+
+/// The most stones on one way, whatever the config asks for: each has an id.
+const STONES_MAX: u32 = 120;
+
+/// A way of some width with as much grass and as many stones, relative to the usual, as the tracks
+/// of the config have.
+fn dressed(t: &config::Trails, width_m: f64, way: Way) -> Way {
+    let usual = config::Trails::default();
+    let times = |n: u32, wanted: u32, usual: u32| {
+        (f64::from(n) * f64::from(wanted) / f64::from(usual)).round() as u32
+    };
+    Way {
+        width_m,
+        change: t.change,
+        grass_max_per_chunk: times(way.grass_max_per_chunk, t.grass_max, usual.grass_max),
+        verge_tufts_per_m: (way.verge_tufts_per_m * t.verge_per_m / usual.verge_per_m).min(20.0),
+        rocks_max_per_trail: times(way.rocks_max_per_trail, t.rocks_max, usual.rocks_max)
+            .min(STONES_MAX.max(t.rocks_max)),
+        ..way
+    }
+}
+
+/// A way on the ground as it is: where the config names the surface of trails, that takes the place
+/// of all others but mud and grass.
+fn local(t: &config::Trails, mut way: Way) -> Way {
+    let Some(kind) = trail_surface(&t.surface) else {
+        return way;
+    };
+    let mut rest = 0.0;
+    for other in TrailSurfaceKind::ALL {
+        let weight = &mut way.surfaces[other.index()];
+        if other != kind && !matches!(other, TrailSurfaceKind::Mud | TrailSurfaceKind::Grassy) {
+            rest += std::mem::take(weight);
+        }
+    }
+    way.surfaces[kind.index()] += rest;
+    way
+}
+
+/// The only surface of tracks by its name; `None` if it varies.
+fn trail_surface(name: &str) -> Option<TrailSurfaceKind> {
+    let mut all = TrailSurfaceKind::ALL.into_iter();
+    all.find(|kind| kind.name() == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{Preset, WAYS};
+
+    #[test]
+    fn presets_have_the_ways_that_they_say() {
+        for preset in Preset::ALL {
+            let trails = preset.config().trails;
+            let params = trail_params(&trails);
+            assert_eq!(params.ways.len() + 1, WAYS.len());
+            let kinds = params.ways.iter().filter(|w| w.1 > 0.0).count();
+            let as_the_paper = ["low", "medium", "high", "demo"].contains(&preset.name);
+            assert_eq!(kinds, if as_the_paper { 1 } else { 6 }, "{}", preset.name);
+            if as_the_paper {
+                // The paper's trails are all of one kind, which does not change along its run.
+                assert_eq!(trails.change, 0.0);
+                assert_eq!(surfaces(&trails), TrailSurfaceKind::ALL);
+            } else if let Some(own) = trail_surface(&trails.surface) {
+                let all = surfaces(&trails);
+                assert!(all.contains(&own) && all.contains(&TrailSurfaceKind::Gravel));
+                assert!(all.len() <= 5, "{}: {all:?}", preset.name);
+            } else {
+                assert_eq!(surfaces(&trails), TrailSurfaceKind::ALL);
+            }
+        }
+        assert_eq!(WAYS[1 + TRACK], "track");
+        assert_eq!(WAYS[1 + SKID_TRAIL], "skid_trail");
+    }
+
+    #[test]
+    fn the_section_of_the_config_is_that_of_tracks_and_slopes_are_all_built_ways() {
+        let mut trails = config::Trails::default();
+        trails.section.cut_ratio = 0.7;
+        trails.section.max_grade = 0.31;
+        trails.section.curve = "-1 0.2, 1 0".to_owned();
+        let ways = trail_params(&trails).ways;
+        for (way, _) in &ways[..=SKID_TRAIL] {
+            assert_eq!(way.section.cut_ratio, 0.7);
+        }
+        let track = &ways[TRACK].0.section;
+        assert_eq!((track.max_grade, track.curve.len()), (0.31, 2));
+        assert_ne!(ways[0].0.section.max_grade, 0.31);
+        // A firebreak's ridges stay at its edges.
+        trails.firebreak.width_m = 5.0;
+        let firebreak = &trail_params(&trails).ways[3].0;
+        let ends = [0, 3].map(|i| firebreak.section.curve[i].x);
+        assert_eq!(ends, [-2.5, 2.5]);
+    }
+}

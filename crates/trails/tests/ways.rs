@@ -1,0 +1,561 @@
+//! Kinds of way: their sections, joins, and changes along their run.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use common::{SIZE_M, around, flat, hills, trails};
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, Surface};
+use nemoral_seed::Key;
+use nemoral_trails::{
+    DressingKind, Section, TrailParams, TrailPath, TrailSurfaceKind, TrailZone, Trails, Way,
+};
+use proptest::prelude::*;
+
+fn all_ways() -> Vec<(Way, f64)> {
+    vec![
+        (Way::forest_road(), 1.0),
+        (Way::default(), 1.0),
+        (Way::skid_trail(), 1.0),
+        (Way::firebreak(), 0.5),
+        (Way::footpath(), 2.0),
+        (Way::deer_path(), 1.0),
+    ]
+}
+
+fn mixed() -> TrailParams {
+    TrailParams {
+        spawn_probability: 0.1,
+        max_length_chunks: 14,
+        ways: all_ways(),
+        ..TrailParams::default()
+    }
+}
+
+/// A world with given lines only: each with the way's number.
+fn given(ways: Vec<(Way, f64)>, lines: &[(usize, [DVec2; 2])], base: Arc<dyn Surface>) -> Trails {
+    let params = TrailParams {
+        spawn_probability: 0.0,
+        ways,
+        ..TrailParams::default()
+    };
+    let none = trails(params, 5, base);
+    (lines.iter()).fold(none, |t, (way, line)| t.along(&[line.to_vec()], *way))
+}
+
+/// A straight way towards the north through the origin.
+fn northward(way: Way, base: Arc<dyn Surface>) -> (Trails, Arc<TrailPath>) {
+    let line = [DVec2::new(3.0, -120.0), DVec2::new(3.0, 120.0)];
+    let trails = given(vec![(way, 1.0)], &[(0, line)], base);
+    let (path, _) = trails.nearest(DVec2::ZERO, 20.0).expect("it is near");
+    (trails, path)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn grounds_of_neighbours_agree_to_the_bit(
+        seed: u64,
+        x in -1_000_000..1_000_000,
+        y in -1_000_000..1_000_000,
+        east in any::<bool>(),
+    ) {
+        let trails = trails(mixed(), seed, hills(0.4));
+        let here = ChunkCoord::new(x, y);
+        let there = if east { here.offset(1, 0) } else { here.offset(0, 1) };
+        let (a, b) = (trails.ground_near(here, 5.0), trails.ground_near(there, 3.0));
+        let corner = there.origin_m(SIZE_M);
+        let along = if east { DVec2::Y } else { DVec2::X };
+        for i in 0..=600 {
+            for off in [0.0, -2.9, 2.9] {
+                let p = corner + along * (f64::from(i) / 600.0 * SIZE_M) + along.perp() * off;
+                prop_assert_eq!(a.sample(p), b.sample(p));
+                prop_assert_eq!(
+                    (a.edge_m(p), a.border_m(p), a.way_number(p)),
+                    (b.edge_m(p), b.border_m(p), b.way_number(p))
+                );
+                prop_assert_eq!(
+                    (a.zone(p), a.kind(p), a.offset_m(p)),
+                    (b.zone(p), b.kind(p), b.offset_m(p))
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_ground_is_continuous_and_gradients_are_difference_quotients(seed: u64) {
+        let trails = trails(mixed(), seed, hills(0.4));
+        let (mut near, mut off) = (0, 0);
+        for chunk in around(ChunkCoord::new(0, 0), 1) {
+            let ground = trails.ground_near(chunk, 1.0);
+            for i in 0..3000 {
+                let p = chunk.origin_m(SIZE_M)
+                    + DVec2::new(f64::from(i) * 0.618_034, f64::from(i) * 0.414_214)
+                        .rem_euclid(DVec2::splat(SIZE_M));
+                let e = 1e-5;
+                let h = |d: DVec2| ground.height_m(p + d * e);
+                let steps = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y].map(h);
+                let here = ground.height_m(p);
+                prop_assert!(
+                    steps.iter().all(|s| (s - here).abs() < 30.0 * e),
+                    "{} {:?} at {}",
+                    here,
+                    steps,
+                    p
+                );
+                let expected = DVec2::new(steps[0] - steps[1], steps[2] - steps[3]) / (2.0 * e);
+                if ground.edge_m(p) < 5.0 {
+                    near += 1;
+                    off += i32::from((ground.sample(p).gradient - expected).length() > 0.01);
+                }
+            }
+        }
+        prop_assert!(off * 100 <= near, "{} of {}", off, near);
+    }
+
+    #[test]
+    fn borders_between_parts_are_where_signs_change(seed in 0_u64..1000) {
+        let trails = trails(mixed(), seed, hills(0.3));
+        let chunk = ChunkCoord::new(0, 0);
+        let ground = trails.ground_near(chunk, 1.0);
+        let sign = |p: DVec2| ground.border_m(p) < 0.0;
+        for i in 0..4000 {
+            let p = chunk.origin_m(SIZE_M)
+                + DVec2::new(f64::from(i) * 0.618_034, f64::from(i) * 0.414_214)
+                    .rem_euclid(DVec2::splat(SIZE_M));
+            let inside = matches!(ground.zone(p), TrailZone::Surface | TrailZone::Strip);
+            prop_assert_eq!(inside, sign(p));
+            prop_assert_eq!(
+                ground.way_number(p).is_some(),
+                ground.edge_m(p) <= 0.0,
+            );
+        }
+    }
+}
+
+#[test]
+fn kinds_come_with_their_shares_whatever_is_asked_first() {
+    let (a, b) = (
+        trails(mixed(), 3, hills(0.2)),
+        trails(mixed(), 3, hills(0.2)),
+    );
+    let chunks: Vec<_> = around(ChunkCoord::new(0, 0), 12).collect();
+    let count = |trails: &Trails, chunks: &mut dyn Iterator<Item = &ChunkCoord>| {
+        let mut kinds = BTreeMap::new();
+        for chunk in chunks {
+            for path in trails.in_chunk(*chunk) {
+                assert_eq!(*path.way(), all_ways()[path.way_number()].0);
+                kinds.insert(path.id(), path.way_number());
+            }
+        }
+        kinds
+    };
+    let kinds = count(&a, &mut chunks.iter());
+    assert_eq!(kinds, count(&b, &mut chunks.iter().rev()));
+    let total: f64 = all_ways().iter().map(|w| w.1).sum();
+    for (number, (_, share)) in all_ways().iter().enumerate() {
+        let got = kinds.values().filter(|n| **n == number).count() as f64;
+        let (n, p) = (kinds.len() as f64, share / total);
+        let sigma = (n * p * (1.0 - p)).sqrt();
+        assert!((got - n * p).abs() < 3.5 * sigma, "{number}: {got} of {n}");
+    }
+    // No trail of a share of 0.
+    let mut rare = mixed();
+    rare.ways[0].1 = 0.0;
+    let kinds = count(&trails(rare, 3, hills(0.2)), &mut chunks.iter());
+    assert!(kinds.values().all(|n| *n != 0));
+}
+
+#[test]
+fn kinds_without_a_share_change_nothing() {
+    let track = Way::default();
+    let one = TrailParams {
+        spawn_probability: 0.1,
+        max_length_chunks: 14,
+        ..TrailParams::of(track.clone())
+    };
+    let mut six = TrailParams {
+        ways: all_ways(),
+        ..one.clone()
+    };
+    for (i, way) in six.ways.iter_mut().enumerate() {
+        way.1 = f64::from(u8::from(i == 1));
+    }
+    let [one, six] = [one, six].map(|params| trails(params, 11, hills(0.3)));
+    for chunk in around(ChunkCoord::new(0, 0), 1) {
+        let grounds = [&one, &six].map(|t| t.ground_near(chunk, 2.0));
+        let [a, b] = &grounds;
+        assert_eq!(a.fine_m(), b.fine_m());
+        for i in 0..2500 {
+            let p = chunk.origin_m(SIZE_M) + DVec2::new(f64::from(i % 50), f64::from(i / 50)) + 0.3;
+            assert_eq!(a.sample(p), b.sample(p));
+            assert_eq!((a.border_m(p), a.kind(p)), (b.border_m(p), b.kind(p)));
+        }
+        assert_eq!(one.dressing(chunk), six.dressing(chunk));
+    }
+}
+
+#[test]
+fn shapes_are_as_fine_in_every_chunk() {
+    // Else the meshes of neighbours would differ along their border.
+    let trails = trails(mixed(), 2, hills(0.3));
+    let fine = trails.ground_near(ChunkCoord::new(0, 0), 1.0).fine_m();
+    let ditch = Way::forest_road().section.ditch.expect("a road has one");
+    assert!(fine > ditch.width_m);
+    for chunk in around(ChunkCoord::new(50, -9), 6) {
+        assert_eq!(trails.ground_near(chunk, 1.0).fine_m(), fine);
+    }
+}
+
+#[test]
+fn widths_are_those_of_the_kinds() {
+    for (way, _) in all_ways() {
+        let (trails, path) = northward(way.clone(), hills(0.2));
+        let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+        for i in -200..200 {
+            let s = 120.0 + f64::from(i) * 0.5;
+            let (p, left) = (path.position_m(s), path.tangent(s).perp());
+            let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 10.0);
+            // The edges are searched on the surface, to half a centimetre.
+            let reach = |side: f64| {
+                let out = |k: i32| p + left * (side * 0.005 * f64::from(k));
+                let beyond = (0..2000).find(|&k| ground.edge_m(out(k)) > 0.0);
+                0.005 * f64::from(beyond.expect("it ends"))
+            };
+            let width = reach(1.0) + reach(-1.0);
+            assert!((width - path.width_m(s)).abs() < 0.03, "{width}");
+            (low, high) = (low.min(width), high.max(width));
+        }
+        let spread = way.width_m * way.width_variation;
+        let range = way.width_m - spread - 0.03..way.width_m + spread + 0.03;
+        assert!(
+            range.contains(&low) && range.contains(&high),
+            "{low} {high}"
+        );
+        // It does vary.
+        assert!(high - low >= 0.8 * spread, "{low} {high} {spread}");
+    }
+}
+
+#[test]
+fn a_ditch_is_as_deep_and_wide_as_it_says_and_uphill() {
+    let way = Way::forest_road();
+    let ditch = way.section.ditch.expect("a road has one");
+    // It rises to the east, which is to the right of a way to the north.
+    let base = flat(DVec2::new(0.2, 0.0));
+    let (trails, path) = northward(way, Arc::clone(&base));
+    for i in -50..50 {
+        let s = 120.0 + f64::from(i);
+        let (p, right) = (path.position_m(s), -path.tangent(s).perp());
+        let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 12.0);
+        let half = 0.5 * path.width_m(s);
+        let height = |offset: f64| ground.height_m(p + right * offset);
+        let middle = half + 0.5 * ditch.width_m;
+        let depth = height(half) - height(middle);
+        // The surface beside the edge rises to the formation by the camber.
+        assert!((depth - ditch.depth_m).abs() < 0.06, "{depth}");
+        // Beyond its width the cut slope has begun.
+        assert!(height(half + ditch.width_m + 0.4) > height(middle) + ditch.depth_m);
+        // There is no ditch downhill, and a fill slope.
+        let down = height(-half) - height(-half - 0.5 * ditch.width_m);
+        let natural = base.height_m(p) - base.height_m(p - right * middle);
+        assert!((-0.01..natural).contains(&down), "{down}");
+        let zone = |offset: f64| ground.zone(p + right * offset);
+        assert_eq!(zone(middle), TrailZone::CutSlope);
+        assert_ne!(zone(half - 0.05), TrailZone::CutSlope);
+        // The camber: 4 % of half the width.
+        let camber = height(0.0) - height(half - 0.01);
+        assert!((camber - 0.04 * half).abs() < 0.05, "{camber}");
+    }
+    // On level ground there is one on both sides.
+    let (trails, path) = northward(Way::forest_road(), flat(DVec2::ZERO));
+    let p = path.position_m(120.0);
+    let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 12.0);
+    for side in [-1.0, 1.0] {
+        let bed = p + path.tangent(120.0).perp() * side * (0.5 * path.width_m(120.0) + 0.6);
+        let depth = 10.0 - ground.height_m(bed);
+        assert!((depth - ditch.depth_m).abs() < 0.06, "{depth}");
+    }
+}
+
+#[test]
+fn paths_are_hollow_where_they_are_steep_and_deer_barely_carve() {
+    let depth = |way: Way, slope: DVec2| {
+        let base = flat(slope);
+        let (trails, path) = northward(way, Arc::clone(&base));
+        let p = path.position_m(120.0);
+        let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 10.0);
+        base.height_m(p) - ground.height_m(p)
+    };
+    let Section {
+        sink_m, hollow_m, ..
+    } = Way::footpath().section;
+    let level = depth(Way::footpath(), DVec2::ZERO);
+    assert!((level - sink_m).abs() < 1e-6, "{level}");
+    let steep = depth(Way::footpath(), DVec2::new(0.0, 0.3));
+    assert!((steep - sink_m - hollow_m).abs() < 1e-6, "{steep}");
+    let half = depth(Way::footpath(), DVec2::new(0.0, -0.1));
+    assert!((half - sink_m - 0.5 * hollow_m).abs() < 1e-6, "{half}");
+    // The ground under a deer path changes by centimetres wherever it runs.
+    let base = hills(0.4);
+    let (trails, path) = northward(Way::deer_path(), Arc::clone(&base));
+    for i in 10..230 {
+        let p = path.position_m(f64::from(i));
+        let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 10.0);
+        for offset in [-3.0, -1.0, -0.4, 0.0, 0.1, 0.7, 2.0] {
+            let p = p + path.tangent(f64::from(i)).perp() * offset;
+            let change = ground.height_m(p) - base.height_m(p);
+            assert!(change.abs() < 0.15, "{change}");
+            assert!(offset.abs() < 2.5 || change == 0.0, "{change} at {offset}");
+        }
+    }
+}
+
+#[test]
+fn a_firebreak_follows_the_ground() {
+    // A plane that falls across it is not levelled: the slope across stays.
+    let base = flat(DVec2::new(0.25, 0.05));
+    let (trails, path) = northward(Way::firebreak(), Arc::clone(&base));
+    let p = path.position_m(120.0);
+    let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 10.0);
+    for offset in [-2.5, -2.0, 0.0, 2.0, 2.5] {
+        let p = p + path.tangent(120.0).perp() * offset;
+        let scraped = base.height_m(p) - ground.height_m(p);
+        assert!((scraped - 0.08).abs() < 0.03, "{scraped} at {offset}");
+    }
+}
+
+#[test]
+fn a_path_fades_into_the_road_that_it_meets() {
+    let road = [DVec2::new(-90.0, 4.0), DVec2::new(90.0, 9.0)];
+    let path = [DVec2::new(2.0, -80.0), DVec2::new(-7.0, 85.0)];
+    // Widths vary by the number of the line, which differs.
+    let footpath = Way {
+        width_variation: 0.0,
+        ..Way::footpath()
+    };
+    let ways = || vec![(Way::forest_road(), 1.0), (footpath.clone(), 1.0)];
+    let both = given(ways(), &[(0, road), (1, path)], hills(0.4));
+    let alone = given(ways(), &[(0, road)], hills(0.4));
+    let foot = given(ways(), &[(1, path)], hills(0.4));
+    let (mut on_road, mut faded) = (0, 0);
+    for chunk in around(ChunkCoord::new(0, 0), 1) {
+        let grounds = [&both, &alone, &foot].map(|t| t.ground_near(chunk, 1.0));
+        let [both, alone, foot] = &grounds;
+        for i in 0..10_000 {
+            let p = chunk.origin_m(SIZE_M)
+                + 0.1
+                + DVec2::new(f64::from(i % 100), f64::from(i / 100)) * 0.5;
+            let edge = alone.edge_m(p);
+            if edge <= 0.0 {
+                // The road is as it was, and its parts too.
+                assert_eq!(both.sample(p), alone.sample(p));
+                assert_eq!(both.way_number(p), Some(0));
+                assert_eq!(both.zone(p), alone.zone(p));
+                on_road += 1;
+            } else if edge > 2.0 && foot.edge_m(p) < 0.0 {
+                // Where the road does not reach, the path is as it was.
+                assert_eq!(both.way_number(p), Some(1));
+                if edge == f64::INFINITY {
+                    let change = both.height_m(p) - foot.height_m(p);
+                    assert!(change.abs() < 1e-9, "{change}");
+                }
+            } else if edge > 0.0 && foot.edge_m(p) < 0.0 {
+                // Between, it is sunk into the road's ground less and less.
+                assert!((both.height_m(p) - alone.height_m(p)).abs() < 0.6);
+                faded += 1;
+            }
+        }
+    }
+    assert!(on_road > 500 && faded >= 4, "{on_road} {faded}");
+}
+
+#[test]
+fn surfaces_change_along_a_way_without_straight_lines() {
+    let way = Way {
+        surfaces: Way::ALL_SURFACES,
+        change: 0.8,
+        ..Way::forest_road()
+    };
+    let (trails, path) = northward(way, flat(DVec2::ZERO));
+    let kinds: Vec<_> = (0..480).map(|i| path.kind(f64::from(i) * 0.5)).collect();
+    let changes: Vec<_> = (1..480).filter(|&i| kinds[i] != kinds[i - 1]).collect();
+    assert!(changes.len() >= 6, "{changes:?}");
+    // Where the material changes, it changes elsewhere on the left than on the right.
+    let mut ragged = 0;
+    for &i in &changes {
+        let s0 = i as f64 * 0.5;
+        let flip = |offset: f64| {
+            (-40..40).map(f64::from).find(|k| {
+                let s = s0 + 0.05 * k;
+                let p = path.position_m(s) + path.tangent(s).perp() * offset;
+                let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 1.0);
+                ground.kind(p) == Some(kinds[i])
+            })
+        };
+        if let (Some(a), Some(b)) = (flip(-1.2), flip(1.2)) {
+            ragged += i32::from((a - b).abs() > 4.0);
+        }
+    }
+    assert!(
+        ragged * 3 >= changes.len() as i32,
+        "{ragged} of {}",
+        changes.len()
+    );
+    // A way without changes has straight ends.
+    let still = Way {
+        change: 0.0,
+        ..Way::default()
+    };
+    let (trails, path) = northward(still, flat(DVec2::ZERO));
+    for i in 0..240 {
+        let s = f64::from(i);
+        for offset in [-1.0, 0.3, 1.2] {
+            let p = path.position_m(s) + path.tangent(s).perp() * offset;
+            let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 1.0);
+            let (here, there) = (path.kind(s - 0.01), path.kind(s + 0.01));
+            let got = ground.kind(p);
+            assert!(got.is_none_or(|k| k == here || k == there), "{s}");
+        }
+    }
+}
+
+#[test]
+fn grass_and_stones_come_in_patches_on_a_way_that_changes() {
+    let counts = |change: f64, wanted: DressingKind| {
+        let way = Way {
+            change,
+            rocks_max_per_trail: 2000,
+            ..Way::default()
+        };
+        let (trails, path) = northward(way, flat(DVec2::ZERO));
+        let mut along = [0_u32; 24];
+        for chunk in around(ChunkCoord::new(0, 0), 3) {
+            for d in trails.dressing(chunk).iter().filter(|d| d.kind == wanted) {
+                let s = (d.position_m - path.position_m(0.0)).dot(path.tangent(120.0));
+                along[((s / 10.0) as usize).min(23)] += 1;
+            }
+        }
+        let (least, most) = (
+            along[2..22].iter().min().copied().unwrap_or(0),
+            along[2..22].iter().max().copied().unwrap_or(0),
+        );
+        f64::from(least) / f64::from(most.max(1))
+    };
+    for kind in [DressingKind::Grass, DressingKind::Stone] {
+        let (even, patchy) = (counts(0.0, kind), counts(0.9, kind));
+        assert!(even > 0.2 && patchy < 0.15, "{kind:?}: {even} {patchy}");
+    }
+}
+
+#[test]
+fn roots_lie_across_paths_and_stones_in_ditches() {
+    let (trails, path) = northward(Way::footpath(), flat(DVec2::ZERO));
+    let mut roots = 0;
+    for chunk in around(ChunkCoord::new(0, 0), 3) {
+        let roots_here = trails.dressing(chunk);
+        for root in roots_here.iter().filter(|d| d.kind == DressingKind::Root) {
+            let offset = (root.position_m.x - path.position_m(120.0).x).abs();
+            assert!(offset < 0.75, "{offset}");
+            // Within 46 degrees of across.
+            assert!(root.yaw_rad.cos().abs() > 0.69, "{}", root.yaw_rad);
+            roots += 1;
+        }
+    }
+    // About half of one a metre, in patches.
+    assert!((60..200).contains(&roots), "{roots}");
+    let way = Way {
+        stone_beds: 0.5,
+        ..Way::forest_road()
+    };
+    let ditch = way.section.ditch.expect("a road has one");
+    let (trails, path) = northward(way, flat(DVec2::new(0.2, 0.0)));
+    let mut beds = 0;
+    for chunk in around(ChunkCoord::new(0, 0), 3) {
+        let ground = trails.ground_near(chunk, 1.0);
+        let beds_here = trails.dressing(chunk);
+        for bed in beds_here.iter().filter(|d| d.kind == DressingKind::Bed) {
+            let edge = ground.edge_m(bed.position_m);
+            assert!((edge - 0.5 * ditch.width_m).abs() < 0.2, "{edge}");
+            assert!(bed.position_m.x > path.position_m(120.0).x, "uphill only");
+            beds += 1;
+        }
+    }
+    // Of room for 343.
+    assert!((90..260).contains(&beds), "{beds}");
+}
+
+#[test]
+fn impossible_ways_are_refused() {
+    let refused = |change: &dyn Fn(&mut Way)| {
+        let mut way = Way::forest_road();
+        change(&mut way);
+        let params = TrailParams::of(way);
+        Trails::new(params, 50.0, Key::world(0), flat(DVec2::ZERO))
+            .expect_err("refused")
+            .field
+    };
+    assert_eq!(refused(&|w| w.width_m = 13.0), "width_m");
+    assert_eq!(refused(&|w| w.width_variation = 0.7), "width_variation");
+    assert_eq!(refused(&|w| w.change = f64::NAN), "change");
+    assert_eq!(refused(&|w| w.surfaces = [0.0; 8]), "surfaces");
+    assert_eq!(refused(&|w| w.section.levelling = 1.1), "section.levelling");
+    assert_eq!(refused(&|w| w.section.reach_m = 1.0), "section.reach_m");
+    assert_eq!(refused(&|w| w.section.sink_m = 2.0), "section.sink_m");
+    assert_eq!(refused(&|w| w.section.hollow_m = -1.0), "section.hollow_m");
+    assert_eq!(
+        refused(&|w| w.section.ditch.as_mut().expect("a road").depth_m = 2.0),
+        "section.ditch.depth_m"
+    );
+    assert_eq!(
+        refused(&|w| w.section.ditch.as_mut().expect("a road").width_m = 3.0),
+        "section.ditch.width_m"
+    );
+    assert_eq!(refused(&|w| w.roots_per_m = 6.0), "roots_per_m");
+    assert_eq!(refused(&|w| w.stone_beds = -0.1), "stone_beds");
+    let shares = |ways: Vec<(Way, f64)>| {
+        let params = TrailParams {
+            ways,
+            ..TrailParams::default()
+        };
+        Trails::new(params, 50.0, Key::world(0), flat(DVec2::ZERO))
+            .expect_err("refused")
+            .field
+    };
+    assert_eq!(shares(Vec::new()), "ways");
+    assert_eq!(shares(vec![(Way::default(), 0.0)]), "ways");
+    assert_eq!(shares(vec![(Way::default(), -1.0)]), "ways share");
+}
+
+#[test]
+fn value_stability() {
+    let trails = trails(mixed(), 7, flat(DVec2::new(0.1, -0.05)));
+    let mut got = Vec::new();
+    for number in [0, 2, 3, 4, 5] {
+        let (path, s) = trails
+            .nearest_where(DVec2::ZERO, 400.0, |p| p.way_number() == number)
+            .expect("there is one of each");
+        let p = path.position_m(s) + path.tangent(s).perp() * 0.15;
+        let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 20.0);
+        let beside = p + path.tangent(s).perp() * (0.5 * path.width_m(s) + 0.3);
+        got.push(format!(
+            "{} {:?} {:?} {:?} {:?}",
+            TrailSurfaceKind::name(path.kind(s)),
+            ground.zone(p),
+            ground.height_m(p),
+            ground.height_m(beside),
+            path.width_m(s),
+        ));
+    }
+    assert_eq!(got, VALUES);
+}
+const VALUES: [&str; 5] = [
+    "gravel Strip -0.7506252627322801 -0.8460695288672055 3.7734718581286386",
+    "leaf_litter Strip 16.02894295969607 15.935312386792898 1.1424313020654346",
+    "grassy Strip 15.410189942026653 15.282904371450135 7.7235565306460545",
+    "rock Surface 13.166778316932383 13.18124331407704 0.9471141720461612",
+    "dry_earth Surface 3.706215627359822 3.790676017745872 0.4",
+];
