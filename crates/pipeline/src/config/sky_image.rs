@@ -2,6 +2,8 @@
 
 use std::io::Cursor;
 
+use exr::math::Vec2;
+use exr::meta::{BlockDescription, MetaData};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use nemoral_render::SkyImage;
 use nemoral_scene::Image;
@@ -35,6 +37,9 @@ pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImag
     ) {
         return Err(refused(&"must be a Radiance (.hdr) or OpenEXR (.exr) file"));
     }
+    if reader.format() == Some(ImageFormat::OpenExr) {
+        check_exr(file.bytes()).map_err(|e| refused(&e))?;
+    }
     let mut decoder = reader.into_decoder().map_err(|e| refused(&e))?;
     // The header is checked before memory is allocated.
     let (width, height) = decoder.dimensions();
@@ -63,6 +68,30 @@ pub(crate) fn sky_image(sky: &Sky, inputs: &InputFiles) -> Result<Option<SkyImag
         .map_err(|e| refused(&e))
 }
 
+/// Checks the sizes that an OpenEXR file declares. A decoder tells the display window alone, which
+/// says nothing of the lines that are stored.
+fn check_exr(bytes: &[u8]) -> Result<(), String> {
+    let meta = MetaData::read_from_buffered(bytes, false).map_err(|e| e.to_string())?;
+    for header in &meta.headers {
+        let Vec2(width, height) = header.layer_size;
+        let in_block = match header.blocks {
+            BlockDescription::Tiles(tiles) => tiles.tile_size.area() as u64,
+            BlockDescription::ScanLines => {
+                (header.compression.scan_lines_per_block() * width) as u64
+            }
+        };
+        let in_layer = (width * height) as u64;
+        let bytes_of_block = in_block.saturating_mul(header.channels.bytes_per_pixel as u64);
+        if in_layer > MOST_PIXELS || bytes_of_block > MOST_BYTES {
+            return Err(format!(
+                "has a layer of {width} x {height} pixels in blocks of {in_block}: at most \
+                 {MOST_PIXELS}, as of 8192 x 4096"
+            ));
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,6 +102,28 @@ mod tests {
         let mut config = Config::default();
         config.sky.image = path.to_string_lossy().as_ref().into();
         super::sky_image(&config.sky, &InputFiles::read(&config)?)
+    }
+
+    /// Found by fuzzing: the decoder took memory for a line of 268 million pixels.
+    #[test]
+    fn lines_that_are_longer_than_the_picture_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("sky.exr");
+        let pixels = image::Rgb32FImage::from_pixel(64, 32, image::Rgb([1.0; 3]));
+        pixels.save(&path).expect("written");
+        let mut bytes = nemoral_files::read(&path, 1 << 20).expect("read");
+        let name = b"dataWindow\0box2i\0";
+        let window = (bytes.windows(name.len()).position(|w| w == name)).expect("a data window");
+        // After the size of the box there are x and y of one corner, then x of the other.
+        let right = window + name.len() + 4 + 8;
+        assert_eq!(bytes[right..right + 4], 63_i32.to_le_bytes());
+        bytes[right + 3] = 0x10;
+        nemoral_files::write(&path, &bytes).expect("written");
+        let text = read(&path).expect_err("too wide").to_string();
+        assert!(
+            text.contains("has a layer of 268435520 x 32 pixels"),
+            "{text}"
+        );
     }
 
     #[test]
