@@ -98,11 +98,11 @@ impl LyingStem {
 }
 
 /// Rise and height in the middle of the lowest line above all places that is held on both sides of
-/// the middle: an edge of their upper hull.
+/// the middle: an edge of their upper hull. On a place in the middle it tips over to its thick end.
 fn stiff(places: &[DVec2]) -> (f64, f64) {
     let mut best = (0.0, f64::NEG_INFINITY);
     for a in places.iter().filter(|p| p.x < 0.0) {
-        for b in places.iter().filter(|p| p.x >= 0.0) {
+        for b in places.iter().filter(|p| p.x > 0.0) {
             let rise = (b.y - a.y) / (b.x - a.x);
             let at_middle = a.y - rise * a.x;
             if at_middle > best.1 {
@@ -110,7 +110,14 @@ fn stiff(places: &[DVec2]) -> (f64, f64) {
             }
         }
     }
-    best
+    match places.iter().find(|p| p.x == 0.0) {
+        Some(middle) if middle.y >= best.1 => {
+            let thick = places.iter().filter(|p| p.x < 0.0);
+            let rises = thick.map(|p| (p.y - middle.y) / p.x);
+            (rises.fold(f64::INFINITY, f64::min), middle.y)
+        }
+        _ => best,
+    }
 }
 
 /// Rise and height in the middle of the line of least squares, lifted where it would pass the
@@ -215,6 +222,25 @@ mod tests {
         assert!((butt.z - 0.8).abs() < 0.03, "{butt}");
         let (low, _) = gaps(&stem, &pose, &ground);
         assert!(low.abs() < 0.01, "{low}");
+    }
+
+    /// Its middle is on a hump.
+    #[test]
+    fn a_balanced_stem_tips_over_and_no_end_is_in_the_ground() {
+        let ground = Waves {
+            slope: DVec2::new(0.215_682_091_134_318_35, -0.104_813_685_670_795_27),
+            amplitude_m: 0.248_089_161_301_280_2,
+            turn: 5.756_640_013_329_336,
+        };
+        let stem = LyingStem {
+            length_m: 3.260_044_580_595_583,
+            half_height_m: [0.05, 0.03],
+        };
+        let at = DVec2::new(-22.515_120_290_617_094, 36.780_275_244_532_93);
+        let heading = DVec2::from_angle(0.714_396_007_037_157_9);
+        let pose = stem.lie(&ground, at, heading, Rest::Stiff, 0.0, 0.0);
+        let (low, _) = gaps(&stem, &pose, &ground);
+        assert!(low > -0.04, "{low}");
     }
 
     proptest! {
