@@ -60,3 +60,13 @@ fn scan_bytes(scan: &[LidarPoint]) -> Vec<u8> {
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/guide/own-mesh.md")]
 pub struct OwnMesh;
+/// Settings with which all trails of a stand are machine tracks that run and look as in the paper's
+/// presets, for tests of single views.
+pub const TRACKS_ALONE: [&str; 6] = [
+    "trails.kinds.forest_road=0",
+    "trails.kinds.skid_trail=0",
+    "trails.kinds.firebreak=0",
+    "trails.kinds.footpath=0",
+    "trails.kinds.deer_path=0",
+    "trails.change=0",
+];

@@ -33,8 +33,8 @@
 //! - A trail's material varies from trail to trail and along each ([`TrailSurfaceKind`]): the
 //!   paper's segmentation failed on trails that looked different from its one texture.
 //!
-//! - A world has several kinds of way ([`Way`]): a trail's key draws which one it is. Those that are
-//!   one piece of earthwork join at grade; a trodden path fades into the road that it meets.
+//! - A world has several kinds of way ([`Way`]): a trail's key draws which one it is. Those that
+//!   are one piece of earthwork join at grade; a trodden path fades into the road that it meets.
 //!
 //! All lengths are metres; offsets are positive to the left of a trail's direction.
 

@@ -320,8 +320,8 @@ impl TrailPath {
         self.lane(i, t).0.ditches
     }
 
-    /// Whether a tuft, stone or root with this draw in 0..1 is there at an arc length: on a way that
-    /// changes, half of them are, in patches.
+    /// Whether a tuft, stone or root with this draw in 0..1 is there at an arc length: on a way
+    /// that changes, half of them are, in patches.
     pub(crate) fn has(&self, dressing: DressingKind, s_m: f64, draw: f64) -> bool {
         self.growth.as_ref().is_none_or(|growth| {
             let noise = growth[usize::from(dressing != DressingKind::Grass)].at(s_m);

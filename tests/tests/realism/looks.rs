@@ -8,7 +8,7 @@ use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_realism::{luminance, luminance_of_light};
 use nemoral_render::CameraImages;
 use nemoral_scene::{Image, Semantic};
-use nemoral_tests::config;
+use nemoral_tests::{TRACKS_ALONE, config};
 
 const WIDTH: usize = 320;
 const HEIGHT: usize = 180;
@@ -25,7 +25,8 @@ struct Taken {
 
 /// Pictures of a spruce stand by a look, with the same views for each look.
 fn taken(store: &Store, look: &str) -> Vec<Taken> {
-    let settings = [
+    let look = format!("camera.look={look}");
+    let of_stand = [
         "assets.individuals=1",
         "chunks.visible_radius_m=60",
         "chunks.undergrowth_radius_m=20",
@@ -37,8 +38,9 @@ fn taken(store: &Store, look: &str) -> Vec<Taken> {
         "camera.spread_px=0",
         "camera.radiance=true",
         "lidar.pulses=10",
-        &format!("camera.look={look}"),
+        &look,
     ];
+    let settings = [&of_stand[..], &TRACKS_ALONE].concat();
     let forest = ForestPlan::new(&config("spruce", &settings)).expect("a plan");
     store.retain(|stage, _| stage != "frame.images" && stage != "world.cameras");
     let runner = Runner::new(forest.plan(), store, 2);

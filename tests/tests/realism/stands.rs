@@ -13,7 +13,7 @@ use nemoral_pipeline::plan::Runner;
 use nemoral_realism::{clark_evans, row_power};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Semantic, TreeRecord};
-use nemoral_tests::{STANDS, World};
+use nemoral_tests::{STANDS, TRACKS_ALONE, World};
 
 /// Side of the square that is surveyed, chunks.
 const SIDE: i32 = 10;
@@ -79,6 +79,7 @@ fn are_as_described(stands: &[&str], individuals: u32, dbh_tolerance: f64) {
         let individuals = format!("assets.individuals={individuals}");
         let mut settings = vec![individuals.as_str()];
         settings.extend(SMALL);
+        settings.extend(TRACKS_ALONE);
         let world = World::new(name, &settings);
         let runner = world.runner(2);
         let all = trees(&world, &runner);

@@ -52,13 +52,18 @@ pub fn asked_shapes(a: &Assets) -> Range {
             let mut diameters = Vec::new();
             for (k, (name, share)) in shares.iter().enumerate() {
                 let species = name.and_then(Species::built_in).expect("built in");
-                let of_each = (400.0 * share / all / f64::from(a.individuals)).ceil() as u32;
+                let of_species = (400.0 * share / all).ceil() as u32;
                 let key = key.item(k as u64);
-                for i in 0..a.individuals {
+                let individual = |i: u32| {
                     let (mean_m, of) = (a.dbh_mean_m, [i, a.individuals]);
-                    let d = species.dbh_of_individual(mean_m, a.dbh_shape, limits, of, key);
-                    diameters.extend((0..of_each).map(|_| d * rng.range_f64(0.9, 1.1)));
-                }
+                    species.dbh_of_individual(mean_m, a.dbh_shape, limits, of, key)
+                };
+                let grown: Vec<f64> = (0..a.individuals).map(individual).collect();
+                // As in a forest, not all individuals stand equally often.
+                diameters.extend((0..of_species).map(|_| {
+                    let d = grown[rng.below(a.individuals) as usize];
+                    d * rng.range_f64(0.9, 1.1)
+                }));
             }
             weibull_fit(&diameters).0
         })

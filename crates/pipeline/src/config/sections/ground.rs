@@ -39,8 +39,8 @@ section! {
         enabled: bool = true, Flag, "paper, IV-C: can be switched off";
         /// Width of machine tracks.
         width_m: f64 = 2.6, Real(0.8, 6.0), "our choice: a forest track";
-        /// Surface of tracks: one for all, or varied from trail to trail. Where it is one, footpaths,
-        /// deer paths, skid trails and firebreaks have it too, besides mud and grass.
+        /// Surface of tracks: one for all, or varied from trail to trail. Where it is one,
+        /// footpaths, deer paths, skid trails and firebreaks have it too, besides mud and grass.
         surface: String = VARIED_SURFACES.into(), OneOf(&TRAIL_SURFACES),
             "paper, VII: one texture for all was its models' failure";
         /// Probability that a trail is born in a chunk.
