@@ -3,7 +3,7 @@
 mod common;
 
 use nemoral_import::{
-    HeightMap, Model, ModelFiles, ModelKind, Sidecar, read_stem_map, read_trail_lines,
+    HeightMap, ImportError, Model, ModelFiles, ModelKind, Sidecar, read_stem_map, read_trail_lines,
 };
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
@@ -170,10 +170,99 @@ fn lists_without_end_are_refused_while_they_are_read() {
         let refused = Model::read(&files, ModelKind::Rock).expect_err("too many");
         assert!(refused.to_string().starts_with("is no glTF"), "{refused}");
     }
-    let obj = "o a\n".repeat(1_000_000);
-    let files = ModelFiles::single("x.obj", obj.into_bytes());
-    let refused = Model::read(&files, ModelKind::Rock).expect_err("too many");
-    assert!(refused.to_string().contains("at most 20000"), "{refused}");
+    let objects = (0..150_000).map(|i| format!("o {i}\nf 1 1 1\n"));
+    let face = format!("v 0 0 0\nf{}", " 1".repeat(3_000_000));
+    for (obj, expected) in [
+        (
+            format!("v 0 0 0\n{}", objects.collect::<String>()),
+            "more than 100000 parts",
+        ),
+        (face, "line 2: more than 2000000 triangles"),
+        ("vn 0 0 1\n".repeat(6_000_001), "more than 6000000"),
+    ] {
+        let files = ModelFiles::single("x.obj", obj.into_bytes());
+        let refused = Model::read(&files, ModelKind::Rock).expect_err("too many");
+        assert!(refused.to_string().contains(expected), "{refused}");
+    }
+    let peak = f64::from(ALLOCATOR.peak_usage_as_mb());
+    assert!(peak < MOST_MB, "{peak} MB");
+}
+
+/// A shape with these lines before its faces, and these materials.
+fn shape(lines: &str, mtl: &str) -> Result<Model, ImportError> {
+    let obj = format!("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 1\nvn 0 0 1\nvt 0 0\n{lines}");
+    let files = common::gathered("x.obj", obj.into_bytes(), "", |name| {
+        (name == "a.mtl").then(|| mtl.as_bytes().to_vec())
+    })?;
+    Model::read(&files, ModelKind::Rock)
+}
+
+#[test]
+fn lines_that_other_readers_break_on_are_read_or_named() {
+    for mtl in ["newmtl a\nKd 0.5", "newmtl a\nKs", "newmtl a\nKe 0 0", ""] {
+        let model = shape("usemtl a\nf 1 2 3", mtl).expect(mtl);
+        assert_eq!(model.mesh.triangles.len(), 1, "{mtl}");
+    }
+    for (lines, expected) in [
+        (
+            "f 1//6148914691236517206 2//1 3//1",
+            "line 7: 6148914691236517206 of 1 normals",
+        ),
+        (
+            "f 1/-9 2/1 3/1",
+            "line 7: -9 of 1 texture coordinates is none",
+        ),
+        (
+            "f 1/-9223372036854775808 2/1 3/1",
+            "of 1 texture coordinates is none",
+        ),
+        ("f 0 1 2", "line 7: 0 of 3 positions is none"),
+        ("f 1 2", "less than three corners"),
+        ("f 1/1 2 3", "corners of different kinds"),
+        ("l 1 2 3\np 1", "has no faces"),
+        ("\x0bo a\n\x0bf 1 2 x", "line 8: x is no corner"),
+        ("v 1 2", "line 7: 1 2: must be 3 numbers"),
+    ] {
+        let refused = shape(lines, "").expect_err(lines).to_string();
+        assert!(refused.contains(expected), "{lines}: {refused}");
+    }
+    // A material that is in no file keeps its name; parts with and without normals are both read.
+    let model = shape("usemtl moss\nf 1 2 3\nf 1//1 2//1 3//1", "").expect("a shape");
+    assert_eq!(model.materials[0].name, "moss");
+    assert_eq!(model.mesh.triangles.len(), 2);
+    assert!(model.notes.iter().any(|note| note.contains("moss")));
+}
+
+#[test]
+fn parts_without_end_are_refused() {
+    ALLOCATOR.reset_peak_usage();
+    let read = |gltf: String| {
+        let files = ModelFiles::single("x.gltf", gltf.into_bytes());
+        Model::read(&files, ModelKind::Rock).map(|model| model.mesh.triangles.len())
+    };
+    let list = |item: &str, n: usize| vec![item; n].join(",");
+    let gltf = |nodes: &str, primitives: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{{"primitives":
+            [{primitives}]}}],"accessors":[{{"bufferView":0,"componentType":5126,"type":"VEC3",
+            "count":1}}],"bufferViews":[{{"buffer":0,"byteLength":12}}],"buffers":[{{"byteLength":12,
+            "uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA"}}]}}"#
+        )
+    };
+    let primitive = r#"{"attributes":{"POSITION":0}}"#;
+    let many = gltf(&list(r#"{"mesh":0}"#, 90_000), &list(primitive, 10_000));
+    let refused = read(many).expect_err("too many").to_string();
+    assert!(refused.contains("more than 100000 primitives"), "{refused}");
+    // Looking for roots is linear.
+    let children = format!(r#"{{"children":[{}]}}"#, list("0", 99_000));
+    let nodes = format!("{},{}", list(&children, 10), list("{}", 90_000));
+    let refused = read(gltf(&nodes, primitive))
+        .expect_err("twice")
+        .to_string();
+    assert!(
+        refused.contains("twice") || refused.contains("no triangles"),
+        "{refused}"
+    );
     let peak = f64::from(ALLOCATOR.peak_usage_as_mb());
     assert!(peak < MOST_MB, "{peak} MB");
 }

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use nemoral_scene::glam::{DVec2, DVec3, IVec2, Vec2, Vec3};
 use nemoral_scene::{AlphaMask, Material, MaterialId, Mesh, Semantic, Texture, Triangle};
 
-use super::optics;
 use super::picture::Picture;
 use super::raw::{Alpha, RawMaterial, RawModel, RawPart};
+use super::{MAX_MATERIALS, optics};
 use crate::ImportError;
 use crate::error::shown;
 
@@ -25,6 +25,9 @@ const MAX_TEXTURE_SIDE: usize = 4096;
 /// The longest side of a mask whose picture is repeated.
 const MAX_REPEATED_SIDE: usize = 8192;
 
+/// The most texels of a model's textures together, of which four of a mask count as one.
+const MAX_TEXELS: usize = 1 << 27;
+
 /// Bakes parts that have these semantics.
 pub(super) fn bake(raw: &RawModel, semantics: &[Semantic]) -> Result<Baked, ImportError> {
     // Of each material, how often its picture is repeated along its sides.
@@ -35,18 +38,24 @@ pub(super) fn bake(raw: &RawModel, semantics: &[Semantic]) -> Result<Baked, Impo
         *of = [of[0].max(u), of[1].max(v)];
     }
     let mut baked = Baked::default();
-    let mut looks: BTreeMap<usize, Look> = BTreeMap::new();
+    let mut looks: BTreeMap<LookKey, Look> = BTreeMap::new();
+    let mut texels = MAX_TEXELS;
     let mut known: BTreeMap<(usize, Semantic), MaterialId> = BTreeMap::new();
     for (part, &semantic) in raw.parts.iter().zip(semantics) {
         let material = &raw.materials[part.material];
         let repeats = repeats[&part.material];
-        let look = match looks.entry(part.material) {
+        let look = match looks.entry(look_key(material, repeats)) {
             Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(new) => new.insert(Look::of(material, raw, repeats)?),
+            Entry::Vacant(new) => new.insert(Look::of(material, raw, repeats, &mut texels)?),
         };
         let next = MaterialId(baked.materials.len() as u16);
         let id = *known.entry((part.material, semantic)).or_insert(next);
         if id == next {
+            if baked.materials.len() == MAX_MATERIALS {
+                return Err(ImportError::file(format!(
+                    "its materials have so many meanings that there are more than {MAX_MATERIALS}"
+                )));
+            }
             baked.materials.push(look.material(material, semantic));
         }
         let fit = look.mask.is_some().then_some(repeats);
@@ -148,6 +157,20 @@ fn finite(uv: Vec2) -> Vec2 {
     if uv.is_finite() { uv } else { Vec2::ZERO }
 }
 
+/// What a look depends on: a picture, where it is opaque, its colour, and its repetitions.
+type LookKey = (Option<usize>, (u8, u64), [u32; 3], [usize; 2]);
+
+fn look_key(material: &RawMaterial, repeats: [usize; 2]) -> LookKey {
+    let alpha = match material.alpha {
+        Alpha::Everywhere => (0, 0),
+        Alpha::Nowhere => (1, 0),
+        Alpha::From(least) => (2, least.to_bits().into()),
+        Alpha::White(picture) => (3, picture as u64),
+    };
+    let colour = material.colour.to_array().map(f32::to_bits);
+    (material.picture, alpha, colour, repeats)
+}
+
 /// How a material looks, whatever it is.
 struct Look {
     albedo: Arc<Texture>,
@@ -159,8 +182,22 @@ impl Look {
         material: &RawMaterial,
         raw: &RawModel,
         repeats: [usize; 2],
+        texels: &mut usize,
     ) -> Result<Self, ImportError> {
         let picture = material.picture.map(|i| &raw.pictures[i]);
+        let holes = match material.alpha {
+            Alpha::White(number) => Some(&raw.pictures[number]),
+            _ => None,
+        };
+        let size = |p: &Picture| p.width * repeats[0] * p.height * repeats[1];
+        let most = MAX_TEXTURE_SIDE * MAX_TEXTURE_SIDE;
+        let needed = picture.map_or(0, |p| size(p).min(most)) + holes.map_or(0, size) / 4;
+        *texels = texels.checked_sub(needed).ok_or_else(|| {
+            ImportError::file(format!(
+                "material {}: its textures and those before it have more than {MAX_TEXELS} texels",
+                shown(&material.name)
+            ))
+        })?;
         let mask = match material.alpha {
             Alpha::Everywhere | Alpha::Nowhere => None,
             Alpha::From(least) => picture.map(|p| mask(p, repeats, |p| f32::from(p[3]) >= least)),
@@ -205,7 +242,7 @@ impl Look {
         Material {
             support: told.support,
             albedo: Arc::clone(&self.albedo),
-            transmittance: told.transmittance.unwrap_or(through),
+            transmittance: (told.transmittance).map_or(through, |t| t.min(Vec3::ONE - mean)),
             roughness: raw.roughness,
             mask: self.mask.clone(),
             optics: told.optics.unwrap_or_else(|| optics::at_lasers(semantic)),

@@ -46,7 +46,8 @@ impl ModelFiles {
             bytes,
             beside: BTreeMap::new(),
         };
-        let mut left = MAX_MODEL_BYTES.saturating_sub(archived(files.bytes.len()) + END);
+        let own = archived(files.bytes.len()) + END;
+        let mut left = MAX_MODEL_BYTES.checked_sub(own).ok_or_else(too_large)?;
         let mut add = |files: &mut Self, name: &str, is_needed: bool| {
             if files.beside.len() == MAX_FILES {
                 let reason = format!("names more than {MAX_FILES} other files");
@@ -138,7 +139,8 @@ impl ModelFiles {
     /// All files as one tar archive, the model's own first. Equal files give equal bytes.
     ///
     /// # Errors
-    /// If a name is longer than the 100 bytes that an archive has room for.
+    /// If a name is longer than the 100 bytes that an archive has room for, or there are more than
+    /// [`MAX_MODEL_BYTES`].
     pub fn to_tar(&self) -> Result<Vec<u8>, ImportError> {
         let mut archive = Vec::new();
         let own = std::iter::once((&self.name, &self.bytes));
@@ -148,6 +150,9 @@ impl ModelFiles {
             archive.resize(archive.len().next_multiple_of(BLOCK), 0);
         }
         archive.resize(archive.len() + END as usize, 0);
+        if archive.len() as u64 > MAX_MODEL_BYTES {
+            return Err(too_large());
+        }
         Ok(archive)
     }
 

@@ -1,5 +1,7 @@
 //! glTF 2.0, as JSON or binary.
 
+use std::sync::Arc;
+
 use nemoral_scene::glam::{DMat2, DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 
 use super::buffers::{Buffers, content, decoded, item};
@@ -7,8 +9,8 @@ use super::bundle::ModelFiles;
 use super::gltf_material;
 use super::json::{Document, Image, Material, Node, Primitive, TextureTransform};
 use super::picture::Picture;
-use super::raw::{RawMaterial, RawModel, RawPart};
-use super::{MAX_DEPTH, MAX_PICTURE_PIXELS, MAX_TRIANGLES};
+use super::raw::{RawMaterial, RawModel, RawPart, cut};
+use super::{MAX_DEPTH, MAX_PARTS, MAX_PICTURE_PIXELS, MAX_TRIANGLES};
 use crate::ImportError;
 use crate::error::shown;
 
@@ -147,16 +149,22 @@ pub(super) fn read(files: &ModelFiles) -> Result<RawModel, ImportError> {
         buffers: &buffers,
         seen: vec![false; document.nodes.len()],
         names: Vec::new(),
+        primitives: 0,
         triangles: 0,
         vertices: 0,
         model,
     };
+    let mut is_child = vec![false; document.nodes.len()];
+    for &child in document.nodes.iter().flat_map(|of| of.children.iter()) {
+        if let Some(is_child) = is_child.get_mut(child as usize) {
+            *is_child = true;
+        }
+    }
     let roots: Vec<u32> = match (document.scene, document.scenes.first()) {
         (Some(scene), _) => item(&document.scenes, scene, "scenes")?.nodes.to_vec(),
         (None, Some(first)) => first.nodes.to_vec(),
         (None, None) => (0..document.nodes.len() as u32)
-            .filter(|n| !document.nodes.iter().any(|of| of.children.contains(n)))
-            .take(1000)
+            .filter(|&n| !is_child[n as usize])
             .collect(),
     };
     if document.scenes.len() > 1 {
@@ -197,7 +205,8 @@ struct Reader<'a> {
     buffers: &'a Buffers<'a>,
     seen: Vec<bool>,
     /// Of the nodes from the root to the present one.
-    names: Vec<&'a str>,
+    names: Vec<Arc<str>>,
+    primitives: usize,
     triangles: usize,
     vertices: usize,
     model: RawModel,
@@ -228,10 +237,10 @@ impl<'a> Reader<'a> {
             let reason = format!("nodes[{number}] has a transform that is not finite");
             return Err(ImportError::file(reason));
         }
-        self.names.push(&node.name);
+        self.names.push(cut(&node.name));
         if let Some(mesh) = node.mesh {
             let mesh = item(&self.document.meshes, mesh, "meshes")?;
-            self.names.push(&mesh.name);
+            self.names.push(cut(&mesh.name));
             for primitive in mesh.primitives.iter() {
                 self.primitive(primitive, matrix)?;
             }
@@ -245,6 +254,11 @@ impl<'a> Reader<'a> {
     }
 
     fn primitive(&mut self, primitive: &Primitive, matrix: DMat4) -> Result<(), ImportError> {
+        self.primitives += 1;
+        if self.primitives > MAX_PARTS {
+            let reason = format!("its nodes have more than {MAX_PARTS} primitives altogether");
+            return Err(ImportError::file(reason));
+        }
         let of = &primitive.attributes;
         let position = match (of.position, primitive.mode.unwrap_or(4)) {
             (Some(position), 4..=6) => position,
@@ -298,6 +312,9 @@ impl<'a> Reader<'a> {
             let reason = format!("a mesh has the index {index} and {vertices} vertices");
             return Err(ImportError::file(reason));
         }
+        if triangles.is_empty() {
+            return Ok(());
+        }
         let linear = DMat3::from_mat4(matrix);
         if linear.determinant() < 0.0 {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -311,7 +328,7 @@ impl<'a> Reader<'a> {
         let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
         let names = self.names.iter().rev().filter(|name| !name.is_empty());
         self.model.parts.push(RawPart {
-            names: names.map(|&name| name.to_owned()).collect(),
+            names: names.cloned().collect(),
             material,
             positions: positions
                 .into_iter()

@@ -1,11 +1,12 @@
 //! Materials of glTF.
 
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{LaserBand, Optics, Semantic};
+use nemoral_scene::{LaserBand, Optics};
 
 use super::buffers::item;
 use super::json::{Document, Material, MaterialExtras};
 use super::raw::{Alpha, RawMaterial, RawModel, Told};
+use super::sidecar::semantic;
 use crate::ImportError;
 use crate::error::shown;
 
@@ -60,7 +61,11 @@ pub(super) fn read(
         (Some(least), None) if visible(least) => Alpha::Everywhere,
         (Some(least), Some(_)) if least <= 0.0 => Alpha::Everywhere,
         (Some(least), Some(_)) if visible(least) => Alpha::From(255.0 * least / alpha),
-        (Some(_), _) => Alpha::Nowhere,
+        (Some(_), _) => {
+            let name = shown(&material.name);
+            model.note(format!("material {name} is transparent, and is left out"));
+            Alpha::Nowhere
+        }
     };
     let channel = |c: f32| {
         if c.is_finite() {
@@ -87,10 +92,10 @@ fn told(material: &Material) -> Told {
     let Some(extras) = extras else {
         return Told::default();
     };
-    let named = |name: &str| Semantic::ALL.iter().find(|s| s.name() == name).copied();
     let share = |x: f32| (0.0..=1.0).contains(&x);
     let band = |[reflectance, transmittance]: [f32; 2]| {
         let is_possible = share(reflectance) && share(transmittance);
+        let is_possible = is_possible && reflectance + transmittance <= 1.001;
         is_possible.then_some(LaserBand {
             reflectance,
             transmittance,
@@ -98,8 +103,8 @@ fn told(material: &Material) -> Told {
     };
     let optics = (extras.laser_905_nm.and_then(band)).zip(extras.laser_1550_nm.and_then(band));
     Told {
-        semantic: named(&extras.semantic),
-        support: extras.support.as_deref().and_then(named),
+        semantic: semantic(&extras.semantic),
+        support: extras.support.as_deref().and_then(semantic),
         transmittance: extras
             .transmittance
             .filter(|t| t.iter().all(|&c| share(c)))

@@ -11,6 +11,7 @@ mod gltf;
 mod gltf_material;
 mod json;
 mod measure;
+mod mtl;
 mod obj;
 mod optics;
 mod picture;
@@ -35,6 +36,8 @@ pub const MAX_TRIANGLES: usize = 2_000_000;
 pub const MAX_NODES: usize = 100_000;
 /// The most nodes above each other.
 pub const MAX_DEPTH: usize = 64;
+/// The most parts of a model: pieces of a mesh with one material and one name.
+const MAX_PARTS: usize = 100_000;
 /// The most materials of a model.
 pub const MAX_MATERIALS: usize = 256;
 /// The most pictures of a model.

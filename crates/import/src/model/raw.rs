@@ -1,5 +1,7 @@
 //! A model as its file has it, whatever the format.
 
+use std::sync::Arc;
+
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Optics, Semantic};
 
@@ -15,12 +17,20 @@ pub(super) struct RawModel {
     pub(super) notes: Vec<String>,
 }
 
+/// A name of a node or a group, of which the first part is enough.
+pub(super) fn cut(name: &str) -> Arc<str> {
+    const MOST: usize = 256;
+    let end = (0..=name.len().min(MOST)).rev();
+    let end = end.into_iter().find(|&i| name.is_char_boundary(i));
+    name[..end.unwrap_or(0)].into()
+}
+
 /// Triangles of one material of one node. Indices are valid, and arrays are as long as positions or
 /// empty.
 #[derive(Debug)]
 pub(super) struct RawPart {
     /// The names of its nodes, the nearest first.
-    pub(super) names: Vec<String>,
+    pub(super) names: Vec<Arc<str>>,
     /// The number of its material.
     pub(super) material: usize,
     pub(super) positions: Vec<DVec3>,

@@ -1,6 +1,7 @@
 //! What the parts of a model are, by the names of their materials and nodes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 
 use nemoral_scene::Semantic;
 
@@ -43,7 +44,7 @@ const WORDS: [(&str, Semantic); 25] = [
 /// The names of a part: its material's, then its nodes', the nearest first.
 fn names_of<'a>(raw: &'a RawModel, part: &'a RawPart) -> impl Iterator<Item = &'a str> {
     let material = raw.materials[part.material].name.as_str();
-    let nodes = part.names.iter().map(String::as_str);
+    let nodes = part.names.iter().map(|name| &**name);
     std::iter::once(material)
         .chain(nodes)
         .filter(|name| !name.is_empty())
@@ -66,18 +67,45 @@ impl ModelSidecar {
             .max_by_key(|(pattern, _)| pattern.len())
             .map(|(_, &told)| told)
     }
+}
 
-    fn of_part(&self, raw: &RawModel, part: &RawPart) -> Option<Option<Semantic>> {
-        names_of(raw, part).find_map(|name| self.of(name))
+/// What a sidecar says of names, each of which it is asked for once.
+struct Told<'a> {
+    sidecar: &'a ModelSidecar,
+    known: HashMap<Arc<str>, Option<Option<Semantic>>>,
+}
+
+impl<'a> Told<'a> {
+    fn new(sidecar: &'a ModelSidecar) -> Self {
+        Self {
+            sidecar,
+            known: HashMap::new(),
+        }
+    }
+
+    fn of_part(&mut self, raw: &RawModel, part: &RawPart) -> Option<Option<Semantic>> {
+        if self.sidecar.semantics.is_empty() {
+            return None;
+        }
+        let mut of = |name: &str| {
+            if let Some(&told) = self.known.get(name) {
+                return told;
+            }
+            let told = self.sidecar.of(name);
+            self.known.insert(name.into(), told);
+            told
+        };
+        names_of(raw, part).find_map(&mut of)
     }
 }
 
 /// Removes what the sidecar leaves out, and what is seen nowhere.
 pub(super) fn leave_out(raw: &mut RawModel, sidecar: &ModelSidecar) {
     let mut parts = std::mem::take(&mut raw.parts);
+    let mut told = Told::new(sidecar);
     parts.retain(|part| {
         let is_seen = raw.materials[part.material].alpha != super::raw::Alpha::Nowhere;
-        is_seen && sidecar.of_part(raw, part) != Some(None)
+        is_seen && told.of_part(raw, part) != Some(None)
     });
     raw.parts = parts;
 }
@@ -90,9 +118,10 @@ pub(super) fn find(
 ) -> Result<Vec<Semantic>, ImportError> {
     let (mut unknown, mut guessed) = (BTreeSet::new(), BTreeSet::new());
     let mut semantics = Vec::new();
+    let mut told = Told::new(sidecar);
     for part in &raw.parts {
-        let told = raw.materials[part.material].told.semantic;
-        if let Some(semantic) = sidecar.of_part(raw, part).flatten().or(told) {
+        let of_material = raw.materials[part.material].told.semantic;
+        if let Some(semantic) = told.of_part(raw, part).flatten().or(of_material) {
             semantics.push(semantic);
             continue;
         }
@@ -112,7 +141,7 @@ pub(super) fn find(
                 }
             }
             None => {
-                let names: Vec<String> = names_of(raw, part).map(shown).collect();
+                let names: Vec<String> = names_of(raw, part).take(4).map(shown).collect();
                 unknown.insert(match names.as_slice() {
                     [] => "one without a name".to_owned(),
                     [material, ..] if names.len() == 1 => material.clone(),

@@ -9,6 +9,11 @@ use serde::Deserialize;
 use crate::ImportError;
 use crate::error::shown;
 
+/// The most bytes of a sidecar.
+const MAX_BYTES: usize = 64 << 10;
+/// The most names that it may tell the meaning of.
+const MAX_SEMANTICS: usize = 256;
+
 /// The axis that points up in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -55,10 +60,26 @@ impl ModelSidecar {
     /// # Errors
     /// If it is not TOML of this form, or a value is out of its range.
     pub fn read(bytes: &[u8]) -> Result<Self, ImportError> {
+        if bytes.len() > MAX_BYTES {
+            return Err(ImportError::file(format!(
+                "its sidecar has {} bytes: at most {MAX_BYTES} are read",
+                bytes.len()
+            )));
+        }
         let text = std::str::from_utf8(bytes)
             .map_err(|_| ImportError::file("its sidecar is not UTF-8 text"))?;
-        let written: Written = toml::from_str(text)
-            .map_err(|e| ImportError::file(format!("its sidecar: {}", e.message())))?;
+        let written: Written = toml::from_str(text).map_err(|e| {
+            let before = e.span().and_then(|span| text.get(..span.start));
+            let line = before.map_or(1, |before| 1 + before.matches('\n').count());
+            let message = shown(e.message());
+            ImportError::file(format!("its sidecar: line {line}: {message}"))
+        })?;
+        if written.semantics.len() > MAX_SEMANTICS {
+            return Err(ImportError::file(format!(
+                "its sidecar: semantics has {} names: at most {MAX_SEMANTICS} are read",
+                written.semantics.len()
+            )));
+        }
         let within = |name: &str, value: Option<f64>, [least, most]: [f64; 2]| match value {
             Some(value) if !(least..=most).contains(&value) => Err(ImportError::file(format!(
                 "its sidecar: {name} = {value}: must be a number from {least} to {most}"
@@ -146,7 +167,8 @@ mod tests {
             let refused = ModelSidecar::read(text.as_bytes());
             refused.expect_err(text).to_string()
         };
-        assert!(refused("up = \"x\"").contains('x'));
+        assert!(refused("\nup = \"x\"").contains("line 2: unknown variant `x`"));
+        assert!(refused("dbh_m = \"a\"").contains("line 1: "));
         assert!(refused("metres_per_unit = 0").contains("metres_per_unit = 0"));
         assert!(refused("height = 3").contains("unknown field `height`"));
         let message = refused("[semantics]\nleaf = \"leafs\"");
