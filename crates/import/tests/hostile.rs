@@ -245,8 +245,8 @@ fn parts_without_end_are_refused() {
         format!(
             r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{{"primitives":
             [{primitives}]}}],"accessors":[{{"bufferView":0,"componentType":5126,"type":"VEC3",
-            "count":1}}],"bufferViews":[{{"buffer":0,"byteLength":12}}],"buffers":[{{"byteLength":12,
-            "uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA"}}]}}"#
+            "count":1}}],"bufferViews":[{{"buffer":0,"byteLength":12}}],"buffers":[{{
+            "byteLength":12,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA"}}]}}"#
         )
     };
     let primitive = r#"{"attributes":{"POSITION":0}}"#;
